@@ -1,0 +1,214 @@
+#include "base/files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "base/error.h"
+#include "base/sizes.h"
+
+namespace bccsplat {
+namespace {
+
+[[noreturn]] void fail_errno(const std::string& path, const char* doing, int error) {
+  Code code = Code::io_error;
+  const char* hint = "";
+  switch (error) {
+  case ENOENT: code = Code::file_not_found; break;
+  case EACCES:
+  case EPERM:
+  case EROFS: code = Code::permission_denied; break;
+  case EEXIST: code = Code::file_exists; break;
+  case ENOSPC:
+  case EDQUOT:
+  case EFBIG:
+    code = Code::no_space;
+    hint = "; free some space or write elsewhere";
+    break;
+  case ENOMEM: code = Code::out_of_memory; break;
+  default: break;
+  }
+  char buffer[256] = {};
+  fail(code, path, ": cannot ", doing, ": ", static_cast<const char*>(strerror_r(error, buffer, sizeof buffer)), hint);
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  [[nodiscard]] int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+[[noreturn]] void fail_range(const std::string& name, uint64_t offset, uint64_t count, uint64_t size) {
+  fail(Code::truncated, name, ": ", count, " bytes wanted at offset ", offset, ", the file ends at ", size);
+}
+
+class FileSource final : public ByteSource {
+ public:
+  explicit FileSource(const std::string& path) : name_(path), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    if (file_.get() < 0) fail_errno(path, "open", errno);
+    struct stat info{};
+    if (::fstat(file_.get(), &info) != 0) fail_errno(path, "read", errno);
+    if (!S_ISREG(info.st_mode)) fail(Code::io_error, path, ": not a regular file");
+    size_ = static_cast<uint64_t>(info.st_size);
+  }
+  uint64_t size() const override { return size_; }
+  const std::string& name() const override { return name_; }
+  void read_at(uint64_t offset, std::span<std::byte> out) const override {
+    if (offset > size_ || out.size() > size_ - offset) fail_range(name_, offset, out.size(), size_);
+    size_t done = 0;
+    while (done < out.size()) {
+      const auto n = ::pread(file_.get(), out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0) fail_errno(name_, "read", errno);
+      if (n == 0) fail_range(name_, offset, out.size(), offset + done);
+      done += static_cast<size_t>(n);
+    }
+  }
+
+ private:
+  std::string name_;
+  Descriptor file_;
+  uint64_t size_ = 0;
+};
+
+class MemorySource final : public ByteSource {
+ public:
+  explicit MemorySource(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  uint64_t size() const override { return bytes_.size(); }
+  const std::string& name() const override { return name_; }
+  void read_at(uint64_t offset, std::span<std::byte> out) const override {
+    if (offset > bytes_.size() || out.size() > bytes_.size() - offset)
+      fail_range(name_, offset, out.size(), bytes_.size());
+    if (!out.empty()) std::memcpy(out.data(), bytes_.data() + offset, out.size());
+  }
+
+ private:
+  std::span<const std::byte> bytes_;
+  std::string name_ = "memory";
+};
+
+class StreamSource final : public ByteSource {
+ public:
+  StreamSource(uint64_t size, ReadAt read) : size_(size), read_(std::move(read)) {}
+  uint64_t size() const override { return size_; }
+  const std::string& name() const override { return name_; }
+  void read_at(uint64_t offset, std::span<std::byte> out) const override {
+    if (offset > size_ || out.size() > size_ - offset) fail_range(name_, offset, out.size(), size_);
+    const int64_t n = read_(offset, out);
+    if (n < 0) fail(Code::io_error, "stream: the host could not read ", out.size(), " bytes at offset ", offset);
+    if (static_cast<uint64_t>(n) != out.size())
+      fail_range(name_, offset, out.size(), offset + static_cast<uint64_t>(n));
+  }
+
+ private:
+  uint64_t size_;
+  ReadAt read_;
+  std::string name_ = "stream";
+};
+
+class FileSink final : public ByteSink {
+ public:
+  FileSink(std::string path, bool overwrite)
+      : path_(std::move(path)), partial_(path_ + ".partial"), overwrite_(overwrite) {
+    struct stat info{};
+    if (!overwrite && ::lstat(path_.c_str(), &info) == 0)
+      fail(Code::file_exists, path_, ": exists already; choose another name or allow overwriting");
+    fd_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (fd_ < 0) fail_errno(path_, "create", errno);
+  }
+  ~FileSink() override {
+    if (fd_ >= 0) {
+      ::close(fd_);
+      ::unlink(partial_.c_str());
+    }
+  }
+  FileSink(const FileSink&) = delete;
+  FileSink& operator=(const FileSink&) = delete;
+
+  void write_at(uint64_t offset, std::span<const std::byte> bytes) override {
+    size_t done = 0;
+    while (done < bytes.size()) {
+      const auto n = ::pwrite(fd_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0) fail_errno(path_, "write", errno);
+      done += static_cast<size_t>(n);
+    }
+  }
+  void flush() override {
+    if (::fdatasync(fd_) != 0) fail_errno(path_, "write", errno);
+  }
+  void commit() override {
+    flush();
+    if (overwrite_) {
+      if (::rename(partial_.c_str(), path_.c_str()) != 0) fail_errno(path_, "rename to", errno);
+    } else {
+      // link() refuses a name that appeared meanwhile; file systems without links fall back to rename.
+      if (::link(partial_.c_str(), path_.c_str()) == 0) ::unlink(partial_.c_str());
+      else if (errno == EEXIST || ::rename(partial_.c_str(), path_.c_str()) != 0) fail_errno(path_, "rename to", errno);
+    }
+    ::close(std::exchange(fd_, -1));
+  }
+
+ private:
+  std::string path_, partial_;
+  bool overwrite_;
+  int fd_ = -1;
+};
+
+class StreamSink final : public ByteSink {
+ public:
+  explicit StreamSink(WriteAt write) : write_(std::move(write)) {}
+  void write_at(uint64_t offset, std::span<const std::byte> bytes) override {
+    if (bytes.empty()) return;
+    const int64_t n = write_(offset, bytes);
+    if (n < 0 || static_cast<uint64_t>(n) != bytes.size())
+      fail(Code::io_error, "stream: the host could not write ", bytes.size(), " bytes at offset ", offset);
+  }
+  void flush() override {}
+  void commit() override {}
+
+ private:
+  WriteAt write_;
+};
+
+} // namespace
+
+std::unique_ptr<ByteSource> open_file_source(const std::string& path) { return std::make_unique<FileSource>(path); }
+
+std::unique_ptr<ByteSource> open_memory_source(std::span<const std::byte> bytes) {
+  return std::make_unique<MemorySource>(bytes);
+}
+
+std::unique_ptr<ByteSource> open_stream_source(uint64_t size, ReadAt read) {
+  return std::make_unique<StreamSource>(size, std::move(read));
+}
+
+std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwrite) {
+  return std::make_unique<FileSink>(path, overwrite);
+}
+
+std::unique_ptr<ByteSink> create_stream_sink(WriteAt write) { return std::make_unique<StreamSink>(std::move(write)); }
+
+std::unique_ptr<ByteSink> create_memory_sink(std::vector<std::byte>& out) {
+  return create_stream_sink([&out](uint64_t offset, std::span<const std::byte> bytes) {
+    out.resize(std::max<uint64_t>(out.size(), checked_add(offset, bytes.size())));
+    std::memcpy(out.data() + offset, bytes.data(), bytes.size());
+    return static_cast<int64_t>(bytes.size());
+  });
+}
+
+} // namespace bccsplat

@@ -1,0 +1,49 @@
+// Bytes by offset: files, memory and host streams. The only place that opens files.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bccsplat {
+
+class ByteSource {
+ public:
+  virtual ~ByteSource() = default;
+  [[nodiscard]] virtual uint64_t size() const = 0;
+  // Fills `out` with the bytes at `offset`, or throws truncated / io_error. Concurrent calls are allowed.
+  virtual void read_at(uint64_t offset, std::span<std::byte> out) const = 0;
+  // What the source is called in error texts.
+  [[nodiscard]] virtual const std::string& name() const = 0;
+};
+
+[[nodiscard]] std::unique_ptr<ByteSource> open_file_source(const std::string& path);
+// Borrows the bytes: they must outlive the source.
+[[nodiscard]] std::unique_ptr<ByteSource> open_memory_source(std::span<const std::byte> bytes);
+// `read` returns the number of bytes read, short only at the end or on failure.
+using ReadAt = std::function<int64_t(uint64_t offset, std::span<std::byte> out)>;
+[[nodiscard]] std::unique_ptr<ByteSource> open_stream_source(uint64_t size, ReadAt read);
+
+class ByteSink {
+ public:
+  virtual ~ByteSink() = default;
+  // Writes all of `bytes` at `offset`, extending the file, or throws no_space / io_error.
+  virtual void write_at(uint64_t offset, std::span<const std::byte> bytes) = 0;
+  // Everything written so far survives a crash once this returns.
+  virtual void flush() = 0;
+  // Gives the file its final name; without it the destructor removes what was written.
+  virtual void commit() = 0;
+};
+
+// Writes to `path`.partial beside `path`; commit() renames it. An existing `path` is refused unless `overwrite`.
+[[nodiscard]] std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwrite);
+using WriteAt = std::function<int64_t(uint64_t offset, std::span<const std::byte> bytes)>;
+[[nodiscard]] std::unique_ptr<ByteSink> create_stream_sink(WriteAt write);
+// Collects the bytes in `out`.
+[[nodiscard]] std::unique_ptr<ByteSink> create_memory_sink(std::vector<std::byte>& out);
+
+} // namespace bccsplat

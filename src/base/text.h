@@ -1,0 +1,42 @@
+// Numbers to and from text without the locale.
+#pragma once
+
+#include <charconv>
+#include <concepts>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace bccsplat {
+
+inline void append_text(std::string& out, std::string_view s) { out += s; }
+inline void append_text(std::string& out, char c) { out += c; }
+template<std::integral I>
+  requires(!std::same_as<I, char> && !std::same_as<I, bool>)
+void append_text(std::string& out, I value) {
+  char buffer[24];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  out.append(buffer, end);
+}
+// Shortest form that reads back as the same number.
+template<std::floating_point F> void append_text(std::string& out, F value) {
+  char buffer[64];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  out.append(buffer, end);
+}
+
+template<class... Parts> [[nodiscard]] std::string concat(const Parts&... parts) {
+  std::string out;
+  (append_text(out, parts), ...);
+  return out;
+}
+
+// The whole of `text` as a number, or nothing.
+template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::string_view text) {
+  Number value{};
+  const auto [ptr, ec] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (ec != std::errc{} || ptr != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+} // namespace bccsplat

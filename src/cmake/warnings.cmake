@@ -1,0 +1,11 @@
+# Warnings and sanitizers for every target of the project.
+add_library(bccsplat_flags INTERFACE)
+target_compile_options(bccsplat_flags INTERFACE
+  $<$<COMPILE_LANGUAGE:C,CXX>:-Wall -Wextra -Wconversion -Wshadow>
+  $<$<BOOL:${BCCSPLAT_WERROR}>:-Werror>
+  $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-gnu-unique>
+  -ffp-contract=off -fno-math-errno -fno-trapping-math)
+if(BCCSPLAT_SANITIZE)
+  target_compile_options(bccsplat_flags INTERFACE -fsanitize=${BCCSPLAT_SANITIZE} -fno-omit-frame-pointer -g)
+  target_link_options(bccsplat_flags INTERFACE -fsanitize=${BCCSPLAT_SANITIZE})
+endif()

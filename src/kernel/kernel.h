@@ -1,0 +1,70 @@
+// Reconstruction kernels K(x, t) = phi(|x|) beta(t) on BCC and D4*, and the prefilters that make them interpolate.
+// Lengths are in lattice units (T): coset pitch sqrt2, nearest sites of the two cosets sqrt(3/2) apart in space.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bccsplat {
+
+// phi(r) = sum_j a[j] u^j with u = max(0, 1 - r^2 / radius^2): compact, rotation invariant, no table, no exp.
+// Gaussians are the same form with enough terms: exp(-g r^2) = exp(-g R^2) exp(g R^2 u).
+// The sum of phi over the sites of BCC is 1 in the mean.
+struct RadialKernel {
+  static constexpr int max_terms = 20;
+  double radius = 0;
+  int terms = 0; // a[0] .. a[terms-1]
+  std::array<double, max_terms> a{};
+
+  [[nodiscard]] double value(double r2) const; // r2 = r^2
+  [[nodiscard]] double slope(double r2) const; // d phi / d(r^2): the gradient at x is 2 x slope(|x|^2)
+};
+
+// beta(dt): a centred B-spline over the layers of one coset (pitch sqrt2), or a Gaussian exp(-g dt^2) cut at half_width.
+// B-splines sum to 1 over the layers of each coset at any phase.
+struct TemporalKernel {
+  enum class Shape : uint8_t { bspline, gaussian };
+  Shape shape = Shape::bspline;
+  int order = 3;         // B-spline: 2 hat, 3 quadratic, 4 cubic
+  double gaussian = 0;   // g, per T^2
+  double half_width = 0; // beta is 0 from here on; order * sqrt2 / 2 for a B-spline
+
+  [[nodiscard]] double value(double dt) const;
+  [[nodiscard]] double slope(double dt) const;                     // d beta / d dt
+  [[nodiscard]] double integral(double begin, double end) const; // of beta over [begin, end]
+};
+
+// One prefilter stage: c(site) <- self * c + spatial * (sum of the 6 own-coset spatial neighbours, sqrt2 away)
+//   + temporal * (sum of the 2 own-coset temporal neighbours, layers m +- 2) + cross * (sum of the other coset's nearest
+//   neighbours: 16 on D4*, 8 spatial corners in each of the layers m +- 1; the 8 corners on BCC).
+// Neighbours beyond the domain are mirror images.
+struct PrefilterStage {
+  double self = 1, spatial = 0, temporal = 0, cross = 0;
+};
+
+struct Kernel {
+  std::string name; // canonical, "radial20+b3"
+  RadialKernel space;
+  TemporalKernel time;
+  std::vector<PrefilterStage> prefilter4; // samples on D4* -> coefficients, applied in order
+  std::vector<PrefilterStage> prefilter3; // samples on BCC -> coefficients
+  bool normalised = false; // divide by the lattice sum of the weights when reconstructing (the paper's kernel)
+  double prefilter_gain = 1; // bound of max |coefficient| / max |sample| (sum of |taps| of the worse prefilter)
+
+  // Layers on either side of an instant whose samples matter: kernel support plus prefilter reach.
+  [[nodiscard]] int reach_layers() const;
+};
+
+// Names: fast (radial16+b2), default (radial20+b3), fine (radial24+b4), paper, gauss09, or SPACE+TIME with SPACE one of
+// radial16 radial18 radial20 radial24 and TIME one of b2 b3 b4. Empty: default. Throws not_found naming the nearest.
+[[nodiscard]] Kernel make_kernel(std::string_view name);
+[[nodiscard]] std::vector<std::string> kernel_names();
+
+// The sum of phi over all sites of BCC at a point (lattice units), relative to its mean 1: closed form for Gaussians
+// (first dual shell), 1 for kernels that are not normalised.
+[[nodiscard]] double lattice_sum(const Kernel& kernel, double x, double y, double z);
+
+} // namespace bccsplat

@@ -1,0 +1,72 @@
+#include "lattice/lattice.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+
+namespace bccsplat {
+namespace {
+
+// Folds a plane number into [0, last] by mirroring at both ends.
+int32_t fold(int64_t h, int64_t last) {
+  const int64_t period = 2 * last;
+  h %= period;
+  if (h < 0) h += period;
+  return static_cast<int32_t>(h <= last ? h : period - h);
+}
+
+// The first plane at or beyond `end` when planes stand `distance` apart; a rounding error is no further plane.
+int32_t planes_to(double end, double distance) {
+  const double planes = std::ceil(end / distance - 1e-9);
+  if (!(planes < 1e9)) fail(Code::limit_exceeded, "lattice: more than 1e9 planes along one axis");
+  return std::max(1, static_cast<int32_t>(planes));
+}
+
+} // namespace
+
+int32_t Lattice3::mirror(size_t axis, int coset, int32_t i) const {
+  if (!bcc) return fold(i, last[axis]);
+  return (fold(2 * int64_t{i} + coset, last[axis]) - coset) / 2;
+}
+
+Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale, double time_scale) {
+  for (const uint32_t n : dims)
+    if (n == 0) fail(Code::invalid_argument, "lattice: every dimension must be at least 1");
+  if (!(scale > 0 && time_scale > 0 && std::isfinite(scale) && std::isfinite(time_scale)))
+    fail(Code::invalid_argument, "lattice: scales must be positive and finite");
+  Lattice4 l;
+  l.kind = kind;
+  l.dims = dims;
+  l.space.bcc = kind != LatticeKind::cc;
+  const double distance = scale * l.space.plane_distance();
+  for (size_t a = 0; a < 3; ++a) {
+    const double end = dims[a] - 1.0;
+    l.space.last[a] = planes_to(end, distance);
+    l.space_step[a] = end > 0 ? end / l.space.last[a] : distance;
+  }
+  if (dims[3] == 1) {
+    if (kind == LatticeKind::d4star) l.kind = LatticeKind::bcc;
+    l.time_step = 0;
+    l.last_layer = l.space.cosets() - 1;
+  } else {
+    if (kind == LatticeKind::bcc) l.kind = LatticeKind::d4star;
+    l.time_step = time_scale * l.space.plane_distance();
+    l.last_layer = planes_to(dims[3] - 1.0, l.time_step);
+  }
+  return l;
+}
+
+int32_t Lattice4::mirror_layer(int32_t layer) const {
+  if (is_static()) return space.bcc ? layer & 1 : 0;
+  return fold(layer, last_layer);
+}
+
+int64_t Lattice4::sites() const {
+  const int64_t even = space.sites(0);
+  if (!space.bcc) return even * layers();
+  const int64_t odd_layers = layers() / 2;
+  return even * (layers() - odd_layers) + space.sites(1) * odd_layers;
+}
+
+} // namespace bccsplat

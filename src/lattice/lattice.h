@@ -1,0 +1,95 @@
+// The lattices: BCC and CC in space, D4* and CC in space-time.
+//
+// A lattice is described by its mirror planes. Along each axis planes h = 0 .. last stand at equal distance; planes 0
+// and `last` are the two ends of the domain, and the field continues beyond them as its mirror image.
+//   BCC, D4*: sites are the points whose plane numbers h all have the same parity (coset 0: even, coset 1: odd);
+//             planes are 1/sqrt2 apart in lattice units, so that each coset is a CC grid of pitch sqrt2.
+//   CC:       every plane holds sites; planes are 1 apart in lattice units.
+// Lattice units are the T of the kernels. In space a lattice is stretched by less than one part in `last` so that
+// plane `last` falls exactly on the last source sample: no overhang, and both ends mirror the same way. In time the
+// distance is exact (a series can grow) and plane `last` stands at or beyond the last frame.
+// Sources: Conway & Sloane, Sphere Packings, ch. 4; Neophytou & Mueller 2002, section 3.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <numbers>
+
+#include "base/vec.h"
+
+namespace bccsplat {
+
+// The spatial part: one 3D lattice.
+struct Lattice3 {
+  bool bcc = true;
+  Int3 last{1, 1, 1}; // number of the last plane per axis, >= 1
+
+  [[nodiscard]] int cosets() const { return bcc ? 2 : 1; }
+  // Distance of neighbouring planes in lattice units.
+  [[nodiscard]] double plane_distance() const { return bcc ? 1 / std::numbers::sqrt2 : 1.0; }
+  // Cell volume in lattice units: the sum of a kernel over the sites times this is its integral in the mean.
+  [[nodiscard]] double cell_volume() const { return bcc ? std::numbers::sqrt2 : 1.0; }
+
+  // Sites per axis of one coset (x, y, z).
+  [[nodiscard]] Int3 dims(int coset) const {
+    Int3 n;
+    for (size_t a = 0; a < 3; ++a) n[a] = bcc ? (last[a] - coset) / 2 + 1 : last[a] + 1;
+    return n;
+  }
+  [[nodiscard]] int64_t sites(int coset) const {
+    const Int3 n = dims(coset);
+    return int64_t{n[0]} * n[1] * n[2];
+  }
+  // Plane number of site i of a coset, along any axis.
+  [[nodiscard]] int32_t plane(int coset, int32_t i) const { return bcc ? 2 * i + coset : i; }
+  // The site of the coset, along `axis`, whose value stands at i by mirroring; i may be any integer.
+  [[nodiscard]] int32_t mirror(size_t axis, int coset, int32_t i) const;
+
+  bool operator==(const Lattice3&) const = default;
+};
+
+enum class LatticeKind : uint8_t { d4star = 1, bcc = 2, cc = 3 };
+
+struct Lattice4 {
+  LatticeKind kind = LatticeKind::d4star;
+  std::array<uint32_t, 4> dims{1, 1, 1, 1}; // source samples per axis (x, y, z, t); t = 1: a static volume
+  Lattice3 space;
+  Vec3 space_step{1, 1, 1}; // distance of planes in source index units, per axis
+  int32_t last_layer = 0;   // time planes 0 .. last_layer; a static lattice has one layer per coset
+  double time_step = 1;     // distance of layers in frames; 0 for a static lattice
+
+  // scale: lattice distance in units of the source spacing; time_scale likewise in frames.
+  // A series of one step becomes BCC (kind d4star or bcc) or 3D CC.
+  static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale = 1, double time_scale = 1);
+
+  [[nodiscard]] bool is_static() const { return time_step == 0; }
+  [[nodiscard]] int32_t layers() const { return last_layer + 1; }
+  // The coset a layer belongs to.
+  [[nodiscard]] int coset(int32_t layer) const { return space.bcc ? layer & 1 : 0; }
+  // Layers of one coset stand this many layers apart.
+  [[nodiscard]] int32_t layer_period() const { return space.bcc ? 2 : 1; }
+  [[nodiscard]] double layer_frame(int32_t layer) const { return layer * time_step; }
+  // Layer distance in lattice units, the unit of the temporal kernels.
+  [[nodiscard]] double layer_distance() const { return space.plane_distance(); }
+  // The layer whose values stand at `layer` by mirroring; any integer. A static lattice maps onto its cosets.
+  [[nodiscard]] int32_t mirror_layer(int32_t layer) const;
+  // Last frame index: the domain in time is [0, last_frame].
+  [[nodiscard]] double last_frame() const { return dims[3] - 1.0; }
+
+  // Source index position of a site.
+  [[nodiscard]] Vec3 site_position(int coset, const Int3& i) const {
+    Vec3 p;
+    for (size_t a = 0; a < 3; ++a) p[a] = space.plane(coset, i[a]) * space_step[a];
+    return p;
+  }
+  // Source index units -> lattice units, per axis: divide by this.
+  [[nodiscard]] Vec3 lattice_unit() const {
+    const double d = space.plane_distance();
+    return {space_step[0] / d, space_step[1] / d, space_step[2] / d};
+  }
+  [[nodiscard]] int64_t sites() const;
+
+  bool operator==(const Lattice4&) const = default;
+};
+
+} // namespace bccsplat

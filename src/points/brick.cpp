@@ -1,0 +1,139 @@
+#include "points/brick.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace bccsplat {
+
+int Brick::count() const {
+  int n = 0;
+  for (const uint16_t row : kept) n += std::popcount(row);
+  return n;
+}
+
+int Brick::keep_above(float threshold) {
+  int n = 0;
+  for (size_t r = 0; r < brick_rows; ++r) {
+    uint16_t bits = 0;
+    for (size_t x = 0; x < brick_edge; ++x) {
+      float& v = value[r * brick_edge + x];
+      if (std::fabs(v) > threshold) bits = static_cast<uint16_t>(bits | 1u << x);
+      else v = 0;
+    }
+    kept[r] = bits;
+    n += std::popcount(bits);
+  }
+  return n;
+}
+
+BrickLayer::BrickLayer(const Lattice3& lattice, int coset)
+    : lattice_(lattice), coset_(coset), dims_(lattice.dims(coset)) {
+  size_t slots = 1;
+  for (size_t a = 0; a < 3; ++a) {
+    brick_dims_[a] = (dims_[a] + brick_edge - 1) / brick_edge;
+    slots *= static_cast<size_t>(brick_dims_[a]);
+  }
+  bricks_.resize(slots);
+}
+
+Int3 BrickLayer::slot_position(size_t slot) const {
+  const auto nx = static_cast<size_t>(brick_dims_[0]), ny = static_cast<size_t>(brick_dims_[1]);
+  return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny), static_cast<int32_t>(slot / (nx * ny))};
+}
+
+bool BrickLayer::gather(int bx, int by, int bz, int halo, std::span<float> out) const {
+  constexpr int max_edge = 3 * brick_edge;
+  const int edge = brick_edge + 2 * halo;
+  // Where each index of the block lives: the brick along that axis and the site inside it.
+  int brick_of[3][max_edge], site_of[3][max_edge];
+  const int origin[3] = {bx * brick_edge - halo, by * brick_edge - halo, bz * brick_edge - halo};
+  for (size_t a = 0; a < 3; ++a)
+    for (int g = 0; g < edge; ++g) {
+      const int i = lattice_.mirror(a, coset_, origin[a] + g);
+      brick_of[a][g] = i / brick_edge;
+      site_of[a][g] = i % brick_edge;
+    }
+  // Runs along x that stay inside one brick and rise by one: copied as a whole.
+  struct Run {
+    int start, length, brick, site;
+  };
+  Run runs[max_edge];
+  int run_count = 0;
+  for (int g = 0; g < edge; ++g) {
+    Run* r = run_count ? &runs[run_count - 1] : nullptr;
+    if (r && r->brick == brick_of[0][g] && site_of[0][g] == r->site + r->length) ++r->length;
+    else runs[run_count++] = {g, 1, brick_of[0][g], site_of[0][g]};
+  }
+  bool any = false;
+  for (int z = 0; z < edge && !any; ++z) {
+    if (z > 0 && brick_of[2][z] == brick_of[2][z - 1]) continue;
+    for (int y = 0; y < edge && !any; ++y) {
+      if (y > 0 && brick_of[1][y] == brick_of[1][y - 1]) continue;
+      for (int r = 0; r < run_count && !any; ++r) any = brick(runs[r].brick, brick_of[1][y], brick_of[2][z]) != nullptr;
+    }
+  }
+  if (!any) return false;
+  float* target = out.data();
+  for (int z = 0; z < edge; ++z)
+    for (int y = 0; y < edge; ++y, target += edge)
+      for (int r = 0; r < run_count; ++r) {
+        const Run& run = runs[r];
+        const Brick* source = brick(run.brick, brick_of[1][y], brick_of[2][z]);
+        const auto bytes = static_cast<size_t>(run.length) * sizeof(float);
+        if (!source) {
+          std::memset(target + run.start, 0, bytes);
+        } else {
+          const auto row = static_cast<size_t>(site_of[2][z] * brick_edge + site_of[1][y]);
+          std::memcpy(target + run.start, source->value.data() + row * brick_edge + run.site, bytes);
+        }
+      }
+  return true;
+}
+
+int64_t BrickLayer::kept_sites() const {
+  int64_t n = 0;
+  for (const auto& b : bricks_)
+    if (b) n += b->count();
+  return n;
+}
+
+uint64_t BrickLayer::bytes() const {
+  uint64_t n = bricks_.size() * sizeof(bricks_[0]);
+  for (const auto& b : bricks_)
+    if (b) n += sizeof(Brick) + (b->hole ? sizeof(BrickMask) : 0);
+  return n;
+}
+
+BrickLayer layer_from_dense(const Lattice3& lattice, int coset, std::span<const float> dense) {
+  BrickLayer layer(lattice, coset);
+  const Int3 n = layer.dims();
+  for (size_t s = 0; s < layer.brick_slots(); ++s) {
+    const Int3 b = layer.slot_position(s);
+    auto brick = std::make_shared<Brick>();
+    for (int z = 0; z < std::min(brick_edge, n[2] - b[2] * brick_edge); ++z)
+      for (int y = 0; y < std::min(brick_edge, n[1] - b[1] * brick_edge); ++y) {
+        const int width = std::min(brick_edge, n[0] - b[0] * brick_edge);
+        const auto from = (static_cast<size_t>(b[2] * brick_edge + z) * static_cast<size_t>(n[1]) +
+                           static_cast<size_t>(b[1] * brick_edge + y)) * static_cast<size_t>(n[0]) +
+                          static_cast<size_t>(b[0] * brick_edge);
+        std::copy_n(dense.begin() + static_cast<std::ptrdiff_t>(from), width,
+                    brick->value.begin() + (z * brick_edge + y) * brick_edge);
+      }
+    if (brick->keep_above(0) > 0) layer.set(s, std::move(brick));
+  }
+  return layer;
+}
+
+std::vector<float> layer_to_dense(const BrickLayer& layer) {
+  const Int3 n = layer.dims();
+  std::vector<float> dense;
+  dense.reserve(static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]));
+  for (int z = 0; z < n[2]; ++z)
+    for (int y = 0; y < n[1]; ++y)
+      for (int x = 0; x < n[0]; ++x) dense.push_back(layer.value(x, y, z));
+  return dense;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,83 @@
+// Bricks: 16^3 sites of one coset of one layer, and the sparse layer made of them.
+//
+// A site is in one of three states. Kept: its occupancy bit is set and its value counts. Air: the bit is clear, the
+// value is 0 (values are stored relative to air). Hole: missing data; the hole bit is set, the value is a smooth fill.
+// Sites beyond the coset's dims in edge bricks are air.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "lattice/lattice.h"
+
+namespace bccsplat {
+
+inline constexpr int brick_edge = 16;
+inline constexpr int brick_rows = brick_edge * brick_edge;
+inline constexpr int brick_sites = brick_rows * brick_edge;
+
+// One bit per site, one word per row along x; row = z*16 + y, bit = x.
+using BrickMask = std::array<uint16_t, brick_rows>;
+
+struct Brick {
+  alignas(64) std::array<float, brick_sites> value{}; // (z*16 + y)*16 + x; value minus air, 0 where not kept
+  BrickMask kept{};
+  std::unique_ptr<BrickMask> hole; // null: no holes
+
+  [[nodiscard]] int count() const;
+  [[nodiscard]] bool is_hole(int site) const { return hole && ((*hole)[static_cast<size_t>(site / 16)] >> (site % 16) & 1); }
+  // Sets `kept` where |value| > threshold and clears the other values; returns the number kept.
+  int keep_above(float threshold);
+};
+
+// Bricks of one coset of one 3D lattice; absent bricks are air. Bricks are shared and immutable once in a layer.
+class BrickLayer {
+ public:
+  BrickLayer() = default;
+  BrickLayer(const Lattice3& lattice, int coset);
+
+  [[nodiscard]] const Lattice3& lattice() const { return lattice_; }
+  [[nodiscard]] int coset() const { return coset_; }
+  [[nodiscard]] const Int3& dims() const { return dims_; }           // sites
+  [[nodiscard]] const Int3& brick_dims() const { return brick_dims_; } // bricks, the last ones may be partial
+  [[nodiscard]] size_t brick_slots() const { return bricks_.size(); }
+  [[nodiscard]] size_t slot(int bx, int by, int bz) const {
+    return (static_cast<size_t>(bz) * static_cast<size_t>(brick_dims_[1]) + static_cast<size_t>(by)) *
+               static_cast<size_t>(brick_dims_[0]) + static_cast<size_t>(bx);
+  }
+  [[nodiscard]] Int3 slot_position(size_t slot) const; // (bx, by, bz)
+
+  // null: air throughout.
+  [[nodiscard]] const Brick* brick(size_t slot) const { return bricks_[slot].get(); }
+  [[nodiscard]] const Brick* brick(int bx, int by, int bz) const { return bricks_[slot(bx, by, bz)].get(); }
+  [[nodiscard]] const std::shared_ptr<const Brick>& share(size_t slot) const { return bricks_[slot]; }
+  void set(size_t slot, std::shared_ptr<const Brick> brick) { bricks_[slot] = std::move(brick); }
+
+  // Value relative to air at site (x, y, z) inside dims.
+  [[nodiscard]] float value(int x, int y, int z) const {
+    const Brick* b = brick(x / brick_edge, y / brick_edge, z / brick_edge);
+    return b ? b->value[static_cast<size_t>((z % 16 * 16 + y % 16) * 16 + x % 16)] : 0.0f;
+  }
+
+  // Copies the brick at (bx, by, bz) with a margin of `halo` sites on every side, mirrored at the ends of the domain,
+  // into `out`, (16 + 2 halo)^3 floats, x fastest. Returns false, and leaves `out` alone, when all of it is air.
+  bool gather(int bx, int by, int bz, int halo, std::span<float> out) const;
+
+  [[nodiscard]] int64_t kept_sites() const;
+  [[nodiscard]] uint64_t bytes() const; // memory held by the bricks
+
+ private:
+  Lattice3 lattice_;
+  int coset_ = 0;
+  Int3 dims_{}, brick_dims_{};
+  std::vector<std::shared_ptr<const Brick>> bricks_;
+};
+
+// One layer of a dense array onto bricks and back: `dense` has dims() sites, x fastest.
+[[nodiscard]] BrickLayer layer_from_dense(const Lattice3& lattice, int coset, std::span<const float> dense);
+[[nodiscard]] std::vector<float> layer_to_dense(const BrickLayer& layer);
+
+} // namespace bccsplat

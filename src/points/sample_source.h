@@ -1,0 +1,62 @@
+// Where the samples of a 4D volume come from: a .bcc4 file, or memory.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/context.h"
+#include "lattice/lattice.h"
+#include "points/brick.h"
+
+namespace bccsplat {
+
+// A box of bricks, half-open, in brick units of every coset.
+struct BrickBox {
+  Int3 begin{0, 0, 0};
+  Int3 end{INT32_MAX, INT32_MAX, INT32_MAX};
+  [[nodiscard]] bool contains(const Int3& b) const {
+    for (size_t a = 0; a < 3; ++a)
+      if (b[a] < begin[a] || b[a] >= end[a]) return false;
+    return true;
+  }
+  bool operator==(const BrickBox&) const = default;
+};
+
+class SampleSource {
+ public:
+  virtual ~SampleSource() = default;
+  [[nodiscard]] virtual const Lattice4& lattice() const = 0;
+  [[nodiscard]] virtual int channels() const = 0;
+  // The air value; layers hold values minus it.
+  [[nodiscard]] virtual float air(int channel) const = 0;
+  // Samples (or, in a file that stores them, coefficients) of the bricks of one layer inside `region`; bricks outside
+  // may be absent. layer in [0, lattice().layers()). Concurrent calls are allowed.
+  [[nodiscard]] virtual BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
+                                              const Context& context) const = 0;
+  // The kernel whose coefficients are stored, or empty for samples.
+  [[nodiscard]] virtual const std::string& coefficient_kernel() const = 0;
+};
+
+// Dense or sparse layers in memory: for tests and for hosts that never touch a file.
+class MemorySamples final : public SampleSource {
+ public:
+  // layers[channel][layer]
+  MemorySamples(const Lattice4& lattice, std::vector<float> air, std::vector<std::vector<BrickLayer>> layers)
+      : lattice_(lattice), air_(std::move(air)), layers_(std::move(layers)) {}
+  const Lattice4& lattice() const override { return lattice_; }
+  int channels() const override { return static_cast<int>(layers_.size()); }
+  float air(int channel) const override { return air_[static_cast<size_t>(channel)]; }
+  BrickLayer read_layer(int channel, int32_t layer, const BrickBox&, const Context&) const override {
+    return layers_[static_cast<size_t>(channel)][static_cast<size_t>(layer)];
+  }
+  const std::string& coefficient_kernel() const override { return none_; }
+
+ private:
+  Lattice4 lattice_;
+  std::vector<float> air_;
+  std::vector<std::vector<BrickLayer>> layers_;
+  std::string none_;
+};
+
+} // namespace bccsplat
