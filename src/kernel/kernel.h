@@ -23,13 +23,14 @@ struct RadialKernel {
   [[nodiscard]] double slope(double r2) const; // d phi / d(r^2): the gradient at x is 2 x slope(|x|^2)
 };
 
-// beta(dt): a centred B-spline over the layers of one coset (pitch sqrt2), or a Gaussian exp(-g dt^2) cut at half_width.
+// beta(dt): a centred B-spline over the layers of one coset (pitch sqrt2), or scale * exp(-g dt^2) cut at half_width.
 // B-splines sum to 1 over the layers of each coset at any phase.
 struct TemporalKernel {
   enum class Shape : uint8_t { bspline, gaussian };
   Shape shape = Shape::bspline;
   int order = 3;         // B-spline: 2 hat, 3 quadratic, 4 cubic
   double gaussian = 0;   // g, per T^2
+  double scale = 1;      // of a Gaussian, so that its sum over the layers of a coset is 1 in the mean
   double half_width = 0; // beta is 0 from here on; order * sqrt2 / 2 for a B-spline
 
   [[nodiscard]] double value(double dt) const;
