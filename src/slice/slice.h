@@ -1,0 +1,71 @@
+// The 3D field on a hyperplane: coefficients of a radial kernel on a 3D lattice, with its place in the 4D volume.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/vec.h"
+#include "kernel/kernel.h"
+#include "lattice/lattice.h"
+#include "points/brick.h"
+
+namespace bccsplat {
+
+// dot(normal, p) + offset >= 0 inside; p in lattice units.
+struct HalfSpace {
+  Vec3 normal{};
+  double offset = 0;
+};
+
+// Immutable once made. Field value at a point p (lattice units) of the domain:
+//   air + sum over kept sites s of coefficient(s) * kernel.space.value(|p - s|^2)     [/ lattice_sum if normalised]
+// where sites beyond the lattice's end planes hold the mirror images of those inside.
+// A point whose nearest site is a hole has no value.
+struct Slice {
+  Lattice3 lattice;
+  std::array<BrickLayer, 2> coset; // coefficients relative to air; CC slices use the first only
+  Kernel kernel;                   // its spatial part reconstructs the slice
+  float air = 0;
+  bool has_holes = false;
+  std::array<double, 2> bounds{0, 0}; // no value lies outside
+
+  // The domain is the box [0, domain_end] in lattice units, cut by `clip` (empty for time slices).
+  Vec3 domain_end{};
+  std::vector<HalfSpace> clip;
+
+  Affine3 lattice_to_slice; // lattice units -> slice space (u, v, w)
+  Affine3 slice_to_world;
+  std::array<double, 5> hyperplane{0, 0, 0, 1, 0}; // normalised, index space
+  Vec4 origin{};                                   // index space of slice space (0, 0, 0)
+  std::array<Vec4, 3> basis{};                     // index-space directions of u, v, w
+
+  double frame = 0;        // frame index of a time slice
+  uint64_t bytes_read = 0;
+  double milliseconds = 0;
+
+  // Position of a site in lattice units.
+  [[nodiscard]] Vec3 site(int coset_index, const Int3& i) const {
+    const double d = lattice.plane_distance();
+    return {d * lattice.plane(coset_index, i[0]), d * lattice.plane(coset_index, i[1]), d * lattice.plane(coset_index, i[2])};
+  }
+  [[nodiscard]] bool inside(const Vec3& p) const; // lattice units, inclusive with a tolerance of 1e-9
+  [[nodiscard]] bool is_hole(const Vec3& p) const; // of a point inside
+  [[nodiscard]] int64_t points() const;
+  [[nodiscard]] uint64_t bytes() const;
+};
+
+// The slow double-precision reference: field value (absolute) and gradient (per lattice unit; may be null) at a point
+// inside the domain, in lattice units.
+[[nodiscard]] double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient);
+
+// Value and gradient at points in lattice units; outside the domain or in holes NaN. gradients: empty or one per point.
+// Returns how many points were outside and in holes.
+struct EvaluateMisses {
+  uint64_t outside = 0, holes = 0;
+};
+EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
+                        std::span<std::array<float, 3>> gradients);
+
+} // namespace bccsplat
