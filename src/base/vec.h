@@ -46,6 +46,7 @@ struct Affine3 {
     r.offset = point(inner.offset);
     return r;
   }
+  bool operator==(const Affine3&) const = default;
 };
 
 } // namespace bccsplat
