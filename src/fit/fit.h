@@ -1,0 +1,93 @@
+// Streaming fit: frames of a Cartesian series, or layers of lattice samples, in; the relevant lattice samples
+// out, slab by slab. Memory does not grow with the number of frames (but for 16 bytes each, their ranges).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/context.h"
+#include "fit/filter.h"
+#include "fit/frame.h"
+#include "fit/histogram.h"
+#include "fit/quantise.h"
+#include "formats/bcc4_info.h"
+#include "lattice/lattice.h"
+#include "points/brick.h"
+
+namespace bccsplat {
+
+struct FitChannel {
+  std::string name = "value"; // for error texts
+  Quantiser quantiser;
+  float threshold = 0; // a site within this of air is dropped; 0: only where the stored code is that of air
+  std::optional<Range>
+      range; // what NonFinite::clamp makes of infinities; none: the range of the source so far
+};
+
+struct FitOptions {
+  LatticeKind lattice = LatticeKind::d4star; // one frame: BCC (or 3D CC)
+  std::array<uint32_t, 4> dims{1, 1, 1, 0};  // source samples; dims[3] = 0: as many frames as are given
+  double scale = 1, time_scale = 1;          // as in Lattice4::fit
+  Filter filter = Filter::kaiser8;
+  NonFinite nonfinite = NonFinite::error;
+  int32_t slab_layers = 8;
+  std::vector<FitChannel> channels{1};
+};
+
+// Layers slab * slab_layers .. of one channel, fewer than slab_layers only at the end. Slabs of a channel
+// come in rising order, all of them, from the thread that called the Fit. Values are relative to air and
+// exactly representable in the stored type.
+using FitSink = std::function<void(int32_t slab, int channel, std::span<const BrickLayer> layers)>;
+
+struct FitChannelReport {
+  Range source_range;        // finite source values, absolute; 0..0 when there are none
+  std::vector<Range> frames; // the same for each frame; empty when layers were given
+  uint64_t source_samples = 0;
+  uint64_t cc_relevant = 0; // source samples further than the threshold from air
+  uint64_t nonfinite = 0;   // source values
+  uint64_t sites_total = 0, sites_kept = 0;
+  uint64_t holes = 0;      // of the sites kept
+  uint64_t clamped = 0;    // sites whose value the stored type could not hold
+  SampleHistogram samples; // of the sites kept that are no holes
+};
+
+struct FitReport {
+  Lattice4 lattice;
+  std::vector<FitChannelReport> channels;
+};
+
+class Fit {
+ public:
+  Fit(const FitOptions& options, FitSink sink, const Context& context);
+  ~Fit();
+  Fit(const Fit&) = delete;
+  Fit& operator=(const Fit&) = delete;
+
+  // The next frame of a channel; no boxes: all air. Calls the sink when layers are complete.
+  void add_frame(int channel, std::span<const FrameBox> boxes);
+  // The next layer of a channel as samples (absolute values, x fastest, dims of lattice().space of the
+  // layer's coset). Needs dims[3] > 0; a fit takes frames or layers.
+  void add_layer(int channel, int32_t layer, std::span<const float> samples);
+  // Emits what is left. Every channel must have got the same number of frames, dims[3] of them when that was
+  // given.
+  [[nodiscard]] FitReport finish();
+
+  // Final when dims[3] > 0, or after finish; before, its spatial part is.
+  [[nodiscard]] const Lattice4& lattice() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Completes what ChannelInfo says about the source: ranges, histogram, percentiles, frames, cc_relevant,
+// clamped.
+void describe(const FitChannelReport& report, ChannelInfo& info);
+
+} // namespace bccsplat

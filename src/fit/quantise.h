@@ -1,0 +1,24 @@
+// From real values to the values a file can hold. The fit hands out rounded values, so that what is kept,
+// what is counted and what a reader gets back agree; the container's own rounding then changes nothing.
+#pragma once
+
+#include <cstdint>
+
+#include "formats/bcc4_info.h"
+
+namespace bccsplat {
+
+// value = code * scale + offset; see ChannelInfo for what the float types allow.
+struct Quantiser {
+  ValueType type = ValueType::f32;
+  double scale = 1, offset = 0;
+  float air = 0; // all other floats of the fit are relative to it
+};
+
+// Holds every value of `source` in its own precision where a stored type has it: i8 and i16 by an offset,
+// i32, u32 and f64 as f32.
+[[nodiscard]] Quantiser quantiser_of_source(SourceType source, float air);
+// Spreads [low, high] over the codes of u8 or u16; the float types as they are.
+[[nodiscard]] Quantiser quantiser_of_range(ValueType type, const Range& range, float air);
+
+} // namespace bccsplat
