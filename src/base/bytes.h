@@ -15,7 +15,8 @@
 
 namespace bccsplat {
 
-static_assert(std::endian::native == std::endian::little, "a big-endian host needs byte swaps in base/bytes.h");
+static_assert(std::endian::native == std::endian::little,
+              "a big-endian host needs byte swaps in base/bytes.h");
 
 class ByteReader {
  public:
@@ -27,7 +28,7 @@ class ByteReader {
   [[nodiscard]] size_t remaining() const { return bytes_.size() - position_; }
 
   template<class T>
-    requires std::is_arithmetic_v<T>
+  requires std::is_arithmetic_v<T>
   [[nodiscard]] T read() {
     T value;
     std::memcpy(&value, take(sizeof(T)).data(), sizeof(T));
@@ -36,8 +37,8 @@ class ByteReader {
 
   [[nodiscard]] std::span<const std::byte> take(uint64_t count) {
     if (count > remaining())
-      fail(Code::truncated, what_, " at offset ", offset_ + position_, " needs ", count, " bytes, ", remaining(),
-           " are left");
+      fail(Code::truncated, what_, " at offset ", offset_ + position_, " needs ", count, " bytes, ",
+           remaining(), " are left");
     const auto part = bytes_.subspan(position_, static_cast<size_t>(count));
     position_ += static_cast<size_t>(count);
     return part;
@@ -81,7 +82,7 @@ class ByteReader {
 class ByteWriter {
  public:
   template<class T>
-    requires std::is_arithmetic_v<T>
+  requires std::is_arithmetic_v<T>
   void write(T value) {
     const auto* p = reinterpret_cast<const std::byte*>(&value);
     bytes_.insert(bytes_.end(), p, p + sizeof(T));

@@ -20,22 +20,32 @@ namespace {
   Code code = Code::io_error;
   const char* hint = "";
   switch (error) {
-  case ENOENT: code = Code::file_not_found; break;
+  case ENOENT:
+    code = Code::file_not_found;
+    break;
   case EACCES:
   case EPERM:
-  case EROFS: code = Code::permission_denied; break;
-  case EEXIST: code = Code::file_exists; break;
+  case EROFS:
+    code = Code::permission_denied;
+    break;
+  case EEXIST:
+    code = Code::file_exists;
+    break;
   case ENOSPC:
   case EDQUOT:
   case EFBIG:
     code = Code::no_space;
     hint = "; free some space or write elsewhere";
     break;
-  case ENOMEM: code = Code::out_of_memory; break;
-  default: break;
+  case ENOMEM:
+    code = Code::out_of_memory;
+    break;
+  default:
+    break;
   }
   char buffer[256] = {};
-  fail(code, path, ": cannot ", doing, ": ", static_cast<const char*>(strerror_r(error, buffer, sizeof buffer)), hint);
+  fail(code, path, ": cannot ", doing, ": ",
+       static_cast<const char*>(strerror_r(error, buffer, sizeof buffer)), hint);
 }
 
 class Descriptor {
@@ -58,9 +68,10 @@ class Descriptor {
 
 class FileSource final : public ByteSource {
  public:
-  explicit FileSource(const std::string& path) : name_(path), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  explicit FileSource(const std::string& path)
+      : name_(path), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
     if (file_.get() < 0) fail_errno(path, "open", errno);
-    struct stat info{};
+    struct stat info {};
     if (::fstat(file_.get(), &info) != 0) fail_errno(path, "read", errno);
     if (!S_ISREG(info.st_mode)) fail(Code::io_error, path, ": not a regular file");
     size_ = static_cast<uint64_t>(info.st_size);
@@ -71,7 +82,8 @@ class FileSource final : public ByteSource {
     if (offset > size_ || out.size() > size_ - offset) fail_range(name_, offset, out.size(), size_);
     size_t done = 0;
     while (done < out.size()) {
-      const auto n = ::pread(file_.get(), out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
+      const auto n =
+          ::pread(file_.get(), out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
       if (n < 0 && errno == EINTR) continue;
       if (n < 0) fail_errno(name_, "read", errno);
       if (n == 0) fail_range(name_, offset, out.size(), offset + done);
@@ -109,7 +121,8 @@ class StreamSource final : public ByteSource {
   void read_at(uint64_t offset, std::span<std::byte> out) const override {
     if (offset > size_ || out.size() > size_ - offset) fail_range(name_, offset, out.size(), size_);
     const int64_t n = read_(offset, out);
-    if (n < 0) fail(Code::io_error, "stream: the host could not read ", out.size(), " bytes at offset ", offset);
+    if (n < 0)
+      fail(Code::io_error, "stream: the host could not read ", out.size(), " bytes at offset ", offset);
     if (static_cast<uint64_t>(n) != out.size())
       fail_range(name_, offset, out.size(), offset + static_cast<uint64_t>(n));
   }
@@ -124,7 +137,7 @@ class FileSink final : public ByteSink {
  public:
   FileSink(std::string path, bool overwrite)
       : path_(std::move(path)), partial_(path_ + ".partial"), overwrite_(overwrite) {
-    struct stat info{};
+    struct stat info {};
     if (!overwrite && ::lstat(path_.c_str(), &info) == 0)
       fail(Code::file_exists, path_, ": exists already; choose another name or allow overwriting");
     fd_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -142,7 +155,8 @@ class FileSink final : public ByteSink {
   void write_at(uint64_t offset, std::span<const std::byte> bytes) override {
     size_t done = 0;
     while (done < bytes.size()) {
-      const auto n = ::pwrite(fd_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+      const auto n =
+          ::pwrite(fd_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
       if (n < 0 && errno == EINTR) continue;
       if (n < 0) fail_errno(path_, "write", errno);
       done += static_cast<size_t>(n);
@@ -157,8 +171,10 @@ class FileSink final : public ByteSink {
       if (::rename(partial_.c_str(), path_.c_str()) != 0) fail_errno(path_, "rename to", errno);
     } else {
       // link() refuses a name that appeared meanwhile; file systems without links fall back to rename.
-      if (::link(partial_.c_str(), path_.c_str()) == 0) ::unlink(partial_.c_str());
-      else if (errno == EEXIST || ::rename(partial_.c_str(), path_.c_str()) != 0) fail_errno(path_, "rename to", errno);
+      if (::link(partial_.c_str(), path_.c_str()) == 0)
+        ::unlink(partial_.c_str());
+      else if (errno == EEXIST || ::rename(partial_.c_str(), path_.c_str()) != 0)
+        fail_errno(path_, "rename to", errno);
     }
     ::close(std::exchange(fd_, -1));
   }
@@ -187,7 +203,9 @@ class StreamSink final : public ByteSink {
 
 } // namespace
 
-std::unique_ptr<ByteSource> open_file_source(const std::string& path) { return std::make_unique<FileSource>(path); }
+std::unique_ptr<ByteSource> open_file_source(const std::string& path) {
+  return std::make_unique<FileSource>(path);
+}
 
 std::unique_ptr<ByteSource> open_memory_source(std::span<const std::byte> bytes) {
   return std::make_unique<MemorySource>(bytes);
@@ -201,7 +219,9 @@ std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwri
   return std::make_unique<FileSink>(path, overwrite);
 }
 
-std::unique_ptr<ByteSink> create_stream_sink(WriteAt write) { return std::make_unique<StreamSink>(std::move(write)); }
+std::unique_ptr<ByteSink> create_stream_sink(WriteAt write) {
+  return std::make_unique<StreamSink>(std::move(write));
+}
 
 std::unique_ptr<ByteSink> create_memory_sink(std::vector<std::byte>& out) {
   return create_stream_sink([&out](uint64_t offset, std::span<const std::byte> bytes) {

@@ -39,7 +39,8 @@ class ByteSink {
   virtual void commit() = 0;
 };
 
-// Writes to `path`.partial beside `path`; commit() renames it. An existing `path` is refused unless `overwrite`.
+// Writes to `path`.partial beside `path`; commit() renames it. An existing `path` is refused unless
+// `overwrite`.
 [[nodiscard]] std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwrite);
 using WriteAt = std::function<int64_t(uint64_t offset, std::span<const std::byte> bytes)>;
 [[nodiscard]] std::unique_ptr<ByteSink> create_stream_sink(WriteAt write);

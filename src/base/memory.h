@@ -22,7 +22,9 @@ class MemoryBudget {
       if (bytes > limit_ - used) return false;
     } while (!used_.compare_exchange_weak(used, used + bytes, std::memory_order_relaxed));
     uint64_t peak = peak_.load(std::memory_order_relaxed);
-    while (used + bytes > peak && !peak_.compare_exchange_weak(peak, used + bytes, std::memory_order_relaxed)) {}
+    while (used + bytes > peak &&
+           !peak_.compare_exchange_weak(peak, used + bytes, std::memory_order_relaxed)) {
+    }
     return true;
   }
   void release(uint64_t bytes) noexcept { used_.fetch_sub(bytes, std::memory_order_relaxed); }
@@ -47,6 +49,13 @@ class Reservation {
       fail(Code::memory_budget, what, " needs ", bytes, " bytes, the budget of ", budget.limit(), " has ",
            budget.limit() - budget.used(), " left; raise the memory budget");
     }
+  }
+  // Takes over bytes that try_reserve granted.
+  static Reservation adopt(MemoryBudget& budget, uint64_t bytes) {
+    Reservation r;
+    r.budget_ = &budget;
+    r.bytes_ = bytes;
+    return r;
   }
   Reservation(Reservation&& other) noexcept
       : budget_(std::exchange(other.budget_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}

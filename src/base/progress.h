@@ -10,8 +10,8 @@
 
 namespace bccsplat {
 
-// Hands a fraction in [0, 1] that never falls to a callback, at most 30 times a second; a non-zero answer cancels.
-// Any thread may call it. Stages divide their share by `Span`s of [0, 1].
+// Hands a fraction in [0, 1] that never falls to a callback, at most 30 times a second; a non-zero answer
+// cancels. Any thread may call it. Stages divide their share by `Span`s of [0, 1].
 class Progress {
  public:
   using Callback = std::function<int(double fraction)>;

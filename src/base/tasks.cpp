@@ -20,7 +20,9 @@ struct Job {
   std::exception_ptr error;
   int helpers = 0; // workers inside; guarded by the pool's mutex
 
-  [[nodiscard]] bool drained() const { return failed.load(std::memory_order_relaxed) || next.load(std::memory_order_relaxed) >= count; }
+  [[nodiscard]] bool drained() const {
+    return failed.load(std::memory_order_relaxed) || next.load(std::memory_order_relaxed) >= count;
+  }
 
   void run() {
     const bool outer = std::exchange(inside_parallel_for, true);

@@ -17,7 +17,8 @@ using HostRunner = std::function<void(uint64_t count, const std::function<void(u
 
 class Tasks {
  public:
-  // threads = 0: as many as the machine has. Threads start at the first parallel call and are joined by the destructor.
+  // threads = 0: as many as the machine has. Threads start at the first parallel call and are joined by the
+  // destructor.
   explicit Tasks(int threads = 0);
   // Every parallel call goes through `runner`; `threads` tells how many it uses.
   Tasks(HostRunner runner, int threads);
@@ -27,8 +28,9 @@ class Tasks {
 
   [[nodiscard]] int threads() const { return threads_; }
 
-  // Calls body(index) once for each index in [0, count); order and thread are free. The first exception is rethrown
-  // after all started bodies ended; further indices are then not started. Nested calls run in the calling thread.
+  // Calls body(index) once for each index in [0, count); order and thread are free. The first exception is
+  // rethrown after all started bodies ended; further indices are then not started. Nested calls run in the
+  // calling thread.
   void parallel_for(uint64_t count, const std::function<void(uint64_t index)>& body);
 
  private:

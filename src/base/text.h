@@ -12,8 +12,7 @@ namespace bccsplat {
 inline void append_text(std::string& out, std::string_view s) { out += s; }
 inline void append_text(std::string& out, char c) { out += c; }
 template<std::integral I>
-  requires(!std::same_as<I, char> && !std::same_as<I, bool>)
-void append_text(std::string& out, I value) {
+requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std::string& out, I value) {
   char buffer[24];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   out.append(buffer, end);

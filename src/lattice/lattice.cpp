@@ -16,7 +16,8 @@ int32_t fold(int64_t h, int64_t last) {
   return static_cast<int32_t>(h <= last ? h : period - h);
 }
 
-// The first plane at or beyond `end` when planes stand `distance` apart; a rounding error is no further plane.
+// The first plane at or beyond `end` when planes stand `distance` apart; a rounding error is no further
+// plane.
 int32_t planes_to(double end, double distance) {
   const double planes = std::ceil(end / distance - 1e-9);
   if (!(planes < 1e9)) fail(Code::limit_exceeded, "lattice: more than 1e9 planes along one axis");
@@ -30,7 +31,8 @@ int32_t Lattice3::mirror(size_t axis, int coset, int32_t i) const {
   return (fold(2 * int64_t{i} + coset, last[axis]) - coset) / 2;
 }
 
-Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale, double time_scale) {
+Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale,
+                       double time_scale) {
   for (const uint32_t n : dims)
     if (n == 0) fail(Code::invalid_argument, "lattice: every dimension must be at least 1");
   if (!(scale > 0 && time_scale > 0 && std::isfinite(scale) && std::isfinite(time_scale)))

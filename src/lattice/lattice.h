@@ -1,13 +1,15 @@
 // The lattices: BCC and CC in space, D4* and CC in space-time.
 //
-// A lattice is described by its mirror planes. Along each axis planes h = 0 .. last stand at equal distance; planes 0
-// and `last` are the two ends of the domain, and the field continues beyond them as its mirror image.
-//   BCC, D4*: sites are the points whose plane numbers h all have the same parity (coset 0: even, coset 1: odd);
+// A lattice is described by its mirror planes. Along each axis planes h = 0 .. last stand at equal distance;
+// planes 0 and `last` are the two ends of the domain, and the field continues beyond them as its mirror
+// image.
+//   BCC, D4*: sites are the points whose plane numbers h all have the same parity (coset 0: even, coset 1:
+//   odd);
 //             planes are 1/sqrt2 apart in lattice units, so that each coset is a CC grid of pitch sqrt2.
 //   CC:       every plane holds sites; planes are 1 apart in lattice units.
-// Lattice units are the T of the kernels. In space a lattice is stretched by less than one part in `last` so that
-// plane `last` falls exactly on the last source sample: no overhang, and both ends mirror the same way. In time the
-// distance is exact (a series can grow) and plane `last` stands at or beyond the last frame.
+// Lattice units are the T of the kernels. In space a lattice is stretched by less than one part in `last` so
+// that plane `last` falls exactly on the last source sample: no overhang, and both ends mirror the same way.
+// In time the distance is exact (a series can grow) and plane `last` stands at or beyond the last frame.
 // Sources: Conway & Sloane, Sphere Packings, ch. 4; Neophytou & Mueller 2002, section 3.
 #pragma once
 
@@ -60,7 +62,8 @@ struct Lattice4 {
 
   // scale: lattice distance in units of the source spacing; time_scale likewise in frames.
   // A series of one step becomes BCC (kind d4star or bcc) or 3D CC.
-  static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale = 1, double time_scale = 1);
+  static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale = 1,
+                      double time_scale = 1);
 
   [[nodiscard]] bool is_static() const { return time_step == 0; }
   [[nodiscard]] int32_t layers() const { return last_layer + 1; }

@@ -19,8 +19,10 @@ int Brick::keep_above(float threshold) {
     uint16_t bits = 0;
     for (size_t x = 0; x < brick_edge; ++x) {
       float& v = value[r * brick_edge + x];
-      if (std::fabs(v) > threshold) bits = static_cast<uint16_t>(bits | 1u << x);
-      else v = 0;
+      if (std::fabs(v) > threshold)
+        bits = static_cast<uint16_t>(bits | 1u << x);
+      else
+        v = 0;
     }
     kept[r] = bits;
     n += std::popcount(bits);
@@ -40,7 +42,8 @@ BrickLayer::BrickLayer(const Lattice3& lattice, int coset)
 
 Int3 BrickLayer::slot_position(size_t slot) const {
   const auto nx = static_cast<size_t>(brick_dims_[0]), ny = static_cast<size_t>(brick_dims_[1]);
-  return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny), static_cast<int32_t>(slot / (nx * ny))};
+  return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny),
+          static_cast<int32_t>(slot / (nx * ny))};
 }
 
 bool BrickLayer::gather(int bx, int by, int bz, int halo, std::span<float> out) const {
@@ -63,15 +66,18 @@ bool BrickLayer::gather(int bx, int by, int bz, int halo, std::span<float> out) 
   int run_count = 0;
   for (int g = 0; g < edge; ++g) {
     Run* r = run_count ? &runs[run_count - 1] : nullptr;
-    if (r && r->brick == brick_of[0][g] && site_of[0][g] == r->site + r->length) ++r->length;
-    else runs[run_count++] = {g, 1, brick_of[0][g], site_of[0][g]};
+    if (r && r->brick == brick_of[0][g] && site_of[0][g] == r->site + r->length)
+      ++r->length;
+    else
+      runs[run_count++] = {g, 1, brick_of[0][g], site_of[0][g]};
   }
   bool any = false;
   for (int z = 0; z < edge && !any; ++z) {
     if (z > 0 && brick_of[2][z] == brick_of[2][z - 1]) continue;
     for (int y = 0; y < edge && !any; ++y) {
       if (y > 0 && brick_of[1][y] == brick_of[1][y - 1]) continue;
-      for (int r = 0; r < run_count && !any; ++r) any = brick(runs[r].brick, brick_of[1][y], brick_of[2][z]) != nullptr;
+      for (int r = 0; r < run_count && !any; ++r)
+        any = brick(runs[r].brick, brick_of[1][y], brick_of[2][z]) != nullptr;
     }
   }
   if (!any) return false;
@@ -116,7 +122,8 @@ BrickLayer layer_from_dense(const Lattice3& lattice, int coset, std::span<const 
       for (int y = 0; y < std::min(brick_edge, n[1] - b[1] * brick_edge); ++y) {
         const int width = std::min(brick_edge, n[0] - b[0] * brick_edge);
         const auto from = (static_cast<size_t>(b[2] * brick_edge + z) * static_cast<size_t>(n[1]) +
-                           static_cast<size_t>(b[1] * brick_edge + y)) * static_cast<size_t>(n[0]) +
+                           static_cast<size_t>(b[1] * brick_edge + y)) *
+                              static_cast<size_t>(n[0]) +
                           static_cast<size_t>(b[0] * brick_edge);
         std::copy_n(dense.begin() + static_cast<std::ptrdiff_t>(from), width,
                     brick->value.begin() + (z * brick_edge + y) * brick_edge);

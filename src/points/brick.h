@@ -1,8 +1,8 @@
 // Bricks: 16^3 sites of one coset of one layer, and the sparse layer made of them.
 //
-// A site is in one of three states. Kept: its occupancy bit is set and its value counts. Air: the bit is clear, the
-// value is 0 (values are stored relative to air). Hole: missing data; the hole bit is set, the value is a smooth fill.
-// Sites beyond the coset's dims in edge bricks are air.
+// A site is in one of three states. Kept: its occupancy bit is set and its value counts. Air: the bit is
+// clear, the value is 0 (values are stored relative to air). Hole: missing data; the hole bit is set, the
+// value is a smooth fill. Sites beyond the coset's dims in edge bricks are air.
 #pragma once
 
 #include <array>
@@ -28,12 +28,15 @@ struct Brick {
   std::unique_ptr<BrickMask> hole; // null: no holes
 
   [[nodiscard]] int count() const;
-  [[nodiscard]] bool is_hole(int site) const { return hole && ((*hole)[static_cast<size_t>(site / 16)] >> (site % 16) & 1); }
+  [[nodiscard]] bool is_hole(int site) const {
+    return hole && ((*hole)[static_cast<size_t>(site / 16)] >> (site % 16) & 1);
+  }
   // Sets `kept` where |value| > threshold and clears the other values; returns the number kept.
   int keep_above(float threshold);
 };
 
-// Bricks of one coset of one 3D lattice; absent bricks are air. Bricks are shared and immutable once in a layer.
+// Bricks of one coset of one 3D lattice; absent bricks are air. Bricks are shared and immutable once in a
+// layer.
 class BrickLayer {
  public:
   BrickLayer() = default;
@@ -41,12 +44,13 @@ class BrickLayer {
 
   [[nodiscard]] const Lattice3& lattice() const { return lattice_; }
   [[nodiscard]] int coset() const { return coset_; }
-  [[nodiscard]] const Int3& dims() const { return dims_; }           // sites
+  [[nodiscard]] const Int3& dims() const { return dims_; }             // sites
   [[nodiscard]] const Int3& brick_dims() const { return brick_dims_; } // bricks, the last ones may be partial
   [[nodiscard]] size_t brick_slots() const { return bricks_.size(); }
   [[nodiscard]] size_t slot(int bx, int by, int bz) const {
     return (static_cast<size_t>(bz) * static_cast<size_t>(brick_dims_[1]) + static_cast<size_t>(by)) *
-               static_cast<size_t>(brick_dims_[0]) + static_cast<size_t>(bx);
+               static_cast<size_t>(brick_dims_[0]) +
+           static_cast<size_t>(bx);
   }
   [[nodiscard]] Int3 slot_position(size_t slot) const; // (bx, by, bz)
 
@@ -62,8 +66,9 @@ class BrickLayer {
     return b ? b->value[static_cast<size_t>((z % 16 * 16 + y % 16) * 16 + x % 16)] : 0.0f;
   }
 
-  // Copies the brick at (bx, by, bz) with a margin of `halo` sites on every side, mirrored at the ends of the domain,
-  // into `out`, (16 + 2 halo)^3 floats, x fastest. Returns false, and leaves `out` alone, when all of it is air.
+  // Copies the brick at (bx, by, bz) with a margin of `halo` sites on every side, mirrored at the ends of the
+  // domain, into `out`, (16 + 2 halo)^3 floats, x fastest. Returns false, and leaves `out` alone, when all of
+  // it is air.
   bool gather(int bx, int by, int bz, int halo, std::span<float> out) const;
 
   [[nodiscard]] int64_t kept_sites() const;

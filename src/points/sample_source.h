@@ -30,8 +30,8 @@ class SampleSource {
   [[nodiscard]] virtual int channels() const = 0;
   // The air value; layers hold values minus it.
   [[nodiscard]] virtual float air(int channel) const = 0;
-  // Samples (or, in a file that stores them, coefficients) of the bricks of one layer inside `region`; bricks outside
-  // may be absent. layer in [0, lattice().layers()). Concurrent calls are allowed.
+  // Samples (or, in a file that stores them, coefficients) of the bricks of one layer inside `region`; bricks
+  // outside may be absent. layer in [0, lattice().layers()). Concurrent calls are allowed.
   [[nodiscard]] virtual BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                                               const Context& context) const = 0;
   // The kernel whose coefficients are stored, or empty for samples.

@@ -1,4 +1,5 @@
-// The 3D field on a hyperplane: coefficients of a radial kernel on a 3D lattice, with its place in the 4D volume.
+// The 3D field on a hyperplane: coefficients of a radial kernel on a 3D lattice, with its place in the 4D
+// volume.
 #pragma once
 
 #include <array>
@@ -20,7 +21,8 @@ struct HalfSpace {
 };
 
 // Immutable once made. Field value at a point p (lattice units) of the domain:
-//   air + sum over kept sites s of coefficient(s) * kernel.space.value(|p - s|^2)     [/ lattice_sum if normalised]
+//   air + sum over kept sites s of coefficient(s) * kernel.space.value(|p - s|^2)     [/ lattice_sum if
+//   normalised]
 // where sites beyond the lattice's end planes hold the mirror images of those inside.
 // A point whose nearest site is a hole has no value.
 struct Slice {
@@ -41,27 +43,28 @@ struct Slice {
   Vec4 origin{};                                   // index space of slice space (0, 0, 0)
   std::array<Vec4, 3> basis{};                     // index-space directions of u, v, w
 
-  double frame = 0;        // frame index of a time slice
+  double frame = 0; // frame index of a time slice
   uint64_t bytes_read = 0;
   double milliseconds = 0;
 
   // Position of a site in lattice units.
   [[nodiscard]] Vec3 site(int coset_index, const Int3& i) const {
     const double d = lattice.plane_distance();
-    return {d * lattice.plane(coset_index, i[0]), d * lattice.plane(coset_index, i[1]), d * lattice.plane(coset_index, i[2])};
+    return {d * lattice.plane(coset_index, i[0]), d * lattice.plane(coset_index, i[1]),
+            d * lattice.plane(coset_index, i[2])};
   }
-  [[nodiscard]] bool inside(const Vec3& p) const; // lattice units, inclusive with a tolerance of 1e-9
+  [[nodiscard]] bool inside(const Vec3& p) const;  // lattice units, inclusive with a tolerance of 1e-9
   [[nodiscard]] bool is_hole(const Vec3& p) const; // of a point inside
   [[nodiscard]] int64_t points() const;
   [[nodiscard]] uint64_t bytes() const;
 };
 
-// The slow double-precision reference: field value (absolute) and gradient (per lattice unit; may be null) at a point
-// inside the domain, in lattice units.
+// The slow double-precision reference: field value (absolute) and gradient (per lattice unit; may be null) at
+// a point inside the domain, in lattice units.
 [[nodiscard]] double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient);
 
-// Value and gradient at points in lattice units; outside the domain or in holes NaN. gradients: empty or one per point.
-// Returns how many points were outside and in holes.
+// Value and gradient at points in lattice units; outside the domain or in holes NaN. gradients: empty or one
+// per point. Returns how many points were outside and in holes.
 struct EvaluateMisses {
   uint64_t outside = 0, holes = 0;
 };

@@ -1,0 +1,103 @@
+#include "slice/coefficients.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "slice/prefilter.h"
+
+namespace bccsplat {
+
+// A cached layer and the memory it holds from the budget; kept alive by whoever uses the layer.
+struct Coefficients::Entry {
+  BrickLayer layer;
+  uint64_t bytes = 0;
+  Reservation reservation;
+};
+
+Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune,
+                           uint64_t cache_bytes)
+    : source_(source), channel_(channel), kernel_(std::move(kernel)), prune_(prune), limit_(cache_bytes) {
+  if (source.coefficient_kernel().empty())
+    stages_ = source.lattice().is_static() ? kernel_.prefilter3 : kernel_.prefilter4;
+  if (!source.lattice().space.bcc)
+    fail(Code::unsupported, "coefficients: kernels of this library reconstruct on BCC and D4*, not on CC");
+  const std::string& stored = source.coefficient_kernel();
+  if (!stored.empty() && stored != kernel_.name)
+    fail(Code::unsupported, "the file holds coefficients of kernel ", stored, " and cannot be read with ",
+         kernel_.name, "; leave the kernel to the file");
+}
+
+std::shared_ptr<const BrickLayer> Coefficients::layer(int32_t layer, const Context& context) const {
+  return stage(static_cast<int>(stages_.size()), source_.lattice().mirror_layer(layer), context);
+}
+
+// layer is inside the lattice.
+std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t m,
+                                                      const Context& context) const {
+  const Key key{stage_number, m};
+  if (auto found = find(key)) return found;
+  context.progress.check();
+  if (stage_number == 0) return insert(key, source_.read_layer(channel_, m, BrickBox{}, context), context);
+  const Lattice4& lattice = source_.lattice();
+  const auto previous = [&](int32_t layer) {
+    return stage(stage_number - 1, lattice.mirror_layer(layer), context);
+  };
+  const auto own = previous(m);
+  std::shared_ptr<const BrickLayer> before, after, cross_before, cross_after;
+  StageInput input{.own = own.get()};
+  if (lattice.is_static()) {
+    cross_before = previous(m + 1);
+    input.cross_before = cross_before.get();
+  } else {
+    before = previous(m - 2), cross_before = previous(m - 1), cross_after = previous(m + 1),
+    after = previous(m + 2);
+    input.before = before.get(), input.after = after.get();
+    input.cross_before = cross_before.get(), input.cross_after = cross_after.get();
+  }
+  BrickLayer result = apply_stage(stages_[static_cast<size_t>(stage_number) - 1], input, context);
+  if (stage_number == static_cast<int>(stages_.size()))
+    result = finish_coefficients(result, *stage(0, m, context), prune_, context);
+  return insert(key, std::move(result), context);
+}
+
+std::shared_ptr<const BrickLayer> Coefficients::find(const Key& key) const {
+  const std::scoped_lock lock(mutex_);
+  const auto it = entries_.find(key);
+  if (it == entries_.end()) return nullptr;
+  recent_.splice(recent_.end(), recent_, std::find(recent_.begin(), recent_.end(), key));
+  return {it->second, &it->second->layer};
+}
+
+std::shared_ptr<const BrickLayer> Coefficients::insert(const Key& key, BrickLayer layer,
+                                                       const Context& context) const {
+  const std::scoped_lock lock(mutex_);
+  // Two threads may have made the same layer; the results are equal and the first one stays.
+  if (const auto it = entries_.find(key); it != entries_.end()) return {it->second, &it->second->layer};
+  auto entry = std::make_shared<Entry>();
+  entry->bytes = layer.bytes();
+  evict_locked(entry->bytes);
+  while (!context.memory.try_reserve(entry->bytes)) {
+    if (recent_.empty()) { // the exception says what the budget lacks
+      [[maybe_unused]] const Reservation failed(context.memory, entry->bytes, "coefficients of one layer");
+      break;
+    }
+    evict_locked(UINT64_MAX);
+  }
+  entry->reservation = Reservation::adopt(context.memory, entry->bytes);
+  entry->layer = std::move(layer);
+  entries_.emplace(key, entry);
+  recent_.push_back(key);
+  held_ += entry->bytes;
+  return {entry, &entry->layer};
+}
+
+void Coefficients::evict_locked(uint64_t room) const {
+  while (!recent_.empty() && (room > limit_ || held_ > limit_ - room)) {
+    const auto it = entries_.find(recent_.front());
+    held_ -= it->second->bytes;
+    entries_.erase(it);
+    recent_.pop_front();
+  }
+}
+
+} // namespace bccsplat

@@ -1,0 +1,59 @@
+// Kernel coefficients of a 4D volume, layer by layer: made from the samples on first use and kept while
+// memory allows.
+//
+// A coefficient is a fixed linear function of the samples in its reach: stage j of layer m reads stage j-1 of
+// layers m-2 .. m+2. So it does not depend on what is cached, in which order layers are asked for, or how the
+// file is chunked; and while time advances each stage of each layer is computed once.
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "base/context.h"
+#include "kernel/kernel.h"
+#include "points/sample_source.h"
+
+namespace bccsplat {
+
+class Coefficients {
+ public:
+  // prune: coefficients up to this magnitude (value units) are dropped; 0 keeps all that are not zero.
+  // The source must outlive the object.
+  Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune, uint64_t cache_bytes);
+
+  [[nodiscard]] const SampleSource& source() const { return source_; }
+  [[nodiscard]] int channel() const { return channel_; }
+  [[nodiscard]] const Kernel& kernel() const { return kernel_; }
+  [[nodiscard]] float air() const { return source_.air(channel_); }
+
+  // Coefficients relative to air of a layer; any integer, mirrored at the ends. Concurrent calls are allowed.
+  [[nodiscard]] std::shared_ptr<const BrickLayer> layer(int32_t layer, const Context& context) const;
+
+ private:
+  using Key = std::pair<int, int32_t>; // stage (0: samples), layer
+  struct Entry;
+
+  std::shared_ptr<const BrickLayer> stage(int stage, int32_t layer, const Context& context) const;
+  std::shared_ptr<const BrickLayer> find(const Key& key) const;
+  std::shared_ptr<const BrickLayer> insert(const Key& key, BrickLayer layer, const Context& context) const;
+  void evict_locked(uint64_t room) const; // until `room` bytes fit under the cache's limit
+
+  const SampleSource& source_;
+  int channel_;
+  Kernel kernel_;
+  std::vector<PrefilterStage> stages_; // those this source needs: none when it stores coefficients
+  float prune_;
+  uint64_t limit_;
+
+  mutable std::mutex mutex_;
+  mutable std::map<Key, std::shared_ptr<const Entry>> entries_;
+  mutable std::list<Key> recent_; // least recently used first
+  mutable uint64_t held_ = 0;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,189 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "slice/time_slice.cpp"
+#include <hwy/foreach_target.h>
+// Highway's target list must come before anything it guards.
+#include <hwy/highway.h>
+
+#include "points/brick.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// out = sum_k weight[k] * brick[k], in the order given.
+void MergeBricks(const float* const* bricks, const float* weights, size_t count, float* out) {
+  const hn::ScalableTag<float> d;
+  for (size_t i = 0; i < brick_sites; i += hn::Lanes(d)) {
+    auto sum = hn::Mul(hn::Set(d, weights[0]), hn::Load(d, bricks[0] + i));
+    for (size_t k = 1; k < count; ++k)
+      sum = hn::MulAdd(hn::Set(d, weights[k]), hn::Load(d, bricks[k] + i), sum);
+    hn::Store(sum, d, out + i);
+  }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "base/error.h"
+#include "slice/time_slice.h"
+
+namespace bccsplat {
+HWY_EXPORT(MergeBricks);
+
+namespace {
+
+// Weights weight(distance of the layer from t in lattice units) for all layers with a non-zero weight in
+// [begin, end] +- half_width, lattice units of time.
+template<class Weight>
+std::vector<LayerWeight> layer_weights(const Lattice4& lattice, const Kernel& kernel, double begin,
+                                       double end, const Weight& weight) {
+  const double distance = lattice.layer_distance();
+  const auto first = static_cast<int32_t>(std::ceil((begin - kernel.time.half_width) / distance));
+  const auto last = static_cast<int32_t>(std::floor((end + kernel.time.half_width) / distance));
+  std::vector<LayerWeight> result;
+  std::array<double, 2> sum{};
+  for (int32_t m = first; m <= last; ++m) {
+    const double w = weight(m * distance);
+    if (w == 0) continue;
+    sum[static_cast<size_t>(m & 1)] += w;
+    result.push_back({m, static_cast<float>(w)});
+  }
+  if (kernel.normalised)
+    for (LayerWeight& l : result)
+      l.weight = static_cast<float>(l.weight / sum[static_cast<size_t>(l.layer & 1)]);
+  return result;
+}
+
+std::vector<LayerWeight> static_weights(const Lattice4& lattice) {
+  std::vector<LayerWeight> result;
+  for (int c = 0; c < lattice.space.cosets(); ++c) result.push_back({c, 1.0f});
+  return result;
+}
+
+// What one coset's layers add up to.
+struct Part {
+  std::shared_ptr<const BrickLayer> layer;
+  float weight;
+};
+
+BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& parts, const Context& context) {
+  BrickLayer result(lattice, coset);
+  // The layer that weighs most decides what is a hole.
+  const auto main = std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
+    return std::fabs(a.weight) < std::fabs(b.weight);
+  });
+  const auto row = static_cast<size_t>(result.brick_dims()[0]);
+  context.tasks.parallel_for(result.brick_slots() / row, [&](uint64_t r) {
+    context.progress.check();
+    std::vector<const float*> bricks;
+    std::vector<float> weights;
+    for (size_t slot = r * row; slot < (r + 1) * row; ++slot) {
+      bricks.clear(), weights.clear();
+      BrickMask kept{};
+      for (const Part& part : parts)
+        if (const Brick* b = part.layer->brick(slot)) {
+          bricks.push_back(b->value.data());
+          weights.push_back(part.weight);
+          for (size_t i = 0; i < brick_rows; ++i) kept[i] = static_cast<uint16_t>(kept[i] | b->kept[i]);
+        }
+      if (bricks.empty()) continue;
+      auto out = std::make_shared<Brick>();
+      HWY_DYNAMIC_DISPATCH(MergeBricks)(bricks.data(), weights.data(), bricks.size(), out->value.data());
+      out->kept = kept;
+      if (const Brick* b = main->layer->brick(slot); b && b->hole)
+        out->hole = std::make_unique<BrickMask>(*b->hole);
+      result.set(slot, std::move(out));
+    }
+  });
+  return result;
+}
+
+// Bounds of the field from the coefficients: the kernel is nonnegative and its site sum exceeds 1 by its
+// ripple only.
+std::array<double, 2> bounds_of(const Slice& slice) {
+  constexpr double largest_site_sum = 1.02; // radial16 has the largest ripple, .9 %
+  float low = 0, high = 0;
+  for (const BrickLayer& layer : slice.coset)
+    for (size_t s = 0; s < layer.brick_slots(); ++s)
+      if (const Brick* b = layer.brick(s)) {
+        const auto [min, max] = std::minmax_element(b->value.begin(), b->value.end());
+        low = std::min(low, *min), high = std::max(high, *max);
+      }
+  return {slice.air + largest_site_sum * low, slice.air + largest_site_sum * high};
+}
+
+} // namespace
+
+std::vector<LayerWeight> instant_weights(const Lattice4& lattice, const Kernel& kernel, double frame) {
+  if (lattice.is_static()) return static_weights(lattice);
+  const double t = frame / lattice.time_step * lattice.layer_distance();
+  return layer_weights(lattice, kernel, t, t, [&](double at) { return kernel.time.value(at - t); });
+}
+
+std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& kernel, double begin,
+                                      double end) {
+  if (lattice.is_static()) return static_weights(lattice);
+  const double unit = lattice.layer_distance() / lattice.time_step;
+  const double t0 = begin * unit, t1 = end * unit;
+  return layer_weights(lattice, kernel, t0, t1,
+                       [&](double at) { return kernel.time.integral(t0 - at, t1 - at) / (t1 - t0); });
+}
+
+Slice time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
+                 const Affine3& index_to_world, const Context& context) {
+  const auto start = std::chrono::steady_clock::now();
+  const Lattice4& lattice = coefficients.source().lattice();
+  const double end = lattice.last_frame();
+  if (!(frame >= 0 && frame <= end) && !lattice.is_static())
+    fail(Code::out_of_domain, "time slice: frame ", frame, " is outside the series, 0 to ", end);
+  if (!(interval[0] <= interval[1]))
+    fail(Code::invalid_argument, "time slice: the interval ", interval[0], " .. ", interval[1],
+         " is not ordered");
+  const double t0 = std::clamp(frame + interval[0], 0.0, end), t1 = std::clamp(frame + interval[1], 0.0, end);
+  const auto weights =
+      t1 > t0 ? mean_weights(lattice, coefficients.kernel(), t0, t1)
+              : instant_weights(lattice, coefficients.kernel(), interval[0] == interval[1] ? frame : t0);
+
+  Slice slice;
+  slice.lattice = lattice.space;
+  slice.kernel = coefficients.kernel();
+  slice.air = coefficients.air();
+  slice.frame = frame;
+  std::array<std::vector<Part>, 2> parts;
+  for (const LayerWeight& l : weights) {
+    const auto c = static_cast<size_t>(lattice.space.bcc ? l.layer & 1 : 0);
+    parts[c].push_back({coefficients.layer(l.layer, context), l.weight});
+  }
+  for (int c = 0; c < lattice.space.cosets(); ++c) {
+    auto& coset = slice.coset[static_cast<size_t>(c)];
+    coset = merge(lattice.space, c, parts[static_cast<size_t>(c)], context);
+    for (size_t s = 0; s < coset.brick_slots() && !slice.has_holes; ++s)
+      slice.has_holes = coset.brick(s) && coset.brick(s)->hole;
+  }
+  slice.bounds = bounds_of(slice);
+
+  const Vec3 unit = lattice.lattice_unit();
+  for (size_t a = 0; a < 3; ++a) {
+    slice.domain_end[a] = (lattice.dims[a] - 1.0) / unit[a];
+    slice.lattice_to_slice.linear[a] = {};
+    slice.lattice_to_slice.linear[a][a] = unit[a];
+    slice.basis[a] = {};
+    slice.basis[a][a] = 1;
+  }
+  slice.slice_to_world = index_to_world;
+  slice.hyperplane = {0, 0, 0, 1, -frame};
+  slice.origin = {0, 0, 0, frame};
+  slice.milliseconds =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return slice;
+}
+
+} // namespace bccsplat
+#endif

@@ -1,0 +1,34 @@
+// The hyperplane t = constant. With a kernel that is a product of space and time the 3D coefficients are
+// weighted sums of the layers in reach, coset by coset, and the result is exact: evaluating it is evaluating
+// the 4D field.
+#pragma once
+
+#include <vector>
+
+#include "base/context.h"
+#include "base/vec.h"
+#include "slice/coefficients.h"
+#include "slice/slice.h"
+
+namespace bccsplat {
+
+struct LayerWeight {
+  int32_t layer; // may lie beyond the ends: the mirror image counts
+  float weight;
+};
+
+// Layers of both cosets that take part in the instant `frame`, or in the mean over [begin, end] (frames,
+// begin < end). A normalised kernel divides by the sum over all layers of the coset. On a static lattice: one
+// layer per coset.
+[[nodiscard]] std::vector<LayerWeight> instant_weights(const Lattice4& lattice, const Kernel& kernel,
+                                                       double frame);
+[[nodiscard]] std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& kernel,
+                                                    double begin, double end);
+
+// The slice at `frame`, or the mean over [frame + interval[0], frame + interval[1]] clipped to the series
+// when the interval is not empty. index_to_world is the volume's spatial affine. Throws out_of_domain.
+[[nodiscard]] Slice time_slice(const Coefficients& coefficients, double frame,
+                               const std::array<double, 2>& interval, const Affine3& index_to_world,
+                               const Context& context);
+
+} // namespace bccsplat
