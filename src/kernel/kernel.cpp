@@ -109,11 +109,22 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 
 } // namespace
 
+Reach prefilter_reach(std::span<const PrefilterStage> stages) {
+  Reach reach;
+  for (const PrefilterStage& s : stages) {
+    const int cross = s.cross != 0 ? 1 : 0;
+    const int space = s.spatial != 0 || s.mixed != 0 ? 2 : cross;
+    const int time = s.temporal != 0 || s.mixed != 0 ? 2 : cross;
+    reach.space = std::max(reach.space + space, s.source_spatial != 0 || s.source_mixed != 0 ? 2 : 0);
+    reach.time = std::max(reach.time + time, s.source_temporal != 0 || s.source_mixed != 0 ? 2 : 0);
+  }
+  return reach;
+}
+
 int Kernel::reach_layers() const {
   // Layers are 1/sqrt2 apart; the tolerance keeps a half width of a whole number of layers whole.
-  int reach = static_cast<int>(std::ceil(time.half_width * std::numbers::sqrt2 - 1e-9));
-  for (const PrefilterStage& stage : prefilter4) reach += stage.temporal != 0 ? 2 : stage.cross != 0 ? 1 : 0;
-  return reach;
+  const int support = static_cast<int>(std::ceil(time.half_width * std::numbers::sqrt2 - 1e-9));
+  return support + prefilter_reach(prefilter4).time;
 }
 
 std::vector<std::string> kernel_names() {

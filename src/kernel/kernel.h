@@ -1,9 +1,11 @@
-// Reconstruction kernels K(x, t) = phi(|x|) beta(t) on BCC and D4*, and the prefilters that make them interpolate.
-// Lengths are in lattice units (T): coset pitch sqrt2, nearest sites of the two cosets sqrt(3/2) apart in space.
+// Reconstruction kernels K(x, t) = phi(|x|) beta(t) on BCC and D4*, and the prefilters that make them
+// interpolate. Lengths are in lattice units (T): coset pitch sqrt2, nearest sites of the two cosets sqrt(3/2)
+// apart in space.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,8 +25,8 @@ struct RadialKernel {
   [[nodiscard]] double slope(double r2) const; // d phi / d(r^2): the gradient at x is 2 x slope(|x|^2)
 };
 
-// beta(dt): a centred B-spline over the layers of one coset (pitch sqrt2), or scale * exp(-g dt^2) cut at half_width.
-// B-splines sum to 1 over the layers of each coset at any phase.
+// beta(dt): a centred B-spline over the layers of one coset (pitch sqrt2), or scale * exp(-g dt^2) cut at
+// half_width. B-splines sum to 1 over the layers of each coset at any phase.
 struct TemporalKernel {
   enum class Shape : uint8_t { bspline, gaussian };
   Shape shape = Shape::bspline;
@@ -34,17 +36,32 @@ struct TemporalKernel {
   double half_width = 0; // beta is 0 from here on; order * sqrt2 / 2 for a B-spline
 
   [[nodiscard]] double value(double dt) const;
-  [[nodiscard]] double slope(double dt) const;                     // d beta / d dt
+  [[nodiscard]] double slope(double dt) const;                   // d beta / d dt
   [[nodiscard]] double integral(double begin, double end) const; // of beta over [begin, end]
 };
 
-// One prefilter stage: c(site) <- self * c + spatial * (sum of the 6 own-coset spatial neighbours, sqrt2 away)
-//   + temporal * (sum of the 2 own-coset temporal neighbours, layers m +- 2) + cross * (sum of the other coset's nearest
-//   neighbours: 16 on D4*, 8 spatial corners in each of the layers m +- 1; the 8 corners on BCC).
-// Neighbours beyond the domain are mirror images.
+// One prefilter stage, c_(j+1) = A c_j + B f, where f are the samples and c_0 = f:
+//   A = self + spatial S + temporal T + mixed ST + cross X,
+//   B = source + source_spatial S + source_temporal T + source_mixed ST.
+// S sums the 6 own-coset spatial neighbours (sqrt2 away), T the 2 own-coset temporal ones (layers m +- 2), ST
+// is S of those two layers, X sums the nearest neighbours in the other coset (16 on D4*: 8 spatial corners in
+// each of the layers m +- 1; the 8 corners on BCC). Neighbours beyond the domain are mirror images. T and ST
+// are 0 on BCC. B makes polynomials with complex roots possible; products of A alone lose 20 dB and more.
+// Cost: h0 + S h1 + X h2 with h0, h1, h2 linear in c and f at one place, so one S and one X pass per stage.
 struct PrefilterStage {
-  double self = 1, spatial = 0, temporal = 0, cross = 0;
+  double self = 1, spatial = 0, temporal = 0, mixed = 0, cross = 0;
+  double source = 0, source_spatial = 0, source_temporal = 0, source_mixed = 0;
+
+  [[nodiscard]] bool uses_source() const {
+    return source != 0 || source_spatial != 0 || source_temporal != 0 || source_mixed != 0;
+  }
 };
+
+// How far coefficients look: planes (1/sqrt2) in space, layers in time.
+struct Reach {
+  int space = 0, time = 0;
+};
+[[nodiscard]] Reach prefilter_reach(std::span<const PrefilterStage> stages);
 
 struct Kernel {
   std::string name; // canonical, "radial20+b3"
@@ -52,20 +69,23 @@ struct Kernel {
   TemporalKernel time;
   std::vector<PrefilterStage> prefilter4; // samples on D4* -> coefficients, applied in order
   std::vector<PrefilterStage> prefilter3; // samples on BCC -> coefficients
-  bool normalised = false; // divide by the lattice sum of the weights when reconstructing (the paper's kernel)
-  double prefilter_gain = 1; // bound of max |coefficient| / max |sample| (sum of |taps| of the worse prefilter)
+  bool normalised =
+      false; // divide by the lattice sum of the weights when reconstructing (the paper's kernel)
+  double prefilter_gain =
+      1; // bound of max |coefficient| / max |sample| (sum of |taps| of the worse prefilter)
 
   // Layers on either side of an instant whose samples matter: kernel support plus prefilter reach.
   [[nodiscard]] int reach_layers() const;
 };
 
-// Names: fast (radial16+b2), default (radial20+b3), fine (radial24+b4), paper, gauss09, or SPACE+TIME with SPACE one of
-// radial16 radial18 radial20 radial24 and TIME one of b2 b3 b4. Empty: default. Throws not_found naming the nearest.
+// Names: fast (radial16+b2), default (radial20+b3), fine (radial24+b4), paper, gauss09, or SPACE+TIME with
+// SPACE one of radial16 radial18 radial20 radial24 and TIME one of b2 b3 b4. Empty: default. Throws not_found
+// naming the nearest.
 [[nodiscard]] Kernel make_kernel(std::string_view name);
 [[nodiscard]] std::vector<std::string> kernel_names();
 
-// The sum of phi over all sites of BCC at a point (lattice units), relative to its mean 1: closed form for Gaussians
-// (first dual shell), 1 for kernels that are not normalised.
+// The sum of phi over all sites of BCC at a point (lattice units), relative to its mean 1: closed form for
+// Gaussians (first dual shell), 1 for kernels that are not normalised.
 [[nodiscard]] double lattice_sum(const Kernel& kernel, double x, double y, double z);
 
 } // namespace bccsplat
