@@ -11,5 +11,7 @@ if(NOT TARGET bccsplat::openvdb)
   # SYSTEM: its headers are not clean under our warnings.
   add_library(bccsplat::openvdb INTERFACE IMPORTED)
   target_include_directories(bccsplat::openvdb SYSTEM INTERFACE ${OPENVDB_INCLUDE_DIR})
+  # With hidden symbols the types of its templates differ between program and library, and writing a file crashes.
+  target_compile_options(bccsplat::openvdb INTERFACE -fvisibility=default -fno-visibility-inlines-hidden)
   target_link_libraries(bccsplat::openvdb INTERFACE ${OPENVDB_LIBRARY} TBB::tbb Imath::Imath)
 endif()

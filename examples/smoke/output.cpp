@@ -1,0 +1,26 @@
+#include "smoke/output.h"
+
+#include <bit>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+
+namespace smoke {
+
+static_assert(std::endian::native == std::endian::little, "raw files are little-endian");
+
+std::filesystem::path frame_path(const std::filesystem::path& folder, int frame, const char* extension) {
+  char name[40];
+  std::snprintf(name, sizeof name, "smoke.%04d.%s", frame, extension);
+  return folder / name;
+}
+
+void write_raw(const std::filesystem::path& path, const Grid& grid) {
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(grid.samples.data()),
+             static_cast<std::streamsize>(grid.samples.size() * sizeof(float)));
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + path.string());
+}
+
+} // namespace smoke
