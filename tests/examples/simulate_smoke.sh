@@ -5,16 +5,16 @@ simulate=$1/simulate_smoke scratch=$2
 rm -rf "$scratch"
 mkdir -p "$scratch"
 
-"$simulate" --size 24 --steps 3 --threads 1 --raw -o "$scratch/one"
-"$simulate" --size 24 --steps 3 --threads 3 -o "$scratch/three"
+"$simulate" --size 32 --steps 3 --threads 1 --raw -o "$scratch/one"
+"$simulate" --size 32 --steps 3 --threads 3 -o "$scratch/three"
 for frame in 0000 0001 0002; do
   cmp "$scratch"/{one,three}/smoke.$frame.raw
-  [[ $(stat -c %s "$scratch/one/smoke.$frame.raw") == $((24 * 24 * 24 * 4)) ]]
+  [[ $(stat -c %s "$scratch/one/smoke.$frame.raw") == $((32 * 32 * 32 * 4)) ]]
 done
 cmp -s "$scratch"/one/smoke.000{0,2}.raw && echo "nothing moves" && exit 1
 # More than half of the box is air, stored as exactly 0, and not all of it.
 bytes=$(tr -d '\0' <"$scratch/one/smoke.0002.raw" | wc -c)
-((bytes > 1000 && bytes < 24 * 24 * 24 * 2))
+((bytes > 1000 && bytes < 32 * 32 * 32 * 2))
 if "$simulate" --help | grep -q 'not built in'; then
   [[ ! -e $scratch/three/smoke.0000.vdb ]]
 else
