@@ -6,6 +6,7 @@ target_compile_options(bccsplat_flags INTERFACE
   $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-gnu-unique>
   -ffp-contract=off -fno-math-errno -fno-trapping-math)
 if(BCCSPLAT_SANITIZE)
-  target_compile_options(bccsplat_flags INTERFACE -fsanitize=${BCCSPLAT_SANITIZE} -fno-omit-frame-pointer -g)
+  target_compile_options(bccsplat_flags INTERFACE
+    -fsanitize=${BCCSPLAT_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(bccsplat_flags INTERFACE -fsanitize=${BCCSPLAT_SANITIZE})
 endif()

@@ -49,7 +49,7 @@ violation importers/vdb.cpp '#include "formats/bcc4.h"'
 violation importers/vdb.cpp '#include "src/base/error.h"'
 violation examples/render_frame.c '#include "render/frame.h"'
 
-rm -rf "$scratch"/* && mkdir -p "$scratch/src"
+rm -rf "${scratch:?}"/* && mkdir -p "$scratch/src"
 if bash "$here/floors.sh" "$scratch" >/dev/null; then
   echo "FAILED: an empty house passes" && failures=$((failures + 1))
 fi

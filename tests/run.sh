@@ -1,0 +1,15 @@
+#!/bin/bash
+# Installs what is missing (Debian 12), builds everything with warnings as errors, and runs all tests.
+set -euo pipefail
+top=$(cd "$(dirname "$0")/.." && pwd)
+# shellcheck source=tests/packages.sh
+source "$top/tests/packages.sh"
+install_missing "${build_packages[@]}" "${test_packages[@]}"
+
+build=$top/build-tests
+cmake -S "$top" -B "$build" -G Ninja "${launchers[@]}" -DCMAKE_BUILD_TYPE=Release -DBCCSPLAT_WERROR=ON \
+  -DBCCSPLAT_BUILD_TESTS=ON -DBCCSPLAT_BUILD_TOOL=ON -DBCCSPLAT_WITH_OPENVDB=ON -DBCCSPLAT_WITH_IMAGE=ON \
+  -DBCCSPLAT_BUILD_EXAMPLES=ON -DBCCSPLAT_BUILD_BENCH=ON -DBCCSPLAT_SANITIZE=
+cmake --build "$build"
+cd "$build"
+exec ctest --output-on-failure -j "$(nproc)"
