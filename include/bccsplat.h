@@ -211,7 +211,8 @@ typedef struct bccsplat_channel_options {
   uint32_t set_mask;
   const char* name; /* unique in the file, such as "density"; NULL: "value" */
   const char* unit; /* of the values; NULL: unknown */
-  int32_t source_type; /* precision of the source values; DEFAULT: the type of the first box given */
+  int32_t source_type; /* precision of the source values; DEFAULT: the type of the
+                          first box for the channel that gets the first frame, F32 for others and for layers */
   int32_t value_type;  /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision */
   double air;           /* value of sites that are not stored; default 0 (SET_AIR) */
   double air_threshold; /* a site within this of air is not stored; 0: only sites that equal air in the stored type */
@@ -384,6 +385,7 @@ typedef struct bccsplat_verify_report {
   uint64_t chunks_damaged;
   uint64_t bytes_checked;
   uint64_t first_damaged_offset; /* file offset; 0 when none */
+  uint64_t damages;              /* places that do not check out: chunks, index pages, records; 0: the file is sound */
 } bccsplat_verify_report;
 
 /* Opens a file; reads its index roots only. options may be NULL. FILE_NOT_FOUND, NOT_BCC4, UNSUPPORTED_VERSION,

@@ -1,0 +1,63 @@
+#include "api/handles.h"
+#include "api/structs.h"
+
+using namespace bccsplat;
+using namespace bccsplat::api;
+
+namespace {
+
+// The C runner wrapped: the host calls body(task, index).
+HostRunner wrap_runner(bccsplat_runner_fn runner, void* user) {
+  return [runner, user](uint64_t count, const std::function<void(uint64_t)>& body) {
+    const auto call = [](void* task, uint64_t index) {
+      (*static_cast<const std::function<void(uint64_t)>*>(task))(index);
+    };
+    runner(user, count, call, const_cast<std::function<void(uint64_t)>*>(&body));
+  };
+}
+
+} // namespace
+
+bccsplat_device::bccsplat_device(const bccsplat_device_options& options)
+    : tasks(options.runner ? std::make_unique<Tasks>(wrap_runner(options.runner, options.runner_user),
+                                                     options.thread_count)
+                           : std::make_unique<Tasks>(options.thread_count)),
+      memory(options.memory_budget ? options.memory_budget : UINT64_MAX),
+      max_sites(options.max_sites ? options.max_sites : uint64_t{1} << 42), log_(options.log),
+      log_user_(options.log_user) {}
+
+void bccsplat_device::log(int32_t level, const std::string& message) {
+  if (!log_) return;
+  const std::scoped_lock lock(log_mutex_);
+  log_(log_user_, level, message.c_str());
+}
+
+extern "C" {
+
+bccsplat_status bccsplat_device_create(const bccsplat_device_options* options, bccsplat_device** device) {
+  return guard([&] {
+    require(device, "device");
+    *device = nullptr;
+    const auto o = read_struct(options, "bccsplat_device_options");
+    if (o.thread_count < 0 || o.thread_count > 4096)
+      fail(Code::invalid_argument, "thread_count ", o.thread_count, " is not in 0 .. 4096");
+    *device = new bccsplat_device(o);
+  });
+}
+
+void bccsplat_device_retain(bccsplat_device* device) { retain(device); }
+void bccsplat_device_release(bccsplat_device* device) { release(device); }
+
+bccsplat_status bccsplat_device_get_info(const bccsplat_device* device, bccsplat_device_info* info) {
+  return guard([&] {
+    require(device, "device");
+    bccsplat_device_info out{};
+    out.thread_count = device->tasks->threads();
+    out.memory_budget = device->memory.limit();
+    out.memory_used = device->memory.used();
+    out.memory_peak = device->memory.peak();
+    write_struct(info, out, "info");
+  });
+}
+
+} // extern "C"

@@ -1,0 +1,102 @@
+// What stands behind the opaque handles. Each is reference counted and keeps its parents alive.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "bccsplat.h"
+
+#include "base/context.h"
+#include "formats/bcc4.h"
+#include "points/time_axis.h"
+#include "slice/coefficients.h"
+#include "slice/slice.h"
+
+namespace bccsplat::api {
+
+struct Counted {
+  std::atomic<uint32_t> references{1};
+};
+
+template<class Handle> void retain(Handle* handle) noexcept {
+  if (handle) handle->references.fetch_add(1, std::memory_order_relaxed);
+}
+template<class Handle> void release(Handle* handle) noexcept {
+  if (handle && handle->references.fetch_sub(1, std::memory_order_acq_rel) == 1) delete handle;
+}
+
+// A reference held by another object.
+template<class Handle> class Ref {
+ public:
+  Ref() = default;
+  explicit Ref(Handle* handle) : handle_(handle) { retain(handle); }
+  Ref(const Ref& other) : Ref(other.handle_) {}
+  Ref(Ref&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  Ref& operator=(Ref other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~Ref() { release(handle_); }
+  [[nodiscard]] Handle* get() const { return handle_; }
+  Handle* operator->() const { return handle_; }
+  explicit operator bool() const { return handle_ != nullptr; }
+
+ private:
+  Handle* handle_ = nullptr;
+};
+
+// A progress callback of the C ABI as the core's.
+[[nodiscard]] inline Progress::Callback progress_callback(bccsplat_progress_fn function, void* user) {
+  if (!function) return {};
+  return [function, user](double fraction) { return static_cast<int>(function(user, fraction)); };
+}
+
+} // namespace bccsplat::api
+
+struct bccsplat_device : bccsplat::api::Counted {
+  explicit bccsplat_device(const bccsplat_device_options& options);
+  void log(int32_t level, const std::string& message);
+  [[nodiscard]] bccsplat::Context context(bccsplat::Progress& progress) { return {*tasks, memory, progress}; }
+
+  std::unique_ptr<bccsplat::Tasks> tasks;
+  bccsplat::MemoryBudget memory;
+  uint64_t max_sites;
+
+ private:
+  bccsplat_log_fn log_;
+  void* log_user_;
+  std::mutex log_mutex_;
+};
+
+struct bccsplat_volume : bccsplat::api::Counted {
+  bccsplat_volume(bccsplat_device* device, std::unique_ptr<bccsplat::ByteSource> source,
+                  const bccsplat_volume_options& options);
+  // Coefficients of a channel under a kernel; NULL or "": the volume's. Made once, kept with the volume.
+  [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name) const;
+  [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
+  [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;
+
+  bccsplat::api::Ref<bccsplat_device> device;
+  std::shared_ptr<bccsplat::Bcc4Reader> reader;
+  std::unique_ptr<bccsplat::Bcc4Samples> samples;
+  bccsplat::TimeAxis times;
+  bccsplat::Kernel kernel;
+  std::string recommended_kernel;
+  uint64_t cache_bytes; // for coefficients, per channel and kernel
+
+ private:
+  using Key = std::pair<uint32_t, std::string>; // channel, canonical kernel name
+  mutable std::mutex mutex_;
+  mutable std::map<Key, std::unique_ptr<bccsplat::Coefficients>> coefficients_;
+};
+
+struct bccsplat_slice : bccsplat::api::Counted {
+  bccsplat::api::Ref<bccsplat_volume> volume;
+  uint32_t channel = 0;
+  bccsplat::Slice slice;
+  bccsplat::Reservation memory;
+};

@@ -1,0 +1,106 @@
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "api/guard.h"
+#include "kernel/kernel.h"
+
+namespace bccsplat::api {
+namespace {
+
+thread_local std::array<char, 1024> last_error{};
+
+struct Name {
+  bccsplat_status status;
+  const char* name;
+};
+constexpr Name status_names[] = {
+    {BCCSPLAT_OK, "BCCSPLAT_OK"},
+    {BCCSPLAT_ERROR_INVALID_ARGUMENT, "BCCSPLAT_ERROR_INVALID_ARGUMENT"},
+    {BCCSPLAT_ERROR_INVALID_STRUCT_SIZE, "BCCSPLAT_ERROR_INVALID_STRUCT_SIZE"},
+    {BCCSPLAT_ERROR_INVALID_HANDLE, "BCCSPLAT_ERROR_INVALID_HANDLE"},
+    {BCCSPLAT_ERROR_WRONG_STATE, "BCCSPLAT_ERROR_WRONG_STATE"},
+    {BCCSPLAT_ERROR_OUT_OF_DOMAIN, "BCCSPLAT_ERROR_OUT_OF_DOMAIN"},
+    {BCCSPLAT_ERROR_UNSUPPORTED, "BCCSPLAT_ERROR_UNSUPPORTED"},
+    {BCCSPLAT_ERROR_NOT_FOUND, "BCCSPLAT_ERROR_NOT_FOUND"},
+    {BCCSPLAT_ERROR_NOT_BCC4, "BCCSPLAT_ERROR_NOT_BCC4"},
+    {BCCSPLAT_ERROR_UNSUPPORTED_VERSION, "BCCSPLAT_ERROR_UNSUPPORTED_VERSION"},
+    {BCCSPLAT_ERROR_CORRUPT, "BCCSPLAT_ERROR_CORRUPT"},
+    {BCCSPLAT_ERROR_TRUNCATED, "BCCSPLAT_ERROR_TRUNCATED"},
+    {BCCSPLAT_ERROR_CHECKSUM_MISMATCH, "BCCSPLAT_ERROR_CHECKSUM_MISMATCH"},
+    {BCCSPLAT_ERROR_LIMIT_EXCEEDED, "BCCSPLAT_ERROR_LIMIT_EXCEEDED"},
+    {BCCSPLAT_ERROR_NONFINITE_VALUE, "BCCSPLAT_ERROR_NONFINITE_VALUE"},
+    {BCCSPLAT_ERROR_BOUND_NOT_MET, "BCCSPLAT_ERROR_BOUND_NOT_MET"},
+    {BCCSPLAT_ERROR_HOLE, "BCCSPLAT_ERROR_HOLE"},
+    {BCCSPLAT_ERROR_OUT_OF_MEMORY, "BCCSPLAT_ERROR_OUT_OF_MEMORY"},
+    {BCCSPLAT_ERROR_IO, "BCCSPLAT_ERROR_IO"},
+    {BCCSPLAT_ERROR_FILE_NOT_FOUND, "BCCSPLAT_ERROR_FILE_NOT_FOUND"},
+    {BCCSPLAT_ERROR_NO_SPACE, "BCCSPLAT_ERROR_NO_SPACE"},
+    {BCCSPLAT_ERROR_PERMISSION_DENIED, "BCCSPLAT_ERROR_PERMISSION_DENIED"},
+    {BCCSPLAT_ERROR_FILE_EXISTS, "BCCSPLAT_ERROR_FILE_EXISTS"},
+    {BCCSPLAT_ERROR_MEMORY_BUDGET, "BCCSPLAT_ERROR_MEMORY_BUDGET"},
+    {BCCSPLAT_ERROR_MISSING_FEATURE, "BCCSPLAT_ERROR_MISSING_FEATURE"},
+    {BCCSPLAT_CANCELLED, "BCCSPLAT_CANCELLED"},
+    {BCCSPLAT_ERROR_INTERNAL, "BCCSPLAT_ERROR_INTERNAL"},
+};
+
+// The core's codes are the ABI's.
+static_assert(static_cast<int32_t>(Code::unsupported) == BCCSPLAT_ERROR_UNSUPPORTED);
+static_assert(static_cast<int32_t>(Code::not_found) == BCCSPLAT_ERROR_NOT_FOUND);
+static_assert(static_cast<int32_t>(Code::out_of_domain) == BCCSPLAT_ERROR_OUT_OF_DOMAIN);
+static_assert(static_cast<int32_t>(Code::not_bcc4) == BCCSPLAT_ERROR_NOT_BCC4);
+static_assert(static_cast<int32_t>(Code::hole) == BCCSPLAT_ERROR_HOLE);
+static_assert(static_cast<int32_t>(Code::out_of_memory) == BCCSPLAT_ERROR_OUT_OF_MEMORY);
+static_assert(static_cast<int32_t>(Code::missing_feature) == BCCSPLAT_ERROR_MISSING_FEATURE);
+static_assert(static_cast<int32_t>(Code::cancelled) == BCCSPLAT_CANCELLED);
+static_assert(static_cast<int32_t>(Code::internal) == BCCSPLAT_ERROR_INTERNAL);
+
+// kernel_names() order; the strings live as long as the library.
+constexpr const char* kernels[] = {"default",     "fast",        "fine",        "gauss09",     "paper",
+                                   "radial16+b2", "radial16+b3", "radial16+b4", "radial18+b2", "radial18+b3",
+                                   "radial18+b4", "radial20+b2", "radial20+b3", "radial20+b4", "radial24+b2",
+                                   "radial24+b3", "radial24+b4"};
+
+} // namespace
+
+void set_last_error(std::string_view text) noexcept {
+  const size_t n = std::min(text.size(), last_error.size() - 1);
+  std::memcpy(last_error.data(), text.data(), n);
+  last_error[n] = 0;
+}
+
+extern "C" {
+
+int32_t bccsplat_version(void) {
+  return BCCSPLAT_VERSION_MAJOR * 10000 + BCCSPLAT_VERSION_MINOR * 100 + BCCSPLAT_VERSION_PATCH;
+}
+
+int32_t bccsplat_abi_version(void) { return BCCSPLAT_ABI_VERSION; }
+
+#define BCCSPLAT_TEXT_OF(x) #x
+#define BCCSPLAT_TEXT(x) BCCSPLAT_TEXT_OF(x)
+const char* bccsplat_build_info(void) {
+  return "version=" BCCSPLAT_TEXT(BCCSPLAT_VERSION_MAJOR) "." BCCSPLAT_TEXT(
+      BCCSPLAT_VERSION_MINOR) "." BCCSPLAT_TEXT(BCCSPLAT_VERSION_PATCH) "; compiler=" __VERSION__
+#ifdef BCCSPLAT_WITH_IMAGE
+                                                                        "; image=openexr,png"
+#else
+                                                                         "; image=none"
+#endif
+                                                                        "; simd=highway";
+}
+
+const char* bccsplat_status_name(bccsplat_status status) {
+  for (const Name& n : status_names)
+    if (n.status == status) return n.name;
+  return "BCCSPLAT_UNKNOWN_STATUS";
+}
+
+const char* bccsplat_last_error(void) { return last_error.data(); }
+
+const char* bccsplat_kernel_name(uint32_t index) {
+  return index < std::size(kernels) ? kernels[index] : nullptr;
+}
+
+} // extern "C"
+} // namespace bccsplat::api

@@ -1,0 +1,276 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <span>
+
+#include "api/handles.h"
+#include "api/structs.h"
+#include "slice/evaluate.h"
+
+using namespace bccsplat;
+using namespace bccsplat::api;
+
+static_assert(sizeof(Vec4) == 4 * sizeof(double) && sizeof(std::array<float, 4>) == 4 * sizeof(float));
+
+namespace {
+
+constexpr uint64_t gibibyte = uint64_t{1} << 30;
+
+TimeAxis time_axis(const VolumeInfo& info) {
+  if (info.time.uniform) return {info.time.first, info.time.step, static_cast<double>(info.lattice.dims[3])};
+  return TimeAxis(info.time.times);
+}
+
+// The kernel a caller named, or the file's: stored coefficients fix it, else its recommendation, else the
+// default.
+std::string choose_kernel(const VolumeInfo& info, const char* asked) {
+  if (asked && *asked) return asked;
+  if (!info.coefficient_kernel.empty()) return info.coefficient_kernel;
+  return info.recommended_kernel;
+}
+
+template<class Open>
+bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* options,
+                     bccsplat_volume** volume, const Open& open_source) {
+  return guard([&] {
+    require(volume, "volume");
+    *volume = nullptr;
+    require(device, "device");
+    const auto o = read_struct(options, "bccsplat_volume_options");
+    require_zero(o.reserved, "bccsplat_volume_options.reserved");
+    *volume = new bccsplat_volume(device, open_source(), o);
+  });
+}
+
+} // namespace
+
+bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSource> source,
+                                 const bccsplat_volume_options& options)
+    : device(owner), reader(Bcc4Reader::open(std::move(source))), times(time_axis(reader->info())),
+      kernel(make_kernel(choose_kernel(reader->info(), options.kernel))),
+      recommended_kernel(make_kernel(reader->info().recommended_kernel).name) {
+  const auto sites = static_cast<uint64_t>(info().lattice.sites());
+  if (sites > owner->max_sites)
+    fail(Code::limit_exceeded, "the file declares ", sites, " lattice sites, the device allows ",
+         owner->max_sites);
+  const uint64_t cache =
+      options.cache_bytes ? options.cache_bytes : std::min(owner->memory.limit() / 4, gibibyte);
+  samples = std::make_unique<Bcc4Samples>(reader, owner->memory, cache / 4);
+  cache_bytes = cache - cache / 4;
+}
+
+const ChannelInfo& bccsplat_volume::channel(uint32_t index) const {
+  if (index >= info().channels.size())
+    fail(Code::not_found, "channel ", index, " of a file with ", info().channels.size());
+  return info().channels[index];
+}
+
+const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const char* kernel_name) const {
+  const ChannelInfo& c = channel(channel_index);
+  Kernel k = kernel_name && *kernel_name ? make_kernel(kernel_name) : kernel;
+  const std::scoped_lock lock(mutex_);
+  auto& slot = coefficients_[{channel_index, k.name}];
+  // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter.
+  if (!slot)
+    slot = std::make_unique<Coefficients>(*samples, static_cast<int>(channel_index), std::move(k),
+                                          c.threshold / 2, cache_bytes);
+  return *slot;
+}
+
+extern "C" {
+
+bccsplat_status bccsplat_volume_open_file(bccsplat_device* device, const char* path,
+                                          const bccsplat_volume_options* options, bccsplat_volume** volume) {
+  return open(device, options, volume, [&] {
+    require(path, "path");
+    return open_file_source(path);
+  });
+}
+
+bccsplat_status bccsplat_volume_open_memory(bccsplat_device* device, const void* bytes, uint64_t size,
+                                            const bccsplat_volume_options* options,
+                                            bccsplat_volume** volume) {
+  return open(device, options, volume, [&] {
+    require(bytes, "bytes");
+    return open_memory_source({static_cast<const std::byte*>(bytes), size});
+  });
+}
+
+bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device, const bccsplat_read_stream* stream,
+                                            const bccsplat_volume_options* options,
+                                            bccsplat_volume** volume) {
+  return open(device, options, volume, [&] {
+    require(stream, "stream");
+    const auto s = read_struct(stream, "bccsplat_read_stream");
+    require_zero(s.reserved, "bccsplat_read_stream.reserved");
+    if (!s.read_at) fail(Code::invalid_argument, "bccsplat_read_stream.read_at is NULL");
+    return open_stream_source(s.size, [s](uint64_t offset, std::span<std::byte> out) {
+      return s.read_at(s.user, offset, out.data(), out.size());
+    });
+  });
+}
+
+void bccsplat_volume_retain(bccsplat_volume* volume) { retain(volume); }
+void bccsplat_volume_release(bccsplat_volume* volume) { release(volume); }
+
+bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat_volume_info* info) {
+  return guard([&] {
+    require(volume, "volume");
+    const VolumeInfo& v = volume->info();
+    bccsplat_volume_info out{};
+    out.lattice = static_cast<int32_t>(v.lattice.kind);
+    std::copy(v.lattice.dims.begin(), v.lattice.dims.end(), out.dims);
+    out.cc_samples = v.cc_samples();
+    out.sites_total = static_cast<uint64_t>(v.lattice.sites());
+    out.layer_count = static_cast<uint64_t>(v.lattice.layers());
+    out.scale = v.scale, out.time_scale = v.time_scale;
+    for (size_t r = 0; r < 3; ++r) {
+      for (size_t c = 0; c < 3; ++c) out.affine[4 * r + c] = v.affine.linear[r][c];
+      out.affine[4 * r + 3] = v.affine.offset[r];
+    }
+    out.affine[15] = 1;
+    out.time_first = volume->times.first(), out.time_last = volume->times.last();
+    out.mean_voxel = std::cbrt(std::fabs(v.affine.determinant()));
+    out.spatial_unit = v.spatial_unit.c_str(), out.time_unit = v.time.unit.c_str();
+    out.kernel = volume->kernel.name.c_str(), out.recommended_kernel = volume->recommended_kernel.c_str();
+    out.channel_count = static_cast<uint32_t>(v.channels.size());
+    out.time_uniform = v.time.uniform;
+    out.store = v.coefficient_kernel.empty() ? BCCSPLAT_STORE_SAMPLES : BCCSPLAT_STORE_COEFFICIENTS;
+    for (const ChannelInfo& c : v.channels) out.has_holes = out.has_holes || c.holes > 0;
+    const Bcc4Bytes& bytes = volume->reader->bytes();
+    out.bytes_file = bytes.file, out.bytes_runs = bytes.runs, out.bytes_values = bytes.values,
+    out.bytes_index = bytes.index;
+    out.bytes_read = volume->reader->bytes_read();
+    out.attribute_count = v.attributes.size();
+    write_struct(info, out, "info");
+  });
+}
+
+bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, uint32_t channel,
+                                                 bccsplat_channel_info* info) {
+  return guard([&] {
+    require(volume, "volume");
+    const ChannelInfo& c = volume->channel(channel);
+    bccsplat_channel_info out{};
+    out.value_type = static_cast<int32_t>(c.type);
+    out.source_type = static_cast<int32_t>(c.source_type);
+    out.name = c.name.c_str(), out.unit = c.unit.c_str();
+    out.air = c.air, out.air_threshold = c.threshold;
+    out.value_scale = c.scale, out.value_offset = c.offset;
+    out.range[0] = c.source_range.low, out.range[1] = c.source_range.high;
+    out.kept_range[0] = c.kept_range.low, out.kept_range[1] = c.kept_range.high;
+    out.percentile_2 = c.kept_range.low, out.percentile_998 = c.kept_range.high;
+    for (const Percentile& p : c.percentiles) {
+      if (p.percent == 2) out.percentile_2 = p.value;
+      if (p.percent == 99.8) out.percentile_998 = p.value;
+    }
+    out.sites_kept = c.sites_kept, out.cc_relevant = c.cc_relevant, out.holes = c.holes;
+    std::copy_n(c.histogram.begin(), std::min<size_t>(c.histogram.size(), 256), out.histogram);
+    write_struct(info, out, "info");
+  });
+}
+
+bccsplat_status bccsplat_volume_find_channel(const bccsplat_volume* volume, const char* name,
+                                             uint32_t* channel) {
+  return guard([&] {
+    require(volume, "volume"), require(name, "name"), require(channel, "channel");
+    const auto& channels = volume->info().channels;
+    const auto it =
+        std::find_if(channels.begin(), channels.end(), [&](const ChannelInfo& c) { return c.name == name; });
+    if (it == channels.end()) fail(Code::not_found, "no channel named ", name, " in the file");
+    *channel = static_cast<uint32_t>(it - channels.begin());
+  });
+}
+
+bccsplat_status bccsplat_volume_get_times(const bccsplat_volume* volume, double* times, uint64_t capacity,
+                                          uint64_t* count) {
+  return guard([&] {
+    require(volume, "volume");
+    if (capacity > 0) require(times, "times");
+    const uint64_t frames = volume->info().lattice.dims[3];
+    for (uint64_t i = 0; i < std::min(capacity, frames); ++i) times[i] = volume->info().time.at(i);
+    if (count) *count = frames;
+  });
+}
+
+bccsplat_status bccsplat_volume_time_to_index(const bccsplat_volume* volume, double time, double* index) {
+  return guard([&] {
+    require(volume, "volume"), require(index, "index");
+    *index = volume->times.index_of(time);
+  });
+}
+
+bccsplat_status bccsplat_volume_index_to_time(const bccsplat_volume* volume, double index, double* time) {
+  return guard([&] {
+    require(volume, "volume"), require(time, "time");
+    *time = volume->times.time_of(index);
+  });
+}
+
+bccsplat_status bccsplat_volume_get_attribute(const bccsplat_volume* volume, uint64_t index, const char** key,
+                                              const char** value) {
+  return guard([&] {
+    require(volume, "volume"), require(key, "key"), require(value, "value");
+    const auto& attributes = volume->info().attributes;
+    if (index >= attributes.size()) fail(Code::not_found, "attribute ", index, " of ", attributes.size());
+    *key = attributes[index].first.c_str();
+    *value = attributes[index].second.c_str();
+  });
+}
+
+bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volume* volume, const char* key,
+                                               const char** value) {
+  return guard([&] {
+    require(volume, "volume"), require(key, "key"), require(value, "value");
+    for (const auto& [k, v] : volume->info().attributes)
+      if (k == key) {
+        *value = v.c_str();
+        return;
+      }
+    fail(Code::not_found, "no attribute named ", key);
+  });
+}
+
+bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t n, const double* xyzt,
+                                         float* values, float* gradients) {
+  return bccsplat_volume_evaluate_channel(volume, 0, n, xyzt, values, gradients);
+}
+
+bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, uint32_t channel, uint64_t n,
+                                                 const double* xyzt, float* values, float* gradients) {
+  return guard([&] {
+    require(volume, "volume");
+    const Coefficients& c = volume->coefficients(channel, nullptr);
+    if (n == 0) return;
+    require(xyzt, "xyzt"), require(values, "values");
+    Progress progress;
+    const std::span points(reinterpret_cast<const Vec4*>(xyzt), n);
+    std::span<std::array<float, 4>> slopes;
+    if (gradients) slopes = {reinterpret_cast<std::array<float, 4>*>(gradients), n};
+    const EvaluateMisses misses =
+        evaluate4(c, points, {values, n}, slopes, volume->device->context(progress));
+    if (misses.outside > 0)
+      fail(Code::out_of_domain, misses.outside, " of ", n, " points lie outside the domain");
+    if (misses.holes > 0) fail(Code::hole, misses.holes, " of ", n, " points lie in holes");
+  });
+}
+
+bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume, bccsplat_progress_fn progress,
+                                       void* progress_user, bccsplat_verify_report* report) {
+  return guard([&] {
+    require(volume, "volume"), require(report, "report");
+    Progress watch(progress_callback(progress, progress_user));
+    const Bcc4VerifyResult result = volume->reader->verify_all(volume->device->context(watch));
+    bccsplat_verify_report out{};
+    out.chunks = result.chunks, out.chunks_damaged = result.chunks_damaged,
+    out.bytes_checked = result.bytes_checked;
+    out.damages = result.damage.size();
+    if (!result.damage.empty()) {
+      out.first_damaged_offset = result.damage.front().offset;
+      for (const Bcc4Damage& d : result.damage) volume->device->log(BCCSPLAT_LOG_WARNING, d.message);
+    }
+    write_struct(report, out, "report");
+  });
+}
+
+} // extern "C"

@@ -1,0 +1,416 @@
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "api/handles.h"
+#include "api/structs.h"
+#include "fit/fit.h"
+
+using namespace bccsplat;
+using namespace bccsplat::api;
+
+namespace {
+
+enum class Feeding { nothing, frames, layers };
+
+std::string text_or(const char* text, const char* otherwise) { return text ? text : otherwise; }
+
+// A number of the C ABI as an enum of the core; 0 is the default.
+template<class Enum> Enum choose(int32_t value, Enum otherwise, int32_t last, const char* name) {
+  if (value < 0 || value > last) fail(Code::invalid_argument, name, " ", value, " is not one of 0 .. ", last);
+  return value == 0 ? otherwise : static_cast<Enum>(value);
+}
+
+Affine3 read_affine(const double (&m)[16]) {
+  Affine3 a;
+  if (std::all_of(std::begin(m), std::end(m), [](double v) { return v == 0; })) return a;
+  for (const double v : m)
+    if (!std::isfinite(v)) fail(Code::invalid_argument, "affine: every element must be finite");
+  if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
+    fail(Code::invalid_argument, "affine: the last row must be 0 0 0 1");
+  for (size_t r = 0; r < 3; ++r) {
+    for (size_t c = 0; c < 3; ++c) a.linear[r][c] = m[4 * r + c];
+    a.offset[r] = m[4 * r + 3];
+  }
+  if (!(std::fabs(a.determinant()) > 0)) fail(Code::invalid_argument, "affine: the axes do not span space");
+  return a;
+}
+
+} // namespace
+
+// Fit and container are made when the first data come: the source's precision may only be known then.
+struct bccsplat_writer : Counted {
+  bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_options& options);
+  void begin(Feeding kind, uint32_t channel, SourceType first_type);
+  void add_frame(uint32_t channel, double time, const bccsplat_box* boxes, uint64_t count);
+  void add_layer(uint32_t channel, int64_t layer, std::span<const float> samples);
+  bccsplat_writer_report finish();
+  void check_channel(uint32_t channel) const;
+  // Runs a step; after a failure the writer is of no use any more.
+  template<class Step> void step(const Step& body) {
+    if (finished) fail(Code::wrong_state, "writer: finished already");
+    if (broken) fail(Code::wrong_state, "writer: an earlier call failed; release it");
+    broken = true;
+    body();
+    broken = false;
+  }
+
+  Ref<bccsplat_device> device;
+  Progress progress;
+  std::unique_ptr<ByteSink> sink;
+  VolumeInfo initial;
+  FitOptions fit_options;
+  std::vector<bccsplat_channel_options> channels; // strings not to be used: copied to `initial`
+  Feeding feeding = Feeding::nothing;
+  bool finished = false, broken = false;
+  std::vector<double> times;
+  std::vector<uint64_t> added; // frames or layers, per channel
+  uint64_t bytes_source = 0;
+  std::unique_ptr<Bcc4Writer> container;
+  std::unique_ptr<Fit> fit;
+  std::optional<Context> context;
+
+ private:
+  void make_container();
+};
+
+bccsplat_writer::bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_options& o)
+    : device(owner), progress(progress_callback(o.progress, o.progress_user)) {
+  require_zero(o.set_mask, "bccsplat_writer_options.set_mask");
+  for (size_t a = 0; a < 3; ++a)
+    if (o.dims[a] == 0) fail(Code::invalid_argument, "writer: dims[", a, "] is 0");
+  const double scale = o.scale == 0 ? 1 : o.scale, time_scale = o.time_scale == 0 ? 1 : o.time_scale;
+  fit_options.lattice = choose(o.lattice, LatticeKind::d4star, 3, "lattice");
+  fit_options.dims = {o.dims[0], o.dims[1], o.dims[2], o.dims[3]};
+  fit_options.scale = scale, fit_options.time_scale = time_scale;
+  fit_options.filter = choose(o.filter, Filter::kaiser8, 3, "filter");
+  fit_options.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
+  fit_options.slab_layers = initial.slab_layers;
+  const int32_t store = choose(o.store, BCCSPLAT_STORE_SAMPLES, 2, "store");
+  if (store != BCCSPLAT_STORE_SAMPLES) fail(Code::unsupported, "writer: this version stores samples only");
+  // Refuses impossible sizes before anything is written.
+  initial.lattice = Lattice4::fit(
+      fit_options.lattice, {o.dims[0], o.dims[1], o.dims[2], std::max(o.dims[3], 1u)}, scale, time_scale);
+  if (o.lattice == BCCSPLAT_LATTICE_BCC && o.dims[3] != 1)
+    fail(Code::invalid_argument, "writer: lattice BCC holds one frame; set dims[3] to 1 or choose D4STAR");
+  initial.scale = scale, initial.time_scale = time_scale;
+  initial.affine = read_affine(o.affine);
+  initial.spatial_unit = text_or(o.spatial_unit, "");
+  initial.time.unit = text_or(o.time_unit, "");
+  if (o.recommended_kernel && *o.recommended_kernel)
+    initial.recommended_kernel = make_kernel(o.recommended_kernel).name;
+
+  const uint32_t count = std::max(o.channel_count, 1u);
+  if (o.channel_count > 0) require(o.channels, "channels");
+  if (count > 1024) fail(Code::invalid_argument, "writer: ", count, " channels; at most 1024");
+  for (uint32_t c = 0; c < count; ++c) {
+    const auto in =
+        read_struct(o.channel_count > 0 ? element(o.channels, c) : nullptr, "bccsplat_channel_options");
+    ChannelInfo info;
+    info.name = text_or(in.name, "value");
+    info.unit = text_or(in.unit, "");
+    if (info.name.empty()) fail(Code::invalid_argument, "channel ", c, ": the name is empty");
+    for (const ChannelInfo& other : initial.channels)
+      if (other.name == info.name) fail(Code::invalid_argument, "two channels are named ", info.name);
+    if (in.set_mask & ~3u) fail(Code::invalid_argument, "channel ", info.name, ": unknown bits in set_mask");
+    if (in.source_type < 0 || in.source_type > 9)
+      fail(Code::invalid_argument, "channel ", info.name, ": source_type ", in.source_type);
+    if (in.value_type < 0 || in.value_type > 4)
+      fail(Code::invalid_argument, "channel ", info.name, ": value_type must be U8, U16, F16 or F32");
+    if (!(in.air_threshold >= 0 && std::isfinite(in.air_threshold)) || !std::isfinite(in.air))
+      fail(Code::invalid_argument, "channel ", info.name,
+           ": air and air_threshold must be finite, the threshold >= 0");
+    if ((in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) &&
+        !(in.range[0] < in.range[1] && std::isfinite(in.range[0]) && std::isfinite(in.range[1])))
+      fail(Code::invalid_argument, "channel ", info.name, ": range must be finite and rise");
+    info.air = in.set_mask & BCCSPLAT_CHANNEL_SET_AIR ? static_cast<float>(in.air) : 0;
+    info.threshold = static_cast<float>(in.air_threshold);
+    initial.channels.push_back(std::move(info));
+    channels.push_back(in);
+  }
+  added.assign(count, 0);
+}
+
+void bccsplat_writer::check_channel(uint32_t channel) const {
+  if (channel >= channels.size())
+    fail(Code::not_found, "channel ", channel, " of a writer with ", channels.size());
+}
+
+void bccsplat_writer::begin(Feeding kind, uint32_t first_channel, SourceType first_type) {
+  if (feeding != Feeding::nothing && feeding != kind)
+    fail(Code::wrong_state, "writer: frames and layers do not mix");
+  if (fit) return;
+  feeding = kind;
+  fit_options.channels.clear();
+  for (size_t c = 0; c < channels.size(); ++c) {
+    const bccsplat_channel_options& in = channels[c];
+    ChannelInfo& info = initial.channels[c];
+    info.source_type = in.source_type       ? static_cast<SourceType>(in.source_type)
+                       : c == first_channel ? first_type
+                                            : SourceType::f32;
+    FitChannel channel;
+    channel.name = info.name;
+    channel.threshold = info.threshold;
+    const Quantiser own = quantiser_of_source(info.source_type, info.air);
+    const auto type = in.value_type ? static_cast<ValueType>(in.value_type) : own.type;
+    const bool integer = type == ValueType::u8 || type == ValueType::u16;
+    if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) {
+      channel.range = Range{in.range[0], in.range[1]};
+      channel.quantiser = quantiser_of_range(type, *channel.range, info.air);
+    } else if (type == own.type) {
+      channel.quantiser = own;
+    } else if (integer && !(own.type == ValueType::u8 && type == ValueType::u16)) {
+      fail(Code::invalid_argument, "channel ", info.name,
+           ": storing this source as integers needs the range of its values");
+    } else {
+      channel.quantiser =
+          own.type == ValueType::u8 && type == ValueType::u16 ? own : quantiser_of_range(type, {}, info.air);
+      channel.quantiser.type = type;
+    }
+    info.type = channel.quantiser.type, info.scale = channel.quantiser.scale,
+    info.offset = channel.quantiser.offset;
+    fit_options.channels.push_back(std::move(channel));
+  }
+  context.emplace(device->context(progress));
+  fit = std::make_unique<Fit>(
+      fit_options,
+      [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
+        make_container();
+        container->write_slab(slab, channel, layers, *context);
+      },
+      *context);
+}
+
+void bccsplat_writer::make_container() {
+  if (container) return;
+  initial.lattice = fit->lattice();
+  container = std::make_unique<Bcc4Writer>(std::move(sink), initial);
+}
+
+void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_box* boxes, uint64_t count) {
+  const uint64_t frame = added[channel];
+  if (!std::isfinite(time)) fail(Code::invalid_argument, "frame ", frame, ": the time is not finite");
+  if (fit_options.dims[3] > 0 && frame >= fit_options.dims[3])
+    fail(Code::wrong_state, "frame ", frame, ": the writer was made for ", fit_options.dims[3], " frames");
+  if (frame == times.size()) {
+    if (!times.empty() && !(time > times.back()))
+      fail(Code::invalid_argument, "frame ", frame, ": time ", time, " does not rise above ", times.back(),
+           " of the frame before");
+    times.push_back(time);
+  } else if (times[frame] != time) {
+    fail(Code::invalid_argument, "frame ", frame, ": time ", time, " differs from ", times[frame],
+         " of another channel");
+  }
+  std::vector<FrameBox> parts;
+  parts.reserve(count);
+  for (uint64_t i = 0; i < count; ++i) {
+    const auto box = read_struct(element(boxes, i), "bccsplat_box");
+    FrameBox part;
+    if (box.type < 1 || box.type > 9)
+      fail(Code::invalid_argument, "box ", i, ": type ", box.type, " is not a type of values");
+    part.type = static_cast<SourceType>(box.type);
+    part.data = box.data;
+    require(box.data, "box.data");
+    for (size_t a = 0; a < 3; ++a) {
+      const int64_t n = fit_options.dims[a];
+      if (box.begin[a] < 0 || box.dims[a] < 1 || box.begin[a] > n || box.dims[a] > n - box.begin[a])
+        fail(Code::invalid_argument, "box ", i, " of frame ", frame, ": begin ", box.begin[a], " and dims ",
+             box.dims[a], " along axis ", a, " do not fit into 0 .. ", n);
+      part.begin[a] = box.begin[a], part.dims[a] = box.dims[a], part.stride[a] = box.stride_bytes[a];
+    }
+    parts.push_back(part);
+  }
+  begin(Feeding::frames, channel, parts.empty() ? SourceType::f32 : parts.front().type);
+  fit->add_frame(static_cast<int>(channel), parts);
+  ++added[channel];
+  if (fit_options.dims[3] > 0)
+    progress.report(static_cast<double>(*std::min_element(added.begin(), added.end())) / fit_options.dims[3] *
+                    0.99);
+  progress.check();
+}
+
+void bccsplat_writer::add_layer(uint32_t channel, int64_t layer, std::span<const float> samples) {
+  if (fit_options.dims[3] == 0) fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
+  if (layer != static_cast<int64_t>(added[channel]))
+    fail(Code::wrong_state, "layer ", layer, " given, ", added[channel], " is next");
+  begin(Feeding::layers, channel, SourceType::f32);
+  fit->add_layer(static_cast<int>(channel), static_cast<int32_t>(layer), samples);
+  ++added[channel];
+  progress.report(static_cast<double>(*std::min_element(added.begin(), added.end())) /
+                  initial.lattice.layers() * 0.99);
+  progress.check();
+}
+
+bccsplat_writer_report bccsplat_writer::finish() {
+  if (!fit) fail(Code::wrong_state, "writer: nothing was added");
+  const FitReport result = fit->finish();
+  make_container();
+  VolumeInfo& info = container->info();
+  info.lattice = result.lattice;
+  if (feeding == Feeding::frames) {
+    const double n = static_cast<double>(times.size());
+    info.time.first = times.front();
+    info.time.step = times.size() > 1 ? (times.back() - times.front()) / (n - 1) : 1;
+    for (size_t i = 0; i < times.size(); ++i)
+      if (std::fabs(times[i] - info.time.at(i)) > 1e-9 * info.time.step) info.time.uniform = false;
+    if (!info.time.uniform) info.time.times = times;
+  } else {
+    info.time = initial.time;
+  }
+  info.sources = initial.sources;
+  info.attributes = initial.attributes;
+
+  bccsplat_writer_report report{};
+  report.frames = result.lattice.dims[3];
+  for (size_t c = 0; c < result.channels.size(); ++c) {
+    const FitChannelReport& r = result.channels[c];
+    describe(r, info.channels[c]);
+    report.cc_samples += info.cc_samples();
+    report.cc_relevant += r.cc_relevant;
+    report.sites_total += r.sites_total;
+    report.sites_kept += r.sites_kept;
+    report.holes += r.holes;
+    report.clamped += r.clamped;
+    report.nonfinite += r.nonfinite;
+    constexpr uint64_t bytes_of[] = {0, 1, 2, 2, 4, 2, 4, 8, 1, 4};
+    report.bytes_source += info.cc_samples() * bytes_of[static_cast<size_t>(info.channels[c].source_type)];
+  }
+  const Bcc4Report written = container->finish(*context);
+  report.bytes_file = written.bytes.file, report.bytes_runs = written.bytes.runs;
+  report.bytes_values = written.bytes.values, report.bytes_index = written.bytes.index;
+  finished = true;
+  progress.report(1);
+  return report;
+}
+
+namespace {
+
+template<class MakeSink>
+bccsplat_status create(bccsplat_device* device, const bccsplat_writer_options* options,
+                       bccsplat_writer** writer, const MakeSink& make_sink) {
+  return guard([&] {
+    require(writer, "writer");
+    *writer = nullptr;
+    require(device, "device"), require(options, "options");
+    const auto o = read_struct(options, "bccsplat_writer_options");
+    auto result = std::make_unique<bccsplat_writer>(device, o);
+    result->sink = make_sink(o);
+    *writer = result.release();
+  });
+}
+
+} // namespace
+
+extern "C" {
+
+bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
+                                       const bccsplat_writer_options* options, bccsplat_writer** writer) {
+  return create(device, options, writer, [&](const bccsplat_writer_options& o) {
+    require(path, "path");
+    return create_file_sink(path, o.overwrite != 0);
+  });
+}
+
+bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device, const bccsplat_write_stream* stream,
+                                              const bccsplat_writer_options* options,
+                                              bccsplat_writer** writer) {
+  return create(device, options, writer, [&](const bccsplat_writer_options&) {
+    require(stream, "stream");
+    const auto s = read_struct(stream, "bccsplat_write_stream");
+    require_zero(s.reserved, "bccsplat_write_stream.reserved");
+    if (!s.write_at) fail(Code::invalid_argument, "bccsplat_write_stream.write_at is NULL");
+    return create_stream_sink([s](uint64_t offset, std::span<const std::byte> bytes) {
+      return s.write_at(s.user, offset, bytes.data(), bytes.size());
+    });
+  });
+}
+
+bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel, double time,
+                                          const bccsplat_box* boxes, uint64_t count) {
+  return guard([&] {
+    require(writer, "writer");
+    if (count > 0) require(boxes, "boxes");
+    writer->check_channel(channel);
+    writer->step([&] { writer->add_frame(channel, time, boxes, count); });
+  });
+}
+
+bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_writer* writer, int64_t layer,
+                                                   bccsplat_layer_geometry* geometry) {
+  return guard([&] {
+    require(writer, "writer");
+    if (writer->fit_options.dims[3] == 0)
+      fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
+    const Lattice4 lattice = Lattice4::fit(writer->fit_options.lattice, writer->fit_options.dims,
+                                           writer->fit_options.scale, writer->fit_options.time_scale);
+    if (layer < 0 || layer >= lattice.layers())
+      fail(Code::not_found, "layer ", layer, " of ", lattice.layers());
+    bccsplat_layer_geometry out{};
+    out.coset = lattice.coset(static_cast<int32_t>(layer));
+    const Int3 n = lattice.space.dims(out.coset);
+    const Vec3 origin = lattice.site_position(out.coset, {0, 0, 0}),
+               next = lattice.site_position(out.coset, {1, 1, 1});
+    for (size_t a = 0; a < 3; ++a)
+      out.dims[a] = n[a], out.origin[a] = origin[a], out.step[a] = next[a] - origin[a];
+    out.frame = lattice.is_static() ? 0 : lattice.layer_frame(static_cast<int32_t>(layer));
+    out.layer_count = lattice.layers();
+    write_struct(geometry, out, "geometry");
+  });
+}
+
+bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t channel, int64_t layer,
+                                          const float* samples, uint64_t count) {
+  return guard([&] {
+    require(writer, "writer"), require(samples, "samples");
+    writer->check_channel(channel);
+    writer->step([&] { writer->add_layer(channel, layer, {samples, count}); });
+  });
+}
+
+bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first, double step) {
+  return guard([&] {
+    require(writer, "writer");
+    if (!std::isfinite(first) || !(step > 0 && std::isfinite(step)))
+      fail(Code::invalid_argument, "times: first must be finite and step > 0");
+    writer->initial.time.first = first, writer->initial.time.step = step;
+  });
+}
+
+bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const char* key, const char* value) {
+  return guard([&] {
+    require(writer, "writer"), require(key, "key"), require(value, "value");
+    if (!*key) fail(Code::invalid_argument, "the key is empty");
+    auto& attributes = writer->initial.attributes;
+    const auto it =
+        std::find_if(attributes.begin(), attributes.end(), [&](const auto& a) { return a.first == key; });
+    if (it != attributes.end())
+      it->second = value;
+    else
+      attributes.emplace_back(key, value);
+  });
+}
+
+bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* name, uint64_t bytes,
+                                           uint32_t crc32) {
+  return guard([&] {
+    require(writer, "writer"), require(name, "name");
+    writer->initial.sources.push_back({name, bytes, crc32});
+  });
+}
+
+bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report) {
+  return guard([&] {
+    require(writer, "writer");
+    check_output(report, "report");
+    bccsplat_writer_report out{};
+    writer->step([&] { out = writer->finish(); });
+    if (report) write_struct(report, out, "report");
+  });
+}
+
+void bccsplat_writer_retain(bccsplat_writer* writer) { retain(writer); }
+void bccsplat_writer_release(bccsplat_writer* writer) { release(writer); }
+
+} // extern "C"

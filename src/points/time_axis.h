@@ -1,0 +1,30 @@
+// Time values <-> frame indices: uniform, or monotone cubic between uneven times (Fritsch & Carlson 1980).
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace bccsplat {
+
+class TimeAxis {
+ public:
+  TimeAxis() = default;
+  // Frame i at first + i * step, `count` frames, step > 0.
+  TimeAxis(double first, double step, double count) : first_(first), step_(step), count_(count) {}
+  // Rises strictly; at least one.
+  explicit TimeAxis(std::vector<double> times);
+
+  [[nodiscard]] double first() const { return times_.empty() ? first_ : times_.front(); }
+  [[nodiscard]] double last() const { return times_.empty() ? first_ + (count_ - 1) * step_ : times_.back(); }
+  // Throw out_of_domain outside the series; a rounding error beyond an end counts as the end.
+  [[nodiscard]] double index_of(double time) const;
+  [[nodiscard]] double time_of(double index) const;
+
+ private:
+  [[nodiscard]] double in_segment(size_t segment, double fraction) const;
+
+  double first_ = 0, step_ = 1, count_ = 1;
+  std::vector<double> times_, slopes_; // uneven: times and d time / d index at each frame
+};
+
+} // namespace bccsplat
