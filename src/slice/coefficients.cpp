@@ -38,23 +38,26 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
   if (auto found = find(key)) return found;
   context.progress.check();
   if (stage_number == 0) return insert(key, source_.read_layer(channel_, m, BrickBox{}, context), context);
+  const PrefilterStage& filter = stages_[static_cast<size_t>(stage_number) - 1];
   const Lattice4& lattice = source_.lattice();
-  const auto previous = [&](int32_t layer) {
-    return stage(stage_number - 1, lattice.mirror_layer(layer), context);
+  std::vector<std::shared_ptr<const BrickLayer>> held;
+  const auto get = [&](int from_stage, int32_t at) {
+    held.push_back(stage(from_stage, lattice.mirror_layer(at), context));
+    return held.back().get();
   };
-  const auto own = previous(m);
-  std::shared_ptr<const BrickLayer> before, after, cross_before, cross_after;
-  StageInput input{.own = own.get()};
-  if (lattice.is_static()) {
-    cross_before = previous(m + 1);
-    input.cross_before = cross_before.get();
-  } else {
-    before = previous(m - 2), cross_before = previous(m - 1), cross_after = previous(m + 1),
-    after = previous(m + 2);
-    input.before = before.get(), input.after = after.get();
-    input.cross_before = cross_before.get(), input.cross_after = cross_after.get();
+  const auto layers = [&](int from_stage) {
+    StageLayers l{.own = get(from_stage, m)};
+    if (!lattice.is_static()) l.before = get(from_stage, m - 2), l.after = get(from_stage, m + 2);
+    return l;
+  };
+  StageInput input;
+  input.previous = layers(stage_number - 1);
+  if (filter.uses_source()) input.samples = layers(0);
+  if (filter.cross != 0) {
+    input.cross_after = get(stage_number - 1, m + 1);
+    if (!lattice.is_static()) input.cross_before = get(stage_number - 1, m - 1);
   }
-  BrickLayer result = apply_stage(stages_[static_cast<size_t>(stage_number) - 1], input, context);
+  BrickLayer result = apply_stage(filter, input, context);
   if (stage_number == static_cast<int>(stages_.size()))
     result = finish_coefficients(result, *stage(0, m, context), prune_, context);
   return insert(key, std::move(result), context);

@@ -27,35 +27,33 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// out (16^3) = self * own + spatial * (six neighbours of own)
-void StageOwn(const PrefilterStage& stage, const float* own, float* out) {
+// centre += w0 * block and neighbours += w1 * block, margins included.
+void StageAdd(const float* block, float w0, float w1, float* centre, float* neighbours) {
+  const hn::ScalableTag<float> d;
+  const auto v0 = hn::Set(d, w0), v1 = hn::Set(d, w1);
+  for (size_t i = 0; i < halo_sites; i += hn::Lanes(d)) { // the last vector ends in the padding
+    const auto c = hn::Load(d, block + i);
+    hn::Store(hn::MulAdd(v0, c, hn::Load(d, centre + i)), d, centre + i);
+    hn::Store(hn::MulAdd(v1, c, hn::Load(d, neighbours + i)), d, neighbours + i);
+  }
+}
+
+// out (16^3) = centre + the six neighbours of each site in `neighbours`
+void StageSpatial(const float* centre, const float* neighbours, float* out) {
   const hn::CappedTag<float, brick_edge> d;
-  const auto self = hn::Set(d, static_cast<float>(stage.self));
-  const auto spatial = hn::Set(d, static_cast<float>(stage.spatial));
   for (int z = 0; z < brick_edge; ++z)
     for (int y = 0; y < brick_edge; ++y) {
-      const float* row = own + (z + 1) * halo_plane + (y + 1) * halo_row + 1;
+      const int row = (z + 1) * halo_plane + (y + 1) * halo_row + 1;
       float* target = out + (z * brick_edge + y) * brick_edge;
       for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
-        const float* c = row + x;
+        const float* c = neighbours + row + x;
         const auto along_x = hn::Add(hn::LoadU(d, c - 1), hn::LoadU(d, c + 1));
         const auto along_y = hn::Add(hn::LoadU(d, c - halo_row), hn::LoadU(d, c + halo_row));
         const auto along_z = hn::Add(hn::LoadU(d, c - halo_plane), hn::LoadU(d, c + halo_plane));
         const auto sum = hn::Add(hn::Add(along_x, along_y), along_z);
-        hn::Store(hn::MulAdd(spatial, sum, hn::Mul(self, hn::LoadU(d, c))), d, target + x);
+        hn::Store(hn::Add(hn::LoadU(d, centre + row + x), sum), d, target + x);
       }
     }
-}
-
-// out += weight * (a + b); b may be null.
-void StageTemporal(float weight, const float* a, const float* b, float* out) {
-  const hn::CappedTag<float, brick_edge> d;
-  const auto w = hn::Set(d, weight);
-  for (size_t i = 0; i < brick_sites; i += hn::Lanes(d)) {
-    auto sum = hn::Load(d, a + i);
-    if (b) sum = hn::Add(sum, hn::Load(d, b + i));
-    hn::Store(hn::MulAdd(w, sum, hn::Load(d, out + i)), d, out + i);
-  }
 }
 
 // out += weight * (sum of the 8 corners around each site); block holds the other coset, whose sites l + shift
@@ -104,15 +102,15 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 
 namespace bccsplat {
-HWY_EXPORT(StageOwn);
-HWY_EXPORT(StageTemporal);
+HWY_EXPORT(StageAdd);
+HWY_EXPORT(StageSpatial);
 HWY_EXPORT(StageCross);
 HWY_EXPORT(AddBlock);
 
 namespace {
 
 struct Work {
-  alignas(64) HaloBlock block{}, other{};
+  alignas(64) HaloBlock block{}, other{}, centre{}, neighbours{};
   alignas(64) std::array<float, halo_edge * brick_edge> pair_x{};
   alignas(64) std::array<float, halo_edge * brick_rows> pair_y{};
 };
@@ -131,23 +129,28 @@ void clear_beyond(const BrickLayer& layer, const Int3& b, Brick& brick) {
 }
 
 std::shared_ptr<Brick> stage_brick(const PrefilterStage& stage, const StageInput& in, size_t slot, Work& w) {
-  const Int3 b = in.own->slot_position(slot);
+  const Int3 b = in.previous.own->slot_position(slot);
   const auto gather = [&](const BrickLayer* layer, HaloBlock& block) {
     return layer && layer->gather(b[0], b[1], b[2], 1, std::span(block).first(halo_sites));
   };
-  const bool own = gather(in.own, w.block);
-  const Brick* before = in.before ? in.before->brick(slot) : nullptr;
-  const Brick* after = in.after ? in.after->brick(slot) : nullptr;
-  std::shared_ptr<Brick> out;
-  const auto target = [&] {
-    if (!out) out = std::make_shared<Brick>();
-    return out->value.data();
+  bool any = false;
+  const auto add = [&](const BrickLayer* layer, double w0, double w1) {
+    if ((w0 == 0 && w1 == 0) || !gather(layer, w.block)) return;
+    if (!any) w.centre.fill(0), w.neighbours.fill(0);
+    any = true;
+    HWY_DYNAMIC_DISPATCH(StageAdd)
+    (w.block.data(), static_cast<float>(w0), static_cast<float>(w1), w.centre.data(), w.neighbours.data());
   };
-  if (own) HWY_DYNAMIC_DISPATCH(StageOwn)(stage, w.block.data(), target());
-  if (stage.temporal != 0 && (before || after)) {
-    const float* first = (before ? before : after)->value.data();
-    const float* second = before && after ? after->value.data() : nullptr;
-    HWY_DYNAMIC_DISPATCH(StageTemporal)(static_cast<float>(stage.temporal), first, second, target());
+  add(in.previous.own, stage.self, stage.spatial);
+  add(in.previous.before, stage.temporal, stage.mixed);
+  add(in.previous.after, stage.temporal, stage.mixed);
+  add(in.samples.own, stage.source, stage.source_spatial);
+  add(in.samples.before, stage.source_temporal, stage.source_mixed);
+  add(in.samples.after, stage.source_temporal, stage.source_mixed);
+  std::shared_ptr<Brick> out;
+  if (any) {
+    out = std::make_shared<Brick>();
+    HWY_DYNAMIC_DISPATCH(StageSpatial)(w.centre.data(), w.neighbours.data(), out->value.data());
   }
   if (stage.cross != 0) {
     bool cross = gather(in.cross_before, w.block);
@@ -159,18 +162,21 @@ std::shared_ptr<Brick> stage_brick(const PrefilterStage& stage, const StageInput
     }
     // Site l of coset 0 lies between l-1 and l of coset 1; of coset 1 between l and l+1 of coset 0. The block
     // starts at -1.
-    if (cross) HWY_DYNAMIC_DISPATCH(StageCross)
-    (static_cast<float>(stage.cross), w.block.data(), in.own->coset(), w.pair_x.data(), w.pair_y.data(),
-     target());
+    if (cross) {
+      if (!out) out = std::make_shared<Brick>();
+      HWY_DYNAMIC_DISPATCH(StageCross)
+      (static_cast<float>(stage.cross), w.block.data(), in.previous.own->coset(), w.pair_x.data(),
+       w.pair_y.data(), out->value.data());
+    }
   }
-  if (out) clear_beyond(*in.own, b, *out);
+  if (out) clear_beyond(*in.previous.own, b, *out);
   return out;
 }
 
 } // namespace
 
 BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input, const Context& context) {
-  BrickLayer result(input.own->lattice(), input.own->coset());
+  BrickLayer result(input.previous.own->lattice(), input.previous.own->coset());
   // One task per row of bricks along x: a few hundred microseconds each.
   const auto row = static_cast<size_t>(result.brick_dims()[0]);
   context.tasks.parallel_for(result.brick_slots() / row, [&](uint64_t r) {

@@ -1,4 +1,4 @@
-// One prefilter stage on one layer, brick by brick: a 25-point stencil on D4*, 15 points on BCC.
+// One prefilter stage on one layer, brick by brick (formula: PrefilterStage in kernel/kernel.h).
 #pragma once
 
 #include "base/context.h"
@@ -7,13 +7,16 @@
 
 namespace bccsplat {
 
-// The layers a stage reads. own: the layer itself; before, after: the next layers of the same coset (null:
-// none, as on a static lattice); cross: the neighbouring layers of the other coset (one or both may be null).
-struct StageInput {
+// The layers a stage reads; null: none, as before and after on a static lattice.
+struct StageLayers {
   const BrickLayer* own = nullptr;
-  const BrickLayer* before = nullptr;
+  const BrickLayer* before = nullptr; // the next layers of the same coset
   const BrickLayer* after = nullptr;
-  const BrickLayer* cross_before = nullptr;
+};
+struct StageInput {
+  StageLayers previous;                     // c: what the stage before made
+  StageLayers samples;                      // f: looked at when the stage uses them
+  const BrickLayer* cross_before = nullptr; // c in the neighbouring layers of the other coset
   const BrickLayer* cross_after = nullptr;
 };
 
