@@ -452,7 +452,8 @@ typedef struct bccsplat_slice_options {
   double interval[2];   /* frames relative to the hyperplane's, begin <= 0 <= end allowed in any mix: the slice holds the
                            mean over [t+begin, t+end], clipped to the series; both 0: the instant. Time slices only. */
   double spacing;       /* T of the target lattice of hyperplanes off the time axis; 0: the source density */
-  int32_t lattice;      /* of those: DEFAULT and BCC, or CC */
+  double time_length;   /* world units that one frame of theirs is drawn as; 0: one mean voxel */
+  int32_t lattice;      /* of those: DEFAULT or BCC */
   uint32_t reserved;    /* 0 */
   bccsplat_progress_fn progress;
   void* progress_user;

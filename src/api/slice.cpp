@@ -5,6 +5,7 @@
 
 #include "api/handles.h"
 #include "api/structs.h"
+#include "slice/plane_slice.h"
 #include "slice/sample_grid.h"
 #include "slice/time_slice.h"
 
@@ -65,6 +66,8 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     const auto h = normalised(read_struct(hyperplane, "bccsplat_hyperplane"));
     const auto o = read_struct(options, "bccsplat_slice_options");
     require_zero(o.reserved, "bccsplat_slice_options.reserved");
+    if (o.lattice != BCCSPLAT_LATTICE_DEFAULT && o.lattice != BCCSPLAT_LATTICE_BCC)
+      fail(Code::unsupported, "slice: the target lattice is BCC");
     if (!(o.interval[0] <= o.interval[1]))
       fail(Code::invalid_argument, "slice: interval[0] is larger than interval[1]");
     const VolumeInfo& info = volume->info();
@@ -74,11 +77,20 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     const uint64_t read_before = volume->reader->bytes_read();
 
     const auto frame = time_slice_frame(h, info.lattice.dims);
-    if (!frame) fail(Code::unsupported, "slice: this version cuts time slices only (a = b = c = 0)");
     auto result = std::make_unique<bccsplat_slice>();
     result->volume = Ref(const_cast<bccsplat_volume*>(volume));
     result->channel = o.channel;
-    result->slice = time_slice(coefficients, *frame, {o.interval[0], o.interval[1]}, info.affine, context);
+    if (frame) {
+      result->slice = time_slice(coefficients, *frame, {o.interval[0], o.interval[1]}, info.affine, context);
+    } else {
+      if (o.interval[0] != 0 || o.interval[1] != 0)
+        fail(Code::unsupported, "slice: an interval belongs to time slices (a = b = c = 0) only");
+      PlaneOptions plane;
+      if (o.spacing != 0) plane.spacing = o.spacing;
+      plane.time_length =
+          o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(info.affine.determinant()));
+      result->slice = plane_slice(coefficients, h, plane, info.affine, context);
+    }
     result->slice.bytes_read = volume->reader->bytes_read() - read_before;
     result->memory = Reservation(volume->device->memory, result->slice.bytes(), "slice");
     *slice = result.release();

@@ -15,8 +15,9 @@ struct Coefficients::Entry {
 };
 
 Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune,
-                           uint64_t cache_bytes)
-    : source_(source), channel_(channel), kernel_(std::move(kernel)), prune_(prune), limit_(cache_bytes) {
+                           uint64_t cache_bytes, const BrickBox& region)
+    : source_(source), channel_(channel), kernel_(std::move(kernel)), prune_(prune), region_(region),
+      limit_(cache_bytes) {
   if (source.coefficient_kernel().empty())
     stages_ = source.lattice().is_static() ? kernel_.prefilter3 : kernel_.prefilter4;
   if (!source.lattice().space.bcc)
@@ -37,7 +38,7 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
   const Key key{stage_number, m};
   if (auto found = find(key)) return found;
   context.progress.check();
-  if (stage_number == 0) return insert(key, source_.read_layer(channel_, m, BrickBox{}, context), context);
+  if (stage_number == 0) return insert(key, source_.read_layer(channel_, m, region_, context), context);
   const PrefilterStage& filter = stages_[static_cast<size_t>(stage_number) - 1];
   const Lattice4& lattice = source_.lattice();
   std::vector<std::shared_ptr<const BrickLayer>> held;
@@ -57,7 +58,7 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
     input.cross_after = get(stage_number - 1, m + 1);
     if (!lattice.is_static()) input.cross_before = get(stage_number - 1, m - 1);
   }
-  BrickLayer result = apply_stage(filter, input, context);
+  BrickLayer result = apply_stage(filter, input, region_, context);
   if (stage_number == static_cast<int>(stages_.size()))
     result = finish_coefficients(result, *stage(0, m, context), prune_, context);
   return insert(key, std::move(result), context);

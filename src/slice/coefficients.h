@@ -23,12 +23,16 @@ namespace bccsplat {
 class Coefficients {
  public:
   // prune: coefficients up to this magnitude (value units) are dropped; 0 keeps all that are not zero.
-  // The source must outlive the object.
-  Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune, uint64_t cache_bytes);
+  // region: only its bricks are read and made; near its faces, as far as prefilter and kernel reach, they
+  // lack their neighbours and must not be used. The source must outlive the object.
+  Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune, uint64_t cache_bytes,
+               const BrickBox& region = {});
 
   [[nodiscard]] const SampleSource& source() const { return source_; }
   [[nodiscard]] int channel() const { return channel_; }
   [[nodiscard]] const Kernel& kernel() const { return kernel_; }
+  [[nodiscard]] float prune() const { return prune_; }
+  [[nodiscard]] uint64_t cache_bytes() const { return limit_; }
   [[nodiscard]] float air() const { return source_.air(channel_); }
 
   // Coefficients relative to air of a layer; any integer, mirrored at the ends. Concurrent calls are allowed.
@@ -48,6 +52,7 @@ class Coefficients {
   Kernel kernel_;
   std::vector<PrefilterStage> stages_; // those this source needs: none when it stores coefficients
   float prune_;
+  BrickBox region_;
   uint64_t limit_;
 
   mutable std::mutex mutex_;

@@ -1,9 +1,9 @@
 #include "slice/evaluate.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "slice/footprint.h"
 #include "slice/hole.h"
@@ -92,45 +92,27 @@ EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::s
   return misses;
 }
 
-EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4> points,
-                         std::span<float> values, std::span<std::array<float, 4>> gradients,
-                         const Context& context) {
+void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> points,
+                        std::span<float> values, std::span<std::array<float, 4>> gradients,
+                        std::span<uint8_t> holes, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
   const Vec3 unit = lattice.lattice_unit();
   const double time_unit = lattice.is_static() ? 1 : lattice.time_step / lattice.layer_distance();
-  const auto inside = [&](const Vec4& p) {
-    for (size_t a = 0; a < (lattice.is_static() ? 3u : 4u); ++a)
-      if (!(p[a] >= 0 && p[a] <= lattice.dims[a] - 1.0)) return false;
-    return true;
-  };
   const auto window_of = [&](const Vec4& p) {
     return lattice.is_static() ? 0 : static_cast<int32_t>(std::floor(p[3] / lattice.time_step));
   };
-
-  EvaluateMisses misses;
-  std::vector<uint64_t> order;
-  order.reserve(points.size());
-  for (size_t n = 0; n < points.size(); ++n) {
-    if (inside(points[n])) {
-      order.push_back(n);
-      continue;
-    }
-    ++misses.outside;
-    values[n] = nan_value;
-    if (!gradients.empty()) gradients[n].fill(nan_value);
-  }
+  // Points of one stretch between two layers share their window of coefficients.
+  std::vector<uint64_t> order(points.size());
+  std::iota(order.begin(), order.end(), uint64_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](uint64_t a, uint64_t b) { return window_of(points[a]) < window_of(points[b]); });
-
-  std::atomic<uint64_t> holes{0};
   for (size_t begin = 0; begin < order.size();) {
     const int32_t base = window_of(points[order[begin]]);
     size_t end = begin;
     while (end < order.size() && window_of(points[order[end]]) == base) ++end;
     const Window window(coefficients, base, context);
     const FieldLayers field{window.layers, &coefficients.kernel(), lattice.is_static()};
-    const size_t blocks = (end - begin + block - 1) / block;
-    context.tasks.parallel_for(blocks, [&](uint64_t b) {
+    context.tasks.parallel_for((end - begin + block - 1) / block, [&](uint64_t b) {
       context.progress.check();
       std::array<Vec4, block> batch;
       std::array<float, block> sums;
@@ -144,20 +126,50 @@ EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4>
                      gradients.empty() ? nullptr : slopes.data());
       for (size_t i = 0; i < count; ++i) {
         const uint64_t n = order[from + i];
-        values[n] = coefficients.air() + sums[i];
+        values[n] = sums[i];
         if (!gradients.empty())
           gradients[n] = {
               static_cast<float>(slopes[i][0] / unit[0]), static_cast<float>(slopes[i][1] / unit[1]),
               static_cast<float>(slopes[i][2] / unit[2]), static_cast<float>(slopes[i][3] / time_unit)};
-        if (!window.holes || !window.is_hole({batch[i][0], batch[i][1], batch[i][2]}, batch[i][3])) continue;
-        values[n] = nan_value;
-        if (!gradients.empty()) gradients[n].fill(nan_value);
-        holes.fetch_add(1, std::memory_order_relaxed);
+        if (!holes.empty())
+          holes[n] = window.holes && window.is_hole({batch[i][0], batch[i][1], batch[i][2]}, batch[i][3]);
       }
     });
     begin = end;
   }
-  misses.holes = holes;
+}
+
+EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4> points,
+                         std::span<float> values, std::span<std::array<float, 4>> gradients,
+                         const Context& context) {
+  const Lattice4& lattice = coefficients.source().lattice();
+  const size_t axes = lattice.is_static() ? 3 : 4;
+  const auto inside = [&](const Vec4& p) {
+    for (size_t a = 0; a < axes; ++a)
+      if (!(p[a] >= 0 && p[a] <= lattice.dims[a] - 1.0)) return false;
+    return true;
+  };
+  // Most batches lie inside as a whole; a point outside is evaluated at the domain's corner and then
+  // overwritten.
+  EvaluateMisses misses;
+  std::vector<Vec4> moved;
+  for (size_t n = 0; n < points.size(); ++n)
+    if (!inside(points[n])) {
+      if (moved.empty()) moved.assign(points.begin(), points.end());
+      moved[n] = {};
+      ++misses.outside;
+    }
+  std::vector<uint8_t> holes(points.size());
+  evaluate4_mirrored(coefficients, moved.empty() ? points : std::span<const Vec4>(moved), values, gradients,
+                     holes, context);
+  for (size_t n = 0; n < points.size(); ++n) {
+    const bool outside = misses.outside > 0 && !inside(points[n]);
+    if (!outside) values[n] += coefficients.air();
+    if (!outside && !holes[n]) continue;
+    misses.holes += !outside;
+    values[n] = nan_value;
+    if (!gradients.empty()) gradients[n].fill(nan_value);
+  }
   return misses;
 }
 

@@ -175,7 +175,8 @@ std::shared_ptr<Brick> stage_brick(const PrefilterStage& stage, const StageInput
 
 } // namespace
 
-BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input, const Context& context) {
+BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input, const BrickBox& region,
+                       const Context& context) {
   BrickLayer result(input.previous.own->lattice(), input.previous.own->coset());
   // One task per row of bricks along x: a few hundred microseconds each.
   const auto row = static_cast<size_t>(result.brick_dims()[0]);
@@ -183,7 +184,8 @@ BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input, con
     context.progress.check();
     const auto work = std::make_unique<Work>();
     for (size_t slot = r * row; slot < (r + 1) * row; ++slot)
-      result.set(slot, stage_brick(stage, input, slot, *work));
+      if (region.contains(result.slot_position(slot)))
+        result.set(slot, stage_brick(stage, input, slot, *work));
   });
   return result;
 }

@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "kernel/kernel.h"
 #include "points/brick.h"
+#include "points/sample_source.h"
 
 namespace bccsplat {
 
@@ -20,10 +21,10 @@ struct StageInput {
   const BrickLayer* cross_after = nullptr;
 };
 
-// Applies the stage to every site in whose reach something is stored. Kept bits and holes are not set: see
-// finish_coefficients.
+// Applies the stage, in the bricks of `region`, to every site in whose reach something is stored. Kept bits
+// and holes are not set: see finish_coefficients.
 [[nodiscard]] BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input,
-                                     const Context& context);
+                                     const BrickBox& region, const Context& context);
 
 // Marks the coefficients that matter (|c| > prune, in value units) and takes over the holes of the samples.
 [[nodiscard]] BrickLayer finish_coefficients(const BrickLayer& coefficients, const BrickLayer& samples,

@@ -30,6 +30,18 @@ int64_t Slice::points() const {
 
 uint64_t Slice::bytes() const { return coset[0].bytes() + coset[1].bytes(); }
 
+std::array<double, 2> coefficient_bounds(const Slice& slice) {
+  constexpr double largest_site_sum = 1.02; // radial16 has the largest ripple, .9 %
+  float low = 0, high = 0;
+  for (const BrickLayer& layer : slice.coset)
+    for (size_t s = 0; s < layer.brick_slots(); ++s)
+      if (const Brick* b = layer.brick(s)) {
+        const auto [min, max] = std::minmax_element(b->value.begin(), b->value.end());
+        low = std::min(low, *min), high = std::max(high, *max);
+      }
+  return {slice.air + largest_site_sum * low, slice.air + largest_site_sum * high};
+}
+
 double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {
   const Lattice3& lattice = slice.lattice;
   const double pitch = lattice.bcc ? std::numbers::sqrt2 : 1.0;

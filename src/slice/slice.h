@@ -59,6 +59,10 @@ struct Slice {
   [[nodiscard]] uint64_t bytes() const;
 };
 
+// Bounds of the field from the coefficients: the kernel is nonnegative and its site sum exceeds 1 by its
+// ripple only.
+[[nodiscard]] std::array<double, 2> coefficient_bounds(const Slice& slice);
+
 // The slow double-precision reference: field value (absolute) and gradient (per lattice unit; may be null) at
 // a point inside the domain, in lattice units.
 [[nodiscard]] double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient);

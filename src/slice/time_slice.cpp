@@ -105,20 +105,6 @@ BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& pa
   return result;
 }
 
-// Bounds of the field from the coefficients: the kernel is nonnegative and its site sum exceeds 1 by its
-// ripple only.
-std::array<double, 2> bounds_of(const Slice& slice) {
-  constexpr double largest_site_sum = 1.02; // radial16 has the largest ripple, .9 %
-  float low = 0, high = 0;
-  for (const BrickLayer& layer : slice.coset)
-    for (size_t s = 0; s < layer.brick_slots(); ++s)
-      if (const Brick* b = layer.brick(s)) {
-        const auto [min, max] = std::minmax_element(b->value.begin(), b->value.end());
-        low = std::min(low, *min), high = std::max(high, *max);
-      }
-  return {slice.air + largest_site_sum * low, slice.air + largest_site_sum * high};
-}
-
 } // namespace
 
 std::vector<LayerWeight> instant_weights(const Lattice4& lattice, const Kernel& kernel, double frame) {
@@ -167,7 +153,7 @@ Slice time_slice(const Coefficients& coefficients, double frame, const std::arra
     for (size_t s = 0; s < coset.brick_slots() && !slice.has_holes; ++s)
       slice.has_holes = coset.brick(s) && coset.brick(s)->hole;
   }
-  slice.bounds = bounds_of(slice);
+  slice.bounds = coefficient_bounds(slice);
 
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 3; ++a) {
