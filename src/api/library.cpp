@@ -3,7 +3,6 @@
 #include <cstring>
 
 #include "api/guard.h"
-#include "kernel/kernel.h"
 
 namespace bccsplat::api {
 namespace {

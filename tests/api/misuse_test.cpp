@@ -1,0 +1,284 @@
+// What a host can do wrong: every misuse has its code and text, and breaks nothing.
+#include <atomic>
+#include <thread>
+
+#include "support.h"
+
+using namespace host;
+
+namespace {
+
+TEST(Misuse, NullEverywhere) {
+  EXPECT_EQ(bccsplat_device_create(nullptr, nullptr), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(std::string(bccsplat_last_error()), "");
+  const Device device = make_device();
+  bccsplat_volume* v = reinterpret_cast<bccsplat_volume*>(1);
+  EXPECT_EQ(bccsplat_volume_open_file(nullptr, "x", nullptr, &v), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(v, nullptr);
+  EXPECT_EQ(bccsplat_volume_open_file(device.get(), nullptr, nullptr, &v), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(bccsplat_volume_get_info(nullptr, nullptr), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(bccsplat_slice_create(nullptr, nullptr, nullptr, nullptr), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(bccsplat_writer_create(device.get(), "x", nullptr, nullptr), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(bccsplat_writer_finish(nullptr, nullptr), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(bccsplat_renderer_render(nullptr, nullptr), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(bccsplat_frame_save_png(nullptr, "x", nullptr), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  bccsplat_device_release(nullptr), bccsplat_volume_release(nullptr), bccsplat_slice_release(nullptr);
+  bccsplat_writer_release(nullptr), bccsplat_renderer_release(nullptr), bccsplat_frame_release(nullptr);
+  bccsplat_device_retain(nullptr), bccsplat_volume_retain(nullptr);
+}
+
+TEST(Misuse, StructSizes) {
+  bccsplat_device* d = nullptr;
+  bccsplat_device_options o{};
+  EXPECT_EQ(bccsplat_device_create(&o, &d), BCCSPLAT_ERROR_INVALID_STRUCT_SIZE); // size not set
+  // A newer caller: a tail of zeros is fine, anything else is refused.
+  struct {
+    bccsplat_device_options known;
+    uint64_t tail;
+  } newer{};
+  newer.known.struct_size = sizeof newer;
+  EXPECT_EQ(bccsplat_device_create(&newer.known, &d), BCCSPLAT_OK);
+  bccsplat_device_release(d);
+  newer.tail = 1;
+  EXPECT_EQ(bccsplat_device_create(&newer.known, &d), BCCSPLAT_ERROR_INVALID_STRUCT_SIZE);
+  EXPECT_EQ(d, nullptr);
+  // An older caller: fields beyond its struct are defaults on input and stay untouched on output.
+  const Device device = make_device();
+  bccsplat_device_info info{};
+  info.struct_size = 8;
+  info.memory_budget = 77;
+  ASSERT_OK(bccsplat_device_get_info(device.get(), &info));
+  EXPECT_EQ(info.thread_count, 2);
+  EXPECT_EQ(info.memory_budget, 77u);
+  EXPECT_EQ(info.struct_size, 8u);
+}
+
+TEST(Misuse, FilesThatAreNotThere) {
+  const Folder folder;
+  const Device device = make_device();
+  bccsplat_volume* v = nullptr;
+  EXPECT_EQ(bccsplat_volume_open_file(device.get(), folder.file("none.bcc4").c_str(), nullptr, &v),
+            BCCSPLAT_ERROR_FILE_NOT_FOUND);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("none.bcc4"), std::string::npos);
+  EXPECT_EQ(bccsplat_volume_open_file(device.get(), folder.path().c_str(), nullptr, &v), BCCSPLAT_ERROR_IO);
+  std::FILE* f = std::fopen(folder.file("text.bcc4").c_str(), "w");
+  for (int i = 0; i < 1000; ++i) std::fputs("not a volume\n", f);
+  std::fclose(f);
+  EXPECT_EQ(bccsplat_volume_open_file(device.get(), folder.file("text.bcc4").c_str(), nullptr, &v),
+            BCCSPLAT_ERROR_NOT_BCC4);
+}
+
+TEST(Misuse, WriterOptions) {
+  const Folder folder;
+  const Device device = make_device();
+  bccsplat_writer* w = nullptr;
+  const auto create = [&](const bccsplat_writer_options& o) {
+    return bccsplat_writer_create(device.get(), folder.file("s.bcc4").c_str(), &o, &w);
+  };
+  auto o = options_of({});
+  o.dims[1] = 0;
+  EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  o = options_of({});
+  o.lattice = 9;
+  EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  o = options_of({});
+  o.scale = -1;
+  EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  o = options_of({});
+  o.recommended_kernel = "radail20";
+  EXPECT_EQ(create(o), BCCSPLAT_ERROR_NOT_FOUND);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("radial20"), std::string::npos) << bccsplat_last_error();
+  o = options_of({});
+  o.affine[0] = 1; // singular
+  o.affine[15] = 1;
+  EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  o = options_of({});
+  auto c = sized<bccsplat_channel_options>();
+  c.value_type = BCCSPLAT_TYPE_U8; // floats as bytes need a range
+  o.channels = &c, o.channel_count = 1;
+  ASSERT_OK(create(o));
+  {
+    const Writer writer(w);
+    EXPECT_EQ(add_frames(w, {}), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  o = options_of({});
+  EXPECT_EQ(bccsplat_writer_create(device.get(), folder.file("no/such/folder.bcc4").c_str(), &o, &w),
+            BCCSPLAT_ERROR_FILE_NOT_FOUND);
+}
+
+TEST(Misuse, WriterOrder) {
+  const Folder folder;
+  const Device device = make_device();
+  const auto o = options_of({});
+  {
+    const Writer w = make_writer(device, folder.file("s.bcc4"), o);
+    EXPECT_EQ(bccsplat_writer_finish(w.get(), nullptr), BCCSPLAT_ERROR_WRONG_STATE); // nothing added
+  }
+  {
+    const Writer w = make_writer(device, folder.file("s.bcc4"), o);
+    EXPECT_EQ(bccsplat_writer_add_frame(w.get(), 1, 0, nullptr, 0), BCCSPLAT_ERROR_NOT_FOUND);
+    ASSERT_OK(bccsplat_writer_add_frame(w.get(), 0, 0, nullptr, 0));
+    EXPECT_EQ(bccsplat_writer_add_frame(w.get(), 0, 0, nullptr, 0),
+              BCCSPLAT_ERROR_INVALID_ARGUMENT); // time stands still
+  }
+  {
+    const Writer w = make_writer(device, folder.file("s.bcc4"), o);
+    auto box = sized<bccsplat_box>();
+    float value = 0;
+    box.type = BCCSPLAT_TYPE_F32, box.data = &value, box.begin[0] = 20;
+    box.dims[0] = box.dims[1] = box.dims[2] = 1;
+    EXPECT_EQ(bccsplat_writer_add_frame(w.get(), 0, 0, &box, 1),
+              BCCSPLAT_ERROR_INVALID_ARGUMENT); // beyond the end
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path())); // nothing was finished, nothing is left
+  (void)write_series(device, folder.file("s.bcc4"));
+  bccsplat_writer* w = nullptr;
+  EXPECT_EQ(bccsplat_writer_create(device.get(), folder.file("s.bcc4").c_str(), &o, &w),
+            BCCSPLAT_ERROR_FILE_EXISTS);
+  auto replace = o;
+  replace.overwrite = 1;
+  const Writer writer = make_writer(device, folder.file("s.bcc4"), replace);
+  ASSERT_OK(add_frames(writer.get(), {}));
+  ASSERT_OK(bccsplat_writer_finish(writer.get(), nullptr));
+  EXPECT_EQ(bccsplat_writer_finish(writer.get(), nullptr), BCCSPLAT_ERROR_WRONG_STATE);
+}
+
+TEST(Misuse, Hyperplanes) {
+  const Folder folder;
+  const Device device = make_device();
+  (void)write_series(device, folder.file("s.bcc4"));
+  const Volume volume = open(device, folder.file("s.bcc4"));
+  auto h = sized<bccsplat_hyperplane>();
+  bccsplat_slice* s = nullptr;
+  EXPECT_EQ(bccsplat_slice_create(volume.get(), &h, nullptr, &s),
+            BCCSPLAT_ERROR_INVALID_ARGUMENT); // no normal
+  h.d = 1, h.e = -7.5;
+  EXPECT_EQ(bccsplat_slice_create(volume.get(), &h, nullptr, &s),
+            BCCSPLAT_ERROR_OUT_OF_DOMAIN); // after the last frame
+  h.e = NAN;
+  EXPECT_EQ(bccsplat_slice_create(volume.get(), &h, nullptr, &s), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  h.d = 1e-300, h.e = -3e-300; // tiny, but a normal: frame 3
+  ASSERT_OK(bccsplat_slice_create(volume.get(), &h, nullptr, &s));
+  const Slice tiny(s);
+  auto info = sized<bccsplat_slice_info>();
+  ASSERT_OK(bccsplat_slice_get_info(s, &info));
+  EXPECT_DOUBLE_EQ(info.origin[3], 3);
+  auto o = sized<bccsplat_slice_options>();
+  o.kernel = "cubic";
+  EXPECT_EQ(bccsplat_slice_create(volume.get(), &h, &o, &s), BCCSPLAT_ERROR_NOT_FOUND);
+  EXPECT_EQ(s, nullptr);
+}
+
+TEST(Misuse, BudgetTooSmall) {
+  const Folder folder;
+  (void)write_series(make_device(), folder.file("s.bcc4"));
+  const Device small = make_device(2, 50'000);
+  auto h = sized<bccsplat_hyperplane>();
+  h.d = 1, h.e = -3;
+  bccsplat_volume* v = nullptr;
+  bccsplat_status status = bccsplat_volume_open_file(small.get(), folder.file("s.bcc4").c_str(), nullptr, &v);
+  const Volume volume(v);
+  bccsplat_slice* s = nullptr;
+  if (status == BCCSPLAT_OK) status = bccsplat_slice_create(v, &h, nullptr, &s);
+  EXPECT_EQ(status, BCCSPLAT_ERROR_MEMORY_BUDGET);
+  auto info = sized<bccsplat_device_info>();
+  ASSERT_OK(bccsplat_device_get_info(small.get(), &info));
+  EXPECT_LE(info.memory_peak, 50'000u);
+}
+
+TEST(Misuse, CancelledImportLeavesNothing) {
+  const Folder folder;
+  const Device device = make_device();
+  auto o = options_of({});
+  o.progress = [](void*, double fraction) { return fraction > 0.3 ? 1 : 0; };
+  const Writer w = make_writer(device, folder.file("s.bcc4"), o);
+  // Reports come at most 30 times a second: go on until one is due.
+  Series s;
+  s.field = [](double, double, double, double) {
+    std::this_thread::sleep_for(std::chrono::microseconds(10));
+    return 1.0;
+  };
+  EXPECT_EQ(add_frames(w.get(), s), BCCSPLAT_CANCELLED);
+  EXPECT_EQ(bccsplat_writer_finish(w.get(), nullptr), BCCSPLAT_ERROR_WRONG_STATE);
+}
+
+TEST(Threads, ConcurrentReadersAgree) {
+  const Folder folder;
+  const Device device = make_device(2);
+  (void)write_series(device, folder.file("s.bcc4"));
+  const Volume volume = open(device, folder.file("s.bcc4"));
+  std::vector<std::vector<float>> results(4);
+  std::vector<std::thread> threads;
+  for (auto& r : results)
+    threads.emplace_back([&] {
+      r.resize(20 * 19 * 18);
+      for (const double frame : {1.5, 4.25, 0.0}) {
+        const Slice slice = cut_time(volume, frame);
+        EXPECT_EQ(bccsplat_slice_sample_grid(slice.get(), nullptr, r.data()), BCCSPLAT_OK);
+      }
+    });
+  for (auto& t : threads) t.join();
+  for (const auto& r : results) EXPECT_EQ(r, results[0]);
+}
+
+TEST(Threads, HostRunnerDoesTheWork) {
+  const Folder folder;
+  (void)write_series(make_device(), folder.file("own.bcc4"));
+  std::atomic<uint64_t> calls{0};
+  auto o = sized<bccsplat_device_options>();
+  o.thread_count = 3;
+  o.runner_user = &calls;
+  o.runner = [](void* user, uint64_t count, bccsplat_task_fn body, void* task) {
+    static_cast<std::atomic<uint64_t>*>(user)->fetch_add(1);
+    std::vector<std::thread> threads;
+    std::atomic<uint64_t> next{0};
+    for (int i = 0; i < 3; ++i)
+      threads.emplace_back([&] {
+        for (uint64_t k; (k = next.fetch_add(1)) < count;) body(task, k);
+      });
+    for (auto& t : threads) t.join();
+  };
+  bccsplat_device* d = nullptr;
+  ASSERT_OK(bccsplat_device_create(&o, &d));
+  const Device device(d);
+  (void)write_series(device, folder.file("runner.bcc4"));
+  EXPECT_GT(calls.load(), 0u);
+  EXPECT_EQ(std::filesystem::file_size(folder.file("own.bcc4")),
+            std::filesystem::file_size(folder.file("runner.bcc4")));
+}
+
+TEST(Lifetime, ChildrenKeepTheirParents) {
+  const Folder folder;
+  bccsplat_slice* s = nullptr;
+  {
+    Device device = make_device();
+    (void)write_series(device, folder.file("s.bcc4"));
+    Volume volume = open(device, folder.file("s.bcc4"));
+    s = cut_time(volume, 2).release();
+  }
+  const Slice slice(s);
+  std::vector<float> dense(20 * 19 * 18);
+  EXPECT_OK(bccsplat_slice_sample_grid(s, nullptr, dense.data()));
+  bccsplat_slice_retain(s);
+  bccsplat_slice_release(s);
+  const double at[3] = {1, 1, 1};
+  float value = 0;
+  EXPECT_OK(bccsplat_slice_evaluate(s, 1, at, &value, nullptr));
+}
+
+TEST(Library, NamesAndVersions) {
+  EXPECT_EQ(bccsplat_version(),
+            BCCSPLAT_VERSION_MAJOR * 10000 + BCCSPLAT_VERSION_MINOR * 100 + BCCSPLAT_VERSION_PATCH);
+  EXPECT_EQ(bccsplat_abi_version(), BCCSPLAT_ABI_VERSION);
+  EXPECT_STREQ(bccsplat_status_name(BCCSPLAT_CANCELLED), "BCCSPLAT_CANCELLED");
+  EXPECT_STREQ(bccsplat_status_name(12345), "BCCSPLAT_UNKNOWN_STATUS");
+  EXPECT_STREQ(bccsplat_kernel_name(0), "default");
+  uint32_t count = 0;
+  while (bccsplat_kernel_name(count)) ++count;
+  EXPECT_EQ(count, 17u);
+  EXPECT_NE(std::string(bccsplat_build_info()).find("version=" + std::to_string(BCCSPLAT_VERSION_MAJOR)),
+            std::string::npos);
+}
+
+} // namespace
