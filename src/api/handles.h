@@ -7,14 +7,17 @@
 #include <mutex>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "bccsplat.h"
 
 #include "base/context.h"
 #include "formats/bcc4.h"
 #include "points/time_axis.h"
+#include "render/image.h"
 #include "slice/coefficients.h"
 #include "slice/slice.h"
+#include "splat/points.h"
 
 namespace bccsplat::api {
 
@@ -95,8 +98,23 @@ struct bccsplat_volume : bccsplat::api::Counted {
 };
 
 struct bccsplat_slice : bccsplat::api::Counted {
+  // The points as the splatter reads them: made at the first picture, kept with the slice.
+  [[nodiscard]] const bccsplat::SplatPoints& points(const bccsplat::Context& context) const;
+
   bccsplat::api::Ref<bccsplat_volume> volume;
   uint32_t channel = 0;
   bccsplat::Slice slice;
   bccsplat::Reservation memory;
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<const bccsplat::SplatPoints> points_;
+};
+
+struct bccsplat_frame : bccsplat::api::Counted {
+  bccsplat::api::Ref<bccsplat_device> device;
+  bccsplat::Image image;
+  std::vector<float> storage; // of the planes the frame owns
+  bccsplat::Reservation memory;
+  std::vector<std::pair<std::string, std::string>> attributes; // of the last picture, for EXR
 };

@@ -84,7 +84,7 @@ const char* bccsplat_build_info(void) {
 #ifdef BCCSPLAT_WITH_IMAGE
                                                                         "; image=openexr,png"
 #else
-                                                                         "; image=none"
+                                                                        "; image=none"
 #endif
                                                                         "; simd=highway";
 }

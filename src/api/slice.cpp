@@ -55,6 +55,12 @@ std::array<std::array<double, 2>, 3> extent_of(const Slice& s) {
 
 } // namespace
 
+const SplatPoints& bccsplat_slice::points(const Context& context) const {
+  const std::scoped_lock lock(mutex_);
+  if (!points_) points_ = std::make_unique<const SplatPoints>(make_points(slice, context));
+  return *points_;
+}
+
 extern "C" {
 
 bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsplat_hyperplane* hyperplane,

@@ -1,0 +1,277 @@
+#include <cmath>
+#include <optional>
+
+#include "api/handles.h"
+#include "api/structs.h"
+#include "render/frame.h"
+
+using namespace bccsplat;
+using namespace bccsplat::api;
+
+struct bccsplat_renderer : Counted {
+  Ref<bccsplat_device> device;
+  Ref<bccsplat_slice> slice;
+  std::optional<Camera> camera;
+  std::optional<TransferFunction> function;
+  Lights lights;
+  RenderOptions options;
+  bccsplat_progress_fn progress = nullptr;
+  void* progress_user = nullptr;
+  std::optional<RenderStats> stats;
+
+  // The progress of the render under way, for cancel() from other threads.
+  std::mutex running_mutex;
+  Progress* running = nullptr;
+};
+
+namespace {
+
+Vec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+void check_finite(const Vec3& v, const char* name) {
+  for (const double x : v)
+    if (!std::isfinite(x)) fail(Code::invalid_argument, name, " must be finite");
+}
+
+Camera read_camera(const bccsplat_camera& in) {
+  if (in.projection < 0 || in.projection > 2)
+    fail(Code::invalid_argument, "camera: projection ", in.projection);
+  Camera c;
+  c.perspective = in.projection == BCCSPLAT_PROJECTION_PERSPECTIVE;
+  c.position = vec3(in.position), c.target = vec3(in.target), c.up = vec3(in.up);
+  c.fovy_degrees = in.fovy_degrees, c.ortho_height = in.ortho_height;
+  (void)resolve_camera(c); // refuses what cannot be looked through
+  return c;
+}
+
+TransferFunction read_function(const bccsplat_transfer_function& in) {
+  require_zero(in.reserved, "bccsplat_transfer_function.reserved");
+  if (in.color_count > 0) require(in.colors, "colors");
+  if (in.opacity_count > 0) require(in.opacities, "opacities");
+  TransferFunction f;
+  for (uint32_t i = 0; i < in.color_count; ++i) {
+    const double* p = in.colors + 4 * size_t{i};
+    f.colors.push_back({p[0], {p[1], p[2], p[3]}});
+  }
+  for (uint32_t i = 0; i < in.opacity_count; ++i)
+    f.opacities.push_back({in.opacities[2 * size_t{i}], in.opacities[2 * size_t{i} + 1]});
+  f.unit_distance = in.unit_distance;
+  f.check();
+  return f;
+}
+
+TransferFunction default_function(const bccsplat_slice& slice) {
+  const ChannelInfo& c = slice.volume->channel(slice.channel);
+  double low = c.kept_range.low, high = c.kept_range.high;
+  for (const Percentile& p : c.percentiles) {
+    if (p.percent == 2) low = p.value;
+    if (p.percent == 99.8) high = p.value;
+  }
+  return default_transfer_function(low, high, c.air);
+}
+
+// What the picture shows, for the attributes of an EXR.
+std::vector<std::pair<std::string, std::string>> describe_picture(const bccsplat_slice& slice,
+                                                                  const RenderStats& stats) {
+  std::string plane;
+  for (const double v : slice.slice.hyperplane) plane += (plane.empty() ? "" : " ") + concat(v);
+  return {{"bccsplat/version",
+           concat(BCCSPLAT_VERSION_MAJOR, '.', BCCSPLAT_VERSION_MINOR, '.', BCCSPLAT_VERSION_PATCH)},
+          {"bccsplat/hyperplane", plane},
+          {"bccsplat/kernel", slice.slice.kernel.name},
+          {"bccsplat/sheetStep", concat(stats.sheet_step)}};
+}
+
+} // namespace
+
+extern "C" {
+
+bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice, int32_t projection,
+                                          double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
+                                          uint32_t height, bccsplat_camera* camera) {
+  return guard([&] {
+    require(slice, "slice");
+    if (projection < 0 || projection > 2) fail(Code::invalid_argument, "camera: projection ", projection);
+    if (width == 0 || height == 0) fail(Code::invalid_argument, "camera: the image has no pixels");
+    if (!std::isfinite(rotate_x_degrees) || !std::isfinite(rotate_y_degrees))
+      fail(Code::invalid_argument, "camera: the angles must be finite");
+    const bool perspective = projection == BCCSPLAT_PROJECTION_PERSPECTIVE;
+    const Camera c = fit_camera(slice->slice, perspective, rotate_x_degrees, rotate_y_degrees, width, height);
+    bccsplat_camera out{};
+    out.projection = perspective ? BCCSPLAT_PROJECTION_PERSPECTIVE : BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
+    for (size_t a = 0; a < 3; ++a)
+      out.position[a] = c.position[a], out.target[a] = c.target[a], out.up[a] = c.up[a];
+    out.fovy_degrees = c.fovy_degrees, out.ortho_height = c.ortho_height;
+    write_struct(camera, out, "camera");
+  });
+}
+
+bccsplat_status bccsplat_renderer_create(bccsplat_device* device, bccsplat_renderer** renderer) {
+  return guard([&] {
+    require(renderer, "renderer");
+    *renderer = nullptr;
+    require(device, "device");
+    auto r = std::make_unique<bccsplat_renderer>();
+    r->device = Ref(device);
+    *renderer = r.release();
+  });
+}
+
+void bccsplat_renderer_retain(bccsplat_renderer* renderer) { retain(renderer); }
+void bccsplat_renderer_release(bccsplat_renderer* renderer) { release(renderer); }
+
+bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const bccsplat_slice* slice) {
+  return guard([&] {
+    require(renderer, "renderer");
+    renderer->slice = slice ? Ref(const_cast<bccsplat_slice*>(slice)) : Ref<bccsplat_slice>();
+  });
+}
+
+bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const bccsplat_trail* trail) {
+  return guard([&] {
+    require(renderer, "renderer");
+    if (trail) fail(Code::unsupported, "renderer: this version draws no trails");
+  });
+}
+
+bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer, const bccsplat_camera* camera) {
+  return guard([&] {
+    require(renderer, "renderer");
+    renderer->camera =
+        camera ? std::optional(read_camera(read_struct(camera, "bccsplat_camera"))) : std::nullopt;
+  });
+}
+
+bccsplat_status bccsplat_renderer_set_transfer_function(bccsplat_renderer* renderer,
+                                                        const bccsplat_transfer_function* function) {
+  return guard([&] {
+    require(renderer, "renderer");
+    renderer->function =
+        function ? std::optional(read_function(read_struct(function, "bccsplat_transfer_function")))
+                 : std::nullopt;
+  });
+}
+
+bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer, const bccsplat_lights* lights) {
+  return guard([&] {
+    require(renderer, "renderer");
+    const auto in = read_struct(lights, "bccsplat_lights");
+    if (in.count > 8) fail(Code::invalid_argument, "lights: ", in.count, " given, at most 8");
+    if (in.count > 0) require(in.lights, "lights");
+    Lights out;
+    if (in.count > 0) out.lights.clear();
+    for (uint32_t i = 0; i < in.count; ++i) {
+      out.lights.push_back({vec3(in.lights[i].direction), vec3(in.lights[i].color)});
+      check_finite(out.lights.back().direction, "light direction"),
+          check_finite(out.lights.back().color, "light colour");
+    }
+    if (in.ambient != 0 || in.diffuse != 0 || in.specular != 0 || in.shininess != 0) {
+      for (const double v : {in.ambient, in.diffuse, in.specular, in.shininess})
+        if (!(v >= 0 && std::isfinite(v)))
+          fail(Code::invalid_argument, "lights: material values must be finite and >= 0");
+      out.ambient = in.ambient, out.diffuse = in.diffuse, out.specular = in.specular,
+      out.shininess = in.shininess;
+    }
+    renderer->lights = std::move(out);
+  });
+}
+
+bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
+                                              const bccsplat_render_options* options) {
+  return guard([&] {
+    require(renderer, "renderer");
+    const auto in = read_struct(options, "bccsplat_render_options");
+    if (in.set_mask & ~1u) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
+    if (in.mode < 0 || in.mode > 4) fail(Code::invalid_argument, "render options: mode ", in.mode);
+    if (in.quality < 0 || in.quality > 4)
+      fail(Code::invalid_argument, "render options: quality ", in.quality);
+    if (in.shading < 0 || in.shading > 2)
+      fail(Code::invalid_argument, "render options: shading ", in.shading);
+    if (in.disable_skips & ~15u)
+      fail(Code::invalid_argument, "render options: unknown bits in disable_skips");
+    if (in.sheet_step != 0 && !(in.sheet_step >= 1e-3 && in.sheet_step <= 16))
+      fail(Code::invalid_argument, "render options: sheet_step ", in.sheet_step, " is not in .001 .. 16 T");
+    if (!(in.opacity_stop >= 0 && in.opacity_stop <= 1))
+      fail(Code::invalid_argument, "render options: opacity_stop ", in.opacity_stop);
+    if (in.tile_size < 0 || in.tile_size > 4096)
+      fail(Code::invalid_argument, "render options: tile_size ", in.tile_size);
+    RenderOptions out;
+    if (in.mode) out.mode = static_cast<RenderMode>(in.mode);
+    if (in.quality) out.quality = static_cast<Quality>(in.quality);
+    if (in.shading) out.shading = in.shading == BCCSPLAT_SHADING_ON;
+    const bool iso_given = in.set_mask & BCCSPLAT_RENDER_SET_ISO;
+    if (iso_given && !std::isfinite(in.iso_value))
+      fail(Code::invalid_argument, "render options: iso_value must be finite");
+    if (out.mode == RenderMode::isosurface && !iso_given)
+      fail(Code::invalid_argument,
+           "render options: mode isosurface needs iso_value (and its bit in set_mask)");
+    out.iso_value = in.iso_value;
+    out.sheet_step = in.sheet_step;
+    if (in.opacity_stop != 0) out.opacity_stop = in.opacity_stop;
+    out.disable_skips = in.disable_skips;
+    out.tile_size = in.tile_size;
+    out.reference = in.reference != 0;
+    renderer->options = out;
+    renderer->progress = in.progress, renderer->progress_user = in.progress_user;
+  });
+}
+
+bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_frame* frame) {
+  return guard([&] {
+    require(renderer, "renderer"), require(frame, "frame");
+    if (!renderer->slice) fail(Code::wrong_state, "renderer: set a slice first");
+    if (frame->device.get() != renderer->device.get())
+      fail(Code::invalid_handle, "renderer: the frame belongs to another device");
+    Progress progress(progress_callback(renderer->progress, renderer->progress_user));
+    const auto run = [&](Progress* p) {
+      const std::scoped_lock lock(renderer->running_mutex);
+      renderer->running = p;
+    };
+    struct Running {
+      decltype(run)& set;
+      ~Running() { set(nullptr); }
+    };
+    run(&progress);
+    const Running until_end{run};
+    const Context context = renderer->device->context(progress);
+    const bccsplat_slice& slice = *renderer->slice.get();
+    const auto width = static_cast<uint32_t>(frame->image.width),
+               height = static_cast<uint32_t>(frame->image.height);
+    Scene scene;
+    scene.slice = &slice.slice;
+    if (!renderer->options.reference) scene.points = &slice.points(context);
+    scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
+    scene.function = renderer->function.value_or(default_function(slice));
+    scene.lights = renderer->lights;
+    const RenderStats stats = render(scene, renderer->options, context, frame->image);
+    frame->attributes = describe_picture(slice, stats);
+    renderer->stats = stats;
+    progress.report(1);
+  });
+}
+
+bccsplat_status bccsplat_renderer_cancel(bccsplat_renderer* renderer) {
+  return guard([&] {
+    require(renderer, "renderer");
+    const std::scoped_lock lock(renderer->running_mutex);
+    if (renderer->running) renderer->running->cancel();
+  });
+}
+
+bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, bccsplat_render_stats* stats) {
+  return guard([&] {
+    require(renderer, "renderer");
+    if (!renderer->stats) fail(Code::wrong_state, "renderer: nothing was rendered yet");
+    const RenderStats& s = *renderer->stats;
+    bccsplat_render_stats out{};
+    out.threads = static_cast<uint32_t>(s.threads);
+    out.ms_transform = s.ms_transform, out.ms_splat = s.ms_splat, out.ms_shade = s.ms_shade;
+    out.ms_total = s.ms_total, out.cpu_ms = s.cpu_ms;
+    out.points_total = s.points_total, out.points_after_cull = s.points_after_cull;
+    out.points_splatted = s.points_splatted, out.points_occluded = s.points_occluded;
+    out.tiles = s.tiles, out.sheets = s.sheets, out.sheet_step = s.sheet_step;
+    write_struct(stats, out, "stats");
+  });
+}
+
+} // extern "C"
