@@ -3,14 +3,18 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "formats/bcc4_info.h"
 
 namespace bccsplat {
 
-// A dense box of one frame; what no box covers is air. Boxes of a frame do not overlap.
+// A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap (where they do, the
+// later one counts).
 struct FrameBox {
-  const void* data = nullptr;             // the sample at `begin`; borrowed
+  const void* data = nullptr;             // the sample at `begin`; borrowed, any alignment
   SourceType type = SourceType::f32;      // not unknown
   std::array<int64_t, 3> begin{0, 0, 0};  // source index (x, y, z)
   std::array<int64_t, 3> dims{0, 0, 0};   // samples; begin + dims within the frame
@@ -22,6 +26,61 @@ enum class NonFinite : uint8_t {
   error = 1, // Code::nonfinite_value, with frame and voxel in the text
   hole = 2,  // missing data: filled smoothly, marked as a hole on the lattice
   clamp = 3  // NaN: air; infinities: the end of the channel's range
+};
+
+// A box of source samples, half-open.
+struct Region {
+  std::array<int64_t, 3> begin{}, end{};
+  [[nodiscard]] int64_t length(size_t axis) const { return end[axis] - begin[axis]; }
+  [[nodiscard]] bool empty() const { return length(0) <= 0 || length(1) <= 0 || length(2) <= 0; }
+  [[nodiscard]] uint64_t samples() const {
+    return empty() ? 0
+                   : static_cast<uint64_t>(length(0)) * static_cast<uint64_t>(length(1)) *
+                         static_cast<uint64_t>(length(2));
+  }
+  [[nodiscard]] Region cut(const Region& other) const;
+};
+
+// The boxes of one frame, with the air value and what stands in for NaN and infinities.
+class Frame {
+ public:
+  // Throws invalid_argument, naming `what`, when a box does not fit the frame.
+  Frame(std::span<const FrameBox> boxes, const std::array<int64_t, 3>& dims, float air,
+        const std::string& what);
+
+  [[nodiscard]] const std::array<int64_t, 3>& dims() const { return dims_; }
+  [[nodiscard]] float air() const { return air_; }
+  [[nodiscard]] std::span<const FrameBox> boxes() const { return boxes_; }
+  [[nodiscard]] Region region(const FrameBox& box) const;
+  [[nodiscard]] const std::byte* sample(const FrameBox& box, int64_t x, int64_t y, int64_t z) const;
+
+  // From now on NaN reads as air and infinities as `low` and `high`, all relative to air.
+  void clamp(float low, float high);
+  // From now on `values` (relative to air, x fastest) stand in `region`.
+  void patch(const Region& region, std::vector<float> values);
+
+  // The boxes that touch a region, rising.
+  [[nodiscard]] std::vector<uint32_t> boxes_in(const Region& region) const;
+  // Samples relative to air: out[z*plane + y*row + x], counted from region.begin. The region lies in the
+  // frame and `boxes` are the boxes in it, or in a larger region.
+  void read(std::span<const uint32_t> boxes, const Region& region, float* out, int64_t row,
+            int64_t plane) const;
+
+ private:
+  // The part of a row of `box` that lies in `part`.
+  void read_row(const FrameBox& box, const Region& part, int64_t y, int64_t z, float* out) const;
+
+  std::vector<FrameBox> boxes_; // strides filled in
+  std::array<int64_t, 3> dims_;
+  float air_;
+  // Boxes by the cells of a coarse grid they touch: cell c has members_[cell_begin_[c] .. cell_begin_[c +
+  // 1]).
+  std::array<int64_t, 3> cells_{1, 1, 1};
+  std::vector<uint32_t> cell_begin_, members_;
+  bool clamps_ = false;
+  float clamp_low_ = 0, clamp_high_ = 0;
+  Region patch_region_;
+  std::vector<float> patch_;
 };
 
 } // namespace bccsplat

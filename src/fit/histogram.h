@@ -3,37 +3,52 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <vector>
 
 #include "fit/quantise.h"
 #include "formats/bcc4_info.h"
+#include "points/brick.h"
 
 namespace bccsplat {
 
-// Exact for u8 and u16: one bin per code. Floats: bins of 2^-11 of the value, 2048 per sign and power of two.
+// Exact for u8 and u16: one bin per code. Floats: 2048 bins for each sign and power of two of the value
+// relative to air, so a bin is at most 2^-11 of its values wide.
 class SampleHistogram {
  public:
   SampleHistogram() = default;
   explicit SampleHistogram(const Quantiser& quantiser);
 
-  void add(float relative); // a value relative to air, representable in the stored type
+  // The sites of a brick that are kept and no holes; their values are representable in the stored type.
+  void add(const Brick& brick);
   void merge(const SampleHistogram& other);
 
   [[nodiscard]] uint64_t count() const { return count_; }
   // Smallest and largest sample, absolute; 0..0 when there are none.
   [[nodiscard]] Range range() const;
-  // The value that `fraction` of the samples do not exceed, absolute, interpolated inside a bin.
+  // The smallest value, absolute, that at least `fraction` of the samples do not exceed; interpolated inside
+  // a bin.
   [[nodiscard]] double percentile(double fraction) const;
-  // Counts in `bins` equal parts of range(), the last one closed.
-  [[nodiscard]] std::vector<uint64_t> bins(int bins) const;
+  // Counts in `count` equal parts of range(), the last one closed; a bin that straddles two parts is divided
+  // evenly.
+  [[nodiscard]] std::vector<uint64_t> bins(int count) const;
 
  private:
+  // Samples of equal or nearly equal value, relative to air.
+  struct Bin {
+    double low, high;
+    uint64_t count;
+  };
+  template<class Body> void for_bins(const Body& body) const; // rising
+  void count_value(float relative, uint32_t key);
+
   Quantiser quantiser_;
+  double code_shift_ = 0, codes_per_unit_ = 1;
   uint64_t count_ = 0;
-  float low_ = 0, high_ = 0;
-  std::vector<uint64_t> codes_;                      // integer types
-  std::map<int32_t, std::vector<uint64_t>> octaves_; // floats: ordered key of sign and exponent -> bins
+  // Keys, which rise with the value, of the smallest and the largest sample.
+  uint32_t low_ = UINT32_MAX, high_ = 0;
+  std::vector<uint64_t> codes_; // integers
+  std::vector<std::vector<uint64_t>>
+      octaves_; // floats, by sign and exponent in rising order; empty or 2048 bins
 };
 
 } // namespace bccsplat

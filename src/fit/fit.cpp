@@ -1,0 +1,376 @@
+#include "fit/fit.h"
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+#include <deque>
+
+#include "base/sizes.h"
+#include "fit/holes.h"
+#include "fit/layer.h"
+#include "fit/resample.h"
+#include "fit/scan.h"
+#include "fit/site_block.h"
+
+namespace bccsplat {
+namespace {
+
+// One channel on its way through.
+struct Channel {
+  explicit Channel(const FitChannel& o) : options(o), maker(o.quantiser, o.threshold) {}
+
+  FitChannel options;
+  LayerMaker maker;
+  FitChannelReport report;
+  bool any_finite = false; // in the source_range
+  bool any_known = false;  // a frame that is not missing altogether
+
+  uint32_t frames = 0;           // given so far
+  int32_t next_layer = 0;        // the first not made
+  std::deque<FrameSites> window; // frames window_first ..
+  uint32_t window_first = 0;
+
+  std::vector<BrickLayer> slab; // layers made and not handed out
+  std::vector<Reservation> slab_memory;
+  int32_t slab_index = 0;
+};
+
+Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
+  return Lattice4::fit(options.lattice, {options.dims[0], options.dims[1], options.dims[2], frames},
+                       options.scale, options.time_scale);
+}
+
+} // namespace
+
+struct Fit::State {
+  State(const FitOptions& o, FitSink s, const Context& c)
+      : options(o), sink(std::move(s)), context(c), pool(c.memory),
+        lattice(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2)), resampler(lattice, o.filter) {
+    if (options.channels.empty()) fail(Code::invalid_argument, "fit: no channel");
+    if (options.slab_layers < 1) fail(Code::invalid_argument, "fit: a slab has at least one layer");
+    for (const FitChannel& channel : options.channels) channels.push_back(std::make_unique<Channel>(channel));
+  }
+
+  FitOptions options;
+  FitSink sink;
+  Context context;
+  SiteBlockPool pool; // outlives the channels
+  Lattice4 lattice;   // of two frames as long as their number is not known
+  SpatialResampler resampler;
+  std::vector<std::unique_ptr<Channel>> channels;
+  enum class Input : uint8_t { none, frames, layers } input = Input::none;
+  bool failed = false, finished = false;
+
+  [[nodiscard]] bool length_known() const { return options.dims[3] > 0 || finished; }
+
+  // Runs one call; after a failure the fit is of no use.
+  template<class Body> void call(Input kind, const Body& body) {
+    if (failed || finished)
+      fail(Code::wrong_state, "fit: it has ", failed ? "failed" : "ended", "; start a new one");
+    if (kind != Input::none && input != Input::none && input != kind)
+      fail(Code::wrong_state, "fit: frames and layers cannot be mixed");
+    if (kind != Input::none) input = kind;
+    failed = true;
+    body();
+    failed = false;
+  }
+
+  Channel& channel(int index) {
+    if (index < 0 || static_cast<size_t>(index) >= channels.size())
+      fail(Code::invalid_argument, "fit: there is no channel ", index);
+    return *channels[static_cast<size_t>(index)];
+  }
+
+  void note_range(Channel& c, double low, double high, bool finite) {
+    if (!finite) return;
+    FitChannelReport& r = c.report;
+    r.source_range.low = c.any_finite ? std::min(r.source_range.low, low) : low;
+    r.source_range.high = c.any_finite ? std::max(r.source_range.high, high) : high;
+    c.any_finite = true;
+  }
+
+  // What an infinity of a channel becomes, relative to air.
+  std::array<float, 2> clamp_range(const Channel& c) const {
+    const Range range = c.options.range.value_or(c.report.source_range);
+    const auto relative = [&](double v) {
+      return static_cast<float>(
+          std::clamp(v - static_cast<double>(c.options.quantiser.air), -double{FLT_MAX}, double{FLT_MAX}));
+    };
+    if (!c.options.range && !c.any_finite) return {0, 0};
+    return {relative(range.low), relative(range.high)};
+  }
+
+  void add_frame(int index, std::span<const FrameBox> boxes) {
+    Channel& c = channel(index);
+    if (options.dims[3] > 0 && c.frames == options.dims[3])
+      fail(Code::wrong_state, "fit: channel '", c.options.name, "' has had all its ", options.dims[3],
+           " frames");
+    if (c.frames == INT32_MAX) fail(Code::limit_exceeded, "fit: too many frames");
+    const std::string what = concat("channel '", c.options.name, "', frame ", c.frames);
+    Frame frame(boxes, {options.dims[0], options.dims[1], options.dims[2]}, c.options.quantiser.air, what);
+    const FrameScan scan = scan_frame(frame, c.options.threshold, context);
+    if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error)
+      fail(Code::nonfinite_value, what, ": ", scan.nonfinite,
+           " values are not finite, the first one at voxel (", scan.first_nonfinite[0], ", ",
+           scan.first_nonfinite[1], ", ", scan.first_nonfinite[2], "); treat them as holes, or clamp them");
+    note_range(c, scan.low, scan.high, scan.finite > 0);
+    c.report.frames.push_back({scan.low, scan.high});
+    c.report.source_samples += checked_product({options.dims[0], options.dims[1], options.dims[2]});
+    c.report.cc_relevant += scan.relevant;
+    c.report.nonfinite += scan.nonfinite;
+
+    HoleMap holes;
+    if (scan.nonfinite > 0 && options.nonfinite == NonFinite::clamp) {
+      const auto [low, high] = clamp_range(c);
+      frame.clamp(low, high);
+    }
+    if (options.nonfinite == NonFinite::hole) holes = patch_holes(frame, scan, context);
+    // A frame that is missing altogether holds what the one before holds, the first ones what follows them.
+    FrameSites sites;
+    if (scan.finite == 0 && !c.window.empty())
+      sites.block = c.window.back().block;
+    else
+      sites = resampler.resample(frame, scan.cells, pool, context);
+    if (scan.finite > 0 && !c.any_known)
+      for (FrameSites& earlier : c.window) earlier.block = sites.block;
+    c.any_known = c.any_known || scan.finite > 0;
+    mark_holes(holes, lattice, sites);
+    c.window.push_back(std::move(sites));
+    ++c.frames;
+    make_layers(c, index);
+  }
+
+  // Layers whose frames are all there. With one frame of an unknown number it is not yet known which lattice
+  // it is.
+  void make_layers(Channel& c, int index) {
+    if (!length_known() && c.frames < 2) return;
+    if (lattice.is_static()) {
+      for (; c.frames > 0 && c.next_layer < lattice.layers(); ++c.next_layer) {
+        const LayerTap tap{&c.window.front(), 1};
+        emit(c, index, lattice.coset(c.next_layer), {&tap, 1}, 0);
+      }
+      return;
+    }
+    const double widening = std::max(1.0, lattice.time_step / lattice.layer_distance());
+    const int64_t frames = finished         ? int64_t{c.frames}
+                           : length_known() ? int64_t{options.dims[3]}
+                                            : INT32_MAX;
+    const bool complete = c.frames == frames;
+    for (; !length_known() || c.next_layer < lattice.layers(); ++c.next_layer) {
+      const double position = lattice.layer_frame(c.next_layer);
+      const FilterTable table = filter_table(options.filter, widening, {&position, 1});
+      const int64_t end = table.first[0] + table.taps;
+      if (!complete && end > c.frames) break;
+      // Frames not yet known to end are not mirrored at their end; the first ones mirror the same for any
+      // number.
+      const int64_t n = complete ? frames : int64_t{c.frames};
+      const int64_t nearest = std::min(static_cast<int64_t>(std::floor(position + 0.5)), n - 1);
+      std::vector<LayerTap> taps;
+      size_t nearest_tap = 0;
+      for (int k = 0; k < table.taps; ++k) {
+        const int64_t f = mirror_index(table.first[0] + k, n);
+        if (f == nearest) nearest_tap = taps.size();
+        taps.push_back(
+            {&c.window[static_cast<size_t>(f - c.window_first)], table.weight[static_cast<size_t>(k)]});
+      }
+      emit(c, index, lattice.coset(c.next_layer), taps, nearest_tap);
+    }
+    forget_frames(c, widening);
+  }
+
+  // Frames that no further layer needs: neither directly nor as the mirror image of what follows the last
+  // one.
+  void forget_frames(Channel& c, double widening) {
+    const int reach = filter_reach(options.filter, widening);
+    const auto direct = static_cast<int64_t>(std::floor(lattice.layer_frame(c.next_layer))) - reach;
+    const auto mirrored = int64_t{c.frames} - 2 - reach - static_cast<int64_t>(std::ceil(lattice.time_step));
+    while (!c.window.empty() && c.window_first < std::min(direct, mirrored)) {
+      c.window.pop_front();
+      ++c.window_first;
+    }
+  }
+
+  void emit(Channel& c, int index, int coset, std::span<const LayerTap> taps, size_t nearest) {
+    uint64_t bricks = 0;
+    const BrickLayer shape(lattice.space, coset);
+    for (size_t slot = 0; slot < shape.brick_slots(); ++slot)
+      bricks += std::any_of(taps.begin(), taps.end(), [&](const LayerTap& tap) {
+        return tap.frame->block[static_cast<size_t>(coset)][slot] != nullptr;
+      });
+    Reservation memory(context.memory, bricks * sizeof(Brick), "a slab of layers");
+    c.slab.push_back(c.maker.make(lattice.space, coset, taps, nearest, context));
+    memory = {};
+    c.slab_memory.emplace_back(context.memory, c.slab.back().bytes(), "a slab of layers");
+    c.report.sites_total += static_cast<uint64_t>(lattice.space.sites(coset));
+    if (static_cast<int32_t>(c.slab.size()) == options.slab_layers) hand_out(c, index);
+  }
+
+  void hand_out(Channel& c, int index) {
+    if (c.slab.empty()) return;
+    sink(c.slab_index++, index, c.slab);
+    c.slab.clear();
+    c.slab_memory.clear();
+  }
+
+  void add_layer(int index, int32_t layer, std::span<const float> samples) {
+    Channel& c = channel(index);
+    if (options.dims[3] == 0) fail(Code::wrong_state, "fit: layers need the number of frames");
+    if (layer != c.next_layer || layer >= lattice.layers())
+      fail(Code::wrong_state, "fit: channel '", c.options.name, "' was given layer ", layer,
+           ", the next of its ", lattice.layers(), " layers is ", c.next_layer);
+    const int coset = lattice.coset(layer);
+    const BrickLayer shape(lattice.space, coset);
+    const Int3 n = shape.dims();
+    if (samples.size() != static_cast<uint64_t>(lattice.space.sites(coset)))
+      fail(Code::invalid_argument, "fit: layer ", layer, " has ", lattice.space.sites(coset), " sites, not ",
+           samples.size());
+
+    const float air = c.options.quantiser.air;
+    std::vector<uint8_t> missing;
+    Reservation memory(context.memory, checked_mul(samples.size(), 5), "a layer of samples");
+    std::vector<float> relative(samples.size());
+    float low = 0, high = 0;
+    uint64_t finite = 0;
+    size_t first = samples.size();
+    for (size_t i = 0; i < samples.size(); ++i) {
+      relative[i] = samples[i] - air;
+      if (!std::isfinite(relative[i])) {
+        first = std::min(first, i);
+        continue;
+      }
+      low = finite ? std::min(low, samples[i]) : samples[i];
+      high = finite ? std::max(high, samples[i]) : samples[i];
+      ++finite;
+    }
+    const uint64_t nonfinite = samples.size() - finite;
+    note_range(c, low, high, finite > 0);
+    c.report.source_samples += samples.size();
+    c.report.nonfinite += nonfinite;
+    if (nonfinite > 0) {
+      const auto nx = static_cast<size_t>(n[0]), ny = static_cast<size_t>(n[1]);
+      if (options.nonfinite == NonFinite::error)
+        fail(Code::nonfinite_value, "channel '", c.options.name, "', layer ", layer, ": ", nonfinite,
+             " values are not finite, the first one at site (", first % nx, ", ", first / nx % ny, ", ",
+             first / nx / ny, "); treat them as holes, or clamp them");
+      const auto [to_low, to_high] = clamp_range(c);
+      missing.resize(samples.size());
+      for (size_t i = 0; i < samples.size(); ++i) {
+        if (std::isfinite(relative[i])) continue;
+        missing[i] = options.nonfinite == NonFinite::hole;
+        relative[i] = std::isnan(relative[i]) ? 0 : relative[i] > 0 ? to_high : to_low;
+      }
+      if (options.nonfinite == NonFinite::hole)
+        fill_missing(relative, missing, {n[0], n[1], n[2]}, context);
+      else
+        missing.clear();
+    }
+    const FrameSites sites = layer_sites(shape, relative, missing);
+    const LayerTap tap{&sites, 1};
+    ++c.next_layer;
+    emit(c, index, coset, {&tap, 1}, 0);
+  }
+
+  // A dense layer in blocks, air left out.
+  FrameSites layer_sites(const BrickLayer& shape, std::span<const float> values,
+                         std::span<const uint8_t> missing) {
+    FrameSites sites;
+    auto& blocks = sites.block[static_cast<size_t>(shape.coset())];
+    auto& masks = sites.holes[static_cast<size_t>(shape.coset())];
+    blocks.resize(shape.brick_slots());
+    if (!missing.empty()) masks.resize(shape.brick_slots());
+    const Int3 n = shape.dims();
+    context.tasks.parallel_for(shape.brick_slots(), [&](uint64_t slot) {
+      context.progress.check();
+      const Int3 brick = shape.slot_position(slot);
+      const int64_t width = std::min(brick_edge, n[0] - brick[0] * brick_edge);
+      SiteBlockPtr block = pool.take();
+      BrickMask mask{};
+      bool any = false, any_missing = false;
+      for (int z = 0; z < std::min(brick_edge, n[2] - brick[2] * brick_edge); ++z)
+        for (int y = 0; y < std::min(brick_edge, n[1] - brick[1] * brick_edge); ++y) {
+          const auto from = ((int64_t{brick[2]} * brick_edge + z) * n[1] + brick[1] * brick_edge + y) * n[0] +
+                            brick[0] * brick_edge;
+          for (int64_t x = 0; x < width; ++x) {
+            const float v = values[static_cast<size_t>(from + x)];
+            block->value[static_cast<size_t>((z * brick_edge + y) * brick_edge + x)] = v;
+            any = any || v != 0;
+            if (missing.empty() || !missing[static_cast<size_t>(from + x)]) continue;
+            auto& bits = mask[static_cast<size_t>(z * brick_edge + y)];
+            bits = static_cast<uint16_t>(bits | 1u << x);
+            any_missing = true;
+          }
+        }
+      if (any) blocks[slot] = std::move(block);
+      if (any_missing) masks[slot] = std::make_unique<BrickMask>(mask);
+    });
+    return sites;
+  }
+
+  FitReport finish() {
+    uint32_t frames = options.dims[3];
+    for (const auto& c : channels) {
+      if (input == Input::layers) {
+        if (c->next_layer != lattice.layers())
+          fail(Code::wrong_state, "fit: channel '", c->options.name, "' was given ", c->next_layer,
+               " of its ", lattice.layers(), " layers");
+        continue;
+      }
+      if (frames == 0) frames = c->frames;
+      if (frames == 0) fail(Code::wrong_state, "fit: no frame was given");
+      if (c->frames != frames)
+        fail(Code::wrong_state, "fit: channel '", c->options.name, "' was given ", c->frames, " frames, not ",
+             frames);
+    }
+    lattice = lattice_of(options, frames);
+    finished = true;
+    FitReport report{lattice, {}};
+    for (size_t i = 0; i < channels.size(); ++i) {
+      Channel& c = *channels[i];
+      if (input != Input::layers) make_layers(c, static_cast<int>(i));
+      hand_out(c, static_cast<int>(i));
+      c.window.clear();
+      const SiteCounts counts = c.maker.counts();
+      c.report.sites_kept = counts.sites.kept;
+      c.report.holes = counts.sites.holes;
+      c.report.clamped = counts.sites.clamped;
+      c.report.samples = counts.samples;
+      report.channels.push_back(std::move(c.report));
+    }
+    return report;
+  }
+};
+
+Fit::Fit(const FitOptions& options, FitSink sink, const Context& context)
+    : state_(std::make_unique<State>(options, std::move(sink), context)) {}
+
+Fit::~Fit() = default;
+
+void Fit::add_frame(int channel, std::span<const FrameBox> boxes) {
+  state_->call(State::Input::frames, [&] { state_->add_frame(channel, boxes); });
+}
+
+void Fit::add_layer(int channel, int32_t layer, std::span<const float> samples) {
+  state_->call(State::Input::layers, [&] { state_->add_layer(channel, layer, samples); });
+}
+
+FitReport Fit::finish() {
+  FitReport report;
+  state_->call(State::Input::none, [&] { report = state_->finish(); });
+  return report;
+}
+
+const Lattice4& Fit::lattice() const { return state_->lattice; }
+
+void describe(const FitChannelReport& report, ChannelInfo& info) {
+  info.source_range = report.source_range;
+  info.histogram_range = report.samples.range();
+  info.histogram = report.samples.bins(256);
+  info.percentiles.clear();
+  for (const double percent : {0.1, 1.0, 2.0, 5.0, 25.0, 50.0, 75.0, 95.0, 98.0, 99.0, 99.8, 99.9})
+    info.percentiles.push_back({percent, report.samples.percentile(percent / 100)});
+  info.frames = report.frames;
+  info.cc_relevant = report.cc_relevant;
+  info.clamped = report.clamped;
+}
+
+} // namespace bccsplat

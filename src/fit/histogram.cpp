@@ -1,0 +1,134 @@
+#include "fit/histogram.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace bccsplat {
+namespace {
+
+constexpr uint32_t octave_bits = 11; // of the mantissa
+constexpr uint32_t octave_bins = 1u << octave_bits;
+constexpr uint32_t drop_bits = 23 - octave_bits;
+
+// Rises with the value.
+uint32_t ordered_key(float v) {
+  const auto bits = std::bit_cast<uint32_t>(v + 0.0f); // no -0
+  return bits ^ (static_cast<uint32_t>(static_cast<int32_t>(bits) >> 31) | 0x80000000u);
+}
+
+float value_of_key(uint32_t key) {
+  return std::bit_cast<float>(key & 0x80000000u ? key & 0x7fffffffu : ~key);
+}
+
+} // namespace
+
+SampleHistogram::SampleHistogram(const Quantiser& quantiser)
+    : quantiser_(quantiser), code_shift_(quantiser.offset - static_cast<double>(quantiser.air)),
+      codes_per_unit_(1 / quantiser.scale) {
+  if (largest_code(quantiser.type) > 0)
+    codes_.resize(size_t{largest_code(quantiser.type)} + 1);
+  else
+    octaves_.resize(512);
+}
+
+inline void SampleHistogram::count_value(float relative, uint32_t key) {
+  low_ = std::min(low_, key);
+  high_ = std::max(high_, key);
+  if (!codes_.empty()) {
+    const double code = (static_cast<double>(relative) - code_shift_) * codes_per_unit_ + 0.5;
+    ++codes_[std::min(codes_.size() - 1, static_cast<size_t>(static_cast<int64_t>(code)))];
+    return;
+  }
+  std::vector<uint64_t>& octave = octaves_[key >> 23];
+  if (octave.empty()) octave.resize(octave_bins);
+  ++octave[key >> drop_bits & (octave_bins - 1)];
+}
+
+void SampleHistogram::add(const Brick& brick) {
+  for (size_t r = 0; r < brick_rows; ++r) {
+    const float* row = brick.value.data() + r * brick_edge;
+    uint32_t bits = brick.kept[r];
+    if (brick.hole) bits &= ~uint32_t{(*brick.hole)[r]};
+    if (bits == 0xffff) {
+      uint32_t keys[brick_edge];
+      for (size_t x = 0; x < brick_edge; ++x) keys[x] = ordered_key(row[x]);
+      for (size_t x = 0; x < brick_edge; ++x) count_value(row[x], keys[x]);
+      count_ += brick_edge;
+      continue;
+    }
+    for (; bits; bits &= bits - 1, ++count_) {
+      const float v = row[static_cast<size_t>(std::countr_zero(bits))];
+      count_value(v, ordered_key(v));
+    }
+  }
+}
+
+void SampleHistogram::merge(const SampleHistogram& other) {
+  if (other.count_ == 0) return;
+  low_ = std::min(low_, other.low_);
+  high_ = std::max(high_, other.high_);
+  count_ += other.count_;
+  for (size_t i = 0; i < codes_.size(); ++i) codes_[i] += other.codes_[i];
+  for (size_t o = 0; o < octaves_.size(); ++o) {
+    if (other.octaves_[o].empty()) continue;
+    if (octaves_[o].empty()) octaves_[o].resize(octave_bins);
+    for (size_t i = 0; i < octave_bins; ++i) octaves_[o][i] += other.octaves_[o][i];
+  }
+}
+
+template<class Body> void SampleHistogram::for_bins(const Body& body) const {
+  for (size_t c = 0; c < codes_.size(); ++c) {
+    const double v = static_cast<double>(relative_value(quantiser_, static_cast<double>(c)));
+    if (codes_[c]) body(Bin{v, v, codes_[c]});
+  }
+  const double low = value_of_key(low_), high = value_of_key(high_);
+  for (size_t o = 0; o < octaves_.size(); ++o)
+    for (uint32_t i = 0; i < octaves_[o].size(); ++i) {
+      if (octaves_[o][i] == 0) continue;
+      const uint32_t key = static_cast<uint32_t>(o) << 23 | i << drop_bits;
+      body(Bin{std::max(low, static_cast<double>(value_of_key(key))),
+               std::min(high, static_cast<double>(value_of_key(key + (1u << drop_bits) - 1))),
+               octaves_[o][i]});
+    }
+}
+
+Range SampleHistogram::range() const {
+  if (count_ == 0) return {};
+  const double air = quantiser_.air;
+  return {air + static_cast<double>(value_of_key(low_)), air + static_cast<double>(value_of_key(high_))};
+}
+
+double SampleHistogram::percentile(double fraction) const {
+  if (count_ == 0) return quantiser_.air;
+  const double rank = std::clamp(fraction, 0.0, 1.0) * static_cast<double>(count_);
+  double below = 0, value = 0;
+  bool found = false;
+  for_bins([&](const Bin& bin) {
+    if (found) return;
+    const auto n = static_cast<double>(bin.count);
+    value = bin.low + (bin.high - bin.low) * std::clamp((rank - below) / n, 0.0, 1.0);
+    below += n;
+    found = below >= rank;
+  });
+  return static_cast<double>(quantiser_.air) + value;
+}
+
+std::vector<uint64_t> SampleHistogram::bins(int count) const {
+  std::vector<uint64_t> result(static_cast<size_t>(count), 0);
+  if (count_ == 0) return result;
+  const double low = value_of_key(low_), width = (static_cast<double>(value_of_key(high_)) - low) / count;
+  const auto part = [&](double v) {
+    return width > 0 ? std::clamp(static_cast<int64_t>((v - low) / width), int64_t{0}, int64_t{count} - 1)
+                     : 0;
+  };
+  for_bins([&](const Bin& bin) {
+    const int64_t first = part(bin.low), last = part(bin.high);
+    const auto parts = static_cast<uint64_t>(last - first + 1);
+    for (uint64_t i = 0; i < parts; ++i) // the remainder goes to the first ones
+      result[static_cast<size_t>(first) + i] += bin.count / parts + (i < bin.count % parts ? 1 : 0);
+  });
+  return result;
+}
+
+} // namespace bccsplat

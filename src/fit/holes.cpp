@@ -1,0 +1,181 @@
+#include "fit/holes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/sizes.h"
+
+namespace bccsplat {
+namespace {
+
+using Dims = std::array<int64_t, 3>;
+
+constexpr int64_t margin = 4;   // known samples around the missing ones that the fill starts from
+constexpr int relaxations = 12; // per level
+
+size_t volume(const Dims& n) {
+  return static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]);
+}
+size_t at(const Dims& n, int64_t x, int64_t y, int64_t z) {
+  return static_cast<size_t>((z * n[1] + y) * n[0] + x);
+}
+
+struct Level {
+  Dims dims;
+  std::vector<float> value;
+  std::vector<uint8_t> missing;
+};
+
+Level coarser(std::span<const float> value, std::span<const uint8_t> missing, const Dims& n) {
+  Level c;
+  for (size_t a = 0; a < 3; ++a) c.dims[a] = (n[a] + 1) / 2;
+  c.value.resize(volume(c.dims));
+  c.missing.resize(c.value.size());
+  for (int64_t z = 0; z < c.dims[2]; ++z)
+    for (int64_t y = 0; y < c.dims[1]; ++y)
+      for (int64_t x = 0; x < c.dims[0]; ++x) {
+        double sum = 0;
+        int known = 0;
+        for (int64_t k = 2 * z; k < std::min(2 * z + 2, n[2]); ++k)
+          for (int64_t j = 2 * y; j < std::min(2 * y + 2, n[1]); ++j)
+            for (int64_t i = 2 * x; i < std::min(2 * x + 2, n[0]); ++i)
+              if (!missing[at(n, i, j, k)]) {
+                sum += static_cast<double>(value[at(n, i, j, k)]);
+                ++known;
+              }
+        c.value[at(c.dims, x, y, z)] = known ? static_cast<float>(sum / known) : 0;
+        c.missing[at(c.dims, x, y, z)] = known == 0;
+      }
+  return c;
+}
+
+// A full coarse level, linearly at the centre of fine cell (x, y, z).
+float interpolate(const Level& c, const Dims& fine) {
+  float sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    Dims p;
+    float weight = 1;
+    for (size_t a = 0; a < 3; ++a) {
+      const bool far = corner >> a & 1; // the coarse neighbour on the side of the fine cell
+      const int64_t side = fine[a] % 2 == 0 ? -1 : 1;
+      p[a] = std::clamp<int64_t>(fine[a] / 2 + (far ? side : 0), 0, c.dims[a] - 1);
+      weight *= far ? 0.25f : 0.75f;
+    }
+    sum += weight * c.value[at(c.dims, p[0], p[1], p[2])];
+  }
+  return sum;
+}
+
+// Each missing sample becomes the mean of its neighbours inside the array; all at once, so the order does not
+// matter.
+void relax(std::span<float> value, const std::vector<size_t>& missing, const Dims& n,
+           const Context& context) {
+  constexpr size_t part = 1 << 15;
+  std::vector<float> next(missing.size());
+  const auto parts = (missing.size() + part - 1) / part;
+  const auto for_parts = [&](const auto& body) {
+    context.tasks.parallel_for(parts, [&](uint64_t p) {
+      context.progress.check();
+      for (size_t m = p * part; m < std::min(missing.size(), (p + 1) * part); ++m) body(m);
+    });
+  };
+  const auto row = static_cast<size_t>(n[0]), plane = row * static_cast<size_t>(n[1]);
+  for (int r = 0; r < relaxations; ++r) {
+    for_parts([&](size_t m) {
+      const size_t i = missing[m];
+      const auto x = static_cast<int64_t>(i % row),
+                 y = static_cast<int64_t>(i / row % static_cast<size_t>(n[1])),
+                 z = static_cast<int64_t>(i / plane);
+      float sum = 0;
+      int count = 0;
+      const auto add = [&](bool inside, size_t neighbour) {
+        if (inside) sum += value[neighbour], ++count;
+      };
+      add(x > 0, i - 1);
+      add(x + 1 < n[0], i + 1);
+      add(y > 0, i - row);
+      add(y + 1 < n[1], i + row);
+      add(z > 0, i - plane);
+      add(z + 1 < n[2], i + plane);
+      next[m] = count ? sum / static_cast<float>(count) : value[i];
+    });
+    for_parts([&](size_t m) { value[missing[m]] = next[m]; });
+  }
+}
+
+} // namespace
+
+bool HoleMap::at(int64_t x, int64_t y, int64_t z) const {
+  const std::array<int64_t, 3> p{x, y, z};
+  for (size_t a = 0; a < 3; ++a)
+    if (p[a] < region.begin[a] || p[a] >= region.end[a]) return false;
+  const auto row = (z - region.begin[2]) * region.length(1) + y - region.begin[1];
+  return !missing.empty() && missing[static_cast<size_t>(row * region.length(0) + x - region.begin[0])];
+}
+
+void fill_missing(std::span<float> values, std::span<const uint8_t> missing, const Dims& dims,
+                  const Context& context) {
+  std::vector<size_t> list;
+  for (size_t i = 0; i < missing.size(); ++i)
+    if (missing[i]) list.push_back(i);
+  if (list.empty()) return;
+  if (list.size() == missing.size()) {
+    std::fill(values.begin(), values.end(), 0.0f);
+    return;
+  }
+  Level coarse = coarser(values, missing, dims);
+  fill_missing(coarse.value, coarse.missing, coarse.dims, context);
+  const auto row = static_cast<size_t>(dims[0]), plane = row * static_cast<size_t>(dims[1]);
+  for (const size_t i : list)
+    values[i] = interpolate(coarse, {static_cast<int64_t>(i % row), static_cast<int64_t>(i % plane / row),
+                                     static_cast<int64_t>(i / plane)});
+  relax(values, list, dims, context);
+}
+
+HoleMap patch_holes(Frame& frame, const FrameScan& scan, const Context& context) {
+  HoleMap map;
+  if (scan.nonfinite == 0) return map;
+  for (size_t a = 0; a < 3; ++a) {
+    map.region.begin[a] = std::max<int64_t>(scan.nonfinite_region.begin[a] - margin, 0);
+    map.region.end[a] = std::min(scan.nonfinite_region.end[a] + margin, frame.dims()[a]);
+  }
+  // Values and mask, the list of the missing, their next values, and the coarser levels.
+  const Reservation memory(context.memory, checked_mul(map.region.samples(), 24), "filling missing data");
+  std::vector<float> values(map.region.samples());
+  const int64_t row = map.region.length(0);
+  frame.read(frame.boxes_in(map.region), map.region, values.data(), row, row * map.region.length(1));
+  map.missing.resize(values.size());
+  for (size_t i = 0; i < values.size(); ++i) map.missing[i] = !std::isfinite(values[i]);
+  fill_missing(values, map.missing, {row, map.region.length(1), map.region.length(2)}, context);
+  frame.patch(map.region, std::move(values));
+  return map;
+}
+
+void mark_holes(const HoleMap& holes, const Lattice4& lattice, FrameSites& sites) {
+  if (holes.missing.empty()) return;
+  for (int c = 0; c < lattice.space.cosets(); ++c) {
+    const BrickLayer shape(lattice.space, c);
+    auto& masks = sites.holes[static_cast<size_t>(c)];
+    masks.resize(shape.brick_slots());
+    // Sites that may be missing, and the sample each is nearest to.
+    std::array<std::vector<std::pair<int32_t, int64_t>>, 3> near;
+    for (size_t a = 0; a < 3; ++a)
+      for (int32_t i = 0; i < shape.dims()[a]; ++i) {
+        const double end = lattice.dims[a] - 1.0;
+        const double p = static_cast<double>(lattice.space.plane(c, i)) * end / lattice.space.last[a];
+        const auto sample = std::min(static_cast<int64_t>(std::floor(p + 0.5)), static_cast<int64_t>(end));
+        if (sample >= holes.region.begin[a] && sample < holes.region.end[a]) near[a].push_back({i, sample});
+      }
+    for (const auto& [k, z] : near[2])
+      for (const auto& [j, y] : near[1])
+        for (const auto& [i, x] : near[0]) {
+          if (!holes.at(x, y, z)) continue;
+          auto& mask = masks[shape.slot(i / brick_edge, j / brick_edge, k / brick_edge)];
+          if (!mask) mask = std::make_unique<BrickMask>();
+          auto& bits = (*mask)[static_cast<size_t>(k % brick_edge * brick_edge + j % brick_edge)];
+          bits = static_cast<uint16_t>(bits | 1u << (i % brick_edge));
+        }
+  }
+}
+
+} // namespace bccsplat

@@ -1,0 +1,36 @@
+// Missing data: filled smoothly before resampling, so that the filter sees no false edge, and marked on the
+// lattice.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/context.h"
+#include "fit/frame.h"
+#include "fit/scan.h"
+#include "fit/site_block.h"
+#include "lattice/lattice.h"
+
+namespace bccsplat {
+
+// Which samples of a region of a frame are missing.
+struct HoleMap {
+  Region region;
+  std::vector<uint8_t> missing; // 1 where missing, x fastest; empty: none
+  [[nodiscard]] bool at(int64_t x, int64_t y, int64_t z) const;
+};
+
+// Gives the missing samples of a dense array (x fastest) a smooth continuation of those around them: means of
+// ever coarser cells, interpolated back and relaxed towards the mean of the neighbours on every level. All
+// missing: 0.
+void fill_missing(std::span<float> values, std::span<const uint8_t> missing,
+                  const std::array<int64_t, 3>& dims, const Context& context);
+
+// Patches `frame` where samples are not finite and returns where that was.
+[[nodiscard]] HoleMap patch_holes(Frame& frame, const FrameScan& scan, const Context& context);
+
+// Marks the sites whose nearest source sample is missing (the later one of two at equal distance).
+void mark_holes(const HoleMap& holes, const Lattice4& lattice, FrameSites& sites);
+
+} // namespace bccsplat

@@ -1,0 +1,47 @@
+// One lattice layer out of the frames within reach: the temporal filter, rounding and relevance, brick by
+// brick.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "base/context.h"
+#include "fit/histogram.h"
+#include "fit/relevance.h"
+#include "fit/site_block.h"
+#include "points/brick.h"
+
+namespace bccsplat {
+
+// What has been counted about the sites of a channel; threads count apart.
+struct SiteCounts {
+  KeptCounts sites;
+  SampleHistogram samples;
+};
+
+struct LayerTap {
+  const FrameSites* frame = nullptr;
+  float weight = 0;
+};
+
+class LayerMaker {
+ public:
+  LayerMaker(const Quantiser& quantiser, float threshold)
+      : quantiser_(quantiser), relevance_(quantiser, threshold) {}
+
+  // Values are those of taps[nearest] plus the weighted differences of the others from it, so that what does
+  // not change stays as it is; holes are those of taps[nearest]. Weights sum to 1.
+  [[nodiscard]] BrickLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
+                                size_t nearest, const Context& context);
+  [[nodiscard]] SiteCounts counts() const;
+
+ private:
+  Quantiser quantiser_;
+  Relevance relevance_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<SiteCounts>> counts_; // idle between uses
+};
+
+} // namespace bccsplat

@@ -1,0 +1,176 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fit/relevance.cpp"
+#include <hwy/foreach_target.h>
+// Highway's target list must come before anything it guards.
+#include <hwy/highway.h>
+
+#include <bit>
+#include <cfloat>
+#include <cmath>
+
+#include "fit/relevance.h"
+
+// Plain loops over sixteen values that the compiler vectorises, once for each instruction set. No contraction
+// and no library call: every target rounds alike.
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+
+using Kind = Relevance::Rounding::Kind;
+
+// Nearest integer, ties to even, for |x| < 2^22 and 2^51: adding 1.5 * 2^23 (2^52) leaves no room for a
+// fraction.
+HWY_INLINE float Nearest(float x) { return (x + 0x1.8p23f) - 0x1.8p23f; }
+HWY_INLINE double Nearest(double x) { return (x + 0x1.8p52) - 0x1.8p52; }
+
+// To the nearest binary16 value, as a float; beyond the range: 65520 or more.
+HWY_INLINE float NearestHalf(float v) {
+  const uint32_t bits = std::bit_cast<uint32_t>(v), magnitude = bits & 0x7fffffffu;
+  const uint32_t normal = (magnitude + 0xfffu + ((magnitude >> 13) & 1u)) & ~0x1fffu;
+  const float tiny = (std::bit_cast<float>(magnitude) + 0.5f) - 0.5f; // below 2^-14: a multiple of 2^-24
+  const uint32_t rounded = magnitude < 0x38800000u ? std::bit_cast<uint32_t>(tiny) : normal;
+  return std::bit_cast<float>(rounded | (bits & 0x80000000u));
+}
+
+// NaN, which only sums of values near the largest float give, becomes air.
+HWY_INLINE float Limited(float v, float limit) {
+  return v > limit ? limit : v < -limit ? -limit : v == v ? v : 0.0f;
+}
+
+// Value -> stored code (as a float) and stored value relative to air; over: the type cannot hold it.
+template<Kind kind>
+HWY_INLINE void Round(const Relevance::Rounding& r, float v, float& code, float& value, uint32_t& over) {
+  if constexpr (kind == Kind::none) {
+    code = value = Limited(v, FLT_MAX);
+    over = !(std::fabs(v) <= FLT_MAX);
+  } else if constexpr (kind == Kind::half_relative || kind == Kind::half) {
+    const float half = NearestHalf(Limited(kind == Kind::half ? v + r.air : v, FLT_MAX));
+    over = std::fabs(half) > 65504.0f;
+    code = Limited(half, 65504.0f);
+    value = kind == Kind::half ? code - r.air : code;
+  } else if constexpr (kind == Kind::integer) {
+    const auto shift = static_cast<float>(r.shift);
+    const float c = Nearest(Limited(v + shift, 0x1p21f));
+    over = c < 0 || c > r.largest;
+    code = c < 0 ? 0 : c > r.largest ? r.largest : c;
+    value = code - shift;
+  } else {
+    const double c = Nearest((static_cast<double>(Limited(v, FLT_MAX)) + r.shift) / r.scale);
+    const double largest = static_cast<double>(r.largest);
+    over = c < 0 || c > largest;
+    const double inside = c < 0 ? 0 : c > largest ? largest : c;
+    code = static_cast<float>(inside);
+    value = static_cast<float>(inside * r.scale - r.shift);
+  }
+}
+
+template<Kind kind>
+HWY_NOINLINE void RoundRows(const Relevance::Rounding& rounding, const float* HWY_RESTRICT in, size_t rows,
+                            float* HWY_RESTRICT out, uint16_t* HWY_RESTRICT relevant,
+                            uint16_t* HWY_RESTRICT clamped) {
+  const Relevance::Rounding r = rounding;
+  const bool by_code = r.threshold == 0;
+  for (size_t row = 0; row < rows; ++row) {
+    uint32_t kept[16], over[16];
+    for (size_t i = 0; i < 16; ++i) {
+      float code, value;
+      Round<kind>(r, in[row * 16 + i], code, value, over[i]);
+      const bool keep = by_code ? code != r.air_code : std::fabs(value) > r.threshold;
+      kept[i] = keep;
+      out[row * 16 + i] = value;
+    }
+    uint32_t kept_bits = 0, over_bits = 0;
+    for (uint32_t i = 0; i < 16; ++i) {
+      kept_bits |= kept[i] << i;
+      over_bits |= over[i] << i;
+    }
+    relevant[row] = static_cast<uint16_t>(kept_bits);
+    clamped[row] = static_cast<uint16_t>(over_bits);
+  }
+}
+
+void RoundSites(const Relevance::Rounding& rounding, const float* in, size_t rows, float* out,
+                uint16_t* relevant, uint16_t* clamped) {
+  switch (rounding.kind) {
+  case Kind::none:
+    return RoundRows<Kind::none>(rounding, in, rows, out, relevant, clamped);
+  case Kind::half_relative:
+    return RoundRows<Kind::half_relative>(rounding, in, rows, out, relevant, clamped);
+  case Kind::half:
+    return RoundRows<Kind::half>(rounding, in, rows, out, relevant, clamped);
+  case Kind::integer:
+    return RoundRows<Kind::integer>(rounding, in, rows, out, relevant, clamped);
+  case Kind::scaled:
+    return RoundRows<Kind::scaled>(rounding, in, rows, out, relevant, clamped);
+  }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+#include "base/error.h"
+#include "base/half.h"
+
+namespace bccsplat {
+HWY_EXPORT(RoundSites);
+
+Relevance::Relevance(const Quantiser& q, float threshold) {
+  if (!(threshold >= 0)) fail(Code::invalid_argument, "the air threshold must be 0 or positive");
+  rounding_.scale = q.scale;
+  rounding_.shift = static_cast<double>(q.air) - q.offset;
+  rounding_.air = q.air;
+  rounding_.threshold = threshold;
+  rounding_.largest = static_cast<float>(largest_code(q.type));
+  if (q.type == ValueType::f32) return;
+  if (q.type == ValueType::f16) {
+    rounding_.kind =
+        q.offset == static_cast<double>(q.air) ? Rounding::Kind::half_relative : Rounding::Kind::half;
+    if (rounding_.kind == Rounding::Kind::half) rounding_.air_code = half_to_float(float_to_half(q.air));
+    return;
+  }
+  const bool whole = q.scale == 1 && rounding_.shift == std::nearbyint(rounding_.shift) &&
+                     std::fabs(rounding_.shift) < 0x1p20;
+  rounding_.kind = whole ? Rounding::Kind::integer : Rounding::Kind::scaled;
+  const double code = std::nearbyint(rounding_.shift / q.scale);
+  rounding_.air_code = static_cast<float>(std::fmin(std::fmax(code, 0), largest_code(q.type)));
+}
+
+KeptCounts Relevance::select(const float* values, const Int3& size, const BrickMask* holes,
+                             Brick& brick) const {
+  KeptCounts counts;
+  const auto columns = static_cast<uint16_t>((1u << size[0]) - 1);
+  uint16_t holes_found = 0;
+  for (int z = 0; z < size[2]; ++z) {
+    const auto first = static_cast<size_t>(z * brick_edge), rows = static_cast<size_t>(size[1]);
+    uint16_t relevant[brick_edge], clamped[brick_edge];
+    HWY_DYNAMIC_DISPATCH(RoundSites)
+    (rounding_, values + first * brick_edge, rows, brick.value.data() + first * brick_edge, relevant,
+     clamped);
+    for (size_t y = 0; y < rows; ++y) {
+      const auto hole = static_cast<uint16_t>(holes ? (*holes)[first + y] & columns : 0);
+      const auto kept = static_cast<uint16_t>((relevant[y] & columns) | hole);
+      brick.kept[first + y] = kept;
+      float* row = brick.value.data() + (first + y) * brick_edge;
+      for (size_t x = 0; kept != 0xffff && x < brick_edge; ++x)
+        if (!(kept >> x & 1)) row[x] = 0;
+      counts.kept += kept == 0xffff ? 16 : static_cast<uint64_t>(std::popcount(kept));
+      if (hole) counts.holes += static_cast<uint64_t>(std::popcount(hole));
+      if (clamped[y])
+        counts.clamped += static_cast<uint64_t>(std::popcount(static_cast<uint16_t>(clamped[y] & columns)));
+      holes_found = static_cast<uint16_t>(holes_found | hole);
+    }
+  }
+  if (holes_found) {
+    brick.hole = std::make_unique<BrickMask>();
+    for (int z = 0; z < size[2]; ++z)
+      for (size_t r = static_cast<size_t>(z * brick_edge); r < static_cast<size_t>(z * brick_edge + size[1]);
+           ++r)
+        (*brick.hole)[r] = static_cast<uint16_t>((*holes)[r] & columns);
+  }
+  return counts;
+}
+
+} // namespace bccsplat
+#endif

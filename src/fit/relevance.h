@@ -1,0 +1,49 @@
+// Which sites are worth storing, in the precision in which they are stored.
+//
+// A site is kept when its stored value differs from air by more than the threshold; with threshold 0 when its
+// stored code is not that of air. An absent site is then wrong by at most the threshold (or half a code), by
+// definition. RELEVANCE_REASON
+#pragma once
+
+#include <cstdint>
+
+#include "fit/quantise.h"
+#include "points/brick.h"
+
+namespace bccsplat {
+
+struct KeptCounts {
+  uint64_t kept = 0, holes = 0, clamped = 0;
+};
+
+class Relevance {
+ public:
+  Relevance(const Quantiser& quantiser, float threshold);
+
+  // Rounds `values` (a brick's sites relative to air, of which the first `size` along each axis are inside
+  // the coset) and keeps the relevant ones in `brick`; holes are kept with their fill. clamped: sites the
+  // stored type cannot hold.
+  KeptCounts select(const float* values, const Int3& size, const BrickMask* holes, Brick& brick) const;
+
+  // How values become codes.
+  struct Rounding {
+    enum class Kind : uint8_t {
+      none,          // f32
+      half_relative, // f16 of the value minus air
+      half,          // f16 of the value
+      integer,       // code = relative value + shift, exact in float
+      scaled         // code = (relative value + shift) / scale, in double
+    };
+    Kind kind = Kind::none;
+    double scale = 1, shift = 0; // shift = air - offset
+    float air = 0;
+    float largest = 0;   // code
+    float air_code = 0;  // what air itself is stored as
+    float threshold = 0; // 0: codes are compared instead
+  };
+
+ private:
+  Rounding rounding_;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,239 @@
+#include "fit/resample.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit/resample_tile.h"
+
+namespace bccsplat {
+
+namespace {
+
+// The samples of an axis of n that indices begin .. end - 1 stand for; half-open.
+std::array<int64_t, 2> samples_of(const std::array<int64_t, 2>& extended, int64_t n) {
+  int64_t first = std::clamp<int64_t>(extended[0], 0, n - 1),
+          last = std::clamp<int64_t>(extended[1] - 1, 0, n - 1);
+  for (int64_t i = extended[0]; i < extended[1]; ++i) {
+    first = std::min(first, mirror_index(i, n));
+    last = std::max(last, mirror_index(i, n));
+  }
+  return {first, last + 1};
+}
+
+} // namespace
+
+// A few bricks along x, of both cosets.
+struct SpatialResampler::Tile {
+  Int3 brick; // the first one
+};
+
+// What one thread works in.
+struct SpatialResampler::Scratch {
+  std::vector<float> rows, extended;
+  std::array<std::vector<float>, 2> planes;
+  Reservation memory;
+
+  void fit(size_t row_floats, size_t plane_floats, size_t extended_floats, MemoryBudget& budget) {
+    const uint64_t bytes =
+        sizeof(float) * (std::max(rows.size(), row_floats) + 2 * std::max(planes[0].size(), plane_floats) +
+                         std::max(extended.size(), extended_floats));
+    if (bytes > memory.bytes()) {
+      memory = {};
+      memory = Reservation(budget, bytes, "resampling");
+    }
+    const auto grow = [](std::vector<float>& v, size_t n) {
+      if (v.size() < n) v.resize(n);
+    };
+    grow(rows, row_floats);
+    grow(planes[0], plane_floats);
+    grow(planes[1], plane_floats);
+    grow(extended, extended_floats);
+  }
+};
+
+SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter) : cosets_(lattice.space.cosets()) {
+  double widest = 1;
+  for (int c = 0; c < cosets_; ++c) {
+    Coset& coset = coset_[static_cast<size_t>(c)];
+    coset.dims = lattice.space.dims(c);
+    for (size_t a = 0; a < 3; ++a) {
+      n_[a] = lattice.dims[a];
+      const double widening = std::max(1.0, lattice.space_step[a] / lattice.space.plane_distance());
+      widest = std::max(widest, widening);
+      std::vector<double> positions;
+      // Not plane * space_step: the last plane is to fall on the last sample exactly.
+      for (int32_t i = 0; i < coset.dims[a]; ++i)
+        positions.push_back(static_cast<double>(lattice.space.plane(c, i)) * static_cast<double>(n_[a] - 1) /
+                            lattice.space.last[a]);
+      Axis& axis = coset.axis[a];
+      axis.table = filter_table(filter, widening, positions);
+      for (int32_t begin = 0; begin < coset.dims[a]; begin += brick_edge) {
+        const auto last = static_cast<size_t>(std::min(begin + brick_edge, coset.dims[a]) - 1);
+        axis.extended.push_back(
+            {axis.table.first[static_cast<size_t>(begin)], axis.table.first[last] + axis.table.taps});
+        axis.inside.push_back(samples_of(axis.extended.back(), n_[a]));
+      }
+    }
+    const FilterTable& table = coset.axis[0].table;
+    const auto taps = static_cast<size_t>(table.taps);
+    for (int32_t begin = 0; begin < coset.dims[0]; begin += brick_edge) {
+      BrickX& brick = coset.x.emplace_back();
+      brick.base = table.first[static_cast<size_t>(begin)];
+      brick.weight.assign(taps * brick_edge, 0.0f);
+      for (int32_t i = 0; i < brick_edge; ++i) { // sites beyond the last: its place, no weight
+        const auto site = static_cast<size_t>(std::min(begin + i, coset.dims[0] - 1));
+        brick.index[static_cast<size_t>(i)] = static_cast<int32_t>(table.first[site] - brick.base);
+        for (size_t k = 0; begin + i < coset.dims[0] && k < taps; ++k)
+          brick.weight[k * brick_edge + static_cast<size_t>(i)] = table.weight[site * taps + k];
+      }
+    }
+  }
+  // Wider tiles read less twice, as long as they stay in cache.
+  tile_bricks_ = std::clamp(static_cast<int>(4 / widest), 1, 4);
+}
+
+Region SpatialResampler::brick_region(const Coset& coset, const Int3& brick) const {
+  Region r;
+  for (size_t a = 0; a < 3; ++a) {
+    r.begin[a] = coset.axis[a].inside[static_cast<size_t>(brick[a])][0];
+    r.end[a] = coset.axis[a].inside[static_cast<size_t>(brick[a])][1];
+  }
+  return r;
+}
+
+void SpatialResampler::resample_tile(const Frame& frame, const CellRanges& cells, const Tile& tile,
+                                     Scratch& scratch, SiteBlockPool& pool, FrameSites& sites,
+                                     const Context& context) const {
+  // The bricks that see something, and all they see.
+  struct Active {
+    size_t coset;
+    int x; // brick
+    SiteBlock* block;
+  };
+  std::vector<Active> active;
+  Region region{{INT64_MAX, INT64_MAX, INT64_MAX}, {INT64_MIN, INT64_MIN, INT64_MIN}};
+  TileRow row{INT64_MAX, INT64_MIN, 0, 0, n_[0]};
+  for (size_t c = 0; c < static_cast<size_t>(cosets_); ++c) {
+    const Coset& coset = coset_[c];
+    Int3 brick = tile.brick;
+    if (brick[1] * brick_edge >= coset.dims[1] || brick[2] * brick_edge >= coset.dims[2]) continue;
+    for (; brick[0] < tile.brick[0] + tile_bricks_ && brick[0] * brick_edge < coset.dims[0]; ++brick[0]) {
+      const Region seen = brick_region(coset, brick);
+      if (!cells.any(seen)) continue;
+      for (size_t a = 0; a < 3; ++a) {
+        region.begin[a] = std::min(region.begin[a], seen.begin[a]);
+        region.end[a] = std::max(region.end[a], seen.end[a]);
+      }
+      const auto [low, high] = coset.axis[0].extended[static_cast<size_t>(brick[0])];
+      row.begin = std::min(row.begin, low);
+      row.end = std::max(row.end, high);
+      SiteBlockPtr block = pool.take();
+      active.push_back({c, brick[0], block.get()});
+      sites.block[c][slot(coset, brick)] = std::move(block);
+    }
+  }
+  if (active.empty()) return;
+
+  // Samples that vary little around a large value are resampled as their difference from it: the weights sum
+  // to 1, and floats would lose the variation (and a constant would not stay one). The difference is exact
+  // (Sterbenz) within a factor of 2; air never takes part.
+  const CellRanges::Cell range = cells.range(region);
+  float pivot = 0;
+  if (range.low > 0 && range.high <= 2 * range.low)
+    pivot = range.low;
+  else if (range.high < 0 && range.low >= 2 * range.high)
+    pivot = range.high;
+  if (range.low == range.high) {
+    for (const Active& a : active) a.block->value.fill(range.low);
+    return;
+  }
+
+  row.begin = std::min(row.begin, region.begin[0]);
+  row.end = std::max(row.end, region.end[0]);
+  row.inner_begin = region.begin[0];
+  row.inner_end = region.end[0];
+  const auto width = static_cast<size_t>(region.length(0)), ny = static_cast<size_t>(region.length(1)),
+             nz = static_cast<size_t>(region.length(2)), pitch = (width + 15) / 16 * 16;
+  const std::vector<uint32_t> boxes = frame.boxes_in(region);
+  // One y at a time keeps its z rows in the first cache; many boxes are better walked less often.
+  const size_t rows_at_once = boxes.size() > 4 ? 8 : 1;
+  scratch.fit(rows_at_once * nz * pitch, ny * brick_edge * pitch,
+              static_cast<size_t>(row.end - row.begin) + pitch + 64, context.memory);
+
+  std::array<TileTaps, 2> z, y;
+  std::array<std::vector<int32_t>, 2> z_rows, y_rows;
+  for (const Active& a : active) { // set for the cosets that take part
+    z[a.coset] = tile_taps(2, coset_[a.coset], tile.brick[2], region.begin[2], z_rows[a.coset]);
+    y[a.coset] = tile_taps(1, coset_[a.coset], tile.brick[1], region.begin[1], y_rows[a.coset]);
+  }
+  for (size_t y0 = 0; y0 < ny; y0 += rows_at_once) {
+    Region part = region;
+    part.begin[1] = region.begin[1] + static_cast<int64_t>(y0);
+    part.end[1] = std::min(region.end[1], part.begin[1] + static_cast<int64_t>(rows_at_once));
+    frame.read(boxes, part, scratch.rows.data(), static_cast<int64_t>(nz * pitch),
+               static_cast<int64_t>(pitch));
+    const auto count = static_cast<size_t>(part.length(1));
+    if (pivot != 0)
+      for (size_t i = 0; i < count * nz * pitch; ++i) scratch.rows[i] -= pivot;
+    for (size_t c = 0; c < 2; ++c)
+      for (size_t i = 0; z[c].count > 0 && i < count; ++i)
+        tile_pass_z(scratch.rows.data() + i * nz * pitch, pitch, z[c],
+                    scratch.planes[c].data() + (y0 + i) * static_cast<size_t>(z[c].count) * pitch);
+  }
+  for (size_t c = 0; c < 2; ++c) {
+    if (z[c].count == 0) continue;
+    std::vector<TileBrickX> bricks;
+    for (const Active& a : active)
+      if (a.coset == c) {
+        const BrickX& x = coset_[c].x[static_cast<size_t>(a.x)];
+        bricks.push_back({x.weight.data(), x.index.data(), x.base - row.begin, a.block->value.data()});
+      }
+    tile_pass_yx(scratch.planes[c].data(), pitch, z[c].count, y[c], row, coset_[c].axis[0].table.taps, bricks,
+                 pivot, scratch.extended.data());
+  }
+}
+
+TileTaps SpatialResampler::tile_taps(size_t axis, const Coset& coset, int32_t brick, int64_t first_row,
+                                     std::vector<int32_t>& rows) const {
+  const FilterTable& table = coset.axis[axis].table;
+  const int begin = brick * brick_edge, end = std::min(begin + brick_edge, coset.dims[axis]);
+  rows.clear();
+  for (int i = begin; i < end; ++i)
+    for (int k = 0; k < table.taps; ++k)
+      rows.push_back(
+          static_cast<int32_t>(mirror_index(table.first[static_cast<size_t>(i)] + k, n_[axis]) - first_row));
+  return {table.taps, end - begin, table.weight.data() + static_cast<ptrdiff_t>(begin) * table.taps,
+          rows.data()};
+}
+
+FrameSites SpatialResampler::resample(const Frame& frame, const CellRanges& cells, SiteBlockPool& pool,
+                                      const Context& context) const {
+  FrameSites sites;
+  for (size_t c = 0; c < static_cast<size_t>(cosets_); ++c) sites.block[c].resize(slots(coset_[c]));
+  std::vector<Tile> tiles;
+  const Int3 bricks = brick_dims(coset_[0]); // those of coset 1 are no more
+  for (int32_t z = 0; z < bricks[2]; ++z)
+    for (int32_t y = 0; y < bricks[1]; ++y)
+      for (int32_t x = 0; x < bricks[0]; x += tile_bricks_) tiles.push_back({{x, y, z}});
+
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Scratch>> idle;
+  context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
+    context.progress.check();
+    std::unique_ptr<Scratch> scratch;
+    {
+      const std::scoped_lock lock(mutex);
+      if (!idle.empty()) {
+        scratch = std::move(idle.back());
+        idle.pop_back();
+      }
+    }
+    if (!scratch) scratch = std::make_unique<Scratch>();
+    resample_tile(frame, cells, tiles[i], *scratch, pool, sites, context);
+    const std::scoped_lock lock(mutex);
+    idle.push_back(std::move(scratch));
+  });
+  return sites;
+}
+
+} // namespace bccsplat

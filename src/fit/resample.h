@@ -1,0 +1,78 @@
+// Spatial resampling: one frame -> its values at the sites of both cosets.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "base/context.h"
+#include "fit/filter.h"
+#include "fit/frame.h"
+#include "fit/resample_tile.h"
+#include "fit/scan.h"
+#include "fit/site_block.h"
+#include "lattice/lattice.h"
+
+namespace bccsplat {
+
+class SpatialResampler {
+ public:
+  SpatialResampler(const Lattice4& lattice, Filter filter);
+
+  // Where all samples within reach of a brick are air, the brick is null. The same bits for any number of
+  // threads and however the frame is divided into boxes.
+  [[nodiscard]] FrameSites resample(const Frame& frame, const CellRanges& cells, SiteBlockPool& pool,
+                                    const Context& context) const;
+
+ private:
+  // One axis of one coset.
+  struct Axis {
+    FilterTable table;
+    // By brick: the source samples its sites depend on, mirrored ones beyond the ends included, and those of
+    // the frame that this takes; half-open.
+    std::vector<std::array<int64_t, 2>> extended, inside;
+  };
+  // Along x by bricks: sixteen sites at a time.
+  struct BrickX {
+    int64_t base = 0;
+    std::array<int32_t, 16> index{};
+    std::vector<float> weight; // k * 16 + site
+  };
+  struct Coset {
+    Int3 dims{};
+    std::array<Axis, 3> axis;
+    std::vector<BrickX> x;
+  };
+  struct Tile;
+  struct Scratch;
+
+  [[nodiscard]] static Int3 brick_dims(const Coset& coset) {
+    Int3 n;
+    for (size_t a = 0; a < 3; ++a) n[a] = (coset.dims[a] + brick_edge - 1) / brick_edge;
+    return n;
+  }
+  [[nodiscard]] static size_t slot(const Coset& coset, const Int3& brick) {
+    const Int3 n = brick_dims(coset);
+    return (static_cast<size_t>(brick[2]) * static_cast<size_t>(n[1]) + static_cast<size_t>(brick[1])) *
+               static_cast<size_t>(n[0]) +
+           static_cast<size_t>(brick[0]);
+  }
+  [[nodiscard]] static size_t slots(const Coset& coset) {
+    const Int3 n = brick_dims(coset);
+    return slot(coset, {0, 0, n[2]});
+  }
+  [[nodiscard]] Region brick_region(const Coset& coset, const Int3& brick) const;
+  [[nodiscard]] TileTaps tile_taps(size_t axis, const Coset& coset, int32_t brick, int64_t first_row,
+                                   std::vector<int32_t>& rows) const;
+  void resample_tile(const Frame& frame, const CellRanges& cells, const Tile& tile, Scratch& scratch,
+                     SiteBlockPool& pool, FrameSites& sites, const Context& context) const;
+
+  std::array<int64_t, 3> n_{}; // source samples
+  int cosets_ = 1;
+  int tile_bricks_ = 4; // along x
+  std::array<Coset, 2> coset_;
+};
+
+} // namespace bccsplat

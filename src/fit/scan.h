@@ -1,0 +1,50 @@
+// One pass over a frame before it is resampled: where it is not air, its range, and what is not finite.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/context.h"
+#include "fit/frame.h"
+
+namespace bccsplat {
+
+// Range of the samples, relative to air, in cells of 16 x 8 x 8 samples.
+class CellRanges {
+ public:
+  static constexpr std::array<int64_t, 3> edge{16, 8, 8};
+  struct Cell {
+    float low = 0, high = 0; // -inf, inf where a sample is not finite
+  };
+  CellRanges() = default;
+  explicit CellRanges(const std::array<int64_t, 3>& dims);
+
+  [[nodiscard]] const std::array<int64_t, 3>& count() const { return count_; }
+  [[nodiscard]] size_t index(int64_t x, int64_t y, int64_t z) const {
+    return static_cast<size_t>((z * count_[1] + y) * count_[0] + x);
+  }
+  // Bounds of the samples in a region: the range of the cells it touches.
+  [[nodiscard]] Cell range(const Region& region) const;
+  // Whether any cell that `region` touches holds something else than air.
+  [[nodiscard]] bool any(const Region& region) const;
+
+  std::vector<Cell> cell; // by index()
+
+ private:
+  std::array<int64_t, 3> count_{};
+};
+
+struct FrameScan {
+  CellRanges cells;
+  uint64_t relevant = 0; // finite samples further than the threshold from air (0: other than air)
+  uint64_t nonfinite = 0;
+  uint64_t finite = 0;                      // uncovered air included
+  double low = 0, high = 0;                 // absolute range of the finite samples; 0..0 when there are none
+  std::array<int64_t, 3> first_nonfinite{}; // in the order of the array
+  Region nonfinite_region;                  // bounding box
+};
+
+[[nodiscard]] FrameScan scan_frame(const Frame& frame, float threshold, const Context& context);
+
+} // namespace bccsplat

@@ -1,0 +1,20 @@
+// Rows of any numeric type as floats.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "formats/bcc4_info.h"
+
+namespace bccsplat {
+
+[[nodiscard]] size_t source_bytes(SourceType type); // of one sample; 0 for unknown
+// Types whose values may not fit a float: these are subtracted from in double.
+[[nodiscard]] constexpr bool wider_than_float(SourceType type) {
+  return type == SourceType::i32 || type == SourceType::u32 || type == SourceType::f64;
+}
+
+// out[i] = sample i minus air, for `count` samples that stand `stride` bytes apart (any alignment).
+void unpack_row(SourceType type, const std::byte* data, int64_t stride, size_t count, float air, float* out);
+
+} // namespace bccsplat
