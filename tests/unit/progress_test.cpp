@@ -1,0 +1,58 @@
+#include "base/progress.h"
+
+#include <algorithm>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace bccsplat {
+namespace {
+
+TEST(Progress, ThreadsReportRisingFractionsOneAtATime) {
+  std::vector<double> seen; // not locked: report() must not call twice at once
+  Progress progress([&](double fraction) {
+    seen.push_back(fraction);
+    return 0;
+  });
+  std::vector<std::jthread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&progress] {
+      for (int i = 0; i <= 20000; ++i) progress.report(i / 20000.0);
+    });
+  threads.clear();
+  ASSERT_FALSE(seen.empty());
+  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+  EXPECT_LE(seen.back(), 1);
+}
+
+TEST(Progress, AtMostThirtyReportsASecond) {
+  int calls = 0;
+  Progress progress([&](double) { return ++calls, 0; });
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 100000; ++i) progress.report(i / 200000.0);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_LE(calls, 1 + 30 * took.count());
+}
+
+TEST(Progress, ANonZeroAnswerCancels) {
+  Progress progress([](double) { return 1; });
+  EXPECT_NO_THROW(progress.check());
+  try {
+    progress.report(0.5);
+    ADD_FAILURE() << "went on";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), Code::cancelled);
+  }
+  EXPECT_THROW(progress.check(), Error);
+}
+
+TEST(Progress, CancelWorksWithoutACallback) {
+  Progress progress;
+  progress.report(0.5);
+  progress.cancel();
+  EXPECT_THROW(progress.report(0.6), Error);
+}
+
+} // namespace
+} // namespace bccsplat
