@@ -104,8 +104,9 @@ void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> 
   // Points of one stretch between two layers share their window of coefficients.
   std::vector<uint64_t> order(points.size());
   std::iota(order.begin(), order.end(), uint64_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](uint64_t a, uint64_t b) { return window_of(points[a]) < window_of(points[b]); });
+  const auto earlier = [&](uint64_t a, uint64_t b) { return window_of(points[a]) < window_of(points[b]); };
+  if (!std::is_sorted(order.begin(), order.end(), earlier))
+    std::stable_sort(order.begin(), order.end(), earlier);
   for (size_t begin = 0; begin < order.size();) {
     const int32_t base = window_of(points[order[begin]]);
     size_t end = begin;

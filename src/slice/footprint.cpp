@@ -25,14 +25,27 @@ struct Patch {
   alignas(64) std::array<std::array<float, patch_sites>, 3> slope; // d weight / d point
 };
 
-// Rows of 4 sites along x, (z*4 + y), of a patch in one layer: pointers into bricks, or into `copy`.
+// Where the 16 rows of 4 sites along x (z*4 + y) of a patch lie: the same in every layer of the coset.
+struct PatchPlace {
+  // One brick holds them all (row r at first_offset + row_offset(r)), or each row lies in one brick, or sites
+  // are single.
+  enum class Kind : uint8_t { one_brick, rows, sites } kind = Kind::one_brick;
+  size_t slot = 0;
+  int offset = 0;
+  std::array<size_t, patch_edge * patch_edge> row_slot;
+  std::array<int, patch_edge * patch_edge> row_offset;
+  std::array<size_t, patch_sites> site_slot;
+  std::array<int, patch_sites> site_offset;
+};
+PatchPlace place_patch(const BrickLayer& layer, const Int3& first);
+
+// The rows in one layer: pointers into bricks, or into `copy`.
 struct PatchRows {
   std::array<const float*, patch_edge * patch_edge> row;
-  std::array<float, patch_sites> copy;
+  alignas(16) std::array<float, patch_sites> copy;
 };
-
-// False when nothing is stored around the point.
-bool find_rows(const BrickLayer& layer, const Int3& first, PatchRows& rows);
+// False when nothing is stored there.
+bool find_rows(const BrickLayer& layer, const PatchPlace& place, PatchRows& rows);
 
 } // namespace bccsplat
 #endif
@@ -83,37 +96,37 @@ void WeighPatch(const RadialKernel& phi, const Vec4& p, int coset, bool slopes, 
   }
 }
 
-// Sum over the patch of rows times each of `count` (1 or 4) weight sets.
-void DotRows(const PatchRows& rows, const float* const* weights, size_t count, float* sums) {
+// Adds weight * (sum over the patch of rows times each of the first `count` (1 or 4) weight sets) to `sums`,
+// lane by lane: sums holds 4 floats per set.
+void DotRows(const PatchRows& rows, const Patch& patch, size_t count, float weight, float* sums) {
   const hn::CappedTag<float, patch_edge> d;
-  const auto at = [&](size_t set, size_t r, size_t x) {
-    return hn::Load(d, weights[set] + patch_edge * r + x);
-  };
-  auto s0 = hn::Zero(d), s1 = hn::Zero(d), s2 = hn::Zero(d), s3 = hn::Zero(d);
+  const auto w = hn::Set(d, weight);
   for (size_t x = 0; x < patch_edge; x += hn::Lanes(d)) {
     if (count == 1) {
-      for (size_t r = 0; r < 16; r += 2) { // two chains of additions
-        s0 = hn::MulAdd(hn::LoadU(d, rows.row[r] + x), at(0, r, x), s0);
-        s1 = hn::MulAdd(hn::LoadU(d, rows.row[r + 1] + x), at(0, r + 1, x), s1);
+      auto s0 = hn::Zero(d), s1 = hn::Zero(d); // two chains of additions
+      for (size_t r = 0; r < 16; r += 2) {
+        s0 = hn::MulAdd(hn::LoadU(d, rows.row[r] + x), hn::Load(d, patch.weight.data() + patch_edge * r + x),
+                        s0);
+        s1 = hn::MulAdd(hn::LoadU(d, rows.row[r + 1] + x),
+                        hn::Load(d, patch.weight.data() + patch_edge * r + 4 + x), s1);
       }
+      hn::Store(hn::MulAdd(w, hn::Add(s0, s1), hn::Load(d, sums + x)), d, sums + x);
       continue;
     }
+    auto s0 = hn::Zero(d), s1 = hn::Zero(d), s2 = hn::Zero(d), s3 = hn::Zero(d);
     for (size_t r = 0; r < 16; ++r) {
       const auto c = hn::LoadU(d, rows.row[r] + x);
-      s0 = hn::MulAdd(c, at(0, r, x), s0);
-      s1 = hn::MulAdd(c, at(1, r, x), s1);
-      s2 = hn::MulAdd(c, at(2, r, x), s2);
-      s3 = hn::MulAdd(c, at(3, r, x), s3);
+      const size_t i = patch_edge * r + x;
+      s0 = hn::MulAdd(c, hn::Load(d, patch.weight.data() + i), s0);
+      s1 = hn::MulAdd(c, hn::Load(d, patch.slope[0].data() + i), s1);
+      s2 = hn::MulAdd(c, hn::Load(d, patch.slope[1].data() + i), s2);
+      s3 = hn::MulAdd(c, hn::Load(d, patch.slope[2].data() + i), s3);
     }
+    hn::Store(hn::MulAdd(w, s0, hn::Load(d, sums + x)), d, sums + x);
+    hn::Store(hn::MulAdd(w, s1, hn::Load(d, sums + 4 + x)), d, sums + 4 + x);
+    hn::Store(hn::MulAdd(w, s2, hn::Load(d, sums + 8 + x)), d, sums + 8 + x);
+    hn::Store(hn::MulAdd(w, s3, hn::Load(d, sums + 12 + x)), d, sums + 12 + x);
   }
-  if (count == 1) {
-    sums[0] = hn::GetLane(hn::SumOfLanes(d, hn::Add(s0, s1)));
-    return;
-  }
-  sums[0] = hn::GetLane(hn::SumOfLanes(d, s0));
-  sums[1] = hn::GetLane(hn::SumOfLanes(d, s1));
-  sums[2] = hn::GetLane(hn::SumOfLanes(d, s2));
-  sums[3] = hn::GetLane(hn::SumOfLanes(d, s3));
 }
 
 void SumFootprints(const FieldLayers& field, std::span<const Vec4> points, float* values,
@@ -124,10 +137,11 @@ void SumFootprints(const FieldLayers& field, std::span<const Vec4> points, float
   for (size_t n = 0; n < points.size(); ++n) {
     const Vec4& p = points[n];
     std::array<Patch, 2> patch;
+    std::array<PatchPlace, 2> place;
     std::array<bool, 2> weighed{};
-    // Per coset: value and spatial slopes weighted in time, value weighted by the temporal slope; and the
-    // sums of both temporal weights, which a normalised kernel divides by.
-    std::array<std::array<float, 5>, 2> sum{};
+    // Per coset, 4 lanes each: value and spatial slopes weighted in time, value weighted by the temporal
+    // slope; and the sums of both temporal weights, which a normalised kernel divides by.
+    alignas(16) std::array<std::array<float, 20>, 2> lanes{};
     std::array<double, 2> beta_sum{}, beta_slope_sum{};
     for (const FieldLayer& l : field.layers) {
       const auto c = static_cast<size_t>(l.layer->coset());
@@ -137,22 +151,23 @@ void SumFootprints(const FieldLayers& field, std::span<const Vec4> points, float
       beta_sum[c] += w, beta_slope_sum[c] += dw;
       if (!weighed[c]) {
         WeighPatch(field.kernel->space, p, static_cast<int>(c), slopes, patch[c]);
+        place[c] = place_patch(*l.layer, patch[c].first);
         weighed[c] = true;
       }
       PatchRows rows;
-      if (!find_rows(*l.layer, patch[c].first, rows)) continue;
-      const float* const weights[4] = {patch[c].weight.data(), patch[c].slope[0].data(),
-                                       patch[c].slope[1].data(), patch[c].slope[2].data()};
-      float dots[4];
-      DotRows(rows, weights, slopes ? 4 : 1, dots);
-      for (size_t i = 0; i < (slopes ? 4u : 1u); ++i) sum[c][i] += static_cast<float>(w) * dots[i];
-      sum[c][4] += static_cast<float>(dw) * dots[0];
+      if (!find_rows(*l.layer, place[c], rows)) continue;
+      DotRows(rows, patch[c], slopes ? 4 : 1, static_cast<float>(w), lanes[c].data());
+      if (dw != 0) DotRows(rows, patch[c], 1, static_cast<float>(dw), lanes[c].data() + 16);
     }
+    std::array<std::array<float, 5>, 2> sum{};
+    for (size_t c = 0; c < 2; ++c)
+      for (size_t i = 0; i < (slopes ? 5u : 1u); ++i)
+        sum[c][i] = (lanes[c][4 * i] + lanes[c][4 * i + 1]) + (lanes[c][4 * i + 2] + lanes[c][4 * i + 3]);
     if (normalised && !field.timeless)
       for (size_t c = 0; c < 2; ++c)
         if (beta_sum[c] > 0) {
           const auto inverse = static_cast<float>(1 / beta_sum[c]);
-          for (float& s : sum[c]) s *= inverse;
+          for (float& v : sum[c]) v *= inverse;
           sum[c][4] -= sum[c][0] * static_cast<float>(beta_slope_sum[c]) * inverse;
         }
     float value = sum[0][0] + sum[1][0];
@@ -189,49 +204,68 @@ namespace {
 alignas(16) constexpr float zero_row[patch_edge] = {};
 } // namespace
 
-bool find_rows(const BrickLayer& layer, const Int3& first, PatchRows& rows) {
+PatchPlace place_patch(const BrickLayer& layer, const Int3& first) {
+  PatchPlace p;
   bool inside = true;
   for (size_t a = 0; a < 3; ++a) inside = inside && first[a] >= 0 && first[a] + patch_edge <= layer.dims()[a];
-  const Int3 low{first[0] >> 4, first[1] >> 4, first[2] >> 4};
-  const Int3 at{first[0] & 15, first[1] & 15, first[2] & 15};
   constexpr int last_start = brick_edge - patch_edge;
+  const Int3 at{first[0] & 15, first[1] & 15, first[2] & 15};
   if (inside && at[0] <= last_start && at[1] <= last_start && at[2] <= last_start) {
-    const Brick* b = layer.brick(low[0], low[1], low[2]);
-    if (!b) return false;
-    const float* corner = b->value.data() + (at[2] * brick_edge + at[1]) * brick_edge + at[0];
-    for (int r = 0; r < 16; ++r)
-      rows.row[static_cast<size_t>(r)] = corner + ((r >> 2) * brick_edge + (r & 3)) * brick_edge;
-    return true;
+    p.slot = layer.slot(first[0] >> 4, first[1] >> 4, first[2] >> 4);
+    p.offset = (at[2] * brick_edge + at[1]) * brick_edge + at[0];
+    return p;
   }
-  // Bricks or mirrors meet inside the patch: find each index's brick and place, then rows whole or site by
-  // site.
+  // Bricks or mirrors meet inside the patch: each index's brick and place along its axis.
   int brick[3][patch_edge], place[3][patch_edge];
   for (size_t a = 0; a < 3; ++a)
     for (int i = 0; i < patch_edge; ++i) {
       const int index = inside ? first[a] + i : layer.lattice().mirror(a, layer.coset(), first[a] + i);
       brick[a][i] = index / brick_edge, place[a][i] = index % brick_edge;
     }
-  const bool whole = place[0][3] == place[0][0] + 3 && place[0][1] == place[0][0] + 1;
-  bool any = false;
+  const bool rows = place[0][1] == place[0][0] + 1 && place[0][3] == place[0][0] + 3;
+  p.kind = rows ? PatchPlace::Kind::rows : PatchPlace::Kind::sites;
   for (int z = 0; z < patch_edge; ++z)
     for (int y = 0; y < patch_edge; ++y) {
       const auto r = static_cast<size_t>(z * patch_edge + y);
       const int offset = (place[2][z] * brick_edge + place[1][y]) * brick_edge;
-      if (whole) {
-        const Brick* b = layer.brick(brick[0][0], brick[1][y], brick[2][z]);
-        rows.row[r] = b ? b->value.data() + offset + place[0][0] : zero_row;
-        any = any || b;
+      if (rows) {
+        p.row_slot[r] = layer.slot(brick[0][0], brick[1][y], brick[2][z]);
+        p.row_offset[r] = offset + place[0][0];
         continue;
       }
-      const Brick* b = nullptr;
       for (int x = 0; x < patch_edge; ++x) {
-        if (x == 0 || brick[0][x] != brick[0][x - 1]) b = layer.brick(brick[0][x], brick[1][y], brick[2][z]);
-        any = any || b;
-        rows.copy[r * patch_edge + static_cast<size_t>(x)] =
-            b ? b->value[static_cast<size_t>(offset + place[0][x])] : 0.0f;
+        p.site_slot[r * patch_edge + static_cast<size_t>(x)] =
+            layer.slot(brick[0][x], brick[1][y], brick[2][z]);
+        p.site_offset[r * patch_edge + static_cast<size_t>(x)] = offset + place[0][x];
       }
-      rows.row[r] = rows.copy.data() + r * patch_edge;
     }
+  return p;
+}
+
+bool find_rows(const BrickLayer& layer, const PatchPlace& p, PatchRows& rows) {
+  if (p.kind == PatchPlace::Kind::one_brick) {
+    const Brick* b = layer.brick(p.slot);
+    if (!b) return false;
+    const float* corner = b->value.data() + p.offset;
+    for (int r = 0; r < 16; ++r)
+      rows.row[static_cast<size_t>(r)] = corner + ((r >> 2) * brick_edge + (r & 3)) * brick_edge;
+    return true;
+  }
+  bool any = false;
+  if (p.kind == PatchPlace::Kind::rows) {
+    for (size_t r = 0; r < 16; ++r) {
+      const Brick* b = layer.brick(p.row_slot[r]);
+      rows.row[r] = b ? b->value.data() + p.row_offset[r] : zero_row;
+      any = any || b;
+    }
+    return any;
+  }
+  for (size_t i = 0; i < patch_sites; ++i) {
+    const Brick* b = layer.brick(p.site_slot[i]);
+    rows.copy[i] = b ? b->value[static_cast<size_t>(p.site_offset[i])] : 0.0f;
+    any = any || b;
+  }
+  for (size_t r = 0; r < 16; ++r) rows.row[r] = rows.copy.data() + r * patch_edge;
   return any;
 }
 

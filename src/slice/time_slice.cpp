@@ -94,7 +94,7 @@ BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& pa
           for (size_t i = 0; i < brick_rows; ++i) kept[i] = static_cast<uint16_t>(kept[i] | b->kept[i]);
         }
       if (bricks.empty()) continue;
-      auto out = std::make_shared<Brick>();
+      auto out = std::make_shared_for_overwrite<Brick>();
       HWY_DYNAMIC_DISPATCH(MergeBricks)(bricks.data(), weights.data(), bricks.size(), out->value.data());
       out->kept = kept;
       if (const Brick* b = main->layer->brick(slot); b && b->hole)
