@@ -1,0 +1,82 @@
+#include "formats/exr.h"
+
+#include "base/error.h"
+#include "base/files.h"
+
+#if defined(BCCSPLAT_WITH_IMAGE)
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfOutputFile.h>
+#include <ImfRational.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+
+namespace bccsplat {
+namespace {
+
+// OpenEXR's stream on top of a sink.
+class SinkStream : public Imf::OStream {
+ public:
+  SinkStream(ByteSink& sink, const char* name) : Imf::OStream(name), sink_(sink) {}
+  void write(const char bytes[], int count) override {
+    sink_.write_at(position_, std::as_bytes(std::span(bytes, static_cast<size_t>(count))));
+    position_ += static_cast<uint64_t>(count);
+  }
+  uint64_t tellp() override { return position_; }
+  void seekp(uint64_t position) override { position_ = position; }
+
+ private:
+  ByteSink& sink_;
+  uint64_t position_ = 0;
+};
+
+} // namespace
+
+void write_exr(const std::string& path, int width, int height, std::span<const ExrChannel> channels,
+               const ExrOptions& options) {
+  const auto sink = create_file_sink(path, options.overwrite);
+  try {
+    Imf::Header header(width, height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    if (options.frames_per_second[1] > 0)
+      Imf::addFramesPerSecond(header, Imf::Rational(options.frames_per_second[0],
+                                                    static_cast<unsigned>(options.frames_per_second[1])));
+    for (const auto& [key, value] : options.attributes) header.insert(key, Imf::StringAttribute(value));
+    Imf::FrameBuffer frame;
+    for (const ExrChannel& c : channels) {
+      header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
+      // OpenEXR only reads through this pointer.
+      auto* pixels = reinterpret_cast<char*>(const_cast<float*>(c.pixels));
+      frame.insert(c.name, Imf::Slice(Imf::FLOAT, pixels, c.pixel_floats * sizeof(float),
+                                      c.row_floats * sizeof(float)));
+    }
+    SinkStream stream(*sink, path.c_str());
+    {
+      Imf::OutputFile file(stream, header, 0);
+      file.setFrameBuffer(frame);
+      file.writePixels(height);
+    } // the destructor writes the table of lines
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    fail(Code::io_error, path, ": cannot write OpenEXR: ", e.what());
+  }
+  sink->commit();
+}
+
+} // namespace bccsplat
+
+#else
+
+namespace bccsplat {
+
+void write_exr(const std::string& path, int, int, std::span<const ExrChannel>, const ExrOptions&) {
+  fail(Code::missing_feature, path, ": built without image files (BCCSPLAT_WITH_IMAGE)");
+}
+
+} // namespace bccsplat
+
+#endif

@@ -1,0 +1,67 @@
+#include "render/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/error.h"
+
+namespace bccsplat {
+
+WorldCamera resolve_camera(const Camera& camera) {
+  const auto finite = [](const Vec3& v) {
+    return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+  };
+  if (!finite(camera.position) || !finite(camera.target) || !finite(camera.up))
+    fail(Code::invalid_argument, "camera: position, target and up must be finite");
+  const Vec3 view = camera.target - camera.position;
+  if (!(length(view) > 0)) fail(Code::invalid_argument, "camera: position and target are the same point");
+  WorldCamera w;
+  w.perspective = camera.perspective;
+  w.position = camera.position;
+  w.forward = normalized(view);
+  const Vec3 right = cross(w.forward, camera.up);
+  if (!(length(right) > 1e-12 * length(camera.up)))
+    fail(Code::invalid_argument, "camera: up is zero or parallel to the view direction");
+  w.right = normalized(right);
+  w.up = cross(w.right, w.forward);
+  if (camera.perspective) {
+    if (!(camera.fovy_degrees > 0 && camera.fovy_degrees < 180))
+      fail(Code::invalid_argument, "camera: fovy ", camera.fovy_degrees, " degrees is outside (0, 180)");
+    w.height = 2 * std::tan(camera.fovy_degrees * std::numbers::pi / 360);
+  } else {
+    if (!(camera.ortho_height > 0 && std::isfinite(camera.ortho_height)))
+      fail(Code::invalid_argument, "camera: ortho_height must be positive and finite");
+    w.height = camera.ortho_height;
+  }
+  return w;
+}
+
+Camera fit_camera(const Slice& slice, bool perspective, double rotate_x_degrees, double rotate_y_degrees,
+                  uint32_t width, uint32_t height) {
+  const Affine3 to_world = slice.slice_to_world.after(slice.lattice_to_slice);
+  const Vec3 centre = to_world.point(0.5 * slice.domain_end);
+  double radius = 0;
+  for (const Vec3& c : box_corners({}, slice.domain_end))
+    radius = std::max(radius, length(to_world.point(c) - centre));
+  if (!(radius > 0)) radius = std::cbrt(std::fabs(to_world.determinant())); // a single sample
+
+  constexpr double degree = std::numbers::pi / 180;
+  const double sx = std::sin(rotate_x_degrees * degree), cx = std::cos(rotate_x_degrees * degree);
+  const double sy = std::sin(rotate_y_degrees * degree), cy = std::cos(rotate_y_degrees * degree);
+  const Vec3 level{sy, 0, cy}; // the view before the camera rises
+  const Vec3 forward{cx * level[0], -sx, cx * level[2]};
+
+  const double smaller = std::min<double>(width, height) / height; // of the image's height
+  Camera c;
+  c.perspective = perspective;
+  c.target = centre;
+  c.up = {sx * level[0], cx, sx * level[2]};
+  c.ortho_height = 2 * radius / smaller;
+  double distance = 2 * radius;
+  if (perspective) distance = radius / std::sin(std::atan(std::tan(c.fovy_degrees * degree / 2) * smaller));
+  c.position = centre - distance * forward;
+  return c;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,27 @@
+// The camera of a picture, in world space.
+#pragma once
+
+#include "slice/slice.h"
+#include "splat/view.h"
+
+namespace bccsplat {
+
+struct Camera {
+  bool perspective = false;
+  Vec3 position{}, target{}, up{};
+  double fovy_degrees = 30; // perspective: the angle the image's height spans, in (0, 180)
+  double ortho_height = 1;  // orthographic: the image's height, world units
+};
+
+// Throws invalid_argument when position meets target, up is parallel to the view, or a size is senseless.
+[[nodiscard]] WorldCamera resolve_camera(const Camera& camera);
+
+// A view of the whole slice. It starts along +z of world space with +y up and is turned about the centre of
+// the slice's box: by rotate_y about the vertical (right-handed: the view direction +z turns towards +x),
+// then by rotate_x about the camera's horizontal axis (positive: the camera rises and looks down; the
+// vertical stays upright in the picture). The bounding sphere of the box fits into the smaller side of the
+// image; perspective spans 30 degrees.
+[[nodiscard]] Camera fit_camera(const Slice& slice, bool perspective, double rotate_x_degrees,
+                                double rotate_y_degrees, uint32_t width, uint32_t height);
+
+} // namespace bccsplat

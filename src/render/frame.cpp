@@ -1,0 +1,130 @@
+#include "render/frame.h"
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "render/reference.h"
+
+namespace bccsplat {
+namespace {
+
+void write_tile(const TilePixels& tile, const SheetView& view, Image& image) {
+  for (int y = 0; y < tile.height; ++y)
+    for (int x = 0; x < tile.width; ++x) {
+      const auto p = static_cast<size_t>(y) * static_cast<size_t>(tile.pitch) + static_cast<size_t>(x);
+      const int px = tile.x + x, py = tile.y + y;
+      float* rgba = image.rgba.at(px, py);
+      rgba[0] = tile.red[p], rgba[1] = tile.green[p], rgba[2] = tile.blue[p], rgba[3] = tile.alpha[p];
+      if (image.depth.pixels)
+        *image.depth.at(px, py) =
+            static_cast<float>((static_cast<double>(tile.depth[p]) + view.depth) * view.step_world);
+      if (image.value.pixels) *image.value.at(px, py) = tile.value[p];
+      if (image.time.pixels) *image.time.at(px, py) = tile.time[p];
+    }
+}
+
+RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const Context& context,
+                        Image& image) {
+  const QualitySettings quality = quality_settings(options.quality);
+  const double step = options.sheet_step > 0 ? options.sheet_step : quality.sheet_step;
+  SplatPoints made;
+  if (!scene.points) made = make_points(*scene.slice, context);
+  const SplatPoints& points = scene.points ? *scene.points : made;
+
+  const SheetView view =
+      make_view(*scene.slice, resolve_camera(scene.camera), image.width, image.height, step);
+  const double unit =
+      scene.function.unit_distance > 0 ? scene.function.unit_distance : mean_voxel(*scene.slice);
+  const auto& bounds = scene.slice->bounds;
+  const ClassTable table =
+      make_class_table(scene.function, bounds[0], bounds[1], unit, quality.table_entries);
+
+  SplatOptions o;
+  o.mode = options.mode;
+  o.shading = shaded(options);
+  o.gradient = options.gradient.value_or(quality.gradient);
+  // The analytic sums know nothing of the lattice sum that such kernels divide by.
+  if (scene.slice->kernel.normalised) o.gradient = GradientMethod::central;
+  o.iso_value = options.iso_value;
+  o.opacity_stop = options.opacity_stop;
+  o.disable_skips = options.disable_skips;
+  o.tile_size = options.tile_size;
+  o.with_value = image.value.pixels, o.with_time = image.time.pixels;
+  const SplatScene s{scene.slice, &points, &view, &table, &scene.lights};
+  const SplatStats drawn =
+      splat(s, o, context, [&](const TilePixels& tile) { write_tile(tile, view, image); });
+
+  RenderStats stats;
+  stats.ms_transform = drawn.ms_transform, stats.ms_splat = drawn.ms_splat, stats.ms_shade = drawn.ms_shade;
+  stats.cpu_ms = drawn.ms_transform + drawn.ms_splat + drawn.ms_shade;
+  stats.points_total = points.position.size();
+  stats.points_after_cull = drawn.points_after_cull;
+  stats.points_splatted = drawn.points_splatted, stats.points_occluded = drawn.points_occluded;
+  stats.bricks_invisible = drawn.bricks_invisible, stats.bricks_outside = drawn.bricks_outside;
+  stats.sheets_skipped = drawn.sheets_skipped;
+  stats.tiles = drawn.tiles, stats.sheets = drawn.sheets, stats.contributions = drawn.contributions;
+  stats.sheet_step = step;
+  return stats;
+}
+
+} // namespace
+
+QualitySettings quality_settings(Quality quality) {
+  switch (quality) {
+  case Quality::draft:
+    return {1, GradientMethod::central, 1024};
+  case Quality::normal:
+    return {0.5, GradientMethod::central, 2048};
+  case Quality::fine:
+    return {0.25, GradientMethod::analytic, 4096};
+  case Quality::best:
+    break;
+  }
+  return {0.125, GradientMethod::analytic, 8192};
+}
+
+double mean_voxel(const Slice& slice) { return std::cbrt(std::fabs(slice.slice_to_world.determinant())); }
+
+bool shaded(const RenderOptions& options) {
+  return options.shading.value_or(options.mode == RenderMode::composite ||
+                                  options.mode == RenderMode::isosurface);
+}
+
+void check_options(const Scene& scene, const RenderOptions& options, const Image& image) {
+  if (!scene.slice) fail(Code::wrong_state, "render: no slice is set");
+  if (image.width < 1 || image.height < 1 || image.width > 65536 || image.height > 65536 ||
+      !image.rgba.pixels)
+    fail(Code::invalid_argument, "render: the image needs 1 to 65536 pixels per side and an RGBA plane");
+  if (!(options.sheet_step >= 0 && std::isfinite(options.sheet_step)))
+    fail(Code::invalid_argument, "render: sheet_step must be finite and not negative");
+  if (!(options.opacity_stop > 0 && options.opacity_stop <= 1))
+    fail(Code::invalid_argument, "render: opacity_stop ", options.opacity_stop, " is outside (0, 1]");
+  if (options.tile_size < 0) fail(Code::invalid_argument, "render: tile_size must not be negative");
+  if (options.mode == RenderMode::isosurface && !std::isfinite(options.iso_value))
+    fail(Code::invalid_argument, "render: iso_value must be finite");
+  if (options.mode == RenderMode::xray && shaded(options))
+    fail(Code::unsupported, "render: an X-ray has no surface to shade; turn shading off");
+  for (const Light& light : scene.lights.lights)
+    for (size_t a = 0; a < 3; ++a)
+      if (!std::isfinite(light.direction[a]) || !std::isfinite(light.color[a]))
+        fail(Code::invalid_argument, "render: lights must be finite");
+  scene.function.check();
+}
+
+RenderStats render(const Scene& scene, const RenderOptions& options, const Context& context, Image& image) {
+  check_options(scene, options, image);
+  const auto start = std::chrono::steady_clock::now();
+  RenderStats stats;
+  if (options.reference)
+    stats = render_reference(scene, options, slice_field(*scene.slice), {}, context, image);
+  else
+    stats = splat_frame(scene, options, context, image);
+  stats.threads = context.tasks.threads();
+  stats.ms_total =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return stats;
+}
+
+} // namespace bccsplat

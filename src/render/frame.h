@@ -1,0 +1,68 @@
+// A picture of a slice.
+#pragma once
+
+#include <optional>
+
+#include "base/context.h"
+#include "render/camera.h"
+#include "render/image.h"
+#include "render/transfer_function.h"
+#include "slice/slice.h"
+#include "splat/splat.h"
+
+namespace bccsplat {
+
+enum class Quality : uint8_t { draft = 1, normal = 2, fine = 3, best = 4 };
+
+struct RenderOptions {
+  RenderMode mode = RenderMode::composite;
+  Quality quality = Quality::normal;
+  std::optional<bool> shading;            // none: on for composite and isosurface
+  double sheet_step = 0;                  // T; 0: by quality
+  std::optional<GradientMethod> gradient; // none: by quality
+  double iso_value = 0;
+  double opacity_stop = 0.995; // 1: never
+  uint32_t disable_skips = 0;  // SkipBits
+  int tile_size = 0;           // pixels; 0: chosen
+  bool reference = false;      // render/reference.h instead of the splatter
+};
+
+struct Scene {
+  const Slice* slice = nullptr;
+  const SplatPoints* points = nullptr; // of the slice; null: made for this picture
+  Camera camera;
+  TransferFunction function;
+  Lights lights;
+};
+
+struct RenderStats {
+  int threads = 0;
+  double ms_transform = 0, ms_splat = 0, ms_shade = 0; // summed over threads
+  double ms_total = 0;                                 // wall
+  double cpu_ms = 0;
+  uint64_t points_total = 0, points_after_cull = 0, points_splatted = 0, points_occluded = 0;
+  uint64_t bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
+  uint64_t tiles = 0, sheets = 0, contributions = 0;
+  double sheet_step = 0; // T
+};
+
+// What a quality stands for; see tests/bench/notes/render.md for the measurements behind it.
+struct QualitySettings {
+  double sheet_step; // T
+  GradientMethod gradient;
+  int table_entries;
+};
+[[nodiscard]] QualitySettings quality_settings(Quality quality);
+
+// Draws into every plane the image has. Throws invalid_argument, unsupported (a mode that cannot be shaded),
+// cancelled, memory_budget.
+RenderStats render(const Scene& scene, const RenderOptions& options, const Context& context, Image& image);
+
+// World length of one mean voxel of the slice's source: the default unit distance.
+[[nodiscard]] double mean_voxel(const Slice& slice);
+
+// The same checks and defaults for both ways of drawing.
+void check_options(const Scene& scene, const RenderOptions& options, const Image& image);
+[[nodiscard]] bool shaded(const RenderOptions& options);
+
+} // namespace bccsplat

@@ -1,0 +1,185 @@
+#include "render/reference.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "splat/surface.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
+
+struct Pixel {
+  Vec3 color{};
+  double alpha = 0, depth = infinity, value = nan_value, time = nan_value; // depth as a sheet number
+};
+
+struct Ray {
+  const Scene& scene;
+  const RenderOptions& options;
+  const Field& field;
+  const SheetView& view;
+  const TimeField& time;
+  double unit;
+  int i, j;
+
+  [[nodiscard]] Vec3 at(double k) const { return view.sample(i, j, k); }
+  [[nodiscard]] bool hole(const Vec3& p) const { return scene.slice->has_holes && scene.slice->is_hole(p); }
+  [[nodiscard]] double path() const { return length(view.lattice_to_world.vector(view.ray(i, j))); }
+  [[nodiscard]] Shading lit(const Vec3& p) const {
+    if (!shaded(options)) return {{1, 1, 1}, {}};
+    Vec3 gradient;
+    (void)field(p, &gradient);
+    return shade(scene.lights, view.lattice_to_world.inverse().transposed(gradient), to_viewer(view, i, j));
+  }
+};
+
+Pixel composite(const Ray& ray, double k0, double k1, int64_t steps) {
+  Pixel out;
+  const double h = (k1 - k0) / static_cast<double>(steps), path = ray.path() * h;
+  double value_sum = 0, time_sum = 0;
+  for (int64_t n = 0; n < steps && out.alpha < 1; ++n) {
+    const double k = k0 + (static_cast<double>(n) + 0.5) * h;
+    const Vec3 p = ray.at(k);
+    const double value = ray.field(p, nullptr);
+    const double opacity = ray.scene.function.opacity(value);
+    if (!(opacity > 0) || ray.hole(p)) continue;
+    const double a = -std::expm1(-extinction(opacity, ray.unit) * path);
+    const double f = (1 - out.alpha) * a;
+    const Vec3 color = ray.scene.function.color(value);
+    const Shading lit = ray.lit(p);
+    for (size_t c = 0; c < 3; ++c) out.color[c] += f * (color[c] * lit.scale[c] + lit.highlight[c]);
+    const double before = out.alpha;
+    out.alpha += f;
+    value_sum += f * value, time_sum += f * ray.time.at(p);
+    if (before < 0.5 && out.alpha >= 0.5) {
+      const double part =
+          out.alpha < 1 ? std::log(0.5 / (1 - before)) / std::log((1 - out.alpha) / (1 - before)) : 0;
+      out.depth = k - h / 2 + part * h;
+    }
+  }
+  if (out.alpha > 0) out.value = value_sum / out.alpha, out.time = time_sum / out.alpha;
+  return out;
+}
+
+Pixel isosurface(const Ray& ray, double k0, double k1, int64_t steps) {
+  Pixel out;
+  const double h = (k1 - k0) / static_cast<double>(steps), iso = ray.options.iso_value;
+  double low = k0, value_low = ray.field(ray.at(low), nullptr);
+  for (int64_t n = 1; n <= steps; ++n) {
+    double a = low, b = k0 + static_cast<double>(n) * h;
+    const double value_high = ray.field(ray.at(b), nullptr);
+    const bool below = value_low < iso;
+    low = b, value_low = value_high;
+    if (below == (value_high < iso)) continue;
+    for (int bisection = 0; bisection < 60; ++bisection) {
+      const double middle = 0.5 * (a + b);
+      (ray.field(ray.at(middle), nullptr) < iso) == below ? a = middle : b = middle;
+    }
+    const Vec3 p = ray.at(0.5 * (a + b));
+    if (ray.hole(p)) continue;
+    const Vec3 color = ray.scene.function.color(iso);
+    const Shading lit = ray.lit(p);
+    for (size_t c = 0; c < 3; ++c) out.color[c] = color[c] * lit.scale[c] + lit.highlight[c];
+    out.alpha = 1, out.depth = 0.5 * (a + b), out.value = iso, out.time = ray.time.at(p);
+    break;
+  }
+  return out;
+}
+
+Pixel xray(const Ray& ray, double k0, double k1, int64_t steps) {
+  Pixel out;
+  const double h = (k1 - k0) / static_cast<double>(steps), path = ray.path() * h;
+  double sum = 0, weight = 0, time_sum = 0;
+  for (int64_t n = 0; n < steps; ++n) {
+    const Vec3 p = ray.at(k0 + (static_cast<double>(n) + 0.5) * h);
+    if (ray.hole(p)) continue;
+    const double part = (ray.field(p, nullptr) - static_cast<double>(ray.scene.slice->air)) * path;
+    sum += part, weight += std::fabs(part), time_sum += std::fabs(part) * ray.time.at(p);
+  }
+  out.color = {sum, sum, sum};
+  out.alpha = 1, out.value = sum;
+  if (weight > 0) out.time = time_sum / weight;
+  return out;
+}
+
+Pixel maximum(const Ray& ray, double k0, double k1, int64_t steps) {
+  Pixel out;
+  const double h = (k1 - k0) / static_cast<double>(steps);
+  double best = -infinity, best_k = 0;
+  for (int64_t n = 0; n < steps; ++n) {
+    const double k = k0 + (static_cast<double>(n) + 0.5) * h;
+    const Vec3 p = ray.at(k);
+    if (ray.hole(p)) continue;
+    const double value = ray.field(p, nullptr);
+    if (value > best) best = value, best_k = k;
+  }
+  if (best == -infinity) return out;
+  const Vec3 color = ray.scene.function.color(best);
+  const Shading lit = ray.lit(ray.at(best_k));
+  out.alpha = ray.scene.function.opacity(best);
+  for (size_t c = 0; c < 3; ++c) out.color[c] = out.alpha * (color[c] * lit.scale[c] + lit.highlight[c]);
+  out.value = best, out.time = ray.time.at(ray.at(best_k));
+  if (out.alpha >= 0.5) out.depth = best_k;
+  return out;
+}
+
+} // namespace
+
+Field slice_field(const Slice& slice) {
+  return [&slice](const Vec3& p, Vec3* gradient) { return evaluate_reference(slice, p, gradient); };
+}
+
+RenderStats render_reference(const Scene& scene, const RenderOptions& options, const Field& field,
+                             const ReferenceOptions& reference, const Context& context, Image& image) {
+  check_options(scene, options, image);
+  const SheetView view = make_view(*scene.slice, resolve_camera(scene.camera), image.width, image.height, 1);
+  const TimeField time(*scene.slice);
+  const double unit =
+      scene.function.unit_distance > 0 ? scene.function.unit_distance : mean_voxel(*scene.slice);
+  std::atomic<uint64_t> rows{0};
+  context.tasks.parallel_for(static_cast<uint64_t>(image.height), [&](uint64_t row) {
+    const int j = static_cast<int>(row);
+    for (int i = 0; i < image.width; ++i) {
+      context.progress.check();
+      const auto [k0, k1] = ray_interval(*scene.slice, view, i, j);
+      Pixel out;
+      if (k0 < k1) {
+        const Ray ray{scene, options, field, view, time, unit, i, j};
+        const auto steps = static_cast<int64_t>(std::ceil((k1 - k0) / reference.step));
+        switch (options.mode) {
+        case RenderMode::composite:
+          out = composite(ray, k0, k1, steps);
+          break;
+        case RenderMode::isosurface:
+          out = isosurface(ray, k0, k1, steps);
+          break;
+        case RenderMode::xray:
+          out = xray(ray, k0, k1, steps);
+          break;
+        case RenderMode::maximum:
+          out = maximum(ray, k0, k1, steps);
+          break;
+        }
+      }
+      float* rgba = image.rgba.at(i, j);
+      for (size_t c = 0; c < 3; ++c) rgba[c] = static_cast<float>(out.color[c]);
+      rgba[3] = static_cast<float>(out.alpha);
+      if (image.depth.pixels)
+        *image.depth.at(i, j) = static_cast<float>((out.depth + view.depth) * view.step_world);
+      if (image.value.pixels) *image.value.at(i, j) = static_cast<float>(out.value);
+      if (image.time.pixels) *image.time.at(i, j) = static_cast<float>(out.time);
+    }
+    context.progress.report(static_cast<double>(++rows) / image.height);
+  });
+  RenderStats stats;
+  stats.points_total = static_cast<uint64_t>(scene.slice->points());
+  stats.sheet_step = reference.step;
+  return stats;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,26 @@
+// The slow truth: each pixel's ray integrated in double precision, in fine steps, with the transfer function
+// itself, the field's own gradient, and the same laws of shading and compositing as the splatter. No stop at
+// nearly full opacity.
+#pragma once
+
+#include <functional>
+
+#include "render/frame.h"
+
+namespace bccsplat {
+
+// Value (absolute) at a point in lattice units, and its gradient per lattice unit unless null.
+using Field = std::function<double(const Vec3& point, Vec3* gradient)>;
+
+[[nodiscard]] Field slice_field(const Slice& slice);
+
+struct ReferenceOptions {
+  double step = 1.0 / 16; // lattice units along the view direction
+};
+
+// `field` need not be the slice's: an analytic field in the slice's domain gives the error against the
+// original.
+RenderStats render_reference(const Scene& scene, const RenderOptions& options, const Field& field,
+                             const ReferenceOptions& reference, const Context& context, Image& image);
+
+} // namespace bccsplat

@@ -1,0 +1,130 @@
+#include "render/transfer_function.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "base/error.h"
+
+namespace bccsplat {
+namespace {
+
+// Index of the last point at or before `value`, -1 before the first; points rise.
+template<class Points> std::ptrdiff_t segment(const Points& points, double value) {
+  const auto after = std::upper_bound(points.begin(), points.end(), value,
+                                      [](double v, const auto& p) { return v < p.value; });
+  return after - points.begin() - 1;
+}
+
+// Position of `value` between points n and n + 1, in [0, 1].
+template<class Points> double between(const Points& points, size_t n, double value) {
+  return (value - points[n].value) / (points[n + 1].value - points[n].value);
+}
+
+template<class Points> void check_values(const Points& points, const char* what) {
+  if (points.empty()) fail(Code::invalid_argument, "transfer function: no ", what, " points");
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (!std::isfinite(points[i].value))
+      fail(Code::invalid_argument, "transfer function: ", what, " point ", i, " has no finite value");
+    if (i > 0 && points[i].value < points[i - 1].value)
+      fail(Code::invalid_argument, "transfer function: the values of ", what, " points must rise; point ", i,
+           " falls from ", points[i - 1].value, " to ", points[i].value);
+  }
+}
+
+} // namespace
+
+void TransferFunction::check() const {
+  check_values(colors, "colour");
+  check_values(opacities, "opacity");
+  for (const ColorPoint& p : colors)
+    for (const double c : p.color)
+      if (!(std::isfinite(c) && c >= 0))
+        fail(Code::invalid_argument, "transfer function: colours must be finite and not negative");
+  for (const OpacityPoint& p : opacities)
+    if (!(p.opacity >= 0 && p.opacity <= 1))
+      fail(Code::invalid_argument, "transfer function: opacity ", p.opacity, " is outside [0, 1]");
+  if (!(unit_distance >= 0 && std::isfinite(unit_distance)))
+    fail(Code::invalid_argument, "transfer function: unit_distance must be finite and not negative");
+}
+
+Vec3 TransferFunction::color(double value) const {
+  const std::ptrdiff_t n = segment(colors, value);
+  if (n < 0) return colors.front().color;
+  const auto i = static_cast<size_t>(n);
+  if (i + 1 == colors.size()) return colors.back().color;
+  const double f = between(colors, i, value);
+  return (1 - f) * colors[i].color + f * colors[i + 1].color;
+}
+
+double TransferFunction::opacity(double value) const {
+  const std::ptrdiff_t n = segment(opacities, value);
+  if (n < 0) return opacities.front().opacity;
+  const auto i = static_cast<size_t>(n);
+  if (i + 1 == opacities.size()) return opacities.back().opacity;
+  const double f = between(opacities, i, value);
+  return (1 - f) * opacities[i].opacity + f * opacities[i + 1].opacity;
+}
+
+double extinction(double opacity, double unit_distance) {
+  // exp(-1e9 x) is 0 for any path x longer than 1e-7 unit distances.
+  return (opacity < 1 ? -std::log1p(-opacity) : 1e9) / unit_distance;
+}
+
+ClassTable make_class_table(const TransferFunction& function, double low, double high, double unit_distance,
+                            int entries) {
+  ClassTable table;
+  // Outside the function's own points nothing changes: no entry is spent there.
+  const double from = std::min(function.colors.front().value, function.opacities.front().value);
+  const double to = std::max(function.colors.back().value, function.opacities.back().value);
+  const double a = std::clamp(from, low, high), b = std::clamp(to, low, high);
+  table.low = static_cast<float>(a);
+  table.unit_distance = static_cast<float>(unit_distance);
+  const bool flat = !(b > a);
+  table.scale = flat ? 0.0f : static_cast<float>((entries - 1) / (b - a));
+  for (int i = 0; i < (flat ? 1 : entries); ++i) {
+    const double value = flat ? a : a + (b - a) * i / (entries - 1);
+    const Vec3 c = function.color(value);
+    table.entry.push_back({static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]),
+                           static_cast<float>(extinction(function.opacity(value), unit_distance))});
+  }
+  index_visible(table);
+  return table;
+}
+
+TransferFunction default_transfer_function(double percentile_2, double percentile_998, double air) {
+  TransferFunction f;
+  double low = percentile_2, high = percentile_998;
+  if (!(high > low)) high = low + std::max(1e-6, 1e-6 * std::fabs(low));
+  constexpr int colors = 32;
+  for (int i = 0; i <= colors; ++i) {
+    const double x = static_cast<double>(i) / colors;
+    f.colors.push_back({low + (high - low) * x, viridis(x)});
+  }
+  // A ramp on either side of air, as steep for the farther end of the values as for the nearer.
+  constexpr double most = 0.25;
+  const double reach = std::max(std::fabs(high - air), std::fabs(low - air));
+  if (low < air) f.opacities.push_back({std::min(low, air - 1e-9 * reach), most * (air - low) / reach});
+  f.opacities.push_back({air, 0});
+  if (high > air) f.opacities.push_back({high, most * (high - air) / reach});
+  return f;
+}
+
+Vec3 viridis(double x) {
+  // Ten stops of the map in 8-bit sRGB, straight lines between them.
+  static constexpr uint32_t stops[] = {0x440154, 0x482878, 0x3e4a89, 0x31688e, 0x26828e,
+                                       0x1f9e89, 0x35b779, 0x6dcd59, 0xb4de2c, 0xfde725};
+  constexpr size_t last = std::size(stops) - 1;
+  const double t = std::clamp(x, 0.0, 1.0) * last;
+  const size_t n = std::min(static_cast<size_t>(t), last - 1);
+  Vec3 linear;
+  for (size_t a = 0; a < 3; ++a) {
+    const auto channel = [&](uint32_t rgb) { return (rgb >> (16 - 8 * a) & 255u) / 255.0; };
+    const double f = t - static_cast<double>(n);
+    const double s = (1 - f) * channel(stops[n]) + f * channel(stops[n + 1]);
+    linear[a] = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+  }
+  return linear;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,47 @@
+// Transfer functions: piecewise linear colour and opacity over the value.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/vec.h"
+#include "splat/class_table.h"
+
+namespace bccsplat {
+
+struct ColorPoint {
+  double value = 0;
+  Vec3 color{}; // linear RGB, straight
+};
+struct OpacityPoint {
+  double value = 0;
+  double opacity = 0; // fraction absorbed per unit distance, in [0, 1]
+};
+
+// Constant beyond the first and last point; two points of one value make a step.
+struct TransferFunction {
+  std::vector<ColorPoint> colors;
+  std::vector<OpacityPoint> opacities;
+  double unit_distance = 0; // world length; 0: one mean voxel
+
+  // Throws invalid_argument: no points, values that fall or are not finite, opacities outside [0, 1].
+  void check() const;
+  [[nodiscard]] Vec3 color(double value) const;
+  [[nodiscard]] double opacity(double value) const;
+};
+
+// -ln(1 - opacity) / unit_distance; full opacity is a large finite number.
+[[nodiscard]] double extinction(double opacity, double unit_distance);
+
+// `entries` samples of the function over the values of the slice, [low, high]; unit_distance > 0.
+[[nodiscard]] ClassTable make_class_table(const TransferFunction& function, double low, double high,
+                                          double unit_distance, int entries);
+
+// Viridis over the 2nd to 99.8th percentile of the stored values; opacity rises from 0 at air.
+[[nodiscard]] TransferFunction default_transfer_function(double percentile_2, double percentile_998,
+                                                         double air);
+
+// Viridis at x in [0, 1], linear RGB.
+[[nodiscard]] Vec3 viridis(double x);
+
+} // namespace bccsplat

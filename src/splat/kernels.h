@@ -1,0 +1,113 @@
+// The inner loops of the splatter and the data they share.
+//
+// Vocabulary. A slab s holds the points between sheets s and s + 1. Their kernels reach the sheets first ..
+// last of that slab, a window of at most `sheets` sheets, a multiple of 4. Sheet k lives in slot k mod sheets
+// of the ring: group slot / 4, lane slot % 4, so that four neighbouring pixels of one group are 16 floats
+// side by side:
+//   ring[group][y][x][lane]
+// and one vector adds to 4 sheets x 4 pixels whatever the alignment in x.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "base/vec.h"
+#include "kernel/kernel.h"
+#include "splat/class_table.h"
+
+namespace bccsplat {
+
+inline constexpr int max_ring_sheets = 256;
+
+// phi(u) and its derivative in u as float polynomials.
+struct KernelPolynomial {
+  int terms = 0;
+  bool from_square = false;                           // a[0] = a[1] = 0
+  std::array<float, RadialKernel::max_terms> a{};     // of u^j
+  std::array<float, RadialKernel::max_terms> slope{}; // of u^j in d phi / du: (j + 1) a[j + 1]
+};
+[[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi);
+
+// Constants of one slab, per ring slot. With di, dj the pixel distances from the foot of a point on sheet k,
+//   u = 1 - (xx di^2 + xy di dj + yy dj^2) - depth2 (offset - z)^2,   di = i - fx - X delta,  dj = j - fy - Y
+//   delta.
+struct SlabLanes {
+  const float* offset = nullptr; // k - s
+  const float* delta = nullptr;  // shift of the foot from sheet s to sheet k, per unit of X, Y
+  const float *xx = nullptr, *xy = nullptr, *yy = nullptr; // 1 / (R pixel)^2
+};
+
+// A point in a bin. The window starts at pixel (x, y) of the tile's ring, possibly outside of it.
+struct SplatRecord {
+  float fx, fy; // foot on sheet s, pixels from the start of the window
+  float z;      // depth beyond sheet s, in sheet steps, in [0, 1)
+  float c;      // coefficient
+  int32_t x, y;
+  float lateral_x, lateral_y; // X, Y
+};
+
+struct SplatArgs {
+  const SplatRecord* record = nullptr;
+  size_t count = 0;
+  const SlabLanes* lanes = nullptr;
+  const KernelPolynomial* kernel = nullptr;
+  float depth2 = 0;
+  bool isotropic = false;       // xx, yy equal for all lanes, xy and delta 0
+  int columns = 0, rows = 0;    // of the window, pixels
+  std::array<float*, 4> ring{}; // value, and with gradients the sums of c phi'(u) times di, dj, offset - z
+  int groups = 0;
+  size_t group_floats = 0;   // distance of groups
+  int pitch = 0;             // pixels per ring row; rows have 4 spare pixels on either side
+  int width = 0, height = 0; // of the tile with its border, pixels
+};
+
+// Moves the points of a brick to the screen. Pixel and sheet numbers are relative to integer bases, so that
+// float holds them as exactly far from the origin as near it.
+struct BrickFrame {
+  int32_t i = 0, j = 0;                  // base pixel
+  int64_t k = 0;                         // base sheet
+  std::array<float, 4> di{}, dj{}, dk{}; // per local plane x, y, z, and constant
+  std::array<float, 4> dX{}, dY{};       // lateral coordinates, the same
+  float m = 0;                           // `lateral` table at the base: foot = di.. + X (lateral[s] - m)
+};
+
+struct TransformArgs {
+  const uint16_t* position = nullptr;
+  const float* coefficient = nullptr;
+  size_t count = 0;
+  const BrickFrame* frame = nullptr;
+  bool isotropic = false;
+  const float* lateral = nullptr; // per slab, from base_slab
+  const float* half_x = nullptr;  // half windows per slab, pixels
+  const float* half_y = nullptr;
+  const int32_t* columns = nullptr; // windows per slab, pixels
+  const int32_t* rows = nullptr;
+  int64_t base_slab = 0, first_slab = 0,
+          last_slab = 0;      // tables from base_slab; points outside [first, last] are dropped
+  int tile_x = 0, tile_y = 0; // pixel of ring column 0, row 0
+  int width = 0, height = 0;
+  // Results, room for count: records of accepted points and their slabs, from base_slab.
+  SplatRecord* record = nullptr;
+  int32_t* slab = nullptr;
+};
+
+// One finished sheet out of the ring into plain rows, and the ring's slots cleared.
+struct ExtractArgs {
+  float* ring = nullptr; // the slot's group
+  int lane = 0;
+  int pitch = 0, width = 0, height = 0;
+  float* plane = nullptr;
+  int plane_pitch = 0;
+};
+
+struct SplatKernels {
+  void (*splat)(const SplatArgs&);
+  size_t (*transform)(const TransformArgs&); // number accepted
+  void (*extract)(const ExtractArgs&);
+};
+
+[[nodiscard]] const SplatKernels& scalar_kernels();
+
+} // namespace bccsplat

@@ -1,0 +1,281 @@
+#include "splat/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/error.h"
+
+namespace bccsplat {
+namespace {
+
+// The quadratic form of pixel distances on a sheet at scale 1, lattice units squared.
+struct Metric {
+  double xx, xy, yy;
+  explicit Metric(const SheetView& v) : xx(dot(v.ex, v.ex)), xy(dot(v.ex, v.ey)), yy(dot(v.ey, v.ey)) {}
+  [[nodiscard]] double determinant() const { return xx * yy - xy * xy; }
+};
+
+// Shift of a foot per sheet, orthographic: zero unless the affine shears the ray off the sheets' normal.
+std::array<double, 2> drift(const SheetView& v) {
+  if (v.perspective) return {0, 0};
+  return {dot(v.gx, v.ez), dot(v.gy, v.ez)};
+}
+
+// Depth of a slab's reference sheet, in sheet steps from the eye: never behind the first sheet.
+double reference_depth(const SheetView& v, int64_t slab) {
+  return static_cast<double>(std::max(slab, v.first_sheet())) + v.depth;
+}
+
+// The sum of kernel weights over the sites is at most this: the largest ripple of any kernel is 8.6 % (the
+// paper's).
+double weight_bound(const Slice& slice) { return 1.1 * std::numbers::sqrt2 / slice.lattice.cell_volume(); }
+
+void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
+  const SheetView& v = *scene.view;
+  const double radius = scene.slice->kernel.space.radius;
+  const Metric metric(v);
+  const auto [drift_x, drift_y] = drift(v);
+  const double largest = std::max(metric.xx, metric.yy);
+  plan.isotropic = !v.perspective && std::fabs(metric.xy) < 1e-12 * largest &&
+                   std::fabs(metric.xx - metric.yy) < 1e-12 * largest && std::fabs(drift_x) < 1e-9 &&
+                   std::fabs(drift_y) < 1e-9;
+  plan.depth2 = v.step * v.step / (radius * radius);
+
+  const double reach = std::ceil(radius / v.step - 1e-9);
+  if (!(2 * reach <= max_ring_sheets))
+    fail(Code::invalid_argument, "render: sheet_step ", v.step, " is below ", 2 * radius / max_ring_sheets);
+  plan.after = static_cast<int>(reach);
+  plan.before = plan.after - 1;
+  plan.sheets = (2 * plan.after + 3) / 4 * 4;
+  plan.groups = plan.sheets / 4;
+
+  plan.first_slab = plan.first_sheet - plan.lead - plan.after;
+  plan.last_slab = plan.last_sheet + plan.lead + plan.before;
+  const auto slabs = static_cast<size_t>(plan.last_slab - plan.first_slab + 1);
+  plan.lane_period = v.perspective ? 0 : plan.sheets;
+  const size_t sets = plan.lane_period ? static_cast<size_t>(plan.lane_period) : slabs;
+  const auto ring = static_cast<size_t>(plan.sheets);
+  plan.lane_data.resize(sets * 5 * ring);
+  plan.lateral.resize(slabs), plan.half_x.resize(slabs), plan.half_y.resize(slabs);
+  plan.columns.resize(slabs), plan.rows.resize(slabs);
+
+  // Extent of a unit ball of this metric along x and y, pixels.
+  const double extent_x = std::sqrt(metric.yy / metric.determinant()),
+               extent_y = std::sqrt(metric.xx / metric.determinant());
+  // Farthest pixels from the foot of the eye: bounds of |X| and |Y| of points that are seen.
+  const double foot_x = -dot(v.gx, v.ez), foot_y = -dot(v.gy, v.ez);
+  const double far_x = std::max(std::fabs(foot_x), std::fabs(v.width - 1 - foot_x)) + 2;
+  const double far_y = std::max(std::fabs(foot_y), std::fabs(v.height - 1 - foot_y)) + 2;
+  for (size_t n = 0; n < std::max(slabs, sets); ++n) {
+    // Orthographic lanes are stored by slab modulo the period.
+    const int64_t s =
+        plan.lane_period && n >= slabs ? static_cast<int64_t>(n) : plan.first_slab + static_cast<int64_t>(n);
+    const double depth = reference_depth(v, s);
+    double half_x = 0, half_y = 0;
+    for (int64_t k = s - plan.before; k < s - plan.before + plan.sheets; ++k) {
+      const double scale = v.perspective ? static_cast<double>(k) + v.depth : 1;
+      const bool exists = k >= v.first_sheet();
+      const double delta = !v.perspective ? static_cast<double>(k - s) : exists ? 1 / scale - 1 / depth : 0;
+      const double h = v.step * std::max({0.0, static_cast<double>(s - k), static_cast<double>(k - s - 1)});
+      if (exists && h < radius) {
+        const double rho = std::sqrt(radius * radius - h * h) / scale;
+        const double x = rho * extent_x, y = rho * extent_y;
+        half_x = std::max(half_x,
+                          x + std::fabs(delta) * (v.perspective ? (far_x + x) * scale : std::fabs(drift_x)));
+        half_y = std::max(half_y,
+                          y + std::fabs(delta) * (v.perspective ? (far_y + y) * scale : std::fabs(drift_y)));
+      }
+      const auto slot = static_cast<size_t>(((k % plan.sheets) + plan.sheets) % plan.sheets);
+      const size_t set =
+          plan.lane_period ? static_cast<size_t>(((s % plan.sheets) + plan.sheets) % plan.sheets) : n;
+      float* lanes = plan.lane_data.data() + set * 5 * ring + slot;
+      const double form = scale * scale / (radius * radius);
+      // A sheet behind the eye is out of reach of everything.
+      lanes[0] = exists ? static_cast<float>(k - s) : 1e6f;
+      lanes[ring] = static_cast<float>(delta);
+      lanes[2 * ring] = exists ? static_cast<float>(metric.xx * form) : 0;
+      lanes[3 * ring] = exists ? static_cast<float>(2 * metric.xy * form) : 0;
+      lanes[4 * ring] = exists ? static_cast<float>(metric.yy * form) : 0;
+    }
+    if (n >= slabs) continue;
+    plan.lateral[n] = static_cast<float>(v.perspective ? 1 / depth : static_cast<double>(n));
+    plan.half_x[n] = static_cast<float>(half_x), plan.half_y[n] = static_cast<float>(half_y);
+    plan.columns[n] = static_cast<int32_t>(std::clamp(std::ceil(2 * half_x), 1.0, 1e8));
+    plan.rows[n] = static_cast<int32_t>(std::clamp(std::ceil(2 * half_y), 1.0, 1e8));
+  }
+}
+
+BrickFrame brick_frame(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick) {
+  const SheetView& v = *scene.view;
+  const double d = scene.points->plane_distance;
+  const Vec3 origin = d * Vec3{static_cast<double>(brick.plane[0]), static_cast<double>(brick.plane[1]),
+                               static_cast<double>(brick.plane[2])};
+  BrickFrame f;
+  const double sheet = v.sheet(origin);
+  f.k = static_cast<int64_t>(std::floor(sheet));
+  const double X = dot(v.gx, origin - v.eye), Y = dot(v.gy, origin - v.eye);
+  // The base slab's lateral factor; feet follow from it by X (lateral[s] - m).
+  double m = 1, i, j;
+  Vec3 di = d * v.gx, dj = d * v.gy;
+  const auto [drift_x, drift_y] = drift(v);
+  if (v.perspective) {
+    m = 1 / reference_depth(v, f.k);
+    i = X * m - dot(v.gx, v.ez), j = Y * m - dot(v.gy, v.ez);
+    f.m = static_cast<float>(m);
+    di = m * di, dj = m * dj;
+    for (size_t a = 0; a < 3; ++a) {
+      f.dX[a] = static_cast<float>(d * v.gx[a]);
+      f.dY[a] = static_cast<float>(d * v.gy[a]);
+    }
+    f.dX[3] = static_cast<float>(X), f.dY[3] = static_cast<float>(Y);
+  } else {
+    i = X - static_cast<double>(f.k) * drift_x, j = Y - static_cast<double>(f.k) * drift_y;
+    f.m = static_cast<float>(f.k - plan.first_slab);
+    f.dX[3] = static_cast<float>(-drift_x), f.dY[3] = static_cast<float>(-drift_y);
+  }
+  const double base_i = std::clamp(std::floor(i), -1e9, 1e9), base_j = std::clamp(std::floor(j), -1e9, 1e9);
+  f.i = static_cast<int32_t>(base_i), f.j = static_cast<int32_t>(base_j);
+  for (size_t a = 0; a < 3; ++a) {
+    f.di[a] = static_cast<float>(di[a]), f.dj[a] = static_cast<float>(dj[a]);
+    f.dk[a] = static_cast<float>(d * v.normal[a] / v.step);
+  }
+  f.di[3] = static_cast<float>(i - base_i), f.dj[3] = static_cast<float>(j - base_j);
+  f.dk[3] = static_cast<float>(sheet - static_cast<double>(f.k));
+  return f;
+}
+
+// Slabs and pixels that the points of a brick may touch. False when there are none in front of the eye.
+bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick, PlannedBrick& out) {
+  const SheetView& v = *scene.view;
+  const double d = scene.points->plane_distance;
+  Vec3 low, high;
+  for (size_t a = 0; a < 3; ++a)
+    low[a] = d * (brick.plane[a] + brick.low[a]), high[a] = d * (brick.plane[a] + brick.high[a]);
+  double near = 1e300, far = -1e300;
+  double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300; // of X and Y
+  const auto [drift_x, drift_y] = drift(v);
+  for (const Vec3& c : box_corners(low, high)) {
+    const double k = v.sheet(c);
+    near = std::min(near, k), far = std::max(far, k);
+    const double shift = v.perspective ? 0 : k;
+    const double x = dot(v.gx, c - v.eye) - shift * drift_x, y = dot(v.gy, c - v.eye) - shift * drift_y;
+    x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+  }
+  out.first_slab = static_cast<int64_t>(std::floor(near - 1e-4));
+  out.last_slab = static_cast<int64_t>(std::floor(far + 1e-4));
+  const int64_t from = std::max(out.first_slab, plan.first_slab),
+                to = std::min(out.last_slab, plan.last_slab);
+  if (from > to) return false;
+  double half_x = 0, half_y = 0;
+  for (int64_t s = from; s <= to; ++s) {
+    half_x = std::max<double>(half_x, plan.half_x[static_cast<size_t>(s - plan.first_slab)]);
+    half_y = std::max<double>(half_y, plan.half_y[static_cast<size_t>(s - plan.first_slab)]);
+  }
+  if (v.perspective) {
+    // Feet are X m with m between those of the first and last slab.
+    const double m0 = 1 / reference_depth(v, from), m1 = 1 / reference_depth(v, to);
+    const double foot_x = dot(v.gx, v.ez), foot_y = dot(v.gy, v.ez);
+    const double fx0 = std::min(x0 * m0, x0 * m1) - foot_x, fx1 = std::max(x1 * m0, x1 * m1) - foot_x;
+    const double fy0 = std::min(y0 * m0, y0 * m1) - foot_y, fy1 = std::max(y1 * m0, y1 * m1) - foot_y;
+    x0 = fx0, x1 = fx1, y0 = fy0, y1 = fy1;
+  } else {
+    half_x += std::fabs(drift_x), half_y += std::fabs(drift_y); // the foot on the sheet before the point
+  }
+  const auto pixel = [](double p) { return static_cast<int>(std::clamp(p, -1e8, 1e8)); };
+  out.rect = {pixel(std::floor(x0 - half_x) - 1), pixel(std::floor(y0 - half_y) - 1),
+              pixel(std::ceil(x1 + half_x) + 2), pixel(std::ceil(y1 + half_y) + 2)};
+  return true;
+}
+
+bool invisible(const SplatScene& scene, const SplatOptions& options, const SplatBrick& brick) {
+  // Values within reach of these points lie in this interval whether other points are drawn or not: dropping
+  // the brick turns no invisible sample visible.
+  const double g = weight_bound(*scene.slice), air = static_cast<double>(scene.slice->air);
+  const double low = air + g * static_cast<double>(brick.reach[0]),
+               high = air + g * static_cast<double>(brick.reach[1]);
+  if (options.mode == RenderMode::composite) return !scene.table->visible(low, high);
+  if (options.mode == RenderMode::isosurface) return options.iso_value < low || options.iso_value > high;
+  return false;
+}
+
+int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const SheetView& view, int threads) {
+  if (options.tile_size > 0) return std::min(options.tile_size, 4096);
+  const bool gradients = options.mode == RenderMode::composite && options.shading &&
+                         options.gradient == GradientMethod::analytic;
+  // The ring of a tile should stay well inside the L2 cache.
+  int size = 64;
+  while (size > 16 && size * size * plan.sheets * (gradients ? 4 : 1) > 131072) size -= 16;
+  // Enough tiles to share out.
+  while (size > 24 && (view.width / size + 1) * (view.height / size + 1) < 8 * threads && threads > 1)
+    size -= 8;
+  return size;
+}
+
+} // namespace
+
+SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, int threads, SplatStats& stats) {
+  SplatPlan plan;
+  const SheetView& view = *scene.view;
+  const bool central =
+      options.mode == RenderMode::composite && options.shading && options.gradient == GradientMethod::central;
+  plan.border = central ? 1 : 0;
+  plan.lead = central || options.mode == RenderMode::isosurface ? 1 : 0;
+  const auto [first, last] = sheet_range(*scene.slice, view);
+  plan.first_sheet = first, plan.last_sheet = last;
+  plan.air_visible =
+      options.mode == RenderMode::maximum ||
+      (options.mode == RenderMode::composite && scene.table->visible(scene.slice->air, scene.slice->air));
+
+  const int size = [&] {
+    if (first <= last) plan_slabs(scene, plan);
+    return choose_tile_size(plan, options, view, threads);
+  }();
+  const int nx = (view.width + size - 1) / size, ny = (view.height + size - 1) / size;
+  for (int y = 0; y < ny; ++y)
+    for (int x = 0; x < nx; ++x)
+      plan.tiles.push_back({x * size,
+                            y * size,
+                            std::min(size, view.width - x * size),
+                            std::min(size, view.height - y * size),
+                            {}});
+  stats.tiles = plan.tiles.size();
+  stats.sheets = first <= last ? static_cast<uint64_t>(last - first + 1) : 0;
+  if (first > last) return plan;
+
+  for (uint32_t n = 0; n < scene.points->bricks.size(); ++n) {
+    const SplatBrick& brick = scene.points->bricks[n];
+    PlannedBrick b;
+    b.brick = n;
+    if (!(options.disable_skips & skip_transfer_function) && invisible(scene, options, brick)) {
+      ++stats.bricks_invisible;
+      continue;
+    }
+    const bool cull = !(options.disable_skips & skip_frustum);
+    const bool reached = bound_brick(scene, plan, brick, b);
+    if (!reached || b.rect[0] >= view.width + plan.border || b.rect[1] >= view.height + plan.border ||
+        b.rect[2] <= -plan.border || b.rect[3] <= -plan.border) {
+      ++stats.bricks_outside;
+      if (cull || !reached) continue;
+    }
+    b.first_slab = std::max(b.first_slab, plan.first_slab);
+    plan.longest = std::max(plan.longest, b.last_slab - b.first_slab + 1);
+    b.frame = brick_frame(scene, plan, brick);
+    stats.points_after_cull += brick.count;
+    plan.bricks.push_back(b);
+  }
+  std::stable_sort(plan.bricks.begin(), plan.bricks.end(),
+                   [](const PlannedBrick& a, const PlannedBrick& b) { return a.first_slab < b.first_slab; });
+  for (uint32_t n = 0; n < plan.bricks.size(); ++n) {
+    const auto& r = plan.bricks[n].rect;
+    const auto tile = [&](int pixel, int count) {
+      return std::clamp(pixel >= 0 ? pixel / size : -1, 0, count - 1);
+    };
+    for (int y = tile(r[1] - plan.border, ny); y <= tile(r[3] - 1 + plan.border, ny); ++y)
+      for (int x = tile(r[0] - plan.border, nx); x <= tile(r[2] - 1 + plan.border, nx); ++x)
+        plan.tiles[static_cast<size_t>(y * nx + x)].bricks.push_back(n);
+  }
+  return plan;
+}
+
+} // namespace bccsplat

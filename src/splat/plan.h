@@ -1,0 +1,56 @@
+// What a frame needs before its tiles start: sheets and slabs, windows, the bricks that may be seen and the
+// order in which the front reaches them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "splat/kernels.h"
+#include "splat/splat.h"
+
+namespace bccsplat {
+
+struct PlannedTile {
+  int x = 0, y = 0, width = 0, height = 0;
+  std::vector<uint32_t> bricks; // into SplatPlan::bricks, front to back
+};
+
+struct PlannedBrick {
+  uint32_t brick = 0; // into SplatPoints::bricks
+  int64_t first_slab = 0, last_slab = 0;
+  std::array<int, 4> rect{}; // pixels its points may touch: x begin, y begin, x end, y end
+  BrickFrame frame;
+};
+
+struct SplatPlan {
+  int64_t first_sheet = 0, last_sheet = -1; // that may hold samples
+  int before = 0, after = 0;                // a slab s reaches the sheets s - before .. s + after
+  int sheets = 0, groups = 0;               // of the ring
+  int border = 0;                           // pixels around a tile that gradients look at
+  int lead = 0;                             // sheets on either side that gradients and isosurfaces look at
+  bool isotropic = false; // orthographic, and the sheets' metric is a multiple of the identity
+  double depth2 = 0;      // (step / R)^2
+
+  int64_t first_slab = 0, last_slab = -1;
+  int lane_period = 0; // slabs s and s + lane_period share lanes (orthographic); 0: every slab has its own
+  std::vector<float> lane_data;
+  std::vector<float> lateral, half_x, half_y; // per slab
+  std::vector<int32_t> columns, rows;
+
+  std::vector<PlannedBrick> bricks; // sorted by first slab
+  int64_t longest = 1;              // slabs a brick spans at most
+  std::vector<PlannedTile> tiles;
+  bool air_visible = false;
+
+  [[nodiscard]] SlabLanes lanes(int64_t slab) const {
+    const int64_t n = lane_period ? ((slab % lane_period) + lane_period) % lane_period : slab - first_slab;
+    const auto s = static_cast<size_t>(sheets);
+    const float* p = lane_data.data() + static_cast<size_t>(n) * 5 * s;
+    return {p, p + s, p + 2 * s, p + 3 * s, p + 4 * s};
+  }
+};
+
+[[nodiscard]] SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, int threads,
+                                  SplatStats& stats);
+
+} // namespace bccsplat

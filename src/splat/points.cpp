@@ -1,0 +1,131 @@
+#include "splat/points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace bccsplat {
+namespace {
+
+// Local sites of a brick, packed as in SplatPoints::position, in the fixed shuffled order.
+std::vector<uint16_t> shuffled_sites(bool bcc, int edge) {
+  std::vector<uint16_t> sites;
+  for (int z = 0; z < edge; ++z)
+    for (int y = 0; y < edge; ++y)
+      for (int x = 0; x < edge; ++x)
+        if (!bcc || ((x & 1) == (y & 1) && (x & 1) == (z & 1)))
+          sites.push_back(static_cast<uint16_t>(x | y << 4 | z << 8));
+  uint32_t state = 0x9e3779b9u; // xorshift32: the same everywhere
+  for (size_t n = sites.size() - 1; n > 0; --n) {
+    state ^= state << 13, state ^= state >> 17, state ^= state << 5;
+    std::swap(sites[n], sites[state % (n + 1)]);
+  }
+  return sites;
+}
+
+// Where plane h of an axis is stored: the site of its coset, mirrored into the domain; h counts from -margin.
+struct Fold {
+  std::vector<int32_t> site;
+  Fold(const Lattice3& lattice, size_t axis, int margin, int count) {
+    for (int n = 0; n < count; ++n) {
+      const int h = n - margin;
+      const int coset = lattice.bcc ? h & 1 : 0;
+      site.push_back(lattice.mirror(axis, coset, lattice.bcc ? (h - coset) / 2 : h));
+    }
+  }
+};
+
+struct BrickPoints {
+  SplatBrick brick;
+  std::vector<uint16_t> position;
+  std::vector<float> coefficient;
+};
+
+} // namespace
+
+SplatPoints make_points(const Slice& slice, const Context& context) {
+  SplatPoints points;
+  const Lattice3& lattice = slice.lattice;
+  points.plane_distance = lattice.plane_distance();
+  points.margin = static_cast<int>(std::ceil((slice.kernel.space.radius + 1) / points.plane_distance));
+  points.margin += points.margin & 1; // even: local planes keep their parity
+  points.edge = lattice.bcc ? 16 : 8;
+  Int3 planes;
+  uint64_t slots = 1;
+  for (size_t a = 0; a < 3; ++a) {
+    planes[a] = lattice.last[a] + 1 + 2 * points.margin;
+    points.dims[a] = (planes[a] + points.edge - 1) / points.edge;
+    slots *= static_cast<uint64_t>(points.dims[a]);
+  }
+  const std::array<Fold, 3> fold{Fold(lattice, 0, points.margin, planes[0]),
+                                 Fold(lattice, 1, points.margin, planes[1]),
+                                 Fold(lattice, 2, points.margin, planes[2])};
+  const std::vector<uint16_t> sites = shuffled_sites(lattice.bcc, points.edge);
+
+  std::vector<BrickPoints> made(slots);
+  context.tasks.parallel_for(slots, [&](uint64_t slot) {
+    context.progress.check();
+    const auto nx = static_cast<uint64_t>(points.dims[0]), ny = static_cast<uint64_t>(points.dims[1]);
+    const int origin[3] = {static_cast<int>(slot % nx) * points.edge,
+                           static_cast<int>(slot / nx % ny) * points.edge,
+                           static_cast<int>(slot / (nx * ny)) * points.edge};
+    BrickPoints& out = made[slot];
+    SplatBrick& b = out.brick;
+    b.low.fill(255);
+    const BrickLayer* layer[2] = {&slice.coset[0], &slice.coset[lattice.bcc ? 1 : 0]};
+    for (const uint16_t s : sites) {
+      const int local[3] = {s & 15, s >> 4 & 15, s >> 8 & 15};
+      if (origin[0] + local[0] >= planes[0] || origin[1] + local[1] >= planes[1] ||
+          origin[2] + local[2] >= planes[2])
+        continue;
+      const auto site = [&](size_t a) { return fold[a].site[static_cast<size_t>(origin[a] + local[a])]; };
+      const float c = layer[lattice.bcc ? local[0] & 1 : 0]->value(site(0), site(1), site(2));
+      if (c == 0) continue;
+      out.position.push_back(s);
+      out.coefficient.push_back(c);
+      for (size_t a = 0; a < 3; ++a) {
+        b.low[a] = std::min(b.low[a], static_cast<uint8_t>(local[a]));
+        b.high[a] = std::max(b.high[a], static_cast<uint8_t>(local[a]));
+      }
+      b.coefficient[0] = std::min(b.coefficient[0], c);
+      b.coefficient[1] = std::max(b.coefficient[1], c);
+    }
+    b.count = static_cast<uint32_t>(out.position.size());
+    for (size_t a = 0; a < 3; ++a) b.plane[a] = origin[a] - points.margin;
+  });
+
+  uint64_t total = 0, kept = 0;
+  for (const BrickPoints& b : made) total += b.brick.count, kept += b.brick.count ? 1u : 0u;
+  if (total > UINT32_MAX)
+    fail(Code::limit_exceeded, "render: a slice of ", total, " points; at most 2^32 - 1 are drawn");
+  points.memory =
+      Reservation(context.memory, total * (sizeof(float) + sizeof(uint16_t)) + kept * sizeof(SplatBrick),
+                  "the points of a slice");
+  points.position.reserve(total);
+  points.coefficient.reserve(total);
+  points.bricks.reserve(kept);
+  for (size_t slot = 0; slot < made.size(); ++slot) {
+    BrickPoints& b = made[slot];
+    if (b.brick.count == 0) continue;
+    b.brick.first = static_cast<uint32_t>(points.position.size());
+    const auto nx = static_cast<size_t>(points.dims[0]), ny = static_cast<size_t>(points.dims[1]);
+    const int at[3] = {static_cast<int>(slot % nx), static_cast<int>(slot / nx % ny),
+                       static_cast<int>(slot / (nx * ny))};
+    for (int z = std::max(0, at[2] - 1); z <= std::min(points.dims[2] - 1, at[2] + 1); ++z)
+      for (int y = std::max(0, at[1] - 1); y <= std::min(points.dims[1] - 1, at[1] + 1); ++y)
+        for (int x = std::max(0, at[0] - 1); x <= std::min(points.dims[0] - 1, at[0] + 1); ++x) {
+          const SplatBrick& n =
+              made[(static_cast<size_t>(z) * ny + static_cast<size_t>(y)) * nx + static_cast<size_t>(x)]
+                  .brick;
+          b.brick.reach[0] = std::min(b.brick.reach[0], n.coefficient[0]);
+          b.brick.reach[1] = std::max(b.brick.reach[1], n.coefficient[1]);
+        }
+    points.position.insert(points.position.end(), b.position.begin(), b.position.end());
+    points.coefficient.insert(points.coefficient.end(), b.coefficient.begin(), b.coefficient.end());
+    points.bricks.push_back(b.brick);
+    b.position = {}, b.coefficient = {};
+  }
+  return points;
+}
+
+} // namespace bccsplat

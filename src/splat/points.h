@@ -1,0 +1,46 @@
+// The points of a slice as the splatter reads them: bricks of compact points, mirror images included.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/context.h"
+#include "slice/slice.h"
+
+namespace bccsplat {
+
+// A cube of planes of the lattice, both cosets together: 16^3 planes of BCC (up to 1024 points, 11.3 T wide),
+// 8^3 of CC.
+struct SplatBrick {
+  Int3 plane{};                         // plane numbers of the local origin
+  uint32_t first = 0, count = 0;        // its points
+  std::array<uint8_t, 3> low{}, high{}; // local planes its points stand on, inclusive
+  float coefficient[2] = {0, 0};        // smallest and largest of its points, and 0
+  float reach[2] = {0, 0};              // the same over its 27-neighbourhood
+};
+
+struct SplatPoints {
+  double plane_distance = 0;      // lattice units between planes
+  int margin = 0;                 // planes of mirror images beyond the domain
+  int edge = 0;                   // planes per brick
+  Int3 dims{};                    // bricks
+  std::vector<SplatBrick> bricks; // those that hold points, x fastest
+  std::vector<uint16_t> position; // local planes x | y << 4 | z << 8
+  std::vector<float> coefficient; // relative to air
+  Reservation memory;
+
+  // Lattice position of a point.
+  [[nodiscard]] Vec3 at(const SplatBrick& b, uint32_t n) const {
+    const uint16_t p = position[n];
+    return {plane_distance * (b.plane[0] + (p & 15)), plane_distance * (b.plane[1] + (p >> 4 & 15)),
+            plane_distance * (b.plane[2] + (p >> 8 & 15))};
+  }
+};
+
+// Points within a kernel radius and one T of the domain's box, in an order that depends on the lattice only:
+// bricks x fastest, points of a brick in a fixed shuffle (neighbours in the list then fall on different
+// sheets and pixels, and updates of the same accumulator do not follow each other).
+[[nodiscard]] SplatPoints make_points(const Slice& slice, const Context& context);
+
+} // namespace bccsplat

@@ -1,0 +1,109 @@
+// The plain form of sheet.h.
+#include "splat/sheet.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bccsplat {
+namespace {
+
+// The part of the slab [k - front, k + 1/2] inside the domain.
+float slab_weight(const SheetArgs& s, size_t p) {
+  const float w = std::min(s.k + 0.5f, s.pixel.leave[p]) - std::max(s.k - s.front, s.pixel.enter[p]);
+  return std::max(w, 0.0f);
+}
+
+Vec3 world_gradient(const SheetArgs& s, int x, int y) {
+  const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x;
+  float gi, gj, gk;
+  if (s.central) {
+    gi = 0.5f * (s.value[at + 1] - s.value[at - 1]);
+    gj = 0.5f * (s.value[at + s.plane_pitch] - s.value[at - s.plane_pitch]);
+    const float slant_x = s.basis.slant_x + static_cast<float>(s.x + x) * s.basis.slant_per_x;
+    const float slant_y = s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y;
+    gk = s.depth_scale * (s.after[at] - s.before[at]) - slant_x * gi - slant_y * gj;
+  } else {
+    gi = s.sum_i[at], gj = s.sum_j[at], gk = s.sum_k[at];
+  }
+  Vec3 g;
+  for (size_t a = 0; a < 3; ++a)
+    g[a] = static_cast<double>(gi * s.basis.x[a] + (gj * s.basis.y[a] + gk * s.basis.z[a]));
+  return g;
+}
+
+int composite(const SheetArgs& s) {
+  int closed = 0;
+  for (int y = 0; y < s.height; ++y)
+    for (int x = 0; x < s.width; ++x) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+      float& alpha = s.pixel.alpha[p];
+      if (alpha >= s.stop || (s.hole && s.hole[p])) continue;
+      const float value = s.air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      const auto& [red, green, blue, extinction] = s.table->entry[static_cast<size_t>(s.table->index(value))];
+      const float a = absorbed(extinction * slab_weight(s, p) * s.pixel.path[p]);
+      if (!(a > 0)) continue;
+      const float f = (1 - alpha) * a;
+      Shading lit{{1, 1, 1}, {}};
+      if (s.shading)
+        lit = shade(*s.lights, world_gradient(s, x, y),
+                    {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
+                     static_cast<double>(s.pixel.view_z[p])});
+      s.pixel.red[p] += f * (red * static_cast<float>(lit.scale[0]) + static_cast<float>(lit.highlight[0]));
+      s.pixel.green[p] +=
+          f * (green * static_cast<float>(lit.scale[1]) + static_cast<float>(lit.highlight[1]));
+      s.pixel.blue[p] += f * (blue * static_cast<float>(lit.scale[2]) + static_cast<float>(lit.highlight[2]));
+      const float before = alpha;
+      alpha += f;
+      if (before < 0.5f && alpha >= 0.5f) {
+        // The transmittance falls exponentially through the part of the slab inside the domain.
+        const float begin = std::max(s.k - s.front, s.pixel.enter[p]);
+        const float part =
+            alpha < 1 ? std::log(0.5f / (1 - before)) / std::log((1 - alpha) / (1 - before)) : 0.0f;
+        s.pixel.depth[p] = begin + part * slab_weight(s, p);
+      }
+      if (s.pixel.value) s.pixel.value[p] += f * value;
+      if (s.pixel.time)
+        s.pixel.time[p] += f * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
+                                s.time[2] * static_cast<float>(s.y + y));
+      if (alpha >= s.stop) ++closed;
+    }
+  return closed;
+}
+
+void integrate(const SheetArgs& s) {
+  for (int y = 0; y < s.height; ++y)
+    for (int x = 0; x < s.width; ++x) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+      if (s.hole && s.hole[p]) continue;
+      const float part =
+          s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x] * slab_weight(s, p) * s.pixel.path[p];
+      s.pixel.red[p] += part;
+      if (!s.pixel.time) continue;
+      s.pixel.alpha[p] += std::fabs(part);
+      s.pixel.time[p] += std::fabs(part) * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
+                                            s.time[2] * static_cast<float>(s.y + y));
+    }
+}
+
+void maximum(const SheetArgs& s) {
+  for (int y = 0; y < s.height; ++y)
+    for (int x = 0; x < s.width; ++x) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+      if ((s.hole && s.hole[p]) || !(slab_weight(s, p) > 0)) continue;
+      const float value = s.air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      if (!(value > s.pixel.red[p])) continue;
+      s.pixel.red[p] = value;
+      s.pixel.depth[p] = s.k;
+    }
+}
+
+} // namespace
+
+float absorbed(float x) { return -std::expm1(-x); }
+
+const SheetKernels& scalar_sheet_kernels() {
+  static constexpr SheetKernels kernels{composite, integrate, maximum};
+  return kernels;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,69 @@
+// What happens to a finished sheet of a tile: classify, shade, composite; or integrate, or keep the maximum.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "splat/class_table.h"
+#include "splat/light.h"
+
+namespace bccsplat {
+
+// Planes of the pixels of a tile, `pitch` floats per row.
+struct PixelPlanes {
+  // So far: premultiplied colour and opacity; depth in sheet steps where the opacity passed 1/2; sums
+  // weighted by opacity.
+  float *red = nullptr, *green = nullptr, *blue = nullptr, *alpha = nullptr;
+  float *depth = nullptr, *value = nullptr, *time = nullptr; // value, time: null when not asked for
+  // The ray: sheet numbers where it enters and leaves the domain, world length per sheet step, direction to
+  // the viewer.
+  const float *enter = nullptr, *leave = nullptr, *path = nullptr;
+  const float *view_x = nullptr, *view_y = nullptr, *view_z = nullptr;
+};
+
+// World gradient from the sums of a sample: analytic: di, dj, dk; central: the differences of the field per
+// pixel and per sheet, of which the part of the ray within the sheet, slant pixels per sheet, is taken off
+// the last.
+struct GradientBasis {
+  std::array<float, 3> x{}, y{}, z{};
+  float slant_x = 0, slant_y = 0;         // at pixel (0, 0) of the picture
+  float slant_per_x = 0, slant_per_y = 0; // more per pixel (perspective)
+};
+
+struct SheetArgs {
+  float k = 0; // sheet number
+  float front =
+      0.5f;         // the slab begins this much before k; the first sheet in front of an eye reaches up to it
+  int x = 0, y = 0; // of the tile in the picture
+  int width = 0, height = 0, pitch = 0;
+  const float* value =
+      nullptr; // relative to air; points at the tile's first pixel inside a plane with a border
+  const float* before = nullptr; // central differences: the sheets k - 1 and k + 1
+  const float* after = nullptr;
+  float depth_scale = 0.5f; // central differences: 1 / (sheets between `before` and `after`)
+  const float *sum_i = nullptr, *sum_j = nullptr, *sum_k = nullptr; // analytic
+  int plane_pitch = 0;
+  bool central = false, shading = false;
+  float air = 0, stop = 1;
+  const ClassTable* table = nullptr;
+  const Lights* lights = nullptr;
+  GradientBasis basis;
+  const uint8_t* hole = nullptr; // per pixel, `pitch` per row; null: none
+  std::array<float, 4> time{};   // frame index at (i, j): [0] + [1] i + [2] j
+  PixelPlanes pixel;
+};
+
+struct SheetKernels {
+  // Returns the number of pixels that closed.
+  int (*composite)(const SheetArgs&);
+  void (*integrate)(
+      const SheetArgs&); // mode xray: into pixel.red (integral) and pixel.time (weighted by |value - air|)
+  void (*maximum)(const SheetArgs&); // into pixel.red (largest value so far) and pixel.depth (its sheet)
+};
+
+[[nodiscard]] const SheetKernels& scalar_sheet_kernels();
+
+// 1 - exp(-x), x >= 0.
+[[nodiscard]] float absorbed(float x);
+
+} // namespace bccsplat

@@ -1,0 +1,51 @@
+#include "splat/splat.h"
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "splat/tile.h"
+
+namespace bccsplat {
+
+SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
+                 const std::function<void(const TilePixels&)>& emit) {
+  SplatStats stats;
+  const SplatPlan plan = make_plan(scene, options, context.tasks.threads(), stats);
+  const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space);
+  const TileJob job{&scene, &options, &plan, &kernel, &context};
+
+  std::mutex mutex;
+  std::vector<std::unique_ptr<TileMemory>> idle;
+  uint64_t done = 0;
+  context.tasks.parallel_for(plan.tiles.size(), [&](uint64_t n) {
+    std::unique_ptr<TileMemory> memory;
+    {
+      const std::scoped_lock lock(mutex);
+      if (!idle.empty()) {
+        memory = std::move(idle.back());
+        idle.pop_back();
+      }
+    }
+    if (!memory) memory = std::make_unique<TileMemory>();
+    SplatStats mine;
+    emit(draw_tile(job, plan.tiles[n], *memory, mine));
+    double fraction;
+    {
+      const std::scoped_lock lock(mutex);
+      idle.push_back(std::move(memory));
+      stats.ms_transform += mine.ms_transform;
+      stats.ms_splat += mine.ms_splat;
+      stats.ms_shade += mine.ms_shade;
+      stats.points_splatted += mine.points_splatted;
+      stats.points_occluded += mine.points_occluded;
+      stats.sheets_skipped += mine.sheets_skipped;
+      stats.contributions += mine.contributions;
+      fraction = static_cast<double>(++done) / static_cast<double>(plan.tiles.size());
+    }
+    context.progress.report(fraction);
+  });
+  return stats;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,71 @@
+// Image-aligned sheet-buffer splatting: the points of a slice, drawn tile by tile, front to back.
+//
+// Per tile a ring of live sheets gathers the kernels of the points; a sheet that no later point can reach is
+// classified, shaded and composited. Every pixel closes by itself, every sample adds its points in one order
+// (slab, brick, place in the brick) and positions come from tile-independent integers and fractions: the
+// picture does not depend on tile size or threads, bit for bit. Sources: Westover 1990; Mueller, Shareef,
+// Huang, Crawfis 1999 (sheets, post-classification); Neophytou & Mueller 2002.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "base/context.h"
+#include "slice/slice.h"
+#include "splat/class_table.h"
+#include "splat/light.h"
+#include "splat/points.h"
+#include "splat/view.h"
+
+namespace bccsplat {
+
+enum class RenderMode : uint8_t { composite = 1, isosurface = 2, xray = 3, maximum = 4 };
+enum class GradientMethod : uint8_t { analytic, central };
+
+enum SkipBits : uint32_t { // of SplatOptions::disable_skips
+  skip_transfer_function = 1,
+  skip_frustum = 2,
+  skip_occlusion = 4,
+  skip_empty_sheets = 8,
+};
+
+struct SplatOptions {
+  RenderMode mode = RenderMode::composite;
+  bool shading = true;
+  GradientMethod gradient = GradientMethod::analytic;
+  double iso_value = 0;
+  double opacity_stop = 0.995; // a pixel this opaque is finished; 1: never
+  uint32_t disable_skips = 0;
+  int tile_size = 0; // pixels; 0: chosen
+  bool with_value = false, with_time = false;
+};
+
+struct SplatScene {
+  const Slice* slice = nullptr;
+  const SplatPoints* points = nullptr;
+  const SheetView* view = nullptr;
+  const ClassTable* table = nullptr;
+  const Lights* lights = nullptr;
+};
+
+// A finished tile: planes of `pitch` floats per row. depth is in sheet steps (infinity: nothing), value and
+// time are NaN where nothing is.
+struct TilePixels {
+  int x = 0, y = 0, width = 0, height = 0, pitch = 0;
+  const float *red = nullptr, *green = nullptr, *blue = nullptr, *alpha = nullptr;
+  const float *depth = nullptr, *value = nullptr, *time = nullptr;
+};
+
+struct SplatStats {
+  double ms_transform = 0, ms_splat = 0, ms_shade = 0; // summed over threads
+  uint64_t points_after_cull = 0, points_splatted = 0, points_occluded = 0;
+  uint64_t bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
+  uint64_t tiles = 0, sheets = 0;
+  uint64_t contributions = 0; // window samples (pixels x sheets) the splat loop went through
+};
+
+// `emit` is called once per tile, from any thread.
+SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
+                 const std::function<void(const TilePixels&)>& emit);
+
+} // namespace bccsplat

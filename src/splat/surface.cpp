@@ -1,0 +1,78 @@
+#include "splat/surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "slice/footprint.h"
+
+namespace bccsplat {
+
+void field_at(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
+              std::span<Vec3> gradients) {
+  if (!slice.lattice.bcc) {
+    for (size_t n = 0; n < points.size(); ++n)
+      values[n] = static_cast<float>(evaluate_reference(slice, points[n], &gradients[n]) -
+                                     static_cast<double>(slice.air));
+    return;
+  }
+  const std::array<FieldLayer, 2> layers{FieldLayer{&slice.coset[0]}, FieldLayer{&slice.coset[1]}};
+  const FieldLayers field{layers, &slice.kernel};
+  constexpr size_t block = 64;
+  std::array<Vec4, block> p;
+  std::array<std::array<float, 4>, block> slope;
+  for (size_t from = 0; from < points.size(); from += block) {
+    const size_t count = std::min(block, points.size() - from);
+    for (size_t n = 0; n < count; ++n)
+      p[n] = {points[from + n][0], points[from + n][1], points[from + n][2], 0};
+    sum_footprints(field, std::span(p).first(count), values.data() + from, slope.data());
+    for (size_t n = 0; n < count; ++n)
+      for (size_t a = 0; a < 3; ++a) gradients[from + n][a] = static_cast<double>(slope[n][a]);
+  }
+}
+
+std::vector<SurfacePoint> refine_crossings(const Slice& slice, const SheetView& view, double iso,
+                                           std::span<const Crossing> crossings) {
+  const double target = iso - static_cast<double>(slice.air);
+  std::vector<SurfacePoint> hits(crossings.size());
+  std::vector<Crossing> bracket(crossings.begin(), crossings.end());
+  std::vector<Vec3> p(hits.size()), gradient(hits.size());
+  std::vector<float> value(hits.size());
+  for (size_t n = 0; n < hits.size(); ++n) {
+    const Crossing& c = bracket[n];
+    hits[n].k = c.low + (c.high - c.low) * (target - c.value_low) / (c.value_high - c.value_low);
+  }
+  // Newton's method along the ray, kept inside the bracket.
+  constexpr int steps = 3;
+  for (int step = 0; step < steps; ++step) {
+    for (size_t n = 0; n < hits.size(); ++n) p[n] = view.sample(bracket[n].i, bracket[n].j, hits[n].k);
+    field_at(slice, p, value, gradient);
+    for (size_t n = 0; n < hits.size(); ++n) {
+      Crossing& c = bracket[n];
+      const double f = static_cast<double>(value[n]);
+      (f < target) == (c.value_low < target) ? c.low = hits[n].k : c.high = hits[n].k;
+      const double slope = dot(gradient[n], view.ray(c.i, c.j));
+      const double next = hits[n].k + (target - f) / slope;
+      hits[n].k = next > c.low && next < c.high ? next : 0.5 * (c.low + c.high);
+    }
+  }
+  const Affine3 to_lattice = view.lattice_to_world.inverse();
+  for (size_t n = 0; n < hits.size(); ++n) {
+    hits[n].position = view.sample(bracket[n].i, bracket[n].j, hits[n].k);
+    hits[n].gradient = to_lattice.transposed(gradient[n]);
+  }
+  return hits;
+}
+
+TimeField::TimeField(const Slice& slice) {
+  const bool time_slice = slice.hyperplane[0] == 0 && slice.hyperplane[1] == 0 && slice.hyperplane[2] == 0;
+  if (time_slice) {
+    offset = slice.frame;
+    return;
+  }
+  const Vec3 per_uvw{slice.basis[0][3], slice.basis[1][3], slice.basis[2][3]};
+  gradient = slice.lattice_to_slice.transposed(per_uvw);
+  offset = slice.origin[3] + dot(per_uvw, slice.lattice_to_slice.offset);
+}
+
+} // namespace bccsplat

@@ -1,0 +1,20 @@
+// One tile, front to back.
+#pragma once
+
+#include "splat/plan.h"
+#include "splat/tile_memory.h"
+
+namespace bccsplat {
+
+struct TileJob {
+  const SplatScene* scene = nullptr;
+  const SplatOptions* options = nullptr;
+  const SplatPlan* plan = nullptr;
+  const KernelPolynomial* kernel = nullptr;
+  const Context* context = nullptr;
+};
+
+// Draws a tile; the pixels stay in `memory`.
+TilePixels draw_tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, SplatStats& stats);
+
+} // namespace bccsplat

@@ -1,0 +1,57 @@
+// What a tile works in; kept from tile to tile.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "splat/aligned.h"
+#include "splat/kernels.h"
+#include "splat/plan.h"
+
+namespace bccsplat {
+
+// Spare floats before the first pixel of a plane: vectors may look one pixel to the left.
+inline constexpr int plane_margin = 16;
+
+struct TileMemory {
+  // Sizes of the tile at hand, with its border.
+  int width = 0, height = 0; // pixels of the ring
+  int ring_pitch = 0;        // pixels
+  size_t group_floats = 0;
+  int plane_pitch = 0; // floats
+
+  std::array<AlignedArray<float>, 4> ring;
+  std::array<std::array<AlignedArray<float>, 4>, 4> plane; // [sheet & 3][value, di, dj, dk]
+  AlignedArray<float> zero_plane;
+
+  // Pixels of the tile without its border, planes of pixel_pitch floats per row.
+  int pixel_pitch = 0;
+  AlignedArray<float> pixels;
+  static constexpr size_t pixel_planes = 13;
+  AlignedArray<uint8_t> hole;
+
+  struct Bin {
+    AlignedArray<SplatRecord> record;
+    size_t count = 0;
+  };
+  std::vector<Bin> bins; // slab modulo the number of bins, a power of two
+  std::vector<SplatRecord> moved;
+  std::vector<int32_t> moved_slab;
+
+  // Sizes everything for a tile and clears the ring, the pixels and the bins.
+  void prepare(const SplatPlan& plan, int tile_width, int tile_height, bool gradients, size_t largest_brick);
+
+  [[nodiscard]] float* ring_origin(size_t quantity) const {
+    return ring[quantity].data() ? ring[quantity].data() + 16 : nullptr; // 4 spare pixels on the left
+  }
+  // First pixel of the tile with its border.
+  [[nodiscard]] float* plane_origin(int64_t sheet, size_t quantity) const {
+    return plane[static_cast<size_t>(sheet & 3)][quantity].data() + plane_margin;
+  }
+  [[nodiscard]] float* pixel_plane(size_t n, int tile_height) const {
+    return pixels.data() + n * static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
+  }
+};
+
+} // namespace bccsplat
