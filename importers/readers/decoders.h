@@ -1,0 +1,24 @@
+// Streams of decoded bytes: gzip and zlib, zlib blocks in memory, numbers as text.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "readers/byte_stream.h"
+
+namespace bcc4 {
+
+// gzip members (one or more) or a zlib stream from `offset` to the end of the file. Damage is an error with
+// its offset.
+[[nodiscard]] std::unique_ptr<ByteStream> open_gzip(std::unique_ptr<InputFile> file, uint64_t offset);
+// Numbers separated by white space or commas.
+[[nodiscard]] std::unique_ptr<ByteStream> open_ascii(std::unique_ptr<InputFile> file, uint64_t offset,
+                                                     Type type);
+
+// One zlib stream of exactly out.size() bytes; false when it is damaged or of another size.
+[[nodiscard]] bool inflate_block(std::span<const std::byte> compressed, std::span<std::byte> out);
+// `text` as a number of `type` at `to`; false when it is none or does not fit.
+[[nodiscard]] bool parse_value(std::string_view text, Type type, std::byte* to);
+
+} // namespace bcc4

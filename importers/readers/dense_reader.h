@@ -1,0 +1,27 @@
+// The reader of every format that is one dense array (raw, NRRD, NIfTI ...): a description and the array.
+#pragma once
+
+#include <utility>
+
+#include "readers/dense_series.h"
+
+namespace bcc4 {
+
+class DenseReader : public FrameReader {
+ public:
+  // `components[c]` is the index along the component axis of channel c.
+  DenseReader(SeriesDescription description, DenseSeries series, std::vector<uint64_t> components = {0})
+      : description_(std::move(description)), series_(std::move(series)), components_(std::move(components)) {
+    for (Channel& channel : description_.channels) channel.type = series_.frame_type();
+  }
+  const SeriesDescription& description() const override { return description_; }
+  Frame read(uint64_t frame, size_t channel) override { return series_.read(frame, components_[channel]); }
+  std::string frame_name(uint64_t frame) const override { return series_.path_of(frame); }
+
+ private:
+  SeriesDescription description_;
+  DenseSeries series_;
+  std::vector<uint64_t> components_;
+};
+
+} // namespace bcc4

@@ -1,0 +1,165 @@
+#include "readers/dense_series.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "readers/error.h"
+
+namespace bcc4 {
+namespace {
+
+const char* role_name(AxisRole role) {
+  static constexpr const char* names[] = {"x", "y", "z", "t", "component"};
+  return names[static_cast<size_t>(role)];
+}
+
+Type converted_type(const DenseLayout& l) {
+  const bool scaled = l.slope != 1 || l.intercept != 0;
+  if (l.type == Type::i64 || l.type == Type::u64) return Type::f64;
+  if (!scaled && !l.fill && !l.valid) return l.type;
+  if (is_float(l.type) && !scaled) return l.type == Type::f16 ? Type::f32 : l.type;
+  return type_size(l.type) < 4 || l.type == Type::f32 ? Type::f32 : Type::f64;
+}
+
+} // namespace
+
+uint64_t DenseLayout::size_of(AxisRole role) const {
+  for (const FileAxis& axis : axes)
+    if (axis.role == role) return axis.size;
+  return 1;
+}
+
+uint64_t layout_bytes(const DenseLayout& layout, const std::string& path) {
+  uint64_t bytes = type_size(layout.type);
+  for (const FileAxis& axis : layout.axes) {
+    if (axis.size == 0) fail_input(path, ": axis ", role_name(axis.role), " has no samples");
+    if (axis.size > INT32_MAX || bytes > UINT64_MAX / 4 / axis.size)
+      fail_input(path, ": axis ", role_name(axis.role), " has ", axis.size, " samples: too many");
+    bytes *= axis.size;
+  }
+  return bytes;
+}
+
+std::string layout_text(const DenseLayout& layout) {
+  std::string text;
+  for (size_t i = 0; i < layout.axes.size(); ++i)
+    text += concat(i > 0 ? ", " : "", role_name(layout.axes[i].role), " ", layout.axes[i].size,
+                   i == 0 ? " (fastest)" : "");
+  return text;
+}
+
+std::vector<FileAxis> axes_from_letters(const std::string& letters, const std::array<uint64_t, 4>& sizes) {
+  std::vector<FileAxis> axes;
+  const std::string known = "xyzt";
+  for (const char letter : letters) {
+    const size_t a = known.find(letter);
+    if (a == std::string::npos || letters.find(letter) != letters.rfind(letter) ||
+        (letters.size() != 3 && letters.size() != 4))
+      fail_usage("--axes ", letters,
+                 ": write each of x, y, z and t once, fastest first, such as xyzt or zyxt");
+    axes.push_back({static_cast<AxisRole>(a), sizes[a]});
+  }
+  for (size_t a = 0; a < 3; ++a)
+    if (letters.find(known[a]) == std::string::npos)
+      fail_usage("--axes ", letters, ": ", known[a], " is missing");
+  return axes;
+}
+
+DenseSeries::DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint64_t memory_limit)
+    : bytes_(std::move(segments)), layout_(std::move(layout)), frame_type_(converted_type(layout_)) {
+  bool slower = false;
+  inner_ = type_size(layout_.type);
+  for (const FileAxis& axis : layout_.axes) {
+    if (axis.role == AxisRole::t)
+      slower = true;
+    else
+      (slower ? outer_ : inner_) *= axis.size;
+  }
+  const uint64_t frame = inner_ * outer_;
+  const uint64_t held =
+      frame / type_size(layout_.type) * std::max(type_size(layout_.type), type_size(frame_type_));
+  if (held > memory_limit)
+    fail(Exit::no_resources, bytes_.path_at(0), ": one frame takes ", byte_text(static_cast<double>(held)),
+         ", more than the ", byte_text(static_cast<double>(memory_limit)), " allowed: raise --max-mem");
+  if (outer_ > 1) batch_ = std::clamp<uint64_t>(memory_limit / 2 / held, 1, layout_.size_of(AxisRole::t));
+}
+
+const std::string& DenseSeries::path_of(uint64_t t) const {
+  return bytes_.path_at(outer_ > 1 ? 0 : t * inner_);
+}
+
+void DenseSeries::fetch(uint64_t t) {
+  const uint64_t frames = layout_.size_of(AxisRole::t);
+  held_.clear();
+  first_ = outer_ > 1 ? t / batch_ * batch_ : t;
+  const uint64_t count = std::min(batch_, frames - first_);
+  std::vector<std::shared_ptr<Bytes>> raw(count);
+  for (auto& bytes : raw) bytes = std::make_shared<Bytes>(inner_ * outer_);
+  if (outer_ == 1) {
+    bytes_.read(t * inner_, *raw[0]);
+  } else { // whole rows of time at a time; the frames wanted are cut out
+    const uint64_t row = inner_ * frames;
+    const uint64_t rows = std::clamp<uint64_t>((uint64_t{1} << 22) / row, 1, outer_);
+    Bytes chunk;
+    for (uint64_t o = 0; o < outer_; o += rows) {
+      const uint64_t n = std::min(rows, outer_ - o);
+      chunk.resize(n * row);
+      bytes_.read(o * row, chunk);
+      for (uint64_t f = 0; f < count; ++f)
+        for (uint64_t k = 0; k < n; ++k)
+          std::memcpy(raw[f]->data() + (o + k) * inner_, chunk.data() + k * row + (first_ + f) * inner_,
+                      inner_);
+    }
+  }
+  for (auto& bytes : raw) {
+    if (layout_.swap) swap_bytes(*bytes, type_size(layout_.type));
+    convert(*bytes);
+    held_.push_back(std::move(bytes));
+  }
+}
+
+void DenseSeries::convert(Bytes& bytes) const {
+  if (frame_type_ == layout_.type && !layout_.fill && !layout_.valid) return;
+  const size_t count = bytes.size() / type_size(layout_.type);
+  Bytes out(count * type_size(frame_type_));
+  visit_type(layout_.type, [&](auto zero) {
+    const auto value = [&](size_t i) {
+      const double stored = load_as<decltype(zero)>(bytes.data() + i * sizeof zero);
+      if ((layout_.fill && stored == *layout_.fill) ||
+          (layout_.valid && (stored < (*layout_.valid)[0] || stored > (*layout_.valid)[1])))
+        return std::numeric_limits<double>::quiet_NaN();
+      return layout_.slope * stored + layout_.intercept;
+    };
+    if (frame_type_ == Type::f32)
+      for (size_t i = 0; i < count; ++i) store_as<float>(value(i), out.data() + i * 4);
+    else
+      for (size_t i = 0; i < count; ++i) store_as<double>(value(i), out.data() + i * 8);
+  });
+  bytes.swap(out);
+}
+
+Frame DenseSeries::read(uint64_t t, uint64_t component) {
+  if (held_.empty() || t < first_ || t >= first_ + held_.size()) fetch(t);
+  const std::shared_ptr<const Bytes>& bytes = held_[t - first_];
+  Frame frame;
+  Box box{.type = frame_type_, .data = bytes->data(), .dims = {1, 1, 1}};
+  auto stride = static_cast<int64_t>(type_size(frame_type_));
+  box.stride_bytes = {stride, stride, stride};
+  for (const FileAxis& axis : layout_.axes) {
+    if (axis.role == AxisRole::t) continue;
+    if (axis.role == AxisRole::component) {
+      box.data += static_cast<int64_t>(component) * stride;
+    } else {
+      box.dims[static_cast<size_t>(axis.role)] = static_cast<int64_t>(axis.size);
+      box.stride_bytes[static_cast<size_t>(axis.role)] = stride;
+    }
+    stride *= static_cast<int64_t>(axis.size);
+  }
+  frame.boxes.push_back(box);
+  frame.storage.push_back(bytes);
+  return frame;
+}
+
+} // namespace bcc4

@@ -1,0 +1,68 @@
+// Frames out of one big array of bytes, whatever the order of its axes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "readers/byte_stream.h"
+#include "readers/frame_reader.h"
+#include "readers/reader_options.h"
+
+namespace bcc4 {
+
+enum class AxisRole : uint8_t { x, y, z, t, component };
+
+struct FileAxis {
+  AxisRole role;
+  uint64_t size;
+};
+
+struct DenseLayout {
+  Type type = Type::f32;
+  bool swap = false;                          // the bytes are not in native order
+  std::vector<FileAxis> axes;                 // fastest first; each role at most once
+  double slope = 1, intercept = 0;            // value = slope * stored + intercept
+  std::optional<double> fill;                 // stored value that means "no data"
+  std::optional<std::array<double, 2>> valid; // stored values outside mean "no data"
+
+  [[nodiscard]] uint64_t size_of(AxisRole role) const;
+};
+
+// Product of the axes' sizes and the type's size in bytes; throws when an axis is empty or the product
+// overflows.
+[[nodiscard]] uint64_t layout_bytes(const DenseLayout& layout, const std::string& path);
+// "x 64 (fastest), y 64, z 64, t 99 (slowest)".
+[[nodiscard]] std::string layout_text(const DenseLayout& layout);
+// Axes from letters such as "zyxt" or "xyz" with sizes by letter; throws for other letters or a letter twice.
+[[nodiscard]] std::vector<FileAxis> axes_from_letters(const std::string& letters,
+                                                      const std::array<uint64_t, 4>& sizes);
+
+// Where time is not the slowest axis, frames are collected in passes over the array: as many per pass as fit
+// in half of the memory limit, so memory does not grow with the number of frames.
+class DenseSeries {
+ public:
+  DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint64_t memory_limit);
+
+  // Types of the frames handed out: the source's, or a float type where values are converted.
+  [[nodiscard]] Type frame_type() const { return frame_type_; }
+  [[nodiscard]] Frame read(uint64_t t, uint64_t component);
+  [[nodiscard]] const std::string& path_of(uint64_t t) const;
+
+ private:
+  void fetch(uint64_t t);
+  void convert(Bytes& bytes) const;
+
+  SegmentedBytes bytes_;
+  DenseLayout layout_;
+  Type frame_type_;
+  uint64_t inner_ = 1;                             // bytes of the axes faster than t
+  uint64_t outer_ = 1;                             // product of the axes slower than t
+  uint64_t batch_ = 1;                             // frames held
+  uint64_t first_ = 0;                             // frame number of held_[0]
+  std::vector<std::shared_ptr<const Bytes>> held_; // all components of a frame, converted
+};
+
+} // namespace bcc4

@@ -1,0 +1,39 @@
+// Which frames of a source become which frames of the series: selection, gaps, times.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "readers/frame_reader.h"
+#include "readers/reader_options.h"
+#include "readers/sequence.h"
+
+namespace bcc4 {
+
+// Frame (1 - weight) * a + weight * b of the source.
+struct PlannedFrame {
+  uint64_t a = 0, b = 0;
+  double weight = 0;
+  int64_t number = 0; // as the user counts
+};
+
+struct FramePlan {
+  std::vector<PlannedFrame> frames;
+  std::vector<std::string> gaps; // in words
+  int64_t stride = 1;            // numbers of neighbouring frames of the source are this far apart
+};
+
+// One source frame per file. Throws for a gap under GapPolicy::error, naming the missing numbers.
+[[nodiscard]] FramePlan plan_files(const Sequence& sequence, GapPolicy gaps);
+// Frames 0 .. count-1 of one source.
+[[nodiscard]] FramePlan plan_selection(uint64_t count, const FrameSelection& selection,
+                                       const std::string& path);
+
+// The series as planned. A source whose description has no times gets dt * number, the user's times, or the
+// frame index; the times rise strictly or it throws. --spacing replaces the affine.
+[[nodiscard]] std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source, FramePlan plan,
+                                                          const ReaderOptions& options);
+
+} // namespace bcc4

@@ -1,0 +1,96 @@
+// What every reader of a series gives: a description, then its frames one by one.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "readers/value_type.h"
+
+namespace bcc4 {
+
+using Bytes = std::vector<std::byte>;
+
+// A dense box of a frame. Sample (i, j, k) of the box stands at data + i sx + j sy + k sz bytes; native byte
+// order.
+struct Box {
+  Type type = Type::f32;
+  const std::byte* data = nullptr;
+  std::array<int64_t, 3> begin{};
+  std::array<int64_t, 3> dims{};
+  std::array<int64_t, 3> stride_bytes{};
+};
+
+// Boxes do not overlap; what none covers is air. `storage` keeps their bytes alive.
+struct Frame {
+  std::vector<Box> boxes;
+  std::vector<std::shared_ptr<const Bytes>> storage;
+};
+
+struct Channel {
+  std::string name = "value";
+  std::string unit{};
+  Type type = Type::f32;      // of the boxes
+  Type precision = Type::f32; // of the source: a float grid saved as halves holds f16
+  double air = 0;             // the value of what no box covers
+  bool has_fill = false;      // the source has a "no data" value; the reader turned it into NaN
+};
+
+struct SeriesTimes {
+  std::vector<double> values{}; // one per frame, rising strictly
+  std::string unit{};           // "" when unknown
+  std::string origin{};         // where they came from, for the report
+};
+
+struct SourceFile {
+  std::string path;
+  uint64_t bytes = 0;
+};
+
+// Affines are row-major 4x4, index space -> world; (x, y, z) is fastest to slowest unless the reader says
+// otherwise.
+struct SeriesDescription {
+  std::string format;
+  std::array<uint64_t, 4> dims{1, 1, 1, 1};
+  std::array<double, 16> affine{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  std::string affine_origin;
+  std::string spatial_unit;
+  std::string axes; // how the axes of the file were read
+  SeriesTimes times;
+  std::vector<Channel> channels;
+  std::vector<SourceFile> files;
+  std::vector<int64_t> frame_numbers; // as the user counts them: from file names, or 0, 1, 2 ...
+  std::vector<std::string> gaps;      // what was missing and what stands in its place
+  std::vector<std::string> notes;     // what a careful user wants to know
+  std::vector<std::string> warnings;  // what is probably wrong
+  std::vector<std::pair<std::string, std::string>> attributes; // free text to keep
+  bool sparse = false;
+};
+
+// Frames are cheapest in rising order, all channels of a frame one after the other. Not for concurrent use.
+class FrameReader {
+ public:
+  virtual ~FrameReader() = default;
+  [[nodiscard]] virtual const SeriesDescription& description() const = 0;
+  [[nodiscard]] virtual Frame read(uint64_t frame, size_t channel) = 0;
+  // The file a frame comes from, for error texts.
+  [[nodiscard]] virtual std::string frame_name(uint64_t frame) const = 0;
+};
+
+// Bytes of one frame of one channel when dense.
+[[nodiscard]] inline uint64_t frame_bytes(const SeriesDescription& d, size_t channel) {
+  return d.dims[0] * d.dims[1] * d.dims[2] * type_size(d.channels[channel].precision);
+}
+
+// The plane z of a frame as doubles, x fastest: nx * ny values, `air` where no box is.
+void gather_plane(const Frame& frame, const std::array<uint64_t, 4>& dims, uint64_t z, double air,
+                  double* plane);
+
+// One dense box over `bytes`, which holds product(dims) values, x fastest.
+[[nodiscard]] Frame dense_frame(Type type, std::shared_ptr<const Bytes> bytes,
+                                const std::array<uint64_t, 4>& dims);
+
+} // namespace bcc4

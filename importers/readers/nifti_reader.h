@@ -1,0 +1,19 @@
+// NIfTI-1 and NIfTI-2 images in one file (.nii, .nii.gz), 3D or 4D. Format: nifti1.h and nifti2.h of the
+// NIfTI DFWG.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "readers/frame_reader.h"
+#include "readers/reader_options.h"
+
+namespace bcc4 {
+
+// Do the (unpacked) first 352 bytes of a file look like one?
+[[nodiscard]] bool is_nifti(std::string_view start);
+
+// The fourth axis is time unless xyzt_units say hertz, ppm or radians. scl_slope 0 means no scaling.
+[[nodiscard]] std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options);
+
+} // namespace bcc4

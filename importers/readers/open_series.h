@@ -1,0 +1,23 @@
+// Picks the reader for what the inputs are.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "readers/frame_reader.h"
+#include "readers/reader_options.h"
+
+namespace bcc4 {
+
+// By the first bytes of the first file; what no reader knows is raw and needs --dims and --dtype.
+[[nodiscard]] std::unique_ptr<FrameReader> open_series(const ReaderOptions& options);
+
+struct ReaderInfo {
+  const char* name;
+  bool present; // false: this build left it out
+  std::string detail;
+};
+[[nodiscard]] std::vector<ReaderInfo> reader_list();
+
+} // namespace bcc4

@@ -1,0 +1,14 @@
+// Raw arrays: one file for the series or one per frame, plain or gzip.
+#pragma once
+
+#include <memory>
+
+#include "readers/frame_reader.h"
+#include "readers/reader_options.h"
+
+namespace bcc4 {
+
+// --dims and --dtype are needed. The sizes of the files must match them exactly.
+[[nodiscard]] std::unique_ptr<FrameReader> open_raw(const ReaderOptions& options);
+
+} // namespace bcc4

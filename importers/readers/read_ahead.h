@@ -1,0 +1,46 @@
+// All frames in order, the next one being read on a second thread.
+#pragma once
+
+#include <future>
+#include <optional>
+
+#include "readers/frame_reader.h"
+
+namespace bcc4 {
+
+class ReadAhead {
+ public:
+  // Channels of a frame come one after the other, then the next frame. The reader is not to be used
+  // meanwhile.
+  explicit ReadAhead(FrameReader& reader)
+      : reader_(reader), frames_(reader.description().dims[3]),
+        channels_(reader.description().channels.size()) {
+    start();
+  }
+  // The next frame; throws what the reader threw.
+  [[nodiscard]] Frame next() {
+    Frame frame = pending_.get();
+    if (++channel_ == channels_) {
+      channel_ = 0;
+      ++frame_;
+    }
+    start();
+    return frame;
+  }
+
+ private:
+  void start() {
+    if (frame_ == frames_) return;
+    pending_ =
+        std::async(std::launch::async, [this, f = frame_, c = channel_] { return reader_.read(f, c); });
+  }
+
+  FrameReader& reader_;
+  uint64_t frames_;
+  size_t channels_;
+  uint64_t frame_ = 0;
+  size_t channel_ = 0;
+  std::future<Frame> pending_; // its destructor waits for the thread
+};
+
+} // namespace bcc4

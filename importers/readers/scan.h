@@ -1,0 +1,29 @@
+// One pass over all frames: ranges and how much of a series is air.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "readers/frame_reader.h"
+
+namespace bcc4 {
+
+struct ChannelScan {
+  double min = std::numeric_limits<double>::infinity(); // of finite values, air included where it occurs
+  double max = -std::numeric_limits<double>::infinity();
+  uint64_t samples = 0;
+  uint64_t relevant = 0; // further than the threshold from air, non-finite ones included
+  uint64_t nonfinite = 0;
+  uint64_t first_frame = 0; // of the first non-finite value
+  std::array<uint64_t, 3> first_voxel{};
+  [[nodiscard]] bool empty() const { return min > max; }
+};
+
+// Adds a frame. Values that no box covers count as air.
+void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 4>& dims, double air,
+                double air_threshold, ChannelScan& scan);
+
+} // namespace bcc4

@@ -1,0 +1,266 @@
+#include "readers/sequence.h"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <numeric>
+#include <optional>
+
+#include "readers/byte_stream.h"
+#include "readers/error.h"
+
+namespace bcc4 {
+namespace fs = std::filesystem;
+namespace {
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+struct Pattern {
+  std::string before, after;
+  size_t width = 1; // digits at least
+};
+
+// %d, %4d, %04d or a run of # in the last part of a path.
+std::optional<Pattern> find_pattern(const std::string& path) {
+  const size_t name = path.find_last_of('/') + 1;
+  const size_t hash = path.find('#', name);
+  if (hash != std::string::npos) {
+    const size_t end = std::min(path.find_first_not_of('#', hash), path.size());
+    return Pattern{path.substr(0, hash), path.substr(end), end - hash};
+  }
+  for (size_t at = path.find('%', name); at != std::string::npos; at = path.find('%', at + 1)) {
+    size_t end = at + 1;
+    while (end < path.size() && is_digit(path[end])) ++end;
+    if (end >= path.size() || path[end] != 'd' || end - at > 3) continue;
+    const auto width = parse_number<size_t>(std::string_view(path).substr(at + 1, end - at - 1));
+    return Pattern{path.substr(0, at), path.substr(end + 1), std::max<size_t>(1, width.value_or(1))};
+  }
+  return std::nullopt;
+}
+
+bool has_wildcard(const std::string& path) {
+  return path.find_first_of("*?[", path.find_last_of('/') + 1) != std::string::npos;
+}
+
+template<class Accept> std::vector<std::string> list_folder(const std::string& input, Accept accept) {
+  const size_t slash = input.find_last_of('/');
+  const std::string prefix = slash == std::string::npos ? "" : input.substr(0, slash + 1);
+  std::error_code error;
+  std::vector<std::string> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(prefix.empty() ? "." : prefix, error)) {
+    const std::string name = entry.path().filename().string();
+    if (accept(name) && entry.is_regular_file()) found.push_back(prefix + name);
+  }
+  if (error) fail_input(input, ": the folder cannot be listed (", error.message(), ")");
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+// A number of exactly `width` digits, or of more without a leading zero; "%d" takes any.
+std::optional<int64_t> pattern_number(std::string_view digits, size_t width) {
+  if (digits.empty() || !std::all_of(digits.begin(), digits.end(), is_digit)) return std::nullopt;
+  if (width > 1 && (digits.size() < width || (digits.size() > width && digits[0] == '0')))
+    return std::nullopt;
+  return parse_number<int64_t>(digits);
+}
+
+std::vector<SequenceFile> match_pattern(const std::string& input, const Pattern& pattern) {
+  const size_t name = input.find_last_of('/') + 1;
+  const std::string_view before = std::string_view(pattern.before).substr(name);
+  std::vector<SequenceFile> files;
+  size_t other_padding = 0;
+  for (const std::string& path : list_folder(input, [&](std::string_view n) {
+         return n.size() > before.size() + pattern.after.size() && n.starts_with(before) &&
+                n.ends_with(pattern.after);
+       })) {
+    const std::string_view digits = std::string_view(path).substr(
+        pattern.before.size(), path.size() - pattern.before.size() - pattern.after.size());
+    if (const auto number = pattern_number(digits, pattern.width))
+      files.push_back({path, *number});
+    else
+      other_padding += pattern_number(digits, 1).has_value();
+  }
+  if (files.empty())
+    fail_input(input, ": no file has such a name",
+               other_padding > 0 ? concat("; ", other_padding, " have fewer digits or other padding: try %d")
+                                 : "");
+  return files;
+}
+
+struct Token {
+  std::string_view text;
+  bool digits;
+};
+
+std::vector<Token> tokens(std::string_view name) {
+  std::vector<Token> out;
+  for (size_t i = 0; i < name.size();) {
+    size_t end = i;
+    while (end < name.size() && is_digit(name[end]) == is_digit(name[i])) ++end;
+    out.push_back({name.substr(i, end - i), is_digit(name[i])});
+    i = end;
+  }
+  return out;
+}
+
+// Numbers of paths whose names differ in digits only; false when they do not.
+bool number_files(std::vector<SequenceFile>& files) {
+  const auto name = [&](size_t i) {
+    return std::string_view(files[i].path).substr(files[i].path.find_last_of('/') + 1);
+  };
+  const std::vector<Token> first = tokens(name(0));
+  std::optional<size_t> varying;
+  for (size_t i = 1; i < files.size(); ++i) {
+    const std::vector<Token> t = tokens(name(i));
+    if (t.size() != first.size()) return false;
+    for (size_t k = 0; k < t.size(); ++k) {
+      if (t[k].digits != first[k].digits) return false;
+      if (t[k].text == first[k].text) continue;
+      if (!t[k].digits) return false;
+      if (!varying || k > *varying) varying = k; // the last one that differs counts frames
+    }
+  }
+  if (!varying) return false;
+  for (size_t i = 0; i < files.size(); ++i) {
+    const auto number = parse_number<int64_t>(tokens(name(i))[*varying].text);
+    if (!number) return false;
+    files[i].number = *number;
+  }
+  return true;
+}
+
+std::vector<std::string> read_list(const std::string& path) {
+  const std::string text = read_text_file(path, 64 << 20);
+  const std::string folder = path.substr(0, path.find_last_of('/') + 1);
+  std::vector<std::string> paths;
+  for (const std::string_view line : split(text, "\r\n")) {
+    const std::string_view entry = trim(line);
+    if (entry.empty() || entry[0] == '#') continue;
+    paths.push_back(entry[0] == '/' ? std::string(entry) : folder + std::string(entry));
+  }
+  if (paths.empty()) fail_input(path, ": lists no files");
+  return paths;
+}
+
+void select(Sequence& s, const FrameSelection& selection) {
+  if (!selection.given) return;
+  const int64_t origin = selection.first == INT64_MIN ? s.files.front().number : selection.first;
+  std::erase_if(s.files, [&](const SequenceFile& f) {
+    return f.number < selection.first || f.number > selection.last ||
+           (f.number - origin) % selection.step != 0;
+  });
+  if (s.files.empty()) fail_usage("--frames selects none of the files");
+}
+
+int64_t common_stride(const std::vector<SequenceFile>& files) {
+  int64_t stride = 0;
+  for (size_t i = 1; i < files.size(); ++i) stride = std::gcd(stride, files[i].number - files[i - 1].number);
+  return std::max<int64_t>(1, stride);
+}
+
+void find_gaps(Sequence& s, const FrameSelection& selection) {
+  s.stride =
+      selection.given && selection.step > 1 ? std::lcm(selection.step, s.natural_stride) : s.natural_stride;
+  int64_t first = s.files.front().number, last = s.files.back().number;
+  if (selection.given && selection.first != INT64_MIN) first = selection.first;
+  if (selection.given && selection.last != INT64_MAX)
+    last = first + (selection.last - first) / s.stride * s.stride;
+  if ((last - first) / s.stride >= 10'000'000)
+    fail_input("frame numbers run from ", first, " to ", last, ": too far apart");
+  size_t next = 0;
+  for (int64_t number = first; number <= last; number += s.stride) {
+    if (next < s.files.size() && s.files[next].number == number)
+      ++next;
+    else
+      s.missing.push_back(number);
+  }
+}
+
+} // namespace
+
+Sequence find_sequence(const std::vector<std::string>& inputs, const FrameSelection& selection) {
+  Sequence s;
+  std::vector<std::string> paths;
+  bool from_glob = false;
+  if (inputs.size() == 1) {
+    if (const auto pattern = find_pattern(inputs[0]); pattern && !fs::exists(inputs[0])) {
+      s.files = match_pattern(inputs[0], *pattern);
+      s.numbered = true;
+    }
+  }
+  if (s.files.empty()) {
+    for (const std::string& input : inputs) {
+      std::error_code ignored;
+      if (input.size() > 1 && input[0] == '@') {
+        for (const std::string& path : read_list(input.substr(1))) paths.push_back(path);
+      } else if (has_wildcard(input) && !fs::exists(input, ignored)) {
+        const std::string glob = input.substr(input.find_last_of('/') + 1);
+        const auto found = list_folder(
+            input, [&](const std::string& n) { return fnmatch(glob.c_str(), n.c_str(), FNM_PERIOD) == 0; });
+        if (found.empty()) fail_input(input, ": no file has such a name");
+        paths.insert(paths.end(), found.begin(), found.end());
+        from_glob = true;
+      } else {
+        if (find_pattern(input) && !fs::exists(input, ignored))
+          fail_usage(input, ": a frame pattern stands alone, without other inputs");
+        paths.push_back(input);
+      }
+    }
+    for (size_t i = 0; i < paths.size(); ++i) s.files.push_back({paths[i], static_cast<int64_t>(i)});
+    if (s.files.size() > 1) s.numbered = number_files(s.files);
+    if (from_glob && s.files.size() > 1 && !s.numbered)
+      fail_input(inputs[0], ": the names of the ", s.files.size(),
+                 " files do not differ in a number only; list the files in order");
+  }
+  std::stable_sort(s.files.begin(), s.files.end(),
+                   [](const SequenceFile& a, const SequenceFile& b) { return a.number < b.number; });
+  for (size_t i = 1; i < s.files.size(); ++i)
+    if (s.files[i].number == s.files[i - 1].number)
+      fail_input("frame ", s.files[i].number, " stands in two files: ", s.files[i - 1].path, " and ",
+                 s.files[i].path);
+  s.natural_stride = common_stride(s.files);
+  select(s, selection);
+  if (s.numbered) find_gaps(s, selection);
+  if (s.files.size() > 1)
+    s.note = s.numbered ? concat(s.files.size(),
+                                 " files, sorted by the number in their names: ", s.files.front().number,
+                                 " to ", s.files.back().number, s.stride > 1 ? concat(" by ", s.stride) : "")
+                        : concat(s.files.size(),
+                                 " files in the order given (their names do not differ in a number only)");
+  return s;
+}
+
+std::string range_text(const std::vector<int64_t>& numbers, int64_t stride) {
+  std::vector<std::string> ranges;
+  for (size_t i = 0; i < numbers.size();) {
+    size_t end = i + 1;
+    while (end < numbers.size() && numbers[end] == numbers[end - 1] + stride) ++end;
+    ranges.push_back(end - i == 1
+                         ? concat(numbers[i])
+                         : concat(numbers[i], "-", numbers[end - 1], stride > 1 ? concat("x", stride) : ""));
+    i = end;
+    if (ranges.size() == 20 && i < numbers.size()) {
+      ranges.push_back(concat(numbers.size() - i, " more"));
+      break;
+    }
+  }
+  return join(ranges);
+}
+
+std::string single_file(const std::vector<std::string>& inputs) {
+  std::error_code ignored;
+  return inputs.size() == 1 && fs::exists(inputs[0], ignored) ? inputs[0] : "";
+}
+
+bool has_frame_pattern(const std::string& name) { return find_pattern(name).has_value(); }
+
+std::string apply_frame_pattern(const std::string& name, int64_t number) {
+  const auto pattern = find_pattern(name);
+  if (!pattern) return name;
+  std::string digits = concat(number < 0 ? -number : number);
+  if (digits.size() < pattern->width) digits.insert(0, pattern->width - digits.size(), '0');
+  return concat(pattern->before, number < 0 ? "-" : "", digits, pattern->after);
+}
+
+} // namespace bcc4

@@ -1,0 +1,42 @@
+// Inputs of the command line -> files of a series, sorted by frame number.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "readers/reader_options.h"
+
+namespace bcc4 {
+
+struct SequenceFile {
+  std::string path;
+  int64_t number = 0;
+};
+
+struct Sequence {
+  std::vector<SequenceFile> files; // rising numbers
+  bool numbered = false;           // numbers come from the names; else they count the files as given
+  int64_t natural_stride = 1;      // greatest common divisor of the distances of all numbers found
+  int64_t stride = 1;              // of the frames taken: the natural one or the selection's step
+  std::vector<int64_t> missing;    // numbers of the stride that no file has
+  std::string note;                // how the files were found
+};
+
+// An input is a file, a pattern (smoke.%04d.vdb, smoke.####.vdb), a glob in the last part of the path, or
+// @LIST, a text file with one path a line. Numbers are the digits in which the names differ. Files that the
+// selection leaves out are not looked at. An empty result, a number twice, or names without order in a glob
+// are errors.
+[[nodiscard]] Sequence find_sequence(const std::vector<std::string>& inputs, const FrameSelection& selection);
+
+// "3, 7-9 and 12": numbers of a missing list as ranges of the stride.
+[[nodiscard]] std::string range_text(const std::vector<int64_t>& numbers, int64_t stride);
+
+// The one path of an input list that names a single plain file, or "".
+[[nodiscard]] std::string single_file(const std::vector<std::string>& inputs);
+
+// Does `name` hold a frame pattern? Then replaces it by the number, padded as asked for.
+[[nodiscard]] bool has_frame_pattern(const std::string& name);
+[[nodiscard]] std::string apply_frame_pattern(const std::string& name, int64_t number);
+
+} // namespace bcc4

@@ -1,0 +1,63 @@
+// Text: building it, and numbers from it, without the locale.
+#pragma once
+
+#include <charconv>
+#include <concepts>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bcc4 {
+
+inline void append_text(std::string& out, std::string_view s) { out += s; }
+inline void append_text(std::string& out, char c) { out += c; }
+template<std::integral I>
+requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std::string& out, I value) {
+  char buffer[24];
+  out.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
+}
+// Shortest form that reads back as the same number.
+template<std::floating_point F> void append_text(std::string& out, F value) {
+  char buffer[64];
+  out.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
+}
+template<class... Parts> [[nodiscard]] std::string concat(const Parts&... parts) {
+  std::string out;
+  (append_text(out, parts), ...);
+  return out;
+}
+
+// The whole of `text` as a number (a leading + is allowed), or nothing.
+template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+[[nodiscard]] std::string_view trim(std::string_view text);
+[[nodiscard]] std::string lower(std::string_view text);
+// The parts between separators; neighbouring separators count as one, empty parts are dropped.
+[[nodiscard]] std::vector<std::string_view> split(std::string_view text,
+                                                  std::string_view separators = " \t\r\n");
+// Like split at commas, empty parts kept.
+[[nodiscard]] std::vector<std::string_view> split_commas(std::string_view text);
+// All parts as numbers, or nothing.
+[[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::span<const std::string_view> parts);
+
+// "a, b and c".
+[[nodiscard]] std::string join(std::span<const std::string> names);
+// The candidate closest to `name` by edit distance (letter case free), "" when none is near.
+[[nodiscard]] std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
+// " (did you mean X?)" or "".
+[[nodiscard]] std::string did_you_mean(std::string_view name, std::span<const std::string> candidates);
+
+// "1.5 GiB".
+[[nodiscard]] std::string byte_text(double bytes);
+// `value` with `digits` significant digits.
+[[nodiscard]] std::string short_number(double value, int digits = 4);
+
+} // namespace bcc4

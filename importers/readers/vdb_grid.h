@@ -1,0 +1,48 @@
+// One scalar grid of an OpenVDB file: what it is, and its voxels as boxes. Only the vdb files know OpenVDB.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "readers/affine.h"
+#include "readers/frame_reader.h"
+
+namespace bcc4 {
+
+// Index space of the grid; `end` is exclusive. Empty when end <= begin.
+struct VdbBounds {
+  std::array<int32_t, 3> begin{INT32_MAX, INT32_MAX, INT32_MAX};
+  std::array<int32_t, 3> end{INT32_MIN, INT32_MIN, INT32_MIN};
+  [[nodiscard]] bool empty() const { return end[0] <= begin[0]; }
+  void unite(const VdbBounds& other);
+};
+
+struct VdbGridInfo {
+  std::string name;
+  std::string tree_type;
+  Type type = Type::f32;      // of the voxels handed out
+  Type precision = Type::f32; // f16 for float grids saved as halves
+  bool level_set = false;
+  double background = 0;
+  VdbBounds bounds; // of the active voxels
+  Affine affine{};  // grid index -> world
+};
+
+// Names of the grids of a file, a name that stands twice with its number: "density[1]".
+[[nodiscard]] std::vector<std::string> vdb_grid_names(const std::string& path);
+// Names of the grids that can be read: scalars that are no points.
+[[nodiscard]] std::vector<std::string> vdb_scalar_names(const std::string& path);
+
+// Reads the metadata only, unless the file does not say its bounds. Throws for unknown names (with the
+// nearest), points, vectors and non-linear transforms.
+[[nodiscard]] VdbGridInfo read_vdb_info(const std::string& path, const std::string& name);
+
+// The voxels of a grid as dense boxes relative to `origin` within `dims`; at most `memory_limit` bytes.
+[[nodiscard]] Frame read_vdb_frame(const std::string& path, const std::string& name,
+                                   const std::array<int32_t, 3>& origin, const std::array<uint64_t, 4>& dims,
+                                   uint64_t memory_limit);
+
+} // namespace bcc4

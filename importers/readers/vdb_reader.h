@@ -1,0 +1,19 @@
+// OpenVDB series: one file per frame, fog volumes and level sets of scalar type.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "readers/frame_reader.h"
+#include "readers/reader_options.h"
+
+namespace bcc4 {
+
+// The bounding boxes of the active voxels of all frames are united; transforms may differ by whole voxels.
+// Inactive voxels are background (air); level sets keep the sign inside. Each --grid is a channel.
+[[nodiscard]] std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options);
+
+// "10.0.1".
+[[nodiscard]] std::string openvdb_version();
+
+} // namespace bcc4

@@ -1,0 +1,249 @@
+// bcc4 export: frames back on the source grid, as raw, NRRD or OpenVDB files.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "readers/sequence.h"
+#include "tool/cli.h"
+#include "tool/commands.h"
+#include "tool/interrupt.h"
+#include "tool/nrrd_output.h"
+#include "tool/output_file.h"
+#include "tool/progress.h"
+#include "tool/slice_choice.h"
+#include "tool/time_slice.h"
+#if BCCSPLAT_WITH_OPENVDB
+#include "tool/vdb_output.h"
+#endif
+
+namespace bcc4 {
+namespace {
+
+enum class Format { unset, raw, nrrd, vdb };
+
+struct ExportArguments {
+  std::string file, output, kernel, channel;
+  SliceChoiceArguments which;
+  bool all = false;
+  Format format = Format::unset;
+  CommonOptions common;
+  bool overwrite = false;
+};
+
+// Narrow integers go back as such, everything else as f32.
+Type output_type(const bccsplat_channel_info& channel) {
+  switch (channel.source_type) {
+  case BCCSPLAT_TYPE_U8:
+    return Type::u8;
+  case BCCSPLAT_TYPE_I8:
+    return Type::i8;
+  case BCCSPLAT_TYPE_U16:
+    return Type::u16;
+  case BCCSPLAT_TYPE_I16:
+    return Type::i16;
+  default:
+    return Type::f32;
+  }
+}
+
+// Little-endian values; NaN (missing data) becomes 0 in integers and is counted.
+void append_values(OutputFile& file, std::span<const float> values, Type type, uint64_t& holes) {
+  std::vector<std::byte> bytes(values.size() * type_size(type));
+  visit_type(type, [&](auto zero) {
+    using T = decltype(zero);
+    if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 2))
+      for (size_t i = 0; i < values.size(); ++i)
+        store_as<T>(static_cast<double>(values[i]), bytes.data() + i * sizeof(T));
+  });
+  if (!is_float(type))
+    holes += static_cast<uint64_t>(
+        std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); }));
+  if constexpr (std::endian::native != std::endian::little) swap_bytes(bytes, type_size(type));
+  file.write(bytes);
+}
+
+struct Exporter {
+  const ExportArguments& a;
+  const Volume& volume;
+  uint32_t channel = 0;
+  bccsplat_channel_info info = channel_info(volume, channel);
+  Type type = output_type(info);
+  uint64_t holes = 0; // written as 0
+
+  [[nodiscard]] Slice slice(double index) const { return cut_frame(volume, index, {.channel = channel}); }
+
+  [[nodiscard]] NrrdOutput header(bool series) const {
+    const bccsplat_volume_info v = volume_info(volume);
+    NrrdOutput n;
+    n.type = type;
+    n.sizes.assign(v.dims, v.dims + (series ? 4 : 3));
+    std::copy(v.affine, v.affine + 16, n.affine.begin());
+    n.spatial_unit = v.spatial_unit;
+    n.time_unit = v.time_unit;
+    const char* space = nullptr;
+    if (bccsplat_volume_find_attribute(volume.get(), "space", &space) == BCCSPLAT_OK) n.space = space;
+    if (series) {
+      n.times.resize(v.dims[3]);
+      check(bccsplat_volume_get_times(volume.get(), n.times.data(), n.times.size(), nullptr), "");
+    }
+    return n;
+  }
+
+  void append(OutputFile& file, double index) {
+    sample_planes(slice(index),
+                  [&](uint64_t, std::span<const float> values) { append_values(file, values, type, holes); });
+  }
+
+  void one_frame(const std::string& path, const Cut& where) {
+    if (a.format == Format::vdb) {
+      vdb(path, where);
+      return;
+    }
+    OutputFile file(path, a.overwrite);
+    if (a.format == Format::nrrd) {
+      NrrdOutput n = header(false);
+      n.keys = {{"time", concat(where.time)}};
+      const std::string text = nrrd_header_text(n);
+      file.write(std::as_bytes(std::span(text)));
+    }
+    append(file, where.index);
+    file.finish();
+  }
+
+  void vdb([[maybe_unused]] const std::string& path, [[maybe_unused]] const Cut& where) {
+#if BCCSPLAT_WITH_OPENVDB
+    const bccsplat_volume_info v = volume_info(volume);
+    VdbOutput o;
+    o.grid = info.name;
+    std::copy(v.dims, v.dims + 3, o.dims.begin());
+    std::copy(v.affine, v.affine + 16, o.affine.begin());
+    o.air = static_cast<float>(info.air);
+    o.time = where.time;
+    o.overwrite = a.overwrite;
+    std::vector<float> values;
+    values.reserve(v.dims[0] * v.dims[1] * v.dims[2]);
+    sample_planes(slice(where.index), [&](uint64_t, std::span<const float> planes) {
+      values.insert(values.end(), planes.begin(), planes.end());
+    });
+    write_vdb(path, o, values);
+#endif
+  }
+
+  // All frames in one file, time slowest.
+  void series(const std::string& path, Progress& progress) {
+    const uint64_t frames = volume_info(volume).dims[3];
+    OutputFile file(path, a.overwrite);
+    if (a.format == Format::nrrd) {
+      const std::string text = nrrd_header_text(header(true));
+      file.write(std::as_bytes(std::span(text)));
+    }
+    for (uint64_t f = 0; f < frames; ++f) {
+      stop_if_interrupted();
+      append(file, static_cast<double>(f));
+      progress.update(f + 1, concat("frame ", f + 1, "/", frames));
+    }
+    file.finish();
+  }
+};
+
+// One file per frame goes into a folder or to a pattern; a plain name is one file for all.
+std::string output_pattern(const ExportArguments& a, const std::string& suffix) {
+  std::error_code ignored;
+  if (has_frame_pattern(a.output)) return a.output;
+  const std::filesystem::path out(a.output);
+  const bool folder =
+      a.output.ends_with('/') || std::filesystem::is_directory(out, ignored) || out.extension().empty();
+  if (!folder) return "";
+  std::filesystem::create_directories(out, ignored);
+  return (out / concat(std::filesystem::path(a.file).stem().string(), ".%04d", suffix)).string();
+}
+
+Format format_of(const ExportArguments& a) {
+  if (a.format != Format::unset) return a.format;
+  const std::string out = lower(a.output);
+  if (out.ends_with(".nrrd")) return Format::nrrd;
+  if (out.ends_with(".vdb")) return Format::vdb;
+  if (out.ends_with(".raw")) return Format::raw;
+  fail_usage("--format raw, nrrd or vdb is missing: -o ", a.output, " does not say");
+}
+
+Exit run_export(ExportArguments& a) {
+  require(a.file, "FILE", "bcc4 export smoke.bcc4 --all -o smoke.%04d.vdb");
+  require(a.output, "-o", "-o smoke.%04d.vdb");
+  a.format = format_of(a);
+#if !BCCSPLAT_WITH_OPENVDB
+  if (a.format == Format::vdb)
+    fail_usage("--format vdb: this bcc4 was built without OpenVDB (BCCSPLAT_WITH_OPENVDB)");
+#endif
+  if (a.all && (a.which.time || a.which.index)) fail_usage("--all and --time exclude each other");
+  const Device device = create_device(a.common.threads, a.common.max_memory);
+  const Volume volume = open_volume(device, a.file, a.kernel);
+  Exporter exporter{.a = a, .volume = volume, .channel = find_channel(volume, a.channel)};
+  const uint64_t frames = volume_info(volume).dims[3];
+  static constexpr const char* suffixes[] = {"", ".raw", ".nrrd", ".vdb"};
+  const std::string pattern = output_pattern(a, suffixes[static_cast<int>(a.format)]);
+  uint64_t files = 1;
+  if (!a.all) {
+    const Cut where = resolve(volume, a.which);
+    exporter.one_frame(pattern.empty() ? a.output : apply_frame_pattern(pattern, std::llround(where.index)),
+                       where);
+  } else {
+    Progress progress("export", frames, false, a.common.quiet);
+    if (!pattern.empty()) {
+      files = frames;
+      for (uint64_t f = 0; f < frames; ++f)
+        refuse_existing(apply_frame_pattern(pattern, static_cast<int64_t>(f)), a.overwrite);
+      for (uint64_t f = 0; f < frames; ++f) {
+        stop_if_interrupted();
+        exporter.one_frame(apply_frame_pattern(pattern, static_cast<int64_t>(f)),
+                           cut_at_index(volume, static_cast<double>(f)));
+        progress.update(f + 1, concat("frame ", f + 1, "/", frames));
+      }
+    } else {
+      if (a.format == Format::vdb && frames > 1)
+        fail_usage("-o ", a.output,
+                   ": an OpenVDB file holds one frame; write a pattern such as smoke.%04d.vdb");
+      if (a.format == Format::vdb)
+        exporter.one_frame(a.output, cut_at_index(volume, 0));
+      else
+        exporter.series(a.output, progress);
+    }
+  }
+  if (exporter.holes > 0)
+    std::fprintf(stderr, "bcc4: warning: %llu missing values were written as 0: %s has no code for them\n",
+                 static_cast<unsigned long long>(exporter.holes), type_name(exporter.type));
+  if (!a.common.quiet)
+    std::printf("%s: %llu file(s), %s\n", pattern.empty() ? a.output.c_str() : pattern.c_str(),
+                static_cast<unsigned long long>(files),
+                a.format == Format::vdb ? "f32" : type_name(exporter.type));
+  return Exit::ok;
+}
+
+} // namespace
+
+Run add_export(CLI::App& app) {
+  auto a = std::make_shared<ExportArguments>();
+  CLI::App& ex = *app.add_subcommand("export", "Write frames back on the source grid");
+  ex.add_option("FILE", a->file, "A .bcc4 file");
+  ex.add_option("-o,--output", a->output, "A file, a pattern such as smoke.%04d.vdb, or a folder")
+      ->type_name("OUT");
+  ex.add_flag("--all", a->all, "All frames");
+  add_number(ex, "--time", a->which.time, "One time, in the file's unit");
+  ex.add_flag("--index", a->which.index, "--time is a frame number, fractions allowed");
+  add_choice<Format>(ex, "--format", a->format,
+                     {{"raw", Format::raw}, {"nrrd", Format::nrrd}, {"vdb", Format::vdb}},
+                     "Format (default: by the name of the output)");
+  ex.add_option("--channel", a->channel, "Channel, by name or number (default: the first)")
+      ->type_name("NAME");
+  ex.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)")->type_name("NAME");
+  add_threads(ex, a->common);
+  add_max_memory(ex, a->common);
+  ex.add_flag("--overwrite", a->overwrite, "Replace existing outputs");
+  ex.add_flag("--quiet", a->common.quiet, "Print warnings and errors only");
+  return [a] { return run_export(*a); };
+}
+
+} // namespace bcc4

@@ -1,0 +1,98 @@
+#include "tool/handles.h"
+
+#include <vector>
+
+namespace bcc4 {
+
+Exit exit_of(bccsplat_status status) {
+  switch (status) {
+  case BCCSPLAT_OK:
+    return Exit::ok;
+  case BCCSPLAT_CANCELLED:
+    return Exit::interrupted;
+  case BCCSPLAT_ERROR_OUT_OF_MEMORY:
+  case BCCSPLAT_ERROR_MEMORY_BUDGET:
+  case BCCSPLAT_ERROR_NO_SPACE:
+    return Exit::no_resources;
+  case BCCSPLAT_ERROR_FILE_EXISTS:
+    return Exit::usage;
+  default:
+    return status < 16 ? Exit::usage : Exit::bad_input;
+  }
+}
+
+void check(bccsplat_status status, const std::string& what) {
+  if (status == BCCSPLAT_OK) return;
+  if (status == BCCSPLAT_CANCELLED) fail(Exit::interrupted, "interrupted");
+  const std::string text = bccsplat_last_error();
+  const char* advice = status == BCCSPLAT_ERROR_FILE_EXISTS     ? "; --overwrite replaces it"
+                       : status == BCCSPLAT_ERROR_MEMORY_BUDGET ? "; raise --max-mem"
+                                                                : "";
+  const std::string subject = what.empty() || text.find(what) != std::string::npos ? "" : what + ": ";
+  throw StatusError(status, exit_of(status),
+                    concat(subject, text.empty() ? bccsplat_status_name(status) : text, advice));
+}
+
+void check_kernel(bccsplat_status status, const std::string& what, const std::string& kernel) {
+  if (status == BCCSPLAT_ERROR_NOT_FOUND && !kernel.empty()) {
+    std::vector<std::string> names;
+    while (const char* name = bccsplat_kernel_name(static_cast<uint32_t>(names.size())))
+      names.emplace_back(name);
+    fail_usage("unknown kernel \"", kernel, "\"", did_you_mean(kernel, names), "; there are ", join(names),
+               ", or SPACE+TIME such as radial18+b3");
+  }
+  check(status, what);
+}
+
+Device create_device(int threads, uint64_t memory_budget) {
+  auto options = sized<bccsplat_device_options>();
+  options.thread_count = threads;
+  options.memory_budget = memory_budget;
+  bccsplat_device* device = nullptr;
+  check(bccsplat_device_create(&options, &device), "");
+  return Device(device);
+}
+
+Volume open_volume(const Device& device, const std::string& path, const std::string& kernel) {
+  auto options = sized<bccsplat_volume_options>();
+  options.kernel = kernel.empty() ? nullptr : kernel.c_str();
+  bccsplat_volume* volume = nullptr;
+  check_kernel(bccsplat_volume_open_file(device.get(), path.c_str(), &options, &volume), path, kernel);
+  return Volume(volume);
+}
+
+bccsplat_volume_info volume_info(const Volume& volume) {
+  auto info = sized<bccsplat_volume_info>();
+  check(bccsplat_volume_get_info(volume.get(), &info), "");
+  return info;
+}
+
+bccsplat_channel_info channel_info(const Volume& volume, uint32_t channel) {
+  auto info = sized<bccsplat_channel_info>();
+  check(bccsplat_volume_get_channel_info(volume.get(), channel, &info), "");
+  return info;
+}
+
+uint32_t find_channel(const Volume& volume, const std::string& name) {
+  if (name.empty()) return 0;
+  uint32_t channel = 0;
+  if (bccsplat_volume_find_channel(volume.get(), name.c_str(), &channel) == BCCSPLAT_OK) return channel;
+  const uint32_t count = volume_info(volume).channel_count;
+  if (const auto number = parse_number<uint32_t>(name); number && *number < count) return *number;
+  std::vector<std::string> names;
+  for (uint32_t c = 0; c < count; ++c) names.emplace_back(channel_info(volume, c).name);
+  fail_usage("no channel \"", name, "\"", did_you_mean(name, names), "; there are ", join(names));
+}
+
+const char* value_type_name(int32_t type) {
+  static constexpr const char* names[] = {"default", "u8",  "u16", "f16", "f32",
+                                          "i16",     "i32", "f64", "i8",  "u32"};
+  return type >= 0 && type < 10 ? names[type] : "unknown";
+}
+
+const char* lattice_name(int32_t lattice) {
+  static constexpr const char* names[] = {"default", "d4star", "bcc", "cc"};
+  return lattice >= 0 && lattice < 4 ? names[lattice] : "unknown";
+}
+
+} // namespace bcc4

@@ -1,0 +1,56 @@
+// The objects of the C API as values that release themselves, and its status codes as exceptions.
+#pragma once
+
+#include <memory>
+
+#include "bccsplat.h"
+#include "readers/error.h"
+
+namespace bcc4 {
+
+template<auto Release> struct Releaser {
+  template<class T> void operator()(T* object) const { Release(object); }
+};
+using Device = std::unique_ptr<bccsplat_device, Releaser<bccsplat_device_release>>;
+using Writer = std::unique_ptr<bccsplat_writer, Releaser<bccsplat_writer_release>>;
+using Volume = std::unique_ptr<bccsplat_volume, Releaser<bccsplat_volume_release>>;
+using Slice = std::unique_ptr<bccsplat_slice, Releaser<bccsplat_slice_release>>;
+using Renderer = std::unique_ptr<bccsplat_renderer, Releaser<bccsplat_renderer_release>>;
+using Image = std::unique_ptr<bccsplat_frame, Releaser<bccsplat_frame_release>>;
+
+// A struct of the API, cleared, with its size filled in.
+template<class T> [[nodiscard]] T sized() {
+  T value{};
+  value.struct_size = sizeof(T);
+  return value;
+}
+
+// A failed call of the library.
+class StatusError : public Error {
+ public:
+  StatusError(bccsplat_status status, Exit exit, const std::string& text)
+      : Error(exit, text), status_(status) {}
+  [[nodiscard]] bccsplat_status status() const { return status_; }
+
+ private:
+  bccsplat_status status_;
+};
+
+[[nodiscard]] Exit exit_of(bccsplat_status status);
+// Throws a StatusError of the library's text, with `what` before it, unless status is OK.
+void check(bccsplat_status status, const std::string& what);
+// INVALID_ARGUMENT and the like about a kernel name get the nearest one.
+void check_kernel(bccsplat_status status, const std::string& what, const std::string& kernel);
+
+[[nodiscard]] Device create_device(int threads, uint64_t memory_budget);
+// `kernel` empty: the file's.
+[[nodiscard]] Volume open_volume(const Device& device, const std::string& path, const std::string& kernel);
+[[nodiscard]] bccsplat_volume_info volume_info(const Volume& volume);
+[[nodiscard]] bccsplat_channel_info channel_info(const Volume& volume, uint32_t channel);
+// By name or number.
+[[nodiscard]] uint32_t find_channel(const Volume& volume, const std::string& name);
+
+[[nodiscard]] const char* value_type_name(int32_t type);
+[[nodiscard]] const char* lattice_name(int32_t lattice);
+
+} // namespace bcc4

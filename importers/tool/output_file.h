@@ -1,0 +1,32 @@
+// A file that takes its name only when it is complete.
+#pragma once
+
+#include <cstddef>
+#include <fstream>
+#include <span>
+#include <string>
+
+namespace bcc4 {
+
+// An existing `path` is refused unless `overwrite`.
+void refuse_existing(const std::string& path, bool overwrite);
+// Where to write meanwhile: a hidden neighbour of `path`.
+[[nodiscard]] std::string partial_path(const std::string& path);
+void rename_finished(const std::string& partial, const std::string& path);
+
+class OutputFile {
+ public:
+  OutputFile(std::string path, bool overwrite);
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  ~OutputFile(); // removes what was written unless finished
+  void write(std::span<const std::byte> bytes);
+  void finish();
+
+ private:
+  [[noreturn]] void fail_writing() const;
+  std::string path_, partial_;
+  std::ofstream stream_;
+};
+
+} // namespace bcc4

@@ -1,0 +1,28 @@
+// The options that say how the input is to be read, shared by import and verify.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "readers/reader_options.h"
+#include "tool/cli.h"
+#include "tool/handles.h"
+
+namespace bcc4 {
+
+struct ReaderArguments {
+  ReaderOptions options;
+  std::vector<std::pair<std::string, std::string>> texts; // options as typed, without the dashes
+};
+
+// Inputs are not among them: each command names its own.
+void add_reader_options(CLI::App& app, ReaderArguments& arguments);
+
+// What import keeps in the file, so that verify reads the source the same way without being told again.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>>
+reader_attributes(const ReaderArguments& arguments);
+// Sets every recorded option the user has not given himself.
+void recall_reader_options(const Volume& volume, ReaderArguments& arguments);
+
+} // namespace bcc4

@@ -1,0 +1,44 @@
+// A series as the reader describes it -> the writer of the library.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "readers/frame_reader.h"
+#include "readers/scan.h"
+#include "tool/handles.h"
+
+namespace bcc4 {
+
+struct WriterSettings {
+  std::optional<double> air;
+  double air_threshold = 0;
+  int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
+  int32_t filter = BCCSPLAT_FILTER_DEFAULT;
+  int32_t store = BCCSPLAT_STORE_DEFAULT;
+  int32_t nonfinite = BCCSPLAT_NONFINITE_DEFAULT;
+  int32_t quantize = BCCSPLAT_TYPE_DEFAULT;
+  double scale = 0; // 0: the library's default
+  double time_scale = 0;
+  std::string kernel;
+  bool overwrite = false;
+};
+
+// The type a channel is stored in.
+[[nodiscard]] int32_t stored_type(const Channel& channel, const WriterSettings& settings);
+// Integers of another width or floats stored as u8 or u16 need the range of the whole series.
+[[nodiscard]] bool needs_range(const Channel& channel, const WriterSettings& settings);
+[[nodiscard]] double air_of(const Channel& channel, const WriterSettings& settings);
+
+// `frames` replaces the number of frames of the description. `scans` may be empty unless a range is needed.
+// With `path` empty the bytes go nowhere: for estimates.
+[[nodiscard]] Writer create_writer(const Device& device, const std::string& path,
+                                   const SeriesDescription& series, const WriterSettings& settings,
+                                   const std::vector<ChannelScan>& scans, uint64_t frames);
+// `name` of the file for error texts.
+void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
+               const std::string& name);
+// Sum over the layers of the lattice, per channel.
+[[nodiscard]] uint64_t lattice_sites(const Writer& writer);
+
+} // namespace bcc4

@@ -1,0 +1,30 @@
+// Slices by time, and dense samples of a slice in slabs.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "tool/handles.h"
+
+namespace bcc4 {
+
+// Frame index of "--time T" (in the file's unit), or T itself with --index. Says what times there are when T
+// is none.
+[[nodiscard]] double frame_index(const Volume& volume, double time, bool index);
+
+struct SliceChoice {
+  uint32_t channel = 0;
+  double interval[2] = {0, 0};
+};
+[[nodiscard]] Slice cut(const Volume& volume, const double (&plane)[5], const SliceChoice& choice);
+[[nodiscard]] Slice cut_frame(const Volume& volume, double index, const SliceChoice& choice);
+[[nodiscard]] bccsplat_slice_info slice_info(const Slice& slice);
+
+// Samples the slice's box at the source's resolution, some planes at a time: values of planes first_plane ..
+// in order, x fastest.
+void sample_planes(const Slice& slice,
+                   const std::function<void(uint64_t first_plane, std::span<const float> values)>& take);
+
+} // namespace bcc4
