@@ -156,6 +156,10 @@ struct Fit::State {
                            : length_known() ? int64_t{options.dims[3]}
                                             : INT32_MAX;
     const bool complete = c.frames == frames;
+    // Missing frames at the start wait for what they are to hold, as long as it can matter.
+    if (!c.any_known && !complete &&
+        c.frames <= 2 * static_cast<uint32_t>(filter_reach(options.filter, widening)))
+      return;
     for (; !length_known() || c.next_layer < lattice.layers(); ++c.next_layer) {
       const double position = lattice.layer_frame(c.next_layer);
       const FilterTable table = filter_table(options.filter, widening, {&position, 1});

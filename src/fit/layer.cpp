@@ -93,7 +93,7 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
          static_cast<size_t>(size[1]), combined.value.data());
         values = combined.value.data();
       }
-      auto brick = std::make_shared<Brick>();
+      auto brick = std::make_shared_for_overwrite<Brick>();
       const KeptCounts found = relevance_.select(values, size, holes_of(slot), *brick);
       counts->sites.kept += found.kept;
       counts->sites.holes += found.holes;

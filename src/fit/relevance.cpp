@@ -50,7 +50,7 @@ HWY_INLINE void Round(const Relevance::Rounding& r, float v, float& code, float&
     value = kind == Kind::half ? code - r.air : code;
   } else if constexpr (kind == Kind::integer) {
     const auto shift = static_cast<float>(r.shift);
-    const float c = Nearest(Limited(v + shift, 0x1p21f));
+    const float c = Nearest(Limited(v, 0x1p21f)) + shift; // exact
     over = c < 0 || c > r.largest;
     code = c < 0 ? 0 : c > r.largest ? r.largest : c;
     value = code - shift;
@@ -110,6 +110,8 @@ void RoundSites(const Relevance::Rounding& rounding, const float* in, size_t row
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <algorithm>
+
 #include "base/error.h"
 #include "base/half.h"
 
@@ -142,8 +144,15 @@ KeptCounts Relevance::select(const float* values, const Int3& size, const BrickM
   KeptCounts counts;
   const auto columns = static_cast<uint16_t>((1u << size[0]) - 1);
   uint16_t holes_found = 0;
+  brick.kept = {};
+  brick.hole.reset();
+  const auto clear = [&](int from, int to) {
+    std::fill(brick.value.begin() + from, brick.value.begin() + to, 0.0f);
+  };
+  clear(size[2] * brick_rows, brick_sites); // planes beyond the last
   for (int z = 0; z < size[2]; ++z) {
     const auto first = static_cast<size_t>(z * brick_edge), rows = static_cast<size_t>(size[1]);
+    clear((z * brick_edge + size[1]) * brick_edge, (z + 1) * brick_rows);
     uint16_t relevant[brick_edge], clamped[brick_edge];
     HWY_DYNAMIC_DISPATCH(RoundSites)
     (rounding_, values + first * brick_edge, rows, brick.value.data() + first * brick_edge, relevant,

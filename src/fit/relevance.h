@@ -1,8 +1,9 @@
 // Which sites are worth storing, in the precision in which they are stored.
 //
 // A site is kept when its stored value differs from air by more than the threshold; with threshold 0 when its
-// stored code is not that of air. An absent site is then wrong by at most the threshold (or half a code), by
-// definition. RELEVANCE_REASON
+// stored code is not that of air. An absent site is then wrong by no more than the threshold and half a step
+// of the stored type (values beyond the range of the type are clamped first).
+//
 #pragma once
 
 #include <cstdint>
@@ -21,8 +22,8 @@ class Relevance {
   Relevance(const Quantiser& quantiser, float threshold);
 
   // Rounds `values` (a brick's sites relative to air, of which the first `size` along each axis are inside
-  // the coset) and keeps the relevant ones in `brick`; holes are kept with their fill. clamped: sites the
-  // stored type cannot hold.
+  // the coset) and keeps the relevant ones in `brick`, whatever it held; holes are kept with their fill.
+  // clamped: sites the stored type cannot hold.
   KeptCounts select(const float* values, const Int3& size, const BrickMask* holes, Brick& brick) const;
 
   // How values become codes.

@@ -1,0 +1,119 @@
+// Percentiles and bins of stored samples, against sorting them.
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "fit/histogram.h"
+
+namespace bccsplat {
+namespace {
+
+Brick brick_of(std::span<const float> values) {
+  Brick b;
+  for (size_t i = 0; i < values.size(); ++i) {
+    b.value[i] = values[i];
+    b.kept[i / 16] = static_cast<uint16_t>(b.kept[i / 16] | 1u << (i % 16));
+  }
+  return b;
+}
+
+TEST(QuantizeHistogram, PercentilesOfFloatsAreCloseWhateverTheirScale) {
+  std::mt19937 random(1);
+  std::lognormal_distribution<float> wide(0, 4); // ten decades
+  for (const float sign : {1.0f, -1.0f}) {
+    SampleHistogram h(quantiser_of_source(SourceType::f32, 0));
+    std::vector<float> all;
+    for (int b = 0; b < 20; ++b) {
+      std::vector<float> values(4000);
+      for (float& v : values) v = sign * wide(random);
+      h.add(brick_of(values));
+      all.insert(all.end(), values.begin(), values.end());
+    }
+    std::sort(all.begin(), all.end());
+    EXPECT_EQ(h.count(), all.size());
+    EXPECT_EQ(h.range(), (Range{static_cast<double>(all.front()), static_cast<double>(all.back())}));
+    for (const double p : {0.001, 0.02, 0.3, 0.5, 0.9, 0.998}) {
+      const auto truth =
+          static_cast<double>(all[static_cast<size_t>(std::ceil(p * static_cast<double>(all.size()))) - 1]);
+      EXPECT_NEAR(h.percentile(p), truth, std::fabs(truth) / 2048);
+    }
+    EXPECT_EQ(h.percentile(0), h.range().low);
+    EXPECT_EQ(h.percentile(1), h.range().high);
+  }
+}
+
+TEST(QuantizeHistogram, CodesAreExact) {
+  const Quantiser q = quantiser_of_range(ValueType::u16, {-2, 5}, 1);
+  SampleHistogram h(q);
+  std::mt19937 random(2);
+  std::vector<uint32_t> codes;
+  for (int b = 0; b < 4; ++b) {
+    std::vector<float> values;
+    for (int i = 0; i < 4096; ++i) {
+      codes.push_back(random() % 65536);
+      values.push_back(relative_value(q, codes.back()));
+    }
+    h.add(brick_of(values));
+  }
+  std::sort(codes.begin(), codes.end());
+  for (size_t i = 0; i < codes.size(); i += 97) {
+    const double p = static_cast<double>(i + 1) / static_cast<double>(codes.size());
+    EXPECT_EQ(h.percentile(p), 1 + static_cast<double>(relative_value(q, codes[i])));
+  }
+}
+
+TEST(QuantizeHistogram, BinsHoldEverySampleOnce) {
+  SampleHistogram h(quantiser_of_source(SourceType::u8, 3));
+  std::vector<float> values;
+  for (int i = 0; i < 4096; ++i) values.push_back(static_cast<float>(i * i % 200 - 3));
+  h.add(brick_of(values));
+  const Range range = h.range();
+  EXPECT_EQ(range, (Range{0, 196}));
+  const auto bins = h.bins(7); // 28 codes each, but for the last, which has its end too
+  std::vector<uint64_t> truth(7);
+  for (const float v : values)
+    ++truth[std::min<size_t>(6, static_cast<size_t>((static_cast<double>(v) + 3) * 7 / 196))];
+  EXPECT_EQ(bins, truth);
+}
+
+TEST(QuantizeHistogram, MergingIsAdding) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal(0, 2);
+  for (const SourceType type : {SourceType::f32, SourceType::u8}) {
+    const Quantiser q = quantiser_of_source(type, 0);
+    SampleHistogram whole(q), a(q), b(q), empty(q);
+    for (int i = 0; i < 10; ++i) {
+      std::vector<float> values(3000);
+      for (float& v : values)
+        v = type == SourceType::u8 ? static_cast<float>(random() % 256) : normal(random);
+      const Brick brick = brick_of(values);
+      whole.add(brick);
+      (i % 3 ? a : b).add(brick);
+    }
+    a.merge(empty);
+    empty.merge(b);
+    empty.merge(a);
+    EXPECT_EQ(empty.count(), whole.count());
+    EXPECT_EQ(empty.range(), whole.range());
+    EXPECT_EQ(empty.bins(256), whole.bins(256));
+    for (const double p : {0.02, 0.5, 0.998}) EXPECT_EQ(empty.percentile(p), whole.percentile(p));
+  }
+}
+
+TEST(QuantizeHistogram, HolesAndAirDoNotCount) {
+  SampleHistogram h(quantiser_of_source(SourceType::f32, 10));
+  EXPECT_EQ(h.range(), Range{});
+  EXPECT_EQ(h.percentile(0.5), 10);
+  EXPECT_EQ(h.bins(4), std::vector<uint64_t>(4, 0));
+  Brick b = brick_of(std::vector<float>{1, 2, 3});
+  b.hole = std::make_unique<BrickMask>();
+  (*b.hole)[0] = 4;
+  h.add(b);
+  EXPECT_EQ(h.count(), 2u);
+  EXPECT_EQ(h.range(), (Range{11, 12}));
+}
+
+} // namespace
+} // namespace bccsplat
