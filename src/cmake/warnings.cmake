@@ -2,6 +2,8 @@
 add_library(bccsplat_flags INTERFACE)
 target_compile_options(bccsplat_flags INTERFACE
   $<$<COMPILE_LANGUAGE:C,CXX>:-Wall -Wextra -Wconversion -Wshadow>
+  # GCC 12 warns about "text" + std::string in its own header (PR 105651).
+  $<$<AND:$<COMPILE_LANG_AND_ID:CXX,GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-restrict>
   $<$<BOOL:${BCCSPLAT_WERROR}>:-Werror>
   $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-gnu-unique>
   -ffp-contract=off -fno-math-errno -fno-trapping-math)
