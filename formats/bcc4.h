@@ -75,18 +75,22 @@ struct Bcc4Limits {
   uint32_t cached_pages = 64; // decoded index pages kept, each up to 3 MiB
 };
 
+// Index entry of a chunk.
 struct Bcc4Chunk {
   int32_t slab = 0;
-  uint32_t slot = 0; // (bz * ny + by) * nx + bx, brick dims of coset 0
-  uint64_t offset = 0;
+  uint32_t slot = 0;                         // (bz * ny + by) * nx + bx, brick dims of coset 0
+  uint64_t offset = 0;                       // of its bytes: values, runs, zeros up to a multiple of 8
   uint32_t values_bytes = 0, runs_bytes = 0; // stored
   uint32_t runs_decoded = 0;
   uint32_t kept = 0, holes = 0;        // sites; holes are kept too
-  uint32_t min_code = 0, max_code = 0; // ordered codes of the samples (bcc4.md, section 6)
+  uint32_t min_code = 0, max_code = 0; // of the samples, ordered codes
   uint32_t crc = 0;
   uint8_t coding = 0, predictor = 0;
+  [[nodiscard]] uint64_t stored() const { return (uint64_t{values_bytes} + runs_bytes + 7) / 8 * 8; }
   bool operator==(const Bcc4Chunk&) const = default;
 };
+
+struct ChunkData; // a decoded chunk, bcc4_chunk.h
 
 // A place that does not check out.
 struct Bcc4Damage {
@@ -130,12 +134,12 @@ class Bcc4Reader {
   // Smallest and largest sample of a chunk, relative to air, kept sites only.
   [[nodiscard]] Range sample_range(int channel, const Bcc4Chunk& chunk) const;
 
-  // One brick per layer of the slab, null where all is air.
-  using Bricks = std::vector<std::shared_ptr<const Brick>>;
-  [[nodiscard]] Bricks read_chunk(int channel, const Bcc4Chunk& chunk) const;
-  // Many chunks of one channel, in parallel; neighbours in the file are read together.
-  [[nodiscard]] std::vector<Bricks> read_chunks(int channel, std::span<const Bcc4Chunk> chunks,
-                                                const Context& context) const;
+  // Decodes chunks of one channel in parallel; neighbours in the file are read together.
+  [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
+  read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const;
+  // The brick of one layer of a chunk, 0 .. slab_layers - 1; null: air throughout.
+  [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data,
+                                                   int layer_of_slab) const;
 
   // Reads and checks everything; damage is listed, not thrown.
   [[nodiscard]] Bcc4VerifyResult verify_all(const Context& context) const;

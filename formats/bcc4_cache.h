@@ -1,0 +1,63 @@
+// Least recently used values first out, by weight; safe to use from many threads.
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+namespace bccsplat {
+
+template<class Key, class Value> class LruCache {
+ public:
+  explicit LruCache(uint64_t capacity) : capacity_(capacity) {}
+
+  [[nodiscard]] std::shared_ptr<const Value> find(const Key& key) {
+    const std::scoped_lock lock(mutex_);
+    const auto it = index_.find(key);
+    if (it == index_.end()) return nullptr;
+    order_.splice(order_.begin(), order_, it->second);
+    return it->second->value;
+  }
+
+  // `hold` is released with the entry. A key that is there already stays.
+  template<class Hold>
+  void insert(const Key& key, std::shared_ptr<const Value> value, uint64_t weight, Hold hold) {
+    const std::scoped_lock lock(mutex_);
+    if (weight > capacity_ || index_.contains(key)) return;
+    while (weight > capacity_ - used_) evict();
+    order_.push_front({key, std::move(value), weight, std::make_shared<Hold>(std::move(hold))});
+    index_[key] = order_.begin();
+    used_ += weight;
+  }
+
+  // Drops the oldest entry; false when there is none.
+  bool drop_oldest() {
+    const std::scoped_lock lock(mutex_);
+    if (order_.empty()) return false;
+    evict();
+    return true;
+  }
+
+ private:
+  struct Entry {
+    Key key;
+    std::shared_ptr<const Value> value;
+    uint64_t weight;
+    std::shared_ptr<void> hold;
+  };
+  void evict() {
+    used_ -= order_.back().weight;
+    index_.erase(order_.back().key);
+    order_.pop_back();
+  }
+
+  uint64_t capacity_, used_ = 0;
+  std::mutex mutex_;
+  std::list<Entry> order_; // newest first
+  std::map<Key, typename std::list<Entry>::iterator> index_;
+};
+
+} // namespace bccsplat

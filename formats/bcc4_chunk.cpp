@@ -1,0 +1,296 @@
+#include "formats/bcc4_chunk.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "base/bytes.h"
+#include "formats/bcc4_codes.h"
+#include "formats/bcc4_deflate.h"
+#include "formats/bcc4_predict.h"
+#include "points/runs.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr uint8_t raw = 0, deflated = 1;
+
+[[nodiscard]] int count_bits(const BrickMask& mask) {
+  int n = 0;
+  for (const uint16_t row : mask) n += std::popcount(row);
+  return n;
+}
+
+// Calls body(layer, row index z*16 + y, row width) for the rows inside the domain, in coding order.
+template<class Body> void for_rows(const ChunkShape& shape, Body&& body) {
+  for (int m = 0; m < shape.layers; ++m) {
+    const Int3& n = shape.box[static_cast<size_t>(m)];
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y)
+        body(static_cast<size_t>(m), static_cast<size_t>(z * brick_edge + y), static_cast<int>(n[0]));
+  }
+}
+
+[[nodiscard]] std::vector<std::byte> write_runs(const ChunkSites& sites) {
+  ByteWriter out;
+  RunEncoder occupancy(out);
+  for_rows(sites.shape, [&](size_t m, size_t r, int width) { occupancy.row(sites.kept[m][r], width); });
+  occupancy.finish();
+  if (!sites.hole.empty()) {
+    RunEncoder holes(out);
+    for_rows(sites.shape, [&](size_t m, size_t r, int) {
+      const uint16_t kept = sites.kept[m][r];
+      holes.row(compress_bits(sites.hole[m][r], kept), std::popcount(kept));
+    });
+    holes.finish();
+  }
+  return out.release();
+}
+
+void read_runs(ChunkSites& sites, const Bcc4Chunk& parts, std::span<const std::byte> bytes,
+               std::string_view what, uint64_t offset) {
+  ByteReader in(bytes, what, offset);
+  const auto layers = static_cast<size_t>(sites.shape.layers);
+  sites.kept.assign(layers, BrickMask{});
+  RunDecoder occupancy(in, sites.shape.sites(), parts.kept);
+  for_rows(sites.shape, [&](size_t m, size_t r, int width) { sites.kept[m][r] = occupancy.row(width); });
+  occupancy.finish();
+  if (parts.holes > 0) {
+    sites.hole.assign(layers, BrickMask{});
+    RunDecoder holes(in, parts.kept, parts.holes);
+    for_rows(sites.shape, [&](size_t m, size_t r, int) {
+      const uint16_t kept = sites.kept[m][r];
+      sites.hole[m][r] = expand_bits(holes.row(std::popcount(kept)), kept);
+    });
+    holes.finish();
+  }
+  in.expect_end();
+}
+
+// All lowest bytes, then all second bytes, ...
+void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t bytes) {
+  std::vector<std::byte> plane(values.size());
+  for (uint32_t b = 0; b < bytes; ++b) {
+    for (size_t i = 0; i < values.size(); ++i) plane[i] = static_cast<std::byte>(values[i] >> (8 * b));
+    out.write_bytes(plane);
+  }
+}
+[[nodiscard]] std::vector<uint32_t> read_planes(std::span<const std::byte> in, size_t count, uint32_t bytes) {
+  std::vector<uint32_t> values(count);
+  for (uint32_t b = 0; b < bytes; ++b) {
+    const auto plane = in.subspan(b * count, count);
+    for (size_t i = 0; i < count; ++i) values[i] |= static_cast<uint32_t>(plane[i]) << (8 * b);
+  }
+  return values;
+}
+
+// About 256 log2(n), in integers so that choices do not hang on a machine's libm.
+[[nodiscard]] uint64_t log2_256(uint64_t n) {
+  const auto e = static_cast<int>(std::bit_width(n)) - 1;
+  return static_cast<uint64_t>(e) * 256 + ((n << 8) >> e) - 256;
+}
+
+// Bits the byte planes need at their own frequencies, times 256.
+[[nodiscard]] uint64_t estimate(std::span<const uint32_t> residuals, uint32_t bytes) {
+  uint64_t cost = 0;
+  for (uint32_t b = 0; b < bytes; ++b) {
+    std::array<uint32_t, 256> count{};
+    for (const uint32_t r : residuals) ++count[r >> (8 * b) & 255];
+    cost += residuals.size() * log2_256(residuals.size());
+    for (const uint32_t n : count)
+      if (n > 0) cost -= n * log2_256(n);
+  }
+  return cost;
+}
+
+struct CodedValues {
+  uint8_t coding = raw, predictor = 0;
+  std::vector<std::byte> bytes;
+};
+
+[[nodiscard]] CodedValues write_values(const ChunkSites& sites, const ChunkCodes& codes, int level) {
+  CodedValues best;
+  ByteWriter patterns;
+  for (const uint32_t c : sites.codes) {
+    const uint32_t p = pattern_of(c, codes);
+    patterns.write_bytes(std::as_bytes(std::span(&p, 1)).first(codes.bytes()));
+  }
+  best.bytes = patterns.release();
+  if (level == 0) return best;
+  const auto try_deflate = [&](Predictor predictor, std::span<const int16_t> weights,
+                               std::span<const uint32_t> residuals, DeflateKind kind) {
+    ByteWriter planes;
+    planes.write_bytes(std::as_bytes(weights));
+    write_planes(planes, residuals, codes.bytes());
+    auto stream = deflate_bytes(planes.bytes(), level, kind);
+    if (stream.size() < best.bytes.size())
+      best = {deflated, static_cast<uint8_t>(predictor), std::move(stream)};
+  };
+  // The predictor of the lowest estimate is coded; unpredicted codes as well, for values that repeat.
+  Predictor choice = Predictor::none;
+  std::vector<uint32_t> residuals = sites.codes;
+  std::vector<int16_t> weights;
+  uint64_t lowest = estimate(residuals, codes.bytes());
+  for (uint8_t id = 1; id < predictor_count; ++id) {
+    const auto predictor = static_cast<Predictor>(id);
+    std::vector<int16_t> w;
+    if (predictor == Predictor::fitted) w = fit_weights(sites, codes);
+    std::vector<uint32_t> r = predict(sites, codes, predictor, w);
+    const uint64_t cost = estimate(r, codes.bytes()) + w.size() * 16 * 256;
+    if (cost >= lowest) continue;
+    lowest = cost;
+    choice = predictor;
+    residuals = std::move(r);
+    weights = std::move(w);
+  }
+  try_deflate(choice, weights, residuals, DeflateKind::noise);
+  if (level >= 7) try_deflate(Predictor::none, {}, sites.codes, DeflateKind::text);
+  return best;
+}
+
+// The part itself, or its deflated form in `room`.
+[[nodiscard]] std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding,
+                                                   size_t decoded, std::vector<std::byte>& room,
+                                                   std::string_view what, uint64_t offset) {
+  if (coding == raw) {
+    if (part.size() != decoded)
+      fail(Code::corrupt, what, " at offset ", offset, ": ", part.size(), " raw bytes stand for ", decoded);
+    return part;
+  }
+  room.resize(decoded);
+  if (!inflate_bytes(part, room))
+    fail(Code::corrupt, what, " at offset ", offset, ": no deflate stream of ", decoded, " bytes");
+  return room;
+}
+
+void read_values(ChunkSites& sites, const ChunkCodes& codes, const Bcc4Chunk& parts,
+                 std::span<const std::byte> part, uint64_t offset) {
+  const auto coding = static_cast<uint8_t>(parts.coding & 15);
+  const auto predictor = static_cast<Predictor>(parts.predictor);
+  const size_t weight_count = predictor == Predictor::fitted ? fitted_weights(sites.shape) : 0;
+  const size_t plane_bytes = size_t{parts.kept} * codes.bytes();
+  std::vector<std::byte> room;
+  const auto bytes = open_part(part, coding, weight_count * sizeof(int16_t) + plane_bytes, room,
+                               "values of the chunk", offset);
+  if (coding == raw) {
+    sites.codes.resize(parts.kept);
+    for (size_t i = 0; i < parts.kept; ++i) {
+      uint32_t p = 0;
+      std::memcpy(&p, bytes.data() + i * codes.bytes(), codes.bytes());
+      sites.codes[i] = code_of(p, codes);
+    }
+    return;
+  }
+  std::vector<int16_t> weights(weight_count);
+  if (weight_count > 0) std::memcpy(weights.data(), bytes.data(), weight_count * sizeof(int16_t));
+  const auto residuals = read_planes(bytes.last(plane_bytes), parts.kept, codes.bytes());
+  unpredict(sites, codes, predictor, weights, residuals);
+}
+
+} // namespace
+
+uint64_t ChunkShape::sites() const {
+  uint64_t n = 0;
+  for (int m = 0; m < layers; ++m) {
+    const auto& [x, y, z] = box[static_cast<size_t>(m)];
+    n += static_cast<uint64_t>(x * y * z);
+  }
+  return n;
+}
+
+ChunkShape chunk_shape(const VolumeInfo& info, int32_t slab, int32_t layers, const Int3& brick) {
+  const Lattice4& lattice = info.lattice;
+  ChunkShape shape;
+  const int32_t first = slab * info.slab_layers;
+  shape.layers = layers;
+  shape.period = lattice.layer_period();
+  shape.still = lattice.is_static();
+  shape.first_coset = lattice.coset(first);
+  for (int m = 0; m < shape.layers; ++m) {
+    const Int3 dims = lattice.space.dims(shape.coset(m));
+    Int3 n;
+    for (size_t a = 0; a < 3; ++a) n[a] = std::clamp(dims[a] - brick[a] * brick_edge, 0, brick_edge);
+    if (n[0] > 0 && n[1] > 0 && n[2] > 0) shape.box[static_cast<size_t>(m)] = n;
+  }
+  return shape;
+}
+
+uint32_t ChunkSites::holes() const {
+  int n = 0;
+  for (const auto& mask : hole) n += count_bits(mask);
+  return static_cast<uint32_t>(n);
+}
+
+EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level) {
+  EncodedChunk chunk;
+  Bcc4Chunk& entry = chunk.entry;
+  entry.kept = static_cast<uint32_t>(sites.codes.size());
+  entry.holes = sites.holes();
+  const auto [low, high] = std::minmax_element(sites.codes.begin(), sites.codes.end());
+  entry.min_code = *low;
+  entry.max_code = *high;
+
+  CodedValues values = write_values(sites, codes, level);
+  std::vector<std::byte> runs = write_runs(sites);
+  entry.runs_decoded = static_cast<uint32_t>(runs.size());
+  uint8_t runs_coding = raw;
+  if (level > 0) {
+    auto stream = deflate_bytes(runs, level, DeflateKind::text);
+    if (stream.size() < runs.size()) {
+      runs = std::move(stream);
+      runs_coding = deflated;
+    }
+  }
+  entry.values_bytes = static_cast<uint32_t>(values.bytes.size());
+  entry.runs_bytes = static_cast<uint32_t>(runs.size());
+  entry.coding = static_cast<uint8_t>(values.coding | runs_coding << 4);
+  entry.predictor = values.predictor;
+  chunk.bytes = std::move(values.bytes);
+  chunk.bytes.insert(chunk.bytes.end(), runs.begin(), runs.end());
+  chunk.bytes.resize(entry.stored());
+  entry.crc = crc32_of(chunk.bytes);
+  return chunk;
+}
+
+ChunkSites decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
+                        std::span<const std::byte> bytes) {
+  if (crc32_of(bytes) != entry.crc)
+    fail(Code::checksum_mismatch, "chunk at offset ", entry.offset, ": bad checksum");
+  for (const std::byte b : bytes.subspan(size_t{entry.values_bytes} + entry.runs_bytes))
+    if (b != std::byte{0}) fail(Code::corrupt, "chunk at offset ", entry.offset, ": padding is not zero");
+  ChunkSites sites;
+  sites.shape = shape;
+  std::vector<std::byte> room;
+  const uint64_t runs_offset = entry.offset + entry.values_bytes;
+  const auto runs = open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4,
+                              entry.runs_decoded, room, "runs of the chunk", runs_offset);
+  read_runs(sites, entry, runs, "runs of the chunk", runs_offset);
+  read_values(sites, codes, entry, bytes.first(entry.values_bytes), entry.offset);
+  const auto [low, high] = std::minmax_element(sites.codes.begin(), sites.codes.end());
+  if (*low != entry.min_code || *high != entry.max_code)
+    fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", *low, " .. ", *high,
+         ", the index says ", entry.min_code, " .. ", entry.max_code);
+  return sites;
+}
+
+ChunkData pack_sites(ChunkSites&& sites, const ChunkCodes& codes) {
+  ChunkData data;
+  data.shape = sites.shape;
+  const size_t bytes = codes.bytes();
+  data.codes.resize(sites.codes.size() * bytes);
+  for (size_t i = 0; i < sites.codes.size(); ++i)
+    std::memcpy(data.codes.data() + i * bytes, &sites.codes[i], bytes);
+  uint32_t n = 0;
+  for (const BrickMask& mask : sites.kept) {
+    data.first.push_back(n);
+    n += static_cast<uint32_t>(count_bits(mask));
+  }
+  data.first.push_back(n);
+  data.kept = std::move(sites.kept);
+  data.hole = std::move(sites.hole);
+  return data;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,89 @@
+#include "formats/bcc4_deflate.h"
+
+#include <zlib.h>
+
+#include <climits>
+#include <memory>
+#include <new>
+#include <utility>
+
+#if BCCSPLAT_WITH_LIBDEFLATE
+#include <libdeflate.h>
+#endif
+
+#include "base/error.h"
+
+namespace bccsplat {
+namespace {
+
+[[nodiscard]] std::vector<std::byte> deflate_with(std::span<const std::byte> bytes, int level, int strategy) {
+  if (bytes.size() > UINT_MAX / 2)
+    fail(Code::limit_exceeded, "deflate: ", bytes.size(), " bytes in one piece");
+  z_stream stream{};
+  if (deflateInit2(&stream, level, Z_DEFLATED, -15, 8, strategy) != Z_OK) throw std::bad_alloc();
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, deflateEnd);
+  std::vector<std::byte> out(deflateBound(&stream, static_cast<uLong>(bytes.size())));
+  stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  if (deflate(&stream, Z_FINISH) != Z_STREAM_END) fail(Code::internal, "deflate: no end of stream");
+  out.resize(stream.total_out);
+  return out;
+}
+
+} // namespace
+
+std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level, DeflateKind kind) {
+  if (kind == DeflateKind::text) return deflate_with(bytes, level, Z_DEFAULT_STRATEGY);
+  // Matches that noise offers by chance cost more than they save, so entropy coding alone often wins, and it
+  // is fast.
+  std::vector<std::byte> best = deflate_with(bytes, level, Z_RLE);
+  const auto keep_smaller = [&best](std::vector<std::byte> other) {
+    if (other.size() < best.size()) best = std::move(other);
+  };
+  keep_smaller(deflate_with(bytes, level, Z_HUFFMAN_ONLY));
+  if (level >= 7) keep_smaller(deflate_with(bytes, level, Z_FILTERED));
+  return best;
+}
+
+#if BCCSPLAT_WITH_LIBDEFLATE
+
+bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out) {
+  const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflater(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  if (!inflater) throw std::bad_alloc();
+  size_t taken = 0, made = 0;
+  return libdeflate_deflate_decompress_ex(inflater.get(), bytes.data(), bytes.size(), out.data(), out.size(),
+                                          &taken, &made) == LIBDEFLATE_SUCCESS &&
+         taken == bytes.size() && made == out.size();
+}
+
+uint32_t crc32_of(std::span<const std::byte> bytes) {
+  return libdeflate_crc32(0, bytes.data(), bytes.size());
+}
+
+#else
+
+bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out) {
+  if (bytes.size() > UINT_MAX || out.size() > UINT_MAX) return false;
+  z_stream stream{};
+  if (inflateInit2(&stream, -15) != Z_OK) throw std::bad_alloc();
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, inflateEnd);
+  std::byte none{}; // zlib wants a place even for no output
+  stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.empty() ? &none : out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  const int result = inflate(&stream, Z_FINISH);
+  if (result == Z_MEM_ERROR) throw std::bad_alloc();
+  return result == Z_STREAM_END && stream.avail_in == 0 && stream.avail_out == 0;
+}
+
+uint32_t crc32_of(std::span<const std::byte> bytes) {
+  return static_cast<uint32_t>(::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+#endif
+
+} // namespace bccsplat

@@ -1,0 +1,24 @@
+// Raw deflate streams (RFC 1951) and CRC-32 (ISO-HDLC, as in zlib and PNG).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bccsplat {
+
+enum class DeflateKind {
+  text,  // repeats matter
+  noise, // prediction residuals: mostly their frequencies matter, and runs of zeros
+};
+
+// The smallest stream found; level 1 .. 9. Equal on every machine with the same zlib.
+[[nodiscard]] std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level,
+                                                   DeflateKind kind);
+// Fills `out`; false unless `bytes` is one whole stream of exactly that size.
+[[nodiscard]] bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out);
+
+[[nodiscard]] uint32_t crc32_of(std::span<const std::byte> bytes);
+
+} // namespace bccsplat

@@ -1,0 +1,66 @@
+// Fixed records at the head of a .bcc4 file, and blocks (bcc4.md, sections 2 to 4).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/bytes.h"
+
+namespace bccsplat {
+
+inline constexpr uint16_t bcc4_version = 1;
+inline constexpr uint64_t header_bytes = 64;
+inline constexpr uint64_t root_bytes = 128;
+inline constexpr std::array<uint64_t, 2> root_offsets{4096, 8192};
+inline constexpr uint64_t preamble_bytes = 12288; // header, roots and the zeros between them
+
+// A block: bytes at a multiple of 8, zeros up to the next multiple; the checksum covers the zeros too.
+struct BlockRef {
+  uint64_t offset = 0;
+  uint32_t stored = 0; // without the zeros
+  uint32_t decoded = 0;
+  uint32_t crc = 0;
+  uint32_t coding = 0; // 0 raw, 1 deflate
+  [[nodiscard]] uint64_t padded() const { return (uint64_t{stored} + 7) / 8 * 8; }
+  bool operator==(const BlockRef&) const = default;
+};
+inline constexpr uint64_t block_ref_bytes = 24;
+
+struct Root {
+  uint64_t sequence = 0;
+  uint64_t file_bytes = 0;
+  BlockRef metadata, directory;
+  uint64_t chunks = 0;
+  uint64_t runs_bytes = 0, values_bytes = 0; // of the stored parts of all chunks
+  uint64_t index_bytes = 0;                  // preamble, blocks, padding of chunks
+};
+
+void write_block_ref(ByteWriter& out, const BlockRef& ref);
+[[nodiscard]] BlockRef read_block_ref(ByteReader& in);
+// Where it may lie, and that its sizes agree. `what` for error texts, `file_bytes` of the root.
+void check_block_ref(const BlockRef& ref, std::string_view what, uint64_t file_bytes);
+
+struct PackedBlock {
+  BlockRef ref;                 // without its offset
+  std::vector<std::byte> bytes; // ref.padded() of them
+};
+[[nodiscard]] PackedBlock pack_block(std::span<const std::byte> decoded);
+// `bytes`: ref.padded() of them. Checks checksum, padding and size.
+[[nodiscard]] std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::byte> bytes,
+                                                  std::string_view what);
+
+// The whole preamble.
+[[nodiscard]] std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots);
+
+struct Preamble {
+  std::optional<Root> root;  // the valid one of the highest sequence number
+  bool root_damaged = false; // the other one is neither valid nor unused
+  std::string problem;       // of the first root that is not valid
+};
+// `bytes`: the preamble, or all of a shorter file. Throws not_bcc4, unsupported_version, corrupt, truncated.
+[[nodiscard]] Preamble read_preamble(std::span<const std::byte> bytes, std::string_view file);
+
+} // namespace bccsplat

@@ -1,0 +1,35 @@
+// Prediction of codes from neighbours on the lattice (bcc4.md, section 7).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/bcc4_chunk.h"
+
+namespace bccsplat {
+
+enum class Predictor : uint8_t {
+  none = 0,     // the code itself
+  west = 1,     // the neighbour at x - 1
+  lorenzo = 2,  // the corner of the cube whose other seven corners are known
+  previous = 3, // the same site one layer of its coset earlier
+  cross = 4,    // the mean of the 8 neighbours in the layer before
+  fitted = 5,   // a weighted sum of all of these, weights in the chunk
+};
+inline constexpr uint8_t predictor_count = 6;
+
+// Folded differences to the prediction, one per kept site; predictor none: the codes.
+// `weights` are those of Predictor::fitted, else empty.
+[[nodiscard]] std::vector<uint32_t> predict(const ChunkSites& sites, const ChunkCodes& codes,
+                                            Predictor predictor, std::span<const int16_t> weights);
+// The reverse: fills sites.codes from `residuals`; the rest of `sites` is given.
+void unpredict(ChunkSites& sites, const ChunkCodes& codes, Predictor predictor,
+               std::span<const int16_t> weights, std::span<const uint32_t> residuals);
+
+// Number of weights a chunk of this shape holds for Predictor::fitted.
+[[nodiscard]] size_t fitted_weights(const ChunkShape& shape);
+// Least squares on a sample of the sites.
+[[nodiscard]] std::vector<int16_t> fit_weights(const ChunkSites& sites, const ChunkCodes& codes);
+
+} // namespace bccsplat

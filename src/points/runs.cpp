@@ -1,0 +1,92 @@
+#include "points/runs.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace bccsplat {
+
+void RunEncoder::row(uint16_t bits, int width) {
+  int x = 0;
+  while (x < width) {
+    const auto rest = static_cast<uint16_t>(bits >> x);
+    if (rest & 1) {
+      const int n = std::min(std::countr_one(rest), width - x);
+      run_ += static_cast<uint64_t>(n);
+      x += n;
+    } else {
+      if (run_ > 0) finish();
+      const int n = std::min(std::countr_zero(rest), width - x);
+      skip_ += static_cast<uint64_t>(n);
+      x += n;
+    }
+  }
+}
+
+void RunEncoder::finish() {
+  if (run_ == 0) return;
+  out_.write_varint(skip_);
+  out_.write_varint(run_);
+  skip_ = run_ = 0;
+}
+
+void RunDecoder::next_pair() {
+  skip_ = in_.read_varint();
+  run_ = in_.read_varint();
+  if (run_ == 0 || (skip_ == 0 && !first_))
+    fail(Code::corrupt, "run list: pair (", skip_, ", ", run_, ") is empty or not canonical");
+  if (run_ > kept_ || skip_ > sites_ - kept_)
+    fail(Code::corrupt, "run list: pair (", skip_, ", ", run_, ") goes beyond the ", kept_, " sites of ",
+         sites_, " that are left");
+  sites_ -= skip_ + run_;
+  kept_ -= run_;
+  first_ = false;
+}
+
+uint16_t RunDecoder::row(int width) {
+  unsigned bits = 0;
+  int x = 0;
+  while (x < width) {
+    if (run_ == 0) {
+      if (kept_ == 0) break;
+      next_pair();
+    }
+    const auto skip = static_cast<int>(std::min<uint64_t>(skip_, static_cast<uint64_t>(width - x)));
+    skip_ -= static_cast<uint64_t>(skip);
+    x += skip;
+    if (skip_ > 0) break;
+    const auto run = static_cast<int>(std::min<uint64_t>(run_, static_cast<uint64_t>(width - x)));
+    bits |= ((1u << run) - 1) << x;
+    run_ -= static_cast<uint64_t>(run);
+    x += run;
+  }
+  return static_cast<uint16_t>(bits);
+}
+
+void RunDecoder::finish() const {
+  if (kept_ + run_ > 0) fail(Code::corrupt, "run list: ", kept_ + run_, " kept sites lie outside the rows");
+}
+
+uint16_t compress_bits(uint16_t bits, uint16_t mask) {
+  unsigned out = 0;
+  int n = 0;
+  for (unsigned m = mask; m; m &= m - 1, ++n) out |= (bits & (m & -m) ? 1u : 0u) << n;
+  return static_cast<uint16_t>(out);
+}
+
+uint16_t expand_bits(uint16_t bits, uint16_t mask) {
+  unsigned out = 0;
+  int n = 0;
+  for (unsigned m = mask; m; m &= m - 1, ++n)
+    if (bits >> n & 1) out |= m & -m;
+  return static_cast<uint16_t>(out);
+}
+
+RowIndex row_index(const BrickMask& kept) {
+  RowIndex index;
+  index[0] = 0;
+  for (size_t r = 0; r < brick_rows; ++r)
+    index[r + 1] = static_cast<uint16_t>(index[r] + std::popcount(kept[r]));
+  return index;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,56 @@
+// Occupancy rows <-> run lists: (skip, run) pairs of variable-length integers over the sites of rows laid end
+// to end.
+//
+// Canonical form, the only one accepted: every run and every skip is at least 1, only the first skip may be
+// 0, sites after the last run are clear and not coded. A run goes on across row ends, so a full brick is one
+// pair.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "base/bytes.h"
+#include "points/brick.h"
+
+namespace bccsplat {
+
+class RunEncoder {
+ public:
+  explicit RunEncoder(ByteWriter& out) : out_(out) {}
+  // The next `width` sites, 0 .. 16; bit x is site x, bits from `width` on must be clear.
+  void row(uint16_t bits, int width);
+  // Writes the last run.
+  void finish();
+
+ private:
+  ByteWriter& out_;
+  uint64_t skip_ = 0, run_ = 0;
+};
+
+class RunDecoder {
+ public:
+  // `sites` in all rows together, `kept` of them set. Throws corrupt or truncated with the place in the file.
+  RunDecoder(ByteReader& in, uint64_t sites, uint64_t kept) : in_(in), sites_(sites), kept_(kept) {}
+  [[nodiscard]] uint16_t row(int width);
+  // Checks that all kept sites have come.
+  void finish() const;
+
+ private:
+  void next_pair();
+
+  ByteReader& in_;
+  uint64_t sites_, kept_;       // not yet covered by a pair
+  uint64_t skip_ = 0, run_ = 0; // left of the current pair
+  bool first_ = true;
+};
+
+// Bits of `bits` at the set bits of `mask`, pushed together at the low end.
+[[nodiscard]] uint16_t compress_bits(uint16_t bits, uint16_t mask);
+// The reverse: the low bits of `bits` spread to the set bits of `mask`.
+[[nodiscard]] uint16_t expand_bits(uint16_t bits, uint16_t mask);
+
+// Index of the first value of each row in the list of kept values; the last entry is their number.
+using RowIndex = std::array<uint16_t, brick_rows + 1>;
+[[nodiscard]] RowIndex row_index(const BrickMask& kept);
+
+} // namespace bccsplat
