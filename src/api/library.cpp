@@ -68,6 +68,11 @@ void set_last_error(std::string_view text) noexcept {
   last_error[n] = 0;
 }
 
+} // namespace bccsplat::api
+
+// Outside the namespace: inside it these would be other functions than those the header exports.
+using namespace bccsplat::api;
+
 extern "C" {
 
 int32_t bccsplat_version(void) {
@@ -102,4 +107,3 @@ const char* bccsplat_kernel_name(uint32_t index) {
 }
 
 } // extern "C"
-} // namespace bccsplat::api
