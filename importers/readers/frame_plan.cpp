@@ -95,7 +95,10 @@ void spread_held_times(std::vector<PlannedFrame>& frames, std::vector<double>& v
 
 } // namespace
 
-FramePlan plan_files(const Sequence& sequence, GapPolicy gaps) {
+FramePlan plan_files(const Sequence& sequence, const ReaderOptions& options) {
+  if (sequence.files.size() == 1 && !sequence.numbered)
+    return plan_selection(1, options.frames, sequence.files.front().path);
+  const GapPolicy gaps = options.gaps;
   FramePlan plan;
   plan.stride = sequence.natural_stride;
   if (!sequence.missing.empty() && gaps == GapPolicy::error)

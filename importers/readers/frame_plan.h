@@ -26,7 +26,7 @@ struct FramePlan {
 };
 
 // One source frame per file. Throws for a gap under GapPolicy::error, naming the missing numbers.
-[[nodiscard]] FramePlan plan_files(const Sequence& sequence, GapPolicy gaps);
+[[nodiscard]] FramePlan plan_files(const Sequence& sequence, const ReaderOptions& options);
 // Frames 0 .. count-1 of one source.
 [[nodiscard]] FramePlan plan_selection(uint64_t count, const FrameSelection& selection,
                                        const std::string& path);

@@ -233,7 +233,7 @@ std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options) {
   if (layout.slope != 1 || layout.intercept != 0)
     d.notes.push_back(concat("values = ", layout.slope, " x stored + ", layout.intercept));
   FramePlan plan =
-      file_per_frame ? plan_files(sequence, options.gaps) : plan_selection(frames, options.frames, path);
+      file_per_frame ? plan_files(sequence, options) : plan_selection(frames, options.frames, path);
   DenseSeries series(std::move(segments), layout, memory_limit(options));
   return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series)), std::move(plan),
                         options);

@@ -250,7 +250,7 @@ std::unique_ptr<FrameReader> open_nrrd(const ReaderOptions& options) {
     d.notes.push_back(h.encoding == Encoding::gzip ? "gzip encoding" : "ascii encoding");
 
   FramePlan plan =
-      file_per_frame ? plan_files(sequence, options.gaps) : plan_selection(frames, options.frames, path);
+      file_per_frame ? plan_files(sequence, options) : plan_selection(frames, options.frames, path);
   DenseSeries series(std::move(segments), layout, memory_limit(options));
   return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series), wanted),
                         std::move(plan), options);

@@ -91,7 +91,7 @@ std::unique_ptr<FrameReader> open_raw(const ReaderOptions& options) {
                            options.big_endian.value_or(false) ? "big" : "little", "-endian",
                            skip > 0 ? concat(", ", skip, " bytes skipped") : ""));
   FramePlan plan =
-      file_per_frame ? plan_files(sequence, options.gaps) : plan_selection(dims[3], options.frames, first);
+      file_per_frame ? plan_files(sequence, options) : plan_selection(dims[3], options.frames, first);
 
   DenseSeries series(std::move(segments), layout, memory_limit(options));
   const Frame probe = series.read(plan.frames.front().a, 0);

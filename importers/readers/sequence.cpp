@@ -220,7 +220,8 @@ Sequence find_sequence(const std::vector<std::string>& inputs, const FrameSelect
       fail_input("frame ", s.files[i].number, " stands in two files: ", s.files[i - 1].path, " and ",
                  s.files[i].path);
   s.natural_stride = common_stride(s.files);
-  select(s, selection);
+  if (s.numbered || s.files.size() > 1)
+    select(s, selection); // the frames of a single file are selected by its reader
   if (s.numbered) find_gaps(s, selection);
   if (s.files.size() > 1)
     s.note = s.numbered ? concat(s.files.size(),

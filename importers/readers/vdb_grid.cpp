@@ -65,6 +65,14 @@ class VdbFile {
     return grid;
   }
 
+  // The tree without its leaves' values: metadata alone do not hold the background.
+  openvdb::GridBase::Ptr topology(const std::string& name) {
+    openvdb::GridBase::Ptr grid;
+    const openvdb::Vec3d nowhere(1e30);
+    guard([&] { grid = file_.readGrid(name, openvdb::BBoxd(nowhere, nowhere)); });
+    return grid;
+  }
+
  private:
   std::string path_;
   openvdb::io::File file_;
@@ -244,7 +252,7 @@ std::vector<std::string> vdb_scalar_names(const std::string& path) {
   return out;
 }
 
-VdbGridInfo read_vdb_info(const std::string& path, const std::string& name) {
+VdbGridInfo read_vdb_info(const std::string& path, const std::string& name, bool with_background) {
   VdbFile file(path);
   require_name(path, file.names(), name);
   openvdb::GridBase::Ptr grid = file.metadata(name);
@@ -271,6 +279,7 @@ VdbGridInfo read_vdb_info(const std::string& path, const std::string& name) {
   if (lowest && highest) {
     info.bounds =
         bounds_of(openvdb::CoordBBox(openvdb::Coord(lowest->value()), openvdb::Coord(highest->value())));
+    if (with_background) grid = file.topology(name);
   } else {
     grid = file.grid(name);
     info.bounds = bounds_of(grid->evalActiveVoxelBoundingBox());
@@ -278,20 +287,24 @@ VdbGridInfo read_vdb_info(const std::string& path, const std::string& name) {
   grid->apply<Scalars>([&](const auto& g) {
     using Value = typename std::decay_t<decltype(g)>::ValueType;
     info.type = box_type<Value>();
-    info.background = static_cast<double>(g.background());
+    if (with_background) info.background = static_cast<double>(g.background());
   });
   info.precision = grid->saveFloatAsHalf() && is_float(info.type) ? Type::f16 : info.type;
   return info;
 }
 
 Frame read_vdb_frame(const std::string& path, const std::string& name, const std::array<int32_t, 3>& origin,
-                     const std::array<uint64_t, 4>& dims, uint64_t memory_limit) {
+                     const std::array<uint64_t, 4>& dims, double background, uint64_t memory_limit) {
   VdbFile file(path);
   require_name(path, file.names(), name);
   const openvdb::GridBase::Ptr grid = file.grid(name);
   Frame frame;
-  const bool known =
-      grid->apply<Scalars>([&](const auto& g) { frame = frame_of(g, path, origin, dims, memory_limit); });
+  const bool known = grid->apply<Scalars>([&](const auto& g) {
+    const auto own = static_cast<double>(g.background());
+    if (own != background)
+      fail_input(path, ": grid \"", name, "\" has background ", own, ", in the first frame ", background);
+    frame = frame_of(g, path, origin, dims, memory_limit);
+  });
   if (!known)
     fail_input(path, ": grid \"", name, "\" holds ", grid->valueType(), " values, other frames scalars");
   return frame;

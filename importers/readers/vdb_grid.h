@@ -26,9 +26,9 @@ struct VdbGridInfo {
   Type type = Type::f32;      // of the voxels handed out
   Type precision = Type::f32; // f16 for float grids saved as halves
   bool level_set = false;
-  double background = 0;
-  VdbBounds bounds; // of the active voxels
-  Affine affine{};  // grid index -> world
+  double background = 0; // only when asked for
+  VdbBounds bounds;      // of the active voxels
+  Affine affine{};       // grid index -> world
 };
 
 // Names of the grids of a file, a name that stands twice with its number: "density[1]".
@@ -38,11 +38,13 @@ struct VdbGridInfo {
 
 // Reads the metadata only, unless the file does not say its bounds. Throws for unknown names (with the
 // nearest), points, vectors and non-linear transforms.
-[[nodiscard]] VdbGridInfo read_vdb_info(const std::string& path, const std::string& name);
+[[nodiscard]] VdbGridInfo read_vdb_info(const std::string& path, const std::string& name,
+                                        bool with_background);
 
 // The voxels of a grid as dense boxes relative to `origin` within `dims`; at most `memory_limit` bytes.
+// Throws when its background is another.
 [[nodiscard]] Frame read_vdb_frame(const std::string& path, const std::string& name,
                                    const std::array<int32_t, 3>& origin, const std::array<uint64_t, 4>& dims,
-                                   uint64_t memory_limit);
+                                   double background, uint64_t memory_limit);
 
 } // namespace bcc4

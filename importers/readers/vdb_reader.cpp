@@ -21,7 +21,8 @@ class VdbReader : public FrameReader {
   std::string frame_name(uint64_t frame) const override { return description_.files[frame].path; }
   Frame read(uint64_t frame, size_t channel) override {
     return read_vdb_frame(description_.files[frame].path, description_.channels[channel].name,
-                          origins_[frame], description_.dims, memory_limit_);
+                          origins_[frame], description_.dims, description_.channels[channel].air,
+                          memory_limit_);
   }
 
  private:
@@ -36,7 +37,7 @@ std::vector<std::string> chosen_grids(const ReaderOptions& options, const std::s
   const std::vector<std::string> all = vdb_grid_names(path), scalars = vdb_scalar_names(path);
   if (scalars.empty()) {
     if (all.empty()) fail_input(path, ": holds no grids");
-    (void)read_vdb_info(path, all[0]); // says why it cannot be read
+    (void)read_vdb_info(path, all[0], false); // says why it cannot be read
     fail_input(path, ": no scalar grid among ", join(all));
   }
   if (scalars.size() == 1) return scalars;
@@ -100,7 +101,7 @@ std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options) {
     d.files.push_back({f.path, std::filesystem::file_size(f.path)});
     VdbBounds frame;
     for (size_t c = 0; c < grids.size(); ++c) {
-      const VdbGridInfo info = read_vdb_info(f.path, grids[c]);
+      const VdbGridInfo info = read_vdb_info(f.path, grids[c], d.channels.size() == c);
       if (d.channels.size() == c) {
         if (c == 0) reference = info;
         d.channels.push_back(
@@ -113,9 +114,9 @@ std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options) {
           fail_input(f.path, ": the transform of grid \"", info.name, "\" is singular");
       }
       const Channel& channel = d.channels[c];
-      if (info.background != channel.air || info.type != channel.type)
-        fail_input(f.path, ": grid \"", info.name, "\" is of ", info.tree_type, " with background ",
-                   info.background, ", in the first frame ", type_name(channel.type), " with ", channel.air);
+      if (info.type != channel.type)
+        fail_input(f.path, ": grid \"", info.name, "\" holds ", info.tree_type,
+                   " values, in the first frame ", type_name(channel.type));
       const Offset offset = voxel_offset(reference, info, f.path);
       if (c == 0)
         offsets.push_back(offset);
@@ -147,7 +148,7 @@ std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options) {
                            bounds.end[2] - 1, ")",
                            empty_frames > 0 ? concat("; ", empty_frames, " frames have none") : ""));
   if (!sequence.note.empty()) d.notes.push_back(sequence.note);
-  FramePlan plan = plan_files(sequence, options.gaps);
+  FramePlan plan = plan_files(sequence, options);
   return planned_series(std::make_unique<VdbReader>(std::move(d), std::move(origins), memory_limit(options)),
                         std::move(plan), options);
 }

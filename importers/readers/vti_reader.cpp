@@ -131,7 +131,7 @@ std::unique_ptr<FrameReader> open_files(const ReaderOptions& options, const Sequ
     }
     d.times.origin = "TimeValue of the files";
   }
-  FramePlan plan = plan_files(sequence, options.gaps);
+  FramePlan plan = plan_files(sequence, options);
   return planned_series(std::make_unique<VtiReader>(std::move(d), std::move(channels), memory_limit(options)),
                         std::move(plan), options);
 }
