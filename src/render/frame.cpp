@@ -59,7 +59,7 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
   RenderStats stats;
   stats.ms_transform = drawn.ms_transform, stats.ms_splat = drawn.ms_splat, stats.ms_shade = drawn.ms_shade;
   stats.cpu_ms = drawn.ms_transform + drawn.ms_splat + drawn.ms_shade;
-  stats.points_total = points.position.size();
+  stats.points_total = points.count;
   stats.points_after_cull = drawn.points_after_cull;
   stats.points_splatted = drawn.points_splatted, stats.points_occluded = drawn.points_occluded;
   stats.bricks_invisible = drawn.bricks_invisible, stats.bricks_outside = drawn.bricks_outside;

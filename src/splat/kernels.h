@@ -1,4 +1,5 @@
-// The inner loops of the splatter and the data they share.
+// The inner loops of the splatter and the data they share: one body for every SIMD target (simd.cpp), and a
+// plain one beside it that reads like the formulae (scalar.cpp).
 //
 // Vocabulary. A slab s holds the points between sheets s and s + 1. Their kernels reach the sheets first ..
 // last of that slab, a window of at most `sheets` sheets, a multiple of 4. Sheet k lives in slot k mod sheets
@@ -37,6 +38,7 @@ struct SlabLanes {
   const float* offset = nullptr; // k - s
   const float* delta = nullptr;  // shift of the foot from sheet s to sheet k, per unit of X, Y
   const float *xx = nullptr, *xy = nullptr, *yy = nullptr; // 1 / (R pixel)^2
+  const float* reach = nullptr; // xx - xy^2 / (4 yy): no row is in reach of columns where reach di^2 >= 1
 };
 
 // A point in a bin. The window starts at pixel (x, y) of the tile's ring, possibly outside of it.
@@ -58,8 +60,8 @@ struct SplatArgs {
   int columns = 0, rows = 0;    // of the window, pixels
   std::array<float*, 4> ring{}; // value, and with gradients the sums of c phi'(u) times di, dj, offset - z
   int groups = 0;
-  size_t group_floats = 0;   // distance of groups
-  int pitch = 0;             // pixels per ring row; rows have 4 spare pixels on either side
+  size_t group_floats = 0; // distance of groups
+  int pitch = 0; // pixels per ring row; rows are whole multiples of 16 and 4 spare pixels on either side
   int width = 0, height = 0; // of the tile with its border, pixels
 };
 
@@ -88,9 +90,10 @@ struct TransformArgs {
           last_slab = 0;      // tables from base_slab; points outside [first, last] are dropped
   int tile_x = 0, tile_y = 0; // pixel of ring column 0, row 0
   int width = 0, height = 0;
-  // Results, room for count: records of accepted points and their slabs, from base_slab.
-  SplatRecord* record = nullptr;
-  int32_t* slab = nullptr;
+  // Results: accepted points are appended at bin_end[(slab - base_slab) & bin_mask]; every bin has room for
+  // count + 1.
+  SplatRecord** bin_end = nullptr;
+  uint32_t bin_mask = 0; // bin_end[bin_mask + 1] takes what is rejected
 };
 
 // One finished sheet out of the ring into plain rows, and the ring's slots cleared.
@@ -109,5 +112,6 @@ struct SplatKernels {
 };
 
 [[nodiscard]] const SplatKernels& scalar_kernels();
+[[nodiscard]] const SplatKernels& simd_kernels(); // best target of this machine
 
 } // namespace bccsplat

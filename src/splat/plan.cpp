@@ -56,7 +56,7 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
   plan.lane_period = v.perspective ? 0 : plan.sheets;
   const size_t sets = plan.lane_period ? static_cast<size_t>(plan.lane_period) : slabs;
   const auto ring = static_cast<size_t>(plan.sheets);
-  plan.lane_data.resize(sets * 5 * ring);
+  plan.lane_data.resize(sets * 6 * ring);
   plan.lateral.resize(slabs), plan.half_x.resize(slabs), plan.half_y.resize(slabs);
   plan.columns.resize(slabs), plan.rows.resize(slabs);
 
@@ -89,7 +89,7 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
       const auto slot = static_cast<size_t>(((k % plan.sheets) + plan.sheets) % plan.sheets);
       const size_t set =
           plan.lane_period ? static_cast<size_t>(((s % plan.sheets) + plan.sheets) % plan.sheets) : n;
-      float* lanes = plan.lane_data.data() + set * 5 * ring + slot;
+      float* lanes = plan.lane_data.data() + set * 6 * ring + slot;
       const double form = scale * scale / (radius * radius);
       // A sheet behind the eye is out of reach of everything.
       lanes[0] = exists ? static_cast<float>(k - s) : 1e6f;
@@ -97,6 +97,7 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
       lanes[2 * ring] = exists ? static_cast<float>(metric.xx * form) : 0;
       lanes[3 * ring] = exists ? static_cast<float>(2 * metric.xy * form) : 0;
       lanes[4 * ring] = exists ? static_cast<float>(metric.yy * form) : 0;
+      lanes[5 * ring] = exists ? static_cast<float>(metric.determinant() / metric.yy * form) : 0;
     }
     if (n >= slabs) continue;
     plan.lateral[n] = static_cast<float>(v.perspective ? 1 / depth : static_cast<double>(n));
@@ -203,12 +204,13 @@ int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const S
   if (options.tile_size > 0) return std::min(options.tile_size, 4096);
   const bool gradients = options.mode == RenderMode::composite && options.shading &&
                          options.gradient == GradientMethod::analytic;
-  // The ring of a tile should stay well inside the L2 cache.
+  // The ring of a tile should stay well inside the L2 cache; with its border it fills whole vectors.
   int size = 64;
   while (size > 16 && size * size * plan.sheets * (gradients ? 4 : 1) > 131072) size -= 16;
   // Enough tiles to share out.
-  while (size > 24 && (view.width / size + 1) * (view.height / size + 1) < 8 * threads && threads > 1)
-    size -= 8;
+  while (size > 16 && (view.width / size + 1) * (view.height / size + 1) < 8 * threads && threads > 1)
+    size -= 16;
+  size -= 2 * plan.border;
   return size;
 }
 

@@ -45,8 +45,8 @@ struct SplatPlan {
   [[nodiscard]] SlabLanes lanes(int64_t slab) const {
     const int64_t n = lane_period ? ((slab % lane_period) + lane_period) % lane_period : slab - first_slab;
     const auto s = static_cast<size_t>(sheets);
-    const float* p = lane_data.data() + static_cast<size_t>(n) * 5 * s;
-    return {p, p + s, p + 2 * s, p + 3 * s, p + 4 * s};
+    const float* p = lane_data.data() + static_cast<size_t>(n) * 6 * s;
+    return {p, p + s, p + 2 * s, p + 3 * s, p + 4 * s, p + 5 * s};
   }
 };
 

@@ -7,6 +7,8 @@
 namespace bccsplat {
 namespace {
 
+constexpr size_t vector_overhang = 16; // vectors read in whole, past the last point
+
 // Local sites of a brick, packed as in SplatPoints::position, in the fixed shuffled order.
 std::vector<uint16_t> shuffled_sites(bool bcc, int edge) {
   std::vector<uint16_t> sites;
@@ -101,8 +103,8 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   points.memory =
       Reservation(context.memory, total * (sizeof(float) + sizeof(uint16_t)) + kept * sizeof(SplatBrick),
                   "the points of a slice");
-  points.position.reserve(total);
-  points.coefficient.reserve(total);
+  points.position.reserve(total + vector_overhang);
+  points.coefficient.reserve(total + vector_overhang);
   points.bricks.reserve(kept);
   for (size_t slot = 0; slot < made.size(); ++slot) {
     BrickPoints& b = made[slot];
@@ -125,6 +127,9 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
     points.bricks.push_back(b.brick);
     b.position = {}, b.coefficient = {};
   }
+  points.count = static_cast<uint32_t>(total);
+  points.position.resize(total + vector_overhang);
+  points.coefficient.resize(total + vector_overhang);
   return points;
 }
 

@@ -26,7 +26,9 @@ struct SplatPoints {
   int edge = 0;                   // planes per brick
   Int3 dims{};                    // bricks
   std::vector<SplatBrick> bricks; // those that hold points, x fastest
-  std::vector<uint16_t> position; // local planes x | y << 4 | z << 8
+  uint32_t count = 0;
+  std::vector<uint16_t> position; // local planes x | y << 4 | z << 8; spare entries at the end, so
+                                  // that vectors may read over it
   std::vector<float> coefficient; // relative to air
   Reservation memory;
 

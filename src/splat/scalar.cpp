@@ -68,9 +68,9 @@ size_t transform(const TransformArgs& t) {
     const int px = f.i - t.tile_x + static_cast<int>(start_x),
               py = f.j - t.tile_y + static_cast<int>(start_y);
     if (px >= t.width || py >= t.height || px + t.columns[s] <= 0 || py + t.rows[s] <= 0) continue;
-    t.record[accepted] = {foot_x - start_x, foot_y - start_y, depth - whole, t.coefficient[n], px, py,
-                          lateral_x,        lateral_y};
-    t.slab[accepted++] = static_cast<int32_t>(s);
+    *t.bin_end[s & t.bin_mask]++ = {
+        foot_x - start_x, foot_y - start_y, depth - whole, t.coefficient[n], px, py, lateral_x, lateral_y};
+    ++accepted;
   }
   return accepted;
 }

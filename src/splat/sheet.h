@@ -62,6 +62,7 @@ struct SheetKernels {
 };
 
 [[nodiscard]] const SheetKernels& scalar_sheet_kernels();
+[[nodiscard]] const SheetKernels& simd_sheet_kernels(); // best target of this machine
 
 // 1 - exp(-x), x >= 0.
 [[nodiscard]] float absorbed(float x);

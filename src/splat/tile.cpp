@@ -26,14 +26,13 @@ class Tile {
  public:
   Tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, SplatStats& stats)
       : scene_(*job.scene), options_(*job.options), plan_(*job.plan), job_(job), tile_(tile), m_(memory),
-        stats_(stats), view_(*scene_.view), kernels_(scalar_kernels()),
-        sheet_kernels_(scalar_sheet_kernels()), time_(*scene_.slice) {
+        stats_(stats), view_(*scene_.view), kernels_(options_.scalar ? scalar_kernels() : simd_kernels()),
+        sheet_kernels_(options_.scalar ? scalar_sheet_kernels() : simd_sheet_kernels()),
+        time_(*scene_.slice) {
     const bool shaded = options_.mode == RenderMode::composite && options_.shading;
     central_ = shaded && options_.gradient == GradientMethod::central;
     analytic_ = shaded && !central_;
-    size_t largest = 0;
-    for (const uint32_t b : tile.bricks) largest = std::max<size_t>(largest, points_of(b).count);
-    m_.prepare(plan_, tile.width, tile.height, analytic_, largest);
+    m_.prepare(plan_, tile.width, tile.height, analytic_);
     prepare_pixels();
   }
 
@@ -43,10 +42,6 @@ class Tile {
   }
 
  private:
-  [[nodiscard]] const SplatBrick& points_of(uint32_t planned) const {
-    return scene_.points->bricks[plan_.bricks[planned].brick];
-  }
-
   void prepare_pixels() {
     float** const planes[] = {&pixel_.red,   &pixel_.green, &pixel_.blue, &pixel_.alpha,
                               &pixel_.depth, &pixel_.value, &pixel_.time};
@@ -108,10 +103,11 @@ class Tile {
         activate(tile_.bricks[next_brick++], first_slab, last_slab);
         lap(clock, stats_.ms_transform);
       }
-      auto& bin = m_.bins[static_cast<size_t>(s) & (m_.bins.size() - 1)];
-      if (bin.count > 0) {
-        splat_bin(s, bin);
-        bin.count = 0;
+      const size_t bin = bin_of(s);
+      SplatRecord* const records = m_.bins[bin].data();
+      if (m_.bin_end[bin] != records) {
+        splat_bin(s, records, static_cast<size_t>(m_.bin_end[bin] - records));
+        m_.bin_end[bin] = records;
         dirty = s + plan_.after;
         lap(clock, stats_.ms_splat);
       }
@@ -151,14 +147,17 @@ class Tile {
     t.first_slab = first_slab, t.last_slab = last_slab;
     t.tile_x = tile_.x - plan_.border, t.tile_y = tile_.y - plan_.border;
     t.width = m_.width, t.height = m_.height;
-    t.record = m_.moved.data(), t.slab = m_.moved_slab.data();
-    const size_t count = kernels_.transform(t);
-    stats_.points_splatted += count;
-    for (size_t n = 0; n < count; ++n) {
-      auto& bin = m_.bins[static_cast<size_t>(m_.moved_slab[n] + plan_.first_slab) & (m_.bins.size() - 1)];
-      bin.record.grow(bin.count + 1, bin.count);
-      bin.record.data()[bin.count++] = m_.moved[n];
-    }
+    t.bin_end = m_.bin_end.data(), t.bin_mask = m_.bin_mask();
+    const int64_t from = std::max(first_slab, b.first_slab), to = std::min(last_slab, b.last_slab);
+    for (int64_t s = from; s <= to; ++s) m_.make_room(bin_of(s), points.count + 1);
+    const size_t trash = m_.bins.size() - 1;
+    m_.bin_end[trash] = m_.bins[trash].data();
+    m_.make_room(trash, points.count + 16);
+    stats_.points_splatted += kernels_.transform(t);
+  }
+
+  [[nodiscard]] size_t bin_of(int64_t slab) const {
+    return static_cast<size_t>(slab - plan_.first_slab) & m_.bin_mask();
   }
 
   // Whether every pixel of the tile inside the rectangle, and one around it, is finished.
@@ -177,11 +176,11 @@ class Tile {
     return true;
   }
 
-  void splat_bin(int64_t s, const TileMemory::Bin& bin) {
+  void splat_bin(int64_t s, const SplatRecord* records, size_t count) {
     const auto n = static_cast<size_t>(s - plan_.first_slab);
     const SlabLanes lanes = plan_.lanes(s);
     SplatArgs a;
-    a.record = bin.record.data(), a.count = bin.count;
+    a.record = records, a.count = count;
     a.lanes = &lanes, a.kernel = job_.kernel;
     a.depth2 = static_cast<float>(plan_.depth2);
     a.isotropic = plan_.isotropic;
@@ -190,8 +189,8 @@ class Tile {
     a.groups = plan_.groups, a.group_floats = m_.group_floats;
     a.pitch = m_.ring_pitch, a.width = m_.width, a.height = m_.height;
     kernels_.splat(a);
-    stats_.contributions += bin.count * static_cast<uint64_t>(plan_.sheets) *
-                            static_cast<uint64_t>(a.columns) * static_cast<uint64_t>(a.rows);
+    stats_.contributions += count * static_cast<uint64_t>(plan_.sheets) * static_cast<uint64_t>(a.columns) *
+                            static_cast<uint64_t>(a.rows);
   }
 
   void extract(int64_t k) {

@@ -4,10 +4,10 @@
 
 namespace bccsplat {
 
-void TileMemory::prepare(const SplatPlan& plan, int tile_width, int tile_height, bool gradients,
-                         size_t largest_brick) {
+void TileMemory::prepare(const SplatPlan& plan, int tile_width, int tile_height, bool gradients) {
   width = tile_width + 2 * plan.border, height = tile_height + 2 * plan.border;
-  ring_pitch = width + 8;
+  // Whole vectors are extracted: they must not reach into the next row.
+  ring_pitch = (width + 15) / 16 * 16 + 8;
   group_floats = static_cast<size_t>(ring_pitch) * static_cast<size_t>(height) * 4 + 64;
   plane_pitch = (width + 15) / 16 * 16 + 16;
   for (size_t q = 0; q < (gradients ? 4u : 1u); ++q) {
@@ -32,10 +32,12 @@ void TileMemory::prepare(const SplatPlan& plan, int tile_width, int tile_height,
 
   size_t count = 1;
   while (count < static_cast<size_t>(plan.longest) + 2) count *= 2;
-  if (bins.size() != count) bins = std::vector<Bin>(count);
-  for (Bin& b : bins) b.count = 0;
-  moved.resize(std::max(moved.size(), largest_brick + 16));
-  moved_slab.resize(moved.size());
+  if (bins.size() != count + 1) bins = std::vector<AlignedArray<SplatRecord>>(count + 1);
+  bin_end.resize(count + 1);
+  for (size_t b = 0; b <= count; ++b) {
+    bins[b].reserve(64);
+    bin_end[b] = bins[b].data();
+  }
 }
 
 } // namespace bccsplat

@@ -31,16 +31,21 @@ struct TileMemory {
   static constexpr size_t pixel_planes = 13;
   AlignedArray<uint8_t> hole;
 
-  struct Bin {
-    AlignedArray<SplatRecord> record;
-    size_t count = 0;
-  };
-  std::vector<Bin> bins; // slab modulo the number of bins, a power of two
-  std::vector<SplatRecord> moved;
-  std::vector<int32_t> moved_slab;
+  // Points that wait for their slab; slab modulo the number of bins, a power of two. One more takes what is
+  // rejected.
+  std::vector<AlignedArray<SplatRecord>> bins;
+  std::vector<SplatRecord*> bin_end;
+  [[nodiscard]] uint32_t bin_mask() const { return static_cast<uint32_t>(bins.size() - 2); }
+  // Makes room for `count` more points in a bin.
+  void make_room(size_t bin, size_t count) {
+    const auto used = static_cast<size_t>(bin_end[bin] - bins[bin].data());
+    if (used + count <= bins[bin].capacity()) return;
+    bins[bin].grow(used + count, used);
+    bin_end[bin] = bins[bin].data() + used;
+  }
 
   // Sizes everything for a tile and clears the ring, the pixels and the bins.
-  void prepare(const SplatPlan& plan, int tile_width, int tile_height, bool gradients, size_t largest_brick);
+  void prepare(const SplatPlan& plan, int tile_width, int tile_height, bool gradients);
 
   [[nodiscard]] float* ring_origin(size_t quantity) const {
     return ring[quantity].data() ? ring[quantity].data() + 16 : nullptr; // 4 spare pixels on the left

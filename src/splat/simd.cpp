@@ -1,0 +1,297 @@
+// The inner loops of kernels.h through Highway: one body, compiled for every target, the best chosen at run
+// time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "splat/simd.cpp"
+#include <hwy/foreach_target.h>
+// Highway's target list must come before anything it guards.
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "splat/kernels.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+
+#if HWY_TARGET == HWY_SCALAR
+// No vectors: the plain loops.
+void Splat(const SplatArgs& s) { scalar_kernels().splat(s); }
+size_t Transform(const TransformArgs& t) { return scalar_kernels().transform(t); }
+void Extract(const ExtractArgs& e) { scalar_kernels().extract(e); }
+#else
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = hn::CappedTag<float, 16>; // 4 sheets x 4, 2 or 1 pixels
+using V = hn::Vec<D>;
+constexpr D d;
+HWY_INLINE int pixels_per_vector() { return static_cast<int>(hn::Lanes(d)) / 4; }
+
+// Four sheets, repeated for every pixel of a vector.
+HWY_INLINE V repeat4(const float* p) { return hn::LoadDup128(d, p); }
+
+alignas(64) constexpr float lane_pixel[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
+
+// The kernel's polynomial with the point's coefficient multiplied in, and its slope.
+template<bool kSquare8> struct Weights;
+
+// a_2 u^2 + ... + a_7 u^7: all radial kernels.
+template<> struct Weights<true> {
+  V a2, a3, a4, a5, a6, a7;
+  HWY_INLINE Weights(const KernelPolynomial&, const std::array<float, RadialKernel::max_terms>& a, float c) {
+    a2 = hn::Set(d, c * a[2]), a3 = hn::Set(d, c * a[3]), a4 = hn::Set(d, c * a[4]);
+    a5 = hn::Set(d, c * a[5]), a6 = hn::Set(d, c * a[6]), a7 = hn::Set(d, c * a[7]);
+  }
+  HWY_INLINE V add(V u, V sum) const {
+    const V q =
+        hn::MulAdd(hn::MulAdd(hn::MulAdd(hn::MulAdd(hn::MulAdd(a7, u, a6), u, a5), u, a4), u, a3), u, a2);
+    return hn::MulAdd(hn::Mul(u, u), q, sum);
+  }
+  // slope = u (2 a_2 + 3 a_3 u + ...)
+  HWY_INLINE V slope(V u) const {
+    V q = hn::MulAdd(hn::Mul(hn::Set(d, 7.0f), a7), u, hn::Mul(hn::Set(d, 6.0f), a6));
+    q = hn::MulAdd(q, u, hn::Mul(hn::Set(d, 5.0f), a5));
+    q = hn::MulAdd(q, u, hn::Mul(hn::Set(d, 4.0f), a4));
+    q = hn::MulAdd(q, u, hn::Mul(hn::Set(d, 3.0f), a3));
+    q = hn::MulAdd(q, u, hn::Add(a2, a2));
+    return hn::Mul(q, u);
+  }
+};
+
+template<> struct Weights<false> {
+  const KernelPolynomial& kernel;
+  V c;
+  HWY_INLINE Weights(const KernelPolynomial& k, const std::array<float, RadialKernel::max_terms>&,
+                     float coefficient)
+      : kernel(k), c(hn::Set(d, coefficient)) {}
+  HWY_INLINE V add(V u, V sum) const {
+    V q = hn::Set(d, kernel.a[static_cast<size_t>(kernel.terms) - 1]);
+    for (int j = kernel.terms - 2; j >= 0; --j)
+      q = hn::MulAdd(q, u, hn::Set(d, kernel.a[static_cast<size_t>(j)]));
+    // phi(0) need not vanish: nothing outside the radius.
+    return hn::MulAdd(c, hn::IfThenElseZero(hn::Gt(u, hn::Zero(d)), q), sum);
+  }
+  HWY_INLINE V slope(V u) const {
+    V q = hn::Set(d, kernel.slope[static_cast<size_t>(kernel.terms) - 2]);
+    for (int j = kernel.terms - 3; j >= 0; --j)
+      q = hn::MulAdd(q, u, hn::Set(d, kernel.slope[static_cast<size_t>(j)]));
+    return hn::Mul(c, hn::IfThenElseZero(hn::Gt(u, hn::Zero(d)), q));
+  }
+};
+
+template<bool kIsotropic, bool kGradient, bool kSquare8> void SplatPoints_(const SplatArgs& s) {
+  const int vp = pixels_per_vector();
+  const auto step = static_cast<size_t>(s.pitch) * 4;
+  const V pixel = hn::Load(d, lane_pixel), one = hn::Set(d, 1.0f), zero = hn::Zero(d),
+          depth2 = hn::Set(d, s.depth2);
+  const SlabLanes& lanes = *s.lanes;
+  for (size_t n = 0; n < s.count; ++n) {
+    const SplatRecord& p = s.record[n];
+    const int r0 = std::max(0, -p.y), r1 = std::min(s.rows, s.height - p.y);
+    // Vectors of the window that touch the tile; they may hang over into the spare pixels.
+    const int v0 = p.x >= 0 ? 0 : (-p.x) / vp * vp, v1 = std::min(s.columns, s.width - p.x);
+    const V fx = hn::Set(d, p.fx), z = hn::Set(d, p.z);
+    const Weights<kSquare8> weights(*s.kernel, s.kernel->a, p.c);
+    const std::ptrdiff_t start = (static_cast<std::ptrdiff_t>(p.y + r0) * s.pitch + p.x) * 4;
+    for (int g = 0; g < s.groups; ++g) {
+      const V dk = hn::Sub(repeat4(lanes.offset + 4 * g), z);
+      const V height = hn::NegMulAdd(hn::Mul(dk, depth2), dk, one);
+      const V xx = repeat4(lanes.xx + 4 * g), yy = repeat4(lanes.yy + 4 * g),
+              reach = repeat4(lanes.reach + 4 * g);
+      V x_shift = fx, y_foot = hn::Set(d, p.fy), xy = zero;
+      if constexpr (!kIsotropic) {
+        const V delta = repeat4(lanes.delta + 4 * g);
+        x_shift = hn::MulAdd(hn::Set(d, p.lateral_x), delta, fx);
+        y_foot = hn::MulAdd(hn::Set(d, p.lateral_y), delta, y_foot);
+        xy = repeat4(lanes.xy + 4 * g);
+      }
+      const std::ptrdiff_t base = start + g * static_cast<std::ptrdiff_t>(s.group_floats);
+      for (int v = v0; v < v1; v += vp) {
+        const V di = hn::Sub(hn::Add(pixel, hn::Set(d, static_cast<float>(v))), x_shift);
+        // No row of these columns and sheets is in reach.
+        if (hn::AllFalse(d, hn::Gt(hn::NegMulAdd(hn::Mul(di, reach), di, height), zero))) continue;
+        const V level = hn::NegMulAdd(hn::Mul(di, xx), di, height);
+        const V slant = hn::Mul(di, xy);
+        float* sum = s.ring[0] + base + 4 * v;
+        for (int r = r0; r < r1; ++r, sum += step) {
+          const V dj = hn::Sub(hn::Set(d, static_cast<float>(r)), y_foot);
+          const V across = kIsotropic ? hn::Mul(dj, yy) : hn::MulAdd(dj, yy, slant);
+          const V u = hn::Max(hn::NegMulAdd(across, dj, level), zero);
+          hn::StoreU(weights.add(u, hn::LoadU(d, sum)), d, sum);
+          if constexpr (kGradient) {
+            const std::ptrdiff_t at = sum - s.ring[0];
+            const V w = weights.slope(u);
+            hn::StoreU(hn::MulAdd(w, di, hn::LoadU(d, s.ring[1] + at)), d, s.ring[1] + at);
+            hn::StoreU(hn::MulAdd(w, dj, hn::LoadU(d, s.ring[2] + at)), d, s.ring[2] + at);
+            hn::StoreU(hn::MulAdd(w, dk, hn::LoadU(d, s.ring[3] + at)), d, s.ring[3] + at);
+          }
+        }
+      }
+    }
+  }
+}
+
+void Splat(const SplatArgs& s) {
+  const bool square = s.kernel->from_square && s.kernel->terms == 8;
+  const int which = (s.isotropic ? 4 : 0) | (s.ring[1] ? 2 : 0) | (square ? 1 : 0);
+  switch (which) {
+  case 0:
+    return SplatPoints_<false, false, false>(s);
+  case 1:
+    return SplatPoints_<false, false, true>(s);
+  case 2:
+    return SplatPoints_<false, true, false>(s);
+  case 3:
+    return SplatPoints_<false, true, true>(s);
+  case 4:
+    return SplatPoints_<true, false, false>(s);
+  case 5:
+    return SplatPoints_<true, false, true>(s);
+  case 6:
+    return SplatPoints_<true, true, false>(s);
+  default:
+    return SplatPoints_<true, true, true>(s);
+  }
+}
+
+template<bool kIsotropic> size_t TransformPoints(const TransformArgs& t) {
+  using I = hn::RebindToSigned<D>;
+  const I di;
+  const hn::Rebind<uint16_t, D> d16;
+  const size_t lanes = hn::Lanes(d);
+  const BrickFrame& f = *t.frame;
+  const auto base = static_cast<int32_t>(f.k - t.base_slab);
+  const auto first = hn::Set(di, static_cast<int32_t>(t.first_slab - t.base_slab) - 1),
+             last = hn::Set(di, static_cast<int32_t>(t.last_slab - t.base_slab) + 1);
+  const auto low4 = hn::Set(di, 15);
+  const V limit = hn::Set(d, 1e8f), one = hn::Set(d, 1.0f);
+  alignas(64) float front[64];  // fx fy z c of each point
+  alignas(64) int32_t back[64]; // x y X Y
+  alignas(64) int32_t bin[16];
+  const int32_t trash = static_cast<int32_t>(t.bin_mask) + 1;
+  size_t accepted = 0;
+  for (size_t n = 0; n < t.count; n += lanes) {
+    // Points past the end are read as points of the next brick, or of the array's spare end, and rejected.
+    const auto packed = hn::PromoteTo(di, hn::LoadU(d16, t.position + n));
+    const V x = hn::ConvertTo(d, hn::And(packed, low4));
+    const V y = hn::ConvertTo(d, hn::And(hn::ShiftRight<4>(packed), low4));
+    const V z = hn::ConvertTo(d, hn::ShiftRight<8>(packed));
+    const auto affine = [&](const std::array<float, 4>& a) HWY_ATTR {
+      return hn::MulAdd(hn::Set(d, a[0]), x,
+                        hn::MulAdd(hn::Set(d, a[1]), y, hn::MulAdd(hn::Set(d, a[2]), z, hn::Set(d, a[3]))));
+    };
+    const V depth = affine(f.dk), whole = hn::Floor(depth);
+    const auto slab = hn::Add(hn::ConvertTo(di, whole), hn::Set(di, base));
+    auto good = hn::And(hn::Gt(slab, first), hn::Lt(slab, last));
+    const auto safe = hn::IfThenElse(good, slab, hn::Sub(last, hn::Set(di, 1)));
+    V foot_x = affine(f.di), foot_y = affine(f.dj), half_x, half_y;
+    V lateral_x = hn::Zero(d), lateral_y = hn::Zero(d);
+    hn::Vec<I> columns, rows;
+    if constexpr (kIsotropic) {
+      half_x = hn::Set(d, t.half_x[0]), half_y = hn::Set(d, t.half_y[0]);
+      columns = hn::Set(di, t.columns[0]), rows = hn::Set(di, t.rows[0]);
+    } else {
+      const V shift = hn::Sub(hn::GatherIndex(d, t.lateral, safe), hn::Set(d, f.m));
+      lateral_x = affine(f.dX), lateral_y = affine(f.dY);
+      foot_x = hn::MulAdd(lateral_x, shift, foot_x), foot_y = hn::MulAdd(lateral_y, shift, foot_y);
+      half_x = hn::GatherIndex(d, t.half_x, safe), half_y = hn::GatherIndex(d, t.half_y, safe);
+      columns = hn::GatherIndex(di, t.columns, safe), rows = hn::GatherIndex(di, t.rows, safe);
+    }
+    const auto begin = [&](V foot, V half) HWY_ATTR {
+      return hn::Add(hn::Floor(hn::Min(hn::Max(hn::Sub(foot, half), hn::Neg(limit)), limit)), one);
+    };
+    const V start_x = begin(foot_x, half_x), start_y = begin(foot_y, half_y);
+    const auto px = hn::Add(hn::ConvertTo(di, start_x), hn::Set(di, f.i - t.tile_x));
+    const auto py = hn::Add(hn::ConvertTo(di, start_y), hn::Set(di, f.j - t.tile_y));
+    const auto none = hn::Zero(di);
+    good = hn::And(good, hn::And(hn::Lt(px, hn::Set(di, t.width)), hn::Lt(py, hn::Set(di, t.height))));
+    good = hn::And(good, hn::And(hn::Gt(hn::Add(px, columns), none), hn::Gt(hn::Add(py, rows), none)));
+    good = hn::And(good,
+                   hn::Lt(hn::Iota(di, 0), hn::Set(di, static_cast<int32_t>(std::min(lanes, t.count - n)))));
+    if (hn::AllFalse(di, good)) continue;
+    accepted += hn::CountTrue(di, good);
+    hn::StoreInterleaved4(hn::Sub(foot_x, start_x), hn::Sub(foot_y, start_y), hn::Sub(depth, whole),
+                          hn::LoadU(d, t.coefficient + n), d, front);
+    hn::StoreInterleaved4(px, py, hn::BitCast(di, lateral_x), hn::BitCast(di, lateral_y), di, back);
+    hn::Store(hn::IfThenElse(good, hn::And(slab, hn::Set(di, static_cast<int32_t>(t.bin_mask))),
+                             hn::Set(di, trash)),
+              di, bin);
+    for (size_t l = 0; l < lanes; ++l) {
+      SplatRecord*& end = t.bin_end[bin[l]];
+      std::memcpy(&end->fx, front + 4 * l, 16);
+      std::memcpy(&end->x, back + 4 * l, 16);
+      ++end;
+    }
+  }
+  return accepted;
+}
+
+size_t Transform(const TransformArgs& t) {
+  return t.isotropic ? TransformPoints<true>(t) : TransformPoints<false>(t);
+}
+
+// The sums of one lane out of groups of four, which are set to zero.
+void Extract(const ExtractArgs& e) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  alignas(64) uint32_t others[16];
+  for (int l = 0; l < 16; ++l) others[l] = l % 4 == e.lane ? 0u : ~0u;
+  const V keep = hn::BitCast(d, hn::Load(hn::RebindToUnsigned<D>(), others));
+  const auto rows = [&](auto pick) HWY_ATTR {
+    for (int y = 0; y < e.height; ++y) {
+      float* from = e.ring + static_cast<std::ptrdiff_t>(y) * e.pitch * 4;
+      float* to = e.plane + static_cast<std::ptrdiff_t>(y) * e.plane_pitch;
+      for (int x = 0; x < e.width; x += lanes, from += 4 * lanes) {
+        V v0, v1, v2, v3;
+        hn::LoadInterleaved4(d, from, v0, v1, v2, v3);
+        hn::StoreU(pick(v0, v1, v2, v3), d, to + x);
+        for (int i = 0; i < 4; ++i)
+          hn::StoreU(hn::And(hn::LoadU(d, from + i * lanes), keep), d, from + i * lanes);
+      }
+    }
+  };
+  switch (e.lane) {
+  case 0:
+    rows([](V v0, V, V, V) HWY_ATTR { return v0; });
+    break;
+  case 1:
+    rows([](V, V v1, V, V) HWY_ATTR { return v1; });
+    break;
+  case 2:
+    rows([](V, V, V v2, V) HWY_ATTR { return v2; });
+    break;
+  default:
+    rows([](V, V, V, V v3) HWY_ATTR { return v3; });
+    break;
+  }
+}
+
+#endif
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace bccsplat {
+HWY_EXPORT(Splat);
+HWY_EXPORT(Transform);
+HWY_EXPORT(Extract);
+
+const SplatKernels& simd_kernels() {
+  static constexpr SplatKernels kernels{
+      [](const SplatArgs& s) {
+        HWY_DYNAMIC_DISPATCH(Splat)
+        (s);
+      },
+      [](const TransformArgs& t) { return HWY_DYNAMIC_DISPATCH(Transform)(t); },
+      [](const ExtractArgs& e) {
+        HWY_DYNAMIC_DISPATCH(Extract)
+        (e);
+      },
+  };
+  return kernels;
+}
+
+} // namespace bccsplat
+#endif
