@@ -17,7 +17,7 @@ namespace {
 
 // One channel on its way through.
 struct Channel {
-  explicit Channel(const FitChannel& o) : options(o), maker(o.quantiser, o.threshold) {}
+  explicit Channel(const FitChannel& o) : options(o), maker(o.quantiser, o.threshold, o.ringing) {}
 
   FitChannel options;
   LayerMaker maker;
@@ -304,6 +304,8 @@ struct Fit::State {
             any_missing = true;
           }
         }
+      block->source.fill(0xffff); // nothing was filtered
+      block->largest = 0;
       if (any) blocks[slot] = std::move(block);
       if (any_missing) masks[slot] = std::make_unique<BrickMask>(mask);
     });

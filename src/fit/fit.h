@@ -25,9 +25,14 @@ namespace bccsplat {
 struct FitChannel {
   std::string name = "value"; // for error texts
   Quantiser quantiser;
-  float threshold = 0; // a site within this of air is dropped; 0: only where the stored code is that of air
-  std::optional<Range>
-      range; // what NonFinite::clamp makes of infinities; none: the range of the source so far
+  // A site within this of air is dropped; 0: only where the stored code is that of air.
+  float threshold = 0;
+  // What the filter leaves next to samples that are air is dropped up to this fraction of the largest
+  // departure from air in its reach (relevance.h says why); 0: it is kept like anything else. Integers lose
+  // little by it, floats half.
+  float ringing = 1.0f / 512;
+  // What NonFinite::clamp makes of infinities; none: the range of the source so far.
+  std::optional<Range> range;
 };
 
 struct FitOptions {

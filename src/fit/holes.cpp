@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/sizes.h"
+#include "fit/site_axis.h"
 
 namespace bccsplat {
 namespace {
@@ -159,13 +160,14 @@ void mark_holes(const HoleMap& holes, const Lattice4& lattice, FrameSites& sites
     masks.resize(shape.brick_slots());
     // Sites that may be missing, and the sample each is nearest to.
     std::array<std::vector<std::pair<int32_t, int64_t>>, 3> near;
-    for (size_t a = 0; a < 3; ++a)
-      for (int32_t i = 0; i < shape.dims()[a]; ++i) {
-        const double end = lattice.dims[a] - 1.0;
-        const double p = static_cast<double>(lattice.space.plane(c, i)) * end / lattice.space.last[a];
-        const auto sample = std::min(static_cast<int64_t>(std::floor(p + 0.5)), static_cast<int64_t>(end));
-        if (sample >= holes.region.begin[a] && sample < holes.region.end[a]) near[a].push_back({i, sample});
+    for (size_t a = 0; a < 3; ++a) {
+      const std::vector<double> positions = site_positions(lattice, c, a);
+      for (size_t i = 0; i < positions.size(); ++i) {
+        const int64_t sample = nearest_sample(positions[i], lattice.dims[a]);
+        if (sample >= holes.region.begin[a] && sample < holes.region.end[a])
+          near[a].push_back({static_cast<int32_t>(i), sample});
       }
+    }
     for (const auto& [k, z] : near[2])
       for (const auto& [j, y] : near[1])
         for (const auto& [i, x] : near[0]) {

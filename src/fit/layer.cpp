@@ -38,7 +38,8 @@ HWY_EXPORT(Combine);
 
 namespace {
 const SiteBlock air_block{};
-}
+const BrickMask no_source{};
+} // namespace
 
 BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
                             size_t nearest, const Context& context) {
@@ -93,8 +94,13 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
          static_cast<size_t>(size[1]), combined.value.data());
         values = combined.value.data();
       }
+      SiteEvidence evidence{holes_of(slot), &no_source, 0};
+      if (const SiteBlockPtr& b = taps[nearest].frame->block[c][slot]) evidence.source = &b->source;
+      for (const LayerTap& tap : taps)
+        if (const SiteBlockPtr& b = tap.frame->block[c][slot])
+          evidence.ringing = std::max(evidence.ringing, ringing_ * b->largest);
       auto brick = std::make_shared_for_overwrite<Brick>();
-      const KeptCounts found = relevance_.select(values, size, holes_of(slot), *brick);
+      const KeptCounts found = relevance_.select(values, size, evidence, *brick);
       counts->sites.kept += found.kept;
       counts->sites.holes += found.holes;
       counts->sites.clamped += found.clamped;

@@ -28,8 +28,9 @@ struct LayerTap {
 
 class LayerMaker {
  public:
-  LayerMaker(const Quantiser& quantiser, float threshold)
-      : quantiser_(quantiser), relevance_(quantiser, threshold) {}
+  // ringing: as SiteEvidence::ringing, but a fraction of the largest departure from air in reach.
+  LayerMaker(const Quantiser& quantiser, float threshold, float ringing)
+      : quantiser_(quantiser), relevance_(quantiser, threshold), ringing_(ringing) {}
 
   // Values are those of taps[nearest] plus the weighted differences of the others from it, so that what does
   // not change stays as it is; holes are those of taps[nearest]. Weights sum to 1.
@@ -40,6 +41,7 @@ class LayerMaker {
  private:
   Quantiser quantiser_;
   Relevance relevance_;
+  float ringing_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<SiteCounts>> counts_; // idle between uses
 };

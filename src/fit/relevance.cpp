@@ -10,6 +10,16 @@
 
 #include "fit/relevance.h"
 
+#ifndef BCCSPLAT_FIT_ROUNDED_ROW
+#define BCCSPLAT_FIT_ROUNDED_ROW
+namespace bccsplat {
+// A bit for each of sixteen sites: relevant by its value, beyond the type, beyond the ringing.
+struct RoundedRow {
+  uint16_t relevant, clamped, loud;
+};
+} // namespace bccsplat
+#endif
+
 // Plain loops over sixteen values that the compiler vectorises, once for each instruction set. No contraction
 // and no library call: every target rounds alike.
 HWY_BEFORE_NAMESPACE();
@@ -65,43 +75,44 @@ HWY_INLINE void Round(const Relevance::Rounding& r, float v, float& code, float&
 }
 
 template<Kind kind>
-HWY_NOINLINE void RoundRows(const Relevance::Rounding& rounding, const float* HWY_RESTRICT in, size_t rows,
-                            float* HWY_RESTRICT out, uint16_t* HWY_RESTRICT relevant,
-                            uint16_t* HWY_RESTRICT clamped) {
+HWY_NOINLINE void RoundRows(const Relevance::Rounding& rounding, float ringing, const float* HWY_RESTRICT in,
+                            size_t rows, float* HWY_RESTRICT out, RoundedRow* HWY_RESTRICT bits) {
   const Relevance::Rounding r = rounding;
   const bool by_code = r.threshold == 0;
   for (size_t row = 0; row < rows; ++row) {
-    uint32_t kept[16], over[16];
+    uint32_t kept[16], over[16], loud[16];
     for (size_t i = 0; i < 16; ++i) {
       float code, value;
       Round<kind>(r, in[row * 16 + i], code, value, over[i]);
       const bool keep = by_code ? code != r.air_code : std::fabs(value) > r.threshold;
       kept[i] = keep;
+      loud[i] = std::fabs(value) > ringing;
       out[row * 16 + i] = value;
     }
-    uint32_t kept_bits = 0, over_bits = 0;
+    uint32_t kept_bits = 0, over_bits = 0, loud_bits = 0;
     for (uint32_t i = 0; i < 16; ++i) {
       kept_bits |= kept[i] << i;
       over_bits |= over[i] << i;
+      loud_bits |= loud[i] << i;
     }
-    relevant[row] = static_cast<uint16_t>(kept_bits);
-    clamped[row] = static_cast<uint16_t>(over_bits);
+    bits[row] = {static_cast<uint16_t>(kept_bits), static_cast<uint16_t>(over_bits),
+                 static_cast<uint16_t>(loud_bits)};
   }
 }
 
-void RoundSites(const Relevance::Rounding& rounding, const float* in, size_t rows, float* out,
-                uint16_t* relevant, uint16_t* clamped) {
+void RoundSites(const Relevance::Rounding& rounding, float ringing, const float* in, size_t rows, float* out,
+                RoundedRow* bits) {
   switch (rounding.kind) {
   case Kind::none:
-    return RoundRows<Kind::none>(rounding, in, rows, out, relevant, clamped);
+    return RoundRows<Kind::none>(rounding, ringing, in, rows, out, bits);
   case Kind::half_relative:
-    return RoundRows<Kind::half_relative>(rounding, in, rows, out, relevant, clamped);
+    return RoundRows<Kind::half_relative>(rounding, ringing, in, rows, out, bits);
   case Kind::half:
-    return RoundRows<Kind::half>(rounding, in, rows, out, relevant, clamped);
+    return RoundRows<Kind::half>(rounding, ringing, in, rows, out, bits);
   case Kind::integer:
-    return RoundRows<Kind::integer>(rounding, in, rows, out, relevant, clamped);
+    return RoundRows<Kind::integer>(rounding, ringing, in, rows, out, bits);
   case Kind::scaled:
-    return RoundRows<Kind::scaled>(rounding, in, rows, out, relevant, clamped);
+    return RoundRows<Kind::scaled>(rounding, ringing, in, rows, out, bits);
   }
 }
 
@@ -139,11 +150,13 @@ Relevance::Relevance(const Quantiser& q, float threshold) {
   rounding_.air_code = static_cast<float>(std::fmin(std::fmax(code, 0), largest_code(q.type)));
 }
 
-KeptCounts Relevance::select(const float* values, const Int3& size, const BrickMask* holes,
+KeptCounts Relevance::select(const float* values, const Int3& size, const SiteEvidence& evidence,
                              Brick& brick) const {
   KeptCounts counts;
   const auto columns = static_cast<uint16_t>((1u << size[0]) - 1);
-  uint16_t holes_found = 0;
+  const auto row_of = [&](const BrickMask* mask, size_t row, uint16_t otherwise) {
+    return mask ? (*mask)[row] : otherwise;
+  };
   brick.kept = {};
   brick.hole.reset();
   const auto clear = [&](int from, int to) {
@@ -153,30 +166,27 @@ KeptCounts Relevance::select(const float* values, const Int3& size, const BrickM
   for (int z = 0; z < size[2]; ++z) {
     const auto first = static_cast<size_t>(z * brick_edge), rows = static_cast<size_t>(size[1]);
     clear((z * brick_edge + size[1]) * brick_edge, (z + 1) * brick_rows);
-    uint16_t relevant[brick_edge], clamped[brick_edge];
+    RoundedRow bits[brick_edge];
     HWY_DYNAMIC_DISPATCH(RoundSites)
-    (rounding_, values + first * brick_edge, rows, brick.value.data() + first * brick_edge, relevant,
-     clamped);
+    (rounding_, evidence.ringing, values + first * brick_edge, rows, brick.value.data() + first * brick_edge,
+     bits);
     for (size_t y = 0; y < rows; ++y) {
-      const auto hole = static_cast<uint16_t>(holes ? (*holes)[first + y] & columns : 0);
-      const auto kept = static_cast<uint16_t>((relevant[y] & columns) | hole);
+      const auto hole = static_cast<uint16_t>(row_of(evidence.holes, first + y, 0) & columns);
+      const auto substance = static_cast<uint16_t>(row_of(evidence.source, first + y, 0xffff) | bits[y].loud);
+      const auto kept = static_cast<uint16_t>((bits[y].relevant & substance & columns) | hole);
       brick.kept[first + y] = kept;
       float* row = brick.value.data() + (first + y) * brick_edge;
       for (size_t x = 0; kept != 0xffff && x < brick_edge; ++x)
         if (!(kept >> x & 1)) row[x] = 0;
       counts.kept += kept == 0xffff ? 16 : static_cast<uint64_t>(std::popcount(kept));
-      if (hole) counts.holes += static_cast<uint64_t>(std::popcount(hole));
-      if (clamped[y])
-        counts.clamped += static_cast<uint64_t>(std::popcount(static_cast<uint16_t>(clamped[y] & columns)));
-      holes_found = static_cast<uint16_t>(holes_found | hole);
+      if (bits[y].clamped)
+        counts.clamped +=
+            static_cast<uint64_t>(std::popcount(static_cast<uint16_t>(bits[y].clamped & columns)));
+      if (!hole) continue;
+      if (!brick.hole) brick.hole = std::make_unique<BrickMask>();
+      (*brick.hole)[first + y] = hole;
+      counts.holes += static_cast<uint64_t>(std::popcount(hole));
     }
-  }
-  if (holes_found) {
-    brick.hole = std::make_unique<BrickMask>();
-    for (int z = 0; z < size[2]; ++z)
-      for (size_t r = static_cast<size_t>(z * brick_edge); r < static_cast<size_t>(z * brick_edge + size[1]);
-           ++r)
-        (*brick.hole)[r] = static_cast<uint16_t>((*holes)[r] & columns);
   }
   return counts;
 }

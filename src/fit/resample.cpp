@@ -1,9 +1,10 @@
 #include "fit/resample.h"
 
 #include <algorithm>
-#include <cmath>
+#include <span>
 
 #include "fit/resample_tile.h"
+#include "fit/site_axis.h"
 
 namespace bccsplat {
 
@@ -22,9 +23,18 @@ std::array<int64_t, 2> samples_of(const std::array<int64_t, 2>& extended, int64_
 
 } // namespace
 
-// A few bricks along x, of both cosets.
+// A few bricks along x, of both cosets: those that see something, and all they see.
 struct SpatialResampler::Tile {
+  struct Active {
+    size_t coset;
+    int x; // brick
+    SiteBlock* block;
+  };
   Int3 brick; // the first one
+  std::vector<Active> active;
+  Region region{{INT64_MAX, INT64_MAX, INT64_MAX}, {INT64_MIN, INT64_MIN, INT64_MIN}};
+  TileRow row{INT64_MAX, INT64_MIN, 0, 0, 0};
+  CellRanges::Cell range; // of the samples in the region
 };
 
 // What one thread works in.
@@ -60,13 +70,10 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter) : cos
       n_[a] = lattice.dims[a];
       const double widening = std::max(1.0, lattice.space_step[a] / lattice.space.plane_distance());
       widest = std::max(widest, widening);
-      std::vector<double> positions;
-      // Not plane * space_step: the last plane is to fall on the last sample exactly.
-      for (int32_t i = 0; i < coset.dims[a]; ++i)
-        positions.push_back(static_cast<double>(lattice.space.plane(c, i)) * static_cast<double>(n_[a] - 1) /
-                            lattice.space.last[a]);
+      const std::vector<double> positions = site_positions(lattice, c, a);
       Axis& axis = coset.axis[a];
       axis.table = filter_table(filter, widening, positions);
+      for (const double p : positions) axis.nearest.push_back(nearest_sample(p, n_[a]));
       for (int32_t begin = 0; begin < coset.dims[a]; begin += brick_edge) {
         const auto last = static_cast<size_t>(std::min(begin + brick_edge, coset.dims[a]) - 1);
         axis.extended.push_back(
@@ -79,10 +86,13 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter) : cos
     for (int32_t begin = 0; begin < coset.dims[0]; begin += brick_edge) {
       BrickX& brick = coset.x.emplace_back();
       brick.base = table.first[static_cast<size_t>(begin)];
+      brick.nearest_base = coset.axis[0].nearest[static_cast<size_t>(begin)];
       brick.weight.assign(taps * brick_edge, 0.0f);
       for (int32_t i = 0; i < brick_edge; ++i) { // sites beyond the last: its place, no weight
         const auto site = static_cast<size_t>(std::min(begin + i, coset.dims[0] - 1));
         brick.index[static_cast<size_t>(i)] = static_cast<int32_t>(table.first[site] - brick.base);
+        brick.nearest_index[static_cast<size_t>(i)] =
+            static_cast<int32_t>(coset.axis[0].nearest[site] - brick.nearest_base);
         for (size_t k = 0; begin + i < coset.dims[0] && k < taps; ++k)
           brick.weight[k * brick_edge + static_cast<size_t>(i)] = table.weight[site * taps + k];
       }
@@ -101,68 +111,97 @@ Region SpatialResampler::brick_region(const Coset& coset, const Int3& brick) con
   return r;
 }
 
-void SpatialResampler::resample_tile(const Frame& frame, const CellRanges& cells, const Tile& tile,
-                                     Scratch& scratch, SiteBlockPool& pool, FrameSites& sites,
-                                     const Context& context) const {
-  // The bricks that see something, and all they see.
-  struct Active {
-    size_t coset;
-    int x; // brick
-    SiteBlock* block;
-  };
-  std::vector<Active> active;
-  Region region{{INT64_MAX, INT64_MAX, INT64_MAX}, {INT64_MIN, INT64_MIN, INT64_MIN}};
-  TileRow row{INT64_MAX, INT64_MIN, 0, 0, n_[0]};
+SpatialResampler::Tile SpatialResampler::find_tile(const Int3& first, const CellRanges& cells,
+                                                   SiteBlockPool& pool, FrameSites& sites) const {
+  Tile tile;
+  tile.brick = first;
   for (size_t c = 0; c < static_cast<size_t>(cosets_); ++c) {
     const Coset& coset = coset_[c];
-    Int3 brick = tile.brick;
+    Int3 brick = first;
     if (brick[1] * brick_edge >= coset.dims[1] || brick[2] * brick_edge >= coset.dims[2]) continue;
-    for (; brick[0] < tile.brick[0] + tile_bricks_ && brick[0] * brick_edge < coset.dims[0]; ++brick[0]) {
+    for (; brick[0] < first[0] + tile_bricks_ && brick[0] * brick_edge < coset.dims[0]; ++brick[0]) {
       const Region seen = brick_region(coset, brick);
-      if (!cells.any(seen)) continue;
+      const CellRanges::Cell range = cells.range(seen);
+      if (range.air()) continue;
       for (size_t a = 0; a < 3; ++a) {
-        region.begin[a] = std::min(region.begin[a], seen.begin[a]);
-        region.end[a] = std::max(region.end[a], seen.end[a]);
+        tile.region.begin[a] = std::min(tile.region.begin[a], seen.begin[a]);
+        tile.region.end[a] = std::max(tile.region.end[a], seen.end[a]);
       }
       const auto [low, high] = coset.axis[0].extended[static_cast<size_t>(brick[0])];
-      row.begin = std::min(row.begin, low);
-      row.end = std::max(row.end, high);
+      tile.row.begin = std::min(tile.row.begin, low);
+      tile.row.end = std::max(tile.row.end, high);
       SiteBlockPtr block = pool.take();
-      active.push_back({c, brick[0], block.get()});
+      block->largest = std::max({0.0f, -range.low, range.high});
+      tile.active.push_back({c, brick[0], block.get()});
       sites.block[c][slot(coset, brick)] = std::move(block);
     }
   }
-  if (active.empty()) return;
+  if (tile.active.empty()) return tile;
+  tile.row.begin = std::min(tile.row.begin, tile.region.begin[0]);
+  tile.row.end = std::max(tile.row.end, tile.region.end[0]);
+  tile.row.inner_begin = tile.region.begin[0];
+  tile.row.inner_end = tile.region.end[0];
+  tile.row.n = n_[0];
+  tile.range = cells.range(tile.region);
+  return tile;
+}
 
+// The `source` bits of sites whose nearest row along y is `y`, from that row of all z.
+void SpatialResampler::mark_source(const float* rows, size_t pitch, int64_t y, const Tile& tile,
+                                   size_t coset) const {
+  const Coset& c = coset_[coset];
+  const auto sites = [&](size_t axis) {
+    const int begin = tile.brick[axis] * brick_edge;
+    return std::span(c.axis[axis].nearest)
+        .subspan(static_cast<size_t>(begin), static_cast<size_t>(std::min(brick_edge, c.dims[axis] - begin)));
+  };
+  const auto along_y = sites(1), along_z = sites(2);
+  std::vector<TileNearestX> bricks;
+  for (size_t j = 0; j < along_y.size(); ++j) {
+    if (along_y[j] != y) continue;
+    for (size_t k = 0; k < along_z.size(); ++k) {
+      bricks.clear();
+      for (const Tile::Active& a : tile.active)
+        if (a.coset == coset) {
+          const BrickX& x = c.x[static_cast<size_t>(a.x)];
+          bricks.push_back({x.nearest_index.data(), x.nearest_base - tile.region.begin[0],
+                            &a.block->source[k * brick_edge + j]});
+        }
+      tile_nearest(rows + static_cast<size_t>(along_z[k] - tile.region.begin[2]) * pitch, bricks);
+    }
+  }
+}
+
+void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scratch& scratch,
+                                     const Context& context) const {
+  const Region& region = tile.region;
+  const bool known = !tile.range.broken, no_air = known && (tile.range.low > 0 || tile.range.high < 0);
+  if (no_air)
+    for (const Tile::Active& a : tile.active) a.block->source.fill(0xffff);
+  if (known && tile.range.low == tile.range.high) {
+    for (const Tile::Active& a : tile.active) a.block->value.fill(tile.range.low);
+    return;
+  }
   // Samples that vary little around a large value are resampled as their difference from it: the weights sum
   // to 1, and floats would lose the variation (and a constant would not stay one). The difference is exact
   // (Sterbenz) within a factor of 2; air never takes part.
-  const CellRanges::Cell range = cells.range(region);
   float pivot = 0;
-  if (range.low > 0 && range.high <= 2 * range.low)
-    pivot = range.low;
-  else if (range.high < 0 && range.low >= 2 * range.high)
-    pivot = range.high;
-  if (range.low == range.high) {
-    for (const Active& a : active) a.block->value.fill(range.low);
-    return;
-  }
+  if (no_air && tile.range.low > 0 && tile.range.high <= 2 * tile.range.low)
+    pivot = tile.range.low;
+  else if (no_air && tile.range.high < 0 && tile.range.low >= 2 * tile.range.high)
+    pivot = tile.range.high;
 
-  row.begin = std::min(row.begin, region.begin[0]);
-  row.end = std::max(row.end, region.end[0]);
-  row.inner_begin = region.begin[0];
-  row.inner_end = region.end[0];
   const auto width = static_cast<size_t>(region.length(0)), ny = static_cast<size_t>(region.length(1)),
              nz = static_cast<size_t>(region.length(2)), pitch = (width + 15) / 16 * 16;
   const std::vector<uint32_t> boxes = frame.boxes_in(region);
   // One y at a time keeps its z rows in the first cache; many boxes are better walked less often.
   const size_t rows_at_once = boxes.size() > 4 ? 8 : 1;
-  scratch.fit(rows_at_once * nz * pitch, ny * brick_edge * pitch,
-              static_cast<size_t>(row.end - row.begin) + pitch + 64, context.memory);
+  scratch.fit(rows_at_once * nz * pitch + 64, ny * brick_edge * pitch,
+              static_cast<size_t>(tile.row.end - tile.row.begin) + pitch + 64, context.memory);
 
   std::array<TileTaps, 2> z, y;
   std::array<std::vector<int32_t>, 2> z_rows, y_rows;
-  for (const Active& a : active) { // set for the cosets that take part
+  for (const Tile::Active& a : tile.active) { // set for the cosets that take part
     z[a.coset] = tile_taps(2, coset_[a.coset], tile.brick[2], region.begin[2], z_rows[a.coset]);
     y[a.coset] = tile_taps(1, coset_[a.coset], tile.brick[1], region.begin[1], y_rows[a.coset]);
   }
@@ -176,20 +215,23 @@ void SpatialResampler::resample_tile(const Frame& frame, const CellRanges& cells
     if (pivot != 0)
       for (size_t i = 0; i < count * nz * pitch; ++i) scratch.rows[i] -= pivot;
     for (size_t c = 0; c < 2; ++c)
-      for (size_t i = 0; z[c].count > 0 && i < count; ++i)
-        tile_pass_z(scratch.rows.data() + i * nz * pitch, pitch, z[c],
+      for (size_t i = 0; z[c].count > 0 && i < count; ++i) {
+        const float* rows = scratch.rows.data() + i * nz * pitch;
+        if (!no_air) mark_source(rows, pitch, part.begin[1] + static_cast<int64_t>(i), tile, c);
+        tile_pass_z(rows, pitch, z[c],
                     scratch.planes[c].data() + (y0 + i) * static_cast<size_t>(z[c].count) * pitch);
+      }
   }
   for (size_t c = 0; c < 2; ++c) {
     if (z[c].count == 0) continue;
     std::vector<TileBrickX> bricks;
-    for (const Active& a : active)
+    for (const Tile::Active& a : tile.active)
       if (a.coset == c) {
         const BrickX& x = coset_[c].x[static_cast<size_t>(a.x)];
-        bricks.push_back({x.weight.data(), x.index.data(), x.base - row.begin, a.block->value.data()});
+        bricks.push_back({x.weight.data(), x.index.data(), x.base - tile.row.begin, a.block->value.data()});
       }
-    tile_pass_yx(scratch.planes[c].data(), pitch, z[c].count, y[c], row, coset_[c].axis[0].table.taps, bricks,
-                 pivot, scratch.extended.data());
+    tile_pass_yx(scratch.planes[c].data(), pitch, z[c].count, y[c], tile.row, coset_[c].axis[0].table.taps,
+                 bricks, pivot, scratch.extended.data());
   }
 }
 
@@ -210,16 +252,18 @@ FrameSites SpatialResampler::resample(const Frame& frame, const CellRanges& cell
                                       const Context& context) const {
   FrameSites sites;
   for (size_t c = 0; c < static_cast<size_t>(cosets_); ++c) sites.block[c].resize(slots(coset_[c]));
-  std::vector<Tile> tiles;
+  std::vector<Int3> tiles;
   const Int3 bricks = brick_dims(coset_[0]); // those of coset 1 are no more
   for (int32_t z = 0; z < bricks[2]; ++z)
     for (int32_t y = 0; y < bricks[1]; ++y)
-      for (int32_t x = 0; x < bricks[0]; x += tile_bricks_) tiles.push_back({{x, y, z}});
+      for (int32_t x = 0; x < bricks[0]; x += tile_bricks_) tiles.push_back({x, y, z});
 
   std::mutex mutex;
   std::vector<std::unique_ptr<Scratch>> idle;
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
     context.progress.check();
+    const Tile tile = find_tile(tiles[i], cells, pool, sites);
+    if (tile.active.empty()) return;
     std::unique_ptr<Scratch> scratch;
     {
       const std::scoped_lock lock(mutex);
@@ -229,7 +273,7 @@ FrameSites SpatialResampler::resample(const Frame& frame, const CellRanges& cell
       }
     }
     if (!scratch) scratch = std::make_unique<Scratch>();
-    resample_tile(frame, cells, tiles[i], *scratch, pool, sites, context);
+    resample_tile(frame, tile, *scratch, context);
     const std::scoped_lock lock(mutex);
     idle.push_back(std::move(scratch));
   });

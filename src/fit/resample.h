@@ -33,12 +33,15 @@ class SpatialResampler {
     // By brick: the source samples its sites depend on, mirrored ones beyond the ends included, and those of
     // the frame that this takes; half-open.
     std::vector<std::array<int64_t, 2>> extended, inside;
+    std::vector<int64_t> nearest; // sample of each site
   };
   // Along x by bricks: sixteen sites at a time.
   struct BrickX {
     int64_t base = 0;
     std::array<int32_t, 16> index{};
     std::vector<float> weight; // k * 16 + site
+    int64_t nearest_base = 0;
+    std::array<int32_t, 16> nearest_index{};
   };
   struct Coset {
     Int3 dims{};
@@ -66,8 +69,10 @@ class SpatialResampler {
   [[nodiscard]] Region brick_region(const Coset& coset, const Int3& brick) const;
   [[nodiscard]] TileTaps tile_taps(size_t axis, const Coset& coset, int32_t brick, int64_t first_row,
                                    std::vector<int32_t>& rows) const;
-  void resample_tile(const Frame& frame, const CellRanges& cells, const Tile& tile, Scratch& scratch,
-                     SiteBlockPool& pool, FrameSites& sites, const Context& context) const;
+  void mark_source(const float* rows, size_t pitch, int64_t y, const Tile& tile, size_t coset) const;
+  [[nodiscard]] Tile find_tile(const Int3& brick, const CellRanges& cells, SiteBlockPool& pool,
+                               FrameSites& sites) const;
+  void resample_tile(const Frame& frame, const Tile& tile, Scratch& scratch, const Context& context) const;
 
   std::array<int64_t, 3> n_{}; // source samples
   int cosets_ = 1;

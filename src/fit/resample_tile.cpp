@@ -104,6 +104,31 @@ HWY_INLINE void PolyphaseRow(const float* row, const TileBrickX& brick, int taps
   }
 }
 
+// Bits of the sites whose nearest sample is not 0.
+HWY_INLINE uint16_t NearestBits(const float* row, const TileNearestX& brick) {
+  const D d;
+  const size_t lanes = hn::Lanes(d);
+  uint32_t bits = 0;
+  for (size_t g = 0; g < 16; g += lanes) {
+    const int32_t* index = brick.index + g;
+    const float* in = row + brick.base + index[0];
+    alignas(64) int32_t relative[16];
+    for (size_t i = 0; i < lanes; ++i) relative[i] = index[i] - index[0];
+    if (relative[lanes - 1] < static_cast<int32_t>(2 * lanes)) {
+      uint8_t bytes[8] = {};
+      hn::StoreMaskBits(d, hn::Ne(Picker(relative)(in), hn::Zero(d)), bytes);
+      bits |= (bytes[0] | uint32_t{bytes[1]} << 8) << g;
+    } else {
+      for (size_t i = 0; i < lanes; ++i) bits |= (in[relative[i]] != 0 ? 1u : 0u) << (g + i);
+    }
+  }
+  return static_cast<uint16_t>(bits);
+}
+
+void Nearest(const float* row, std::span<const TileNearestX> bricks) {
+  for (const TileNearestX& b : bricks) *b.out = NearestBits(row, b);
+}
+
 void PassZ(const float* rows, size_t pitch, const TileTaps& z, float* out) {
   for (int i = 0; i < z.count; ++i)
     WeightedRows(z.taps, rows, z.row + i * z.taps, pitch, z.weight + i * z.taps, pitch,
@@ -131,8 +156,13 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace bccsplat {
+HWY_EXPORT(Nearest);
 HWY_EXPORT(PassZ);
 HWY_EXPORT(PassYX);
+
+void tile_nearest(const float* row, std::span<const TileNearestX> bricks) {
+  HWY_DYNAMIC_DISPATCH(Nearest)(row, bricks);
+}
 
 void tile_pass_z(const float* rows, size_t pitch, const TileTaps& z, float* out) {
   HWY_DYNAMIC_DISPATCH(PassZ)(rows, pitch, z, out);

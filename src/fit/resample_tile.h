@@ -23,6 +23,13 @@ struct TileBrickX {
   float* out = nullptr;           // a brick: (z * 16 + y) * 16 + x
 };
 
+// Sixteen sites along x again: bit i of `out` is set when row[base + index[i]] is not 0.
+struct TileNearestX {
+  const int32_t* index = nullptr; // 16, rising from 0
+  int64_t base = 0;
+  uint16_t* out = nullptr;
+};
+
 // A row of source samples begin .. end - 1 along x whose parts outside 0 .. n-1 are mirror images.
 struct TileRow {
   int64_t begin = 0, end = 0;             // extended
@@ -33,6 +40,8 @@ struct TileRow {
 // Rows are `pitch` floats, a multiple of 16; what lies beyond their samples does not matter.
 // rows: the z rows of one y. out: z.count rows.
 void tile_pass_z(const float* rows, size_t pitch, const TileTaps& z, float* out);
+// `row` has 32 readable floats after the last one looked at.
+void tile_nearest(const float* row, std::span<const TileNearestX> bricks);
 // in: for each y, `z_count` rows. extended: space for end - begin + pitch + 64 floats. `pivot` is added to
 // every site.
 void tile_pass_yx(const float* in, size_t pitch, int z_count, const TileTaps& y, const TileRow& row,

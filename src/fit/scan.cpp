@@ -155,11 +155,9 @@ void scan_job(const Frame& frame, const ScanJob& job, float threshold, CellRange
     }
   for (size_t c = 0; c < lanes.size(); ++c) {
     const size_t cell = cells.index(first_cell + static_cast<int64_t>(c), job.cy, job.cz);
-    if (broken[c])
-      widen(cells.cell[cell], -infinity, infinity);
-    else
-      widen(cells.cell[cell], *std::min_element(lanes[c].low, lanes[c].low + 16),
-            *std::max_element(lanes[c].high, lanes[c].high + 16));
+    widen(cells.cell[cell], *std::min_element(lanes[c].low, lanes[c].low + 16),
+          *std::max_element(lanes[c].high, lanes[c].high + 16));
+    if (broken[c]) std::atomic_ref(cells.cell[cell].broken).store(true, std::memory_order_relaxed);
     const size_t begin = std::max(16 * c, phase), end = std::min(16 * c + 16, phase + width);
     std::atomic_ref(covered[cell])
         .fetch_add(static_cast<uint32_t>(end - begin) *
@@ -180,29 +178,20 @@ void scan_job(const Frame& frame, const ScanJob& job, float threshold, CellRange
 
 CellRanges::CellRanges(const std::array<int64_t, 3>& dims) {
   for (size_t a = 0; a < 3; ++a) count_[a] = (dims[a] + edge[a] - 1) / edge[a];
-  cell.assign(static_cast<size_t>(count_[0] * count_[1] * count_[2]), Cell{infinity, -infinity});
+  cell.resize(static_cast<size_t>(count_[0] * count_[1] * count_[2]));
 }
 
 CellRanges::Cell CellRanges::range(const Region& region) const {
-  Cell r{infinity, -infinity};
+  Cell r;
   for (int64_t z = region.begin[2] / edge[2]; z <= (region.end[2] - 1) / edge[2]; ++z)
     for (int64_t y = region.begin[1] / edge[1]; y <= (region.end[1] - 1) / edge[1]; ++y)
       for (int64_t x = region.begin[0] / edge[0]; x <= (region.end[0] - 1) / edge[0]; ++x) {
         const Cell& c = cell[index(x, y, z)];
         r.low = std::min(r.low, c.low);
         r.high = std::max(r.high, c.high);
+        r.broken = r.broken || c.broken;
       }
   return r;
-}
-
-bool CellRanges::any(const Region& region) const {
-  for (int64_t z = region.begin[2] / edge[2]; z <= (region.end[2] - 1) / edge[2]; ++z)
-    for (int64_t y = region.begin[1] / edge[1]; y <= (region.end[1] - 1) / edge[1]; ++y)
-      for (int64_t x = region.begin[0] / edge[0]; x <= (region.end[0] - 1) / edge[0]; ++x) {
-        const Cell& c = cell[index(x, y, z)];
-        if (c.low != 0 || c.high != 0) return true;
-      }
-  return false;
 }
 
 FrameScan scan_frame(const Frame& frame, float threshold, const Context& context) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "base/context.h"
@@ -10,12 +11,14 @@
 
 namespace bccsplat {
 
-// Range of the samples, relative to air, in cells of 16 x 8 x 8 samples.
+// Ranges of the samples, relative to air, in cells of 16 x 8 x 8 samples.
 class CellRanges {
  public:
   static constexpr std::array<int64_t, 3> edge{16, 8, 8};
   struct Cell {
-    float low = 0, high = 0; // -inf, inf where a sample is not finite
+    float low = std::numeric_limits<float>::infinity(), high = -low; // of the finite samples
+    bool broken = false;                                             // not all samples are finite
+    [[nodiscard]] bool air() const { return !broken && low == 0 && high == 0; }
   };
   CellRanges() = default;
   explicit CellRanges(const std::array<int64_t, 3>& dims);
@@ -24,11 +27,8 @@ class CellRanges {
   [[nodiscard]] size_t index(int64_t x, int64_t y, int64_t z) const {
     return static_cast<size_t>((z * count_[1] + y) * count_[0] + x);
   }
-  // Bounds of the samples in a region: the range of the cells it touches.
+  // Bounds of the samples in a region: of the cells it touches.
   [[nodiscard]] Cell range(const Region& region) const;
-  // Whether any cell that `region` touches holds something else than air.
-  [[nodiscard]] bool any(const Region& region) const;
-
   std::vector<Cell> cell; // by index()
 
  private:

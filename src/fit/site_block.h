@@ -11,9 +11,11 @@
 
 namespace bccsplat {
 
-// The values of one brick, (z*16 + y)*16 + x, relative to air; undefined beyond the dims of its coset.
+// One frame on the sites of one brick; undefined beyond the dims of its coset.
 struct SiteBlock {
-  alignas(64) std::array<float, brick_sites> value;
+  alignas(64) std::array<float, brick_sites> value; // (z*16 + y)*16 + x, relative to air
+  BrickMask source;                                 // sites whose nearest source sample is not air
+  float largest;                                    // no source sample in reach is further from air
 };
 using SiteBlockPtr = std::shared_ptr<SiteBlock>;
 

@@ -210,6 +210,40 @@ TEST(FitSeries, BoxesEqualTheDenseFrame) {
   }
 }
 
+TEST(FitSeries, RingingNextToAirIsDroppedAndNothingElse) {
+  std::mt19937 random(12);
+  const Series s({30, 27, 22, 9}, [&](double x, double y, double z, double t) {
+    const bool inside = std::hypot(x - 14, y - 13, z - 11) < 5 + t / 3 || random() % 3000 == 0;
+    return inside ? 1 + std::sin(x * y + z) : 0;
+  });
+  FitOptions o = options_for(s);
+  const Fitted some = run_fit(o, s);
+  o.channels[0].ringing = 0;
+  const Fitted all = run_fit(o, s);
+  const Lattice4& l = all.report.lattice;
+  uint64_t dropped = 0;
+  for (int32_t m = 0; m < l.layers(); ++m) {
+    const auto full = all.dense(m), kept = some.dense(m);
+    const Int3 n = l.space.dims(l.coset(m));
+    size_t site = 0;
+    for (int32_t k = 0; k < n[2]; ++k)
+      for (int32_t j = 0; j < n[1]; ++j)
+        for (int32_t i = 0; i < n[0]; ++i, ++site) {
+          if (kept[site] == full[site]) continue;
+          ++dropped;
+          ASSERT_EQ(kept[site], 0.0f);
+          ASSERT_LE(std::fabs(full[site]), 2.0f / 512);
+          const Vec3 p = l.site_position(l.coset(m), {i, j, k});
+          const auto near = [](double v, double end) {
+            return static_cast<int64_t>(std::min(std::floor(v + 0.5), end));
+          };
+          ASSERT_EQ(s.at(near(p[0], 29), near(p[1], 26), near(p[2], 21), near(l.layer_frame(m), 8)), 0.0f);
+        }
+  }
+  EXPECT_EQ(dropped, all.report.channels[0].sites_kept - some.report.channels[0].sites_kept);
+  EXPECT_GT(dropped, all.report.channels[0].sites_kept / 3);
+}
+
 TEST(FitSeries, AllAirGivesNothing) {
   FitOptions o;
   o.dims = {30, 30, 30, 0};

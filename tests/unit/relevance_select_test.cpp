@@ -65,7 +65,7 @@ TEST(RelevanceSelect, EqualsTheReferenceOnEveryTarget) {
       for (const float threshold : {0.0f, 0.75f, 30.0f}) {
         const auto in = values(-320, 300, 1);
         Brick brick;
-        const KeptCounts counts = Relevance(q, threshold).select(in.data(), whole, nullptr, brick);
+        const KeptCounts counts = Relevance(q, threshold).select(in.data(), whole, {}, brick);
         uint64_t kept = 0, clamped = 0;
         for (size_t i = 0; i < brick_sites; ++i) {
           const Stored s = reference(q, in[i]);
@@ -92,8 +92,8 @@ TEST(RelevanceSelect, RoundingTwiceIsRoundingOnce) {
     const auto in = values(-320, 300, 2);
     Brick once, twice;
     const Relevance r(q, 0);
-    (void)r.select(in.data(), whole, nullptr, once);
-    const KeptCounts again = r.select(once.value.data(), whole, nullptr, twice);
+    (void)r.select(in.data(), whole, {}, once);
+    const KeptCounts again = r.select(once.value.data(), whole, {}, twice);
     EXPECT_EQ(once.value, twice.value);
     EXPECT_EQ(again.clamped, 0u);
   }
@@ -108,7 +108,7 @@ TEST(RelevanceSelect, RoundsEveryHalfToItself) {
       in[i] = std::isfinite(v) ? v : 0;
     }
     Brick brick;
-    const KeptCounts counts = r.select(in.data(), whole, nullptr, brick);
+    const KeptCounts counts = r.select(in.data(), whole, {}, brick);
     EXPECT_EQ(counts.clamped, 0u);
     for (size_t i = 0; i < brick_sites; ++i) ASSERT_EQ(brick.value[i], in[i]);
   }
@@ -119,7 +119,7 @@ TEST(RelevanceSelect, AbsentSitesAreWithinTheThreshold) {
     for (const float threshold : {0.0f, 0.1f, 2.0f}) {
       const auto in = values(-3, 3, 3);
       Brick brick;
-      (void)Relevance(q, threshold).select(in.data(), whole, nullptr, brick);
+      (void)Relevance(q, threshold).select(in.data(), whole, {}, brick);
       // Half a step of the stored type comes on top of the threshold; air itself may lie between two steps.
       const double step = q.type == ValueType::f32 ? 0 : q.type == ValueType::f16 ? 0.01 : q.scale;
       uint64_t absent = 0;
@@ -141,8 +141,8 @@ TEST(RelevanceSelect, NothingBeyondTheEdgeAndHolesAlways) {
     if (i % 16 >= 4) filled[i] = 0; // a fill that equals air
   Brick brick;
   const Int3 size{9, 5, 7};
-  const KeptCounts counts =
-      Relevance(quantiser_of_source(SourceType::f32, 0), 0).select(filled.data(), size, &holes, brick);
+  const KeptCounts counts = Relevance(quantiser_of_source(SourceType::f32, 0), 0)
+                                .select(filled.data(), size, {&holes, nullptr, 0}, brick);
   EXPECT_EQ(counts.kept, 9u * 5 * 7);
   EXPECT_EQ(counts.holes, 5u * 5 * 7);
   ASSERT_TRUE(brick.hole);
@@ -156,8 +156,27 @@ TEST(RelevanceSelect, NothingBeyondTheEdgeAndHolesAlways) {
         EXPECT_EQ(brick.value[row * 16 + x], inside && x < 4 ? in[row * 16 + x] : 0.0f);
     }
   Brick none;
-  (void)Relevance(quantiser_of_source(SourceType::f32, 0), 0).select(in.data(), size, nullptr, none);
+  (void)Relevance(quantiser_of_source(SourceType::f32, 0), 0).select(in.data(), size, {}, none);
   EXPECT_FALSE(none.hole);
+}
+
+TEST(RelevanceSelect, RingingCountsOnlyWhereItIsLoud) {
+  const auto in = values(-1, 1, 5);
+  BrickMask source;
+  std::mt19937 random(6);
+  for (uint16_t& row : source) row = static_cast<uint16_t>(random());
+  Brick brick;
+  const KeptCounts counts = Relevance(quantiser_of_source(SourceType::f32, 0), 0.1f)
+                                .select(in.data(), whole, {nullptr, &source, 0.4f}, brick);
+  uint64_t kept = 0;
+  for (size_t i = 0; i < brick_sites; ++i) {
+    const bool substance = source[i / 16] >> (i % 16) & 1;
+    const bool keep = std::fabs(in[i]) > (substance ? 0.1f : 0.4f);
+    ASSERT_EQ(brick.kept[i / 16] >> (i % 16) & 1, keep);
+    ASSERT_EQ(brick.value[i], keep ? in[i] : 0.0f);
+    kept += keep;
+  }
+  EXPECT_EQ(counts.kept, kept);
 }
 
 TEST(RelevanceSelect, WhatIsNotFiniteIsClamped) {
@@ -167,7 +186,7 @@ TEST(RelevanceSelect, WhatIsNotFiniteIsClamped) {
   in[2] = NAN;
   for (const Quantiser& q : quantisers) {
     Brick brick;
-    const KeptCounts counts = Relevance(q, 0).select(in.data(), whole, nullptr, brick);
+    const KeptCounts counts = Relevance(q, 0).select(in.data(), whole, {}, brick);
     EXPECT_GE(counts.clamped, 2u);
     for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(std::isfinite(brick.value[i]));
     EXPECT_GT(brick.value[0], brick.value[1]);

@@ -185,8 +185,7 @@ TEST(ResampleFrame, UncoveredSamplesAreAir) {
   EXPECT_EQ(scan.low, 2);
   EXPECT_EQ(scan.high, 5);
   EXPECT_EQ(scan.relevant, 8u);
-  EXPECT_TRUE(scan.cells.any({{0, 0, 0}, {16, 8, 8}}));
-  EXPECT_FALSE(scan.cells.any({{16, 0, 0}, {64, 64, 64}}));
+  EXPECT_TRUE(scan.cells.range({{16, 0, 0}, {64, 64, 64}}).air());
   EXPECT_EQ(scan.cells.range({{0, 0, 0}, {16, 8, 8}}).low, 0);
   EXPECT_EQ(scan.cells.range({{0, 0, 0}, {16, 8, 8}}).high, 3);
 }
