@@ -1,0 +1,19 @@
+// The shipped prefilters, designed by `bccsplat_bench kernels --design`.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "kernel/kernel.h"
+
+namespace bccsplat {
+
+struct PrefilterTable {
+  std::vector<PrefilterStage> stages4, stages3; // on D4*, on BCC
+  double gain = 1;                              // the larger sum of |taps| of the two
+};
+
+// Of a canonical name that make_kernel gives a prefilter. Throws internal for any other.
+[[nodiscard]] PrefilterTable shipped_prefilters(std::string_view kernel_name);
+
+} // namespace bccsplat

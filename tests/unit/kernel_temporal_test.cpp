@@ -1,0 +1,82 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "kernel/kernel.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr double pitch = std::numbers::sqrt2;
+
+class SplineOrders : public testing::TestWithParam<int> {
+ protected:
+  TemporalKernel beta = make_kernel("radial20+b" + std::to_string(GetParam())).time;
+};
+INSTANTIATE_TEST_SUITE_P(Splines, SplineOrders, testing::Values(2, 3, 4));
+
+TEST_P(SplineOrders, LayersOfACosetSumToOneAtAnyPhase) {
+  for (double phase = 0; phase < pitch; phase += 0.0137) {
+    double sum = 0;
+    for (int k = -4; k <= 4; ++k) sum += beta.value(k * pitch - phase);
+    EXPECT_NEAR(sum, 1, 1e-14);
+  }
+}
+
+TEST_P(SplineOrders, IsTheTextbookSpline) {
+  for (double t = -3; t < 3; t += 0.01) {
+    const double x = std::abs(t) / pitch;
+    double expected = 0;
+    if (GetParam() == 2) expected = std::max(1 - x, 0.0);
+    if (GetParam() == 3) expected = x < 0.5 ? 0.75 - x * x : x < 1.5 ? 0.5 * (1.5 - x) * (1.5 - x) : 0;
+    if (GetParam() == 4)
+      expected = x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : x < 2 ? std::pow(2 - x, 3) / 6 : 0;
+    EXPECT_NEAR(beta.value(t), expected, 1e-14) << t;
+    EXPECT_GE(beta.value(t), 0);
+  }
+  EXPECT_EQ(beta.value(beta.half_width), 0);
+  EXPECT_DOUBLE_EQ(beta.half_width, GetParam() * pitch / 2);
+}
+
+class TemporalKernels : public testing::TestWithParam<std::string> {
+ protected:
+  TemporalKernel beta = make_kernel(GetParam()).time;
+};
+INSTANTIATE_TEST_SUITE_P(Temporal, TemporalKernels,
+                         testing::Values("radial20+b2", "radial20+b3", "radial20+b4", "gauss09", "paper"));
+
+TEST_P(TemporalKernels, SlopeIsTheDerivative) {
+  constexpr double h = 1e-6;
+  for (double t = -beta.half_width + 0.01; t < beta.half_width - h; t += 0.0171) // never at a knot
+    EXPECT_NEAR(beta.slope(t), (beta.value(t + h) - beta.value(t - h)) / (2 * h), 1e-8) << t;
+  EXPECT_EQ(beta.slope(beta.half_width + 1), 0);
+}
+
+TEST_P(TemporalKernels, IntegralAgreesWithQuadrature) {
+  for (const auto& [begin, end] :
+       {std::pair{-0.3, 0.9}, {-9.0, 9.0}, {0.5, 1.7}, {-1.2, -0.2}, {0.9, -0.3}}) {
+    constexpr int n = 20000;
+    double sum = 0;
+    for (int i = 0; i < n; ++i) sum += beta.value(begin + (end - begin) * (i + 0.5) / n) * (end - begin) / n;
+    EXPECT_NEAR(beta.integral(begin, end), sum, 1e-6) << begin << " .. " << end;
+  }
+}
+
+TEST_P(TemporalKernels, LayerSumIsOneInTheMeanForBothCosets) {
+  constexpr int n = 400;
+  double mean = 0;
+  for (int i = 0; i < n; ++i)
+    for (int k = -4; k <= 4; ++k) mean += beta.value((k - (i + 0.5) / n) * pitch) / n;
+  EXPECT_NEAR(mean, 1, 2e-4); // a cut Gaussian is a step: the rule sees it to its first order
+}
+
+TEST(KernelTemporal, GaussianIsTheExponential) {
+  const TemporalKernel beta = make_kernel("gauss09").time;
+  for (double t = -2.8; t < 2.8; t += 0.1)
+    EXPECT_NEAR(beta.value(t) / beta.value(0), std::exp(-0.9 * t * t), 1e-14);
+  EXPECT_EQ(beta.value(2 * pitch), 0);
+}
+
+} // namespace
+} // namespace bccsplat
