@@ -197,7 +197,8 @@ enum { BCCSPLAT_STORE_DEFAULT = 0, BCCSPLAT_STORE_SAMPLES = 1, BCCSPLAT_STORE_CO
 enum { /* what a NaN or infinity in the source does */
   BCCSPLAT_NONFINITE_DEFAULT = 0,
   BCCSPLAT_NONFINITE_ERROR = 1, /* NONFINITE_VALUE, with frame and voxel in the text */
-  BCCSPLAT_NONFINITE_HOLE = 2,  /* missing data: never drawn, HOLE when evaluated */
+  BCCSPLAT_NONFINITE_HOLE = 2,  /* missing data: never drawn, HOLE when evaluated, at the resolution of the lattice: a site
+                                   is a hole when the source sample nearest to it is; gaps between sites are filled */
   BCCSPLAT_NONFINITE_CLAMP = 3  /* NaN becomes air, infinities the largest finite value of the channel's range */
 };
 

@@ -250,12 +250,13 @@ bccsplat_writer_report bccsplat_writer::finish() {
   VolumeInfo& info = container->info();
   info.lattice = result.lattice;
   if (feeding == Feeding::frames) {
-    const double n = static_cast<double>(times.size());
-    info.time.first = times.front();
-    info.time.step = times.size() > 1 ? (times.back() - times.front()) / (n - 1) : 1;
-    for (size_t i = 0; i < times.size(); ++i)
-      if (std::fabs(times[i] - info.time.at(i)) > 1e-9 * info.time.step) info.time.uniform = false;
-    if (!info.time.uniform) info.time.times = times;
+    TimeMap map{
+        .uniform = true, .first = times.front(), .step = 1, .times = {}, .unit = info.time.unit, .epoch = {}};
+    if (times.size() > 1) map.step = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+    for (size_t i = 0; i < times.size() && map.uniform; ++i)
+      map.uniform = std::fabs(times[i] - map.at(i)) <= 1e-9 * map.step;
+    if (!map.uniform) map.times = times;
+    info.time = std::move(map);
   } else {
     info.time = initial.time;
   }

@@ -52,7 +52,9 @@ TEST(Series, ComesBackFromTheFile) {
           EXPECT_GE(dense[i], about.bounds[0]);
           EXPECT_LE(dense[i], about.bounds[1]);
         }
-    EXPECT_LT(std::sqrt(error / static_cast<double>(i)), 0.1) << "frame " << frame; // 60 dB of the range
+    // 60 dB of the range inside the series; at its ends the field's mirror image has a crease.
+    EXPECT_LT(std::sqrt(error / static_cast<double>(i)), frame > 1 && frame < 6 ? 0.1 : 0.3)
+        << "frame " << frame;
     std::vector<float> values(i);
     ASSERT_OK(bccsplat_volume_evaluate(volume.get(), i, points.data(), values.data(), nullptr));
     for (size_t k = 0; k < i; ++k) ASSERT_NEAR(values[k], dense[k], 1e-3);
@@ -159,7 +161,8 @@ TEST(Series, WritesIntoAStream) {
 TEST(Series, LayersWrittenInSituMatchTheField) {
   const Folder folder;
   const Device device = make_device();
-  const Series s;
+  Series s;
+  s.nt = 16;
   const Writer w = make_writer(device, folder.file("s.bcc4"), options_of(s));
   ASSERT_OK(bccsplat_writer_set_times(w.get(), 10, 0.5));
   auto g = sized<bccsplat_layer_geometry>();
@@ -181,12 +184,12 @@ TEST(Series, LayersWrittenInSituMatchTheField) {
   ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
   const Volume volume = open(device, folder.file("s.bcc4"), "fine");
   double index = 0;
-  ASSERT_OK(bccsplat_volume_time_to_index(volume.get(), 11.25, &index));
-  EXPECT_DOUBLE_EQ(index, 2.5);
-  const double point[4] = {9.3, 10.2, 8.1, index};
+  ASSERT_OK(bccsplat_volume_time_to_index(volume.get(), 13.75, &index));
+  EXPECT_DOUBLE_EQ(index, 7.5);
+  const double point[4] = {11.3, 10.2, 8.1, index};
   float value = 0, gradient[4];
   ASSERT_OK(bccsplat_volume_evaluate(volume.get(), 1, point, &value, gradient));
-  EXPECT_NEAR(value, blob(9.3, 10.2, 8.1, 2.5), 0.05);
+  EXPECT_NEAR(value, blob(11.3, 10.2, 8.1, 7.5), 0.05);
   for (int a = 0; a < 4; ++a) {
     double low[4], high[4];
     std::copy(point, point + 4, low), std::copy(point, point + 4, high);
@@ -291,14 +294,16 @@ TEST(Series, NonFiniteValues) {
   const Device device = make_device();
   Series s;
   s.field = [](double x, double y, double z, double t) {
-    return x == 5 && y == 6 && z == 7 && t == 3 ? std::numeric_limits<double>::quiet_NaN() : blob(x, y, z, t);
+    const bool missing =
+        std::fabs(x - 5) < 2 && std::fabs(y - 6) < 2 && std::fabs(z - 7) < 2 && std::fabs(t - 3) < 2;
+    return missing ? std::numeric_limits<double>::quiet_NaN() : blob(x, y, z, t);
   };
   {
     const Writer w = make_writer(device, folder.file("error.bcc4"), options_of(s));
     EXPECT_EQ(add_frames(w.get(), s), BCCSPLAT_ERROR_NONFINITE_VALUE);
     const std::string text = bccsplat_last_error();
-    EXPECT_NE(text.find('3'), std::string::npos) << text; // the frame
-    EXPECT_NE(text.find('7'), std::string::npos) << text; // the voxel
+    EXPECT_NE(text.find("frame 2"), std::string::npos) << text;
+    EXPECT_NE(text.find("4, 5, 6"), std::string::npos) << text; // the first voxel
     EXPECT_EQ(bccsplat_writer_finish(w.get(), nullptr), BCCSPLAT_ERROR_WRONG_STATE);
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
@@ -309,14 +314,14 @@ TEST(Series, NonFiniteValues) {
   ASSERT_OK(add_frames(w.get(), s));
   auto report = sized<bccsplat_writer_report>();
   ASSERT_OK(bccsplat_writer_finish(w.get(), &report));
-  EXPECT_EQ(report.nonfinite, 1u);
-  EXPECT_GE(report.holes, 1u);
+  EXPECT_EQ(report.nonfinite, 81u);
+  EXPECT_GE(report.holes, 20u);
   const Volume volume = open(device, folder.file("hole.bcc4"));
-  const double points[8] = {5, 6, 7, 3, 9, 6, 7, 3};
+  const double points[8] = {5, 6, 7, 3, 11, 6, 7, 3};
   float values[2] = {0, 0};
   EXPECT_EQ(bccsplat_volume_evaluate(volume.get(), 2, points, values, nullptr), BCCSPLAT_ERROR_HOLE);
   EXPECT_TRUE(std::isnan(values[0]));
-  EXPECT_NEAR(values[1], blob(9, 6, 7, 3), 0.5);
+  EXPECT_NEAR(values[1], blob(11, 6, 7, 3), 0.5);
 }
 
 TEST(Series, OneFrameIsAStaticVolume) {
