@@ -51,10 +51,10 @@ void check_lattice(const VolumeInfo& info, Code code) {
   }
   if (!positive(info.scale) || !positive(info.time_scale)) bad("scales must be positive");
   if (info.slab_layers < 1 || info.slab_layers > max_slab_layers) bad(info.slab_layers, " layers in a slab");
-  unsigned __int128 sites = 4096u * static_cast<unsigned>(l.space.cosets());
-  for (const int32_t n : slot_dims(l)) sites *= static_cast<unsigned>(n);
-  if (sites / 8192 > UINT32_MAX) bad("more than 2^32 bricks in a layer");
-  if (sites * static_cast<unsigned>(l.layers()) > INT64_MAX) bad("more than 2^63 sites");
+  unsigned __int128 bricks = 1;
+  for (const int32_t n : slot_dims(l)) bricks *= static_cast<unsigned>(n);
+  if (bricks > UINT32_MAX) bad("more than 2^32 bricks in a layer");
+  if (4096 * bricks * static_cast<unsigned>(l.layers()) > INT64_MAX) bad("more than 2^63 sites");
 }
 
 void check_channel(const ChannelInfo& c, Code code) {
@@ -111,6 +111,9 @@ void check_info(const VolumeInfo& info, Code code) {
        {&info.spatial_unit, &t.unit, &t.epoch, &info.coefficient_kernel, &info.recommended_kernel})
     text(*s);
   for (const SourceInfo& s : info.sources) text(s.name);
+  for (const double v : info.coefficient_parameters)
+    if (!std::isfinite(v) || info.coefficient_kernel.empty())
+      fail(code, "parameter ", v, " of the kernel of the coefficients");
   std::set<std::string> keys;
   for (const auto& [key, value] : info.attributes) {
     text(key), text(value);

@@ -4,7 +4,9 @@
 // as they are, the bit patterns of floats with the sign folded in.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "formats/bcc4_chunk.h"
 #include "formats/bcc4_info.h"
@@ -19,6 +21,8 @@ class SampleCoder {
   // Nearest code, halves upwards for integers; `clamped` counts values outside the type. The value is finite.
   [[nodiscard]] uint32_t encode(float relative, uint64_t& clamped) const;
   [[nodiscard]] float decode(uint32_t code) const;
+  // Codes packed into codes().bytes() bytes each.
+  void decode(std::span<const std::byte> packed, std::span<float> relative) const;
   // In the units of the channel, not relative to air.
   [[nodiscard]] double value(uint32_t code) const { return static_cast<double>(decode(code)) + air_; }
   // Codes of finite values.

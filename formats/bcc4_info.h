@@ -102,8 +102,9 @@ struct VolumeInfo {
   std::string spatial_unit;
   TimeMap time;
   std::vector<ChannelInfo> channels;
-  std::string coefficient_kernel; // the kernel whose coefficients are stored; empty: samples
-  std::string recommended_kernel; // may be empty
+  std::string coefficient_kernel;             // the kernel whose coefficients are stored; empty: samples
+  std::vector<double> coefficient_parameters; // the numbers that define it, should its name ever mean another
+  std::string recommended_kernel;             // may be empty
   std::vector<SourceInfo> sources;
   std::vector<std::pair<std::string, std::string>> attributes; // UTF-8, keys unique; order is kept
 

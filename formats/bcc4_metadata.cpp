@@ -177,6 +177,8 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
   record(store, [&](ByteWriter& p) {
     p.write_string(info.coefficient_kernel);
     p.write_string(info.recommended_kernel);
+    p.write(static_cast<uint32_t>(info.coefficient_parameters.size()));
+    for (const double v : info.coefficient_parameters) p.write(v);
   });
   for (const ChannelInfo& c : info.channels) record(channel, [&](ByteWriter& p) { write_channel(p, c); });
   record(sources, [&](ByteWriter& p) {
@@ -233,6 +235,8 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
     case store:
       info.coefficient_kernel = read_text(record);
       info.recommended_kernel = read_text(record);
+      info.coefficient_parameters.resize(read_count(record, 8));
+      for (double& v : info.coefficient_parameters) v = record.read<double>();
       break;
     case channel:
       if (info.channels.size() == limits.channels)

@@ -155,13 +155,23 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& dat
   brick->kept = data.kept[m];
   if (!data.hole.empty() && data.hole[m] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[m]);
-  const std::byte* next = data.codes.data() + size_t{first} * bytes;
-  for (size_t r = 0; r < brick_rows; ++r)
-    for (unsigned bits = brick->kept[r]; bits; bits &= bits - 1, next += bytes) {
-      uint32_t code = 0;
-      std::memcpy(&code, next, bytes);
-      brick->value[r * brick_edge + static_cast<size_t>(std::countr_zero(bits))] = coder.decode(code);
+  const auto packed = std::span(data.codes).subspan(first * bytes, count * bytes);
+  if (count == brick_sites) {
+    coder.decode(packed, brick->value);
+    return brick;
+  }
+  std::array<float, brick_sites> values;
+  coder.decode(packed, std::span(values).first(count));
+  const float* next = values.data();
+  for (size_t r = 0; r < brick_rows; ++r) {
+    float* const row = brick->value.data() + r * brick_edge;
+    if (brick->kept[r] == 0xffff) {
+      std::copy_n(next, brick_edge, row);
+      next += brick_edge;
+    } else {
+      for (unsigned bits = brick->kept[r]; bits; bits &= bits - 1) row[std::countr_zero(bits)] = *next++;
     }
+  }
   return brick;
 }
 

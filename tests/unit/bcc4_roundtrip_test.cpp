@@ -133,6 +133,7 @@ TEST(Bcc4RoundTrip, MetadataComesBack) {
   info.time.uniform = false;
   info.time.times = {0, 6, 24.5, 48};
   info.time.unit = "h", info.time.epoch = "2002-10-28T00:00:00Z";
+  info.coefficient_parameters = {2.0, 0.17, -0.88, 3};
   info.coefficient_kernel = "radial20+b3", info.recommended_kernel = "radial24+b4";
   info.sources = {{"smoke.0001.vdb", 123456789012, 0xdeadbeef}, {"smoke.0002.vdb", 1, 0}};
   info.attributes = {{"author", "Ä. Müller"}, {"empty", ""}};

@@ -1,0 +1,154 @@
+// Makes the golden files of the format version of the day: make_golden FOLDER. Files of a released version
+// are never made again; a new version gets new files beside them.
+#include <gtest/gtest.h> // for the helpers
+
+#include <cstdio>
+#include <string>
+
+#include "../unit/bcc4_rebuild.h"
+#include "../unit/bcc4_test_data.h"
+
+namespace bccsplat::test {
+namespace {
+
+std::string folder;
+
+void save(const std::string& name, const Bytes& bytes) {
+  const auto sink = create_file_sink(folder + "/" + name + ".bcc4", false);
+  sink->write_at(0, bytes);
+  sink->commit();
+}
+
+// A ramp of 16 bits that no predictor but the lattice's own neighbours foresees.
+Sample bumpy(int c, double x, double y, double z, double t) {
+  Sample s = ball(c, x, y, z, t);
+  s.value =
+      static_cast<float>(s.value + 3 * std::sin(2.1 * x) * std::cos(1.7 * y + z) + (s.kept ? 0.01 * t : 0));
+  return s;
+}
+
+// Rows that have nothing to do with each other.
+Sample rows(int, double x, double y, double z, double t) {
+  const double noise = std::sin(12.9898 * y + 78.233 * z + 37.719 * t) * 43758.5453;
+  return {static_cast<float>(100 * (noise - std::floor(noise)) + x), z < 9, false};
+}
+
+void make_good() {
+  const std::array<uint32_t, 4> dims{22, 20, 18, 8}, still{26, 24, 25, 1};
+  save("v1_d4star_u8",
+       write_file(volume(LatticeKind::d4star, dims, {channel("value", ValueType::u8)}), ball_without_holes));
+  save("v1_d4star_u16_holes",
+       write_file(volume(LatticeKind::d4star, dims, {channel("value", ValueType::u16, 5)}), ball));
+  save(
+      "v1_d4star_f16",
+      write_file(volume(LatticeKind::d4star, {18, 20, 18, 4}, {channel("value", ValueType::f16, -2)}), ball));
+  VolumeInfo uneven = volume(LatticeKind::d4star, {14, 18, 16, 5}, {channel("value", ValueType::f32)});
+  uneven.time.uniform = false;
+  uneven.time.times = {0, 6, 12, 24, 36.5};
+  uneven.time.unit = "h";
+  save("v1_d4star_f32_uneven_times", write_file(uneven, ball));
+  save("v1_bcc_u8", write_file(volume(LatticeKind::bcc, still, {channel("value", ValueType::u8)}), ball));
+  save("v1_bcc_u16_dense",
+       write_file(volume(LatticeKind::bcc, {23, 23, 23, 1}, {channel("value", ValueType::u16)}), dense));
+  save("v1_cc_u16",
+       write_file(volume(LatticeKind::cc, {17, 18, 16, 6}, {channel("value", ValueType::u16)}), bumpy));
+  save("v1_cc_f32_static",
+       write_file(volume(LatticeKind::cc, {19, 16, 12, 1}, {channel("value", ValueType::f32, 1)}), ball));
+  ChannelInfo half_values = channel("half", ValueType::f16, 3);
+  half_values.offset = 0;
+  VolumeInfo two =
+      volume(LatticeKind::d4star, {18, 17, 16, 5}, {channel("density", ValueType::u16), half_values});
+  two.slab_layers = 3;
+  two.attributes = {{"title", "two channels"}, {"Autor", "Bücher & Söhne"}};
+  two.recommended_kernel = "radial20+b3";
+  two.affine.linear[0][0] = 0.5, two.affine.offset = {1, 2, 3};
+  two.spatial_unit = "mm";
+  save("v1_two_channels", write_file(two, bumpy));
+  save("v1_raw", write_file(volume(LatticeKind::d4star, {12, 14, 13, 3}, {channel("value", ValueType::u16)}),
+                            ball, 1, {.level = 0}));
+  save("v1_rows",
+       write_file(volume(LatticeKind::d4star, {15, 14, 14, 3}, {channel("value", ValueType::u16)}), rows));
+  save("v1_fitted",
+       write_file(volume(LatticeKind::d4star, {24, 24, 24, 10}, {channel("value", ValueType::u8)}), dense));
+}
+
+void make_optional() {
+  const Bytes file =
+      write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
+  // A record and a column of some later version that readers of version 1 may skip.
+  save("v1_optional_parts",
+       rebuild(file, {.metadata =
+                          [](Bytes& m) {
+                            ByteWriter w;
+                            w.write(uint16_t{0x8001}), w.write(uint16_t{0}), w.write(uint32_t{5});
+                            w.write(uint64_t{0x0000000102030405});
+                            m.insert(m.end(), w.bytes().begin(), w.bytes().end());
+                          },
+                      .page =
+                          [](Bytes& p) {
+                            const auto n = peek<uint32_t>(p, 0), columns = peek<uint32_t>(p, 4);
+                            poke<uint32_t>(p, 4, columns + 1);
+                            const std::array<std::byte, 4> id{std::byte{128}, std::byte{4}, {}, {}};
+                            p.insert(p.begin() + 8 + 4 * columns, id.begin(), id.end());
+                            p.insert(p.end(), n * 4, std::byte{7});
+                          }}));
+}
+
+void make_bad() {
+  const Bytes good =
+      write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
+  Bytes bad = good;
+  bad.resize(good.size() - 8);
+  save("bad_truncated", bad);
+  bad = good;
+  bad[0] = std::byte{0x09};
+  save("bad_seven_bits", bad);
+  bad = good;
+  for (size_t i = 0; i < bad.size(); ++i)
+    if (bad[i] == std::byte{0x0d} && bad[i + 1] == std::byte{0x0a})
+      bad.erase(bad.begin() + static_cast<std::ptrdiff_t>(i));
+  save("bad_text_mode", bad);
+  bad = good;
+  bad[14] = std::byte{2}; // lowest reader
+  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
+  save("bad_newer_version", bad);
+  bad = good;
+  bad[4096 + 20] ^= std::byte{1}, bad[8192 + 99] ^= std::byte{1};
+  save("bad_both_roots", bad);
+  bad = good;
+  bad[12288 + 40] ^= std::byte{16};
+  save("bad_chunk", bad);
+  const Root root = *read_preamble(std::span(good).first(preamble_bytes), "good").root;
+  bad = good;
+  bad[root.metadata.offset + 30] ^= std::byte{4};
+  save("bad_metadata", bad);
+  bad = good;
+  bad[root.directory.offset + 3] ^= std::byte{128};
+  save("bad_directory", bad);
+  bad = good;
+  bad[5000] = std::byte{1};
+  save("bad_padding", bad);
+  save("bad_run_list", rebuild(good, {.chunk = [](Bcc4Chunk& c, Bytes& b) {
+                                 // One pair that sets more sites than there are.
+                                 b.resize(c.values_bytes);
+                                 for (const int v : {0, 0xff, 0xff, 0x7f})
+                                   b.push_back(static_cast<std::byte>(v));
+                                 c.runs_bytes = c.runs_decoded = 4;
+                                 c.coding &= 15;
+                               }}));
+}
+
+} // namespace
+} // namespace bccsplat::test
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: make_golden FOLDER\n", stderr);
+    return 2;
+  }
+  bccsplat::test::folder = argv[1];
+  bccsplat::test::make_good();
+  bccsplat::test::make_optional();
+  bccsplat::test::make_bad();
+  return 0;
+}

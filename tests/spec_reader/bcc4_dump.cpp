@@ -1,0 +1,677 @@
+// A second reader of .bcc4, written from formats/bcc4.md alone and for clarity: no header of the project, no
+// speed.
+//
+//   bcc4_dump FILE   prints what the file says about itself and, for each layer of each channel, a CRC-32 of
+//   its
+//                    samples: for every site, x fastest, a byte (0 air, 1 kept, 2 hole) and the relative
+//                    sample as f32.
+//   Exit code 1 and a message on stderr when the file breaks a rule.
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+
+[[noreturn]] void refuse(const std::string& why) { throw std::runtime_error(why); }
+void must(bool rule, const char* what) {
+  if (!rule) refuse(what);
+}
+
+// ---- Section 1: conventions ----
+
+struct Cursor {
+  const uint8_t* at;
+  const uint8_t* end;
+  explicit Cursor(const Bytes& b) : at(b.data()), end(b.data() + b.size()) {}
+  Cursor(const uint8_t* from, size_t n) : at(from), end(from + n) {}
+  size_t left() const { return static_cast<size_t>(end - at); }
+  const uint8_t* take(uint64_t n) {
+    must(n <= left(), "bytes are missing");
+    const uint8_t* p = at;
+    at += n;
+    return p;
+  }
+  uint64_t number(int bytes) {
+    const uint8_t* p = take(static_cast<uint64_t>(bytes));
+    uint64_t v = 0;
+    for (int i = bytes; i-- > 0;) v = v << 8 | p[i];
+    return v;
+  }
+  uint8_t u8() { return static_cast<uint8_t>(number(1)); }
+  uint16_t u16() { return static_cast<uint16_t>(number(2)); }
+  uint32_t u32() { return static_cast<uint32_t>(number(4)); }
+  int32_t i32() { return static_cast<int32_t>(u32()); }
+  uint64_t u64() { return number(8); }
+  float f32() {
+    const uint32_t bits = u32();
+    float v;
+    std::memcpy(&v, &bits, 4);
+    return v;
+  }
+  double f64() {
+    const uint64_t bits = u64();
+    double v;
+    std::memcpy(&v, &bits, 8);
+    return v;
+  }
+  std::string text() {
+    const uint32_t n = u32();
+    const uint8_t* p = take(n);
+    const std::string s(p, p + n);
+    must(s.find('\0') == std::string::npos, "text: a zero byte");
+    return s;
+  }
+  uint64_t varint() {
+    uint64_t v = 0;
+    for (int i = 0; i < 10; ++i) {
+      const uint8_t b = u8();
+      must(i < 9 || b <= 1, "varint: too large");
+      v |= static_cast<uint64_t>(b & 127) << (7 * i);
+      if (b < 128) {
+        must(b != 0 || i == 0, "varint: not the shortest form");
+        return v;
+      }
+    }
+    refuse("varint: too long");
+  }
+  void zeros(uint64_t n) {
+    const uint8_t* p = take(n);
+    for (uint64_t i = 0; i < n; ++i) must(p[i] == 0, "reserved bytes are not zero");
+  }
+};
+
+uint32_t crc(const uint8_t* p, size_t n) { return static_cast<uint32_t>(crc32_z(0, p, n)); }
+
+Bytes inflate_raw(const uint8_t* p, size_t n, size_t decoded) {
+  Bytes out(decoded + 1); // one more, to see a stream that goes on
+  z_stream z{};
+  if (inflateInit2(&z, -15) != Z_OK) refuse("zlib");
+  z.next_in = const_cast<uint8_t*>(p);
+  z.avail_in = static_cast<uInt>(n);
+  z.next_out = out.data();
+  z.avail_out = static_cast<uInt>(out.size());
+  const int result = inflate(&z, Z_FINISH);
+  const bool whole = result == Z_STREAM_END && z.avail_in == 0 && z.total_out == decoded;
+  inflateEnd(&z);
+  must(whole, "deflate stream does not decode to its size");
+  out.resize(decoded);
+  return out;
+}
+
+struct File {
+  Bytes bytes;
+  uint64_t size = 0; // of the state the root tells
+
+  const uint8_t* at(uint64_t offset, uint64_t n) const {
+    must(offset % 8 == 0 && offset >= 12288 && offset <= size && n <= size - offset,
+         "bytes outside the file");
+    return bytes.data() + offset;
+  }
+};
+
+uint64_t padded(uint64_t n) { return (n + 7) / 8 * 8; }
+
+struct BlockRef {
+  uint64_t offset;
+  uint32_t stored, decoded, check, coding;
+  explicit BlockRef(Cursor& c)
+      : offset(c.u64()), stored(c.u32()), decoded(c.u32()), check(c.u32()), coding(c.u32()) {}
+  Bytes read(const File& f) const {
+    must(coding <= 1, "block: coding");
+    must(coding == 0 ? stored == decoded : stored < decoded && decoded <= 1032ull * stored, "block: sizes");
+    const uint8_t* p = f.at(offset, padded(stored));
+    must(crc(p, padded(stored)) == check, "block: checksum");
+    Cursor(p + stored, padded(stored) - stored).zeros(padded(stored) - stored);
+    return coding == 0 ? Bytes(p, p + stored) : inflate_raw(p, stored, decoded);
+  }
+};
+
+// ---- Section 3: metadata ----
+
+struct Channel {
+  std::string name;
+  int type = 0;
+  uint32_t air_code = 0;
+  double scale = 1, offset = 0;
+  float air = 0;
+  uint64_t kept = 0, holes = 0;
+  int width() const { return type == 1 ? 1 : type == 4 ? 4 : 2; }
+};
+
+struct Volume {
+  int kind = 0, slab_layers = 0;
+  uint32_t dims[4];
+  int32_t last_plane[3], last_layer = 0;
+  double h[3], ht = 0;
+  double first = 0, step = 0;
+  std::vector<double> times;
+  std::string kernel, recommended;
+  std::vector<Channel> channels;
+  std::vector<std::pair<std::string, std::string>> attributes;
+
+  int coset(int layer) const { return kind == 3 ? 0 : layer & 1; }
+  int sites(int c, int axis) const {
+    return kind == 3 ? last_plane[axis] + 1 : (last_plane[axis] - c) / 2 + 1;
+  }
+  int bricks(int axis) const { return (sites(0, axis) + 15) / 16; }
+  int layers() const { return last_layer + 1; }
+};
+
+Channel read_channel(Cursor& c, const Volume& v) {
+  Channel ch;
+  ch.type = c.u8();
+  must(ch.type >= 1 && ch.type <= 4, "channel: value type");
+  must(c.u8() <= 9, "channel: source type");
+  c.zeros(2);
+  ch.air_code = c.u32();
+  ch.scale = c.f64();
+  ch.offset = c.f64();
+  ch.air = c.f32();
+  must(c.f32() >= 0, "channel: threshold");
+  ch.kept = c.u64();
+  ch.holes = c.u64();
+  c.u64(), c.u64(); // clamped, relevant source samples
+  for (int i = 0; i < 3; ++i) {
+    const double low = c.f64(), high = c.f64();
+    must(std::isfinite(low) && std::isfinite(high) && low <= high, "channel: range");
+  }
+  ch.name = c.text();
+  c.text(), c.text(); // quantity, unit
+  const uint32_t bins = c.u32();
+  must(bins == 0 || bins == 256, "channel: histogram");
+  c.take(8ull * bins);
+  c.take(16ull * c.u32());
+  const uint32_t frames = c.u32();
+  must(frames == 0 || frames == v.dims[3], "channel: frames");
+  c.take(16ull * frames);
+  return ch;
+}
+
+Volume read_metadata(const Bytes& bytes) {
+  Volume v;
+  Cursor c(bytes);
+  int last = 0;
+  bool seen[8] = {};
+  while (c.left() > 0) {
+    const int type = c.u16();
+    c.zeros(2);
+    const uint32_t n = c.u32();
+    Cursor r(c.take(n), n);
+    c.zeros(padded(n) - n);
+    must(type > last || (type == last && type == 5), "metadata: order of records");
+    last = type;
+    if (type >= 0x8000) continue;
+    must(type >= 1 && type <= 7, "metadata: unknown record");
+    seen[type] = true;
+    if (type == 1) {
+      v.kind = r.u8();
+      v.slab_layers = r.u8();
+      r.zeros(2);
+      for (uint32_t& d : v.dims) d = r.u32();
+      for (int32_t& l : v.last_plane) l = r.i32();
+      v.last_layer = r.i32();
+      r.zeros(4);
+      for (double& d : v.h) d = r.f64();
+      v.ht = r.f64();
+      r.f64(), r.f64(); // scale, time scale
+      must(v.kind >= 1 && v.kind <= 3 && v.slab_layers >= 1 && v.slab_layers <= 32, "lattice");
+      must((v.dims[3] == 1) == (v.ht == 0), "lattice: static or not");
+      for (const int32_t l : v.last_plane) must(l >= 1 && l <= 1000000000, "lattice: planes");
+      must(v.last_layer >= 0 && v.last_layer <= 1000000000, "lattice: layers");
+    } else if (type == 2) {
+      for (int i = 0; i < 12; ++i) must(std::isfinite(r.f64()), "world");
+      r.text();
+    } else if (type == 3) {
+      v.first = r.f64();
+      v.step = r.f64();
+      r.text(), r.text(); // unit, epoch
+      const uint32_t count = r.u32();
+      must(count == 0 || count == v.dims[3], "time: count");
+      for (uint32_t i = 0; i < count; ++i) v.times.push_back(r.f64());
+    } else if (type == 4) {
+      v.kernel = r.text();
+      v.recommended = r.text();
+      for (uint32_t i = r.u32(); i > 0; --i) must(std::isfinite(r.f64()), "store: kernel");
+    } else if (type == 5) {
+      v.channels.push_back(read_channel(r, v));
+    } else if (type == 6) {
+      for (uint32_t i = r.u32(); i > 0; --i) r.text(), r.u64(), r.u32();
+    } else {
+      for (uint32_t i = r.u32(); i > 0; --i) {
+        const std::string key = r.text();
+        v.attributes.emplace_back(key, r.text());
+      }
+    }
+    must(r.left() == 0, "metadata: record too long");
+  }
+  for (int type = 1; type <= 7; ++type) must(seen[type], "metadata: a record is missing");
+  return v;
+}
+
+// ---- Section 4: index ----
+
+struct Chunk {
+  uint32_t slab, slot, values, runs, runs_decoded, kept, holes, smallest, largest, check;
+  uint64_t offset;
+  int coding, predictor;
+  uint64_t end() const { return offset + padded(uint64_t{values} + runs); }
+};
+
+std::vector<Chunk> read_page(const Bytes& bytes) {
+  Cursor c(bytes);
+  const uint32_t n = c.u32(), k = c.u32();
+  must(n >= 1 && n <= 65536 && k <= 256, "page");
+  std::vector<std::pair<int, int>> columns;
+  for (uint32_t i = 0; i < k; ++i) {
+    const int id = c.u8(), width = c.u8();
+    c.zeros(2);
+    columns.emplace_back(id, width);
+  }
+  std::map<int, std::vector<uint64_t>> column;
+  for (const auto& [id, width] : columns) {
+    const uint8_t* p = c.take(uint64_t{n} * static_cast<uint64_t>(width));
+    if (id >= 128) continue;
+    auto& values = column[id];
+    values.resize(n);
+    for (int b = 0; b < width; ++b)
+      for (uint32_t i = 0; i < n; ++i)
+        values[i] |= static_cast<uint64_t>(p[static_cast<uint64_t>(b) * n + i]) << (8 * b);
+  }
+  must(c.left() == 0, "page: too long");
+  for (int id = 1; id <= 13; ++id) must(column.count(id) == 1, "page: a column is missing");
+  must(column.size() == 13, "page: unknown column");
+  std::vector<Chunk> chunks(n);
+  Chunk before{};
+  for (uint32_t i = 0; i < n; ++i) {
+    Chunk& e = chunks[i];
+    const auto get = [&](int id) { return static_cast<uint32_t>(column[id][i]); };
+    e.slab = before.slab + get(1);
+    e.slot = before.slot + get(2);
+    e.values = get(3), e.runs = get(4);
+    e.offset = before.end() + column[5][i];
+    e.runs_decoded = get(6), e.kept = get(7), e.holes = get(8);
+    e.smallest = get(9), e.largest = get(10), e.check = get(11);
+    e.coding = static_cast<int>(get(12)), e.predictor = static_cast<int>(get(13));
+    before = e;
+  }
+  return chunks;
+}
+
+// ---- Sections 5 to 7: chunks ----
+
+struct Box {
+  int nx, ny, nz;
+};
+
+// The state of every site in order: true where a run sets it.
+std::vector<bool> read_runs(Cursor& c, uint64_t sites, uint64_t set) {
+  std::vector<bool> bits(sites);
+  uint64_t at = 0, found = 0;
+  while (found < set) {
+    const uint64_t skip = c.varint(), run = c.varint();
+    must(run > 0 && (skip > 0 || found == 0), "run list: not canonical");
+    must(skip <= sites - at && run <= sites - at - skip && run <= set - found, "run list: too long");
+    at += skip;
+    for (uint64_t i = 0; i < run; ++i) bits[at++] = true;
+    found += run;
+  }
+  return bits;
+}
+
+// Cells of one layer, section 7.
+struct Cells {
+  std::vector<int64_t> g = std::vector<int64_t>(18 * 18 * 18);
+  int64_t& at(int x, int y, int z) { return g[static_cast<size_t>(((z + 1) * 18 + y + 1) * 18 + x + 1)]; }
+  int64_t get(int x, int y, int z) const {
+    return g[static_cast<size_t>(((z + 1) * 18 + y + 1) * 18 + x + 1)];
+  }
+  void copy_row(int y, int z, int from_y, int from_z) {
+    for (int x = -1; x <= 16; ++x) at(x, y, z) = get(x, from_y, from_z);
+  }
+  void copy_plane(int z, const Cells& other, int from_z) {
+    for (int y = -1; y <= 16; ++y)
+      for (int x = -1; x <= 16; ++x) at(x, y, z) = other.get(x, y, from_z);
+  }
+};
+
+const int own_taps[10][3] = {{-1, 0, 0},  {0, -1, 0},   {0, 0, -1}, {-1, -1, 0}, {-1, 0, -1},
+                             {0, -1, -1}, {-1, -1, -1}, {1, -1, 0}, {1, 0, -1},  {0, 1, -1}};
+const int previous_taps[7][3] = {{0, 0, 0}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0},
+                                 {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
+
+struct Weights {
+  int own[10] = {}, cross[8] = {}, previous[7] = {};
+};
+
+Weights fixed_weights(int predictor, bool has_cross, bool has_previous) {
+  Weights w;
+  const auto all_cross = [&] {
+    for (int& x : w.cross) x = 512;
+  };
+  if (predictor == 2) {
+    const int lorenzo[7] = {4096, 4096, 4096, -4096, -4096, -4096, 4096};
+    std::copy(lorenzo, lorenzo + 7, w.own);
+  } else if (predictor == 3 && has_previous) {
+    w.previous[0] = 4096;
+  } else if ((predictor == 3 || predictor == 4) && has_cross) {
+    all_cross();
+  } else if (predictor == 4 && has_previous) {
+    w.previous[0] = 4096;
+  } else {
+    w.own[0] = 4096;
+  }
+  return w;
+}
+
+struct Decoded {
+  std::vector<std::vector<uint8_t>> state; // per layer: 4096 of 0, 1, 2
+  std::vector<std::vector<uint32_t>> code; // per layer: 4096 ordered codes
+};
+
+Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e) {
+  const uint64_t size = e.end() - e.offset;
+  const uint8_t* p = f.at(e.offset, size);
+  must(crc(p, size) == e.check, "chunk: checksum");
+  Cursor(p + e.values + e.runs, size - e.values - e.runs).zeros(size - e.values - e.runs);
+
+  const int first_layer = static_cast<int>(e.slab) * v.slab_layers;
+  const int layers = std::min(v.slab_layers, v.layers() - first_layer);
+  const int b[3] = {static_cast<int>(e.slot) % v.bricks(0),
+                    static_cast<int>(e.slot) / v.bricks(0) % v.bricks(1),
+                    static_cast<int>(e.slot) / v.bricks(0) / v.bricks(1)};
+  std::vector<Box> box;
+  uint64_t sites = 0;
+  for (int m = 0; m < layers; ++m) {
+    int n[3];
+    for (int a = 0; a < 3; ++a)
+      n[a] = std::max(0, std::min(16, v.sites(v.coset(first_layer + m), a) - 16 * b[a]));
+    if (n[0] == 0 || n[1] == 0 || n[2] == 0) n[0] = n[1] = n[2] = 0;
+    box.push_back({n[0], n[1], n[2]});
+    sites += static_cast<uint64_t>(n[0] * n[1] * n[2]);
+  }
+
+  // Section 5.
+  const int runs_coding = e.coding >> 4, values_coding = e.coding & 15;
+  must(runs_coding <= 1 && values_coding <= 1 && e.predictor <= 5, "chunk: coding");
+  must(e.kept >= 1 && e.kept <= sites && e.holes <= e.kept, "chunk: counts");
+  must(runs_coding == 0 ? e.runs == e.runs_decoded : e.runs < e.runs_decoded, "chunk: runs");
+  const Bytes runs = runs_coding == 0 ? Bytes(p + e.values, p + e.values + e.runs)
+                                      : inflate_raw(p + e.values, e.runs, e.runs_decoded);
+  Cursor rc(runs);
+  const std::vector<bool> kept = read_runs(rc, sites, e.kept);
+  const std::vector<bool> hole = read_runs(rc, e.kept, e.holes);
+  must(rc.left() == 0, "chunk: bytes behind the run lists");
+
+  // Which classes of layers there are, and their weights.
+  const int period = v.kind == 3 ? 1 : 2;
+  const auto has_cross = [&](int m) {
+    return v.kind != 3 && m >= 1 && box[static_cast<size_t>(m - 1)].nx > 0;
+  };
+  const auto has_previous = [&](int m) { return v.ht != 0 && m >= period; };
+  const auto class_of = [&](int m) { return (has_cross(m) ? 1 : 0) + (has_previous(m) ? 2 : 0); };
+  bool present[4] = {};
+  for (int m = 0; m < layers; ++m)
+    if (box[static_cast<size_t>(m)].nx > 0) present[class_of(m)] = true;
+  size_t weight_count = 0;
+  for (int k = 0; k < 4; ++k)
+    if (present[k] && e.predictor == 5) weight_count += 10u + (k & 1 ? 8u : 0u) + (k & 2 ? 7u : 0u);
+
+  // Section 7.
+  const auto width = static_cast<size_t>(ch.width());
+  const uint64_t top = (uint64_t{1} << (8 * width)) - 1;
+  must(values_coding == 0 ? e.values == e.kept * width && e.predictor == 0 : e.values < e.kept * width,
+       "chunk: values");
+  const size_t decoded_size = 2 * weight_count + e.kept * width;
+  const Bytes values = values_coding == 0 ? Bytes(p, p + e.values) : inflate_raw(p, e.values, decoded_size);
+  Cursor vc(values);
+  Weights weights[4];
+  for (int k = 0; k < 4; ++k) {
+    weights[k] = fixed_weights(e.predictor, k & 1, k & 2);
+    if (e.predictor != 5 || !present[k]) continue;
+    weights[k] = Weights();
+    int sum = 0;
+    const auto next = [&] {
+      const int w = static_cast<int16_t>(vc.u16());
+      sum += w < 0 ? -w : w;
+      return w;
+    };
+    for (int& w : weights[k].own) w = next();
+    if (k & 1)
+      for (int& w : weights[k].cross) w = next();
+    if (k & 2)
+      for (int& w : weights[k].previous) w = next();
+    must(sum <= 32767, "chunk: weights");
+  }
+  const uint8_t* planes = vc.at;
+  const auto stored = [&](size_t i) { // pattern or residual of the i-th kept site
+    uint64_t r = 0;
+    for (size_t byte = 0; byte < width; ++byte)
+      r |= static_cast<uint64_t>(values_coding == 0 ? planes[i * width + byte] : planes[byte * e.kept + i])
+           << (8 * byte);
+    return r;
+  };
+
+  Decoded out;
+  std::vector<Cells> cells(static_cast<size_t>(layers));
+  size_t site = 0, value = 0;
+  uint64_t smallest = top, largest = 0;
+  for (int m = 0; m < layers; ++m) {
+    out.state.emplace_back(4096);
+    out.code.emplace_back(4096);
+    const auto [nx, ny, nz] = box[static_cast<size_t>(m)];
+    if (nx == 0) continue;
+    Cells& own = cells[static_cast<size_t>(m)];
+    const Cells* previous = has_previous(m) ? &cells[static_cast<size_t>(m - period)] : nullptr;
+    const Cells* cross = has_cross(m) ? &cells[static_cast<size_t>(m - 1)] : nullptr;
+    const Weights& w = weights[class_of(m)];
+    const int shift = v.coset(first_layer + m) == 1 ? 0 : -1;
+    if (previous)
+      own.copy_plane(-1, *previous, -1);
+    else if (cross)
+      own.copy_plane(-1, *cross, -1);
+    for (int z = 0; z < nz; ++z) {
+      if (z > 0) own.copy_row(-1, z, 0, z - 1);
+      for (int y = 0; y < ny; ++y) {
+        own.at(-1, y, z) = own.get(0, y - 1, z);
+        for (int x = 0; x < nx; ++x) {
+          if (!kept[site++]) continue;
+          const auto index = static_cast<size_t>((z * 16 + y) * 16 + x);
+          out.state.back()[index] = hole[value] ? 2 : 1;
+          uint64_t code = stored(value++);
+          if (values_coding == 0) { // a pattern
+            if (ch.type >= 3) code = code > top / 2 ? top - code : code + top / 2 + 1;
+          } else if (e.predictor != 0) {
+            int64_t sum = 2048;
+            for (int t = 0; t < 10; ++t)
+              sum += w.own[t] * own.get(x + own_taps[t][0], y + own_taps[t][1], z + own_taps[t][2]);
+            if (cross)
+              for (int t = 0; t < 8; ++t)
+                sum += w.cross[t] *
+                       cross->get(x + shift + (t & 1), y + shift + (t >> 1 & 1), z + shift + (t >> 2));
+            if (previous)
+              for (int t = 0; t < 7; ++t)
+                sum += w.previous[t] * previous->get(x + previous_taps[t][0], y + previous_taps[t][1],
+                                                     z + previous_taps[t][2]);
+            const int64_t quotient = sum >= 0 ? sum / 4096 : -((-sum + 4095) / 4096);
+            const int64_t unclamped = static_cast<int64_t>(ch.air_code) + quotient;
+            const uint64_t prediction = unclamped < 0 ? 0
+                                        : unclamped > static_cast<int64_t>(top)
+                                            ? top
+                                            : static_cast<uint64_t>(unclamped);
+            const uint64_t d = code % 2 == 0 ? code / 2 : top - (code - 1) / 2;
+            code = (prediction + d) % (top + 1);
+          }
+          out.code.back()[index] = static_cast<uint32_t>(code);
+          smallest = std::min(smallest, code), largest = std::max(largest, code);
+          own.at(x, y, z) = static_cast<int64_t>(code) - static_cast<int64_t>(ch.air_code);
+        }
+        own.at(nx, y, z) = own.get(nx - 1, y, z);
+      }
+      own.copy_row(ny, z, ny - 1, z);
+    }
+    for (int z = 0; z < nz; ++z) {
+      for (int y = 0; y < ny; ++y) own.at(-1, y, z) = own.get(0, y, z);
+      own.copy_row(-1, z, 0, z);
+      own.at(-1, ny, z) = own.get(-1, ny - 1, z);
+    }
+    own.copy_plane(-1, own, 0);
+    own.copy_plane(nz, own, nz - 1);
+  }
+  must(smallest == e.smallest && largest == e.largest, "chunk: smallest and largest sample");
+  return out;
+}
+
+// ---- Section 6: codes to samples ----
+
+double half(uint32_t bits) {
+  const double sign = bits & 0x8000 ? -1 : 1;
+  const int exponent = bits >> 10 & 31, mantissa = bits & 1023;
+  must(exponent != 31, "a sample is not finite");
+  return sign * (exponent == 0 ? std::ldexp(mantissa, -24) : std::ldexp(1024 + mantissa, exponent - 25));
+}
+
+float relative(const Channel& ch, uint32_t code) {
+  const double bias = ch.offset - static_cast<double>(ch.air);
+  if (ch.type <= 2) return static_cast<float>(code * ch.scale + bias);
+  const uint32_t sign = ch.type == 3 ? 0x8000u : 0x80000000u, mask = ch.type == 3 ? 0xffffu : 0xffffffffu;
+  const uint32_t pattern = code & sign ? code - sign : ~code & mask;
+  if (ch.type == 3) return static_cast<float>(bias == 0 ? half(pattern) : half(pattern) + bias);
+  float v;
+  std::memcpy(&v, &pattern, 4);
+  must(std::isfinite(v), "a sample is not finite");
+  return v;
+}
+
+// ---- The whole file ----
+
+// Section 2. The newest valid root, as a cursor behind its file size; sets file.size.
+Cursor read_preamble(File& file) {
+  const uint8_t magic[12] = {0x89, 'B', 'C', 'C', '4', 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0xff, 0xfe};
+  must(file.bytes.size() >= 12288 && std::memcmp(file.bytes.data(), magic, 12) == 0, "not a .bcc4 file");
+  Cursor header(file.bytes.data() + 12, 52);
+  header.u16();
+  const uint16_t lowest = header.u16();
+  header.zeros(44);
+  must(header.u32() == crc(file.bytes.data(), 60), "header: checksum");
+  must(lowest == 1, "needs a newer reader");
+  Cursor(file.bytes.data() + 64, 4096 - 64).zeros(4096 - 64);
+  Cursor(file.bytes.data() + 4096 + 128, 4096 - 128).zeros(4096 - 128);
+  Cursor(file.bytes.data() + 8192 + 128, 4096 - 128).zeros(4096 - 128);
+  uint64_t best = 0;
+  const uint8_t* root = nullptr;
+  for (const size_t at : {size_t{4096}, size_t{8192}}) {
+    const uint8_t* p = file.bytes.data() + at;
+    if (std::memcmp(p, "BCC4ROOT", 8) != 0 || Cursor(p + 124, 4).u32() != crc(p, 124)) continue;
+    const uint64_t sequence = Cursor(p + 8, 8).u64();
+    if (sequence > best) best = sequence, root = p;
+  }
+  must(root != nullptr, "no valid root");
+  Cursor c(root + 16, 112 - 4);
+  file.size = c.u64();
+  must(file.size <= file.bytes.size(), "the file is cut short");
+  return c;
+}
+
+void dump(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  must(static_cast<bool>(in), "cannot open the file");
+  File file;
+  file.bytes.assign(std::istreambuf_iterator<char>(in), {});
+  Cursor root = read_preamble(file);
+  const BlockRef metadata(root), directory(root);
+  const uint64_t chunk_count = root.u64();
+  const Volume v = read_metadata(metadata.read(file));
+  std::printf("lattice kind %d dims %u %u %u %u planes %d %d %d layers %d\n", v.kind, v.dims[0], v.dims[1],
+              v.dims[2], v.dims[3], v.last_plane[0], v.last_plane[1], v.last_plane[2], v.layers());
+  if (v.times.empty()) std::printf("times %.17g step %.17g\n", v.first, v.step);
+  for (const double t : v.times) std::printf("time %.17g\n", t);
+  std::printf("store %s recommended %s\n", v.kernel.empty() ? "samples" : v.kernel.c_str(),
+              v.recommended.c_str());
+  for (const auto& [key, value] : v.attributes)
+    std::printf("attribute %s = %s\n", key.c_str(), value.c_str());
+
+  // Decodes everything, then prints layer by layer.
+  std::map<std::pair<uint32_t, uint32_t>, std::map<uint32_t, Decoded>> chunks; // (channel, slab) -> slot
+  const Bytes records = directory.read(file);
+  must(records.size() % 64 == 0, "directory: size");
+  Cursor d(records);
+  uint64_t count = 0;
+  std::vector<uint64_t> kept(v.channels.size()), holes(v.channels.size());
+  while (d.left() > 0) {
+    const uint32_t channel = d.u32();
+    must(channel < v.channels.size(), "directory: channel");
+    d.take(16); // first and last chunk
+    const uint32_t entries = d.u32();
+    const BlockRef page(d);
+    d.take(8); // smallest and largest sample
+    d.zeros(8);
+    const std::vector<Chunk> list = read_page(page.read(file));
+    must(list.size() == entries, "directory: entries");
+    count += entries;
+    for (const Chunk& e : list) {
+      must(e.slab * static_cast<uint64_t>(v.slab_layers) < static_cast<uint64_t>(v.layers()), "page: slab");
+      kept[channel] += e.kept, holes[channel] += e.holes;
+      chunks[{channel, e.slab}][e.slot] = decode(file, v, v.channels[channel], e);
+    }
+  }
+  must(count == chunk_count, "root: chunks");
+  for (size_t c = 0; c < v.channels.size(); ++c) {
+    const Channel& ch = v.channels[c];
+    must(kept[c] == ch.kept && holes[c] == ch.holes, "channel: counts");
+    std::printf("channel %zu %s type %d air %.9g kept %llu holes %llu\n", c, ch.name.c_str(), ch.type,
+                static_cast<double>(ch.air), static_cast<unsigned long long>(ch.kept),
+                static_cast<unsigned long long>(ch.holes));
+    for (int m = 0; m < v.layers(); ++m) {
+      const int coset = v.coset(m), n[3] = {v.sites(coset, 0), v.sites(coset, 1), v.sites(coset, 2)};
+      const auto& slab = chunks[{static_cast<uint32_t>(c), static_cast<uint32_t>(m / v.slab_layers)}];
+      Bytes all;
+      for (int z = 0; z < n[2]; ++z)
+        for (int y = 0; y < n[1]; ++y)
+          for (int x = 0; x < n[0]; ++x) {
+            const auto slot = static_cast<uint32_t>((z / 16 * v.bricks(1) + y / 16) * v.bricks(0) + x / 16);
+            const auto found = slab.find(slot);
+            uint8_t state = 0;
+            float sample = 0;
+            if (found != slab.end()) {
+              const auto layer = static_cast<size_t>(m % v.slab_layers);
+              const auto index = static_cast<size_t>((z % 16 * 16 + y % 16) * 16 + x % 16);
+              state = found->second.state[layer][index];
+              if (state) sample = relative(ch, found->second.code[layer][index]);
+            }
+            uint8_t bytes[4];
+            std::memcpy(bytes, &sample, 4);
+            all.push_back(state);
+            all.insert(all.end(), bytes, bytes + 4);
+          }
+      std::printf("layer %d sites %d %d %d crc %08x\n", m, n[0], n[1], n[2], crc(all.data(), all.size()));
+    }
+  }
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: bcc4_dump FILE\n", stderr);
+    return 2;
+  }
+  try {
+    dump(argv[1]);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s: %s\n", argv[1], e.what());
+    return 1;
+  }
+  return 0;
+}
