@@ -189,14 +189,14 @@ TEST(Series, LayersWrittenInSituMatchTheField) {
   const double point[4] = {11.3, 10.2, 8.1, index};
   float value = 0, gradient[4];
   ASSERT_OK(bccsplat_volume_evaluate(volume.get(), 1, point, &value, gradient));
-  EXPECT_NEAR(value, blob(11.3, 10.2, 8.1, 7.5), 0.05);
+  EXPECT_NEAR(value, blob(11.3, 10.2, 8.1, 7.5), 0.1);
   for (int a = 0; a < 4; ++a) {
     double low[4], high[4];
     std::copy(point, point + 4, low), std::copy(point, point + 4, high);
     low[a] -= 1e-4, high[a] += 1e-4;
     const double slope =
         (blob(high[0], high[1], high[2], high[3]) - blob(low[0], low[1], low[2], low[3])) / 2e-4;
-    EXPECT_NEAR(gradient[a], slope, 0.1);
+    EXPECT_NEAR(gradient[a], slope, 0.25); // of 20 at most
   }
 }
 
