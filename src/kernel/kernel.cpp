@@ -22,7 +22,7 @@ struct RadialEntry {
 // Made by `bccsplat_bench kernels --shape NAME`: best error over the band and at 0 with the best
 // prefilter, phi monotone (radial18 is the set it could not beat).
 constexpr RadialEntry radial_entries[] = {
-    {"radial16", 1.6, {1.37136584, -8.59775507, 26.9664187, -41.593488, 31.8095122, -9.48972333}},
+    {"radial16", 1.6, {0.712486763, -3.75225702, 12.1204175, -18.2852967, 13.3827716, -3.66374063}},
     {"radial18", 1.8, {0.39237846, -2.007005707, 6.45913287, -9.910368855, 7.925313934, -2.447107359}},
     {"radial20", 2.0, {0.189979217, -0.960719889, 3.26797299, -4.93424306, 3.9492547, -1.16961136}},
     {"radial24", 2.4, {0.0246464229, -0.048707812, 0.232477255, -0.118333418, 0.0927300279, 0.0749821557}},

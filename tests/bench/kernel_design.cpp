@@ -71,7 +71,7 @@ struct Problem {
   std::vector<WaveSample> all;
 };
 
-constexpr double bound_weight = 100; // dB per mean square excess of the bounds
+constexpr double bound_weight = 300; // dB per mean square excess of the bounds
 constexpr double site_weight = 0.5;  // dB per mean square deviation of the response at the sites from 1
 
 double excess(const DesignGoal& goal, double at_sites) {

@@ -22,7 +22,7 @@ struct DesignGoal {
   int dimensions = 4;
   std::array<double, 4> weights{0.25, 0.25, 0.25, 0.25}; // of the dB at design_rhos
   double highest = 1.2; // response at the sites, Q * symbol, over all frequencies
-  double lowest = 0.05;
+  double lowest = 0.1;
   double tap_weight = 0; // dB per mean square of Q over all frequencies: the sum of the squares of the taps
   int starts = 60;
   uint64_t seed = 1;

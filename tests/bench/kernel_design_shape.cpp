@@ -232,8 +232,10 @@ Shape design_shape(const ShapeGoal& goal) {
 }
 
 ShapeGoal shipped_shape_goal(std::string_view space_name) {
+  // The first study's radial16 reproduces a constant at 43.8 dB, a ripple of 2.7 %: 10 dB better costs less
+  // than 1 dB elsewhere in 4D.
   if (space_name == "radial16")
-    return {1.6, 2, {41.11, 39.53, 28.89, 16.97, 43.8, 40.30, 34.95, 26.19, 16.14}};
+    return {1.6, 2, {41.11, 39.53, 28.89, 16.97, 54.0, 40.30, 34.95, 26.19, 16.14}};
   if (space_name == "radial18")
     return {1.8, 3, {51.84, 47.52, 31.65, 18.29, 56.5, 52.20, 47.15, 32.53, 18.69}};
   if (space_name == "radial20")

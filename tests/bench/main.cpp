@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "tests/bench/fit.h"
 #include "tests/bench/kernels.h"
 
 namespace {
@@ -15,7 +16,7 @@ struct Suite {
   int (*run)(std::span<const std::string> args, std::ostream& out);
 };
 
-constexpr Suite suites[] = {{"kernels", bccsplat::bench::run_kernels_suite}};
+constexpr Suite suites[] = {{"kernels", bccsplat::bench::run_kernels_suite}, {"fit", bccsplat::bench::run_fit_suite}};
 
 } // namespace
 
