@@ -587,20 +587,33 @@ typedef struct bccsplat_render_options {
   void* progress_user;
 } bccsplat_render_options;
 
-enum { BCCSPLAT_TRAIL_CONTENT_DEFAULT = 0, BCCSPLAT_TRAIL_CLASSIFIED = 1, BCCSPLAT_TRAIL_MEAN = 2,
-       BCCSPLAT_TRAIL_MAXIMUM = 3 };
-enum { BCCSPLAT_TRAIL_COMBINE_DEFAULT = 0, BCCSPLAT_TRAIL_PHYSICAL = 1, BCCSPLAT_TRAIL_INTERLEAVED = 2,
-       BCCSPLAT_TRAIL_POST = 3 };
+enum { /* what the trail holds */
+  BCCSPLAT_TRAIL_CONTENT_DEFAULT = 0,
+  BCCSPLAT_TRAIL_CLASSIFIED = 1, /* stills over the interval, each classified, their extinctions averaged: a thin fast
+                                    object still leaves a trail */
+  BCCSPLAT_TRAIL_MEAN = 2,       /* the field's exact mean over the interval, classified once */
+  BCCSPLAT_TRAIL_MAXIMUM = 3     /* its maximum over the stills, classified once */
+};
+enum { /* how trail and slice meet */
+  BCCSPLAT_TRAIL_COMBINE_DEFAULT = 0,
+  BCCSPLAT_TRAIL_PHYSICAL = 1,    /* extinctions add along each pixel's ray; converges as sheets get thinner */
+  BCCSPLAT_TRAIL_INTERLEAVED = 2, /* the paper's equation (8) per sheet, as printed: depends on the sheet step */
+  BCCSPLAT_TRAIL_POST = 3,        /* two pictures, the slice's over the trail's: no mutual occlusion */
+  BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT = 4 /* equation (8) made independent of the step: a = 1 - sqrt((1-a1)(1-a2)) */
+};
 
-/* 3.5D motion blur: what the volume held over an interval, drawn together with the slice. */
+/* 3.5D motion blur: what the volume held over an interval of time, drawn together with a time slice of it. */
 typedef struct bccsplat_trail {
   uint32_t struct_size;
   int32_t content;      /* DEFAULT: classified */
   int32_t combine;      /* DEFAULT: physical */
-  uint32_t samples;     /* stills of `classified` and `maximum`; 0: chosen from the lattice layers */
-  double interval[2];   /* frames relative to the slice; both 0: no trail */
-  const bccsplat_volume* volume;  /* retained */
+  uint32_t samples;     /* stills per sub-interval (classified, maximum); 0: two per lattice layer, at least 4 */
+  double interval[2];   /* frames relative to the slice, clipped to the series; both 0: no trail, bit for bit */
   const bccsplat_transfer_function* transfer_function; /* copied; NULL: the slice's */
+  const double* colors; /* one linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more
+                           than one sub-interval blue over white to orange, else the function's own */
+  uint32_t intervals;   /* equal sub-intervals, 1 .. 256; 0: 1 */
+  uint32_t reserved;    /* 0 */
 } bccsplat_trail;
 
 typedef struct bccsplat_render_stats {
@@ -625,7 +638,8 @@ BCCSPLAT_API void bccsplat_renderer_retain(bccsplat_renderer* renderer);
 BCCSPLAT_API void bccsplat_renderer_release(bccsplat_renderer* renderer);
 /* The slice to draw; retained. NULL: none. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const bccsplat_slice* slice);
-/* NULL: no trail. Hosts of a time slice only: UNSUPPORTED otherwise. */
+/* NULL: no trail. Render answers UNSUPPORTED when the slice is no time slice, the mode is neither composite nor isosurface,
+ * or reference is asked for. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const bccsplat_trail* trail);
 /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted at render). */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer, const bccsplat_camera* camera);

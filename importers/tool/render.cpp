@@ -156,12 +156,11 @@ void set_trail(const Renderer& renderer, const RenderArguments& a, const Volume&
   auto trail = sized<bccsplat_trail>();
   trail.content = a.trail_content;
   trail.combine = a.trail_mode;
-  trail.volume = volume.get();
   if (a.trail->size() > 1) {
     const double k = (*a.trail)[1];
-    if (!(k >= 1 && k <= 65536) || k != std::floor(k))
-      fail_usage("--trail: K must be a whole number of stills");
-    trail.samples = static_cast<uint32_t>(k);
+    if (!(k >= 1 && k <= 256) || k != std::floor(k))
+      fail_usage("--trail: K must be a whole number of sub-intervals, at most 256");
+    trail.intervals = static_cast<uint32_t>(k);
   }
   double other = 0;
   if (a.which.index || a.frames) {
@@ -390,7 +389,8 @@ Run add_render(CLI::App& app) {
   r.add_option("--channel", a->channel, "Channel, by name or number (default: the first)")->type_name("NAME");
   r.add_flag("--no-shading", a->no_shading, "Colours without light");
   r.add_flag("--reference", a->reference, "Slow double-precision integration of the same field");
-  text("--trail", "DT[,K]", "Motion blur: what was there during DT before the slice, in K stills",
+  text("--trail", "DT[,K]",
+       "Motion blur: what was there during DT before the slice, in K sub-intervals of rising colour",
        [a](const std::string& t) {
          a->trail = option_numbers("--trail", t, 0);
          if (a->trail->size() > 2) fail_usage("--trail ", t, ": DT or DT,K is expected");
@@ -403,7 +403,8 @@ Run add_render(CLI::App& app) {
   add_choice<int32_t>(r, "--trail-mode", a->trail_mode,
                       {{"physical", BCCSPLAT_TRAIL_PHYSICAL},
                        {"interleaved", BCCSPLAT_TRAIL_INTERLEAVED},
-                       {"post", BCCSPLAT_TRAIL_POST}},
+                       {"post", BCCSPLAT_TRAIL_POST},
+                       {"interleaved-consistent", BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT}},
                       "How trail and slice meet (default physical)");
   text("--background", "R,G,B", "PNG: opaque over this display colour, 0 to 1 each",
        [a](const std::string& t) {

@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "api/handles.h"
 #include "api/structs.h"
 #include "render/frame.h"
+#include "render/trail.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -15,6 +17,12 @@ struct bccsplat_renderer : Counted {
   std::optional<TransferFunction> function;
   Lights lights;
   RenderOptions options;
+  TrailOptions trail_options;
+  TrailCombine combine = TrailCombine::physical;
+  std::optional<TransferFunction> trail_function;
+  std::vector<Vec3> trail_colors;
+  bool has_trail = false;
+  std::optional<std::vector<TrailSlice>> trail; // made at the first picture, kept until slice or trail change
   bccsplat_progress_fn progress = nullptr;
   void* progress_user = nullptr;
   std::optional<RenderStats> stats;
@@ -70,6 +78,23 @@ TransferFunction default_function(const bccsplat_slice& slice) {
   return default_transfer_function(low, high, c.air);
 }
 
+void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
+  if (!renderer.trail) {
+    const bccsplat_slice& slice = *renderer.slice.get();
+    const Coefficients& coefficients =
+        slice.volume->coefficients(slice.channel, slice.slice.kernel.name.c_str());
+    renderer.trail = make_trail(coefficients, slice.slice, renderer.trail_options, context);
+  }
+  const TransferFunction& function = renderer.trail_function ? *renderer.trail_function : scene.function;
+  for (const TrailSlice& t : *renderer.trail) {
+    const auto interval = static_cast<size_t>(t.interval);
+    const bool tint = !renderer.trail_colors.empty();
+    scene.trail.push_back(
+        {&t.slice, &t.points, tint ? tinted(function, renderer.trail_colors[interval]) : function, t.weight});
+  }
+  scene.combine = renderer.combine;
+}
+
 // What the picture shows, for the attributes of an EXR.
 std::vector<std::pair<std::string, std::string>> describe_picture(const bccsplat_slice& slice,
                                                                   const RenderStats& stats) {
@@ -123,6 +148,7 @@ void bccsplat_renderer_release(bccsplat_renderer* renderer) { release(renderer);
 bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const bccsplat_slice* slice) {
   return guard([&] {
     require(renderer, "renderer");
+    renderer->trail.reset();
     renderer->slice = slice ? Ref(const_cast<bccsplat_slice*>(slice)) : Ref<bccsplat_slice>();
   });
 }
@@ -130,7 +156,37 @@ bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const b
 bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const bccsplat_trail* trail) {
   return guard([&] {
     require(renderer, "renderer");
-    if (trail) fail(Code::unsupported, "renderer: this version draws no trails");
+    renderer->trail.reset();
+    renderer->has_trail = false;
+    if (!trail) return;
+    const auto in = read_struct(trail, "bccsplat_trail");
+    require_zero(in.reserved, "bccsplat_trail.reserved");
+    if (in.content < 0 || in.content > 3) fail(Code::invalid_argument, "trail: content ", in.content);
+    if (in.combine < 0 || in.combine > 4) fail(Code::invalid_argument, "trail: combine ", in.combine);
+    if (in.samples > 4096 || in.intervals > 256)
+      fail(Code::invalid_argument, "trail: at most 4096 samples in each of 256 sub-intervals");
+    if (!(in.interval[0] <= in.interval[1]) || !std::isfinite(in.interval[0]) ||
+        !std::isfinite(in.interval[1]))
+      fail(Code::invalid_argument, "trail: the interval must be finite and ordered");
+    TrailOptions options;
+    if (in.content) options.content = static_cast<TrailContent>(in.content);
+    options.interval = {in.interval[0], in.interval[1]};
+    options.samples = static_cast<int>(in.samples);
+    options.intervals = std::max(static_cast<int>(in.intervals), 1);
+    std::vector<Vec3> colors;
+    for (int i = 0; i < options.intervals && (in.colors || options.intervals > 1); ++i) {
+      const double* c = in.colors ? in.colors + 3 * static_cast<size_t>(i) : nullptr;
+      colors.push_back(c ? Vec3{c[0], c[1], c[2]} : ramp_color(i, options.intervals));
+      check_finite(colors.back(), "trail colours");
+    }
+    renderer->trail_function.reset();
+    if (in.transfer_function)
+      renderer->trail_function =
+          read_function(read_struct(in.transfer_function, "bccsplat_transfer_function"));
+    renderer->trail_options = options;
+    renderer->combine = in.combine ? static_cast<TrailCombine>(in.combine) : TrailCombine::physical;
+    renderer->trail_colors = std::move(colors);
+    renderer->has_trail = true;
   });
 }
 
@@ -243,6 +299,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
     scene.function = renderer->function.value_or(default_function(slice));
     scene.lights = renderer->lights;
+    if (renderer->has_trail) add_trail(*renderer, scene, context);
     const RenderStats stats = render(scene, renderer->options, context, frame->image);
     frame->attributes = describe_picture(slice, stats);
     renderer->stats = stats;

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "render/reference.h"
+#include "splat/trail.h"
 
 namespace bccsplat {
 namespace {
@@ -53,13 +54,31 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
   o.tile_size = options.tile_size;
   o.with_value = image.value.pixels, o.with_time = image.time.pixels;
   const SplatScene s{scene.slice, &points, &view, &table, &scene.lights};
-  const SplatStats drawn =
-      splat(s, o, context, [&](const TilePixels& tile) { write_tile(tile, view, image); });
+  const auto emit = [&](const TilePixels& tile) { write_tile(tile, view, image); };
+  SplatStats drawn;
+  uint64_t points_total = points.count;
+  if (scene.trail.empty()) {
+    drawn = splat(s, o, context, emit);
+  } else {
+    std::vector<ClassTable> tables;
+    for (const TrailItem& t : scene.trail) {
+      const double distance = t.function.unit_distance > 0 ? t.function.unit_distance : mean_voxel(*t.slice);
+      tables.push_back(make_class_table(t.function, t.slice->bounds[0], t.slice->bounds[1], distance,
+                                        quality.table_entries));
+    }
+    std::vector<TrailPart> parts;
+    for (size_t i = 0; i < scene.trail.size(); ++i) {
+      const TrailItem& t = scene.trail[i];
+      parts.push_back({{t.slice, t.points, &view, &tables[i], &scene.lights}, static_cast<float>(t.weight)});
+      points_total += t.points->count;
+    }
+    drawn = splat_with_trail(s, parts, scene.combine, o, context, emit);
+  }
 
   RenderStats stats;
   stats.ms_transform = drawn.ms_transform, stats.ms_splat = drawn.ms_splat, stats.ms_shade = drawn.ms_shade;
   stats.cpu_ms = drawn.ms_transform + drawn.ms_splat + drawn.ms_shade;
-  stats.points_total = points.count;
+  stats.points_total = points_total;
   stats.points_after_cull = drawn.points_after_cull;
   stats.points_splatted = drawn.points_splatted, stats.points_occluded = drawn.points_occluded;
   stats.bricks_invisible = drawn.bricks_invisible, stats.bricks_outside = drawn.bricks_outside;
@@ -93,6 +112,11 @@ bool shaded(const RenderOptions& options) {
 }
 
 void check_options(const Scene& scene, const RenderOptions& options, const Image& image) {
+  if (!scene.trail.empty() && options.reference)
+    fail(Code::unsupported, "render: the reference integrator draws no trails");
+  if (!scene.trail.empty() && (options.mode == RenderMode::xray || options.mode == RenderMode::maximum))
+    fail(Code::unsupported, "render: a trail goes with modes composite and isosurface");
+
   if (!scene.slice) fail(Code::wrong_state, "render: no slice is set");
   if (image.width < 1 || image.height < 1 || image.width > 65536 || image.height > 65536 ||
       !image.rgba.pixels)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "base/context.h"
 #include "render/camera.h"
@@ -9,6 +10,7 @@
 #include "render/transfer_function.h"
 #include "slice/slice.h"
 #include "splat/splat.h"
+#include "splat/stack.h"
 
 namespace bccsplat {
 
@@ -27,12 +29,22 @@ struct RenderOptions {
   bool reference = false;      // render/reference.h instead of the splatter
 };
 
+// A slice of the trail, with its own classes and its share of the trail.
+struct TrailItem {
+  const Slice* slice = nullptr;
+  const SplatPoints* points = nullptr;
+  TransferFunction function;
+  double weight = 1;
+};
+
 struct Scene {
   const Slice* slice = nullptr;
   const SplatPoints* points = nullptr; // of the slice; null: made for this picture
   Camera camera;
   TransferFunction function;
   Lights lights;
+  std::vector<TrailItem> trail; // empty: none
+  TrailCombine combine = TrailCombine::physical;
 };
 
 struct RenderStats {

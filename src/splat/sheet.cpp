@@ -5,9 +5,6 @@
 #include <cmath>
 
 namespace bccsplat {
-namespace {
-
-// The part of the slab [k - front, k + 1/2] inside the domain.
 float slab_weight(const SheetArgs& s, size_t p) {
   const float w = std::min(s.k + 0.5f, s.pixel.leave[p]) - std::max(s.k - s.front, s.pixel.enter[p]);
   return std::max(w, 0.0f);
@@ -30,6 +27,8 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y) {
     g[a] = static_cast<double>(gi * s.basis.x[a] + (gj * s.basis.y[a] + gk * s.basis.z[a]));
   return g;
 }
+
+namespace {
 
 int composite(const SheetArgs& s) {
   int closed = 0;

@@ -62,6 +62,10 @@ struct SheetKernels {
 };
 
 [[nodiscard]] const SheetKernels& scalar_sheet_kernels();
+
+// The part of the slab [k - front, k + 1/2] inside the domain at pixel p.
+[[nodiscard]] float slab_weight(const SheetArgs& sheet, size_t p);
+[[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y);
 [[nodiscard]] const SheetKernels& simd_sheet_kernels(); // best target of this machine
 
 // 1 - exp(-x), x >= 0.

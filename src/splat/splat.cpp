@@ -8,6 +8,16 @@
 
 namespace bccsplat {
 
+void add(SplatStats& sum, const SplatStats& part) {
+  sum.ms_transform += part.ms_transform;
+  sum.ms_splat += part.ms_splat;
+  sum.ms_shade += part.ms_shade;
+  sum.points_splatted += part.points_splatted;
+  sum.points_occluded += part.points_occluded;
+  sum.sheets_skipped += part.sheets_skipped;
+  sum.contributions += part.contributions;
+}
+
 SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
                  const std::function<void(const TilePixels&)>& emit) {
   SplatStats stats;
@@ -34,13 +44,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Con
     {
       const std::scoped_lock lock(mutex);
       idle.push_back(std::move(memory));
-      stats.ms_transform += mine.ms_transform;
-      stats.ms_splat += mine.ms_splat;
-      stats.ms_shade += mine.ms_shade;
-      stats.points_splatted += mine.points_splatted;
-      stats.points_occluded += mine.points_occluded;
-      stats.sheets_skipped += mine.sheets_skipped;
-      stats.contributions += mine.contributions;
+      add(stats, mine);
       fraction = static_cast<double>(++done) / static_cast<double>(plan.tiles.size());
     }
     context.progress.report(fraction);

@@ -65,6 +65,9 @@ struct SplatStats {
   uint64_t contributions = 0; // window samples (pixels x sheets) the splat loop went through
 };
 
+// Adds what a tile counted.
+void add(SplatStats& sum, const SplatStats& part);
+
 // `emit` is called once per tile, from any thread.
 SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
                  const std::function<void(const TilePixels&)>& emit);

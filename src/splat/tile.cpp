@@ -263,6 +263,8 @@ class Tile {
       sheet_kernels_.integrate(a);
     } else if (options_.mode == RenderMode::maximum) {
       sheet_kernels_.maximum(a);
+    } else if (job_.stack) {
+      add_sheet(a, job_.weight, *job_.stack, job_.group);
     } else {
       const int closed = sheet_kernels_.composite(a);
       closed_ += closed, open_ -= closed;

@@ -1,0 +1,73 @@
+#include "slice/maximum_slice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "points/sample_source.h"
+
+namespace bccsplat {
+namespace {
+
+// Sites of a brick as points, x fastest; those beyond the coset's dims stand on its last site.
+std::vector<Vec3> brick_points(const Slice& slice, const BrickLayer& layer, const Int3& b) {
+  std::vector<Vec3> points;
+  points.reserve(brick_sites);
+  for (int s = 0; s < brick_sites; ++s) {
+    const Int3 local{s % brick_edge, s / brick_edge % brick_edge, s / brick_rows};
+    Int3 i;
+    for (size_t a = 0; a < 3; ++a) i[a] = std::min(b[a] * brick_edge + local[a], layer.dims()[a] - 1);
+    Vec3 p = slice.site(layer.coset(), i);
+    for (size_t a = 0; a < 3; ++a) p[a] = std::min(p[a], slice.domain_end[a]);
+    points.push_back(p);
+  }
+  return points;
+}
+
+BrickLayer maxima(std::span<const Slice> instants, int coset, const Context& context) {
+  const Slice& first = instants.front();
+  BrickLayer layer(first.lattice, coset);
+  context.tasks.parallel_for(layer.brick_slots(), [&](uint64_t slot) {
+    context.progress.check();
+    const auto points = brick_points(first, layer, layer.slot_position(slot));
+    std::vector<float> values(brick_sites);
+    auto brick = std::make_shared<Brick>();
+    std::fill(brick->value.begin(), brick->value.end(), -std::numeric_limits<float>::infinity());
+    for (const Slice& instant : instants) {
+      evaluate(instant, points, values, {});
+      for (size_t s = 0; s < brick_sites; ++s)
+        if (!std::isnan(values[s])) brick->value[s] = std::max(brick->value[s], values[s] - instant.air);
+    }
+    for (float& v : brick->value) v = std::isfinite(v) ? v : 0.0f; // a hole at every instant
+    const Int3 b = layer.slot_position(slot);
+    for (int s = 0; s < brick_sites; ++s)
+      if (b[0] * brick_edge + s % brick_edge >= layer.dims()[0] ||
+          b[1] * brick_edge + s / brick_edge % brick_edge >= layer.dims()[1] ||
+          b[2] * brick_edge + s / brick_rows >= layer.dims()[2])
+        brick->value[static_cast<size_t>(s)] = 0;
+    if (brick->keep_above(0) > 0) layer.set(slot, std::move(brick));
+  });
+  return layer;
+}
+
+} // namespace
+
+Slice maximum_slice(std::span<const Slice> instants, const Context& context) {
+  const Slice& first = instants.front();
+  Lattice4 lattice; // the slices' lattice as a static volume
+  lattice.kind = LatticeKind::bcc;
+  lattice.space = first.lattice;
+  lattice.time_step = 0;
+  lattice.last_layer = first.lattice.cosets() - 1;
+  std::vector<std::vector<BrickLayer>> channels(1);
+  for (int c = 0; c < first.lattice.cosets(); ++c) channels[0].push_back(maxima(instants, c, context));
+  const MemorySamples samples(lattice, {first.air}, std::move(channels));
+  const Coefficients filtered(samples, 0, first.kernel, 0, std::numeric_limits<uint64_t>::max());
+  Slice result = first;
+  for (int c = 0; c < first.lattice.cosets(); ++c)
+    result.coset[static_cast<size_t>(c)] = *filtered.layer(c, context);
+  result.bounds = coefficient_bounds(result);
+  return result;
+}
+
+} // namespace bccsplat
