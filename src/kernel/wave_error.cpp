@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/vec.h"
+
 namespace bccsplat {
 namespace {
 
@@ -54,15 +56,21 @@ WaveSample wave_sample(const KernelSpectrum& kernel, int dimensions, const std::
   w.means = neighbour_means4(xi);
   w.symbol = kernel.symbol(xi, dimensions);
   w.pass = kernel.space(std::hypot(xi[0], xi[1], xi[2])) * time;
-  double total2 = 0;
+  double total2 = 0, gradient2 = 0;
   for (int c = -far; c <= far; ++c)
     for (int b = -far; b <= far; ++b)
       for (int a = -far; a <= far; ++a) {
         if (a * a + b * b + c * c > far * far) continue;
-        const double phi = kernel.space(std::hypot(xi[0] + a / pitch, xi[1] + b / pitch, xi[2] + c / pitch));
-        total2 += phi * phi * time2[static_cast<size_t>((a + b + c) & 1)];
+        const Vec3 k{xi[0] + a / pitch, xi[1] + b / pitch, xi[2] + c / pitch};
+        const double k2 = dot(k, k);
+        const double phi = kernel.space(std::sqrt(k2));
+        const double square = phi * phi * time2[static_cast<size_t>((a + b + c) & 1)];
+        total2 += square;
+        gradient2 += k2 * square;
       }
   w.alias2 = std::max(total2 - w.pass * w.pass, 0.0);
+  w.space2 = xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2];
+  w.alias_gradient2 = std::max(gradient2 - w.space2 * w.pass * w.pass, 0.0);
   return w;
 }
 
@@ -125,6 +133,17 @@ double snr_db(std::span<const WaveSample> waves, std::span<const PrefilterStage>
   double sum = 0;
   for (const WaveSample& w : waves) sum += wave_error(w, prefilter_symbol(stages, w.means, cross));
   return -10 * std::log10(sum / static_cast<double>(waves.size()));
+}
+
+double gradient_snr_db(std::span<const WaveSample> waves, std::span<const PrefilterStage> stages,
+                       int dimensions) {
+  const int cross = dimensions == 4 ? 16 : 8;
+  double signal = 0, error = 0;
+  for (const WaveSample& w : waves) {
+    signal += w.space2;
+    error += wave_gradient_error(w, prefilter_symbol(stages, w.means, cross));
+  }
+  return 10 * std::log10(signal / error);
 }
 
 double snr_db_interpolating(std::span<const WaveSample> waves) {

@@ -19,6 +19,10 @@ struct WaveSample {
   double pass = 1;   // Phi(xi)
   double alias2 = 0; // sum of Phi(xi + k)^2 over k != 0
   double symbol = 1; // sum of Phi(xi + k) over all k: what the kernel makes of the wave at the sites
+  // The same for the gradient in space: |xi|^2 and the sum of |xi + k|^2 Phi(xi + k)^2 over k != 0, spatial
+  // parts.
+  double space2 = 0;
+  double alias_gradient2 = 0;
 };
 
 // xi in cycles per T. dimensions: 3 for BCC (the last component is then 0), 4 for D4*; the same below.
@@ -40,10 +44,19 @@ struct WaveSample {
   return miss * miss + q * q * w.alias2;
 }
 
+// Of the spatial gradient, in units of (2 pi)^2; the signal is space2.
+[[nodiscard]] inline double wave_gradient_error(const WaveSample& w, double q) {
+  const double miss = 1 - q * w.pass;
+  return w.space2 * miss * miss + q * q * w.alias_gradient2;
+}
+
 // Signal-to-error in dB: -10 log10 of the mean error. Stages empty: no prefilter.
 [[nodiscard]] double snr_db(std::span<const WaveSample> waves, std::span<const PrefilterStage> stages,
                             int dimensions);
-// The same with the prefilter that interpolates exactly, Q = 1 / symbol.
+// Of the analytic gradient in space: mean square of the signal's gradient over that of the error.
+[[nodiscard]] double gradient_snr_db(std::span<const WaveSample> waves,
+                                     std::span<const PrefilterStage> stages, int dimensions);
+// The first with the prefilter that interpolates exactly, Q = 1 / symbol.
 [[nodiscard]] double snr_db_interpolating(std::span<const WaveSample> waves);
 
 } // namespace bccsplat

@@ -181,6 +181,23 @@ std::vector<Row> predicted(int dimensions) {
   return rows;
 }
 
+// Of the analytic gradient in space.
+std::vector<Row> gradients(int dimensions) {
+  std::vector<Row> rows;
+  for (const std::string& name : listed_kernels(dimensions)) {
+    const Kernel kernel = make_kernel(name);
+    const KernelSpectrum spectrum(kernel);
+    std::array<double, 4> snr{};
+    for (size_t r = 0; r < snr.size(); ++r)
+      snr[r] = gradient_snr_db(ball_waves(spectrum, dimensions, design_rhos[r], waves_per_ball),
+                               dimensions == 4 ? kernel.prefilter4 : kernel.prefilter3, dimensions);
+    Row row{word("kernel", label(name, dimensions))};
+    add_snr(row, snr);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
 std::vector<Row> measured(int dimensions) {
   std::vector<Row> rows;
   for (const char* name : {"paper", "fast", "radial18+b3", "default", "fine", "gauss09"}) {
@@ -287,6 +304,8 @@ int run_kernels_suite(std::span<const std::string> args, std::ostream& out) {
   for (const int dimensions : {3, 4}) {
     const std::string lattice = dimensions == 3 ? "BCC" : "D4*";
     if (want_predicted) print(out, "Predicted SNR (dB), " + lattice, predicted(dimensions), json);
+    if (want_predicted)
+      print(out, "Predicted SNR of the gradient (dB), " + lattice, gradients(dimensions), json);
     if (want_measured) print(out, "Measured SNR (dB), " + lattice, measured(dimensions), json);
   }
   return 0;

@@ -95,6 +95,25 @@ TEST(WaveError, IsTheMeanSquareErrorOfTheSum) {
       }
       EXPECT_NEAR(error, wave_error(w, q), 0.04 * error + 1e-7) << c.name << ", Q " << q;
     }
+    // The gradient's error, by differences of the error.
+    double gradient = 0;
+    constexpr int n = 300;
+    constexpr double h = 1e-4;
+    for (int i = 0; i < n; ++i)
+      for (size_t a = 0; a < 3; ++a) {
+        std::array<std::complex<double>, 2> miss;
+        for (const size_t side : {0u, 1u}) {
+          std::array<double, 4> x{pitch * std::fmod(i * 0.8566749, 1), pitch * std::fmod(i * 0.7338919, 1),
+                                  pitch * std::fmod(i * 0.6287067, 1),
+                                  c.dimensions == 4 ? pitch * std::fmod(i * 0.5385973, 1) : 0};
+          x[a] += side == 0 ? -h : h;
+          const double turns = c.xi[0] * x[0] + c.xi[1] * x[1] + c.xi[2] * x[2] + c.xi[3] * x[3];
+          miss[side] = reconstruct(kernel, c.dimensions, c.xi, 1, x) - std::polar(1.0, 2 * pi * turns);
+        }
+        gradient += std::norm((miss[1] - miss[0]) / (2 * h)) / n;
+      }
+    EXPECT_NEAR(gradient / (4 * pi * pi), wave_gradient_error(w, 1), 0.04 * wave_gradient_error(w, 1))
+        << c.name;
     // At the sites the kernel multiplies the wave by its symbol.
     EXPECT_NEAR(std::abs(reconstruct(kernel, c.dimensions, c.xi, 1, {}) - w.symbol), 0, 1e-12) << c.name;
   }
