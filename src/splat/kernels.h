@@ -39,6 +39,10 @@ struct SlabLanes {
   const float* delta = nullptr;  // shift of the foot from sheet s to sheet k, per unit of X, Y
   const float *xx = nullptr, *xy = nullptr, *yy = nullptr; // 1 / (R pixel)^2
   const float* reach = nullptr; // xx - xy^2 / (4 yy): no row is in reach of columns where reach di^2 >= 1
+  // Rows of the window that the group's sheets may reach in columns 4 n .. 4 n + 3: begin, end at
+  // [(group * row_columns + n) * 2]. Only for isotropic windows; null: all rows.
+  const int16_t* row_range = nullptr;
+  int row_columns = 0;
 };
 
 // A point in a bin. The window starts at pixel (x, y) of the tile's ring, possibly outside of it.
@@ -56,12 +60,13 @@ struct SplatArgs {
   const SlabLanes* lanes = nullptr;
   const KernelPolynomial* kernel = nullptr;
   float depth2 = 0;
-  bool isotropic = false;       // xx, yy equal for all lanes, xy and delta 0
-  int columns = 0, rows = 0;    // of the window, pixels
+  bool isotropic = false;    // xx, yy equal for all lanes, xy and delta 0
+  int columns = 0, rows = 0; // of the window, pixels
+  bool spare = false; // the ring has spare pixels for whole windows around the tile: nothing need be clipped
   std::array<float*, 4> ring{}; // value, and with gradients the sums of c phi'(u) times di, dj, offset - z
   int groups = 0;
   size_t group_floats = 0; // distance of groups
-  int pitch = 0; // pixels per ring row; rows are whole multiples of 16 and 4 spare pixels on either side
+  int pitch = 0; // pixels per ring row: a multiple of 16 and spare pixels, at least 4 on either side
   int width = 0, height = 0; // of the tile with its border, pixels
 };
 

@@ -107,6 +107,48 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
   }
 }
 
+// Large windows: which rows the sheets of a group reach in each four columns. The foot stands between half -
+// 1 and half pixels from the window's start.
+void plan_rows(const SplatScene& scene, SplatPlan& plan) {
+  constexpr int small = 8, most = 4096;
+  if (!plan.isotropic || plan.rows[0] <= small || plan.rows[0] > most) return;
+  const double radius = scene.slice->kernel.space.radius;
+  const double pixels = radius / std::sqrt(Metric(*scene.view).xx); // of the kernel's radius
+  const auto half_x = static_cast<double>(plan.half_x[0]), half_y = static_cast<double>(plan.half_y[0]);
+  plan.row_columns = (plan.columns[0] + 3) / 4;
+  plan.row_ranges.resize(static_cast<size_t>(plan.lane_period * plan.groups * plan.row_columns * 2));
+  for (int set = 0; set < plan.lane_period; ++set) {
+    const float* offset =
+        plan.lane_data.data() + static_cast<size_t>(set) * 6 * static_cast<size_t>(plan.sheets);
+    for (int g = 0; g < plan.groups; ++g) {
+      double near = 1e30; // sheets between the slab and the nearest sheet of the group
+      for (int l = 0; l < 4; ++l) {
+        const auto k = static_cast<double>(offset[4 * g + l]);
+        near = std::min(near, std::max({0.0, -k, k - 1}));
+      }
+      for (int n = 0; n < plan.row_columns; ++n) {
+        const double across = std::max({0.0, half_x - 1 - (4 * n + 3), 4 * n - half_x});
+        const double square = pixels * pixels * (1 - plan.depth2 * near * near) - across * across;
+        int16_t* range =
+            &plan.row_ranges[static_cast<size_t>(((set * plan.groups + g) * plan.row_columns + n) * 2)];
+        if (square <= 0) continue; // none
+        const double reach = std::sqrt(square);
+        range[0] = static_cast<int16_t>(std::max(0.0, std::floor(half_y - 1 - reach)));
+        range[1] = static_cast<int16_t>(std::min<double>(plan.rows[0], std::ceil(half_y + reach) + 1));
+      }
+    }
+  }
+}
+
+// Small windows get room around the tile's ring: clipping them would cost more than it saves.
+void plan_spare(SplatPlan& plan) {
+  constexpr int small = 8;
+  plan.spare = plan.isotropic && plan.columns[0] <= small && plan.rows[0] <= small;
+  if (!plan.spare) return;
+  plan.spare_columns = 12; // at most 7 columns to the left, 7 and the rest of a vector to the right
+  plan.spare_rows = plan.rows[0];
+}
+
 BrickFrame brick_frame(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick) {
   const SheetView& v = *scene.view;
   const double d = scene.points->plane_distance;
@@ -230,7 +272,11 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, int th
       (options.mode == RenderMode::composite && scene.table->visible(scene.slice->air, scene.slice->air));
 
   const int size = [&] {
-    if (first <= last) plan_slabs(scene, plan);
+    if (first <= last) {
+      plan_slabs(scene, plan);
+      plan_rows(scene, plan);
+      plan_spare(plan);
+    }
     return choose_tile_size(plan, options, view, threads);
   }();
   const int nx = (view.width + size - 1) / size, ny = (view.height + size - 1) / size;

@@ -26,6 +26,8 @@ struct SplatPlan {
   int64_t first_sheet = 0, last_sheet = -1; // that may hold samples
   int before = 0, after = 0;                // a slab s reaches the sheets s - before .. s + after
   int sheets = 0, groups = 0;               // of the ring
+  int spare_columns = 4, spare_rows = 0;    // around a tile's ring
+  bool spare = false;                       // room for whole windows: nothing is clipped
   int border = 0;                           // pixels around a tile that gradients look at
   int lead = 0;                             // sheets on either side that gradients and isosurfaces look at
   bool isotropic = false; // orthographic, and the sheets' metric is a multiple of the identity
@@ -34,6 +36,8 @@ struct SplatPlan {
   int64_t first_slab = 0, last_slab = -1;
   int lane_period = 0; // slabs s and s + lane_period share lanes (orthographic); 0: every slab has its own
   std::vector<float> lane_data;
+  std::vector<int16_t> row_ranges; // SlabLanes::row_range per set of lanes; empty: none
+  int row_columns = 0;
   std::vector<float> lateral, half_x, half_y; // per slab
   std::vector<int32_t> columns, rows;
 
@@ -46,7 +50,12 @@ struct SplatPlan {
     const int64_t n = lane_period ? ((slab % lane_period) + lane_period) % lane_period : slab - first_slab;
     const auto s = static_cast<size_t>(sheets);
     const float* p = lane_data.data() + static_cast<size_t>(n) * 6 * s;
-    return {p, p + s, p + 2 * s, p + 3 * s, p + 4 * s, p + 5 * s};
+    SlabLanes l{p, p + s, p + 2 * s, p + 3 * s, p + 4 * s, p + 5 * s};
+    if (!row_ranges.empty()) {
+      l.row_range = row_ranges.data() + n * groups * row_columns * 2;
+      l.row_columns = row_columns;
+    }
+    return l;
   }
 };
 

@@ -183,7 +183,7 @@ class Tile {
     a.record = records, a.count = count;
     a.lanes = &lanes, a.kernel = job_.kernel;
     a.depth2 = static_cast<float>(plan_.depth2);
-    a.isotropic = plan_.isotropic;
+    a.isotropic = plan_.isotropic, a.spare = plan_.spare;
     a.columns = plan_.columns[n], a.rows = plan_.rows[n];
     for (size_t q = 0; q < (analytic_ ? 4u : 1u); ++q) a.ring[q] = m_.ring_origin(q);
     a.groups = plan_.groups, a.group_floats = m_.group_floats;

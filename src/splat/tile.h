@@ -13,7 +13,8 @@ struct TileJob {
   const SplatPlan* plan = nullptr;
   const KernelPolynomial* kernel = nullptr;
   const Context* context = nullptr;
-  // Not null (mode composite): sheets go here, their extinction times `weight`, instead of into the tile's pixels.
+  // Not null (mode composite): sheets go here, their extinction times `weight`, instead of into the tile's
+  // pixels.
   SheetStack* stack = nullptr;
   size_t group = 0;
   float weight = 1;

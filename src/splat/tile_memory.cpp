@@ -7,8 +7,9 @@ namespace bccsplat {
 void TileMemory::prepare(const SplatPlan& plan, int tile_width, int tile_height, bool gradients) {
   width = tile_width + 2 * plan.border, height = tile_height + 2 * plan.border;
   // Whole vectors are extracted: they must not reach into the next row.
-  ring_pitch = (width + 15) / 16 * 16 + 8;
-  group_floats = static_cast<size_t>(ring_pitch) * static_cast<size_t>(height) * 4 + 64;
+  ring_pitch = (width + 15) / 16 * 16 + 2 * plan.spare_columns;
+  ring_start = static_cast<size_t>(plan.spare_rows * ring_pitch + plan.spare_columns) * 4;
+  group_floats = static_cast<size_t>(ring_pitch) * static_cast<size_t>(height + 2 * plan.spare_rows) * 4 + 64;
   plane_pitch = (width + 15) / 16 * 16 + 16;
   for (size_t q = 0; q < (gradients ? 4u : 1u); ++q) {
     const size_t floats = group_floats * static_cast<size_t>(plan.groups) + 64;

@@ -19,7 +19,8 @@ struct TileMemory {
   int width = 0, height = 0; // pixels of the ring
   int ring_pitch = 0;        // pixels
   size_t group_floats = 0;
-  int plane_pitch = 0; // floats
+  size_t ring_start = 0; // floats before the tile's first pixel
+  int plane_pitch = 0;   // floats
 
   std::array<AlignedArray<float>, 4> ring;
   std::array<std::array<AlignedArray<float>, 4>, 4> plane; // [sheet & 3][value, di, dj, dk]
@@ -47,9 +48,7 @@ struct TileMemory {
   // Sizes everything for a tile and clears the ring, the pixels and the bins.
   void prepare(const SplatPlan& plan, int tile_width, int tile_height, bool gradients);
 
-  [[nodiscard]] float* ring_origin(size_t quantity) const {
-    return ring[quantity].data() ? ring[quantity].data() + 16 : nullptr; // 4 spare pixels on the left
-  }
+  [[nodiscard]] float* ring_origin(size_t quantity) const { return ring[quantity].data() + ring_start; }
   // First pixel of the tile with its border.
   [[nodiscard]] float* plane_origin(int64_t sheet, size_t quantity) const {
     return plane[static_cast<size_t>(sheet & 3)][quantity].data() + plane_margin;
