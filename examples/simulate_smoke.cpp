@@ -14,6 +14,7 @@
 
 #include <unistd.h>
 
+#include "smoke/expose.h"
 #include "smoke/output.h"
 #include "smoke/solver.h"
 
@@ -28,8 +29,8 @@ struct Settings {
   bool progress = isatty(2) != 0;
 };
 
-constexpr float frames_per_second = 36; // of simulated time; one solver step per frame
-constexpr int lead = 25;                // steps before the first frame: the jets are about to meet
+constexpr float frames_per_second = 48; // of simulated time; one solver step per frame
+constexpr int lead = 34;                // steps before the first frame: the jets are about to meet
 
 void usage(std::FILE* to) {
   std::fprintf(
@@ -102,32 +103,24 @@ std::array<smoke::Source, 2> sources(float seconds) {
   const float swing_x = 0.5f * std::cos(turn * swings_per_second * seconds);
   const float swing_z = 0.5f * std::sin(turn * swings_per_second * seconds);
   return {smoke::Source{{0.22f, 0.12f, 0.47f},
-                        0.055f,
+                        0.065f,
                         {(1.6f + swing_x) * left, 1.3f * left, swing_z * left + 0.06f},
                         std::min(1.0f, 1.5f * left)},
           smoke::Source{{0.78f, 0.12f, 0.53f},
-                        0.055f,
+                        0.065f,
                         {(swing_x - 1.6f) * right, 1.3f * right, -swing_z * right - 0.06f},
                         std::min(1.0f, 1.5f * right)}};
-}
-
-// Ends the faint rim of the smoke at exactly 0, so that the air around it is air.
-void cut_faint(const smoke::Grid& density, smoke::Grid& out) {
-  constexpr float faint = 1 / 256.0f;
-  for (size_t i = 0; i < out.samples.size(); ++i)
-    out.samples[i] = std::max(0.0f, density.samples[i] - faint) / (1 - faint);
 }
 
 void simulate(const Settings& s) {
   std::filesystem::create_directories(s.folder);
   smoke::Solver solver(s.size, s.threads);
-  smoke::Grid frame(s.size, s.size, s.size);
   for (int step = 0; step < lead + s.steps; ++step) {
     const float seconds = static_cast<float>(step) / frames_per_second;
     solver.step(1 / frames_per_second, sources(seconds), smoke::Physics{});
     if (step < lead) continue;
     const int number = step - lead;
-    cut_faint(solver.density(), frame);
+    const smoke::Grid frame = smoke::expose(solver.density());
     if (s.raw) smoke::write_raw(smoke::frame_path(s.folder, number, "raw"), frame);
     if (s.vdb) smoke::write_vdb(smoke::frame_path(s.folder, number, "vdb"), frame, 1.0 / s.size, s.half);
     if (s.progress) std::fprintf(stderr, "\rsmoke: frame %d of %d", number + 1, s.steps);

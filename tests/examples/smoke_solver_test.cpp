@@ -1,10 +1,12 @@
 // The solver behind the quickstart's data: pressure against closed form, no divergence, air stays air, any
 // thread count.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "smoke/expose.h"
 #include "smoke/solver.h"
 
 namespace {
@@ -82,6 +84,24 @@ TEST(SmokeSolver, ThreadCountDoesNotMatter) {
     five.step(1 / 48.0f, {&source, 1}, smoke::Physics{});
   }
   EXPECT_EQ(one.density().samples, five.density().samples);
+}
+
+TEST(SmokeExpose, AveragesWithBinomialWeightsAndEndsAtZero) {
+  constexpr float faint = 1 / 256.0f;
+  Grid grid(6, 7, 8);
+  grid(2, 3, 4) = 1;
+  Grid out = smoke::expose(grid);
+  const auto weight = [](int d) { return d == 0 ? 0.5f : d == 1 || d == -1 ? 0.25f : 0.0f; };
+  for (int k = 0; k < 8; ++k)
+    for (int j = 0; j < 7; ++j)
+      for (int i = 0; i < 6; ++i) {
+        const float mean = weight(i - 2) * weight(j - 3) * weight(k - 4);
+        ASSERT_FLOAT_EQ(out(i, j, k), std::max(0.0f, mean - faint) / (1 - faint));
+      }
+  std::fill(grid.samples.begin(), grid.samples.end(), 1.0f);
+  for (const float value : smoke::expose(grid).samples) ASSERT_EQ(value, 1);
+  std::fill(grid.samples.begin(), grid.samples.end(), faint);
+  for (const float value : smoke::expose(grid).samples) ASSERT_EQ(value, 0);
 }
 
 } // namespace
