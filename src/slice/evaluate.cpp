@@ -1,12 +1,15 @@
 #include "slice/evaluate.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <map>
 
 #include "slice/footprint.h"
 #include "slice/hole.h"
+#include "slice/kernel_time.h"
+#include "slice/point_order.h"
 
 namespace bccsplat {
 namespace {
@@ -14,44 +17,152 @@ namespace {
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 constexpr size_t block = 256; // points handed to the inner loop at a time
 
-// The coefficient layers that instants between `base` and `base + 1` (in layers) need.
+struct HeldLayer {
+  std::shared_ptr<const BrickLayer> layer;
+  bool holes = false;
+};
+using HeldLayers = std::map<int32_t, HeldLayer>;
+
+// The coefficient layers that instants between layers `base` and `base + 1` need.
 struct Window {
-  std::vector<std::shared_ptr<const BrickLayer>> held;
   std::vector<FieldLayer> layers;
   bool holes = false;
 
-  Window(const Coefficients& coefficients, int32_t base, const Context& context) {
+  // `held` keeps the layers alive, and for the next window those it shares with this one.
+  Window(const Coefficients& coefficients, int32_t base, HeldLayers& held, const Context& context) {
     const Lattice4& lattice = coefficients.source().lattice();
-    if (lattice.is_static()) {
-      add(coefficients, 0, 0, context), add(coefficients, 1, 0, context);
-    } else {
-      const double reach = coefficients.kernel().time.half_width / lattice.layer_distance();
-      const auto first = static_cast<int32_t>(std::ceil(base - reach)),
-                 last = static_cast<int32_t>(std::floor(base + 1 + reach));
-      for (int32_t m = first; m <= last; ++m) add(coefficients, m, m * lattice.layer_distance(), context);
+    const double distance = kernel_time_per_layer(lattice);
+    int32_t first = 0, last = lattice.last_layer;
+    if (!lattice.is_static()) {
+      const double reach = time_reach(coefficients.kernel()) / distance;
+      first = static_cast<int32_t>(std::ceil(base - reach));
+      last = static_cast<int32_t>(std::floor(base + 1 + reach));
     }
-    for (const auto& layer : held)
-      for (size_t s = 0; s < layer->brick_slots() && !holes; ++s)
-        holes = layer->brick(s) && layer->brick(s)->hole;
+    held.erase(held.begin(), held.lower_bound(first));
+    for (int32_t m = first; m <= last; ++m) {
+      const auto [it, is_new] = held.try_emplace(m);
+      HeldLayer& l = it->second;
+      if (is_new) {
+        l.layer = coefficients.layer(m, context);
+        for (size_t s = 0; s < l.layer->brick_slots() && !l.holes; ++s)
+          l.holes = l.layer->brick(s) && l.layer->brick(s)->hole;
+      }
+      holes = holes || l.holes;
+      layers.push_back({l.layer.get(), m * distance});
+    }
   }
 
   // As in a time slice: of each coset the layer nearest in time decides.
-  [[nodiscard]] bool is_hole(const Vec3& p, double time) const {
+  [[nodiscard]] bool is_hole(const Vec4& p) const {
     std::array<const FieldLayer*, 2> nearest{};
     for (const FieldLayer& l : layers) {
       auto& best = nearest[static_cast<size_t>(l.layer->coset())];
-      if (!best || std::fabs(l.time - time) < std::fabs(best->time - time)) best = &l;
+      if (!best || std::fabs(l.time - p[3]) < std::fabs(best->time - p[3])) best = &l;
     }
     return is_hole_at({nearest[0] ? nearest[0]->layer : nullptr, nearest[1] ? nearest[1]->layer : nullptr},
-                      p);
-  }
-
- private:
-  void add(const Coefficients& coefficients, int32_t m, double time, const Context& context) {
-    held.push_back(coefficients.layer(m, context));
-    layers.push_back({held.back().get(), time});
+                      {p[0], p[1], p[2]});
   }
 };
+
+// The volume's domain, and the way from index units to lattice units and kernel time.
+struct Frame4 {
+  Vec4 end{};   // of the domain, per axis
+  Vec4 scale{}; // index units -> lattice units, kernel time
+  double per_layer = 0;
+  Int3 bricks{};
+  Vec3 per_brick{}; // bricks per index unit
+
+  explicit Frame4(const Lattice4& lattice) {
+    const Vec3 unit = lattice.lattice_unit();
+    for (size_t a = 0; a < 4; ++a) end[a] = lattice.dims[a] - 1.0;
+    for (size_t a = 0; a < 3; ++a) scale[a] = 1 / unit[a];
+    scale[3] = kernel_time_per_frame(lattice);
+    if (lattice.is_static())
+      end[3] = std::numeric_limits<double>::infinity();
+    else
+      per_layer = 1 / lattice.time_step;
+    const double planes = brick_edge * (lattice.space.bcc ? 2 : 1);
+    for (size_t a = 0; a < 3; ++a) {
+      per_brick[a] = 1 / (planes * lattice.space_step[a]);
+      bricks[a] = 1 + static_cast<int32_t>(end[a] * per_brick[a]);
+    }
+  }
+  // NaN is outside. A static volume takes any t.
+  [[nodiscard]] bool inside(const Vec4& p) const {
+    return p[0] >= 0 && p[0] <= end[0] && p[1] >= 0 && p[1] <= end[1] && p[2] >= 0 && p[2] <= end[2] &&
+           (per_layer == 0 || (p[3] >= 0 && p[3] <= end[3]));
+  }
+  [[nodiscard]] PointPlace place(const Vec4& p) const {
+    uint32_t cell = 0;
+    for (size_t a = 3; a-- > 0;) {
+      const auto b = static_cast<int32_t>(std::clamp(p[a], 0.0, end[a]) * per_brick[a]);
+      cell = cell * static_cast<uint32_t>(bricks[a]) + static_cast<uint32_t>(b);
+    }
+    return {per_layer == 0 ? 0 : static_cast<int32_t>(std::floor(p[3] * per_layer)), cell};
+  }
+  [[nodiscard]] uint32_t cells() const {
+    const int64_t n = int64_t{bricks[0]} * bricks[1] * bricks[2];
+    return n <= INT32_MAX ? static_cast<uint32_t>(n) : 1;
+  }
+};
+
+// Values are relative to air. Where `clip` is set points outside the domain are NaN, and so are those in
+// holes; else the field is mirrored there, and `holes` (may be empty) is filled in.
+EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const Vec4> points, bool clip,
+                               float offset, std::span<float> values,
+                               std::span<std::array<float, 4>> gradients, std::span<uint8_t> holes,
+                               const Context& context) {
+  const Lattice4& lattice = coefficients.source().lattice();
+  const Frame4 frame(lattice);
+  const auto usable = [&](const Vec4& p) { return !clip || frame.inside(p); };
+  const uint32_t cells = frame.cells();
+  const PointOrder order = order_points(
+      points.size(), cells,
+      [&](uint64_t begin, std::span<PointPlace> places) {
+        for (uint64_t i = 0; i < places.size(); ++i) {
+          const Vec4& p = points[begin + i];
+          places[i] = usable(p) ? frame.place(p) : PointPlace{0, 0};
+          if (cells == 1) places[i].cell = 0;
+        }
+      },
+      context);
+  std::atomic<uint64_t> outside{0}, in_holes{0};
+  HeldLayers held;
+  for (const PointOrder::Group& group : order.groups) {
+    const Window window(coefficients, group.window, held, context);
+    const FootprintPlan plan({window.layers, &coefficients.kernel(), lattice.is_static()});
+    context.tasks.parallel_for((group.end - group.begin + block - 1) / block, [&](uint64_t b) {
+      context.progress.check();
+      std::array<Vec4, block> batch;
+      std::array<float, block> sums;
+      std::array<std::array<float, 4>, block> slopes;
+      const uint64_t from = group.begin + b * block, count = std::min<uint64_t>(block, group.end - from);
+      for (uint64_t i = 0; i < count; ++i) {
+        const Vec4& p = points[order[from + i]];
+        batch[i] = {};
+        if (usable(p))
+          for (size_t a = 0; a < 4; ++a) batch[i][a] = p[a] * frame.scale[a];
+      }
+      sum_footprints(plan, std::span(batch).first(count), sums.data(),
+                     gradients.empty() ? nullptr : slopes.data());
+      EvaluateMisses misses;
+      for (uint64_t i = 0; i < count; ++i) {
+        const uint64_t n = order[from + i];
+        const bool out = clip && !frame.inside(points[n]);
+        const bool hole = window.holes && !out && window.is_hole(batch[i]);
+        if (!holes.empty()) holes[n] = hole;
+        const bool none = out || (clip && hole);
+        misses.outside += out, misses.holes += clip && hole;
+        values[n] = none ? nan_value : offset + sums[i];
+        if (gradients.empty()) continue;
+        for (size_t a = 0; a < 4; ++a)
+          gradients[n][a] = none ? nan_value : slopes[i][a] * static_cast<float>(frame.scale[a]);
+      }
+      outside += misses.outside, in_holes += misses.holes;
+    });
+  }
+  return {outside, in_holes};
+}
 
 } // namespace
 
@@ -59,119 +170,42 @@ EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::s
                         std::span<std::array<float, 3>> gradients) {
   EvaluateMisses misses;
   const std::array<FieldLayer, 2> layers{FieldLayer{&slice.coset[0]}, FieldLayer{&slice.coset[1]}};
-  const FieldLayers field{std::span(layers).first(static_cast<size_t>(slice.lattice.cosets())),
-                          &slice.kernel};
+  const FootprintPlan plan(
+      {std::span(layers).first(static_cast<size_t>(slice.lattice.cosets())), &slice.kernel});
   std::array<Vec4, block> batch;
-  std::array<size_t, block> where;
   std::array<float, block> sums;
   std::array<std::array<float, 4>, block> slopes;
-  size_t count = 0;
-  const auto flush = [&] {
-    sum_footprints(field, std::span(batch).first(count), sums.data(),
+  std::array<uint8_t, block> none;
+  for (size_t begin = 0; begin < points.size(); begin += block) {
+    const size_t count = std::min(block, points.size() - begin);
+    for (size_t i = 0; i < count; ++i) {
+      const Vec3& p = points[begin + i];
+      const bool outside = !slice.inside(p), hole = !outside && slice.is_hole(p);
+      misses.outside += outside, misses.holes += hole;
+      none[i] = outside || hole;
+      batch[i] = outside ? Vec4{} : Vec4{p[0], p[1], p[2], 0};
+    }
+    sum_footprints(plan, std::span(batch).first(count), sums.data(),
                    gradients.empty() ? nullptr : slopes.data());
     for (size_t i = 0; i < count; ++i) {
-      values[where[i]] = slice.air + sums[i];
-      if (!gradients.empty()) gradients[where[i]] = {slopes[i][0], slopes[i][1], slopes[i][2]};
+      values[begin + i] = none[i] ? nan_value : slice.air + sums[i];
+      if (gradients.empty()) continue;
+      for (size_t a = 0; a < 3; ++a) gradients[begin + i][a] = none[i] ? nan_value : slopes[i][a];
     }
-    count = 0;
-  };
-  for (size_t n = 0; n < points.size(); ++n) {
-    const Vec3& p = points[n];
-    const bool outside = !slice.inside(p);
-    if (outside || slice.is_hole(p)) {
-      ++(outside ? misses.outside : misses.holes);
-      values[n] = nan_value;
-      if (!gradients.empty()) gradients[n] = {nan_value, nan_value, nan_value};
-      continue;
-    }
-    batch[count] = {p[0], p[1], p[2], 0};
-    where[count] = n;
-    if (++count == block) flush();
   }
-  flush();
   return misses;
-}
-
-void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> points,
-                        std::span<float> values, std::span<std::array<float, 4>> gradients,
-                        std::span<uint8_t> holes, const Context& context) {
-  const Lattice4& lattice = coefficients.source().lattice();
-  const Vec3 unit = lattice.lattice_unit();
-  const double time_unit = lattice.is_static() ? 1 : lattice.time_step / lattice.layer_distance();
-  const auto window_of = [&](const Vec4& p) {
-    return lattice.is_static() ? 0 : static_cast<int32_t>(std::floor(p[3] / lattice.time_step));
-  };
-  // Points of one stretch between two layers share their window of coefficients.
-  std::vector<uint64_t> order(points.size());
-  std::iota(order.begin(), order.end(), uint64_t{0});
-  const auto earlier = [&](uint64_t a, uint64_t b) { return window_of(points[a]) < window_of(points[b]); };
-  if (!std::is_sorted(order.begin(), order.end(), earlier))
-    std::stable_sort(order.begin(), order.end(), earlier);
-  for (size_t begin = 0; begin < order.size();) {
-    const int32_t base = window_of(points[order[begin]]);
-    size_t end = begin;
-    while (end < order.size() && window_of(points[order[end]]) == base) ++end;
-    const Window window(coefficients, base, context);
-    const FieldLayers field{window.layers, &coefficients.kernel(), lattice.is_static()};
-    context.tasks.parallel_for((end - begin + block - 1) / block, [&](uint64_t b) {
-      context.progress.check();
-      std::array<Vec4, block> batch;
-      std::array<float, block> sums;
-      std::array<std::array<float, 4>, block> slopes;
-      const size_t from = begin + b * block, count = std::min(block, end - from);
-      for (size_t i = 0; i < count; ++i) {
-        const Vec4& p = points[order[from + i]];
-        batch[i] = {p[0] / unit[0], p[1] / unit[1], p[2] / unit[2], p[3] / time_unit};
-      }
-      sum_footprints(field, std::span(batch).first(count), sums.data(),
-                     gradients.empty() ? nullptr : slopes.data());
-      for (size_t i = 0; i < count; ++i) {
-        const uint64_t n = order[from + i];
-        values[n] = sums[i];
-        if (!gradients.empty())
-          gradients[n] = {
-              static_cast<float>(slopes[i][0] / unit[0]), static_cast<float>(slopes[i][1] / unit[1]),
-              static_cast<float>(slopes[i][2] / unit[2]), static_cast<float>(slopes[i][3] / time_unit)};
-        if (!holes.empty())
-          holes[n] = window.holes && window.is_hole({batch[i][0], batch[i][1], batch[i][2]}, batch[i][3]);
-      }
-    });
-    begin = end;
-  }
 }
 
 EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4> points,
                          std::span<float> values, std::span<std::array<float, 4>> gradients,
                          const Context& context) {
-  const Lattice4& lattice = coefficients.source().lattice();
-  const size_t axes = lattice.is_static() ? 3 : 4;
-  const auto inside = [&](const Vec4& p) {
-    for (size_t a = 0; a < axes; ++a)
-      if (!(p[a] >= 0 && p[a] <= lattice.dims[a] - 1.0)) return false;
-    return true;
-  };
-  // Most batches lie inside as a whole; a point outside is evaluated at the domain's corner and then
-  // overwritten.
-  EvaluateMisses misses;
-  std::vector<Vec4> moved;
-  for (size_t n = 0; n < points.size(); ++n)
-    if (!inside(points[n])) {
-      if (moved.empty()) moved.assign(points.begin(), points.end());
-      moved[n] = {};
-      ++misses.outside;
-    }
-  std::vector<uint8_t> holes(points.size());
-  evaluate4_mirrored(coefficients, moved.empty() ? points : std::span<const Vec4>(moved), values, gradients,
-                     holes, context);
-  for (size_t n = 0; n < points.size(); ++n) {
-    const bool outside = misses.outside > 0 && !inside(points[n]);
-    if (!outside) values[n] += coefficients.air();
-    if (!outside && !holes[n]) continue;
-    misses.holes += !outside;
-    values[n] = nan_value;
-    if (!gradients.empty()) gradients[n].fill(nan_value);
-  }
-  return misses;
+  return evaluate_points(coefficients, points, true, coefficients.air(), values, gradients, {}, context);
+}
+
+void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> points,
+                        std::span<float> values, std::span<std::array<float, 4>> gradients,
+                        std::span<uint8_t> holes, const Context& context) {
+  evaluate_points(coefficients, points, false, 0, values, gradients, holes, context);
 }
 
 } // namespace bccsplat

@@ -4,48 +4,26 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "slice/dense_sites.h"
 #include "slice/footprint.h"
+#include "slice/patch_sum-inl.h"
 
-#ifndef BCCSPLAT_FOOTPRINT_PATCH
-#define BCCSPLAT_FOOTPRINT_PATCH
+#ifndef BCCSPLAT_FOOTPRINT_SHARED
+#define BCCSPLAT_FOOTPRINT_SHARED
 namespace bccsplat {
 
-// No kernel reaches further than 2 sqrt2 T, two pitches: at most 4 sites of a coset per axis lie strictly
-// within.
-inline constexpr int patch_edge = 4;
-inline constexpr int patch_sites = patch_edge * patch_edge * patch_edge;
+inline constexpr size_t footprint_batch = 256;
 
-// The sites of one coset around a point: first index per axis, distances, weights.
-struct Patch {
-  Int3 first{};
-  alignas(64) std::array<float, patch_sites> weight;
-  alignas(64) std::array<std::array<float, patch_sites>, 3> slope; // d weight / d point
-};
-
-// Where the 16 rows of 4 sites along x (z*4 + y) of a patch lie: the same in every layer of the coset.
-struct PatchPlace {
-  // One brick holds them all (row r at first_offset + row_offset(r)), or each row lies in one brick, or sites
-  // are single.
-  enum class Kind : uint8_t { one_brick, rows, sites } kind = Kind::one_brick;
-  size_t slot = 0;
-  int offset = 0;
-  std::array<size_t, patch_edge * patch_edge> row_slot;
-  std::array<int, patch_edge * patch_edge> row_offset;
-  std::array<size_t, patch_sites> site_slot;
-  std::array<int, patch_sites> site_offset;
-};
-PatchPlace place_patch(const BrickLayer& layer, const Int3& first);
-
-// The rows in one layer: pointers into bricks, or into `copy`.
-struct PatchRows {
-  std::array<const float*, patch_edge * patch_edge> row;
-  alignas(16) std::array<float, patch_sites> copy;
-};
-// False when nothing is stored there.
-bool find_rows(const BrickLayer& layer, const PatchPlace& place, PatchRows& rows);
+// Weights of layers in time, and their slopes per pitch, from the kernel itself: any shape, normalised or
+// not.
+void weigh_by_kernel(const FootprintPlan& plan, float from, std::array<float, max_stack>& w,
+                     std::array<float, max_stack>& dw);
+// Divides a value by the lattice sum at p, and corrects its gradient.
+void divide_by_lattice_sum(const FootprintPlan& plan, const Vec4& p, float& value,
+                           std::array<float, 4>* gradient);
 
 } // namespace bccsplat
 #endif
@@ -54,142 +32,302 @@ HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
-// Weights of the 4^3 sites around p, and their slopes when asked for.
-void WeighPatch(const RadialKernel& phi, const Vec4& p, int coset, bool slopes, Patch& patch) {
-  constexpr double pitch = std::numbers::sqrt2;
-  alignas(64) float delta[3][patch_edge];
-  for (size_t a = 0; a < 3; ++a) {
-    const double base = std::floor((p[a] - phi.radius) / pitch - 0.5 * coset);
-    patch.first[a] = static_cast<int32_t>(base) + 1;
-    for (int i = 0; i < patch_edge; ++i)
-      delta[a][i] = static_cast<float>(p[a] - pitch * (base + 1 + i + 0.5 * coset));
-  }
-  const float scale = static_cast<float>(1 / (phi.radius * phi.radius));
-  // One plane of the patch at a time, (y, x) in the lanes.
-  alignas(64) float dx[16], dy[16], u_xy[16];
-  for (int i = 0; i < 16; ++i) {
-    dx[i] = delta[0][i & 3], dy[i] = delta[1][i >> 2];
-    u_xy[i] = 1 - scale * (dx[i] * dx[i] + dy[i] * dy[i]);
-  }
-  const hn::CappedTag<float, 16> d;
-  const auto zero = hn::Zero(d);
-  for (size_t z = 0; z < patch_edge; ++z) {
-    const auto u_z = hn::Set(d, -scale * delta[2][z] * delta[2][z]);
-    for (size_t i = 0; i < 16; i += hn::Lanes(d)) {
-      const auto u = hn::Add(hn::Load(d, u_xy + i), u_z);
-      const auto inside = hn::Gt(u, zero);
-      auto value = hn::Set(d, static_cast<float>(phi.a[static_cast<size_t>(phi.terms) - 1]));
-      auto slope = zero;
-      for (int j = phi.terms - 2; j >= 0; --j) {
-        slope = hn::MulAdd(slope, u, value);
-        value = hn::MulAdd(value, u, hn::Set(d, static_cast<float>(phi.a[static_cast<size_t>(j)])));
+// The bricks of a patch that lies in several: per piece, layer of the stack and quarter of the (y, z) plane.
+using Bricks = std::array<std::array<std::array<const float*, 4>, max_stack>, 2>;
+
+// A patch with mirror images along x: its sites, weighted in time, are copied to rows of their own.
+template<int edge, bool slopes>
+HWY_INLINE Sums<slopes> SumFolded(const FootprintPlan& plan, const Bricks& bricks, const Stack& stack,
+                                  const PatchPlace& place, const Place& p) {
+  alignas(64) std::array<float, patch_sites> value, rate; // rate: weighted by the temporal slopes
+  for (size_t z = 0; z < edge; ++z)
+    for (size_t y = 0; y < edge; ++y) {
+      Row sum, rate_sum;
+      for (size_t k = 0; k < static_cast<size_t>(stack.count); ++k) {
+        alignas(16) std::array<float, patch_edge> sites;
+        for (size_t x = 0; x < patch_edge; ++x)
+          sites[x] = bricks[static_cast<size_t>(place.x.half[x])][k][place.quarter(y, z)]
+                           [place.row(y, z) + place.x.site[x]];
+        const Row row = LoadRow(sites.data()), w = SetRow(stack.weight[k]);
+        sum = k == 0 ? Times(w, row) : TimesPlus(w, row, sum);
+        if (!slopes) continue;
+        const Row dw = SetRow(stack.slope[k]);
+        rate_sum = k == 0 ? Times(dw, row) : TimesPlus(dw, row, rate_sum);
       }
-      hn::Store(hn::IfThenElseZero(inside, value), d, patch.weight.data() + 16 * z + i);
-      if (!slopes) continue;
-      // d phi / d p = phi'(u) * du/dp, du/dp = -2 (p - site) / R^2
-      const auto s = hn::IfThenElseZero(inside, hn::Mul(slope, hn::Set(d, -2 * scale)));
-      hn::Store(hn::Mul(s, hn::Load(d, dx + i)), d, patch.slope[0].data() + 16 * z + i);
-      hn::Store(hn::Mul(s, hn::Load(d, dy + i)), d, patch.slope[1].data() + 16 * z + i);
-      hn::Store(hn::Mul(s, hn::Set(d, delta[2][z])), d, patch.slope[2].data() + 16 * z + i);
+      const size_t at = patch_edge * (patch_edge * z + y);
+      StoreRow(sum, value.data() + at);
+      if (slopes) StoreRow(rate_sum, rate.data() + at);
+    }
+  Weights weights;
+  Weigh<edge, slopes>(plan, p, weights);
+  const auto row_in = [](const std::array<float, patch_sites>& rows) {
+    return [&rows](size_t, size_t y, size_t z) { return rows.data() + patch_edge * (patch_edge * z + y); };
+  };
+  const auto sums = AddPatch<edge, 1, slopes>({1, {}, {1}, {0}}, row_in(value), weights, p, NoSums<slopes>());
+  if (!slopes) return sums;
+  return AddPatch<edge, 1, slopes>({1, {}, {0}, {1}}, row_in(rate), weights, p, sums);
+}
+
+// A patch where bricks or mirrors meet.
+template<int edge, bool slopes>
+HWY_NOINLINE Sums<slopes> SumPlaced(const FootprintPlan& plan, const FootprintPlan::Coset& coset,
+                                    int first_layer, const std::array<float, max_stack>& time,
+                                    const std::array<float, max_stack>& dtime, const PatchSpan& span,
+                                    Place p) {
+  const PatchPlace place = place_patch(*coset.layer[0], edge, span);
+  Stack stack;
+  Bricks bricks;
+  for (int k = 0; k < plan.depth; ++k) {
+    const auto at = static_cast<size_t>(first_layer + k); // wraps round below 0
+    if (at >= coset.bricks.size()) continue;
+    const auto s = static_cast<size_t>(stack.count);
+    bool any = false;
+    for (size_t piece = 0; piece < static_cast<size_t>(place.x.bricks); ++piece) {
+      const auto* shares = coset.bricks[at] + place.slot[piece];
+      for (size_t q = 0; q < 4; ++q) {
+        const Brick* brick = shares[place.quarter_slots[q]].get();
+        any = any || brick;
+        bricks[piece][s][q] = brick ? brick->value.data() : air_brick();
+      }
+    }
+    if (!any) continue;
+    stack.weight[s] = time[static_cast<size_t>(k)];
+    stack.slope[s] = dtime[static_cast<size_t>(k)];
+    ++stack.count;
+  }
+  auto sums = NoSums<slopes>();
+  if (stack.count == 0) return sums;
+  if (place.folded) return SumFolded<edge, slopes>(plan, bricks, stack, place, p);
+  for (size_t piece = 0; piece < static_cast<size_t>(place.x.bricks); ++piece) {
+    const int lane0 = (place.x.low + static_cast<int>(piece)) * brick_edge + place.lane0[piece];
+    p.shift[0] = static_cast<float>(span.first[0] - lane0);
+    Weights weights;
+    Weigh<edge, slopes>(plan, p, weights);
+    const auto row_of = [&](size_t k, size_t y, size_t z) {
+      return bricks[piece][k][place.quarter(y, z)] + place.row(y, z) + place.lane0[piece];
+    };
+    sums = AddStack<edge, slopes>(stack, row_of, weights, p, sums);
+  }
+  return sums;
+}
+
+// Per batch: where each point's patch begins and ends, and how far from its first site the point lies; per
+// axis x, y, z, t, in pitches.
+struct Spans {
+  alignas(64) std::array<int32_t, 4 * footprint_batch> first, last;
+  alignas(64) std::array<float, 4 * footprint_batch> from;
+};
+
+void FindSpans(const FootprintPlan& plan, const FootprintPlan::Coset& coset, std::span<const Vec4> points,
+               Spans& spans) {
+  const hn::CappedTag<double, 4> d;
+  const hn::Rebind<int32_t, decltype(d)> di;
+  const hn::Rebind<float, decltype(d)> df;
+  const auto one = hn::Set(d, 1.0);
+  for (size_t k = 0; k < 4; k += hn::Lanes(d)) {
+    const auto radius = hn::Load(d, plan.radius.data() + k);
+    const auto per_pitch = hn::Load(d, plan.per_pitch.data() + k),
+               origin = hn::Load(d, coset.origin.data() + k);
+    for (size_t n = 0; n < points.size(); ++n) {
+      const auto x = hn::MulAdd(hn::LoadU(d, points[n].data() + k), per_pitch, origin);
+      const auto first = hn::Add(hn::Floor(hn::Sub(x, radius)), one);
+      const auto last = hn::Sub(hn::Ceil(hn::Add(x, radius)), one);
+      hn::Store(hn::DemoteTo(di, first), di, spans.first.data() + 4 * n + k);
+      hn::Store(hn::DemoteTo(di, last), di, spans.last.data() + 4 * n + k);
+      hn::Store(hn::DemoteTo(df, hn::Sub(x, first)), df, spans.from.data() + 4 * n + k);
     }
   }
 }
 
-// Adds weight * (sum over the patch of rows times each of the first `count` (1 or 4) weight sets) to `sums`,
-// lane by lane: sums holds 4 floats per set.
-void DotRows(const PatchRows& rows, const Patch& patch, size_t count, float weight, float* sums) {
-  const hn::CappedTag<float, patch_edge> d;
-  const auto w = hn::Set(d, weight);
-  for (size_t x = 0; x < patch_edge; x += hn::Lanes(d)) {
-    if (count == 1) {
-      auto s0 = hn::Zero(d), s1 = hn::Zero(d); // two chains of additions
-      for (size_t r = 0; r < 16; r += 2) {
-        s0 = hn::MulAdd(hn::LoadU(d, rows.row[r] + x), hn::Load(d, patch.weight.data() + patch_edge * r + x),
-                        s0);
-        s1 = hn::MulAdd(hn::LoadU(d, rows.row[r + 1] + x),
-                        hn::Load(d, patch.weight.data() + patch_edge * r + 4 + x), s1);
-      }
-      hn::Store(hn::MulAdd(w, hn::Add(s0, s1), hn::Load(d, sums + x)), d, sums + x);
+template<bool slopes>
+HWY_INLINE void WeighLayers(const FootprintPlan& plan, float from, std::array<float, max_stack>& w,
+                            std::array<float, max_stack>& dw) {
+  if (plan.timeless || plan.kernel->time.shape == TemporalKernel::Shape::bspline)
+    WeighSpline<slopes>(plan.depth, from, w, dw);
+  else
+    weigh_by_kernel(plan, from, w, dw);
+}
+
+// One coset's part of the sums at a point: first, last and from as in Spans.
+template<int edge, bool slopes>
+HWY_INLINE Sums<slopes> SumCoset(const FootprintPlan& plan, const FootprintPlan::Coset& coset,
+                                 const int32_t* first, const int32_t* last, const float* from) {
+  std::array<float, max_stack> time, dtime;
+  WeighLayers<slopes>(plan, from[3], time, dtime);
+  const PatchSpan span{{first[0], first[1], first[2]}, {last[0], last[1], last[2]}};
+  Place p{{from[0], from[1], from[2]}};
+  const int first_layer = plan.timeless ? 0 : first[3];
+  PatchCorner corner;
+  if (!patch_in_one_brick(coset.dims, coset.brick_dims, edge, span, corner))
+    return SumPlaced<edge, slopes>(plan, coset, first_layer, time, dtime, span, p);
+  Stack stack;
+  for (int k = 0; k < plan.depth; ++k) {
+    const auto layer = static_cast<size_t>(first_layer + k); // wraps round below 0
+    if (layer >= coset.bricks.size()) continue;
+    const Brick* brick = coset.bricks[layer][corner.slot].get();
+    if (!brick) continue;
+    const auto s = static_cast<size_t>(stack.count++);
+    stack.corner[s] = brick->value.data() + corner.offset;
+    stack.weight[s] = time[static_cast<size_t>(k)];
+    stack.slope[s] = dtime[static_cast<size_t>(k)];
+  }
+  if (stack.count == 0) return NoSums<slopes>();
+  for (size_t a = 0; a < 3; ++a) p.shift[a] = static_cast<float>(span.first[a] - corner.start[a]);
+  Weights weights;
+  Weigh<edge, slopes>(plan, p, weights);
+  const auto row_of = [&stack](size_t k, size_t y, size_t z) {
+    return stack.corner[k] + (z * brick_edge + y) * brick_edge;
+  };
+  return AddStack<edge, slopes>(stack, row_of, weights, p, NoSums<slopes>());
+}
+
+// The same from a dense copy of the sites around a batch.
+template<int edge, bool slopes>
+HWY_INLINE Sums<slopes> SumDense(const FootprintPlan& plan, const DenseSites& sites, const int32_t* first,
+                                 const float* from) {
+  if (sites.layers == 0) return NoSums<slopes>();
+  Stack stack;
+  const float* corner = sites.value + sites.offset({first[0], first[1], first[2]});
+  if (sites.merged) {
+    stack.count = 1;
+    stack.weight[0] = 1, stack.slope[0] = 0;
+    stack.corner[0] = corner;
+  } else {
+    std::array<float, max_stack> time, dtime;
+    WeighLayers<slopes>(plan, from[3], time, dtime);
+    for (int k = 0; k < plan.depth; ++k) {
+      const auto layer = static_cast<size_t>(first[3] + k); // wraps round below 0
+      if (layer >= sites.layers) continue;
+      const auto s = static_cast<size_t>(stack.count++);
+      stack.corner[s] = corner + layer * sites.layer;
+      stack.weight[s] = time[static_cast<size_t>(k)];
+      stack.slope[s] = dtime[static_cast<size_t>(k)];
+    }
+    if (stack.count == 0) return NoSums<slopes>();
+  }
+  const Place p{{from[0], from[1], from[2]}};
+  Weights weights;
+  Weigh<edge, slopes>(plan, p, weights);
+  const auto row_of = [&](size_t k, size_t y, size_t z) {
+    return stack.corner[k] + (z * sites.plane + y * sites.row);
+  };
+  if (!sites.merged) return AddStack<edge, slopes>(stack, row_of, weights, p, NoSums<slopes>());
+  auto sums = AddPatch<edge, 1, slopes>(stack, row_of, weights, p, NoSums<slopes>());
+  if constexpr (slopes) {
+    const auto rate_of = [&](size_t, size_t y, size_t z) {
+      return stack.corner[0] + (sites.layer + z * sites.plane + y * sites.row);
+    };
+    if (!plan.timeless)
+      sums.time = AddPatch<edge, 1, false>(stack, rate_of, weights, p, NoSums<false>()).value;
+  }
+  return sums;
+}
+
+// to = w * from, or to += w * from.
+void AddScaled(float w, const float* from, float* to, size_t count, bool add) {
+  const hn::ScalableTag<float> d;
+  const auto v = hn::Set(d, w);
+  for (size_t i = 0; i < count; i += hn::Lanes(d)) { // layers are whole vectors
+    const auto x = hn::LoadU(d, from + i);
+    hn::StoreU(add ? hn::MulAdd(v, x, hn::LoadU(d, to + i)) : hn::Mul(v, x), d, to + i);
+  }
+}
+
+// Copies the sites a batch needs where that is cheap against evaluating it from bricks; else leaves them.
+template<bool slopes>
+bool CopySites(const FootprintPlan& plan, const std::array<Spans, 2>& spans, size_t points,
+               DenseScratch& scratch) {
+  std::array<SiteBox, 2> box;
+  bool one_time = true;
+  for (int c = 0; c < plan.cosets; ++c) {
+    const Spans& s = spans[static_cast<size_t>(c)];
+    box[static_cast<size_t>(c)] = patches_box(std::span(s.first).first(4 * points), plan.edge);
+    for (size_t n = 1; n < points && one_time; ++n)
+      one_time = s.first[4 * n + 3] == s.first[3] && s.from[4 * n + 3] == s.from[3];
+  }
+  if (!scratch.reserve(plan, box, points, one_time, slopes)) return false;
+  for (int c = 0; c < plan.cosets; ++c) {
+    const auto& coset = plan.coset[static_cast<size_t>(c)];
+    const Spans& s = spans[static_cast<size_t>(c)];
+    DenseSites& sites = scratch.sites[static_cast<size_t>(c)];
+    if (!one_time) {
+      bool any = false;
+      for (const BrickLayer* layer : coset.layer)
+        any = gather_box(*layer, sites.box, sites.value + sites.layer * sites.layers++) || any;
+      if (!any) sites.layers = 0;
       continue;
     }
-    auto s0 = hn::Zero(d), s1 = hn::Zero(d), s2 = hn::Zero(d), s3 = hn::Zero(d);
-    for (size_t r = 0; r < 16; ++r) {
-      const auto c = hn::LoadU(d, rows.row[r] + x);
-      const size_t i = patch_edge * r + x;
-      s0 = hn::MulAdd(c, hn::Load(d, patch.weight.data() + i), s0);
-      s1 = hn::MulAdd(c, hn::Load(d, patch.slope[0].data() + i), s1);
-      s2 = hn::MulAdd(c, hn::Load(d, patch.slope[1].data() + i), s2);
-      s3 = hn::MulAdd(c, hn::Load(d, patch.slope[2].data() + i), s3);
+    std::array<float, max_stack> time, dtime;
+    WeighLayers<slopes>(plan, s.from[3], time, dtime);
+    for (int k = 0; k < plan.depth; ++k) {
+      const auto layer = static_cast<size_t>((plan.timeless ? 0 : s.first[3]) + k); // wraps round below 0
+      if (layer >= coset.layer.size()) continue;
+      // Layers that are air add nothing.
+      if (!gather_box(*coset.layer[layer], sites.box, scratch.single)) continue;
+      const auto w = static_cast<size_t>(k);
+      AddScaled(time[w], scratch.single, sites.value, sites.layer, sites.layers > 0);
+      if (slopes && !plan.timeless)
+        AddScaled(dtime[w], scratch.single, sites.value + sites.layer, sites.layer, sites.layers > 0);
+      ++sites.layers;
     }
-    hn::Store(hn::MulAdd(w, s0, hn::Load(d, sums + x)), d, sums + x);
-    hn::Store(hn::MulAdd(w, s1, hn::Load(d, sums + 4 + x)), d, sums + 4 + x);
-    hn::Store(hn::MulAdd(w, s2, hn::Load(d, sums + 8 + x)), d, sums + 8 + x);
-    hn::Store(hn::MulAdd(w, s3, hn::Load(d, sums + 12 + x)), d, sums + 12 + x);
+  }
+  return true;
+}
+
+template<int edge, bool slopes, bool dense>
+HWY_INLINE Sums<slopes> SumsOf(const FootprintPlan& plan, const DenseScratch& scratch, const Spans& spans,
+                               size_t c, size_t n) {
+  const int32_t *first = spans.first.data() + 4 * n, *last = spans.last.data() + 4 * n;
+  const float* from = spans.from.data() + 4 * n;
+  if constexpr (dense)
+    return SumDense<edge, slopes>(plan, scratch.sites[c], first, from);
+  else
+    return SumCoset<edge, slopes>(plan, plan.coset[c], first, last, from);
+}
+
+template<int edge, bool slopes, bool dense>
+void SumBatch(const FootprintPlan& plan, const DenseScratch& scratch, const std::array<Spans, 2>& spans,
+              std::span<const Vec4> points, float* values, std::array<float, 4>* gradients) {
+  for (size_t n = 0; n < points.size(); ++n) {
+    const auto even = SumsOf<edge, slopes, dense>(plan, scratch, spans[0], 0, n);
+    auto odd = NoSums<slopes>();
+    if (plan.cosets == 2) odd = SumsOf<edge, slopes, dense>(plan, scratch, spans[1], 1, n);
+    values[n] = Total(even.value, odd.value);
+    if constexpr (slopes) {
+      const auto per = static_cast<float>(plan.per_pitch[0]),
+                 per_time = static_cast<float>(plan.per_pitch[3]);
+      gradients[n] = {2 * per * Total(even.x, odd.x), 2 * per * Total(even.y, odd.y),
+                      2 * per * Total(even.z, odd.z), per_time * Total(even.time, odd.time)};
+    }
+    if (plan.kernel->normalised)
+      divide_by_lattice_sum(plan, points[n], values[n], slopes ? &gradients[n] : nullptr);
   }
 }
 
-void SumFootprints(const FieldLayers& field, std::span<const Vec4> points, float* values,
-                   std::array<float, 4>* gradients) {
-  const TemporalKernel& beta = field.kernel->time;
-  const bool normalised = field.kernel->normalised;
-  const bool slopes = gradients != nullptr;
-  for (size_t n = 0; n < points.size(); ++n) {
-    const Vec4& p = points[n];
-    std::array<Patch, 2> patch;
-    std::array<PatchPlace, 2> place;
-    std::array<bool, 2> weighed{};
-    // Per coset, 4 lanes each: value and spatial slopes weighted in time, value weighted by the temporal
-    // slope; and the sums of both temporal weights, which a normalised kernel divides by.
-    alignas(16) std::array<std::array<float, 20>, 2> lanes{};
-    std::array<double, 2> beta_sum{}, beta_slope_sum{};
-    for (const FieldLayer& l : field.layers) {
-      const auto c = static_cast<size_t>(l.layer->coset());
-      const double w = field.timeless ? 1 : beta.value(p[3] - l.time);
-      const double dw = field.timeless || !slopes ? 0 : beta.slope(p[3] - l.time);
-      if (w == 0 && dw == 0) continue;
-      beta_sum[c] += w, beta_slope_sum[c] += dw;
-      if (!weighed[c]) {
-        WeighPatch(field.kernel->space, p, static_cast<int>(c), slopes, patch[c]);
-        place[c] = place_patch(*l.layer, patch[c].first);
-        weighed[c] = true;
-      }
-      PatchRows rows;
-      if (!find_rows(*l.layer, place[c], rows)) continue;
-      DotRows(rows, patch[c], slopes ? 4 : 1, static_cast<float>(w), lanes[c].data());
-      if (dw != 0) DotRows(rows, patch[c], 1, static_cast<float>(dw), lanes[c].data() + 16);
-    }
-    std::array<std::array<float, 5>, 2> sum{};
-    for (size_t c = 0; c < 2; ++c)
-      for (size_t i = 0; i < (slopes ? 5u : 1u); ++i)
-        sum[c][i] = (lanes[c][4 * i] + lanes[c][4 * i + 1]) + (lanes[c][4 * i + 2] + lanes[c][4 * i + 3]);
-    if (normalised && !field.timeless)
-      for (size_t c = 0; c < 2; ++c)
-        if (beta_sum[c] > 0) {
-          const auto inverse = static_cast<float>(1 / beta_sum[c]);
-          for (float& v : sum[c]) v *= inverse;
-          sum[c][4] -= sum[c][0] * static_cast<float>(beta_slope_sum[c]) * inverse;
-        }
-    float value = sum[0][0] + sum[1][0];
-    std::array<float, 4> gradient{};
-    for (size_t i = 0; i < 4; ++i) gradient[i] = sum[0][i + 1] + sum[1][i + 1];
-    if (normalised) {
-      const double total = lattice_sum(*field.kernel, p[0], p[1], p[2]);
-      for (size_t a = 0; a < 3 && slopes; ++a) {
-        constexpr double h = 1e-4;
-        Vec4 low = p, high = p;
-        low[a] -= h, high[a] += h;
-        const double slope = (lattice_sum(*field.kernel, high[0], high[1], high[2]) -
-                              lattice_sum(*field.kernel, low[0], low[1], low[2])) /
-                             (2 * h);
-        gradient[a] -= static_cast<float>(value / total * slope);
-      }
-      value = static_cast<float>(value / total);
-      for (float& g : gradient) g = static_cast<float>(g / total);
-    }
-    values[n] = value;
-    if (slopes) gradients[n] = gradient;
+template<int edge, bool slopes>
+void SumBatches(const FootprintPlan& plan, std::span<const Vec4> points, float* values,
+                std::array<float, 4>* gradients) {
+  std::array<Spans, 2> spans;
+  DenseScratch scratch;
+  for (size_t begin = 0; begin < points.size(); begin += footprint_batch) {
+    const auto batch = points.subspan(begin, std::min(footprint_batch, points.size() - begin));
+    for (int c = 0; c < plan.cosets; ++c)
+      FindSpans(plan, plan.coset[static_cast<size_t>(c)], batch, spans[static_cast<size_t>(c)]);
+    const bool dense = CopySites<slopes>(plan, spans, batch.size(), scratch);
+    const auto sum = dense ? SumBatch<edge, slopes, true> : SumBatch<edge, slopes, false>;
+    sum(plan, scratch, spans, batch, values + begin, slopes ? gradients + begin : nullptr);
   }
+}
+
+} // namespace
+
+void SumFootprints(const FootprintPlan& plan, std::span<const Vec4> points, float* values,
+                   std::array<float, 4>* gradients) {
+  const auto sum = plan.edge == 3 ? (gradients ? SumBatches<3, true> : SumBatches<3, false>)
+                                  : (gradients ? SumBatches<4, true> : SumBatches<4, false>);
+  sum(plan, points, values, gradients);
 }
 
 } // namespace HWY_NAMESPACE
@@ -197,81 +335,88 @@ void SumFootprints(const FieldLayers& field, std::span<const Vec4> points, float
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <numbers>
+
+#include "slice/kernel_time.h"
+
 namespace bccsplat {
 HWY_EXPORT(SumFootprints);
 
-namespace {
-alignas(16) constexpr float zero_row[patch_edge] = {};
-} // namespace
-
-PatchPlace place_patch(const BrickLayer& layer, const Int3& first) {
-  PatchPlace p;
-  bool inside = true;
-  for (size_t a = 0; a < 3; ++a) inside = inside && first[a] >= 0 && first[a] + patch_edge <= layer.dims()[a];
-  constexpr int last_start = brick_edge - patch_edge;
-  const Int3 at{first[0] & 15, first[1] & 15, first[2] & 15};
-  if (inside && at[0] <= last_start && at[1] <= last_start && at[2] <= last_start) {
-    p.slot = layer.slot(first[0] >> 4, first[1] >> 4, first[2] >> 4);
-    p.offset = (at[2] * brick_edge + at[1]) * brick_edge + at[0];
-    return p;
+void divide_by_lattice_sum(const FootprintPlan& plan, const Vec4& p, float& value,
+                           std::array<float, 4>* gradient) {
+  const auto sum_at = [&](const Vec4& q) { return lattice_sum(*plan.kernel, q[0], q[1], q[2]); };
+  const double total = sum_at(p);
+  value = static_cast<float>(static_cast<double>(value) / total);
+  if (!gradient) return;
+  for (size_t i = 0; i < 4; ++i) {
+    float& g = (*gradient)[i];
+    double slope = 0;
+    if (i < 3) { // smooth and known in closed form: central differences are enough
+      constexpr double h = 1e-4;
+      Vec4 low = p, high = p;
+      low[i] -= h, high[i] += h;
+      slope = (sum_at(high) - sum_at(low)) / (2 * h);
+    }
+    g = static_cast<float>((static_cast<double>(g) - static_cast<double>(value) * slope) / total);
   }
-  // Bricks or mirrors meet inside the patch: each index's brick and place along its axis.
-  int brick[3][patch_edge], place[3][patch_edge];
-  for (size_t a = 0; a < 3; ++a)
-    for (int i = 0; i < patch_edge; ++i) {
-      const int index = inside ? first[a] + i : layer.lattice().mirror(a, layer.coset(), first[a] + i);
-      brick[a][i] = index / brick_edge, place[a][i] = index % brick_edge;
-    }
-  const bool rows = place[0][1] == place[0][0] + 1 && place[0][3] == place[0][0] + 3;
-  p.kind = rows ? PatchPlace::Kind::rows : PatchPlace::Kind::sites;
-  for (int z = 0; z < patch_edge; ++z)
-    for (int y = 0; y < patch_edge; ++y) {
-      const auto r = static_cast<size_t>(z * patch_edge + y);
-      const int offset = (place[2][z] * brick_edge + place[1][y]) * brick_edge;
-      if (rows) {
-        p.row_slot[r] = layer.slot(brick[0][0], brick[1][y], brick[2][z]);
-        p.row_offset[r] = offset + place[0][0];
-        continue;
-      }
-      for (int x = 0; x < patch_edge; ++x) {
-        p.site_slot[r * patch_edge + static_cast<size_t>(x)] =
-            layer.slot(brick[0][x], brick[1][y], brick[2][z]);
-        p.site_offset[r * patch_edge + static_cast<size_t>(x)] = offset + place[0][x];
-      }
-    }
-  return p;
 }
 
-bool find_rows(const BrickLayer& layer, const PatchPlace& p, PatchRows& rows) {
-  if (p.kind == PatchPlace::Kind::one_brick) {
-    const Brick* b = layer.brick(p.slot);
-    if (!b) return false;
-    const float* corner = b->value.data() + p.offset;
-    for (int r = 0; r < 16; ++r)
-      rows.row[static_cast<size_t>(r)] = corner + ((r >> 2) * brick_edge + (r & 3)) * brick_edge;
-    return true;
+void weigh_by_kernel(const FootprintPlan& plan, float from, std::array<float, max_stack>& w,
+                     std::array<float, max_stack>& dw) {
+  constexpr double pitch = std::numbers::sqrt2; // of kernel time
+  double sum = 0, slope_sum = 0;
+  std::array<double, max_stack> value, slope;
+  const auto depth = static_cast<size_t>(plan.depth);
+  for (size_t k = 0; k < depth; ++k) {
+    const double dt = pitch * (static_cast<double>(from) - static_cast<double>(k));
+    value[k] = plan.kernel->time.value(dt), slope[k] = pitch * plan.kernel->time.slope(dt);
+    sum += value[k], slope_sum += slope[k];
   }
-  bool any = false;
-  if (p.kind == PatchPlace::Kind::rows) {
-    for (size_t r = 0; r < 16; ++r) {
-      const Brick* b = layer.brick(p.row_slot[r]);
-      rows.row[r] = b ? b->value.data() + p.row_offset[r] : zero_row;
-      any = any || b;
+  const bool divide = plan.kernel->normalised && sum > 0;
+  for (size_t k = 0; k < depth; ++k) {
+    if (divide) value[k] /= sum, slope[k] = slope[k] / sum - value[k] * slope_sum / sum;
+    w[k] = static_cast<float>(value[k]), dw[k] = static_cast<float>(slope[k]);
+  }
+}
+
+FootprintPlan::FootprintPlan(const FieldLayers& field) : kernel(field.kernel), timeless(field.timeless) {
+  constexpr double time_pitch = std::numbers::sqrt2; // of kernel time
+  const Lattice3& lattice = field.layers[0].layer->lattice();
+  bcc = lattice.bcc;
+  cosets = lattice.cosets();
+  const double pitch = coset_pitch(lattice);
+  for (size_t i = 0; i < 3; ++i) per_pitch[i] = 1 / pitch, radius[i] = kernel->space.radius / pitch;
+  per_pitch[3] = timeless ? 0 : 1 / time_pitch;
+  radius[3] = timeless ? 0 : time_reach(*kernel) / time_pitch;
+  edge = 2 * radius[0] <= 3 ? 3 : 4;
+  if (!timeless) depth = static_cast<int>(std::ceil(2 * radius[3]));
+  inverse_radius2 = static_cast<float>(1 / (radius[0] * radius[0]));
+  terms = kernel->space.terms;
+  for (size_t j = 0; j < a.size(); ++j) a[j] = static_cast<float>(kernel->space.a[j]);
+  for (int i = 0; i < patch_rows; ++i)
+    lane_x[static_cast<size_t>(i)] = static_cast<float>(i % patch_edge),
+    lane_y[static_cast<size_t>(i)] = static_cast<float>(i / patch_edge);
+  for (const FieldLayer& l : field.layers) {
+    const auto c = static_cast<size_t>(l.layer->coset());
+    Coset& to = coset[c];
+    if (to.layer.empty()) {
+      to.dims = l.layer->dims(), to.brick_dims = l.layer->brick_dims();
+      for (size_t i = 0; i < 3; ++i) to.origin[i] = -0.5 * static_cast<double>(c);
+      to.origin[3] = timeless ? 0 : -l.time / time_pitch;
     }
-    return any;
+    to.layer.push_back(l.layer);
+    to.bricks.push_back(&l.layer->share(0));
   }
-  for (size_t i = 0; i < patch_sites; ++i) {
-    const Brick* b = layer.brick(p.site_slot[i]);
-    rows.copy[i] = b ? b->value[static_cast<size_t>(p.site_offset[i])] : 0.0f;
-    any = any || b;
-  }
-  for (size_t r = 0; r < 16; ++r) rows.row[r] = rows.copy.data() + r * patch_edge;
-  return any;
+}
+
+void sum_footprints(const FootprintPlan& plan, std::span<const Vec4> points, float* values,
+                    std::array<float, 4>* gradients) {
+  HWY_DYNAMIC_DISPATCH(SumFootprints)(plan, points, values, gradients);
 }
 
 void sum_footprints(const FieldLayers& field, std::span<const Vec4> points, float* values,
                     std::array<float, 4>* gradients) {
-  HWY_DYNAMIC_DISPATCH(SumFootprints)(field, points, values, gradients);
+  sum_footprints(FootprintPlan(field), points, values, gradients);
 }
 
 } // namespace bccsplat

@@ -3,29 +3,61 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
 #include "base/vec.h"
 #include "kernel/kernel.h"
 #include "points/brick.h"
+#include "slice/patch.h"
 
 namespace bccsplat {
 
-// A layer that takes part, at its place in time (lattice units). Slices have one layer per coset and no time.
+// A layer that takes part, at its place in kernel time (below). Slices have one layer per coset and no time.
 struct FieldLayer {
   const BrickLayer* layer;
   double time = 0;
 };
 
-// Layers of both cosets of one lattice, with the kernel that weighs them.
+// Layers of the cosets of one lattice, with the kernel that weighs them. Within a coset they stand in order
+// of time, one pitch apart. Kernel time is measured so that this pitch is sqrt2, on every lattice.
 struct FieldLayers {
   std::span<const FieldLayer> layers;
   const Kernel* kernel;
-  bool timeless = true; // every layer weighs 1
+  bool timeless = true; // every layer weighs 1; one per coset
 };
 
-// At each point p (x, y, z, t in lattice units, inside the domain): values = sum of coefficients times
-// kernel, relative to air, divided by the lattice sum for normalised kernels. gradients (may be null): the
-// four derivatives per lattice unit.
+inline constexpr int max_stack = 4; // layers of a coset within reach of an instant: no kernel has more
+
+// What the inner loop needs to know of a field, made once and used for any number of points. Lengths are in
+// coset pitches. The layers and the kernel must outlive it.
+struct FootprintPlan {
+  struct Coset {
+    std::vector<const BrickLayer*> layer;
+    std::vector<const std::shared_ptr<const Brick>*> bricks; // of each layer, by slot
+    Int3 dims{}, brick_dims{};
+    alignas(32) Vec4 origin{}; // a point at p stands at p * per_pitch + origin
+  };
+  std::array<Coset, 2> coset;
+  int cosets = 0;
+  const Kernel* kernel;
+  bool timeless, bcc = true;
+  int edge = patch_edge; // 3 or 4 sites per axis
+  int depth = 1;         // layers of a coset in reach of an instant
+  alignas(32) Vec4 per_pitch{};
+  alignas(32) Vec4 radius{}; // of the kernel in space and time
+  float inverse_radius2 = 0;
+  int terms = 0;
+  std::array<float, RadialKernel::max_terms> a{};
+  alignas(64) std::array<float, patch_rows> lane_x{}, lane_y{}; // i & 3, i >> 2
+
+  explicit FootprintPlan(const FieldLayers& field);
+};
+
+// At each point p (x, y, z in lattice units, kernel time; inside the domain): values = sum of coefficients
+// times kernel, relative to air, divided by the lattice sum for normalised kernels. gradients (may be null):
+// the four derivatives per unit of p.
+void sum_footprints(const FootprintPlan& plan, std::span<const Vec4> points, float* values,
+                    std::array<float, 4>* gradients);
 void sum_footprints(const FieldLayers& field, std::span<const Vec4> points, float* values,
                     std::array<float, 4>* gradients);
 

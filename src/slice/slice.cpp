@@ -9,13 +9,12 @@
 namespace bccsplat {
 
 bool Slice::inside(const Vec3& p) const {
-  constexpr double tolerance = 1e-9;
-  for (size_t a = 0; a < 3; ++a)
-    if (!(p[a] >= -tolerance * (1 + domain_end[a]) &&
-          p[a] <= domain_end[a] + tolerance * (1 + domain_end[a])))
-      return false;
+  for (size_t a = 0; a < 3; ++a) {
+    const double end = domain_end[a], tolerance = domain_tolerance(end);
+    if (!(p[a] >= -tolerance && p[a] <= end + tolerance)) return false;
+  }
   return std::all_of(clip.begin(), clip.end(),
-                     [&](const HalfSpace& h) { return dot(h.normal, p) + h.offset >= -tolerance; });
+                     [&](const HalfSpace& h) { return dot(h.normal, p) + h.offset >= -domain_tolerance(0); });
 }
 
 bool Slice::is_hole(const Vec3& p) const {

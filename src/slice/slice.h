@@ -20,6 +20,9 @@ struct HalfSpace {
   double offset = 0;
 };
 
+// Points this far beyond an end of the domain count as inside (lattice units): rounding of conversions.
+[[nodiscard]] inline double domain_tolerance(double end) { return 1e-9 * (1 + end); }
+
 // Immutable once made. Field value at a point p (lattice units) of the domain:
 //   air + sum over kept sites s of coefficient(s) * kernel.space.value(|p - s|^2)     [/ lattice_sum if
 //   normalised]
@@ -53,7 +56,7 @@ struct Slice {
     return {d * lattice.plane(coset_index, i[0]), d * lattice.plane(coset_index, i[1]),
             d * lattice.plane(coset_index, i[2])};
   }
-  [[nodiscard]] bool inside(const Vec3& p) const;  // lattice units, inclusive with a tolerance of 1e-9
+  [[nodiscard]] bool inside(const Vec3& p) const;  // lattice units, inclusive with a tolerance
   [[nodiscard]] bool is_hole(const Vec3& p) const; // of a point inside
   [[nodiscard]] int64_t points() const;
   [[nodiscard]] uint64_t bytes() const;

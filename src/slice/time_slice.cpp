@@ -32,6 +32,7 @@ HWY_AFTER_NAMESPACE();
 #include <cmath>
 
 #include "base/error.h"
+#include "slice/kernel_time.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {
@@ -39,25 +40,25 @@ HWY_EXPORT(MergeBricks);
 
 namespace {
 
-// Weights weight(distance of the layer from t in lattice units) for all layers with a non-zero weight in
-// [begin, end] +- half_width, lattice units of time.
+// Weights weight(kernel time of the layer) for all layers with a non-zero weight in
+// [begin, end] +- half_width, kernel time.
 template<class Weight>
 std::vector<LayerWeight> layer_weights(const Lattice4& lattice, const Kernel& kernel, double begin,
                                        double end, const Weight& weight) {
-  const double distance = lattice.layer_distance();
-  const auto first = static_cast<int32_t>(std::ceil((begin - kernel.time.half_width) / distance));
-  const auto last = static_cast<int32_t>(std::floor((end + kernel.time.half_width) / distance));
+  const double distance = kernel_time_per_layer(lattice), reach = time_reach(kernel);
+  const auto first = static_cast<int32_t>(std::ceil((begin - reach) / distance));
+  const auto last = static_cast<int32_t>(std::floor((end + reach) / distance));
   std::vector<LayerWeight> result;
   std::array<double, 2> sum{};
   for (int32_t m = first; m <= last; ++m) {
     const double w = weight(m * distance);
     if (w == 0) continue;
-    sum[static_cast<size_t>(m & 1)] += w;
+    sum[static_cast<size_t>(lattice.coset(m))] += w;
     result.push_back({m, static_cast<float>(w)});
   }
   if (kernel.normalised)
     for (LayerWeight& l : result)
-      l.weight = static_cast<float>(l.weight / sum[static_cast<size_t>(l.layer & 1)]);
+      l.weight = static_cast<float>(l.weight / sum[static_cast<size_t>(lattice.coset(l.layer))]);
   return result;
 }
 
@@ -109,14 +110,14 @@ BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& pa
 
 std::vector<LayerWeight> instant_weights(const Lattice4& lattice, const Kernel& kernel, double frame) {
   if (lattice.is_static()) return static_weights(lattice);
-  const double t = frame / lattice.time_step * lattice.layer_distance();
+  const double t = frame * kernel_time_per_frame(lattice);
   return layer_weights(lattice, kernel, t, t, [&](double at) { return kernel.time.value(at - t); });
 }
 
 std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& kernel, double begin,
                                       double end) {
   if (lattice.is_static()) return static_weights(lattice);
-  const double unit = lattice.layer_distance() / lattice.time_step;
+  const double unit = kernel_time_per_frame(lattice);
   const double t0 = begin * unit, t1 = end * unit;
   return layer_weights(lattice, kernel, t0, t1,
                        [&](double at) { return kernel.time.integral(t0 - at, t1 - at) / (t1 - t0); });

@@ -1,0 +1,52 @@
+// Copies of the sites around a batch of points: where points lie close together, copying a box once is
+// cheaper than finding bricks and mirrors for each.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "points/brick.h"
+#include "slice/footprint.h"
+
+namespace bccsplat {
+
+// Sites origin .. origin + size - 1 of a coset, which may lie beyond its ends.
+struct SiteBox {
+  static constexpr int max_length = 512, max_rows = 64; // along x; along y and z
+  Int3 origin{}, size{};
+};
+
+// The box of the patches of points; first: 4 numbers per point, x, y, z and layer of its first site.
+[[nodiscard]] SiteBox patches_box(std::span<const int32_t> first, int edge);
+
+// Copies a box of a layer, mirrored beyond the ends, x fastest without gaps. False, and `out` left alone,
+// when all of it is air.
+bool gather_box(const BrickLayer& layer, const SiteBox& box, float* out);
+
+// One coset's copy.
+struct DenseSites {
+  SiteBox box;
+  size_t row = 0, plane = 0, layer = 0; // floats from one to the next
+  size_t layers = 0;                    // 0: all of it is air
+  bool merged = false; // one layer: the sum weighted in time; a second one behind it: by the slopes in time
+  float* value = nullptr;
+
+  [[nodiscard]] size_t offset(const Int3& site) const {
+    return static_cast<size_t>(site[2] - box.origin[2]) * plane +
+           static_cast<size_t>(site[1] - box.origin[1]) * row + static_cast<size_t>(site[0] - box.origin[0]);
+  }
+};
+
+struct DenseScratch {
+  static constexpr size_t capacity = 14336; // floats: 56 KiB
+  std::array<DenseSites, 2> sites;
+  float* single = nullptr; // room for one layer of the larger box
+  alignas(64) std::array<float, capacity> floats;
+
+  // Lays the copies of all layers, or of the merged ones, out. False when copying would cost more than it
+  // saves, or room is short.
+  bool reserve(const FootprintPlan& plan, const std::array<SiteBox, 2>& box, size_t points, bool merged,
+               bool slopes);
+};
+
+} // namespace bccsplat

@@ -1,0 +1,36 @@
+// The order in which a batch of 4D points is evaluated: points of one window, the stretch between two layers,
+// share the coefficient layers they need; within a window points of one brick share cache lines.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "base/context.h"
+
+namespace bccsplat {
+
+struct PointOrder {
+  struct Group {
+    int32_t window;
+    uint64_t begin, end; // in `order`
+  };
+  std::vector<Group> groups;   // windows rise
+  std::vector<uint64_t> order; // point of each place; empty: the points as they are
+  [[nodiscard]] uint64_t operator[](uint64_t place) const { return order.empty() ? place : order[place]; }
+};
+
+// Where a point belongs: its window, and a cell of space below `cells`.
+struct PointPlace {
+  int32_t window;
+  uint32_t cell;
+};
+
+// `place` fills in points begin .. begin + span.size(); it is called from many threads. Points that jump from
+// cell to cell are gathered by cell as well, in their order otherwise.
+[[nodiscard]] PointOrder order_points(uint64_t points, uint32_t cells,
+                                      const std::function<void(uint64_t begin, std::span<PointPlace>)>& place,
+                                      const Context& context);
+
+} // namespace bccsplat
