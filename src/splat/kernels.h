@@ -1,4 +1,4 @@
-// The inner loops of the splatter and the data they share: one body for every SIMD target (simd.cpp), and a
+// The inner loops of the splatter and the data they share: one body for every SIMD target (*_simd.cpp), and a
 // plain one beside it that reads like the formulae (scalar.cpp).
 //
 // Vocabulary. A slab s holds the points between sheets s and s + 1. Their kernels reach the sheets first ..
@@ -95,10 +95,18 @@ struct TransformArgs {
           last_slab = 0;      // tables from base_slab; points outside [first, last] are dropped
   int tile_x = 0, tile_y = 0; // pixel of ring column 0, row 0
   int width = 0, height = 0;
+  // Sums of the pixels still open over all columns and rows before (x, y), (width + 1) per row; null: all
+  // are. A point is dropped when no pixel of its window, or within `around` of it, is open.
+  const int32_t* open_sum = nullptr;
+  int around = 0;
   // Results: accepted points are appended at bin_end[(slab - base_slab) & bin_mask]; every bin has room for
   // count + 1.
   SplatRecord** bin_end = nullptr;
   uint32_t bin_mask = 0; // bin_end[bin_mask + 1] takes what is rejected
+};
+
+struct TransformCounts {
+  size_t accepted = 0, occluded = 0;
 };
 
 // One finished sheet out of the ring into plain rows, and the ring's slots cleared.
@@ -112,9 +120,12 @@ struct ExtractArgs {
 
 struct SplatKernels {
   void (*splat)(const SplatArgs&);
-  size_t (*transform)(const TransformArgs&); // number accepted
+  TransformCounts (*transform)(const TransformArgs&);
   void (*extract)(const ExtractArgs&);
 };
+
+// Adds points to the ring with the best target of this machine.
+void splat_points(const SplatArgs& args);
 
 [[nodiscard]] const SplatKernels& scalar_kernels();
 [[nodiscard]] const SplatKernels& simd_kernels(); // best target of this machine

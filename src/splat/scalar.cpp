@@ -42,9 +42,9 @@ void splat(const SplatArgs& s) {
   }
 }
 
-size_t transform(const TransformArgs& t) {
+TransformCounts transform(const TransformArgs& t) {
   const BrickFrame& f = *t.frame;
-  size_t accepted = 0;
+  TransformCounts counts;
   for (size_t n = 0; n < t.count; ++n) {
     const auto x = static_cast<float>(t.position[n] & 15), y = static_cast<float>(t.position[n] >> 4 & 15),
                z = static_cast<float>(t.position[n] >> 8 & 15);
@@ -68,11 +68,22 @@ size_t transform(const TransformArgs& t) {
     const int px = f.i - t.tile_x + static_cast<int>(start_x),
               py = f.j - t.tile_y + static_cast<int>(start_y);
     if (px >= t.width || py >= t.height || px + t.columns[s] <= 0 || py + t.rows[s] <= 0) continue;
+    if (t.open_sum) {
+      const int x0 = std::clamp(px - t.around, 0, t.width),
+                x1 = std::clamp(px + t.columns[s] + t.around, 0, t.width);
+      const int y0 = std::clamp(py - t.around, 0, t.height),
+                y1 = std::clamp(py + t.rows[s] + t.around, 0, t.height);
+      const auto sum = [&](int y, int x) { return t.open_sum[y * (t.width + 1) + x]; };
+      if (sum(y1, x1) - sum(y1, x0) - sum(y0, x1) + sum(y0, x0) == 0) {
+        ++counts.occluded;
+        continue;
+      }
+    }
     *t.bin_end[s & t.bin_mask]++ = {
         foot_x - start_x, foot_y - start_y, depth - whole, t.coefficient[n], px, py, lateral_x, lateral_y};
-    ++accepted;
+    ++counts.accepted;
   }
-  return accepted;
+  return counts;
 }
 
 void extract(const ExtractArgs& e) {

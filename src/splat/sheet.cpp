@@ -84,6 +84,19 @@ void integrate(const SheetArgs& s) {
     }
 }
 
+size_t crossings(const CrossingArgs& c) {
+  size_t count = 0;
+  for (int y = 0; y < c.height; ++y)
+    for (int x = 0; x < c.width; ++x) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
+      if ((c.before[at] < c.target) == (c.value[at] < c.target)) continue;
+      if (c.alpha[p] < 1 && c.k >= c.enter[p] && c.k - 1 <= c.leave[p])
+        c.found[count++] = static_cast<uint32_t>(y) << 16 | static_cast<uint32_t>(x);
+    }
+  return count;
+}
+
 void maximum(const SheetArgs& s) {
   for (int y = 0; y < s.height; ++y)
     for (int x = 0; x < s.width; ++x) {
@@ -101,7 +114,7 @@ void maximum(const SheetArgs& s) {
 float absorbed(float x) { return -std::expm1(-x); }
 
 const SheetKernels& scalar_sheet_kernels() {
-  static constexpr SheetKernels kernels{composite, integrate, maximum};
+  static constexpr SheetKernels kernels{composite, integrate, crossings, maximum};
   return kernels;
 }
 

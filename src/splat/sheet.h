@@ -53,11 +53,23 @@ struct SheetArgs {
   PixelPlanes pixel;
 };
 
+// Pixels whose field passes `target` (relative to air) between the sheets k - 1 (`before`) and k (`value`),
+// inside the domain and not yet covered.
+struct CrossingArgs {
+  float k = 0, target = 0;
+  int width = 0, height = 0, pitch = 0;
+  const float *before = nullptr, *value = nullptr;
+  int plane_pitch = 0;
+  const float *alpha = nullptr, *enter = nullptr, *leave = nullptr;
+  uint32_t* found = nullptr; // room for every pixel: y << 16 | x
+};
+
 struct SheetKernels {
   // Returns the number of pixels that closed.
   int (*composite)(const SheetArgs&);
   void (*integrate)(
       const SheetArgs&); // mode xray: into pixel.red (integral) and pixel.time (weighted by |value - air|)
+  size_t (*crossings)(const CrossingArgs&); // number found
   void (*maximum)(const SheetArgs&); // into pixel.red (largest value so far) and pixel.depth (its sheet)
 };
 

@@ -7,6 +7,7 @@
 
 #include <hwy/contrib/math/math-inl.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -21,6 +22,7 @@ namespace HWY_NAMESPACE {
 int Composite(const SheetArgs& s) { return scalar_sheet_kernels().composite(s); }
 void Integrate(const SheetArgs& s) { scalar_sheet_kernels().integrate(s); }
 void Maximum(const SheetArgs& s) { scalar_sheet_kernels().maximum(s); }
+size_t Crossings(const CrossingArgs& c) { return scalar_sheet_kernels().crossings(c); }
 #else
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -246,6 +248,29 @@ void Maximum(const SheetArgs& s) {
   });
 }
 
+size_t Crossings(const CrossingArgs& c) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V target = set(c.target), k = set(c.k), before = set(c.k - 1), one = set(1.0f);
+  size_t count = 0;
+  uint8_t bits[8]; // one per lane
+  for (int y = 0; y < c.height; ++y)
+    for (int x = 0; x < c.width; x += lanes) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
+      M found =
+          hn::Xor(hn::Lt(hn::LoadU(d, c.before + at), target), hn::Lt(hn::LoadU(d, c.value + at), target));
+      if (hn::AllFalse(d, found)) continue;
+      found = hn::And(found, hn::Lt(hn::LoadU(d, c.alpha + p), one));
+      found = hn::And(
+          found, hn::And(hn::Le(hn::LoadU(d, c.enter + p), k), hn::Le(before, hn::LoadU(d, c.leave + p))));
+      hn::StoreMaskBits(d, found, bits);
+      for (int l = 0; l < std::min(lanes, c.width - x); ++l)
+        if (bits[l / 8] >> (l % 8) & 1)
+          c.found[count++] = static_cast<uint32_t>(y) << 16 | static_cast<uint32_t>(x + l);
+    }
+  return count;
+}
+
 #endif
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
@@ -256,18 +281,14 @@ namespace bccsplat {
 HWY_EXPORT(Composite);
 HWY_EXPORT(Integrate);
 HWY_EXPORT(Maximum);
+HWY_EXPORT(Crossings);
 
 const SheetKernels& simd_sheet_kernels() {
   static constexpr SheetKernels kernels{
       [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Composite)(s); },
-      [](const SheetArgs& s) {
-        HWY_DYNAMIC_DISPATCH(Integrate)
-        (s);
-      },
-      [](const SheetArgs& s) {
-        HWY_DYNAMIC_DISPATCH(Maximum)
-        (s);
-      },
+      [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Integrate)(s); },
+      [](const CrossingArgs& c) { return HWY_DYNAMIC_DISPATCH(Crossings)(c); },
+      [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Maximum)(s); },
   };
   return kernels;
 }

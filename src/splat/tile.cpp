@@ -130,9 +130,13 @@ class Tile {
   void activate(uint32_t planned, int64_t first_slab, int64_t last_slab) {
     const PlannedBrick& b = plan_.bricks[planned];
     const SplatBrick& points = scene_.points->bricks[b.brick];
-    if (!(options_.disable_skips & skip_occlusion) && hidden(b.rect)) {
-      stats_.points_occluded += points.count;
-      return;
+    const bool occlusion = !(options_.disable_skips & skip_occlusion) && closed_ > 0;
+    if (occlusion) {
+      sum_open_pixels();
+      if (hidden(b.rect)) {
+        stats_.points_occluded += points.count;
+        return;
+      }
     }
     TransformArgs t;
     t.position = scene_.points->position.data() + points.first;
@@ -153,27 +157,47 @@ class Tile {
     const size_t trash = m_.bins.size() - 1;
     m_.bin_end[trash] = m_.bins[trash].data();
     m_.make_room(trash, points.count + 16);
-    stats_.points_splatted += kernels_.transform(t);
+    if (occlusion) t.open_sum = m_.open_sum.data(), t.around = plan_.border;
+    const TransformCounts counts = kernels_.transform(t);
+    stats_.points_splatted += counts.accepted;
+    stats_.points_occluded += counts.occluded;
   }
 
   [[nodiscard]] size_t bin_of(int64_t slab) const {
     return static_cast<size_t>(slab - plan_.first_slab) & m_.bin_mask();
   }
 
-  // Whether every pixel of the tile inside the rectangle, and one around it, is finished.
-  [[nodiscard]] bool hidden(const std::array<int, 4>& rect) const {
-    if (closed_ == 0) return false;
-    const int around = 1 + plan_.border;
-    const int x0 = std::max(rect[0] - around - tile_.x, 0),
-              x1 = std::min(rect[2] + around - tile_.x, tile_.width);
-    const int y0 = std::max(rect[1] - around - tile_.y, 0),
-              y1 = std::min(rect[3] + around - tile_.y, tile_.height);
-    for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x) {
-        const auto p = static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
-        if (pixel_.alpha[p] < stop() && pixel_.enter[p] <= pixel_.leave[p]) return false;
+  // Brings the sums of open pixels up to date when enough have closed since.
+  void sum_open_pixels() {
+    if (summed_closed_ > 0 && (closed_ - summed_closed_) * 16 < open_) return;
+    summed_closed_ = closed_;
+    const int pitch = m_.width + 1;
+    m_.open_sum.assign(static_cast<size_t>(pitch * (m_.height + 1)), 0);
+    for (int y = 0; y < m_.height; ++y) {
+      int32_t* row = m_.open_sum.data() + (y + 1) * pitch;
+      int32_t sum = 0;
+      const int py = y - plan_.border;
+      for (int x = 0; x < m_.width; ++x) {
+        const int px = x - plan_.border;
+        if (px >= 0 && py >= 0 && px < tile_.width && py < tile_.height) {
+          const auto p =
+              static_cast<size_t>(py) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(px);
+          sum += pixel_.alpha[p] < stop() && pixel_.enter[p] <= pixel_.leave[p];
+        }
+        row[x + 1] = row[x + 1 - pitch] + sum;
       }
-    return true;
+    }
+  }
+
+  // Whether every pixel of the tile inside the rectangle of the picture, and around it, is finished.
+  [[nodiscard]] bool hidden(const std::array<int, 4>& rect) const {
+    const int around = plan_.border, left = tile_.x - plan_.border, top = tile_.y - plan_.border;
+    const auto sum = [&](int y, int x) {
+      y = std::clamp(y - top, 0, m_.height), x = std::clamp(x - left, 0, m_.width);
+      return m_.open_sum[static_cast<size_t>(y * (m_.width + 1) + x)];
+    };
+    const int x0 = rect[0] - around, y0 = rect[1] - around, x1 = rect[2] + around, y1 = rect[3] + around;
+    return sum(y1, x1) - sum(y1, x0) - sum(y0, x1) + sum(y0, x0) == 0;
   }
 
   void splat_bin(int64_t s, const SplatRecord* records, size_t count) {
@@ -229,7 +253,7 @@ class Tile {
 
   void process(int64_t k) {
     if (options_.mode == RenderMode::isosurface) {
-      surface(k);
+      find_surface(k);
       return;
     }
     SheetArgs a;
@@ -310,7 +334,7 @@ class Tile {
   }
 
   // Surfaces between the sheets k - 1 and k.
-  void surface(int64_t k) {
+  void find_surface(int64_t k) {
     if (k - 1 < first_) return;
     const float target = static_cast<float>(options_.iso_value - static_cast<double>(scene_.slice->air));
     const bool filled = filled_[static_cast<size_t>(k & 3)] || filled_[static_cast<size_t>((k - 1) & 3)];
@@ -318,19 +342,23 @@ class Tile {
       ++stats_.sheets_skipped;
       return;
     }
-    const float *low = sheet_plane(k - 1, 0), *high = sheet_plane(k, 0);
+    CrossingArgs c;
+    c.k = static_cast<float>(k), c.target = target;
+    c.width = tile_.width, c.height = tile_.height, c.pitch = m_.pixel_pitch;
+    c.before = sheet_plane(k - 1, 0), c.value = sheet_plane(k, 0), c.plane_pitch = m_.plane_pitch;
+    c.alpha = pixel_.alpha, c.enter = pixel_.enter, c.leave = pixel_.leave;
+    m_.crossings.resize(static_cast<size_t>(tile_.width * tile_.height));
+    c.found = m_.crossings.data();
+    const size_t found = sheet_kernels_.crossings(c);
+    if (found == 0) return;
     std::vector<Crossing> crossings;
-    const auto at = static_cast<float>(k);
-    for (int y = 0; y < tile_.height; ++y)
-      for (int x = 0; x < tile_.width; ++x) {
-        const auto p = static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
-        const float a = low[y * m_.plane_pitch + x], b = high[y * m_.plane_pitch + x];
-        if ((a < target) == (b < target) || pixel_.alpha[p] >= 1 || at < pixel_.enter[p] ||
-            at - 1 > pixel_.leave[p])
-          continue;
-        crossings.push_back({tile_.x + x, tile_.y + y, static_cast<double>(k - 1), static_cast<double>(k),
-                             static_cast<double>(a), static_cast<double>(b)});
-      }
+    crossings.reserve(found);
+    for (size_t n = 0; n < found; ++n) {
+      const int x = static_cast<int>(c.found[n] & 0xffff), y = static_cast<int>(c.found[n] >> 16);
+      const std::ptrdiff_t at = y * m_.plane_pitch + x;
+      crossings.push_back({tile_.x + x, tile_.y + y, static_cast<double>(k - 1), static_cast<double>(k),
+                           static_cast<double>(c.before[at]), static_cast<double>(c.value[at])});
+    }
     const auto hits = refine_crossings(*scene_.slice, view_, options_.iso_value, crossings);
     const auto& color =
         scene_.table->entry[static_cast<size_t>(scene_.table->index(static_cast<float>(options_.iso_value)))];
@@ -434,6 +462,7 @@ class Tile {
   PixelPlanes pixel_;
   int64_t first_ = 0, last_ = -1; // sheets of this tile
   int open_ = 0, closed_ = 0;     // pixels
+  int summed_closed_ = 0;         // closed pixels that open_sum knows of
   std::array<bool, 4> filled_{};  // whether a plane holds anything, by sheet & 3
 };
 

@@ -31,6 +31,8 @@ struct TileMemory {
   AlignedArray<float> pixels;
   static constexpr size_t pixel_planes = 13;
   AlignedArray<uint8_t> hole;
+  std::vector<uint32_t> crossings;
+  std::vector<int32_t> open_sum; // see TransformArgs
 
   // Points that wait for their slab; slab modulo the number of bins, a power of two. One more takes what is
   // rejected.

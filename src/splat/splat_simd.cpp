@@ -1,13 +1,11 @@
-// The inner loops of kernels.h through Highway: one body, compiled for every target, the best chosen at run
-// time.
+// Points into the ring, through Highway: one body, compiled for every target, the best chosen at run time.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "splat/simd.cpp"
+#define HWY_TARGET_INCLUDE "splat/splat_simd.cpp"
 #include <hwy/foreach_target.h>
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "splat/kernels.h"
 
@@ -18,8 +16,6 @@ namespace HWY_NAMESPACE {
 #if HWY_TARGET == HWY_SCALAR
 // No vectors: the plain loops.
 void Splat(const SplatArgs& s) { scalar_kernels().splat(s); }
-size_t Transform(const TransformArgs& t) { return scalar_kernels().transform(t); }
-void Extract(const ExtractArgs& e) { scalar_kernels().extract(e); }
 #else
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -308,117 +304,6 @@ void Splat(const SplatArgs& s) {
   return gradient ? SplatGeneral<false, true, false>(s) : SplatGeneral<false, false, false>(s);
 }
 
-template<bool kIsotropic> size_t TransformPoints(const TransformArgs& t) {
-  using I = hn::RebindToSigned<D>;
-  const I di;
-  const hn::Rebind<uint16_t, D> d16;
-  const size_t lanes = hn::Lanes(d);
-  const BrickFrame& f = *t.frame;
-  const auto base = static_cast<int32_t>(f.k - t.base_slab);
-  const auto first = hn::Set(di, static_cast<int32_t>(t.first_slab - t.base_slab) - 1),
-             last = hn::Set(di, static_cast<int32_t>(t.last_slab - t.base_slab) + 1);
-  const auto low4 = hn::Set(di, 15);
-  const V limit = hn::Set(d, 1e8f), one = hn::Set(d, 1.0f);
-  alignas(64) float front[64];  // fx fy z c of each point
-  alignas(64) int32_t back[64]; // x y X Y
-  alignas(64) int32_t bin[16];
-  const int32_t trash = static_cast<int32_t>(t.bin_mask) + 1;
-  size_t accepted = 0;
-  for (size_t n = 0; n < t.count; n += lanes) {
-    // Points past the end are read as points of the next brick, or of the array's spare end, and rejected.
-    const auto packed = hn::PromoteTo(di, hn::LoadU(d16, t.position + n));
-    const V x = hn::ConvertTo(d, hn::And(packed, low4));
-    const V y = hn::ConvertTo(d, hn::And(hn::ShiftRight<4>(packed), low4));
-    const V z = hn::ConvertTo(d, hn::ShiftRight<8>(packed));
-    const auto affine = [&](const std::array<float, 4>& a) HWY_ATTR {
-      return hn::MulAdd(hn::Set(d, a[0]), x,
-                        hn::MulAdd(hn::Set(d, a[1]), y, hn::MulAdd(hn::Set(d, a[2]), z, hn::Set(d, a[3]))));
-    };
-    const V depth = affine(f.dk), whole = hn::Floor(depth);
-    const auto slab = hn::Add(hn::ConvertTo(di, whole), hn::Set(di, base));
-    auto good = hn::And(hn::Gt(slab, first), hn::Lt(slab, last));
-    const auto safe = hn::IfThenElse(good, slab, hn::Sub(last, hn::Set(di, 1)));
-    V foot_x = affine(f.di), foot_y = affine(f.dj), half_x, half_y;
-    V lateral_x = hn::Zero(d), lateral_y = hn::Zero(d);
-    hn::Vec<I> columns, rows;
-    if constexpr (kIsotropic) {
-      half_x = hn::Set(d, t.half_x[0]), half_y = hn::Set(d, t.half_y[0]);
-      columns = hn::Set(di, t.columns[0]), rows = hn::Set(di, t.rows[0]);
-    } else {
-      const V shift = hn::Sub(hn::GatherIndex(d, t.lateral, safe), hn::Set(d, f.m));
-      lateral_x = affine(f.dX), lateral_y = affine(f.dY);
-      foot_x = hn::MulAdd(lateral_x, shift, foot_x), foot_y = hn::MulAdd(lateral_y, shift, foot_y);
-      half_x = hn::GatherIndex(d, t.half_x, safe), half_y = hn::GatherIndex(d, t.half_y, safe);
-      columns = hn::GatherIndex(di, t.columns, safe), rows = hn::GatherIndex(di, t.rows, safe);
-    }
-    const auto begin = [&](V foot, V half) HWY_ATTR {
-      return hn::Add(hn::Floor(hn::Min(hn::Max(hn::Sub(foot, half), hn::Neg(limit)), limit)), one);
-    };
-    const V start_x = begin(foot_x, half_x), start_y = begin(foot_y, half_y);
-    const auto px = hn::Add(hn::ConvertTo(di, start_x), hn::Set(di, f.i - t.tile_x));
-    const auto py = hn::Add(hn::ConvertTo(di, start_y), hn::Set(di, f.j - t.tile_y));
-    const auto none = hn::Zero(di);
-    good = hn::And(good, hn::And(hn::Lt(px, hn::Set(di, t.width)), hn::Lt(py, hn::Set(di, t.height))));
-    good = hn::And(good, hn::And(hn::Gt(hn::Add(px, columns), none), hn::Gt(hn::Add(py, rows), none)));
-    good = hn::And(good,
-                   hn::Lt(hn::Iota(di, 0), hn::Set(di, static_cast<int32_t>(std::min(lanes, t.count - n)))));
-    if (hn::AllFalse(di, good)) continue;
-    accepted += hn::CountTrue(di, good);
-    hn::StoreInterleaved4(hn::Sub(foot_x, start_x), hn::Sub(foot_y, start_y), hn::Sub(depth, whole),
-                          hn::LoadU(d, t.coefficient + n), d, front);
-    hn::StoreInterleaved4(px, py, hn::BitCast(di, lateral_x), hn::BitCast(di, lateral_y), di, back);
-    hn::Store(hn::IfThenElse(good, hn::And(slab, hn::Set(di, static_cast<int32_t>(t.bin_mask))),
-                             hn::Set(di, trash)),
-              di, bin);
-    for (size_t l = 0; l < lanes; ++l) {
-      SplatRecord*& end = t.bin_end[bin[l]];
-      std::memcpy(&end->fx, front + 4 * l, 16);
-      std::memcpy(&end->x, back + 4 * l, 16);
-      ++end;
-    }
-  }
-  return accepted;
-}
-
-size_t Transform(const TransformArgs& t) {
-  return t.isotropic ? TransformPoints<true>(t) : TransformPoints<false>(t);
-}
-
-// The sums of one lane out of groups of four, which are set to zero.
-void Extract(const ExtractArgs& e) {
-  const int lanes = static_cast<int>(hn::Lanes(d));
-  alignas(64) uint32_t others[16];
-  for (int l = 0; l < 16; ++l) others[l] = l % 4 == e.lane ? 0u : ~0u;
-  const V keep = hn::BitCast(d, hn::Load(hn::RebindToUnsigned<D>(), others));
-  const auto rows = [&](auto pick) HWY_ATTR {
-    for (int y = 0; y < e.height; ++y) {
-      float* from = e.ring + static_cast<std::ptrdiff_t>(y) * e.pitch * 4;
-      float* to = e.plane + static_cast<std::ptrdiff_t>(y) * e.plane_pitch;
-      for (int x = 0; x < e.width; x += lanes, from += 4 * lanes) {
-        V v0, v1, v2, v3;
-        hn::LoadInterleaved4(d, from, v0, v1, v2, v3);
-        hn::StoreU(pick(v0, v1, v2, v3), d, to + x);
-        for (int i = 0; i < 4; ++i)
-          hn::StoreU(hn::And(hn::LoadU(d, from + i * lanes), keep), d, from + i * lanes);
-      }
-    }
-  };
-  switch (e.lane) {
-  case 0:
-    rows([](V v0, V, V, V) HWY_ATTR { return v0; });
-    break;
-  case 1:
-    rows([](V, V v1, V, V) HWY_ATTR { return v1; });
-    break;
-  case 2:
-    rows([](V, V, V v2, V) HWY_ATTR { return v2; });
-    break;
-  default:
-    rows([](V, V, V, V v3) HWY_ATTR { return v3; });
-    break;
-  }
-}
-
 #endif
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
@@ -427,23 +312,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace bccsplat {
 HWY_EXPORT(Splat);
-HWY_EXPORT(Transform);
-HWY_EXPORT(Extract);
 
-const SplatKernels& simd_kernels() {
-  static constexpr SplatKernels kernels{
-      [](const SplatArgs& s) {
-        HWY_DYNAMIC_DISPATCH(Splat)
-        (s);
-      },
-      [](const TransformArgs& t) { return HWY_DYNAMIC_DISPATCH(Transform)(t); },
-      [](const ExtractArgs& e) {
-        HWY_DYNAMIC_DISPATCH(Extract)
-        (e);
-      },
-  };
-  return kernels;
-}
+void splat_points(const SplatArgs& s) { HWY_DYNAMIC_DISPATCH(Splat)(s); }
 
 } // namespace bccsplat
 #endif
