@@ -6,6 +6,7 @@
 #include <deque>
 
 #include "base/sizes.h"
+#include "fit/direct_layer.h"
 #include "fit/holes.h"
 #include "fit/layer.h"
 #include "fit/resample.h"
@@ -14,6 +15,8 @@
 
 namespace bccsplat {
 namespace {
+
+constexpr uint64_t largest_layer = 16 << 20; // bricks
 
 // One channel on its way through.
 struct Channel {
@@ -40,12 +43,23 @@ Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
                        options.scale, options.time_scale);
 }
 
+// Refuses what no reader would open either, before tables are made for it.
+Lattice4 checked(const Lattice4& lattice) {
+  uint64_t bricks = 1;
+  for (const int32_t n : lattice.space.dims(0))
+    bricks = checked_mul(bricks, static_cast<uint64_t>((n - 1) / brick_edge + 1));
+  if (bricks > largest_layer)
+    fail(Code::limit_exceeded, "fit: a layer of ", bricks, " bricks of 16^3 sites is more than ",
+         largest_layer, "; divide the volume or use a coarser lattice");
+  return lattice;
+}
+
 } // namespace
 
 struct Fit::State {
   State(const FitOptions& o, FitSink s, const Context& c)
       : options(o), sink(std::move(s)), context(c), pool(c.memory),
-        lattice(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2)), resampler(lattice, o.filter) {
+        lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), resampler(lattice, o.filter) {
     if (options.channels.empty()) fail(Code::invalid_argument, "fit: no channel");
     if (options.slab_layers < 1) fail(Code::invalid_argument, "fit: a slab has at least one layer");
     for (const FitChannel& channel : options.channels) channels.push_back(std::make_unique<Channel>(channel));
@@ -230,86 +244,21 @@ struct Fit::State {
            samples.size());
 
     const float air = c.options.quantiser.air;
-    std::vector<uint8_t> missing;
-    Reservation memory(context.memory, checked_mul(samples.size(), 5), "a layer of samples");
-    std::vector<float> relative(samples.size());
-    float low = 0, high = 0;
-    uint64_t finite = 0;
-    size_t first = samples.size();
-    for (size_t i = 0; i < samples.size(); ++i) {
-      relative[i] = samples[i] - air;
-      if (!std::isfinite(relative[i])) {
-        first = std::min(first, i);
-        continue;
-      }
-      low = finite ? std::min(low, samples[i]) : samples[i];
-      high = finite ? std::max(high, samples[i]) : samples[i];
-      ++finite;
+    const DirectLayerScan scan = scan_layer(samples, air);
+    if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error) {
+      const auto nx = static_cast<size_t>(n[0]), ny = static_cast<size_t>(n[1]), first = scan.first_nonfinite;
+      fail(Code::nonfinite_value, "channel '", c.options.name, "', layer ", layer, ": ", scan.nonfinite,
+           " values are not finite, the first one at site (", first % nx, ", ", first / nx % ny, ", ",
+           first / nx / ny, "); treat them as holes, or clamp them");
     }
-    const uint64_t nonfinite = samples.size() - finite;
-    note_range(c, low, high, finite > 0);
+    note_range(c, scan.low, scan.high, scan.finite > 0);
     c.report.source_samples += samples.size();
-    c.report.nonfinite += nonfinite;
-    if (nonfinite > 0) {
-      const auto nx = static_cast<size_t>(n[0]), ny = static_cast<size_t>(n[1]);
-      if (options.nonfinite == NonFinite::error)
-        fail(Code::nonfinite_value, "channel '", c.options.name, "', layer ", layer, ": ", nonfinite,
-             " values are not finite, the first one at site (", first % nx, ", ", first / nx % ny, ", ",
-             first / nx / ny, "); treat them as holes, or clamp them");
-      const auto [to_low, to_high] = clamp_range(c);
-      missing.resize(samples.size());
-      for (size_t i = 0; i < samples.size(); ++i) {
-        if (std::isfinite(relative[i])) continue;
-        missing[i] = options.nonfinite == NonFinite::hole;
-        relative[i] = std::isnan(relative[i]) ? 0 : relative[i] > 0 ? to_high : to_low;
-      }
-      if (options.nonfinite == NonFinite::hole)
-        fill_missing(relative, missing, {n[0], n[1], n[2]}, context);
-      else
-        missing.clear();
-    }
-    const FrameSites sites = layer_sites(shape, relative, missing);
+    c.report.nonfinite += scan.nonfinite;
+    const FrameSites sites =
+        layer_sites(shape, samples, air, options.nonfinite, clamp_range(c), pool, context);
     const LayerTap tap{&sites, 1};
     ++c.next_layer;
     emit(c, index, coset, {&tap, 1}, 0);
-  }
-
-  // A dense layer in blocks, air left out.
-  FrameSites layer_sites(const BrickLayer& shape, std::span<const float> values,
-                         std::span<const uint8_t> missing) {
-    FrameSites sites;
-    auto& blocks = sites.block[static_cast<size_t>(shape.coset())];
-    auto& masks = sites.holes[static_cast<size_t>(shape.coset())];
-    blocks.resize(shape.brick_slots());
-    if (!missing.empty()) masks.resize(shape.brick_slots());
-    const Int3 n = shape.dims();
-    context.tasks.parallel_for(shape.brick_slots(), [&](uint64_t slot) {
-      context.progress.check();
-      const Int3 brick = shape.slot_position(slot);
-      const int64_t width = std::min(brick_edge, n[0] - brick[0] * brick_edge);
-      SiteBlockPtr block = pool.take();
-      BrickMask mask{};
-      bool any = false, any_missing = false;
-      for (int z = 0; z < std::min(brick_edge, n[2] - brick[2] * brick_edge); ++z)
-        for (int y = 0; y < std::min(brick_edge, n[1] - brick[1] * brick_edge); ++y) {
-          const auto from = ((int64_t{brick[2]} * brick_edge + z) * n[1] + brick[1] * brick_edge + y) * n[0] +
-                            brick[0] * brick_edge;
-          for (int64_t x = 0; x < width; ++x) {
-            const float v = values[static_cast<size_t>(from + x)];
-            block->value[static_cast<size_t>((z * brick_edge + y) * brick_edge + x)] = v;
-            any = any || v != 0;
-            if (missing.empty() || !missing[static_cast<size_t>(from + x)]) continue;
-            auto& bits = mask[static_cast<size_t>(z * brick_edge + y)];
-            bits = static_cast<uint16_t>(bits | 1u << x);
-            any_missing = true;
-          }
-        }
-      block->source.fill(0xffff); // nothing was filtered
-      block->largest = 0;
-      if (any) blocks[slot] = std::move(block);
-      if (any_missing) masks[slot] = std::make_unique<BrickMask>(mask);
-    });
-    return sites;
   }
 
   FitReport finish() {

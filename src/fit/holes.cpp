@@ -141,7 +141,7 @@ HoleMap patch_holes(Frame& frame, const FrameScan& scan, const Context& context)
     map.region.end[a] = std::min(scan.nonfinite_region.end[a] + margin, frame.dims()[a]);
   }
   // Values and mask, the list of the missing, their next values, and the coarser levels.
-  const Reservation memory(context.memory, checked_mul(map.region.samples(), 24), "filling missing data");
+  map.memory = Reservation(context.memory, checked_mul(map.region.samples(), 24), "filling missing data");
   std::vector<float> values(map.region.samples());
   const int64_t row = map.region.length(0);
   frame.read(frame.boxes_in(map.region), map.region, values.data(), row, row * map.region.length(1));

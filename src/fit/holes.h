@@ -18,6 +18,7 @@ namespace bccsplat {
 struct HoleMap {
   Region region;
   std::vector<uint8_t> missing; // 1 where missing, x fastest; empty: none
+  Reservation memory;           // of the map and of the frame's patch
   [[nodiscard]] bool at(int64_t x, int64_t y, int64_t z) const;
 };
 
@@ -27,7 +28,7 @@ struct HoleMap {
 void fill_missing(std::span<float> values, std::span<const uint8_t> missing,
                   const std::array<int64_t, 3>& dims, const Context& context);
 
-// Patches `frame` where samples are not finite and returns where that was.
+// Patches `frame` where samples are not finite and returns where that was; to be kept as long as the frame.
 [[nodiscard]] HoleMap patch_holes(Frame& frame, const FrameScan& scan, const Context& context);
 
 // Marks the sites whose nearest source sample is missing (the later one of two at equal distance).

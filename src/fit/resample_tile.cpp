@@ -119,7 +119,10 @@ HWY_INLINE uint16_t NearestBits(const float* row, const TileNearestX& brick) {
       hn::StoreMaskBits(d, hn::Ne(Picker(relative)(in), hn::Zero(d)), bytes);
       bits |= (bytes[0] | uint32_t{bytes[1]} << 8) << g;
     } else {
-      for (size_t i = 0; i < lanes; ++i) bits |= (in[relative[i]] != 0 ? 1u : 0u) << (g + i);
+      for (size_t i = 0; i < lanes; ++i) {
+        const uint32_t set = in[relative[i]] != 0;
+        bits |= set << (g + i);
+      }
     }
   }
   return static_cast<uint16_t>(bits);

@@ -72,6 +72,7 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 #include <atomic>
 
+#include "base/sizes.h"
 #include "fit/scan.h"
 #include "fit/unpack.h"
 
@@ -196,6 +197,12 @@ CellRanges::Cell CellRanges::range(const Region& region) const {
 
 FrameScan scan_frame(const Frame& frame, float threshold, const Context& context) {
   FrameScan scan;
+  const auto cells = [&](size_t axis) {
+    return static_cast<uint64_t>((frame.dims()[axis] + CellRanges::edge[axis] - 1) / CellRanges::edge[axis]);
+  };
+  const uint64_t cell_bytes = sizeof(CellRanges::Cell) + sizeof(uint32_t);
+  scan.memory = Reservation(context.memory, checked_product({cells(0), cells(1), cells(2), cell_bytes}),
+                            "the map of a frame");
   scan.cells = CellRanges(frame.dims());
   std::vector<uint32_t> covered(scan.cells.cell.size(), 0);
   std::vector<ScanJob> jobs;

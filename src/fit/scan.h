@@ -43,6 +43,7 @@ struct FrameScan {
   double low = 0, high = 0;                 // absolute range of the finite samples; 0..0 when there are none
   std::array<int64_t, 3> first_nonfinite{}; // in the order of the array
   Region nonfinite_region;                  // bounding box
+  Reservation memory;                       // of the cells
 };
 
 [[nodiscard]] FrameScan scan_frame(const Frame& frame, float threshold, const Context& context);

@@ -242,6 +242,29 @@ TEST(FitStream, RefusesCallsOutOfOrder) {
   EXPECT_EQ(code_of([&] { (void)ended->finish(); }), Code::wrong_state);
 }
 
+TEST(FitStream, RefusesSizesBeyondReason) {
+  for (const std::array<uint32_t, 4> dims : {std::array<uint32_t, 4>{4000000000u, 1, 1, 1},
+                                             {100000, 100000, 100000, 0},
+                                             {UINT32_MAX, UINT32_MAX, UINT32_MAX, 9}}) {
+    FitOptions o;
+    o.dims = dims;
+    Bench bench;
+    EXPECT_EQ(code_of([&] {
+                Fit(
+                    o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
+              }),
+              Code::limit_exceeded);
+  }
+  FitOptions o;
+  o.dims = {4, 4, 0, 4};
+  Bench bench;
+  EXPECT_EQ(code_of([&] {
+              Fit(
+                  o, [](int32_t, int, std::span<const BrickLayer>) {}, bench.context());
+            }),
+            Code::invalid_argument);
+}
+
 TEST(FitStream, DescribesTheSource) {
   const Series s({20, 20, 20, 5}, [](double x, double y, double z, double t) {
     return x + y + z < 12 ? 0 : 1 + t + 0.01 * x;
