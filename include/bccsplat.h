@@ -607,7 +607,7 @@ typedef struct bccsplat_trail {
   uint32_t struct_size;
   int32_t content;      /* DEFAULT: classified */
   int32_t combine;      /* DEFAULT: physical */
-  uint32_t samples;     /* stills per sub-interval (classified, maximum); 0: two per lattice layer, at least 4 */
+  uint32_t samples;     /* stills per sub-interval (classified, maximum); 0: one per lattice layer, 4 to 64 */
   double interval[2];   /* frames relative to the slice, clipped to the series; both 0: no trail, bit for bit */
   const bccsplat_transfer_function* transfer_function; /* copied; NULL: the slice's */
   const double* colors; /* one linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more

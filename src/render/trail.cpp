@@ -34,7 +34,7 @@ std::vector<TrailSlice> make_trail(const Coefficients& coefficients, const Slice
   const double part = (end_frame - begin_frame) / options.intervals;
   const int samples = options.samples > 0
                           ? options.samples
-                          : std::clamp(static_cast<int>(std::ceil(2 * part / lattice.time_step)), 4, 64);
+                          : std::clamp(static_cast<int>(std::ceil(part / lattice.time_step)), 4, 64);
   const auto add = [&](Slice&& s, double weight, int interval) {
     TrailSlice t;
     t.points = make_points(s, context);

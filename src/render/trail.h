@@ -19,7 +19,7 @@ enum class TrailContent : uint8_t { classified = 1, mean = 2, maximum = 3 };
 struct TrailOptions {
   TrailContent content = TrailContent::classified;
   std::array<double, 2> interval{0, 0}; // frames relative to the slice's, clipped to the series
-  int samples = 0;                      // stills per sub-interval; 0: two per lattice layer, at least 4
+  int samples = 0;                      // stills per sub-interval; 0: one per lattice layer, 4 to 64
   int intervals = 1;                    // sub-intervals, each of a colour of its own when more than one
 };
 

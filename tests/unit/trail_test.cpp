@@ -1,0 +1,215 @@
+#include "render/trail.h"
+
+#include <gtest/gtest.h>
+
+#include "render/frame.h"
+#include "slice/time_slice.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat {
+namespace {
+
+using test::sample_field;
+using test::TestContext;
+
+constexpr uint64_t large_cache = 1u << 30;
+
+double ball(double x, double y, double z, double r) {
+  return std::exp(-(x * x + y * y + z * z) / (2 * r * r));
+}
+
+// A ball that stands still at z = 8 (value 1), and one that runs along x past it, in front (z = 3) or behind
+// (z = 13).
+MemorySamples passing(double z) {
+  const auto lattice = Lattice4::fit(LatticeKind::d4star, {32, 16, 17, 24});
+  return sample_field(lattice, [z](const Vec4& p) {
+    return ball(p[0] - 16, p[1] - 8, p[2] - 8, 1.8) + 0.5 * ball(p[0] - 5 - p[3], p[1] - 8, p[2] - z, 1.6);
+  });
+}
+
+// Everything the pictures of one series share. The view looks along +z, 48 x 24 pixels, 1.5 to a T.
+class Trail : public testing::Test {
+ protected:
+  static constexpr int width = 48, height = 24;
+
+  explicit Trail(double z = 3)
+      : samples(passing(z)), coefficients(samples, 0, make_kernel("default"), 0, large_cache) {
+    options.shading = false;
+    options.opacity_stop = 1;
+    camera.position = {15.5, 7.5, -50}, camera.target = {15.5, 7.5, 8}, camera.up = {0, -1, 0},
+    camera.ortho_height = 16;
+    // The standing ball is dense and red, what is fainter is thin and green.
+    solid.colors = {{0, {1, 0, 0}}}, solid.opacities = {{0.55, 0}, {0.75, 0.95}};
+    thin.colors = {{0, {0, 1, 0}}}, thin.opacities = {{0.1, 0}, {0.45, 0.6}};
+  }
+
+  std::vector<float> draw(const Slice& slice, const TransferFunction& function,
+                          const std::vector<TrailSlice>& trail = {},
+                          TrailCombine combine = TrailCombine::physical, std::vector<float>* time = nullptr) {
+    Scene scene;
+    scene.slice = &slice, scene.camera = camera, scene.function = function, scene.combine = combine;
+    for (const TrailSlice& t : trail) scene.trail.push_back({&t.slice, &t.points, thin, t.weight});
+    ImageStorage image(width, height, true, true, true);
+    (void)render(scene, options, context.get(), image.image);
+    if (time) *time = image.time;
+    return image.rgba;
+  }
+  Slice still(double frame) { return time_slice(coefficients, frame, {0, 0}, {}, context.get()); }
+  std::vector<TrailSlice> trail(const Slice& s, const TrailOptions& o) {
+    return make_trail(coefficients, s, o, context.get());
+  }
+  static const float* at(const std::vector<float>& rgba, int x, int y) {
+    return rgba.data() + 4 * (y * width + x);
+  }
+
+  TestContext context;
+  MemorySamples samples;
+  Coefficients coefficients;
+  RenderOptions options;
+  Camera camera;
+  TransferFunction solid, thin;
+};
+
+class TrailBehind : public Trail {
+ protected:
+  TrailBehind() : Trail(13) {}
+};
+
+double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
+  double d = 0;
+  for (size_t i = 0; i < a.size(); ++i) d = std::max(d, std::fabs(static_cast<double>(a[i]) - b[i]));
+  return d;
+}
+
+TEST_F(Trail, NoIntervalIsNoTrail) {
+  const Slice s = still(11);
+  EXPECT_TRUE(trail(s, {.interval = {0, 0}}).empty());
+  EXPECT_TRUE(trail(still(0), {.interval = {-5, 0}}).empty()); // before the series
+  EXPECT_EQ(draw(s, solid), draw(s, solid, {}));
+}
+
+TEST_F(Trail, OneStillIsThatStill) {
+  // A transparent slice and a trail of one still, all of the weight: the still's own picture.
+  TransferFunction nothing = solid;
+  nothing.opacities = {{0, 0}};
+  const auto t = trail(still(11), {.interval = {-4, 0}, .samples = 1});
+  ASSERT_EQ(t.size(), 1u);
+  EXPECT_EQ(t[0].slice.frame, 9);
+  EXPECT_LT(largest_difference(draw(still(11), nothing, t), draw(still(9), thin)), 2e-5);
+}
+
+TEST_F(Trail, WeightsSumToOneAndClipAtTheEnds) {
+  for (const TrailContent content : {TrailContent::classified, TrailContent::mean, TrailContent::maximum}) {
+    const auto t = trail(still(2), {.content = content, .interval = {-6, 1}, .samples = 3, .intervals = 2});
+    double sum = 0;
+    for (const TrailSlice& s : t) {
+      sum += s.weight;
+      EXPECT_GE(s.slice.frame, 0);
+      EXPECT_LE(s.slice.frame, 3);
+    }
+    EXPECT_NEAR(sum, 1, 1e-12);
+    EXPECT_EQ(t.front().interval, 0);
+    EXPECT_EQ(t.back().interval, 1);
+  }
+}
+
+TEST_F(Trail, ClassifiedConvergesWithTheStills) {
+  const Slice s = still(20);
+  const auto picture = [&](int n) { return draw(s, solid, trail(s, {.interval = {-12, 0}, .samples = n})); };
+  const auto fine = picture(64);
+  const double e8 = largest_difference(picture(8), fine), e16 = largest_difference(picture(16), fine);
+  EXPECT_LT(e16, 0.6 * e8);
+  EXPECT_LT(e16, 0.02);
+}
+
+TEST_F(Trail, ThinFastObjectsLeaveATrail) {
+  const Slice s = still(20);
+  const auto classified = draw(s, solid, trail(s, {.interval = {-18, 0}}));
+  const float* left = at(classified, 12, 12); // the runner was there, about x = 8, in the beginning
+  EXPECT_GT(left[1], 0.05f);
+  EXPECT_EQ(left[0], 0.0f);
+  const auto mean = draw(s, solid, trail(s, {.content = TrailContent::mean, .interval = {-18, 0}}));
+  EXPECT_LT(at(mean, 12, 12)[1], left[1] / 2); // the mean of the field is below the threshold
+  const auto maximum =
+      draw(s, solid, trail(s, {.content = TrailContent::maximum, .interval = {-18, 0}, .samples = 18}));
+  EXPECT_GT(at(maximum, 12, 12)[1], left[1]);
+}
+
+TEST_F(Trail, InFrontItCoversTheObject) {
+  const Slice s = still(20);
+  const auto t = trail(s, {.interval = {-18, 0}});
+  const float* alone = at(draw(s, solid), 24, 12);
+  const float red = alone[0];
+  EXPECT_GT(red, 0.8f);
+  const auto physical = draw(s, solid, t);
+  EXPECT_LT(at(physical, 24, 12)[0], red - 0.05f);
+  EXPECT_GT(at(physical, 24, 12)[1], 0.05f);
+  const auto post =
+      draw(s, solid, t, TrailCombine::post); // wrong on purpose: the object hides what passed before it
+  EXPECT_NEAR(at(post, 24, 12)[0], red, 1e-4);
+  EXPECT_LT(at(post, 24, 12)[1], 0.5f * at(physical, 24, 12)[1]);
+}
+
+// What the runner adds at the object's centre: the trail while it passes there against the trail when it is
+// past.
+TEST_F(TrailBehind, TheObjectHidesIt) {
+  const Slice s = still(22);
+  const auto passing = draw(s, solid, trail(s, {.interval = {-16, -10}}));
+  const auto past = draw(s, solid, trail(s, {.interval = {-4, 0}}));
+  for (size_t c = 0; c < 4; ++c) EXPECT_NEAR(at(passing, 24, 12)[c], at(past, 24, 12)[c], 0.01);
+  EXPECT_GT(at(passing, 18, 12)[1], at(past, 18, 12)[1] + 0.04f); // beside the object it is seen
+}
+
+TEST_F(Trail, PhysicalConvergesWithTheStep) {
+  const Slice s = still(20);
+  const auto t = trail(s, {.interval = {-10, 0}, .samples = 6});
+  const auto picture = [&](double step, TrailCombine combine) {
+    options.sheet_step = step;
+    return draw(s, solid, t, combine);
+  };
+  for (const TrailCombine combine : {TrailCombine::physical, TrailCombine::interleaved_consistent}) {
+    const auto fine = picture(1.0 / 16, combine);
+    EXPECT_LT(largest_difference(picture(0.25, combine), fine), 0.02);
+    EXPECT_LT(largest_difference(picture(0.25, combine), fine),
+              0.4 * largest_difference(picture(1, combine), fine));
+  }
+  // As printed, a lone opaque object stays half transparent and thins with the step.
+  const auto printed = picture(0.25, TrailCombine::interleaved);
+  EXPECT_GT(largest_difference(printed, picture(1, TrailCombine::interleaved)), 0.02);
+}
+
+TEST_F(Trail, IsosurfaceEndsTheTrail) {
+  const Slice s = still(20);
+  options.mode = RenderMode::isosurface;
+  options.iso_value = 0.65;
+  const auto front = draw(s, solid, trail(s, {.interval = {-18, 0}}));
+  const float* p = at(front, 24, 12);
+  EXPECT_NEAR(p[3], 1, 1e-5);
+  EXPECT_GT(p[1], 0.05f); // what passed before it
+  EXPECT_GT(p[0], 0.1f);  // the surface shines through
+}
+
+TEST_F(Trail, MeanTimeOfAMovingBall) {
+  TransferFunction nothing = solid;
+  nothing.opacities = {{0, 0}};
+  const Slice s = still(20);
+  std::vector<float> time;
+  (void)draw(s, nothing, trail(s, {.interval = {-18, 0}, .samples = 36}), TrailCombine::physical, &time);
+  // The runner stands at x = 5 + t; pixel i looks at x = 15.5 + (i + .5 - 24) / 1.5.
+  for (const int i : {31, 33, 35}) {
+    const double x = 15.5 + (i + 0.5 - 24) / 1.5;
+    EXPECT_NEAR(time[12 * width + static_cast<size_t>(i)], x - 5, 0.4);
+  }
+}
+
+TEST_F(Trail, ThreadsAndTilesDoNotChangeABit) {
+  const Slice s = still(20);
+  const auto t = trail(s, {.interval = {-10, 0}, .samples = 4});
+  options.shading = true;
+  const auto one = draw(s, solid, t);
+  options.tile_size = 17;
+  EXPECT_EQ(one, draw(s, solid, t));
+}
+
+} // namespace
+} // namespace bccsplat
