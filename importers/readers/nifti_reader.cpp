@@ -41,6 +41,11 @@ class Header {
   [[nodiscard]] double real(size_t offset, size_t i = 0) const {
     return f_.wide ? at<double>(offset + 8 * i) : static_cast<double>(at<float>(offset + 4 * i));
   }
+  // A float as the decimal number it was made from: 2.54, not 2.5399999618530273.
+  [[nodiscard]] double decimal(size_t offset, size_t i = 0) const {
+    if (f_.wide) return real(offset, i);
+    return parse_number<double>(concat(at<float>(offset + 4 * i))).value_or(real(offset, i));
+  }
   [[nodiscard]] int code(size_t offset) const { return f_.wide ? at<int32_t>(offset) : at<int16_t>(offset); }
   [[nodiscard]] int units() const {
     return f_.wide ? at<int32_t>(f_.units) : static_cast<int>(at<uint8_t>(f_.units));
@@ -137,7 +142,7 @@ void set_times(SeriesDescription& d, const Header& h, uint64_t frames, const std
                             : "radians",
                ", not time; give --dt to read it as time");
   d.times.unit = unit == 8 ? "s" : unit == 16 ? "ms" : unit == 24 ? "us" : "";
-  const double step = h.real(h.fields().pixdim, 4), first = h.real(h.fields().toffset);
+  const double step = h.decimal(h.fields().pixdim, 4), first = h.decimal(h.fields().toffset);
   if (frames < 2 || !(step > 0) || !std::isfinite(step) || !std::isfinite(first)) {
     if (frames > 1) d.notes.push_back(concat("pixdim[4] is ", step, ": no time step in the header"));
     return;

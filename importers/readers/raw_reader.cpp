@@ -40,8 +40,12 @@ std::unique_ptr<FrameReader> open_raw(const ReaderOptions& options) {
   for (const SequenceFile& f : sequence.files)
     (void)file_size(f.path); // a missing file is the first thing to say
   if (!options.dims || !options.dtype)
-    fail_usage(first, ": a raw file says nothing of its content: give --dims NX,NY,NZ[,NT] and --dtype",
-               options.dims ? " u8|u16|i16|i32|f16|f32|f64" : "");
+    fail_usage(
+        first,
+        ": begins like none of the known formats (NRRD, OpenVDB, VTK ImageData, NIfTI); to read it as ",
+        "raw values give ", options.dims ? "" : "--dims NX,NY,NZ[,NT]",
+        options.dims || options.dtype ? "" : " and ",
+        options.dtype ? "" : "--dtype u8|u16|i16|i32|f16|f32|f64");
 
   auto dims = *options.dims;
   const uint64_t files = sequence.files.size();

@@ -70,10 +70,10 @@ std::optional<std::vector<double>> parse_numbers(std::span<const std::string_vie
   return numbers;
 }
 
-std::string join(std::span<const std::string> names) {
+std::string join(std::span<const std::string> names, std::string_view last) {
   std::string out;
   for (size_t i = 0; i < names.size(); ++i) {
-    if (i > 0) out += i + 1 == names.size() ? " and " : ", ";
+    if (i > 0) out += i + 1 == names.size() ? last : ", ";
     out += names[i];
   }
   return out;

@@ -49,7 +49,7 @@ template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::str
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::span<const std::string_view> parts);
 
 // "a, b and c".
-[[nodiscard]] std::string join(std::span<const std::string> names);
+[[nodiscard]] std::string join(std::span<const std::string> names, std::string_view last = " and ");
 // The candidate closest to `name` by edit distance (letter case free), "" when none is near.
 [[nodiscard]] std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
 // " (did you mean X?)" or "".

@@ -47,7 +47,7 @@ template<class Value>
     if (name == text) return value;
     names.push_back(name);
   }
-  fail_usage(option, " ", text, ": must be ", join(names), did_you_mean(text, names));
+  fail_usage(option, " ", text, ": must be ", join(names, " or "), did_you_mean(text, names));
 }
 template<class Value>
 CLI::Option* add_choice(CLI::App& app, const std::string& option, Value& target, Choices<Value> choices,

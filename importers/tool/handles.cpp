@@ -38,8 +38,15 @@ void check_kernel(bccsplat_status status, const std::string& what, const std::st
     std::vector<std::string> names;
     while (const char* name = bccsplat_kernel_name(static_cast<uint32_t>(names.size())))
       names.emplace_back(name);
-    fail_usage("unknown kernel \"", kernel, "\"", did_you_mean(kernel, names), "; there are ", join(names),
-               ", or SPACE+TIME such as radial18+b3");
+    // "radail20" means one of radial20+b2, +b3, +b4: the spatial part decides.
+    std::vector<std::string> spatial;
+    for (const std::string& name : names) spatial.push_back(name.substr(0, name.find('+')));
+    std::string nearest = nearest_name(kernel, names);
+    if (nearest.empty())
+      if (const std::string part = nearest_name(kernel.substr(0, kernel.find('+')), spatial); !part.empty())
+        nearest = part + "+b3";
+    fail_usage("unknown kernel \"", kernel, "\"",
+               nearest.empty() ? "" : concat(" (did you mean ", nearest, "?)"), "; there are ", join(names));
   }
   check(status, what);
 }

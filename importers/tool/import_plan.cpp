@@ -19,14 +19,22 @@ bool uniform(const std::vector<double>& t) {
   return true;
 }
 
+// Eight digits are enough to recognise a transform.
+std::string numbers_text(std::initializer_list<double> numbers) {
+  std::string text;
+  for (const double n : numbers) text += (text.empty() ? "" : " ") + short_number(n, 8);
+  return text;
+}
+
 std::string affine_text(const std::array<double, 16>& m) {
   const bool diagonal = m[1] == 0 && m[2] == 0 && m[4] == 0 && m[6] == 0 && m[8] == 0 && m[9] == 0;
   if (diagonal)
-    return concat("spacing ", m[0], " ", m[5], " ", m[10], ", origin ", m[3], " ", m[7], " ", m[11]);
+    return concat("spacing ", numbers_text({m[0], m[5], m[10]}), ", origin ",
+                  numbers_text({m[3], m[7], m[11]}));
   std::string text;
-  for (size_t row = 0; row < 3; ++row)
-    text += concat(row > 0 ? "  " : "", "(", m[4 * row], " ", m[4 * row + 1], " ", m[4 * row + 2], " ",
-                   m[4 * row + 3], ")");
+  for (size_t r = 0; r < 3; ++r)
+    text += concat(r > 0 ? " " : "", "(", numbers_text({m[4 * r], m[4 * r + 1], m[4 * r + 2], m[4 * r + 3]}),
+                   ")");
   return text;
 }
 

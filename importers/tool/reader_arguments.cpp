@@ -32,7 +32,7 @@ std::array<uint64_t, 4> parse_dims(const std::string& text) {
 Type parse_type(const std::string& text) {
   static const std::vector<std::string> names{"u8", "i8", "u16", "i16", "u32", "i32", "f16", "f32", "f64"};
   const auto type = type_by_name(text);
-  if (!type) fail_usage("--dtype ", text, ": must be ", join(names), did_you_mean(text, names));
+  if (!type) fail_usage("--dtype ", text, ": must be ", join(names, " or "), did_you_mean(text, names));
   return *type;
 }
 

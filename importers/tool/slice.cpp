@@ -41,6 +41,18 @@ struct Range {
   }
 };
 
+// An empty slice has one sample, and that lies outside the data.
+bool misses_domain(const bccsplat_slice_info& info, const bccsplat_volume_info& volume) {
+  if (info.dims[0] * info.dims[1] * info.dims[2] > 1) return false;
+  for (size_t c = 0; c < 4; ++c) {
+    double at = info.origin[c];
+    for (size_t a = 0; a < 3; ++a) at += info.extent[a][0] * info.basis[a][c];
+    const double last = static_cast<double>(volume.dims[c]) - 1;
+    if (at < -1e-6 * (last + 1) || at > last + 1e-6 * (last + 1)) return true;
+  }
+  return false;
+}
+
 // Index space of the box that is written -> world.
 Affine box_affine(const bccsplat_slice_info& info) {
   Affine affine;
@@ -148,7 +160,7 @@ Exit run_slice(const SliceArguments& a) {
   const Cut where = resolve(volume, a.which);
   const Slice slice = cut(volume, where.plane, {.channel = channel});
   const bccsplat_slice_info info = slice_info(slice);
-  if (info.dims[0] * info.dims[1] * info.dims[2] == 0) fail_usage("--plane: the hyperplane misses the data");
+  if (misses_domain(info, volume_info(volume))) fail_usage("--plane: the hyperplane misses the data");
   Range range;
   if (vdb) {
 #if BCCSPLAT_WITH_OPENVDB

@@ -122,7 +122,7 @@ TransferFunction colormap(const std::string& name, double low, double high) {
     return f;
   }
   const auto names = colormap_names();
-  fail_usage("--colormap ", name, ": must be ", join(names), did_you_mean(name, names));
+  fail_usage("--colormap ", name, ": must be ", join(names, " or "), did_you_mean(name, names));
 }
 
 TransferFunction read_paraview_json(const std::string& path, std::string& warning) {

@@ -1,0 +1,116 @@
+"""What the end-to-end tests of bcc4 share. A test file is called with the path of bcc4, a scratch folder and the top of
+the sources. Standard library only."""
+import array
+import gzip
+import json
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import unittest
+
+BCC4, SCRATCH, TOP = sys.argv[1:4]
+DATA = os.environ.get('BCCSPLAT_DATA') or os.path.join(TOP, '..', 'shared', 'data')
+CODES = {'u8': 'B', 'i8': 'b', 'u16': 'H', 'i16': 'h', 'i32': 'i', 'u32': 'I', 'f32': 'f', 'f64': 'd'}
+NRRD_CODES = {'float': 'f', 'uint8': 'B', 'uint16': 'H', 'int16': 'h', 'int8': 'b'}
+
+
+def main():
+    sys.argv[1:] = []
+    unittest.main(verbosity=0)
+
+
+def has_openvdb():
+    return 'openvdb' in subprocess.run([BCC4, '--version'], capture_output=True, text=True, check=True).stdout.split('absent')[0]
+
+
+def field(dims, f, code):
+    """Values f(x, y, z, t), x fastest; integers rounded."""
+    nx, ny, nz, nt = dims
+    values = (f(x, y, z, t) for t in range(nt) for z in range(nz) for y in range(ny) for x in range(nx))
+    return array.array(code, values if code in 'fd' else (round(v) for v in values))
+
+
+class Nrrd:
+    """An attached raw NRRD with little-endian data."""
+
+    def __init__(self, path):
+        with open(path, 'rb') as f:
+            head, data = f.read().split(b'\n\n', 1)
+        lines = head.decode().split('\n')
+        assert lines[0].startswith('NRRD000'), lines[0]
+        self.fields, self.keys = {}, {}
+        for line in lines[1:]:
+            if line.startswith('#'):
+                continue
+            if ':=' in line:
+                key, value = line.split(':=', 1)
+                self.keys[key] = value
+            else:
+                key, value = line.split(': ', 1)
+                self.fields[key] = value
+        self.sizes = [int(n) for n in self.fields['sizes'].split()]
+        self.values = array.array(NRRD_CODES[self.fields['type']], data)
+        assert self.fields['encoding'] == 'raw'
+        product = 1
+        for n in self.sizes:
+            product *= n
+        assert len(self.values) == product, (len(self.values), self.sizes)
+
+
+class ToolTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = os.path.join(SCRATCH, self.id().split('.', 1)[1])
+        shutil.rmtree(self.folder, ignore_errors=True)
+        os.makedirs(self.folder)
+
+    def tearDown(self):
+        leftovers = [n for n in os.listdir(self.folder) if 'partial' in n]
+        self.assertEqual(leftovers, [], 'half-written files stay behind')
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def bcc4(self, *args, expect=0, env=None):
+        """Runs the tool in the scratch folder; returns (stdout, stderr) after checking the exit code."""
+        p = subprocess.run([BCC4, *map(str, args)], capture_output=True, text=True, cwd=self.folder, env=env, timeout=300)
+        self.assertEqual(p.returncode, expect, f'bcc4 {" ".join(map(str, args))}\n{p.stdout}\n{p.stderr}')
+        return p.stdout, p.stderr
+
+    def json(self, *args, expect=0):
+        return json.loads(self.bcc4(*args, '--json', expect=expect)[0])
+
+    def refused(self, code, text, *args, output=None):
+        """The command fails with that exit code and text, and leaves no output."""
+        _, err = self.bcc4(*args, expect=code)
+        self.assertIn(text, err)
+        if output:
+            self.assertFalse(os.path.exists(self.path(output)), f'{output} was written all the same')
+
+    def write(self, name, data):
+        with open(self.path(name), 'wb') as f:
+            f.write(data if isinstance(data, bytes) else data.tobytes())
+        return self.path(name)
+
+    def raw(self, name, dims, f, dtype='f32'):
+        """Writes a raw series; returns the arguments to import it."""
+        self.write(name, field(dims, f, CODES[dtype]))
+        return [name, '--dims', ','.join(map(str, dims)), '--dtype', dtype]
+
+    def volume(self, dims, f, *more, name='v.bcc4', dtype='f32'):
+        self.bcc4('import', *self.raw(name + '.raw', dims, f, dtype), '-o', name, *more)
+        return name
+
+
+def write_gzip(path, data):
+    with gzip.open(path, 'wb') as f:
+        f.write(data)
+
+
+def png_size(path):
+    with open(path, 'rb') as f:
+        head = f.read(24)
+    assert head[:8] == b'\x89PNG\r\n\x1a\n'
+    return struct.unpack('>II', head[16:24])

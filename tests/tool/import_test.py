@@ -1,0 +1,201 @@
+"""bcc4 import: what comes out, and what is refused."""
+import math
+import os
+import signal
+import subprocess
+import time
+
+from harness import BCC4, ToolTest, field, main, write_gzip, Nrrd
+
+DIMS = (9, 8, 7, 6)
+
+
+def bump(x, y, z, t):
+    """Smooth and well inside the band of every lattice."""
+    return 100 * math.exp(-((x - 4 - .3 * t) ** 2 + (y - 4) ** 2 + (z - 3) ** 2) / 8)
+
+
+class Import(ToolTest):
+    def test_a_constant_comes_back(self):
+        v = self.volume(DIMS, lambda x, y, z, t: 7, '--quiet')
+        report = self.json('verify', v, '--against', 'v.bcc4.raw')
+        self.assertLess(report['max_abs'], .005 * 7)  # the ripple of the kernel, -55 dB in the mean
+        self.assertEqual(report['samples_compared'], 9 * 8 * 7 * 6)
+
+    def test_reports_and_records(self):
+        args = self.raw('a.raw', DIMS, bump)
+        j = self.json('import', *args, '--dt', .25, '-o', 'a.bcc4')
+        self.assertEqual(j['cc_samples'], 9 * 8 * 7 * 6)
+        self.assertEqual(j['bytes']['file'], os.path.getsize(self.path('a.bcc4')))
+        self.assertIn('bcc4 import a.raw --dims 9,8,7,6', j['command'])
+        info = self.json('info', 'a.bcc4')
+        self.assertEqual(info['dims'], list(DIMS))
+        self.assertEqual(info['times'], {'count': 6, 'first': 0, 'last': 1.25, 'unit': '', 'uniform': True})
+        self.assertEqual(info['attributes']['import.dims'], '9,8,7,6')
+
+    def test_axes_endianness_and_gzip_change_nothing(self):
+        self.volume(DIMS, bump, '--quiet', name='plain.bcc4')
+        nx, ny, nz, nt = DIMS
+        swapped = field((nt, nz, ny, nx), lambda t, z, y, x: bump(x, y, z, t), 'f')
+        swapped.byteswap()
+        write_gzip(self.path('other.raw.gz'), swapped.tobytes())
+        self.bcc4('import', 'other.raw.gz', '--dims', '9,8,7,6', '--dtype', 'float', '--axes', 'tzyx', '--endian', 'big',
+                  '-o', 'other.bcc4', '--quiet')
+        self.assertEqual(self.json('verify', 'other.bcc4', '--against', 'plain.bcc4.raw', '--dims', '9,8,7,6', '--dtype',
+                                   'f32', '--axes', 'xyzt', '--endian', 'little')['max_abs'],
+                         self.json('verify', 'plain.bcc4', '--against', 'plain.bcc4.raw')['max_abs'])
+
+    def test_one_file_per_step(self):
+        self.volume(DIMS, bump, '--quiet', name='one.bcc4')
+        for t in range(6):
+            self.write(f's.{t + 8}.raw', field((9, 8, 7, 1), lambda x, y, z, _: bump(x, y, z, t), 'f'))
+        for inputs in (['s.%d.raw'], ['s.*.raw'], [f's.{t}.raw' for t in (13, 9, 8, 12, 10, 11)]):
+            self.bcc4('import', *inputs, '--dims', '9,8,7', '--dtype', 'f32', '-o', 'many.bcc4', '--quiet', '--overwrite')
+            for name in ('one', 'many'):
+                self.bcc4('slice', f'{name}.bcc4', '--time', 2.5, '-o', f'{name}.nrrd')
+            self.assertEqual(Nrrd(self.path('one.nrrd')).values, Nrrd(self.path('many.nrrd')).values)
+
+    def test_threads_and_memory_limit_change_no_byte(self):
+        args = self.raw('a.raw', (24, 20, 22, 9), bump)
+        self.bcc4('import', *args, '-o', 'one.bcc4', '--threads', 1, '--quiet')
+        for name, more in (('three', ['--threads', 3]), ('small', ['--max-mem', '200M'])):
+            self.bcc4('import', *args, '-o', f'{name}.bcc4', '--quiet', *more)
+            with open(self.path('one.bcc4'), 'rb') as a, open(self.path(f'{name}.bcc4'), 'rb') as b:
+                self.assertEqual(a.read(), b.read(), name)
+
+    def test_lattice_scale_quantize_and_threshold_are_honoured(self):
+        args = self.raw('a.raw', (16, 16, 16, 16), bump)
+
+        def info(*more):
+            self.bcc4('import', *args, '-o', 'a.bcc4', '--overwrite', '--quiet', *more)
+            return self.json('info', 'a.bcc4')
+
+        plain = info()
+        self.assertEqual(plain['lattice'], 'd4star')
+        self.assertEqual(plain['value_type'], 'f32')
+        self.assertLess(plain['sites_total'], .65 * plain['cc_samples'])
+        self.assertEqual(info('--lattice', 'cc')['sites_total'], plain['cc_samples'])
+        self.assertLess(info('--scale', 1.5)['sites_total'], .5 * plain['sites_total'])
+        self.assertLess(info('--time-scale', 2)['sites_total'], .7 * plain['sites_total'])
+        self.assertLess(info('--air-threshold', 10)['sites_kept'], .7 * plain['sites_kept'])
+        for kind in ('u8', 'u16', 'f16'):
+            self.assertEqual(info('--quantize', kind)['value_type'], kind)
+            self.assertGreater(self.json('verify', 'a.bcc4', '--against', 'a.raw')['psnr'], 40)
+        self.assertEqual(info('--kernel', 'fine')['kernel'], self.json('info', 'a.bcc4')['recommended_kernel'])
+        files = set()
+        for name in ('kaiser8', 'kaiser6', 'bspline3'):
+            info('--filter', name)
+            with open(self.path('a.bcc4'), 'rb') as f:
+                files.add(f.read())
+        self.assertEqual(len(files), 3)
+
+    def test_dry_run_says_everything_and_writes_nothing(self):
+        args = self.raw('a.raw', DIMS, bump)
+        before = os.listdir(self.folder)
+        out, _ = self.bcc4('import', *args, '--dry-run', '--spacing', '1,2,3', '-o', 'a.bcc4')
+        for part in ('9 x 8 x 7, 6 frames', 'x 9 (fastest)', 'spacing 1 2 3', 'none given', '% air', 'sites', 'estimate'):
+            self.assertIn(part, out)
+        j = self.json('import', *args, '--dry-run')
+        self.assertEqual(j['dims'], list(DIMS))
+        self.assertEqual(os.listdir(self.folder), before)
+        self.bcc4('import', *args, '-o', 'a.bcc4', '--quiet')
+        self.assertEqual(j['sites_total'], self.json('info', 'a.bcc4')['sites_total'])
+
+    def test_channels(self):
+        nrrd = b'NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 5 5 5\nkinds: 2-vector space space space\nencoding: raw\n\n'
+        self.write('a.nrrd', nrrd + bytes(v for i in range(125) for v in (10, 200)))
+        self.bcc4('import', 'a.nrrd', '-o', 'a.bcc4', '--quiet')
+        info = self.json('info', 'a.bcc4')
+        self.assertEqual([c['name'] for c in info['channels']], ['c0', 'c1'])
+        for name, value in (('c0', 10), ('c1', 200), ('1', 200)):
+            self.bcc4('slice', 'a.bcc4', '--channel', name, '-o', 's.nrrd')
+            for v in Nrrd(self.path('s.nrrd')).values:
+                self.assertAlmostEqual(v, value, delta=.005 * value)
+        self.refused(2, 'there are c0 and c1', 'slice', 'a.bcc4', '--channel', 'density', '-o', 'x.nrrd', output='x.nrrd')
+        report = self.json('verify', 'a.bcc4', '--against', 'a.nrrd')
+        self.assertEqual(len(report['channels']), 2)
+
+    def test_nonfinite_values(self):
+        args = self.raw('a.raw', DIMS, lambda x, y, z, t: math.nan if (x, y, z, t) == (1, 2, 3, 4) else bump(x, y, z, t))
+        for text in ('not finite', 'frame 4', '(1, 2, 3)', '--on-nonfinite'):
+            self.refused(3, text, 'import', *args, '-o', 'a.bcc4', '--quiet', output='a.bcc4')
+        for policy in ('hole', 'clamp'):
+            self.bcc4('import', *args, '-o', 'a.bcc4', '--on-nonfinite', policy, '--overwrite', '--quiet')
+            self.assertEqual(self.json('info', 'a.bcc4')['holes'], policy == 'hole')
+        self.bcc4('slice', 'a.bcc4', '--time', 4, '-o', 's.nrrd')
+
+    def test_bad_input_is_refused(self):
+        good = self.raw('a.raw', DIMS, bump)
+        out = ['-o', 'x.bcc4']
+        self.refused(3, 'no such file', 'import', 'none.raw', '--dims', '1,1,1', '--dtype', 'u8', *out, output='x.bcc4')
+        self.refused(3, '9 x 8 x 6 x 6 frames x 4 bytes (f32) = 10368', 'import', 'a.raw', '--dims', '9,8,6,6', '--dtype', 'f32',
+                     *out, output='x.bcc4')
+        self.refused(2, '--dims 9,0,7', 'import', 'a.raw', '--dims', '9,0,7', '--dtype', 'f32', *out, output='x.bcc4')
+        self.refused(2, '--dims', 'import', 'a.raw', '--dtype', 'f32', *out, output='x.bcc4')
+        self.refused(2, 'did you mean f32?', 'import', 'a.raw', '--dims', '9,8,7,6', '--dtype', 'f3', *out, output='x.bcc4')
+        self.refused(3, 'none/x.bcc4', 'import', *good, '-o', 'none/x.bcc4', '--quiet')
+        self.refused(2, '-o is missing', 'import', *good)
+        self.write('cut.nrrd', b'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: raw\n\n' + bytes(63))
+        self.refused(3, '64 (data) = 126 are expected', 'import', 'cut.nrrd', *out, output='x.bcc4')
+        self.write('empty.raw', b'')
+        self.refused(3, '0 bytes', 'import', 'empty.raw', '--dims', '9,8,7,6', '--dtype', 'f32', *out, output='x.bcc4')
+        write_gzip(self.path('short.gz'), bytes(100))
+        self.refused(3, 'are expected', 'import', 'short.gz', '--dims', '9,8,7,6', '--dtype', 'f32', *out, output='x.bcc4')
+        self.refused(2, '--times gives 2 times for 6 frames', 'import', *good, '--times', '0,1', *out, output='x.bcc4')
+        self.refused(3, 'times must rise', 'import', *good, '--times', '0,1,2,2,3,4', *out, output='x.bcc4')
+
+    def test_an_existing_file_stays_unless_told(self):
+        args = self.raw('a.raw', DIMS, bump)
+        self.write('a.bcc4', b'precious')
+        self.refused(2, '--overwrite', 'import', *args, '-o', 'a.bcc4')
+        with open(self.path('a.bcc4'), 'rb') as f:
+            self.assertEqual(f.read(), b'precious')
+        # A failure leaves the old file, too.
+        self.bcc4('import', 'a.raw', '--dims', '9,8,7,5', '--dtype', 'f32', '-o', 'a.bcc4', '--overwrite', expect=3)
+        with open(self.path('a.bcc4'), 'rb') as f:
+            self.assertEqual(f.read(), b'precious')
+        self.bcc4('import', *args, '-o', 'a.bcc4', '--overwrite', '--quiet')
+        self.bcc4('info', 'a.bcc4')
+
+    def test_a_full_disk_is_said(self):
+        if not os.path.isdir('/dev/shm') or os.geteuid() != 0:
+            self.skipTest('needs root to limit file sizes')
+        import resource
+        args = self.raw('a.raw', (40, 40, 40, 8), lambda x, y, z, t: (x * 7919 + y * 104729 + z * 1299709 + t * 15485863) % 1000)
+        p = subprocess.run([BCC4, 'import', *args, '-o', 'a.bcc4'], capture_output=True, text=True, cwd=self.folder,
+                           preexec_fn=lambda: (signal.signal(signal.SIGXFSZ, signal.SIG_IGN),
+                                               resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000))))
+        self.assertIn(p.returncode, (3, 4), p.stderr)
+        self.assertIn('a.bcc4', p.stderr)
+        self.assertFalse(os.path.exists(self.path('a.bcc4')))
+
+    def test_ctrl_c_leaves_nothing(self):
+        n = 64
+        self.write('big.raw', bytes(n * n * n * 200))
+        p = subprocess.Popen([BCC4, 'import', 'big.raw', '--dims', f'{n},{n},{n},200', '--dtype', 'u8', '--air', '1', '-o', 'x.bcc4'],
+                             cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        p.stdout.readline()  # the plan is printed once everything is open
+        time.sleep(.3)
+        p.send_signal(signal.SIGINT)
+        _, err = p.communicate(timeout=60)
+        self.assertEqual(p.returncode, 130, err)
+        self.assertIn('interrupted', err)
+        self.assertEqual(os.listdir(self.folder), ['big.raw'])
+
+    def test_misspelt_things_get_the_nearest_name(self):
+        self.refused(2, 'did you mean --dims?', 'import', 'a.raw', '--dim', '1,1,1')
+        self.refused(2, 'did you mean import?', 'inport', 'a.raw')
+        self.refused(2, 'did you mean --time-scale?', 'import', 'a.raw', '--timescale=2')
+        # Options of the design that are not there yet are unknown, not ignored.
+        for option in ('--abs', '--psnr', '--resume', '--append', '--part', '--plan', '--lowpass'):
+            self.refused(2, 'unknown option ' + option, 'import', 'a.raw', option, '1')
+
+    def test_version_names_readers(self):
+        out, _ = self.bcc4('--version')
+        self.assertRegex(out, r'bcc4 \d+\.\d+\.\d+')
+        for reader in ('raw', 'nrrd', 'vti', 'nifti', 'openvdb'):
+            self.assertIn(reader, out)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,117 @@
+"""bcc4 render: options, files and statistics. What a picture must look like is tested beside the renderer."""
+import json
+import math
+import os
+
+from harness import ToolTest, main, png_size
+
+DIMS = (10, 9, 8, 6)
+
+
+def bump(x, y, z, t):
+    return 100 * math.exp(-((x - 4 - .3 * t) ** 2 + (y - 4) ** 2 + (z - 3) ** 2) / 8)
+
+
+class Render(ToolTest):
+    def setUp(self):
+        super().setUp()
+        self.volume(DIMS, bump, '--quiet')
+
+    def picture(self, *args, name='p.png', size='24x20'):
+        self.bcc4('render', 'v.bcc4', '-o', name, '--size', size, '--quiet', *args)
+        with open(self.path(name), 'rb') as f:
+            return f.read()
+
+    def test_writes_png_and_exr(self):
+        self.picture('--time', 2.5)
+        self.assertEqual(png_size(self.path('p.png')), (24, 20))
+        self.assertEqual(self.picture('--time', 2.5, name='p.exr')[:4], b'\x76\x2f\x31\x01')
+
+    def test_every_option_changes_the_picture(self):
+        plain = self.picture('--time', 2)
+        self.assertEqual(plain, self.picture('--time', 2), 'not repeatable')
+        self.assertEqual(plain, self.picture('--time', 2, '--threads', 3), 'threads change the picture')
+        for more in (['--camera', 'persp'], ['--rotate-x', 60], ['--rotate-y', -80], ['--colormap', 'fire'], ['--range', '20,50'],
+                     ['--opacity', 4], ['--unit-distance', .1], ['--iso', 30], ['--mode', 'xray'], ['--mode', 'mip'], ['--no-shading'],
+                     ['--kernel', 'paper'], ['--quality', 'draft'], ['--step', 2], ['--background', '1,0,0']):
+            self.assertNotEqual(plain, self.picture('--time', 2, *more), more)
+        self.assertNotEqual(plain, self.picture('--time', 4))
+        self.assertNotEqual(plain, self.picture('--plane', '0,0,1,0,-3'))
+        self.assertEqual(plain, self.picture('--plane', '0,0,0,1,-2'))
+        self.picture('--time', 2, '--reference', size='8x8')
+
+    def test_statistics_have_the_keys_promised(self):
+        self.picture('--time', 2, '--stats', 's.json', '--repeat', 3)
+        with open(self.path('s.json')) as f:
+            j = json.load(f)
+        self.assertEqual(set(j), {'ms', 'cpu_ms', 'threads', 'points', 'bytes_read', 'bytes_file', 'tiles', 'sheets', 'kernel', 'sheet_step'})
+        self.assertEqual(set(j['ms']), {'open', 'slice', 'transform', 'splat', 'shade', 'total'})
+        self.assertEqual(set(j['points']), {'total', 'after_cull', 'splatted', 'occluded'})
+        self.assertEqual(j['bytes_file'], os.path.getsize(self.path('v.bcc4')))
+        self.assertGreater(j['ms']['total'], 0)
+        self.assertGreater(j['sheets'], 0)
+
+    def test_sequences_are_numbered_by_frame(self):
+        self.bcc4('render', 'v.bcc4', '--frames', '1-5x2', '-o', 'p.%03d.png', '--size', '8x8', '--stats', 's.json')
+        self.assertEqual(sorted(n for n in os.listdir(self.folder) if n.endswith('.png')), ['p.001.png', 'p.003.png', 'p.005.png'])
+        self.bcc4('render', 'v.bcc4', '--frames', '0-1x0.5', '-o', 'q.##.png', '--size', '8x8')
+        self.assertEqual(sorted(n for n in os.listdir(self.folder) if n.startswith('q')), ['q.00.png', 'q.01.png', 'q.02.png'])
+        self.picture('--index', '--time', 3, size='8x8')
+        with open(self.path('p.003.png'), 'rb') as a, open(self.path('p.png'), 'rb') as b:
+            self.assertEqual(a.read(), b.read())
+        with open(self.path('s.json')) as f:
+            self.assertEqual(len(json.load(f)['frames']), 3)
+        self.refused(2, 'pattern', 'render', 'v.bcc4', '--frames', '0-2', '-o', 'x.png', output='x.png')
+        self.refused(2, '0 to 5', 'render', 'v.bcc4', '--frames', '4-6', '-o', 'x.%d.png')
+
+    def test_transfer_functions_come_and_go_as_paraview_json(self):
+        first = self.picture('--time', 2, '--colormap', 'inferno', '--opacity', 2, '--dump-tf', 'tf.json')
+        with open(self.path('tf.json')) as f:
+            j = json.load(f)
+        self.assertEqual(j[0]['ColorSpace'], 'RGB')
+        self.assertEqual(len(j[0]['RGBPoints']) % 4, 0)
+        second = self.picture('--time', 2, '--tf', 'tf.json', name='q.png')
+        different = sum(a != b for a, b in zip(first, second)) if len(first) == len(second) else len(first)
+        self.assertLess(different, len(first) / 2 + 1)  # up to rounding of the colours
+        for space in ('RGB', 'HSV', 'Lab', 'Diverging', 'Step'):
+            with open(self.path('m.json'), 'w') as f:
+                json.dump([{'ColorSpace': space, 'Name': 'm', 'RGBPoints': [0, .2, .3, .8, 50, .9, .9, .9, 100, .7, 0, .1],
+                            'Points': [0, 0, .5, 0, 100, .8, .5, 0]}], f)
+            self.picture('--time', 2, '--tf', 'm.json')
+        for text, part in (('{', 'no JSON'), ('[]', 'ParaView'), ('[{"RGBPoints": [1, 2, 3]}]', 'groups of 4'),
+                           ('[{"RGBPoints": [5, 0, 0, 0, 1, 1, 1, 1]}]', 'must rise'), ('[{"RGBPoints": [1, "a", 0, 0]}]', 'numbers')):
+            self.write('bad.json', text.encode())
+            self.refused(3, part, 'render', 'v.bcc4', '--time', 2, '-o', 'x.png', '--tf', 'bad.json', output='x.png')
+        self.refused(2, 'did you mean viridis?', 'render', 'v.bcc4', '--time', 2, '-o', 'x.png', '--colormap', 'viridi', output='x.png')
+
+    def test_cameras_from_files(self):
+        def camera(**c):
+            with open(self.path('c.json'), 'w') as f:
+                json.dump(c, f)
+            return ['--camera', 'c.json']
+
+        look = dict(position=[4.5, 4, -30], target=[4.5, 4, 3.5], up=[0, -1, 0])
+        self.bcc4('render', 'v.bcc4', '--time', 2, '-o', 'a.png', *camera(**look, ortho_height=10, resolution=[14, 11]))
+        self.assertEqual(png_size(self.path('a.png')), (14, 11))
+        self.assertNotEqual(self.picture('--time', 2, *camera(**look, fovy_deg=20)), self.picture('--time', 2, *camera(**look, ortho_height=10)))
+        for bad, part in ((dict(look), 'fovy_deg'), (dict(look, fovy_deg=-1), 'positive'), (dict(look, fovy_deg=20, positon=1), 'did you mean position?'),
+                          (dict(position=[0, 0, 0], fovy_deg=20), 'target'), (dict(look, up=[1, 2], fovy_deg=20), 'three numbers')):
+            self.refused(3, part, 'render', 'v.bcc4', '--time', 2, '-o', 'x.png', *camera(**bad), output='x.png')
+
+    def test_refusals(self):
+        go = ('render', 'v.bcc4', '--time', 2, '-o', 'x.png')
+        self.refused(2, '.png or .exr', 'render', 'v.bcc4', '--time', 2, '-o', 'x.jpg', output='x.jpg')
+        self.refused(2, '--iso V', *go, '--mode', 'iso', output='x.png')
+        self.refused(2, 'WxH', *go, '--size', '0x5', output='x.png')
+        self.refused(2, 'WxH', *go, '--size', '512', output='x.png')
+        self.refused(2, 'did you mean composite?', *go, '--mode', 'compsite', output='x.png')
+        self.refused(2, '--trail DT', *go, '--trail-mode', 'post', output='x.png')
+        self.refused(2, '0 to 1', *go, '--background', '255,0,0', output='x.png')
+        self.refused(2, 'exclude', *go, '--tf', 'a.json', '--colormap', 'fire', output='x.png')
+        self.refused(2, 'camera read from a file', *go, '--camera', 'c.json', '--rotate-x', 3, output='x.png') if self.write(
+            'c.json', b'{"position": [0,0,-9], "target": [0,0,0], "fovy_deg": 30}') else None
+        self.refused(3, 'none/x.png', 'render', 'v.bcc4', '--time', 2, '-o', 'none/x.png', '--size', '8x8')
+
+
+if __name__ == '__main__':
+    main()

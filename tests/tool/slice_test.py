@@ -1,0 +1,196 @@
+"""bcc4 slice, verify, info and export on small volumes."""
+import array
+import json
+import math
+import os
+import subprocess
+import unittest
+
+from harness import BCC4, Nrrd, ToolTest, field, has_openvdb, main
+
+DIMS = (14, 12, 13, 16)
+
+
+def wave(x, y, z, t):
+    """Cosines that end level at the borders, where the lattice mirrors the field: slow, so the kernels follow them."""
+    c = [math.cos(math.pi * p / (n - 1)) for p, n in zip((x, 2 * y, z, 2 * t), DIMS)]
+    return 500 + 250 * c[0] * c[1] + 200 * c[2] * c[3]
+
+
+class Slice(ToolTest):
+    def setUp(self):
+        super().setUp()
+        self.volume(DIMS, wave, '--dt', '0.5', '--spacing', '1,2,3', '--quiet')
+
+    def values(self, *args):
+        self.bcc4('slice', 'v.bcc4', *args, '-o', 's.nrrd', '--quiet')
+        return Nrrd(self.path('s.nrrd'))
+
+    def test_samples_stand_at_source_samples(self):
+        for frame in (0, 3, 7.5, 15):
+            got = self.values('--index', '--time', frame)
+            self.assertEqual(got.sizes, list(DIMS[:3]))
+            wanted = field((*DIMS[:3], 1), lambda x, y, z, _: wave(x, y, z, frame), 'f')
+            self.assertLess(max(abs(a - b) for a, b in zip(got.values, wanted)), 5, frame)
+
+    def test_header(self):
+        got = self.values('--time', 2)
+        self.assertEqual(got.fields['type'], 'float')
+        self.assertEqual(got.fields['endian'], 'little')
+        self.assertEqual(got.fields['space directions'], '(1,0,0) (0,2,0) (0,0,3)')
+        self.assertEqual(got.fields['space origin'], '(0,0,0)')
+        self.assertEqual(got.keys['bccsplat hyperplane'], '0 0 0 1 -4')
+
+    def test_time_index_and_plane_agree(self):
+        by_time = self.values('--time', 3.6).values
+        self.assertEqual(by_time, self.values('--index', '--time', 7.2).values)
+        self.assertEqual(by_time, self.values('--plane', '0,0,0,2,-14.4').values)
+
+    def test_kernels_differ(self):
+        self.assertNotEqual(self.values('--time', 1).values, self.values('--time', 1, '--kernel', 'paper').values)
+
+    def test_axis_and_oblique_planes(self):
+        got = self.values('--plane', '1,0,0,0,-5')
+        self.assertEqual(sorted(got.sizes), sorted(DIMS[1:]))
+        j = self.json('slice', 'v.bcc4', '--plane', '1,0,0,0,-5', '-o', 's.nrrd')
+        self.assertEqual(j['dims'], got.sizes)
+        self.check_plane(j, 5)
+        j = self.json('slice', 'v.bcc4', '--plane', '1,.5,0,.7,-13', '-o', 's.nrrd')
+        self.assertEqual(j['nan'] > 0, any(math.isnan(v) for v in Nrrd(self.path('s.nrrd')).values))
+        self.check_plane(j, 10)
+
+    def check_plane(self, j, tolerance):
+        """Each sample is the field at origin + basis * its slice coordinate."""
+        n, compared = Nrrd(self.path('s.nrrd')), 0
+        for i, v in enumerate(n.values):
+            if math.isnan(v):
+                continue
+            k = (i % n.sizes[0], i // n.sizes[0] % n.sizes[1], i // (n.sizes[0] * n.sizes[1]))
+            uvw = [j['first_sample'][a] + k[a] * j['spacing'][a] for a in range(3)]
+            p = [j['origin'][c] + sum(uvw[a] * j['basis'][a][c] for a in range(3)) for c in range(4)]
+            self.assertAlmostEqual(v, wave(*p), delta=tolerance)
+            compared += 1
+        self.assertGreater(compared, len(n.values) / 4)
+
+    def test_refusals(self):
+        self.refused(2, 'from 0 to 7.5', 'slice', 'v.bcc4', '--time', 7.6, '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, '0 to 15', 'slice', 'v.bcc4', '--index', '--time', -.1, '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, 'is missing', 'slice', 'v.bcc4', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, '5 numbers', 'slice', 'v.bcc4', '--plane', '1,2,3', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, 'all be 0', 'slice', 'v.bcc4', '--plane', '0,0,0,0,1', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, 'finite', 'slice', 'v.bcc4', '--plane', '1,nan,0,0,1', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, 'misses', 'slice', 'v.bcc4', '--plane', '1,0,0,0,99', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, 'exclude', 'slice', 'v.bcc4', '--time', 1, '--plane', '1,0,0,0,0', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, '.nrrd or .vdb', 'slice', 'v.bcc4', '--time', 1, '-o', 'x.raw', output='x.raw')
+        self.refused(2, 'did you mean paper?', 'slice', 'v.bcc4', '--time', 1, '--kernel', 'papper', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(3, 'none', 'slice', 'v.bcc4', '--time', 1, '-o', 'none/x.nrrd')
+        self.refused(3, 'none.bcc4', 'slice', 'none.bcc4', '--time', 1, '-o', 'x.nrrd', output='x.nrrd')
+        self.write('no.bcc4', b'something else altogether')
+        self.refused(3, 'not a .bcc4', 'slice', 'no.bcc4', '--time', 1, '-o', 'x.nrrd', output='x.nrrd')
+
+    def test_info_has_the_keys_promised(self):
+        j = self.json('info', 'v.bcc4', '--histogram')
+        for key in ('dims', 'lattice', 'cc_samples', 'sites_total', 'sites_kept', 'value_type', 'range', 'times', 'affine', 'air',
+                    'bytes', 'kernel'):
+            self.assertIn(key, j)
+        self.assertEqual(set(j['times']), {'count', 'first', 'last', 'unit', 'uniform'})
+        self.assertEqual(set(j['bytes']), {'file', 'runs', 'values', 'index'})
+        self.assertEqual(j['affine'], [[1, 0, 0, 0], [0, 2, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]])
+        self.assertEqual(sum(j['channels'][0]['histogram']), j['sites_kept'])
+        self.assertEqual(j['bytes']['file'], os.path.getsize(self.path('v.bcc4')))
+        out, _ = self.bcc4('info', 'v.bcc4', '--histogram')
+        self.assertIn('14 x 12 x 13 x 16', out)
+
+    def test_verify_compares_every_sample(self):
+        j = self.json('verify', 'v.bcc4', '--against', 'v.bcc4.raw')
+        for key in ('ok', 'max_abs', 'rmse', 'psnr', 'worst', 'samples_compared', 'non_air'):
+            self.assertIn(key, j)
+        self.assertTrue(j['ok'])
+        self.assertEqual(set(j['worst']), {'frame', 'voxel', 'expected', 'got'})
+        # The same figures from the slices.
+        worst, squares, count = 0, 0, 0
+        for t in range(DIMS[3]):
+            got = self.values('--index', '--time', t).values
+            wanted = field((*DIMS[:3], 1), lambda x, y, z, _: wave(x, y, z, t), 'f')
+            for a, b in zip(got, wanted):
+                worst, squares, count = max(worst, abs(a - b)), squares + (a - b) ** 2, count + 1
+        self.assertEqual(j['samples_compared'], count)
+        self.assertAlmostEqual(j['max_abs'], worst, places=6)
+        self.assertAlmostEqual(j['rmse'], math.sqrt(squares / count), places=6)
+        with open(self.path('v.bcc4.raw'), 'rb') as f:
+            source = array.array('f', f.read())
+        peak = max(source) - min(source)
+        self.assertAlmostEqual(j['psnr'], 20 * math.log10(peak / j['rmse']), places=6)
+        x, y, z = j['worst']['voxel']
+        self.assertAlmostEqual(j['worst']['expected'], source[((j['worst']['frame'] * 13 + z) * 12 + y) * 14 + x], places=6)
+        self.assertAlmostEqual(abs(j['worst']['got'] - j['worst']['expected']), worst, places=6)
+
+    def test_verify_sees_another_source(self):
+        self.raw('other.raw', DIMS, lambda *p: wave(*p) + (50 if p == (3, 4, 5, 6) else 0))
+        j = self.json('verify', 'v.bcc4', '--against', 'other.raw')
+        self.assertEqual(j['worst']['voxel'], [3, 4, 5])
+        self.assertEqual(j['worst']['frame'], 6)
+        self.refused(3, '14 x 12 x 13 x 8', 'verify', 'v.bcc4', '--against', 'v.bcc4.raw', '--dims', '14,12,13,8', '--dtype', 'f64')
+
+    def test_verify_finds_damage(self):
+        with open(self.path('v.bcc4'), 'rb') as f:
+            good = f.read()
+        for at in range(0, len(good), max(1, len(good) // 40)):
+            bad = bytearray(good)
+            bad[at] ^= 16
+            self.write('bad.bcc4', bytes(bad))
+            p = subprocess.run([BCC4, 'verify', 'bad.bcc4', '--json'], capture_output=True, text=True, cwd=self.folder)
+            self.assertIn(p.returncode, (1, 3) if at < 64 else (1,), (at, p.stderr))  # the head says what kind of file it is
+            self.assertIn('bad.bcc4', p.stderr)
+            if p.returncode == 1:
+                self.assertFalse(json.loads(p.stdout)['ok'])
+        self.write('cut.bcc4', good[:len(good) // 2])
+        self.refused(1, 'cut.bcc4', 'verify', 'cut.bcc4')
+
+    def test_export_gives_the_slices(self):
+        self.bcc4('export', 'v.bcc4', '--all', '--format', 'raw', '-o', 'out/')
+        names = sorted(os.listdir(self.path('out')))
+        self.assertEqual(names, [f'v.{t:04}.raw' for t in range(16)])
+        for t in (0, 9, 15):
+            with open(self.path(f'out/v.{t:04}.raw'), 'rb') as f:
+                self.assertEqual(array.array('f', f.read()), self.values('--index', '--time', t).values)
+        self.bcc4('export', 'v.bcc4', '--all', '-o', 'all.nrrd')
+        all_frames = Nrrd(self.path('all.nrrd'))
+        self.assertEqual(all_frames.sizes, list(DIMS))
+        self.assertEqual(all_frames.keys['axis 3 index values'].split(), ['0', '0.5'] + [str(t / 2).removesuffix('.0') for t in range(2, 16)])
+        # What was exported can be imported again, times included.
+        self.bcc4('import', 'all.nrrd', '-o', 'again.bcc4', '--quiet')
+        self.assertEqual(self.json('info', 'again.bcc4')['times'], self.json('info', 'v.bcc4')['times'])
+        self.assertEqual(self.json('info', 'again.bcc4')['affine'], self.json('info', 'v.bcc4')['affine'])
+        self.bcc4('export', 'v.bcc4', '--time', 2.25, '-o', 'one.%03d.nrrd')
+        self.assertTrue(os.path.exists(self.path('one.004.nrrd')) or os.path.exists(self.path('one.005.nrrd')))
+        self.refused(2, '--overwrite', 'export', 'v.bcc4', '--all', '-o', 'all.nrrd')
+
+    def test_export_rounds_to_the_source_type(self):
+        for dtype, offset in (('u8', 0), ('i16', -500), ('u16', 60000)):
+            self.volume(DIMS, lambda *p: wave(*p) / 10 + offset if dtype != 'u16' else 65535 - wave(*p), '--quiet', name=f'{dtype}.bcc4', dtype=dtype)
+            self.bcc4('export', f'{dtype}.bcc4', '--all', '-o', f'{dtype}.raw')
+            code = {'u8': 'B', 'i16': 'h', 'u16': 'H'}[dtype]
+            with open(self.path(f'{dtype}.raw'), 'rb') as a, open(self.path(f'{dtype}.bcc4.raw'), 'rb') as b:
+                got, source = array.array(code, a.read()), array.array(code, b.read())
+            self.assertEqual(len(got), len(source))
+            report = self.json('verify', f'{dtype}.bcc4', '--against', f'{dtype}.bcc4.raw')
+            self.assertLessEqual(max(abs(g - s) for g, s in zip(got, source)), report['max_abs'] + .5)
+
+    @unittest.skipUnless(has_openvdb(), 'built without OpenVDB')
+    def test_openvdb_round_trip(self):
+        self.bcc4('export', 'v.bcc4', '--all', '-o', 'v.####.vdb')
+        self.bcc4('import', 'v.####.vdb', '-o', 'again.bcc4', '--quiet', '--dt', .5)
+        info = self.json('info', 'again.bcc4')
+        self.assertEqual(info['dims'][3], 16)
+        self.assertEqual([info['affine'][a][a] for a in range(3)], [1, 2, 3])
+        self.assertEqual(info['attributes']['import.format'], 'OpenVDB')
+        self.assertGreater(self.json('verify', 'again.bcc4', '--against', 'v.####.vdb')['psnr'], 40)
+        self.bcc4('slice', 'v.bcc4', '--time', 3.3, '-o', 's.vdb')
+        self.bcc4('import', 's.vdb', '-o', 's.bcc4', '--quiet')
+        self.assertEqual(self.json('info', 's.bcc4')['lattice'], 'bcc')
+        self.refused(2, 'did you mean value?', 'import', 's.vdb', '--grid', 'valu', '-o', 'x.bcc4', output='x.bcc4')
+
+
+if __name__ == '__main__':
+    main()
