@@ -75,6 +75,8 @@ TransferFunction default_function(const bccsplat_slice& slice) {
     if (p.percent == 2) low = p.value;
     if (p.percent == 99.8) high = p.value;
   }
+  // Stored samples overshoot the source a little; a source without values below air shows none.
+  if (c.source_range.low >= c.air) low = std::max<double>(low, c.air);
   return default_transfer_function(low, high, c.air);
 }
 

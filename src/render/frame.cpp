@@ -40,7 +40,7 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
       scene.function.unit_distance > 0 ? scene.function.unit_distance : mean_voxel(*scene.slice);
   const auto& bounds = scene.slice->bounds;
   const ClassTable table =
-      make_class_table(scene.function, bounds[0], bounds[1], unit, quality.table_entries);
+      make_class_table(scene.function, bounds[0], bounds[1], scene.slice->air, unit, quality.table_entries);
 
   SplatOptions o;
   o.mode = options.mode;
@@ -63,8 +63,8 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
     std::vector<ClassTable> tables;
     for (const TrailItem& t : scene.trail) {
       const double distance = t.function.unit_distance > 0 ? t.function.unit_distance : mean_voxel(*t.slice);
-      tables.push_back(make_class_table(t.function, t.slice->bounds[0], t.slice->bounds[1], distance,
-                                        quality.table_entries));
+      tables.push_back(make_class_table(t.function, t.slice->bounds[0], t.slice->bounds[1], t.slice->air,
+                                        distance, quality.table_entries));
     }
     std::vector<TrailPart> parts;
     for (size_t i = 0; i < scene.trail.size(); ++i) {

@@ -71,22 +71,34 @@ double extinction(double opacity, double unit_distance) {
   return (opacity < 1 ? -std::log1p(-opacity) : 1e9) / unit_distance;
 }
 
-ClassTable make_class_table(const TransferFunction& function, double low, double high, double unit_distance,
-                            int entries) {
+ClassTable make_class_table(const TransferFunction& function, double low, double high, double anchor,
+                            double unit_distance, int entries) {
   ClassTable table;
   // Outside the function's own points nothing changes: no entry is spent there.
   const double from = std::min(function.colors.front().value, function.opacities.front().value);
   const double to = std::max(function.colors.back().value, function.opacities.back().value);
-  const double a = std::clamp(from, low, high), b = std::clamp(to, low, high);
-  table.low = static_cast<float>(a);
+  double a = std::clamp(from, low, high), b = std::clamp(to, low, high);
   table.unit_distance = static_cast<float>(unit_distance);
   const bool flat = !(b > a);
-  table.scale = flat ? 0.0f : static_cast<float>((entries - 1) / (b - a));
+  double step = 0;
+  if (!flat) {
+    step = (b - a) / (entries - 1);
+    if (anchor > a && anchor < b) { // one entry more, and all of them moved so that one stands on the anchor
+      const double below = std::ceil((anchor - a) / step);
+      a = anchor - below * step, ++entries;
+    }
+  }
+  table.low = static_cast<float>(a);
+  table.scale = flat ? 0.0f : static_cast<float>(1 / step);
   for (int i = 0; i < (flat ? 1 : entries); ++i) {
-    const double value = flat ? a : a + (b - a) * i / (entries - 1);
+    const double value = a + step * i;
     const Vec3 c = function.color(value);
     table.entry.push_back({static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]),
                            static_cast<float>(extinction(function.opacity(value), unit_distance))});
+  }
+  if (!flat && anchor > a && anchor < b) { // without the rounding of a + step * i
+    const auto at = static_cast<size_t>(table.index(static_cast<float>(anchor)));
+    table.entry[at][3] = static_cast<float>(extinction(function.opacity(anchor), unit_distance));
   }
   index_visible(table);
   return table;

@@ -160,7 +160,7 @@ TEST(Kernels, PicturesAgreeOnEveryTarget) {
         const SheetView view =
             make_view(slice, resolve_camera(fit_camera(slice, perspective, 20, 30, 50, 40)), 50, 40, 0.5);
         const ClassTable table =
-            make_class_table(ramp_function(0.3, 1, 0.6), slice.bounds[0], slice.bounds[1], 1, 2048);
+            make_class_table(ramp_function(0.3, 1, 0.6), slice.bounds[0], slice.bounds[1], 0, 1, 2048);
         const SplatScene scene{&slice, &points, &view, &table, &lights};
         SplatOptions o;
         o.mode = mode;

@@ -31,7 +31,7 @@ TEST(TransferFunction, IsLinearBetweenPointsAndConstantBeyond) {
 
 TEST(TransferFunction, TableHoldsTheFunctionAtItsEntries) {
   const TransferFunction f = example();
-  const ClassTable table = make_class_table(f, -10, 10, 2.0, 401);
+  const ClassTable table = make_class_table(f, -10, 10, -10, 2.0, 401);
   ASSERT_EQ(table.size(), 401);
   for (const double value : {-9.0, 0.0, 0.51, 1.0, 1.99, 2.2, 3.0, 4.0, 9.5}) {
     const auto& e = table.entry[static_cast<size_t>(table.index(static_cast<float>(value)))];
@@ -42,14 +42,14 @@ TEST(TransferFunction, TableHoldsTheFunctionAtItsEntries) {
     EXPECT_NEAR(opacity, f.opacity(value), half_entry) << value;
   }
   // Only the values that occur get entries.
-  EXPECT_NEAR(static_cast<double>(make_class_table(f, 1, 2, 1, 101).low), 1, 1e-6);
-  EXPECT_EQ(make_class_table(f, 5, 5, 1, 101).size(), 1);
+  EXPECT_NEAR(static_cast<double>(make_class_table(f, 1, 2, 1, 1, 101).low), 1, 1e-6);
+  EXPECT_EQ(make_class_table(f, 5, 5, 0, 1, 101).size(), 1);
 }
 
 TEST(TransferFunction, TableKnowsWhatIsVisible) {
   TransferFunction f = example();
   f.opacities = {{1, 0}, {1.5, 0.5}, {2, 0}, {3, 0}, {3.5, 1}};
-  const ClassTable table = make_class_table(f, 0, 4, 1, 4001);
+  const ClassTable table = make_class_table(f, 0, 4, 0, 1, 4001);
   EXPECT_FALSE(table.visible(0, 1));
   EXPECT_TRUE(table.visible(0, 1.1));
   EXPECT_FALSE(table.visible(2.01, 2.99));
@@ -111,6 +111,17 @@ TEST(TransferFunction, ViridisEndsWhereItShould) {
     const double luminance = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
     EXPECT_GT(luminance, before);
     before = luminance;
+  }
+}
+
+TEST(ClassTable, AirStandsOnAnEntry) {
+  TransferFunction f;
+  f.colors = {{0, {1, 1, 1}}};
+  f.opacities = {{-0.0213, 0.1}, {0, 0}, {0.97, 0.3}};
+  for (const int entries : {64, 1024, 2048}) {
+    const ClassTable table = make_class_table(f, -0.0431, 1.02, 0, 1, entries);
+    EXPECT_FALSE(table.visible(0, 0)) << entries;
+    EXPECT_TRUE(table.visible(0.9 / entries, 2.0 / entries));
   }
 }
 
