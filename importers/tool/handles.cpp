@@ -1,5 +1,6 @@
 #include "tool/handles.h"
 
+#include <cstdio>
 #include <vector>
 
 namespace bcc4 {
@@ -51,10 +52,19 @@ void check_kernel(bccsplat_status status, const std::string& what, const std::st
   check(status, what);
 }
 
+namespace {
+
+void print_log(void*, int32_t level, const char* message) {
+  if (level == BCCSPLAT_LOG_WARNING) std::fprintf(stderr, "bcc4: warning: %s\n", message);
+}
+
+} // namespace
+
 Device create_device(int threads, uint64_t memory_budget) {
   auto options = sized<bccsplat_device_options>();
   options.thread_count = threads;
   options.memory_budget = memory_budget;
+  options.log = print_log;
   bccsplat_device* device = nullptr;
   check(bccsplat_device_create(&options, &device), "");
   return Device(device);

@@ -174,7 +174,7 @@ Exit run_verify(VerifyArguments& a) {
   const Volume volume = open_checked(device, a);
   auto report = sized<bccsplat_verify_report>();
   check(bccsplat_volume_verify(volume.get(), Progress::cancel_only, nullptr, &report), a.file);
-  const bool ok = report.chunks_damaged == 0;
+  const bool ok = report.damages == 0;
   std::vector<Comparison> comparisons;
   if (ok && !a.reader.options.inputs.empty()) comparisons = compare(volume, a);
 
@@ -182,6 +182,7 @@ Exit run_verify(VerifyArguments& a) {
     Json j{{"ok", ok},
            {"chunks", report.chunks},
            {"chunks_damaged", report.chunks_damaged},
+           {"damages", report.damages},
            {"bytes_checked", report.bytes_checked}};
     j["first_damaged_offset"] = ok ? Json() : Json(report.first_damaged_offset);
     if (!comparisons.empty()) {
@@ -199,14 +200,13 @@ Exit run_verify(VerifyArguments& a) {
         "%s: %llu chunks, %s checked, %s\n", a.file.c_str(), static_cast<unsigned long long>(report.chunks),
         byte_text(static_cast<double>(report.bytes_checked)).c_str(),
         ok ? "no damage"
-           : concat(report.chunks_damaged, " damaged, the first at offset ", report.first_damaged_offset)
-                 .c_str());
+           : concat(report.damages, " damages, the first at offset ", report.first_damaged_offset).c_str());
     for (uint32_t c = 0; c < comparisons.size(); ++c)
       print_comparison(channel_info(volume, c).name, comparisons[c]);
   }
   if (!ok)
-    fail(Exit::check_failed, a.file, ": ", report.chunks_damaged, " of ", report.chunks,
-         " chunks are damaged, the first at offset ", report.first_damaged_offset,
+    fail(Exit::check_failed, a.file, ": ", report.damages, " damages (", report.chunks_damaged, " of ",
+         report.chunks, " chunks), the first at offset ", report.first_damaged_offset,
          ": make the file again from its source");
   return Exit::ok;
 }
