@@ -53,7 +53,7 @@ TEST(KernelNames, ReachIsSupportAndPrefilter) {
   EXPECT_EQ(make_kernel("paper").reach_layers(), 3);    // 2 T = 2.83 layers
   EXPECT_EQ(make_kernel("fast").reach_layers(), 2 + 3); // hat, stages of 2 and 1 layers
   EXPECT_EQ(make_kernel("default").reach_layers(), 3 + 5);
-  EXPECT_EQ(make_kernel("fine").reach_layers(), 4 + 7);
+  EXPECT_EQ(make_kernel("fine").reach_layers(), 4 + 8);
   EXPECT_EQ(make_kernel("gauss09").reach_layers(), 4 + 6);
 }
 
