@@ -13,6 +13,8 @@ class DenseReader : public FrameReader {
   DenseReader(SeriesDescription description, DenseSeries series, std::vector<uint64_t> components = {0})
       : description_(std::move(description)), series_(std::move(series)), components_(std::move(components)) {
     for (Channel& channel : description_.channels) channel.type = series_.frame_type();
+    if (const std::string passes = series_.passes_text(); !passes.empty())
+      description_.notes.push_back(passes);
   }
   const SeriesDescription& description() const override { return description_; }
   Frame read(uint64_t frame, size_t channel) override { return series_.read(frame, components_[channel]); }

@@ -90,6 +90,13 @@ const std::string& DenseSeries::path_of(uint64_t t) const {
   return bytes_.path_at(outer_ > 1 ? 0 : t * inner_);
 }
 
+std::string DenseSeries::passes_text() const {
+  if (outer_ == 1) return "";
+  const uint64_t frames = layout_.size_of(AxisRole::t), passes = (frames + batch_ - 1) / batch_;
+  return concat("time is not the slowest axis: ", passes, passes == 1 ? " pass" : " passes",
+                " over the file, ", batch_, " frames in memory at a time");
+}
+
 void DenseSeries::fetch(uint64_t t) {
   const uint64_t frames = layout_.size_of(AxisRole::t);
   held_.clear();

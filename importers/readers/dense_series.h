@@ -50,6 +50,8 @@ class DenseSeries {
   [[nodiscard]] Type frame_type() const { return frame_type_; }
   [[nodiscard]] Frame read(uint64_t t, uint64_t component);
   [[nodiscard]] const std::string& path_of(uint64_t t) const;
+  // How a file is read in which time is not the slowest axis, "" where it is.
+  [[nodiscard]] std::string passes_text() const;
 
  private:
   void fetch(uint64_t t);

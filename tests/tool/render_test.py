@@ -40,6 +40,20 @@ class Render(ToolTest):
         self.assertEqual(plain, self.picture('--plane', '0,0,0,1,-2'))
         self.picture('--time', 2, '--reference', size='8x8')
 
+    def test_trails(self):
+        still = self.picture('--time', 4)
+        self.assertEqual(still, self.picture('--time', 4, '--trail', 0))
+        past = self.picture('--time', 4, '--trail', 2)
+        self.assertNotEqual(still, past)
+        self.assertEqual(past, self.picture('--index', '--time', 4, '--trail', 2))
+        self.assertNotEqual(past, self.picture('--time', 4, '--trail', -1))  # the future
+        self.assertNotEqual(past, self.picture('--time', 4, '--trail', '2,3'))
+        for more in (['--trail-content', 'mean'], ['--trail-content', 'max'], ['--trail-mode', 'interleaved'], ['--trail-mode', 'post']):
+            self.assertNotEqual(past, self.picture('--time', 4, '--trail', 2, *more), more)
+        # Clipped to the series.
+        self.assertEqual(self.picture('--time', 4, '--trail', 4), self.picture('--time', 4, '--trail', 40))
+        self.refused(2, 'time slices', 'render', 'v.bcc4', '--plane', '1,0,0,0,-4', '--trail', 2, '-o', 'x.png', output='x.png')
+
     def test_statistics_have_the_keys_promised(self):
         self.picture('--time', 2, '--stats', 's.json', '--repeat', 3)
         with open(self.path('s.json')) as f:

@@ -186,6 +186,15 @@ class Slice(ToolTest):
         self.assertEqual([info['affine'][a][a] for a in range(3)], [1, 2, 3])
         self.assertEqual(info['attributes']['import.format'], 'OpenVDB')
         self.assertGreater(self.json('verify', 'again.bcc4', '--against', 'v.####.vdb')['psnr'], 40)
+        self.bcc4('import', 'v.####.vdb', '-o', 'few.bcc4', '--quiet', '--frames', '2-12x5')
+        self.assertEqual(self.json('info', 'few.bcc4')['times'], {'count': 3, 'first': 0, 'last': 10, 'unit': '', 'uniform': True})
+        os.remove(self.path('v.0007.vdb'))
+        self.refused(3, 'missing from the sequence: 7 (1 of 16)', 'import', 'v.####.vdb', '-o', 'x.bcc4', output='x.bcc4')
+        for policy, count in (('hold', 16), ('skip', 15), ('interpolate', 16)):
+            self.bcc4('import', 'v.####.vdb', '-o', 'gap.bcc4', '--gaps', policy, '--overwrite', '--quiet')
+            times = self.json('info', 'gap.bcc4')['times']
+            self.assertEqual((times['count'], times['last']), (count, 15))
+            self.assertGreater(self.json('verify', 'gap.bcc4', '--against', 'v.####.vdb')['psnr'], 35)
         self.bcc4('slice', 'v.bcc4', '--time', 3.3, '-o', 's.vdb')
         self.bcc4('import', 's.vdb', '-o', 's.bcc4', '--quiet')
         self.assertEqual(self.json('info', 's.bcc4')['lattice'], 'bcc')
