@@ -128,7 +128,7 @@ class Volume(_Handle):
         flat = [coordinate for point in points for coordinate in point]
         values = (c_float * (len(flat) // 4))()
         self._evaluate(self.pointer, len(values), (c_double * len(flat))(*flat), values, None)
-        return memoryview(values)
+        return memoryview(values).cast("B").cast("f")
 
 
 class Slice(_Handle):

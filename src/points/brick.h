@@ -23,7 +23,8 @@ inline constexpr int brick_sites = brick_rows * brick_edge;
 using BrickMask = std::array<uint16_t, brick_rows>;
 
 struct Brick {
-  // (z*16 + y)*16 + x; value minus air, 0 where not kept. make_shared<Brick>() zeroes it, make_shared_for_overwrite not.
+  // (z*16 + y)*16 + x; value minus air, 0 where not kept. make_shared<Brick>() zeroes it,
+  // make_shared_for_overwrite not.
   alignas(64) std::array<float, brick_sites> value;
   BrickMask kept{};
   std::unique_ptr<BrickMask> hole; // null: no holes

@@ -16,7 +16,8 @@ struct Suite {
   int (*run)(std::span<const std::string> args, std::ostream& out);
 };
 
-constexpr Suite suites[] = {{"kernels", bccsplat::bench::run_kernels_suite}, {"fit", bccsplat::bench::run_fit_suite}};
+constexpr Suite suites[] = {{"kernels", bccsplat::bench::run_kernels_suite},
+                            {"fit", bccsplat::bench::run_fit_suite}};
 
 } // namespace
 

@@ -52,8 +52,7 @@ TEST(Sequence, NamesWhatIsMissing) {
   const Sequence found = find_sequence({s.path("a.####.raw")}, {});
   EXPECT_EQ(found.missing, (Numbers{1003, 1004, 1006}));
   EXPECT_EQ(range_text(found.missing, 1), "1003-1004 and 1006");
-  EXPECT_REFUSED(refusal([&] { (void)plan_files(found, {}); }), Exit::bad_input,
-                 "1003-1004 and 1006");
+  EXPECT_REFUSED(refusal([&] { (void)plan_files(found, {}); }), Exit::bad_input, "1003-1004 and 1006");
 }
 
 TEST(Sequence, CountsInTheStrideOfTheNumbers) {
