@@ -61,10 +61,14 @@ struct RenderStats {
 // What a quality stands for; see tests/bench/notes/render.md for the measurements behind it.
 struct QualitySettings {
   double sheet_step; // T
-  GradientMethod gradient;
   int table_entries;
+  double analytic_below; // pixels per T: below, the kernel's own gradient; from there on fourth-order
+                         // differences
 };
 [[nodiscard]] QualitySettings quality_settings(Quality quality);
+
+// Pixels per lattice unit at the centre of the domain, along the wider spaced of the picture's axes.
+[[nodiscard]] double pixels_per_unit(const SheetView& view);
 
 // Draws into every plane the image has. Throws invalid_argument, unsupported (a mode that cannot be shaded),
 // cancelled, memory_budget.

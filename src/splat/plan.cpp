@@ -261,10 +261,10 @@ int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const S
 SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, int threads, SplatStats& stats) {
   SplatPlan plan;
   const SheetView& view = *scene.view;
-  const bool central =
-      options.mode == RenderMode::composite && options.shading && options.gradient == GradientMethod::central;
-  plan.border = central ? 1 : 0;
-  plan.lead = central || options.mode == RenderMode::isosurface ? 1 : 0;
+  const bool shaded = options.mode == RenderMode::composite && options.shading;
+  if (shaded && options.gradient == GradientMethod::central) plan.border = plan.lead = 1;
+  if (shaded && options.gradient == GradientMethod::fourth_order) plan.border = plan.lead = 2;
+  if (options.mode == RenderMode::isosurface) plan.lead = 1;
   const auto [first, last] = sheet_range(*scene.slice, view);
   plan.first_sheet = first, plan.last_sheet = last;
   plan.air_visible =

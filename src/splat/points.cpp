@@ -49,7 +49,7 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   SplatPoints points;
   const Lattice3& lattice = slice.lattice;
   points.plane_distance = lattice.plane_distance();
-  points.margin = static_cast<int>(std::ceil((slice.kernel.space.radius + 1) / points.plane_distance));
+  points.margin = static_cast<int>(std::ceil((slice.kernel.space.radius + 2) / points.plane_distance));
   points.margin += points.margin & 1; // even: local planes keep their parity
   points.edge = lattice.bcc ? 16 : 8;
   Int3 planes;

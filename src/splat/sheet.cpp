@@ -13,12 +13,16 @@ float slab_weight(const SheetArgs& s, size_t p) {
 Vec3 world_gradient(const SheetArgs& s, int x, int y) {
   const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x;
   float gi, gj, gk;
-  if (s.central) {
-    gi = 0.5f * (s.value[at + 1] - s.value[at - 1]);
-    gj = 0.5f * (s.value[at + s.plane_pitch] - s.value[at - s.plane_pitch]);
+  if (s.central || s.fourth_order) {
+    const auto slope = [&](std::ptrdiff_t step) {
+      const float near = s.value[at + step] - s.value[at - step];
+      return s.fourth_order ? (8 * near - (s.value[at + 2 * step] - s.value[at - 2 * step])) / 12 : near / 2;
+    };
+    gi = slope(1), gj = slope(s.plane_pitch);
     const float slant_x = s.basis.slant_x + static_cast<float>(s.x + x) * s.basis.slant_per_x;
     const float slant_y = s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y;
     gk = s.depth_scale * (s.after[at] - s.before[at]) - slant_x * gi - slant_y * gj;
+    if (s.fourth_order) gk += s.depth_scale2 * (s.after2[at] - s.before2[at]);
   } else {
     gi = s.sum_i[at], gj = s.sum_j[at], gk = s.sum_k[at];
   }

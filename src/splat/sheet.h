@@ -21,7 +21,7 @@ struct PixelPlanes {
   const float *view_x = nullptr, *view_y = nullptr, *view_z = nullptr;
 };
 
-// World gradient from the sums of a sample: analytic: di, dj, dk; central: the differences of the field per
+// World gradient from the sums of a sample: analytic: di, dj, dk; else the differences of the field per
 // pixel and per sheet, of which the part of the ray within the sheet, slant pixels per sheet, is taken off
 // the last.
 struct GradientBasis {
@@ -38,12 +38,14 @@ struct SheetArgs {
   int width = 0, height = 0, pitch = 0;
   const float* value =
       nullptr; // relative to air; points at the tile's first pixel inside a plane with a border
-  const float* before = nullptr; // central differences: the sheets k - 1 and k + 1
-  const float* after = nullptr;
-  float depth_scale = 0.5f; // central differences: 1 / (sheets between `before` and `after`)
+  // Differences: the sheets k - 1 and k + 1, k - 2 and k + 2, with what each pair's difference counts.
+  const float *before = nullptr, *after = nullptr, *before2 = nullptr, *after2 = nullptr;
+  float depth_scale = 0, depth_scale2 = 0;
   const float *sum_i = nullptr, *sum_j = nullptr, *sum_k = nullptr; // analytic
   int plane_pitch = 0;
-  bool central = false, shading = false;
+  bool central = false;      // differences over one neighbour
+  bool fourth_order = false; // and over two
+  bool shading = false;
   float air = 0, stop = 1;
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;

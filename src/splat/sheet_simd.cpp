@@ -102,12 +102,19 @@ struct Pixels {
   // World gradient.
   HWY_INLINE void gradient(V& gx, V& gy, V& gz) const {
     V gi, gj, gk;
-    if (s.central) {
-      const V half = set(0.5f);
-      gi = hn::Mul(half, hn::Sub(hn::LoadU(d, s.value + at + 1), hn::LoadU(d, s.value + at - 1)));
-      gj = hn::Mul(half, hn::Sub(hn::LoadU(d, s.value + at + s.plane_pitch),
-                                 hn::LoadU(d, s.value + at - s.plane_pitch)));
+    if (s.central || s.fourth_order) {
+      const float* v = s.value + at;
+      const auto slope = [&](std::ptrdiff_t step) HWY_ATTR {
+        const V near = hn::Sub(hn::LoadU(d, v + step), hn::LoadU(d, v - step));
+        if (!s.fourth_order) return hn::Mul(set(0.5f), near);
+        const V far = hn::Sub(hn::LoadU(d, v + 2 * step), hn::LoadU(d, v - 2 * step));
+        return hn::MulSub(set(8.0f / 12), near, hn::Mul(set(1.0f / 12), far));
+      };
+      gi = slope(1), gj = slope(s.plane_pitch);
       gk = hn::Mul(set(s.depth_scale), hn::Sub(hn::LoadU(d, s.after + at), hn::LoadU(d, s.before + at)));
+      if (s.fourth_order)
+        gk = hn::MulAdd(set(s.depth_scale2),
+                        hn::Sub(hn::LoadU(d, s.after2 + at), hn::LoadU(d, s.before2 + at)), gk);
       const V slant_x = hn::MulAdd(set(s.basis.slant_per_x), column(), set(s.basis.slant_x));
       const V slant_y = set(s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y);
       gk = hn::NegMulAdd(slant_x, gi, hn::NegMulAdd(slant_y, gj, gk));

@@ -20,7 +20,8 @@
 namespace bccsplat {
 
 enum class RenderMode : uint8_t { composite = 1, isosurface = 2, xray = 3, maximum = 4 };
-enum class GradientMethod : uint8_t { analytic, central };
+// The kernel's own gradient, or differences of the sheets' samples over one or two neighbours on either side.
+enum class GradientMethod : uint8_t { analytic, central, fourth_order };
 
 enum SkipBits : uint32_t { // of SplatOptions::disable_skips
   skip_transfer_function = 1,

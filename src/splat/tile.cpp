@@ -30,8 +30,8 @@ class Tile {
         sheet_kernels_(options_.scalar ? scalar_sheet_kernels() : simd_sheet_kernels()),
         time_(*scene_.slice) {
     const bool shaded = options_.mode == RenderMode::composite && options_.shading;
-    central_ = shaded && options_.gradient == GradientMethod::central;
-    analytic_ = shaded && !central_;
+    analytic_ = shaded && options_.gradient == GradientMethod::analytic;
+    differences_ = shaded && !analytic_ ? plan_.lead : 0;
     m_.prepare(plan_, tile.width, tile.height, analytic_);
     prepare_pixels();
   }
@@ -89,8 +89,8 @@ class Tile {
   }
 
   void march() {
-    const int64_t wanted_first = central_ ? std::max(first_ - 1, view_.first_sheet()) : first_;
-    const int64_t wanted_last = central_ ? last_ + 1 : last_;
+    const int64_t wanted_first = std::max(first_ - differences_, view_.first_sheet());
+    const int64_t wanted_last = last_ + differences_;
     const int64_t first_slab = std::max(plan_.first_slab, wanted_first - plan_.after);
     const int64_t last_slab = std::min(plan_.last_slab, wanted_last + plan_.before);
     const bool keep_empty = plan_.air_visible || (options_.disable_skips & skip_empty_sheets);
@@ -113,12 +113,12 @@ class Tile {
       }
       // Sheet k is complete.
       const int64_t k = s - plan_.before;
-      filled_[static_cast<size_t>(k & 3)] = k <= dirty;
+      filled_[static_cast<size_t>(k & 7)] = k <= dirty;
       if (k <= dirty) extract(k);
-      const int64_t ready = central_ ? k - 1 : k; // central differences look at the sheet behind
+      const int64_t ready = k - differences_; // differences look at the sheets behind
       if (ready >= first_ && ready <= last_) {
         if (!keep_empty && options_.mode != RenderMode::isosurface &&
-            !filled_[static_cast<size_t>(ready & 3)])
+            !filled_[static_cast<size_t>(ready & 7)])
           ++stats_.sheets_skipped;
         else
           process(ready);
@@ -244,7 +244,7 @@ class Tile {
   }
 
   [[nodiscard]] const float* sheet_plane(int64_t k, size_t quantity) const {
-    const float* origin = filled_[static_cast<size_t>(k & 3)] ? m_.plane_origin(k, quantity)
+    const float* origin = filled_[static_cast<size_t>(k & 7)] ? m_.plane_origin(k, quantity)
                                                               : m_.zero_plane.data() + plane_margin;
     return origin + plan_.border * m_.plane_pitch + plan_.border;
   }
@@ -262,20 +262,23 @@ class Tile {
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
     a.value = sheet_plane(k, 0);
     a.plane_pitch = m_.plane_pitch;
-    a.shading = options_.shading, a.central = central_;
+    a.shading = options_.shading, a.central = differences_ == 1, a.fourth_order = differences_ == 2;
     a.air = scene_.slice->air;
     a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
     a.table = scene_.table, a.lights = scene_.lights;
     a.pixel = pixel_;
-    if (central_) {
-      const bool front = k - 1 >= view_.first_sheet(); // else nothing was sampled before k
-      a.before = front ? sheet_plane(k - 1, 0) : a.value;
-      a.after = sheet_plane(k + 1, 0);
-      a.depth_scale = front ? 0.5f : 1.0f;
+    if (differences_ > 0) {
+      // Nothing is sampled before the first sheet in front of an eye: fewer neighbours there.
+      const auto front = std::min<int64_t>(k - view_.first_sheet(), differences_);
+      a.after = sheet_plane(k + 1, 0), a.before = front > 0 ? sheet_plane(k - 1, 0) : a.value;
+      a.depth_scale = front == 2 ? 8.0f / 12 : front == 1 ? 0.5f : 1.0f;
+      a.after2 = a.before2 = a.value;
+      if (front == 2)
+        a.after2 = sheet_plane(k + 2, 0), a.before2 = sheet_plane(k - 2, 0), a.depth_scale2 = -1.0f / 12;
     } else if (analytic_) {
       a.sum_i = sheet_plane(k, 1), a.sum_j = sheet_plane(k, 2), a.sum_k = sheet_plane(k, 3);
     }
-    if (central_ || analytic_) set_basis(k, a.basis);
+    if (differences_ > 0 || analytic_) set_basis(k, a.basis);
     if (scene_.slice->has_holes) a.hole = find_holes(k);
     if (pixel_.time) {
       const double scale = view_.scale(static_cast<double>(k));
@@ -299,7 +302,7 @@ class Tile {
     const Affine3 to_lattice = view_.lattice_to_world.inverse();
     const double scale = view_.scale(static_cast<double>(k));
     Vec3 x, y, z;
-    if (central_) {
+    if (differences_ > 0) {
       x = to_lattice.transposed((1 / scale) * view_.gx);
       y = to_lattice.transposed((1 / scale) * view_.gy);
       z = to_lattice.transposed((1 / view_.step) * view_.normal);
@@ -337,7 +340,7 @@ class Tile {
   void find_surface(int64_t k) {
     if (k - 1 < first_) return;
     const float target = static_cast<float>(options_.iso_value - static_cast<double>(scene_.slice->air));
-    const bool filled = filled_[static_cast<size_t>(k & 3)] || filled_[static_cast<size_t>((k - 1) & 3)];
+    const bool filled = filled_[static_cast<size_t>(k & 7)] || filled_[static_cast<size_t>((k - 1) & 7)];
     if (!filled && !(options_.disable_skips & skip_empty_sheets)) {
       ++stats_.sheets_skipped;
       return;
@@ -458,12 +461,13 @@ class Tile {
   const SplatKernels& kernels_;
   const SheetKernels& sheet_kernels_;
   TimeField time_;
-  bool central_ = false, analytic_ = false;
+  bool analytic_ = false;
+  int differences_ = 0; // neighbours on either side that gradients look at
   PixelPlanes pixel_;
   int64_t first_ = 0, last_ = -1; // sheets of this tile
   int open_ = 0, closed_ = 0;     // pixels
   int summed_closed_ = 0;         // closed pixels that open_sum knows of
-  std::array<bool, 4> filled_{};  // whether a plane holds anything, by sheet & 3
+  std::array<bool, 8> filled_{};  // whether a plane holds anything, by sheet & 7
 };
 
 } // namespace

@@ -11,7 +11,7 @@
 
 namespace bccsplat {
 
-// Spare floats before the first pixel of a plane: vectors may look one pixel to the left.
+// Spare floats before the first pixel of a plane: vectors may look two pixels to the left.
 inline constexpr int plane_margin = 16;
 
 struct TileMemory {
@@ -23,7 +23,7 @@ struct TileMemory {
   int plane_pitch = 0;   // floats
 
   std::array<AlignedArray<float>, 4> ring;
-  std::array<std::array<AlignedArray<float>, 4>, 4> plane; // [sheet & 3][value, di, dj, dk]
+  std::array<std::array<AlignedArray<float>, 4>, 8> plane; // [sheet & 7][value, di, dj, dk]
   AlignedArray<float> zero_plane;
 
   // Pixels of the tile without its border, planes of pixel_pitch floats per row.
@@ -53,7 +53,7 @@ struct TileMemory {
   [[nodiscard]] float* ring_origin(size_t quantity) const { return ring[quantity].data() + ring_start; }
   // First pixel of the tile with its border.
   [[nodiscard]] float* plane_origin(int64_t sheet, size_t quantity) const {
-    return plane[static_cast<size_t>(sheet & 3)][quantity].data() + plane_margin;
+    return plane[static_cast<size_t>(sheet & 7)][quantity].data() + plane_margin;
   }
   [[nodiscard]] float* pixel_plane(size_t n, int tile_height) const {
     return pixels.data() + n * static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);

@@ -206,6 +206,33 @@ TEST_P(AgainstReference, FindsSurfaces) {
   EXPECT_LT(differ, 3 + hits / 50);
 }
 
+TEST(Render, DifferencesApproachTheKernelsGradient) {
+  // Many pixels per T: differences over two neighbours are closer to the truth than over one, and cost
+  // sheets, not points.
+  const Slice slice = make_slice({16, 16, 16}, marschner_lobb(16, 1.5));
+  for (const bool perspective : {false, true}) {
+    Scene scene =
+        make_scene(slice, ramp_function(0.3, 1, 0.3), fit_camera(slice, perspective, 20, 30, 80, 80));
+    RenderOptions o;
+    o.opacity_stop = 1;
+    o.sheet_step = 0.25;
+    ImageStorage reference(80, 80), got(80, 80);
+    o.reference = true;
+    draw(scene, o, reference);
+    o.reference = false;
+    const auto db = [&](GradientMethod method) {
+      o.gradient = method;
+      draw(scene, o, got);
+      return compare(reference, got).db();
+    };
+    const double analytic = db(GradientMethod::analytic), central = db(GradientMethod::central);
+    const double fourth = db(GradientMethod::fourth_order);
+    EXPECT_GT(analytic, 44);
+    EXPECT_GT(central, 36);
+    EXPECT_GT(fourth, central + 1);
+  }
+}
+
 TEST(Render, CameraInsideTheVolume) {
   const Slice slice = make_slice({20, 20, 20}, marschner_lobb(20, 2));
   Camera c;
@@ -248,7 +275,8 @@ bool same_bits(const ImageStorage& a, const ImageStorage& b) {
 
 TEST(Render, NeitherThreadsNorTilesChangeABit) {
   for (const bool perspective : {false, true})
-    for (const auto gradient : {GradientMethod::analytic, GradientMethod::central}) {
+    for (const auto gradient :
+         {GradientMethod::analytic, GradientMethod::central, GradientMethod::fourth_order}) {
       const Slice slice = make_slice({30, 24, 28}, marschner_lobb(28, 3));
       const Scene scene =
           make_scene(slice, ramp_function(0.3, 1, 0.9), fit_camera(slice, perspective, 20, 30, 75, 67));
