@@ -3,32 +3,31 @@
  * This header is the manual. Conventions that hold everywhere are stated here once.
  *
  * SPACES
- *   index space   (x, y, z, t): sample i of the source stands at coordinate i on every axis; t counts frames and may
- *                 be fractional. The domain is [0, n-1] on every axis; nothing is drawn or evaluated outside it.
- *   slice space   (u, v, w) of a slice. For a time slice it is index space without t. For other hyperplanes the slice
- *                 states its origin and orthonormal basis in index space.
- *   world space   right-handed, in the volume's spatial unit. A 4x4 row-major affine (last row 0 0 0 1) takes
- *                 (x, y, z, 1) of index space to it. Cameras, lights and unit_distance are in world space.
- *   time          the volume's time unit. Frames may be unevenly spaced; times rise strictly.
- *   T             the source sample distance in index space; lengths of kernels and sheet steps are in T.
- * ARRAYS   x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes.
- * IMAGES   origin top left, row 0 is the top. Colour is linear, premultiplied by opacity. Opacity of a transfer
- *          function is the fraction absorbed per unit_distance of world length.
- * STRINGS  UTF-8, zero-terminated. Strings that come from an object live as long as the object.
- * STRUCTS  begin with struct_size, set by the caller to sizeof(the struct), for output structs too. A cleared struct
- *          (all zero apart from struct_size) asks for the defaults. A field whose zero is a meaningful choice counts
- *          only if its bit stands in set_mask. Structs grow only at the end: a caller built against an older header
- *          gets the older behaviour; a non-zero tail this library does not know is INVALID_STRUCT_SIZE.
- * STATUS   every call that can fail returns a bccsplat_status. On failure output handles are NULL and other outputs
- *          are untouched unless the call says otherwise; bccsplat_last_error() has the text.
- *          Any call may return INVALID_ARGUMENT (a NULL or senseless argument), INVALID_STRUCT_SIZE, OUT_OF_MEMORY,
- *          MEMORY_BUDGET or INTERNAL; a call's comment lists what else it may return.
- * HANDLES  are reference counted: create returns one reference, _retain adds one, _release gives one back (NULL is
- *          allowed). Children keep their parents alive. Inputs are copied unless the text says "borrowed".
- * THREADS  different objects may be used from any threads. One object: calls that take it as const may run at the same
- *          time; other calls need it alone. Results do not depend on the thread count, bit for bit.
- * PROGRESS a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a second, from any
- *          thread but never two at once; a non-zero return cancels: the call ends with CANCELLED.
+ *   index space   (x, y, z, t): sample i of the source stands at coordinate i on every axis; t counts frames
+ * and may be fractional. The domain is [0, n-1] on every axis; nothing is drawn or evaluated outside it.
+ *   slice space   (u, v, w) of a slice. For a time slice it is index space without t. For other hyperplanes
+ * the slice states its origin and orthonormal basis in index space. world space   right-handed, in the
+ * volume's spatial unit. A 4x4 row-major affine (last row 0 0 0 1) takes (x, y, z, 1) of index space to it.
+ * Cameras, lights and unit_distance are in world space. time          the volume's time unit. Frames may be
+ * unevenly spaced; times rise strictly. T             the source sample distance in index space; lengths of
+ * kernels and sheet steps are in T. ARRAYS   x is fastest, then y, z, t. Sizes are counts of elements unless
+ * the name says bytes. IMAGES   origin top left, row 0 is the top. Colour is linear, premultiplied by
+ * opacity. Opacity of a transfer function is the fraction absorbed per unit_distance of world length. STRINGS
+ * UTF-8, zero-terminated. Strings that come from an object live as long as the object. STRUCTS  begin with
+ * struct_size, set by the caller to sizeof(the struct), for output structs too. A cleared struct (all zero
+ * apart from struct_size) asks for the defaults. A field whose zero is a meaningful choice counts only if its
+ * bit stands in set_mask. Structs grow only at the end: a caller built against an older header gets the older
+ * behaviour; a non-zero tail this library does not know is INVALID_STRUCT_SIZE. STATUS   every call that can
+ * fail returns a bccsplat_status. On failure output handles are NULL and other outputs are untouched unless
+ * the call says otherwise; bccsplat_last_error() has the text. Any call may return INVALID_ARGUMENT (a NULL
+ * or senseless argument), INVALID_STRUCT_SIZE, OUT_OF_MEMORY, MEMORY_BUDGET or INTERNAL; a call's comment
+ * lists what else it may return. HANDLES  are reference counted: create returns one reference, _retain adds
+ * one, _release gives one back (NULL is allowed). Children keep their parents alive. Inputs are copied unless
+ * the text says "borrowed". THREADS  different objects may be used from any threads. One object: calls that
+ * take it as const may run at the same time; other calls need it alone. Results do not depend on the thread
+ * count, bit for bit. PROGRESS a bccsplat_progress_fn is called with a fraction that never falls, at most 30
+ * times a second, from any thread but never two at once; a non-zero return cancels: the call ends with
+ * CANCELLED.
  */
 #ifndef BCCSPLAT_H
 #define BCCSPLAT_H
@@ -52,7 +51,7 @@
 extern "C" {
 #endif
 
-/* ---- Status ------------------------------------------------------------------------------------------------------ */
+/* ---- Status ---- */
 
 typedef int32_t bccsplat_status;
 
@@ -89,7 +88,7 @@ enum {
   BCCSPLAT_ERROR_INTERNAL = 64
 };
 
-/* ---- Library ----------------------------------------------------------------------------------------------------- */
+/* ---- Library ---- */
 
 #define BCCSPLAT_VERSION_MAJOR 0
 #define BCCSPLAT_VERSION_MINOR 1
@@ -101,12 +100,13 @@ enum {
 BCCSPLAT_API int32_t bccsplat_version(void);
 /* BCCSPLAT_ABI_VERSION of the library at run time. */
 BCCSPLAT_API int32_t bccsplat_abi_version(void);
-/* "key=value" pairs separated by "; ": version, compiler, and which optional parts are in (image, simd targets). */
+/* "key=value" pairs separated by "; ": version, compiler, and which optional parts are in (image, simd
+ * targets). */
 BCCSPLAT_API const char* bccsplat_build_info(void);
 /* "BCCSPLAT_ERROR_IO" and the like; "BCCSPLAT_UNKNOWN_STATUS" for other numbers. Never NULL. */
 BCCSPLAT_API const char* bccsplat_status_name(bccsplat_status status);
-/* Text of the last failed call of this thread: what failed, where, what to try. Empty before the first failure; a
- * successful call leaves it. Valid until the next failing call of this thread. Never NULL. */
+/* Text of the last failed call of this thread: what failed, where, what to try. Empty before the first
+ * failure; a successful call leaves it. Valid until the next failing call of this thread. Never NULL. */
 BCCSPLAT_API const char* bccsplat_last_error(void);
 /* Names of the reconstruction kernels, index 0 .. ; NULL past the last. "default" comes first. */
 BCCSPLAT_API const char* bccsplat_kernel_name(uint32_t index);
@@ -114,7 +114,7 @@ BCCSPLAT_API const char* bccsplat_kernel_name(uint32_t index);
 /* Returns non-zero to cancel. fraction is in [0, 1]. */
 typedef int32_t (*bccsplat_progress_fn)(void* user, double fraction);
 
-/* ---- Device: threads, memory, log -------------------------------------------------------------------------------- */
+/* ---- Device: threads, memory, log ---- */
 
 typedef struct bccsplat_device bccsplat_device;
 
@@ -122,14 +122,15 @@ enum { BCCSPLAT_LOG_WARNING = 1, BCCSPLAT_LOG_INFO = 2 };
 /* Called from any thread, never two at once per device. */
 typedef void (*bccsplat_log_fn)(void* user, int32_t level, const char* message);
 
-/* A host's own task system: run body(task, i) once for each i in [0, count), in any order and on any threads, and
- * return when all have returned. body never throws. Calls may nest. */
+/* A host's own task system: run body(task, i) once for each i in [0, count), in any order and on any threads,
+ * and return when all have returned. body never throws. Calls may nest. */
 typedef void (*bccsplat_task_fn)(void* task, uint64_t index);
 typedef void (*bccsplat_runner_fn)(void* user, uint64_t count, bccsplat_task_fn body, void* task);
 
 typedef struct bccsplat_device_options {
   uint32_t struct_size;
-  int32_t thread_count;   /* threads used, the caller's included; 0: as many as the machine has; with a runner: how many it has */
+  int32_t thread_count; /* threads used, the caller's included; 0: as many as the machine has; with a runner:
+                           how many it has */
   uint64_t memory_budget; /* bytes this device's objects may hold for data at a time; 0: no limit */
   bccsplat_log_fn log;    /* NULL: silent */
   void* log_user;
@@ -147,17 +148,20 @@ typedef struct bccsplat_device_info {
 } bccsplat_device_info;
 
 /* options may be NULL. */
-BCCSPLAT_API bccsplat_status bccsplat_device_create(const bccsplat_device_options* options, bccsplat_device** device);
+BCCSPLAT_API bccsplat_status bccsplat_device_create(const bccsplat_device_options* options,
+                                                    bccsplat_device** device);
 BCCSPLAT_API void bccsplat_device_retain(bccsplat_device* device);
 BCCSPLAT_API void bccsplat_device_release(bccsplat_device* device);
-BCCSPLAT_API bccsplat_status bccsplat_device_get_info(const bccsplat_device* device, bccsplat_device_info* info);
+BCCSPLAT_API bccsplat_status bccsplat_device_get_info(const bccsplat_device* device,
+                                                      bccsplat_device_info* info);
 
-/* ---- Streams of the host ----------------------------------------------------------------------------------------- */
+/* ---- Streams of the host ---- */
 
-/* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure. Called from any thread,
- * several at once. */
+/* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure. Called from any
+ * thread, several at once. */
 typedef int64_t (*bccsplat_read_at_fn)(void* user, uint64_t offset, void* buffer, uint64_t size);
-/* Writes all `size` bytes at `offset`; returns the number written, negative on failure. Never two calls at once. */
+/* Writes all `size` bytes at `offset`; returns the number written, negative on failure. Never two calls at
+ * once. */
 typedef int64_t (*bccsplat_write_at_fn)(void* user, uint64_t offset, const void* buffer, uint64_t size);
 
 typedef struct bccsplat_read_stream {
@@ -175,36 +179,49 @@ typedef struct bccsplat_write_stream {
   void* user;
 } bccsplat_write_stream;
 
-/* ---- Writer: frames or lattice samples in, .bcc4 out ---------------------------------------------------------------- */
+/* ---- Writer: frames or lattice samples in, .bcc4 out ---- */
 
 typedef struct bccsplat_writer bccsplat_writer;
 
 enum { /* types of source values and of stored samples */
-  BCCSPLAT_TYPE_DEFAULT = 0,
-  BCCSPLAT_TYPE_U8 = 1,
-  BCCSPLAT_TYPE_U16 = 2,
-  BCCSPLAT_TYPE_F16 = 3,
-  BCCSPLAT_TYPE_F32 = 4,
-  BCCSPLAT_TYPE_I16 = 5, /* sources only, as all below: stored as u16 with an offset, exactly */
-  BCCSPLAT_TYPE_I32 = 6, /* stored as f32 */
-  BCCSPLAT_TYPE_F64 = 7, /* stored as f32 */
-  BCCSPLAT_TYPE_I8 = 8,  /* stored as u8 with an offset, exactly */
-  BCCSPLAT_TYPE_U32 = 9  /* stored as f32 */
+       BCCSPLAT_TYPE_DEFAULT = 0,
+       BCCSPLAT_TYPE_U8 = 1,
+       BCCSPLAT_TYPE_U16 = 2,
+       BCCSPLAT_TYPE_F16 = 3,
+       BCCSPLAT_TYPE_F32 = 4,
+       BCCSPLAT_TYPE_I16 = 5, /* sources only, as all below: stored as u16 with an offset, exactly */
+       BCCSPLAT_TYPE_I32 = 6, /* stored as f32 */
+       BCCSPLAT_TYPE_F64 = 7, /* stored as f32 */
+       BCCSPLAT_TYPE_I8 = 8,  /* stored as u8 with an offset, exactly */
+       BCCSPLAT_TYPE_U32 = 9  /* stored as f32 */
 };
-enum { BCCSPLAT_LATTICE_DEFAULT = 0, BCCSPLAT_LATTICE_D4STAR = 1, BCCSPLAT_LATTICE_BCC = 2, BCCSPLAT_LATTICE_CC = 3 };
-enum { BCCSPLAT_FILTER_DEFAULT = 0, BCCSPLAT_FILTER_KAISER8 = 1, BCCSPLAT_FILTER_KAISER6 = 2, BCCSPLAT_FILTER_BSPLINE3 = 3 };
+enum {
+  BCCSPLAT_LATTICE_DEFAULT = 0,
+  BCCSPLAT_LATTICE_D4STAR = 1,
+  BCCSPLAT_LATTICE_BCC = 2,
+  BCCSPLAT_LATTICE_CC = 3
+};
+enum {
+  BCCSPLAT_FILTER_DEFAULT = 0,
+  BCCSPLAT_FILTER_KAISER8 = 1,
+  BCCSPLAT_FILTER_KAISER6 = 2,
+  BCCSPLAT_FILTER_BSPLINE3 = 3
+};
+/* COEFFICIENTS: readers take them; this version of the writer answers UNSUPPORTED. */
 enum { BCCSPLAT_STORE_DEFAULT = 0, BCCSPLAT_STORE_SAMPLES = 1, BCCSPLAT_STORE_COEFFICIENTS = 2 };
 enum { /* what a NaN or infinity in the source does */
-  BCCSPLAT_NONFINITE_DEFAULT = 0,
-  BCCSPLAT_NONFINITE_ERROR = 1, /* NONFINITE_VALUE, with frame and voxel in the text */
-  BCCSPLAT_NONFINITE_HOLE = 2,  /* missing data: never drawn, HOLE when evaluated, at the resolution of the lattice: a site
-                                   is a hole when the source sample nearest to it is; gaps between sites are filled */
-  BCCSPLAT_NONFINITE_CLAMP = 3  /* NaN becomes air, infinities the largest finite value of the channel's range */
+       BCCSPLAT_NONFINITE_DEFAULT = 0,
+       BCCSPLAT_NONFINITE_ERROR = 1, /* NONFINITE_VALUE, with frame and voxel in the text */
+       BCCSPLAT_NONFINITE_HOLE =
+           2, /* missing data: never drawn, HOLE when evaluated, at the resolution of the lattice: a site
+                 is a hole when the source sample nearest to it is; gaps between sites are filled */
+       BCCSPLAT_NONFINITE_CLAMP =
+           3 /* NaN becomes air, infinities the largest finite value of the channel's range */
 };
 
 enum { /* bits of bccsplat_channel_options.set_mask */
-  BCCSPLAT_CHANNEL_SET_AIR = 1,
-  BCCSPLAT_CHANNEL_SET_RANGE = 2
+       BCCSPLAT_CHANNEL_SET_AIR = 1,
+       BCCSPLAT_CHANNEL_SET_RANGE = 2
 };
 
 typedef struct bccsplat_channel_options {
@@ -212,55 +229,59 @@ typedef struct bccsplat_channel_options {
   uint32_t set_mask;
   const char* name; /* unique in the file, such as "density"; NULL: "value" */
   const char* unit; /* of the values; NULL: unknown */
-  int32_t source_type; /* precision of the source values; DEFAULT: the type of the
-                          first box for the channel that gets the first frame, F32 for others and for layers */
-  int32_t value_type;  /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision */
+  int32_t
+      source_type;      /* precision of the source values; DEFAULT: the type of the
+                           first box for the channel that gets the first frame, F32 for others and for layers */
+  int32_t value_type;   /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision */
   double air;           /* value of sites that are not stored; default 0 (SET_AIR) */
-  double air_threshold; /* a site within this of air is not stored; 0: only sites that equal air in the stored type */
-  double range[2];      /* SET_RANGE: smallest and largest value, spread over the codes of U8 or U16; needed when floats
-                           are stored as U8 or U16; values outside are clamped and counted */
+  double air_threshold; /* a site within this of air is not stored; 0: only sites that equal air in the stored
+                           type */
+  double range[2]; /* SET_RANGE: smallest and largest value, spread over the codes of U8 or U16; needed when
+                      floats are stored as U8 or U16; values outside are clamped and counted */
 } bccsplat_channel_options;
 
 typedef struct bccsplat_writer_options {
   uint32_t struct_size;
-  uint32_t set_mask;  /* none defined; 0 */
-  uint32_t dims[4];   /* source samples per axis; dims[3] = 0: as many frames as are given */
-  int32_t lattice;    /* DEFAULT: D4* for a series, BCC for one frame */
-  int32_t filter;     /* Cartesian frames -> lattice sites */
+  uint32_t set_mask; /* none defined; 0 */
+  uint32_t dims[4];  /* source samples per axis; dims[3] = 0: as many frames as are given */
+  int32_t lattice;   /* DEFAULT: D4* for a series, BCC for one frame */
+  int32_t filter;    /* Cartesian frames -> lattice sites */
   int32_t store;
   int32_t nonfinite;
-  int32_t overwrite;  /* non-zero: replace an existing file at finish */
+  int32_t overwrite;      /* non-zero: replace an existing file at finish */
   uint32_t channel_count; /* 0: one channel with default options */
   const bccsplat_channel_options* channels;
-  double affine[16];  /* index space -> world, row-major; all zero: identity */
+  double affine[16];        /* index space -> world, row-major; all zero: identity */
   const char* spatial_unit; /* "mm", ...; NULL: unknown */
   const char* time_unit;    /* "s", ...; NULL: unknown */
-  double scale;       /* lattice distance in T; 0: 1 */
-  double time_scale;  /* the same along time, in frames; 0: 1 */
-  const char* recommended_kernel; /* recorded for readers; the kernel of stored coefficients; NULL: "default" */
-  bccsplat_progress_fn progress;  /* NULL: none; fraction of the frames (or layers), only when dims[3] is known */
+  double scale;             /* lattice distance in T; 0: 1 */
+  double time_scale;        /* the same along time, in frames; 0: 1 */
+  const char*
+      recommended_kernel; /* recorded for readers; the kernel of stored coefficients; NULL: "default" */
+  bccsplat_progress_fn
+      progress; /* NULL: none; fraction of the frames (or layers), only when dims[3] is known */
   void* progress_user;
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */
 typedef struct bccsplat_box {
   uint32_t struct_size;
-  int32_t type;     /* BCCSPLAT_TYPE_...; not DEFAULT */
-  const void* data; /* borrowed during the call; sample (begin[0], begin[1], begin[2]) stands first */
-  int64_t begin[3]; /* index of the first sample (x, y, z) */
-  int64_t dims[3];  /* samples per axis; begin + dims <= the writer's dims */
+  int32_t type;            /* BCCSPLAT_TYPE_...; not DEFAULT */
+  const void* data;        /* borrowed during the call; sample (begin[0], begin[1], begin[2]) stands first */
+  int64_t begin[3];        /* index of the first sample (x, y, z) */
+  int64_t dims[3];         /* samples per axis; begin + dims <= the writer's dims */
   int64_t stride_bytes[3]; /* distance of neighbouring samples per axis; all zero: packed, x fastest */
 } bccsplat_box;
 
-/* Where the sites of a layer stand, for producers that sample the lattice themselves. Site (i, j, k) of the layer has
- * index-space position origin + step * (i, j, k) and frame number `frame`. */
+/* Where the sites of a layer stand, for producers that sample the lattice themselves. Site (i, j, k) of the
+ * layer has index-space position origin + step * (i, j, k) and frame number `frame`. */
 typedef struct bccsplat_layer_geometry {
   uint32_t struct_size;
-  int32_t coset;      /* 0 or 1 */
-  int64_t dims[3];    /* sites per axis */
-  double origin[3];   /* index space */
-  double step[3];     /* index space */
-  double frame;       /* index along t; 0 for a static lattice */
+  int32_t coset;       /* 0 or 1 */
+  int64_t dims[3];     /* sites per axis */
+  double origin[3];    /* index space */
+  double step[3];      /* index space */
+  double frame;        /* index along t; 0 for a static lattice */
   int64_t layer_count; /* layers of the whole lattice */
 } bccsplat_layer_geometry;
 
@@ -282,93 +303,98 @@ typedef struct bccsplat_writer_report {
   uint64_t bytes_index;  /* tables and metadata */
 } bccsplat_writer_report;
 
-/* Starts a file. The bytes go to a hidden neighbour of `path` that takes the name at finish, so `path` never holds half
- * a file. FILE_EXISTS unless options->overwrite; NOT_FOUND for an unknown kernel. */
+/* Starts a file. The bytes go to a hidden neighbour of `path` that takes the name at finish, so `path` never
+ * holds half a file. FILE_EXISTS unless options->overwrite; NOT_FOUND for an unknown kernel. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
-                                                    const bccsplat_writer_options* options, bccsplat_writer** writer);
+                                                    const bccsplat_writer_options* options,
+                                                    bccsplat_writer** writer);
 /* The same into a host's stream (copied; its user pointer is borrowed until release). */
-BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device, const bccsplat_write_stream* stream,
+BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device,
+                                                           const bccsplat_write_stream* stream,
                                                            const bccsplat_writer_options* options,
                                                            bccsplat_writer** writer);
-/* Adds the next frame of a channel. `time` is in the volume's time unit and rises strictly from frame to frame; every
- * channel of a frame gets the same time. count = 0: the whole frame is air. Memory held does not depend on the number of
- * frames. NONFINITE_VALUE, NO_SPACE, IO, CANCELLED; after a failure the writer can only be released. */
+/* Adds the next frame of a channel. `time` is in the volume's time unit and rises strictly from frame to
+ * frame; every channel of a frame gets the same time. count = 0: the whole frame is air. Memory held does not
+ * depend on the number of frames. NONFINITE_VALUE, NO_SPACE, IO, CANCELLED; after a failure the writer can
+ * only be released. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel, double time,
                                                        const bccsplat_box* boxes, uint64_t count);
 /* Geometry of a layer, 0 .. layer_count-1. Needs dims[3] > 0. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_writer* writer, int64_t layer,
                                                                 bccsplat_layer_geometry* geometry);
-/* Adds the next layer of a channel as lattice samples (no resampling): count = product of the layer's dims, x fastest.
- * Layers come in order and a writer takes either frames or layers. The times of the frames are
+/* Adds the next layer of a channel as lattice samples (no resampling): count = product of the layer's dims, x
+ * fastest. Layers come in order and a writer takes either frames or layers. The times of the frames are
  * time_first + i * time_step. NaN follows options->nonfinite. */
-BCCSPLAT_API bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t channel, int64_t layer,
-                                                       const float* samples, uint64_t count);
+BCCSPLAT_API bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t channel,
+                                                       int64_t layer, const float* samples, uint64_t count);
 /* Times of a file written by layers: frame i is at first + i * step, step > 0. Default 0 and 1. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first, double step);
 /* A free attribute of the file; a key given twice keeps the last value. */
-BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const char* key, const char* value);
+BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const char* key,
+                                                           const char* value);
 /* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). */
-BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* name, uint64_t bytes,
-                                                        uint32_t crc32);
-/* Writes what is pending and gives the file its name. report may be NULL. The writer can only be released afterwards. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* name,
+                                                        uint64_t bytes, uint32_t crc32);
+/* Writes what is pending and gives the file its name. report may be NULL. The writer can only be released
+ * afterwards. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report);
 BCCSPLAT_API void bccsplat_writer_retain(bccsplat_writer* writer);
 /* The last release without finish leaves no file. */
 BCCSPLAT_API void bccsplat_writer_release(bccsplat_writer* writer);
 
-/* ---- Volume: an open .bcc4 --------------------------------------------------------------------------------------- */
+/* ---- Volume: an open .bcc4 ---- */
 
 typedef struct bccsplat_volume bccsplat_volume;
 
 typedef struct bccsplat_volume_options {
   uint32_t struct_size;
-  uint32_t reserved;       /* 0 */
-  const char* kernel;      /* reconstruction; NULL: the file's recommendation. fast, default, fine, paper, gauss09 or
-                              SPACE+TIME such as "radial18+b3" */
-  uint64_t cache_bytes;    /* for decoded chunks and coefficients; 0: a quarter of the budget, at most 1 GiB */
+  uint32_t reserved;  /* 0 */
+  const char* kernel; /* reconstruction; NULL: the file's recommendation. fast, default, fine, paper, gauss09
+                         or SPACE+TIME such as "radial18+b3" */
+  uint64_t cache_bytes; /* for decoded chunks and coefficients; 0: a quarter of the budget, at most 1 GiB */
 } bccsplat_volume_options;
 
 typedef struct bccsplat_volume_info {
   uint32_t struct_size;
-  int32_t lattice;       /* BCCSPLAT_LATTICE_... */
-  uint64_t dims[4];      /* source samples per axis */
-  uint64_t cc_samples;   /* product of dims */
-  uint64_t sites_total;  /* lattice sites per channel */
+  int32_t lattice;      /* BCCSPLAT_LATTICE_... */
+  uint64_t dims[4];     /* source samples per axis */
+  uint64_t cc_samples;  /* product of dims */
+  uint64_t sites_total; /* lattice sites per channel */
   uint64_t layer_count;
-  double scale;          /* lattice distance in T along x, y, z as asked for */
+  double scale; /* lattice distance in T along x, y, z as asked for */
   double time_scale;
-  double affine[16];     /* index space -> world */
-  double time_first;     /* of frame 0 */
+  double affine[16]; /* index space -> world */
+  double time_first; /* of frame 0 */
   double time_last;
-  double mean_voxel;     /* cube root of a voxel's world volume */
+  double mean_voxel;        /* cube root of a voxel's world volume */
   const char* spatial_unit; /* "" when unknown */
   const char* time_unit;
-  const char* kernel;       /* canonical name of the kernel in use */
+  const char* kernel; /* canonical name of the kernel in use */
   const char* recommended_kernel;
   uint32_t channel_count;
-  int32_t time_uniform;     /* 1: equal steps */
-  int32_t store;            /* BCCSPLAT_STORE_... */
+  int32_t time_uniform; /* 1: equal steps */
+  int32_t store;        /* BCCSPLAT_STORE_... */
   int32_t has_holes;
   uint64_t bytes_file;
   uint64_t bytes_runs;
   uint64_t bytes_values;
   uint64_t bytes_index;
-  uint64_t bytes_read;      /* from the file so far, through this handle */
+  uint64_t bytes_read; /* from the file so far, through this handle */
   uint64_t attribute_count;
 } bccsplat_volume_info;
 
 typedef struct bccsplat_channel_info {
   uint32_t struct_size;
-  int32_t value_type;    /* BCCSPLAT_TYPE_... on disk */
+  int32_t value_type; /* BCCSPLAT_TYPE_... on disk */
   const char* name;
   const char* unit;
   double air;
   double air_threshold;
-  double value_scale;    /* value = stored * value_scale + value_offset */
+  double value_scale; /* value = stored * value_scale + value_offset */
   double value_offset;
-  double range[2];       /* smallest and largest source value */
-  double kept_range[2];  /* of the stored samples */
-  double percentile_2;   /* of the stored samples, from a 256-bin histogram over kept_range */
+  double range[2];      /* smallest and largest source value */
+  double kept_range[2]; /* of the stored samples */
+  double percentile_2;  /* of the stored samples, from a 256-bin histogram over kept_range */
   double percentile_998;
   uint64_t sites_kept;
   uint64_t cc_relevant;
@@ -386,60 +412,69 @@ typedef struct bccsplat_verify_report {
   uint64_t chunks_damaged;
   uint64_t bytes_checked;
   uint64_t first_damaged_offset; /* file offset; 0 when none */
-  uint64_t damages;              /* places that do not check out: chunks, index pages, records; 0: the file is sound */
+  uint64_t damages; /* places that do not check out: chunks, index pages, records; 0: the file is sound */
 } bccsplat_verify_report;
 
-/* Opens a file; reads its index roots only. options may be NULL. FILE_NOT_FOUND, NOT_BCC4, UNSUPPORTED_VERSION,
- * CORRUPT, TRUNCATED, CHECKSUM_MISMATCH, LIMIT_EXCEEDED, NOT_FOUND (kernel). */
+/* Opens a file; reads its index roots only. options may be NULL. FILE_NOT_FOUND, NOT_BCC4,
+ * UNSUPPORTED_VERSION, CORRUPT, TRUNCATED, CHECKSUM_MISMATCH, LIMIT_EXCEEDED, NOT_FOUND (kernel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_file(bccsplat_device* device, const char* path,
                                                        const bccsplat_volume_options* options,
                                                        bccsplat_volume** volume);
 /* `bytes` is borrowed until the last release of the volume and its slices. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_open_memory(bccsplat_device* device, const void* bytes, uint64_t size,
+BCCSPLAT_API bccsplat_status bccsplat_volume_open_memory(bccsplat_device* device, const void* bytes,
+                                                         uint64_t size,
                                                          const bccsplat_volume_options* options,
                                                          bccsplat_volume** volume);
-BCCSPLAT_API bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device, const bccsplat_read_stream* stream,
+BCCSPLAT_API bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device,
+                                                         const bccsplat_read_stream* stream,
                                                          const bccsplat_volume_options* options,
                                                          bccsplat_volume** volume);
 BCCSPLAT_API void bccsplat_volume_retain(bccsplat_volume* volume);
 BCCSPLAT_API void bccsplat_volume_release(bccsplat_volume* volume);
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat_volume_info* info);
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume,
+                                                      bccsplat_volume_info* info);
 /* NOT_FOUND past the last channel. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, uint32_t channel,
                                                               bccsplat_channel_info* info);
 /* Index of the channel of that name. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_find_channel(const bccsplat_volume* volume, const char* name,
                                                           uint32_t* channel);
-/* Writes min(capacity, dims[3]) frame times; times may be NULL when capacity is 0. count (may be NULL) gets dims[3]. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_times(const bccsplat_volume* volume, double* times, uint64_t capacity,
-                                                       uint64_t* count);
-/* Time unit -> frame index and back; monotone cubic between uneven times. OUT_OF_DOMAIN outside the series. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_time_to_index(const bccsplat_volume* volume, double time, double* index);
-BCCSPLAT_API bccsplat_status bccsplat_volume_index_to_time(const bccsplat_volume* volume, double index, double* time);
+/* Writes min(capacity, dims[3]) frame times; times may be NULL when capacity is 0. count (may be NULL) gets
+ * dims[3]. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_times(const bccsplat_volume* volume, double* times,
+                                                       uint64_t capacity, uint64_t* count);
+/* Time unit -> frame index and back; monotone cubic between uneven times. OUT_OF_DOMAIN outside the series.
+ */
+BCCSPLAT_API bccsplat_status bccsplat_volume_time_to_index(const bccsplat_volume* volume, double time,
+                                                           double* index);
+BCCSPLAT_API bccsplat_status bccsplat_volume_index_to_time(const bccsplat_volume* volume, double index,
+                                                           double* time);
 /* Attribute by index, 0 .. attribute_count-1; the strings belong to the volume. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_attribute(const bccsplat_volume* volume, uint64_t index,
                                                            const char** key, const char** value);
 BCCSPLAT_API bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volume* volume, const char* key,
                                                             const char** value);
-/* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats. gradients: NULL or n x 4
- * floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is evaluated even when the call fails with
- * OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t n, const double* xyzt,
-                                                      float* values, float* gradients);
+/* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats. gradients: NULL or
+ * n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is evaluated even when the call
+ * fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t n,
+                                                      const double* xyzt, float* values, float* gradients);
 /* The same for any channel. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, uint32_t channel,
                                                               uint64_t n, const double* xyzt, float* values,
                                                               float* gradients);
-/* Reads the whole file and checks every checksum and structural rule. OK even when damage is found: see the report.
- * progress may be NULL. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume, bccsplat_progress_fn progress,
-                                                    void* progress_user, bccsplat_verify_report* report);
+/* Reads the whole file and checks every checksum and structural rule. OK even when damage is found: see the
+ * report. progress may be NULL. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume,
+                                                    bccsplat_progress_fn progress, void* progress_user,
+                                                    bccsplat_verify_report* report);
 
-/* ---- Slice: the 3D field on a hyperplane ------------------------------------------------------------------------- */
+/* ---- Slice: the 3D field on a hyperplane ---- */
 
 typedef struct bccsplat_slice bccsplat_slice;
 
-/* a x + b y + c z + d t + e = 0 in index space; (a, b, c, d) any length but zero. A time slice at frame f: d = 1, e = -f. */
+/* a x + b y + c z + d t + e = 0 in index space; (a, b, c, d) any length but zero. A time slice at frame f: d
+ * = 1, e = -f. */
 typedef struct bccsplat_hyperplane {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
@@ -449,31 +484,33 @@ typedef struct bccsplat_hyperplane {
 typedef struct bccsplat_slice_options {
   uint32_t struct_size;
   uint32_t channel;
-  const char* kernel;   /* NULL: the volume's */
-  double interval[2];   /* frames relative to the hyperplane's, begin <= 0 <= end allowed in any mix: the slice holds the
-                           mean over [t+begin, t+end], clipped to the series; both 0: the instant. Time slices only. */
-  double spacing;       /* T of the target lattice of hyperplanes off the time axis; 0: the source density */
-  double time_length;   /* world units that one frame of theirs is drawn as; 0: one mean voxel */
-  int32_t lattice;      /* of those: DEFAULT or BCC */
-  uint32_t reserved;    /* 0 */
+  const char* kernel; /* NULL: the volume's */
+  double interval[2]; /* frames relative to the hyperplane's, begin <= 0 <= end allowed in any mix: the slice
+                         holds the mean over [t+begin, t+end], clipped to the series; both 0: the instant.
+                         Time slices only. */
+  double spacing;     /* T of the target lattice of hyperplanes off the time axis; 0: the source density */
+  double time_length; /* world units that one frame of theirs is drawn as; 0: one mean voxel */
+  int32_t lattice;    /* of those: DEFAULT or BCC */
+  uint32_t reserved;  /* 0 */
   bccsplat_progress_fn progress;
   void* progress_user;
 } bccsplat_slice_options;
 
 typedef struct bccsplat_slice_info {
   uint32_t struct_size;
-  int32_t lattice;         /* BCC or CC */
-  double hyperplane[5];    /* normalised */
-  double origin[4];        /* index space of slice space (0, 0, 0) */
-  double basis[3][4];      /* orthonormal directions of u, v, w in index space */
-  double extent[3][2];     /* domain in slice space */
-  uint64_t dims[3];        /* samples of the dense box at the source's resolution: sample i at slice coordinate extent[.][0] + i */
-  double affine[16];       /* slice space -> world, row-major */
-  double bounds[2];        /* no value of the slice lies outside */
+  int32_t lattice;      /* BCC or CC */
+  double hyperplane[5]; /* normalised */
+  double origin[4];     /* index space of slice space (0, 0, 0) */
+  double basis[3][4];   /* orthonormal directions of u, v, w in index space */
+  double extent[3][2];  /* domain in slice space */
+  uint64_t dims[3];     /* samples of the dense box at the source's resolution: sample i at slice coordinate
+                           extent[.][0] + i */
+  double affine[16];    /* slice space -> world, row-major */
+  double bounds[2];     /* no value of the slice lies outside */
   double air;
-  uint64_t points;         /* lattice points that take part */
-  uint64_t bytes_read;     /* from the file, to make this slice */
-  double milliseconds;     /* it took */
+  uint64_t points;     /* lattice points that take part */
+  uint64_t bytes_read; /* from the file, to make this slice */
+  double milliseconds; /* it took */
   const char* kernel;
 } bccsplat_slice_info;
 
@@ -486,61 +523,70 @@ typedef struct bccsplat_grid {
   uint64_t dims[3];
 } bccsplat_grid;
 
-/* Cuts a hyperplane. options may be NULL. OUT_OF_DOMAIN: a time outside the series; another hyperplane that misses the
- * domain gives an empty slice. INVALID_ARGUMENT: a zero or non-finite normal. */
-BCCSPLAT_API bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsplat_hyperplane* hyperplane,
-                                                   const bccsplat_slice_options* options, bccsplat_slice** slice);
+/* Cuts a hyperplane. options may be NULL. OUT_OF_DOMAIN: a time outside the series; another hyperplane that
+ * misses the domain gives an empty slice. INVALID_ARGUMENT: a zero or non-finite normal. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume,
+                                                   const bccsplat_hyperplane* hyperplane,
+                                                   const bccsplat_slice_options* options,
+                                                   bccsplat_slice** slice);
 BCCSPLAT_API void bccsplat_slice_retain(bccsplat_slice* slice);
 BCCSPLAT_API void bccsplat_slice_release(bccsplat_slice* slice);
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_slice_info* info);
-/* uvw: n x 3 doubles, slice space. values: n floats. gradients: NULL or n x 3 floats per unit of slice space. Points
- * outside or in holes as for bccsplat_volume_evaluate. */
-BCCSPLAT_API bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n, const double* uvw,
-                                                     float* values, float* gradients);
-/* Fills `values` (product of grid->dims floats, x fastest); grid NULL: the box of bccsplat_slice_info. Samples outside
- * the domain or in holes are NaN (no failure). */
-BCCSPLAT_API bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice, const bccsplat_grid* grid,
-                                                        float* values);
-/* The lattice points: writes min(capacity, points) positions (uvw, 3 floats each, slice space) and coefficients relative
- * to air; either array may be NULL. count (may be NULL) gets the number of points. */
-BCCSPLAT_API bccsplat_status bccsplat_slice_get_points(const bccsplat_slice* slice, uint64_t capacity, float* uvw,
-                                                       float* coefficients, uint64_t* count);
+/* uvw: n x 3 doubles, slice space. values: n floats. gradients: NULL or n x 3 floats per unit of slice space.
+ * Points outside or in holes as for bccsplat_volume_evaluate. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
+                                                     const double* uvw, float* values, float* gradients);
+/* Fills `values` (product of grid->dims floats, x fastest); grid NULL: the box of bccsplat_slice_info.
+ * Samples outside the domain or in holes are NaN (no failure). */
+BCCSPLAT_API bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice,
+                                                        const bccsplat_grid* grid, float* values);
+/* The lattice points: writes min(capacity, points) positions (uvw, 3 floats each, slice space) and
+ * coefficients relative to air; either array may be NULL. count (may be NULL) gets the number of points. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_points(const bccsplat_slice* slice, uint64_t capacity,
+                                                       float* uvw, float* coefficients, uint64_t* count);
 
-/* ---- Renderer ---------------------------------------------------------------------------------------------------- */
+/* ---- Renderer ---- */
 
 typedef struct bccsplat_renderer bccsplat_renderer;
 typedef struct bccsplat_frame bccsplat_frame;
 
-enum { BCCSPLAT_PROJECTION_DEFAULT = 0, BCCSPLAT_PROJECTION_ORTHOGRAPHIC = 1, BCCSPLAT_PROJECTION_PERSPECTIVE = 2 };
+enum {
+  BCCSPLAT_PROJECTION_DEFAULT = 0,
+  BCCSPLAT_PROJECTION_ORTHOGRAPHIC = 1,
+  BCCSPLAT_PROJECTION_PERSPECTIVE = 2
+};
 
-/* World space. The image plane's height is ortho_height (world units) or spans fovy_degrees; its width follows from the
- * frame's aspect ratio (square pixels). */
+/* World space. The image plane's height is ortho_height (world units) or spans fovy_degrees; its width
+ * follows from the frame's aspect ratio (square pixels). */
 typedef struct bccsplat_camera {
   uint32_t struct_size;
-  int32_t projection;   /* DEFAULT: orthographic */
+  int32_t projection; /* DEFAULT: orthographic */
   double position[3];
-  double target[3];     /* position and target must differ; up must not be parallel to the view */
+  double target[3]; /* position and target must differ; up must not be parallel to the view */
   double up[3];
-  double fovy_degrees;  /* perspective: in (0, 180) */
-  double ortho_height;  /* orthographic: > 0 */
+  double fovy_degrees; /* perspective: in (0, 180) */
+  double ortho_height; /* orthographic: > 0 */
 } bccsplat_camera;
 
-/* A view of the whole slice: starts along +z of world space (y down the image's -y, so y points up) and is turned about
- * the slice's centre, first rotate_y about the vertical, then rotate_x about the horizontal axis; it fits the bounding
- * sphere of the slice into the smaller side of a width x height image. Perspective uses 30 degrees. */
+/* A view of the whole slice: starts along +z of world space (y down the image's -y, so y points up) and is
+ * turned about the slice's centre, first rotate_y about the vertical, then rotate_x about the horizontal
+ * axis; it fits the bounding sphere of the slice into the smaller side of a width x height image. Perspective
+ * uses 30 degrees. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice, int32_t projection,
                                                        double rotate_x_degrees, double rotate_y_degrees,
-                                                       uint32_t width, uint32_t height, bccsplat_camera* camera);
+                                                       uint32_t width, uint32_t height,
+                                                       bccsplat_camera* camera);
 
-/* Piecewise linear in the value, constant beyond the first and last point; colour is linear RGB, not premultiplied. */
+/* Piecewise linear in the value, constant beyond the first and last point; colour is linear RGB, not
+ * premultiplied. */
 typedef struct bccsplat_transfer_function {
   uint32_t struct_size;
-  uint32_t color_count;       /* points of 4 doubles: value, red, green, blue; values rise */
+  uint32_t color_count; /* points of 4 doubles: value, red, green, blue; values rise */
   const double* colors;
-  const double* opacities;    /* points of 2 doubles: value, opacity in [0, 1] per unit_distance; values rise */
+  const double* opacities; /* points of 2 doubles: value, opacity in [0, 1] per unit_distance; values rise */
   uint32_t opacity_count;
-  uint32_t reserved;          /* 0 */
-  double unit_distance;       /* world length; 0: one mean voxel */
+  uint32_t reserved;    /* 0 */
+  double unit_distance; /* world length; 0: one mean voxel */
 } bccsplat_transfer_function;
 
 typedef struct bccsplat_light {
@@ -552,68 +598,82 @@ typedef struct bccsplat_lights {
   uint32_t struct_size;
   uint32_t count;               /* 0: one white light from the camera */
   const bccsplat_light* lights; /* directional, at most 8 */
-  double ambient;               /* material, as fractions of the classified colour; all four zero: .3 .7 .2 20 */
+  double ambient; /* material, as fractions of the classified colour; all four zero: .3 .7 .2 20 */
   double diffuse;
-  double specular;              /* white */
+  double specular; /* white */
   double shininess;
 } bccsplat_lights;
 
-enum { BCCSPLAT_MODE_DEFAULT = 0, BCCSPLAT_MODE_COMPOSITE = 1, BCCSPLAT_MODE_ISOSURFACE = 2, BCCSPLAT_MODE_XRAY = 3,
-       BCCSPLAT_MODE_MAXIMUM = 4 };
-enum { BCCSPLAT_QUALITY_DEFAULT = 0, BCCSPLAT_QUALITY_DRAFT = 1, BCCSPLAT_QUALITY_NORMAL = 2, BCCSPLAT_QUALITY_FINE = 3,
-       BCCSPLAT_QUALITY_BEST = 4 };
+enum {
+  BCCSPLAT_MODE_DEFAULT = 0,
+  BCCSPLAT_MODE_COMPOSITE = 1,
+  BCCSPLAT_MODE_ISOSURFACE = 2,
+  BCCSPLAT_MODE_XRAY = 3,
+  BCCSPLAT_MODE_MAXIMUM = 4
+};
+enum {
+  BCCSPLAT_QUALITY_DEFAULT = 0,
+  BCCSPLAT_QUALITY_DRAFT = 1,
+  BCCSPLAT_QUALITY_NORMAL = 2,
+  BCCSPLAT_QUALITY_FINE = 3,
+  BCCSPLAT_QUALITY_BEST = 4
+};
 enum { BCCSPLAT_SHADING_DEFAULT = 0, BCCSPLAT_SHADING_OFF = 1, BCCSPLAT_SHADING_ON = 2 };
 enum { /* bits of disable_skips: each switches one way of skipping work off, for tests */
-  BCCSPLAT_SKIP_TRANSFER_FUNCTION = 1, /* bricks invisible under the transfer function */
-  BCCSPLAT_SKIP_FRUSTUM = 2,
-  BCCSPLAT_SKIP_OCCLUSION = 4,
-  BCCSPLAT_SKIP_EMPTY_SHEETS = 8
+       BCCSPLAT_SKIP_TRANSFER_FUNCTION = 1, /* bricks invisible under the transfer function */
+       BCCSPLAT_SKIP_FRUSTUM = 2,
+       BCCSPLAT_SKIP_OCCLUSION = 4,
+       BCCSPLAT_SKIP_EMPTY_SHEETS = 8
 };
 enum { BCCSPLAT_RENDER_SET_ISO = 1 };
 
 typedef struct bccsplat_render_options {
   uint32_t struct_size;
   uint32_t set_mask;
-  int32_t mode;          /* DEFAULT: composite */
-  int32_t quality;       /* DEFAULT: normal; sets sheet_step and gradient unless given */
-  int32_t shading;       /* DEFAULT: on for composite and isosurface */
+  int32_t mode;    /* DEFAULT: composite */
+  int32_t quality; /* DEFAULT: normal; sets sheet_step and gradient unless given */
+  int32_t shading; /* DEFAULT: on for composite and isosurface */
   uint32_t disable_skips;
-  double sheet_step;     /* distance of sheets in T; 0: by quality (draft 1, normal .5, fine .25, best .125) */
-  double iso_value;      /* RENDER_SET_ISO; needed by mode isosurface */
-  double opacity_stop;   /* a pixel this opaque is finished; 0: .995; 1: never */
-  int32_t reference;     /* non-zero: slow double-precision integration of the same field in fine steps */
-  int32_t tile_size;     /* pixels; 0: chosen */
+  double sheet_step;   /* distance of sheets in T; 0: by quality (draft 1, normal .5, fine .25, best .125) */
+  double iso_value;    /* RENDER_SET_ISO; needed by mode isosurface */
+  double opacity_stop; /* a pixel this opaque is finished; 0: .995; 1: never */
+  int32_t reference;   /* non-zero: slow double-precision integration of the same field in fine steps */
+  int32_t tile_size;   /* pixels; 0: chosen */
   bccsplat_progress_fn progress;
   void* progress_user;
 } bccsplat_render_options;
 
 enum { /* what the trail holds */
-  BCCSPLAT_TRAIL_CONTENT_DEFAULT = 0,
-  BCCSPLAT_TRAIL_CLASSIFIED = 1, /* stills over the interval, each classified, their extinctions averaged: a thin fast
-                                    object still leaves a trail */
-  BCCSPLAT_TRAIL_MEAN = 2,       /* the field's exact mean over the interval, classified once */
-  BCCSPLAT_TRAIL_MAXIMUM = 3     /* its maximum over the stills, classified once */
+       BCCSPLAT_TRAIL_CONTENT_DEFAULT = 0,
+       BCCSPLAT_TRAIL_CLASSIFIED = 1, /* stills over the interval, each classified, their extinctions
+                                         averaged: a thin fast object still leaves a trail */
+       BCCSPLAT_TRAIL_MEAN = 2,       /* the field's exact mean over the interval, classified once */
+       BCCSPLAT_TRAIL_MAXIMUM = 3     /* its maximum over the stills, classified once */
 };
 enum { /* how trail and slice meet */
-  BCCSPLAT_TRAIL_COMBINE_DEFAULT = 0,
-  BCCSPLAT_TRAIL_PHYSICAL = 1,    /* extinctions add along each pixel's ray; converges as sheets get thinner */
-  BCCSPLAT_TRAIL_INTERLEAVED = 2, /* the paper's equation (8) per sheet, as printed: depends on the sheet step */
-  BCCSPLAT_TRAIL_POST = 3,        /* two pictures, the slice's over the trail's: no mutual occlusion */
-  BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT = 4 /* equation (8) made independent of the step: a = 1 - sqrt((1-a1)(1-a2)) */
+       BCCSPLAT_TRAIL_COMBINE_DEFAULT = 0,
+       BCCSPLAT_TRAIL_PHYSICAL =
+           1, /* extinctions add along each pixel's ray; converges as sheets get thinner */
+       BCCSPLAT_TRAIL_INTERLEAVED =
+           2, /* the paper's equation (8) per sheet, as printed: depends on the sheet step */
+       BCCSPLAT_TRAIL_POST = 3, /* two pictures, the slice's over the trail's: no mutual occlusion */
+       BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT =
+           4 /* equation (8) made independent of the step: a = 1 - sqrt((1-a1)(1-a2)) */
 };
 
 /* 3.5D motion blur: what the volume held over an interval of time, drawn together with a time slice of it. */
 typedef struct bccsplat_trail {
   uint32_t struct_size;
-  int32_t content;      /* DEFAULT: classified */
-  int32_t combine;      /* DEFAULT: physical */
-  uint32_t samples;     /* stills per sub-interval (classified, maximum); 0: one per lattice layer, 4 to 64 */
-  double interval[2];   /* frames relative to the slice, clipped to the series; both 0: no trail, bit for bit */
+  int32_t content;    /* DEFAULT: classified */
+  int32_t combine;    /* DEFAULT: physical */
+  uint32_t samples;   /* stills per sub-interval (classified, maximum); 0: one per lattice layer, 4 to 64 */
+  double interval[2]; /* frames relative to the slice, clipped to the series; both 0: no trail, bit for bit */
   const bccsplat_transfer_function* transfer_function; /* copied; NULL: the slice's */
-  const double* colors; /* one linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more
-                           than one sub-interval blue over white to orange, else the function's own */
-  uint32_t intervals;   /* equal sub-intervals, 1 .. 256; 0: 1 */
-  uint32_t reserved;    /* 0 */
+  const double*
+      colors; /* one linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more
+                 than one sub-interval blue over white to orange, else the function's own */
+  uint32_t intervals; /* equal sub-intervals, 1 .. 256; 0: 1 */
+  uint32_t reserved;  /* 0 */
 } bccsplat_trail;
 
 typedef struct bccsplat_render_stats {
@@ -621,35 +681,40 @@ typedef struct bccsplat_render_stats {
   uint32_t threads;
   double ms_transform; /* moving points to the screen, summed over threads */
   double ms_splat;
-  double ms_shade;     /* classify, shade, composite */
-  double ms_total;     /* wall */
-  double cpu_ms;       /* summed over threads */
+  double ms_shade; /* classify, shade, composite */
+  double ms_total; /* wall */
+  double cpu_ms;   /* summed over threads */
   uint64_t points_total;
   uint64_t points_after_cull; /* in bricks that were neither invisible nor outside the view */
   uint64_t points_splatted;   /* tile visits */
   uint64_t points_occluded;   /* tile visits skipped because the pixels were finished */
   uint64_t tiles;
-  uint64_t sheets;            /* of the view volume */
-  double sheet_step;          /* T */
+  uint64_t sheets;   /* of the view volume */
+  double sheet_step; /* T */
 } bccsplat_render_stats;
 
 BCCSPLAT_API bccsplat_status bccsplat_renderer_create(bccsplat_device* device, bccsplat_renderer** renderer);
 BCCSPLAT_API void bccsplat_renderer_retain(bccsplat_renderer* renderer);
 BCCSPLAT_API void bccsplat_renderer_release(bccsplat_renderer* renderer);
 /* The slice to draw; retained. NULL: none. */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const bccsplat_slice* slice);
-/* NULL: no trail. Render answers UNSUPPORTED when the slice is no time slice, the mode is neither composite nor isosurface,
- * or reference is asked for. */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const bccsplat_trail* trail);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer,
+                                                         const bccsplat_slice* slice);
+/* NULL: no trail. Render answers UNSUPPORTED when the slice is no time slice, the mode is neither composite
+ * nor isosurface, or reference is asked for. */
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer,
+                                                         const bccsplat_trail* trail);
 /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted at render). */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer, const bccsplat_camera* camera);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer,
+                                                          const bccsplat_camera* camera);
 /* NULL: viridis over the 2nd to 99.8th percentile of the stored values, opacity a ramp from 0 at air. */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_transfer_function(bccsplat_renderer* renderer,
-                                                                     const bccsplat_transfer_function* function);
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer, const bccsplat_lights* lights);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_transfer_function(
+    bccsplat_renderer* renderer, const bccsplat_transfer_function* function);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer,
+                                                          const bccsplat_lights* lights);
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
                                                            const bccsplat_render_options* options);
-/* Draws into every channel the frame has. WRONG_STATE without a slice; CANCELLED leaves the frame undefined. */
+/* Draws into every channel the frame has. WRONG_STATE without a slice; CANCELLED leaves the frame undefined.
+ */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_frame* frame);
 /* Makes the render under way end with CANCELLED; may be called from any thread at any time. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_cancel(bccsplat_renderer* renderer);
@@ -657,48 +722,50 @@ BCCSPLAT_API bccsplat_status bccsplat_renderer_cancel(bccsplat_renderer* rendere
 BCCSPLAT_API bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer,
                                                          bccsplat_render_stats* stats);
 
-/* ---- Frame: an image --------------------------------------------------------------------------------------------- */
+/* ---- Frame: an image ---- */
 
 enum { /* channels, as bits; each a plane of float32 pixels, rows top to bottom */
-  BCCSPLAT_FRAME_RGBA = 1,  /* 4 floats: linear premultiplied red, green, blue, opacity. Mode xray: the line integral of
-                               value - air over world length in all of R, G, B; mode maximum: classified maximum */
-  BCCSPLAT_FRAME_DEPTH = 2, /* 1 float: distance along the view direction (world) from the camera position where the
-                               opacity passes 1/2; infinity where it never does */
-  BCCSPLAT_FRAME_VALUE = 4, /* 1 float: line integral (xray), maximum (maximum), else opacity-weighted mean value; NaN where nothing is */
-  BCCSPLAT_FRAME_TIME = 8   /* 1 float: opacity-weighted mean frame index; NaN where nothing is */
+       BCCSPLAT_FRAME_RGBA =
+           1, /* 4 floats: linear premultiplied red, green, blue, opacity. Mode xray: the line integral of
+                 value - air over world length in all of R, G, B; mode maximum: classified maximum */
+       BCCSPLAT_FRAME_DEPTH = 2, /* 1 float: distance along the view direction (world) from the camera
+                                    position where the opacity passes 1/2; infinity where it never does */
+       BCCSPLAT_FRAME_VALUE = 4, /* 1 float: line integral (xray), maximum (maximum), else opacity-weighted
+                                    mean value; NaN where nothing is */
+       BCCSPLAT_FRAME_TIME = 8   /* 1 float: opacity-weighted mean frame index; NaN where nothing is */
 };
 
 typedef struct bccsplat_plane {
   uint32_t struct_size;
-  uint32_t components;   /* floats per pixel */
+  uint32_t components; /* floats per pixel */
   uint32_t width;
   uint32_t height;
-  float* pixels;         /* belongs to the frame, or is the host's own when wrapped */
+  float* pixels; /* belongs to the frame, or is the host's own when wrapped */
   uint64_t row_bytes;
 } bccsplat_plane;
 
 typedef struct bccsplat_image_options {
   uint32_t struct_size;
-  int32_t overwrite;     /* non-zero: replace an existing file */
+  int32_t overwrite;       /* non-zero: replace an existing file */
   uint32_t use_background; /* PNG: non-zero: opaque over `background`; 0: transparent, straight alpha */
   uint32_t reserved;
-  double background[3];  /* linear RGB */
+  double background[3]; /* linear RGB */
 } bccsplat_image_options;
 
 /* width, height in [1, 65536]; channels: bits, RGBA always included. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width, uint32_t height,
                                                    uint32_t channels, bccsplat_frame** frame);
-/* An RGBA frame in the host's own memory (borrowed until release): height rows of width x 4 floats, row_bytes apart
- * (0: packed). */
-BCCSPLAT_API bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width, uint32_t height, float* rgba,
-                                                 uint64_t row_bytes, bccsplat_frame** frame);
+/* An RGBA frame in the host's own memory (borrowed until release): height rows of width x 4 floats, row_bytes
+ * apart (0: packed). */
+BCCSPLAT_API bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width, uint32_t height,
+                                                 float* rgba, uint64_t row_bytes, bccsplat_frame** frame);
 BCCSPLAT_API void bccsplat_frame_retain(bccsplat_frame* frame);
 BCCSPLAT_API void bccsplat_frame_release(bccsplat_frame* frame);
 /* `channel` is one bit; NOT_FOUND when the frame lacks it. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* frame, uint32_t channel,
                                                         bccsplat_plane* plane);
-/* OpenEXR scanline file, ZIP, float: R, G, B, A unnamed first, the others as depth.Z, value.Y, time.Y. options may be NULL.
- * FILE_EXISTS unless overwrite, PERMISSION_DENIED, NO_SPACE, MISSING_FEATURE. */
+/* OpenEXR scanline file, ZIP, float: R, G, B, A unnamed first, the others as depth.Z, value.Y, time.Y.
+ * options may be NULL. FILE_EXISTS unless overwrite, PERMISSION_DENIED, NO_SPACE, MISSING_FEATURE. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char* path,
                                                      const bccsplat_image_options* options);
 /* 8-bit sRGB PNG. */
