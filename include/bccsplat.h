@@ -234,8 +234,9 @@ typedef struct bccsplat_channel_options {
                            first box for the channel that gets the first frame, F32 for others and for layers */
   int32_t value_type;   /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision */
   double air;           /* value of sites that are not stored; default 0 (SET_AIR) */
-  double air_threshold; /* a site within this of air is not stored; 0: only sites that equal air in the stored
-                           type */
+  double air_threshold; /* a site within this of air is not stored; 0: sites that equal air in the stored
+                           type, and for floats the filter's ringing beside air, up to 1/512 of what is near,
+                           are not */
   double range[2]; /* SET_RANGE: smallest and largest value, spread over the codes of U8 or U16; needed when
                       floats are stored as U8 or U16; values outside are clamped and counted */
 } bccsplat_channel_options;
