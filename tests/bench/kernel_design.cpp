@@ -24,14 +24,17 @@ struct Model {
   size_t stages = 0;
   std::vector<bool> free; // of all parameters
 
-  Model(const DesignGoal& goal) : stages(goal.pattern.size()), free(stages * stage_parameters, false) {
+  explicit Model(const DesignGoal& goal)
+      : stages(goal.pattern.size()), free(stages * stage_parameters, false) {
     const bool temporal = goal.dimensions == 4;
     for (size_t j = 0; j < stages; ++j) {
       const auto set = [&](size_t p, bool value) { free[j * stage_parameters + p] = value; };
-      const bool full = goal.pattern[j] == 'f';
-      set(own_s, full), set(own_t, full && temporal), set(own_st, full && temporal), set(own_x, true);
-      if (j == 0) continue;
-      set(source_1, true), set(source_s, true), set(source_t, temporal), set(source_st, temporal);
+      const char letter = goal.pattern[j];
+      const bool full = letter == 'f' || letter == 'a' || j == 0;
+      const bool mixed = temporal && letter != 'n';
+      set(own_s, full), set(own_t, full && temporal), set(own_st, full && mixed), set(own_x, true);
+      if (j == 0 || letter == 'a') continue;
+      set(source_1, true), set(source_s, true), set(source_t, temporal), set(source_st, mixed);
     }
   }
 
@@ -227,6 +230,10 @@ class Random {
 } // namespace
 
 Design design_prefilter(const Kernel& kernel, const DesignGoal& goal) {
+  if (goal.pattern.empty() || goal.pattern.size() > max_stages ||
+      goal.pattern.find_first_not_of("fxna") != std::string::npos)
+    fail(Code::invalid_argument, "a pattern of stages is 1 to ", max_stages,
+         " letters out of f, x, n and a, not '", goal.pattern, "'");
   const KernelSpectrum spectrum(kernel);
   Problem problem{goal, {}, all_waves(spectrum, goal.dimensions, 1500)};
   for (const double rho : design_rhos)

@@ -16,7 +16,8 @@ inline constexpr std::array<double, 4> design_rhos{0.3, 0.5, 0.7, 0.9};
 
 // One letter per stage. x: the running coefficients through the cross sum only, the samples through S, T, ST
 // (reaches one layer further); f: S, T, ST and X of the coefficients as well (two layers further). The first
-// stage has no source terms, for there c = f: its letter is f.
+// stage has no source terms, for there c = f: its letter is f. For comparison, n: x without ST; a: f without
+// the samples.
 struct DesignGoal {
   std::string pattern = "fxxx";
   int dimensions = 4;

@@ -258,6 +258,23 @@ void design(std::ostream& out, const std::string& which) {
   out << "constexpr Entry entries[] = {\n" << entries << "};\n";
 }
 
+// One prefilter with stages of another pattern, and its figures.
+void compare(std::ostream& out, const std::string& name, const std::string& pattern, int dimensions) {
+  const Kernel kernel = make_kernel(name);
+  DesignGoal goal = shipped_goal(kernel.name, dimensions);
+  goal.pattern = pattern;
+  const Design found = design_prefilter(kernel, goal);
+  print_stages(out, identifier(kernel.name) + "_" + pattern, found.stages);
+  const KernelSpectrum spectrum(kernel);
+  out << "// dB:";
+  for (const double rho : design_rhos)
+    out << ' '
+        << number(snr_db(ball_waves(spectrum, dimensions, rho, waves_per_ball), found.stages, dimensions), 1);
+  const Reach reach = prefilter_reach(found.stages);
+  out << "; reach " << (dimensions == 4 ? reach.time : reach.space) << "; gain "
+      << number(dimensions == 4 ? prefilter_gain4(found.stages) : prefilter_gain3(found.stages), 1) << "\n";
+}
+
 void shape(std::ostream& out, const std::string& which) {
   const std::vector<std::string> names =
       which == "all" ? std::vector<std::string>{"radial16", "radial18", "radial20", "radial24"}
@@ -290,14 +307,20 @@ int run_kernels_suite(std::span<const std::string> args, std::ostream& out) {
       want_measured = true;
     } else if (arg == "--json") {
       json = true;
+    } else if (arg == "--compare") {
+      const bool flat = args.size() == 4 && args[3] == "3";
+      if (i != 0 || (args.size() != 3 && !flat))
+        fail(Code::invalid_argument, "kernels --compare takes a kernel, a pattern of stages and perhaps 3");
+      compare(out, args[1], args[2], flat ? 3 : 4);
+      return 0;
     } else if (arg == "--design" || arg == "--shape") {
-      if (i + 1 == args.size() || args.size() != 2)
+      if (i != 0 || args.size() != 2)
         fail(Code::invalid_argument, "kernels ", arg, " takes one name, or all, and no other option");
-      arg == "--design" ? design(out, args[i + 1]) : shape(out, args[i + 1]);
+      arg == "--design" ? design(out, args[1]) : shape(out, args[1]);
       return 0;
     } else {
       fail(Code::invalid_argument, "kernels: unknown option '", arg,
-           "'; known: --predicted --measured --json --design NAME --shape NAME");
+           "'; known: --predicted --measured --json --design NAME --shape NAME --compare NAME PATTERN");
     }
   }
   if (!want_predicted && !want_measured) want_predicted = want_measured = true;
