@@ -1,11 +1,19 @@
 #include "slice/coefficients.h"
 
 #include <algorithm>
+#include <limits>
+#include <set>
 
 #include "base/error.h"
 #include "slice/prefilter.h"
 
 namespace bccsplat {
+namespace {
+
+// Bricks beside a slab that its coefficients may depend on: no prefilter reaches 16 sites.
+constexpr int slab_margin = 1;
+
+} // namespace
 
 // A cached layer and the memory it holds from the budget; kept alive by whoever uses the layer.
 struct Coefficients::Entry {
@@ -29,7 +37,100 @@ Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kerne
 }
 
 std::shared_ptr<const BrickLayer> Coefficients::layer(int32_t layer, const Context& context) const {
-  return stage(static_cast<int>(stages_.size()), source_.lattice().mirror_layer(layer), context);
+  return layers(std::span(&layer, 1), context).front();
+}
+
+std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<const int32_t> wanted,
+                                                                    const Context& context) const {
+  const auto last_stage = static_cast<int>(stages_.size());
+  std::map<int32_t, std::shared_ptr<const BrickLayer>> found;
+  std::vector<int32_t> missing;
+  for (const int32_t m : wanted) {
+    const int32_t at = source_.lattice().mirror_layer(m);
+    if (!found.contains(at) && !(found[at] = find({last_stage, at}))) missing.push_back(at);
+  }
+  const double thickness = slab_bricks(missing, context);
+  if (thickness < 1 && missing.size() > 1) // even the thinnest slabs of all at once would not fit
+    for (const int32_t at : missing) found[at] = layer(at, context);
+  else if (thickness < std::numeric_limits<double>::infinity())
+    for (auto& [at, layer] : make_by_slabs(missing, std::max(1, static_cast<int>(thickness)), context))
+      found[at] = std::move(layer);
+  else
+    for (const int32_t at : missing) found[at] = stage(last_stage, at, context);
+  std::vector<std::shared_ptr<const BrickLayer>> result;
+  for (const int32_t m : wanted) result.push_back(found[source_.lattice().mirror_layer(m)]);
+  return result;
+}
+
+double Coefficients::slab_bricks(const std::vector<int32_t>& layers, const Context& context) const {
+  const Lattice4& lattice = source_.lattice();
+  constexpr double no_slabs = std::numeric_limits<double>::infinity();
+  if (layers.empty() || stages_.empty() || lattice.is_static()) return no_slabs;
+  // All stages of all layers that the wanted ones depend on.
+  std::set<int32_t> needed(layers.begin(), layers.end()), samples = needed;
+  size_t total = needed.size();
+  for (size_t s = stages_.size(); s-- > 0;) {
+    const PrefilterStage& filter = stages_[s];
+    const auto reach = [&](const std::set<int32_t>& from, int32_t distance, std::set<int32_t>& into) {
+      for (const int32_t m : from)
+        for (const int32_t d : {-distance, distance}) into.insert(lattice.mirror_layer(m + d));
+    };
+    std::set<int32_t> before = needed;
+    if (filter.cross != 0) reach(needed, 1, before);
+    if (filter.temporal != 0 || filter.mixed != 0) reach(needed, lattice.layer_period(), before);
+    if (filter.source_temporal != 0 || filter.source_mixed != 0)
+      reach(needed, lattice.layer_period(), samples);
+    needed = std::move(before);
+    if (s > 0) total += needed.size();
+  }
+  samples.merge(needed);
+  total += samples.size();
+  // Coefficients spread a few sites beyond the samples: half as many bricks again, at most all.
+  const auto one = stage(0, layers.front(), context);
+  const uint64_t dense = one->brick_slots() * sizeof(Brick);
+  const uint64_t bytes = std::min(dense, one->bytes() + one->bytes() / 2) * total;
+  if (bytes <= limit_) return no_slabs;
+  const int height = one->brick_dims()[2];
+  const double per_brick = static_cast<double>(bytes) / height;
+  return std::min<double>(static_cast<double>(limit_ / 2) / per_brick - 2 * slab_margin, height);
+}
+
+std::map<int32_t, std::shared_ptr<const BrickLayer>>
+Coefficients::make_by_slabs(const std::vector<int32_t>& layers, int thickness, const Context& context) const {
+  const Lattice4& lattice = source_.lattice();
+  std::map<int32_t, BrickLayer> made;
+  int height = 0;
+  for (const int32_t m : layers) {
+    const auto& layer = made[m] = BrickLayer(lattice.space, lattice.coset(m));
+    height = std::max(height, layer.brick_dims()[2]);
+  }
+  {
+    const std::scoped_lock lock(mutex_);
+    evict_locked(limit_ / 2);
+  }
+  std::vector<Reservation> parts; // of the bricks that stay when a slab's own store goes
+  for (int z = region_.begin[2]; z < std::min(height, region_.end[2]); z += thickness) {
+    BrickBox slab = region_;
+    slab.begin[2] = std::max(slab.begin[2], z - slab_margin);
+    slab.end[2] = std::min(slab.end[2], z + thickness + slab_margin);
+    const Coefficients local(source_, channel_, kernel_, prune_, UINT64_MAX, slab);
+    uint64_t bytes = 0;
+    for (auto& [m, layer] : made) {
+      const auto part = local.stage(static_cast<int>(stages_.size()), m, context);
+      for (size_t s = 0; s < layer.brick_slots(); ++s) {
+        const int at = layer.slot_position(s)[2];
+        if (at < z || at >= z + thickness || !part->brick(s)) continue;
+        layer.set(s, part->share(s));
+        bytes += sizeof(Brick);
+      }
+    }
+    parts.emplace_back(context.memory, bytes, "coefficients of a slab");
+  }
+  parts.clear();
+  std::map<int32_t, std::shared_ptr<const BrickLayer>> result;
+  for (auto& [m, layer] : made)
+    result[m] = insert({static_cast<int>(stages_.size()), m}, std::move(layer), context);
+  return result;
 }
 
 // layer is inside the lattice.
@@ -46,22 +147,24 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
     held.push_back(stage(from_stage, lattice.mirror_layer(at), context));
     return held.back().get();
   };
-  const auto layers = [&](int from_stage) {
+  const auto layers = [&](int from_stage, bool in_time) {
     StageLayers l{.own = get(from_stage, m)};
-    if (!lattice.is_static()) l.before = get(from_stage, m - 2), l.after = get(from_stage, m + 2);
+    const int32_t period = lattice.layer_period();
+    if (in_time && !lattice.is_static())
+      l.before = get(from_stage, m - period), l.after = get(from_stage, m + period);
     return l;
   };
   StageInput input;
-  input.previous = layers(stage_number - 1);
-  if (filter.uses_source()) input.samples = layers(0);
+  input.previous = layers(stage_number - 1, filter.temporal != 0 || filter.mixed != 0);
+  if (filter.uses_source())
+    input.samples = layers(0, filter.source_temporal != 0 || filter.source_mixed != 0);
   if (filter.cross != 0) {
     input.cross_after = get(stage_number - 1, m + 1);
     if (!lattice.is_static()) input.cross_before = get(stage_number - 1, m - 1);
   }
-  BrickLayer result = apply_stage(filter, input, region_, context);
-  if (stage_number == static_cast<int>(stages_.size()))
-    result = finish_coefficients(result, *stage(0, m, context), prune_, context);
-  return insert(key, std::move(result), context);
+  const bool last = stage_number == static_cast<int>(stages_.size());
+  const StageFinish finish{last ? get(0, m) : nullptr, prune_};
+  return insert(key, apply_stage(filter, input, last ? &finish : nullptr, region_, context), context);
 }
 
 std::shared_ptr<const BrickLayer> Coefficients::find(const Key& key) const {

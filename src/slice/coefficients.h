@@ -3,7 +3,9 @@
 //
 // A coefficient is a fixed linear function of the samples in its reach: stage j of layer m reads stage j-1 of
 // layers m-2 .. m+2. So it does not depend on what is cached, in which order layers are asked for, or how the
-// file is chunked; and while time advances each stage of each layer is computed once.
+// file is chunked; and while time advances each stage of each layer is computed once. Where the cache is too
+// small for all that a layer depends on, layers are made slab by slab instead: up to three times the work,
+// but never the same stage again and again.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -37,12 +40,20 @@ class Coefficients {
 
   // Coefficients relative to air of a layer; any integer, mirrored at the ends. Concurrent calls are allowed.
   [[nodiscard]] std::shared_ptr<const BrickLayer> layer(int32_t layer, const Context& context) const;
+  // Several at once: cheaper than one by one where memory is short.
+  [[nodiscard]] std::vector<std::shared_ptr<const BrickLayer>> layers(std::span<const int32_t> layers,
+                                                                      const Context& context) const;
 
  private:
   using Key = std::pair<int, int32_t>; // stage (0: samples), layer
   struct Entry;
 
   std::shared_ptr<const BrickLayer> stage(int stage, int32_t layer, const Context& context) const;
+  // How thick, in bricks along z, slabs may be for the layers to fit the cache; infinite where no slabs are
+  // needed.
+  double slab_bricks(const std::vector<int32_t>& layers, const Context& context) const;
+  std::map<int32_t, std::shared_ptr<const BrickLayer>>
+  make_by_slabs(const std::vector<int32_t>& layers, int thickness, const Context& context) const;
   std::shared_ptr<const BrickLayer> find(const Key& key) const;
   std::shared_ptr<const BrickLayer> insert(const Key& key, BrickLayer layer, const Context& context) const;
   void evict_locked(uint64_t room) const; // until `room` bytes fit under the cache's limit

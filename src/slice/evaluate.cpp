@@ -39,14 +39,17 @@ struct Window {
       last = static_cast<int32_t>(std::floor(base + 1 + reach));
     }
     held.erase(held.begin(), held.lower_bound(first));
-    for (int32_t m = first; m <= last; ++m) {
-      const auto [it, is_new] = held.try_emplace(m);
-      HeldLayer& l = it->second;
-      if (is_new) {
-        l.layer = coefficients.layer(m, context);
-        for (size_t s = 0; s < l.layer->brick_slots() && !l.holes; ++s)
-          l.holes = l.layer->brick(s) && l.layer->brick(s)->hole;
-      }
+    std::vector<int32_t> wanted;
+    for (int32_t m = first; m <= last; ++m)
+      if (!held.contains(m)) wanted.push_back(m);
+    const auto made = coefficients.layers(wanted, context);
+    for (size_t i = 0; i < wanted.size(); ++i) {
+      HeldLayer& l = held[wanted[i]];
+      l.layer = made[i];
+      for (size_t s = 0; s < l.layer->brick_slots() && !l.holes; ++s)
+        l.holes = l.layer->brick(s) && l.layer->brick(s)->hole;
+    }
+    for (const auto& [m, l] : held) {
       holes = holes || l.holes;
       layers.push_back({l.layer.get(), m * distance});
     }

@@ -4,20 +4,28 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
-#include "slice/prefilter.h"
+#include <hwy/cache_control.h>
 
-#ifndef BCCSPLAT_PREFILTER_BLOCK
-#define BCCSPLAT_PREFILTER_BLOCK
+#include <bit>
+#include <cmath>
+
+#include "slice/prefilter.h"
+#include "slice/stage_block.h"
+
+#ifndef BCCSPLAT_PREFILTER_PLANES
+#define BCCSPLAT_PREFILTER_PLANES
 namespace bccsplat {
 
-// A brick with a margin of one site: what a stage gathers.
-inline constexpr int halo_edge = brick_edge + 2;
-inline constexpr int halo_row = halo_edge;
-inline constexpr int halo_plane = halo_edge * halo_edge;
-inline constexpr int halo_sites = halo_edge * halo_edge * halo_edge;
-// Rows of 16 read whole vectors one or two floats past a row's start; the last row of a block may run over.
-inline constexpr int halo_padding = 16;
-using HaloBlock = std::array<float, halo_sites + halo_padding>;
+// Planes of a brick with a margin of one site. Site x of a row stands at row_start + x, so that rows of 16
+// are aligned; the site after the last one lies in the next row's margin.
+inline constexpr int plane_row = 32, row_start = 16;
+inline constexpr int plane_rows = brick_edge + 2;
+struct StagePlanes {
+  alignas(64) std::array<std::array<float, plane_row * plane_rows + row_start>, 3> neighbours;
+  alignas(64) std::array<float, plane_row * plane_rows + row_start> cross;
+  alignas(64) std::array<std::array<float, brick_rows>, 2> corners; // sums of 4 in a plane of the other coset
+  alignas(64) std::array<float, brick_edge> pair;
+};
 
 } // namespace bccsplat
 #endif
@@ -26,72 +34,167 @@ HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+namespace {
 
-// centre += w0 * block and neighbours += w1 * block, margins included.
-void StageAdd(const float* block, float w0, float w1, float* centre, float* neighbours) {
-  const hn::ScalableTag<float> d;
-  const auto v0 = hn::Set(d, w0), v1 = hn::Set(d, w1);
-  for (size_t i = 0; i < halo_sites; i += hn::Lanes(d)) { // the last vector ends in the padding
-    const auto c = hn::Load(d, block + i);
-    hn::Store(hn::MulAdd(v0, c, hn::Load(d, centre + i)), d, centre + i);
-    hn::Store(hn::MulAdd(v1, c, hn::Load(d, neighbours + i)), d, neighbours + i);
+using Line = hn::CappedTag<float, brick_edge>;
+
+int RowOffset(int y, int z) { return (z * brick_edge + y) * brick_edge; }
+
+// to = sum over terms of their neighbours' weight times a row of 16.
+template<class RowOf> HWY_INLINE void NeighbourRow(const StageBlock& b, const RowOf& row_of, float* to) {
+  const Line d;
+  for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+    auto sum = hn::Zero(d);
+    for (int t = 0; t < b.neighbour_terms; ++t) {
+      const StageTerm& term = b.term[static_cast<size_t>(t)];
+      sum = hn::MulAdd(hn::Set(d, term.neighbours), hn::Load(d, row_of(term) + x), sum);
+    }
+    hn::Store(sum, d, to + x);
   }
 }
 
-// out (16^3) = centre + the six neighbours of each site in `neighbours`
-void StageSpatial(const float* centre, const float* neighbours, float* out) {
-  const hn::CappedTag<float, brick_edge> d;
-  for (int z = 0; z < brick_edge; ++z)
-    for (int y = 0; y < brick_edge; ++y) {
-      const int row = (z + 1) * halo_plane + (y + 1) * halo_row + 1;
-      float* target = out + (z * brick_edge + y) * brick_edge;
-      for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
-        const float* c = neighbours + row + x;
-        const auto along_x = hn::Add(hn::LoadU(d, c - 1), hn::LoadU(d, c + 1));
-        const auto along_y = hn::Add(hn::LoadU(d, c - halo_row), hn::LoadU(d, c + halo_row));
-        const auto along_z = hn::Add(hn::LoadU(d, c - halo_plane), hn::LoadU(d, c + halo_plane));
-        const auto sum = hn::Add(hn::Add(along_x, along_y), along_z);
-        hn::Store(hn::Add(hn::LoadU(d, centre + row + x), sum), d, target + x);
+// The values whose six neighbours are summed, in plane z = -1 .. width of the brick.
+void NeighbourPlane(const StageBlock& b, int z, float* plane) {
+  const auto row = [&](int y) { return plane + (y + 1) * plane_row + row_start; };
+  if (z < 0 || z == b.width[2]) {
+    const int at = z < 0 ? b.low_site[2] : b.high_site[2];
+    for (int y = 0; y < b.width[1]; ++y)
+      NeighbourRow(
+          b, [&](const StageTerm& t) { return (z < 0 ? t.low[2] : t.high[2]) + RowOffset(y, at); }, row(y));
+    return;
+  }
+  NeighbourRow(
+      b, [&](const StageTerm& t) { return t.low[1] + RowOffset(b.low_site[1], z); }, row(-1));
+  NeighbourRow(
+      b, [&](const StageTerm& t) { return t.high[1] + RowOffset(b.high_site[1], z); }, row(b.width[1]));
+  for (int y = 0; y < b.width[1]; ++y) {
+    const int at = RowOffset(y, z);
+    float* to = row(y);
+    NeighbourRow(
+        b, [&](const StageTerm& t) { return t.own + at; }, to);
+    float low = 0, high = 0;
+    for (int t = 0; t < b.neighbour_terms; ++t) {
+      const StageTerm& term = b.term[static_cast<size_t>(t)];
+      low += term.neighbours * term.low[0][at + b.low_site[0]];
+      high += term.neighbours * term.high[0][at + b.high_site[0]];
+    }
+    to[-1] = low, to[b.width[0]] = high;
+  }
+}
+
+// Sums of the 4 corners around each site within plane i + shift of the other coset, i = 0 .. width.
+void CornerPlane(const StageBlock& b, int i, StagePlanes& planes, float* corners) {
+  const StageCross& cross = b.cross;
+  const Line d;
+  const auto iz = static_cast<size_t>(i);
+  for (int j = 0; j <= b.width[1]; ++j) {
+    const auto iy = static_cast<size_t>(j);
+    const size_t quarter = 4u * cross.z.half[iz] + 2u * cross.y.half[iy];
+    const int at = RowOffset(cross.y.site[iy], cross.z.site[iz]);
+    float* row = planes.cross.data() + row_start;
+    const auto sum_layers = [&](size_t half, int x) {
+      float sum = cross.brick[0][quarter + half][at + x];
+      if (cross.layers == 2) sum += cross.brick[1][quarter + half][at + x];
+      return sum;
+    };
+    for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+      auto sum = hn::Load(d, cross.brick[0][quarter] + at + x);
+      if (cross.layers == 2) sum = hn::Add(sum, hn::Load(d, cross.brick[1][quarter] + at + x));
+      hn::Store(sum, d, row + x);
+    }
+    for (int k = 0; k < cross.patches; ++k) {
+      const StageCross::Patch& p = cross.patch[static_cast<size_t>(k)];
+      row[p.index + cross.shift] = sum_layers(static_cast<size_t>(p.half), p.site);
+    }
+    const float* first = row + cross.shift;
+    for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+      const auto pair = hn::Add(hn::LoadU(d, first + x), hn::LoadU(d, first + x + 1));
+      if (j > 0) {
+        float* to = corners + (j - 1) * brick_edge;
+        hn::Store(hn::Add(hn::Load(d, planes.pair.data() + x), pair), d, to + x);
       }
+      hn::Store(pair, d, planes.pair.data() + x);
     }
+  }
 }
 
-// out += weight * (sum of the 8 corners around each site); block holds the other coset, whose sites l + shift
-// and l + shift + 1 of the margin-one block stand on either side of site l.
-void StageCross(float weight, const float* block, int shift, float* pair_x, float* pair_y, float* out) {
-  const hn::CappedTag<float, brick_edge> d;
-  const auto w = hn::Set(d, weight);
-  for (int z = 0; z < halo_edge; ++z) {
-    for (int y = 0; y < halo_edge; ++y) {
-      const float* row = block + z * halo_plane + y * halo_row + shift;
-      for (size_t x = 0; x < brick_edge; x += hn::Lanes(d))
-        hn::Store(hn::Add(hn::LoadU(d, row + x), hn::LoadU(d, row + x + 1)), d,
-                  pair_x + y * brick_edge + static_cast<int>(x));
-    }
-    float* plane = pair_y + z * brick_rows;
-    for (int y = 0; y < brick_edge; ++y)
+// A finished row: clears sites beyond the lattice and those that do not matter; returns the bits of the rest.
+HWY_INLINE uint16_t FinishRow(float* row, int width, bool finish, float prune) {
+  const Line d;
+  const auto limit = hn::Set(d, finish ? prune : -1.0f);
+  unsigned bits = 0;
+  for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+    const auto v = hn::Load(d, row + x);
+    const auto inside = hn::FirstN(d, static_cast<size_t>(std::max(0, width - static_cast<int>(x))));
+    const auto keep = hn::And(inside, hn::Gt(hn::Abs(v), limit));
+    hn::Store(hn::IfThenElseZero(keep, v), d, row + x);
+    std::array<uint8_t, 8> bytes{};
+    hn::StoreMaskBits(d, keep, bytes.data());
+    bits |= (bytes[0] | static_cast<unsigned>(bytes[1]) << 8) << x;
+  }
+  return static_cast<uint16_t>(bits);
+}
+
+// Asks for plane z of the bricks that the next block needs: they are far apart in memory.
+void FetchPlane(const StageBlock& b, int z) {
+  constexpr int line = 16; // floats
+  for (int t = 0; t < b.terms; ++t)
+    for (int i = 0; i < brick_rows; i += line)
+      hwy::Prefetch(b.term[static_cast<size_t>(t)].own + z * brick_rows + i);
+  for (int t = 0; t < b.cross.layers; ++t)
+    for (int i = 0; i < brick_rows; i += line)
+      hwy::Prefetch(b.cross.brick[static_cast<size_t>(t)][0] + z * brick_rows + i);
+}
+
+} // namespace
+
+// Fills `out` and, to finish, its kept bits; returns whether any are set.
+bool StageBrick(const StageBlock& b, const StageBlock& next, bool finish, float prune, StagePlanes& planes,
+                Brick& out) {
+  const Line d;
+  const bool cross = b.cross.layers > 0;
+  if (b.neighbour_terms > 0)
+    NeighbourPlane(b, -1, planes.neighbours[0].data()), NeighbourPlane(b, 0, planes.neighbours[1].data());
+  if (cross) CornerPlane(b, 0, planes, planes.corners[0].data());
+  const auto w = hn::Set(d, b.cross.weight);
+  unsigned any = 0;
+  for (int z = 0; z < b.width[2]; ++z) {
+    const auto k = static_cast<size_t>(z);
+    FetchPlane(next, z);
+    if (b.neighbour_terms > 0) NeighbourPlane(b, z + 1, planes.neighbours[(k + 2) % 3].data());
+    if (cross) CornerPlane(b, z + 1, planes, planes.corners[(k + 1) % 2].data());
+    const auto row_of = [&](size_t plane, int y) {
+      return planes.neighbours[plane % 3].data() + (y + 1) * plane_row + row_start;
+    };
+    for (int y = 0; y < b.width[1]; ++y) {
+      float* to = out.value.data() + RowOffset(y, z);
       for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
-        const float* p = pair_x + (y + shift) * brick_edge + static_cast<int>(x);
-        hn::Store(hn::Add(hn::Load(d, p), hn::Load(d, p + brick_edge)), d,
-                  plane + y * brick_edge + static_cast<int>(x));
+        auto sum = hn::Zero(d);
+        for (int t = 0; t < b.terms; ++t) {
+          const StageTerm& term = b.term[static_cast<size_t>(t)];
+          sum = hn::MulAdd(hn::Set(d, term.centre), hn::Load(d, term.own + RowOffset(y, z) + x), sum);
+        }
+        if (b.neighbour_terms > 0) {
+          const float* c = row_of(k + 1, y) + x;
+          const auto along_x = hn::Add(hn::LoadU(d, c - 1), hn::LoadU(d, c + 1));
+          const auto along_y = hn::Add(hn::Load(d, c - plane_row), hn::Load(d, c + plane_row));
+          const auto along_z = hn::Add(hn::Load(d, row_of(k, y) + x), hn::Load(d, row_of(k + 2, y) + x));
+          sum = hn::Add(sum, hn::Add(hn::Add(along_x, along_y), along_z));
+        }
+        if (cross) {
+          const size_t i = static_cast<size_t>(y * brick_edge) + x;
+          const auto corners =
+              hn::Add(hn::Load(d, planes.corners[0].data() + i), hn::Load(d, planes.corners[1].data() + i));
+          sum = hn::MulAdd(w, corners, sum);
+        }
+        hn::Store(sum, d, to + x);
       }
-  }
-  for (int z = 0; z < brick_edge; ++z) {
-    const float* low = pair_y + (z + shift) * brick_rows;
-    float* target = out + z * brick_rows;
-    for (size_t i = 0; i < brick_rows; i += hn::Lanes(d)) {
-      const auto corners = hn::Add(hn::Load(d, low + i), hn::Load(d, low + brick_rows + i));
-      hn::Store(hn::MulAdd(w, corners, hn::Load(d, target + i)), d, target + i);
+      const uint16_t bits = FinishRow(to, b.width[0], finish, prune);
+      any |= bits;
+      out.kept[static_cast<size_t>(z * brick_edge + y)] = finish ? bits : 0;
     }
   }
-}
-
-void AddBlock(const float* source, float* target, size_t count) {
-  const hn::ScalableTag<float> d;
-  size_t i = 0;
-  for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d))
-    hn::StoreU(hn::Add(hn::LoadU(d, target + i), hn::LoadU(d, source + i)), d, target + i);
-  for (; i < count; ++i) target[i] += source[i];
+  return any != 0;
 }
 
 } // namespace HWY_NAMESPACE
@@ -102,107 +205,56 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 
 namespace bccsplat {
-HWY_EXPORT(StageAdd);
-HWY_EXPORT(StageSpatial);
-HWY_EXPORT(StageCross);
-HWY_EXPORT(AddBlock);
+HWY_EXPORT(StageBrick);
 
 namespace {
 
-struct Work {
-  alignas(64) HaloBlock block{}, other{}, centre{}, neighbours{};
-  alignas(64) std::array<float, halo_edge * brick_edge> pair_x{};
-  alignas(64) std::array<float, halo_edge * brick_rows> pair_y{};
-};
-
-// Sites beyond the coset's dims in an edge brick are air.
-void clear_beyond(const BrickLayer& layer, const Int3& b, Brick& brick) {
-  Int3 n;
-  for (size_t a = 0; a < 3; ++a) n[a] = std::min(brick_edge, layer.dims()[a] - b[a] * brick_edge);
-  if (n == Int3{brick_edge, brick_edge, brick_edge}) return;
-  for (int z = 0; z < brick_edge; ++z)
-    for (int y = 0; y < brick_edge; ++y) {
-      const int keep = z < n[2] && y < n[1] ? n[0] : 0;
-      float* row = brick.value.data() + (z * brick_edge + y) * brick_edge;
-      std::fill(row + keep, row + brick_edge, 0.0f);
-    }
+// Rows beyond the lattice, in an edge brick, are air.
+void clear_rows_beyond(const Int3& width, Brick& brick) {
+  for (int z = 0; z < brick_edge; ++z) {
+    const int from = z < width[2] ? width[1] : 0;
+    float* plane = brick.value.data() + z * brick_rows;
+    std::fill(plane + from * brick_edge, plane + brick_rows, 0.0f);
+    std::fill(brick.kept.begin() + z * brick_edge + from, brick.kept.begin() + (z + 1) * brick_edge,
+              uint16_t{0});
+  }
 }
 
-std::shared_ptr<Brick> stage_brick(const PrefilterStage& stage, const StageInput& in, size_t slot, Work& w) {
-  const Int3 b = in.previous.own->slot_position(slot);
-  const auto gather = [&](const BrickLayer* layer, HaloBlock& block) {
-    return layer && layer->gather(b[0], b[1], b[2], 1, std::span(block).first(halo_sites));
-  };
-  bool any = false;
-  const auto add = [&](const BrickLayer* layer, double w0, double w1) {
-    if ((w0 == 0 && w1 == 0) || !gather(layer, w.block)) return;
-    if (!any) w.centre.fill(0), w.neighbours.fill(0);
-    any = true;
-    HWY_DYNAMIC_DISPATCH(StageAdd)
-    (w.block.data(), static_cast<float>(w0), static_cast<float>(w1), w.centre.data(), w.neighbours.data());
-  };
-  add(in.previous.own, stage.self, stage.spatial);
-  add(in.previous.before, stage.temporal, stage.mixed);
-  add(in.previous.after, stage.temporal, stage.mixed);
-  add(in.samples.own, stage.source, stage.source_spatial);
-  add(in.samples.before, stage.source_temporal, stage.source_mixed);
-  add(in.samples.after, stage.source_temporal, stage.source_mixed);
-  std::shared_ptr<Brick> out;
-  if (any) {
-    out = std::make_shared<Brick>();
-    HWY_DYNAMIC_DISPATCH(StageSpatial)(w.centre.data(), w.neighbours.data(), out->value.data());
-  }
-  if (stage.cross != 0) {
-    bool cross = gather(in.cross_before, w.block);
-    if (cross) {
-      if (gather(in.cross_after, w.other))
-        HWY_DYNAMIC_DISPATCH(AddBlock)(w.other.data(), w.block.data(), halo_sites);
-    } else {
-      cross = gather(in.cross_after, w.block);
-    }
-    // Site l of coset 0 lies between l-1 and l of coset 1; of coset 1 between l and l+1 of coset 0. The block
-    // starts at -1.
-    if (cross) {
-      if (!out) out = std::make_shared<Brick>();
-      HWY_DYNAMIC_DISPATCH(StageCross)
-      (static_cast<float>(stage.cross), w.block.data(), in.previous.own->coset(), w.pair_x.data(),
-       w.pair_y.data(), out->value.data());
-    }
-  }
-  if (out) clear_beyond(*in.previous.own, b, *out);
+std::shared_ptr<Brick> stage_brick(const StageBlock& block, const StageBlock& next, const StageFinish* finish,
+                                   size_t slot, StagePlanes& planes) {
+  const Brick* sample = finish ? finish->samples->brick(slot) : nullptr;
+  const bool holes = sample && sample->hole;
+  if (block.empty() && !holes) return nullptr;
+  auto out = std::make_shared_for_overwrite<Brick>();
+  const bool kept = HWY_DYNAMIC_DISPATCH(StageBrick)(block, next, finish != nullptr,
+                                                     finish ? finish->prune : 0, planes, *out);
+  if (finish && !kept && !holes) return nullptr;
+  if (block.width != Int3{brick_edge, brick_edge, brick_edge}) clear_rows_beyond(block.width, *out);
+  if (holes) out->hole = std::make_unique<BrickMask>(*sample->hole);
   return out;
 }
 
 } // namespace
 
-BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input, const BrickBox& region,
-                       const Context& context) {
+BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input, const StageFinish* finish,
+                       const BrickBox& region, const Context& context) {
   BrickLayer result(input.previous.own->lattice(), input.previous.own->coset());
-  // One task per row of bricks along x: a few hundred microseconds each.
+  // One task per row of bricks along x: a few dozen microseconds each.
   const auto row = static_cast<size_t>(result.brick_dims()[0]);
   context.tasks.parallel_for(result.brick_slots() / row, [&](uint64_t r) {
     context.progress.check();
-    const auto work = std::make_unique<Work>();
-    for (size_t slot = r * row; slot < (r + 1) * row; ++slot)
-      if (region.contains(result.slot_position(slot)))
-        result.set(slot, stage_brick(stage, input, slot, *work));
-  });
-  return result;
-}
-
-BrickLayer finish_coefficients(const BrickLayer& coefficients, const BrickLayer& samples, float prune,
-                               const Context& context) {
-  BrickLayer result(coefficients.lattice(), coefficients.coset());
-  context.tasks.parallel_for(result.brick_slots(), [&](uint64_t slot) {
-    const Brick* c = coefficients.brick(slot);
-    const Brick* s = samples.brick(slot);
-    const bool holes = s && s->hole;
-    if (!c && !holes) return;
-    auto brick = std::make_shared<Brick>();
-    if (c) brick->value = c->value;
-    const int count = brick->keep_above(prune);
-    if (holes) brick->hole = std::make_unique<BrickMask>(*s->hole);
-    if (count > 0 || holes) result.set(slot, std::move(brick));
+    const auto planes = std::make_unique_for_overwrite<StagePlanes>();
+    std::vector<StageBlock> blocks; // and an empty one after the last
+    std::vector<size_t> slots;
+    for (size_t slot = r * row; slot < (r + 1) * row; ++slot) {
+      const Int3 b = result.slot_position(slot);
+      if (!region.contains(b)) continue;
+      blocks.push_back(stage_block(stage, input, b));
+      slots.push_back(slot);
+    }
+    blocks.emplace_back();
+    for (size_t i = 0; i < slots.size(); ++i)
+      result.set(slots[i], stage_brick(blocks[i], blocks[i + 1], finish, slots[i], *planes));
   });
   return result;
 }

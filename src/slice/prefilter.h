@@ -21,13 +21,17 @@ struct StageInput {
   const BrickLayer* cross_after = nullptr;
 };
 
-// Applies the stage, in the bricks of `region`, to every site in whose reach something is stored. Kept bits
-// and holes are not set: see finish_coefficients.
-[[nodiscard]] BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input,
-                                     const BrickBox& region, const Context& context);
+// What the last stage does as well: it keeps coefficients that matter (|c| > prune, in value units), clears
+// the others, and takes over the holes of the samples.
+struct StageFinish {
+  const BrickLayer* samples;
+  float prune;
+};
 
-// Marks the coefficients that matter (|c| > prune, in value units) and takes over the holes of the samples.
-[[nodiscard]] BrickLayer finish_coefficients(const BrickLayer& coefficients, const BrickLayer& samples,
-                                             float prune, const Context& context);
+// Applies the stage, in the bricks of `region`, to every site in whose reach something is stored. Kept bits
+// and holes are not set without `finish`.
+[[nodiscard]] BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input,
+                                     const StageFinish* finish, const BrickBox& region,
+                                     const Context& context);
 
 } // namespace bccsplat

@@ -62,9 +62,10 @@ struct Slice {
   [[nodiscard]] uint64_t bytes() const;
 };
 
-// Bounds of the field from the coefficients: the kernel is nonnegative and its site sum exceeds 1 by its
-// ripple only.
+// Bounds of the field from the range of the coefficients: the kernel is nonnegative and its site sum exceeds
+// 1 by its ripple only.
 [[nodiscard]] std::array<double, 2> coefficient_bounds(const Slice& slice);
+[[nodiscard]] std::array<double, 2> coefficient_bounds(const Slice& slice, const std::array<float, 2>& range);
 
 // The slow double-precision reference: field value (absolute) and gradient (per lattice unit; may be null) at
 // a point inside the domain, in lattice units.

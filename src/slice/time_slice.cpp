@@ -11,15 +11,18 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// out = sum_k weight[k] * brick[k], in the order given.
-void MergeBricks(const float* const* bricks, const float* weights, size_t count, float* out) {
+// out = sum_k weight[k] * brick[k], in the order given; range: smallest and largest of out.
+void MergeBricks(const float* const* bricks, const float* weights, size_t count, float* out, float* range) {
   const hn::ScalableTag<float> d;
+  auto low = hn::Set(d, range[0]), high = hn::Set(d, range[1]);
   for (size_t i = 0; i < brick_sites; i += hn::Lanes(d)) {
     auto sum = hn::Mul(hn::Set(d, weights[0]), hn::Load(d, bricks[0] + i));
     for (size_t k = 1; k < count; ++k)
       sum = hn::MulAdd(hn::Set(d, weights[k]), hn::Load(d, bricks[k] + i), sum);
     hn::Store(sum, d, out + i);
+    low = hn::Min(low, sum), high = hn::Max(high, sum);
   }
+  range[0] = hn::GetLane(hn::MinOfLanes(d, low)), range[1] = hn::GetLane(hn::MaxOfLanes(d, high));
 }
 
 } // namespace HWY_NAMESPACE
@@ -74,13 +77,16 @@ struct Part {
   float weight;
 };
 
-BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& parts, const Context& context) {
+// range: grows to hold every coefficient.
+BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& parts,
+                 std::array<float, 2>& range, const Context& context) {
   BrickLayer result(lattice, coset);
   // The layer that weighs most decides what is a hole.
   const auto main = std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
     return std::fabs(a.weight) < std::fabs(b.weight);
   });
   const auto row = static_cast<size_t>(result.brick_dims()[0]);
+  std::vector<std::array<float, 2>> ranges(result.brick_slots() / row);
   context.tasks.parallel_for(result.brick_slots() / row, [&](uint64_t r) {
     context.progress.check();
     std::vector<const float*> bricks;
@@ -96,13 +102,15 @@ BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& pa
         }
       if (bricks.empty()) continue;
       auto out = std::make_shared_for_overwrite<Brick>();
-      HWY_DYNAMIC_DISPATCH(MergeBricks)(bricks.data(), weights.data(), bricks.size(), out->value.data());
+      HWY_DYNAMIC_DISPATCH(MergeBricks)
+      (bricks.data(), weights.data(), bricks.size(), out->value.data(), ranges[r].data());
       out->kept = kept;
       if (const Brick* b = main->layer->brick(slot); b && b->hole)
         out->hole = std::make_unique<BrickMask>(*b->hole);
       result.set(slot, std::move(out));
     }
   });
+  for (const auto& [low, high] : ranges) range = {std::min(range[0], low), std::max(range[1], high)};
   return result;
 }
 
@@ -144,17 +152,19 @@ Slice time_slice(const Coefficients& coefficients, double frame, const std::arra
   slice.air = coefficients.air();
   slice.frame = frame;
   std::array<std::vector<Part>, 2> parts;
-  for (const LayerWeight& l : weights) {
-    const auto c = static_cast<size_t>(lattice.space.bcc ? l.layer & 1 : 0);
-    parts[c].push_back({coefficients.layer(l.layer, context), l.weight});
-  }
+  std::vector<int32_t> wanted;
+  for (const LayerWeight& l : weights) wanted.push_back(l.layer);
+  const auto layers = coefficients.layers(wanted, context);
+  for (size_t i = 0; i < weights.size(); ++i)
+    parts[static_cast<size_t>(lattice.coset(wanted[i]))].push_back({layers[i], weights[i].weight});
+  std::array<float, 2> range{};
   for (int c = 0; c < lattice.space.cosets(); ++c) {
     auto& coset = slice.coset[static_cast<size_t>(c)];
-    coset = merge(lattice.space, c, parts[static_cast<size_t>(c)], context);
+    coset = merge(lattice.space, c, parts[static_cast<size_t>(c)], range, context);
     for (size_t s = 0; s < coset.brick_slots() && !slice.has_holes; ++s)
       slice.has_holes = coset.brick(s) && coset.brick(s)->hole;
   }
-  slice.bounds = coefficient_bounds(slice);
+  slice.bounds = coefficient_bounds(slice, range);
 
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 3; ++a) {
