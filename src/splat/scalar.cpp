@@ -73,7 +73,7 @@ TransformCounts transform(const TransformArgs& t) {
                 x1 = std::clamp(px + t.columns[s] + t.around, 0, t.width);
       const int y0 = std::clamp(py - t.around, 0, t.height),
                 y1 = std::clamp(py + t.rows[s] + t.around, 0, t.height);
-      const auto sum = [&](int y, int x) { return t.open_sum[y * (t.width + 1) + x]; };
+      const auto sum = [&](int row, int column) { return t.open_sum[row * (t.width + 1) + column]; };
       if (sum(y1, x1) - sum(y1, x0) - sum(y0, x1) + sum(y0, x0) == 0) {
         ++counts.occluded;
         continue;
