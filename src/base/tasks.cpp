@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <system_error>
 #include <utility>
 
 namespace bccsplat {
@@ -56,7 +57,11 @@ struct Tasks::Pool {
 
   explicit Pool(int count) {
     workers.reserve(static_cast<size_t>(count));
-    for (int i = 0; i < count; ++i) workers.emplace_back([this] { work(); });
+    try {
+      for (int i = 0; i < count; ++i) workers.emplace_back([this] { work(); });
+    } catch (const std::system_error&) {
+      // The system gives no more threads: those there are, and the caller, do the work.
+    }
   }
   ~Pool() {
     {
