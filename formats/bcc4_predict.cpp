@@ -112,11 +112,29 @@ template<class D> struct Row {
   const D* previous;
 };
 
-// Visits the rows of a chunk in coding order and keeps the borders: while a layer is under way its border
-// repeats what is known so far, afterwards the nearest cell. `body` fills the sites of the row.
+// The cells around the sites of a layer, from the layer before.
+template<class D> void copy_border(D* to, const D* from, const Int3& n) {
+  const auto [nx, ny, nz] = n;
+  const auto copy = [&](std::ptrdiff_t at, int count) { std::copy_n(from + at, count, to + at); };
+  copy(0, stride_z);
+  copy((nz + 1) * stride_z, stride_z);
+  for (int z = 1; z <= nz; ++z) {
+    copy(z * stride_z, stride_y);
+    copy(z * stride_z + (ny + 1) * stride_y, stride_y);
+    for (int y = 1; y <= ny; ++y) {
+      copy(z * stride_z + y * stride_y, 1);
+      copy(z * stride_z + y * stride_y + nx + 1, 1);
+    }
+  }
+}
+
+// Visits the rows of a chunk in coding order and keeps the borders. While a layer is under way its border is that of
+// the layer before, or without one repeats what is known so far; afterwards it repeats the nearest cell. `body` fills
+// the sites of the row.
 template<class D, class Body> void walk(const ChunkShape& shape, Body&& body) {
   std::vector<D> ring(3 * layer_cells);
   const auto layer_at = [&](int m) { return ring.data() + (m % 3) * layer_cells; };
+  const auto copy_row = [](D* to, const D* from) { std::copy_n(from, stride_y, to); };
   for (int m = 0; m < shape.layers; ++m) {
     D* const layer = layer_at(m);
     std::fill_n(layer, layer_cells, D{0});
@@ -124,16 +142,16 @@ template<class D, class Body> void walk(const ChunkShape& shape, Body&& body) {
     const auto [nx, ny, nz] = shape.box[static_cast<size_t>(m)];
     const D* previous = shape.has_previous(m) ? layer_at(m - shape.period) : nullptr;
     const D* cross = shape.has_cross(m) ? layer_at(m - 1) : nullptr;
-    if (previous || cross) std::copy_n(previous ? previous : cross, stride_z, layer);
-    const auto copy_row = [](D* to, const D* from) { std::copy_n(from, stride_y, to); };
+    const D* before = previous ? previous : cross;
+    if (before) copy_border(layer, before, shape.box[static_cast<size_t>(m)]);
+    const std::ptrdiff_t lowest = shape.coset(m) == 1 ? 0 : -1 - stride_y - stride_z;
     for (int z = 0; z < nz; ++z) {
       D* const plane = layer + (z + 1) * stride_z;
-      if (z > 0) copy_row(plane, plane - stride_z + stride_y);
+      if (!before && z > 0) copy_row(plane, plane - stride_z + stride_y);
       for (int y = 0; y < ny; ++y) {
         D* const row = plane + (y + 1) * stride_y;
-        row[0] = row[1 - stride_y];
+        if (!before) row[0] = row[1 - stride_y];
         const std::ptrdiff_t at = row + 1 - layer;
-        const std::ptrdiff_t lowest = shape.coset(m) == 1 ? 0 : -1 - stride_y - stride_z;
         body(Row<D>{m, z * brick_edge + y, nx, row + 1, cross ? cross + at + lowest : nullptr,
                     previous ? previous + at : nullptr});
         row[nx + 1] = row[nx];
@@ -144,7 +162,7 @@ template<class D, class Body> void walk(const ChunkShape& shape, Body&& body) {
       D* const plane = layer + (z + 1) * stride_z;
       for (int y = 0; y < ny; ++y) plane[(y + 1) * stride_y] = plane[(y + 1) * stride_y + 1];
       copy_row(plane, plane + stride_y);
-      plane[(ny + 1) * stride_y] = plane[ny * stride_y];
+      copy_row(plane + (ny + 1) * stride_y, plane + ny * stride_y);
     }
     std::copy_n(layer + stride_z, stride_z, layer);
     std::copy_n(layer + nz * stride_z, stride_z, layer + (nz + 1) * stride_z);

@@ -477,14 +477,17 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
     const Cells* cross = has_cross(m) ? &cells[static_cast<size_t>(m - 1)] : nullptr;
     const Weights& w = weights[class_of(m)];
     const int shift = v.coset(first_layer + m) == 1 ? 0 : -1;
-    if (previous)
-      own.copy_plane(-1, *previous, -1);
-    else if (cross)
-      own.copy_plane(-1, *cross, -1);
+    const Cells* before = previous ? previous : cross;
+    if (before)
+      for (int z = -1; z <= nz; ++z)
+        for (int y = -1; y <= ny; ++y)
+          for (int x = -1; x <= nx; ++x)
+            if (x < 0 || y < 0 || z < 0 || x == nx || y == ny || z == nz)
+              own.at(x, y, z) = before->get(x, y, z);
     for (int z = 0; z < nz; ++z) {
-      if (z > 0) own.copy_row(-1, z, 0, z - 1);
+      if (!before && z > 0) own.copy_row(-1, z, 0, z - 1);
       for (int y = 0; y < ny; ++y) {
-        own.at(-1, y, z) = own.get(0, y - 1, z);
+        if (!before) own.at(-1, y, z) = own.get(0, y - 1, z);
         for (int x = 0; x < nx; ++x) {
           if (!kept[site++]) continue;
           const auto index = static_cast<size_t>((z * 16 + y) * 16 + x);
@@ -524,7 +527,7 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
     for (int z = 0; z < nz; ++z) {
       for (int y = 0; y < ny; ++y) own.at(-1, y, z) = own.get(0, y, z);
       own.copy_row(-1, z, 0, z);
-      own.at(-1, ny, z) = own.get(-1, ny - 1, z);
+      own.copy_row(ny, z, ny - 1, z);
     }
     own.copy_plane(-1, own, 0);
     own.copy_plane(nz, own, nz - 1);

@@ -1,0 +1,190 @@
+#include "formats/bcc4_predict.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <random>
+
+#include "bcc4_test_data.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr std::array all = {Predictor::none,     Predictor::west,  Predictor::lorenzo,
+                            Predictor::previous, Predictor::cross, Predictor::fitted};
+
+// A chunk of a lattice; value(position, frame) gives codes, kept(...) the sites.
+template<class Value, class Kept>
+ChunkSites make_sites(const VolumeInfo& info, int32_t slab, const Int3& brick, const Value& value,
+                      const Kept& kept) {
+  ChunkSites sites;
+  sites.shape = chunk_shape(info, slab, brick);
+  sites.kept.resize(static_cast<size_t>(sites.shape.layers));
+  for (int m = 0; m < sites.shape.layers; ++m) {
+    const Int3 n = sites.shape.box[static_cast<size_t>(m)];
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y)
+        for (int x = 0; x < n[0]; ++x) {
+          const Vec3 p = info.lattice.site_position(
+              sites.shape.coset(m), {brick[0] * 16 + x, brick[1] * 16 + y, brick[2] * 16 + z});
+          const double t = info.lattice.layer_frame(slab * info.slab_layers + m);
+          if (!kept(p, t)) continue;
+          auto& row = sites.kept[static_cast<size_t>(m)][static_cast<size_t>(z * 16 + y)];
+          row = static_cast<uint16_t>(row | 1u << x);
+          sites.codes.push_back(value(p, t));
+        }
+  }
+  return sites;
+}
+
+struct Case {
+  LatticeKind kind;
+  std::array<uint32_t, 4> dims;
+  int32_t slab_layers, slab;
+  Int3 brick;
+};
+// Whole bricks, edges, a brick that coset 1 lacks, one layer, static lattices, slabs that start with coset 1.
+const std::vector<Case> cases = {{LatticeKind::d4star, {40, 40, 40, 20}, 8, 1, {0, 0, 0}},
+                                 {LatticeKind::d4star, {40, 40, 40, 20}, 8, 3, {1, 1, 1}},
+                                 {LatticeKind::d4star, {23, 24, 23, 20}, 8, 0, {1, 0, 1}},
+                                 {LatticeKind::d4star, {30, 30, 30, 20}, 3, 1, {0, 1, 0}},
+                                 {LatticeKind::d4star, {30, 30, 30, 20}, 1, 3, {0, 0, 0}},
+                                 {LatticeKind::d4star, {30, 30, 30, 60}, 32, 1, {1, 0, 0}},
+                                 {LatticeKind::bcc, {40, 23, 30, 1}, 8, 0, {0, 0, 0}},
+                                 {LatticeKind::bcc, {40, 23, 30, 1}, 8, 0, {1, 0, 0}},
+                                 {LatticeKind::cc, {20, 18, 17, 9}, 8, 0, {0, 0, 0}},
+                                 {LatticeKind::cc, {20, 18, 17, 9}, 8, 0, {1, 0, 1}},
+                                 {LatticeKind::cc, {20, 18, 17, 1}, 8, 0, {0, 1, 0}}};
+
+ChunkCodes codes_of(ValueType type, uint32_t air) {
+  ChunkCodes codes;
+  codes.type = type, codes.air = air;
+  return codes;
+}
+
+TEST(Predict, UnpredictIsTheInverse) {
+  std::mt19937 random(5);
+  for (const Case& c : cases)
+    for (const ValueType type : {ValueType::u8, ValueType::u16, ValueType::f16, ValueType::f32})
+      for (const int share : {1, 3, 4}) {
+        VolumeInfo info = test::volume(c.kind, c.dims, {test::channel("a", type)});
+        info.slab_layers = c.slab_layers;
+        ChunkCodes codes = codes_of(type, 0);
+        codes.air = static_cast<uint32_t>(random()) & codes.mask();
+        const ChunkSites sites = make_sites(
+            info, c.slab, c.brick,
+            [&](const Vec3& p, double t) {
+              const double wave = 0.5 + 0.5 * std::sin(0.3 * p[0] + 0.2 * p[1] - 0.4 * p[2] + t);
+              const auto smooth = static_cast<uint32_t>(wave * codes.mask());
+              return random() % 8
+                         ? smooth
+                         : static_cast<uint32_t>(random()) & codes.mask(); // some steps over the whole range
+            },
+            [&](const Vec3&, double) { return static_cast<int>(random() % 4) < share; });
+        if (sites.codes.empty()) continue;
+        for (const Predictor p : all) {
+          std::vector<int16_t> weights;
+          if (p == Predictor::fitted) {
+            weights = fit_weights(sites, codes);
+            ASSERT_EQ(weights.size(), fitted_weights(sites.shape));
+          }
+          const auto residuals = predict(sites, codes, p, weights);
+          for (const uint32_t r : residuals) ASSERT_LE(r, codes.mask());
+          ChunkSites back;
+          back.shape = sites.shape, back.kept = sites.kept;
+          unpredict(back, codes, p, weights, residuals);
+          ASSERT_EQ(back.codes, sites.codes) << "predictor " << static_cast<int>(p);
+        }
+      }
+}
+
+TEST(Predict, ExtremeWeightsDoNotOverflow) {
+  const VolumeInfo info =
+      test::volume(LatticeKind::d4star, {40, 40, 40, 20}, {test::channel("a", ValueType::u16)});
+  std::mt19937 random(6);
+  const ChunkCodes codes = codes_of(ValueType::u16, 0);
+  const ChunkSites sites = make_sites(
+      info, 0, {0, 0, 0}, [&](const Vec3&, double) { return random() % 2 ? 65535u : 0u; },
+      [](const Vec3&, double) { return true; });
+  std::vector<int16_t> weights(fitted_weights(sites.shape)); // classes 0, 1 and 3: 10, 18 and 25 weights
+  ASSERT_EQ(weights.size(), 53u);
+  weights[0] = 32767, weights[10 + 3] = -32767, weights[28 + 24] = 32767;
+  ChunkSites back;
+  back.shape = sites.shape, back.kept = sites.kept;
+  unpredict(back, codes, Predictor::fitted, weights, predict(sites, codes, Predictor::fitted, weights));
+  EXPECT_EQ(back.codes, sites.codes);
+  weights[1] = -1; // the magnitudes of one class now sum to 32768
+  EXPECT_THROW(static_cast<void>(predict(sites, codes, Predictor::fitted, weights)), Error);
+}
+
+// Mean bits of the residuals of sites off the faces of a full chunk, from the third layer on.
+double inner_bits(const ChunkSites& sites, const std::vector<uint32_t>& residuals) {
+  double bits = 0;
+  size_t i = 0, count = 0;
+  for (int m = 0; m < sites.shape.layers; ++m) {
+    const Int3 n = sites.shape.box[static_cast<size_t>(m)];
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y)
+        for (int x = 0; x < n[0]; ++x, ++i) {
+          const bool inside = x > 0 && y > 0 && z > 0 && x < n[0] - 1 && y < n[1] - 1 && z < n[2] - 1;
+          if (!inside || (m < 2 && !sites.shape.still)) continue;
+          bits += static_cast<double>(std::bit_width(residuals[i]));
+          ++count;
+        }
+  }
+  return bits / static_cast<double>(count);
+}
+
+double mean_square(const std::vector<uint32_t>& folded) {
+  double sum = 0;
+  for (const uint32_t f : folded) sum += 0.25 * f * f;
+  return sum / static_cast<double>(folded.size());
+}
+
+TEST(Predict, LinearFieldsAreForeseen) {
+  size_t tried = 0;
+  for (const Case& c : cases) {
+    VolumeInfo info = test::volume(c.kind, c.dims, {test::channel("a", ValueType::u16)});
+    info.slab_layers = c.slab_layers;
+    const ChunkCodes codes = codes_of(ValueType::u16, 0);
+    const ChunkSites sites = make_sites(
+        info, c.slab, c.brick,
+        [](const Vec3& p, double t) {
+          return static_cast<uint32_t>(20000 + 150 * p[0] - 90 * p[1] + 60 * p[2] + 40 * t + 0.5);
+        },
+        [](const Vec3&, double) { return true; });
+    if (sites.codes.size() < 8192) continue;
+    ++tried;
+    // Lorenzo's cube is exact on linear fields, off the faces; codes are rounded.
+    EXPECT_LT(inner_bits(sites, predict(sites, codes, Predictor::lorenzo, {})), 3);
+    EXPECT_GT(inner_bits(sites, predict(sites, codes, Predictor::west, {})), 7); // the step along x
+    // Least squares has the faces to care for as well: over all sites no fixed predictor has a smaller mean
+    // square.
+    const double fitted = mean_square(predict(sites, codes, Predictor::fitted, fit_weights(sites, codes)));
+    for (const Predictor p : {Predictor::west, Predictor::lorenzo, Predictor::previous, Predictor::cross})
+      EXPECT_LT(fitted, mean_square(predict(sites, codes, p, {}))) << "kind " << static_cast<int>(c.kind);
+  }
+  EXPECT_GE(tried, 4u);
+}
+
+TEST(Predict, AConstantLeavesOnlyItsFirstSite) {
+  const VolumeInfo info =
+      test::volume(LatticeKind::d4star, {40, 40, 40, 20}, {test::channel("a", ValueType::u8)});
+  const ChunkCodes codes = codes_of(ValueType::u8, 100);
+  const auto everywhere = [](const Vec3&, double) { return true; };
+  const ChunkSites air = make_sites(
+      info, 1, {0, 0, 0}, [](const Vec3&, double) { return 100u; }, everywhere);
+  for (const Predictor p : {Predictor::west, Predictor::lorenzo, Predictor::previous, Predictor::cross})
+    for (const uint32_t r : predict(air, codes, p, {})) ASSERT_EQ(r, 0u);
+  const ChunkSites seven = make_sites(
+      info, 1, {0, 0, 0}, [](const Vec3&, double) { return 107u; }, everywhere);
+  for (const Predictor p : {Predictor::west, Predictor::previous, Predictor::cross}) {
+    const auto r = predict(seven, codes, p, {});
+    EXPECT_EQ(r[0], 14u); // +7, folded
+    EXPECT_EQ(static_cast<size_t>(std::count(r.begin(), r.end(), 0u)), r.size() - 1);
+  }
+}
+
+} // namespace
+} // namespace bccsplat
