@@ -128,9 +128,9 @@ template<class D> void copy_border(D* to, const D* from, const Int3& n) {
   }
 }
 
-// Visits the rows of a chunk in coding order and keeps the borders. While a layer is under way its border is that of
-// the layer before, or without one repeats what is known so far; afterwards it repeats the nearest cell. `body` fills
-// the sites of the row.
+// Visits the rows of a chunk in coding order and keeps the borders. While a layer is under way its border is
+// that of the layer before, or without one repeats what is known so far; afterwards it repeats the nearest
+// cell. `body` fills the sites of the row.
 template<class D, class Body> void walk(const ChunkShape& shape, Body&& body) {
   std::vector<D> ring(3 * layer_cells);
   const auto layer_at = [&](int m) { return ring.data() + (m % 3) * layer_cells; };

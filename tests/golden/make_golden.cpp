@@ -33,7 +33,8 @@ Sample rows(int, double x, double y, double z, double t) {
   return {static_cast<float>(100 * (noise - std::floor(noise)) + x), z < 9, false};
 }
 
-// On the lattice of 9^3 x 4 samples: noise on coset 0, on coset 1 the mean of the neighbours in the layer before.
+// On the lattice of 9^3 x 4 samples: noise on coset 0, on coset 1 the mean of the neighbours in the layer
+// before.
 Sample means(int, double x, double y, double z, double t) {
   const auto plane = [](double p) { return static_cast<int>(std::lround(p / (8.0 / 12))); };
   const auto noise = [](int i, int j, int k, int m) {
@@ -43,7 +44,8 @@ Sample means(int, double x, double y, double z, double t) {
   const int i = plane(x), j = plane(y), k = plane(z), m = static_cast<int>(std::lround(t * std::sqrt(2.0)));
   if (m % 2 == 0) return {static_cast<float>(noise(i, j, k, m)), true, false};
   double sum = 0;
-  for (int n = 0; n < 8; ++n) sum += noise(i - 1 + 2 * (n & 1), j - 1 + 2 * (n >> 1 & 1), k - 1 + 2 * (n >> 2), m - 1);
+  for (int n = 0; n < 8; ++n)
+    sum += noise(i - 1 + 2 * (n & 1), j - 1 + 2 * (n >> 1 & 1), k - 1 + 2 * (n >> 2), m - 1);
   return {static_cast<float>(sum / 8), true, false};
 }
 
@@ -82,7 +84,8 @@ void make_good() {
                             ball, 1, {.level = 0}));
   save("v1_rows",
        write_file(volume(LatticeKind::d4star, {15, 14, 14, 3}, {channel("value", ValueType::u16)}), rows));
-  save("v1_d4star_means", write_file(volume(LatticeKind::d4star, {9, 9, 9, 4}, {channel("value", ValueType::u16)}), means));
+  save("v1_d4star_means",
+       write_file(volume(LatticeKind::d4star, {9, 9, 9, 4}, {channel("value", ValueType::u16)}), means));
   save("v1_fitted",
        write_file(volume(LatticeKind::d4star, {24, 24, 24, 10}, {channel("value", ValueType::u8)}), dense));
 }

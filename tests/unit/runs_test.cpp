@@ -73,12 +73,14 @@ TEST(Runs, AFullBrickIsOnePair) {
 
 TEST(Runs, BytesAreAtMostOnePerSiteAndOneMore) {
   for (const int bits : {0x5555, 0xaaaa, 0xffff, 0x1111, 0x8001}) {
-    const Rows rows{std::vector<uint16_t>(brick_rows, static_cast<uint16_t>(bits)), std::vector<int>(brick_rows, 16)};
+    const Rows rows{std::vector<uint16_t>(brick_rows, static_cast<uint16_t>(bits)),
+                    std::vector<int>(brick_rows, 16)};
     EXPECT_LE(encode(rows).size(), count_sites(rows) + 1);
   }
 }
 
-void expect_refused(std::initializer_list<uint8_t> bytes, uint64_t sites, uint64_t kept, Code code, const char* text) {
+void expect_refused(std::initializer_list<uint8_t> bytes, uint64_t sites, uint64_t kept, Code code,
+                    const char* text) {
   std::vector<std::byte> list;
   for (const uint8_t b : bytes) list.push_back(static_cast<std::byte>(b));
   std::vector<int> width(static_cast<size_t>(sites / 16), 16);
@@ -93,12 +95,12 @@ void expect_refused(std::initializer_list<uint8_t> bytes, uint64_t sites, uint64
 }
 
 TEST(Runs, MalformedListsAreRefused) {
-  expect_refused({1, 0}, 32, 4, Code::corrupt, "not canonical");         // empty run
-  expect_refused({1, 2, 0, 2}, 32, 4, Code::corrupt, "not canonical");   // two runs that touch
-  expect_refused({0, 5}, 32, 4, Code::corrupt, "goes beyond");           // more set than there are
-  expect_refused({29, 4}, 32, 4, Code::corrupt, "goes beyond");          // over the end
-  expect_refused({0, 4, 1}, 32, 4, Code::corrupt, "bytes too many");     // bytes left over
-  expect_refused({0, 2}, 32, 4, Code::truncated, "bytes");               // a pair is missing
+  expect_refused({1, 0}, 32, 4, Code::corrupt, "not canonical");                // empty run
+  expect_refused({1, 2, 0, 2}, 32, 4, Code::corrupt, "not canonical");          // two runs that touch
+  expect_refused({0, 5}, 32, 4, Code::corrupt, "goes beyond");                  // more set than there are
+  expect_refused({29, 4}, 32, 4, Code::corrupt, "goes beyond");                 // over the end
+  expect_refused({0, 4, 1}, 32, 4, Code::corrupt, "bytes too many");            // bytes left over
+  expect_refused({0, 2}, 32, 4, Code::truncated, "bytes");                      // a pair is missing
   expect_refused({0x80, 0x00, 4}, 32, 4, Code::corrupt, "bad variable-length"); // longer than need be
   expect_refused({0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f, 4}, 32, 4, Code::corrupt,
                  "bad variable-length"); // more than 64 bits
