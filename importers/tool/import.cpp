@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 
 #include "readers/byte_stream.h"
@@ -31,7 +32,14 @@ struct ImportArguments {
   bool dry_run = false;
 };
 
+// Of this program alone. ru_maxrss would do, but on Linux it starts from the memory of the process that
+// started us.
 uint64_t peak_memory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    const auto words = split(line);
+    if (words.size() > 1 && words[0] == "VmHWM:") return parse_number<uint64_t>(words[1]).value_or(0) * 1024;
+  }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<uint64_t>(usage.ru_maxrss) * 1024;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <map>
+#include <random>
 #include <thread>
 
 #include "bcc4_test_data.h"
@@ -15,10 +16,16 @@ namespace {
 
 using namespace test;
 
-// One kept site in every brick that hash chooses: many small chunks.
-Sample specks(int, double x, double y, double z, double) {
-  const bool kept = std::fmod(x, 22.6) < 0.7 && std::fmod(y, 22.6) < 0.7 && std::fmod(z, 22.6) < 0.7;
-  return {static_cast<float>(1 + std::fmod(x + y + z, 7.0)), kept, false};
+// A few kept sites in every brick, anywhere.
+BrickLayer specks(const Lattice4& lattice, int32_t m, std::mt19937& random) {
+  BrickLayer layer(lattice.space, lattice.coset(m));
+  for (size_t s = 0; s < layer.brick_slots(); ++s) {
+    auto brick = std::make_shared<Brick>();
+    for (int i = 0; i < 5; ++i) brick->value[random() % 16] = static_cast<float>(1 + random() % 100);
+    brick->keep_above(0);
+    layer.set(s, std::move(brick));
+  }
+  return layer;
 }
 
 TEST(Bcc4Reader, OpeningReadsRootsAndMetadataOnly) {
@@ -27,23 +34,23 @@ TEST(Bcc4Reader, OpeningReadsRootsAndMetadataOnly) {
   Bench bench;
   std::vector<std::byte> file;
   Bcc4Writer writer(create_memory_sink(file), info);
-  // The same few layers over and over.
-  VolumeInfo few = volume(LatticeKind::d4star, {180, 180, 180, 4}, info.channels);
-  std::vector<BrickLayer> layers = make_layers(few, 0, specks);
-  layers.resize(4);
+  std::mt19937 random(9);
   for (int32_t s = 0; s < info.slabs(); ++s) {
-    const auto count = std::min<size_t>(4, static_cast<size_t>(info.lattice.layers() - 4 * s));
-    writer.write_slab(s, 0, std::span(layers).first(count), bench.context);
+    std::vector<BrickLayer> layers;
+    for (int32_t m = 4 * s; m < std::min(4 * s + 4, info.lattice.layers()); ++m)
+      layers.push_back(specks(info.lattice, m, random));
+    writer.write_slab(s, 0, layers, bench.context);
   }
   const Bcc4Report report = writer.finish(bench.context);
   ASSERT_GT(report.chunks, 2 * page_entries); // several pages
   const auto reader = Bcc4Reader::open(open_memory_source(file));
-  EXPECT_LT(reader->bytes_read(), 20'000u);
-  EXPECT_GT(file.size(), 15 * reader->bytes_read());
-
+  // What is read at once does not hold the entries of chunks.
   const uint64_t opened = reader->bytes_read();
+  EXPECT_LT(opened, preamble_bytes + 1000);
+  EXPECT_GT(report.bytes.index, opened + 20'000);
+
   const auto chunks = reader->chunks(0, 7);
-  EXPECT_EQ(chunks.size(), report.chunks / static_cast<uint64_t>(info.slabs()));
+  EXPECT_GT(chunks.size(), 300u);
   const uint64_t page = reader->bytes_read() - opened;
   EXPECT_LT(page, report.bytes.index / 2); // one page, or two
   static_cast<void>(reader->chunks(0, 7));
@@ -122,8 +129,8 @@ TEST(Bcc4Reader, TheCacheKeepsToItsBudget) {
   const VolumeInfo info = volume(LatticeKind::d4star, {40, 40, 20, 20}, {channel("a", ValueType::f32)});
   const auto file = write_file(info, dense);
   const Layers expected = read_all(file);
-  for (const uint64_t budget : {uint64_t{0}, uint64_t{400'000}, uint64_t{1} << 30})
-    for (const uint64_t cache : {uint64_t{0}, uint64_t{500'000}, uint64_t{1} << 30}) {
+  for (const uint64_t budget : {uint64_t{0}, uint64_t{150'000}, uint64_t{1} << 30})
+    for (const uint64_t cache : {uint64_t{0}, uint64_t{150'000}, uint64_t{1} << 30}) {
       Bench bench(2, budget);
       {
         const Bcc4Samples samples(Bcc4Reader::open(open_memory_source(file)), bench.memory, cache);
