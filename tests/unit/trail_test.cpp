@@ -138,8 +138,7 @@ TEST_F(Trail, ThinFastObjectsLeaveATrail) {
 TEST_F(Trail, InFrontItCoversTheObject) {
   const Slice s = still(20);
   const auto t = trail(s, {.interval = {-18, 0}});
-  const float* alone = at(draw(s, solid), 24, 12);
-  const float red = alone[0];
+  const float red = at(draw(s, solid), 24, 12)[0];
   EXPECT_GT(red, 0.8f);
   const auto physical = draw(s, solid, t);
   EXPECT_LT(at(physical, 24, 12)[0], red - 0.05f);
