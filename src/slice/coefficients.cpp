@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/error.h"
+#include "kernel/cc_kernel.h"
 #include "slice/prefilter.h"
 
 namespace bccsplat {
@@ -26,14 +27,24 @@ Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kerne
                            uint64_t cache_bytes, const BrickBox& region)
     : source_(source), channel_(channel), kernel_(std::move(kernel)), prune_(prune), region_(region),
       limit_(cache_bytes) {
-  if (source.coefficient_kernel().empty())
-    stages_ = source.lattice().is_static() ? kernel_.prefilter3 : kernel_.prefilter4;
-  if (!source.lattice().space.bcc)
-    fail(Code::unsupported, "coefficients: kernels of this library reconstruct on BCC and D4*, not on CC");
+  const Lattice4& lattice = source.lattice();
+  const auto add = [&](const std::vector<PrefilterStage>& stages) {
+    const int from = last_stage(); // what came before has made the samples of these
+    for (const PrefilterStage& stage : stages) steps_.push_back({stage, from});
+  };
+  if (lattice.space.bcc) {
+    add(lattice.is_static() ? kernel_.prefilter3 : kernel_.prefilter4);
+  } else {
+    CcKernel cc = make_cc_kernel(kernel_.name);
+    kernel_ = std::move(cc.kernel);
+    add(kernel_.prefilter3);
+    if (!lattice.is_static()) add(cc.time);
+  }
   const std::string& stored = source.coefficient_kernel();
   if (!stored.empty() && stored != kernel_.name)
     fail(Code::unsupported, "the file holds coefficients of kernel ", stored, " and cannot be read with ",
          kernel_.name, "; leave the kernel to the file");
+  if (!stored.empty()) steps_.clear();
 }
 
 std::shared_ptr<const BrickLayer> Coefficients::layer(int32_t layer, const Context& context) const {
@@ -42,12 +53,11 @@ std::shared_ptr<const BrickLayer> Coefficients::layer(int32_t layer, const Conte
 
 std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<const int32_t> wanted,
                                                                     const Context& context) const {
-  const auto last_stage = static_cast<int>(stages_.size());
   std::map<int32_t, std::shared_ptr<const BrickLayer>> found;
   std::vector<int32_t> missing;
   for (const int32_t m : wanted) {
     const int32_t at = source_.lattice().mirror_layer(m);
-    if (!found.contains(at) && !(found[at] = find({last_stage, at}))) missing.push_back(at);
+    if (!found.contains(at) && !(found[at] = find({last_stage(), at}))) missing.push_back(at);
   }
   const double thickness = slab_bricks(missing, context);
   if (thickness < 1 && missing.size() > 1) // even the thinnest slabs of all at once would not fit
@@ -56,7 +66,7 @@ std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<co
     for (auto& [at, layer] : make_by_slabs(missing, std::max(1, static_cast<int>(thickness)), context))
       found[at] = std::move(layer);
   else
-    for (const int32_t at : missing) found[at] = stage(last_stage, at, context);
+    for (const int32_t at : missing) found[at] = stage(last_stage(), at, context);
   std::vector<std::shared_ptr<const BrickLayer>> result;
   for (const int32_t m : wanted) result.push_back(found[source_.lattice().mirror_layer(m)]);
   return result;
@@ -65,26 +75,26 @@ std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<co
 double Coefficients::slab_bricks(const std::vector<int32_t>& layers, const Context& context) const {
   const Lattice4& lattice = source_.lattice();
   constexpr double no_slabs = std::numeric_limits<double>::infinity();
-  if (layers.empty() || stages_.empty() || lattice.is_static()) return no_slabs;
+  if (layers.empty() || steps_.empty() || lattice.is_static()) return no_slabs;
   // All stages of all layers that the wanted ones depend on.
-  std::set<int32_t> needed(layers.begin(), layers.end()), samples = needed;
-  size_t total = needed.size();
-  for (size_t s = stages_.size(); s-- > 0;) {
-    const PrefilterStage& filter = stages_[s];
-    const auto reach = [&](const std::set<int32_t>& from, int32_t distance, std::set<int32_t>& into) {
-      for (const int32_t m : from)
-        for (const int32_t d : {-distance, distance}) into.insert(lattice.mirror_layer(m + d));
+  std::vector<std::set<int32_t>> needed(steps_.size() + 1);
+  needed.back().insert(layers.begin(), layers.end());
+  size_t total = 0;
+  for (size_t s = steps_.size(); s > 0; --s) {
+    const auto& [filter, source] = steps_[s - 1];
+    total += needed[s].size();
+    const auto reach = [&](size_t stage, int32_t distance) {
+      for (const int32_t m : std::set<int32_t>(needed[s]))
+        for (const int32_t d : {-distance, distance}) needed[stage].insert(lattice.mirror_layer(m + d));
     };
-    std::set<int32_t> before = needed;
-    if (filter.cross != 0) reach(needed, 1, before);
-    if (filter.temporal != 0 || filter.mixed != 0) reach(needed, lattice.layer_period(), before);
-    if (filter.source_temporal != 0 || filter.source_mixed != 0)
-      reach(needed, lattice.layer_period(), samples);
-    needed = std::move(before);
-    if (s > 0) total += needed.size();
+    const auto samples = static_cast<size_t>(source);
+    reach(s - 1, 0);
+    reach(samples, 0);
+    if (filter.cross != 0 && lattice.space.bcc) reach(s - 1, 1);
+    if (filter.temporal != 0 || filter.mixed != 0) reach(s - 1, lattice.layer_period());
+    if (filter.source_temporal != 0 || filter.source_mixed != 0) reach(samples, lattice.layer_period());
   }
-  samples.merge(needed);
-  total += samples.size();
+  total += needed[0].size();
   // Coefficients spread a few sites beyond the samples: half as many bricks again, at most all.
   const auto one = stage(0, layers.front(), context);
   const uint64_t dense = one->brick_slots() * sizeof(Brick);
@@ -116,7 +126,7 @@ Coefficients::make_by_slabs(const std::vector<int32_t>& layers, int thickness, c
     const Coefficients local(source_, channel_, kernel_, prune_, UINT64_MAX, slab);
     uint64_t bytes = 0;
     for (auto& [m, layer] : made) {
-      const auto part = local.stage(static_cast<int>(stages_.size()), m, context);
+      const auto part = local.stage(last_stage(), m, context);
       for (size_t s = 0; s < layer.brick_slots(); ++s) {
         const int at = layer.slot_position(s)[2];
         if (at < z || at >= z + thickness || !part->brick(s)) continue;
@@ -128,8 +138,7 @@ Coefficients::make_by_slabs(const std::vector<int32_t>& layers, int thickness, c
   }
   parts.clear();
   std::map<int32_t, std::shared_ptr<const BrickLayer>> result;
-  for (auto& [m, layer] : made)
-    result[m] = insert({static_cast<int>(stages_.size()), m}, std::move(layer), context);
+  for (auto& [m, layer] : made) result[m] = insert({last_stage(), m}, std::move(layer), context);
   return result;
 }
 
@@ -140,7 +149,8 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
   if (auto found = find(key)) return found;
   context.progress.check();
   if (stage_number == 0) return insert(key, source_.read_layer(channel_, m, region_, context), context);
-  const PrefilterStage& filter = stages_[static_cast<size_t>(stage_number) - 1];
+  const Step& step = steps_[static_cast<size_t>(stage_number) - 1];
+  const PrefilterStage& filter = step.filter;
   const Lattice4& lattice = source_.lattice();
   std::vector<std::shared_ptr<const BrickLayer>> held;
   const auto get = [&](int from_stage, int32_t at) {
@@ -157,12 +167,14 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
   StageInput input;
   input.previous = layers(stage_number - 1, filter.temporal != 0 || filter.mixed != 0);
   if (filter.uses_source())
-    input.samples = layers(0, filter.source_temporal != 0 || filter.source_mixed != 0);
-  if (filter.cross != 0) {
+    input.samples = layers(step.source, filter.source_temporal != 0 || filter.source_mixed != 0);
+  if (filter.cross != 0 && !lattice.space.bcc) {
+    input.cross_after = get(step.source, m);
+  } else if (filter.cross != 0) {
     input.cross_after = get(stage_number - 1, m + 1);
     if (!lattice.is_static()) input.cross_before = get(stage_number - 1, m - 1);
   }
-  const bool last = stage_number == static_cast<int>(stages_.size());
+  const bool last = stage_number == last_stage();
   const StageFinish finish{last ? get(0, m) : nullptr, prune_};
   return insert(key, apply_stage(filter, input, last ? &finish : nullptr, region_, context), context);
 }

@@ -1,11 +1,11 @@
 // Kernel coefficients of a 4D volume, layer by layer: made from the samples on first use and kept while
 // memory allows.
 //
-// A coefficient is a fixed linear function of the samples in its reach: stage j of layer m reads stage j-1 of
-// layers m-2 .. m+2. So it does not depend on what is cached, in which order layers are asked for, or how the
-// file is chunked; and while time advances each stage of each layer is computed once. Where the cache is too
-// small for all that a layer depends on, layers are made slab by slab instead: up to three times the work,
-// but never the same stage again and again.
+// A coefficient is a fixed linear function of the samples in its reach: stage j of layer m reads stage j-1
+// and the samples of layers m-2 .. m+2. So it does not depend on what is cached, in which order layers are
+// asked for, or how the file is chunked; and while time advances each stage of each layer is computed once.
+// Where the cache is too small for all that a layer depends on, layers are made slab by slab instead: up to
+// three times the work, but never the same stage again and again.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,8 @@ class Coefficients {
  public:
   // prune: coefficients up to this magnitude (value units) are dropped; 0 keeps all that are not zero.
   // region: only its bricks are read and made; near its faces, as far as prefilter and kernel reach, they
-  // lack their neighbours and must not be used. The source must outlive the object.
+  // lack their neighbours and must not be used. The source must outlive the object. On a Cartesian lattice
+  // the kernel's form for it takes its place (kernel/cc_kernel.h).
   Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune, uint64_t cache_bytes,
                const BrickBox& region = {});
 
@@ -47,6 +48,13 @@ class Coefficients {
  private:
   using Key = std::pair<int, int32_t>; // stage (0: samples), layer
   struct Entry;
+  // Makes stage j + 1 of stage j; its samples are those of stage `source`.
+  struct Step {
+    PrefilterStage filter;
+    int source = 0;
+  };
+
+  [[nodiscard]] int last_stage() const { return static_cast<int>(steps_.size()); }
 
   std::shared_ptr<const BrickLayer> stage(int stage, int32_t layer, const Context& context) const;
   // How thick, in bricks along z, slabs may be for the layers to fit the cache; infinite where no slabs are
@@ -61,7 +69,7 @@ class Coefficients {
   const SampleSource& source_;
   int channel_;
   Kernel kernel_;
-  std::vector<PrefilterStage> stages_; // those this source needs: none when it stores coefficients
+  std::vector<Step> steps_; // those this source needs: none when it stores coefficients
   float prune_;
   BrickBox region_;
   uint64_t limit_;

@@ -337,6 +337,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 #include <numbers>
 
+#include "kernel/cc_kernel.h"
 #include "slice/kernel_time.h"
 
 namespace bccsplat {
@@ -344,7 +345,7 @@ HWY_EXPORT(SumFootprints);
 
 void divide_by_lattice_sum(const FootprintPlan& plan, const Vec4& p, float& value,
                            std::array<float, 4>* gradient) {
-  const auto sum_at = [&](const Vec4& q) { return lattice_sum(*plan.kernel, q[0], q[1], q[2]); };
+  const auto sum_at = [&](const Vec4& q) { return lattice_sum(*plan.kernel, plan.bcc, q[0], q[1], q[2]); };
   const double total = sum_at(p);
   value = static_cast<float>(static_cast<double>(value) / total);
   if (!gradient) return;

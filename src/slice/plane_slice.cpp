@@ -6,8 +6,10 @@
 #include <limits>
 
 #include "base/error.h"
+#include "kernel/cc_kernel.h"
 #include "points/sample_source.h"
 #include "slice/evaluate.h"
+#include "slice/patch.h"
 
 namespace bccsplat {
 namespace {
@@ -100,7 +102,7 @@ BrickBox bricks_around(const Lattice4& lattice, const Vec4& low, const Vec4& hig
   BrickBox box;
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 3; ++a) {
-    const double pitch = 2 * lattice.space_step[a], r = reach * unit[a];
+    const double pitch = coset_pitch(lattice.space) * unit[a], r = reach * unit[a];
     box.begin[a] = std::max(0, static_cast<int32_t>(std::floor((low[a] - r) / pitch)) - 1) / brick_edge;
     box.end[a] = (static_cast<int32_t>(std::ceil((high[a] + r) / pitch)) + 1) / brick_edge + 1;
   }
@@ -137,8 +139,14 @@ Slice plane_slice(const Coefficients& coefficients, const std::array<double, 5>&
         std::isfinite(options.time_length)))
     fail(Code::invalid_argument, "plane slice: spacing and time length must be positive");
 
+  if (options.target == LatticeKind::d4star)
+    fail(Code::invalid_argument, "plane slice: the target lattice is BCC or CC");
+
   Slice slice;
+  const bool bcc = options.target == LatticeKind::bcc;
   slice.kernel = coefficients.kernel();
+  if (bcc != lattice.space.bcc) // the same kernel's form for the other lattice
+    slice.kernel = bcc ? make_kernel(slice.kernel.name) : make_cc_kernel(slice.kernel.name).kernel;
   slice.air = coefficients.air();
   slice.hyperplane = h;
   const Vec4 normal{h[0], h[1], h[2], h[3]};
@@ -149,11 +157,12 @@ Slice plane_slice(const Coefficients& coefficients, const std::array<double, 5>&
 
   // The target lattice as a static volume of its own: mirrored at the ends of the bounding box, stretched to
   // fit.
-  const double distance = options.spacing / std::numbers::sqrt2;
   Lattice4 target;
-  target.kind = LatticeKind::bcc;
+  target.kind = options.target;
+  target.space.bcc = bcc;
   target.time_step = 0;
-  target.last_layer = 1;
+  target.last_layer = target.space.cosets() - 1;
+  const double distance = options.spacing * target.space.plane_distance();
   for (size_t a = 0; a < 3; ++a) {
     const double size = extent.high[a] - extent.low[a];
     const double planes = std::ceil(size / distance - 1e-9);
@@ -171,7 +180,8 @@ Slice plane_slice(const Coefficients& coefficients, const std::array<double, 5>&
     slice.lattice_to_slice.offset[a] = extent.low[a];
     slice.domain_end[a] = (extent.high[a] - extent.low[a]) / unit[a];
   }
-  for (size_t c = 0; c < 2; ++c) slice.coset[c] = BrickLayer(slice.lattice, static_cast<int>(c));
+  for (int c = 0; c < slice.lattice.cosets(); ++c)
+    slice.coset[static_cast<size_t>(c)] = BrickLayer(slice.lattice, c);
   slice.bounds = {slice.air, slice.air};
   if (extent.empty) return slice;
 
@@ -196,7 +206,7 @@ Slice plane_slice(const Coefficients& coefficients, const std::array<double, 5>&
 
   // Only what the plane's reach touches is read; sites further outside the domain than the 3D filter and
   // kernel reach stay air.
-  const double reach = reach_in_space(slice.kernel);
+  const double reach = reach_in_space(coefficients.kernel());
   const Coefficients local(coefficients.source(), coefficients.channel(), coefficients.kernel(),
                            coefficients.prune(), coefficients.cache_bytes(),
                            bricks_around(lattice, extent.box_low, extent.box_high, reach));
@@ -208,7 +218,7 @@ Slice plane_slice(const Coefficients& coefficients, const std::array<double, 5>&
     return true;
   };
   std::vector<BrickLayer> samples;
-  for (int c = 0; c < 2; ++c) {
+  for (int c = 0; c < target.space.cosets(); ++c) {
     BrickLayer layer(target.space, c);
     const Int3 n = layer.dims(), bricks = layer.brick_dims();
     // A sheet of bricks at a time: its points lie close together in time for axis slices.
@@ -249,9 +259,10 @@ Slice plane_slice(const Coefficients& coefficients, const std::array<double, 5>&
   std::vector<std::vector<BrickLayer>> channels;
   channels.push_back(std::move(samples));
   const MemorySamples memory(target, {slice.air}, std::move(channels));
-  const Coefficients filtered(memory, 0, coefficients.kernel(), coefficients.prune(),
+  const Coefficients filtered(memory, 0, slice.kernel, coefficients.prune(),
                               std::numeric_limits<uint64_t>::max());
-  for (int c = 0; c < 2; ++c) slice.coset[static_cast<size_t>(c)] = *filtered.layer(c, context);
+  for (int c = 0; c < target.space.cosets(); ++c)
+    slice.coset[static_cast<size_t>(c)] = *filtered.layer(c, context);
   slice.bounds = coefficient_bounds(slice);
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -1,5 +1,5 @@
-// Any hyperplane a x + b y + c z + d t + e = 0: the 4D field evaluated at the sites of a BCC lattice in the
-// hyperplane, then the 3D prefilter, so that the slice's own reconstruction interpolates those values.
+// Any hyperplane a x + b y + c z + d t + e = 0: the 4D field evaluated at the sites of a BCC (or CC) lattice
+// in the hyperplane, then the 3D prefilter, so that the slice's own reconstruction interpolates those values.
 #pragma once
 
 #include <array>
@@ -12,8 +12,9 @@
 namespace bccsplat {
 
 struct PlaneOptions {
-  double spacing = 1;     // T of the target lattice
-  double time_length = 1; // world units that one frame is drawn as
+  double spacing = 1;                    // T of the target lattice
+  double time_length = 1;                // world units that one frame is drawn as
+  LatticeKind target = LatticeKind::bcc; // or cc
 };
 
 // hyperplane: unit normal (a, b, c, d) and e, index space (t in frames). Slice space: origin is the foot of

@@ -22,9 +22,9 @@ inline constexpr int plane_row = 32, row_start = 16;
 inline constexpr int plane_rows = brick_edge + 2;
 struct StagePlanes {
   alignas(64) std::array<std::array<float, plane_row * plane_rows + row_start>, 3> neighbours;
-  alignas(64) std::array<float, plane_row * plane_rows + row_start> cross;
-  alignas(64) std::array<std::array<float, brick_rows>, 2> corners; // sums of 4 in a plane of the other coset
-  alignas(64) std::array<float, brick_edge> pair;
+  alignas(64) std::array<float, 2 * plane_row> cross;                      // a row
+  alignas(64) std::array<std::array<float, brick_edge>, plane_rows> pairs; // sums of 2 along x
+  alignas(64) std::array<std::array<float, brick_rows>, 3> corners;        // sums of 4 in a plane
 };
 
 } // namespace bccsplat
@@ -82,38 +82,37 @@ void NeighbourPlane(const StageBlock& b, int z, float* plane) {
   }
 }
 
-// Sums of the 4 corners around each site within plane i + shift of the other coset, i = 0 .. width.
-void CornerPlane(const StageBlock& b, int i, StagePlanes& planes, float* corners) {
+// Sums of the 4 corners around each site within plane i + shift of what StageCross sums.
+void CornerPlane(const StageBlock& b, int i, StagePlanes& planes) {
   const StageCross& cross = b.cross;
   const Line d;
   const auto iz = static_cast<size_t>(i);
-  for (int j = 0; j <= b.width[1]; ++j) {
+  float* corners = planes.corners[iz % 3].data();
+  for (int j = 0; j < b.width[1] + cross.gap; ++j) {
     const auto iy = static_cast<size_t>(j);
-    const size_t quarter = 4u * cross.z.half[iz] + 2u * cross.y.half[iy];
+    const auto& first = cross.brick[0][cross.z.third[iz]][cross.y.third[iy]];
+    const auto& second = cross.brick[1][cross.z.third[iz]][cross.y.third[iy]];
     const int at = RowOffset(cross.y.site[iy], cross.z.site[iz]);
     float* row = planes.cross.data() + row_start;
-    const auto sum_layers = [&](size_t half, int x) {
-      float sum = cross.brick[0][quarter + half][at + x];
-      if (cross.layers == 2) sum += cross.brick[1][quarter + half][at + x];
-      return sum;
-    };
     for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
-      auto sum = hn::Load(d, cross.brick[0][quarter] + at + x);
-      if (cross.layers == 2) sum = hn::Add(sum, hn::Load(d, cross.brick[1][quarter] + at + x));
+      auto sum = hn::Load(d, first[0] + at + x);
+      if (cross.layers == 2) sum = hn::Add(sum, hn::Load(d, second[0] + at + x));
       hn::Store(sum, d, row + x);
     }
     for (int k = 0; k < cross.patches; ++k) {
       const StageCross::Patch& p = cross.patch[static_cast<size_t>(k)];
-      row[p.index + cross.shift] = sum_layers(static_cast<size_t>(p.half), p.site);
+      const auto third = static_cast<size_t>(p.third);
+      float sum = first[third][at + p.site];
+      if (cross.layers == 2) sum += second[third][at + p.site];
+      row[p.index + cross.shift] = sum;
     }
-    const float* first = row + cross.shift;
+    const float *low = row + cross.shift, *high = low + cross.gap;
     for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
-      const auto pair = hn::Add(hn::LoadU(d, first + x), hn::LoadU(d, first + x + 1));
-      if (j > 0) {
-        float* to = corners + (j - 1) * brick_edge;
-        hn::Store(hn::Add(hn::Load(d, planes.pair.data() + x), pair), d, to + x);
-      }
-      hn::Store(pair, d, planes.pair.data() + x);
+      const auto pair = hn::Add(hn::LoadU(d, low + x), hn::LoadU(d, high + x));
+      hn::Store(pair, d, planes.pairs[iy].data() + x);
+      if (j < cross.gap) continue;
+      const auto below = hn::Load(d, planes.pairs[iy - static_cast<size_t>(cross.gap)].data() + x);
+      hn::Store(hn::Add(below, pair), d, corners + (j - cross.gap) * brick_edge + x);
     }
   }
 }
@@ -143,7 +142,7 @@ void FetchPlane(const StageBlock& b, int z) {
       hwy::Prefetch(b.term[static_cast<size_t>(t)].own + z * brick_rows + i);
   for (int t = 0; t < b.cross.layers; ++t)
     for (int i = 0; i < brick_rows; i += line)
-      hwy::Prefetch(b.cross.brick[static_cast<size_t>(t)][0] + z * brick_rows + i);
+      hwy::Prefetch(b.cross.brick[static_cast<size_t>(t)][0][0][0] + z * brick_rows + i);
 }
 
 } // namespace
@@ -155,14 +154,16 @@ bool StageBrick(const StageBlock& b, const StageBlock& next, bool finish, float 
   const bool cross = b.cross.layers > 0;
   if (b.neighbour_terms > 0)
     NeighbourPlane(b, -1, planes.neighbours[0].data()), NeighbourPlane(b, 0, planes.neighbours[1].data());
-  if (cross) CornerPlane(b, 0, planes, planes.corners[0].data());
+  for (int i = 0; cross && i < b.cross.gap; ++i) CornerPlane(b, i, planes);
   const auto w = hn::Set(d, b.cross.weight);
   unsigned any = 0;
   for (int z = 0; z < b.width[2]; ++z) {
     const auto k = static_cast<size_t>(z);
     FetchPlane(next, z);
     if (b.neighbour_terms > 0) NeighbourPlane(b, z + 1, planes.neighbours[(k + 2) % 3].data());
-    if (cross) CornerPlane(b, z + 1, planes, planes.corners[(k + 1) % 2].data());
+    if (cross) CornerPlane(b, z + b.cross.gap, planes);
+    const float* low = planes.corners[k % 3].data();
+    const float* high = planes.corners[(k + static_cast<size_t>(b.cross.gap)) % 3].data();
     const auto row_of = [&](size_t plane, int y) {
       return planes.neighbours[plane % 3].data() + (y + 1) * plane_row + row_start;
     };
@@ -183,9 +184,7 @@ bool StageBrick(const StageBlock& b, const StageBlock& next, bool finish, float 
         }
         if (cross) {
           const size_t i = static_cast<size_t>(y * brick_edge) + x;
-          const auto corners =
-              hn::Add(hn::Load(d, planes.corners[0].data() + i), hn::Load(d, planes.corners[1].data() + i));
-          sum = hn::MulAdd(w, corners, sum);
+          sum = hn::MulAdd(w, hn::Add(hn::Load(d, low + i), hn::Load(d, high + i)), sum);
         }
         hn::Store(sum, d, to + x);
       }

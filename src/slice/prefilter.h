@@ -15,9 +15,10 @@ struct StageLayers {
   const BrickLayer* after = nullptr;
 };
 struct StageInput {
-  StageLayers previous;                     // c: what the stage before made
-  StageLayers samples;                      // f: looked at when the stage uses them
-  const BrickLayer* cross_before = nullptr; // c in the neighbouring layers of the other coset
+  StageLayers previous; // c: what the stage before made
+  StageLayers samples;  // f: looked at when the stage uses them
+  // c in the neighbouring layers of the other coset; on CC cross_after is f itself, of the own layer.
+  const BrickLayer* cross_before = nullptr;
   const BrickLayer* cross_after = nullptr;
 };
 

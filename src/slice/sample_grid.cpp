@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "kernel/cc_kernel.h"
 #include "slice/dense_sites.h"
 #include "slice/grid_rows.h"
 
@@ -129,7 +130,7 @@ struct GridSampler {
         const Vec3 p{axis[0].position[x], axis[1].position[y], axis[2].position[z]};
         none = !slice.inside(p) || slice.is_hole(p);
         if (!none && plan.kernel->normalised) {
-          const double sum = lattice_sum(*plan.kernel, p[0], p[1], p[2]);
+          const double sum = lattice_sum(*plan.kernel, plan.bcc, p[0], p[1], p[2]);
           out[i] = static_cast<float>(slice.air + static_cast<double>(out[i] - slice.air) / sum);
         }
       }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernel/cc_kernel.h"
 #include "slice/hole.h"
 
 namespace bccsplat {
@@ -76,7 +77,7 @@ double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {
         }
   }
   if (slice.kernel.normalised) {
-    const double n = lattice_sum(slice.kernel, p[0], p[1], p[2]);
+    const double n = lattice_sum(slice.kernel, lattice.bcc, p[0], p[1], p[2]);
     if (gradient) {
       // Quotient rule; the lattice sum's own gradient by central differences (it is smooth and known in
       // closed form).
@@ -84,8 +85,8 @@ double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {
       for (size_t a = 0; a < 3; ++a) {
         Vec3 low = p, high = p;
         low[a] -= h, high[a] += h;
-        const double dn = (lattice_sum(slice.kernel, high[0], high[1], high[2]) -
-                           lattice_sum(slice.kernel, low[0], low[1], low[2])) /
+        const double dn = (lattice_sum(slice.kernel, lattice.bcc, high[0], high[1], high[2]) -
+                           lattice_sum(slice.kernel, lattice.bcc, low[0], low[1], low[2])) /
                           (2 * h);
         slope[a] = (slope[a] - sum / n * dn) / n;
       }

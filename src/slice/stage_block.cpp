@@ -31,36 +31,46 @@ void add_term(const BrickLayer* layer, double centre, double neighbours, const I
   block.term[static_cast<size_t>(block.terms++)] = t;
 }
 
-// The sites around those of brick b: they lie in two bricks per axis, other[a] and b[a].
-void place_cross(const BrickLayer& layer, const Int3& b, const Int3& width, StageCross& cross, Int3& other) {
-  cross.shift = layer.coset() == 1 ? -1 : 0; // the sites summed are of the other coset than the brick's
+// Numbers of the up to three bricks along each axis; absent ones repeat the first.
+using Thirds = std::array<std::array<int, 3>, 3>;
+
+// Places the sites around those of brick b.
+Thirds place_cross(const BrickLayer& layer, bool same_lattice, const Int3& b, const Int3& width,
+                   StageCross& cross) {
+  cross.gap = same_lattice ? 2 : 1;
+  cross.shift = same_lattice || layer.coset() == 1 ? -1 : 0;
+  Thirds bricks;
   for (size_t a = 0; a < 3; ++a) {
-    other[a] = b[a];
+    bricks[a].fill(b[a]);
+    size_t count = 1;
     StageCross::Axis axis{};
-    for (int i = 0; i <= width[a]; ++i) {
+    for (int i = 0; i < width[a] + cross.gap; ++i) {
       const int local = i + cross.shift;
       int at = b[a] * brick_edge + local;
       if (at < 0 || at >= layer.dims()[a]) at = layer.lattice().mirror(a, layer.coset(), at);
       const int brick = at / brick_edge, site = at % brick_edge;
-      const bool away = brick != b[a];
-      if (away) other[a] = brick;
+      size_t third = 0;
+      while (third < count && bricks[a][third] != brick) ++third;
+      if (third == count) bricks[a][count++] = brick;
       const auto k = static_cast<size_t>(i);
-      axis.half[k] = away, axis.site[k] = static_cast<uint8_t>(site);
-      if (a == 0 && (away || site != local))
-        cross.patch[static_cast<size_t>(cross.patches++)] = {i, away, site};
+      axis.third[k] = static_cast<uint8_t>(third), axis.site[k] = static_cast<uint8_t>(site);
+      if (a == 0 && (third != 0 || site != local))
+        cross.patch[static_cast<size_t>(cross.patches++)] = {i, static_cast<int>(third), site};
     }
     if (a == 1) cross.y = axis;
     if (a == 2) cross.z = axis;
   }
+  return bricks;
 }
 
-void add_cross(const BrickLayer* layer, const Int3& b, const Int3& other, StageCross& cross) {
+void add_cross(const BrickLayer* layer, const Thirds& bricks, StageCross& cross) {
   if (!layer) return;
   bool any = false;
-  auto& bricks = cross.brick[static_cast<size_t>(cross.layers)];
-  for (size_t k = 0; k < 8; ++k)
-    bricks[k] =
-        values_of(*layer, {k & 1 ? other[0] : b[0], k & 2 ? other[1] : b[1], k & 4 ? other[2] : b[2]}, any);
+  auto& values = cross.brick[static_cast<size_t>(cross.layers)];
+  for (size_t z = 0; z < 3; ++z)
+    for (size_t y = 0; y < 3; ++y)
+      for (size_t x = 0; x < 3; ++x)
+        values[z][y][x] = values_of(*layer, {bricks[0][x], bricks[1][y], bricks[2][z]}, any);
   cross.layers += any;
 }
 
@@ -93,10 +103,9 @@ StageBlock stage_block(const PrefilterStage& stage, const StageInput& in, const 
   block.neighbour_terms = static_cast<int>(split - block.term.begin());
   if (stage.cross != 0 && in.cross_after) {
     block.cross.weight = static_cast<float>(stage.cross);
-    Int3 other;
-    place_cross(*in.cross_after, b, block.width, block.cross, other);
-    add_cross(in.cross_before, b, other, block.cross);
-    add_cross(in.cross_after, b, other, block.cross);
+    const Thirds bricks = place_cross(*in.cross_after, !own.lattice().bcc, b, block.width, block.cross);
+    add_cross(in.cross_before, bricks, block.cross);
+    add_cross(in.cross_after, bricks, block.cross);
   }
   return block;
 }

@@ -17,24 +17,26 @@ struct StageTerm {
   std::array<const float*, 3> low, high; // the bricks of the sites before and after this one's, per axis
 };
 
-// The layers of the other coset, whose 8 sites around each site are summed. Of site i of the brick these are
-// sites i + shift and i + shift + 1 per axis, shift -1 or 0.
+// The layers whose 8 sites around each site are summed: of site i of the brick these are sites i + shift and
+// i + shift + gap per axis. BCC and D4*: the other coset, shift -1 or 0, gap 1. CC: the corners (+-1, +-1,
+// +-1) of the layer itself, shift -1, gap 2.
 struct StageCross {
   struct Axis {
-    // Of site i + shift: which of two bricks, and its place there.
-    std::array<uint8_t, brick_edge + 1> half, site;
+    // Of site i + shift: which of three bricks (0: the one with the brick's own number), and its place there.
+    std::array<uint8_t, brick_edge + 2> third, site;
   };
-  // A site along x that stands in the other brick, or is a mirror image: it replaces what the row holds.
+  // A site along x that stands in another brick, or is a mirror image: it replaces what the row holds.
   struct Patch {
-    int index, half, site; // i of site i + shift
+    int index, third, site; // i of site i + shift
   };
+  using Bricks = std::array<std::array<std::array<const float*, 3>, 3>, 3>; // by third along z, y, x
   float weight = 0;
   int layers = 0; // none: nothing is summed
-  int shift = 0;
+  int shift = 0, gap = 1;
   Axis y, z;
   int patches = 0;
-  std::array<Patch, 3> patch{};
-  std::array<std::array<const float*, 8>, 2> brick{}; // per layer: 4 * (z half) + 2 * (y half) + (x half)
+  std::array<Patch, 4> patch{};
+  std::array<Bricks, 2> brick{}; // per layer
 };
 
 struct StageBlock {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernel/cc_kernel.h"
 #include "splat/sheet.h"
 #include "splat/surface.h"
 
@@ -239,7 +240,8 @@ class Tile {
         if (v == 0) continue;
         const Vec3 p =
             view_.sample(tile_.x - plan_.border + x, tile_.y - plan_.border + y, static_cast<double>(k));
-        v /= static_cast<float>(lattice_sum(scene_.slice->kernel, p[0], p[1], p[2]));
+        const Slice& slice = *scene_.slice;
+        v /= static_cast<float>(lattice_sum(slice.kernel, slice.lattice.bcc, p[0], p[1], p[2]));
       }
   }
 

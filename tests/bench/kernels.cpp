@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "tests/bench/kernel_design.h"
+#include "tests/bench/kernel_design_cc.h"
 #include "tests/bench/kernel_design_shape.h"
 
 namespace bccsplat::bench {
@@ -313,6 +314,9 @@ int run_kernels_suite(std::span<const std::string> args, std::ostream& out) {
         fail(Code::invalid_argument, "kernels --compare takes a kernel, a pattern of stages and perhaps 3");
       compare(out, args[1], args[2], flat ? 3 : 4);
       return 0;
+    } else if (arg == "--design-cc" && args.size() == 1) {
+      print_cc_designs(out);
+      return 0;
     } else if (arg == "--design" || arg == "--shape") {
       if (i != 0 || args.size() != 2)
         fail(Code::invalid_argument, "kernels ", arg, " takes one name, or all, and no other option");
@@ -320,7 +324,8 @@ int run_kernels_suite(std::span<const std::string> args, std::ostream& out) {
       return 0;
     } else {
       fail(Code::invalid_argument, "kernels: unknown option '", arg,
-           "'; known: --predicted --measured --json --design NAME --shape NAME --compare NAME PATTERN");
+           "'; known: --predicted --measured --json --design NAME --design-cc --shape NAME --compare NAME "
+           "PATTERN");
     }
   }
   if (!want_predicted && !want_measured) want_predicted = want_measured = true;

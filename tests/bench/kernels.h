@@ -14,8 +14,9 @@ namespace bccsplat::bench {
 
 //   kernels [--predicted] [--measured] [--json]   the tables; both without an option; JSON lines instead of
 //   Markdown kernels --design NAME | --design all          designs the prefilters again and prints
-//   prefilter_tables.inc kernels --shape NAME | --shape all            designs phi again (radial16 radial18
-//   radial20 radial24)
+//   prefilter_tables.inc kernels --design-cc                           the same for the Cartesian lattice:
+//   cc_tables.inc kernels --shape NAME | --shape all            designs phi again (radial16 radial18 radial20
+//   radial24)
 // Returns the exit status; throws Error on wrong arguments.
 int run_kernels_suite(std::span<const std::string> args, std::ostream& out);
 

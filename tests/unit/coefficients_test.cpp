@@ -6,6 +6,7 @@
 
 #include <atomic>
 
+#include "kernel/cc_kernel.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 
@@ -87,7 +88,10 @@ Series stage_reference(const Lattice4& lattice, const PrefilterStage& stage, con
           double sum =
               own(c, m, i, stage.self, stage.spatial, stage.temporal, stage.mixed) +
               own(f, m, i, stage.source, stage.source_spatial, stage.source_temporal, stage.source_mixed);
-          if (stage.cross != 0)
+          if (stage.cross != 0 && !lattice.space.bcc)
+            for (int k = 0; k < 8; ++k)
+              sum += stage.cross * at(f, m, {x + 2 * (k & 1) - 1, y + (k & 2) - 1, z + 2 * (k >> 2) - 1});
+          else if (stage.cross != 0)
             for (const int d : {-1, 1}) {
               if (lattice.is_static() && d < 0) continue;
               // Sites i - 1 and i of coset 1 surround site i of coset 0; i and i + 1 the other way round.
@@ -102,15 +106,39 @@ Series stage_reference(const Lattice4& lattice, const PrefilterStage& stage, con
   return out;
 }
 
+// Every target's layers against `expected`.
+void expect_layers(const MemorySamples& samples, const Kernel& kernel, const Series& expected, double largest,
+                   const Context& context) {
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    const Coefficients made(samples, 0, kernel, 0, large_cache);
+    for (int32_t m = 0; m < samples.lattice().layers(); ++m) {
+      const auto dense = layer_to_dense(*made.layer(m, context));
+      for (size_t i = 0; i < dense.size(); ++i)
+        ASSERT_NEAR(static_cast<double>(dense[i]), expected[static_cast<size_t>(m)][i], 2e-6 * largest)
+            << hwy::TargetName(target) << ' ' << kernel.name << " layer " << m << " site " << i;
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+double largest_of(const Series& s) {
+  double largest = 1;
+  for (const auto& layer : s)
+    for (const double v : layer) largest = std::max(largest, std::fabs(v));
+  return largest;
+}
+
+// Sizes at which bricks end in the middle, one coset has a brick more than the other, and mirrors fall in
+// different bricks; and the smallest.
+constexpr std::array<uint32_t, 4> awkward_sizes[] = {{24, 25, 12, 5}, {47, 24, 4, 3}, {46, 3, 23, 1},
+                                                     {2, 1, 3, 2},    {70, 9, 9, 1},  {33, 17, 16, 4}};
+
 TEST(Coefficients, AreTheStagesFormulaOnEveryTarget) {
   TestContext context;
-  // Sizes at which bricks end in the middle, one coset has a brick more than the other, and mirrors fall in
-  // different bricks; and the smallest.
-  for (const std::array<uint32_t, 4>& dims : {std::array<uint32_t, 4>{24, 25, 12, 5},
-                                              {47, 24, 4, 3},
-                                              {46, 3, 23, 1},
-                                              {2, 1, 3, 2},
-                                              {70, 9, 9, 1}}) {
+  for (const auto& dims : awkward_sizes) {
     const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
     const auto samples = noise_samples(lattice, dims[0]);
     for (const char* name : {"default", "fast", "gauss09"}) {
@@ -120,22 +148,32 @@ TEST(Coefficients, AreTheStagesFormulaOnEveryTarget) {
       double largest = 1;
       for (const PrefilterStage& stage : lattice.is_static() ? kernel.prefilter3 : kernel.prefilter4) {
         c = stage_reference(lattice, stage, c, f);
-        for (const auto& layer : c)
-          for (const double v : layer) largest = std::max(largest, std::fabs(v));
+        largest = std::max(largest, largest_of(c));
       }
-      for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-        const Coefficients made(samples, 0, kernel, 0, large_cache);
-        for (int32_t m = 0; m < lattice.layers(); ++m) {
-          const auto dense = layer_to_dense(*made.layer(m, context.get()));
-          for (size_t i = 0; i < dense.size(); ++i)
-            ASSERT_NEAR(static_cast<double>(dense[i]), c[static_cast<size_t>(m)][i], 2e-6 * largest)
-                << hwy::TargetName(target) << ' ' << name << " layer " << m << " site " << i;
+      expect_layers(samples, kernel, c, largest, context.get());
+    }
+  }
+}
+
+TEST(Coefficients, OnCcAreTheStagesInSpaceAndThenInTime) {
+  TestContext context;
+  for (const auto& dims : awkward_sizes) {
+    const auto lattice = Lattice4::fit(LatticeKind::cc, dims);
+    const auto samples = noise_samples(lattice, dims[0]);
+    for (const char* name : {"default", "radial18+b4"}) {
+      const CcKernel kernel = make_cc_kernel(name);
+      Series c = dense_series(samples, context.get());
+      double largest = 1;
+      const auto apply = [&](const std::vector<PrefilterStage>& stages) {
+        const Series f = c;
+        for (const PrefilterStage& stage : stages) {
+          c = stage_reference(lattice, stage, c, f);
+          largest = std::max(largest, largest_of(c));
         }
-      }
-      hwy::SetSupportedTargetsForTest(0);
-      hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+      };
+      apply(kernel.kernel.prefilter3);
+      if (!lattice.is_static()) apply(kernel.time);
+      expect_layers(samples, make_kernel(name), c, largest, context.get());
     }
   }
 }

@@ -1,0 +1,34 @@
+// Kernels on Cartesian lattices of pitch 1 (CC), for comparison with BCC and D4*: the same phi and beta,
+// scaled so that phi sums to 1 over the sites of CC in the mean, with prefilters of their own.
+#pragma once
+
+#include <vector>
+
+#include "kernel/kernel.h"
+
+namespace bccsplat {
+
+// The stages of a CC prefilter read PrefilterStage like this: S is the sum of the 6 spatial neighbours, T of
+// the 2 temporal ones, X the sum of the *samples* (not of the running coefficients) at the 8 corners (+-1,
+// +-1, +-1) around a site. `time` follows the spatial stages and takes what they made for its samples: the
+// kernel being a product, so is its prefilter. Temporal kernels are given in kernel time, where layers are
+// sqrt2 apart on every lattice.
+struct CcKernel {
+  Kernel kernel; // prefilter3 and prefilter4: the spatial stages
+  std::vector<PrefilterStage> time;
+};
+
+// Of a canonical name as make_kernel gives it. paper: the Gaussian exp(-2 r^2), normalised by the lattice
+// sum, and linear weights in time (Neophytou & Mueller 2002, section 4.1). Throws unsupported for kernels
+// that reach further than 2 T: radial24 and gauss09.
+[[nodiscard]] CcKernel make_cc_kernel(std::string_view name);
+
+// lattice_sum of a CC kernel: relative to its mean 1, closed form for the Gaussian.
+[[nodiscard]] double cc_lattice_sum(const Kernel& kernel, double x, double y, double z);
+
+// Of the kernel of a slice, on its lattice.
+[[nodiscard]] inline double lattice_sum(const Kernel& kernel, bool bcc, double x, double y, double z) {
+  return bcc ? lattice_sum(kernel, x, y, z) : cc_lattice_sum(kernel, x, y, z);
+}
+
+} // namespace bccsplat
