@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <ctime>
-#include <functional>
 #include <vector>
 
 #include "base/error.h"
@@ -16,67 +13,19 @@
 namespace bccsplat::bench {
 namespace {
 
-struct Field {
-  std::string name, text;
-  bool quoted = false;
-};
-using Row = std::vector<Field>;
-
-Field word(std::string name, std::string text) { return {std::move(name), std::move(text), true}; }
-Field figure(std::string name, double value, int digits) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return {std::move(name), text};
-}
-
-void print(std::ostream& out, const std::string& table, const std::vector<Row>& rows, bool json) {
-  if (!json) {
-    out << "\n" << table << "\n\n|";
-    for (const Field& f : rows.front()) out << ' ' << f.name << " |";
-    out << "\n|";
-    for (size_t i = 0; i < rows.front().size(); ++i) out << "---|";
-    out << "\n";
-  }
-  for (const Row& row : rows) {
-    out << (json ? R"({"suite": "fit", "table": ")" + table + '"' : "|");
-    for (const Field& f : row) {
-      if (json)
-        out << ", \"" << f.name << "\": " << (f.quoted ? "\"" : "") << f.text << (f.quoted ? "\"" : "");
-      else
-        out << ' ' << f.text << " |";
-    }
-    out << (json ? "}\n" : "\n");
-  }
-  out.flush();
-}
-
 const char* name_of(Filter filter) {
   return filter == Filter::kaiser8 ? "kaiser8" : filter == Filter::kaiser6 ? "kaiser6" : "bspline3";
 }
 constexpr Filter filters[] = {Filter::kaiser8, Filter::kaiser6, Filter::bspline3};
-
-// Of the processor, so that other programs on the machine count little; all that is timed runs on one thread.
-double seconds(const std::function<void()>& body) {
-  const std::clock_t begin = std::clock();
-  body();
-  return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-}
-
-double median_seconds(const std::function<void()>& body) {
-  std::vector<double> times;
-  for (int i = 0; i < 5; ++i) times.push_back(seconds(body));
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
-}
 
 // One thread; frames in memory, layers thrown away.
 Row speed_row(const FitSource& s, Filter filter) {
   FitOptions options;
   options.filter = filter;
   FitReport report;
-  const double time = median_seconds([&] { report = fit_source(s, options, 1, nullptr); });
+  const double time = median_cpu_seconds([&] { report = fit_source(s, options, 1, nullptr); });
   std::vector<std::byte> copy(s.bytes.size());
-  const double copy_time = median_seconds([&] { std::memcpy(copy.data(), s.bytes.data(), copy.size()); });
+  const double copy_time = median_cpu_seconds([&] { std::memcpy(copy.data(), s.bytes.data(), copy.size()); });
   const auto bytes = static_cast<double>(s.bytes.size());
 
   // Scan and spatial resampling of one frame alone.
@@ -89,9 +38,9 @@ Row speed_row(const FitSource& s, Filter filter) {
   const FrameBox box = s.box(s.dims[3] / 2);
   const Frame frame({&box, 1}, box.dims, 0, s.name);
   FrameScan scan;
-  const double scan_time = median_seconds([&] { scan = scan_frame(frame, 0, context); });
+  const double scan_time = median_cpu_seconds([&] { scan = scan_frame(frame, 0, context); });
   const double spatial_time =
-      median_seconds([&] { (void)resampler.resample(frame, scan.cells, pool, context); });
+      median_cpu_seconds([&] { (void)resampler.resample(frame, scan.cells, pool, context); });
   const auto sites = static_cast<double>(report.lattice.space.sites(0) + report.lattice.space.sites(1));
 
   const FitChannelReport& c = report.channels[0];
@@ -150,8 +99,7 @@ Row round_trip_row(const FitSource& s, double scale, float ringing, Filter filte
 
 } // namespace
 
-int run_fit_suite(std::span<const std::string> args, std::ostream& out) {
-  bool json = false;
+int run_fit_suite(std::span<const std::string> args, const Report& report) {
   std::vector<std::string> tables;
   std::string raw, dims, type;
   std::vector<Row> rows;
@@ -160,9 +108,7 @@ int run_fit_suite(std::span<const std::string> args, std::ostream& out) {
       if (i + 1 == args.size()) fail(Code::invalid_argument, args[i], " needs a value");
       return args[++i];
     };
-    if (args[i] == "--json")
-      json = true;
-    else if (args[i] == "--raw")
+    if (args[i] == "--raw")
       raw = value();
     else if (args[i] == "--dims")
       dims = value();
@@ -178,9 +124,9 @@ int run_fit_suite(std::span<const std::string> args, std::ostream& out) {
     const FitSource s = raw_source(raw, dims, type);
     for (const float ringing : {0.0f, 1.0f / 2048, 1.0f / 512, 1.0f / 256, 1.0f / 64, 1.0f})
       rows.push_back(round_trip_row(s, 1, ringing, Filter::kaiser8, "default"));
-    print(out, "round trip: source -> D4* -> source samples", rows, json);
-    print(out, "samples kept", {kept_row(s, 0, 0), kept_row(s, 0, FitChannel{}.ringing)}, json);
-    print(out, "speed, one thread", {speed_row(s, Filter::kaiser8)}, json);
+    report.table("round trip: source -> D4* -> source samples", rows);
+    report.table("samples kept", {kept_row(s, 0, 0), kept_row(s, 0, FitChannel{}.ringing)});
+    report.table("speed, one thread", {speed_row(s, Filter::kaiser8)});
     return 0;
   }
   const auto wanted = [&](const char* table) {
@@ -198,7 +144,7 @@ int run_fit_suite(std::span<const std::string> args, std::ostream& out) {
     rows.push_back(
         speed_row(source_of<float>(smoke_like({128, 128, 128, 16}), SourceType::f32, 1, "smoke-like f32"),
                   Filter::kaiser8));
-    print(out, "speed, one thread", rows, json);
+    report.table("speed, one thread", rows);
   }
   if (wanted("--accuracy")) {
     rows.clear();
@@ -209,7 +155,7 @@ int run_fit_suite(std::span<const std::string> args, std::ostream& out) {
             figure("PSNR dB at rho " + concat(rho), sample_psnr(f, rho, {40, 40, 40, 40}, 200, 11), 1));
       rows.push_back(row);
     }
-    print(out, "accuracy of the samples on D4*", rows, json);
+    report.table("accuracy of the samples on D4*", rows);
   }
   const FitSeries smoke =
       wanted("--kept") || wanted("--round-trip") ? smoke_like({96, 96, 96, 24}) : FitSeries{};
@@ -221,7 +167,7 @@ int run_fit_suite(std::span<const std::string> args, std::ostream& out) {
       rows.push_back(kept_row(source_of<uint16_t>(smoke, SourceType::u16, 40000, "smoke-like u16"), 0, r));
       rows.push_back(kept_row(source_of<uint8_t>(smoke, SourceType::u8, 160, "smoke-like u8"), 0, r));
     }
-    print(out, "samples kept", rows, json);
+    report.table("samples kept", rows);
   }
   if (wanted("--round-trip")) {
     rows.clear();
@@ -232,7 +178,7 @@ int run_fit_suite(std::span<const std::string> args, std::ostream& out) {
       for (const double scale : {1.0, 1.25, 1.5, 2.0})
         rows.push_back(round_trip_row(source, scale, ringing, f, "default"));
     rows.push_back(round_trip_row(source, 1, ringing, Filter::kaiser8, "fine"));
-    print(out, "round trip: source -> D4* -> source samples", rows, json);
+    report.table("round trip: source -> D4* -> source samples", rows);
   }
   return 0;
 }

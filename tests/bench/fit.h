@@ -1,18 +1,17 @@
 // Suite `fit`: import onto the lattice - speed against a memory copy, accuracy per filter, samples kept.
 #pragma once
 
-#include <ostream>
 #include <span>
 #include <string>
 
+#include "tests/bench/report.h"
+
 namespace bccsplat::bench {
 
-//   fit [--speed] [--accuracy] [--kept] [--round-trip] [--json]   all tables without a choice; JSON lines
-//   instead of
-//                                                                 Markdown
-//   fit --raw FILE --dims X,Y,Z,T --dtype u8|u16|f32 [--json]
+//   fit [--speed] [--accuracy] [--kept] [--round-trip]   all tables without a choice
+//   fit --raw FILE --dims X,Y,Z,T --dtype u8|u16|f32
 //     the same on a raw series, x fastest: round trip with the ringing kept and dropped, samples kept, speed
 // Returns the exit status; throws Error on wrong arguments.
-int run_fit_suite(std::span<const std::string> args, std::ostream& out);
+int run_fit_suite(std::span<const std::string> args, const Report& report);
 
 } // namespace bccsplat::bench

@@ -10,49 +10,12 @@
 #include "tests/bench/kernel_design.h"
 #include "tests/bench/kernel_design_cc.h"
 #include "tests/bench/kernel_design_shape.h"
+#include "tests/bench/report.h"
 
 namespace bccsplat::bench {
 namespace {
 
 constexpr size_t waves_per_ball = 4000;
-
-std::string number(double value, int digits) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
-
-// One row of a table: names and numbers in order. Strings and numbers alike are kept as text.
-struct Field {
-  std::string name, text;
-  bool quoted = false;
-};
-using Row = std::vector<Field>;
-
-Field word(std::string name, std::string text) { return {std::move(name), std::move(text), true}; }
-Field figure(std::string name, double value, int digits) { return {std::move(name), number(value, digits)}; }
-
-void print(std::ostream& out, const std::string& table, const std::vector<Row>& rows, bool json) {
-  if (json) {
-    for (const Row& row : rows) {
-      out << R"({"suite": "kernels", "table": ")" << table << '"';
-      for (const Field& f : row)
-        out << ", \"" << f.name << "\": " << (f.quoted ? "\"" : "") << f.text << (f.quoted ? "\"" : "");
-      out << "}\n";
-    }
-    return;
-  }
-  out << "\n" << table << "\n\n|";
-  for (const Field& f : rows.front()) out << ' ' << f.name << " |";
-  out << "\n|";
-  for (size_t i = 0; i < rows.front().size(); ++i) out << "---|";
-  out << "\n";
-  for (const Row& row : rows) {
-    out << '|';
-    for (const Field& f : row) out << ' ' << f.text << " |";
-    out << "\n";
-  }
-}
 
 // Kernels of the tables in the order of their cost; 3D tables list one temporal order only.
 std::vector<std::string> listed_kernels(int dimensions) {
@@ -298,16 +261,15 @@ void shape(std::ostream& out, const std::string& which) {
 
 } // namespace
 
-int run_kernels_suite(std::span<const std::string> args, std::ostream& out) {
-  bool want_predicted = false, want_measured = false, json = false;
+int run_kernels_suite(std::span<const std::string> args, const Report& report) {
+  std::ostream& out = report.out;
+  bool want_predicted = false, want_measured = false;
   for (size_t i = 0; i < args.size(); ++i) {
     const std::string& arg = args[i];
     if (arg == "--predicted") {
       want_predicted = true;
     } else if (arg == "--measured") {
       want_measured = true;
-    } else if (arg == "--json") {
-      json = true;
     } else if (arg == "--compare") {
       const bool flat = args.size() == 4 && args[3] == "3";
       if (i != 0 || (args.size() != 3 && !flat))
@@ -324,17 +286,16 @@ int run_kernels_suite(std::span<const std::string> args, std::ostream& out) {
       return 0;
     } else {
       fail(Code::invalid_argument, "kernels: unknown option '", arg,
-           "'; known: --predicted --measured --json --design NAME --design-cc --shape NAME --compare NAME "
+           "'; known: --predicted --measured --design NAME --design-cc --shape NAME --compare NAME "
            "PATTERN");
     }
   }
   if (!want_predicted && !want_measured) want_predicted = want_measured = true;
   for (const int dimensions : {3, 4}) {
     const std::string lattice = dimensions == 3 ? "BCC" : "D4*";
-    if (want_predicted) print(out, "Predicted SNR (dB), " + lattice, predicted(dimensions), json);
-    if (want_predicted)
-      print(out, "Predicted SNR of the gradient (dB), " + lattice, gradients(dimensions), json);
-    if (want_measured) print(out, "Measured SNR (dB), " + lattice, measured(dimensions), json);
+    if (want_predicted) report.table("Predicted SNR (dB), " + lattice, predicted(dimensions));
+    if (want_predicted) report.table("Predicted SNR of the gradient (dB), " + lattice, gradients(dimensions));
+    if (want_measured) report.table("Measured SNR (dB), " + lattice, measured(dimensions));
   }
   return 0;
 }

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <array>
-#include <ostream>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "kernel/kernel.h"
 #include "kernel/wave_error.h"
+#include "tests/bench/report.h"
 
 namespace bccsplat::bench {
 
@@ -18,7 +18,7 @@ namespace bccsplat::bench {
 //   cc_tables.inc kernels --shape NAME | --shape all            designs phi again (radial16 radial18 radial20
 //   radial24)
 // Returns the exit status; throws Error on wrong arguments.
-int run_kernels_suite(std::span<const std::string> args, std::ostream& out);
+int run_kernels_suite(std::span<const std::string> args, const Report& report);
 
 // A reconstruction on the Cartesian grid, separable: the same kernel on every axis.
 enum class CartesianKernel { linear, catmull_rom, cubic_interpolating };

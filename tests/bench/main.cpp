@@ -1,4 +1,5 @@
-// bccsplat_bench SUITE [options]: benchmarks and measurements, by name.
+// bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [the suite's options]: benchmarks and measurements,
+// by name.
 #include <cstdio>
 #include <iostream>
 #include <span>
@@ -8,30 +9,54 @@
 #include "base/error.h"
 #include "tests/bench/fit.h"
 #include "tests/bench/kernels.h"
+#include "tests/bench/report.h"
 
 namespace {
 
+using bccsplat::bench::Report;
+
 struct Suite {
   const char* name;
-  int (*run)(std::span<const std::string> args, std::ostream& out);
+  int (*run)(std::span<const std::string> args, const Report& report);
 };
 
 constexpr Suite suites[] = {{"kernels", bccsplat::bench::run_kernels_suite},
                             {"fit", bccsplat::bench::run_fit_suite}};
 
+int usage() {
+  std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");
+  for (const Suite& suite : suites) std::fprintf(stderr, " %s", suite.name);
+  std::fprintf(stderr, "\n");
+  return 2;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
-  const std::vector<std::string> args(argv + 1, argv + argc);
+  if (argc < 2) return usage();
+  const std::string name = argv[1];
+  Report report{.out = std::cout, .suite = name, .plots = {}};
+  std::vector<std::string> rest;
+  for (int i = 2; i < argc; ++i) {
+    const std::string arg = argv[i];
+    if (arg == "--json")
+      report.json = true;
+    else if (arg == "--quick")
+      report.quick = true;
+    else if (arg == "--plots" && i + 1 < argc)
+      report.plots = argv[++i];
+    else
+      rest.push_back(arg);
+  }
   try {
-    for (const Suite& suite : suites)
-      if (!args.empty() && args[0] == suite.name) return suite.run(std::span(args).subspan(1), std::cout);
+    for (const Suite& suite : suites) {
+      if (name != suite.name) continue;
+      if (rest.empty() && !report.json) std::cout << bccsplat::bench::machine_facts() << "\n";
+      return suite.run(rest, report);
+    }
   } catch (const bccsplat::Error& e) {
     std::fprintf(stderr, "bccsplat_bench: %s\n", e.what());
     return 2;
   }
-  std::fprintf(stderr, "usage: bccsplat_bench SUITE [options]\nsuites:");
-  for (const Suite& suite : suites) std::fprintf(stderr, " %s", suite.name);
-  std::fprintf(stderr, "\n");
-  return 2;
+  return usage();
 }
