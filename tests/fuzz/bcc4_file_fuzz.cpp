@@ -1,0 +1,54 @@
+// Opens fuzzed bytes as a .bcc4 file, decodes what can be decoded and verifies it.
+#include "formats/bcc4.h"
+#include "formats/bcc4_chunk.h"
+#include "fuzz_target.h"
+#include "sealed_file.h"
+
+using namespace bccsplat;
+
+namespace {
+
+constexpr size_t largest_input = 64 << 10;
+
+void decode(Bcc4Reader& reader, const Context& context) {
+  const VolumeInfo& info = reader.info();
+  for (int channel = 0; channel < static_cast<int>(info.channels.size()); ++channel)
+    for (const int32_t slab : {0, 1, info.slabs() - 1}) {
+      if (slab < 0 || slab >= info.slabs()) continue;
+      std::vector<Bcc4Chunk> chunks = reader.chunks(channel, slab);
+      if (chunks.size() > 64) chunks.resize(64);
+      for (const auto& data : reader.read_chunks(channel, chunks, context))
+        for (int m = 0; m < data->shape.layers; ++m)
+          if (const auto brick = reader.brick(channel, *data, m))
+            for (size_t r = 0; r < brick_rows && brick->hole; ++r)
+              fuzz::expect(((*brick->hole)[r] & ~brick->kept[r]) == 0, "a hole that is not kept");
+    }
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  if (size > largest_input) return 0;
+  const std::vector<std::byte> file = fuzz::sealed_file({data, size});
+  Tasks tasks(1);
+  MemoryBudget memory(256 << 20);
+  Progress progress;
+  const Context context{tasks, memory, progress};
+  const Bcc4Limits limits{.metadata_bytes = 1 << 20,
+                          .directory_bytes = 1 << 20,
+                          .bricks_per_layer = 1 << 12,
+                          .channels = 16,
+                          .cached_pages = 4};
+  try {
+    const auto reader = Bcc4Reader::open(open_memory_source(file), limits);
+    const Bcc4VerifyResult result = reader->verify_all(context);
+    try {
+      decode(*reader, context);
+    } catch (const Error&) {
+      fuzz::expect(!result.damage.empty(), "a file that verifies must decode");
+    }
+  } catch (const Error& e) {
+    fuzz::expect(e.code() != Code::internal && !e.message().empty(), "an error without a cause");
+  }
+  return 0;
+}

@@ -1,0 +1,13 @@
+#include <cstdio>
+#include <cstdlib>
+
+#include "fuzz_target.h"
+
+namespace fuzz {
+
+void broken(const char* what) {
+  std::fprintf(stderr, "fuzz: %s\n", what);
+  std::abort();
+}
+
+} // namespace fuzz

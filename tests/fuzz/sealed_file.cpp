@@ -1,0 +1,119 @@
+#include "sealed_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "formats/bcc4_deflate.h"
+#include "formats/bcc4_layout.h"
+#include "formats/bcc4_page.h"
+
+namespace fuzz {
+namespace {
+
+using namespace bccsplat;
+using File = std::vector<std::byte>;
+
+constexpr size_t packed_head = header_bytes + 2 * root_bytes;
+constexpr std::array<uint8_t, 13> column_ids{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13};
+constexpr std::array<uint8_t, 13> column_widths{4, 4, 4, 4, 8, 4, 4, 4, 4, 4, 4, 1, 1};
+
+template<class T> T get(std::span<const std::byte> bytes, size_t at) {
+  T v{};
+  std::memcpy(&v, bytes.data() + at, sizeof v);
+  return v;
+}
+template<class T> void put(std::span<std::byte> bytes, size_t at, T v) {
+  std::memcpy(bytes.data() + at, &v, sizeof v);
+}
+
+// The part of a file, or nothing when it does not lie in it.
+std::span<std::byte> part(File& file, uint64_t offset, uint64_t bytes) {
+  if (offset < preamble_bytes || offset > file.size() || bytes > file.size() - offset) return {};
+  return std::span(file).subspan(offset, bytes);
+}
+
+// The chunks of a raw page as written: no columns but the known ones. Column bytes stand one plane after the
+// other.
+void seal_page(File& file, std::span<std::byte> page) {
+  if (page.size() < 8) return;
+  const auto n = get<uint32_t>(page, 0), k = get<uint32_t>(page, 4);
+  uint64_t at = 8 + uint64_t{k} * 4;
+  if (k != column_ids.size() || n > max_page_entries || at + uint64_t{n} * 46 > page.size()) return;
+  std::array<uint64_t, 14> first{}; // of each column, by id
+  for (size_t c = 0; c < column_ids.size(); ++c) {
+    if (static_cast<uint8_t>(page[8 + 4 * c]) != column_ids[c] ||
+        static_cast<uint8_t>(page[9 + 4 * c]) != column_widths[c])
+      return;
+    first[column_ids[c]] = at;
+    at += uint64_t{n} * column_widths[c];
+  }
+  const auto column = [&](size_t id, uint32_t i) {
+    uint64_t v = 0;
+    for (size_t b = 0; b < column_widths[id - 1]; ++b)
+      v |= static_cast<uint64_t>(page[first[id] + b * n + i]) << (8 * b);
+    return v;
+  };
+  uint64_t end = 0;
+  for (uint32_t i = 0; i < n; ++i) {
+    const uint64_t offset = end + column(5, i), bytes = (column(3, i) + column(4, i) + 7) / 8 * 8;
+    end = offset + bytes;
+    const auto chunk = part(file, offset, bytes);
+    if (bytes == 0 || chunk.empty()) continue;
+    const uint32_t crc = crc32_of(chunk);
+    for (size_t b = 0; b < 4; ++b) page[first[11] + b * n + i] = static_cast<std::byte>(crc >> (8 * b));
+  }
+}
+
+// Sets the checksum of the block whose reference stands at `ref`; raw blocks are sealed inside first.
+template<class Inside> void seal_block(File& file, std::span<std::byte> ref, const Inside& inside) {
+  const uint64_t stored = get<uint32_t>(ref, 8);
+  const auto bytes = part(file, get<uint64_t>(ref, 0), (stored + 7) / 8 * 8);
+  if (bytes.empty()) return;
+  if (get<uint32_t>(ref, 20) == 0) inside(bytes.first(stored));
+  put(ref, 16, crc32_of(bytes));
+}
+
+void seal_root(File& file, uint64_t offset) {
+  const auto root = std::span(file).subspan(offset, root_bytes);
+  if (std::all_of(root.begin(), root.end(), [](std::byte b) { return b == std::byte{0}; })) return;
+  seal_block(file, root.subspan(24, block_ref_bytes), [](std::span<std::byte>) {});
+  seal_block(file, root.subspan(48, block_ref_bytes), [&](std::span<std::byte> directory) {
+    for (size_t p = 0; p + page_ref_bytes <= directory.size() && p < 64 * page_ref_bytes; p += page_ref_bytes)
+      seal_block(file, directory.subspan(p + 24, block_ref_bytes),
+                 [&](std::span<std::byte> page) { seal_page(file, page); });
+  });
+  put(root, root_bytes - 4, crc32_of(root.first(root_bytes - 4)));
+}
+
+} // namespace
+
+std::vector<std::byte> sealed_file(std::span<const uint8_t> input) {
+  const auto bytes = std::as_bytes(input);
+  File file(preamble_bytes + (bytes.size() > packed_head ? bytes.size() - packed_head : 0));
+  const auto place = [&](size_t from, size_t count, uint64_t to) {
+    if (from < bytes.size())
+      std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(from), std::min(count, bytes.size() - from),
+                  file.begin() + static_cast<std::ptrdiff_t>(to));
+  };
+  place(0, header_bytes, 0);
+  place(header_bytes, root_bytes, root_offsets[0]);
+  place(header_bytes + root_bytes, root_bytes, root_offsets[1]);
+  place(packed_head, SIZE_MAX, preamble_bytes);
+  for (const uint64_t offset : root_offsets) seal_root(file, offset);
+  put(std::span(file), header_bytes - 4, crc32_of(std::span(file).first(header_bytes - 4)));
+  return file;
+}
+
+std::vector<uint8_t> unsealed(std::span<const std::byte> file) {
+  std::vector<uint8_t> out;
+  const auto take = [&](std::span<const std::byte> bytes) {
+    for (const std::byte b : bytes) out.push_back(static_cast<uint8_t>(b));
+  };
+  take(file.first(header_bytes));
+  for (const uint64_t offset : root_offsets) take(file.subspan(offset, root_bytes));
+  take(file.subspan(preamble_bytes));
+  return out;
+}
+
+} // namespace fuzz
