@@ -116,7 +116,8 @@ struct Host {
       box.dims[k] = in.below(8) == 0 ? in.take<int8_t>() : dims[k] - box.begin[k];
     }
     time += in.below(16) == 0 ? number(in) : 1;
-    check(bccsplat_writer_add_frame(writer, in.below(16) == 0 ? 1 : 0, time, &box, in.below(8) == 0 ? 0 : 1));
+    const uint32_t channel = in.below(16) == 0, count = in.below(8) != 0;
+    check(bccsplat_writer_add_frame(writer, channel, time, &box, count));
   }
 
   void add_layer(fuzz::Input& in) {
@@ -234,7 +235,8 @@ struct Host {
   void render(fuzz::Input& in) {
     bccsplat_frame_release(frame);
     frame = nullptr;
-    check(bccsplat_frame_create(device, in.below(24), in.below(24), in.below(17), &frame));
+    const uint32_t width = in.below(24), height = in.below(24), channels = in.below(17);
+    check(bccsplat_frame_create(device, width, height, channels, &frame));
     check(bccsplat_renderer_render(renderer, frame));
     auto stats = sized<bccsplat_render_stats>();
     check(bccsplat_renderer_get_stats(renderer, &stats));
