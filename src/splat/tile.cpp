@@ -1,39 +1,32 @@
 #include "splat/tile.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
-#include "kernel/cc_kernel.h"
 #include "splat/sheet.h"
+#include "splat/sheet_source.h"
 #include "splat/surface.h"
 
 namespace bccsplat {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-
-// Adds the time since `from` to `sum` and starts the next stage.
-void lap(Clock::time_point& from, double& sum) {
-  const auto now = Clock::now();
-  sum += std::chrono::duration<double, std::milli>(now - from).count();
-  from = now;
-}
 
 class Tile {
  public:
   Tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, SplatStats& stats)
       : scene_(*job.scene), options_(*job.options), plan_(*job.plan), job_(job), tile_(tile), m_(memory),
-        stats_(stats), view_(*scene_.view), kernels_(options_.scalar ? scalar_kernels() : simd_kernels()),
-        sheet_kernels_(options_.scalar ? scalar_sheet_kernels() : simd_sheet_kernels()),
-        time_(*scene_.slice) {
+        stats_(stats), view_(*scene_.view),
+        sheet_kernels_(options_.scalar ? scalar_sheet_kernels() : simd_sheet_kernels()), time_(*scene_.slice),
+        analytic_(options_.mode == RenderMode::composite && options_.shading &&
+                  options_.gradient == GradientMethod::analytic),
+        source_({&scene_, &plan_, job.kernel, options_.scalar, analytic_}, tile, memory, stats) {
     const bool shaded = options_.mode == RenderMode::composite && options_.shading;
-    analytic_ = shaded && options_.gradient == GradientMethod::analytic;
     differences_ = shaded && !analytic_ ? plan_.lead : 0;
-    m_.prepare(plan_, tile.width, tile.height, analytic_);
+    m_.prepare_pixels(tile.width, tile.height);
+    open_pixels_.prepare(tile.x, tile.y, tile.width, tile.height, plan_.border);
     prepare_pixels();
   }
 
@@ -90,165 +83,31 @@ class Tile {
   }
 
   void march() {
-    const int64_t wanted_first = std::max(first_ - differences_, view_.first_sheet());
-    const int64_t wanted_last = last_ + differences_;
-    const int64_t first_slab = std::max(plan_.first_slab, wanted_first - plan_.after);
-    const int64_t last_slab = std::min(plan_.last_slab, wanted_last + plan_.before);
+    const int64_t from = std::max(first_ - differences_, view_.first_sheet());
     const bool keep_empty = plan_.air_visible || (options_.disable_skips & skip_empty_sheets);
-    size_t next_brick = 0;
-    int64_t dirty = first_slab - plan_.before - 1; // the last sheet that holds anything
-    auto clock = Clock::now();
-    for (int64_t s = first_slab; s <= last_slab && open_ > 0; ++s) {
-      if (((s - first_slab) & 15) == 0) job_.context->progress.check();
-      while (next_brick < tile_.bricks.size() && plan_.bricks[tile_.bricks[next_brick]].first_slab <= s) {
-        activate(tile_.bricks[next_brick++], first_slab, last_slab);
-        lap(clock, stats_.ms_transform);
-      }
-      const size_t bin = bin_of(s);
-      SplatRecord* const records = m_.bins[bin].data();
-      if (m_.bin_end[bin] != records) {
-        splat_bin(s, records, static_cast<size_t>(m_.bin_end[bin] - records));
-        m_.bin_end[bin] = records;
-        dirty = s + plan_.after;
-        lap(clock, stats_.ms_splat);
-      }
-      // Sheet k is complete.
-      const int64_t k = s - plan_.before;
-      filled_[static_cast<size_t>(k & 7)] = k <= dirty;
-      if (k <= dirty) extract(k);
-      const int64_t ready = k - differences_; // differences look at the sheets behind
-      if (ready >= first_ && ready <= last_) {
-        if (!keep_empty && options_.mode != RenderMode::isosurface &&
-            !filled_[static_cast<size_t>(ready & 7)])
-          ++stats_.sheets_skipped;
-        else
-          process(ready);
-      }
+    source_.begin(from, last_ + differences_);
+    auto clock = StageClock::now();
+    for (int64_t k = first_; k <= last_ && open_ > 0; ++k) {
+      if (((k - first_) & 15) == 0) job_.context->progress.check();
+      source_.complete(k + differences_, open_pixels(), clock); // differences look at the sheets behind
+      if (!keep_empty && options_.mode != RenderMode::isosurface && !source_.filled(k))
+        ++stats_.sheets_skipped;
+      else
+        process(k);
       lap(clock, stats_.ms_shade);
     }
   }
 
-  void activate(uint32_t planned, int64_t first_slab, int64_t last_slab) {
-    const PlannedBrick& b = plan_.bricks[planned];
-    const SplatBrick& points = scene_.points->bricks[b.brick];
-    const bool occlusion = !(options_.disable_skips & skip_occlusion) && closed_ > 0;
-    if (occlusion) {
-      sum_open_pixels();
-      if (hidden(b.rect)) {
-        stats_.points_occluded += points.count;
-        return;
-      }
+  // The pixels still open, brought up to date when enough have closed since; null: do not look.
+  const OpenPixels* open_pixels() {
+    if ((options_.disable_skips & skip_occlusion) || closed_ == 0) return nullptr;
+    if (summed_closed_ == 0 || (closed_ - summed_closed_) * 16 >= open_) {
+      summed_closed_ = closed_;
+      open_pixels_.count(m_.pixel_pitch, [&](size_t p) {
+        return pixel_.alpha[p] < stop() && pixel_.enter[p] <= pixel_.leave[p];
+      });
     }
-    TransformArgs t;
-    t.position = scene_.points->position.data() + points.first;
-    t.coefficient = scene_.points->coefficient.data() + points.first;
-    t.count = points.count;
-    t.frame = &b.frame;
-    t.isotropic = plan_.isotropic;
-    t.lateral = plan_.lateral.data();
-    t.half_x = plan_.half_x.data(), t.half_y = plan_.half_y.data();
-    t.columns = plan_.columns.data(), t.rows = plan_.rows.data();
-    t.base_slab = plan_.first_slab;
-    t.first_slab = first_slab, t.last_slab = last_slab;
-    t.tile_x = tile_.x - plan_.border, t.tile_y = tile_.y - plan_.border;
-    t.width = m_.width, t.height = m_.height;
-    t.bin_end = m_.bin_end.data(), t.bin_mask = m_.bin_mask();
-    const int64_t from = std::max(first_slab, b.first_slab), to = std::min(last_slab, b.last_slab);
-    for (int64_t s = from; s <= to; ++s) m_.make_room(bin_of(s), points.count + 1);
-    const size_t trash = m_.bins.size() - 1;
-    m_.bin_end[trash] = m_.bins[trash].data();
-    m_.make_room(trash, points.count + 16);
-    if (occlusion) t.open_sum = m_.open_sum.data(), t.around = plan_.border;
-    const TransformCounts counts = kernels_.transform(t);
-    stats_.points_splatted += counts.accepted;
-    stats_.points_occluded += counts.occluded;
-  }
-
-  [[nodiscard]] size_t bin_of(int64_t slab) const {
-    return static_cast<size_t>(slab - plan_.first_slab) & m_.bin_mask();
-  }
-
-  // Brings the sums of open pixels up to date when enough have closed since.
-  void sum_open_pixels() {
-    if (summed_closed_ > 0 && (closed_ - summed_closed_) * 16 < open_) return;
-    summed_closed_ = closed_;
-    const int pitch = m_.width + 1;
-    m_.open_sum.assign(static_cast<size_t>(pitch * (m_.height + 1)), 0);
-    for (int y = 0; y < m_.height; ++y) {
-      int32_t* row = m_.open_sum.data() + (y + 1) * pitch;
-      int32_t sum = 0;
-      const int py = y - plan_.border;
-      for (int x = 0; x < m_.width; ++x) {
-        const int px = x - plan_.border;
-        if (px >= 0 && py >= 0 && px < tile_.width && py < tile_.height) {
-          const auto p =
-              static_cast<size_t>(py) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(px);
-          sum += pixel_.alpha[p] < stop() && pixel_.enter[p] <= pixel_.leave[p];
-        }
-        row[x + 1] = row[x + 1 - pitch] + sum;
-      }
-    }
-  }
-
-  // Whether every pixel of the tile inside the rectangle of the picture, and around it, is finished.
-  [[nodiscard]] bool hidden(const std::array<int, 4>& rect) const {
-    const int around = plan_.border, left = tile_.x - plan_.border, top = tile_.y - plan_.border;
-    const auto sum = [&](int y, int x) {
-      y = std::clamp(y - top, 0, m_.height), x = std::clamp(x - left, 0, m_.width);
-      return m_.open_sum[static_cast<size_t>(y * (m_.width + 1) + x)];
-    };
-    const int x0 = rect[0] - around, y0 = rect[1] - around, x1 = rect[2] + around, y1 = rect[3] + around;
-    return sum(y1, x1) - sum(y1, x0) - sum(y0, x1) + sum(y0, x0) == 0;
-  }
-
-  void splat_bin(int64_t s, const SplatRecord* records, size_t count) {
-    const auto n = static_cast<size_t>(s - plan_.first_slab);
-    const SlabLanes lanes = plan_.lanes(s);
-    SplatArgs a;
-    a.record = records, a.count = count;
-    a.lanes = &lanes, a.kernel = job_.kernel;
-    a.depth2 = static_cast<float>(plan_.depth2);
-    a.isotropic = plan_.isotropic, a.spare = plan_.spare;
-    a.columns = plan_.columns[n], a.rows = plan_.rows[n];
-    for (size_t q = 0; q < (analytic_ ? 4u : 1u); ++q) a.ring[q] = m_.ring_origin(q);
-    a.groups = plan_.groups, a.group_floats = m_.group_floats;
-    a.pitch = m_.ring_pitch, a.width = m_.width, a.height = m_.height;
-    kernels_.splat(a);
-    stats_.contributions += count * static_cast<uint64_t>(plan_.sheets) * static_cast<uint64_t>(a.columns) *
-                            static_cast<uint64_t>(a.rows);
-  }
-
-  void extract(int64_t k) {
-    const auto slot = static_cast<size_t>(((k % plan_.sheets) + plan_.sheets) % plan_.sheets);
-    ExtractArgs e;
-    e.lane = static_cast<int>(slot & 3);
-    e.pitch = m_.ring_pitch, e.width = m_.width, e.height = m_.height, e.plane_pitch = m_.plane_pitch;
-    for (size_t q = 0; q < (analytic_ ? 4u : 1u); ++q) {
-      e.ring = m_.ring_origin(q) + (slot >> 2) * m_.group_floats;
-      e.plane = m_.plane_origin(k, q);
-      kernels_.extract(e);
-    }
-    if (scene_.slice->kernel.normalised) normalise(k);
-  }
-
-  // Divides a sheet by the lattice sum of the weights (kernels that ask for it).
-  void normalise(int64_t k) {
-    float* plane = m_.plane_origin(k, 0);
-    for (int y = 0; y < m_.height; ++y)
-      for (int x = 0; x < m_.width; ++x) {
-        float& v = plane[y * m_.plane_pitch + x];
-        if (v == 0) continue;
-        const Vec3 p =
-            view_.sample(tile_.x - plan_.border + x, tile_.y - plan_.border + y, static_cast<double>(k));
-        const Slice& slice = *scene_.slice;
-        v /= static_cast<float>(lattice_sum(slice.kernel, slice.lattice.bcc, p[0], p[1], p[2]));
-      }
-  }
-
-  [[nodiscard]] const float* sheet_plane(int64_t k, size_t quantity) const {
-    const float* origin = filled_[static_cast<size_t>(k & 7)] ? m_.plane_origin(k, quantity)
-                                                              : m_.zero_plane.data() + plane_margin;
-    return origin + plan_.border * m_.plane_pitch + plan_.border;
+    return &open_pixels_;
   }
 
   [[nodiscard]] float stop() const { return static_cast<float>(options_.opacity_stop); }
@@ -262,8 +121,8 @@ class Tile {
     a.k = static_cast<float>(k);
     if (k == view_.first_sheet()) a.front = 2;
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
-    a.value = sheet_plane(k, 0);
-    a.plane_pitch = m_.plane_pitch;
+    a.value = source_.plane(k, 0);
+    a.plane_pitch = source_.plane_pitch();
     a.shading = options_.shading, a.central = differences_ == 1, a.fourth_order = differences_ == 2;
     a.air = scene_.slice->air;
     a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
@@ -272,13 +131,13 @@ class Tile {
     if (differences_ > 0) {
       // Nothing is sampled before the first sheet in front of an eye: fewer neighbours there.
       const auto front = std::min<int64_t>(k - view_.first_sheet(), differences_);
-      a.after = sheet_plane(k + 1, 0), a.before = front > 0 ? sheet_plane(k - 1, 0) : a.value;
+      a.after = source_.plane(k + 1, 0), a.before = front > 0 ? source_.plane(k - 1, 0) : a.value;
       a.depth_scale = front == 2 ? 8.0f / 12 : front == 1 ? 0.5f : 1.0f;
       a.after2 = a.before2 = a.value;
       if (front == 2)
-        a.after2 = sheet_plane(k + 2, 0), a.before2 = sheet_plane(k - 2, 0), a.depth_scale2 = -1.0f / 12;
+        a.after2 = source_.plane(k + 2, 0), a.before2 = source_.plane(k - 2, 0), a.depth_scale2 = -1.0f / 12;
     } else if (analytic_) {
-      a.sum_i = sheet_plane(k, 1), a.sum_j = sheet_plane(k, 2), a.sum_k = sheet_plane(k, 3);
+      a.sum_i = source_.plane(k, 1), a.sum_j = source_.plane(k, 2), a.sum_k = source_.plane(k, 3);
     }
     if (differences_ > 0 || analytic_) set_basis(k, a.basis);
     if (scene_.slice->has_holes) a.hole = find_holes(k);
@@ -342,7 +201,7 @@ class Tile {
   void find_surface(int64_t k) {
     if (k - 1 < first_) return;
     const float target = static_cast<float>(options_.iso_value - static_cast<double>(scene_.slice->air));
-    const bool filled = filled_[static_cast<size_t>(k & 7)] || filled_[static_cast<size_t>((k - 1) & 7)];
+    const bool filled = source_.filled(k) || source_.filled(k - 1);
     if (!filled && !(options_.disable_skips & skip_empty_sheets)) {
       ++stats_.sheets_skipped;
       return;
@@ -350,7 +209,7 @@ class Tile {
     CrossingArgs c;
     c.k = static_cast<float>(k), c.target = target;
     c.width = tile_.width, c.height = tile_.height, c.pitch = m_.pixel_pitch;
-    c.before = sheet_plane(k - 1, 0), c.value = sheet_plane(k, 0), c.plane_pitch = m_.plane_pitch;
+    c.before = source_.plane(k - 1, 0), c.value = source_.plane(k, 0), c.plane_pitch = source_.plane_pitch();
     c.alpha = pixel_.alpha, c.enter = pixel_.enter, c.leave = pixel_.leave;
     m_.crossings.resize(static_cast<size_t>(tile_.width * tile_.height));
     c.found = m_.crossings.data();
@@ -360,7 +219,7 @@ class Tile {
     crossings.reserve(found);
     for (size_t n = 0; n < found; ++n) {
       const int x = static_cast<int>(c.found[n] & 0xffff), y = static_cast<int>(c.found[n] >> 16);
-      const std::ptrdiff_t at = y * m_.plane_pitch + x;
+      const std::ptrdiff_t at = y * source_.plane_pitch() + x;
       crossings.push_back({tile_.x + x, tile_.y + y, static_cast<double>(k - 1), static_cast<double>(k),
                            static_cast<double>(c.before[at]), static_cast<double>(c.value[at])});
     }
@@ -393,7 +252,7 @@ class Tile {
   }
 
   TilePixels finish() {
-    const auto clock = Clock::now();
+    auto clock = StageClock::now();
     for (int y = 0; y < tile_.height; ++y)
       for (int x = 0; x < tile_.width; ++x) {
         const auto p = static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
@@ -408,7 +267,7 @@ class Tile {
           if (pixel_.time) pixel_.time[p] = nan_value;
         }
       }
-    stats_.ms_shade += std::chrono::duration<double, std::milli>(Clock::now() - clock).count();
+    lap(clock, stats_.ms_shade);
     return {tile_.x,      tile_.y,     tile_.width,  tile_.height, m_.pixel_pitch, pixel_.red,
             pixel_.green, pixel_.blue, pixel_.alpha, pixel_.depth, pixel_.value,   pixel_.time};
   }
@@ -460,16 +319,16 @@ class Tile {
   TileMemory& m_;
   SplatStats& stats_;
   const SheetView& view_;
-  const SplatKernels& kernels_;
   const SheetKernels& sheet_kernels_;
   TimeField time_;
-  bool analytic_ = false;
+  bool analytic_;
+  SheetSource source_;
+  OpenPixels open_pixels_;
   int differences_ = 0; // neighbours on either side that gradients look at
   PixelPlanes pixel_;
   int64_t first_ = 0, last_ = -1; // sheets of this tile
   int open_ = 0, closed_ = 0;     // pixels
   int summed_closed_ = 0;         // closed pixels that open_sum knows of
-  std::array<bool, 8> filled_{};  // whether a plane holds anything, by sheet & 7
 };
 
 } // namespace

@@ -32,7 +32,6 @@ struct TileMemory {
   static constexpr size_t pixel_planes = 13;
   AlignedArray<uint8_t> hole;
   std::vector<uint32_t> crossings;
-  std::vector<int32_t> open_sum; // see TransformArgs
 
   // Points that wait for their slab; slab modulo the number of bins, a power of two. One more takes what is
   // rejected.
@@ -49,7 +48,14 @@ struct TileMemory {
 
   // Sizes everything for a tile and clears the ring, the pixels and the bins.
   void prepare(const SplatPlan& plan, int tile_width, int tile_height, bool gradients);
+  // Its parts: the planes' sizes and the plane of zeros; ring, planes and bins; the pixels.
+  void size_planes(const SplatPlan& plan, int tile_width, int tile_height);
+  void prepare_sheets(const SplatPlan& plan, int tile_width, int tile_height, bool gradients);
+  void prepare_pixels(int tile_width, int tile_height);
 
+  [[nodiscard]] size_t plane_floats() const {
+    return static_cast<size_t>(plane_pitch) * static_cast<size_t>(height) + 2 * plane_margin + 16;
+  }
   [[nodiscard]] float* ring_origin(size_t quantity) const { return ring[quantity].data() + ring_start; }
   // First pixel of the tile with its border.
   [[nodiscard]] float* plane_origin(int64_t sheet, size_t quantity) const {

@@ -1,0 +1,46 @@
+// Which pixels of a tile are still open: sums over rectangles, so that what only finished pixels would see is
+// not drawn.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace bccsplat {
+
+class OpenPixels {
+ public:
+  // A tile of width x height pixels at (x, y) of the picture. Sums reach `border` pixels beyond it, where
+  // nothing is ever open.
+  void prepare(int x, int y, int width, int height, int border);
+
+  // Sums anew: open(p) of pixel p = row * pitch + column.
+  template<class Open> void count(int pitch, const Open& open) {
+    const int around = 2 * border_, columns = width_ + around + 1;
+    sum_.assign(static_cast<size_t>(columns * (height_ + around + 1)), 0);
+    for (int y = 0; y < height_ + around; ++y) {
+      int32_t* row = sum_.data() + (y + 1) * columns;
+      const int py = y - border_;
+      int32_t sum = 0;
+      for (int x = 0; x < width_ + around; ++x) {
+        const int px = x - border_;
+        if (px >= 0 && py >= 0 && px < width_ && py < height_)
+          sum += open(static_cast<size_t>(py) * static_cast<size_t>(pitch) + static_cast<size_t>(px)) ? 1 : 0;
+        row[x + 1] = row[x + 1 - columns] + sum;
+      }
+    }
+  }
+
+  // Whether no pixel of the tile inside the rectangle of the picture (x begin, y begin, x end, y end), or
+  // within the border of it, is open.
+  [[nodiscard]] bool hidden(const std::array<int, 4>& rect) const;
+  [[nodiscard]] const int32_t* sums() const { return sum_.data(); } // see TransformArgs::open_sum
+  [[nodiscard]] int border() const { return border_; }
+
+ private:
+  int x_ = 0, y_ = 0, width_ = 0, height_ = 0, border_ = 0;
+  std::vector<int32_t> sum_;
+};
+
+} // namespace bccsplat

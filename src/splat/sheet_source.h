@@ -1,0 +1,75 @@
+// The sheets of one set of points in one tile, front to back: bricks are moved to the screen when the front
+// reaches them, their points splatted into the ring slab by slab, finished sheets taken out of it.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+
+#include "splat/open_pixels.h"
+#include "splat/splat.h"
+#include "splat/tile_memory.h"
+
+namespace bccsplat {
+
+// Adds the time since `from`, ms, to `sum` and starts the next stage.
+using StageClock = std::chrono::steady_clock;
+void lap(StageClock::time_point& from, double& sum);
+
+struct SheetSourceArgs {
+  const SplatScene* scene = nullptr;
+  const SplatPlan* plan = nullptr;
+  const KernelPolynomial* kernel = nullptr;
+  bool scalar = false;
+  bool gradients = false; // the sums of the analytic gradient, too
+};
+
+class SheetSource {
+ public:
+  // Everything outlives the source. `memory` is prepared when the first point comes.
+  SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory, SplatStats& stats);
+
+  // The sheets that will be asked for; none outside of them are.
+  void begin(int64_t first_sheet, int64_t last_sheet);
+  // Completes the sheets up to k; k rises. What `open` (null: everything is open) hides is left out. clock:
+  // of the stage under way.
+  void complete(int64_t k, const OpenPixels* open, StageClock::time_point& clock);
+
+  // Of one of the last eight completed sheets: whether anything is on it, and its plane, which starts at the
+  // tile's first pixel and reaches plan.border beyond it; quantity 0: value relative to air, 1 .. 3: sums of
+  // the gradient.
+  [[nodiscard]] bool filled(int64_t k) const { return filled_[static_cast<size_t>(k & 7)]; }
+  [[nodiscard]] const float* plane(int64_t k, size_t quantity) const;
+  [[nodiscard]] int plane_pitch() const { return pitch_; }
+  // No point of the tile is in any sheet to come.
+  [[nodiscard]] bool finished(int64_t k) const {
+    return next_brick_ == tile_.bricks.size() && k > last_filled_;
+  }
+
+ private:
+  void slab(int64_t s, const OpenPixels* open, StageClock::time_point& clock);
+  void activate(uint32_t planned, const OpenPixels* open);
+  void splat_bin(int64_t s, const SplatRecord* records, size_t count);
+  void extract(int64_t k);
+  void normalise(int64_t k);
+  [[nodiscard]] size_t bin_of(int64_t slab) const {
+    return static_cast<size_t>(slab - plan_.first_slab) & m_.bin_mask();
+  }
+
+  const SplatScene& scene_;
+  const SplatPlan& plan_;
+  const KernelPolynomial& kernel_;
+  const SplatKernels& kernels_;
+  const PlannedTile& tile_;
+  TileMemory& m_;
+  SplatStats& stats_;
+  size_t quantities_ = 1;
+  int pitch_ = 0;
+  bool prepared_ = false;
+  size_t next_brick_ = 0;
+  int64_t first_slab_ = 0, last_slab_ = -1, next_slab_ = 0;
+  int64_t last_filled_ = INT64_MIN; // sheet
+  std::array<bool, 8> filled_{};    // by sheet & 7
+};
+
+} // namespace bccsplat

@@ -1,0 +1,90 @@
+#include "tests/bench/trail.h"
+
+#include <cmath>
+#include <vector>
+
+#include "base/error.h"
+#include "render/frame.h"
+#include "render/trail.h"
+#include "slice/time_slice.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat::bench {
+namespace {
+
+using test::TestContext;
+
+// Eight soft balls on circles about the centre of a cube of n samples.
+double balls(const Vec4& p, double n, double frames) {
+  double sum = 0;
+  for (int i = 0; i < 8; ++i) {
+    const double phase = 6.2831853 * (i / 8.0 + (1 + i % 3) * p[3] / (4 * frames));
+    const double r = n * (0.2 + 0.02 * i);
+    const double x = p[0] - n / 2 - r * std::cos(phase), y = p[1] - n / 2 - r * std::sin(phase),
+                 z = p[2] - n * (0.3 + 0.05 * i);
+    sum += std::exp(-(x * x + y * y + z * z) / (2 * 0.0036 * n * n));
+  }
+  return sum < 1e-3 ? 0 : sum;
+}
+
+struct TrailBench {
+  TestContext context{1};
+  MemorySamples samples;
+  Coefficients coefficients;
+  Slice slice;
+  SplatPoints points;
+  TransferFunction function;
+  RenderOptions options;
+  int pixels;
+
+  TrailBench(uint32_t n, uint32_t frames, int picture)
+      : samples(test::sample_field(Lattice4::fit(LatticeKind::d4star, {n, n, n, frames}),
+                                   [&](const Vec4& p) { return balls(p, n, frames); })),
+        coefficients(samples, 0, make_kernel("default"), 0, uint64_t{4} << 30),
+        slice(time_slice(coefficients, frames - 4.0, {0, 0}, {}, context.get())),
+        points(make_points(slice, context.get())), pixels(picture) {
+    function.colors = {{0.1, {0.2, 0.3, 0.9}}, {0.9, {0.9, 0.4, 0.1}}};
+    function.opacities = {{0.1, 0}, {0.9, 0.3}};
+  }
+
+  RenderStats draw(const std::vector<TrailSlice>& trail, TrailCombine combine = TrailCombine::physical) {
+    Scene scene;
+    scene.slice = &slice, scene.points = &points, scene.function = function, scene.combine = combine;
+    scene.camera =
+        fit_camera(slice, false, 20, 30, static_cast<uint32_t>(pixels), static_cast<uint32_t>(pixels));
+    for (const TrailSlice& t : trail) scene.trail.push_back({&t.slice, &t.points, function, t.weight});
+    ImageStorage image(pixels, pixels);
+    return render(scene, options, context.get(), image.image);
+  }
+};
+
+} // namespace
+
+int run_trail_suite(std::span<const std::string> args, const Report& report) {
+  if (!args.empty()) fail(Code::invalid_argument, "trail: it takes no options, not ", args[0]);
+  TrailBench bench(report.quick ? 32 : 96, 24, report.quick ? 64 : 384);
+  std::vector<Row> rows;
+  for (const bool shading : {true, false})
+    for (const double span : {6.0, 12.0})
+      for (const int stills : {5, 21, 64}) {
+        bench.options.shading = shading;
+        std::vector<TrailSlice> trail;
+        const double make = cpu_seconds([&] {
+          trail = make_trail(bench.coefficients, bench.slice, {.interval = {-span, 0}, .samples = stills},
+                             bench.context.get());
+        });
+        RenderStats last;
+        const auto [one, all] = paired_cpu_seconds([&] { (void)bench.draw({}); },
+                                                   [&] { last = bench.draw(trail); }, report.quick ? 1 : 3);
+        const auto scale = [&](double ms) { return ms / 1000 / one; };
+        rows.push_back(
+            {word("shading", shading ? "on" : "off"), figure("frames", span, 0), figure("stills", stills, 0),
+             figure("frame ms", 1000 * one, 1), figure("trail / frame", all / one, 2),
+             figure("transform", scale(last.ms_transform), 2), figure("splat", scale(last.ms_splat), 2),
+             figure("shade", scale(last.ms_shade), 2), figure("slicing", make / one, 2)});
+      }
+  report.table("A trail's picture, in pictures without", rows);
+  return 0;
+}
+
+} // namespace bccsplat::bench

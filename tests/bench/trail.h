@@ -1,0 +1,14 @@
+// Suite `trail`: what a picture with a motion trail costs, as a ratio to the picture without.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "tests/bench/report.h"
+
+namespace bccsplat::bench {
+
+// No options of its own. Returns the exit status; throws Error on wrong arguments.
+int run_trail_suite(std::span<const std::string> args, const Report& report);
+
+} // namespace bccsplat::bench
