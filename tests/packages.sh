@@ -3,8 +3,8 @@
 # What the library, the tool and the examples are built from. libboost-dev: OpenVDB's headers include it, its package
 # does not depend on it.
 build_packages=(build-essential cmake ninja-build pkg-config zlib1g-dev libdeflate-dev libhwy-dev libpng-dev
-  libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-dev libcli11-dev nlohmann-json3-dev)
-test_packages=(libgtest-dev libbenchmark-dev python3 gnuplot-nox)
+  libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-dev libnetcdf-dev libcli11-dev nlohmann-json3-dev)
+test_packages=(libgtest-dev libbenchmark-dev python3 gnuplot-nox python3-numpy mypy)
 
 # install_missing PACKAGE...: asks apt for those that are not installed; as root or through sudo.
 install_missing() {

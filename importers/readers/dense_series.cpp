@@ -1,9 +1,7 @@
 #include "readers/dense_series.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "readers/error.h"
 
@@ -13,14 +11,6 @@ namespace {
 const char* role_name(AxisRole role) {
   static constexpr const char* names[] = {"x", "y", "z", "t", "component"};
   return names[static_cast<size_t>(role)];
-}
-
-Type converted_type(const DenseLayout& l) {
-  const bool scaled = l.slope != 1 || l.intercept != 0;
-  if (l.type == Type::i64 || l.type == Type::u64) return Type::f64;
-  if (!scaled && !l.fill && !l.valid) return l.type;
-  if (is_float(l.type) && !scaled) return l.type == Type::f16 ? Type::f32 : l.type;
-  return type_size(l.type) < 4 || l.type == Type::f32 ? Type::f32 : Type::f64;
 }
 
 } // namespace
@@ -68,7 +58,7 @@ std::vector<FileAxis> axes_from_letters(const std::string& letters, const std::a
 }
 
 DenseSeries::DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint64_t memory_limit)
-    : bytes_(std::move(segments)), layout_(std::move(layout)), frame_type_(converted_type(layout_)) {
+    : bytes_(std::move(segments)), layout_(std::move(layout)), frame_type_(layout_.value_type()) {
   bool slower = false;
   inner_ = type_size(layout_.type);
   for (const FileAxis& axis : layout_.axes) {
@@ -122,29 +112,9 @@ void DenseSeries::fetch(uint64_t t) {
   }
   for (auto& bytes : raw) {
     if (layout_.swap) swap_bytes(*bytes, type_size(layout_.type));
-    convert(*bytes);
+    layout_.convert(*bytes);
     held_.push_back(std::move(bytes));
   }
-}
-
-void DenseSeries::convert(Bytes& bytes) const {
-  if (frame_type_ == layout_.type && !layout_.fill && !layout_.valid) return;
-  const size_t count = bytes.size() / type_size(layout_.type);
-  Bytes out(count * type_size(frame_type_));
-  visit_type(layout_.type, [&](auto zero) {
-    const auto value = [&](size_t i) {
-      const double stored = load_as<decltype(zero)>(bytes.data() + i * sizeof zero);
-      if ((layout_.fill && stored == *layout_.fill) ||
-          (layout_.valid && (stored < (*layout_.valid)[0] || stored > (*layout_.valid)[1])))
-        return std::numeric_limits<double>::quiet_NaN();
-      return layout_.slope * stored + layout_.intercept;
-    };
-    if (frame_type_ == Type::f32)
-      for (size_t i = 0; i < count; ++i) store_as<float>(value(i), out.data() + i * 4);
-    else
-      for (size_t i = 0; i < count; ++i) store_as<double>(value(i), out.data() + i * 8);
-  });
-  bytes.swap(out);
 }
 
 Frame DenseSeries::read(uint64_t t, uint64_t component) {

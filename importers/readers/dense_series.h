@@ -3,13 +3,13 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "readers/byte_stream.h"
 #include "readers/frame_reader.h"
 #include "readers/reader_options.h"
+#include "readers/stored_values.h"
 
 namespace bcc4 {
 
@@ -20,13 +20,9 @@ struct FileAxis {
   uint64_t size;
 };
 
-struct DenseLayout {
-  Type type = Type::f32;
-  bool swap = false;                          // the bytes are not in native order
-  std::vector<FileAxis> axes;                 // fastest first; each role at most once
-  double slope = 1, intercept = 0;            // value = slope * stored + intercept
-  std::optional<double> fill;                 // stored value that means "no data"
-  std::optional<std::array<double, 2>> valid; // stored values outside mean "no data"
+struct DenseLayout : StoredValues {
+  bool swap = false;          // the bytes are not in native order
+  std::vector<FileAxis> axes; // fastest first; each role at most once
 
   [[nodiscard]] uint64_t size_of(AxisRole role) const;
 };
@@ -55,7 +51,6 @@ class DenseSeries {
 
  private:
   void fetch(uint64_t t);
-  void convert(Bytes& bytes) const;
 
   SegmentedBytes bytes_;
   DenseLayout layout_;

@@ -2,52 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
+#include "readers/data_files.h"
 #include "readers/error.h"
+#include "readers/header_lines.h"
 
 namespace bcc4 {
 namespace {
 
-constexpr uint64_t kHeaderLimit = 16 << 20; // bytes; a real header has a few hundred
-constexpr size_t kAxesLimit = 16;           // as in Teem
-
-// Reads the header line by line and knows where it is.
-class HeaderLines {
- public:
-  explicit HeaderLines(const std::string& path) : file_(path) {}
-  // The next line without its end (LF or CR LF); false at the end of the file.
-  bool next(std::string& line) {
-    line.clear();
-    for (;;) {
-      if (at_ == chunk_.size()) {
-        chunk_.resize(4096);
-        chunk_.resize(file_.read_some(fetched_, std::as_writable_bytes(std::span(chunk_))));
-        fetched_ += chunk_.size();
-        at_ = 0;
-        if (chunk_.empty()) return !line.empty();
-      }
-      const char c = chunk_[at_++];
-      if (++read_ > kHeaderLimit)
-        fail_input(file_.path(), ": the header does not end within ", kHeaderLimit, " bytes");
-      if (c == '\n') break;
-      line += c;
-    }
-    ++line_;
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    return true;
-  }
-  [[nodiscard]] uint64_t offset() const { return read_; }
-  template<class... Parts> [[noreturn]] void refuse(const Parts&... parts) const {
-    fail_input(file_.path(), ": line ", line_, " of the NRRD header: ", parts...);
-  }
-
- private:
-  InputFile file_;
-  std::string chunk_;
-  size_t at_ = 0;
-  uint64_t fetched_ = 0, read_ = 0, line_ = 0;
-};
+constexpr size_t kAxesLimit = 16; // as in Teem
 
 // "x", "y z" between double quotes, backslash escapes.
 std::vector<std::string> quoted_strings(std::string_view text) {
@@ -219,49 +182,12 @@ std::string without_blanks(std::string_view name) {
   return out;
 }
 
-// The path of a data file named by a header: below the header's own folder, or an error.
-std::string confined(const std::string& header, std::string_view name) {
-  namespace fs = std::filesystem;
-  const fs::path relative{std::string(name)};
-  bool outside = relative.is_absolute() || relative.empty();
-  for (const fs::path& part : relative) outside |= part == "..";
-  if (outside)
-    fail_input(header, ": names the data file ", name,
-               ", which is not below the header's own folder: move it there");
-  return (fs::path(header).parent_path() / relative).string();
-}
-
-// "name.%03d 1 93 1 [subdim]": the format with each number put in.
-std::string format_number(const HeaderLines& lines, std::string_view format, int64_t number) {
-  const size_t at = format.find('%');
-  size_t end = at == std::string_view::npos ? at : at + 1;
-  const bool zeros = end < format.size() && format[end] == '0';
-  size_t width = 0;
-  while (end < format.size() && format[end] >= '0' && format[end] <= '9' && width < 100)
-    width = width * 10 + static_cast<size_t>(format[end++] - '0');
-  if (end >= format.size() || (format[end] != 'd' && format[end] != 'u' && format[end] != 'i') || width > 64)
-    lines.refuse("\"", format, "\" is no file name format such as slice.%03d");
-  std::string digits = concat(number);
-  if (digits.size() < width) digits.insert(0, width - digits.size(), zeros ? '0' : ' ');
-  return concat(format.substr(0, at), digits, format.substr(end + 1));
-}
-
-void numbered_files(NrrdHeader& h, const HeaderLines& lines, const std::vector<std::string_view>& words) {
-  const auto first = parse_number<int64_t>(words[1]), last = parse_number<int64_t>(words[2]),
-             step = parse_number<int64_t>(words[3]);
-  if (!first || !last || !step || *step == 0 || (*step > 0) != (*last >= *first))
-    lines.refuse("\"data file\" wants a format and three numbers: first, last, step");
-  if ((*last - *first) / *step >= 1'000'000) lines.refuse("more than a million data files");
-  for (int64_t n = *first; *step > 0 ? n <= *last : n >= *last; n += *step)
-    h.data_files.push_back(confined(h.path, format_number(lines, words[0], n)));
-}
-
 } // namespace
 
 NrrdHeader read_nrrd_header(const std::string& path) {
   NrrdHeader h;
   h.path = path;
-  HeaderLines lines(path);
+  HeaderLines lines(path, "NRRD");
   std::string line;
   if (!lines.next(line) || !line.starts_with("NRRD000") || line.size() != 8 || line[7] < '1' || line[7] > '5')
     fail_input(path, ": no NRRD file: it does not begin with NRRD0001 to NRRD0005");
@@ -292,15 +218,16 @@ NrrdHeader read_nrrd_header(const std::string& path) {
     if (words.empty()) lines.refuse("no data file named");
     if (words[0] == "LIST") {
       while (lines.next(line))
-        if (!trim(line).empty()) h.data_files.push_back(confined(path, trim(line)));
+        if (!trim(line).empty()) h.data_files.push_back(confined_path(path, trim(line)));
       if (h.data_files.empty()) lines.refuse("the list of data files is empty");
       ended = true;
       break; // the list is the rest of the file
     }
     if (words.size() >= 4 && words[0].find('%') != std::string_view::npos)
-      numbered_files(h, lines, words);
+      for (std::string& file : numbered_data_files(path, lines.where(), words))
+        h.data_files.push_back(std::move(file));
     else
-      h.data_files.push_back(confined(path, value));
+      h.data_files.push_back(confined_path(path, value));
   }
   if (!parser.type_given) fail_input(path, ": the NRRD header has no type");
   if (h.axes.empty() || h.axes[0].size == 0) fail_input(path, ": the NRRD header has no sizes");

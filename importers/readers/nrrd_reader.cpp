@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "readers/affine.h"
+#include "readers/components.h"
 #include "readers/dense_reader.h"
 #include "readers/error.h"
 #include "readers/frame_plan.h"
@@ -11,8 +12,6 @@
 
 namespace bcc4 {
 namespace {
-
-constexpr size_t kChannelLimit = 16;
 
 bool says_time(const std::string& label) {
   const std::string l = lower(label);
@@ -161,23 +160,6 @@ void set_times(SeriesDescription& d, const NrrdHeader& h, size_t axis_number) {
   d.times.origin = concat("spacing ", step, " of axis ", axis_number);
 }
 
-// Channels wanted out of `count` components: all, or those --channel names by number or as c0, c1 ...
-std::vector<uint64_t> wanted_components(const ReaderOptions& options, const NrrdHeader& h, uint64_t count) {
-  std::vector<uint64_t> wanted;
-  if (options.channels.empty()) {
-    if (count > kChannelLimit)
-      fail_usage(h.path, ": ", count, " values per sample: choose with --channel 0,1,2");
-    for (uint64_t c = 0; c < count; ++c) wanted.push_back(c);
-    return wanted;
-  }
-  for (const std::string& name : options.channels) {
-    const auto c = parse_number<uint64_t>(name.starts_with('c') ? std::string_view(name).substr(1) : name);
-    if (!c || *c >= count) fail_usage("--channel ", name, ": ", h.path, " has channels c0 to c", count - 1);
-    wanted.push_back(*c);
-  }
-  return wanted;
-}
-
 struct OneNrrd {
   NrrdHeader header{};
   Roles roles{};
@@ -242,7 +224,7 @@ std::unique_ptr<FrameReader> open_nrrd(const ReaderOptions& options) {
   d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
   const uint64_t components = layout.size_of(AxisRole::component);
   if (components == 1) refuse_channel_option(options, path, "NRRD");
-  const std::vector<uint64_t> wanted = wanted_components(options, h, components);
+  const std::vector<uint64_t> wanted = wanted_components(options, path, components);
   for (const uint64_t c : wanted)
     d.channels.push_back(
         {.name = components > 1 ? concat("c", c) : "value", .unit = h.sample_unit, .precision = layout.type});

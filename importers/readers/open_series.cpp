@@ -7,11 +7,15 @@
 #include "readers/byte_stream.h"
 #include "readers/decoders.h"
 #include "readers/error.h"
+#include "readers/metaimage_reader.h"
 #include "readers/nifti_reader.h"
 #include "readers/nrrd_reader.h"
 #include "readers/raw_reader.h"
 #include "readers/sequence.h"
 #include "readers/vti_reader.h"
+#if BCCSPLAT_WITH_NETCDF
+#include "readers/netcdf_reader.h"
+#endif
 #if BCCSPLAT_WITH_OPENVDB
 #include "readers/vdb_reader.h"
 #endif
@@ -35,6 +39,12 @@ bool is_vdb(std::string_view start) {
   return start.starts_with(std::string_view("\x20\x42\x44\x56\0\0\0\0", 8));
 }
 
+bool is_netcdf(std::string_view start) {
+  for (const std::string_view magic : {"CDF\x01", "CDF\x02", "CDF\x05", "\x89HDF"})
+    if (start.starts_with(magic)) return true;
+  return false;
+}
+
 } // namespace
 
 std::unique_ptr<FrameReader> open_series(const ReaderOptions& options) {
@@ -55,12 +65,18 @@ std::unique_ptr<FrameReader> open_series(const ReaderOptions& options) {
     return name.ends_with(".pvd") ? open_pvd(options) : open_vti(options);
   if (start.starts_with("NanoVDB"))
     fail_input(path, ": a NanoVDB file, which no reader knows; convert it with nanovdb_convert to OpenVDB");
-  if (start.starts_with("CDF\x01") || start.starts_with("CDF\x02") || start.starts_with("\x89HDF"))
-    fail_input(
-        path,
-        ": a NetCDF or HDF5 file, which no reader of this build knows; export the variable as NRRD or raw");
+  if (is_netcdf(start)) {
+#if BCCSPLAT_WITH_NETCDF
+    return open_netcdf(options);
+#else
+    fail_input(path,
+               ": a NetCDF or HDF5 file, but this bcc4 was built without NetCDF (BCCSPLAT_WITH_NETCDF)");
+#endif
+  }
+  if (is_metaimage(start)) return open_metaimage(options);
   if (start.starts_with("BCC4") || name.ends_with(".bcc4")) fail_input(path, ": is a .bcc4 file already");
-  for (const char* known : {".nrrd", ".nhdr", ".vdb", ".vti", ".nii", ".nii.gz", ".pvd"})
+  for (const char* known :
+       {".nrrd", ".nhdr", ".vdb", ".vti", ".nii", ".nii.gz", ".pvd", ".mha", ".mhd", ".nc"})
     if (name.ends_with(known))
       fail_input(path, ": does not begin as a ", known, " file does: damaged or misnamed");
   return open_raw(options);
@@ -70,7 +86,13 @@ std::vector<ReaderInfo> reader_list() {
   std::vector<ReaderInfo> list{{"raw", true, "plain or gzip"},
                                {"nrrd", true, "attached and detached; raw, gzip, ascii"},
                                {"vti", true, "VTK ImageData and .pvd; ascii, binary, appended, zlib"},
-                               {"nifti", true, "NIfTI-1 and -2, plain or gzip"}};
+                               {"nifti", true, "NIfTI-1 and -2, plain or gzip"},
+                               {"metaimage", true, ".mha and .mhd; raw, zlib, text"}};
+#if BCCSPLAT_WITH_NETCDF
+  list.push_back({"netcdf", true, netcdf_version()});
+#else
+  list.push_back({"netcdf", false, "BCCSPLAT_WITH_NETCDF is off"});
+#endif
 #if BCCSPLAT_WITH_OPENVDB
   list.push_back({"openvdb", true, openvdb_version()});
 #else

@@ -1,0 +1,54 @@
+#include "readers/data_files.h"
+
+#include <filesystem>
+
+#include "readers/error.h"
+
+namespace bcc4 {
+
+std::string confined_path(const std::string& header, std::string_view name) {
+  namespace fs = std::filesystem;
+  const fs::path relative{std::string(name)};
+  bool outside = relative.is_absolute() || relative.empty();
+  for (const fs::path& part : relative) outside |= part == "..";
+  if (outside)
+    fail_input(header, ": names the data file ", name,
+               ", which is not below the header's own folder: move it there");
+  return (fs::path(header).parent_path() / relative).string();
+}
+
+namespace {
+
+std::string with_number(const std::string& where, std::string_view format, int64_t number) {
+  const size_t at = format.find('%');
+  size_t end = at == std::string_view::npos ? at : at + 1;
+  const bool zeros = end < format.size() && format[end] == '0';
+  size_t width = 0;
+  while (end < format.size() && format[end] >= '0' && format[end] <= '9' && width < 100)
+    width = width * 10 + static_cast<size_t>(format[end++] - '0');
+  if (end >= format.size() || (format[end] != 'd' && format[end] != 'u' && format[end] != 'i') || width > 64)
+    fail_input(where, "\"", format, "\" is no file name format such as slice.%03d");
+  std::string digits = concat(number);
+  if (digits.size() < width) digits.insert(0, width - digits.size(), zeros ? '0' : ' ');
+  return concat(format.substr(0, at), digits, format.substr(end + 1));
+}
+
+} // namespace
+
+std::vector<std::string> numbered_data_files(const std::string& header, const std::string& where,
+                                             const std::vector<std::string_view>& words) {
+  if (words.size() < 4) fail_input(where, "data files by number want a format and first, last, step");
+  const auto first = parse_number<int64_t>(words[1]), last = parse_number<int64_t>(words[2]),
+             step = parse_number<int64_t>(words[3]);
+  constexpr int64_t limit = int64_t{1} << 40; // keeps last - first and n + step in range
+  const auto wild = [&](const std::optional<int64_t>& n) { return !n || *n > limit || *n < -limit; };
+  if (wild(first) || wild(last) || wild(step) || *step == 0 || (*step > 0) != (*last >= *first))
+    fail_input(where, "data files by number want a format and three numbers: first, last, step");
+  if ((*last - *first) / *step >= 1'000'000) fail_input(where, "more than a million data files");
+  std::vector<std::string> paths;
+  for (int64_t n = *first; *step > 0 ? n <= *last : n >= *last; n += *step)
+    paths.push_back(confined_path(header, with_number(where, words[0], n)));
+  return paths;
+}
+
+} // namespace bcc4

@@ -1,0 +1,20 @@
+// MetaImage: .mha with the data inside, .mhd with data files beside it.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "readers/frame_reader.h"
+#include "readers/reader_options.h"
+
+namespace bcc4 {
+
+// Do the first bytes of a file look like a MetaImage header?
+[[nodiscard]] bool is_metaimage(std::string_view start);
+
+// The fourth axis is time, its ElementSpacing the time step; or one file per frame. Elements of several
+// channels become channels c0, c1 ... Data: raw, zlib, or text; attached, in a file, a list or a numbered
+// series of files.
+[[nodiscard]] std::unique_ptr<FrameReader> open_metaimage(const ReaderOptions& options);
+
+} // namespace bcc4

@@ -1,0 +1,62 @@
+// A NetCDF file as plain data: variables, dimensions, attributes. Not for concurrent use: the library has one
+// lock for nobody.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "readers/value_type.h"
+
+namespace bcc4 {
+
+struct NetcdfDimension {
+  int id = 0;
+  std::string name;
+  uint64_t size = 0;
+  bool record = false; // unlimited
+};
+
+struct NetcdfVariable {
+  int id = 0;
+  std::string name;
+  std::optional<Type> type;          // nothing for text, structures and the like
+  std::vector<NetcdfDimension> dims; // slowest first
+};
+
+class NetcdfFile {
+ public:
+  explicit NetcdfFile(const std::string& path);
+  ~NetcdfFile();
+  NetcdfFile(const NetcdfFile&) = delete;
+  NetcdfFile& operator=(const NetcdfFile&) = delete;
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] const std::vector<NetcdfVariable>& variables() const { return variables_; }
+  [[nodiscard]] const NetcdfVariable* find(const std::string& name) const;
+
+  // Attributes; nothing when absent or of the other sort.
+  [[nodiscard]] std::string text(const NetcdfVariable& variable, const char* name) const;
+  [[nodiscard]] std::vector<double> numbers(const NetcdfVariable& variable, const char* name) const;
+  // The value of what was never written, where the file does not switch filling off.
+  [[nodiscard]] std::optional<double> default_fill(const NetcdfVariable& variable) const;
+
+  // The hyperslab [start, start + count) in the variable's own type and native byte order.
+  void read(const NetcdfVariable& variable, std::span<const size_t> start, std::span<const size_t> count,
+            std::span<std::byte> out) const;
+  // All of a one-dimensional variable as doubles.
+  [[nodiscard]] std::vector<double> line(const NetcdfVariable& variable) const;
+  // Bytes of the chunks in which the variable is compressed; 0 when it is not.
+  [[nodiscard]] uint64_t chunk_bytes(const NetcdfVariable& variable) const;
+
+ private:
+  template<class... Parts> void check(int status, const Parts&... doing) const;
+
+  std::string path_;
+  int id_ = -1;
+  std::vector<NetcdfVariable> variables_;
+};
+
+} // namespace bcc4

@@ -1,0 +1,22 @@
+// NetCDF, classic and 4, through libnetcdf.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "readers/frame_reader.h"
+#include "readers/reader_options.h"
+
+namespace bcc4 {
+
+// A variable of three spatial axes and time, any of them absent; --channel names variables, without it the
+// file must hold one candidate. Axes are known by the CF conventions (attribute axis, units, standard_name,
+// positive), then by the names of dimensions, then by their place: time, z, y, x from slowest to fastest.
+// Packed values are unpacked; _FillValue, missing_value and valid_range mark holes. Files of a sequence are
+// joined along time.
+[[nodiscard]] std::unique_ptr<FrameReader> open_netcdf(const ReaderOptions& options);
+
+// Of the library, such as "4.9.0".
+[[nodiscard]] std::string netcdf_version();
+
+} // namespace bcc4

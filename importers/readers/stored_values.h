@@ -1,0 +1,26 @@
+// From stored numbers to values: scaling, and what stands for "no data".
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "readers/frame_reader.h"
+#include "readers/value_type.h"
+
+namespace bcc4 {
+
+struct StoredValues {
+  Type type = Type::f32;
+  double slope = 1, intercept = 0;            // value = slope * stored + intercept
+  std::vector<double> fills;                  // stored values that mean "no data"
+  std::optional<std::array<double, 2>> valid; // stored values outside mean "no data"
+
+  // The type after conversion: the stored one where nothing is to be done, else a float type that holds the
+  // values; 64-bit integers become f64.
+  [[nodiscard]] Type value_type() const;
+  // Replaces numbers of `type` by values of value_type(); NaN for no data.
+  void convert(Bytes& bytes) const;
+};
+
+} // namespace bcc4
