@@ -1,48 +1,304 @@
-"""python_host_test.py TOP EXAMPLES SCRATCH: the ctypes host agrees with the C hosts and with the ABI lists."""
+"""python_host_test.py TOP EXAMPLES SCRATCH: the Python package agrees with the C hosts and with the ABI lists, and
+every function of the library is called through it."""
 import ctypes
 import os
 import re
 import subprocess
 import sys
+import threading
+
+try:
+    import numpy as np
+except ImportError:
+    print("skipped: this Python has no numpy")
+    sys.exit(77)
 
 top, examples, scratch = sys.argv[1:]
 sys.path.insert(0, os.path.join(top, "examples", "python"))
 sys.dont_write_bytecode = True
 import bccsplat  # noqa: E402
+from bccsplat import Cancelled, Channel, Device, Error, Frame, Renderer, Slice, Status, TransferFunction  # noqa: E402
+from bccsplat import Volume, Writer, abi, look_at  # noqa: E402
+from bccsplat import _library as loaded  # noqa: E402
+from bccsplat.__main__ import main  # noqa: E402
 
-# Struct for struct and field for field as the compiler lays them out.
-layout = {}
-for line in open(os.path.join(top, "tests", "abi", "layout.txt")):
-    if match := re.match(r"bccsplat_(\w+)\.(\w+) offset (\d+) size (\d+)", line):
-        layout.setdefault(match[1], {})[match[2]] = (int(match[3]), int(match[4]))
-    elif match := re.match(r"struct bccsplat_(\w+) size (\d+)", line):
-        layout[match[1]][""] = int(match[2])
-for struct, name in [(bccsplat.VolumeInfo, "volume_info"), (bccsplat.Hyperplane, "hyperplane"),
-                     (bccsplat.SliceInfo, "slice_info"), (bccsplat.Plane, "plane"),
-                     (bccsplat.ImageOptions, "image_options")]:
-    fields = {field: (getattr(struct, field).offset, getattr(struct, field).size) for field, _ in struct._fields_}
-    assert fields | {"": ctypes.sizeof(struct)} == layout[name], name
+called = set()
+
+
+class Recorder:
+    """The library, with a list of what was called."""
+
+    def __getattr__(self, name):
+        called.add(name)
+        return getattr(recorded, name)
+
+
+recorded, loaded.library = loaded.library, Recorder()
+bccsplat.library = loaded.library
+
+
+def raises(kind, status, function, *arguments, text="", **named):
+    try:
+        function(*arguments, **named)
+    except kind as error:
+        assert status is None or error.status == status, error
+        assert text in str(error), error
+        return error
+    raise AssertionError("nothing was raised")
+
+
+def layout():
+    """Struct for struct and field for field as the compiler lays them out, and every constant."""
+    structs = {}
+    for line in open(os.path.join(top, "tests", "abi", "layout.txt"), encoding="utf-8"):
+        if match := re.match(r"bccsplat_(\w+)\.(\w+) offset (\d+) size (\d+)", line):
+            structs.setdefault(match[1], {})[match[2]] = (int(match[3]), int(match[4]))
+        elif match := re.match(r"struct bccsplat_(\w+) size (\d+)", line):
+            structs.setdefault(match[1], {})[""] = int(match[2])
+        elif match := re.match(r"BCCSPLAT_(\w+) (-?\d+)", line):
+            assert getattr(abi, match[1]) == int(match[2]), line
+    assert len(structs) > 20
+    for name, expected in structs.items():
+        struct = getattr(abi, "".join(part.capitalize() for part in name.split("_")))
+        fields = {field: (getattr(struct, field).offset, getattr(struct, field).size) for field, _ in struct._fields_}
+        assert fields | {"": ctypes.sizeof(struct)} == expected, name
+
+
+def blob(x, y, z, t):
+    return np.exp(-((x - 10 - t) ** 2 + (y - 9) ** 2 + (z - 8) ** 2) / 18).astype(np.float32)
+
+
+def write(device, target, **options):
+    """21 x 19 x 17 voxels, 6 frames, from a transposed view, boxes, and a plain array."""
+    z, y, x = np.mgrid[0:17, 0:19, 0:21]
+    writer = Writer(device, target, (21, 19, 17, 6), channels=[Channel("density", "g", air_threshold=1e-4)],
+                    affine=np.diag([2.0, 2, 2, 1]), spatial_unit="mm", time_unit="s", **options)
+    with writer:
+        writer.set_attribute("source", "made up: ü")
+        writer.add_source("nowhere.raw", 12, 34)
+        for t in range(6):
+            frame = blob(x, y, z, t)
+            if t == 1:
+                frame = np.asfortranarray(frame)
+            if t == 2:
+                frame = [((0, 0, 0), frame[:, :, :11]), ((11, 0, 0), frame[:, ::-1][:, ::-1, 11:])]
+            if t == 3:
+                frame = frame.astype(">f4")
+            writer.add_frame(frame, time=t / 2)
+    return writer
+
+
+def files(device, folder):
+    """Path, stream and memory are the same file; what Python raises comes out of the call that met it."""
+    path, progress = os.path.join(folder, "s.bcc4"), []
+    write(device, path, overwrite=True, progress=progress.append)
+    assert progress == sorted(progress) and progress[-1] == 1
+    content = open(path, "rb").read()
+    stream = bytearray()
+
+    def write_at(offset, data):
+        stream.extend(bytes(max(0, offset + len(data) - len(stream))))
+        stream[offset:offset + len(data)] = data
+
+    write(device, write_at)
+    assert bytes(stream) == content
+
+    def full(_offset, _data):
+        raise OSError("the archive is full")
+
+    raises(OSError, None, write, device, full, text="archive is full")
+    raises(Error, Status.FILE_EXISTS, write, device, path)
+    raises(ZeroDivisionError, None, write, device, path, overwrite=True, progress=lambda fraction: 1 / 0)
+    assert open(path, "rb").read() == content  # neither attempt touched it
+    raises(ValueError, None, Writer, device, path, (1, 1, 1), lattice="fcc", text="d4star")
+
+    def read_at(offset, buffer):
+        buffer[:] = content[offset:offset + len(buffer)]
+        return len(buffer)
+
+    volumes = [Volume(device, source) for source in (path, content, bytearray(content), (len(content), read_at))]
+    points = np.random.default_rng(1).uniform([0, 0, 0, 0], [20, 18, 16, 5], (100, 4))
+    values = [volume.evaluate(points) for volume in volumes]
+    assert all(np.array_equal(values[0], other) for other in values)
+    assert np.abs(values[0] - blob(*points.T)).max() < 0.02
+    out = np.zeros(100, np.float32)
+    assert volumes[0].evaluate(points, out=out) is out and np.array_equal(out, values[0])
+    again, slopes = volumes[0].evaluate_with_gradients(points)
+    assert np.array_equal(again, out)
+    inner, step = points.clip(0.1, 4.9), np.array([1e-3, 0, 0, 0])
+    rise = (volumes[0].evaluate(inner + step) - volumes[0].evaluate(inner - step)) / 2e-3
+    assert np.abs(volumes[0].evaluate_with_gradients(inner)[1][:, 0] - rise).max() < 2e-3
+    recorded_evaluate(volumes[0], points, out)
+    partly = raises(Error, Status.OUT_OF_DOMAIN, volumes[0].evaluate, [[0, 0, 0, 0], [99, 0, 0, 0]], out=out[:2])
+    assert partly.name == "BCCSPLAT_ERROR_OUT_OF_DOMAIN" and np.isnan(out[1]) and not np.isnan(out[0])
+    raises(Error, Status.IO, Volume, device, (len(content), lambda offset, buffer: 1 / 0))
+    missing = os.path.join(folder, "missing.bcc4")
+    raises(Error, Status.FILE_NOT_FOUND, Volume, device, missing, text="missing.bcc4")
+    return volumes[0]
+
+
+def recorded_evaluate(volume, points, expected):
+    """The call without a channel, which the package has no use for."""
+    values = np.empty(len(points), np.float32)
+    loaded.call("volume_evaluate", volume.pointer, len(points), points.ctypes.data, values.ctypes.data, None)
+    assert np.array_equal(values, expected)
+
+
+def volume_facts(volume):
+    info, channel = volume.info(), volume.channel_info(volume.find_channel("density"))
+    assert info.dims[:] == [21, 19, 17, 6] and info.spatial_unit == b"mm" and channel.unit == b"g"
+    assert np.allclose(volume.times(), np.arange(6) / 2)
+    assert volume.time_to_index(1.25) == 2.5 and volume.index_to_time(2.5) == 1.25
+    assert volume.attributes()["source"] == volume.find_attribute("source") == "made up: ü"
+    raises(Error, Status.NOT_FOUND, volume.find_channel, "colour")
+    report = volume.verify()
+    assert report.damages == 0 and report.chunks > 0
+    raises(Cancelled, Status.CANCELLED, volume.verify, lambda fraction: True)
+
+
+def slices(volume):
+    cut = volume.slice(time=1.25)
+    box = cut.sample_grid()
+    assert box.shape == (17, 19, 21) and cut.info().kernel == volume.info().kernel
+    points = np.array([(10, 9, 8), (3, 4, 5), (13.5, 8, 7)])
+    values, slopes = cut.evaluate_with_gradients(points)
+    assert np.array_equal(values, cut.evaluate(points)) and slopes.shape == (3, 3)
+    assert np.allclose(box[[8, 5], [9, 4], [10, 3]], values[:2], atol=1e-6)
+    fine = cut.sample_grid((10, 9, 8), (0.5, 0.5, 0.5), (3, 2, 1))
+    assert fine.shape == (1, 2, 3) and abs(fine[0, 0, 0] - values[0]) < 1e-6
+    uvw, coefficients = cut.points()
+    assert len(uvw) == len(coefficients) == cut.info().points > 0
+    oblique = volume.slice(plane=(-0.25, 0, 0, 1, 0))
+    assert oblique.info().hyperplane[3] > 0.9
+    mean = Slice.at(volume, 2.5, interval=(-1, 1)).sample_grid()
+    assert 0 < np.abs(mean - box).max() < 0.2
+    raises(ValueError, None, volume.slice)
+    raises(Error, Status.OUT_OF_DOMAIN, volume.slice, frame=17)
+    return cut
+
+
+def pictures(device, cut, folder):
+    renderer = Renderer(device)
+    raises(Error, Status.WRONG_STATE, renderer.stats)
+    renderer.set_slice(cut)
+    frame = Frame(device, 60, 40, Frame.RGBA | Frame.DEPTH)
+    pixels = frame.rgba()  # a view: it sees every later picture
+    renderer.render(frame)
+    first = pixels.copy()
+    assert first.shape == (40, 60, 4) and 0 < first[..., 3].max() <= 1 and frame.depth().shape == (40, 60)
+    raises(Error, Status.NOT_FOUND, frame.channel, Frame.TIME)
+    wide = np.zeros((40, 80, 4), np.float32)
+    renderer.render(Frame.wrap(device, wide[:, :60]))
+    assert np.array_equal(wide[:, :60], first) and not wide[:, 60:].any()
+
+    renderer.set_transfer_function(TransferFunction([(0, 1, 0, 0), (1, 1, 0, 0)], [(0, 0), (1, 0.9)]))
+    renderer.set_options(shading="off", quality="draft")
+    renderer.set_camera(cut.fit_camera(60, 40, 0, 0, "perspective"))
+    renderer.set_lights([((0, 0, -1), (1, 1, 1))], ambient=1)
+    renderer.render(frame)
+    assert pixels[..., 0].any() and not pixels[..., 1].any()
+    renderer.set_trail((-2, 0), content="classified", combine="physical", samples=8, intervals=2,
+                       colors=[(0, 1, 0), (0, 0, 1)])
+    renderer.render(frame)
+    assert pixels[..., 1].any() and pixels[..., 2].any()
+    renderer.set_trail(None)
+    renderer.set_options(mode="maximum")
+    renderer.set_camera(look_at((20, 18, -100), (20, 18, 16), ortho_height=40))
+    renderer.render(frame)
+    assert 0 < renderer.stats().points_after_cull <= renderer.stats().points_total
+    raises(ValueError, None, renderer.set_options, mode="minimum")
+    renderer.set_options(progress=lambda fraction: True)
+    raises(Cancelled, Status.CANCELLED, renderer.render, frame)
+    renderer.cancel()  # nothing under way: no effect
+    renderer.set_options(progress=lambda fraction: 1 / 0)
+    raises(ZeroDivisionError, None, renderer.render, frame)
+    renderer.set_options()
+    frame.save_png(os.path.join(folder, "p.png"), overwrite=True, background=(0, 0, 0))
+    frame.save_exr(os.path.join(folder, "p.exr"), overwrite=True)
+    raises(Error, Status.FILE_EXISTS, frame.save_png, os.path.join(folder, "p.png"))
+    frame.close()
+    pixels[0, 0] = 1  # still there
+    shared = renderer.share()
+    renderer.close()
+    shared.close()
+
+
+def layers(device, folder):
+    """Lattice samples written directly: a constant comes back but for the kernel's ripple."""
+    path = os.path.join(folder, "layers.bcc4")
+    with Writer(device, path, (9, 9, 9, 5), overwrite=True, channels=[Channel(value_type="f32")]) as writer:
+        writer.set_times(10, 2)
+        for layer in range(writer.layer_geometry().layer_count):
+            x, y, z, frame = writer.layer_coordinates(layer)
+            writer.add_layer(0 * x + 0 * y + 0 * z + 3.0, layer)
+        report = writer.finish()
+    assert report.sites_kept == report.sites_total
+    with Volume(device, path) as volume:
+        assert np.allclose(volume.times(), [10, 12, 14, 16, 18])
+        assert np.allclose(volume.evaluate([[4, 4, 4, 2.2], [1, 2, 3, 4]]), 3, atol=0.01)
+
+
+def hooks(folder):
+    """Python's threads do the work, the budget is kept, parents outlive their names."""
+    own, hosted = (os.path.join(folder, name) for name in ("own.bcc4", "hosted.bcc4"))
+    write(Device(threads=1), own, overwrite=True)
+
+    def runner(count, body):
+        threads = [threading.Thread(target=lambda k=k: [body(i) for i in range(k, count, 2)]) for k in range(2)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+
+    write(Device(threads=2, runner=runner), hosted, overwrite=True)
+    assert open(own, "rb").read() == open(hosted, "rb").read()
+    small = Device(threads=1, memory_budget=60_000)
+    volume = Volume(small, own)
+    raises(Error, Status.MEMORY_BUDGET, volume.slice, frame=2, text="budget")
+    assert small.info().memory_peak <= 60_000
+    cut = Volume(Device(threads=1), bytes(open(own, "rb").read())).slice(frame=2)
+    assert cut.sample_grid().max() > 0.9
+
+
+def log(folder):
+    """Damage is told to the log."""
+    content = bytearray(open(os.path.join(folder, "s.bcc4"), "rb").read())
+    content[len(content) // 2] ^= 1
+    messages = []
+    report = Volume(Device(threads=1, log=lambda level, text: messages.append((level, text))), content).verify()
+    assert report.damages == len(messages) > 0 and messages[0][0] == "warning"
+
+
+def hosts_agree():
+    file, from_c, from_python = (os.path.join(scratch, name) for name in ("blobs.bcc4", "c.png", "python.png"))
+    subprocess.run([os.path.join(examples, "write_in_situ"), file], check=True)
+    subprocess.run([os.path.join(examples, "render_frame"), file, from_c, "4.5"], check=True)
+    main(file, from_python, "4.5")
+    assert open(from_c, "rb").read() == open(from_python, "rb").read()
+    script = os.path.join(top, "examples", "python", "explore.py")
+    run = subprocess.run([sys.executable, "-B", script, file, scratch], check=True, capture_output=True, text=True)
+    assert "49 x 49 x 49, 17 frames" in run.stdout and run.stdout.endswith("explore_oblique.png\n"), run.stdout
+    names = (os.path.join(scratch, "explore_%s.png" % kind) for kind in ("time", "trail", "oblique"))
+    pictures = {open(name, "rb").read() for name in names}
+    assert len(pictures) == 3 and min(map(len, pictures)) > 10_000
+
 
 os.makedirs(scratch, exist_ok=True)
-file, from_c, from_python = (os.path.join(scratch, name) for name in ("blobs.bcc4", "c.png", "python.png"))
-subprocess.run([os.path.join(examples, "write_in_situ"), file], check=True)
-subprocess.run([os.path.join(examples, "render_frame"), file, from_c, "4.5"], check=True)
-bccsplat.main(file, from_python, "4.5")
-assert open(from_c, "rb").read() == open(from_python, "rb").read()
-
-device = bccsplat.Device()
-volume = bccsplat.Volume(device, file)
-assert list(volume.info().dims) == [49, 49, 49, 17]
-cut = bccsplat.Slice.at(volume, 4.5)
-box = cut.sample_grid()
-assert box.shape == (49, 49, 49)
-points = [(x, y, z, 4.5) for x, y, z in [(24, 24, 24), (31, 33, 24), (20, 16, 25), (0, 0, 0)]]
-for (x, y, z, t), value in zip(points, volume.evaluate(points)):
-    assert abs(box[z, y, x] - value) <= 1e-6, (x, y, z, box[z, y, x], value)
-assert max(volume.evaluate(points)) > 0.5
-
-try:
-    bccsplat.Volume(device, os.path.join(scratch, "missing.bcc4"))
-    raise AssertionError("a missing file opens")
-except bccsplat.Error as error:
-    assert error.name == "BCCSPLAT_ERROR_FILE_NOT_FOUND" and "missing.bcc4" in str(error)
+layout()
+assert bccsplat.version() == (abi.VERSION_MAJOR, abi.VERSION_MINOR, abi.VERSION_PATCH)
+assert "compiler" in bccsplat.build_info() and bccsplat.kernel_names()[0] == "default"
+hosts_agree()
+with Device(threads=2) as device:
+    volume = files(device, scratch)
+    volume_facts(volume)
+    cut = slices(volume)
+    pictures(device, cut, scratch)
+    layers(device, scratch)
+hooks(scratch)
+log(scratch)
+symbols = set(open(os.path.join(top, "tests", "abi", "symbols.txt"), encoding="utf-8").read().split())
+assert set(abi.FUNCTIONS) == symbols
+never = symbols - called - {"bccsplat_abi_version"}  # that one at import
+for kind in ("device", "volume", "slice", "renderer", "frame", "writer"):
+    never.discard("bccsplat_%s_retain" % kind)  # one method for all: Handle.share
+assert not never, never

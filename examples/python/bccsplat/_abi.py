@@ -1,0 +1,562 @@
+"""The C declarations of bccsplat.h, written by tests/abi/python_abi.py: do not edit."""
+# fmt: off
+from __future__ import annotations
+
+from ctypes import (CFUNCTYPE, POINTER, Array, Structure, c_char_p, c_double, c_float, c_int32, c_int64,
+                    c_uint32, c_uint64, c_void_p, sizeof)
+from typing import Any
+
+VERSION_MAJOR = 0
+VERSION_MINOR = 1
+VERSION_PATCH = 0
+ABI_VERSION = 0
+OK = 0
+ERROR_INVALID_ARGUMENT = 1
+ERROR_INVALID_STRUCT_SIZE = 2
+ERROR_INVALID_HANDLE = 3
+ERROR_WRONG_STATE = 4
+ERROR_OUT_OF_DOMAIN = 5
+ERROR_UNSUPPORTED = 6
+ERROR_NOT_FOUND = 7
+ERROR_NOT_BCC4 = 16
+ERROR_UNSUPPORTED_VERSION = 17
+ERROR_CORRUPT = 18
+ERROR_TRUNCATED = 19
+ERROR_CHECKSUM_MISMATCH = 20
+ERROR_LIMIT_EXCEEDED = 21
+ERROR_NONFINITE_VALUE = 22
+ERROR_BOUND_NOT_MET = 23
+ERROR_HOLE = 24
+ERROR_OUT_OF_MEMORY = 32
+ERROR_IO = 33
+ERROR_FILE_NOT_FOUND = 34
+ERROR_NO_SPACE = 35
+ERROR_PERMISSION_DENIED = 36
+ERROR_FILE_EXISTS = 37
+ERROR_MEMORY_BUDGET = 38
+ERROR_MISSING_FEATURE = 39
+CANCELLED = 48
+ERROR_INTERNAL = 64
+LOG_WARNING = 1
+LOG_INFO = 2
+TYPE_DEFAULT = 0
+TYPE_U8 = 1
+TYPE_U16 = 2
+TYPE_F16 = 3
+TYPE_F32 = 4
+TYPE_I16 = 5
+TYPE_I32 = 6
+TYPE_F64 = 7
+TYPE_I8 = 8
+TYPE_U32 = 9
+LATTICE_DEFAULT = 0
+LATTICE_D4STAR = 1
+LATTICE_BCC = 2
+LATTICE_CC = 3
+FILTER_DEFAULT = 0
+FILTER_KAISER8 = 1
+FILTER_KAISER6 = 2
+FILTER_BSPLINE3 = 3
+STORE_DEFAULT = 0
+STORE_SAMPLES = 1
+STORE_COEFFICIENTS = 2
+NONFINITE_DEFAULT = 0
+NONFINITE_ERROR = 1
+NONFINITE_HOLE = 2
+NONFINITE_CLAMP = 3
+CHANNEL_SET_AIR = 1
+CHANNEL_SET_RANGE = 2
+PROJECTION_DEFAULT = 0
+PROJECTION_ORTHOGRAPHIC = 1
+PROJECTION_PERSPECTIVE = 2
+MODE_DEFAULT = 0
+MODE_COMPOSITE = 1
+MODE_ISOSURFACE = 2
+MODE_XRAY = 3
+MODE_MAXIMUM = 4
+QUALITY_DEFAULT = 0
+QUALITY_DRAFT = 1
+QUALITY_NORMAL = 2
+QUALITY_FINE = 3
+QUALITY_BEST = 4
+SHADING_DEFAULT = 0
+SHADING_OFF = 1
+SHADING_ON = 2
+SKIP_TRANSFER_FUNCTION = 1
+SKIP_FRUSTUM = 2
+SKIP_OCCLUSION = 4
+SKIP_EMPTY_SHEETS = 8
+RENDER_SET_ISO = 1
+TRAIL_CONTENT_DEFAULT = 0
+TRAIL_CLASSIFIED = 1
+TRAIL_MEAN = 2
+TRAIL_MAXIMUM = 3
+TRAIL_COMBINE_DEFAULT = 0
+TRAIL_PHYSICAL = 1
+TRAIL_INTERLEAVED = 2
+TRAIL_POST = 3
+TRAIL_INTERLEAVED_CONSISTENT = 4
+FRAME_RGBA = 1
+FRAME_DEPTH = 2
+FRAME_VALUE = 4
+FRAME_TIME = 8
+
+bccsplat_progress_fn = CFUNCTYPE(c_int32, c_void_p, c_double)
+bccsplat_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
+bccsplat_task_fn = CFUNCTYPE(None, c_void_p, c_uint64)
+bccsplat_runner_fn = CFUNCTYPE(None, c_void_p, c_uint64, bccsplat_task_fn, c_void_p)
+bccsplat_read_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
+bccsplat_write_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
+
+
+class Struct(Structure):
+    """A cleared struct that knows its size; field values may be given by name."""
+
+    struct_size: int
+
+    def __init__(self, **values: Any) -> None:
+        super().__init__(struct_size=sizeof(self), **values)
+
+
+class DeviceOptions(Struct):
+    thread_count: int
+    memory_budget: int
+    log: Any
+    log_user: int | None
+    runner: Any
+    runner_user: int | None
+    max_sites: int
+    _fields_ = [("struct_size", c_uint32), ("thread_count", c_int32), ("memory_budget", c_uint64),
+        ("log", bccsplat_log_fn), ("log_user", c_void_p), ("runner", bccsplat_runner_fn),
+        ("runner_user", c_void_p), ("max_sites", c_uint64)]
+
+
+class DeviceInfo(Struct):
+    thread_count: int
+    memory_budget: int
+    memory_used: int
+    memory_peak: int
+    _fields_ = [("struct_size", c_uint32), ("thread_count", c_int32), ("memory_budget", c_uint64),
+        ("memory_used", c_uint64), ("memory_peak", c_uint64)]
+
+
+class ReadStream(Struct):
+    reserved: int
+    size: int
+    read_at: Any
+    user: int | None
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("size", c_uint64),
+        ("read_at", bccsplat_read_at_fn), ("user", c_void_p)]
+
+
+class WriteStream(Struct):
+    reserved: int
+    write_at: Any
+    user: int | None
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("write_at", bccsplat_write_at_fn),
+        ("user", c_void_p)]
+
+
+class ChannelOptions(Struct):
+    set_mask: int
+    name: bytes | None
+    unit: bytes | None
+    source_type: int
+    value_type: int
+    air: float
+    air_threshold: float
+    range: Array[c_double]
+    _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("name", c_char_p), ("unit", c_char_p),
+        ("source_type", c_int32), ("value_type", c_int32), ("air", c_double), ("air_threshold", c_double),
+        ("range", c_double * 2)]
+
+
+class WriterOptions(Struct):
+    set_mask: int
+    dims: Array[c_uint32]
+    lattice: int
+    filter: int
+    store: int
+    nonfinite: int
+    overwrite: int
+    channel_count: int
+    channels: Any
+    affine: Array[c_double]
+    spatial_unit: bytes | None
+    time_unit: bytes | None
+    scale: float
+    time_scale: float
+    recommended_kernel: bytes | None
+    progress: Any
+    progress_user: int | None
+    _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
+        ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
+        ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
+        ("affine", c_double * 16), ("spatial_unit", c_char_p), ("time_unit", c_char_p), ("scale", c_double),
+        ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
+        ("progress_user", c_void_p)]
+
+
+class Box(Struct):
+    type: int
+    data: int | None
+    begin: Array[c_int64]
+    dims: Array[c_int64]
+    stride_bytes: Array[c_int64]
+    _fields_ = [("struct_size", c_uint32), ("type", c_int32), ("data", c_void_p), ("begin", c_int64 * 3),
+        ("dims", c_int64 * 3), ("stride_bytes", c_int64 * 3)]
+
+
+class LayerGeometry(Struct):
+    coset: int
+    dims: Array[c_int64]
+    origin: Array[c_double]
+    step: Array[c_double]
+    frame: float
+    layer_count: int
+    _fields_ = [("struct_size", c_uint32), ("coset", c_int32), ("dims", c_int64 * 3),
+        ("origin", c_double * 3), ("step", c_double * 3), ("frame", c_double), ("layer_count", c_int64)]
+
+
+class WriterReport(Struct):
+    reserved: int
+    frames: int
+    cc_samples: int
+    cc_relevant: int
+    sites_total: int
+    sites_kept: int
+    holes: int
+    clamped: int
+    nonfinite: int
+    bytes_source: int
+    bytes_file: int
+    bytes_runs: int
+    bytes_values: int
+    bytes_index: int
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("frames", c_uint64),
+        ("cc_samples", c_uint64), ("cc_relevant", c_uint64), ("sites_total", c_uint64),
+        ("sites_kept", c_uint64), ("holes", c_uint64), ("clamped", c_uint64), ("nonfinite", c_uint64),
+        ("bytes_source", c_uint64), ("bytes_file", c_uint64), ("bytes_runs", c_uint64),
+        ("bytes_values", c_uint64), ("bytes_index", c_uint64)]
+
+
+class VolumeOptions(Struct):
+    reserved: int
+    kernel: bytes | None
+    cache_bytes: int
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("kernel", c_char_p),
+        ("cache_bytes", c_uint64)]
+
+
+class VolumeInfo(Struct):
+    lattice: int
+    dims: Array[c_uint64]
+    cc_samples: int
+    sites_total: int
+    layer_count: int
+    scale: float
+    time_scale: float
+    affine: Array[c_double]
+    time_first: float
+    time_last: float
+    mean_voxel: float
+    spatial_unit: bytes | None
+    time_unit: bytes | None
+    kernel: bytes | None
+    recommended_kernel: bytes | None
+    channel_count: int
+    time_uniform: int
+    store: int
+    has_holes: int
+    bytes_file: int
+    bytes_runs: int
+    bytes_values: int
+    bytes_index: int
+    bytes_read: int
+    attribute_count: int
+    _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
+        ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
+        ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
+        ("time_last", c_double), ("mean_voxel", c_double), ("spatial_unit", c_char_p),
+        ("time_unit", c_char_p), ("kernel", c_char_p), ("recommended_kernel", c_char_p),
+        ("channel_count", c_uint32), ("time_uniform", c_int32), ("store", c_int32), ("has_holes", c_int32),
+        ("bytes_file", c_uint64), ("bytes_runs", c_uint64), ("bytes_values", c_uint64),
+        ("bytes_index", c_uint64), ("bytes_read", c_uint64), ("attribute_count", c_uint64)]
+
+
+class ChannelInfo(Struct):
+    value_type: int
+    name: bytes | None
+    unit: bytes | None
+    air: float
+    air_threshold: float
+    value_scale: float
+    value_offset: float
+    range: Array[c_double]
+    kept_range: Array[c_double]
+    percentile_2: float
+    percentile_998: float
+    sites_kept: int
+    cc_relevant: int
+    holes: int
+    histogram: Array[c_uint64]
+    source_type: int
+    reserved: int
+    _fields_ = [("struct_size", c_uint32), ("value_type", c_int32), ("name", c_char_p), ("unit", c_char_p),
+        ("air", c_double), ("air_threshold", c_double), ("value_scale", c_double), ("value_offset", c_double),
+        ("range", c_double * 2), ("kept_range", c_double * 2), ("percentile_2", c_double),
+        ("percentile_998", c_double), ("sites_kept", c_uint64), ("cc_relevant", c_uint64),
+        ("holes", c_uint64), ("histogram", c_uint64 * 256), ("source_type", c_int32), ("reserved", c_int32)]
+
+
+class VerifyReport(Struct):
+    reserved: int
+    chunks: int
+    chunks_damaged: int
+    bytes_checked: int
+    first_damaged_offset: int
+    damages: int
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("chunks", c_uint64),
+        ("chunks_damaged", c_uint64), ("bytes_checked", c_uint64), ("first_damaged_offset", c_uint64),
+        ("damages", c_uint64)]
+
+
+class Hyperplane(Struct):
+    reserved: int
+    a: float
+    b: float
+    c: float
+    d: float
+    e: float
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("a", c_double), ("b", c_double),
+        ("c", c_double), ("d", c_double), ("e", c_double)]
+
+
+class SliceOptions(Struct):
+    channel: int
+    kernel: bytes | None
+    interval: Array[c_double]
+    spacing: float
+    time_length: float
+    lattice: int
+    reserved: int
+    progress: Any
+    progress_user: int | None
+    _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
+        ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
+        ("reserved", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p)]
+
+
+class SliceInfo(Struct):
+    lattice: int
+    hyperplane: Array[c_double]
+    origin: Array[c_double]
+    basis: Array[Array[c_double]]
+    extent: Array[Array[c_double]]
+    dims: Array[c_uint64]
+    affine: Array[c_double]
+    bounds: Array[c_double]
+    air: float
+    points: int
+    bytes_read: int
+    milliseconds: float
+    kernel: bytes | None
+    _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("hyperplane", c_double * 5),
+        ("origin", c_double * 4), ("basis", c_double * 4 * 3), ("extent", c_double * 2 * 3),
+        ("dims", c_uint64 * 3), ("affine", c_double * 16), ("bounds", c_double * 2), ("air", c_double),
+        ("points", c_uint64), ("bytes_read", c_uint64), ("milliseconds", c_double), ("kernel", c_char_p)]
+
+
+class Grid(Struct):
+    reserved: int
+    origin: Array[c_double]
+    step: Array[c_double]
+    dims: Array[c_uint64]
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("origin", c_double * 3),
+        ("step", c_double * 3), ("dims", c_uint64 * 3)]
+
+
+class Camera(Struct):
+    projection: int
+    position: Array[c_double]
+    target: Array[c_double]
+    up: Array[c_double]
+    fovy_degrees: float
+    ortho_height: float
+    _fields_ = [("struct_size", c_uint32), ("projection", c_int32), ("position", c_double * 3),
+        ("target", c_double * 3), ("up", c_double * 3), ("fovy_degrees", c_double),
+        ("ortho_height", c_double)]
+
+
+class TransferFunction(Struct):
+    color_count: int
+    colors: int | None
+    opacities: int | None
+    opacity_count: int
+    reserved: int
+    unit_distance: float
+    _fields_ = [("struct_size", c_uint32), ("color_count", c_uint32), ("colors", c_void_p),
+        ("opacities", c_void_p), ("opacity_count", c_uint32), ("reserved", c_uint32),
+        ("unit_distance", c_double)]
+
+
+class Light(Structure):
+    direction: Array[c_double]
+    color: Array[c_double]
+    _fields_ = [("direction", c_double * 3), ("color", c_double * 3)]
+
+
+class Lights(Struct):
+    count: int
+    lights: Any
+    ambient: float
+    diffuse: float
+    specular: float
+    shininess: float
+    _fields_ = [("struct_size", c_uint32), ("count", c_uint32), ("lights", POINTER(Light)),
+        ("ambient", c_double), ("diffuse", c_double), ("specular", c_double), ("shininess", c_double)]
+
+
+class RenderOptions(Struct):
+    set_mask: int
+    mode: int
+    quality: int
+    shading: int
+    disable_skips: int
+    sheet_step: float
+    iso_value: float
+    opacity_stop: float
+    reference: int
+    tile_size: int
+    progress: Any
+    progress_user: int | None
+    _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
+        ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
+        ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
+        ("progress", bccsplat_progress_fn), ("progress_user", c_void_p)]
+
+
+class Trail(Struct):
+    content: int
+    combine: int
+    samples: int
+    interval: Array[c_double]
+    transfer_function: Any
+    colors: int | None
+    intervals: int
+    reserved: int
+    _fields_ = [("struct_size", c_uint32), ("content", c_int32), ("combine", c_int32), ("samples", c_uint32),
+        ("interval", c_double * 2), ("transfer_function", POINTER(TransferFunction)), ("colors", c_void_p),
+        ("intervals", c_uint32), ("reserved", c_uint32)]
+
+
+class RenderStats(Struct):
+    threads: int
+    ms_transform: float
+    ms_splat: float
+    ms_shade: float
+    ms_total: float
+    cpu_ms: float
+    points_total: int
+    points_after_cull: int
+    points_splatted: int
+    points_occluded: int
+    tiles: int
+    sheets: int
+    sheet_step: float
+    _fields_ = [("struct_size", c_uint32), ("threads", c_uint32), ("ms_transform", c_double),
+        ("ms_splat", c_double), ("ms_shade", c_double), ("ms_total", c_double), ("cpu_ms", c_double),
+        ("points_total", c_uint64), ("points_after_cull", c_uint64), ("points_splatted", c_uint64),
+        ("points_occluded", c_uint64), ("tiles", c_uint64), ("sheets", c_uint64), ("sheet_step", c_double)]
+
+
+class Plane(Struct):
+    components: int
+    width: int
+    height: int
+    pixels: int | None
+    row_bytes: int
+    _fields_ = [("struct_size", c_uint32), ("components", c_uint32), ("width", c_uint32),
+        ("height", c_uint32), ("pixels", c_void_p), ("row_bytes", c_uint64)]
+
+
+class ImageOptions(Struct):
+    overwrite: int
+    use_background: int
+    reserved: int
+    background: Array[c_double]
+    _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("use_background", c_uint32),
+        ("reserved", c_uint32), ("background", c_double * 3)]
+
+
+# Result and arguments of every function.
+FUNCTIONS: dict[str, tuple[Any, ...]] = {
+    "bccsplat_version": (c_int32,),
+    "bccsplat_abi_version": (c_int32,),
+    "bccsplat_build_info": (c_char_p,),
+    "bccsplat_status_name": (c_char_p, c_int32,),
+    "bccsplat_last_error": (c_char_p,),
+    "bccsplat_kernel_name": (c_char_p, c_uint32,),
+    "bccsplat_device_create": (c_int32, POINTER(DeviceOptions), c_void_p,),
+    "bccsplat_device_retain": (None, c_void_p,),
+    "bccsplat_device_release": (None, c_void_p,),
+    "bccsplat_device_get_info": (c_int32, c_void_p, POINTER(DeviceInfo),),
+    "bccsplat_writer_create": (c_int32, c_void_p, c_char_p, POINTER(WriterOptions), c_void_p,),
+    "bccsplat_writer_create_stream": (c_int32, c_void_p, POINTER(WriteStream), POINTER(WriterOptions),
+        c_void_p,),
+    "bccsplat_writer_add_frame": (c_int32, c_void_p, c_uint32, c_double, POINTER(Box), c_uint64,),
+    "bccsplat_writer_get_layer_geometry": (c_int32, c_void_p, c_int64, POINTER(LayerGeometry),),
+    "bccsplat_writer_add_layer": (c_int32, c_void_p, c_uint32, c_int64, c_void_p, c_uint64,),
+    "bccsplat_writer_set_times": (c_int32, c_void_p, c_double, c_double,),
+    "bccsplat_writer_set_attribute": (c_int32, c_void_p, c_char_p, c_char_p,),
+    "bccsplat_writer_add_source": (c_int32, c_void_p, c_char_p, c_uint64, c_uint32,),
+    "bccsplat_writer_finish": (c_int32, c_void_p, POINTER(WriterReport),),
+    "bccsplat_writer_retain": (None, c_void_p,),
+    "bccsplat_writer_release": (None, c_void_p,),
+    "bccsplat_volume_open_file": (c_int32, c_void_p, c_char_p, POINTER(VolumeOptions), c_void_p,),
+    "bccsplat_volume_open_memory": (c_int32, c_void_p, c_void_p, c_uint64, POINTER(VolumeOptions), c_void_p,),
+    "bccsplat_volume_open_stream": (c_int32, c_void_p, POINTER(ReadStream), POINTER(VolumeOptions),
+        c_void_p,),
+    "bccsplat_volume_retain": (None, c_void_p,),
+    "bccsplat_volume_release": (None, c_void_p,),
+    "bccsplat_volume_get_info": (c_int32, c_void_p, POINTER(VolumeInfo),),
+    "bccsplat_volume_get_channel_info": (c_int32, c_void_p, c_uint32, POINTER(ChannelInfo),),
+    "bccsplat_volume_find_channel": (c_int32, c_void_p, c_char_p, c_void_p,),
+    "bccsplat_volume_get_times": (c_int32, c_void_p, c_void_p, c_uint64, c_void_p,),
+    "bccsplat_volume_time_to_index": (c_int32, c_void_p, c_double, c_void_p,),
+    "bccsplat_volume_index_to_time": (c_int32, c_void_p, c_double, c_void_p,),
+    "bccsplat_volume_get_attribute": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p,),
+    "bccsplat_volume_find_attribute": (c_int32, c_void_p, c_char_p, c_void_p,),
+    "bccsplat_volume_evaluate": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
+    "bccsplat_volume_evaluate_channel": (c_int32, c_void_p, c_uint32, c_uint64, c_void_p, c_void_p,
+        c_void_p,),
+    "bccsplat_volume_verify": (c_int32, c_void_p, bccsplat_progress_fn, c_void_p, POINTER(VerifyReport),),
+    "bccsplat_slice_create": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions), c_void_p,),
+    "bccsplat_slice_retain": (None, c_void_p,),
+    "bccsplat_slice_release": (None, c_void_p,),
+    "bccsplat_slice_get_info": (c_int32, c_void_p, POINTER(SliceInfo),),
+    "bccsplat_slice_evaluate": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
+    "bccsplat_slice_sample_grid": (c_int32, c_void_p, POINTER(Grid), c_void_p,),
+    "bccsplat_slice_get_points": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
+    "bccsplat_slice_fit_camera": (c_int32, c_void_p, c_int32, c_double, c_double, c_uint32, c_uint32,
+        POINTER(Camera),),
+    "bccsplat_renderer_create": (c_int32, c_void_p, c_void_p,),
+    "bccsplat_renderer_retain": (None, c_void_p,),
+    "bccsplat_renderer_release": (None, c_void_p,),
+    "bccsplat_renderer_set_slice": (c_int32, c_void_p, c_void_p,),
+    "bccsplat_renderer_set_trail": (c_int32, c_void_p, POINTER(Trail),),
+    "bccsplat_renderer_set_camera": (c_int32, c_void_p, POINTER(Camera),),
+    "bccsplat_renderer_set_transfer_function": (c_int32, c_void_p, POINTER(TransferFunction),),
+    "bccsplat_renderer_set_lights": (c_int32, c_void_p, POINTER(Lights),),
+    "bccsplat_renderer_set_options": (c_int32, c_void_p, POINTER(RenderOptions),),
+    "bccsplat_renderer_render": (c_int32, c_void_p, c_void_p,),
+    "bccsplat_renderer_cancel": (c_int32, c_void_p,),
+    "bccsplat_renderer_get_stats": (c_int32, c_void_p, POINTER(RenderStats),),
+    "bccsplat_frame_create": (c_int32, c_void_p, c_uint32, c_uint32, c_uint32, c_void_p,),
+    "bccsplat_frame_wrap": (c_int32, c_void_p, c_uint32, c_uint32, c_void_p, c_uint64, c_void_p,),
+    "bccsplat_frame_retain": (None, c_void_p,),
+    "bccsplat_frame_release": (None, c_void_p,),
+    "bccsplat_frame_get_channel": (c_int32, c_void_p, c_uint32, POINTER(Plane),),
+    "bccsplat_frame_save_exr": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
+    "bccsplat_frame_save_png": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
+}

@@ -1,0 +1,142 @@
+"""The shared library, its calls with their errors, and handles that give their reference back."""
+from __future__ import annotations
+
+import ctypes
+import enum
+import os
+from ctypes import byref, c_void_p
+from typing import Any, Callable, TypeVar
+
+from . import _abi
+
+Self = TypeVar("Self", bound="Handle")
+# A fraction in [0, 1] that never falls; a true answer cancels the call.
+Progress = Callable[[float], "bool | None"]
+
+
+def _open() -> ctypes.CDLL:
+    """BCCSPLAT_LIBRARY, else the library this package was installed with, else what the loader finds."""
+    if "BCCSPLAT_LIBRARY" in os.environ:
+        return ctypes.CDLL(os.environ["BCCSPLAT_LIBRARY"])
+    soname = "libbccsplat.so.%d" % _abi.ABI_VERSION
+    here = os.path.dirname(os.path.abspath(__file__))
+    try:
+        with open(os.path.join(here, "library_path"), encoding="utf-8") as file:  # written by the installation
+            beside = os.path.join(here, file.read().strip(), soname)
+    except FileNotFoundError:
+        beside = ""
+    return ctypes.CDLL(beside if os.path.exists(beside) else soname)
+
+
+library = _open()
+for _name, (_result, *_arguments) in _abi.FUNCTIONS.items():
+    _function = getattr(library, _name)
+    _function.restype, _function.argtypes = _result, _arguments
+
+if library.bccsplat_abi_version() != _abi.ABI_VERSION:
+    raise ImportError("bccsplat: the library has another ABI version than this module: %d, not %d"
+                      % (library.bccsplat_abi_version(), _abi.ABI_VERSION))
+
+
+def _status_values() -> list[tuple[str, int]]:
+    return [(name.removeprefix("ERROR_"), value) for name, value in vars(_abi).items()
+            if name in ("OK", "CANCELLED") or name.startswith("ERROR_")]
+
+
+Status = enum.IntEnum("Status", _status_values())  # type: ignore[misc]
+
+
+class Error(Exception):
+    """A call that failed. `status` is a Status, `name` its C name; the text says what, where and what to try."""
+
+    def __init__(self, status: int) -> None:
+        # Statuses of a newer library stay numbers.
+        self.status: int = Status(status) if status in set(Status) else status
+        self.name: str = library.bccsplat_status_name(status).decode()
+        super().__init__("%s (%s)" % (library.bccsplat_last_error().decode(), self.name))
+
+
+class Cancelled(Error):
+    """A progress callback or Renderer.cancel() ended the call."""
+
+
+def call(name: str, *arguments: Any, watch: Watch | None = None) -> None:
+    """Calls bccsplat_NAME; raises Error, or what the host's own callback `watch` raised meanwhile."""
+    status = getattr(library, "bccsplat_" + name)(*arguments)
+    if watch is not None and watch.error is not None:
+        error, watch.error = watch.error, None
+        raise error
+    if status != _abi.OK:
+        raise (Cancelled if status == _abi.CANCELLED else Error)(status)
+
+
+class Watch:
+    """A Python progress function as a C callback. An exception inside cancels the call and comes out of it."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.error: BaseException | None = None
+
+        def report(_user: int | None, fraction: float) -> int:
+            try:
+                return 1 if progress is not None and progress(fraction) else 0
+            except BaseException as error:  # ctypes would print and forget it
+                self.error = error
+                return 1
+
+        self.function = _abi.bccsplat_progress_fn(report) if progress else _abi.bccsplat_progress_fn(0)
+
+
+def choose(kind: str, value: int | str | None) -> int:
+    """A constant of the header by its name without the prefix: choose("LATTICE", "d4star")."""
+    if value is None:
+        return 0
+    if isinstance(value, int):
+        return value
+    names = [name.removeprefix(kind + "_") for name in vars(_abi) if name.startswith(kind + "_")]
+    if value.upper() not in names:
+        raise ValueError("%s %r is none of: %s" % (kind.lower(), value, ", ".join(names).lower()))
+    return int(getattr(_abi, kind + "_" + value.upper()))
+
+
+def encode(text: str | None) -> bytes | None:
+    return None if text is None else text.encode()
+
+
+def decode(text: bytes | None) -> str:
+    return "" if text is None else text.decode()
+
+
+class Handle:
+    """One reference to an object of the library. `close`, the end of a with block or of the last Python reference
+    gives it back; arrays that look into the object keep it alive by a reference of their own."""
+
+    _kind = ""
+
+    def __init__(self) -> None:
+        self.pointer = c_void_p()
+
+    def _create(self, function: str, *arguments: Any, watch: Watch | None = None) -> None:
+        call(function, *arguments, byref(self.pointer), watch=watch)
+
+    def close(self) -> None:
+        pointer, self.pointer = self.pointer, c_void_p()
+        getattr(library, "bccsplat_%s_release" % self._kind)(pointer)
+
+    def share(self: Self) -> Self:
+        """Another handle of the same object."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        getattr(library, "bccsplat_%s_retain" % self._kind)(self.pointer)
+        other.pointer = c_void_p(self.pointer.value)
+        return other
+
+    def __enter__(self: Self) -> Self:
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        # Nothing was created, or the interpreter is being torn down.
+        if getattr(self, "pointer", None) and library is not None:
+            self.close()

@@ -1,0 +1,183 @@
+"""Renderer and Frame: pictures as numpy arrays, PNG and EXR."""
+from __future__ import annotations
+
+import ctypes
+import os
+from ctypes import byref
+from typing import Any, Sequence, Union
+
+import numpy as np
+
+from . import _abi
+from ._library import Progress, Watch, call, choose
+from .device import Child, Device, pointer_of
+from .volume import Slice
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+class TransferFunction:
+    """Colour and opacity over the value, linear between points and constant beyond the ends.
+
+    colors: rows (value, red, green, blue), linear. opacities: rows (value, fraction absorbed per unit_distance).
+    unit_distance: world length, 0 for one mean voxel.
+    """
+
+    def __init__(self, colors: Any, opacities: Any, unit_distance: float = 0.0) -> None:
+        self.colors = np.ascontiguousarray(colors, np.float64).reshape(-1, 4)
+        self.opacities = np.ascontiguousarray(opacities, np.float64).reshape(-1, 2)
+        self.unit_distance = unit_distance
+
+    def struct(self) -> _abi.TransferFunction:
+        """Looks into this object's arrays."""
+        return _abi.TransferFunction(color_count=len(self.colors), colors=self.colors.ctypes.data,
+                                     opacity_count=len(self.opacities), opacities=self.opacities.ctypes.data,
+                                     unit_distance=self.unit_distance)
+
+
+class Frame(Child):
+    """An image. channels: bits, such as Frame.RGBA | Frame.DEPTH; RGBA is always there."""
+
+    RGBA, DEPTH = _abi.FRAME_RGBA, _abi.FRAME_DEPTH
+    VALUE, TIME = _abi.FRAME_VALUE, _abi.FRAME_TIME
+    _kind = "frame"
+
+    def __init__(self, device: Device, width: int, height: int, channels: int = RGBA) -> None:
+        super().__init__(device)
+        self._create("frame_create", device.pointer, width, height, channels)
+
+    @classmethod
+    def wrap(cls, device: Device, pixels: Array) -> Frame:
+        """Draws into the caller's float32 array [height, width, 4]; rows may be apart, pixels may not."""
+        if pixels.dtype != np.float32 or pixels.ndim != 3 or pixels.shape[2] != 4 or pixels.strides[1:] != (16, 4):
+            raise ValueError("pixels must be float32 [height, width, 4] with contiguous rows")
+        frame = cls.__new__(cls)
+        Child.__init__(frame, device)
+        frame._pixels = pixels  # borrowed by the library
+        frame._create("frame_wrap", device.pointer, pixels.shape[1], pixels.shape[0], pixels.ctypes.data,
+                      pixels.strides[0])
+        return frame
+
+    _pixels: Array | None = None
+
+    def channel(self, channel: int) -> Array:
+        """The pixels themselves, [row, column, component] or [row, column]; the array keeps them alive."""
+        plane = _abi.Plane()
+        call("frame_get_channel", self.pointer, channel, byref(plane))
+        assert plane.pixels is not None
+        size = plane.row_bytes * (plane.height - 1) + 4 * plane.components * plane.width
+        memory: Any = (ctypes.c_char * size).from_address(plane.pixels)
+        memory._owner = self.share()
+        shape, strides = (plane.height, plane.width, plane.components), (plane.row_bytes, 4 * plane.components, 4)
+        array: Array = np.ndarray(shape, np.float32, memory, 0, strides)
+        return array if plane.components > 1 else array[:, :, 0]
+
+    def rgba(self) -> Array:
+        return self.channel(self.RGBA)
+
+    def depth(self) -> Array:
+        return self.channel(self.DEPTH)
+
+    def _image_options(self, overwrite: bool, background: Sequence[float] | None) -> _abi.ImageOptions:
+        options = _abi.ImageOptions(overwrite=overwrite, use_background=background is not None)
+        if background is not None:
+            options.background[:] = [*background]
+        return options
+
+    def save_png(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False,
+                 background: Sequence[float] | None = None) -> None:
+        """8-bit sRGB; transparent, or over a linear RGB background."""
+        call("frame_save_png", self.pointer, os.fsencode(path), byref(self._image_options(overwrite, background)))
+
+    def save_exr(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False) -> None:
+        call("frame_save_exr", self.pointer, os.fsencode(path), byref(self._image_options(overwrite, None)))
+
+
+class Renderer(Child):
+    """Draws a slice into frames. What is not set stays at the defaults of the header."""
+
+    _kind = "renderer"
+
+    def __init__(self, device: Device) -> None:
+        super().__init__(device)
+        self._watch, self._slice = Watch(None), None
+        self._create("renderer_create", device.pointer)
+
+    def set_slice(self, cut: Slice | None) -> None:
+        call("renderer_set_slice", self.pointer, pointer_of(cut))
+        self._slice = cut.share() if cut else None  # and with it what the volume borrows from Python
+
+    _slice: Slice | None
+
+    def set_trail(self, interval: tuple[float, float] | None, *, content: int | str | None = None,
+                  combine: int | str | None = None, samples: int = 0, intervals: int = 0,
+                  transfer_function: TransferFunction | None = None, colors: Any = None, **options: Any) -> None:
+        """3.5D motion blur over an interval of frames relative to the slice; None: no trail."""
+        if interval is None:
+            call("renderer_set_trail", self.pointer, None)
+            return
+        trail = _abi.Trail(content=choose("TRAIL", content), samples=samples, intervals=intervals, **options)
+        trail.combine = choose("TRAIL", combine)
+        trail.interval[:] = [*interval]
+        if transfer_function is not None:
+            function = transfer_function.struct()
+            trail.transfer_function = ctypes.pointer(function)
+        rows = None if colors is None else np.ascontiguousarray(colors, np.float64).reshape(max(intervals, 1), 3)
+        trail.colors = None if rows is None else rows.ctypes.data
+        call("renderer_set_trail", self.pointer, byref(trail))
+
+    def set_camera(self, camera: _abi.Camera | None) -> None:
+        """Such as from Slice.fit_camera or look_at; None: the default view."""
+        call("renderer_set_camera", self.pointer, None if camera is None else byref(camera))
+
+    def set_transfer_function(self, function: TransferFunction | None) -> None:
+        struct = None if function is None else function.struct()
+        call("renderer_set_transfer_function", self.pointer, None if struct is None else byref(struct))
+
+    def set_lights(self, lights: Sequence[tuple[Sequence[float], Sequence[float]]] = (), *, ambient: float = 0.0,
+                   diffuse: float = 0.0, specular: float = 0.0, shininess: float = 0.0) -> None:
+        """lights: (direction towards the light, linear RGB), at most 8."""
+        array = (_abi.Light * max(len(lights), 1))()
+        for light, (direction, color) in zip(array, lights):
+            light.direction[:], light.color[:] = [*direction], [*color]
+        call("renderer_set_lights", self.pointer,
+             byref(_abi.Lights(count=len(lights), lights=array, ambient=ambient, diffuse=diffuse, specular=specular,
+                               shininess=shininess)))
+
+    def set_options(self, *, mode: int | str | None = None, quality: int | str | None = None,
+                    shading: int | str | None = None, iso_value: float | None = None,
+                    progress: Progress | None = None, **options: Any) -> None:
+        """Further options by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
+        o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
+                               shading=choose("SHADING", shading), **options)
+        if iso_value is not None:
+            o.set_mask |= _abi.RENDER_SET_ISO
+            o.iso_value = iso_value
+        watch = Watch(progress)
+        o.progress = watch.function
+        call("renderer_set_options", self.pointer, byref(o))
+        self._watch = watch  # the one before is of no use to the library any more
+
+    def render(self, frame: Frame) -> None:
+        call("renderer_render", self.pointer, frame.pointer, watch=self._watch)
+
+    def cancel(self) -> None:
+        """Ends the render under way in another thread; it raises Cancelled there."""
+        call("renderer_cancel", self.pointer)
+
+    def stats(self) -> _abi.RenderStats:
+        stats = _abi.RenderStats()
+        call("renderer_get_stats", self.pointer, byref(stats))
+        return stats
+
+
+def look_at(position: Sequence[float], target: Sequence[float], up: Sequence[float] = (0, 1, 0), *,
+            ortho_height: float | None = None, fovy_degrees: float | None = None) -> _abi.Camera:
+    """A camera in world space: orthographic by the height of the image plane or perspective by its angle."""
+    if (ortho_height is None) == (fovy_degrees is None):
+        raise ValueError("give one of ortho_height and fovy_degrees")
+    camera = _abi.Camera(ortho_height=ortho_height or 0.0, fovy_degrees=fovy_degrees or 0.0,
+                         projection=_abi.PROJECTION_ORTHOGRAPHIC if fovy_degrees is None
+                         else _abi.PROJECTION_PERSPECTIVE)
+    camera.position[:], camera.target[:], camera.up[:] = [*position], [*target], [*up]
+    return camera

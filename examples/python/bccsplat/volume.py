@@ -1,0 +1,204 @@
+"""Volume and Slice: open a .bcc4, evaluate it, cut hyperplanes."""
+from __future__ import annotations
+
+import ctypes
+import os
+from ctypes import byref, c_char_p, c_double, c_uint32, c_uint64
+from typing import Any, Callable, Sequence, Union
+
+import numpy as np
+
+from . import _abi
+from ._library import Progress, Watch, call, choose, decode, encode
+from .device import Child, Device
+
+Array = np.ndarray[Any, np.dtype[Any]]
+# offset, buffer: fill it and return the number of bytes read; called from any thread, several at once
+ReadAt = Callable[[int, memoryview], int]
+
+
+def _floats(out: Array | None, shape: tuple[int, ...]) -> Array:
+    """The caller's array, if it is one that can be written to directly, or a new one."""
+    if out is None:
+        return np.empty(shape, np.float32)
+    if out.shape != shape or out.dtype != np.float32 or not out.flags.c_contiguous or not out.flags.writeable:
+        raise ValueError("out must be a contiguous float32 array of shape %r" % (shape,))
+    return out
+
+
+class Volume(Child):
+    """An open .bcc4. `source`: a path, the bytes of a file (borrowed, not copied), or (size, read_at)."""
+
+    _kind = "volume"
+
+    def __init__(self, device: Device, source: Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, Array,
+                                                     tuple[int, ReadAt]],
+                 kernel: str | None = None, cache_bytes: int = 0, **options: Any) -> None:
+        super().__init__(device)
+        o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, **options)
+        if isinstance(source, tuple):
+            self._source: Any = self._read_stream(*source)
+            self._create("volume_open_stream", device.pointer, byref(self._source), byref(o))
+        elif isinstance(source, (str, os.PathLike)):
+            self._create("volume_open_file", device.pointer, os.fsencode(source), byref(o))
+        else:
+            self._source = np.frombuffer(source, np.uint8)
+            self._create("volume_open_memory", device.pointer, self._source.ctypes.data, self._source.size, byref(o))
+
+    @staticmethod
+    def _read_stream(size: int, read_at: ReadAt) -> _abi.ReadStream:
+        def read(_user: int | None, offset: int, buffer: int, wanted: int) -> int:
+            try:
+                return read_at(offset, memoryview((ctypes.c_char * wanted).from_address(buffer)).cast("B"))
+            except Exception:  # it may be in a thread of the library: the call fails with IO
+                return -1
+
+        return _abi.ReadStream(size=size, read_at=_abi.bccsplat_read_at_fn(read))
+
+    def info(self) -> _abi.VolumeInfo:
+        info = _abi.VolumeInfo()
+        call("volume_get_info", self.pointer, byref(info))
+        return info
+
+    def channel_info(self, channel: int = 0) -> _abi.ChannelInfo:
+        info = _abi.ChannelInfo()
+        call("volume_get_channel_info", self.pointer, channel, byref(info))
+        return info
+
+    def find_channel(self, name: str) -> int:
+        channel = c_uint32()
+        call("volume_find_channel", self.pointer, encode(name), byref(channel))
+        return channel.value
+
+    def times(self) -> Array:
+        """Time of every frame, in the file's unit."""
+        times = np.empty(self.info().dims[3], np.float64)
+        call("volume_get_times", self.pointer, times.ctypes.data, times.size, None)
+        return times
+
+    def time_to_index(self, time: float) -> float:
+        index = c_double()
+        call("volume_time_to_index", self.pointer, time, byref(index))
+        return index.value
+
+    def index_to_time(self, index: float) -> float:
+        time = c_double()
+        call("volume_index_to_time", self.pointer, index, byref(time))
+        return time.value
+
+    def attributes(self) -> dict[str, str]:
+        out: dict[str, str] = {}
+        for i in range(self.info().attribute_count):
+            key, value = c_char_p(), c_char_p()
+            call("volume_get_attribute", self.pointer, i, byref(key), byref(value))
+            out[decode(key.value)] = decode(value.value)
+        return out
+
+    def find_attribute(self, key: str) -> str:
+        value = c_char_p()
+        call("volume_find_attribute", self.pointer, encode(key), byref(value))
+        return decode(value.value)
+
+    def evaluate(self, points: Any, channel: int = 0, out: Array | None = None) -> Array:
+        """Values at points [..., 4] of index space (x, y, z, t). Outside the domain or in a hole: Error, and NaN in
+        `out`."""
+        at = np.ascontiguousarray(points, np.float64)
+        values = _floats(out, at.shape[:-1])
+        call("volume_evaluate_channel", self.pointer, channel, values.size, at.ctypes.data, values.ctypes.data, None)
+        return values
+
+    def evaluate_with_gradients(self, points: Any, channel: int = 0) -> tuple[Array, Array]:
+        """Values, and their slopes [..., 4] along x, y, z, t per index unit."""
+        at = np.ascontiguousarray(points, np.float64)
+        values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
+        call("volume_evaluate_channel", self.pointer, channel, values.size, at.ctypes.data, values.ctypes.data,
+             slopes.ctypes.data)
+        return values, slopes
+
+    def verify(self, progress: Progress | None = None) -> _abi.VerifyReport:
+        report, watch = _abi.VerifyReport(), Watch(progress)
+        call("volume_verify", self.pointer, watch.function, None, byref(report), watch=watch)
+        return report
+
+    def slice(self, *, time: float | None = None, frame: float | None = None, plane: Sequence[float] | None = None,
+              **options: Any) -> Slice:
+        """At a time in the file's unit, at a frame number, or on a plane (a, b, c, d, e); options as of Slice."""
+        if sum(given is not None for given in (time, frame, plane)) != 1:
+            raise ValueError("give one of time, frame and plane")
+        if time is not None:
+            frame = self.time_to_index(time)
+        if frame is not None:
+            plane = (0, 0, 0, 1, -frame)
+        assert plane is not None
+        return Slice(self, *plane, **options)
+
+
+class Slice(Child):
+    """The 3D field on the hyperplane a x + b y + c z + d t + e = 0 of index space."""
+
+    _kind = "slice"
+
+    def __init__(self, volume: Volume, a: float, b: float, c: float, d: float, e: float, *, channel: int = 0,
+                 kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0,
+                 time_length: float = 0.0, progress: Progress | None = None, **options: Any) -> None:
+        super().__init__(volume.device)
+        self.volume, watch = volume, Watch(progress)
+        o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
+                              progress=watch.function, **options)
+        o.interval[:] = [*interval]
+        self._create("slice_create", volume.pointer, byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), byref(o),
+                     watch=watch)
+
+    @classmethod
+    def at(cls, volume: Volume, frame: float, **options: Any) -> Slice:
+        """The time slice at a frame number, which may be fractional."""
+        return cls(volume, 0, 0, 0, 1, -frame, **options)
+
+    def info(self) -> _abi.SliceInfo:
+        info = _abi.SliceInfo()
+        call("slice_get_info", self.pointer, byref(info))
+        return info
+
+    def evaluate(self, points: Any, out: Array | None = None) -> Array:
+        """Values at points [..., 3] of slice space; failures as of Volume.evaluate."""
+        at = np.ascontiguousarray(points, np.float64)
+        values = _floats(out, at.shape[:-1])
+        call("slice_evaluate", self.pointer, values.size, at.ctypes.data, values.ctypes.data, None)
+        return values
+
+    def evaluate_with_gradients(self, points: Any) -> tuple[Array, Array]:
+        at = np.ascontiguousarray(points, np.float64)
+        values, slopes = np.empty(at.shape[:-1], np.float32), np.empty(at.shape, np.float32)
+        call("slice_evaluate", self.pointer, values.size, at.ctypes.data, values.ctypes.data, slopes.ctypes.data)
+        return values, slopes
+
+    def sample_grid(self, origin: Sequence[float] | None = None, step: Sequence[float] = (1, 1, 1),
+                    dims: Sequence[int] | None = None, out: Array | None = None) -> Array:
+        """A dense box indexed [w, v, u] ([z, y, x] of a time slice), by default at the source's own resolution.
+        dims: samples along u, v, w. NaN outside the domain and in holes."""
+        if (origin is None) != (dims is None):
+            raise ValueError("origin and dims belong together")
+        grid = None
+        if origin is not None and dims is not None:
+            grid = _abi.Grid()
+            grid.origin[:], grid.step[:], grid.dims[:] = [*origin], [*step], [*dims]
+        nu, nv, nw = dims or self.info().dims[:]
+        values = _floats(out, (nw, nv, nu))
+        call("slice_sample_grid", self.pointer, None if grid is None else byref(grid), values.ctypes.data)
+        return values
+
+    def points(self) -> tuple[Array, Array]:
+        """The lattice points: positions [n, 3] in slice space and coefficients [n] relative to air."""
+        count = c_uint64()
+        call("slice_get_points", self.pointer, 0, None, None, byref(count))
+        uvw, coefficients = np.empty((count.value, 3), np.float32), np.empty(count.value, np.float32)
+        call("slice_get_points", self.pointer, count.value, uvw.ctypes.data, coefficients.ctypes.data, None)
+        return uvw, coefficients
+
+    def fit_camera(self, width: int, height: int, rotate_x: float = 20, rotate_y: float = 30,
+                   projection: int | str | None = None) -> _abi.Camera:
+        """A view of the whole slice, turned by angles in degrees."""
+        camera = _abi.Camera()
+        call("slice_fit_camera", self.pointer, choose("PROJECTION", projection), rotate_x, rotate_y, width, height,
+             byref(camera))
+        return camera

@@ -1,0 +1,147 @@
+"""Writer: numpy frames or lattice samples in, .bcc4 out."""
+from __future__ import annotations
+
+import ctypes
+import os
+from ctypes import byref
+from dataclasses import dataclass
+from typing import Any, Callable, Iterable, Sequence, Union
+
+import numpy as np
+
+from . import _abi
+from ._library import Progress, Watch, call, choose, encode
+from .device import Child, Device
+
+Array = np.ndarray[Any, np.dtype[Any]]
+# offset, bytes: write all of them there; an exception fails the call
+WriteAt = Callable[[int, memoryview], None]
+
+_TYPES = {"u1": _abi.TYPE_U8, "u2": _abi.TYPE_U16, "u4": _abi.TYPE_U32, "i1": _abi.TYPE_I8, "i2": _abi.TYPE_I16,
+          "i4": _abi.TYPE_I32, "f2": _abi.TYPE_F16, "f4": _abi.TYPE_F32, "f8": _abi.TYPE_F64}
+
+
+@dataclass
+class Channel:
+    """One quantity of the file. air: the value of sites that are not stored; range: spread over U8 or U16 codes."""
+
+    name: str = "value"
+    unit: str | None = None
+    source_type: int | str | None = None
+    value_type: int | str | None = None
+    air: float = 0.0
+    air_threshold: float = 0.0
+    range: tuple[float, float] | None = None
+
+    def options(self) -> _abi.ChannelOptions:
+        out = _abi.ChannelOptions(set_mask=_abi.CHANNEL_SET_AIR, name=encode(self.name), unit=encode(self.unit),
+                                  source_type=choose("TYPE", self.source_type),
+                                  value_type=choose("TYPE", self.value_type), air=self.air,
+                                  air_threshold=self.air_threshold)
+        if self.range is not None:
+            out.set_mask |= _abi.CHANNEL_SET_RANGE
+            out.range[:] = [*self.range]
+        return out
+
+
+class Writer(Child):
+    """Writes a file: frames by add_frame or lattice layers by add_layer, in order.
+
+    dims: samples along x, y, z and the number of frames (0: as many as come). A with block that ends without an
+    exception finishes the file; one that ends with an exception leaves no file.
+    """
+
+    _kind = "writer"
+
+    def __init__(self, device: Device, target: Union[str, "os.PathLike[str]", WriteAt], dims: Sequence[int], *,
+                 channels: Sequence[Channel] = (Channel(),), lattice: int | str | None = None,
+                 filter: int | str | None = None, store: int | str | None = None, nonfinite: int | str | None = None,
+                 overwrite: bool = False, affine: Any = None, spatial_unit: str | None = None,
+                 time_unit: str | None = None, scale: float = 0.0, time_scale: float = 0.0,
+                 kernel: str | None = None, progress: Progress | None = None, **options: Any) -> None:
+        super().__init__(device)
+        self._watch, self._finished = Watch(progress), False
+        o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
+                               store=choose("STORE", store), nonfinite=choose("NONFINITE", nonfinite),
+                               overwrite=overwrite, channel_count=len(channels), spatial_unit=encode(spatial_unit),
+                               time_unit=encode(time_unit), scale=scale, time_scale=time_scale,
+                               recommended_kernel=encode(kernel), progress=self._watch.function, **options)
+        o.dims[:] = [*dims, *[0] * (4 - len(dims))]
+        o.channels = (_abi.ChannelOptions * len(channels))(*[channel.options() for channel in channels])
+        if affine is not None:
+            o.affine[:] = np.asarray(affine, np.float64).reshape(16).tolist()
+        if callable(target):
+            self._stream = self._write_stream(target)
+            self._create("writer_create_stream", device.pointer, byref(self._stream), byref(o))
+        else:
+            self._create("writer_create", device.pointer, os.fsencode(target), byref(o))
+
+    def _write_stream(self, write_at: WriteAt) -> _abi.WriteStream:
+        def write(_user: int | None, offset: int, buffer: int, size: int) -> int:
+            try:
+                write_at(offset, memoryview((ctypes.c_char * size).from_address(buffer)).cast("B").toreadonly())
+                return size
+            except BaseException as error:
+                self._watch.error = error
+                return -1
+
+        return _abi.WriteStream(write_at=_abi.bccsplat_write_at_fn(write))
+
+    def _call(self, name: str, *arguments: Any) -> None:
+        call(name, self.pointer, *arguments, watch=self._watch)
+
+    def add_frame(self, frame: Array | Iterable[tuple[Sequence[int], Array]], time: float, channel: int = 0) -> None:
+        """The next frame: an array indexed [z, y, x] of any strides, or boxes ((x, y, z) of the first sample, array);
+        what no box covers is air. No copy is made."""
+        whole = isinstance(frame, np.ndarray)
+        parts: list[Any] = [((0, 0, 0), frame)] if whole else [*frame]
+        boxes, kept = (_abi.Box * max(len(parts), 1))(), []
+        for box, (begin, data) in zip(boxes, parts):
+            if data.ndim != 3 or data.dtype.str[1:] not in _TYPES:
+                raise ValueError("a box is an array [z, y, x] of numbers of 1 to 8 bytes, not %r" % (data.dtype,))
+            if not data.dtype.isnative or data.strides == (0, 0, 0):  # all strides 0 would mean packed
+                data = np.ascontiguousarray(data, data.dtype.newbyteorder("="))
+            kept.append(data)
+            box.struct_size, box.type, box.data = ctypes.sizeof(_abi.Box), _TYPES[data.dtype.str[1:]], data.ctypes.data
+            box.begin[:], box.dims[:] = [*begin], [*data.shape[::-1]]
+            box.stride_bytes[:] = [*data.strides[::-1]]
+        self._call("writer_add_frame", channel, time, boxes, len(parts))
+
+    def layer_geometry(self, layer: int = 0) -> _abi.LayerGeometry:
+        """Where the sites of a layer stand: site (i, j, k) at origin + step * (i, j, k) and frame number `frame`."""
+        geometry = _abi.LayerGeometry()
+        call("writer_get_layer_geometry", self.pointer, layer, byref(geometry))
+        return geometry
+
+    def layer_coordinates(self, layer: int) -> tuple[Array, Array, Array, float]:
+        """x, y, z of the sites as arrays that broadcast to [z, y, x], and the frame number."""
+        g = self.layer_geometry(layer)
+        x, y, z = (g.origin[a] + g.step[a] * np.arange(g.dims[a]) for a in range(3))
+        return x[None, None, :], y[None, :, None], z[:, None, None], g.frame
+
+    def add_layer(self, samples: Array, layer: int, channel: int = 0) -> None:
+        """The next layer of lattice samples, indexed [z, y, x]."""
+        flat = np.ascontiguousarray(samples, np.float32)
+        self._call("writer_add_layer", channel, layer, flat.ctypes.data, flat.size)
+
+    def set_times(self, first: float, step: float) -> None:
+        self._call("writer_set_times", first, step)
+
+    def set_attribute(self, key: str, value: str) -> None:
+        self._call("writer_set_attribute", encode(key), encode(value))
+
+    def add_source(self, name: str, size: int, crc32: int = 0) -> None:
+        self._call("writer_add_source", encode(name), size, crc32)
+
+    def finish(self) -> _abi.WriterReport:
+        report = _abi.WriterReport()
+        self._call("writer_finish", byref(report))
+        self._finished = True
+        return report
+
+    def __exit__(self, *exception: object) -> None:
+        try:
+            if exception[0] is None and not self._finished:
+                self.finish()
+        finally:
+            self.close()
