@@ -21,30 +21,48 @@ class Progress {
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
 
-  // Throws Code::cancelled once cancelled. Cheap: one load.
-  void check() const {
-    if (cancelled()) fail(Code::cancelled, "cancelled by the caller");
+  // Throws Code::cancelled once cancelled. Stages that cannot tell how far they are give the host its chance
+  // to cancel here: the callback hears the last fraction again when it is due. Cheap: a load and, with a
+  // callback, a look at the clock.
+  void check() {
+    if (callback_ && since_last() >= interval) ask(-1);
+    throw_if_cancelled();
   }
 
   void report(double fraction) {
-    if (callback_) {
-      const std::unique_lock lock(mutex_, std::try_to_lock);
-      const auto now = std::chrono::steady_clock::now();
-      if (lock && fraction >= reported_ && (fraction >= 1 || now - last_ >= std::chrono::milliseconds(34))) {
-        reported_ = fraction;
-        last_ = now;
-        if (callback_(fraction) != 0) cancel();
-      }
-    }
-    check();
+    if (callback_) ask(fraction);
+    throw_if_cancelled();
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr Clock::duration interval = std::chrono::milliseconds(34);
+
+  [[nodiscard]] Clock::duration since_last() const {
+    return Clock::now().time_since_epoch() - last_.load(std::memory_order_relaxed);
+  }
+  // A negative fraction is the last one.
+  void ask(double fraction) {
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock) return;
+    if (fraction < 0) fraction = reported_;
+    const bool due = !asked_ || fraction >= 1 || since_last() >= interval;
+    if (fraction < reported_ || !due) return;
+    asked_ = true;
+    reported_ = fraction;
+    last_.store(Clock::now().time_since_epoch(), std::memory_order_relaxed);
+    if (callback_(fraction) != 0) cancel();
+  }
+  void throw_if_cancelled() const {
+    if (cancelled()) fail(Code::cancelled, "cancelled by the caller");
+  }
+
   Callback callback_;
   std::atomic<bool> cancelled_{false};
   std::mutex mutex_;
+  bool asked_ = false; // with reported_ under the mutex
   double reported_ = 0;
-  std::chrono::steady_clock::time_point last_{};
+  std::atomic<Clock::duration> last_{Clock::now().time_since_epoch()};
 };
 
 } // namespace bccsplat

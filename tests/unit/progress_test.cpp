@@ -47,6 +47,20 @@ TEST(Progress, ANonZeroAnswerCancels) {
   EXPECT_THROW(progress.check(), Error);
 }
 
+// A stage that only checks: the host still hears of it, and may cancel.
+TEST(Progress, ChecksAskTheHostToo) {
+  std::vector<double> seen;
+  Progress progress([&](double fraction) {
+    seen.push_back(fraction);
+    return seen.size() == 3;
+  });
+  progress.report(0.25);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THROW(for (;;) progress.check(), Error);
+  EXPECT_EQ(seen, std::vector<double>({0.25, 0.25, 0.25}));
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(68));
+}
+
 TEST(Progress, CancelWorksWithoutACallback) {
   Progress progress;
   progress.report(0.5);
