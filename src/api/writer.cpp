@@ -282,7 +282,11 @@ bccsplat_writer_report bccsplat_writer::finish() {
   report.bytes_file = written.bytes.file, report.bytes_runs = written.bytes.runs;
   report.bytes_values = written.bytes.values, report.bytes_index = written.bytes.index;
   finished = true;
-  progress.report(1);
+  try {
+    progress.report(1);
+  } catch (const Error&) {
+    // Too late to cancel: the file has its name.
+  }
   return report;
 }
 

@@ -68,6 +68,8 @@ class Reservation {
     if (budget_) budget_->release(bytes_);
   }
   [[nodiscard]] uint64_t bytes() const { return bytes_; }
+  // The bytes stay reserved; somebody else gives them back.
+  void keep() noexcept { budget_ = nullptr; }
 
  private:
   MemoryBudget* budget_ = nullptr;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 #include <system_error>
 #include <utility>
 
@@ -61,6 +62,8 @@ struct Tasks::Pool {
       for (int i = 0; i < count; ++i) workers.emplace_back([this] { work(); });
     } catch (const std::system_error&) {
       // The system gives no more threads: those there are, and the caller, do the work.
+    } catch (const std::bad_alloc&) {
+      // The same.
     }
   }
   ~Pool() {

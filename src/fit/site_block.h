@@ -47,7 +47,13 @@ class SiteBlockPool {
         fail(Code::memory_budget,
              "the frames within reach of the resampling filter do not fit the memory budget of ",
              memory_.limit(), " bytes; raise it or use a shorter filter");
+      Reservation held =
+          Reservation::adopt(memory_, sizeof(SiteBlock)); // until the block is one of the pool's
       block.reset(new SiteBlock);
+      const std::scoped_lock lock(mutex_);
+      free_.reserve(made_ + 1); // giving a block back must not fail
+      ++made_;
+      held.keep();
     }
     return {block.release(), [this](SiteBlock* b) { give_back(std::unique_ptr<SiteBlock>(b)); }};
   }
@@ -60,6 +66,7 @@ class SiteBlockPool {
 
   MemoryBudget& memory_;
   std::mutex mutex_;
+  size_t made_ = 0; // blocks, free or in use
   std::vector<std::unique_ptr<SiteBlock>> free_;
 };
 
