@@ -10,6 +10,8 @@
 #include "tests/bench/kernel_design.h"
 #include "tests/bench/kernel_design_cc.h"
 #include "tests/bench/kernel_design_shape.h"
+#include "tests/bench/kernel_ripple.h"
+#include "tests/bench/kernels_chain.h"
 #include "tests/bench/report.h"
 
 namespace bccsplat::bench {
@@ -31,45 +33,6 @@ std::string label(const std::string& kernel, int dimensions) {
   return dimensions == 3 ? kernel.substr(0, kernel.find('+')) : kernel;
 }
 
-// Sites in the support, in the mean.
-double taps(const Kernel& kernel, int dimensions) {
-  const double ball = 4 * std::numbers::pi / 3 * std::pow(kernel.space.radius, 3);
-  return dimensions == 3 ? ball / std::numbers::sqrt2 : ball * 2 * kernel.time.half_width / 2;
-}
-
-// Largest deviation from 1 of a reconstructed constant, in dB. A B-spline adds none of its own.
-double dc_ripple_db(const Kernel& kernel, int dimensions) {
-  constexpr int n = 12; // positions per axis of an eighth of the cell of a coset
-  constexpr double pitch = std::numbers::sqrt2;
-  const bool layers = dimensions == 4 && kernel.time.shape == TemporalKernel::Shape::gaussian;
-  double worst = 0;
-  for (int t = 0; t <= (layers ? n : 0); ++t) {
-    std::array<double, 2> by_coset{1, 1};
-    if (layers)
-      for (const int coset : {0, 1}) {
-        double sum = 0;
-        for (int k = -4; k <= 4; ++k) sum += kernel.time.value((k + 0.5 * coset - 0.5 * t / n) * pitch);
-        by_coset[static_cast<size_t>(coset)] = sum;
-      }
-    for (int i = 0; i <= n; ++i)
-      for (int j = 0; j <= i; ++j)
-        for (int k = 0; k <= j; ++k) {
-          double sum = 0;
-          for (const int coset : {0, 1})
-            for (int a = -3; a <= 4; ++a)
-              for (int b = -3; b <= 4; ++b)
-                for (int c = -3; c <= 4; ++c) {
-                  const double x = (a + 0.5 * coset - 0.5 * i / n) * pitch;
-                  const double y = (b + 0.5 * coset - 0.5 * j / n) * pitch;
-                  const double z = (c + 0.5 * coset - 0.5 * k / n) * pitch;
-                  sum += by_coset[static_cast<size_t>(coset)] * kernel.space.value(x * x + y * y + z * z);
-                }
-          worst = std::max(worst, std::abs(sum - 1));
-        }
-  }
-  return 20 * std::log10(worst);
-}
-
 void add_snr(Row& row, const std::array<double, 4>& snr) {
   for (size_t r = 0; r < snr.size(); ++r)
     row.push_back(figure("rho " + number(design_rhos[r], 1), snr[r], 1));
@@ -80,7 +43,7 @@ std::vector<Row> predicted(int dimensions) {
   const std::string dash = "-";
   const auto finish = [&](Row& row) {
     for (const char* name :
-         {"ripple dB", "gain", "largest Q", "at sites", "min symbol", "stages", "reach", "rounding"})
+         {"ripple dB", "gain", "noise", "largest Q", "at sites", "min symbol", "stages", "reach", "rounding"})
       row.push_back(word(name, dash));
     rows.push_back(row);
   };
@@ -119,7 +82,7 @@ std::vector<Row> predicted(int dimensions) {
     }
     const auto head = [&](const char* prefilter) {
       return Row{word("kernel", label(name, dimensions)), word("prefilter", prefilter),
-                 figure("taps", taps(kernel, dimensions), 0)};
+                 figure("taps", mean_taps(kernel, dimensions), 0)};
     };
     if (!kernel.normalised) {
       Row row = head("interpolating");
@@ -133,6 +96,7 @@ std::vector<Row> predicted(int dimensions) {
     add_snr(row, shipped);
     row.push_back(figure("ripple dB", dc_ripple_db(kernel, dimensions), 0));
     row.push_back(figure("gain", dimensions == 4 ? prefilter_gain4(stages) : prefilter_gain3(stages), 1));
+    row.push_back(figure("noise", noise_gain(kernel, dimensions), 2));
     row.push_back(figure("largest Q", largest, 1));
     row.push_back(word("at sites", number(lowest, 2) + " .. " + number(highest, 2)));
     row.push_back(figure("min symbol", symbol, 4));
@@ -259,44 +223,58 @@ void shape(std::ostream& out, const std::string& which) {
   }
 }
 
+void run_predicted(const Report& report) {
+  for (const int dimensions : {3, 4}) {
+    const std::string lattice = dimensions == 3 ? "BCC" : "D4*";
+    report.table("Predicted SNR (dB), " + lattice, predicted(dimensions));
+    report.table("Predicted SNR of the gradient (dB), " + lattice, gradients(dimensions));
+  }
+}
+
+void run_measured(const Report& report) {
+  for (const int dimensions : {3, 4})
+    report.table(std::string("Measured SNR (dB), ") + (dimensions == 3 ? "BCC" : "D4*"),
+                 measured(dimensions));
+}
+
+struct Part {
+  std::string_view option;
+  void (*run)(const Report& report);
+};
+constexpr Part parts[] = {{"--predicted", run_predicted},
+                          {"--measured", run_measured},
+                          {"--chain", run_kernel_chain},
+                          {"--marschner", run_marschner_lobb}};
+
 } // namespace
 
 int run_kernels_suite(std::span<const std::string> args, const Report& report) {
   std::ostream& out = report.out;
-  bool want_predicted = false, want_measured = false;
-  for (size_t i = 0; i < args.size(); ++i) {
-    const std::string& arg = args[i];
-    if (arg == "--predicted") {
-      want_predicted = true;
-    } else if (arg == "--measured") {
-      want_measured = true;
-    } else if (arg == "--compare") {
-      const bool flat = args.size() == 4 && args[3] == "3";
-      if (i != 0 || (args.size() != 3 && !flat))
-        fail(Code::invalid_argument, "kernels --compare takes a kernel, a pattern of stages and perhaps 3");
-      compare(out, args[1], args[2], flat ? 3 : 4);
-      return 0;
-    } else if (arg == "--design-cc" && args.size() == 1) {
-      print_cc_designs(out);
-      return 0;
-    } else if (arg == "--design" || arg == "--shape") {
-      if (i != 0 || args.size() != 2)
-        fail(Code::invalid_argument, "kernels ", arg, " takes one name, or all, and no other option");
-      arg == "--design" ? design(out, args[1]) : shape(out, args[1]);
-      return 0;
-    } else {
-      fail(Code::invalid_argument, "kernels: unknown option '", arg,
-           "'; known: --predicted --measured --design NAME --design-cc --shape NAME --compare NAME "
-           "PATTERN");
+  const std::string_view first = args.empty() ? std::string_view() : args[0];
+  if (first == "--compare") {
+    if (args.size() != 3 && !(args.size() == 4 && args[3] == "3"))
+      fail(Code::invalid_argument, "kernels --compare takes a kernel, a pattern of stages and perhaps 3");
+    compare(out, args[1], args[2], args.size() == 4 ? 3 : 4);
+    return 0;
+  }
+  if (first == "--design-cc" && args.size() == 1) {
+    print_cc_designs(out);
+    return 0;
+  }
+  if (first == "--design" || first == "--shape") {
+    if (args.size() != 2) fail(Code::invalid_argument, "kernels ", first, " takes one name, or all");
+    first == "--design" ? design(out, args[1]) : shape(out, args[1]);
+    return 0;
+  }
+  for (const std::string& arg : args)
+    if (std::none_of(std::begin(parts), std::end(parts), [&](const Part& p) { return p.option == arg; })) {
+      std::string known;
+      for (const Part& p : parts) known += std::string(p.option) + ' ';
+      fail(Code::invalid_argument, "kernels: unknown option '", arg, "'; known: ", known,
+           "or alone: --design NAME --design-cc --shape NAME --compare NAME PATTERN");
     }
-  }
-  if (!want_predicted && !want_measured) want_predicted = want_measured = true;
-  for (const int dimensions : {3, 4}) {
-    const std::string lattice = dimensions == 3 ? "BCC" : "D4*";
-    if (want_predicted) report.table("Predicted SNR (dB), " + lattice, predicted(dimensions));
-    if (want_predicted) report.table("Predicted SNR of the gradient (dB), " + lattice, gradients(dimensions));
-    if (want_measured) report.table("Measured SNR (dB), " + lattice, measured(dimensions));
-  }
+  for (const Part& part : parts)
+    if (args.empty() || std::find(args.begin(), args.end(), part.option) != args.end()) part.run(report);
   return 0;
 }
 

@@ -12,11 +12,15 @@
 
 namespace bccsplat::bench {
 
-//   kernels [--predicted] [--measured] [--json]   the tables; both without an option; JSON lines instead of
-//   Markdown kernels --design NAME | --design all          designs the prefilters again and prints
-//   prefilter_tables.inc kernels --design-cc                           the same for the Cartesian lattice:
-//   cc_tables.inc kernels --shape NAME | --shape all            designs phi again (radial16 radial18 radial20
-//   radial24)
+//   kernels                    every table; or those named:
+//           --predicted        from the spectra of kernel and prefilter
+//           --measured         random plane waves on periodic lattices
+//           --chain            the library from samples to values (kernels_chain.h)
+//           --marschner        the signal of Marschner & Lobb
+//   alone:  --design NAME | --design all   designs the prefilters again: prefilter_tables.inc
+//           --design-cc                    the same for the Cartesian lattice: cc_tables.inc
+//           --shape NAME | --shape all     designs phi again (radial16 radial18 radial20 radial24)
+//           --compare NAME PATTERN [3]     a prefilter of other stages (letters: kernel_design.h)
 // Returns the exit status; throws Error on wrong arguments.
 int run_kernels_suite(std::span<const std::string> args, const Report& report);
 

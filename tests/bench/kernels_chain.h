@@ -1,0 +1,16 @@
+// What reaches a user: the whole way from samples to values, against fields known everywhere.
+#pragma once
+
+#include "tests/bench/report.h"
+
+namespace bccsplat::bench {
+
+// Plane waves of a ball. Samples taken on D4* and evaluated at random 4D points; Cartesian frames imported,
+// and time slices at instants between frames; slices splatted at random points, phase by phase of the
+// instant; and constants, to the corners of the domain. Tables and the plot `chain`.
+void run_kernel_chain(const Report& report);
+
+// The signal of Marschner & Lobb, and what is left of it inside a ball of frequencies: BCC against CC.
+void run_marschner_lobb(const Report& report);
+
+} // namespace bccsplat::bench

@@ -1,0 +1,159 @@
+// Fields known everywhere, with a stated band: plane waves of a ball, and the test signal of Marschner &
+// Lobb.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "base/vec.h"
+#include "lattice/lattice.h"
+#include "points/brick.h"
+
+namespace bccsplat::test {
+
+using Grid4 = std::array<std::vector<double>, 4>; // coordinates of a tensor grid per axis x, y, z, t
+
+// A sum of plane waves whose wave vectors are uniform in the ball |w| <= rho pi / T (index units, T = 1) of 3
+// or 4 dimensions; mean square 1.
+class BallWaves {
+ public:
+  BallWaves(int dimensions, double rho, int count, uint32_t seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    while (waves_.size() < static_cast<size_t>(count)) {
+      Vec4 w{};
+      double length2 = 0;
+      for (int a = 0; a < dimensions; ++a) w[static_cast<size_t>(a)] = uniform(random);
+      for (const double v : w) length2 += v * v;
+      if (length2 > 1) continue;
+      for (double& v : w) v *= rho * std::numbers::pi;
+      waves_.push_back({w, uniform(random) * std::numbers::pi});
+    }
+    amplitude_ = std::sqrt(2.0 / count);
+  }
+  [[nodiscard]] double operator()(const Vec4& p) const {
+    double sum = 0;
+    for (const Wave& w : waves_) sum += std::cos(angle(w, p));
+    return amplitude_ * sum;
+  }
+  [[nodiscard]] Vec4 gradient(const Vec4& p) const {
+    Vec4 g{};
+    for (const Wave& w : waves_) {
+      const double s = -amplitude_ * std::sin(angle(w, p));
+      for (size_t a = 0; a < 4; ++a) g[a] += s * w.vector[a];
+    }
+    return g;
+  }
+  // Values on a tensor grid, x fastest.
+  [[nodiscard]] std::vector<double> on_grid(const Grid4& at) const {
+    using Complex = std::complex<double>;
+    const size_t n = waves_.size();
+    std::array<std::vector<Complex>, 4> factor; // [axis][coordinate * waves + wave]
+    for (size_t a = 0; a < 4; ++a)
+      for (const double x : at[a])
+        for (const Wave& w : waves_)
+          factor[a].push_back(std::polar(1.0, w.vector[a] * x + (a == 0 ? w.phase : 0)));
+    std::vector<double> values, real(n), imaginary(n);
+    for (size_t l = 0; l < at[3].size(); ++l)
+      for (size_t k = 0; k < at[2].size(); ++k)
+        for (size_t j = 0; j < at[1].size(); ++j) {
+          for (size_t i = 0; i < n; ++i) {
+            const Complex row = factor[3][l * n + i] * factor[2][k * n + i] * factor[1][j * n + i];
+            real[i] = amplitude_ * row.real(), imaginary[i] = amplitude_ * row.imag();
+          }
+          for (size_t x = 0; x < at[0].size(); ++x) {
+            const Complex* f = factor[0].data() + x * n;
+            double sum = 0;
+            for (size_t i = 0; i < n; ++i) sum += f[i].real() * real[i] - f[i].imag() * imaginary[i];
+            values.push_back(sum);
+          }
+        }
+    return values;
+  }
+
+ private:
+  struct Wave {
+    Vec4 vector;
+    double phase;
+  };
+  static double angle(const Wave& w, const Vec4& p) {
+    return w.vector[0] * p[0] + w.vector[1] * p[1] + w.vector[2] * p[2] + w.vector[3] * p[3] + w.phase;
+  }
+  std::vector<Wave> waves_;
+  double amplitude_;
+};
+
+// Positions of the sites of a layer in source index units. A static lattice has one layer per coset.
+inline Grid4 layer_grid(const Lattice4& lattice, int32_t layer) {
+  const int coset = lattice.coset(layer);
+  const Int3 n = lattice.space.dims(coset);
+  Grid4 grid;
+  for (size_t a = 0; a < 3; ++a)
+    for (int32_t i = 0; i < n[a]; ++i)
+      grid[a].push_back(lattice.space.plane(coset, i) * lattice.space_step[a]);
+  grid[3] = {lattice.layer_frame(layer)};
+  return grid;
+}
+
+// Marschner & Lobb 1994, An evaluation of reconstruction filters for volume rendering, section 5, on [-1,
+// 1]^3: (1 - sin(pi z / 2) + a (1 + cos(2 pi f cos(pi r / 2)))) / (2 (1 + a)), r^2 = x^2 + y^2, f = 6, a =
+// 1/4. It is a function of z plus one of (x, y). `cut` > 0 keeps the frequencies of the latter below `cut`
+// cycles per unit: the function on [-2, 2]^2, continued as its mirror image, in a cosine series. Its z part
+// has a single frequency, so the result is limited to a ball.
+class MarschnerLobb {
+ public:
+  explicit MarschnerLobb(double cut = 0) {
+    if (cut <= 0) return;
+    terms_ = static_cast<int>(std::floor(4 * cut)) + 1;
+    constexpr int n = 512; // midpoints of [0, 2]; both factors are even
+    const auto count = static_cast<size_t>(terms_);
+    std::vector<double> cosine(count * n), half(count * n), square(size_t{n} * n);
+    const auto at = [](int i) { return (i + 0.5) * 2 / n; };
+    for (int m = 0; m < terms_; ++m)
+      for (int i = 0; i < n; ++i)
+        cosine[static_cast<size_t>(m * n + i)] =
+            (m ? 2.0 : 1.0) / n * std::cos(m * std::numbers::pi / 2 * at(i));
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) square[static_cast<size_t>(j * n + i)] = ring(std::hypot(at(i), at(j)));
+    for (size_t m = 0; m < count; ++m)
+      for (size_t j = 0; j < n; ++j)
+        for (size_t i = 0; i < n; ++i) half[m * n + j] += cosine[m * n + i] * square[j * n + i];
+    series_.resize(count * count);
+    for (size_t m = 0; m < count; ++m)
+      for (size_t k = 0; k < count; ++k) {
+        if (static_cast<double>(m * m + k * k) > 16 * cut * cut) continue;
+        for (size_t j = 0; j < n; ++j) series_[k * count + m] += cosine[k * n + j] * half[m * n + j];
+      }
+  }
+  [[nodiscard]] double operator()(const Vec3& p) const {
+    return (1 - std::sin(std::numbers::pi * p[2] / 2) + alpha * (1 + in_plane(p[0], p[1]))) /
+           (2 * (1 + alpha));
+  }
+
+ private:
+  static constexpr double alpha = 0.25;
+  static double ring(double r) {
+    return std::cos(2 * std::numbers::pi * 6 * std::cos(std::numbers::pi * r / 2));
+  }
+  [[nodiscard]] double in_plane(double x, double y) const {
+    if (terms_ == 0) return ring(std::hypot(x, y));
+    const auto count = static_cast<size_t>(terms_);
+    std::vector<double> along(count);
+    for (size_t m = 0; m < count; ++m) along[m] = std::cos(static_cast<double>(m) * std::numbers::pi / 2 * x);
+    double sum = 0;
+    for (size_t k = 0; k < count; ++k) {
+      double row = 0;
+      for (size_t m = 0; m < count; ++m) row += series_[k * count + m] * along[m];
+      sum += row * std::cos(static_cast<double>(k) * std::numbers::pi / 2 * y);
+    }
+    return sum;
+  }
+  int terms_ = 0;
+  std::vector<double> series_;
+};
+
+} // namespace bccsplat::test
