@@ -24,43 +24,57 @@ std::vector<Vec3> brick_points(const Slice& slice, const BrickLayer& layer, cons
   return points;
 }
 
-BrickLayer maxima(std::span<const Slice> instants, int coset, const Context& context) {
-  const Slice& first = instants.front();
-  BrickLayer layer(first.lattice, coset);
-  context.tasks.parallel_for(layer.brick_slots(), [&](uint64_t slot) {
-    context.progress.check();
-    const auto points = brick_points(first, layer, layer.slot_position(slot));
-    std::vector<float> values(brick_sites);
-    auto brick = std::make_shared<Brick>();
-    std::fill(brick->value.begin(), brick->value.end(), -std::numeric_limits<float>::infinity());
-    for (const Slice& instant : instants) {
+} // namespace
+
+void SiteMaxima::add(const Slice& instant, const Context& context) {
+  const bool is_first = !first_;
+  if (is_first) first_ = instant;
+  for (size_t c = 0; c < static_cast<size_t>(instant.lattice.cosets()); ++c) {
+    BrickLayer layer(instant.lattice, static_cast<int>(c));
+    const BrickLayer& before = largest_[c];
+    context.tasks.parallel_for(layer.brick_slots(), [&](uint64_t slot) {
+      context.progress.check();
+      const auto points = brick_points(instant, layer, layer.slot_position(slot));
+      std::vector<float> values(brick_sites);
+      auto brick = std::make_shared<Brick>();
+      if (is_first)
+        std::fill(brick->value.begin(), brick->value.end(), -std::numeric_limits<float>::infinity());
+      else
+        brick->value = before.brick(slot)->value;
       evaluate(instant, points, values, {});
       for (size_t s = 0; s < brick_sites; ++s)
         if (!std::isnan(values[s])) brick->value[s] = std::max(brick->value[s], values[s] - instant.air);
-    }
-    for (float& v : brick->value) v = std::isfinite(v) ? v : 0.0f; // a hole at every instant
-    const Int3 b = layer.slot_position(slot);
-    for (int s = 0; s < brick_sites; ++s)
-      if (b[0] * brick_edge + s % brick_edge >= layer.dims()[0] ||
-          b[1] * brick_edge + s / brick_edge % brick_edge >= layer.dims()[1] ||
-          b[2] * brick_edge + s / brick_rows >= layer.dims()[2])
-        brick->value[static_cast<size_t>(s)] = 0;
-    if (brick->keep_above(0) > 0) layer.set(slot, std::move(brick));
-  });
-  return layer;
+      layer.set(slot, std::move(brick));
+    });
+    largest_[c] = std::move(layer);
+  }
 }
 
-} // namespace
-
-Slice maximum_slice(std::span<const Slice> instants, const Context& context) {
-  const Slice& first = instants.front();
+Slice SiteMaxima::finish(const Context& context) {
+  Slice& first = *first_;
   Lattice4 lattice; // the slices' lattice as a static volume
   lattice.kind = LatticeKind::bcc;
   lattice.space = first.lattice;
   lattice.time_step = 0;
   lattice.last_layer = first.lattice.cosets() - 1;
   std::vector<std::vector<BrickLayer>> channels(1);
-  for (int c = 0; c < first.lattice.cosets(); ++c) channels[0].push_back(maxima(instants, c, context));
+  for (size_t c = 0; c < static_cast<size_t>(first.lattice.cosets()); ++c) {
+    BrickLayer layer(first.lattice, static_cast<int>(c));
+    for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
+      const Int3 b = layer.slot_position(slot);
+      auto brick = std::make_shared<Brick>();
+      for (int s = 0; s < brick_sites; ++s) {
+        const float v = largest_[c].brick(slot)->value[static_cast<size_t>(s)];
+        const bool site = b[0] * brick_edge + s % brick_edge < layer.dims()[0] &&
+                          b[1] * brick_edge + s / brick_edge % brick_edge < layer.dims()[1] &&
+                          b[2] * brick_edge + s / brick_rows < layer.dims()[2];
+        if (site && std::isfinite(v)) brick->value[static_cast<size_t>(s)] = v;
+      }
+      if (brick->keep_above(0) > 0) layer.set(slot, std::move(brick));
+    }
+    largest_[c] = BrickLayer();
+    channels[0].push_back(std::move(layer));
+  }
   const MemorySamples samples(lattice, {first.air}, std::move(channels));
   const Coefficients filtered(samples, 0, first.kernel, 0, std::numeric_limits<uint64_t>::max());
   Slice result = first;
@@ -68,6 +82,12 @@ Slice maximum_slice(std::span<const Slice> instants, const Context& context) {
     result.coset[static_cast<size_t>(c)] = *filtered.layer(c, context);
   result.bounds = coefficient_bounds(result);
   return result;
+}
+
+Slice maximum_slice(std::span<const Slice> instants, const Context& context) {
+  SiteMaxima maxima;
+  for (const Slice& instant : instants) maxima.add(instant, context);
+  return maxima.finish(context);
 }
 
 } // namespace bccsplat

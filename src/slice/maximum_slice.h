@@ -1,6 +1,7 @@
 // The largest value that the field takes over several instants, as one slice.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "slice/coefficients.h"
@@ -8,9 +9,19 @@
 
 namespace bccsplat {
 
-// Maximum over the instants at the sites of the slices' lattice, and the 3D prefilter, so that the slice
-// interpolates those maxima. The slices are time slices of one volume under one kernel; frame, origin and
-// maps are the first one's.
+// Maximum over slices, one after the other, at the sites of their lattice, and in the end the 3D prefilter,
+// so that the result interpolates those maxima. The slices are time slices of one volume under one kernel;
+// frame, origin and maps are the first one's.
+class SiteMaxima {
+ public:
+  void add(const Slice& instant, const Context& context);
+  [[nodiscard]] Slice finish(const Context& context); // once, after at least one slice
+
+ private:
+  std::optional<Slice> first_;
+  std::array<BrickLayer, 2> largest_; // -infinity where every instant so far had a hole
+};
+
 [[nodiscard]] Slice maximum_slice(std::span<const Slice> instants, const Context& context);
 
 } // namespace bccsplat

@@ -36,6 +36,7 @@ HWY_AFTER_NAMESPACE();
 
 #include "base/error.h"
 #include "slice/kernel_time.h"
+#include "slice/maximum_slice.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {
@@ -131,25 +132,32 @@ std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& ker
                        [&](double at) { return kernel.time.integral(t0 - at, t1 - at) / (t1 - t0); });
 }
 
-Slice time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
-                 const Affine3& index_to_world, const Context& context) {
-  const auto start = std::chrono::steady_clock::now();
-  const Lattice4& lattice = coefficients.source().lattice();
+namespace {
+
+// The interval [frame + begin, frame + end] within the series.
+std::array<double, 2> clipped_interval(const Lattice4& lattice, double frame,
+                                       const std::array<double, 2>& interval) {
   const double end = lattice.last_frame();
   if (!(frame >= 0 && frame <= end) && !lattice.is_static())
     fail(Code::out_of_domain, "time slice: frame ", frame, " is outside the series, 0 to ", end);
   if (!(interval[0] <= interval[1]))
     fail(Code::invalid_argument, "time slice: the interval ", interval[0], " .. ", interval[1],
          " is not ordered");
-  const double t0 = std::clamp(frame + interval[0], 0.0, end), t1 = std::clamp(frame + interval[1], 0.0, end);
-  const auto weights =
-      t1 > t0 ? mean_weights(lattice, coefficients.kernel(), t0, t1)
-              : instant_weights(lattice, coefficients.kernel(), interval[0] == interval[1] ? frame : t0);
+  if (interval[0] == interval[1]) return {frame, frame};
+  return {std::clamp(frame + interval[0], 0.0, end), std::clamp(frame + interval[1], 0.0, end)};
+}
 
+// Weighted layers become a slice at `frame`; `length` multiplies what they add up to.
+Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<LayerWeight> weights,
+                   double length, const Affine3& index_to_world, const Context& context) {
+  const auto start = std::chrono::steady_clock::now();
+  const Lattice4& lattice = coefficients.source().lattice();
+  if (length != 1)
+    for (LayerWeight& l : weights) l.weight = static_cast<float>(l.weight * length);
   Slice slice;
   slice.lattice = lattice.space;
   slice.kernel = coefficients.kernel();
-  slice.air = coefficients.air();
+  slice.air = static_cast<float>(coefficients.air() * length);
   slice.frame = frame;
   std::array<std::vector<Part>, 2> parts;
   std::vector<int32_t> wanted;
@@ -180,6 +188,32 @@ Slice time_slice(const Coefficients& coefficients, double frame, const std::arra
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return slice;
+}
+
+} // namespace
+
+Slice time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
+                 const Affine3& index_to_world, const Context& context) {
+  return time_slab(coefficients, frame, interval, SlabKind::mean, index_to_world, context);
+}
+
+Slice time_slab(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
+                SlabKind kind, const Affine3& index_to_world, const Context& context) {
+  const Lattice4& lattice = coefficients.source().lattice();
+  const auto [t0, t1] = clipped_interval(lattice, frame, interval);
+  const auto instant = [&](double at) {
+    return merged_slice(coefficients, frame, instant_weights(lattice, coefficients.kernel(), at), 1,
+                        index_to_world, context);
+  };
+  if (!(t1 > t0)) return instant(t0);
+  if (kind == SlabKind::maximum) {
+    SiteMaxima maxima;
+    for (const double node : gauss_legendre(slab_nodes(t1 - t0)).node)
+      maxima.add(instant(t0 + (t1 - t0) * node), context);
+    return maxima.finish(context);
+  }
+  return merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), t0, t1),
+                      kind == SlabKind::sum ? t1 - t0 : 1, index_to_world, context);
 }
 
 } // namespace bccsplat

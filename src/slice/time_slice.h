@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "base/vec.h"
 #include "slice/coefficients.h"
+#include "slice/slab.h"
 #include "slice/slice.h"
 
 namespace bccsplat {
@@ -30,5 +31,13 @@ struct LayerWeight {
 [[nodiscard]] Slice time_slice(const Coefficients& coefficients, double frame,
                                const std::array<double, 2>& interval, const Affine3& index_to_world,
                                const Context& context);
+
+// The same with another kind of slab than the mean. Sum: the integral over the interval, in value times
+// frames, exact as the mean is; air is that of the air value. Maximum: at the sites the largest value at the
+// nodes of a quadrature over the interval (slab.h), interpolated between them; it is nowhere less than the
+// mean at a site but for rounding. An empty interval is the instant, whatever the kind.
+[[nodiscard]] Slice time_slab(const Coefficients& coefficients, double frame,
+                              const std::array<double, 2>& interval, SlabKind kind,
+                              const Affine3& index_to_world, const Context& context);
 
 } // namespace bccsplat

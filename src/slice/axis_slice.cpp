@@ -1,0 +1,52 @@
+#include "slice/axis_slice.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "kernel/cc_kernel.h"
+#include "slice/kernel_time.h"
+#include "slice/time_slice.h"
+#include "slice/turned_samples.h"
+
+namespace bccsplat {
+namespace {
+
+// Planes on either side of a position whose samples matter: kernel and prefilter.
+int reach_planes(const Lattice4& lattice, const Kernel& kernel) {
+  const double support = kernel.time.half_width / kernel_time_per_layer(lattice);
+  const int prefilter = lattice.space.bcc ? prefilter_reach(kernel.prefilter4).time
+                                          : prefilter_reach(make_cc_kernel(kernel.name).time).time;
+  return static_cast<int>(std::ceil(support)) + prefilter + 1;
+}
+
+} // namespace
+
+bool can_turn(const Coefficients& coefficients, size_t axis) {
+  const SampleSource& source = coefficients.source();
+  return axis < 3 && !source.lattice().is_static() && source.lattice().dims[axis] > 1 &&
+         source.coefficient_kernel().empty();
+}
+
+Slice axis_slice(const Coefficients& coefficients, size_t axis, double position, const Slab& slab,
+                 const Context& context) {
+  const auto start = std::chrono::steady_clock::now();
+  const Lattice4 turned = turned_lattice(coefficients.source().lattice(), axis);
+  const double end = turned.last_frame(), half = slab.thickness / 2;
+  position = std::clamp(position, 0.0, end);
+  const double low = std::max(position - half, 0.0), high = std::min(position + half, end);
+  // Mirror images beyond an end lie no further from it than what they stand for.
+  const int reach = reach_planes(turned, coefficients.kernel());
+  const auto plane = [&](double at) { return static_cast<int32_t>(std::floor(at / turned.time_step)); };
+  const int32_t first = std::max(plane(low) - reach, 0);
+  const int32_t last = std::min(plane(high) + 1 + reach, turned.last_layer);
+  const TurnedSamples samples(coefficients.source(), coefficients.channel(), axis, first, last, context);
+  const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
+                            coefficients.cache_bytes());
+  Slice slice = time_slab(planes, position, {-half, half}, slab.kind, {}, context);
+  slice.milliseconds =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return slice;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,26 @@
+// The hyperplanes x, y or z = constant: change over time of a plane of space.
+//
+// D4* is the same along all four axes, so an axis slice is a time slice of the turned volume, under the
+// kernel that is radial in the other two axes and time and a B-spline along the axis: a weighted sum of the
+// few planes of sites in reach, with one weight per plane, from the samples of those planes alone. Its values
+// differ from the volume's own reconstruction, whose kernel is turned the other way, by about the error that
+// each of them has.
+#pragma once
+
+#include "slice/coefficients.h"
+#include "slice/plane_geometry.h"
+#include "slice/slab.h"
+#include "slice/slice.h"
+
+namespace bccsplat {
+
+// Whether the volume can be turned: it has time, samples rather than coefficients, and an extent along the
+// axis.
+[[nodiscard]] bool can_turn(const Coefficients& coefficients, size_t axis);
+
+// position: along the axis, index units, inside the domain. Slice space is that of plane_frame; the result's
+// lattice is the source's. Slabs are as exact as those of time slices, clipped to the domain.
+[[nodiscard]] Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
+                               const Slab& slab, const Context& context);
+
+} // namespace bccsplat

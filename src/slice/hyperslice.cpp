@@ -1,0 +1,68 @@
+#include "slice/hyperslice.h"
+
+#include <cmath>
+
+#include "base/error.h"
+#include "slice/axis_slice.h"
+#include "slice/plane_slice.h"
+#include "slice/time_slice.h"
+
+namespace bccsplat {
+namespace {
+
+void check(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice) {
+  if (!(o.slab.thickness >= 0 && std::isfinite(o.slab.thickness)))
+    fail(Code::invalid_argument, "slice: the thickness must be 0 or positive");
+  if (!(o.spacing >= 0 && std::isfinite(o.spacing)))
+    fail(Code::invalid_argument, "slice: the spacing must be 0 or positive");
+  const bool interval = o.interval[0] != 0 || o.interval[1] != 0;
+  if (interval && !time_slice)
+    fail(Code::unsupported, "slice: an interval belongs to time slices (a = b = c = 0) only");
+  if (interval && o.slab.thickness > 0)
+    fail(Code::invalid_argument, "slice: interval and thickness exclude each other");
+  if (lattice.is_static() && o.slab.thickness > 0)
+    fail(Code::unsupported, "slice: a static volume has no thickness in time");
+}
+
+} // namespace
+
+Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
+                 const HypersliceOptions& options, const Affine3& index_to_world, const Context& context) {
+  const Lattice4& lattice = coefficients.source().lattice();
+  const Hyperplane h = normalised_hyperplane(hyperplane);
+  const auto cut = axis_cut(h, lattice.dims);
+  check(options, cut && cut->axis == 3, lattice);
+  const bool is_time = cut && cut->axis == 3;
+  const bool own_density = options.spacing == 0 || (is_time && options.spacing == 1);
+  const bool own_lattice = own_density && !options.frame &&
+                           (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);
+  const bool instant = options.interval[0] == 0 && options.interval[1] == 0;
+  if (is_time && (own_lattice || !instant)) {
+    if (!own_lattice)
+      fail(Code::unsupported, "slice: with an interval the lattice is the volume's; use a thickness");
+    const double half = options.slab.thickness / 2;
+    return time_slab(coefficients, cut->position, instant ? std::array{-half, half} : options.interval,
+                     options.slab.kind, index_to_world, context);
+  }
+  const bool inside = cut && cut->position >= -1e-9 && cut->position <= lattice.dims[cut->axis] - 1.0 + 1e-9;
+  if (inside && own_lattice && can_turn(coefficients, cut->axis)) {
+    Slice slice = axis_slice(coefficients, cut->axis, cut->position, options.slab, context);
+    const PlaneFrame frame = plane_frame(h);
+    slice.hyperplane = h;
+    slice.origin = {};
+    slice.origin[cut->axis] = cut->position;
+    slice.basis = frame.basis;
+    slice.frame = 0;
+    slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);
+    return slice;
+  }
+  PlaneOptions plane;
+  if (options.spacing > 0) plane.spacing = options.spacing;
+  plane.time_length = options.time_length;
+  plane.target = options.target.value_or(LatticeKind::bcc);
+  plane.slab = options.slab;
+  plane.frame = options.frame;
+  return plane_slice(coefficients, h, plane, index_to_world, context);
+}
+
+} // namespace bccsplat

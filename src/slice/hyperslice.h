@@ -1,0 +1,30 @@
+// Any hyperplane a x + b y + c z + d t + e = 0, by the best way there is for it: merged layers for
+// hyperplanes normal to an axis, resampling for all others and wherever a lattice of its own is asked for.
+#pragma once
+
+#include <optional>
+
+#include "slice/coefficients.h"
+#include "slice/plane_geometry.h"
+#include "slice/slab.h"
+#include "slice/slice.h"
+
+namespace bccsplat {
+
+struct HypersliceOptions {
+  std::array<double, 2> interval{0, 0}; // mean over these frames around a time slice; excludes a slab
+  Slab slab;
+  double spacing = 0;                // T of the target lattice; 0: the source density
+  std::optional<LatticeKind> target; // bcc or cc; none: the volume's own where it fits, else BCC
+  double time_length = 1;            // world units that one frame is drawn as
+  // Slice space, lying in the hyperplane: resampled on a lattice along its axes.
+  std::optional<PlaneFrame> frame;
+};
+
+// hyperplane: any length. A hyperplane that misses the domain gives an empty slice; a time slice outside the
+// series throws out_of_domain, a degenerate normal invalid_argument.
+[[nodiscard]] Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
+                               const HypersliceOptions& options, const Affine3& index_to_world,
+                               const Context& context);
+
+} // namespace bccsplat

@@ -1,0 +1,165 @@
+#include "slice/plane_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+
+namespace bccsplat {
+namespace {
+
+// v without its parts along the directions before it, at unit length; the length it had left.
+double orthonormalise(Vec4& v, const Vec4* before, size_t count) {
+  double left = 0;
+  for (int pass = 0; pass < 2; ++pass) { // the second pass removes what rounding left of the first
+    for (size_t k = 0; k < count; ++k) {
+      const double part = dot4(v, before[k]);
+      for (size_t i = 0; i < 4; ++i) v[i] -= part * before[k][i];
+    }
+    const double length = std::sqrt(dot4(v, v));
+    if (pass == 0) left = length;
+    for (double& c : v) c /= length;
+  }
+  return left;
+}
+
+} // namespace
+
+Hyperplane normalised_hyperplane(const Hyperplane& h) {
+  Hyperplane r = h;
+  for (const double v : r)
+    if (!std::isfinite(v)) fail(Code::invalid_argument, "hyperplane: every coefficient must be finite");
+  // Scaled first, so that neither huge nor tiny normals overflow.
+  const double largest = std::max({std::fabs(r[0]), std::fabs(r[1]), std::fabs(r[2]), std::fabs(r[3])});
+  if (largest == 0) fail(Code::invalid_argument, "hyperplane: the normal (a, b, c, d) is zero");
+  for (double& v : r) v /= largest;
+  const double length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]);
+  for (double& v : r) v /= length;
+  if (!std::isfinite(r[4])) fail(Code::invalid_argument, "hyperplane: the normal is too short for e");
+  return r;
+}
+
+PlaneFrame plane_frame(const Hyperplane& h) {
+  PlaneFrame frame;
+  const Vec4 normal{h[0], h[1], h[2], h[3]};
+  for (size_t i = 0; i < 4; ++i) frame.origin[i] = -h[4] * normal[i];
+  size_t left_out = 0;
+  for (size_t a = 1; a < 4; ++a)
+    if (std::fabs(normal[a]) > std::fabs(normal[left_out])) left_out = a;
+  std::array<Vec4, 4> directions{normal};
+  size_t count = 1;
+  for (size_t a = 0; a < 4; ++a) {
+    if (a == left_out) continue;
+    Vec4 v{};
+    v[a] = 1;
+    (void)orthonormalise(v, directions.data(), count); // never short: `a` is not the normal's main axis
+    directions[count++] = v;
+  }
+  std::copy(directions.begin() + 1, directions.end(), frame.basis.begin());
+  return frame;
+}
+
+PlaneFrame plane_frame(const Vec4& point, const std::array<Vec4, 3>& directions) {
+  PlaneFrame frame{point, directions};
+  for (size_t k = 0; k < 3; ++k) {
+    Vec4& v = frame.basis[k];
+    double largest = 0;
+    for (size_t i = 0; i < 4; ++i) {
+      if (!std::isfinite(v[i]) || !std::isfinite(point[i]))
+        fail(Code::invalid_argument, "hyperplane: point and basis must be finite");
+      largest = std::max(largest, std::fabs(v[i]));
+    }
+    if (largest > 0)
+      for (double& c : v) c /= largest;
+    if (largest == 0 || !(orthonormalise(v, frame.basis.data(), k) > 1e-9))
+      fail(Code::invalid_argument, "hyperplane: direction ", k, " of the basis depends on those before it");
+  }
+  return frame;
+}
+
+Hyperplane hyperplane_of(const PlaneFrame& frame) {
+  // What is left of the coordinate axis furthest from the basis: the normal's largest component is positive.
+  const auto& basis = frame.basis;
+  size_t axis = 0;
+  double best = 2;
+  for (size_t a = 0; a < 4; ++a) {
+    const double inside = basis[0][a] * basis[0][a] + basis[1][a] * basis[1][a] + basis[2][a] * basis[2][a];
+    if (inside < best) best = inside, axis = a;
+  }
+  Vec4 normal{};
+  normal[axis] = 1;
+  (void)orthonormalise(normal, basis.data(), 3);
+  return {normal[0], normal[1], normal[2], normal[3], -dot4(normal, frame.origin)};
+}
+
+std::optional<AxisCut> axis_cut(const Hyperplane& h, const std::array<uint32_t, 4>& dims) {
+  size_t axis = 0;
+  for (size_t a = 1; a < 4; ++a)
+    if (std::fabs(h[a]) > std::fabs(h[axis])) axis = a;
+  double tilt = 0, centre = -h[4] / h[axis];
+  for (size_t a = 0; a < 4; ++a) {
+    if (a == axis) continue;
+    const double extent = dims[a] - 1.0;
+    tilt += std::fabs(h[a] / h[axis]) * extent;
+    centre -= h[a] / h[axis] * extent / 2;
+  }
+  if (tilt >= 1e-6) return std::nullopt;
+  // -0 prints badly.
+  return AxisCut{axis, centre + 0.0};
+}
+
+PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const PlaneFrame& frame) {
+  PlaneExtent e;
+  const auto include = [&](const Vec4& p) {
+    Vec4 d;
+    for (size_t i = 0; i < 4; ++i) d[i] = p[i] - frame.origin[i];
+    for (size_t k = 0; k < 3; ++k) {
+      const double u = dot4(d, frame.basis[k]);
+      e.low[k] = e.empty ? u : std::min(e.low[k], u);
+      e.high[k] = e.empty ? u : std::max(e.high[k], u);
+    }
+    for (size_t i = 0; i < 4; ++i) {
+      e.box_low[i] = e.empty ? p[i] : std::min(e.box_low[i], p[i]);
+      e.box_high[i] = e.empty ? p[i] : std::max(e.box_high[i], p[i]);
+    }
+    e.empty = false;
+  };
+  // The edges of the domain that cross the hyperplane, and the corners that lie on it.
+  for (unsigned corner = 0; corner < 16; ++corner)
+    for (size_t axis = 0; axis < 4; ++axis) {
+      if (corner >> axis & 1) continue;
+      Vec4 p{};
+      for (size_t i = 0; i < 4; ++i) p[i] = (corner >> i & 1) ? lattice.dims[i] - 1.0 : 0;
+      Vec4 q = p;
+      q[axis] = lattice.dims[axis] - 1.0;
+      const double from = height(h, p), to = height(h, q);
+      const double slack = 1e-9;
+      if (std::fabs(from) <= slack) include(p);
+      if (std::fabs(to) <= slack) include(q);
+      if ((from < -slack && to > slack) || (from > slack && to < -slack)) {
+        p[axis] = q[axis] * (from / (from - to));
+        include(p);
+      }
+    }
+  return e;
+}
+
+// The Cholesky factor of the Gram matrix of the directions under the metric (affine^T affine, time_length^2).
+Affine3 display_affine(const std::array<Vec4, 3>& basis, const Affine3& index_to_world, double time_length) {
+  std::array<Vec4, 3> world;
+  for (size_t k = 0; k < 3; ++k) {
+    const Vec3 v = index_to_world.vector({basis[k][0], basis[k][1], basis[k][2]});
+    world[k] = {v[0], v[1], v[2], time_length * basis[k][3]};
+  }
+  Affine3 a;
+  for (size_t k = 0; k < 3; ++k) a.linear[k] = {};
+  for (size_t col = 0; col < 3; ++col)
+    for (size_t row = 0; row <= col; ++row) {
+      double s = dot4(world[row], world[col]);
+      for (size_t k = 0; k < row; ++k) s -= a.linear[k][row] * a.linear[k][col];
+      a.linear[row][col] = row == col ? std::sqrt(std::max(s, 0.0)) : s / a.linear[row][row];
+    }
+  return a;
+}
+
+} // namespace bccsplat

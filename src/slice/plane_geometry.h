@@ -1,0 +1,60 @@
+// Hyperplanes of index space: normal form, bases, and their part of the domain.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "base/vec.h"
+#include "lattice/lattice.h"
+
+namespace bccsplat {
+
+// a, b, c, d (the unit normal) and e.
+using Hyperplane = std::array<double, 5>;
+
+// Where slice space lies in index space: its origin and orthonormal directions of u, v, w.
+struct PlaneFrame {
+  Vec4 origin{};
+  std::array<Vec4, 3> basis{};
+};
+
+[[nodiscard]] inline double dot4(const Vec4& a, const Vec4& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+}
+[[nodiscard]] inline double height(const Hyperplane& h, const Vec4& p) {
+  return h[0] * p[0] + h[1] * p[1] + h[2] * p[2] + h[3] * p[3] + h[4];
+}
+
+// Throws invalid_argument for a normal that is zero or not finite.
+[[nodiscard]] Hyperplane normalised_hyperplane(const Hyperplane& h);
+
+// The usual frame: the origin is the foot of the index origin, the basis are the coordinate axes without the
+// one closest to the normal, projected and orthonormalised in order.
+[[nodiscard]] PlaneFrame plane_frame(const Hyperplane& h);
+// Through `point` along three directions, which are orthonormalised in order; invalid_argument when they are
+// not finite or nearly dependent. The normal is their cross product.
+[[nodiscard]] PlaneFrame plane_frame(const Vec4& point, const std::array<Vec4, 3>& directions);
+[[nodiscard]] Hyperplane hyperplane_of(const PlaneFrame& frame);
+
+// An axis (0 to 3) of index space that the hyperplane is normal to, tilted by less than 1e-6 index units over
+// the domain, and where it cuts it.
+struct AxisCut {
+  size_t axis;
+  double position;
+};
+[[nodiscard]] std::optional<AxisCut> axis_cut(const Hyperplane& h, const std::array<uint32_t, 4>& dims);
+
+// The part of the domain in a hyperplane: bounds in slice space and in index space.
+struct PlaneExtent {
+  Vec3 low{}, high{};
+  Vec4 box_low{}, box_high{};
+  bool empty = true;
+};
+[[nodiscard]] PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const PlaneFrame& frame);
+
+// Lengths and angles that the directions of slice space have in the volume's world, with time as a fourth,
+// orthogonal axis of `time_length` world units per frame, as an affine.
+[[nodiscard]] Affine3 display_affine(const std::array<Vec4, 3>& basis, const Affine3& index_to_world,
+                                     double time_length);
+
+} // namespace bccsplat

@@ -1,0 +1,41 @@
+#include "slice/slab.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "base/error.h"
+
+namespace bccsplat {
+
+// Newton's method on the Legendre polynomial (Abramowitz & Stegun 25.4.29, with 22.7.10 for P_n).
+Quadrature gauss_legendre(int count) {
+  Quadrature q;
+  q.node.resize(static_cast<size_t>(count)), q.weight.resize(static_cast<size_t>(count));
+  double sum = 0;
+  for (int i = 0; i < count; ++i) {
+    double x = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5)), slope = 1;
+    for (int step = 0; step < 100; ++step) {
+      double p0 = 1, p1 = x;
+      for (int k = 2; k <= count; ++k) {
+        const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
+        p0 = p1, p1 = p2;
+      }
+      slope = count * (x * p1 - p0) / (x * x - 1);
+      const double change = p1 / slope;
+      x -= change;
+      if (std::fabs(change) < 1e-15) break;
+    }
+    const auto place = static_cast<size_t>(count - 1 - i);
+    q.node[place] = (1 + x) / 2;
+    sum += q.weight[place] = 1 / ((1 - x * x) * slope * slope);
+  }
+  for (double& w : q.weight) w /= sum;
+  return q;
+}
+
+int slab_nodes(double length) {
+  if (!(length < 2000)) fail(Code::limit_exceeded, "slab: thicker than 2000 samples");
+  return static_cast<int>(std::ceil(1.5 * length)) + 3;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,39 @@
+// The part of a volume that a slice depends on: of every layer only the bricks that the slab around its
+// hyperplane touches are read; the others count as air.
+#pragma once
+
+#include "points/sample_source.h"
+#include "slice/plane_geometry.h"
+
+namespace bccsplat {
+
+// How far, in index units and frames, a point of the slice may lie from samples that matter to it, and how
+// far beyond the ends of the domain the slice looks at mirror images.
+struct TouchReach {
+  Vec4 samples{}, mirrored{};
+  double slab = 0; // half the thickness
+};
+
+class TouchedSamples final : public SampleSource {
+ public:
+  // The source must outlive this.
+  TouchedSamples(const SampleSource& source, const Hyperplane& hyperplane, const TouchReach& reach)
+      : source_(source), hyperplane_(hyperplane), reach_(reach) {}
+
+  const Lattice4& lattice() const override { return source_.lattice(); }
+  int channels() const override { return source_.channels(); }
+  float air(int channel) const override { return source_.air(channel); }
+  const std::string& coefficient_kernel() const override { return source_.coefficient_kernel(); }
+  BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
+                        const Context& context) const override;
+
+  // Whether samples of a brick of a layer, or their mirror images, lie in reach of the slab.
+  [[nodiscard]] bool touches(int32_t layer, const Int3& brick) const;
+
+ private:
+  const SampleSource& source_;
+  Hyperplane hyperplane_;
+  TouchReach reach_;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,40 @@
+// A volume turned in space-time: one of its spatial axes in the place of time. Its time slices are the axis
+// slices of the volume, with everything that holds for time slices.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "points/sample_source.h"
+
+namespace bccsplat {
+
+// The axes of the turned volume, as axes of the volume: the others in order, then `axis` (0, 1 or 2).
+[[nodiscard]] std::array<size_t, 4> turned_axes(size_t axis);
+// D4* and 4D CC map onto themselves. The lattice must have more than one plane of samples along the axis, and
+// time.
+[[nodiscard]] Lattice4 turned_lattice(const Lattice4& lattice, size_t axis);
+
+// Planes first .. last of the axis, read once and held in memory; no other layer may be asked for.
+class TurnedSamples final : public SampleSource {
+ public:
+  // The source must hold samples, not coefficients.
+  TurnedSamples(const SampleSource& source, int channel, size_t axis, int32_t first, int32_t last,
+                const Context& context);
+
+  const Lattice4& lattice() const override { return lattice_; }
+  int channels() const override { return 1; }
+  float air(int) const override { return air_; }
+  BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
+                        const Context& context) const override;
+  const std::string& coefficient_kernel() const override { return none_; }
+
+ private:
+  Lattice4 lattice_;
+  float air_;
+  std::map<int32_t, BrickLayer> layers_;
+  Reservation memory_;
+  std::string none_;
+};
+
+} // namespace bccsplat
