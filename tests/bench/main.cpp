@@ -10,6 +10,7 @@
 #include "tests/bench/fit.h"
 #include "tests/bench/kernels.h"
 #include "tests/bench/report.h"
+#include "tests/bench/storage.h"
 #include "tests/bench/trail.h"
 
 namespace {
@@ -23,7 +24,8 @@ struct Suite {
 
 constexpr Suite suites[] = {{"kernels", bccsplat::bench::run_kernels_suite},
                             {"fit", bccsplat::bench::run_fit_suite},
-                            {"trail", bccsplat::bench::run_trail_suite}};
+                            {"trail", bccsplat::bench::run_trail_suite},
+                            {"storage", bccsplat::bench::run_storage_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");
