@@ -54,8 +54,16 @@ BrickBox bricks_around(const Lattice4& lattice, const PlaneExtent& extent, const
 
 // Positions of the target lattice in index space: at + along * p, p in lattice units.
 struct Placement {
-  Vec4 at{};
-  std::array<Vec3, 4> along{}; // per index axis
+  Vec4 at;
+  std::array<Vec3, 4> along; // per index axis
+
+  explicit Placement(const Slice& slice) : at(slice.origin) {
+    for (size_t a = 0; a < 3; ++a)
+      for (size_t i = 0; i < 4; ++i) {
+        along[i][a] = slice.basis[a][i] * slice.lattice_to_slice.linear[a][a];
+        at[i] += slice.basis[a][i] * slice.lattice_to_slice.offset[a];
+      }
+  }
 
   [[nodiscard]] Vec4 operator()(const Vec3& p) const {
     Vec4 q;
@@ -216,9 +224,8 @@ Lattice4 target_lattice(const PlaneOptions& options, const PlaneExtent& extent) 
 
 } // namespace
 
-Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const PlaneOptions& options,
-                  const Affine3& index_to_world, const Context& context) {
-  const auto start = std::chrono::steady_clock::now();
+Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const PlaneOptions& options,
+                 const Affine3& index_to_world) {
   const Lattice4& lattice = coefficients.source().lattice();
   if (lattice.is_static()) fail(Code::unsupported, "a static volume has no hyperplanes but its time slice");
   if (!(options.spacing > 0 && std::isfinite(options.spacing) && options.time_length > 0 &&
@@ -240,25 +247,29 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const Lattice4 target = target_lattice(options, extent);
   slice.lattice = target.space;
   const Vec3 unit = target.lattice_unit();
-  Placement placed;
-  placed.at = slice.origin;
   for (size_t a = 0; a < 3; ++a) {
     slice.lattice_to_slice.linear[a] = {};
     slice.lattice_to_slice.linear[a][a] = unit[a];
     slice.lattice_to_slice.offset[a] = extent.low[a];
     slice.domain_end[a] = extent.empty ? -1 : (extent.high[a] - extent.low[a]) / unit[a];
-    for (size_t i = 0; i < 4; ++i) {
-      placed.along[i][a] = slice.basis[a][i] * unit[a];
-      placed.at[i] += slice.basis[a][i] * extent.low[a];
-    }
   }
   for (int c = 0; c < slice.lattice.cosets(); ++c)
     slice.coset[static_cast<size_t>(c)] = BrickLayer(slice.lattice, c);
   slice.air = coefficients.air();
   slice.bounds = {slice.air, slice.air};
-  if (extent.empty) return slice;
-  slice.clip = domain_faces(lattice, slice, placed);
+  if (!extent.empty) slice.clip = domain_faces(lattice, slice, Placement(slice));
+  return slice;
+}
 
+Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const PlaneOptions& options,
+                  const Affine3& index_to_world, const Context& context) {
+  const auto start = std::chrono::steady_clock::now();
+  const Lattice4& lattice = coefficients.source().lattice();
+  Slice slice = bare_plane(coefficients, h, options, index_to_world);
+  if (slice.empty()) return slice;
+  const PlaneExtent extent = plane_extent(lattice, h, {slice.origin, slice.basis});
+  const Lattice4 target = target_lattice(options, extent);
+  const Placement placed(slice);
   const double margin = margin_of(slice, options.spacing);
   const TouchReach reach = touch_reach(coefficients, margin, options.slab.thickness);
   const TouchedSamples touched(coefficients.source(), h, reach);

@@ -29,4 +29,8 @@ struct PlaneOptions {
                                 const PlaneOptions& options, const Affine3& index_to_world,
                                 const Context& context);
 
+// Its place, domain and lattice without any points.
+[[nodiscard]] Slice bare_plane(const Coefficients& coefficients, const Hyperplane& hyperplane,
+                               const PlaneOptions& options, const Affine3& index_to_world);
+
 } // namespace bccsplat

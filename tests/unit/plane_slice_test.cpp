@@ -236,13 +236,13 @@ TEST_F(PlaneSlice, AxisSlicesAreTimeSlicesOfTheTurnedField) {
       }
       turned.dims[3] = dims[axis];
       turned.last_layer = straight.space.last[axis], turned.time_step = straight.space_step[axis];
-      const auto samples = sample_field(straight, f);
+      const auto source = sample_field(straight, f);
       const auto other = sample_field(turned, [&](const Vec4& p) {
         Vec4 q;
         for (size_t a = 0; a < 4; ++a) q[axes[a]] = p[a];
         return f(q);
       });
-      const Coefficients c(samples, 0, make_kernel("default"), 0, large_cache);
+      const Coefficients c(source, 0, make_kernel("default"), 0, large_cache);
       const Coefficients d(other, 0, make_kernel("default"), 0, large_cache);
       for (const double at : {0.0, 0.4, 8.3, dims[axis] - 1.2, dims[axis] - 1.0}) {
         Hyperplane h{};
@@ -392,7 +392,8 @@ TEST_F(PlaneSlice, BricksThatAreNotReadDoNotMatter) {
 TEST_F(PlaneSlice, DisplayKeepsLengthsAndAngles) {
   Affine3 world; // anisotropic and sheared
   world.linear = {Vec3{2, 0.5, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 0.7}};
-  const PlaneOptions options{.spacing = 1, .time_length = 5};
+  PlaneOptions options;
+  options.time_length = 5;
   const Slice s = plane_slice(coefficients, through({1, 0.3, -0.2, 0.5}, {15, 15, 15, 15}), options, world,
                               context.get());
   const auto metric = [&](const Vec4& a, const Vec4& b) {

@@ -1,0 +1,186 @@
+#include "slice/extraction.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "base/error.h"
+#include "slice/kernel_time.h"
+#include "slice/slice.h"
+#include "slice/touched_samples.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr double gaussian = 2; // per T^2
+constexpr double reach = 2;    // T: e^-8 of the peak
+constexpr float cell_edge = 2; // T
+
+// Sum of exp(-2 |p - s|^2), |p - s| < 2, over all sites of D4*, by Poisson's formula: the mean, with what
+// lies beyond the reach left out, and the 24 shortest dual vectors (+-1, +-1, 0, 0) / sqrt2 and so on.
+double site_sum(const Vec4& p) {
+  const double mean = std::pow(std::numbers::pi / gaussian, 2) / 2 * (1 - 9 * std::exp(-8));
+  double pairs = 0, sum = 0;
+  for (const double x : p) {
+    const double c = std::cos(std::numbers::sqrt2 * std::numbers::pi * x);
+    pairs += c * sum;
+    sum += c;
+  }
+  return mean * (1 + 4 * std::exp(-std::numbers::pi * std::numbers::pi / gaussian) * pairs);
+}
+
+} // namespace
+
+Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane& h, const PlaneFrame& frame,
+                       const Context& context)
+    : frame_(frame), air_(source.air(channel)) {
+  const Lattice4& lattice = source.lattice();
+  if (lattice.is_static() || !lattice.space.bcc || !source.coefficient_kernel().empty())
+    fail(Code::unsupported, "extraction: for series of samples on D4* only");
+  const Vec3 unit = lattice.lattice_unit();
+  for (size_t a = 0; a < 4; ++a) {
+    scale_[a] = a < 3 ? 1 / unit[a] : kernel_time_per_frame(lattice);
+    end_[a] = lattice.dims[a] - 1.0;
+  }
+  // The hyperplane in lattice units.
+  Hyperplane plane = h;
+  std::array<Vec4, 3> directions = frame.basis;
+  for (size_t a = 0; a < 4; ++a) {
+    plane[a] /= scale_[a];
+    origin_[a] = frame.origin[a] * scale_[a];
+    for (Vec4& d : directions) d[a] *= scale_[a];
+  }
+  plane = normalised_hyperplane(plane);
+  directions_ = plane_frame(origin_, directions).basis;
+
+  TouchReach touch;
+  for (size_t a = 0; a < 4; ++a) touch.samples[a] = reach / scale_[a];
+  const TouchedSamples touched(source, h, touch);
+  std::vector<Point> found;
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    context.progress.check();
+    const BrickLayer layer = touched.read_layer(channel, m, {}, context);
+    const double d = lattice.space.plane_distance();
+    for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
+      const Brick* brick = layer.brick(slot);
+      if (!brick) continue;
+      const Int3 b = layer.slot_position(slot);
+      for (int s = 0; s < brick_sites; ++s) {
+        if (!(brick->kept[static_cast<size_t>(s / brick_edge)] >> s % brick_edge & 1)) continue;
+        const auto at = [&](int brick_number, int site) {
+          return d * lattice.space.plane(layer.coset(), brick_number * brick_edge + site);
+        };
+        Vec4 p{at(b[0], s % brick_edge), at(b[1], s / brick_edge % brick_edge), at(b[2], s / brick_rows),
+               m * kernel_time_per_layer(lattice)};
+        const double distance = height(plane, p);
+        if (!(std::fabs(distance) < reach)) continue;
+        Point point;
+        for (size_t a = 0; a < 4; ++a) p[a] -= origin_[a];
+        for (size_t k = 0; k < 3; ++k) point.at[k] = static_cast<float>(dot4(p, directions_[k]));
+        point.d2 = static_cast<float>(distance * distance);
+        point.weighted = static_cast<float>(std::exp(-gaussian * distance * distance)) *
+                         brick->value[static_cast<size_t>(s)];
+        found.push_back(point);
+      }
+    }
+  }
+
+  if (!found.empty()) { // into cells
+    std::array<float, 3> high = low_ = found[0].at;
+    for (const Point& p : found)
+      for (size_t k = 0; k < 3; ++k)
+        low_[k] = std::min(low_[k], p.at[k]), high[k] = std::max(high[k], p.at[k]);
+    for (size_t k = 0; k < 3; ++k) cells_[k] = 1 + static_cast<int>((high[k] - low_[k]) / cell_edge);
+  }
+  start_.resize(
+      static_cast<size_t>(cells_[0]) * static_cast<size_t>(cells_[1]) * static_cast<size_t>(cells_[2]) + 1);
+  for (const Point& p : found) ++start_[cell(p.at) + 1];
+  for (size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
+  points_.resize(found.size());
+  std::vector<uint64_t> next(start_.begin(), start_.end() - 1);
+  for (const Point& p : found) points_[next[cell(p.at)]++] = p;
+}
+
+size_t Extraction::cell(const std::array<float, 3>& at) const {
+  size_t index = 0;
+  for (size_t k = 3; k-- > 0;)
+    index = index * static_cast<size_t>(cells_[k]) + static_cast<size_t>((at[k] - low_[k]) / cell_edge);
+  return index;
+}
+
+float Extraction::value(const Vec4& p) const {
+  Vec4 offset;
+  for (size_t a = 0; a < 4; ++a) offset[a] = p[a] - origin_[a];
+  std::array<float, 3> at;
+  std::array<int, 3> first, last;
+  for (size_t k = 0; k < 3; ++k) {
+    at[k] = static_cast<float>(dot4(offset, directions_[k]));
+    const auto r = static_cast<float>(reach);
+    first[k] = std::max(0, static_cast<int>(std::floor((at[k] - r - low_[k]) / cell_edge)));
+    last[k] = std::min(cells_[k] - 1, static_cast<int>(std::floor((at[k] + r - low_[k]) / cell_edge)));
+  }
+  double sum = 0;
+  for (int z = first[2]; z <= last[2]; ++z)
+    for (int y = first[1]; y <= last[1]; ++y) {
+      if (first[0] > last[0]) continue;
+      const auto row = (static_cast<size_t>(z) * static_cast<size_t>(cells_[1]) + static_cast<size_t>(y)) *
+                       static_cast<size_t>(cells_[0]);
+      const uint64_t end = start_[row + static_cast<size_t>(last[0]) + 1];
+      for (uint64_t i = start_[row + static_cast<size_t>(first[0])]; i < end; ++i) {
+        const Point& point = points_[i];
+        const float x = at[0] - point.at[0], v = at[1] - point.at[1], w = at[2] - point.at[2];
+        const float r2 = x * x + v * v + w * w;
+        if (r2 + point.d2 < static_cast<float>(reach * reach))
+          sum += static_cast<double>(point.weighted * std::exp(-static_cast<float>(gaussian) * r2));
+      }
+    }
+  return air_ + static_cast<float>(sum / site_sum(p));
+}
+
+uint64_t Extraction::sample(std::span<const Vec3> uvw, std::span<float> values,
+                            const Context& context) const {
+  constexpr uint64_t block = 1024;
+  std::atomic<uint64_t> outside{0};
+  context.tasks.parallel_for((uvw.size() + block - 1) / block, [&](uint64_t b) {
+    context.progress.check();
+    uint64_t out = 0;
+    for (uint64_t n = b * block; n < std::min<uint64_t>(uvw.size(), (b + 1) * block); ++n) {
+      Vec4 p = frame_.origin;
+      bool inside = true;
+      for (size_t i = 0; i < 4; ++i) {
+        for (size_t k = 0; k < 3; ++k) p[i] += uvw[n][k] * frame_.basis[k][i];
+        const double tolerance = domain_tolerance(end_[i]);
+        inside = inside && p[i] >= -tolerance && p[i] <= end_[i] + tolerance;
+        p[i] *= scale_[i];
+      }
+      values[n] = inside ? value(p) : std::numeric_limits<float>::quiet_NaN();
+      out += !inside;
+    }
+    outside += out;
+  });
+  return outside;
+}
+
+uint64_t Extraction::list(uint64_t capacity, float* uvw, float* weighted) const {
+  // Directions in lattice units are combinations of the basis: (u, v, w) -> distances along them, and back.
+  Affine3 along;
+  for (size_t k = 0; k < 3; ++k)
+    for (size_t j = 0; j < 3; ++j) {
+      Vec4 d = frame_.basis[j];
+      for (size_t a = 0; a < 4; ++a) d[a] *= scale_[a];
+      along.linear[k][j] = dot4(d, directions_[k]);
+    }
+  const Affine3 back = along.inverse();
+  for (uint64_t n = 0; n < std::min<uint64_t>(capacity, points_.size()); ++n) {
+    const Point& p = points_[n];
+    if (weighted) weighted[n] = p.weighted;
+    if (!uvw) continue;
+    const Vec3 at = back.vector({p.at[0], p.at[1], p.at[2]});
+    for (size_t k = 0; k < 3; ++k) uvw[3 * n + k] = static_cast<float>(at[k]);
+  }
+  return points_.size();
+}
+
+} // namespace bccsplat

@@ -1,0 +1,54 @@
+// The paper's extraction, for comparison: every 4D lattice point within reach of the hyperplane is projected
+// onto it and splatted there with the 3D Gaussian, weighted by the part of the 4D Gaussian that its distance
+// leaves: exp(-2 |p - q|^2) = exp(-2 d^2) exp(-2 r^2). Source: Neophytou & Mueller, Space-time points: 4D
+// splatting on efficient grids (2002), section 4. It needs no lattice in the hyperplane and no prefilter, and
+// yields several times the points of one.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/context.h"
+#include "points/sample_source.h"
+#include "slice/plane_geometry.h"
+
+namespace bccsplat {
+
+class Extraction {
+ public:
+  // Of a D4* volume that holds samples. frame: slice space, in the hyperplane.
+  Extraction(const SampleSource& source, int channel, const Hyperplane& hyperplane, const PlaneFrame& frame,
+             const Context& context);
+
+  [[nodiscard]] uint64_t points() const { return points_.size(); }
+  [[nodiscard]] uint64_t bytes() const { return points_.size() * sizeof(Point); }
+  // The field at points of slice space: the sum of the splats, divided by that of a full lattice (closed
+  // form); beyond the domain NaN. Returns how many lay there.
+  uint64_t sample(std::span<const Vec3> uvw, std::span<float> values, const Context& context) const;
+  // Positions (slice space, 3 floats each) and weighted samples relative to air of the first `capacity`;
+  // either may be null. Returns how many there are.
+  uint64_t list(uint64_t capacity, float* uvw, float* weighted) const;
+
+ private:
+  struct Point {
+    std::array<float, 3> at; // along directions_, from origin_
+    float weighted;          // sample relative to air times exp(-2 d^2)
+    float d2;
+  };
+  [[nodiscard]] size_t cell(const std::array<float, 3>& at) const;
+  [[nodiscard]] float value(const Vec4& lattice_point) const;
+
+  PlaneFrame frame_;
+  Vec4 end_{};   // of the domain, index space
+  Vec4 scale_{}; // index units -> lattice units
+  Vec4 origin_{};
+  std::array<Vec4, 3> directions_{}; // orthonormal in lattice units, in the hyperplane
+  float air_ = 0;
+  std::vector<Point> points_; // by cell
+  std::vector<uint64_t> start_;
+  std::array<float, 3> low_{};
+  Int3 cells_{1, 1, 1};
+};
+
+} // namespace bccsplat
