@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "base/error.h"
+#include "tests/bench/evaluate.h"
 #include "tests/bench/fit.h"
 #include "tests/bench/kernels.h"
+#include "tests/bench/render.h"
 #include "tests/bench/report.h"
 #include "tests/bench/storage.h"
 #include "tests/bench/trail.h"
@@ -23,9 +25,11 @@ struct Suite {
 };
 
 constexpr Suite suites[] = {{"kernels", bccsplat::bench::run_kernels_suite},
+                            {"evaluate", bccsplat::bench::run_evaluate_suite},
                             {"fit", bccsplat::bench::run_fit_suite},
                             {"trail", bccsplat::bench::run_trail_suite},
-                            {"storage", bccsplat::bench::run_storage_suite}};
+                            {"storage", bccsplat::bench::run_storage_suite},
+                            {"render", bccsplat::bench::run_render_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");

@@ -1,0 +1,45 @@
+// Suite `render`: time against error of the renderer, the ray-marcher and the paper's method on the same
+// pictures.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tests/bench/image_error.h"
+#include "tests/bench/report.h"
+#include "tests/bench/scene.h"
+
+namespace bccsplat::bench {
+
+//   render [--front] [--own] [--ratios] [--interactive] [--minify]    all of them without an option
+int run_render_suite(std::span<const std::string> args, const Report& report);
+
+// One way of drawing a picture.
+struct Method {
+  std::string name, lattice, kernel, gradient;
+  double step = 0; // T
+  std::function<void(Image&)> draw;
+};
+
+// CPU time of one frame of each, milliseconds: the least of `rounds`, the methods taking turns, so that all
+// see the same machine.
+[[nodiscard]] std::vector<double> least_ms(std::span<const Method> methods, int size, int rounds);
+[[nodiscard]] ImageError method_error(const Method& method, int size, const Image& truth, int stride);
+
+// The splatter as a method. The scene and the context must outlive it.
+[[nodiscard]] Method splat_method(const std::string& name, const Scene& scene, const RenderOptions& options,
+                                  BenchContext& context);
+[[nodiscard]] Method march_method(const MarchScene& scene, const MarchOptions& options,
+                                  BenchContext& context);
+[[nodiscard]] const char* quality_name(Quality quality);
+[[nodiscard]] const char* gradient_name(GradientMethod gradient);
+
+void render_front(const Report& report);       // error against the analytic field, and the plot
+void render_own(const Report& report);         // against the samples' own field: order, gradients
+void render_ratios(const Report& report);      // two methods in turn
+void render_interactive(const Report& report); // turn the camera, play, jump
+void render_minify(const Report& report);      // pictures smaller than the data
+
+} // namespace bccsplat::bench
