@@ -1,0 +1,207 @@
+#include "tests/bench/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "slice/coefficients.h"
+#include "slice/evaluate.h"
+#include "slice/sample_grid.h"
+#include "slice/time_slice.h"
+#include "tests/bench/kernels_cartesian_field.h"
+#include "tests/support/band_limited.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat::bench {
+namespace {
+
+using test::BallWaves;
+
+constexpr double margin =
+    8; // of the points from the ends of the domain: waves are not their own mirror images
+constexpr double rho = 0.7;
+constexpr const char* kernels[] = {"paper", "fast", "default", "fine", "gauss09"};
+
+struct Points {
+  const char* name;
+  std::vector<Vec4> at;
+  size_t edge = 0; // of a cubic grid at one instant
+  double spacing = 0;
+};
+
+// What hosts ask for: the samples of a grid at one instant, paths through space and time, and anything.
+std::vector<Points> point_sets(const std::array<uint32_t, 4>& dims, size_t count) {
+  std::vector<Points> sets{{"grid", {}}, {"paths", {}}, {"random", {}}};
+  std::mt19937 random(31);
+  const auto anywhere = [&] {
+    Vec4 p;
+    for (size_t a = 0; a < 4; ++a)
+      p[a] = std::uniform_real_distribution<double>(std::min(margin, 0.4 * dims[a]),
+                                                    dims[a] - 1 - std::min(margin, 0.4 * dims[a]))(random);
+    return p;
+  };
+  const auto edge = static_cast<size_t>(std::cbrt(static_cast<double>(count)));
+  const double step = (dims[0] - 1 - 2 * margin) / static_cast<double>(edge);
+  sets[0].edge = edge, sets[0].spacing = step;
+  for (size_t z = 0; z < edge; ++z)
+    for (size_t y = 0; y < edge; ++y)
+      for (size_t x = 0; x < edge; ++x)
+        sets[0].at.push_back({margin + step * static_cast<double>(x), margin + step * static_cast<double>(y),
+                              margin + step * static_cast<double>(z), 0.5 * dims[3] + 0.37});
+  constexpr size_t length = 256; // of a path: 0.02 T and 1/100 frame a step
+  while (sets[1].at.size() + length <= count) {
+    const Vec4 from = anywhere();
+    Vec4 direction = anywhere();
+    double norm = 0;
+    for (size_t a = 0; a < 3; ++a) direction[a] -= 0.5 * dims[a], norm += direction[a] * direction[a];
+    for (size_t i = 0; i < length; ++i) {
+      Vec4 p = from;
+      for (size_t a = 0; a < 3; ++a) p[a] += 0.02 * static_cast<double>(i) * direction[a] / std::sqrt(norm);
+      p[3] = 0.5 * dims[3] + 0.005 * static_cast<double>(i % length);
+      sets[1].at.push_back(p);
+    }
+  }
+  while (sets[2].at.size() < count) sets[2].at.push_back(anywhere());
+  return sets;
+}
+
+double nanoseconds(double seconds, size_t points) { return seconds * 1e9 / static_cast<double>(points); }
+
+// Of values (and gradients in space) at random points, in dB.
+struct Error {
+  double value = 0, gradient = 0;
+};
+
+Error error_of(const BallWaves& field, const std::vector<Vec4>& points, std::span<const float> values,
+               std::span<const std::array<float, 4>> gradients) {
+  double signal = 0, miss = 0, steep = 0, steep_miss = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const double f = field(points[i]), e = static_cast<double>(values[i]) - f;
+    signal += f * f, miss += e * e;
+    const Vec4 g = field.gradient(points[i]);
+    for (size_t a = 0; a < 3; ++a) {
+      const double d = static_cast<double>(gradients[i][a]) - g[a];
+      steep += g[a] * g[a], steep_miss += d * d;
+    }
+  }
+  return {10 * std::log10(signal / miss), 10 * std::log10(steep / steep_miss)};
+}
+
+} // namespace
+
+int run_evaluate_suite(std::span<const std::string> args, const Report& report) {
+  int threads = 1;
+  if (!args.empty()) {
+    const int n = args.size() == 2 && args[0] == "--threads" ? parse_number<int>(args[1]).value_or(0) : 0;
+    if (n < 1) fail(Code::invalid_argument, "evaluate: the only option is --threads N, N at least 1");
+    threads = n;
+  }
+  Tasks tasks(threads);
+  MemoryBudget memory;
+  Progress progress;
+  const Context context{tasks, memory, progress};
+  const std::array<uint32_t, 4> dims =
+      report.quick ? std::array<uint32_t, 4>{40, 40, 40, 20} : std::array<uint32_t, 4>{96, 96, 96, 24};
+  const size_t count = report.quick ? 20'000 : 1'000'000;
+  const int repeats = report.quick ? 1 : 5;
+  const std::vector<Points> sets = point_sets(dims, count);
+  const std::vector<Vec4> probe(sets[2].at.begin(), sets[2].at.begin() + (report.quick ? 500 : 4000));
+
+  const BallWaves field(4, rho, 40, 5);
+  test::Grid4 grid;
+  for (size_t a = 0; a < 4; ++a)
+    for (uint32_t i = 0; i < dims[a]; ++i) grid[a].push_back(i);
+  Quadricubic cubic{dims, {}};
+  {
+    const CartesianField prefiltered(dims, field.on_grid(grid), CartesianKernel::cubic_interpolating);
+    cubic.coefficients.assign(prefiltered.coefficients().begin(), prefiltered.coefficients().end());
+  }
+  const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
+  std::vector<std::vector<BrickLayer>> layers(1);
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    const std::vector<double> v = field.on_grid(test::layer_grid(lattice, m));
+    layers[0].push_back(
+        layer_from_dense(lattice.space, lattice.coset(m), std::vector<float>(v.begin(), v.end())));
+  }
+  const MemorySamples samples(lattice, {0}, std::move(layers));
+
+  std::vector<float> values(count), reference(count);
+  std::vector<std::array<float, 4>> gradients(count), reference_gradients(count);
+  // The baseline runs on one thread; its time per point is that of one core, like the others' CPU time.
+  const auto baseline = [&](const std::vector<Vec4>& points, bool slopes) {
+    evaluate_quadricubic(cubic, points, reference.data(), slopes ? reference_gradients.data() : nullptr);
+  };
+  std::vector<Row> rows, times;
+  Plot plot{.title = "Error against time per point: random plane waves, rho " + number(rho, 1) +
+                     ", grid at one instant",
+            .x_label = "CPU ns per point",
+            .y_label = "signal to error, dB",
+            .log_x = true,
+            .series = {}};
+  evaluate_quadricubic(cubic, probe, reference.data(), reference_gradients.data());
+  const Error cubic_error =
+      error_of(field, probe, std::span(reference).first(probe.size()),
+               std::span<const std::array<float, 4>>(reference_gradients).first(probe.size()));
+  std::vector<double> cubic_times;
+  for (const char* name : kernels) {
+    const Coefficients c(samples, 0, make_kernel(name), 0, 8ull << 30);
+    (void)evaluate4(c, probe, std::span(values).first(probe.size()), std::span(gradients).first(probe.size()),
+                    context);
+    const Error error = error_of(field, probe, std::span(values).first(probe.size()),
+                                 std::span<const std::array<float, 4>>(gradients).first(probe.size()));
+    struct Case {
+      const Points& set;
+      bool slopes, sliced;
+    };
+    std::vector<Case> cases{{sets[0], false, true}};
+    for (const Points& set : sets)
+      for (const bool slopes : {false, true}) cases.push_back({set, slopes, false});
+    for (const auto& [set, slopes, sliced] : cases) {
+      const size_t n = set.at.size();
+      const auto body = [&] {
+        if (sliced) {
+          const Slice slice = time_slice(c, set.at[0][3], {0, 0}, {}, context);
+          const auto e = static_cast<int32_t>(set.edge);
+          sample_grid(slice,
+                      {{set.at[0][0], set.at[0][1], set.at[0][2]},
+                       {set.spacing, set.spacing, set.spacing},
+                       {e, e, e}},
+                      values.data(), context);
+          return;
+        }
+        (void)evaluate4(c, set.at, std::span(values).first(n),
+                        slopes ? std::span(gradients).first(n) : std::span<std::array<float, 4>>(), context);
+      };
+      body(); // layers are made on first use
+      const auto [ours, theirs] = paired_cpu_seconds(
+          body, [&] { baseline(set.at, slopes); }, repeats);
+      rows.push_back({word("kernel", name), word("points", sliced ? "grid, as a slice" : set.name),
+                      word("result", slopes ? "value and gradient" : "value"),
+                      figure("ns per point", nanoseconds(ours, n), 1),
+                      figure("Mpoints/s/core", static_cast<double>(n) / ours / 1e6, 1),
+                      figure("quadricubic ns", nanoseconds(theirs, n), 1),
+                      figure("time ratio", ours / theirs, 2),
+                      figure("SNR dB", slopes ? error.gradient : error.value, 1),
+                      figure("quadricubic SNR dB", slopes ? cubic_error.gradient : cubic_error.value, 1)});
+      if (&set == &sets[0] && !slopes && !sliced) {
+        plot.series.push_back({.title = std::string("D4* ") + name + " (half the samples)",
+                               .points = {{nanoseconds(ours, n), error.value}},
+                               .line = false,
+                               .labels = {name}});
+        cubic_times.push_back(nanoseconds(theirs, n));
+      }
+    }
+  }
+  report.table("Evaluation of one million points; CPU time", rows);
+  std::sort(cubic_times.begin(), cubic_times.end());
+  plot.series.push_back({.title = "CC quadricubic B-spline, interpolating (all samples)",
+                         .points = {{cubic_times[cubic_times.size() / 2], cubic_error.value}},
+                         .line = false,
+                         .labels = {"quadricubic"}});
+  report.plot("error-time", plot);
+  return 0;
+}
+
+} // namespace bccsplat::bench
