@@ -4,7 +4,8 @@
 # does not depend on it.
 build_packages=(build-essential cmake ninja-build pkg-config zlib1g-dev libdeflate-dev libhwy-dev libpng-dev
   libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-dev libnetcdf-dev libcli11-dev nlohmann-json3-dev)
-test_packages=(libgtest-dev libbenchmark-dev python3 gnuplot-nox python3-numpy mypy)
+test_packages=(libgtest-dev libbenchmark-dev python3 gnuplot-nox python3-numpy mypy
+  locales)
 
 # install_missing PACKAGE...: asks apt for those that are not installed; as root or through sudo.
 install_missing() {

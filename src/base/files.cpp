@@ -121,7 +121,7 @@ class StreamSource final : public ByteSource {
   void read_at(uint64_t offset, std::span<std::byte> out) const override {
     if (offset > size_ || out.size() > size_ - offset) fail_range(name_, offset, out.size(), size_);
     const int64_t n = read_(offset, out);
-    if (n < 0)
+    if (n < 0 || static_cast<uint64_t>(n) > out.size())
       fail(Code::io_error, "stream: the host could not read ", out.size(), " bytes at offset ", offset);
     if (static_cast<uint64_t>(n) != out.size())
       fail_range(name_, offset, out.size(), offset + static_cast<uint64_t>(n));

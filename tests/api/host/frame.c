@@ -1,0 +1,83 @@
+/* Frame: pixels of its own or of the host, and images on disk. */
+#include "host.h"
+
+#include <string.h>
+#include <unistd.h>
+
+static void channels(bccsplat_frame* frame) {
+  SIZED(bccsplat_plane, plane);
+  OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane));
+  EXPECT(plane.components == 4 && plane.width == 8 && plane.height == 6 && plane.row_bytes >= 8 * 16);
+  plane.pixels[0] = 0.5f; /* the host may write */
+  OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_TIME, &plane));
+  EXPECT(plane.components == 1);
+  REFUSED(NOT_FOUND, "channel", bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_VALUE, &plane));
+  REFUSED(INVALID_ARGUMENT, "bit", bccsplat_frame_get_channel(frame, 3, &plane));
+  REFUSED(INVALID_ARGUMENT, "bit", bccsplat_frame_get_channel(frame, 0, &plane));
+  REFUSED(INVALID_ARGUMENT, "frame is NULL", bccsplat_frame_get_channel(NULL, 1, &plane));
+  REFUSED(INVALID_ARGUMENT, "plane is NULL", bccsplat_frame_get_channel(frame, 1, NULL));
+  OUTPUT_SIZES(bccsplat_plane, bccsplat_frame_get_channel(frame, 1, out), (void)0);
+}
+
+typedef bccsplat_status (*save_fn)(const bccsplat_frame*, const char*, const bccsplat_image_options*);
+
+static void images(bccsplat_frame* frame, save_fn save, const char* name) {
+  SIZED(bccsplat_image_options, options);
+  unlink(scratch(name));
+  options.overwrite = 1;
+  OK(save(frame, scratch(name), NULL));
+  EXPECT(access(scratch(name), F_OK) == 0);
+  REFUSED(FILE_EXISTS, name, save(frame, scratch(name), NULL));
+  INPUT_SIZES(bccsplat_image_options, options, save(frame, scratch(name), in), (void)0);
+  REFUSED(INVALID_ARGUMENT, "frame is NULL", save(NULL, scratch(name), &options));
+  REFUSED(INVALID_ARGUMENT, "path is NULL", save(frame, NULL, &options));
+  options.reserved = 1;
+  REFUSED(INVALID_ARGUMENT, "reserved", save(frame, scratch(name), &options));
+  REFUSED(FILE_NOT_FOUND, "no-such", save(frame, scratch("no-such/p"), NULL));
+}
+
+/* A library without OpenEXR and libpng says so. */
+static void no_images(bccsplat_frame* frame, save_fn save) {
+  REFUSED(MISSING_FEATURE, "BCCSPLAT_WITH_IMAGE", save(frame, scratch("p"), NULL));
+}
+
+void test_frame(void) {
+  static float pixels[6][10][4];
+  SIZED(bccsplat_plane, plane);
+  bccsplat_device* device = NULL;
+  bccsplat_frame* frame = NULL;
+  const int with_images = !strstr(bccsplat_build_info(), "image=none");
+  OK(bccsplat_device_create(NULL, &device));
+  REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_frame_create(NULL, 8, 6, 1, &frame));
+  REFUSED(INVALID_ARGUMENT, "frame is NULL", bccsplat_frame_create(device, 8, 6, 1, NULL));
+  REFUSED(INVALID_ARGUMENT, "0 x 6", bccsplat_frame_create(device, 0, 6, 1, &frame));
+  REFUSED(INVALID_ARGUMENT, "65537", bccsplat_frame_create(device, 8, 65537, 1, &frame));
+  REFUSED(INVALID_ARGUMENT, "channel bits", bccsplat_frame_create(device, 8, 6, 1u << 31, &frame));
+  EXPECT(!frame);
+  OK(bccsplat_frame_create(device, 8, 6, BCCSPLAT_FRAME_TIME, &frame)); /* RGBA is always there */
+  bccsplat_frame_retain(frame);
+  bccsplat_frame_release(frame);
+  channels(frame);
+  if (with_images) {
+    images(frame, bccsplat_frame_save_png, "p.png");
+    images(frame, bccsplat_frame_save_exr, "p.exr");
+  } else {
+    no_images(frame, bccsplat_frame_save_png);
+    no_images(frame, bccsplat_frame_save_exr);
+  }
+  bccsplat_frame_release(frame);
+
+  REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_frame_wrap(NULL, 8, 6, pixels[0][0], 0, &frame));
+  REFUSED(INVALID_ARGUMENT, "rgba is NULL", bccsplat_frame_wrap(device, 8, 6, NULL, 0, &frame));
+  REFUSED(INVALID_ARGUMENT, "frame is NULL", bccsplat_frame_wrap(device, 8, 6, pixels[0][0], 0, NULL));
+  REFUSED(INVALID_ARGUMENT, "8 x 0", bccsplat_frame_wrap(device, 8, 0, pixels[0][0], 0, &frame));
+  REFUSED(INVALID_ARGUMENT, "row_bytes", bccsplat_frame_wrap(device, 8, 6, pixels[0][0], 127, &frame));
+  REFUSED(INVALID_ARGUMENT, "row_bytes", bccsplat_frame_wrap(device, 8, 6, pixels[0][0], 64, &frame));
+  OK(bccsplat_frame_wrap(device, 8, 6, pixels[0][0], sizeof pixels[0], &frame));
+  bccsplat_device_release(device); /* the frame keeps it */
+  OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane));
+  EXPECT(plane.pixels == pixels[0][0] && plane.row_bytes == sizeof pixels[0]);
+  bccsplat_frame_release(frame);
+  bccsplat_frame_retain(NULL);
+  bccsplat_frame_release(NULL);
+}

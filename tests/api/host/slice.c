@@ -1,0 +1,173 @@
+/* Slice: time, axis and oblique hyperplanes; grids, points and cameras of them. */
+#include "host.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static int32_t keep_going(void* user, double fraction) {
+  double* last = user;
+  EXPECT(fraction >= *last && fraction <= 1);
+  *last = fraction;
+  return 0;
+}
+
+static void wrong_planes(const bccsplat_volume* volume) {
+  bccsplat_hyperplane plane = at_frame(2);
+  SIZED(bccsplat_slice_options, options);
+  bccsplat_slice* slice = NULL;
+  double last = 0;
+#define WRONG(status, word, ...)                                                                             \
+  do {                                                                                                       \
+    bccsplat_hyperplane p = at_frame(2);                                                                     \
+    SIZED(bccsplat_slice_options, o);                                                                        \
+    slice = (bccsplat_slice*)&o;                                                                             \
+    __VA_ARGS__;                                                                                             \
+    REFUSED(status, word, bccsplat_slice_create(volume, &p, &o, &slice));                                    \
+    EXPECT(!slice);                                                                                          \
+  } while (0)
+  WRONG(INVALID_ARGUMENT, "zero", p.d = 0);
+  WRONG(INVALID_ARGUMENT, "finite", p.a = INFINITY);
+  WRONG(OUT_OF_DOMAIN, "", p.e = -4.5);
+  WRONG(OUT_OF_DOMAIN, "", p.e = 0.1);
+  WRONG(NOT_FOUND, "channel 3", o.channel = 3);
+  WRONG(NOT_FOUND, "cubic", o.kernel = "cubic");
+  WRONG(INVALID_ARGUMENT, "interval", o.interval[0] = 1);
+  WRONG(INVALID_ARGUMENT, "interval", o.interval[0] = NAN);
+  WRONG(INVALID_ARGUMENT, "reserved", o.reserved = 1);
+  WRONG(UNSUPPORTED, "interval", p.a = 1; o.interval[1] = 1);
+  WRONG(UNSUPPORTED, "lattice", o.lattice = BCCSPLAT_LATTICE_D4STAR);
+  WRONG(INVALID_STRUCT_SIZE, "bccsplat_hyperplane", p.struct_size = 2);
+#undef WRONG
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_slice_create(NULL, &plane, NULL, &slice));
+  REFUSED(INVALID_ARGUMENT, "hyperplane is NULL", bccsplat_slice_create(volume, NULL, NULL, &slice));
+  REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_create(volume, &plane, NULL, NULL));
+  INPUT_SIZES(bccsplat_hyperplane, plane, bccsplat_slice_create(volume, in, NULL, &slice),
+              bccsplat_slice_release(slice));
+  options.progress = keep_going;
+  options.progress_user = &last;
+  INPUT_SIZES(bccsplat_slice_options, options, bccsplat_slice_create(volume, &plane, in, &slice),
+              (bccsplat_slice_release(slice), last = 0));
+}
+
+static void evaluate(const bccsplat_slice* slice) {
+  const double at[2][3] = {{6, 6, 5}, {NX, 6, 5}};
+  float values[2] = {0}, gradients[3];
+  OK(bccsplat_slice_evaluate(slice, 0, NULL, NULL, NULL));
+  OK(bccsplat_slice_evaluate(slice, 1, at[0], values, gradients));
+  EXPECT(fabs(values[0] - 100) < 2 && fabs(gradients[0]) < 2);
+  REFUSED(OUT_OF_DOMAIN, "1 of 2", bccsplat_slice_evaluate(slice, 2, at[0], values, NULL));
+  EXPECT(isnan(values[1]));
+  REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_evaluate(NULL, 1, at[0], values, NULL));
+  REFUSED(INVALID_ARGUMENT, "uvw is NULL", bccsplat_slice_evaluate(slice, 1, NULL, values, NULL));
+  REFUSED(INVALID_ARGUMENT, "values is NULL", bccsplat_slice_evaluate(slice, 1, at[0], NULL, NULL));
+}
+
+static void grids(const bccsplat_slice* slice) {
+  SIZED(bccsplat_grid, grid);
+  static float box[SAMPLES], part[8];
+  OK(bccsplat_slice_sample_grid(slice, NULL, box));
+  EXPECT(fabs(box[6 + NX * (6 + NY * 5)] - 100) < 2); /* x fastest */
+  grid.origin[0] = 6, grid.origin[1] = 6, grid.origin[2] = 5;
+  grid.step[0] = grid.step[1] = grid.step[2] = 1;
+  grid.dims[0] = grid.dims[1] = grid.dims[2] = 2;
+  OK(bccsplat_slice_sample_grid(slice, &grid, part));
+  EXPECT(part[1] == box[7 + NX * (6 + NY * 5)] && part[4] == box[6 + NX * (6 + NY * 6)]);
+  REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_sample_grid(NULL, NULL, box));
+  REFUSED(INVALID_ARGUMENT, "values is NULL", bccsplat_slice_sample_grid(slice, NULL, NULL));
+  INPUT_SIZES(bccsplat_grid, grid, bccsplat_slice_sample_grid(slice, in, part), (void)0);
+  grid.reserved = 1;
+  REFUSED(INVALID_ARGUMENT, "reserved", bccsplat_slice_sample_grid(slice, &grid, part));
+  grid.reserved = 0;
+  grid.dims[1] = 0;
+  REFUSED(INVALID_ARGUMENT, "dims[1]", bccsplat_slice_sample_grid(slice, &grid, part));
+  grid.dims[1] = UINT64_MAX;
+  REFUSED(INVALID_ARGUMENT, "dims[1]", bccsplat_slice_sample_grid(slice, &grid, part));
+  grid.dims[1] = 2;
+  grid.step[2] = NAN;
+  REFUSED(INVALID_ARGUMENT, "finite", bccsplat_slice_sample_grid(slice, &grid, part));
+}
+
+static void points(const bccsplat_slice* slice) {
+  SIZED(bccsplat_slice_info, info);
+  uint64_t count = 0, i;
+  float *uvw, *coefficients, first[3] = {-7, -7, -7};
+  OK(bccsplat_slice_get_info(slice, &info));
+  EXPECT(info.dims[0] == NX && info.dims[1] == NY && info.dims[2] == NZ);
+  EXPECT(info.hyperplane[3] == 1 && info.origin[3] == 2 && info.basis[1][1] == 1 && info.affine[15] == 1);
+  EXPECT(info.bounds[0] <= 0 && info.bounds[1] >= 99 && info.points > 0 && info.kernel[0]);
+  REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_get_info(NULL, &info));
+  REFUSED(INVALID_ARGUMENT, "info is NULL", bccsplat_slice_get_info(slice, NULL));
+  OUTPUT_SIZES(bccsplat_slice_info, bccsplat_slice_get_info(slice, out), (void)0);
+
+  REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_get_points(NULL, 0, NULL, NULL, &count));
+  OK(bccsplat_slice_get_points(slice, 0, NULL, NULL, &count));
+  EXPECT(count == info.points);
+  uvw = malloc(count * 3 * sizeof *uvw);
+  coefficients = malloc(count * sizeof *coefficients);
+  OK(bccsplat_slice_get_points(slice, count, uvw, coefficients, NULL));
+  OK(bccsplat_slice_get_points(slice, 1, first, NULL, &count));
+  EXPECT(count == info.points && memcmp(first, uvw, sizeof first) == 0);
+  for (i = 0; i < count; ++i)
+    if (!(uvw[3 * i] > -4 && uvw[3 * i] < NX + 3 && isfinite(coefficients[i]))) break;
+  EXPECT(i == count);
+  free(uvw);
+  free(coefficients);
+}
+
+static void cameras(const bccsplat_slice* slice) {
+  SIZED(bccsplat_camera, camera);
+  OK(bccsplat_slice_fit_camera(slice, BCCSPLAT_PROJECTION_PERSPECTIVE, 20, 30, 64, 48, &camera));
+  EXPECT(camera.projection == BCCSPLAT_PROJECTION_PERSPECTIVE && camera.fovy_degrees == 30);
+  REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_fit_camera(NULL, 0, 0, 0, 9, 9, &camera));
+  REFUSED(INVALID_ARGUMENT, "camera is NULL", bccsplat_slice_fit_camera(slice, 0, 0, 0, 9, 9, NULL));
+  REFUSED(INVALID_ARGUMENT, "projection", bccsplat_slice_fit_camera(slice, 3, 0, 0, 9, 9, &camera));
+  REFUSED(INVALID_ARGUMENT, "pixels", bccsplat_slice_fit_camera(slice, 0, 0, 0, 0, 9, &camera));
+  REFUSED(INVALID_ARGUMENT, "angles", bccsplat_slice_fit_camera(slice, 0, NAN, 0, 9, 9, &camera));
+  OUTPUT_SIZES(bccsplat_camera, bccsplat_slice_fit_camera(slice, 0, 20, 30, 64, 48, out), (void)0);
+}
+
+void test_slice(void) {
+  SIZED(bccsplat_slice_options, mean);
+  SIZED(bccsplat_slice_info, info);
+  bccsplat_device* device = NULL;
+  bccsplat_volume* volume;
+  bccsplat_slice* slice = NULL;
+  bccsplat_hyperplane plane = at_frame(2);
+  OK(bccsplat_device_create(NULL, &device));
+  volume = open_series(device, scratch("s.bcc4"));
+  wrong_planes(volume);
+
+  OK(bccsplat_slice_create(volume, &plane, NULL, &slice));
+  bccsplat_volume_release(volume); /* the slice keeps both */
+  bccsplat_device_release(device);
+  bccsplat_slice_retain(slice);
+  bccsplat_slice_release(slice);
+  evaluate(slice);
+  grids(slice);
+  points(slice);
+  cameras(slice);
+  bccsplat_slice_release(slice);
+
+  OK(bccsplat_device_create(NULL, &device));
+  volume = open_series(device, scratch("s.bcc4"));
+  mean.interval[0] = -100; /* clipped to the series */
+  OK(bccsplat_slice_create(volume, &plane, &mean, &slice));
+  bccsplat_slice_release(slice);
+  plane.a = 1, plane.d = 0, plane.e = -6; /* x = 6 */
+  OK(bccsplat_slice_create(volume, &plane, NULL, &slice));
+  OK(bccsplat_slice_get_info(slice, &info));
+  EXPECT(info.dims[0] == NY && info.dims[2] == NT && info.basis[2][3] == 1);
+  bccsplat_slice_release(slice);
+  plane.d = 1; /* x + t = 6 */
+  OK(bccsplat_slice_create(volume, &plane, NULL, &slice));
+  bccsplat_slice_release(slice);
+  plane.e = 1000; /* misses the domain: an empty slice */
+  OK(bccsplat_slice_create(volume, &plane, NULL, &slice));
+  OK(bccsplat_slice_get_info(slice, &info));
+  EXPECT(info.points == 0);
+  bccsplat_slice_release(slice);
+  bccsplat_slice_retain(NULL);
+  bccsplat_slice_release(NULL);
+  bccsplat_volume_release(volume);
+  bccsplat_device_release(device);
+}

@@ -1,0 +1,226 @@
+/* Volume: opened from a file, memory and a stream; asked about everything, rightly and wrongly. */
+#include "host.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+/* A .bcc4 inside a host's archive: other bytes stand before and behind it. */
+enum { BEFORE = 77 };
+static unsigned char archive[64 * 1024];
+static uint64_t file_size;
+enum fault { NONE, FAILS, SHORT, TOO_LONG };
+static int64_t read_archive(void* user, uint64_t offset, void* buffer, uint64_t size) {
+  switch (*(enum fault*)user) {
+  case FAILS:
+    return -1;
+  case SHORT:
+    return (int64_t)size - 1;
+  case TOO_LONG:
+    return (int64_t)size + 1;
+  default:
+    EXPECT(offset + size <= file_size);
+    memcpy(buffer, archive + BEFORE + offset, size);
+    return (int64_t)size;
+  }
+}
+
+static void streams(bccsplat_device* device, const bccsplat_volume* same) {
+  enum fault fault = NONE;
+  SIZED(bccsplat_read_stream, stream);
+  bccsplat_volume* volume = NULL;
+  const double at[4] = {5.5, 6, 5, 1.5};
+  float a = 0, b = 1;
+  REFUSED(INVALID_ARGUMENT, "stream is NULL", bccsplat_volume_open_stream(device, NULL, NULL, &volume));
+  REFUSED(INVALID_ARGUMENT, "read_at", bccsplat_volume_open_stream(device, &stream, NULL, &volume));
+  stream.read_at = read_archive;
+  stream.user = &fault;
+  stream.size = file_size;
+  stream.reserved = 1;
+  REFUSED(INVALID_ARGUMENT, "reserved", bccsplat_volume_open_stream(device, &stream, NULL, &volume));
+  stream.reserved = 0;
+  REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_volume_open_stream(NULL, &stream, NULL, &volume));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_open_stream(device, &stream, NULL, NULL));
+  INPUT_SIZES(bccsplat_read_stream, stream, bccsplat_volume_open_stream(device, in, NULL, &volume),
+              bccsplat_volume_release(volume));
+  fault = FAILS;
+  REFUSED(IO, "host could not read", bccsplat_volume_open_stream(device, &stream, NULL, &volume));
+  EXPECT(!volume);
+  fault = SHORT;
+  REFUSED(TRUNCATED, "stream", bccsplat_volume_open_stream(device, &stream, NULL, &volume));
+  fault = TOO_LONG;
+  REFUSED(IO, "", bccsplat_volume_open_stream(device, &stream, NULL, &volume));
+  fault = NONE;
+  OK(bccsplat_volume_open_stream(device, &stream, NULL, &volume));
+  OK(bccsplat_volume_evaluate(volume, 1, at, &a, NULL));
+  OK(bccsplat_volume_evaluate(same, 1, at, &b, NULL));
+  EXPECT(a == b);
+  bccsplat_volume_release(volume);
+  OK(bccsplat_volume_open_stream(device, &stream, NULL, &volume));
+  fault = FAILS; /* later, when a chunk is wanted */
+  REFUSED(IO, "host could not read", bccsplat_volume_evaluate(volume, 1, at, &a, NULL));
+  fault = NONE; /* and the volume is as good as before */
+  OK(bccsplat_volume_evaluate(volume, 1, at, &a, NULL));
+  EXPECT(a == b);
+  bccsplat_volume_release(volume);
+}
+
+static void damaged_files(bccsplat_device* device) {
+  bccsplat_volume* volume = NULL;
+  unsigned char* copy = malloc(file_size);
+  REFUSED(INVALID_ARGUMENT, "bytes is NULL", bccsplat_volume_open_memory(device, NULL, 10, NULL, &volume));
+  REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_volume_open_memory(NULL, copy, 10, NULL, &volume));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_open_memory(device, copy, 10, NULL, NULL));
+  memcpy(copy, archive + BEFORE, file_size);
+  OK(bccsplat_volume_open_memory(device, copy, file_size, NULL, &volume));
+  bccsplat_volume_release(volume);
+  REFUSED(TRUNCATED, "", bccsplat_volume_open_memory(device, copy, file_size / 2, NULL, &volume));
+  EXPECT(!volume);
+  memset(copy, 'x', file_size);
+  REFUSED(NOT_BCC4, "", bccsplat_volume_open_memory(device, copy, file_size, NULL, &volume));
+  free(copy);
+}
+
+static int32_t cancel_at_once(void* user, double fraction) {
+  ++*(int*)user;
+  EXPECT(fraction >= 0 && fraction <= 1);
+  return 1;
+}
+
+static void facts(bccsplat_device* device, bccsplat_volume* volume) {
+  SIZED(bccsplat_volume_info, info);
+  SIZED(bccsplat_channel_info, channel_info);
+  SIZED(bccsplat_verify_report, report);
+  double times[NT + 1] = {0}, number = -1;
+  const char *key = "unset", *value = "unset";
+  uint64_t count = 0;
+  uint32_t channel = 99;
+  int calls = 0;
+  (void)device;
+  OK(bccsplat_volume_get_info(volume, &info));
+  EXPECT(info.dims[0] == NX && info.dims[3] == NT && info.channel_count == 1 && info.attribute_count >= 1);
+  EXPECT(info.time_first == 10 && info.time_last == 10 + 2 * (NT - 1) && info.time_uniform == 1);
+  EXPECT(strcmp(info.spatial_unit, "") == 0 && info.affine[0] == 1 && info.affine[15] == 1);
+  EXPECT(info.bytes_file == file_size && info.has_holes == 0);
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_info(NULL, &info));
+  REFUSED(INVALID_ARGUMENT, "info is NULL", bccsplat_volume_get_info(volume, NULL));
+  OUTPUT_SIZES(bccsplat_volume_info, bccsplat_volume_get_info(volume, out), (void)0);
+
+  OK(bccsplat_volume_get_channel_info(volume, 0, &channel_info));
+  EXPECT(strcmp(channel_info.name, "value") == 0 && channel_info.value_type == BCCSPLAT_TYPE_F32);
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_channel_info(NULL, 0, &channel_info));
+  REFUSED(INVALID_ARGUMENT, "info is NULL", bccsplat_volume_get_channel_info(volume, 0, NULL));
+  REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_get_channel_info(volume, 1, &channel_info));
+  OUTPUT_SIZES(bccsplat_channel_info, bccsplat_volume_get_channel_info(volume, 0, out), (void)0);
+
+  OK(bccsplat_volume_find_channel(volume, "value", &channel));
+  EXPECT(channel == 0);
+  REFUSED(NOT_FOUND, "colour", bccsplat_volume_find_channel(volume, "colour", &channel));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_find_channel(NULL, "value", &channel));
+  REFUSED(INVALID_ARGUMENT, "name is NULL", bccsplat_volume_find_channel(volume, NULL, &channel));
+  REFUSED(INVALID_ARGUMENT, "channel is NULL", bccsplat_volume_find_channel(volume, "value", NULL));
+
+  OK(bccsplat_volume_get_times(volume, NULL, 0, &count));
+  EXPECT(count == NT);
+  times[2] = -1;
+  OK(bccsplat_volume_get_times(volume, times, 2, NULL));
+  EXPECT(times[0] == 10 && times[1] == 12 && times[2] == -1);
+  OK(bccsplat_volume_get_times(volume, times, NT + 1, &count));
+  EXPECT(times[NT - 1] == 18 && times[NT] == 0);
+  REFUSED(INVALID_ARGUMENT, "times is NULL", bccsplat_volume_get_times(volume, NULL, 1, &count));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_times(NULL, times, 1, &count));
+
+  OK(bccsplat_volume_time_to_index(volume, 13, &number));
+  EXPECT(number == 1.5);
+  REFUSED(OUT_OF_DOMAIN, "18.5", bccsplat_volume_time_to_index(volume, 18.5, &number));
+  REFUSED(OUT_OF_DOMAIN, "", bccsplat_volume_time_to_index(volume, NAN, &number));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_time_to_index(NULL, 13, &number));
+  REFUSED(INVALID_ARGUMENT, "index is NULL", bccsplat_volume_time_to_index(volume, 13, NULL));
+  EXPECT(number == 1.5); /* untouched by the failures */
+  OK(bccsplat_volume_index_to_time(volume, 1.5, &number));
+  EXPECT(number == 13);
+  REFUSED(OUT_OF_DOMAIN, "", bccsplat_volume_index_to_time(volume, -0.5, &number));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_index_to_time(NULL, 0, &number));
+  REFUSED(INVALID_ARGUMENT, "time is NULL", bccsplat_volume_index_to_time(volume, 0, NULL));
+
+  OK(bccsplat_volume_get_attribute(volume, 0, &key, &value));
+  EXPECT(key && *key && value);
+  REFUSED(NOT_FOUND, "attribute", bccsplat_volume_get_attribute(volume, info.attribute_count, &key, &value));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_attribute(NULL, 0, &key, &value));
+  REFUSED(INVALID_ARGUMENT, "key is NULL", bccsplat_volume_get_attribute(volume, 0, NULL, &value));
+  REFUSED(INVALID_ARGUMENT, "value is NULL", bccsplat_volume_get_attribute(volume, 0, &key, NULL));
+  OK(bccsplat_volume_find_attribute(volume, "origin", &value));
+  EXPECT(strcmp(value, "tests") == 0);
+  REFUSED(NOT_FOUND, "colour", bccsplat_volume_find_attribute(volume, "colour", &value));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_find_attribute(NULL, "origin", &value));
+  REFUSED(INVALID_ARGUMENT, "key is NULL", bccsplat_volume_find_attribute(volume, NULL, &value));
+  REFUSED(INVALID_ARGUMENT, "value is NULL", bccsplat_volume_find_attribute(volume, "origin", NULL));
+
+  OK(bccsplat_volume_verify(volume, NULL, NULL, &report));
+  EXPECT(report.damages == 0 && report.chunks > 0 && report.bytes_checked > 0);
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_verify(NULL, NULL, NULL, &report));
+  REFUSED(INVALID_ARGUMENT, "report is NULL", bccsplat_volume_verify(volume, NULL, NULL, NULL));
+  OUTPUT_SIZES(bccsplat_verify_report, bccsplat_volume_verify(volume, NULL, NULL, out), (void)0);
+  EXPECT(bccsplat_volume_verify(volume, cancel_at_once, &calls, &report) == BCCSPLAT_CANCELLED);
+  EXPECT(calls == 1 && strstr(bccsplat_last_error(), "cancel"));
+}
+
+static void evaluate(const bccsplat_volume* volume) {
+  const double at[3][4] = {{5, 6, 5, 0}, {-1, 6, 5, 0}, {5.5, 6, 5, 1}};
+  float values[3] = {0}, gradients[3][4];
+  OK(bccsplat_volume_evaluate(volume, 0, NULL, NULL, NULL)); /* no points, no arrays */
+  OK(bccsplat_volume_evaluate(volume, 1, at[0], values, gradients[0]));
+  EXPECT(fabs(values[0] - 100) < 2 && fabs(gradients[0][1]) < 2);
+  REFUSED(OUT_OF_DOMAIN, "1 of 3", bccsplat_volume_evaluate(volume, 3, at[0], values, NULL));
+  EXPECT(isnan(values[1]) && fabs(values[2] - 100) < 2); /* the others are there */
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_evaluate(NULL, 1, at[0], values, NULL));
+  REFUSED(INVALID_ARGUMENT, "xyzt is NULL", bccsplat_volume_evaluate(volume, 1, NULL, values, NULL));
+  REFUSED(INVALID_ARGUMENT, "values is NULL", bccsplat_volume_evaluate(volume, 1, at[0], NULL, NULL));
+  OK(bccsplat_volume_evaluate_channel(volume, 0, 1, at[2], values, NULL));
+  REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_evaluate_channel(volume, 1, 1, at[0], values, NULL));
+  REFUSED(INVALID_ARGUMENT, "volume", bccsplat_volume_evaluate_channel(NULL, 0, 1, at[0], values, NULL));
+}
+
+void test_volume(void) {
+  SIZED(bccsplat_volume_options, options);
+  bccsplat_device* device = NULL;
+  bccsplat_volume *volume = NULL, *other = NULL;
+  FILE* file;
+
+  OK(bccsplat_device_create(NULL, &device));
+  volume = open_series(device, scratch("v.bcc4"));
+  file = fopen(scratch("v.bcc4"), "rb");
+  file_size = file ? fread(archive + BEFORE, 1, sizeof archive - BEFORE, file) : 0;
+  if (file) fclose(file);
+  EXPECT(file_size > 1000 && file_size < sizeof archive - BEFORE);
+
+  REFUSED(INVALID_ARGUMENT, "device is NULL", bccsplat_volume_open_file(NULL, "x", NULL, &other));
+  REFUSED(INVALID_ARGUMENT, "path is NULL", bccsplat_volume_open_file(device, NULL, NULL, &other));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_open_file(device, "x", NULL, NULL));
+  other = volume;
+  REFUSED(FILE_NOT_FOUND, "none.bcc4", bccsplat_volume_open_file(device, scratch("none.bcc4"), NULL, &other));
+  EXPECT(!other);
+  REFUSED(IO, "", bccsplat_volume_open_file(device, scratch(""), NULL, &other)); /* a folder */
+  options.kernel = "radail20+b3";
+  REFUSED(NOT_FOUND, "radial20", bccsplat_volume_open_file(device, scratch("v.bcc4"), &options, &other));
+  options.kernel = "fast";
+  options.reserved = 1;
+  REFUSED(INVALID_ARGUMENT, "reserved",
+          bccsplat_volume_open_file(device, scratch("v.bcc4"), &options, &other));
+  options.reserved = 0;
+  INPUT_SIZES(bccsplat_volume_options, options,
+              bccsplat_volume_open_file(device, scratch("v.bcc4"), in, &other),
+              bccsplat_volume_release(other));
+  facts(device, volume);
+  evaluate(volume);
+  streams(device, volume);
+  damaged_files(device);
+
+  bccsplat_device_release(device); /* the volume keeps it */
+  bccsplat_volume_retain(volume);
+  bccsplat_volume_release(volume);
+  evaluate(volume);
+  bccsplat_volume_release(volume);
+  bccsplat_volume_retain(NULL);
+  bccsplat_volume_release(NULL);
+}
