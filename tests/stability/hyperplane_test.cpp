@@ -1,0 +1,86 @@
+// Hyperplanes on the verge of something else.
+#include "tests/stability/stability.h"
+
+namespace host {
+namespace {
+
+const Series slow{
+    .nx = 20, .ny = 18, .nz = 16, .nt = 14, .field = [](double x, double y, double z, double t) {
+      return 10 + 3 * std::cos(std::numbers::pi * x / 19) * std::cos(std::numbers::pi * t / 13) +
+             2 * std::cos(std::numbers::pi * y / 17) * std::cos(std::numbers::pi * z / 15);
+    }};
+
+TEST(StabilityHyperplane, ATiltOfATrillionthIsNoTilt) {
+  const Device device = make_device();
+  const Stored stored = store(device, slow);
+  for (int axis = 0; axis < 4; ++axis) {
+    double exact[4] = {}, tilted[4];
+    exact[axis] = 1;
+    std::copy_n(exact, 4, tilted);
+    tilted[(axis + 1) % 4] = 1e-12, tilted[(axis + 2) % 4] = -1e-12;
+    const double at = 6.25;
+    const Slice a = cut(stored.volume, exact[0], exact[1], exact[2], exact[3], -at);
+    const Slice b = cut(stored.volume, tilted[0], tilted[1], tilted[2], tilted[3], -at);
+    EXPECT_EQ(grid_of(a), grid_of(b)) << axis;
+  }
+}
+
+TEST(StabilityHyperplane, PlanesThroughSitesAndBetweenThemAgreeWithTheField) {
+  const Device device = make_device();
+  const Stored stored = store(device, slow);
+  const double half = 1 / std::numbers::sqrt2; // planes of sites stand this far apart
+  for (const double at : {0.0, 5 * half, 6.0, 7 * half, 7.123}) {
+    const Slice slice = cut(stored.volume, 1, 0, 0, 0, -at);
+    auto info = sized<bccsplat_slice_info>();
+    ASSERT_OK(bccsplat_slice_get_info(slice.get(), &info));
+    for (double v = 1; v < 12; v += 1.7) {
+      const double uvw[] = {info.extent[0][0] + v, info.extent[1][0] + 0.5 * v, info.extent[2][0] + 0.9 * v};
+      double p[4];
+      for (int i = 0; i < 4; ++i)
+        p[i] = info.origin[i] + uvw[0] * info.basis[0][i] + uvw[1] * info.basis[1][i] +
+               uvw[2] * info.basis[2][i];
+      float got = 0;
+      ASSERT_OK(bccsplat_slice_evaluate(slice.get(), 1, uvw, &got, nullptr));
+      EXPECT_NEAR(got, slow.field(p[0], p[1], p[2], p[3]), 0.06) << at;
+    }
+  }
+}
+
+TEST(StabilityHyperplane, OutsideIsEmptyAndAZeroNormalAnError) {
+  const Device device = make_device();
+  const Stored stored = store(device, slow);
+  const Slice outside = cut(stored.volume, 1, 0, 0, 0, 5); // x = -5
+  auto info = sized<bccsplat_slice_info>();
+  ASSERT_OK(bccsplat_slice_get_info(outside.get(), &info));
+  EXPECT_EQ(info.points, 0u);
+  for (const float v : picture(device, outside, {.ramp = {0, 1, 1, 1}})) ASSERT_EQ(v, 0);
+  const double nan = std::numeric_limits<double>::quiet_NaN(), huge = std::numeric_limits<double>::infinity();
+  for (const auto& n :
+       {std::array{0.0, 0.0, 0.0, 0.0}, std::array{nan, 0.0, 0.0, 1.0}, std::array{1.0, huge, 0.0, 0.0}}) {
+    auto h = sized<bccsplat_hyperplane>();
+    h.a = n[0], h.b = n[1], h.c = n[2], h.d = n[3], h.e = -3;
+    bccsplat_slice* slice = nullptr;
+    EXPECT_EQ(bccsplat_slice_create(stored.volume.get(), &h, nullptr, &slice),
+              BCCSPLAT_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(slice, nullptr);
+  }
+}
+
+TEST(StabilityHyperplane, TheLengthOfTheNormalDoesNotMatter) {
+  const Device device = make_device();
+  const Stored stored = store(device, slow);
+  const std::vector<float> unit = grid_of(cut(stored.volume, 0.6, 0.2, -0.3, 0.7, -8));
+  for (const double factor : {1e-200, 1e-9, 1e9, 1e200}) {
+    const Slice slice =
+        cut(stored.volume, 0.6 * factor, 0.2 * factor, -0.3 * factor, 0.7 * factor, -8 * factor);
+    const std::vector<float> got = grid_of(slice);
+    ASSERT_EQ(got.size(), unit.size()) << factor;
+    for (size_t i = 0; i < got.size(); ++i) {
+      if (!std::isfinite(unit[i])) continue;
+      ASSERT_NEAR(got[i], unit[i], 1e-4) << factor;
+    }
+  }
+}
+
+} // namespace
+} // namespace host

@@ -1,0 +1,176 @@
+// Values at the edges of their types.
+#include "tests/stability/stability.h"
+
+namespace host {
+namespace {
+
+Series waves(double offset, double amplitude) {
+  Series s{.nx = 17, .ny = 13, .nz = 11, .nt = 9};
+  s.field = [=](double x, double y, double z, double t) {
+    const double c = std::cos(std::numbers::pi * x / 16) * std::cos(std::numbers::pi * y / 12) +
+                     std::cos(std::numbers::pi * z / 10) * std::cos(std::numbers::pi * t / 8);
+    return offset + amplitude * c;
+  };
+  return s;
+}
+
+TEST(StabilityValues, ConstantsOfAnySizeRippleByTheSameFraction) {
+  const Device device = make_device();
+  for (const double value : {1e-30, 1.0, 1e30, -1e35}) {
+    Series s{
+        .nx = 9, .ny = 8, .nz = 7, .nt = 5, .field = [=](double, double, double, double) { return value; }};
+    const Stored stored = store(device, s);
+    for (const float v : values_at(stored.volume, random_points(s, 500)))
+      ASSERT_NEAR(static_cast<double>(v) / value, 1, default_ripple) << value;
+  }
+}
+
+TEST(StabilityValues, ScalingTheFieldScalesTheResult) {
+  const Device device = make_device();
+  const Series one = waves(3, 1); // nowhere near air, where a rule and not arithmetic decides what is kept
+  const Stored stored = store(device, one);
+  const std::vector<double> points = random_points(one, 400);
+  const std::vector<float> values = values_at(stored.volume, points);
+  // Powers of two change no bit of a mantissa, so not the slightest difference is allowed.
+  for (const double factor : {0x1p-60, 0x1p10, 0x1p60}) {
+    const Series s = waves(3 * factor, factor);
+    const Stored scaled = store(device, s);
+    const std::vector<float> got = values_at(scaled.volume, points);
+    for (size_t i = 0; i < values.size(); ++i)
+      ASSERT_EQ(static_cast<double>(got[i]), factor * static_cast<double>(values[i])) << factor;
+  }
+}
+
+TEST(StabilityValues, ASmallSignalOnALargeOffsetSurvivesRelativeToAir) {
+  const Device device = make_device();
+  const Series s = waves(1e6, 1), plain = waves(0, 1);
+  auto channel = sized<bccsplat_channel_options>();
+  channel.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
+  channel.air = 1e6;
+  bccsplat_writer_options o = options_of(s);
+  o.channels = &channel, o.channel_count = 1;
+  const Stored stored = store(device, s, o), reference = store(device, plain);
+  const std::vector<double> points = random_points(s, 400);
+  const std::vector<float> got = values_at(stored.volume, points), want = values_at(reference.volume, points);
+  // A float near 1e6 knows 1/16: half of that times the prefilter's gain in each of space and time.
+  for (size_t i = 0; i < got.size(); ++i)
+    ASSERT_NEAR(static_cast<double>(got[i]) - 1e6, static_cast<double>(want[i]), 0.25) << i;
+}
+
+TEST(StabilityValues, DenormalsNeitherTrapNorGrow) {
+  const Device device = make_device();
+  const double tiny = 1e-40;
+  const Series s = waves(0, tiny);
+  const Stored stored = store(device, s);
+  for (const float v : values_at(stored.volume, random_points(s, 200))) {
+    ASSERT_TRUE(std::isfinite(v));
+    ASSERT_LE(std::abs(static_cast<double>(v)), 4 * tiny);
+  }
+}
+
+TEST(StabilityValues, NotANumberAndInfinityFollowThePolicy) {
+  const Device device = make_device();
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity()}) {
+    Series s = waves(5, 1);
+    const Field field = s.field;
+    s.field = [=](double x, double y, double z, double t) {
+      return x == 8 && y == 6 && z == 5 && t == 4 ? bad : field(x, y, z, t);
+    };
+    bccsplat_writer_options o = options_of(s);
+    o.nonfinite = BCCSPLAT_NONFINITE_ERROR;
+    MemoryFile file;
+    auto stream = sized<bccsplat_write_stream>();
+    stream.write_at = append_at, stream.user = &file;
+    bccsplat_writer* w = nullptr;
+    ASSERT_OK(bccsplat_writer_create_stream(device.get(), &stream, &o, &w));
+    const Writer writer(w);
+    bccsplat_status status = add_frames(w, s);
+    if (status == BCCSPLAT_OK) status = bccsplat_writer_finish(w, nullptr);
+    EXPECT_EQ(status, BCCSPLAT_ERROR_NONFINITE_VALUE);
+    const std::string text = bccsplat_last_error();
+    EXPECT_NE(text.find('8'), std::string::npos) << text;
+
+    o.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+    const Stored holes = store(device, s, o);
+    float value = 0;
+    const double at[] = {8, 6, 5, 4}, far[] = {2, 2, 2, 1};
+    EXPECT_EQ(bccsplat_volume_evaluate(holes.volume.get(), 1, at, &value, nullptr), BCCSPLAT_ERROR_HOLE);
+    EXPECT_TRUE(std::isnan(value));
+    ASSERT_OK(bccsplat_volume_evaluate(holes.volume.get(), 1, far, &value, nullptr));
+    EXPECT_NEAR(value, field(2, 2, 2, 1), 0.05); // the hole reaches no further than its neighbourhood
+
+    o.nonfinite = BCCSPLAT_NONFINITE_CLAMP;
+    const Stored clamped = store(device, s, o);
+    EXPECT_TRUE(all_finite(values_at(clamped.volume, random_points(s, 300))));
+  }
+}
+
+TEST(StabilityValues, EverySourceTypeKeepsItsEndsOfRange) {
+  const Device device = make_device();
+  struct Case {
+    int32_t type;
+    double low, high, tolerance; // of the range: coding plus the kernel's error on a slow wave
+  };
+  for (const Case& c :
+       {Case{BCCSPLAT_TYPE_U8, 0, 255, 0.006}, Case{BCCSPLAT_TYPE_I8, -128, 127, 0.006},
+        Case{BCCSPLAT_TYPE_U16, 0, 65535, 0.004}, Case{BCCSPLAT_TYPE_I16, -32768, 32767, 0.004},
+        Case{BCCSPLAT_TYPE_I32, -2e9, 2e9, 0.004}, Case{BCCSPLAT_TYPE_F64, -1e30, 1e30, 0.004}}) {
+    const Series s{.nx = 12, .ny = 11, .nz = 10, .nt = 5};
+    const auto at = [&](double x) {
+      return (c.low + c.high) / 2 - (c.high - c.low) / 2 * std::cos(std::numbers::pi * x / 11);
+    };
+    bccsplat_writer_options o = options_of(s);
+    Stored stored;
+    auto stream = sized<bccsplat_write_stream>();
+    stream.write_at = append_at, stream.user = stored.file.get();
+    bccsplat_writer* w = nullptr;
+    ASSERT_OK(bccsplat_writer_create_stream(device.get(), &stream, &o, &w));
+    const Writer writer(w);
+    for (uint32_t t = 0; t < s.nt; ++t) {
+      std::vector<unsigned char> bytes;
+      const auto put = [&](auto v) {
+        const auto* raw = reinterpret_cast<const unsigned char*>(&v);
+        bytes.insert(bytes.end(), raw, raw + sizeof v);
+      };
+      for (uint32_t i = 0; i < s.nx * s.ny * s.nz; ++i) {
+        const double v = std::clamp(at(i % s.nx), c.low, c.high);
+        switch (c.type) {
+        case BCCSPLAT_TYPE_U8:
+          put(static_cast<uint8_t>(std::lround(v)));
+          break;
+        case BCCSPLAT_TYPE_I8:
+          put(static_cast<int8_t>(std::lround(v)));
+          break;
+        case BCCSPLAT_TYPE_U16:
+          put(static_cast<uint16_t>(std::lround(v)));
+          break;
+        case BCCSPLAT_TYPE_I16:
+          put(static_cast<int16_t>(std::lround(v)));
+          break;
+        case BCCSPLAT_TYPE_I32:
+          put(static_cast<int32_t>(std::lround(v)));
+          break;
+        default:
+          put(v);
+        }
+      }
+      auto box = sized<bccsplat_box>();
+      box.type = c.type, box.data = bytes.data();
+      box.dims[0] = s.nx, box.dims[1] = s.ny, box.dims[2] = s.nz;
+      ASSERT_OK(bccsplat_writer_add_frame(w, 0, t, &box, 1));
+    }
+    ASSERT_OK(bccsplat_writer_finish(w, nullptr));
+    bccsplat_volume* v = nullptr;
+    ASSERT_OK(bccsplat_volume_open_memory(device.get(), stored.file->bytes.data(), stored.file->bytes.size(),
+                                          nullptr, &v));
+    stored.volume.reset(v);
+    const std::vector<double> points = random_points(s, 300);
+    const std::vector<float> got = values_at(stored.volume, points);
+    for (size_t i = 0; i < got.size(); ++i)
+      ASSERT_NEAR(static_cast<double>(got[i]), at(points[4 * i]), c.tolerance * (c.high - c.low)) << c.type;
+  }
+}
+
+} // namespace
+} // namespace host
