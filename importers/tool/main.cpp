@@ -22,10 +22,13 @@ std::string quoted(const std::string& word) {
   return out + "'";
 }
 
-std::string version_text() {
+std::string version_number() {
   const int32_t v = bccsplat_version();
-  std::string text =
-      concat("bcc4 ", v / 10000, ".", v / 100 % 100, ".", v % 100, "\n", bccsplat_build_info(), "\nreaders:");
+  return concat("bcc4 ", v / 10000, ".", v / 100 % 100, ".", v % 100);
+}
+
+std::string version_text() {
+  std::string text = concat(version_number(), "\n", bccsplat_build_info(), "\nreaders:");
   std::string absent;
   for (const ReaderInfo& r : reader_list()) {
     if (r.present)
@@ -65,7 +68,9 @@ Exit run(int argc, char** argv) {
                                                           {"verify", add_verify(app)},
                                                           {"export", add_export(app)},
                                                           {"slice", add_slice(app)},
-                                                          {"render", add_render(app)}};
+                                                          {"render", add_render(app)},
+                                                          {"completion", add_completion(app)},
+                                                          {"manual", add_manual(app, version_number())}};
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& e) { // --help, --version
