@@ -12,6 +12,8 @@
 #include "tests/bench/kernels.h"
 #include "tests/bench/render.h"
 #include "tests/bench/report.h"
+#include "tests/bench/scale.h"
+#include "tests/bench/skip.h"
 #include "tests/bench/storage.h"
 #include "tests/bench/trail.h"
 
@@ -24,12 +26,11 @@ struct Suite {
   int (*run)(std::span<const std::string> args, const Report& report);
 };
 
-constexpr Suite suites[] = {{"kernels", bccsplat::bench::run_kernels_suite},
-                            {"evaluate", bccsplat::bench::run_evaluate_suite},
-                            {"fit", bccsplat::bench::run_fit_suite},
-                            {"trail", bccsplat::bench::run_trail_suite},
-                            {"storage", bccsplat::bench::run_storage_suite},
-                            {"render", bccsplat::bench::run_render_suite}};
+constexpr Suite suites[] = {
+    {"kernels", bccsplat::bench::run_kernels_suite}, {"evaluate", bccsplat::bench::run_evaluate_suite},
+    {"fit", bccsplat::bench::run_fit_suite},         {"trail", bccsplat::bench::run_trail_suite},
+    {"storage", bccsplat::bench::run_storage_suite}, {"render", bccsplat::bench::run_render_suite},
+    {"skip", bccsplat::bench::run_skip_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");

@@ -1,0 +1,16 @@
+// Suite `scale`: what grows with points, frames, pixels and threads, and what does not.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "tests/bench/report.h"
+
+namespace bccsplat::bench {
+
+//   scale [--large DIR]   DIR: a folder with a few GB of room for 256^3 x 200 frames, written, opened and
+//   drawn
+// Through the C API alone, as a host sees it. Returns the exit status; throws Error on wrong arguments.
+int run_scale_suite(std::span<const std::string> args, const Report& report);
+
+} // namespace bccsplat::bench

@@ -1,0 +1,46 @@
+// A host of the C API for the suite `scale`: a series of puffs of smoke of any size, written frame by frame
+// without ever being held, and pictures of it.
+#pragma once
+
+#include <bccsplat.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace bccsplat::bench {
+
+struct ApiRelease {
+  void operator()(bccsplat_device* h) const { bccsplat_device_release(h); }
+  void operator()(bccsplat_writer* h) const { bccsplat_writer_release(h); }
+  void operator()(bccsplat_volume* h) const { bccsplat_volume_release(h); }
+  void operator()(bccsplat_slice* h) const { bccsplat_slice_release(h); }
+  void operator()(bccsplat_renderer* h) const { bccsplat_renderer_release(h); }
+  void operator()(bccsplat_frame* h) const { bccsplat_frame_release(h); }
+};
+template<class T> using ApiHandle = std::unique_ptr<T, ApiRelease>;
+
+// Throws Error with the library's text unless the status is OK.
+void api(bccsplat_status status);
+
+[[nodiscard]] ApiHandle<bccsplat_device> make_api_device(int threads);
+
+// n^3 x frames samples of u8: eight puffs, each 3n/8 wide and moving through its own octant, in air 0.
+struct Puffs {
+  uint32_t n = 64, frames = 16;
+  [[nodiscard]] double samples() const { return 1.0 * n * n * n * frames; }
+};
+
+// Writes `path` anew; the report's bytes and counts.
+bccsplat_writer_report write_puffs(bccsplat_device* device, const Puffs& puffs, const std::string& path);
+[[nodiscard]] ApiHandle<bccsplat_volume> open_puffs(bccsplat_device* device, const std::string& path);
+[[nodiscard]] ApiHandle<bccsplat_slice> slice_puffs(const bccsplat_volume* volume, double frame);
+// One shaded picture of the slice, size x size.
+bccsplat_render_stats draw_puffs(bccsplat_device* device, const bccsplat_slice* slice, uint32_t size);
+
+[[nodiscard]] bccsplat_volume_info info_of(const bccsplat_volume* volume);
+[[nodiscard]] bccsplat_slice_info info_of(const bccsplat_slice* slice);
+// Bytes the device's objects held at most.
+[[nodiscard]] uint64_t peak_of(const bccsplat_device* device);
+
+} // namespace bccsplat::bench
