@@ -12,7 +12,8 @@ struct Part {
   const char* option;
   void (*run)(const Report&);
 };
-constexpr std::array parts{Part{"--front", render_front}};
+constexpr std::array parts{Part{"--front", render_front}, Part{"--own", render_own},
+                           Part{"--ratios", render_ratios}, Part{"--interactive", render_interactive}};
 
 } // namespace
 

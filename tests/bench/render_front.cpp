@@ -111,12 +111,12 @@ void front(const Report& report, const FieldScene& scene, RenderMode mode, const
 } // namespace
 
 void render_front(const Report& report) {
-  const int n = report.quick ? 40 : 128;
-  const Setup setup = report.quick ? Setup{160, 8, 1} : Setup{512, 8, 3};
+  const int n = report.quick ? 24 : 128;
+  const Setup setup = report.quick ? Setup{96, 8, 1} : Setup{512, 8, 3};
   front(report, marschner_lobb_scene(n), RenderMode::composite, setup);
   front(report, marschner_lobb_scene(n), RenderMode::isosurface, setup);
   front(report, bessel_scene(n), RenderMode::composite, setup);
-  front(report, smoke_scene(report.quick ? 64 : 256), RenderMode::composite, setup);
+  front(report, smoke_scene(report.quick ? 40 : 256), RenderMode::composite, setup);
 }
 
 } // namespace bccsplat::bench
