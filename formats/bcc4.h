@@ -16,6 +16,7 @@
 #include "base/context.h"
 #include "base/files.h"
 #include "formats/bcc4_info.h"
+#include "formats/bcc4_residuals.h"
 #include "points/brick.h"
 #include "points/sample_source.h"
 
@@ -55,6 +56,8 @@ class Bcc4Writer {
   // is air. Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value).
   void write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers, const Context& context);
 
+  // Corrections of one frame, of any channel and in any order; a frame that gets none has none.
+  void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
   // To be completed before finish: dims[3], last_layer, times, statistics. What decides how samples are coded
   // is fixed.
   [[nodiscard]] VolumeInfo& info();
@@ -137,6 +140,8 @@ class Bcc4Reader {
   // Decodes chunks of one channel in parallel; neighbours in the file are read together.
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const;
+  // Corrections at the samples of a source frame; empty where there are none. Not cached.
+  [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
   // The brick of one layer of a chunk, 0 .. slab_layers - 1; null: air throughout.
   [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data,
                                                    int layer_of_slab) const;

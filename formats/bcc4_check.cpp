@@ -136,6 +136,11 @@ void check_info(const VolumeInfo& info, Code code) {
       fail(code, "channel ", c.name, ": ranges of ", c.frames.size(), " frames");
     for (const Range& r : c.frames)
       if (!is_range(r)) fail(code, "channel ", c.name, ": range of a frame from ", r.low, " to ", r.high);
+    const ResidualInfo& fix = c.residuals;
+    if (!(fix.step >= 0 && fix.bound >= 0) || !std::isfinite(fix.step) || !std::isfinite(fix.bound))
+      fail(code, "channel ", c.name, ": corrections in steps of ", fix.step, ", bound ", fix.bound);
+    if (!fix.frames.empty() && (fix.frames.size() != info.lattice.dims[3] || fix.step == 0))
+      fail(code, "channel ", c.name, ": corrections of ", fix.frames.size(), " frames");
     const auto sites = static_cast<uint64_t>(info.lattice.sites());
     if (c.sites_kept > sites || c.holes > c.sites_kept)
       fail(code, "channel ", c.name, ": ", c.sites_kept, " kept sites of ", sites, ", ", c.holes, " holes");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "formats/bcc4_layout.h"
 #include "lattice/lattice.h"
 
 namespace bccsplat {
@@ -42,6 +43,14 @@ struct Percentile {
   bool operator==(const Percentile&) const = default;
 };
 
+// Corrections at source samples (bcc4_residuals.h), which hold for the recommended kernel alone.
+struct ResidualInfo {
+  double step = 0;              // value of one step; 0: no corrections
+  double bound = 0;             // with them, no finite source sample is wrong by more; 0: nothing is promised
+  std::vector<BlockRef> frames; // by source frame, stored 0 where there is none; empty: none at all
+  bool operator==(const ResidualInfo&) const = default;
+};
+
 struct ChannelInfo {
   std::string name = "value"; // unique in the file, not empty
   std::string quantity;       // what it is, such as "density"; may be empty
@@ -66,9 +75,10 @@ struct ChannelInfo {
 
   // Counted by the writer.
   uint64_t sites_kept = 0;
-  uint64_t holes = 0;   // kept sites that are missing data
-  uint64_t clamped = 0; // samples outside the range of the stored type
-  Range kept_range;     // of the stored samples, absolute; 0..0 when none are kept
+  uint64_t holes = 0;     // kept sites that are missing data
+  uint64_t clamped = 0;   // samples outside the range of the stored type
+  Range kept_range;       // of the stored samples, absolute; 0..0 when none are kept
+  ResidualInfo residuals; // step and bound are the caller's, the frames the writer's
 
   bool operator==(const ChannelInfo&) const = default;
 };

@@ -1,5 +1,6 @@
 #include "formats/bcc4_metadata.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "base/bytes.h"
@@ -18,7 +19,8 @@ enum RecordType : uint16_t {
   store = 4,
   channel = 5,
   sources = 6,
-  attributes = 7
+  attributes = 7,
+  residuals = 0x8002
 };
 constexpr uint16_t optional_record = 0x8000;
 
@@ -156,6 +158,19 @@ void write_channel(ByteWriter& out, const ChannelInfo& c) {
   return air_code;
 }
 
+void write_residual_info(ByteWriter& out, const ResidualInfo& r) {
+  out.write(r.step);
+  out.write(r.bound);
+  out.write(static_cast<uint32_t>(r.frames.size()));
+  for (const BlockRef& ref : r.frames) write_block_ref(out, ref);
+}
+void read_residual_info(ByteReader& in, ResidualInfo& r) {
+  r.step = in.read<double>();
+  r.bound = in.read<double>();
+  r.frames.resize(read_count(in, block_ref_bytes));
+  for (BlockRef& ref : r.frames) ref = read_block_ref(in);
+}
+
 } // namespace
 
 std::vector<std::byte> write_metadata(const VolumeInfo& info) {
@@ -196,6 +211,11 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       p.write_string(value);
     }
   });
+  const auto bounded = [](const ChannelInfo& c) { return c.residuals != ResidualInfo{}; };
+  if (std::any_of(info.channels.begin(), info.channels.end(), bounded))
+    record(residuals, [&](ByteWriter& p) {
+      for (const ChannelInfo& c : info.channels) write_residual_info(p, c.residuals);
+    });
   return out.release();
 }
 
@@ -258,6 +278,10 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
         value = read_text(record);
       }
       break;
+    case residuals:
+      for (ChannelInfo& c : info.channels) read_residual_info(record, c.residuals);
+      record.expect_end();
+      continue;
     default:
       if (type < optional_record)
         fail(Code::unsupported_version, "metadata at offset ", offset, ": unknown record ", type,

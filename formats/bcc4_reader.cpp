@@ -145,6 +145,15 @@ Bcc4Reader::read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Co
   return out;
 }
 
+FrameResiduals Bcc4Reader::residuals(int channel, uint64_t frame) const {
+  const auto& frames = state_->info.channels.at(static_cast<size_t>(channel)).residuals.frames;
+  if (frame >= frames.size() || frames[frame].stored == 0) return {};
+  const BlockRef& ref = frames[frame];
+  check_block_ref(ref, "corrections", state_->root.file_bytes);
+  const auto& n = state_->info.lattice.dims;
+  return read_residuals(state_->read_block(ref, "corrections"), uint64_t{n[0]} * n[1] * n[2], ref.offset);
+}
+
 std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& data, int layer_of_slab) const {
   const auto m = static_cast<size_t>(layer_of_slab);
   const uint32_t first = data.first.at(m), count = data.first.at(m + 1) - first;

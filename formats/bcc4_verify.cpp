@@ -34,6 +34,18 @@ Bcc4VerifyResult Bcc4Reader::verify_all(const Context& context) const {
 
   std::vector<Extent> extents{{s.root.metadata.offset, s.root.metadata.offset + s.root.metadata.padded()},
                               {s.root.directory.offset, s.root.directory.offset + s.root.directory.padded()}};
+  for (size_t c = 0; c < info.channels.size(); ++c)
+    for (uint64_t f = 0; f < info.channels[c].residuals.frames.size(); ++f) {
+      const BlockRef& ref = info.channels[c].residuals.frames[f];
+      if (ref.stored == 0) continue;
+      result.bytes_checked += ref.padded();
+      extents.push_back({ref.offset, ref.offset + ref.padded()});
+      try {
+        static_cast<void>(residuals(static_cast<int>(c), f));
+      } catch (const Error& e) {
+        file_damage(e.code(), e.message(), ref.offset);
+      }
+    }
   std::vector<Totals> totals(info.channels.size());
   uint64_t runs = 0, values = 0;
   const auto last_of = [&](int32_t slab) {

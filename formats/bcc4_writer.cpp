@@ -24,6 +24,7 @@ struct ChannelState {
   int32_t last_slab = -1, last_slab_layers = 0;
   uint64_t kept = 0, holes = 0, clamped = 0;
   uint32_t min_code = UINT32_MAX, max_code = 0;
+  std::vector<BlockRef> residuals; // by frame
 };
 
 // What may not change once samples are written.
@@ -218,6 +219,8 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
     pages.insert(pages.end(), c.pages.begin(), c.pages.end());
     ChannelInfo& out = info.channels[i];
     out.sites_kept = c.kept, out.holes = c.holes, out.clamped += c.clamped;
+    out.residuals.frames = std::move(c.residuals);
+    if (!out.residuals.frames.empty()) out.residuals.frames.resize(info.lattice.dims[3]);
     out.kept_range = c.kept ? Range{c.coder.value(c.min_code), c.coder.value(c.max_code)} : Range{};
     report.sites_total += static_cast<uint64_t>(info.lattice.sites());
     report.sites_kept += c.kept, report.holes += c.holes, report.clamped += c.clamped;
@@ -262,6 +265,20 @@ void Bcc4Writer::write_slab(int32_t slab, int channel, std::span<const BrickLaye
   s.check_slab(slab, channel, layers);
   s.closed = true;
   s.write_slab(slab, channel, layers, context);
+  s.closed = false;
+}
+
+void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
+  State& s = *state_;
+  if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
+  s.start();
+  if (channel < 0 || static_cast<size_t>(channel) >= s.channels.size())
+    fail(Code::invalid_argument, "writer: corrections of channel ", channel, " of ", s.channels.size());
+  if (residuals.empty()) return;
+  s.closed = true;
+  auto& frames = s.channels[static_cast<size_t>(channel)].residuals;
+  if (frames.size() <= frame) frames.resize(size_t{frame} + 1);
+  frames[frame] = s.append_block(bccsplat::write_residuals(residuals));
   s.closed = false;
 }
 

@@ -207,7 +207,9 @@ enum {
   BCCSPLAT_FILTER_KAISER6 = 2,
   BCCSPLAT_FILTER_BSPLINE3 = 3
 };
-/* COEFFICIENTS: readers take them; this version of the writer answers UNSUPPORTED. */
+/* SAMPLES: any kernel can read them. COEFFICIENTS: of the recommended kernel, which is then the only one;
+ * readers skip the prefilter and read fewer layers. Needs dims[3] > 0 and value type F16 or F32 (DEFAULT: F16
+ * for sources of 8 bits and F16, else F32). */
 enum { BCCSPLAT_STORE_DEFAULT = 0, BCCSPLAT_STORE_SAMPLES = 1, BCCSPLAT_STORE_COEFFICIENTS = 2 };
 enum { /* what a NaN or infinity in the source does */
        BCCSPLAT_NONFINITE_DEFAULT = 0,
@@ -217,6 +219,13 @@ enum { /* what a NaN or infinity in the source does */
                  is a hole when the source sample nearest to it is; gaps between sites are filled */
        BCCSPLAT_NONFINITE_CLAMP =
            3 /* NaN becomes air, infinities the largest finite value of the channel's range */
+};
+
+enum { /* frames that are reconstructed while writing and compared with the source; it needs frames (or a
+          field, bccsplat_writer_add_field) and dims[3] > 0 */
+       BCCSPLAT_MEASURE_DEFAULT = 0, /* all with a bound, else none */
+       BCCSPLAT_MEASURE_SOME = 1,    /* at most 3, evenly spread, where dims[3] is known */
+       BCCSPLAT_MEASURE_ALL = 2
 };
 
 enum { /* bits of bccsplat_channel_options.set_mask */
@@ -237,8 +246,10 @@ typedef struct bccsplat_channel_options {
   double air_threshold; /* a site within this of air is not stored; 0: sites that equal air in the stored
                            type, and for floats the filter's ringing beside air, up to 1/512 of what is near,
                            are not */
-  double range[2]; /* SET_RANGE: smallest and largest value, spread over the codes of U8 or U16; needed when
-                      floats are stored as U8 or U16; values outside are clamped and counted */
+  double range[2];   /* SET_RANGE: smallest and largest value, spread over the codes of U8 or U16; needed when
+                        floats are stored as U8 or U16; values outside are clamped and counted */
+  double value_step; /* U8 and U16 with SET_RANGE: value from code to code, such that air has a code of its
+                        own; the codes must hold the range (INVALID_ARGUMENT); 0: the range over all codes */
 } bccsplat_channel_options;
 
 typedef struct bccsplat_writer_options {
@@ -262,6 +273,13 @@ typedef struct bccsplat_writer_options {
   bccsplat_progress_fn
       progress; /* NULL: none; fraction of the frames (or layers), only when dims[3] is known */
   void* progress_user;
+  double abs_error; /* > 0: no finite source sample of any channel, reconstructed with the recommended kernel,
+                       is further off than this: each is checked, and those that miss are stored as
+                       corrections. BOUND_NOT_MET where floats cannot hold it; 0: no bound */
+  double psnr; /* > 0: in dB over all samples of a channel, peak: the range of its source; checked on every
+                  frame, BOUND_NOT_MET at finish when it is missed; 0: no bound */
+  int32_t measure;   /* BCCSPLAT_MEASURE_...: which frames to compare with the source */
+  uint32_t reserved; /* 0 */
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */
@@ -299,10 +317,43 @@ typedef struct bccsplat_writer_report {
   uint64_t nonfinite;    /* source values that were NaN or infinite */
   uint64_t bytes_source; /* of the source values in the source's precision */
   uint64_t bytes_file;
-  uint64_t bytes_runs;   /* of these: which sites are stored */
-  uint64_t bytes_values; /* their values */
-  uint64_t bytes_index;  /* tables and metadata */
+  uint64_t bytes_runs;        /* of these: which sites are stored */
+  uint64_t bytes_values;      /* their values */
+  uint64_t bytes_index;       /* tables and metadata, corrections included */
+  uint64_t frames_measured;   /* compared with the source, bccsplat_writer_get_error */
+  uint64_t corrected;         /* source samples with a correction */
+  uint64_t bytes_corrections; /* of bytes_index */
+  double coding_max; /* largest difference of a stored lattice sample from what the resampling filter made: by
+                        rounding, clamping, or as air; over all channels */
+  double coding_rmse; /* the same, over all sites */
 } bccsplat_writer_report;
+
+/* Differences of the file from its source at the source samples: the field reconstructed with the recommended
+ * kernel, corrections included, minus the source; finite source samples only. */
+typedef struct bccsplat_error_report {
+  uint32_t struct_size;
+  uint32_t reserved;
+  uint64_t frame;   /* the frame; of the series: the one of the largest difference */
+  uint64_t samples; /* compared */
+  double max_abs;
+  double rmse;
+  double peak; /* range of the channel's source */
+  double psnr; /* dB, 20 log10(peak / rmse); infinite without any difference, NaN without samples */
+  uint64_t non_air_samples; /* of them, further than air_threshold from air; the next three are theirs */
+  double non_air_max_abs;
+  double non_air_rmse;
+  double non_air_psnr;
+  uint64_t voxel[3];          /* of the largest difference, in `frame` */
+  double expected;            /* there: the source */
+  double got;                 /* and the file */
+  double uncorrected_max_abs; /* largest difference before corrections */
+  uint64_t corrected;         /* samples with a correction */
+  uint64_t lost;              /* samples in holes of the lattice; not compared */
+} bccsplat_error_report;
+
+/* The field of a host at n points: xyzt, n x 4 doubles, index space; writes n values. Non-zero: give up.
+ * Called from the thread that called bccsplat_writer_add_field, one call at a time. */
+typedef int32_t (*bccsplat_field_fn)(void* user, uint64_t n, const double* xyzt, float* values);
 
 /* Starts a file. The bytes go to a hidden neighbour of `path` that takes the name at finish, so `path` never
  * holds half a file. FILE_EXISTS unless options->overwrite; NOT_FOUND for an unknown kernel. */
@@ -328,6 +379,12 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_w
  * time_first + i * time_step. NaN follows options->nonfinite. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t channel,
                                                        int64_t layer, const float* samples, uint64_t count);
+/* Adds all layers of a channel by asking `field` for its value at each site, at most 65536 points at a time:
+ * no source grid, no resampling. Instead of frames and layers; needs dims[3] > 0, which with the other dims
+ * states the domain. With a bound or measure, `field` is also asked at the source samples of the frames to
+ * compare. NaN follows options->nonfinite. CANCELLED when `field` gave up. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_add_field(bccsplat_writer* writer, uint32_t channel,
+                                                       bccsplat_field_fn field, void* user);
 /* Times of a file written by layers: frame i is at first + i * step, step > 0. Default 0 and 1. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first, double step);
 /* A free attribute of the file; a key given twice keeps the last value. */
@@ -339,6 +396,10 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer,
 /* Writes what is pending and gives the file its name. report may be NULL. The writer can only be released
  * afterwards. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report);
+/* What was measured, after finish: measured = -1 for the series, else 0 .. frames_measured-1 for one frame.
+ * WRONG_STATE before finish, NOT_FOUND when nothing was measured or past the last. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_t channel,
+                                                       int64_t measured, bccsplat_error_report* error);
 BCCSPLAT_API void bccsplat_writer_retain(bccsplat_writer* writer);
 /* The last release without finish leaves no file. */
 BCCSPLAT_API void bccsplat_writer_release(bccsplat_writer* writer);

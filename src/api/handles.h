@@ -16,6 +16,7 @@
 #include "points/time_axis.h"
 #include "render/image.h"
 #include "slice/coefficients.h"
+#include "slice/corrections.h"
 #include "slice/slice.h"
 #include "splat/points.h"
 
@@ -80,6 +81,8 @@ struct bccsplat_volume : bccsplat::api::Counted {
                   const bccsplat_volume_options& options);
   // Coefficients of a channel under a kernel; NULL or "": the volume's. Made once, kept with the volume.
   [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name) const;
+  // Of the samples of a channel as that kernel reconstructs them; null when there are none.
+  [[nodiscard]] const bccsplat::Corrections* corrections(uint32_t channel, const char* kernel_name) const;
   [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
   [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;
 
@@ -90,6 +93,7 @@ struct bccsplat_volume : bccsplat::api::Counted {
   bccsplat::Kernel kernel;
   std::string recommended_kernel;
   uint64_t cache_bytes; // for coefficients, per channel and kernel
+  std::vector<std::unique_ptr<bccsplat::Corrections>> corrections_of; // channels; null without
 
  private:
   using Key = std::pair<uint32_t, std::string>; // channel, canonical kernel name
@@ -104,6 +108,7 @@ struct bccsplat_slice : bccsplat::api::Counted {
   bccsplat::api::Ref<bccsplat_volume> volume;
   uint32_t channel = 0;
   bccsplat::Slice slice;
+  const bccsplat::Corrections* corrections = nullptr; // the volume's; of instants only
   bccsplat::Reservation memory;
 
  private:

@@ -88,6 +88,8 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     result->channel = o.channel;
     if (frame) {
       result->slice = time_slice(coefficients, *frame, {o.interval[0], o.interval[1]}, info.affine, context);
+      if (o.interval[0] == 0 && o.interval[1] == 0)
+        result->corrections = volume->corrections(o.channel, o.kernel);
     } else {
       if (o.interval[0] != 0 || o.interval[1] != 0)
         fail(Code::unsupported, "slice: an interval belongs to time slices (a = b = c = 0) only");
@@ -124,6 +126,10 @@ bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_sl
     }
     out.affine[15] = 1;
     out.bounds[0] = s.bounds[0], out.bounds[1] = s.bounds[1];
+    if (slice->corrections) {
+      const auto [low, high] = slice->corrections->range(s.frame);
+      out.bounds[0] += static_cast<double>(low), out.bounds[1] += static_cast<double>(high);
+    }
     out.air = s.air;
     out.points = static_cast<uint64_t>(s.points());
     out.bytes_read = s.bytes_read;
@@ -143,8 +149,13 @@ bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
     const std::span points(reinterpret_cast<const Vec3*>(uvw), n);
     std::span<std::array<float, 3>> slopes;
     if (gradients) slopes = {reinterpret_cast<std::array<float, 3>*>(gradients), n};
-    const EvaluateMisses misses =
+    EvaluateMisses misses =
         sample_points(slice->slice, points, {values, n}, slopes, slice->volume->device->context(progress));
+    if (slice->corrections) {
+      std::vector<Vec4> at;
+      for (const Vec3& p : points) at.push_back({p[0], p[1], p[2], slice->slice.frame});
+      misses.holes -= slice->corrections->add_to_points(at, {values, n});
+    }
     if (misses.outside > 0)
       fail(Code::out_of_domain, misses.outside, " of ", n, " points lie outside the domain");
     if (misses.holes > 0) fail(Code::hole, misses.holes, " of ", n, " points lie in holes");
@@ -175,6 +186,7 @@ bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice, const bc
     }
     Progress progress;
     sample_grid(slice->slice, g, values, slice->volume->device->context(progress));
+    if (slice->corrections) slice->corrections->add_to_grid(slice->slice.frame, g, values);
   });
 }
 

@@ -57,6 +57,11 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
       options.cache_bytes ? options.cache_bytes : std::min(owner->memory.limit() / 4, gibibyte);
   samples = std::make_unique<Bcc4Samples>(reader, owner->memory, cache / 4);
   cache_bytes = cache - cache / 4;
+  for (const ChannelInfo& c : info().channels) {
+    const auto index = static_cast<int>(corrections_of.size());
+    corrections_of.push_back(c.residuals.frames.empty() ? nullptr
+                                                        : std::make_unique<Corrections>(reader, index));
+  }
 }
 
 const ChannelInfo& bccsplat_volume::channel(uint32_t index) const {
@@ -75,6 +80,13 @@ const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const 
     slot = std::make_unique<Coefficients>(*samples, static_cast<int>(channel_index), std::move(k),
                                           c.threshold / 2, cache_bytes);
   return *slot;
+}
+
+const Corrections* bccsplat_volume::corrections(uint32_t channel_index, const char* kernel_name) const {
+  if (channel_index >= corrections_of.size()) return nullptr;
+  const std::string name = kernel_name && *kernel_name ? make_kernel(kernel_name).name : kernel.name;
+  const bool theirs = name == make_kernel(choose_kernel(info(), nullptr)).name;
+  return theirs ? corrections_of[channel_index].get() : nullptr;
 }
 
 extern "C" {
@@ -247,8 +259,9 @@ bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, 
     const std::span points(reinterpret_cast<const Vec4*>(xyzt), n);
     std::span<std::array<float, 4>> slopes;
     if (gradients) slopes = {reinterpret_cast<std::array<float, 4>*>(gradients), n};
-    const EvaluateMisses misses =
-        evaluate4(c, points, {values, n}, slopes, volume->device->context(progress));
+    EvaluateMisses misses = evaluate4(c, points, {values, n}, slopes, volume->device->context(progress));
+    if (const Corrections* fix = volume->corrections(channel, nullptr))
+      misses.holes -= fix->add_to_points(points, {values, n});
     if (misses.outside > 0)
       fail(Code::out_of_domain, misses.outside, " of ", n, " points lie outside the domain");
     if (misses.holes > 0) fail(Code::hole, misses.holes, " of ", n, " points lie in holes");

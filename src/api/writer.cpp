@@ -6,7 +6,9 @@
 
 #include "api/handles.h"
 #include "api/structs.h"
+#include "fit/coefficient_layers.h"
 #include "fit/fit.h"
+#include "fit/round_trip.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -14,6 +16,9 @@ using namespace bccsplat::api;
 namespace {
 
 enum class Feeding { nothing, frames, layers };
+
+constexpr uint32_t frames_of_some = 3;     // BCCSPLAT_MEASURE_SOME
+constexpr uint64_t field_points = 1 << 16; // asked of a host's field at a time
 
 std::string text_or(const char* text, const char* otherwise) { return text ? text : otherwise; }
 
@@ -38,6 +43,32 @@ Affine3 read_affine(const double (&m)[16]) {
   return a;
 }
 
+// Codes a caller-chosen step apart, one of them air itself.
+Quantiser quantiser_of_step(ValueType type, const Range& range, double step, float air,
+                            const std::string& name) {
+  const auto zero = static_cast<double>(air);
+  const double low = std::min(range.low, zero), high = std::max(range.high, zero);
+  const double below = std::ceil((zero - low) / step), above = std::ceil((high - zero) / step);
+  if (largest_code(type) == 0 || !(step > 0 && std::isfinite(step)) || !(below + above <= largest_code(type)))
+    fail(Code::invalid_argument, "channel ", name, ": value_step ", step, " needs ", below + above + 1,
+         " codes from ", low, " to ", high, "; the type has ", largest_code(type) + 1);
+  return {type, step, zero - below * step, air};
+}
+
+// Coefficients: eight bits and halves fit a half, others need a float.
+ValueType coefficient_type(SourceType source) {
+  return source == SourceType::u8 || source == SourceType::i8 || source == SourceType::f16 ? ValueType::f16
+                                                                                           : ValueType::f32;
+}
+
+std::vector<uint32_t> measured_frames(uint32_t frames, bool all) {
+  std::vector<uint32_t> list;
+  const uint32_t count = all ? frames : std::min(frames, frames_of_some);
+  for (uint32_t i = 0; i < count; ++i)
+    list.push_back(all ? i : static_cast<uint32_t>(uint64_t{frames} * (2 * i + 1) / (2 * count)));
+  return list;
+}
+
 } // namespace
 
 // Fit and container are made when the first data come: the source's precision may only be known then.
@@ -46,6 +77,7 @@ struct bccsplat_writer : Counted {
   void begin(Feeding kind, uint32_t channel, SourceType first_type);
   void add_frame(uint32_t channel, double time, const bccsplat_box* boxes, uint64_t count);
   void add_layer(uint32_t channel, int64_t layer, std::span<const float> samples);
+  void add_field(uint32_t channel, bccsplat_field_fn field, void* user);
   bccsplat_writer_report finish();
   void check_channel(uint32_t channel) const;
   // Runs a step; after a failure the writer is of no use any more.
@@ -71,9 +103,29 @@ struct bccsplat_writer : Counted {
   std::unique_ptr<Bcc4Writer> container;
   std::unique_ptr<Fit> fit;
   std::optional<Context> context;
+  double abs_error = 0, psnr = 0;
+  int32_t measure = 0;
+  bool coefficients = false;
+  std::unique_ptr<RoundTrip> round_trip; // null: nothing is measured
+  std::vector<Range> source_ranges;      // once finished
 
  private:
+  // One channel between fit and container, when coefficients are stored.
+  struct Prefiltered {
+    Prefiltered(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
+                const std::string& kernel)
+        : maker(lattice, quantiser, threshold, kernel) {}
+    CoefficientLayers maker;
+    std::vector<BrickLayer> slab;
+    int32_t next_slab = 0;
+  };
+  std::vector<std::unique_ptr<Prefiltered>> prefiltered;
+
   void make_container();
+  void start_measuring(bool frames_known);
+  void take_layers(int32_t slab, int channel, std::span<const BrickLayer> layers);
+  void store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
+  void check_bounds(const FitReport& result) const;
 };
 
 bccsplat_writer::bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_options& o)
@@ -89,7 +141,17 @@ bccsplat_writer::bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_o
   fit_options.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
   fit_options.slab_layers = initial.slab_layers;
   const int32_t store = choose(o.store, BCCSPLAT_STORE_SAMPLES, 2, "store");
-  if (store != BCCSPLAT_STORE_SAMPLES) fail(Code::unsupported, "writer: this version stores samples only");
+  coefficients = store == BCCSPLAT_STORE_COEFFICIENTS;
+  require_zero(o.reserved, "bccsplat_writer_options.reserved");
+  abs_error = o.abs_error, psnr = o.psnr, measure = o.measure;
+  if (!(abs_error >= 0 && std::isfinite(abs_error)) || !(psnr >= 0 && std::isfinite(psnr)))
+    fail(Code::invalid_argument, "writer: abs_error and psnr must be finite and not negative");
+  if (measure < 0 || measure > BCCSPLAT_MEASURE_ALL)
+    fail(Code::invalid_argument, "measure ", measure, " is not one of 0 .. 2");
+  const bool bounded = abs_error > 0 || psnr > 0;
+  if ((bounded || coefficients || measure == BCCSPLAT_MEASURE_ALL) && o.dims[3] == 0)
+    fail(Code::invalid_argument,
+         "writer: a bound, measuring, or coefficients need the number of frames in dims[3]");
   // Refuses impossible sizes before anything is written.
   initial.lattice = Lattice4::fit(
       fit_options.lattice, {o.dims[0], o.dims[1], o.dims[2], std::max(o.dims[3], 1u)}, scale, time_scale);
@@ -101,6 +163,13 @@ bccsplat_writer::bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_o
   initial.time.unit = text_or(o.time_unit, "");
   if (o.recommended_kernel && *o.recommended_kernel)
     initial.recommended_kernel = make_kernel(o.recommended_kernel).name;
+  else if (bounded || coefficients) // which must not depend on what a reader takes for the default
+    initial.recommended_kernel = make_kernel("").name;
+  if (coefficients) {
+    const Kernel kernel = make_kernel(initial.recommended_kernel);
+    initial.coefficient_parameters = kernel_parameters(kernel);
+    initial.coefficient_kernel = kernel.name;
+  }
 
   const uint32_t count = std::max(o.channel_count, 1u);
   if (o.channel_count > 0) require(o.channels, "channels");
@@ -156,7 +225,23 @@ void bccsplat_writer::begin(Feeding kind, uint32_t first_channel, SourceType fir
     const Quantiser own = quantiser_of_source(info.source_type, info.air);
     const auto type = in.value_type ? static_cast<ValueType>(in.value_type) : own.type;
     const bool integer = type == ValueType::u8 || type == ValueType::u16;
-    if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) {
+    if (in.value_step != 0 && !(in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE))
+      fail(Code::invalid_argument, "channel ", info.name, ": value_step needs the range of the values");
+    if (coefficients) {
+      const ValueType stored = in.value_type ? type : coefficient_type(info.source_type);
+      if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) channel.range = Range{in.range[0], in.range[1]};
+      if (stored != ValueType::f16 && stored != ValueType::f32)
+        fail(Code::invalid_argument, "channel ", info.name, ": coefficients are stored as F16 or F32");
+      // The samples they are made of are not rounded.
+      channel.quantiser = quantiser_of_range(ValueType::f32, {}, info.air);
+      info.type = stored, info.scale = 1, info.offset = static_cast<double>(info.air);
+      fit_options.channels.push_back(std::move(channel));
+      continue;
+    }
+    if (in.value_step != 0) {
+      channel.range = Range{in.range[0], in.range[1]};
+      channel.quantiser = quantiser_of_step(type, *channel.range, in.value_step, info.air, info.name);
+    } else if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) {
       channel.range = Range{in.range[0], in.range[1]};
       channel.quantiser = quantiser_of_range(type, *channel.range, info.air);
     } else if (type == own.type) {
@@ -177,10 +262,75 @@ void bccsplat_writer::begin(Feeding kind, uint32_t first_channel, SourceType fir
   fit = std::make_unique<Fit>(
       fit_options,
       [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
-        make_container();
-        container->write_slab(slab, channel, layers, *context);
+        take_layers(slab, channel, layers);
       },
       *context);
+}
+
+// Once the fit is there.
+void bccsplat_writer::start_measuring(bool frames_known) {
+  const bool bounded = abs_error > 0 || psnr > 0;
+  if (round_trip || (!bounded && measure == BCCSPLAT_MEASURE_DEFAULT)) return;
+  if (!frames_known || fit_options.dims[3] == 0) {
+    if (bounded || measure == BCCSPLAT_MEASURE_ALL)
+      fail(Code::wrong_state,
+           "writer: layers alone do not tell the source samples that a bound or measuring needs; "
+           "give frames or a field");
+    return;
+  }
+  std::vector<RoundTripChannel> list;
+  for (ChannelInfo& c : initial.channels) {
+    list.push_back({c.name, c.air, c.threshold, abs_error});
+    if (abs_error > 0) c.residuals.step = RoundTrip::step(abs_error), c.residuals.bound = abs_error;
+  }
+  round_trip = std::make_unique<RoundTrip>(
+      fit->lattice(), std::move(list), initial.recommended_kernel, coefficients,
+      measured_frames(fit_options.dims[3], bounded || measure == BCCSPLAT_MEASURE_ALL),
+      [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
+        container->write_residuals(channel, frame, residuals);
+      },
+      *context);
+}
+
+// What the fit hands out.
+void bccsplat_writer::take_layers(int32_t slab, int channel, std::span<const BrickLayer> layers) {
+  if (!coefficients) return store_slab(slab, channel, layers);
+  prefiltered.resize(channels.size());
+  auto& p = prefiltered[static_cast<size_t>(channel)];
+  if (!p) {
+    const ChannelInfo& c = initial.channels[static_cast<size_t>(channel)];
+    const Quantiser quantiser{c.type, c.scale, c.offset, c.air};
+    p = std::make_unique<Prefiltered>(fit->lattice(), quantiser, c.threshold, initial.coefficient_kernel);
+  }
+  for (BrickLayer& layer : p->maker.add(layers, *context)) {
+    p->slab.push_back(std::move(layer));
+    const bool last =
+        p->next_slab * initial.slab_layers + static_cast<int32_t>(p->slab.size()) == fit->lattice().layers();
+    if (!last && static_cast<int32_t>(p->slab.size()) < initial.slab_layers) continue;
+    store_slab(p->next_slab++, channel, p->slab);
+    p->slab.clear();
+  }
+}
+
+void bccsplat_writer::store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
+  make_container();
+  container->write_slab(slab, channel, layers, *context);
+  if (round_trip) round_trip->add_layers(channel, layers);
+}
+
+void bccsplat_writer::check_bounds(const FitReport& result) const {
+  if (!(psnr > 0)) return;
+  for (size_t c = 0; c < channels.size(); ++c) {
+    const Range& range = result.channels[c].source_range;
+    const SampleErrors& e = round_trip->errors(static_cast<int>(c));
+    const double reached = e.all.psnr(range.high - range.low);
+    if (reached < psnr)
+      fail(Code::bound_not_met, "channel '", initial.channels[c].name, "': ", reached, " dB reached, ", psnr,
+           " asked for; the largest difference is at frame ", e.frame, ", voxel (", e.voxel[0], ", ",
+           e.voxel[1], ", ", e.voxel[2], "): ", e.got, " instead of ", e.expected,
+           "; a smaller scale, lattice CC, more bits, or abs_error ",
+           1.5 * (range.high - range.low) * std::pow(10, -psnr / 20), " would do");
+  }
 }
 
 void bccsplat_writer::make_container() {
@@ -223,6 +373,8 @@ void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_bo
     parts.push_back(part);
   }
   begin(Feeding::frames, channel, parts.empty() ? SourceType::f32 : parts.front().type);
+  start_measuring(true);
+  if (round_trip) round_trip->add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), parts);
   fit->add_frame(static_cast<int>(channel), parts);
   ++added[channel];
   if (fit_options.dims[3] > 0)
@@ -236,11 +388,67 @@ void bccsplat_writer::add_layer(uint32_t channel, int64_t layer, std::span<const
   if (layer != static_cast<int64_t>(added[channel]))
     fail(Code::wrong_state, "layer ", layer, " given, ", added[channel], " is next");
   begin(Feeding::layers, channel, SourceType::f32);
+  start_measuring(false);
   fit->add_layer(static_cast<int>(channel), static_cast<int32_t>(layer), samples);
   ++added[channel];
   progress.report(static_cast<double>(*std::min_element(added.begin(), added.end())) /
                   initial.lattice.layers() * 0.99);
   progress.check();
+}
+
+void bccsplat_writer::add_field(uint32_t channel, bccsplat_field_fn field, void* user) {
+  if (fit_options.dims[3] == 0) fail(Code::wrong_state, "a field needs the number of frames: set dims[3]");
+  if (added[channel] != 0) fail(Code::wrong_state, "channel ", channel, " has data already");
+  begin(Feeding::layers, channel, SourceType::f32);
+  start_measuring(true);
+  const Lattice4& lattice = fit->lattice();
+  std::vector<double> points;
+  // Values at origin + step * (i, j, k), x fastest, at frame t.
+  const auto ask = [&](const Vec3& origin, const Vec3& step, const Int3& n, double t) {
+    std::vector<float> values(static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) *
+                              static_cast<size_t>(n[2]));
+    const Reservation memory(context->memory, values.size() * sizeof(float), "a layer of a field");
+    const auto nx = static_cast<uint64_t>(n[0]), ny = static_cast<uint64_t>(n[1]);
+    for (uint64_t first = 0; first < values.size(); first += field_points) {
+      const uint64_t count = std::min<uint64_t>(field_points, values.size() - first);
+      points.resize(4 * count);
+      for (uint64_t i = 0; i < count; ++i) {
+        const uint64_t at = first + i;
+        points[4 * i] = origin[0] + step[0] * static_cast<double>(at % nx);
+        points[4 * i + 1] = origin[1] + step[1] * static_cast<double>(at / nx % ny);
+        points[4 * i + 2] = origin[2] + step[2] * static_cast<double>(at / nx / ny);
+        points[4 * i + 3] = t;
+      }
+      if (field(user, count, points.data(), values.data() + first) != 0)
+        fail(Code::cancelled, "the field of channel ", channel, " gave up");
+      progress.check();
+    }
+    return values;
+  };
+  size_t next_frame = 0;
+  for (int32_t layer = 0; layer < lattice.layers(); ++layer) {
+    const double t = lattice.is_static() ? 0 : lattice.layer_frame(layer);
+    for (;
+         round_trip && next_frame < round_trip->frames().size() && round_trip->frames()[next_frame] <= t + 1;
+         ++next_frame) {
+      const uint32_t frame = round_trip->frames()[next_frame];
+      const auto& d = lattice.dims;
+      const std::vector<float> values =
+          ask({}, {1, 1, 1},
+              {static_cast<int32_t>(d[0]), static_cast<int32_t>(d[1]), static_cast<int32_t>(d[2])}, frame);
+      FrameBox box;
+      box.data = values.data(), box.dims = {d[0], d[1], d[2]};
+      round_trip->add_frame(static_cast<int>(channel), frame, {&box, 1});
+    }
+    const int coset = lattice.coset(layer);
+    const Vec3 origin = lattice.site_position(coset, {0, 0, 0}),
+               next = lattice.site_position(coset, {1, 1, 1});
+    const Vec3 step{next[0] - origin[0], next[1] - origin[1], next[2] - origin[2]};
+    fit->add_layer(static_cast<int>(channel), layer, ask(origin, step, lattice.space.dims(coset), t));
+    ++added[channel];
+    progress.report(static_cast<double>(*std::min_element(added.begin(), added.end())) / lattice.layers() *
+                    0.99);
+  }
 }
 
 bccsplat_writer_report bccsplat_writer::finish() {
@@ -260,11 +468,13 @@ bccsplat_writer_report bccsplat_writer::finish() {
   } else {
     info.time = initial.time;
   }
+  check_bounds(result);
   info.sources = initial.sources;
   info.attributes = initial.attributes;
 
   bccsplat_writer_report report{};
   report.frames = result.lattice.dims[3];
+  double squares = 0;
   for (size_t c = 0; c < result.channels.size(); ++c) {
     const FitChannelReport& r = result.channels[c];
     describe(r, info.channels[c]);
@@ -275,10 +485,19 @@ bccsplat_writer_report bccsplat_writer::finish() {
     report.holes += r.holes;
     report.clamped += r.clamped;
     report.nonfinite += r.nonfinite;
+    report.coding_max = std::max(report.coding_max, r.coding_max);
+    squares += r.coding_rmse * r.coding_rmse * static_cast<double>(r.sites_total);
+    source_ranges.push_back(r.source_range);
+    if (round_trip) report.corrected += round_trip->errors(static_cast<int>(c)).corrected;
     constexpr uint64_t bytes_of[] = {0, 1, 2, 2, 4, 2, 4, 8, 1, 4};
     report.bytes_source += info.cc_samples() * bytes_of[static_cast<size_t>(info.channels[c].source_type)];
   }
   const Bcc4Report written = container->finish(*context);
+  if (report.sites_total > 0)
+    report.coding_rmse = std::sqrt(squares / static_cast<double>(report.sites_total));
+  if (round_trip) report.frames_measured = round_trip->frames().size();
+  for (const ChannelInfo& c : info.channels)
+    for (const BlockRef& ref : c.residuals.frames) report.bytes_corrections += ref.padded();
   report.bytes_file = written.bytes.file, report.bytes_runs = written.bytes.runs;
   report.bytes_values = written.bytes.values, report.bytes_index = written.bytes.index;
   finished = true;
@@ -371,6 +590,44 @@ bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t chan
     require(writer, "writer"), require(samples, "samples");
     writer->check_channel(channel);
     writer->step([&] { writer->add_layer(channel, layer, {samples, count}); });
+  });
+}
+
+bccsplat_status bccsplat_writer_add_field(bccsplat_writer* writer, uint32_t channel, bccsplat_field_fn field,
+                                          void* user) {
+  return guard([&] {
+    require(writer, "writer");
+    if (!field) fail(Code::invalid_argument, "field is NULL");
+    writer->check_channel(channel);
+    writer->step([&] { writer->add_field(channel, field, user); });
+  });
+}
+
+bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_t channel, int64_t measured,
+                                          bccsplat_error_report* error) {
+  return guard([&] {
+    require(writer, "writer");
+    writer->check_channel(channel);
+    if (!writer->finished) fail(Code::wrong_state, "writer: errors are known after finish");
+    const RoundTrip* r = writer->round_trip.get();
+    if (!r || measured < -1 || measured >= static_cast<int64_t>(r->frames().size()))
+      fail(Code::not_found, "measured frame ", measured, " of ", r ? r->frames().size() : 0);
+    const auto index = static_cast<int>(channel);
+    const SampleErrors& e =
+        measured < 0 ? r->errors(index) : r->frame_errors(index, static_cast<size_t>(measured));
+    const Range& range = writer->source_ranges[channel];
+    bccsplat_error_report out{};
+    out.frame = measured < 0 ? e.frame : r->frames()[static_cast<size_t>(measured)];
+    out.peak = range.high - range.low;
+    out.samples = e.all.count, out.max_abs = e.all.largest, out.rmse = e.all.rms();
+    out.psnr = e.all.psnr(out.peak);
+    out.non_air_samples = e.non_air.count, out.non_air_max_abs = e.non_air.largest;
+    out.non_air_rmse = e.non_air.rms(), out.non_air_psnr = e.non_air.psnr(out.peak);
+    std::copy(e.voxel.begin(), e.voxel.end(), out.voxel);
+    out.expected = e.expected, out.got = e.got;
+    out.uncorrected_max_abs = e.uncorrected;
+    out.corrected = e.corrected, out.lost = e.lost;
+    write_struct(error, out, "error");
   });
 }
 

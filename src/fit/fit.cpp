@@ -289,6 +289,10 @@ struct Fit::State {
       c.report.holes = counts.sites.holes;
       c.report.clamped = counts.sites.clamped;
       c.report.samples = counts.samples;
+      const CodingError& coding = c.maker.coding_error();
+      c.report.coding_max = coding.largest;
+      if (c.report.sites_total > 0)
+        c.report.coding_rmse = std::sqrt(coding.squares / static_cast<double>(c.report.sites_total));
       report.channels.push_back(std::move(c.report));
     }
     return report;

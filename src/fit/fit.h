@@ -57,9 +57,10 @@ struct FitChannelReport {
   uint64_t cc_relevant = 0; // source samples further than the threshold from air
   uint64_t nonfinite = 0;   // source values
   uint64_t sites_total = 0, sites_kept = 0;
-  uint64_t holes = 0;      // of the sites kept
-  uint64_t clamped = 0;    // sites whose value the stored type could not hold
-  SampleHistogram samples; // of the sites kept that are no holes
+  uint64_t holes = 0;                     // of the sites kept
+  uint64_t clamped = 0;                   // sites whose value the stored type could not hold
+  SampleHistogram samples;                // of the sites kept that are no holes
+  double coding_max = 0, coding_rmse = 0; // stored values against those the filter made, over all sites
 };
 
 struct FitReport {

@@ -26,6 +26,20 @@ void Combine(const float* HWY_RESTRICT center, const float* const* blocks, const
     }
 }
 
+// |made - stored| of the first `columns` of the first `rows` of `planes`: sixteen sums of squares and largest
+// values each, so that nothing depends on the width of vectors.
+void Compare(const float* HWY_RESTRICT made, const float* HWY_RESTRICT stored, size_t planes, size_t rows,
+             size_t columns, double* HWY_RESTRICT squares, float* HWY_RESTRICT largest) {
+  for (size_t z = 0; z < planes; ++z)
+    for (size_t i = z * 256; i < z * 256 + rows * 16; i += 16)
+      for (size_t x = 0; x < columns; ++x) {
+        const float d = made[i + x] - stored[i + x];
+        const float magnitude = d < 0 ? -d : d;
+        largest[x] = magnitude > largest[x] ? magnitude : largest[x];
+        squares[x] += static_cast<double>(d) * static_cast<double>(d);
+      }
+}
+
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
@@ -35,6 +49,7 @@ HWY_AFTER_NAMESPACE();
 
 namespace bccsplat {
 HWY_EXPORT(Combine);
+HWY_EXPORT(Compare);
 
 namespace {
 const SiteBlock air_block{};
@@ -55,6 +70,7 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
     for (const LayerTap& tap : taps) any = any || tap.frame->block[c][slot];
     if (any) slots.push_back(slot);
   }
+  std::vector<CodingError> coding(slots.size());
   constexpr size_t group = 4; // bricks of a task
   context.tasks.parallel_for((slots.size() + group - 1) / group, [&](uint64_t g) {
     context.progress.check();
@@ -101,6 +117,15 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
           evidence.ringing = std::max(evidence.ringing, ringing_ * b->largest);
       auto brick = std::make_shared_for_overwrite<Brick>();
       const KeptCounts found = relevance_.select(values, size, evidence, *brick);
+      std::array<double, 16> squares{};
+      std::array<float, 16> largest{};
+      HWY_DYNAMIC_DISPATCH(Compare)
+      (values, brick->value.data(), static_cast<size_t>(size[2]), static_cast<size_t>(size[1]),
+       static_cast<size_t>(size[0]), squares.data(), largest.data());
+      for (size_t x = 0; x < 16; ++x) {
+        coding[s].squares += squares[x];
+        coding[s].largest = std::max(coding[s].largest, static_cast<double>(largest[x]));
+      }
       counts->sites.kept += found.kept;
       counts->sites.holes += found.holes;
       counts->sites.clamped += found.clamped;
@@ -111,6 +136,10 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
     const std::scoped_lock lock(mutex_);
     counts_.push_back(std::move(counts));
   });
+  for (const CodingError& e : coding) {
+    coding_.squares += e.squares;
+    coding_.largest = std::max(coding_.largest, e.largest);
+  }
   return layer;
 }
 

@@ -21,6 +21,11 @@ struct SiteCounts {
   SampleHistogram samples;
 };
 
+// How far stored values are from those the filter made: rounding, clamping, and what was dropped as air.
+struct CodingError {
+  double largest = 0, squares = 0; // over all sites of the bricks that are not air throughout
+};
+
 struct LayerTap {
   const FrameSites* frame = nullptr;
   float weight = 0;
@@ -37,11 +42,14 @@ class LayerMaker {
   [[nodiscard]] BrickLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
                                 size_t nearest, const Context& context);
   [[nodiscard]] SiteCounts counts() const;
+  // Summed layer by layer, the same for any number of threads.
+  [[nodiscard]] const CodingError& coding_error() const { return coding_; }
 
  private:
   Quantiser quantiser_;
   Relevance relevance_;
   float ringing_;
+  CodingError coding_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<SiteCounts>> counts_; // idle between uses
 };

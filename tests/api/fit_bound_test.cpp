@@ -16,6 +16,7 @@ struct Case {
   const char* name;
   Source source;
   double range;
+  double largest = 0; // magnitude, where it is much more than the range
 };
 
 std::vector<Case> cases() {
@@ -33,7 +34,8 @@ std::vector<Case> cases() {
   list.push_back({"wave f32", source_of({12, 11, 9, 7}, BCCSPLAT_TYPE_F32, wave), 2.4});
   list.push_back(
       {"wave f64, far from 0",
-       source_of({9, 10, 8, 6}, BCCSPLAT_TYPE_F64, [](auto... p) { return 1e5 + 100 * wave(p...); }), 240});
+       source_of({9, 10, 8, 6}, BCCSPLAT_TYPE_F64, [](auto... p) { return 1e5 + 100 * wave(p...); }), 240,
+       100120});
   list.push_back({"noise f32", source_of({10, 9, 8, 6}, BCCSPLAT_TYPE_F32, noise), 2});
   list.push_back({"box in air f32", source_of({16, 13, 9, 6}, BCCSPLAT_TYPE_F32, box), 3});
   list.push_back({"holes f32", source_of({12, 11, 9, 6}, BCCSPLAT_TYPE_F32, torn), 2.4});
@@ -68,6 +70,10 @@ TEST(Bound, HoldsAtEverySourceSampleOfEveryField) {
         options.lattice = lattice;
         options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
         const Written w = write_frames(device, c.source, options);
+        if (options.abs_error < c.largest * 0x1p-20) { // too little for 32-bit floats of that size
+          EXPECT_TRUE(w.status == BCCSPLAT_OK || w.status == BCCSPLAT_ERROR_BOUND_NOT_MET) << w.text;
+          if (w.status != BCCSPLAT_OK) continue;
+        }
         ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
         const OpenVolume volume(device, w.bytes);
         ASSERT_EQ(volume.status, BCCSPLAT_OK) << bccsplat_last_error();

@@ -64,6 +64,9 @@ NONFINITE_DEFAULT = 0
 NONFINITE_ERROR = 1
 NONFINITE_HOLE = 2
 NONFINITE_CLAMP = 3
+MEASURE_DEFAULT = 0
+MEASURE_SOME = 1
+MEASURE_ALL = 2
 CHANNEL_SET_AIR = 1
 CHANNEL_SET_RANGE = 2
 PROJECTION_DEFAULT = 0
@@ -107,6 +110,7 @@ bccsplat_task_fn = CFUNCTYPE(None, c_void_p, c_uint64)
 bccsplat_runner_fn = CFUNCTYPE(None, c_void_p, c_uint64, bccsplat_task_fn, c_void_p)
 bccsplat_read_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
 bccsplat_write_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
+bccsplat_field_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_void_p, c_void_p)
 
 
 class Struct(Structure):
@@ -166,9 +170,10 @@ class ChannelOptions(Struct):
     air: float
     air_threshold: float
     range: Array[c_double]
+    value_step: float
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("name", c_char_p), ("unit", c_char_p),
         ("source_type", c_int32), ("value_type", c_int32), ("air", c_double), ("air_threshold", c_double),
-        ("range", c_double * 2)]
+        ("range", c_double * 2), ("value_step", c_double)]
 
 
 class WriterOptions(Struct):
@@ -189,12 +194,17 @@ class WriterOptions(Struct):
     recommended_kernel: bytes | None
     progress: Any
     progress_user: int | None
+    abs_error: float
+    psnr: float
+    measure: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
         ("affine", c_double * 16), ("spatial_unit", c_char_p), ("time_unit", c_char_p), ("scale", c_double),
         ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
-        ("progress_user", c_void_p)]
+        ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
+        ("reserved", c_uint32)]
 
 
 class Box(Struct):
@@ -233,11 +243,43 @@ class WriterReport(Struct):
     bytes_runs: int
     bytes_values: int
     bytes_index: int
+    frames_measured: int
+    corrected: int
+    bytes_corrections: int
+    coding_max: float
+    coding_rmse: float
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("frames", c_uint64),
         ("cc_samples", c_uint64), ("cc_relevant", c_uint64), ("sites_total", c_uint64),
         ("sites_kept", c_uint64), ("holes", c_uint64), ("clamped", c_uint64), ("nonfinite", c_uint64),
         ("bytes_source", c_uint64), ("bytes_file", c_uint64), ("bytes_runs", c_uint64),
-        ("bytes_values", c_uint64), ("bytes_index", c_uint64)]
+        ("bytes_values", c_uint64), ("bytes_index", c_uint64), ("frames_measured", c_uint64),
+        ("corrected", c_uint64), ("bytes_corrections", c_uint64), ("coding_max", c_double),
+        ("coding_rmse", c_double)]
+
+
+class ErrorReport(Struct):
+    reserved: int
+    frame: int
+    samples: int
+    max_abs: float
+    rmse: float
+    peak: float
+    psnr: float
+    non_air_samples: int
+    non_air_max_abs: float
+    non_air_rmse: float
+    non_air_psnr: float
+    voxel: Array[c_uint64]
+    expected: float
+    got: float
+    uncorrected_max_abs: float
+    corrected: int
+    lost: int
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("frame", c_uint64), ("samples", c_uint64),
+        ("max_abs", c_double), ("rmse", c_double), ("peak", c_double), ("psnr", c_double),
+        ("non_air_samples", c_uint64), ("non_air_max_abs", c_double), ("non_air_rmse", c_double),
+        ("non_air_psnr", c_double), ("voxel", c_uint64 * 3), ("expected", c_double), ("got", c_double),
+        ("uncorrected_max_abs", c_double), ("corrected", c_uint64), ("lost", c_uint64)]
 
 
 class VolumeOptions(Struct):
@@ -507,10 +549,12 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_writer_add_frame": (c_int32, c_void_p, c_uint32, c_double, POINTER(Box), c_uint64,),
     "bccsplat_writer_get_layer_geometry": (c_int32, c_void_p, c_int64, POINTER(LayerGeometry),),
     "bccsplat_writer_add_layer": (c_int32, c_void_p, c_uint32, c_int64, c_void_p, c_uint64,),
+    "bccsplat_writer_add_field": (c_int32, c_void_p, c_uint32, bccsplat_field_fn, c_void_p,),
     "bccsplat_writer_set_times": (c_int32, c_void_p, c_double, c_double,),
     "bccsplat_writer_set_attribute": (c_int32, c_void_p, c_char_p, c_char_p,),
     "bccsplat_writer_add_source": (c_int32, c_void_p, c_char_p, c_uint64, c_uint32,),
     "bccsplat_writer_finish": (c_int32, c_void_p, POINTER(WriterReport),),
+    "bccsplat_writer_get_error": (c_int32, c_void_p, c_uint32, c_int64, POINTER(ErrorReport),),
     "bccsplat_writer_retain": (None, c_void_p,),
     "bccsplat_writer_release": (None, c_void_p,),
     "bccsplat_volume_open_file": (c_int32, c_void_p, c_char_p, POINTER(VolumeOptions), c_void_p,),

@@ -111,6 +111,40 @@ static void wrong_order(bccsplat_device* device) {
   EXPECT(access(scratch("w.bcc4"), F_OK) != 0);
 }
 
+static int32_t ask(void* user, uint64_t n, const double* xyzt, float* values) {
+  uint64_t i;
+  for (i = 0; i < n; ++i)
+    values[i] = (float)(xyzt[4 * i] + 2 * xyzt[4 * i + 1] - xyzt[4 * i + 2] + xyzt[4 * i + 3]);
+  return user != NULL;
+}
+
+static void fields(bccsplat_device* device) {
+  bccsplat_writer_options options = series_options();
+  SIZED(bccsplat_error_report, error);
+  SIZED(bccsplat_writer_report, report);
+  bccsplat_writer* writer;
+  options.abs_error = 1e-3;
+  writer = make(device, &options);
+  REFUSED(INVALID_ARGUMENT, "writer is NULL", bccsplat_writer_add_field(NULL, 0, ask, NULL));
+  REFUSED(INVALID_ARGUMENT, "field is NULL", bccsplat_writer_add_field(writer, 0, NULL, NULL));
+  REFUSED(NOT_FOUND, "channel 3", bccsplat_writer_add_field(writer, 3, ask, NULL));
+  REFUSED(WRONG_STATE, "finish", bccsplat_writer_get_error(writer, 0, -1, &error));
+  OK(bccsplat_writer_add_field(writer, 0, ask, NULL));
+  OK(bccsplat_writer_finish(writer, &report));
+  EXPECT(report.frames_measured == NT);
+  REFUSED(NOT_FOUND, "measured", bccsplat_writer_get_error(writer, 0, NT, &error));
+  REFUSED(NOT_FOUND, "channel 1", bccsplat_writer_get_error(writer, 1, 0, &error));
+  OUTPUT_SIZES(bccsplat_error_report, bccsplat_writer_get_error(writer, 0, 0, out), (void)0);
+  OK(bccsplat_writer_get_error(writer, 0, -1, &error));
+  EXPECT(error.samples == SAMPLES * NT && error.max_abs <= 1e-3 && error.corrected == report.corrected);
+  bccsplat_writer_release(writer);
+
+  unlink(scratch("w.bcc4"));
+  writer = make(device, &options);
+  EXPECT(bccsplat_writer_add_field(writer, 0, ask, writer) == BCCSPLAT_CANCELLED);
+  bccsplat_writer_release(writer);
+}
+
 static void layers(bccsplat_device* device) {
   bccsplat_writer_options options = series_options();
   SIZED(bccsplat_layer_geometry, g);
@@ -277,6 +311,7 @@ void test_writer(void) {
   unlink(scratch("w.bcc4"));
   bccsplat_writer_retain(NULL);
   bccsplat_writer_release(NULL);
+  fields(device);
   layers(device);
   streams(device);
   bccsplat_device_release(device);

@@ -1,0 +1,32 @@
+// Corrections at source samples: what makes a stated error bound hold where the lattice alone misses it
+// (bcc4.md, section 10).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace bccsplat {
+
+// A source sample of one frame, voxel = (z * Ny + y) * Nx + x, and a number of steps.
+struct ResidualSample {
+  uint64_t voxel = 0;
+  int64_t steps = 0;
+  bool operator==(const ResidualSample&) const = default;
+};
+
+// Of one channel at one frame; both lists by rising voxel.
+struct FrameResiduals {
+  std::vector<ResidualSample> add; // steps to add to the reconstructed value
+  std::vector<ResidualSample> set; // data where the lattice has a hole: the value is air plus the steps
+  [[nodiscard]] bool empty() const { return add.empty() && set.empty(); }
+  bool operator==(const FrameResiduals&) const = default;
+};
+
+[[nodiscard]] std::vector<std::byte> write_residuals(const FrameResiduals& residuals);
+// voxels: of a frame. `offset` of the block, for error texts. Throws corrupt, truncated.
+[[nodiscard]] FrameResiduals read_residuals(std::span<const std::byte> decoded, uint64_t voxels,
+                                            uint64_t offset);
+
+} // namespace bccsplat

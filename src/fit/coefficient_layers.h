@@ -1,0 +1,45 @@
+// Layers of samples in, layers of prefiltered coefficients out: for files that spare their readers the
+// prefilter and its reach.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/context.h"
+#include "fit/layer_window.h"
+#include "fit/quantise.h"
+#include "fit/relevance.h"
+#include "slice/coefficients.h"
+
+namespace bccsplat {
+
+class CoefficientLayers {
+ public:
+  // threshold: of the channel; coefficients up to half of it are dropped, as a reader of samples would do.
+  // quantiser: f16 or f32, relative to air.
+  CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
+                    const std::string& kernel);
+
+  // The next layers of samples; returns the layers of coefficients that are complete with them, in order and
+  // as stored. All have come out when the last layer has gone in.
+  [[nodiscard]] std::vector<BrickLayer> add(std::span<const BrickLayer> samples, const Context& context);
+
+  [[nodiscard]] const Kernel& kernel() const { return field_.kernel(); }
+
+ private:
+  [[nodiscard]] BrickLayer rounded(const BrickLayer& layer, const Context& context) const;
+
+  LayerWindow window_;
+  Coefficients field_;
+  int32_t reach_, next_ = 0;
+  Quantiser quantiser_;
+  Relevance relevance_;
+};
+
+// The numbers that define a radial kernel with a B-spline in time, as formats/bcc4.md stores them. Throws
+// unsupported for other kernels.
+[[nodiscard]] std::vector<double> kernel_parameters(const Kernel& kernel);
+
+} // namespace bccsplat

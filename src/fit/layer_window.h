@@ -1,0 +1,48 @@
+// The last layers of a fit as a source of samples: what a reader of the file will see, before it is a file.
+#pragma once
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "points/sample_source.h"
+
+namespace bccsplat {
+
+class LayerWindow final : public SampleSource {
+ public:
+  // kernel: of the coefficients that are given; empty for samples.
+  LayerWindow(const Lattice4& lattice, float air, std::string kernel = {})
+      : lattice_(lattice), air_(air), kernel_(std::move(kernel)) {}
+
+  // The next layer; the first one is layer 0.
+  void push(BrickLayer layer) { layers_.push_back(std::move(layer)); }
+  // Layers before this one are not needed any more.
+  void forget(int32_t before) {
+    for (; first_ < before && !layers_.empty(); ++first_) layers_.pop_front();
+  }
+  [[nodiscard]] int32_t end() const { return first_ + static_cast<int32_t>(layers_.size()); }
+
+  const Lattice4& lattice() const override { return lattice_; }
+  int channels() const override { return 1; }
+  float air(int) const override { return air_; }
+  BrickLayer read_layer(int, int32_t layer, const BrickBox&, const Context&) const override;
+  const std::string& coefficient_kernel() const override { return kernel_; }
+
+ private:
+  Lattice4 lattice_;
+  float air_;
+  std::string kernel_;
+  std::deque<BrickLayer> layers_;
+  int32_t first_ = 0; // number of the front
+};
+
+// Layers on either side of an instant whose stored values matter when `kernel` reads `source`.
+[[nodiscard]] int32_t layers_in_reach(const SampleSource& source, const std::string& kernel);
+// The same for one layer of coefficients made of samples.
+[[nodiscard]] int32_t prefilter_layers(const Lattice4& lattice, const std::string& kernel);
+// Bytes that coefficients of the layers in reach take when nothing is air: a cache that never makes them
+// twice.
+[[nodiscard]] uint64_t coefficient_cache_bytes(const SampleSource& source, const std::string& kernel);
+
+} // namespace bccsplat
