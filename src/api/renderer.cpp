@@ -22,7 +22,7 @@ struct bccsplat_renderer : Counted {
   std::optional<TransferFunction> trail_function;
   std::vector<Vec3> trail_colors;
   bool has_trail = false;
-  std::optional<std::vector<TrailSlice>> trail; // made at the first picture, kept until slice or trail change
+  std::optional<Trail> trail; // made at the first picture, kept until slice or trail change
   bccsplat_progress_fn progress = nullptr;
   void* progress_user = nullptr;
   std::optional<RenderStats> stats;
@@ -88,12 +88,9 @@ void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context
     renderer.trail = make_trail(coefficients, slice.slice, renderer.trail_options, context);
   }
   const TransferFunction& function = renderer.trail_function ? *renderer.trail_function : scene.function;
-  for (const TrailSlice& t : *renderer.trail) {
-    const auto interval = static_cast<size_t>(t.interval);
-    const bool tint = !renderer.trail_colors.empty();
-    scene.trail.push_back(
-        {&t.slice, &t.points, tint ? tinted(function, renderer.trail_colors[interval]) : function, t.weight});
-  }
+  for (const Vec3& color : renderer.trail_colors) scene.trail_functions.push_back(tinted(function, color));
+  if (renderer.trail_colors.empty()) scene.trail_functions.push_back(function);
+  scene.trail = &*renderer.trail;
   scene.combine = renderer.combine;
 }
 

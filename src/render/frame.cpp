@@ -61,22 +61,25 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
   const auto emit = [&](const TilePixels& tile) { write_tile(tile, view, image); };
   SplatStats drawn;
   uint64_t points_total = points.count;
-  if (scene.trail.empty()) {
+  if (!scene.trail || scene.trail->moments.empty()) {
     drawn = splat(s, o, context, emit);
   } else {
+    const Trail& trail = *scene.trail;
     std::vector<ClassTable> tables;
-    for (const TrailItem& t : scene.trail) {
-      const double distance = t.function.unit_distance > 0 ? t.function.unit_distance : mean_voxel(*t.slice);
-      tables.push_back(make_class_table(t.function, t.slice->bounds[0], t.slice->bounds[1], t.slice->air,
-                                        distance, quality.table_entries));
+    for (const TransferFunction& f : scene.trail_functions)
+      tables.push_back(make_class_table(f, trail.bounds[0], trail.bounds[1], scene.slice->air,
+                                        f.unit_distance > 0 ? f.unit_distance : mean_voxel(*scene.slice),
+                                        quality.table_entries));
+    std::vector<SplatScene> sources;
+    for (const TrailSource& source : trail.sources) {
+      sources.push_back({&source.slice, &source.points, &view, &tables.front(), &scene.lights});
+      points_total += source.points.count;
     }
-    std::vector<TrailPart> parts;
-    for (size_t i = 0; i < scene.trail.size(); ++i) {
-      const TrailItem& t = scene.trail[i];
-      parts.push_back({{t.slice, t.points, &view, &tables[i], &scene.lights}, static_cast<float>(t.weight)});
-      points_total += t.points->count;
-    }
-    drawn = splat_with_trail(s, parts, scene.combine, o, context, emit);
+    std::vector<TrailStill> stills;
+    for (const TrailMoment& m : trail.moments)
+      stills.push_back({m.shares, &tables[std::min(static_cast<size_t>(m.interval), tables.size() - 1)],
+                        static_cast<float>(m.weight), m.frame});
+    drawn = splat_with_trail(s, sources, stills, scene.combine, o, context, emit);
   }
 
   RenderStats stats;
@@ -123,10 +126,13 @@ bool shaded(const RenderOptions& options) {
 }
 
 void check_options(const Scene& scene, const RenderOptions& options, const Image& image) {
-  if (!scene.trail.empty() && options.reference)
+  if (scene.trail && options.reference)
     fail(Code::unsupported, "render: the reference integrator draws no trails");
-  if (!scene.trail.empty() && (options.mode == RenderMode::xray || options.mode == RenderMode::maximum))
+  if (scene.trail && (options.mode == RenderMode::xray || options.mode == RenderMode::maximum))
     fail(Code::unsupported, "render: a trail goes with modes composite and isosurface");
+  if (scene.trail && scene.trail_functions.empty())
+    fail(Code::invalid_argument, "render: the trail has no transfer function");
+  for (const TransferFunction& f : scene.trail_functions) f.check();
 
   if (!scene.slice) fail(Code::wrong_state, "render: no slice is set");
   if (image.width < 1 || image.height < 1 || image.width > 65536 || image.height > 65536 ||

@@ -7,10 +7,10 @@
 #include "base/context.h"
 #include "render/camera.h"
 #include "render/image.h"
+#include "render/trail.h"
 #include "render/transfer_function.h"
 #include "slice/slice.h"
 #include "splat/splat.h"
-#include "splat/stack.h"
 
 namespace bccsplat {
 
@@ -29,21 +29,14 @@ struct RenderOptions {
   bool reference = false;      // render/reference.h instead of the splatter
 };
 
-// A slice of the trail, with its own classes and its share of the trail.
-struct TrailItem {
-  const Slice* slice = nullptr;
-  const SplatPoints* points = nullptr;
-  TransferFunction function;
-  double weight = 1;
-};
-
 struct Scene {
   const Slice* slice = nullptr;
   const SplatPoints* points = nullptr; // of the slice; null: made for this picture
   Camera camera;
   TransferFunction function;
   Lights lights;
-  std::vector<TrailItem> trail; // empty: none
+  const Trail* trail = nullptr;                  // null: none
+  std::vector<TransferFunction> trail_functions; // of its sub-intervals, or one for all
   TrailCombine combine = TrailCombine::physical;
 };
 

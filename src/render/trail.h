@@ -1,4 +1,4 @@
-// What a motion trail is made of: the slices of an interval and their shares.
+// What a motion trail is made of: the moments of an interval and their shares.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 #include "slice/coefficients.h"
 #include "slice/slice.h"
 #include "splat/points.h"
-#include "splat/stack.h"
+#include "splat/trail.h"
 
 namespace bccsplat {
 
@@ -23,18 +23,31 @@ struct TrailOptions {
   int intervals = 1;                    // sub-intervals, each of a colour of its own when more than one
 };
 
-struct TrailSlice {
+struct TrailSource {
   Slice slice;
   SplatPoints points;
+};
+
+// A moment of the trail: its field is a weighted sum of sources.
+struct TrailMoment {
+  std::vector<SheetShare> shares;
+  double frame = 0;
   double weight = 1; // of its extinction; a trail's sum to 1
   int interval = 0;  // sub-interval it belongs to
 };
 
+struct Trail {
+  std::vector<TrailSource> sources;
+  std::vector<TrailMoment> moments;   // none: an interval that clips to nothing
+  std::array<double, 2> bounds{0, 0}; // no value of any moment lies outside
+};
+
 // classified: stills at the midpoints of equal parts, each with its share (midpoint rule: second order in the
-// parts). mean, maximum: one slice per sub-interval. An interval that clips to nothing gives no slices.
+// parts). Where it is cheaper the sources are the lattice's layers, of which stills are mixed sheet by sheet:
+// many stills then cost little more than few. mean, maximum: one slice per sub-interval.
 // Throws unsupported for slices that are not time slices.
-[[nodiscard]] std::vector<TrailSlice> make_trail(const Coefficients& coefficients, const Slice& slice,
-                                                 const TrailOptions& options, const Context& context);
+[[nodiscard]] Trail make_trail(const Coefficients& coefficients, const Slice& slice,
+                               const TrailOptions& options, const Context& context);
 
 // The function with every colour replaced.
 [[nodiscard]] TransferFunction tinted(const TransferFunction& function, const Vec3& color);

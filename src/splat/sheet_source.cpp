@@ -136,8 +136,11 @@ void SheetSource::normalise(int64_t k) {
 }
 
 const float* SheetSource::plane(int64_t k, size_t quantity) const {
-  const float* origin = filled(k) ? m_.plane_origin(k, quantity) : m_.zero_plane.data() + plane_margin;
-  return origin + plan_.border * pitch_ + plan_.border;
+  return filled(k) ? m_.plane_origin(k, quantity) + plan_.border * pitch_ + plan_.border : zero();
+}
+
+const float* SheetSource::zero() const {
+  return m_.zero_plane.data() + plane_margin + plan_.border * pitch_ + plan_.border;
 }
 
 } // namespace bccsplat

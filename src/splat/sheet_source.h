@@ -40,7 +40,9 @@ class SheetSource {
   // the gradient.
   [[nodiscard]] bool filled(int64_t k) const { return filled_[static_cast<size_t>(k & 7)]; }
   [[nodiscard]] const float* plane(int64_t k, size_t quantity) const;
+  [[nodiscard]] const float* zero() const; // as the plane of an empty sheet
   [[nodiscard]] int plane_pitch() const { return pitch_; }
+  [[nodiscard]] size_t plane_floats() const { return m_.plane_floats(); }
   // No point of the tile is in any sheet to come.
   [[nodiscard]] bool finished(int64_t k) const {
     return next_brick_ == tile_.bricks.size() && k > last_filled_;

@@ -5,8 +5,10 @@
 #include <limits>
 
 #include "splat/sheet.h"
+#include "splat/sheet_args.h"
 #include "splat/sheet_source.h"
 #include "splat/surface.h"
+#include "splat/tile_rays.h"
 
 namespace bccsplat {
 namespace {
@@ -41,38 +43,16 @@ class Tile {
                               &pixel_.depth, &pixel_.value, &pixel_.time};
     size_t n = 0;
     for (float** p : planes) *p = m_.pixel_plane(n++, tile_.height);
-    float *enter = m_.pixel_plane(n++, tile_.height), *leave = m_.pixel_plane(n++, tile_.height);
-    float* path = m_.pixel_plane(n++, tile_.height);
-    float *vx = m_.pixel_plane(n++, tile_.height), *vy = m_.pixel_plane(n++, tile_.height),
-          *vz = m_.pixel_plane(n++, tile_.height);
-    pixel_.enter = enter, pixel_.leave = leave, pixel_.path = path;
-    pixel_.view_x = vx, pixel_.view_y = vy, pixel_.view_z = vz;
     if (!options_.with_value) pixel_.value = nullptr;
     if (!options_.with_time) pixel_.time = nullptr;
-
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (int y = 0; y < tile_.height; ++y)
-      for (int x = 0; x < m_.pixel_pitch; ++x) {
-        const auto p = static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
-        pixel_.depth[p] = infinity;
-        enter[p] = infinity, leave[p] = -infinity; // of pixels beside the tile, too
-        if (x >= tile_.width) continue;
-        const double i = tile_.x + x, j = tile_.y + y;
-        const auto [k0, k1] = ray_interval(*scene_.slice, view_, i, j);
-        const Vec3 ray = view_.lattice_to_world.vector(view_.ray(i, j));
-        const double step = length(ray);
-        path[p] = static_cast<float>(step);
-        vx[p] = static_cast<float>(-ray[0] / step), vy[p] = static_cast<float>(-ray[1] / step);
-        vz[p] = static_cast<float>(-ray[2] / step);
-        if (!(k0 < k1)) continue;
-        enter[p] = static_cast<float>(k0), leave[p] = static_cast<float>(k1);
-        low = std::min(low, k0), high = std::max(high, k1);
-        ++open_;
-      }
-    if (options_.mode == RenderMode::maximum)
-      std::fill_n(pixel_.red, static_cast<size_t>(m_.pixel_pitch) * static_cast<size_t>(tile_.height),
-                  -infinity);
-    if (!(low <= high)) return;
+    const TileRays rays =
+        make_rays(*scene_.slice, view_, tile_, m_.pixel_pitch, m_.pixel_plane(n, tile_.height), pixel_);
+    open_ = rays.open;
+    const size_t pixels = static_cast<size_t>(m_.pixel_pitch) * static_cast<size_t>(tile_.height);
+    std::fill_n(pixel_.depth, pixels, infinity);
+    if (options_.mode == RenderMode::maximum) std::fill_n(pixel_.red, pixels, -infinity);
+    if (open_ == 0) return;
+    const double low = rays.low, high = rays.high;
     // Surfaces lie between two sheets, of which one may stand outside the domain; slabs reach half a sheet
     // beyond it.
     const bool surface = options_.mode == RenderMode::isosurface;
@@ -118,83 +98,28 @@ class Tile {
       return;
     }
     SheetArgs a;
-    a.k = static_cast<float>(k);
-    if (k == view_.first_sheet()) a.front = 2;
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
-    a.value = source_.plane(k, 0);
     a.plane_pitch = source_.plane_pitch();
-    a.shading = options_.shading, a.central = differences_ == 1, a.fourth_order = differences_ == 2;
+    a.shading = options_.shading;
     a.air = scene_.slice->air;
     a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
     a.table = scene_.table, a.lights = scene_.lights;
     a.pixel = pixel_;
-    if (differences_ > 0) {
-      // Nothing is sampled before the first sheet in front of an eye: fewer neighbours there.
-      const auto front = std::min<int64_t>(k - view_.first_sheet(), differences_);
-      a.after = source_.plane(k + 1, 0), a.before = front > 0 ? source_.plane(k - 1, 0) : a.value;
-      a.depth_scale = front == 2 ? 8.0f / 12 : front == 1 ? 0.5f : 1.0f;
-      a.after2 = a.before2 = a.value;
-      if (front == 2)
-        a.after2 = source_.plane(k + 2, 0), a.before2 = source_.plane(k - 2, 0), a.depth_scale2 = -1.0f / 12;
-    } else if (analytic_) {
-      a.sum_i = source_.plane(k, 1), a.sum_j = source_.plane(k, 2), a.sum_k = source_.plane(k, 3);
+    set_sheet(a, view_, k, analytic_, differences_, scene_.slice->kernel.space.radius,
+              [&](int64_t sheet, size_t quantity) { return source_.plane(sheet, quantity); });
+    if (scene_.slice->has_holes) {
+      find_holes(*scene_.slice, view_, tile_, k, pixel_, m_.pixel_pitch, m_.hole.data());
+      a.hole = m_.hole.data();
     }
-    if (differences_ > 0 || analytic_) set_basis(k, a.basis);
-    if (scene_.slice->has_holes) a.hole = find_holes(k);
-    if (pixel_.time) {
-      const double scale = view_.scale(static_cast<double>(k));
-      a.time = {static_cast<float>(time_.at(view_.sample(0, 0, static_cast<double>(k)))),
-                static_cast<float>(scale * dot(time_.gradient, view_.ex)),
-                static_cast<float>(scale * dot(time_.gradient, view_.ey)), 0};
-    }
+    if (pixel_.time) a.time = sheet_time(time_, view_, k);
     if (options_.mode == RenderMode::xray) {
       sheet_kernels_.integrate(a);
     } else if (options_.mode == RenderMode::maximum) {
       sheet_kernels_.maximum(a);
-    } else if (job_.stack) {
-      add_sheet(a, job_.weight, *job_.stack, job_.group);
     } else {
       const int closed = sheet_kernels_.composite(a);
       closed_ += closed, open_ -= closed;
     }
-  }
-
-  void set_basis(int64_t k, GradientBasis& basis) const {
-    const Affine3 to_lattice = view_.lattice_to_world.inverse();
-    const double scale = view_.scale(static_cast<double>(k));
-    Vec3 x, y, z;
-    if (differences_ > 0) {
-      x = to_lattice.transposed((1 / scale) * view_.gx);
-      y = to_lattice.transposed((1 / scale) * view_.gy);
-      z = to_lattice.transposed((1 / view_.step) * view_.normal);
-      basis.slant_x = static_cast<float>(dot(view_.gx, view_.ez) / scale);
-      basis.slant_y = static_cast<float>(dot(view_.gy, view_.ez) / scale);
-      basis.slant_per_x = basis.slant_per_y = view_.perspective ? static_cast<float>(1 / scale) : 0.0f;
-    } else {
-      // d phi / dp = phi'(u) du/dp with u = 1 - |p - site|^2 / R^2.
-      const double radius = scene_.slice->kernel.space.radius;
-      const double factor = -2 / (radius * radius);
-      x = to_lattice.transposed((factor * scale) * view_.ex);
-      y = to_lattice.transposed((factor * scale) * view_.ey);
-      z = to_lattice.transposed((factor * view_.step) * view_.normal);
-    }
-    for (size_t a = 0; a < 3; ++a) {
-      basis.x[a] = static_cast<float>(x[a]);
-      basis.y[a] = static_cast<float>(y[a]);
-      basis.z[a] = static_cast<float>(z[a]);
-    }
-  }
-
-  const uint8_t* find_holes(int64_t k) {
-    for (int y = 0; y < tile_.height; ++y)
-      for (int x = 0; x < tile_.width; ++x) {
-        const auto p = static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
-        const float f = static_cast<float>(k);
-        const bool inside = f + 0.5f > pixel_.enter[p] && f - 0.5f < pixel_.leave[p];
-        m_.hole.data()[p] =
-            inside && scene_.slice->is_hole(view_.sample(tile_.x + x, tile_.y + y, static_cast<double>(k)));
-      }
-    return m_.hole.data();
   }
 
   // Surfaces between the sheets k - 1 and k.

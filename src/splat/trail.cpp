@@ -5,111 +5,88 @@
 #include <mutex>
 
 #include "splat/tile.h"
+#include "splat/trail_tile.h"
 
 namespace bccsplat {
 namespace {
 
-// What one thread draws a tile in.
-struct Memory {
-  TileMemory slice, part;
-  SheetStack stack;
-  AlignedArray<float> pixels;
-};
-
-struct Object {
-  SplatScene scene;
-  SplatOptions options;
-  SplatPlan plan;
-  KernelPolynomial kernel;
-  float weight;
-};
-
-Object plan_object(const SplatScene& scene, const SplatOptions& options, float weight, int threads,
-                   SplatStats& stats) {
-  Object o{scene, options, {}, kernel_polynomial(scene.slice->kernel.space), weight};
-  o.plan = make_plan(scene, options, threads, stats);
-  return o;
+// Whether the rays run inside both domains alike.
+bool same_domain(const SplatScene& a, const SplatScene& b) {
+  return a.view == b.view && a.slice->domain_end == b.slice->domain_end && a.slice->clip.empty() &&
+         b.slice->clip.empty();
 }
 
-class TileBlend {
- public:
-  TileBlend(const PlannedTile& tile, Memory& memory, const SplatOptions& options)
-      : tile_(tile), memory_(memory), pitch_((tile.width + 15) / 16 * 16) {
-    const auto count = static_cast<size_t>(pitch_) * static_cast<size_t>(tile.height);
-    memory_.pixels.reserve(7 * count);
-    float** const planes[] = {&out_.red,   &out_.green, &out_.blue, &out_.alpha,
-                              &out_.depth, &out_.value, &out_.time};
-    size_t n = 0;
-    for (float** p : planes) *p = memory_.pixels.data() + n++ * count;
-    if (!options.with_value) out_.value = nullptr;
-    if (!options.with_time) out_.time = nullptr;
-  }
+TrailObject plan_object(const SplatScene& scene, const SplatScene& main, const SplatOptions& options,
+                        int threads, SplatStats& stats) {
+  return {&scene, make_plan(scene, options, threads, stats), kernel_polynomial(scene.slice->kernel.space),
+          !same_domain(scene, main)};
+}
 
-  TilePixels composite(TrailCombine combine, const TilePixels* surface, float stop) {
-    composite_stack(memory_.stack, combine, surface, stop, tile_.width, tile_.height, pitch_, out_);
-    return {tile_.x,    tile_.y,   tile_.width, tile_.height, pitch_,     out_.red,
-            out_.green, out_.blue, out_.alpha,  out_.depth,   out_.value, out_.time};
-  }
-
-  // Puts a finished picture over what composite() made.
-  TilePixels over(const TilePixels& front) {
-    for (int y = 0; y < tile_.height; ++y)
-      for (int x = 0; x < tile_.width; ++x) {
-        const auto p = static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x);
-        const auto f = static_cast<size_t>(y) * static_cast<size_t>(front.pitch) + static_cast<size_t>(x);
-        const float a = front.alpha[f], b = (1 - a) * out_.alpha[p], sum = a + b;
-        const auto mean = [&](float* back, const float* of) { // NaN where a picture has nothing
-          if (!back) return;
-          back[p] = sum > 0 ? ((a > 0 ? a * of[f] : 0) + (b > 0 ? b * back[p] : 0)) / sum : of[f];
-        };
-        mean(out_.value, front.value), mean(out_.time, front.time);
-        const auto blend = [&](float* back, const float* of) { back[p] = of[f] + (1 - a) * back[p]; };
-        blend(out_.red, front.red), blend(out_.green, front.green), blend(out_.blue, front.blue);
-        out_.alpha[p] = sum;
-        out_.depth[p] = std::min(out_.depth[p], front.depth[f]);
-      }
-    return {tile_.x,    tile_.y,   tile_.width, tile_.height, pitch_,     out_.red,
-            out_.green, out_.blue, out_.alpha,  out_.depth,   out_.value, out_.time};
-  }
-
- private:
-  const PlannedTile& tile_;
-  Memory& memory_;
-  int pitch_;
-  PixelPlanes out_;
-};
+// A finished picture over another, in place.
+TilePixels over(const TilePixels& front, const TilePixels& back, TrailMemory& memory) {
+  float* const base = memory.pixels.data(); // of `back`
+  const auto writable = [&](const float* plane) { return plane ? base + (plane - base) : nullptr; };
+  float *const red = writable(back.red), *const green = writable(back.green),
+               *const blue = writable(back.blue);
+  float *const alpha = writable(back.alpha), *const depth = writable(back.depth);
+  for (int y = 0; y < back.height; ++y)
+    for (int x = 0; x < back.width; ++x) {
+      const auto p = static_cast<size_t>(y) * static_cast<size_t>(back.pitch) + static_cast<size_t>(x);
+      const auto f = static_cast<size_t>(y) * static_cast<size_t>(front.pitch) + static_cast<size_t>(x);
+      const float a = front.alpha[f], b = (1 - a) * back.alpha[p], sum = a + b;
+      const auto mean = [&](float* plane, const float* of) { // NaN where a picture has nothing
+        if (plane) plane[p] = sum > 0 ? ((a > 0 ? a * of[f] : 0) + (b > 0 ? b * plane[p] : 0)) / sum : of[f];
+      };
+      mean(writable(back.value), front.value), mean(writable(back.time), front.time);
+      red[p] = front.red[f] + (1 - a) * red[p], green[p] = front.green[f] + (1 - a) * green[p],
+      blue[p] = front.blue[f] + (1 - a) * blue[p];
+      alpha[p] = sum;
+      depth[p] = std::min(depth[p], front.depth[f]);
+    }
+  return back;
+}
 
 } // namespace
 
-SplatStats splat_with_trail(const SplatScene& slice, std::span<const TrailPart> trail, TrailCombine combine,
+SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
+                            std::span<const TrailStill> stills, TrailCombine combine,
                             const SplatOptions& options, const Context& context,
                             const std::function<void(const TilePixels&)>& emit) {
-  // One grid of tiles for all objects; what an object hides of itself must not be skipped where another one
-  // shines through.
-  SplatOptions shared = options;
-  if (shared.tile_size == 0) shared.tile_size = 32;
-  SplatOptions stacked = shared;
-  stacked.mode = RenderMode::composite;
-  stacked.disable_skips |= skip_occlusion;
-  stacked.with_value = stacked.with_time = true; // the stack decides what is kept
+  SplatOptions alone = options; // one grid of tiles for all
+  if (alone.tile_size == 0) alone.tile_size = trail_tile_size;
+  SplatOptions together = alone;
+  together.mode = RenderMode::composite;
+  const bool post = combine == TrailCombine::post;
+  const bool apart = post || options.mode == RenderMode::isosurface;
 
-  SplatStats stats;
   const int threads = context.tasks.threads();
-  const bool apart = options.mode == RenderMode::isosurface || combine == TrailCombine::post;
-  const Object still = plan_object(slice, apart ? shared : stacked, 1, threads, stats);
-  std::vector<Object> parts;
-  for (const TrailPart& t : trail) parts.push_back(plan_object(t.scene, stacked, t.weight, threads, stats));
-  // Sheets of the whole stack: all slices share the view's.
-  int64_t first = still.plan.first_sheet, last = still.plan.last_sheet;
-  for (const Object& o : parts)
-    first = std::min(first, o.plan.first_sheet), last = std::max(last, o.plan.last_sheet);
-  stats.tiles = still.plan.tiles.size();
+  std::vector<TrailObject> objects(1 + sources.size());
+  std::vector<SplatStats> planned(objects.size());
+  context.tasks.parallel_for(objects.size(), [&](uint64_t n) {
+    objects[n] = n == 0 ? plan_object(slice, slice, apart ? alone : together, threads, planned[0])
+                        : plan_object(sources[n - 1], slice, together, threads, planned[n]);
+  });
+  SplatStats stats;
+  for (const SplatStats& s : planned) {
+    stats.points_after_cull += s.points_after_cull;
+    stats.bricks_invisible += s.bricks_invisible, stats.bricks_outside += s.bricks_outside;
+    stats.sheets = std::max(stats.sheets, s.sheets);
+  }
+  const std::vector<PlannedTile>& tiles = objects[0].plan.tiles;
+  stats.tiles = tiles.size();
+  TrailJob job;
+  job.slice = apart ? nullptr : &objects[0];
+  job.sources = std::span(objects).subspan(1);
+  job.stills = stills;
+  job.combine = post ? TrailCombine::physical : combine;
+  job.options = &together, job.context = &context, job.main = &slice;
+  const TileJob alone_job{&slice, &alone, &objects[0].plan, &objects[0].kernel, &context};
 
   std::mutex mutex;
-  std::vector<std::unique_ptr<Memory>> idle;
+  std::vector<std::unique_ptr<TrailMemory>> idle;
   uint64_t done = 0;
-  context.tasks.parallel_for(still.plan.tiles.size(), [&](uint64_t n) {
-    std::unique_ptr<Memory> memory;
+  context.tasks.parallel_for(tiles.size(), [&](uint64_t n) {
+    std::unique_ptr<TrailMemory> memory;
     {
       const std::scoped_lock lock(mutex);
       if (!idle.empty()) {
@@ -117,31 +94,21 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const TrailPart> 
         idle.pop_back();
       }
     }
-    if (!memory) memory = std::make_unique<Memory>();
+    if (!memory) memory = std::make_unique<TrailMemory>();
     SplatStats mine;
-    const PlannedTile& tile = still.plan.tiles[n];
-    memory->stack.prepare(
-        first, last, static_cast<size_t>((tile.width + 15) / 16 * 16) * static_cast<size_t>(tile.height));
-    const auto draw = [&](const Object& o, TileMemory& in, SheetStack* stack, size_t group) {
-      const TileJob job{&o.scene, &o.options, &o.plan, &o.kernel, &context, stack, group, o.weight};
-      return draw_tile(job, o.plan.tiles[n], in, mine);
-    };
-    const TilePixels alone = draw(still, memory->slice, apart ? nullptr : &memory->stack, 0);
-    for (const Object& o : parts) draw(o, memory->part, &memory->stack, 1);
-    const float stop = options.opacity_stop < 1 ? static_cast<float>(options.opacity_stop) : 2.0f;
-    TileBlend blend(tile, *memory, options);
-    if (combine == TrailCombine::post) {
-      (void)blend.composite(TrailCombine::physical, nullptr, stop);
-      emit(blend.over(alone));
+    if (apart) {
+      const TilePixels front = draw_tile(alone_job, tiles[n], memory->slice, mine);
+      const TilePixels trail = draw_trail_tile(job, n, tiles[n], post ? nullptr : &front, *memory, mine);
+      emit(post ? over(front, trail, *memory) : trail);
     } else {
-      emit(blend.composite(combine, apart ? &alone : nullptr, stop));
+      emit(draw_trail_tile(job, n, tiles[n], nullptr, *memory, mine));
     }
     double fraction;
     {
       const std::scoped_lock lock(mutex);
       idle.push_back(std::move(memory));
       add(stats, mine);
-      fraction = static_cast<double>(++done) / static_cast<double>(still.plan.tiles.size());
+      fraction = static_cast<double>(++done) / static_cast<double>(tiles.size());
     }
     context.progress.report(fraction);
   });

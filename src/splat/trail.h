@@ -1,24 +1,35 @@
 // 3.5D motion blur (Neophytou & Mueller 2002, section 4.3): a slice and what moved, drawn into one picture.
-// The trail is a set of slices, each with its classes and its share of the whole.
+// All objects go through the sheets side by side, front to back.
 #pragma once
 
 #include <functional>
 #include <span>
 #include <vector>
 
+#include "splat/matter.h"
 #include "splat/splat.h"
-#include "splat/stack.h"
 
 namespace bccsplat {
 
-struct TrailPart {
-  SplatScene scene; // the view is that of the slice
-  float weight = 1; // of its extinction; the parts of a trail sum to 1
+struct SheetShare {
+  uint32_t source = 0;
+  float weight = 1;
 };
 
-// Modes composite and isosurface (of the slice; the trail is always composited). Every object is drawn in
-// full: nothing is skipped for what another one hides.
-SplatStats splat_with_trail(const SplatScene& slice, std::span<const TrailPart> trail, TrailCombine combine,
+// One moment of a trail: its field is a weighted sum of sources. Several shares: the sources are time slices
+// of one lattice, `frame` is the moment's. One: the source alone, weight 1, with its own time.
+struct TrailStill {
+  std::vector<SheetShare> shares;
+  const ClassTable* table = nullptr;
+  float weight = 1; // of its extinction; those of a trail sum to 1
+  double frame = 0;
+};
+
+// Modes composite and isosurface (of the slice; the trail is always composited). Sources share the slice's
+// camera and sheets: their views differ by a translation of lattice space at most. A source's table must let
+// everything be seen that a still made of it shows (bricks are left out by it).
+SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
+                            std::span<const TrailStill> stills, TrailCombine combine,
                             const SplatOptions& options, const Context& context,
                             const std::function<void(const TilePixels&)>& emit);
 

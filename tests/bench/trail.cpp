@@ -47,12 +47,12 @@ struct TrailBench {
     function.opacities = {{0.1, 0}, {0.9, 0.3}};
   }
 
-  RenderStats draw(const std::vector<TrailSlice>& trail, TrailCombine combine = TrailCombine::physical) {
+  RenderStats draw(const Trail& trail, TrailCombine combine = TrailCombine::physical) {
     Scene scene;
     scene.slice = &slice, scene.points = &points, scene.function = function, scene.combine = combine;
     scene.camera =
         fit_camera(slice, false, 20, 30, static_cast<uint32_t>(pixels), static_cast<uint32_t>(pixels));
-    for (const TrailSlice& t : trail) scene.trail.push_back({&t.slice, &t.points, function, t.weight});
+    scene.trail = &trail, scene.trail_functions = {function};
     ImageStorage image(pixels, pixels);
     return render(scene, options, context.get(), image.image);
   }
@@ -68,7 +68,7 @@ int run_trail_suite(std::span<const std::string> args, const Report& report) {
     for (const double span : {6.0, 12.0})
       for (const int stills : {5, 21, 64}) {
         bench.options.shading = shading;
-        std::vector<TrailSlice> trail;
+        Trail trail;
         const double make = cpu_seconds([&] {
           trail = make_trail(bench.coefficients, bench.slice, {.interval = {-span, 0}, .samples = stills},
                              bench.context.get());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "render/frame.h"
+#include "slice/slice.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 
@@ -28,11 +29,11 @@ MemorySamples passing(double z) {
 }
 
 // Everything the pictures of one series share. The view looks along +z, 48 x 24 pixels, 1.5 to a T.
-class Trail : public testing::Test {
+class TrailPicture : public testing::Test {
  protected:
   static constexpr int width = 48, height = 24;
 
-  explicit Trail(double z = 3)
+  explicit TrailPicture(double z = 3)
       : samples(passing(z)), coefficients(samples, 0, make_kernel("default"), 0, large_cache) {
     options.shading = false;
     options.opacity_stop = 1;
@@ -43,21 +44,18 @@ class Trail : public testing::Test {
     thin.colors = {{0, {0, 1, 0}}}, thin.opacities = {{0.1, 0}, {0.45, 0.6}};
   }
 
-  std::vector<float> draw(const Slice& slice, const TransferFunction& function,
-                          const std::vector<TrailSlice>& trail = {},
+  std::vector<float> draw(const Slice& slice, const TransferFunction& function, const Trail& trail = {},
                           TrailCombine combine = TrailCombine::physical, std::vector<float>* time = nullptr) {
     Scene scene;
     scene.slice = &slice, scene.camera = camera, scene.function = function, scene.combine = combine;
-    for (const TrailSlice& t : trail) scene.trail.push_back({&t.slice, &t.points, thin, t.weight});
+    scene.trail = &trail, scene.trail_functions = {thin};
     ImageStorage image(width, height, true, true, true);
     (void)render(scene, options, context.get(), image.image);
     if (time) *time = image.time;
     return image.rgba;
   }
   Slice still(double frame) { return time_slice(coefficients, frame, {0, 0}, {}, context.get()); }
-  std::vector<TrailSlice> trail(const Slice& s, const TrailOptions& o) {
-    return make_trail(coefficients, s, o, context.get());
-  }
+  Trail trail(const Slice& s, const TrailOptions& o) { return make_trail(coefficients, s, o, context.get()); }
   static const float* at(const std::vector<float>& rgba, int x, int y) {
     return rgba.data() + 4 * (y * width + x);
   }
@@ -70,9 +68,9 @@ class Trail : public testing::Test {
   TransferFunction solid, thin;
 };
 
-class TrailBehind : public Trail {
+class TrailBehind : public TrailPicture {
  protected:
-  TrailBehind() : Trail(13) {}
+  TrailBehind() : TrailPicture(13) {}
 };
 
 double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
@@ -81,39 +79,39 @@ double largest_difference(const std::vector<float>& a, const std::vector<float>&
   return d;
 }
 
-TEST_F(Trail, NoIntervalIsNoTrail) {
+TEST_F(TrailPicture, NoIntervalIsNoTrail) {
   const Slice s = still(11);
-  EXPECT_TRUE(trail(s, {.interval = {0, 0}}).empty());
-  EXPECT_TRUE(trail(still(0), {.interval = {-5, 0}}).empty()); // before the series
+  EXPECT_TRUE(trail(s, {.interval = {0, 0}}).moments.empty());
+  EXPECT_TRUE(trail(still(0), {.interval = {-5, 0}}).moments.empty()); // before the series
   EXPECT_EQ(draw(s, solid), draw(s, solid, {}));
 }
 
-TEST_F(Trail, OneStillIsThatStill) {
+TEST_F(TrailPicture, OneStillIsThatStill) {
   // A transparent slice and a trail of one still, all of the weight: the still's own picture.
   TransferFunction nothing = solid;
   nothing.opacities = {{0, 0}};
   const auto t = trail(still(11), {.interval = {-4, 0}, .samples = 1});
-  ASSERT_EQ(t.size(), 1u);
-  EXPECT_EQ(t[0].slice.frame, 9);
+  ASSERT_EQ(t.moments.size(), 1u);
+  EXPECT_EQ(t.moments[0].frame, 9);
   EXPECT_LT(largest_difference(draw(still(11), nothing, t), draw(still(9), thin)), 2e-5);
 }
 
-TEST_F(Trail, WeightsSumToOneAndClipAtTheEnds) {
+TEST_F(TrailPicture, WeightsSumToOneAndClipAtTheEnds) {
   for (const TrailContent content : {TrailContent::classified, TrailContent::mean, TrailContent::maximum}) {
     const auto t = trail(still(2), {.content = content, .interval = {-6, 1}, .samples = 3, .intervals = 2});
     double sum = 0;
-    for (const TrailSlice& s : t) {
+    for (const TrailMoment& s : t.moments) {
       sum += s.weight;
-      EXPECT_GE(s.slice.frame, 0);
-      EXPECT_LE(s.slice.frame, 3);
+      EXPECT_GE(s.frame, 0);
+      EXPECT_LE(s.frame, 3);
     }
     EXPECT_NEAR(sum, 1, 1e-12);
-    EXPECT_EQ(t.front().interval, 0);
-    EXPECT_EQ(t.back().interval, 1);
+    EXPECT_EQ(t.moments.front().interval, 0);
+    EXPECT_EQ(t.moments.back().interval, 1);
   }
 }
 
-TEST_F(Trail, ClassifiedConvergesWithTheStills) {
+TEST_F(TrailPicture, ClassifiedConvergesWithTheStills) {
   const Slice s = still(20);
   const auto picture = [&](int n) { return draw(s, solid, trail(s, {.interval = {-12, 0}, .samples = n})); };
   const auto fine = picture(64);
@@ -122,7 +120,65 @@ TEST_F(Trail, ClassifiedConvergesWithTheStills) {
   EXPECT_LT(e16, 0.02);
 }
 
-TEST_F(Trail, ThinFastObjectsLeaveATrail) {
+// The trail with a slice of its own for every moment.
+Trail stills_of(const Trail& trail, const Coefficients& coefficients, const Context& context) {
+  Trail stills;
+  stills.moments = trail.moments, stills.bounds = trail.bounds;
+  for (TrailMoment& m : stills.moments) {
+    m.shares = {{static_cast<uint32_t>(stills.sources.size()), 1.0f}};
+    TrailSource source;
+    source.slice = time_slice(coefficients, m.frame, {0, 0}, {}, context);
+    source.points = make_points(source.slice, context);
+    stills.sources.push_back(std::move(source));
+  }
+  return stills;
+}
+
+TEST_F(TrailPicture, LayersMixedOnTheSheetsAreTheStills) {
+  const Slice s = still(20);
+  const Trail layers = trail(s, {.interval = {-12, 0}, .samples = 32, .intervals = 2});
+  ASSERT_LT(layers.sources.size(), 32u);
+  ASSERT_GT(layers.moments.front().shares.size(), 1u);
+  const Trail stills = stills_of(layers, coefficients, context.get());
+  for (const auto& [shading, gradient] :
+       {std::pair{false, GradientMethod::analytic}, std::pair{true, GradientMethod::analytic},
+        std::pair{true, GradientMethod::fourth_order}}) {
+    options.shading = shading, options.gradient = gradient;
+    std::vector<float> time, time_of_stills;
+    const auto mixed = draw(s, solid, layers, TrailCombine::physical, &time);
+    const auto drawn = draw(s, solid, stills, TrailCombine::physical, &time_of_stills);
+    EXPECT_LT(largest_difference(mixed, drawn), shading ? 2e-3 : 2e-5);
+    for (size_t p = 0; p < time.size(); ++p)
+      if (drawn[4 * p + 3] > 0.01f) {
+        EXPECT_NEAR(time[p], time_of_stills[p], 0.01);
+      }
+    options.disable_skips = 15;
+    EXPECT_LT(largest_difference(mixed, draw(s, solid, layers)), 1e-6);
+    options.disable_skips = 0;
+  }
+}
+
+// The mean of the field over the interval against that of 128 slices.
+TEST_F(TrailPicture, MeanIsTheMeanOfSlices) {
+  const Trail t = trail(still(20), {.content = TrailContent::mean, .interval = {-9, 0}});
+  ASSERT_EQ(t.sources.size(), 1u);
+  std::vector<Vec3> points;
+  for (const Vec4& p : test::random_points(samples.lattice(), 200, 1)) {
+    const Vec3 unit = samples.lattice().lattice_unit();
+    points.push_back({p[0] / unit[0], p[1] / unit[1], p[2] / unit[2]});
+  }
+  std::vector<float> mean(points.size()), at(points.size());
+  std::vector<double> sum(points.size());
+  (void)evaluate(t.sources[0].slice, points, mean, {});
+  constexpr int slices = 128;
+  for (int k = 0; k < slices; ++k) {
+    (void)evaluate(still(11 + 9 * (k + 0.5) / slices), points, at, {});
+    for (size_t n = 0; n < points.size(); ++n) sum[n] += static_cast<double>(at[n]) / slices;
+  }
+  for (size_t n = 0; n < points.size(); ++n) EXPECT_NEAR(static_cast<double>(mean[n]), sum[n], 2e-4);
+}
+
+TEST_F(TrailPicture, ThinFastObjectsLeaveATrail) {
   const Slice s = still(20);
   const auto classified = draw(s, solid, trail(s, {.interval = {-18, 0}}));
   const float* left = at(classified, 12, 12); // the runner was there, about x = 8, in the beginning
@@ -135,7 +191,7 @@ TEST_F(Trail, ThinFastObjectsLeaveATrail) {
   EXPECT_GT(at(maximum, 12, 12)[1], left[1]);
 }
 
-TEST_F(Trail, InFrontItCoversTheObject) {
+TEST_F(TrailPicture, InFrontItCoversTheObject) {
   const Slice s = still(20);
   const auto t = trail(s, {.interval = {-18, 0}});
   const float red = at(draw(s, solid), 24, 12)[0];
@@ -159,7 +215,7 @@ TEST_F(TrailBehind, TheObjectHidesIt) {
   EXPECT_GT(at(passing, 18, 12)[1], at(past, 18, 12)[1] + 0.04f); // beside the object it is seen
 }
 
-TEST_F(Trail, PhysicalConvergesWithTheStep) {
+TEST_F(TrailPicture, PhysicalConvergesWithTheStep) {
   const Slice s = still(20);
   const auto t = trail(s, {.interval = {-10, 0}, .samples = 6});
   const auto picture = [&](double step, TrailCombine combine) {
@@ -177,7 +233,7 @@ TEST_F(Trail, PhysicalConvergesWithTheStep) {
   EXPECT_GT(largest_difference(printed, picture(1, TrailCombine::interleaved)), 0.02);
 }
 
-TEST_F(Trail, IsosurfaceEndsTheTrail) {
+TEST_F(TrailPicture, IsosurfaceEndsTheTrail) {
   const Slice s = still(20);
   options.mode = RenderMode::isosurface;
   options.iso_value = 0.65;
@@ -188,7 +244,7 @@ TEST_F(Trail, IsosurfaceEndsTheTrail) {
   EXPECT_GT(p[0], 0.1f);  // the surface shines through
 }
 
-TEST_F(Trail, MeanTimeOfAMovingBall) {
+TEST_F(TrailPicture, MeanTimeOfAMovingBall) {
   TransferFunction nothing = solid;
   nothing.opacities = {{0, 0}};
   const Slice s = still(20);
@@ -201,13 +257,24 @@ TEST_F(Trail, MeanTimeOfAMovingBall) {
   }
 }
 
-TEST_F(Trail, ThreadsAndTilesDoNotChangeABit) {
+TEST_F(TrailPicture, ThreadsAndTilesDoNotChangeABit) {
   const Slice s = still(20);
-  const auto t = trail(s, {.interval = {-10, 0}, .samples = 4});
+  const auto t = trail(s, {.interval = {-10, 0}, .samples = 20});
   options.shading = true;
   const auto one = draw(s, solid, t);
   options.tile_size = 17;
   EXPECT_EQ(one, draw(s, solid, t));
+  options.tile_size = 0;
+  TestContext alone(1), three(3);
+  const auto with = [&](TestContext& c) {
+    ImageStorage image(width, height);
+    Scene scene;
+    scene.slice = &s, scene.camera = camera, scene.function = solid;
+    scene.trail = &t, scene.trail_functions = {thin};
+    (void)render(scene, options, c.get(), image.image);
+    return image.rgba;
+  };
+  EXPECT_EQ(with(alone), with(three));
 }
 
 } // namespace
