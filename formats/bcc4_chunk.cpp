@@ -77,13 +77,35 @@ void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t by
     out.write_bytes(plane);
   }
 }
+template<uint32_t bytes> void gather_planes(const std::byte* in, size_t count, uint32_t* values) {
+  for (size_t i = 0; i < count; ++i) {
+    uint32_t v = 0;
+    for (uint32_t b = 0; b < bytes; ++b) v |= static_cast<uint32_t>(in[b * count + i]) << (8 * b);
+    values[i] = v;
+  }
+}
 [[nodiscard]] std::vector<uint32_t> read_planes(std::span<const std::byte> in, size_t count, uint32_t bytes) {
   std::vector<uint32_t> values(count);
-  for (uint32_t b = 0; b < bytes; ++b) {
-    const auto plane = in.subspan(b * count, count);
-    for (size_t i = 0; i < count; ++i) values[i] |= static_cast<uint32_t>(plane[i]) << (8 * b);
-  }
+  if (bytes == 1)
+    gather_planes<1>(in.data(), count, values.data());
+  else if (bytes == 2)
+    gather_planes<2>(in.data(), count, values.data());
+  else
+    gather_planes<4>(in.data(), count, values.data());
   return values;
+}
+
+[[nodiscard]] std::array<uint32_t, 2> range_of(std::span<const uint32_t> codes) {
+  uint32_t low = UINT32_MAX, high = 0;
+  for (const uint32_t c : codes) low = std::min(low, c), high = std::max(high, c);
+  return {low, high};
+}
+
+template<class Stored> void pack_codes(std::span<const uint32_t> codes, std::byte* out) {
+  for (size_t i = 0; i < codes.size(); ++i) {
+    const auto v = static_cast<Stored>(codes[i]);
+    std::memcpy(out + i * sizeof v, &v, sizeof v);
+  }
 }
 
 // About 256 log2(n), in integers so that choices do not hang on a machine's libm.
@@ -228,9 +250,9 @@ EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int 
   Bcc4Chunk& entry = chunk.entry;
   entry.kept = static_cast<uint32_t>(sites.codes.size());
   entry.holes = sites.holes();
-  const auto [low, high] = std::minmax_element(sites.codes.begin(), sites.codes.end());
-  entry.min_code = *low;
-  entry.max_code = *high;
+  const auto [low, high] = range_of(sites.codes);
+  entry.min_code = low;
+  entry.max_code = high;
 
   CodedValues values = write_values(sites, codes, level);
   std::vector<std::byte> runs = write_runs(sites);
@@ -268,10 +290,10 @@ ChunkSites decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const 
                               entry.runs_decoded, room, "runs of the chunk", runs_offset);
   read_runs(sites, entry, runs, "runs of the chunk", runs_offset);
   read_values(sites, codes, entry, bytes.first(entry.values_bytes), entry.offset);
-  const auto [low, high] = std::minmax_element(sites.codes.begin(), sites.codes.end());
-  if (*low != entry.min_code || *high != entry.max_code)
-    fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", *low, " .. ", *high,
-         ", the index says ", entry.min_code, " .. ", entry.max_code);
+  const auto [low, high] = range_of(sites.codes);
+  if (low != entry.min_code || high != entry.max_code)
+    fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", low, " .. ", high, ", the index says ",
+         entry.min_code, " .. ", entry.max_code);
   return sites;
 }
 
@@ -280,8 +302,12 @@ ChunkData pack_sites(ChunkSites&& sites, const ChunkCodes& codes) {
   data.shape = sites.shape;
   const size_t bytes = codes.bytes();
   data.codes.resize(sites.codes.size() * bytes);
-  for (size_t i = 0; i < sites.codes.size(); ++i)
-    std::memcpy(data.codes.data() + i * bytes, &sites.codes[i], bytes);
+  if (bytes == 1)
+    pack_codes<uint8_t>(sites.codes, data.codes.data());
+  else if (bytes == 2)
+    pack_codes<uint16_t>(sites.codes, data.codes.data());
+  else
+    pack_codes<uint32_t>(sites.codes, data.codes.data());
   uint32_t n = 0;
   for (const BrickMask& mask : sites.kept) {
     data.first.push_back(n);

@@ -78,7 +78,7 @@ void rate_tables(const Report& report) {
             .series = {}};
   for (const LatticeKind kind : {d4star, cc}) {
     // The kernel that carries furthest for the lattice; its own error is the PSNR without quantisation.
-    const char* kernel = "fine";
+    const char* kernel = kind == cc ? "radial20+b3" : "fine";
     StoreOptions o{.lattice = kind, .quantiser = {}, .kernel = kernel, .border = n / 8};
     const StoredSeries unquantised = store(field, o);
     rows.push_back(rate_row("band-limited f32", field, unquantised, kind, kernel, 999, true));
@@ -102,7 +102,7 @@ void rate_tables(const Report& report) {
   for (float& v : smoke.values) v = std::round(v / largest * 255); // as u8
   for (const LatticeKind kind : {d4star, cc})
     for (const double decibels : {45.0}) {
-      StoreOptions o{.lattice = kind, .quantiser = {}, .kernel = "fine"};
+      StoreOptions o{.lattice = kind, .quantiser = {}, .kernel = kind == cc ? "radial20+b3" : "fine"};
       rows.push_back(rate_row("smoke-like u8", smoke, store_at(smoke, o, decibels, false, 255, 255, false),
                               kind, o.kernel.c_str(), decibels, false));
     }

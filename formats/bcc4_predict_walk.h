@@ -1,0 +1,134 @@
+// Rows of sites in coding order with the cells they are predicted from (bcc4.md, section 7).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "formats/bcc4_chunk.h"
+
+namespace bccsplat {
+
+// A layer of cells with a border of one: cell (x, y, z) is code minus air, x fastest, 0 where not kept.
+inline constexpr int stride_y = 18, stride_z = 18 * 18, layer_cells = 18 * 18 * 18;
+inline constexpr int fraction_bits = 12; // of weights
+
+inline constexpr int own_taps = 10, cross_taps = 8, previous_taps = 7,
+                     max_taps = own_taps + cross_taps + previous_taps;
+inline constexpr std::array<int, own_taps> own_offset = {-1,
+                                                         -stride_y,
+                                                         -stride_z,
+                                                         -1 - stride_y,
+                                                         -1 - stride_z,
+                                                         -stride_y - stride_z,
+                                                         -1 - stride_y - stride_z,
+                                                         1 - stride_y,
+                                                         1 - stride_z,
+                                                         stride_y - stride_z};
+inline constexpr std::array<int, previous_taps> previous_offset = {0,        -1,        1,       -stride_y,
+                                                                   stride_y, -stride_z, stride_z};
+
+// From the lowest of the 8 neighbours in the cross layer.
+[[nodiscard]] constexpr int cross_offset(int tap) {
+  return (tap & 1) + (tap >> 1 & 1) * stride_y + (tap >> 2) * stride_z;
+}
+
+// Neighbours that exist decide which weights a layer uses: bit 0 cross, bit 1 previous.
+inline constexpr int classes = 4;
+[[nodiscard]] inline int layer_class(const ChunkShape& shape, int layer) {
+  return (shape.has_cross(layer) ? 1 : 0) | (shape.has_previous(layer) ? 2 : 0);
+}
+[[nodiscard]] inline int class_taps(int c) {
+  return own_taps + (c & 1 ? cross_taps : 0) + (c & 2 ? previous_taps : 0);
+}
+
+[[nodiscard]] inline unsigned classes_present(const ChunkShape& shape) {
+  unsigned present = 0;
+  for (int m = 0; m < shape.layers; ++m)
+    if (!shape.empty(m)) present |= 1u << layer_class(shape, m);
+  return present;
+}
+
+// Weights of one class in tap order: own, cross, previous; taps a class lacks are left out.
+using Weights = std::array<int16_t, max_taps>;
+using ClassWeights = std::array<Weights, classes>;
+
+// The cells a row of sites is predicted from; each pointer stands at the cell of its first site.
+template<class D> struct Row {
+  int layer, index, width; // index = z*16 + y
+  D* own;
+  const D* cross; // at the lowest of the 8 neighbours; null: none
+  const D* previous;
+};
+
+// The cells around the sites of a layer, from the layer before.
+template<class D> void copy_border(D* to, const D* from, const Int3& n) {
+  const auto [nx, ny, nz] = n;
+  const auto copy = [&](std::ptrdiff_t at, int count) { std::copy_n(from + at, count, to + at); };
+  copy(0, stride_z);
+  copy((nz + 1) * stride_z, stride_z);
+  for (int z = 1; z <= nz; ++z) {
+    copy(z * stride_z, stride_y);
+    copy(z * stride_z + (ny + 1) * stride_y, stride_y);
+    for (int y = 1; y <= ny; ++y) {
+      copy(z * stride_z + y * stride_y, 1);
+      copy(z * stride_z + y * stride_y + nx + 1, 1);
+    }
+  }
+}
+
+// Visits the rows of a chunk in coding order and keeps the borders. While a layer is under way its border is
+// that of the layer before, or without one repeats what is known so far; afterwards it repeats the nearest
+// cell. `body` fills the sites of the row.
+template<class D, class Body> void walk(const ChunkShape& shape, Body&& body) {
+  std::vector<D> ring(3 * layer_cells);
+  const auto layer_at = [&](int m) { return ring.data() + (m % 3) * layer_cells; };
+  const auto copy_row = [](D* to, const D* from) { std::copy_n(from, stride_y, to); };
+  for (int m = 0; m < shape.layers; ++m) {
+    D* const layer = layer_at(m);
+    std::fill_n(layer, layer_cells, D{0});
+    if (shape.empty(m)) continue;
+    const auto [nx, ny, nz] = shape.box[static_cast<size_t>(m)];
+    const D* previous = shape.has_previous(m) ? layer_at(m - shape.period) : nullptr;
+    const D* cross = shape.has_cross(m) ? layer_at(m - 1) : nullptr;
+    const D* before = previous ? previous : cross;
+    if (before) copy_border(layer, before, shape.box[static_cast<size_t>(m)]);
+    const std::ptrdiff_t lowest = shape.coset(m) == 1 ? 0 : -1 - stride_y - stride_z;
+    for (int z = 0; z < nz; ++z) {
+      D* const plane = layer + (z + 1) * stride_z;
+      if (!before && z > 0) copy_row(plane, plane - stride_z + stride_y);
+      for (int y = 0; y < ny; ++y) {
+        D* const row = plane + (y + 1) * stride_y;
+        if (!before) row[0] = row[1 - stride_y];
+        const std::ptrdiff_t at = row + 1 - layer;
+        body(Row<D>{m, z * brick_edge + y, nx, row + 1, cross ? cross + at + lowest : nullptr,
+                    previous ? previous + at : nullptr});
+        row[nx + 1] = row[nx];
+      }
+      copy_row(plane + (ny + 1) * stride_y, plane + ny * stride_y);
+    }
+    for (int z = 0; z < nz; ++z) {
+      D* const plane = layer + (z + 1) * stride_z;
+      for (int y = 0; y < ny; ++y) plane[(y + 1) * stride_y] = plane[(y + 1) * stride_y + 1];
+      copy_row(plane, plane + stride_y);
+      copy_row(plane + (ny + 1) * stride_y, plane + ny * stride_y);
+    }
+    std::copy_n(layer + stride_z, stride_z, layer);
+    std::copy_n(layer + nz * stride_z, stride_z, layer + (nz + 1) * stride_z);
+  }
+}
+
+// Taps of a class in order, as pointers to the cells of the first site of the row.
+template<class D> size_t gather_taps(const Row<D>& row, std::array<const D*, max_taps>& taps) {
+  size_t n = 0;
+  for (const int o : own_offset) taps[n++] = row.own + o;
+  if (row.cross)
+    for (int i = 0; i < cross_taps; ++i) taps[n++] = row.cross + cross_offset(i);
+  if (row.previous)
+    for (const int o : previous_offset) taps[n++] = row.previous + o;
+  return n;
+}
+
+} // namespace bccsplat
