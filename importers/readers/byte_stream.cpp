@@ -80,23 +80,27 @@ std::unique_ptr<ByteStream> open_stream(const Segment& segment) {
   fail_input(segment.path, ": not an encoded file");
 }
 
+void check_segment(const Segment& s) {
+  const uint64_t size = file_size(s.path);
+  const uint64_t held = size > s.offset ? size - s.offset : 0;
+  const uint64_t needed = s.bytes + s.discard;
+  if (s.encoding == Encoding::raw && (held < needed || (s.exact && held > needed)))
+    fail_input(s.path, ": ", size, " bytes, but ", s.offset + s.discard, " (skipped) + ", s.bytes,
+               " (data) = ", s.offset + needed, " are expected");
+  if (s.encoding == Encoding::gzip && needed > largest_inflated(held))
+    fail_input(s.path, ": ", needed, " bytes of data are expected, but ", held,
+               " compressed bytes cannot hold more than ", largest_inflated(held));
+  if (s.encoding == Encoding::ascii && needed / type_size(s.ascii_type) > (held + 1) / 2)
+    fail_input(s.path, ": ", needed / type_size(s.ascii_type), " numbers are expected, but ", held,
+               " bytes of text cannot hold them");
+}
+
 SegmentedBytes::SegmentedBytes(std::vector<Segment> segments) : segments_(std::move(segments)) {
   uint64_t end = 0;
   for (const Segment& s : segments_) {
     begins_.push_back(end);
     end += s.bytes;
-    const uint64_t size = file_size(s.path);
-    const uint64_t held = size > s.offset ? size - s.offset : 0;
-    const uint64_t needed = s.bytes + s.discard;
-    if (s.encoding == Encoding::raw && (held < needed || (s.exact && held > needed)))
-      fail_input(s.path, ": ", size, " bytes, but ", s.offset + s.discard, " (skipped) + ", s.bytes,
-                 " (data) = ", s.offset + needed, " are expected");
-    if (s.encoding == Encoding::gzip && needed > largest_inflated(held))
-      fail_input(s.path, ": ", needed, " bytes of data are expected, but ", held,
-                 " compressed bytes cannot hold more than ", largest_inflated(held));
-    if (s.encoding == Encoding::ascii && needed / type_size(s.ascii_type) > (held + 1) / 2)
-      fail_input(s.path, ": ", needed / type_size(s.ascii_type), " numbers are expected, but ", held,
-                 " bytes of text cannot hold them");
+    check_segment(s);
   }
   begins_.push_back(end);
 }

@@ -58,6 +58,10 @@ struct Segment {
   bool exact = false;          // more decoded bytes than `bytes` are an error
 };
 
+// Throws when its file is missing or cannot hold what it declares: to be called before anything is allocated
+// by declared sizes.
+void check_segment(const Segment& segment);
+
 [[nodiscard]] std::unique_ptr<ByteStream> open_stream(const Segment& segment);
 
 // Segments one after the other as one array of bytes. Encoded segments are cheap to read in rising order

@@ -136,7 +136,13 @@ FramePlan plan_files(const Sequence& sequence, const ReaderOptions& options) {
   return plan;
 }
 
+void check_frame_count(uint64_t count, const std::string& path) {
+  if (count > most_frames)
+    fail_input(path, ": ", count, " frames, more than the ", most_frames, " a series may have");
+}
+
 FramePlan plan_selection(uint64_t count, const FrameSelection& selection, const std::string& path) {
+  check_frame_count(count, path);
   FramePlan plan;
   const int64_t origin = selection.first == INT64_MIN ? 0 : selection.first;
   const auto last = static_cast<int64_t>(count) - 1;

@@ -27,6 +27,9 @@ struct FramePlan {
 
 // One source frame per file. Throws for a gap under GapPolicy::error, naming the missing numbers.
 [[nodiscard]] FramePlan plan_files(const Sequence& sequence, const ReaderOptions& options);
+inline constexpr uint64_t most_frames = uint64_t{1} << 22;
+// Refuses a declared number of frames that no real series has, before memory is taken for each.
+void check_frame_count(uint64_t count, const std::string& path);
 // Frames 0 .. count-1 of one source.
 [[nodiscard]] FramePlan plan_selection(uint64_t count, const FrameSelection& selection,
                                        const std::string& path);

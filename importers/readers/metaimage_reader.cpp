@@ -101,7 +101,10 @@ std::unique_ptr<FrameReader> open_metaimage(const ReaderOptions& options) {
     if (h.type != first.type || h.big_endian != first.big_endian || h.sizes != first.sizes ||
         h.channels != first.channels)
       fail_input(f.path, ": its sizes or type differ from those of ", path);
-    for (Segment& s : metaimage_segments(h, layout_bytes(layout, f.path))) segments.push_back(std::move(s));
+    for (Segment& s : metaimage_segments(h, layout_bytes(layout, f.path))) {
+      check_segment(s);
+      segments.push_back(std::move(s));
+    }
     d.files.push_back({f.path, file_size(f.path)});
     for (const std::string& data : h.data_files)
       if (data != f.path) d.files.push_back({data, file_size(data)});
@@ -115,6 +118,7 @@ std::unique_ptr<FrameReader> open_metaimage(const ReaderOptions& options) {
     layout.axes.push_back({AxisRole::t, frames});
     d.notes.push_back(sequence.note);
   } else {
+    check_frame_count(frames, path);
     set_times(d, first, roles);
   }
   d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};

@@ -210,6 +210,7 @@ std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options) {
     Segment s{.path = name, .bytes = layout_bytes(next, name)};
     s.encoding = gzip ? Encoding::gzip : Encoding::raw;
     (gzip ? s.discard : s.offset) = static_cast<uint64_t>(offset);
+    check_segment(s);
     segments.push_back(std::move(s));
     d.files.push_back({name, file_size(name)});
     if (i == 0) {
@@ -217,6 +218,7 @@ std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options) {
       frames = next.size_of(AxisRole::t);
       if (file_per_frame && frames > 1) fail_usage(name, " is a series of its own: give it alone");
       set_affine(d, h, name);
+      check_frame_count(frames, name);
       if (!file_per_frame) set_times(d, h, frames, name, options);
     } else if (next.type != layout.type || next.swap != layout.swap ||
                next.size_of(AxisRole::x) != layout.size_of(AxisRole::x) ||

@@ -203,8 +203,10 @@ std::unique_ptr<FrameReader> open_nrrd(const ReaderOptions& options) {
     if (file_per_frame && frames > 1) fail_usage(f.path, " is a series of its own: give it alone");
     if (next.header.type != h.type || next.layout.swap != layout.swap || sizes(next.layout) != sizes(layout))
       fail_input(f.path, ": its sizes or type differ from those of ", path);
-    for (Segment& s : nrrd_segments(next.header, layout_bytes(next.layout, f.path)))
+    for (Segment& s : nrrd_segments(next.header, layout_bytes(next.layout, f.path))) {
+      check_segment(s);
       segments.push_back(std::move(s));
+    }
     d.files.push_back({f.path, file_size(f.path)});
     for (const std::string& data : next.header.data_files) d.files.push_back({data, file_size(data)});
   }
@@ -218,6 +220,7 @@ std::unique_ptr<FrameReader> open_nrrd(const ReaderOptions& options) {
     layout.axes.push_back({AxisRole::t, frames});
     d.notes.push_back(sequence.note);
   } else {
+    check_frame_count(frames, path);
     for (size_t a = 0; a < first.roles.roles.size(); ++a)
       if (first.roles.roles[a] == AxisRole::t) set_times(d, h, a);
   }
