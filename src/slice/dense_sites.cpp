@@ -45,17 +45,6 @@ void fold_runs(const BrickLayer& layer, int origin, int size, Runs& runs) {
 
 } // namespace
 
-SiteBox patches_box(std::span<const int32_t> first, int edge) {
-  std::array<int32_t, 4> low{INT32_MAX, INT32_MAX, INT32_MAX, 0}, high{INT32_MIN, INT32_MIN, INT32_MIN, 0};
-  for (size_t n = 0; n < first.size(); n += 4)
-    for (size_t a = 0; a < 4; ++a) {
-      low[a] = std::min(low[a], first[n + a]);
-      high[a] = std::max(high[a], first[n + a]);
-    }
-  return {{low[0], low[1], low[2]},
-          {high[0] - low[0] + patch_edge, high[1] - low[1] + edge, high[2] - low[2] + edge}};
-}
-
 bool gather_box(const BrickLayer& layer, const SiteBox& box, float* out) {
   const Sites y = fold_axis(layer, 1, box.origin[1], box.size[1]);
   const Sites z = fold_axis(layer, 2, box.origin[2], box.size[2]);

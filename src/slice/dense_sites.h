@@ -16,9 +16,6 @@ struct SiteBox {
   Int3 origin{}, size{};
 };
 
-// The box of the patches of points; first: 4 numbers per point, x, y, z and layer of its first site.
-[[nodiscard]] SiteBox patches_box(std::span<const int32_t> first, int edge);
-
 // Copies a box of a layer, mirrored beyond the ends, x fastest without gaps. False, and `out` left alone,
 // when all of it is air.
 bool gather_box(const BrickLayer& layer, const SiteBox& box, float* out);

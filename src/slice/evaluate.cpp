@@ -15,7 +15,7 @@ namespace bccsplat {
 namespace {
 
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-constexpr size_t block = 256; // points handed to the inner loop at a time
+constexpr size_t block = 512; // points handed to the inner loop at a time
 
 struct HeldLayer {
   std::shared_ptr<const BrickLayer> layer;
@@ -130,6 +130,7 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
       },
       context);
   std::atomic<uint64_t> outside{0}, in_holes{0};
+  std::fill(holes.begin(), holes.end(), uint8_t{0});
   HeldLayers held;
   for (const PointOrder::Group& group : order.groups) {
     const Window window(coefficients, group.window, held, context);
@@ -139,28 +140,29 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
       std::array<Vec4, block> batch;
       std::array<float, block> sums;
       std::array<std::array<float, 4>, block> slopes;
+      std::array<uint8_t, block> none; // has no value
       const uint64_t from = group.begin + b * block, count = std::min<uint64_t>(block, group.end - from);
+      EvaluateMisses misses;
       for (uint64_t i = 0; i < count; ++i) {
         const Vec4& p = points[order[from + i]];
-        batch[i] = {};
-        if (usable(p))
-          for (size_t a = 0; a < 4; ++a) batch[i][a] = p[a] * frame.scale[a];
+        none[i] = !usable(p);
+        misses.outside += none[i];
+        for (size_t a = 0; a < 4; ++a) batch[i][a] = none[i] ? 0 : p[a] * frame.scale[a];
       }
       sum_footprints(plan, std::span(batch).first(count), sums.data(),
                      gradients.empty() ? nullptr : slopes.data());
-      EvaluateMisses misses;
-      for (uint64_t i = 0; i < count; ++i) {
-        const uint64_t n = order[from + i];
-        const bool out = clip && !frame.inside(points[n]);
-        const bool hole = window.holes && !out && window.is_hole(batch[i]);
-        if (!holes.empty()) holes[n] = hole;
-        const bool none = out || (clip && hole);
-        misses.outside += out, misses.holes += clip && hole;
-        values[n] = none ? nan_value : offset + sums[i];
-        if (gradients.empty()) continue;
+      if (window.holes)
+        for (uint64_t i = 0; i < count; ++i) {
+          const bool hole = !none[i] && window.is_hole(batch[i]);
+          if (!holes.empty()) holes[order[from + i]] = hole;
+          misses.holes += clip && hole;
+          none[i] = none[i] || (clip && hole);
+        }
+      for (uint64_t i = 0; i < count; ++i) values[order[from + i]] = none[i] ? nan_value : offset + sums[i];
+      for (uint64_t i = 0; i < count && !gradients.empty(); ++i)
         for (size_t a = 0; a < 4; ++a)
-          gradients[n][a] = none ? nan_value : slopes[i][a] * static_cast<float>(frame.scale[a]);
-      }
+          gradients[order[from + i]][a] =
+              none[i] ? nan_value : slopes[i][a] * static_cast<float>(frame.scale[a]);
       outside += misses.outside, in_holes += misses.holes;
     });
   }

@@ -15,7 +15,7 @@
 #define BCCSPLAT_FOOTPRINT_SHARED
 namespace bccsplat {
 
-inline constexpr size_t footprint_batch = 256;
+inline constexpr size_t footprint_batch = 512;
 
 // Weights of layers in time, and their slopes per pitch, from the kernel itself: any shape, normalised or
 // not.
@@ -38,9 +38,10 @@ namespace {
 using Bricks = std::array<std::array<std::array<const float*, 4>, max_stack>, 2>;
 
 // A patch with mirror images along x: its sites, weighted in time, are copied to rows of their own.
-template<int edge, bool slopes>
-HWY_INLINE Sums<slopes> SumFolded(const FootprintPlan& plan, const Bricks& bricks, const Stack& stack,
-                                  const PatchPlace& place, const Place& p) {
+template<int edge, bool slopes, bool contact>
+HWY_INLINE Sums<slopes> SumFolded(const FootprintPlan& plan, const Curve<contact>& curve,
+                                  const Bricks& bricks, const Stack& stack, const PatchPlace& place,
+                                  const Place& p) {
   alignas(64) std::array<float, patch_sites> value, rate; // rate: weighted by the temporal slopes
   for (size_t z = 0; z < edge; ++z)
     for (size_t y = 0; y < edge; ++y) {
@@ -61,7 +62,7 @@ HWY_INLINE Sums<slopes> SumFolded(const FootprintPlan& plan, const Bricks& brick
       if (slopes) StoreRow(rate_sum, rate.data() + at);
     }
   Weights weights;
-  Weigh<edge, slopes>(plan, p, weights);
+  Weigh<edge, slopes>(plan, curve, p, weights);
   const auto row_in = [](const std::array<float, patch_sites>& rows) {
     return [&rows](size_t, size_t y, size_t z) { return rows.data() + patch_edge * (patch_edge * z + y); };
   };
@@ -71,12 +72,13 @@ HWY_INLINE Sums<slopes> SumFolded(const FootprintPlan& plan, const Bricks& brick
 }
 
 // A patch where bricks or mirrors meet.
-template<int edge, bool slopes>
+template<int edge, bool slopes, bool contact>
 HWY_NOINLINE Sums<slopes> SumPlaced(const FootprintPlan& plan, const FootprintPlan::Coset& coset,
                                     int first_layer, const std::array<float, max_stack>& time,
                                     const std::array<float, max_stack>& dtime, const PatchSpan& span,
                                     Place p) {
   const PatchPlace place = place_patch(*coset.layer[0], edge, span);
+  const Curve<contact> curve(plan);
   Stack stack;
   Bricks bricks;
   for (int k = 0; k < plan.depth; ++k) {
@@ -99,12 +101,12 @@ HWY_NOINLINE Sums<slopes> SumPlaced(const FootprintPlan& plan, const FootprintPl
   }
   auto sums = NoSums<slopes>();
   if (stack.count == 0) return sums;
-  if (place.folded) return SumFolded<edge, slopes>(plan, bricks, stack, place, p);
+  if (place.folded) return SumFolded<edge, slopes>(plan, curve, bricks, stack, place, p);
   for (size_t piece = 0; piece < static_cast<size_t>(place.x.bricks); ++piece) {
     const int lane0 = (place.x.low + static_cast<int>(piece)) * brick_edge + place.lane0[piece];
     p.shift[0] = static_cast<float>(span.first[0] - lane0);
     Weights weights;
-    Weigh<edge, slopes>(plan, p, weights);
+    Weigh<edge, slopes>(plan, curve, p, weights);
     const auto row_of = [&](size_t k, size_t y, size_t z) {
       return bricks[piece][k][place.quarter(y, z)] + place.row(y, z) + place.lane0[piece];
     };
@@ -113,11 +115,13 @@ HWY_NOINLINE Sums<slopes> SumPlaced(const FootprintPlan& plan, const FootprintPl
   return sums;
 }
 
-// Per batch: where each point's patch begins and ends, and how far from its first site the point lies; per
-// axis x, y, z, t, in pitches.
+// Per batch: where each point's patch begins, and how far from its first site the point lies; per axis x, y,
+// z, t, in pitches. `last`, where the patch ends, is filled in only for points that look sites up in bricks.
 struct Spans {
   alignas(64) std::array<int32_t, 4 * footprint_batch> first, last;
   alignas(64) std::array<float, 4 * footprint_batch> from;
+  SiteBox box;   // of all patches
+  bool one_time; // all points stand at one instant
 };
 
 void FindSpans(const FootprintPlan& plan, const FootprintPlan::Coset& coset, std::span<const Vec4> points,
@@ -125,6 +129,34 @@ void FindSpans(const FootprintPlan& plan, const FootprintPlan::Coset& coset, std
   const hn::CappedTag<double, 4> d;
   const hn::Rebind<int32_t, decltype(d)> di;
   const hn::Rebind<float, decltype(d)> df;
+  alignas(32) Vec4 low, high, start, end; // of the first sites; of the points
+  for (size_t k = 0; k < 4; k += hn::Lanes(d)) {
+    const auto one = hn::Set(d, 1.0), radius = hn::Load(d, plan.radius.data() + k);
+    const auto per_pitch = hn::Load(d, plan.per_pitch.data() + k),
+               origin = hn::Load(d, coset.origin.data() + k);
+    auto least = hn::Set(d, 1e30), most = hn::Neg(least), before = least, after = most;
+    for (size_t n = 0; n < points.size(); ++n) {
+      const auto x = hn::MulAdd(hn::LoadU(d, points[n].data() + k), per_pitch, origin);
+      const auto first = hn::Add(hn::Floor(hn::Sub(x, radius)), one);
+      least = hn::Min(least, first), most = hn::Max(most, first);
+      before = hn::Min(before, x), after = hn::Max(after, x);
+      hn::Store(hn::DemoteTo(di, first), di, spans.first.data() + 4 * n + k);
+      hn::Store(hn::DemoteTo(df, hn::Sub(x, first)), df, spans.from.data() + 4 * n + k);
+    }
+    hn::Store(least, d, low.data() + k), hn::Store(most, d, high.data() + k);
+    hn::Store(before, d, start.data() + k), hn::Store(after, d, end.data() + k);
+  }
+  for (size_t a = 0; a < 3; ++a) {
+    spans.box.origin[a] = static_cast<int32_t>(low[a]);
+    spans.box.size[a] = static_cast<int32_t>(high[a] - low[a]) + (a == 0 ? patch_edge : plan.edge);
+  }
+  spans.one_time = start[3] == end[3];
+}
+
+void FindLast(const FootprintPlan& plan, const FootprintPlan::Coset& coset, std::span<const Vec4> points,
+              Spans& spans) {
+  const hn::CappedTag<double, 4> d;
+  const hn::Rebind<int32_t, decltype(d)> di;
   const auto one = hn::Set(d, 1.0);
   for (size_t k = 0; k < 4; k += hn::Lanes(d)) {
     const auto radius = hn::Load(d, plan.radius.data() + k);
@@ -132,11 +164,8 @@ void FindSpans(const FootprintPlan& plan, const FootprintPlan::Coset& coset, std
                origin = hn::Load(d, coset.origin.data() + k);
     for (size_t n = 0; n < points.size(); ++n) {
       const auto x = hn::MulAdd(hn::LoadU(d, points[n].data() + k), per_pitch, origin);
-      const auto first = hn::Add(hn::Floor(hn::Sub(x, radius)), one);
       const auto last = hn::Sub(hn::Ceil(hn::Add(x, radius)), one);
-      hn::Store(hn::DemoteTo(di, first), di, spans.first.data() + 4 * n + k);
       hn::Store(hn::DemoteTo(di, last), di, spans.last.data() + 4 * n + k);
-      hn::Store(hn::DemoteTo(df, hn::Sub(x, first)), df, spans.from.data() + 4 * n + k);
     }
   }
 }
@@ -151,9 +180,10 @@ HWY_INLINE void WeighLayers(const FootprintPlan& plan, float from, std::array<fl
 }
 
 // One coset's part of the sums at a point: first, last and from as in Spans.
-template<int edge, bool slopes>
-HWY_INLINE Sums<slopes> SumCoset(const FootprintPlan& plan, const FootprintPlan::Coset& coset,
-                                 const int32_t* first, const int32_t* last, const float* from) {
+template<int edge, bool slopes, bool contact>
+HWY_INLINE Sums<slopes> SumCoset(const FootprintPlan& plan, const Curve<contact>& curve,
+                                 const FootprintPlan::Coset& coset, const int32_t* first, const int32_t* last,
+                                 const float* from) {
   std::array<float, max_stack> time, dtime;
   WeighLayers<slopes>(plan, from[3], time, dtime);
   const PatchSpan span{{first[0], first[1], first[2]}, {last[0], last[1], last[2]}};
@@ -161,7 +191,7 @@ HWY_INLINE Sums<slopes> SumCoset(const FootprintPlan& plan, const FootprintPlan:
   const int first_layer = plan.timeless ? 0 : first[3];
   PatchCorner corner;
   if (!patch_in_one_brick(coset.dims, coset.brick_dims, edge, span, corner))
-    return SumPlaced<edge, slopes>(plan, coset, first_layer, time, dtime, span, p);
+    return SumPlaced<edge, slopes, contact>(plan, coset, first_layer, time, dtime, span, p);
   Stack stack;
   for (int k = 0; k < plan.depth; ++k) {
     const auto layer = static_cast<size_t>(first_layer + k); // wraps round below 0
@@ -176,7 +206,7 @@ HWY_INLINE Sums<slopes> SumCoset(const FootprintPlan& plan, const FootprintPlan:
   if (stack.count == 0) return NoSums<slopes>();
   for (size_t a = 0; a < 3; ++a) p.shift[a] = static_cast<float>(span.first[a] - corner.start[a]);
   Weights weights;
-  Weigh<edge, slopes>(plan, p, weights);
+  Weigh<edge, slopes>(plan, curve, p, weights);
   const auto row_of = [&stack](size_t k, size_t y, size_t z) {
     return stack.corner[k] + (z * brick_edge + y) * brick_edge;
   };
@@ -184,9 +214,9 @@ HWY_INLINE Sums<slopes> SumCoset(const FootprintPlan& plan, const FootprintPlan:
 }
 
 // The same from a dense copy of the sites around a batch.
-template<int edge, bool slopes>
-HWY_INLINE Sums<slopes> SumDense(const FootprintPlan& plan, const DenseSites& sites, const int32_t* first,
-                                 const float* from) {
+template<int edge, bool slopes, bool contact>
+HWY_INLINE Sums<slopes> SumDense(const FootprintPlan& plan, const Curve<contact>& curve,
+                                 const DenseSites& sites, const int32_t* first, const float* from) {
   if (sites.layers == 0) return NoSums<slopes>();
   Stack stack;
   const float* corner = sites.value + sites.offset({first[0], first[1], first[2]});
@@ -209,18 +239,18 @@ HWY_INLINE Sums<slopes> SumDense(const FootprintPlan& plan, const DenseSites& si
   }
   const Place p{{from[0], from[1], from[2]}};
   Weights weights;
-  Weigh<edge, slopes>(plan, p, weights);
+  Weigh<edge, slopes>(plan, curve, p, weights);
   const auto row_of = [&](size_t k, size_t y, size_t z) {
     return stack.corner[k] + (z * sites.plane + y * sites.row);
   };
   if (!sites.merged) return AddStack<edge, slopes>(stack, row_of, weights, p, NoSums<slopes>());
-  auto sums = AddPatch<edge, 1, slopes>(stack, row_of, weights, p, NoSums<slopes>());
+  auto sums = AddPatch<edge, 1, slopes, false>(stack, row_of, weights, p, NoSums<slopes>());
   if constexpr (slopes) {
     const auto rate_of = [&](size_t, size_t y, size_t z) {
       return stack.corner[0] + (sites.layer + z * sites.plane + y * sites.row);
     };
     if (!plan.timeless)
-      sums.time = AddPatch<edge, 1, false>(stack, rate_of, weights, p, NoSums<false>()).value;
+      sums.time = AddPatch<edge, 1, false, false>(stack, rate_of, weights, p, NoSums<false>()).value;
   }
   return sums;
 }
@@ -239,14 +269,8 @@ void AddScaled(float w, const float* from, float* to, size_t count, bool add) {
 template<bool slopes>
 bool CopySites(const FootprintPlan& plan, const std::array<Spans, 2>& spans, size_t points,
                DenseScratch& scratch) {
-  std::array<SiteBox, 2> box;
-  bool one_time = true;
-  for (int c = 0; c < plan.cosets; ++c) {
-    const Spans& s = spans[static_cast<size_t>(c)];
-    box[static_cast<size_t>(c)] = patches_box(std::span(s.first).first(4 * points), plan.edge);
-    for (size_t n = 1; n < points && one_time; ++n)
-      one_time = s.first[4 * n + 3] == s.first[3] && s.from[4 * n + 3] == s.from[3];
-  }
+  const std::array<SiteBox, 2> box{spans[0].box, spans[plan.cosets == 2 ? 1 : 0].box};
+  const bool one_time = spans[0].one_time;
   if (!scratch.reserve(plan, box, points, one_time, slopes)) return false;
   for (int c = 0; c < plan.cosets; ++c) {
     const auto& coset = plan.coset[static_cast<size_t>(c)];
@@ -276,24 +300,25 @@ bool CopySites(const FootprintPlan& plan, const std::array<Spans, 2>& spans, siz
   return true;
 }
 
-template<int edge, bool slopes, bool dense>
-HWY_INLINE Sums<slopes> SumsOf(const FootprintPlan& plan, const DenseScratch& scratch, const Spans& spans,
-                               size_t c, size_t n) {
+template<int edge, bool slopes, bool dense, bool contact>
+HWY_INLINE Sums<slopes> SumsOf(const FootprintPlan& plan, const Curve<contact>& curve,
+                               const DenseScratch& scratch, const Spans& spans, size_t c, size_t n) {
   const int32_t *first = spans.first.data() + 4 * n, *last = spans.last.data() + 4 * n;
   const float* from = spans.from.data() + 4 * n;
   if constexpr (dense)
-    return SumDense<edge, slopes>(plan, scratch.sites[c], first, from);
+    return SumDense<edge, slopes>(plan, curve, scratch.sites[c], first, from);
   else
-    return SumCoset<edge, slopes>(plan, plan.coset[c], first, last, from);
+    return SumCoset<edge, slopes>(plan, curve, plan.coset[c], first, last, from);
 }
 
-template<int edge, bool slopes, bool dense>
+template<int edge, bool slopes, bool contact, bool dense>
 void SumBatch(const FootprintPlan& plan, const DenseScratch& scratch, const std::array<Spans, 2>& spans,
               std::span<const Vec4> points, float* values, std::array<float, 4>* gradients) {
+  const Curve<contact> curve(plan);
   for (size_t n = 0; n < points.size(); ++n) {
-    const auto even = SumsOf<edge, slopes, dense>(plan, scratch, spans[0], 0, n);
+    const auto even = SumsOf<edge, slopes, dense>(plan, curve, scratch, spans[0], 0, n);
     auto odd = NoSums<slopes>();
-    if (plan.cosets == 2) odd = SumsOf<edge, slopes, dense>(plan, scratch, spans[1], 1, n);
+    if (plan.cosets == 2) odd = SumsOf<edge, slopes, dense>(plan, curve, scratch, spans[1], 1, n);
     values[n] = Total(even.value, odd.value);
     if constexpr (slopes) {
       const auto per = static_cast<float>(plan.per_pitch[0]),
@@ -306,7 +331,7 @@ void SumBatch(const FootprintPlan& plan, const DenseScratch& scratch, const std:
   }
 }
 
-template<int edge, bool slopes>
+template<int edge, bool slopes, bool contact>
 void SumBatches(const FootprintPlan& plan, std::span<const Vec4> points, float* values,
                 std::array<float, 4>* gradients) {
   std::array<Spans, 2> spans;
@@ -316,7 +341,9 @@ void SumBatches(const FootprintPlan& plan, std::span<const Vec4> points, float* 
     for (int c = 0; c < plan.cosets; ++c)
       FindSpans(plan, plan.coset[static_cast<size_t>(c)], batch, spans[static_cast<size_t>(c)]);
     const bool dense = CopySites<slopes>(plan, spans, batch.size(), scratch);
-    const auto sum = dense ? SumBatch<edge, slopes, true> : SumBatch<edge, slopes, false>;
+    for (int c = 0; c < (dense ? 0 : plan.cosets); ++c)
+      FindLast(plan, plan.coset[static_cast<size_t>(c)], batch, spans[static_cast<size_t>(c)]);
+    const auto sum = dense ? SumBatch<edge, slopes, contact, true> : SumBatch<edge, slopes, contact, false>;
     sum(plan, scratch, spans, batch, values + begin, slopes ? gradients + begin : nullptr);
   }
 }
@@ -325,8 +352,12 @@ void SumBatches(const FootprintPlan& plan, std::span<const Vec4> points, float* 
 
 void SumFootprints(const FootprintPlan& plan, std::span<const Vec4> points, float* values,
                    std::array<float, 4>* gradients) {
-  const auto sum = plan.edge == 3 ? (gradients ? SumBatches<3, true> : SumBatches<3, false>)
-                                  : (gradients ? SumBatches<4, true> : SumBatches<4, false>);
+  const auto choose = [&]<int edge>(std::integral_constant<int, edge>) {
+    if (plan.contact) return gradients ? SumBatches<edge, true, true> : SumBatches<edge, false, true>;
+    return gradients ? SumBatches<edge, true, false> : SumBatches<edge, false, false>;
+  };
+  const auto sum =
+      plan.edge == 3 ? choose(std::integral_constant<int, 3>()) : choose(std::integral_constant<int, 4>());
   sum(plan, points, values, gradients);
 }
 
@@ -394,6 +425,7 @@ FootprintPlan::FootprintPlan(const FieldLayers& field) : kernel(field.kernel), t
   inverse_radius2 = static_cast<float>(1 / (radius[0] * radius[0]));
   terms = kernel->space.terms;
   for (size_t j = 0; j < a.size(); ++j) a[j] = static_cast<float>(kernel->space.a[j]);
+  contact = terms == 8 && a[0] == 0 && a[1] == 0;
   for (int i = 0; i < patch_rows; ++i)
     lane_x[static_cast<size_t>(i)] = static_cast<float>(i % patch_edge),
     lane_y[static_cast<size_t>(i)] = static_cast<float>(i / patch_edge);

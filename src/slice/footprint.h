@@ -47,6 +47,7 @@ struct FootprintPlan {
   alignas(32) Vec4 radius{}; // of the kernel in space and time
   float inverse_radius2 = 0;
   int terms = 0;
+  bool contact = false; // a[0] = a[1] = 0 and nothing beyond a[7]: phi and its slope end at 0
   std::array<float, RadialKernel::max_terms> a{};
   alignas(64) std::array<float, patch_rows> lane_x{}, lane_y{}; // i & 3, i >> 2
 

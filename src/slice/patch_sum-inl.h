@@ -86,38 +86,83 @@ struct Place {
   }
 };
 
-template<int edge, bool slopes>
-HWY_INLINE void Weigh(const FootprintPlan& plan, const Place& p, Weights& weights) {
-  const hn::CappedTag<float, patch_rows> d;
-  const auto zero = hn::Zero(d);
-  const auto scale = hn::Set(d, plan.inverse_radius2);
+// The polynomial of phi and the places of the sites of a plane, in registers where there are enough.
+// `contact`: phi = u^2 (c[2] + .. + c[7] u^5), the form of every kernel but the Gaussians.
+template<bool contact> struct Curve {
+  using D = hn::CappedTag<float, patch_rows>;
+  using V = hn::Vec<D>;
+  static constexpr size_t parts = patch_rows / hn::MaxLanes(D());
+  V scale, x[parts], y[parts], c[8]; // x, y: of each lane, in pitches
+
+  HWY_INLINE explicit Curve(const FootprintPlan& plan) {
+    const D d;
+    scale = hn::Set(d, plan.inverse_radius2);
+    for (size_t i = 0; i < parts; ++i) {
+      x[i] = hn::Load(d, plan.lane_x.data() + i * hn::MaxLanes(d));
+      y[i] = hn::Load(d, plan.lane_y.data() + i * hn::MaxLanes(d));
+    }
+    for (size_t j = 0; j < 8; ++j) c[j] = contact ? hn::Set(d, plan.a[j]) : hn::Zero(d);
+  }
+};
+
+template<int edge, bool slopes, bool contact>
+HWY_INLINE void Weigh(const FootprintPlan& plan, const Curve<contact>& curve, const Place& p,
+                      Weights& weights) {
+  const typename Curve<contact>::D d;
+  constexpr size_t lanes = hn::MaxLanes(typename Curve<contact>::D());
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  const auto shift_x = hn::Set(d, p.shift[0]), shift_y = hn::Set(d, p.shift[1]);
+  const auto from_x = hn::Set(d, p.from[0]), from_y = hn::Set(d, p.from[1]);
   // One plane of the patch at a time, (y, x) in the lanes.
-  for (size_t i = 0; i < patch_edge * edge; i += hn::Lanes(d)) {
-    const auto lane_x = hn::Sub(hn::Load(d, plan.lane_x.data() + i), hn::Set(d, p.shift[0]));
-    const auto lane_y = hn::Sub(hn::Load(d, plan.lane_y.data() + i), hn::Set(d, p.shift[1]));
-    const auto x = hn::Sub(hn::Set(d, p.from[0]), lane_x), y = hn::Sub(hn::Set(d, p.from[1]), lane_y);
-    const auto u_xy = hn::NegMulAdd(scale, hn::MulAdd(x, x, hn::Mul(y, y)), hn::Set(d, 1.0f));
+  for (size_t part = 0; part * lanes < patch_edge * edge; ++part) {
+    const auto x = hn::Sub(from_x, hn::Sub(curve.x[part], shift_x));
+    const auto y = hn::Sub(from_y, hn::Sub(curve.y[part], shift_y));
+    const auto u_xy = hn::NegMulAdd(curve.scale, hn::MulAdd(x, x, hn::Mul(y, y)), one);
     hn::Vec<decltype(d)> u[edge], value[edge], slope[edge];
     for (int z = 0; z < edge; ++z) {
       const float dz = p.distance(2, z);
-      u[z] = hn::NegMulAdd(scale, hn::Set(d, dz * dz), u_xy);
-      value[z] = hn::Set(d, plan.a[static_cast<size_t>(plan.terms) - 1]);
-      slope[z] = zero;
+      u[z] = hn::NegMulAdd(curve.scale, hn::Set(d, dz * dz), u_xy);
     }
-    for (int j = plan.terms - 2; j >= 0; --j) {
-      const auto a = hn::Set(d, plan.a[static_cast<size_t>(j)]);
+    if constexpr (contact) {
+      // Out of reach u = 0, and with it value and slope.
+      for (int z = 0; z < edge; ++z) {
+        u[z] = hn::Max(u[z], zero);
+        value[z] = hn::MulAdd(curve.c[7], u[z], curve.c[6]);
+        slope[z] = curve.c[7];
+      }
+      for (size_t j = 5; j >= 2; --j)
+        for (int z = 0; z < edge; ++z) {
+          if (slopes) slope[z] = hn::MulAdd(slope[z], u[z], value[z]);
+          value[z] = hn::MulAdd(value[z], u[z], curve.c[j]);
+        }
       for (int z = 0; z < edge; ++z) {
         if (slopes) slope[z] = hn::MulAdd(slope[z], u[z], value[z]);
-        value[z] = hn::MulAdd(value[z], u[z], a);
+        value[z] = hn::Mul(value[z], u[z]);
+        if (slopes) slope[z] = hn::MulAdd(slope[z], u[z], value[z]);
+        value[z] = hn::Mul(value[z], u[z]);
+      }
+    } else {
+      for (int z = 0; z < edge; ++z) {
+        value[z] = hn::Set(d, plan.a[static_cast<size_t>(plan.terms) - 1]);
+        slope[z] = zero;
+      }
+      for (int j = plan.terms - 2; j >= 0; --j) {
+        const auto a = hn::Set(d, plan.a[static_cast<size_t>(j)]);
+        for (int z = 0; z < edge; ++z) {
+          if (slopes) slope[z] = hn::MulAdd(slope[z], u[z], value[z]);
+          value[z] = hn::MulAdd(value[z], u[z], a);
+        }
+      }
+      for (int z = 0; z < edge; ++z) {
+        const auto inside = hn::Gt(u[z], zero);
+        value[z] = hn::IfThenElseZero(inside, value[z]);
+        if (slopes) slope[z] = hn::IfThenElseZero(inside, slope[z]);
       }
     }
     for (int z = 0; z < edge; ++z) {
-      const auto inside = hn::Gt(u[z], zero);
-      const auto at = static_cast<size_t>(patch_rows * z) + i;
-      hn::Store(hn::IfThenElseZero(inside, value[z]), d, weights.value.data() + at);
-      if (slopes)
-        hn::Store(hn::IfThenElseZero(inside, hn::Mul(slope[z], hn::Neg(scale))), d,
-                  weights.slope.data() + at);
+      const size_t at = static_cast<size_t>(patch_rows * z) + part * lanes;
+      hn::Store(value[z], d, weights.value.data() + at);
+      if (slopes) hn::Store(hn::Mul(slope[z], hn::Neg(curve.scale)), d, weights.slope.data() + at);
     }
   }
 }
@@ -141,7 +186,8 @@ struct Stack {
 };
 
 // Adds one patch, row (y, z) of layer k at row_of(k, y, z).
-template<int edge, int count, bool slopes, class RowOf>
+// weighted: false where the only layer weighs 1.
+template<int edge, int count, bool slopes, bool weighted = true, class RowOf>
 HWY_INLINE Sums<slopes> AddPatch(const Stack& stack, const RowOf& row_of, const Weights& weights,
                                  const Place& p, Sums<slopes> sums) {
   Row w[count], dw[count];
@@ -155,8 +201,8 @@ HWY_INLINE Sums<slopes> AddPatch(const Stack& stack, const RowOf& row_of, const 
     for (int y = 0; y < edge; ++y) {
       const int r = patch_edge * z + y;
       const Row first = LoadRow(row_of(0, static_cast<size_t>(y), static_cast<size_t>(z)));
-      Row c = Times(w[0], first), dc;
-      if (slopes) dc = Times(dw[0], first);
+      Row c = weighted ? Times(w[0], first) : first, dc;
+      if (slopes && weighted) dc = Times(dw[0], first);
       for (int k = 1; k < count; ++k) {
         const Row row =
             LoadRow(row_of(static_cast<size_t>(k), static_cast<size_t>(y), static_cast<size_t>(z)));
@@ -166,7 +212,7 @@ HWY_INLINE Sums<slopes> AddPatch(const Stack& stack, const RowOf& row_of, const 
       const Row weight = LoadRow(weights.value.data() + patch_edge * r);
       value = TimesPlus(c, weight, value);
       if constexpr (slopes) {
-        rate = TimesPlus(dc, weight, rate);
+        if (weighted) rate = TimesPlus(dc, weight, rate);
         const Row steep = Times(c, LoadRow(weights.slope.data() + patch_edge * r));
         along_y[y] = z == 0 ? steep : Plus(along_y[y], steep);
         plane = Plus(plane, steep);
@@ -174,7 +220,7 @@ HWY_INLINE Sums<slopes> AddPatch(const Stack& stack, const RowOf& row_of, const 
     }
     sums.value = Plus(sums.value, value);
     if constexpr (slopes) {
-      sums.time = Plus(sums.time, rate);
+      if (weighted) sums.time = Plus(sums.time, rate);
       all = Plus(all, plane);
       sums.z = TimesPlus(plane, SetRow(p.distance(2, z)), sums.z);
     }
