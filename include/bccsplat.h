@@ -723,13 +723,20 @@ enum { /* how trail and slice meet */
            4 /* equation (8) made independent of the step: a = 1 - sqrt((1-a1)(1-a2)) */
 };
 
-/* 3.5D motion blur: what the volume held over an interval of time, drawn together with a time slice of it. */
+/* 3.5D motion blur: what the volume held over an interval of time, drawn together with a time slice of it; or
+ * what hyperplanes beside any other one hold, along its normal. Stills stand at the midpoints of equal parts
+ * of a sub-interval (the error falls with the square of their number). Means are exact over time; along other
+ * normals they are Gauss-Legendre quadratures that hold what a lattice of the source's density can. */
 typedef struct bccsplat_trail {
   uint32_t struct_size;
-  int32_t content;    /* DEFAULT: classified */
-  int32_t combine;    /* DEFAULT: physical */
-  uint32_t samples;   /* stills per sub-interval (classified, maximum); 0: one per lattice layer, 4 to 64 */
-  double interval[2]; /* frames relative to the slice, clipped to the series; both 0: no trail, bit for bit */
+  int32_t content;  /* DEFAULT: classified */
+  int32_t combine;  /* DEFAULT: physical */
+  uint32_t samples; /* stills per sub-interval (classified, and maximum over time); 0: one per lattice layer
+                       or index unit, 4 to 64 */
+  double
+      interval[2]; /* begin, end relative to the slice, clipped to the domain: frames; of hyperplanes off
+                      the time axis index units (voxels and frames) along the unit normal (a, b, c, d). Past
+                      [-n, 0], future [0, n], centred [-n, n]; both 0: no trail, bit for bit */
   const bccsplat_transfer_function* transfer_function; /* copied; NULL: the slice's */
   const double*
       colors; /* one linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more
@@ -761,8 +768,8 @@ BCCSPLAT_API void bccsplat_renderer_release(bccsplat_renderer* renderer);
 /* The slice to draw; retained. NULL: none. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer,
                                                          const bccsplat_slice* slice);
-/* NULL: no trail. Render answers UNSUPPORTED when the slice is no time slice, the mode is neither composite
- * nor isosurface, or reference is asked for. */
+/* NULL: no trail. Render answers UNSUPPORTED when the mode is neither composite nor isosurface, or reference
+ * is asked for. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer,
                                                          const bccsplat_trail* trail);
 /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted at render). */

@@ -98,6 +98,8 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
       plane.time_length =
           o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(info.affine.determinant()));
       result->slice = plane_slice(coefficients, h, plane, info.affine, context);
+      result->cut.spacing = plane.spacing, result->cut.time_length = plane.time_length;
+      result->cut.target = plane.target;
     }
     result->slice.bytes_read = volume->reader->bytes_read() - read_before;
     result->memory = Reservation(volume->device->memory, result->slice.bytes(), "slice");

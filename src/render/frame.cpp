@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <limits>
 
 #include "base/error.h"
@@ -25,6 +26,12 @@ void write_tile(const TilePixels& tile, const SheetView& view, Image& image) {
       if (image.value.pixels) *image.value.at(px, py) = tile.value[p];
       if (image.time.pixels) *image.time.at(px, py) = tile.time[p];
     }
+}
+
+// Whether lattice units mean the same point of slice space.
+bool same_place(const Slice& a, const Slice& b) {
+  return a.domain_end == b.domain_end && a.lattice_to_slice.linear == b.lattice_to_slice.linear &&
+         a.lattice_to_slice.offset == b.lattice_to_slice.offset;
 }
 
 RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const Context& context,
@@ -71,8 +78,12 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
                                         f.unit_distance > 0 ? f.unit_distance : mean_voxel(*scene.slice),
                                         quality.table_entries));
     std::vector<SplatScene> sources;
+    std::deque<SheetView> moved; // of sources with a domain of their own
     for (const TrailSource& source : trail.sources) {
-      sources.push_back({&source.slice, &source.points, &view, &tables.front(), &scene.lights});
+      const SheetView* of_source = &view;
+      if (!same_place(*scene.slice, source.slice))
+        of_source = &moved.emplace_back(move_view(view, *scene.slice, source.slice));
+      sources.push_back({&source.slice, &source.points, of_source, &tables.front(), &scene.lights});
       points_total += source.points.count;
     }
     std::vector<TrailStill> stills;

@@ -2,84 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "base/error.h"
+#include "render/trail_layers.h"
 #include "slice/maximum_slice.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {
 namespace {
-
-bool is_time_slice(const Slice& s) {
-  return s.hyperplane[0] == 0 && s.hyperplane[1] == 0 && s.hyperplane[2] == 0;
-}
-
-// Bricks by number, x fastest.
-size_t brick_slot(const SplatPoints& p, const SplatBrick& b) {
-  size_t slot = 0;
-  for (size_t a = 3; a-- > 0;)
-    slot = slot * static_cast<size_t>(p.dims[a]) + static_cast<size_t>((b.plane[a] + p.margin) / p.edge);
-  return slot;
-}
-
-// What values the moments made of a source may have around each of its bricks. The sum of a moment's layers
-// at a site is at most `gain` times their largest value.
-void bound_bricks(Trail& trail, float gain) {
-  const SplatPoints& grid = trail.sources.front().points;
-  const size_t slots = static_cast<size_t>(grid.dims[0]) * static_cast<size_t>(grid.dims[1]) *
-                       static_cast<size_t>(grid.dims[2]);
-  using Range = std::array<float, 2>;
-  const auto widen = [](Range& r, const Range& by) { r = {std::min(r[0], by[0]), std::max(r[1], by[1])}; };
-  std::vector<std::vector<Range>> own, reach(trail.sources.size(), std::vector<Range>(slots));
-  Range all{};
-  for (const TrailSource& s : trail.sources) {
-    own.emplace_back(slots);
-    for (const SplatBrick& b : s.points.bricks)
-      own.back()[brick_slot(s.points, b)] = {gain * b.coefficient[0], gain * b.coefficient[1]};
-  }
-  std::vector<Range> sum(slots), around(slots);
-  for (const TrailMoment& m : trail.moments) {
-    std::fill(sum.begin(), sum.end(), Range{});
-    for (const SheetShare& share : m.shares)
-      for (size_t n = 0; n < slots; ++n) widen(sum[n], own[share.source][n]);
-    for (const Range& r : sum) widen(all, r);
-    // The 27-neighbourhood, axis by axis.
-    size_t stride = 1;
-    for (size_t a = 0; a < 3; ++a) {
-      const auto count = static_cast<size_t>(grid.dims[a]);
-      around = sum;
-      for (size_t n = 0; n < slots; ++n) {
-        const size_t at = n / stride % count;
-        if (at > 0) widen(around[n], sum[n - stride]);
-        if (at + 1 < count) widen(around[n], sum[n + stride]);
-      }
-      std::swap(sum, around);
-      stride *= count;
-    }
-    for (const SheetShare& share : m.shares)
-      for (size_t n = 0; n < slots; ++n) widen(reach[share.source][n], sum[n]);
-  }
-  for (size_t i = 0; i < trail.sources.size(); ++i)
-    for (SplatBrick& b : trail.sources[i].points.bricks) {
-      const Range& r = reach[i][brick_slot(grid, b)];
-      b.reach[0] = r[0], b.reach[1] = r[1];
-    }
-  trail.bounds = coefficient_bounds(trail.sources.front().slice, all);
-}
-
-// Moments and how much of the series each stands for.
-struct Moment {
-  double frame, weight;
-  int interval;
-};
-
-void add_source(Trail& trail, Slice&& slice, const Context& context) {
-  TrailSource s;
-  s.points = make_points(slice, context);
-  s.slice = std::move(slice);
-  trail.sources.push_back(std::move(s));
-}
 
 // A moment that is a slice of its own.
 void add_slice(Trail& trail, Slice&& slice, const Moment& m, const Context& context) {
@@ -87,116 +17,105 @@ void add_slice(Trail& trail, Slice&& slice, const Moment& m, const Context& cont
                                        : std::array{std::min(trail.bounds[0], slice.bounds[0]),
                                                     std::max(trail.bounds[1], slice.bounds[1])};
   trail.moments.push_back(
-      {{{static_cast<uint32_t>(trail.sources.size()), 1.0f}}, m.frame, m.weight, m.interval});
+      {{{static_cast<uint32_t>(trail.sources.size()), 1.0f}}, slice.frame, m.weight, m.interval});
   add_source(trail, std::move(slice), context);
 }
 
-bool has_holes(const BrickLayer& layer) {
-  for (size_t s = 0; s < layer.brick_slots(); ++s)
-    if (layer.brick(s) && layer.brick(s)->hole) return true;
-  return false;
+// Stills at the midpoints of `count` equal parts of the sub-intervals of [begin, end].
+std::vector<Moment> midpoints(double begin, double end, int intervals, int count) {
+  std::vector<Moment> moments;
+  const double part = (end - begin) / intervals;
+  for (int i = 0; i < intervals; ++i)
+    for (int k = 0; k < count; ++k)
+      moments.push_back({begin + (i + (k + 0.5) / count) * part, 1.0 / (count * intervals), i});
+  return moments;
 }
 
-// The stills as sums of the lattice's layers. False when that would be dearer than the stills, or where holes
-// are: a still's are those of the layer that weighs most in it.
-bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& like,
-                const std::vector<Moment>& moments, const Context& context) {
-  const Lattice4& lattice = coefficients.source().lattice();
-  std::vector<std::vector<LayerWeight>> weights;
-  std::vector<int32_t> wanted;
-  for (const Moment& m : moments) {
-    weights.push_back(instant_weights(lattice, coefficients.kernel(), m.frame));
-    for (const LayerWeight& w : weights.back()) wanted.push_back(w.layer);
-  }
-  std::sort(wanted.begin(), wanted.end());
-  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-  // A layer holds one coset's points, a still all of them.
-  if (wanted.size() >= moments.size() * static_cast<size_t>(lattice.space.cosets())) return false;
-  const auto layers = coefficients.layers(wanted, context);
-  for (const auto& layer : layers)
-    if (has_holes(*layer)) return false;
-
-  std::map<int32_t, uint32_t> source;
-  std::map<const BrickLayer*, uint32_t> known; // mirror images beyond the ends are the same layer
-  for (size_t i = 0; i < wanted.size(); ++i) {
-    const auto [at, is_new] = known.try_emplace(layers[i].get(), static_cast<uint32_t>(trail.sources.size()));
-    source[wanted[i]] = at->second;
-    if (!is_new) continue;
-    Slice slice = like;
-    const int coset = lattice.coset(wanted[i]);
-    slice.coset[static_cast<size_t>(coset)] = *layers[i];
-    if (lattice.space.cosets() > 1)
-      slice.coset[static_cast<size_t>(1 - coset)] = BrickLayer(lattice.space, 1 - coset);
-    slice.has_holes = false;
-    add_source(trail, std::move(slice), context);
-  }
-  double gain = 0; // of weights; none is negative
-  for (size_t n = 0; n < moments.size(); ++n) {
-    TrailMoment m{{}, moments[n].frame, moments[n].weight, moments[n].interval};
-    std::array<double, 2> sum{};
-    for (const LayerWeight& w : weights[n]) {
-      sum[static_cast<size_t>(lattice.coset(w.layer))] += static_cast<double>(w.weight);
-      const uint32_t s = source[w.layer];
-      const auto same =
-          std::find_if(m.shares.begin(), m.shares.end(), [&](const SheetShare& x) { return x.source == s; });
-      if (same != m.shares.end())
-        same->weight += w.weight;
-      else
-        m.shares.push_back({s, w.weight});
-    }
-    gain = std::max({gain, sum[0], sum[1]});
-    trail.moments.push_back(std::move(m));
-  }
-  bound_bricks(trail, static_cast<float>(gain));
-  return true;
-}
-
-} // namespace
-
-Trail make_trail(const Coefficients& coefficients, const Slice& slice, const TrailOptions& options,
-                 const Context& context) {
-  if (!is_time_slice(slice)) fail(Code::unsupported, "trail: it belongs to time slices (a = b = c = 0)");
-  if (!(options.interval[0] <= options.interval[1]) || !std::isfinite(options.interval[0]) ||
-      !std::isfinite(options.interval[1]))
-    fail(Code::invalid_argument, "trail: the interval must be finite and ordered");
-  if (options.samples < 0 || options.samples > 4096 || options.intervals < 1 || options.intervals > 256)
-    fail(Code::invalid_argument, "trail: at most 4096 samples in each of 1 .. 256 sub-intervals");
+void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slice,
+               const TrailOptions& options, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
   const double end = lattice.last_frame();
-  const double begin_frame = std::clamp(slice.frame + options.interval[0], 0.0, end);
-  const double end_frame = std::clamp(slice.frame + options.interval[1], 0.0, end);
-  Trail trail;
-  if (!(begin_frame < end_frame) || lattice.is_static()) return trail;
-
-  const double part = (end_frame - begin_frame) / options.intervals;
+  const double from = std::clamp(slice.frame + options.interval[0], 0.0, end);
+  const double to = std::clamp(slice.frame + options.interval[1], 0.0, end);
+  if (!(from < to) || lattice.is_static()) return;
+  const double part = (to - from) / options.intervals;
   const int samples = options.samples > 0
                           ? options.samples
                           : std::clamp(static_cast<int>(std::ceil(part / lattice.time_step)), 4, 64);
   const auto instant = [&](double frame) {
     return time_slice(coefficients, frame, {0, 0}, slice.slice_to_world, context);
   };
-  std::vector<Moment> moments;
-  for (int i = 0; i < options.intervals; ++i) {
-    const double from = begin_frame + i * part, whole = 1.0 / options.intervals;
+  if (options.content == TrailContent::classified) {
+    const auto moments = midpoints(from, to, options.intervals, samples);
+    if (add_layers(trail, coefficients, slice, moments, context)) return;
+    for (const Moment& m : moments) add_slice(trail, instant(m.at), m, context);
+    return;
+  }
+  for (const Moment& m : midpoints(from, to, options.intervals, 1)) {
     if (options.content == TrailContent::mean) {
-      const double middle = from + part / 2;
-      add_slice(trail, time_slice(coefficients, middle, {-part / 2, part / 2}, slice.slice_to_world, context),
-                {middle, whole, i}, context);
+      add_slice(trail, time_slice(coefficients, m.at, {-part / 2, part / 2}, slice.slice_to_world, context),
+                m, context);
       continue;
     }
-    std::vector<Slice> stills;
-    for (int k = 0; k < samples; ++k) {
-      const double frame = from + (k + 0.5) * part / samples;
-      if (options.content == TrailContent::maximum)
-        stills.push_back(instant(frame));
-      else
-        moments.push_back({frame, whole / samples, i});
-    }
-    if (options.content == TrailContent::maximum)
-      add_slice(trail, maximum_slice(stills, context), {from + part / 2, whole, i}, context);
+    SiteMaxima maxima;
+    for (const Moment& still : midpoints(m.at - part / 2, m.at + part / 2, 1, samples))
+      maxima.add(instant(still.at), context);
+    add_slice(trail, maxima.finish(context), m, context);
   }
-  if (!moments.empty() && !add_layers(trail, coefficients, instant(moments.front().frame), moments, context))
-    for (const Moment& m : moments) add_slice(trail, instant(m.frame), m, context);
+}
+
+// Offsets along the normal at which the hyperplane meets the domain.
+std::array<double, 2> offsets_inside(const Hyperplane& h, const Lattice4& lattice) {
+  double low = h[4], high = h[4];
+  for (size_t a = 0; a < 4; ++a) {
+    const double across = h[a] * (lattice.dims[a] - 1.0);
+    (across < 0 ? low : high) += across;
+  }
+  return {low, high};
+}
+
+void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& slice,
+                const TrailOptions& options, const HypersliceOptions& like, const Affine3& index_to_world,
+                const Context& context) {
+  const Hyperplane h = slice.hyperplane;
+  const auto inside = offsets_inside(h, coefficients.source().lattice());
+  const double from = std::clamp(options.interval[0], inside[0], inside[1]);
+  const double to = std::clamp(options.interval[1], inside[0], inside[1]);
+  if (!(from < to)) return;
+  const double part = (to - from) / options.intervals;
+  const auto cut = [&](double offset, const Slab& slab) {
+    HypersliceOptions o = like;
+    o.slab = slab;
+    if (o.frame)
+      for (size_t i = 0; i < 4; ++i) o.frame->origin[i] += offset * h[i];
+    return hyperslice(coefficients, {h[0], h[1], h[2], h[3], h[4] - offset}, o, index_to_world, context);
+  };
+  const bool classified = options.content == TrailContent::classified;
+  const int samples = !classified           ? 1
+                      : options.samples > 0 ? options.samples
+                                            : std::clamp(static_cast<int>(std::ceil(part)), 4, 64);
+  Slab slab = like.slab;
+  if (!classified) slab = {part, options.content == TrailContent::mean ? SlabKind::mean : SlabKind::maximum};
+  for (const Moment& m : midpoints(from, to, options.intervals, samples))
+    if (Slice s = cut(m.at, slab); !s.empty()) add_slice(trail, std::move(s), m, context);
+}
+
+} // namespace
+
+Trail make_trail(const Coefficients& coefficients, const Slice& slice, const TrailOptions& options,
+                 const HypersliceOptions& like, const Affine3& index_to_world, const Context& context) {
+  if (!(options.interval[0] <= options.interval[1]) || !std::isfinite(options.interval[0]) ||
+      !std::isfinite(options.interval[1]))
+    fail(Code::invalid_argument, "trail: the interval must be finite and ordered");
+  if (options.samples < 0 || options.samples > 4096 || options.intervals < 1 || options.intervals > 256)
+    fail(Code::invalid_argument, "trail: at most 4096 samples in each of 1 .. 256 sub-intervals");
+  Trail trail;
+  const bool time = slice.hyperplane[0] == 0 && slice.hyperplane[1] == 0 && slice.hyperplane[2] == 0;
+  const bool own_lattice = like.spacing == 0 && !like.target && !like.frame;
+  if (time && own_lattice)
+    add_times(trail, coefficients, slice, options, context);
+  else
+    add_planes(trail, coefficients, slice, options, like, index_to_world, context);
   return trail;
 }
 

@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "render/transfer_function.h"
 #include "slice/coefficients.h"
+#include "slice/hyperslice.h"
 #include "slice/slice.h"
 #include "splat/points.h"
 #include "splat/trail.h"
@@ -18,9 +19,11 @@ enum class TrailContent : uint8_t { classified = 1, mean = 2, maximum = 3 };
 
 struct TrailOptions {
   TrailContent content = TrailContent::classified;
-  std::array<double, 2> interval{0, 0}; // frames relative to the slice's, clipped to the series
-  int samples = 0;                      // stills per sub-interval; 0: one per lattice layer, 4 to 64
-  int intervals = 1;                    // sub-intervals, each of a colour of its own when more than one
+  // Relative to the slice: frames; of other hyperplanes index units along the unit normal. Clipped to the
+  // domain.
+  std::array<double, 2> interval{0, 0};
+  int samples = 0;   // stills per sub-interval; 0: one per lattice layer or index unit, 4 to 64
+  int intervals = 1; // sub-intervals, each of a colour of its own when more than one
 };
 
 struct TrailSource {
@@ -44,10 +47,12 @@ struct Trail {
 
 // classified: stills at the midpoints of equal parts, each with its share (midpoint rule: second order in the
 // parts). Where it is cheaper the sources are the lattice's layers, of which stills are mixed sheet by sheet:
-// many stills then cost little more than few. mean, maximum: one slice per sub-interval.
-// Throws unsupported for slices that are not time slices.
+// many stills then cost little more than few. mean, maximum: one slice per sub-interval; over time the mean
+// is exact, along other normals it is a Gauss-Legendre quadrature (slice/slab.h).
+// The slice was cut with `like`, out of a volume of this spatial affine.
 [[nodiscard]] Trail make_trail(const Coefficients& coefficients, const Slice& slice,
-                               const TrailOptions& options, const Context& context);
+                               const TrailOptions& options, const HypersliceOptions& like,
+                               const Affine3& index_to_world, const Context& context);
 
 // The function with every colour replaced.
 [[nodiscard]] TransferFunction tinted(const TransferFunction& function, const Vec3& color);

@@ -8,6 +8,16 @@
 
 namespace bccsplat {
 
+namespace {
+
+void set_duals(SheetView& v) {
+  const Vec3 nx = cross(v.ey, v.normal), ny = cross(v.normal, v.ex);
+  v.gx = (1 / dot(v.ex, nx)) * nx;
+  v.gy = (1 / dot(v.ey, ny)) * ny;
+}
+
+} // namespace
+
 int64_t SheetView::first_sheet() const {
   return perspective ? static_cast<int64_t>(std::ceil(0.25 - depth))
                      : std::numeric_limits<int64_t>::min() / 2;
@@ -46,9 +56,21 @@ SheetView make_view(const Slice& slice, const WorldCamera& camera, int width, in
     v.ey = to_lattice.vector(-pixel * camera.up);
     v.ez = to_lattice.vector(v.step_world * camera.forward);
   }
-  const Vec3 nx = cross(v.ey, v.normal), ny = cross(v.normal, v.ex);
-  v.gx = (1 / dot(v.ex, nx)) * nx;
-  v.gy = (1 / dot(v.ey, ny)) * ny;
+  set_duals(v);
+  return v;
+}
+
+SheetView move_view(const SheetView& view, const Slice& from, const Slice& to) {
+  const Affine3 move = to.lattice_to_slice.inverse().after(from.lattice_to_slice);
+  SheetView v = view;
+  v.eye = move.point(view.eye);
+  v.ex = move.vector(view.ex), v.ey = move.vector(view.ey), v.ez = move.vector(view.ez);
+  // Sheet numbers rise by this covector per lattice unit.
+  const Vec3 covector = move.inverse().transposed((1 / view.step) * view.normal);
+  v.step = 1 / length(covector);
+  v.normal = v.step * covector;
+  v.lattice_to_world = to.slice_to_world.after(to.lattice_to_slice);
+  set_duals(v);
   return v;
 }
 

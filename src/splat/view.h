@@ -58,6 +58,10 @@ struct WorldCamera {
 [[nodiscard]] SheetView make_view(const Slice& slice, const WorldCamera& camera, int width, int height,
                                   double sheet_step);
 
+// The same sheets and pixels for another slice that shares slice space and world up to a move along the
+// normal of its hyperplane.
+[[nodiscard]] SheetView move_view(const SheetView& view, const Slice& from, const Slice& to);
+
 // Sheet numbers [first, last] between which the ray of pixel (i, j) runs inside the domain and in front of
 // the eye; first > last when it misses.
 [[nodiscard]] std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, double i,

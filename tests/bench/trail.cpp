@@ -70,8 +70,8 @@ int run_trail_suite(std::span<const std::string> args, const Report& report) {
         bench.options.shading = shading;
         Trail trail;
         const double make = cpu_seconds([&] {
-          trail = make_trail(bench.coefficients, bench.slice, {.interval = {-span, 0}, .samples = stills},
-                             bench.context.get());
+          trail = make_trail(bench.coefficients, bench.slice, {.interval = {-span, 0}, .samples = stills}, {},
+                             {}, bench.context.get());
         });
         RenderStats last;
         const auto [one, all] = paired_cpu_seconds([&] { (void)bench.draw({}); },

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "render/frame.h"
 #include "slice/slice.h"
 #include "slice/time_slice.h"
@@ -55,7 +57,9 @@ class TrailPicture : public testing::Test {
     return image.rgba;
   }
   Slice still(double frame) { return time_slice(coefficients, frame, {0, 0}, {}, context.get()); }
-  Trail trail(const Slice& s, const TrailOptions& o) { return make_trail(coefficients, s, o, context.get()); }
+  Trail trail(const Slice& s, const TrailOptions& o) {
+    return make_trail(coefficients, s, o, {}, {}, context.get());
+  }
   static const float* at(const std::vector<float>& rgba, int x, int y) {
     return rgba.data() + 4 * (y * width + x);
   }
@@ -176,6 +180,74 @@ TEST_F(TrailPicture, MeanIsTheMeanOfSlices) {
     for (size_t n = 0; n < points.size(); ++n) sum[n] += static_cast<double>(at[n]) / slices;
   }
   for (size_t n = 0; n < points.size(); ++n) EXPECT_NEAR(static_cast<double>(mean[n]), sum[n], 2e-4);
+}
+
+// Trails along any normal: the accumulation of classified slices of the same hyperplane, moved; past, future
+// and centred. The slice itself is transparent.
+TEST_F(TrailPicture, AnyHyperplane) {
+  TransferFunction nothing = solid;
+  nothing.opacities = {{0, 0}};
+  camera.target = {10, 6, 9}, camera.position = {-20, 20, -40}, camera.ortho_height = 40;
+  const Hyperplane planes[] = {{0, 0, 1, 0, -7}, {1, 0, 0, 0, -12.5}, {0.5, 0.5, 0.5, -0.5, -8}};
+  for (const Hyperplane& h : planes) {
+    const Slice s = hyperslice(coefficients, h, {}, {}, context.get());
+    for (const std::array<double, 2> interval :
+         {std::array{-4.0, 0.0}, std::array{0.0, 3.0}, std::array{-2.0, 2.0}}) {
+      const Trail t = trail(s, {.interval = interval, .samples = 5});
+      ASSERT_EQ(t.moments.size(), 5u);
+      // One by one, each with all the weight: extinctions average.
+      std::vector<double> sum(size_t{4} * width * height);
+      double seen = 0;
+      for (size_t m = 0; m < t.moments.size(); ++m) {
+        const double offset = interval[0] + (static_cast<double>(m) + 0.5) / 5 * (interval[1] - interval[0]);
+        const Slice moved =
+            hyperslice(coefficients, {h[0], h[1], h[2], h[3], h[4] - offset}, {}, {}, context.get());
+        const auto picture = draw(moved, thin);
+        for (size_t p = 3; p < picture.size(); p += 4) {
+          sum[p] += std::log1p(-std::min(static_cast<double>(picture[p]), 0.999999)) / 5;
+          seen = std::max(seen, static_cast<double>(picture[p]));
+        }
+      }
+      EXPECT_GT(seen, 0.2);
+      const auto together = draw(s, nothing, t);
+      for (size_t p = 3; p < together.size(); p += 4) EXPECT_NEAR(together[p], -std::expm1(sum[p]), 2e-3);
+    }
+    EXPECT_TRUE(trail(s, {.interval = {100, 200}}).moments.empty());
+  }
+}
+
+TEST_F(TrailPicture, MeanAlongANormalIsTheMeanOfSlices) {
+  const Hyperplane h{0.5, 0.5, 0.5, -0.5, -8};
+  const Slice s = hyperslice(coefficients, h, {}, {}, context.get());
+  const Trail t = trail(s, {.content = TrailContent::mean, .interval = {-2, 2}});
+  ASSERT_EQ(t.sources.size(), 1u);
+  std::vector<Vec3> points;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-10, 20);
+  while (points.size() < 100) {
+    const Vec3 p{uniform(random), uniform(random), uniform(random)};
+    if (s.inside(s.lattice_to_slice.inverse().point(p))) points.push_back(p); // slice space
+  }
+  const auto values = [&](const Slice& slice) {
+    std::vector<Vec3> at;
+    for (const Vec3& p : points) at.push_back(slice.lattice_to_slice.inverse().point(p));
+    std::vector<float> v(points.size());
+    (void)evaluate(slice, at, v, {});
+    return v;
+  };
+  const auto mean = values(t.sources[0].slice);
+  constexpr int slices = 16;
+  std::vector<double> sum(points.size());
+  for (int k = 0; k < slices; ++k) {
+    const double offset = -2 + 4 * (k + 0.5) / slices;
+    const auto at =
+        values(hyperslice(coefficients, {h[0], h[1], h[2], h[3], h[4] - offset}, {}, {}, context.get()));
+    for (size_t n = 0; n < points.size(); ++n) sum[n] += static_cast<double>(at[n]) / slices;
+  }
+  for (size_t n = 0; n < points.size(); ++n)
+    if (std::isfinite(sum[n])) {
+      EXPECT_NEAR(static_cast<double>(mean[n]), sum[n], 0.01);
+    }
 }
 
 TEST_F(TrailPicture, ThinFastObjectsLeaveATrail) {
