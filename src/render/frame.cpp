@@ -59,6 +59,7 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
   // The analytic sums know nothing of the lattice sum that such kernels divide by.
   if (scene.slice->kernel.normalised && o.gradient == GradientMethod::analytic)
     o.gradient = GradientMethod::fourth_order;
+  o.short_kernel = options.short_kernel.value_or(step >= quality.short_kernel);
   o.iso_value = options.iso_value;
   o.opacity_stop = options.opacity_stop;
   o.disable_skips = options.disable_skips;
@@ -114,15 +115,15 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
 QualitySettings quality_settings(Quality quality) {
   switch (quality) {
   case Quality::draft:
-    return {1, 1024, 1.25};
+    return {1, 1024, 1.25, 0.5};
   case Quality::normal:
-    return {0.5, 2048, 1.75};
+    return {0.5, 2048, 1.75, 0.5};
   case Quality::fine:
-    return {0.25, 4096, 2.5};
+    return {0.25, 4096, 2.5, 1e30};
   case Quality::best:
     break;
   }
-  return {0.125, 8192, 1e30};
+  return {0.125, 8192, 1e30, 1e30};
 }
 
 double pixels_per_unit(const SheetView& view) {

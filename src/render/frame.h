@@ -22,6 +22,7 @@ struct RenderOptions {
   std::optional<bool> shading;            // none: on for composite and isosurface
   double sheet_step = 0;                  // T; 0: by quality
   std::optional<GradientMethod> gradient; // none: by quality
+  std::optional<bool> short_kernel;       // none: by quality and sheet_step
   double iso_value = 0;
   double opacity_stop = 0.995; // 1: never
   uint32_t disable_skips = 0;  // SkipBits
@@ -57,6 +58,7 @@ struct QualitySettings {
   int table_entries;
   double analytic_below; // pixels per T: below, the kernel's own gradient; from there on fourth-order
                          // differences
+  double short_kernel;   // T; steps from here on hide what short_polynomial() changes
 };
 [[nodiscard]] QualitySettings quality_settings(Quality quality);
 

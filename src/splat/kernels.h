@@ -21,15 +21,31 @@
 namespace bccsplat {
 
 inline constexpr int max_ring_sheets = 256;
+// Isotropic windows up to this many pixels on either side are drawn by blocks, others are large.
+inline constexpr int block_window = 12;
 
 // phi(u) and its derivative in u as float polynomials.
 struct KernelPolynomial {
+  enum class Form : uint8_t {
+    general,
+    square_8, // a_2 u^2 + ... + a_7 u^7
+    short_5   // a_2 u^2 + a_4 u^4 + a_5 u^5
+  };
+  Form form = Form::general;
   int terms = 0;
-  bool from_square = false;                           // a[0] = a[1] = 0
   std::array<float, RadialKernel::max_terms> a{};     // of u^j
   std::array<float, RadialKernel::max_terms> slope{}; // of u^j in d phi / du: (j + 1) a[j + 1]
 };
 [[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi);
+
+// The kernel of form short_5 nearest to phi: least mean square difference over the ball among those with the
+// same integral, so that constants are reproduced as before. It takes 4 multiplications where radial kernels
+// take 7. Where none differs by less than .002 phi(0) (radial20 has one), phi itself.
+[[nodiscard]] KernelPolynomial short_polynomial(const RadialKernel& phi);
+
+[[nodiscard]] inline KernelPolynomial kernel_polynomial(const RadialKernel& phi, bool short_form) {
+  return short_form ? short_polynomial(phi) : kernel_polynomial(phi);
+}
 
 // Constants of one slab, per ring slot. With di, dj the pixel distances from the foot of a point on sheet k,
 //   u = 1 - (xx di^2 + xy di dj + yy dj^2) - depth2 (offset - z)^2,   di = i - fx - X delta,  dj = j - fy - Y
@@ -39,10 +55,11 @@ struct SlabLanes {
   const float* delta = nullptr;  // shift of the foot from sheet s to sheet k, per unit of X, Y
   const float *xx = nullptr, *xy = nullptr, *yy = nullptr; // 1 / (R pixel)^2
   const float* reach = nullptr; // xx - xy^2 / (4 yy): no row is in reach of columns where reach di^2 >= 1
-  // Rows of the window that the group's sheets may reach in columns 4 n .. 4 n + 3: begin, end at
-  // [(group * row_columns + n) * 2]. Only for isotropic windows; null: all rows.
+  // Isotropic windows, null: all rows. Large ones: rows that the group's sheets may reach in columns 4 n .. 4
+  // n + 3, begin, end at [(group * row_columns + n) * 2]; others: in any column, at [group * 2].
   const int16_t* row_range = nullptr;
   int row_columns = 0;
+  const int16_t* group_rows = nullptr;
 };
 
 // A point in a bin. The window starts at pixel (x, y) of the tile's ring, possibly outside of it.
@@ -62,6 +79,7 @@ struct SplatArgs {
   float depth2 = 0;
   bool isotropic = false;    // xx, yy equal for all lanes, xy and delta 0
   int columns = 0, rows = 0; // of the window, pixels
+  float half = 0;            // isotropic: the kernel's radius, pixels
   bool spare = false; // the ring has spare pixels for whole windows around the tile: nothing need be clipped
   std::array<float*, 4> ring{}; // value, and with gradients the sums of c phi'(u) times di, dj, offset - z
   int groups = 0;

@@ -107,15 +107,16 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
   }
 }
 
-// Large windows: which rows the sheets of a group reach in each four columns. The foot stands between half -
-// 1 and half pixels from the window's start.
+// Which rows the sheets of a group reach: in any column where the window is not large, else in each four
+// columns. The foot stands between half - 1 and half pixels from the window's start.
 void plan_rows(const SplatScene& scene, SplatPlan& plan) {
-  constexpr int small = 8, most = 4096;
-  if (!plan.isotropic || plan.rows[0] <= small || plan.rows[0] > most) return;
+  constexpr int most = 4096;
+  if (!plan.isotropic || plan.rows[0] > most) return;
   const double radius = scene.slice->kernel.space.radius;
   const double pixels = radius / std::sqrt(Metric(*scene.view).xx); // of the kernel's radius
   const auto half_x = static_cast<double>(plan.half_x[0]), half_y = static_cast<double>(plan.half_y[0]);
-  plan.row_columns = (plan.columns[0] + 3) / 4;
+  const bool by_column = plan.large_window();
+  plan.row_columns = by_column ? (plan.columns[0] + 3) / 4 : 1;
   plan.row_ranges.resize(static_cast<size_t>(plan.lane_period * plan.groups * plan.row_columns * 2));
   for (int set = 0; set < plan.lane_period; ++set) {
     const float* offset =
@@ -127,14 +128,14 @@ void plan_rows(const SplatScene& scene, SplatPlan& plan) {
         near = std::min(near, std::max({0.0, -k, k - 1}));
       }
       for (int n = 0; n < plan.row_columns; ++n) {
-        const double across = std::max({0.0, half_x - 1 - (4 * n + 3), 4 * n - half_x});
+        const double across = by_column ? std::max({0.0, half_x - 1 - (4 * n + 3), 4 * n - half_x}) : 0;
         const double square = pixels * pixels * (1 - plan.depth2 * near * near) - across * across;
         int16_t* range =
             &plan.row_ranges[static_cast<size_t>(((set * plan.groups + g) * plan.row_columns + n) * 2)];
         if (square <= 0) continue; // none
-        const double reach = std::sqrt(square);
-        range[0] = static_cast<int16_t>(std::max(0.0, std::floor(half_y - 1 - reach)));
-        range[1] = static_cast<int16_t>(std::min<double>(plan.rows[0], std::ceil(half_y + reach) + 1));
+        const double reach = std::sqrt(square) + 1e-3;
+        range[0] = static_cast<int16_t>(std::max(0.0, std::ceil(half_y - 1 - reach)));
+        range[1] = static_cast<int16_t>(std::min<double>(plan.rows[0], std::floor(half_y + reach) + 1));
       }
     }
   }

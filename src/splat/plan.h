@@ -46,13 +46,18 @@ struct SplatPlan {
   std::vector<PlannedTile> tiles;
   bool air_visible = false;
 
+  // Isotropic windows that are worth a table of rows per four columns.
+  [[nodiscard]] bool large_window() const {
+    return columns.front() > block_window || rows.front() > block_window;
+  }
   [[nodiscard]] SlabLanes lanes(int64_t slab) const {
     const int64_t n = lane_period ? ((slab % lane_period) + lane_period) % lane_period : slab - first_slab;
     const auto s = static_cast<size_t>(sheets);
     const float* p = lane_data.data() + static_cast<size_t>(n) * 6 * s;
     SlabLanes l{p, p + s, p + 2 * s, p + 3 * s, p + 4 * s, p + 5 * s};
     if (!row_ranges.empty()) {
-      l.row_range = row_ranges.data() + n * groups * row_columns * 2;
+      const int16_t* ranges = row_ranges.data() + n * groups * row_columns * 2;
+      (large_window() ? l.row_range : l.group_rows) = ranges;
       l.row_columns = row_columns;
     }
     return l;

@@ -99,17 +99,6 @@ void extract(const ExtractArgs& e) {
 
 } // namespace
 
-KernelPolynomial kernel_polynomial(const RadialKernel& phi) {
-  KernelPolynomial k;
-  k.terms = phi.terms;
-  k.from_square = phi.terms > 2 && phi.a[0] == 0 && phi.a[1] == 0;
-  for (size_t j = 0; j < static_cast<size_t>(phi.terms); ++j) {
-    k.a[j] = static_cast<float>(phi.a[j]);
-    if (j > 0) k.slope[j - 1] = static_cast<float>(static_cast<double>(j) * phi.a[j]);
-  }
-  return k;
-}
-
 const SplatKernels& scalar_kernels() {
   static constexpr SplatKernels kernels{splat, transform, extract};
   return kernels;

@@ -98,7 +98,7 @@ void SheetSource::splat_bin(int64_t s, const SplatRecord* records, size_t count)
   a.lanes = &lanes, a.kernel = &kernel_;
   a.depth2 = static_cast<float>(plan_.depth2);
   a.isotropic = plan_.isotropic, a.spare = plan_.spare;
-  a.columns = plan_.columns[n], a.rows = plan_.rows[n];
+  a.columns = plan_.columns[n], a.rows = plan_.rows[n], a.half = plan_.half_x[n];
   for (size_t q = 0; q < quantities_; ++q) a.ring[q] = m_.ring_origin(q);
   a.groups = plan_.groups, a.group_floats = m_.group_floats;
   a.pitch = m_.ring_pitch, a.width = m_.width, a.height = m_.height;

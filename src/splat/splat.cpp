@@ -22,7 +22,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Con
                  const std::function<void(const TilePixels&)>& emit) {
   SplatStats stats;
   const SplatPlan plan = make_plan(scene, options, context.tasks.threads(), stats);
-  const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space);
+  const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space, options.short_kernel);
   const TileJob job{&scene, &options, &plan, &kernel, &context};
 
   std::mutex mutex;

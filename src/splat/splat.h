@@ -39,7 +39,8 @@ struct SplatOptions {
   uint32_t disable_skips = 0;
   int tile_size = 0; // pixels; 0: chosen
   bool with_value = false, with_time = false;
-  bool scalar = false; // the plain inner loops
+  bool short_kernel = false; // short_polynomial() of the slice's kernel
+  bool scalar = false;       // the plain inner loops
 };
 
 struct SplatScene {

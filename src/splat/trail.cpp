@@ -18,8 +18,8 @@ bool same_domain(const SplatScene& a, const SplatScene& b) {
 
 TrailObject plan_object(const SplatScene& scene, const SplatScene& main, const SplatOptions& options,
                         int threads, SplatStats& stats) {
-  return {&scene, make_plan(scene, options, threads, stats), kernel_polynomial(scene.slice->kernel.space),
-          !same_domain(scene, main)};
+  return {&scene, make_plan(scene, options, threads, stats),
+          kernel_polynomial(scene.slice->kernel.space, options.short_kernel), !same_domain(scene, main)};
 }
 
 // A finished picture over another, in place.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "splat/aligned.h"
 #include "splat/sheet.h"
 #include "tests/unit/splat_scene.h"
 
@@ -34,24 +35,36 @@ struct SplatCase {
   bool isotropic, gradient;
   int sheets;
   double pixels; // per lattice unit
+  bool spare = false, is_short = false;
 };
 
 class SplatLoop : public testing::TestWithParam<SplatCase> {};
-INSTANTIATE_TEST_SUITE_P(Kernels, SplatLoop,
-                         testing::Values(SplatCase{"plain", "default", true, false, 4, 1.1},
-                                         SplatCase{"plain_gradient", "default", true, true, 8, 2.3},
-                                         SplatCase{"general", "radial18+b3", false, false, 4, 1.7},
-                                         SplatCase{"general_gradient", "fine", false, true, 12, 0.8},
-                                         SplatCase{"gauss", "gauss09", true, false, 8, 1},
-                                         SplatCase{"gauss_gradient", "paper", false, true, 8, 2},
-                                         SplatCase{"large", "default", true, true, 4, 17},
-                                         SplatCase{"large_general", "default", false, false, 16, 9}),
-                         [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Kernels, SplatLoop,
+    testing::Values(SplatCase{"plain", "default", true, false, 4, 1.1},
+                    SplatCase{"plain_gradient", "default", true, true, 8, 2.3},
+                    SplatCase{"general", "radial18+b3", false, false, 4, 1.7},
+                    SplatCase{"general_gradient", "fine", false, true, 12, 0.8},
+                    SplatCase{"gauss", "gauss09", true, false, 8, 1},
+                    SplatCase{"gauss_gradient", "paper", false, true, 8, 2},
+                    SplatCase{"large", "default", true, true, 4, 17},
+                    SplatCase{"large_general", "default", false, false, 16, 9},
+                    SplatCase{"small", "default", true, false, 8, 1, true},
+                    SplatCase{"small_pair", "fine", true, false, 4, 1.2, true},
+                    SplatCase{"blocks_gradient", "radial18+b3", true, true, 4, 1.3},
+                    SplatCase{"short_small", "default", true, false, 4, 1, true, true},
+                    SplatCase{"short_blocks", "default", true, false, 8, 1.3, false, true},
+                    SplatCase{"short_gradient", "default", true, true, 4, 1.3, false, true},
+                    SplatCase{"short_large", "default", true, false, 8, 4, false, true},
+                    SplatCase{"short_general", "default", false, false, 4, 3, false, true},
+                    SplatCase{"short_general_gradient", "default", false, true, 4, 2, false, true}),
+    [](const auto& instance) { return instance.param.name; });
 
 TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
   const SplatCase& c = GetParam();
   const RadialKernel phi = make_kernel(c.kernel).space;
-  const KernelPolynomial kernel = kernel_polynomial(phi);
+  const KernelPolynomial kernel = c.is_short ? short_polynomial(phi) : kernel_polynomial(phi);
+  ASSERT_EQ(kernel.form == KernelPolynomial::Form::short_5, c.is_short);
   std::mt19937 random(7);
   const auto uniform = [&](double a, double b) {
     return static_cast<float>(std::uniform_real_distribution<double>(a, b)(random));
@@ -75,13 +88,18 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
   const SlabLanes table{l, l + s, l + 2 * s, l + 3 * s, l + 4 * s, l + 5 * s};
 
   SplatArgs args;
-  args.width = 29, args.height = 23, args.pitch = 32 + 8;
+  const int spare = c.spare ? 12 : 0; // rows and columns around the ring
+  args.width = 29, args.height = 23, args.pitch = 32 + 8 + 2 * spare;
   args.groups = c.sheets / 4;
-  args.group_floats = static_cast<size_t>(args.pitch * args.height * 4) + 64;
+  args.group_floats = static_cast<size_t>(args.pitch * (args.height + 2 * spare) * 4) + 64;
+  args.spare = c.spare;
   args.lanes = &table, args.kernel = &kernel;
   args.depth2 = static_cast<float>(step * step / (phi.radius * phi.radius));
   args.isotropic = c.isotropic;
-  args.columns = args.rows = static_cast<int>(std::ceil(2 * radius * 1.15 + 0.4 * c.sheets)) + 2;
+  // Windows without spare room are larger than they need be.
+  args.columns = args.rows =
+      static_cast<int>(std::ceil(2 * radius * (c.spare ? 1 : 1.15)) + (c.spare ? 0 : 0.4 * c.sheets + 2));
+  args.half = static_cast<float>(radius);
   std::vector<SplatRecord> records;
   for (int n = 0; n < 60; ++n) {
     const auto centre = static_cast<float>(0.5 * args.columns - 1);
@@ -93,13 +111,18 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
   args.record = records.data(), args.count = records.size();
 
   const size_t floats = args.group_floats * static_cast<size_t>(args.groups) + 96;
+  const auto origin = static_cast<size_t>(16 + 4 * (spare * args.pitch + spare));
   const auto run = [&](void (*splat)(const SplatArgs&)) {
+    std::array<AlignedArray<float>, 4> memory;
     std::array<std::vector<float>, 4> ring;
     for (size_t q = 0; q < (c.gradient ? 4u : 1u); ++q) {
-      ring[q].assign(floats, 0);
-      args.ring[q] = ring[q].data() + 16;
+      memory[q].reserve(floats);
+      std::fill_n(memory[q].data(), floats, 0.0f);
+      args.ring[q] = memory[q].data() + origin;
     }
     splat(args);
+    for (size_t q = 0; q < (c.gradient ? 4u : 1u); ++q)
+      ring[q].assign(memory[q].data(), memory[q].data() + floats);
     return ring;
   };
   const auto expected = run(scalar_kernels().splat);
@@ -113,8 +136,8 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
       for (int g = 0; g < args.groups; ++g)
         for (int y = 0; y < args.height; ++y)
           for (int x = 0; x < args.width * 4; ++x) { // not the spare pixels
-            const size_t at =
-                16 + static_cast<size_t>(g) * args.group_floats + static_cast<size_t>(y * args.pitch * 4 + x);
+            const size_t at = origin + static_cast<size_t>(g) * args.group_floats +
+                              static_cast<size_t>(y * args.pitch * 4 + x);
             scale = std::max(scale, std::fabs(static_cast<double>(expected[q][at])));
             error = std::max(
                 error, std::fabs(static_cast<double>(expected[q][at]) - static_cast<double>(got[q][at])));
