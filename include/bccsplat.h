@@ -3,31 +3,45 @@
  * This header is the manual. Conventions that hold everywhere are stated here once.
  *
  * SPACES
- *   index space   (x, y, z, t): sample i of the source stands at coordinate i on every axis; t counts frames
+ *
+ * - index space: (x, y, z, t). Sample i of the source stands at coordinate i on every axis; t counts frames
  * and may be fractional. The domain is [0, n-1] on every axis; nothing is drawn or evaluated outside it.
- *   slice space   (u, v, w) of a slice. For a time slice it is index space without t. For other hyperplanes
- * the slice states its origin and orthonormal basis in index space. world space   right-handed, in the
- * volume's spatial unit. A 4x4 row-major affine (last row 0 0 0 1) takes (x, y, z, 1) of index space to it.
- * Cameras, lights and unit_distance are in world space. time          the volume's time unit. Frames may be
- * unevenly spaced; times rise strictly. T             the source sample distance in index space; lengths of
- * kernels and sheet steps are in T. ARRAYS   x is fastest, then y, z, t. Sizes are counts of elements unless
- * the name says bytes. IMAGES   origin top left, row 0 is the top. Colour is linear, premultiplied by
- * opacity. Opacity of a transfer function is the fraction absorbed per unit_distance of world length. STRINGS
- * UTF-8, zero-terminated. Strings that come from an object live as long as the object. STRUCTS  begin with
- * struct_size, set by the caller to sizeof(the struct), for output structs too. A cleared struct (all zero
- * apart from struct_size) asks for the defaults. A field whose zero is a meaningful choice counts only if its
- * bit stands in set_mask. Structs grow only at the end: a caller built against an older header gets the older
- * behaviour; a non-zero tail this library does not know is INVALID_STRUCT_SIZE. STATUS   every call that can
- * fail returns a bccsplat_status. On failure output handles are NULL and other outputs are untouched unless
- * the call says otherwise; bccsplat_last_error() has the text. Any call may return INVALID_ARGUMENT (a NULL
- * or senseless argument), INVALID_STRUCT_SIZE, OUT_OF_MEMORY, MEMORY_BUDGET or INTERNAL; a call's comment
- * lists what else it may return. HANDLES  are reference counted: create returns one reference, _retain adds
- * one, _release gives one back (NULL is allowed). Children keep their parents alive. Inputs are copied unless
- * the text says "borrowed". THREADS  different objects may be used from any threads. One object: calls that
- * take it as const may run at the same time; other calls need it alone. Results do not depend on the thread
- * count, bit for bit. PROGRESS a bccsplat_progress_fn is called with a fraction that never falls, at most 30
- * times a second, from any thread but never two at once; a non-zero return cancels: the call ends with
- * CANCELLED.
+ * - slice space: (u, v, w) of a slice. For a time slice it is index space without t. For other hyperplanes
+ * the slice states its origin and orthonormal basis in index space.
+ * - world space: right-handed, in the volume's spatial unit. A 4x4 row-major affine (last row 0 0 0 1) takes
+ *   (x, y, z, 1) of index space to it. Cameras, lights and unit_distance are in world space.
+ * - time: in the volume's time unit. Frames may be unevenly spaced; times rise strictly.
+ * - T: the source sample distance in index space; lengths of kernels and sheet steps are in T.
+ *
+ * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes.
+ *
+ * IMAGES: origin top left, row 0 is the top. Colour is linear, premultiplied by opacity. Opacity of a
+ * transfer function is the fraction absorbed per unit_distance of world length.
+ *
+ * STRINGS: UTF-8, zero-terminated. Strings that come from an object live as long as the object.
+ *
+ * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), for output structs too. A cleared
+ * struct (all zero apart from struct_size) asks for the defaults. A field whose zero is a meaningful choice
+ * counts only if its bit stands in set_mask. Structs grow only at the end: a caller built against an older
+ * header gets the older behaviour; a non-zero tail this library does not know is INVALID_STRUCT_SIZE.
+ *
+ * STATUS: every call that can fail returns a bccsplat_status. On failure output handles are NULL and other
+ * outputs are untouched unless the call says otherwise; bccsplat_last_error() has the text. Any call may
+ * return INVALID_ARGUMENT (a NULL or senseless argument), INVALID_STRUCT_SIZE, OUT_OF_MEMORY, MEMORY_BUDGET
+ * or INTERNAL; a call's comment lists what else it may return.
+ *
+ * HANDLES are reference counted: create returns one reference, _retain adds one, _release gives one back
+ * (NULL is allowed). Children keep their parents alive. Inputs are copied unless the text says "borrowed".
+ *
+ * THREADS: different objects may be used from any threads. One object: calls that take it as const may run at
+ * the same time; other calls need it alone. Results do not depend on the thread count, bit for bit.
+ *
+ * PROGRESS: a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a second,
+ * from any thread but never two at once; a non-zero return cancels: the call ends with CANCELLED.
+ *
+ * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps locale and
+ * floating-point mode as they are, and has no state outside its objects but the error text of each thread. It
+ * may be unloaded when the last object is released.
  */
 #ifndef BCCSPLAT_H
 #define BCCSPLAT_H
