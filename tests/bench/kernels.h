@@ -17,6 +17,8 @@ namespace bccsplat::bench {
 //           --measured         random plane waves on periodic lattices
 //           --chain            the library from samples to values (kernels_chain.h)
 //           --marschner        the signal of Marschner & Lobb
+//           --gradients        analytic gradients against differences and against CC (kernels_gradient.cpp)
+//           --interpolation    the stages against exact interpolation (kernels_interpolation.cpp)
 //   alone:  --design NAME | --design all   designs the prefilters again: prefilter_tables.inc
 //           --design-cc                    the same for the Cartesian lattice: cc_tables.inc
 //           --shape NAME | --shape all     designs phi again (radial16 radial18 radial20 radial24)
@@ -33,6 +35,8 @@ enum class CartesianKernel { linear, catmull_rom, cubic_interpolating };
 
 // Signal-to-error in dB of random plane waves of the ball, sampled on a periodic D4* (dimensions 4) or BCC
 // (3), prefiltered in float by the stages themselves and summed at random points. Per rho of design_rhos.
-[[nodiscard]] std::array<double, 4> measured_snr(const Kernel& kernel, int dimensions);
+// interpolating: the exact interpolation by conjugate gradients takes the place of the stages.
+[[nodiscard]] std::array<double, 4> measured_snr(const Kernel& kernel, int dimensions,
+                                                 bool interpolating = false);
 
 } // namespace bccsplat::bench

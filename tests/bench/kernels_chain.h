@@ -13,4 +13,11 @@ void run_kernel_chain(const Report& report);
 // The signal of Marschner & Lobb, and what is left of it inside a ball of frequencies: BCC against CC.
 void run_marschner_lobb(const Report& report);
 
+// Gradients in space at random 4D points: analytic, and by differences of values.
+void run_kernel_gradients(const Report& report);
+
+// What the prefilter stages make of waves, noise, one site and a checkerboard, beside exact interpolation by
+// conjugate gradients on a periodic lattice.
+void run_kernel_interpolation(const Report& report);
+
 } // namespace bccsplat::bench
