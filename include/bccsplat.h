@@ -557,6 +557,34 @@ typedef struct bccsplat_hyperplane {
   double a, b, c, d, e;
 } bccsplat_hyperplane;
 
+/* A slab holds, at each point of the hyperplane, the field's mean, its integral (SUM: value times index
+ * units) or its largest value along the normal. Mean and sum of merged slices are exact (integrals of the
+ * kernel); else they are Gauss-Legendre quadrature with 1.5 nodes per index unit and 3 more. MAXIMUM is the
+ * largest value at the nodes of that quadrature, which stand at most .8 index units apart. */
+enum {
+  BCCSPLAT_SLAB_DEFAULT = 0, /* MEAN */
+  BCCSPLAT_SLAB_MEAN = 1,
+  BCCSPLAT_SLAB_SUM = 2,
+  BCCSPLAT_SLAB_MAXIMUM = 3
+};
+
+/* How a slice is made. DEFAULT is MERGED where that can be, else RESAMPLED.
+ *   MERGED     t, x, y or z = constant: the layers or planes of sites in reach, weighted; the slice is on the
+ *              volume's lattice. Exact for time slices; an axis slice is the time slice of the volume with
+ * its axes turned, under the kernel turned with them. In files that store coefficients time slices only.
+ *   RESAMPLED  the 4D field at the sites of a lattice in the hyperplane, then interpolated. With the kernel
+ *              "paper" this is equation (6) of Neophytou & Mueller 2002.
+ *   EXTRACTED  their extraction, for comparison: every 4D point within 2 T of the hyperplane, weighted by its
+ *              distance and splatted as a 3D Gaussian exp(-2 r^2). Series on D4* only, without thickness,
+ *              interval, spacing and lattice; the slice can be sampled, without gradients, but not rendered.
+ */
+enum {
+  BCCSPLAT_METHOD_DEFAULT = 0,
+  BCCSPLAT_METHOD_MERGED = 1,
+  BCCSPLAT_METHOD_RESAMPLED = 2,
+  BCCSPLAT_METHOD_EXTRACTED = 3
+};
+
 typedef struct bccsplat_slice_options {
   uint32_t struct_size;
   uint32_t channel;
@@ -564,12 +592,21 @@ typedef struct bccsplat_slice_options {
   double interval[2]; /* frames relative to the hyperplane's, begin <= 0 <= end allowed in any mix: the slice
                          holds the mean over [t+begin, t+end], clipped to the series; both 0: the instant.
                          Time slices only. */
-  double spacing;     /* T of the target lattice of hyperplanes off the time axis; 0: the source density */
-  double time_length; /* world units that one frame of theirs is drawn as; 0: one mean voxel */
-  int32_t lattice;    /* of those: DEFAULT or BCC */
+  double spacing;     /* T of the target lattice; 0: the source density. Any other (for time slices but 1)
+                         resamples. */
+  double time_length; /* world units that one frame is drawn as off the time axis; 0: one mean voxel */
+  int32_t lattice;    /* target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC */
   uint32_t reserved;  /* 0 */
   bccsplat_progress_fn progress;
   void* progress_user;
+  double thickness; /* of a slab centred on the hyperplane, in index units along the unit normal (frames for
+                       time slices), clipped to the domain; 0: none. Excludes interval. */
+  const double* point; /* 4 doubles, index space: the origin of slice space. NULL: chosen, with the basis */
+  const double* basis; /* 3 x 4 doubles: directions of u, v, w in index space, any lengths, orthonormalised in
+                          order. With point and basis, which are copied, the slice is resampled on a lattice
+                          along them, and hyperplane must be NULL. */
+  int32_t slab;        /* BCCSPLAT_SLAB_... */
+  int32_t method;      /* BCCSPLAT_METHOD_... */
 } bccsplat_slice_options;
 
 typedef struct bccsplat_slice_info {
@@ -578,9 +615,9 @@ typedef struct bccsplat_slice_info {
   double hyperplane[5]; /* normalised */
   double origin[4];     /* index space of slice space (0, 0, 0) */
   double basis[3][4];   /* orthonormal directions of u, v, w in index space */
-  double extent[3][2];  /* domain in slice space */
+  double extent[3][2];  /* domain in slice space; of an empty slice it ends before it begins */
   uint64_t dims[3];     /* samples of the dense box at the source's resolution: sample i at slice coordinate
-                           extent[.][0] + i */
+                           extent[.][0] + i; 0 for an empty slice */
   double affine[16];    /* slice space -> world, row-major */
   double bounds[2];     /* no value of the slice lies outside */
   double air;
@@ -600,7 +637,9 @@ typedef struct bccsplat_grid {
 } bccsplat_grid;
 
 /* Cuts a hyperplane. options may be NULL. OUT_OF_DOMAIN: a time outside the series; another hyperplane that
- * misses the domain gives an empty slice. INVALID_ARGUMENT: a zero or non-finite normal. */
+ * misses the domain gives an empty slice: no points, dims 0, every sample NaN. INVALID_ARGUMENT: a zero or
+ * non-finite normal, a basis whose directions depend on each other, options that exclude each other.
+ * UNSUPPORTED: a method, slab or interval that this hyperplane or volume cannot have. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume,
                                                    const bccsplat_hyperplane* hyperplane,
                                                    const bccsplat_slice_options* options,

@@ -14,6 +14,7 @@
 #include "tool/progress.h"
 #include "tool/render_stats.h"
 #include "tool/slice_choice.h"
+#include "tool/slice_sweep.h"
 #include "tool/time_slice.h"
 #include "tool/transfer_function.h"
 
@@ -202,7 +203,7 @@ struct Scene {
   RenderTimes draw(const Cut& where, const std::string& path) {
     RenderTimes times;
     times.open_ms = open_ms;
-    const Slice slice = cut(volume, where.plane, {.channel = channel});
+    const Slice slice = cut(volume, where, channel);
     times.slice = slice_info(slice);
     times.kernel = times.slice.kernel;
     check(bccsplat_renderer_set_slice(renderer.get(), slice.get()), "");
@@ -235,24 +236,26 @@ bool is_picture(const std::string& path) {
 }
 
 std::vector<Cut> cuts(const Volume& volume, const RenderArguments& a) {
-  if (!a.frames) return {resolve(volume, a.which)};
-  if (a.which.time || a.which.index || a.which.plane)
-    fail_usage("--frames and --time or --plane exclude each other");
+  if (!a.frames) return sweep(volume, a.which);
+  if (a.which.time || a.which.index || a.which.plane || a.which.point || a.which.sweep)
+    fail_usage("--frames excludes --time, --plane, --point and --sweep");
   const double last_frame = static_cast<double>(volume_info(volume).dims[3]) - 1;
   if (!(a.frames->first >= 0 && a.frames->last <= last_frame))
     fail_usage("--frames: the frames are 0 to ", last_frame);
   std::vector<Cut> out;
   const auto count = static_cast<size_t>((a.frames->last - a.frames->first) / a.frames->step + 1e-9) + 1;
   if (count > 1'000'000) fail_usage("--frames: ", count, " pictures are too many");
-  for (size_t i = 0; i < count; ++i)
+  for (size_t i = 0; i < count; ++i) {
     out.push_back(cut_at_index(
         volume, std::min(a.frames->last, a.frames->first + static_cast<double>(i) * a.frames->step)));
+    set_shape(out.back(), a.which);
+  }
   return out;
 }
 
 // Names of the pictures: numbered by frame when frames are whole, else by their order.
 std::vector<std::string> picture_names(const RenderArguments& a, const std::vector<Cut>& where) {
-  if (!a.frames) return {a.output};
+  if (!a.frames) return sweep_names(a.output, where.size());
   if (where.size() > 1 && !has_frame_pattern(a.output))
     fail_usage("-o ", a.output, ": ", where.size(), " pictures need a pattern such as smoke.%04d.png");
   const bool whole =
@@ -320,7 +323,7 @@ Exit run_render(const RenderArguments& a) {
   progress.clear();
   if (!a.stats.empty()) {
     Json json = stats_json(times.front(), volume_info(volume));
-    if (a.frames) {
+    if (a.frames || a.which.sweep) {
       json["frames"] = Json::array();
       for (const RenderTimes& t : times) json["frames"].push_back(stats_json(t, volume_info(volume)));
     }
@@ -350,6 +353,7 @@ Run add_render(CLI::App& app) {
                "The .png or .exr to write; a pattern such as p.%04d.png with --frames")
       ->type_name("OUT");
   add_slice_choice(r, a->which);
+  add_sweep(r, a->which);
   const auto text = [&r](const char* option, const char* type, const char* help, auto set) {
     r.add_option_function<std::string>(option, set, help)->type_name(type);
   };

@@ -5,10 +5,12 @@
 
 #include "tool/cli.h"
 #include "tool/commands.h"
+#include "tool/interrupt.h"
 #include "tool/json.h"
 #include "tool/nrrd_output.h"
 #include "tool/output_file.h"
 #include "tool/slice_choice.h"
+#include "tool/slice_sweep.h"
 #include "tool/time_slice.h"
 #if BCCSPLAT_WITH_OPENVDB
 #include "tool/vdb_output.h"
@@ -41,18 +43,6 @@ struct Range {
   }
 };
 
-// An empty slice has one sample, and that lies outside the data.
-bool misses_domain(const bccsplat_slice_info& info, const bccsplat_volume_info& volume) {
-  if (info.dims[0] * info.dims[1] * info.dims[2] > 1) return false;
-  for (size_t c = 0; c < 4; ++c) {
-    double at = info.origin[c];
-    for (size_t a = 0; a < 3; ++a) at += info.extent[a][0] * info.basis[a][c];
-    const double last = static_cast<double>(volume.dims[c]) - 1;
-    if (at < -1e-6 * (last + 1) || at > last + 1e-6 * (last + 1)) return true;
-  }
-  return false;
-}
-
 // Index space of the box that is written -> world.
 Affine box_affine(const bccsplat_slice_info& info) {
   Affine affine;
@@ -60,14 +50,18 @@ Affine box_affine(const bccsplat_slice_info& info) {
   return moved_origin(affine, {info.extent[0][0], info.extent[1][0], info.extent[2][0]});
 }
 
-NrrdOutput nrrd_output(const Volume& volume, const bccsplat_slice_info& info, bool time_slice) {
+const char* slab_name(int32_t slab) {
+  return slab == BCCSPLAT_SLAB_SUM ? "sum" : slab == BCCSPLAT_SLAB_MAXIMUM ? "max" : "mean";
+}
+
+NrrdOutput nrrd_output(const Volume& volume, const bccsplat_slice_info& info, const Cut& where) {
   const bccsplat_volume_info v = volume_info(volume);
   NrrdOutput n;
   n.sizes.assign(info.dims, info.dims + 3);
   n.affine = box_affine(info);
   n.spatial_unit = v.spatial_unit;
   const char* space = nullptr;
-  if (time_slice && bccsplat_volume_find_attribute(volume.get(), "space", &space) == BCCSPLAT_OK)
+  if (where.is_time_slice && bccsplat_volume_find_attribute(volume.get(), "space", &space) == BCCSPLAT_OK)
     n.space = space;
   n.keys = {
       {"bccsplat hyperplane", row(info.hyperplane, 5)},
@@ -78,10 +72,13 @@ NrrdOutput nrrd_output(const Volume& volume, const bccsplat_slice_info& info, bo
       {"bccsplat first sample", concat(info.extent[0][0], " ", info.extent[1][0], " ", info.extent[2][0])},
       {"bccsplat spacing", "1 1 1"},
       {"bccsplat kernel", info.kernel}};
+  if (where.thickness > 0)
+    n.keys.emplace_back("bccsplat slab", concat(slab_name(where.slab), " ", where.thickness));
   return n;
 }
 
-Json slice_json(const bccsplat_slice_info& info, const std::string& output, const Range& range) {
+Json slice_json(const bccsplat_slice_info& info, const Cut& where, const std::string& output,
+                const Range& range) {
   Json basis = Json::array();
   for (const auto& b : info.basis) basis.push_back({b[0], b[1], b[2], b[3]});
   Json j{{"output", output}, {"dims", info.dims}};
@@ -97,13 +94,14 @@ Json slice_json(const bccsplat_slice_info& info, const std::string& output, cons
   j["nan"] = range.holes;
   j["air"] = info.air;
   j["kernel"] = info.kernel;
+  if (where.thickness > 0) j["slab"] = {{"kind", slab_name(where.slab)}, {"thickness", where.thickness}};
   j["bytes_read"] = info.bytes_read;
   j["milliseconds"] = info.milliseconds;
   return j;
 }
 
 #if BCCSPLAT_WITH_OPENVDB
-Range write_vdb_slice(const Slice& slice, const SliceArguments& a, const std::string& name, double time) {
+Range write_vdb_slice(const Slice& slice, const std::string& path, const std::string& name, double time) {
   const bccsplat_slice_info info = slice_info(slice);
   std::vector<float> values;
   values.reserve(info.dims[0] * info.dims[1] * info.dims[2]);
@@ -119,13 +117,13 @@ Range write_vdb_slice(const Slice& slice, const SliceArguments& a, const std::st
   o.air = static_cast<float>(info.air);
   o.time = time;
   o.overwrite = true;
-  write_vdb(a.output, o, values);
+  write_vdb(path, o, values);
   return range;
 }
 #endif
 
-Range write_nrrd_slice(const Slice& slice, const SliceArguments& a, const NrrdOutput& header) {
-  OutputFile file(a.output, true);
+Range write_nrrd_slice(const Slice& slice, const std::string& path, const NrrdOutput& header) {
+  OutputFile file(path, true);
   const std::string text = nrrd_header_text(header);
   file.write(std::as_bytes(std::span(text)));
   Range range;
@@ -144,6 +142,31 @@ Range write_nrrd_slice(const Slice& slice, const SliceArguments& a, const NrrdOu
   return range;
 }
 
+// Cuts, writes and reports one slice; its line of JSON.
+Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel, const Cut& where,
+                 const std::string& path) {
+  const Slice slice = cut(volume, where, channel);
+  const bccsplat_slice_info info = slice_info(slice);
+  if (info.dims[0] == 0)
+    fail_usage("--plane: the hyperplane misses the data", a.which.sweep ? concat(" (", path, ")") : "");
+  Range range;
+  if (lower(path).ends_with(".vdb")) {
+#if BCCSPLAT_WITH_OPENVDB
+    range = write_vdb_slice(slice, path, channel_info(volume, channel).name, where.time);
+#endif
+  } else {
+    range = write_nrrd_slice(slice, path, nrrd_output(volume, info, where));
+  }
+  if (!a.common.json && !a.common.quiet)
+    std::printf("%s: %llu x %llu x %llu samples, %s to %s%s, from %llu lattice points in %s ms\n",
+                path.c_str(), static_cast<unsigned long long>(info.dims[0]),
+                static_cast<unsigned long long>(info.dims[1]), static_cast<unsigned long long>(info.dims[2]),
+                short_number(range.min, 6).c_str(), short_number(range.max, 6).c_str(),
+                range.holes > 0 ? concat(", ", range.holes, " NaN").c_str() : "",
+                static_cast<unsigned long long>(info.points), short_number(info.milliseconds, 3).c_str());
+  return slice_json(info, where, path, range);
+}
+
 Exit run_slice(const SliceArguments& a) {
   require(a.file, "FILE", "bcc4 slice smoke.bcc4 --time 10 -o slice.nrrd");
   require(a.output, "-o", "-o slice.nrrd");
@@ -153,32 +176,18 @@ Exit run_slice(const SliceArguments& a) {
   if (vdb)
     fail_usage("-o ", a.output, ": this bcc4 was built without OpenVDB (BCCSPLAT_WITH_OPENVDB); .nrrd works");
 #endif
-  refuse_existing(a.output, true);
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const Volume volume = open_volume(device, a.file, a.kernel);
   const uint32_t channel = find_channel(volume, a.channel);
-  const Cut where = resolve(volume, a.which);
-  const Slice slice = cut(volume, where.plane, {.channel = channel});
-  const bccsplat_slice_info info = slice_info(slice);
-  if (misses_domain(info, volume_info(volume))) fail_usage("--plane: the hyperplane misses the data");
-  Range range;
-  if (vdb) {
-#if BCCSPLAT_WITH_OPENVDB
-    range = write_vdb_slice(slice, a, channel_info(volume, channel).name, where.time);
-#endif
-  } else {
-    range = write_nrrd_slice(slice, a, nrrd_output(volume, info, where.is_time_slice));
+  const std::vector<Cut> cuts = sweep(volume, a.which);
+  const std::vector<std::string> names = sweep_names(a.output, cuts.size());
+  for (const std::string& name : names) refuse_existing(name, true);
+  Json written = Json::array();
+  for (size_t i = 0; i < cuts.size(); ++i) {
+    stop_if_interrupted();
+    written.push_back(write_slice(volume, a, channel, cuts[i], names[i]));
   }
-  if (a.common.json) {
-    print_json(slice_json(info, a.output, range));
-  } else if (!a.common.quiet) {
-    std::printf("%s: %llu x %llu x %llu samples, %s to %s%s, from %llu lattice points in %s ms\n",
-                a.output.c_str(), static_cast<unsigned long long>(info.dims[0]),
-                static_cast<unsigned long long>(info.dims[1]), static_cast<unsigned long long>(info.dims[2]),
-                short_number(range.min, 6).c_str(), short_number(range.max, 6).c_str(),
-                range.holes > 0 ? concat(", ", range.holes, " NaN").c_str() : "",
-                static_cast<unsigned long long>(info.points), short_number(info.milliseconds, 3).c_str());
-  }
+  if (a.common.json) print_json(a.which.sweep ? Json{{"slices", written}} : written[0]);
   return Exit::ok;
 }
 
@@ -190,6 +199,7 @@ Run add_slice(CLI::App& app) {
   slice.add_option("FILE", a->file, "A .bcc4 file");
   slice.add_option("-o,--output", a->output, "The .nrrd or .vdb file to write")->type_name("OUT");
   add_slice_choice(slice, a->which);
+  add_sweep(slice, a->which);
   slice.add_option("--channel", a->channel, "Channel, by name or number (default: the first)")
       ->type_name("NAME");
   slice.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)")->type_name("NAME");

@@ -1,6 +1,8 @@
-// --time, --index and --plane: which hyperplane.
+// Which hyperplane, and what the slice holds of it: --time, --index, --plane, --point and --basis,
+// --thickness and so on, for every command that cuts.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "tool/cli.h"
@@ -11,7 +13,13 @@ namespace bcc4 {
 struct SliceChoiceArguments {
   std::optional<double> time;
   bool index = false;
-  std::optional<std::vector<double>> plane; // a, b, c, d, e
+  std::optional<std::vector<double>> plane;        // a, b, c, d, e
+  std::optional<std::vector<double>> point, basis; // x, y, z, t and three times as many
+  std::optional<double> thickness, spacing;
+  std::optional<std::vector<double>> sweep; // from, to, count (slice_sweep.h)
+  int32_t slab = BCCSPLAT_SLAB_DEFAULT;
+  int32_t method = BCCSPLAT_METHOD_DEFAULT;
+  int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
 };
 void add_slice_choice(CLI::App& app, SliceChoiceArguments& arguments);
 
@@ -20,9 +28,19 @@ struct Cut {
   bool is_time_slice = true;
   double index = 0; // of a time slice
   double time = 0;  // of a time slice, in the file's unit
+  // In place of the normal form: a point and directions of u, v, w.
+  std::optional<std::array<double, 4>> point;
+  std::array<double, 12> basis{};
+  double thickness = 0, spacing = 0;
+  int32_t slab = BCCSPLAT_SLAB_DEFAULT;
+  int32_t method = BCCSPLAT_METHOD_DEFAULT;
+  int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
 };
-// A file of one frame needs neither option.
+// A file of one frame needs neither option. The sweep is not looked at.
 [[nodiscard]] Cut resolve(const Volume& volume, const SliceChoiceArguments& arguments);
 [[nodiscard]] Cut cut_at_index(const Volume& volume, double index);
+// --thickness, --slab and the --slice- options onto a hyperplane.
+void set_shape(Cut& cut, const SliceChoiceArguments& arguments);
+[[nodiscard]] Slice cut(const Volume& volume, const Cut& where, uint32_t channel);
 
 } // namespace bcc4

@@ -17,6 +17,7 @@
 #include "render/image.h"
 #include "slice/coefficients.h"
 #include "slice/corrections.h"
+#include "slice/extraction.h"
 #include "slice/hyperslice.h"
 #include "slice/slice.h"
 #include "splat/points.h"
@@ -108,8 +109,9 @@ struct bccsplat_slice : bccsplat::api::Counted {
 
   bccsplat::api::Ref<bccsplat_volume> volume;
   uint32_t channel = 0;
-  bccsplat::Slice slice;
-  bccsplat::HypersliceOptions cut;                    // what it was cut with
+  bccsplat::Slice slice;           // without points where they are extracted
+  bccsplat::HypersliceOptions cut; // what it was cut with
+  std::unique_ptr<const bccsplat::Extraction> extraction;
   const bccsplat::Corrections* corrections = nullptr; // the volume's; of instants only
   bccsplat::Reservation memory;
 

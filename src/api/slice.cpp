@@ -1,13 +1,13 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <optional>
 #include <span>
 
 #include "api/handles.h"
 #include "api/structs.h"
+#include "slice/hyperslice.h"
 #include "slice/plane_slice.h"
 #include "slice/sample_grid.h"
-#include "slice/time_slice.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -16,31 +16,74 @@ static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(std::array<float, 3>)
 
 namespace {
 
-// The frame of a hyperplane that is a time slice, or tilts against one by less than 1e-6 T over the whole
-// extent.
-std::optional<double> time_slice_frame(const std::array<double, 5>& h, const std::array<uint32_t, 4>& dims) {
-  if (h[3] == 0) return std::nullopt;
-  double tilt = 0, centre = -h[4] / h[3];
-  for (size_t a = 0; a < 3; ++a) {
-    const double extent = dims[a] - 1.0;
-    tilt += std::fabs(h[a] / h[3]) * extent;
-    centre -= h[a] / h[3] * extent / 2;
-  }
-  if (tilt >= 1e-6) return std::nullopt;
-  return centre;
+HypersliceOptions read_options(const bccsplat_slice_options& o, const VolumeInfo& info) {
+  require_zero(o.reserved, "bccsplat_slice_options.reserved");
+  HypersliceOptions r;
+  if (o.lattice == BCCSPLAT_LATTICE_BCC)
+    r.target = LatticeKind::bcc;
+  else if (o.lattice == BCCSPLAT_LATTICE_CC)
+    r.target = LatticeKind::cc;
+  else if (o.lattice != BCCSPLAT_LATTICE_DEFAULT)
+    fail(Code::invalid_argument, "slice: lattice ", o.lattice, " is no lattice of slices");
+  if (!(o.interval[0] <= o.interval[1]))
+    fail(Code::invalid_argument, "slice: interval[0] is larger than interval[1]");
+  if (o.slab < 0 || o.slab > BCCSPLAT_SLAB_MAXIMUM) fail(Code::invalid_argument, "slice: slab ", o.slab);
+  if (o.method < 0 || o.method > BCCSPLAT_METHOD_EXTRACTED)
+    fail(Code::invalid_argument, "slice: method ", o.method);
+  r.interval = {o.interval[0], o.interval[1]};
+  r.slab.thickness = o.thickness;
+  if (o.slab == BCCSPLAT_SLAB_SUM) r.slab.kind = SlabKind::sum;
+  if (o.slab == BCCSPLAT_SLAB_MAXIMUM) r.slab.kind = SlabKind::maximum;
+  r.spacing = o.spacing;
+  r.time_length = o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(info.affine.determinant()));
+  if (o.method == BCCSPLAT_METHOD_MERGED) r.method = SliceMethod::merged;
+  if (o.method == BCCSPLAT_METHOD_RESAMPLED) r.method = SliceMethod::resampled;
+  return r;
 }
 
-std::array<double, 5> normalised(const bccsplat_hyperplane& h) {
-  std::array<double, 5> r{h.a, h.b, h.c, h.d, h.e};
-  for (const double v : r)
-    if (!std::isfinite(v)) fail(Code::invalid_argument, "hyperplane: every coefficient must be finite");
-  // Scaled first, so that neither huge nor tiny normals overflow.
-  const double largest = std::max({std::fabs(h.a), std::fabs(h.b), std::fabs(h.c), std::fabs(h.d)});
-  if (largest == 0) fail(Code::invalid_argument, "hyperplane: the normal (a, b, c, d) is zero");
-  for (double& v : r) v /= largest;
-  const double length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]);
-  for (double& v : r) v /= length;
-  return r;
+// The hyperplane of the call: in normal form, or spanned by the options' basis.
+Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane, const bccsplat_slice_options& o,
+                           HypersliceOptions& options) {
+  if (!o.point && !o.basis) {
+    require(hyperplane, "hyperplane");
+    const auto h = read_struct(hyperplane, "bccsplat_hyperplane");
+    return normalised_hyperplane({h.a, h.b, h.c, h.d, h.e});
+  }
+  require(o.point, "bccsplat_slice_options.point"), require(o.basis, "bccsplat_slice_options.basis");
+  if (hyperplane)
+    fail(Code::invalid_argument,
+         "slice: the hyperplane is given twice, by its normal and by point and basis");
+  Vec4 point;
+  std::array<Vec4, 3> directions;
+  std::copy_n(o.point, 4, point.begin());
+  for (size_t k = 0; k < 3; ++k) std::copy_n(o.basis + 4 * k, 4, directions[k].begin());
+  options.frame = plane_frame(point, directions);
+  return hyperplane_of(*options.frame);
+}
+
+// The volume's own field at an instant: what corrections belong to.
+bool is_plain_instant(const HypersliceOptions& o, const Hyperplane& h, const std::array<uint32_t, 4>& dims) {
+  const auto cut = axis_cut(h, dims);
+  return cut && cut->axis == 3 && o.method != SliceMethod::resampled && o.interval[0] == 0 &&
+         o.interval[1] == 0 && o.slab.thickness == 0 && (o.spacing == 0 || o.spacing == 1) && !o.target &&
+         !o.frame;
+}
+
+// A slice of the paper's extracted points.
+void extract(bccsplat_slice& result, const Coefficients& coefficients, const Hyperplane& h,
+             const HypersliceOptions& o, const Affine3& affine, const Context& context) {
+  if (o.slab.thickness != 0 || o.interval[0] != 0 || o.interval[1] != 0 || o.spacing != 0 || o.target)
+    fail(Code::unsupported, "slice: extracted points take no thickness, interval, spacing or lattice");
+  const auto start = std::chrono::steady_clock::now();
+  PlaneOptions plane;
+  plane.time_length = o.time_length;
+  plane.frame = o.frame;
+  result.slice = bare_plane(coefficients, h, plane, affine);
+  result.extraction =
+      std::make_unique<const Extraction>(coefficients.source(), coefficients.channel(), h,
+                                         PlaneFrame{result.slice.origin, result.slice.basis}, context);
+  result.slice.milliseconds =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 // Slice-space extent: bounding box of the domain.
@@ -56,6 +99,7 @@ std::array<std::array<double, 2>, 3> extent_of(const Slice& s) {
 } // namespace
 
 const SplatPoints& bccsplat_slice::points(const Context& context) const {
+  if (extraction) fail(Code::unsupported, "slice: extracted points cannot be rendered; use another method");
   const std::scoped_lock lock(mutex_);
   if (!points_) points_ = std::make_unique<const SplatPoints>(make_points(slice, context));
   return *points_;
@@ -68,41 +112,29 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
   return guard([&] {
     require(slice, "slice");
     *slice = nullptr;
-    require(volume, "volume"), require(hyperplane, "hyperplane");
-    const auto h = normalised(read_struct(hyperplane, "bccsplat_hyperplane"));
+    require(volume, "volume");
     const auto o = read_struct(options, "bccsplat_slice_options");
-    require_zero(o.reserved, "bccsplat_slice_options.reserved");
-    if (o.lattice != BCCSPLAT_LATTICE_DEFAULT && o.lattice != BCCSPLAT_LATTICE_BCC)
-      fail(Code::unsupported, "slice: the target lattice is BCC");
-    if (!(o.interval[0] <= o.interval[1]))
-      fail(Code::invalid_argument, "slice: interval[0] is larger than interval[1]");
     const VolumeInfo& info = volume->info();
+    HypersliceOptions cut = read_options(o, info);
+    const Hyperplane h = read_hyperplane(hyperplane, o, cut);
     const Coefficients& coefficients = volume->coefficients(o.channel, o.kernel);
     Progress progress(progress_callback(o.progress, o.progress_user));
     const Context context = volume->device->context(progress);
     const uint64_t read_before = volume->reader->bytes_read();
 
-    const auto frame = time_slice_frame(h, info.lattice.dims);
     auto result = std::make_unique<bccsplat_slice>();
     result->volume = Ref(const_cast<bccsplat_volume*>(volume));
     result->channel = o.channel;
-    if (frame) {
-      result->slice = time_slice(coefficients, *frame, {o.interval[0], o.interval[1]}, info.affine, context);
-      if (o.interval[0] == 0 && o.interval[1] == 0)
-        result->corrections = volume->corrections(o.channel, o.kernel);
-    } else {
-      if (o.interval[0] != 0 || o.interval[1] != 0)
-        fail(Code::unsupported, "slice: an interval belongs to time slices (a = b = c = 0) only");
-      PlaneOptions plane;
-      if (o.spacing != 0) plane.spacing = o.spacing;
-      plane.time_length =
-          o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(info.affine.determinant()));
-      result->slice = plane_slice(coefficients, h, plane, info.affine, context);
-      result->cut.spacing = plane.spacing, result->cut.time_length = plane.time_length;
-      result->cut.target = plane.target;
-    }
+    if (o.method == BCCSPLAT_METHOD_EXTRACTED)
+      extract(*result, coefficients, h, cut, info.affine, context);
+    else
+      result->slice = hyperslice(coefficients, h, cut, info.affine, context);
+    if (!result->extraction && is_plain_instant(cut, h, info.lattice.dims))
+      result->corrections = volume->corrections(o.channel, o.kernel);
+    result->cut = cut;
     result->slice.bytes_read = volume->reader->bytes_read() - read_before;
-    result->memory = Reservation(volume->device->memory, result->slice.bytes(), "slice");
+    const uint64_t bytes = result->extraction ? result->extraction->bytes() : result->slice.bytes();
+    result->memory = Reservation(volume->device->memory, bytes, "slice");
     *slice = result.release();
   });
 }
@@ -122,18 +154,19 @@ bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_sl
     for (size_t a = 0; a < 3; ++a) {
       std::copy(s.basis[a].begin(), s.basis[a].end(), out.basis[a]);
       std::copy(extent[a].begin(), extent[a].end(), out.extent[a]);
-      out.dims[a] = static_cast<uint64_t>(std::floor(extent[a][1] - extent[a][0] + 1e-6)) + 1;
+      out.dims[a] = s.empty() ? 0 : static_cast<uint64_t>(std::floor(extent[a][1] - extent[a][0] + 1e-6)) + 1;
       for (size_t c = 0; c < 3; ++c) out.affine[4 * a + c] = s.slice_to_world.linear[a][c];
       out.affine[4 * a + 3] = s.slice_to_world.offset[a];
     }
     out.affine[15] = 1;
-    out.bounds[0] = s.bounds[0], out.bounds[1] = s.bounds[1];
+    const auto bounds = slice->extraction ? slice->extraction->bounds() : s.bounds;
+    out.bounds[0] = bounds[0], out.bounds[1] = bounds[1];
     if (slice->corrections) {
       const auto [low, high] = slice->corrections->range(s.frame);
       out.bounds[0] += static_cast<double>(low), out.bounds[1] += static_cast<double>(high);
     }
     out.air = s.air;
-    out.points = static_cast<uint64_t>(s.points());
+    out.points = slice->extraction ? slice->extraction->points() : static_cast<uint64_t>(s.points());
     out.bytes_read = s.bytes_read;
     out.milliseconds = s.milliseconds;
     out.kernel = s.kernel.name.c_str();
@@ -150,6 +183,13 @@ bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
     Progress progress;
     const std::span points(reinterpret_cast<const Vec3*>(uvw), n);
     std::span<std::array<float, 3>> slopes;
+    if (slice->extraction) {
+      if (gradients) fail(Code::unsupported, "slice: extracted points have no gradients");
+      const uint64_t outside =
+          slice->extraction->sample(points, {values, n}, slice->volume->device->context(progress));
+      if (outside > 0) fail(Code::out_of_domain, outside, " of ", n, " points lie outside the domain");
+      return;
+    }
     if (gradients) slopes = {reinterpret_cast<std::array<float, 3>*>(gradients), n};
     EvaluateMisses misses =
         sample_points(slice->slice, points, {values, n}, slopes, slice->volume->device->context(progress));
@@ -179,6 +219,8 @@ bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice, const bc
           fail(Code::invalid_argument, "grid: not finite");
         g.origin[a] = in.origin[a], g.step[a] = in.step[a], g.dims[a] = static_cast<int32_t>(in.dims[a]);
       }
+    } else if (slice->slice.empty()) {
+      return;
     } else {
       const auto extent = extent_of(slice->slice);
       for (size_t a = 0; a < 3; ++a) {
@@ -187,7 +229,11 @@ bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice, const bc
       }
     }
     Progress progress;
-    sample_grid(slice->slice, g, values, slice->volume->device->context(progress));
+    const Context context = slice->volume->device->context(progress);
+    if (slice->extraction)
+      slice->extraction->sample(g, values, context);
+    else
+      sample_grid(slice->slice, g, values, context);
     if (slice->corrections) slice->corrections->add_to_grid(slice->slice.frame, g, values);
   });
 }
@@ -196,7 +242,8 @@ bccsplat_status bccsplat_slice_get_points(const bccsplat_slice* slice, uint64_t 
                                           float* coefficients, uint64_t* count) {
   return guard([&] {
     require(slice, "slice");
-    const uint64_t total = list_points(slice->slice, capacity, uvw, coefficients);
+    const uint64_t total = slice->extraction ? slice->extraction->list(capacity, uvw, coefficients)
+                                             : list_points(slice->slice, capacity, uvw, coefficients);
     if (count) *count = total;
   });
 }

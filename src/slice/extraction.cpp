@@ -79,9 +79,10 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
         Point point;
         for (size_t a = 0; a < 4; ++a) p[a] -= origin_[a];
         for (size_t k = 0; k < 3; ++k) point.at[k] = static_cast<float>(dot4(p, directions_[k]));
+        const float value = brick->value[static_cast<size_t>(s)];
+        range_ = {std::min(range_[0], value), std::max(range_[1], value)};
         point.d2 = static_cast<float>(distance * distance);
-        point.weighted = static_cast<float>(std::exp(-gaussian * distance * distance)) *
-                         brick->value[static_cast<size_t>(s)];
+        point.weighted = static_cast<float>(std::exp(-gaussian * distance * distance)) * value;
         found.push_back(point);
       }
     }
@@ -101,6 +102,11 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
   points_.resize(found.size());
   std::vector<uint64_t> next(start_.begin(), start_.end() - 1);
   for (const Point& p : found) points_[next[cell(p.at)]++] = p;
+}
+
+std::array<double, 2> Extraction::bounds() const {
+  constexpr double largest_site_sum = 1.05; // what the closed form leaves out
+  return {air_ + largest_site_sum * range_[0], air_ + largest_site_sum * range_[1]};
 }
 
 size_t Extraction::cell(const std::array<float, 3>& at) const {
@@ -161,6 +167,18 @@ uint64_t Extraction::sample(std::span<const Vec3> uvw, std::span<float> values,
     outside += out;
   });
   return outside;
+}
+
+void Extraction::sample(const Grid& grid, float* values, const Context& context) const {
+  const auto nx = static_cast<uint64_t>(grid.dims[0]), ny = static_cast<uint64_t>(grid.dims[1]);
+  std::vector<Vec3> plane(nx * ny);
+  for (uint64_t z = 0; z < static_cast<uint64_t>(grid.dims[2]); ++z) {
+    for (uint64_t i = 0; i < plane.size(); ++i) {
+      const Vec3 at{static_cast<double>(i % nx), static_cast<double>(i / nx), static_cast<double>(z)};
+      for (size_t a = 0; a < 3; ++a) plane[i][a] = grid.origin[a] + grid.step[a] * at[a];
+    }
+    sample(plane, {values + z * plane.size(), plane.size()}, context);
+  }
 }
 
 uint64_t Extraction::list(uint64_t capacity, float* uvw, float* weighted) const {

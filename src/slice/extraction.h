@@ -12,6 +12,7 @@
 #include "base/context.h"
 #include "points/sample_source.h"
 #include "slice/plane_geometry.h"
+#include "slice/sample_grid.h"
 
 namespace bccsplat {
 
@@ -22,10 +23,12 @@ class Extraction {
              const Context& context);
 
   [[nodiscard]] uint64_t points() const { return points_.size(); }
+  [[nodiscard]] std::array<double, 2> bounds() const; // no value lies outside
   [[nodiscard]] uint64_t bytes() const { return points_.size() * sizeof(Point); }
   // The field at points of slice space: the sum of the splats, divided by that of a full lattice (closed
   // form); beyond the domain NaN. Returns how many lay there.
   uint64_t sample(std::span<const Vec3> uvw, std::span<float> values, const Context& context) const;
+  void sample(const Grid& grid, float* values, const Context& context) const; // x fastest
   // Positions (slice space, 3 floats each) and weighted samples relative to air of the first `capacity`;
   // either may be null. Returns how many there are.
   uint64_t list(uint64_t capacity, float* uvw, float* weighted) const;
@@ -45,7 +48,8 @@ class Extraction {
   Vec4 origin_{};
   std::array<Vec4, 3> directions_{}; // orthonormal in lattice units, in the hyperplane
   float air_ = 0;
-  std::vector<Point> points_; // by cell
+  std::array<float, 2> range_{0, 0}; // of the samples relative to air, and 0
+  std::vector<Point> points_;        // by cell
   std::vector<uint64_t> start_;
   std::array<float, 3> low_{};
   Int3 cells_{1, 1, 1};

@@ -1,5 +1,6 @@
 #include "slice/hyperslice.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -31,27 +32,35 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
   const Lattice4& lattice = coefficients.source().lattice();
   const Hyperplane h = normalised_hyperplane(hyperplane);
   const auto cut = axis_cut(h, lattice.dims);
-  check(options, cut && cut->axis == 3, lattice);
   const bool is_time = cut && cut->axis == 3;
+  check(options, is_time, lattice);
+  const double end = cut ? lattice.dims[cut->axis] - 1.0 : 0;
+  const bool inside = cut && cut->position >= -1e-9 && cut->position <= end + 1e-9;
+  if (is_time && !inside && !lattice.is_static())
+    fail(Code::out_of_domain, "time slice: frame ", cut->position, " is outside the series, 0 to ", end);
   const bool own_density = options.spacing == 0 || (is_time && options.spacing == 1);
   const bool own_lattice = own_density && !options.frame &&
                            (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);
   const bool instant = options.interval[0] == 0 && options.interval[1] == 0;
-  if (is_time && (own_lattice || !instant)) {
-    if (!own_lattice)
-      fail(Code::unsupported, "slice: with an interval the lattice is the volume's; use a thickness");
+  const bool can_merge = own_lattice && cut && (is_time || can_turn(coefficients, cut->axis));
+  const bool misses = cut && !is_time && !inside; // an empty slice, whatever the method
+  if (options.method == SliceMethod::merged && !can_merge && !misses)
+    fail(Code::unsupported,
+         "slice: merged slices are those at t, x, y or z = constant, on the volume's lattice, "
+         "of files that store samples");
+  if (!instant && (!can_merge || options.method == SliceMethod::resampled))
+    fail(Code::unsupported, "slice: with an interval the slice is merged; use a thickness");
+  if (can_merge && !misses && options.method != SliceMethod::resampled) {
     const double half = options.slab.thickness / 2;
-    return time_slab(coefficients, cut->position, instant ? std::array{-half, half} : options.interval,
-                     options.slab.kind, index_to_world, context);
-  }
-  const bool inside = cut && cut->position >= -1e-9 && cut->position <= lattice.dims[cut->axis] - 1.0 + 1e-9;
-  if (inside && own_lattice && can_turn(coefficients, cut->axis)) {
+    if (is_time)
+      return time_slab(
+          coefficients, lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
+          instant ? std::array{-half, half} : options.interval, options.slab.kind, index_to_world, context);
     Slice slice = axis_slice(coefficients, cut->axis, cut->position, options.slab, context);
-    const PlaneFrame frame = plane_frame(h);
     slice.hyperplane = h;
     slice.origin = {};
     slice.origin[cut->axis] = cut->position;
-    slice.basis = frame.basis;
+    slice.basis = plane_frame(h).basis;
     slice.frame = 0;
     slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);
     return slice;

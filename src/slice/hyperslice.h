@@ -11,7 +11,10 @@
 
 namespace bccsplat {
 
+enum class SliceMethod : uint8_t { best, merged, resampled };
+
 struct HypersliceOptions {
+  SliceMethod method = SliceMethod::best;
   std::array<double, 2> interval{0, 0}; // mean over these frames around a time slice; excludes a slab
   Slab slab;
   double spacing = 0;                // T of the target lattice; 0: the source density
@@ -22,7 +25,8 @@ struct HypersliceOptions {
 };
 
 // hyperplane: any length. A hyperplane that misses the domain gives an empty slice; a time slice outside the
-// series throws out_of_domain, a degenerate normal invalid_argument.
+// series throws out_of_domain, a degenerate normal invalid_argument, a method that the hyperplane or the
+// options do not allow unsupported.
 [[nodiscard]] Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                const HypersliceOptions& options, const Affine3& index_to_world,
                                const Context& context);

@@ -10,6 +10,7 @@
 #include "points/sample_source.h"
 #include "slice/evaluate.h"
 #include "slice/kernel_time.h"
+#include "slice/occupancy.h"
 #include "slice/patch.h"
 #include "slice/touched_samples.h"
 
@@ -157,31 +158,68 @@ class SlabField {
   Quadrature nodes_;
 };
 
+// Which sites of the target lattice are evaluated: those near the domain and near points that are stored.
+struct Wanted {
+  const Lattice4& lattice;    // the volume's
+  const Occupancy* occupancy; // null: unknown
+  double margin;              // beyond the ends of the domain
+  Vec4 reach;                 // of values on samples
+
+  [[nodiscard]] bool near_domain(const Vec4& p) const {
+    for (size_t i = 0; i < 4; ++i)
+      if (p[i] < -margin || p[i] > lattice.dims[i] - 1.0 + margin) return false;
+    return true;
+  }
+  [[nodiscard]] bool box(const Vec4& centre, const Vec4& half) const {
+    if (!occupancy) return true;
+    Vec4 low, high;
+    for (size_t i = 0; i < 4; ++i)
+      low[i] = centre[i] - half[i] - reach[i], high[i] = centre[i] + half[i] + reach[i];
+    return occupancy->any(low, high);
+  }
+};
+
+constexpr int block_edge = 4; // sites that are looked up together
+constexpr int brick_blocks = brick_edge / block_edge;
+
 // The slice's samples on one coset of its lattice.
 BrickLayer sample_coset(const SlabField& field, Slice& slice, const Lattice4& target, int coset,
-                        const Placement& placed, const Vec4& end, double margin, const Context& context) {
+                        const Placement& placed, const Wanted& wanted, const Context& context) {
   BrickLayer layer(target.space, coset);
   const Int3 n = layer.dims(), bricks = layer.brick_dims();
-  const auto needed = [&](const Vec4& p) {
-    for (size_t i = 0; i < 4; ++i)
-      if (p[i] < -margin || p[i] > end[i] + margin) return false;
-    return true;
-  };
+  const double half_block = coset_pitch(target.space) * (block_edge - 1) / 2;
+  Vec4 half;
+  for (size_t i = 0; i < 4; ++i) {
+    half[i] = 0;
+    for (const double x : placed.along[i]) half[i] += half_block * std::fabs(x);
+  }
   // A sheet of bricks at a time: bounded memory.
   for (int bz = 0; bz < bricks[2]; ++bz) {
     std::vector<Vec4> points;
     std::vector<std::pair<uint32_t, uint16_t>> place; // brick slot, site
     for (int by = 0; by < bricks[1]; ++by)
-      for (int bx = 0; bx < bricks[0]; ++bx)
+      for (int bx = 0; bx < bricks[0]; ++bx) {
+        std::array<bool, brick_blocks * brick_blocks * brick_blocks> block;
+        for (int k = 0; k < static_cast<int>(block.size()); ++k) {
+          const Int3 low{bx * brick_edge + k % brick_blocks * block_edge,
+                         by * brick_edge + k / brick_blocks % brick_blocks * block_edge,
+                         bz * brick_edge + k / (brick_blocks * brick_blocks) * block_edge};
+          const Vec3 centre = slice.site(coset, low) + Vec3{half_block, half_block, half_block};
+          block[static_cast<size_t>(k)] =
+              low[0] < n[0] && low[1] < n[1] && low[2] < n[2] && wanted.box(placed(centre), half);
+        }
         for (int s = 0; s < brick_sites; ++s) {
-          const Int3 i{bx * brick_edge + s % brick_edge, by * brick_edge + s / brick_edge % brick_edge,
-                       bz * brick_edge + s / brick_rows};
-          if (i[0] >= n[0] || i[1] >= n[1] || i[2] >= n[2]) continue;
+          const Int3 local{s % brick_edge, s / brick_edge % brick_edge, s / brick_rows};
+          const int k = (local[2] / block_edge * brick_blocks + local[1] / block_edge) * brick_blocks +
+                        local[0] / block_edge;
+          const Int3 i{bx * brick_edge + local[0], by * brick_edge + local[1], bz * brick_edge + local[2]};
+          if (!block[static_cast<size_t>(k)] || i[0] >= n[0] || i[1] >= n[1] || i[2] >= n[2]) continue;
           const Vec4 q = placed(slice.site(coset, i));
-          if (!needed(q)) continue;
+          if (!wanted.near_domain(q)) continue;
           points.push_back(q);
           place.emplace_back(static_cast<uint32_t>(layer.slot(bx, by, bz)), static_cast<uint16_t>(s));
         }
+      }
     std::vector<float> values(points.size());
     std::vector<uint8_t> holes(points.size());
     field.values(points, values, holes, context);
@@ -273,15 +311,22 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const double margin = margin_of(slice, options.spacing);
   const TouchReach reach = touch_reach(coefficients, margin, options.slab.thickness);
   const TouchedSamples touched(coefficients.source(), h, reach);
-  const Coefficients local(touched, coefficients.channel(), coefficients.kernel(), coefficients.prune(),
-                           coefficients.cache_bytes(), bricks_around(lattice, extent, reach));
+  const BrickBox region = bricks_around(lattice, extent, reach);
+  const int channel = coefficients.channel();
+  const auto held = HeldSamples::read(touched, channel, region, coefficients.cache_bytes() / 4, context);
+  const SampleSource& source = held ? static_cast<const SampleSource&>(*held) : touched;
+  const Coefficients local(source, channel, coefficients.kernel(), coefficients.prune(),
+                           coefficients.cache_bytes(), region);
   const SlabField field(local, h, options.slab);
   slice.air = field.air();
-  Vec4 end;
-  for (size_t i = 0; i < 4; ++i) end[i] = lattice.dims[i] - 1.0;
+  // The sum over a line that the domain cuts short lacks some air.
+  std::optional<Occupancy> occupancy;
+  if (held && (options.slab.kind != SlabKind::sum || coefficients.air() == 0)) occupancy = held->occupancy();
+  Wanted wanted{lattice, occupancy ? &*occupancy : nullptr, margin, reach.samples};
+  for (size_t i = 0; i < 4; ++i) wanted.reach[i] += reach.slab * std::fabs(h[i]);
   std::vector<std::vector<BrickLayer>> channels(1);
   for (int c = 0; c < target.space.cosets(); ++c)
-    channels[0].push_back(sample_coset(field, slice, target, c, placed, end, margin, context));
+    channels[0].push_back(sample_coset(field, slice, target, c, placed, wanted, context));
   const MemorySamples memory(target, {slice.air}, std::move(channels));
   const Coefficients filtered(memory, 0, slice.kernel, coefficients.prune(),
                               std::numeric_limits<uint64_t>::max());

@@ -14,6 +14,7 @@
 #include "tests/bench/report.h"
 #include "tests/bench/scale.h"
 #include "tests/bench/skip.h"
+#include "tests/bench/slice.h"
 #include "tests/bench/splat.h"
 #include "tests/bench/storage.h"
 #include "tests/bench/trail.h"
@@ -32,7 +33,7 @@ constexpr Suite suites[] = {
     {"fit", bccsplat::bench::run_fit_suite},         {"trail", bccsplat::bench::run_trail_suite},
     {"storage", bccsplat::bench::run_storage_suite}, {"render", bccsplat::bench::run_render_suite},
     {"skip", bccsplat::bench::run_skip_suite},       {"scale", bccsplat::bench::run_scale_suite},
-    {"splat", bccsplat::bench::run_splat_suite}};
+    {"splat", bccsplat::bench::run_splat_suite},     {"slice", bccsplat::bench::run_slice_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");

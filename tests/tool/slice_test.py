@@ -72,7 +72,56 @@ class Slice(ToolTest):
             compared += 1
         self.assertGreater(compared, len(n.values) / 4)
 
+    def test_slabs(self):
+        self.bcc4('slice', 'v.bcc4', '--index', '--time', 8, '--thickness', 3, '-o', 's.nrrd', '--quiet')
+        mean = Nrrd(self.path('s.nrrd'))
+        self.assertEqual(mean.keys['bccsplat slab'], 'mean 3')
+        thin = [self.values('--index', '--time', 8 + 3 * ((k + .5) / 64 - .5)).values for k in range(64)]
+        for i in range(0, len(mean.values), 37):
+            self.assertAlmostEqual(mean.values[i], sum(t[i] for t in thin) / 64, delta=.2)
+        total = self.values('--index', '--time', 8, '--thickness', 3, '--slab', 'sum').values
+        largest = self.values('--index', '--time', 8, '--thickness', 3, '--slab', 'max').values
+        for a, b, c in zip(mean.values, total, largest):
+            self.assertAlmostEqual(3 * a, b, delta=.01)
+            self.assertGreaterEqual(c, a - 2)
+        j = self.json('slice', 'v.bcc4', '--plane', '1,.5,0,.7,-13', '--thickness', 2, '--slab', 'sum', '-o', 's.nrrd')
+        self.assertEqual(j['slab'], {'kind': 'sum', 'thickness': 2})
+
+    def test_lattices_and_methods(self):
+        j = self.json('slice', 'v.bcc4', '--plane', '1,.5,0,.7,-13', '--slice-lattice', 'cc', '-o', 's.nrrd')
+        self.assertEqual(j['lattice'], 'cc')
+        self.check_plane(j, 10)
+        few = self.json('slice', 'v.bcc4', '--plane', '1,.5,0,.7,-13', '--slice-spacing', 1.5, '-o', 's.nrrd')
+        self.assertLess(few['points'], j['points'])
+        for method, tolerance in (('merged', 5), ('resampled', 10), ('extracted', 200)):  # no mirrors at the ends
+            j = self.json('slice', 'v.bcc4', '--plane', '1,0,0,0,-6', '--slice-method', method, '-o', 's.nrrd')
+            self.check_plane(j, tolerance * (5 if method == 'extracted' else 1))
+
+    def test_point_and_basis(self):
+        j = self.json('slice', 'v.bcc4', '--point', '6,5,6,7', '--basis', '1,1,0,0,0,0,1,0,0,0,0,1', '-o', 's.nrrd')
+        self.assertEqual(j['origin'], [6, 5, 6, 7])
+        self.assertAlmostEqual(j['basis'][0][0], math.sqrt(.5))
+        self.check_plane(j, 10)
+
+    def test_sweeps(self):
+        self.bcc4('slice', 'v.bcc4', '--plane', '0,-2,0,0,8', '--sweep', '-2:1,4', '-o', 's%02d.nrrd', '--quiet')
+        for i in range(4):
+            moved = Nrrd(self.path(f's{i:02}.nrrd')).values
+            self.assertEqual(moved, self.values('--plane', f'0,1,0,0,{-(4 - (i - 2))}').values)
+        j = self.json('slice', 'v.bcc4', '--index', '--time', 3, '--sweep', '0,4,3', '-o', 't##.nrrd')
+        self.assertEqual([s['hyperplane'][4] for s in j['slices']], [-3, -5, -7])
+        self.assertEqual(j['slices'][1]['output'], 't01.nrrd')
+        j = self.json('slice', 'v.bcc4', '--point', '6,5,6,7', '--basis', '1,0,0,0,0,1,0,0,0,0,1,0', '--sweep', '-1,1,2', '-o', 'p##.nrrd')
+        self.assertEqual([s['origin'] for s in j['slices']], [[6, 5, 6, 6], [6, 5, 6, 8]])
+        self.refused(2, 'pattern', 'slice', 'v.bcc4', '--time', 1, '--sweep', '0,1,2', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, '0 to 15', 'slice', 'v.bcc4', '--time', 1, '--sweep', '0,99,2', '-o', 'x##.nrrd', output='x00.nrrd')
+        self.refused(2, 'whole number', 'slice', 'v.bcc4', '--time', 1, '--sweep', '0,1,1', '-o', 'x##.nrrd', output='x00.nrrd')
+
     def test_refusals(self):
+        self.refused(2, '--thickness', 'slice', 'v.bcc4', '--time', 1, '--slab', 'sum', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, 'positive', 'slice', 'v.bcc4', '--time', 1, '--thickness', 0, '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, 'together', 'slice', 'v.bcc4', '--point', '1,1,1,1', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, 'depends', 'slice', 'v.bcc4', '--point', '1,1,1,1', '--basis', '1,0,0,0,2,0,0,0,0,0,1,0', '-o', 'x.nrrd', output='x.nrrd')
         self.refused(2, 'from 0 to 7.5', 'slice', 'v.bcc4', '--time', 7.6, '-o', 'x.nrrd', output='x.nrrd')
         self.refused(2, '0 to 15', 'slice', 'v.bcc4', '--index', '--time', -.1, '-o', 'x.nrrd', output='x.nrrd')
         self.refused(2, 'is missing', 'slice', 'v.bcc4', '-o', 'x.nrrd', output='x.nrrd')

@@ -91,7 +91,7 @@ class SliceSlab : public testing::TestWithParam<Plane> {
   }
 };
 INSTANTIATE_TEST_SUITE_P(Planes, SliceSlab, testing::ValuesIn(planes),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& p) { return std::string(p.param.name); });
 
 TEST_P(SliceSlab, OfAConstant) {
   for (const double air : {0.0, 1.0}) {

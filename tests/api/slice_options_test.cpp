@@ -1,0 +1,221 @@
+// The slice options of the ABI: slabs, lattices, methods, hyperplanes by point and basis, empty slices.
+#include <cmath>
+#include <limits>
+
+#include "support.h"
+
+using namespace host;
+
+namespace {
+
+class SliceOptions : public testing::Test {
+ protected:
+  Folder folder;
+  Device device = make_device();
+  Volume volume;
+
+  void SetUp() override {
+    Series s;
+    s.nt = 14;
+    (void)write_series(device, folder.file("s.bcc4"), s);
+    volume = open(device, folder.file("s.bcc4"));
+  }
+  bccsplat_status create(const double (&h)[5], const bccsplat_slice_options& o, Slice& out) {
+    auto plane = sized<bccsplat_hyperplane>();
+    plane.a = h[0], plane.b = h[1], plane.c = h[2], plane.d = h[3], plane.e = h[4];
+    bccsplat_slice* s = nullptr;
+    const bccsplat_status status = bccsplat_slice_create(volume.get(), &plane, &o, &s);
+    out.reset(s);
+    return status;
+  }
+  Slice cut_with(const double (&h)[5], const bccsplat_slice_options& o) {
+    Slice s;
+    EXPECT_OK(create(h, o, s));
+    return s;
+  }
+  static bccsplat_slice_info info_of(const Slice& s) {
+    auto info = sized<bccsplat_slice_info>();
+    EXPECT_OK(bccsplat_slice_get_info(s.get(), &info));
+    return info;
+  }
+  // Root of the mean squared difference from the blob at samples of the dense box; NaN do not count.
+  static double error_of(const Slice& s, double factor = 1) {
+    const auto info = info_of(s);
+    std::vector<float> v(info.dims[0] * info.dims[1] * info.dims[2]);
+    EXPECT_OK(bccsplat_slice_sample_grid(s.get(), nullptr, v.data()));
+    double sum = 0, count = 0;
+    for (size_t n = 0; n < v.size(); ++n) {
+      if (std::isnan(v[n])) continue;
+      const double at[3] = {info.extent[0][0] + double(n % info.dims[0]),
+                            info.extent[1][0] + double(n / info.dims[0] % info.dims[1]),
+                            info.extent[2][0] + double(n / info.dims[0] / info.dims[1])};
+      double p[4];
+      for (int i = 0; i < 4; ++i) {
+        p[i] = info.origin[i];
+        for (int k = 0; k < 3; ++k) p[i] += at[k] * info.basis[k][i];
+      }
+      sum += std::pow(v[n] - factor * blob(p[0], p[1], p[2], p[3]), 2), ++count;
+    }
+    EXPECT_GT(count, 100);
+    return std::sqrt(sum / count);
+  }
+};
+
+constexpr double time_plane[5] = {0, 0, 0, 1, -6.3}, x_plane[5] = {1, 0, 0, 0, -9.2},
+                 oblique[5] = {1, 0.4, 0, 0.5, -15};
+
+TEST_F(SliceOptions, EveryMethodHoldsTheField) {
+  for (const auto& h : {time_plane, x_plane, oblique}) {
+    auto o = sized<bccsplat_slice_options>();
+    EXPECT_LT(error_of(cut_with(*reinterpret_cast<const double(*)[5]>(h), o)), 0.5);
+    o.method = BCCSPLAT_METHOD_RESAMPLED;
+    EXPECT_LT(error_of(cut_with(*reinterpret_cast<const double(*)[5]>(h), o)), 0.5);
+    o.lattice = BCCSPLAT_LATTICE_CC;
+    const Slice cc = cut_with(*reinterpret_cast<const double(*)[5]>(h), o);
+    EXPECT_EQ(info_of(cc).lattice, BCCSPLAT_LATTICE_CC);
+    EXPECT_LT(error_of(cc), 0.6);
+    o.lattice = BCCSPLAT_LATTICE_DEFAULT;
+    o.method = BCCSPLAT_METHOD_EXTRACTED;
+    const Slice extracted = cut_with(*reinterpret_cast<const double(*)[5]>(h), o);
+    EXPECT_LT(error_of(extracted), 6); // a Gaussian without prefilter
+    EXPECT_GT(error_of(extracted), 1);
+    uint64_t count = 0;
+    ASSERT_OK(bccsplat_slice_get_points(extracted.get(), 0, nullptr, nullptr, &count));
+    EXPECT_EQ(count, info_of(extracted).points);
+    EXPECT_GT(count, 0u);
+  }
+}
+
+TEST_F(SliceOptions, MergedWhereItCanBe) {
+  auto o = sized<bccsplat_slice_options>();
+  o.method = BCCSPLAT_METHOD_MERGED;
+  Slice s;
+  EXPECT_OK(create(time_plane, o, s));
+  EXPECT_OK(create(x_plane, o, s));
+  EXPECT_EQ(create(oblique, o, s), BCCSPLAT_ERROR_UNSUPPORTED);
+  EXPECT_FALSE(s);
+  o.lattice = BCCSPLAT_LATTICE_CC;
+  EXPECT_EQ(create(x_plane, o, s), BCCSPLAT_ERROR_UNSUPPORTED);
+}
+
+TEST_F(SliceOptions, SumIsThicknessTimesMean) {
+  for (const auto& h : {time_plane, x_plane, oblique}) {
+    const auto& plane = *reinterpret_cast<const double(*)[5]>(h);
+    auto o = sized<bccsplat_slice_options>();
+    o.thickness = 2.5;
+    const Slice mean = cut_with(plane, o);
+    o.slab = BCCSPLAT_SLAB_SUM;
+    const Slice sum = cut_with(plane, o);
+    o.slab = BCCSPLAT_SLAB_MAXIMUM;
+    const Slice maximum = cut_with(plane, o);
+    const auto info = info_of(mean);
+    double centre[3];
+    for (int a = 0; a < 3; ++a) centre[a] = (info.extent[a][0] + info.extent[a][1]) / 2;
+    float a = 0, b = 0, c = 0;
+    ASSERT_OK(bccsplat_slice_evaluate(mean.get(), 1, centre, &a, nullptr));
+    ASSERT_OK(bccsplat_slice_evaluate(sum.get(), 1, centre, &b, nullptr));
+    ASSERT_OK(bccsplat_slice_evaluate(maximum.get(), 1, centre, &c, nullptr));
+    EXPECT_GT(a, 1);
+    EXPECT_NEAR(b, 2.5 * a, 0.05);
+    EXPECT_GT(c, a);
+  }
+}
+
+TEST_F(SliceOptions, PointAndBasis) {
+  const double point[4] = {9, 10, 8.5, 6.2};
+  const double basis[12] = {1, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 3};
+  auto o = sized<bccsplat_slice_options>();
+  o.point = point, o.basis = basis;
+  bccsplat_slice* raw = nullptr;
+  ASSERT_OK(bccsplat_slice_create(volume.get(), nullptr, &o, &raw));
+  const Slice s(raw);
+  const auto info = info_of(s);
+  for (int i = 0; i < 4; ++i) EXPECT_DOUBLE_EQ(info.origin[i], point[i]);
+  EXPECT_NEAR(info.basis[0][0], std::sqrt(0.5), 1e-15);
+  EXPECT_NEAR(info.basis[2][3], 1, 1e-15);
+  EXPECT_LT(error_of(s), 0.5);
+  const double at[3] = {0, 0, 0};
+  float value = 0;
+  ASSERT_OK(bccsplat_slice_evaluate(s.get(), 1, at, &value, nullptr));
+  EXPECT_NEAR(value, blob(9, 10, 8.5, 6.2), 1);
+  // Given twice, half, or without extent.
+  auto h = sized<bccsplat_hyperplane>();
+  h.d = 1;
+  EXPECT_EQ(bccsplat_slice_create(volume.get(), &h, &o, &raw), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  o.basis = nullptr;
+  EXPECT_EQ(bccsplat_slice_create(volume.get(), nullptr, &o, &raw), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  const double flat[12] = {1, 1, 0, 0, 0, 0, 2, 0, 2, 2, -1, 0};
+  o.basis = flat;
+  EXPECT_EQ(bccsplat_slice_create(volume.get(), nullptr, &o, &raw), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(raw, nullptr);
+}
+
+TEST_F(SliceOptions, OutsideIsEmptyEverywhere) {
+  auto o = sized<bccsplat_slice_options>();
+  for (const int32_t method : {BCCSPLAT_METHOD_DEFAULT, BCCSPLAT_METHOD_MERGED, BCCSPLAT_METHOD_RESAMPLED,
+                               BCCSPLAT_METHOD_EXTRACTED}) {
+    o.method = method;
+    const Slice s = cut_with({0, 1, 0, 0, 4}, o);
+    const auto info = info_of(s);
+    EXPECT_EQ(info.points, 0u);
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_EQ(info.dims[a], 0u);
+      EXPECT_LT(info.extent[a][1], info.extent[a][0]);
+    }
+    float v[8] = {7, 7, 7, 7, 7, 7, 7, 7};
+    EXPECT_OK(bccsplat_slice_sample_grid(s.get(), nullptr, v)); // nothing to fill in
+    EXPECT_EQ(v[0], 7);
+    auto grid = sized<bccsplat_grid>();
+    for (int a = 0; a < 3; ++a) grid.step[a] = 1, grid.dims[a] = 2;
+    EXPECT_OK(bccsplat_slice_sample_grid(s.get(), &grid, v));
+    for (const float x : v) EXPECT_TRUE(std::isnan(x));
+    const double at[3] = {0, 0, 0};
+    EXPECT_EQ(bccsplat_slice_evaluate(s.get(), 1, at, v, nullptr), BCCSPLAT_ERROR_OUT_OF_DOMAIN);
+    uint64_t count = 1;
+    EXPECT_OK(bccsplat_slice_get_points(s.get(), 0, nullptr, nullptr, &count));
+    EXPECT_EQ(count, 0u);
+  }
+}
+
+TEST_F(SliceOptions, RenderingAnEmptySliceShowsNothing) {
+  const Slice s = cut(volume, 0, 1, 0, 0, 4);
+  bccsplat_renderer* r = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+  const Renderer renderer(r);
+  std::vector<float> rgba(16 * 16 * 4, 7);
+  bccsplat_frame* f = nullptr;
+  ASSERT_OK(bccsplat_frame_wrap(device.get(), 16, 16, rgba.data(), 0, &f));
+  const Frame frame(f);
+  ASSERT_OK(bccsplat_renderer_set_slice(r, s.get()));
+  ASSERT_OK(bccsplat_renderer_render(r, f));
+  for (const float v : rgba) ASSERT_EQ(v, 0);
+  auto o = sized<bccsplat_slice_options>();
+  o.method = BCCSPLAT_METHOD_EXTRACTED;
+  const Slice extracted = cut_with(x_plane, o);
+  ASSERT_OK(bccsplat_renderer_set_slice(r, extracted.get()));
+  EXPECT_EQ(bccsplat_renderer_render(r, f), BCCSPLAT_ERROR_UNSUPPORTED);
+}
+
+TEST_F(SliceOptions, AreChecked) {
+  const auto status = [&](const std::function<void(bccsplat_slice_options&)>& change,
+                          const double(&h)[5] = x_plane) {
+    auto o = sized<bccsplat_slice_options>();
+    change(o);
+    Slice s;
+    return create(h, o, s);
+  };
+  constexpr auto invalid = BCCSPLAT_ERROR_INVALID_ARGUMENT, unsupported = BCCSPLAT_ERROR_UNSUPPORTED;
+  EXPECT_EQ(status([](auto& o) { o.thickness = -1; }), invalid);
+  EXPECT_EQ(status([](auto& o) { o.thickness = NAN; }), invalid);
+  EXPECT_EQ(status([](auto& o) { o.spacing = -1; }), invalid);
+  EXPECT_EQ(status([](auto& o) { o.slab = 4; }), invalid);
+  EXPECT_EQ(status([](auto& o) { o.method = 4; }), invalid);
+  EXPECT_EQ(status([](auto& o) { o.lattice = BCCSPLAT_LATTICE_D4STAR; }), invalid);
+  EXPECT_EQ(status([](auto& o) { o.thickness = 1, o.interval[1] = 1; }, time_plane), invalid);
+  EXPECT_EQ(status([](auto& o) { o.interval[1] = 1; }), unsupported);
+  EXPECT_EQ(status([](auto& o) { o.interval[1] = 1, o.lattice = BCCSPLAT_LATTICE_CC; }, time_plane),
+            unsupported);
+  EXPECT_EQ(status([](auto& o) { o.method = BCCSPLAT_METHOD_EXTRACTED, o.thickness = 1; }), unsupported);
+}
+
+} // namespace
