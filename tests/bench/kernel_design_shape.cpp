@@ -22,17 +22,19 @@ using Vector = std::array<double, terms>;
 struct Wave {
   Vector f{};
   std::array<double, terms * terms> gram{};
+  std::array<double, terms * terms> steep{}; // as gram, with the squares of the frequencies
+  double space2 = 0;
 };
 
 struct Problem {
   std::vector<std::vector<Wave>> balls; // in the order of ShapeFigures
   Vector mass{};                        // integrals of the powers
-  ShapeFigures beat{};
+  ShapeGoal goal;
 };
 
 Problem make_problem(const ShapeGoal& goal) {
   Problem problem;
-  problem.beat = goal.beat;
+  problem.goal = goal;
   std::vector<KernelSpectrum> powers, pairs;
   Kernel kernel;
   kernel.space.radius = goal.radius;
@@ -65,18 +67,23 @@ Problem make_problem(const ShapeGoal& goal) {
           for (size_t w = 0; w < waves; ++w) {
             const double square = mass * mass * (samples[w].pass * samples[w].pass + samples[w].alias2);
             ball[w].gram[i * terms + j] = square;
+            ball[w].steep[i * terms + j] =
+                mass * mass *
+                (samples[w].space2 * samples[w].pass * samples[w].pass + samples[w].alias_gradient2);
+            ball[w].space2 = samples[w].space2;
             if (i == j) ball[w].f[i] = mass / 2 * samples[w].pass;
           }
         }
-      for (Wave& w : ball) {
-        Vector own;
-        for (size_t i = 0; i < terms; ++i) own[i] = w.gram[i * terms + i] / 4;
-        for (size_t i = 0; i < terms; ++i)
-          for (size_t j = 0; j <= i; ++j) {
-            const double g = i == j ? own[i] : (w.gram[i * terms + j] - own[i] - own[j]) / 2;
-            w.gram[i * terms + j] = w.gram[j * terms + i] = g;
-          }
-      }
+      for (Wave& w : ball)
+        for (auto* gram : {&w.gram, &w.steep}) {
+          Vector own;
+          for (size_t i = 0; i < terms; ++i) own[i] = (*gram)[i * terms + i] / 4;
+          for (size_t i = 0; i < terms; ++i)
+            for (size_t j = 0; j <= i; ++j) {
+              const double g = i == j ? own[i] : ((*gram)[i * terms + j] - own[i] - own[j]) / 2;
+              (*gram)[i * terms + j] = (*gram)[j * terms + i] = g;
+            }
+        }
       problem.balls.push_back(std::move(ball));
     }
   return problem;
@@ -99,10 +106,44 @@ ShapeFigures figures(const Problem& problem, const Vector& a) {
   return db;
 }
 
+GradientFigures gradient_figures(const Problem& problem, const Vector& a) {
+  GradientFigures db{};
+  for (size_t b = 0; b < db.size(); ++b) {
+    const std::vector<Wave>& ball = problem.balls[5 + b]; // D4*
+    double signal = 0, error = 0;
+    for (const Wave& w : ball) {
+      double pass = 0, total = 0, steep = 0;
+      for (size_t i = 0; i < terms; ++i) {
+        pass += a[i] * w.f[i];
+        for (size_t j = 0; j < terms; ++j) {
+          total += a[i] * w.gram[i * terms + j] * a[j];
+          steep += a[i] * w.steep[i * terms + j] * a[j];
+        }
+      }
+      const double q = pass / total; // |xi|^2 (1 - q pass)^2 + q^2 (steep - |xi|^2 pass^2)
+      signal += w.space2, error += w.space2 * (1 - 2 * q * pass) + q * q * steep;
+    }
+    db[b] = 10 * std::log10(signal / std::max(error, 1e-300));
+  }
+  return db;
+}
+
 double objective(const Problem& problem, const Vector& a) {
   const ShapeFigures db = figures(problem, a);
-  double soft = 0;
-  for (size_t b = 0; b < db.size(); ++b) soft += std::exp(-3 * (db[b] - problem.beat[b]));
+  const ShapeGoal& goal = problem.goal;
+  double soft = 0, given_up = 0;
+  size_t count = db.size();
+  if (goal.for_gradient) {
+    const GradientFigures gradient = gradient_figures(problem, a);
+    count = gradient.size();
+    for (size_t b = 0; b < count; ++b) soft += std::exp(-3 * (gradient[b] - goal.gradient_beat[b]));
+    for (size_t b = 0; b < db.size(); ++b) {
+      const double missing = std::max(goal.beat[b] - db[b], 0.0);
+      given_up += missing + 30 * missing * missing;
+    }
+  } else {
+    for (size_t b = 0; b < db.size(); ++b) soft += std::exp(-3 * (db[b] - goal.beat[b]));
+  }
   double integral = 0;
   for (size_t i = 0; i < terms; ++i) integral += a[i] * problem.mass[i];
   double falling = 0; // where phi rises with r, for unit integral
@@ -112,7 +153,7 @@ double objective(const Problem& problem, const Vector& a) {
       slope += static_cast<double>(first + i) * a[i] / integral * std::pow(s / 200.0, first + i - 1);
     if (slope < 0) falling += 10 * -slope + 1e5 * slope * slope;
   }
-  return std::log(soft / static_cast<double>(db.size())) / 3 + falling;
+  return std::log(soft / static_cast<double>(count)) / 3 + falling + given_up;
 }
 
 // The parameters are the logarithms of phi at Chebyshev nodes of u: a well-scaled simplex.
@@ -224,11 +265,19 @@ Shape design_shape(const ShapeGoal& goal) {
   Shape shape;
   const Vector a = nodes.coefficients(best.x);
   shape.figures = figures(problem, a);
+  shape.gradient = gradient_figures(problem, a);
   shape.phi.radius = goal.radius;
   shape.phi.terms = static_cast<int>(first + terms);
   std::copy(a.begin(), a.end(), shape.phi.a.begin() + first);
   normalise_on_bcc(shape.phi);
   return shape;
+}
+
+Shape measure_shape(const ShapeGoal& goal, const RadialKernel& phi) {
+  const Problem problem = make_problem(goal);
+  Vector a{};
+  std::copy_n(phi.a.begin() + first, terms, a.begin());
+  return {phi, figures(problem, a), gradient_figures(problem, a)};
 }
 
 ShapeGoal shipped_shape_goal(std::string_view space_name) {

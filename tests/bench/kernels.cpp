@@ -233,6 +233,34 @@ void shape(std::ostream& out, const std::string& which) {
   }
 }
 
+// What a shape gains in the gradient when its values may lose up to `loss` dB.
+void shape_for_gradient(const Report& report, const std::string& name, const std::vector<double>& losses) {
+  ShapeGoal goal = shipped_shape_goal(name);
+  const Shape shipped = measure_shape(goal, make_kernel(name + "+b" + std::to_string(goal.time_order)).space);
+  std::vector<Row> rows;
+  const auto add = [&](const std::string& what, const Shape& s) {
+    Row row{word("shape", what)};
+    for (size_t r = 0; r < design_rhos.size(); ++r)
+      row.push_back(figure("value " + number(design_rhos[r], 1), s.figures[5 + r], 1));
+    for (size_t r = 0; r < design_rhos.size(); ++r)
+      row.push_back(figure("gradient " + number(design_rhos[r], 1), s.gradient[r], 1));
+    row.push_back(figure("constant", s.figures[4], 1));
+    std::string a;
+    for (size_t j = 2; j < 8; ++j) a += concat(j == 2 ? "" : " ", s.phi.a[j]);
+    row.push_back(word("a_2 .. a_7", a));
+    rows.push_back(row);
+  };
+  add(name + ", shipped", shipped);
+  for (const double loss : losses) {
+    goal.for_gradient = true;
+    goal.gradient_beat = shipped.gradient;
+    goal.beat = shipped.figures;
+    for (double& db : goal.beat) db -= loss;
+    add("up to " + number(loss, 1) + " dB given up", design_shape(goal));
+  }
+  report.table("Shapes designed for the gradient, best prefilters (dB), D4*: " + name, rows);
+}
+
 void run_predicted(const Report& report) {
   for (const int dimensions : {3, 4}) {
     const std::string lattice = dimensions == 3 ? "BCC" : "D4*";
@@ -254,7 +282,8 @@ struct Part {
 constexpr Part parts[] = {
     {"--predicted", run_predicted},        {"--measured", run_measured},
     {"--chain", run_kernel_chain},         {"--marschner", run_marschner_lobb},
-    {"--gradients", run_kernel_gradients}, {"--interpolation", run_kernel_interpolation}};
+    {"--gradients", run_kernel_gradients}, {"--interpolation", run_kernel_interpolation},
+    {"--paper", run_paper_kernel}};
 
 } // namespace
 
@@ -276,12 +305,17 @@ int run_kernels_suite(std::span<const std::string> args, const Report& report) {
     first == "--design" ? design(out, args[1]) : shape(out, args[1]);
     return 0;
   }
+  if (first == "--shape-gradient") {
+    if (args.size() != 2) fail(Code::invalid_argument, "kernels --shape-gradient takes one name");
+    shape_for_gradient(report, args[1], {0.3, 1, 2});
+    return 0;
+  }
   for (const std::string& arg : args)
     if (std::none_of(std::begin(parts), std::end(parts), [&](const Part& p) { return p.option == arg; })) {
       std::string known;
       for (const Part& p : parts) known += std::string(p.option) + ' ';
       fail(Code::invalid_argument, "kernels: unknown option '", arg, "'; known: ", known,
-           "or alone: --design NAME --design-cc --shape NAME --compare NAME PATTERN");
+           "or alone: --design NAME --design-cc --shape NAME --shape-gradient NAME --compare NAME PATTERN");
     }
   for (const Part& part : parts)
     if (args.empty() || std::find(args.begin(), args.end(), part.option) != args.end()) part.run(report);

@@ -20,4 +20,7 @@ void run_kernel_gradients(const Report& report);
 // conjugate gradients on a periodic lattice.
 void run_kernel_interpolation(const Report& report);
 
+// The paper's own pipeline, approximate and accurate slices, on D4* and CC.
+void run_paper_kernel(const Report& report);
+
 } // namespace bccsplat::bench
