@@ -81,9 +81,9 @@ std::vector<Case> cases(const std::array<uint32_t, 4>& dims) {
 // Time and error of every kind of slice of a series without air.
 void report_kinds(const Report& report) {
   TestContext context(1);
-  const uint32_t n = report.quick ? 24 : 56;
+  const uint32_t n = report.quick ? 24 : 40;
   const std::array<uint32_t, 4> dims{n, n, n, n};
-  const test::PlaneWaves waves(16, 0.5, 3);
+  const test::PlaneWaves waves(12, 0.5, 3);
   std::vector<Row> rows;
   for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc}) {
     const auto lattice = Lattice4::fit(kind, dims);
@@ -121,9 +121,9 @@ void report_merge(const Report& report) {
   for (const uint32_t n : report.quick ? std::vector<uint32_t>{32} : std::vector<uint32_t>{64, 128}) {
     const std::array<uint32_t, 4> dims{n, n, n, 12};
     const Balls balls{dims, n / 10.0};
+    const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
+    const MemorySamples samples = sample_field(lattice, balls);
     for (const char* name : {"fast", "default", "fine"}) {
-      const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
-      const MemorySamples samples = sample_field(lattice, balls);
       const Coefficients coefficients(samples, 0, make_kernel(name), 1e-4f, large_cache);
       for (const double width : {0.0, 3.0}) {
         const double frame = 5.3;
@@ -157,24 +157,24 @@ void report_cost(const Report& report) {
   std::vector<Row> rows;
   std::vector<Series> lines;
   const std::vector<uint32_t> sizes =
-      report.quick ? std::vector<uint32_t>{24, 36} : std::vector<uint32_t>{24, 36, 48, 64, 80};
+      report.quick ? std::vector<uint32_t>{24, 36} : std::vector<uint32_t>{24, 36, 52, 72};
   const struct {
     const char* name;
     double radius; // of the balls, as a part of n; 0: plane waves everywhere
   } fields[] = {{"full", 0}, {"sparse", 0.05}};
-  for (const auto& field : fields)
-    for (size_t plane = 1; plane < 4; ++plane) {
-      Series line;
-      for (const uint32_t n : sizes) {
-        const std::array<uint32_t, 4> dims{n, n, n, n};
-        const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
-        const Balls balls{dims, field.radius * n};
-        const test::PlaneWaves waves(2, 0.5, 3);
-        const MemorySamples samples =
-            field.radius > 0 ? sample_field(lattice, balls) : sample_field(lattice, waves);
-        int64_t all = 0;
-        for (int32_t m = 0; m < lattice.layers(); ++m)
-          all += samples.read_layer(0, m, {}, context.get()).kept_sites();
+  for (const auto& field : fields) {
+    std::array<Series, 3> series;
+    for (const uint32_t n : sizes) {
+      const std::array<uint32_t, 4> dims{n, n, n, n};
+      const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
+      const Balls balls{dims, field.radius * n};
+      const test::PlaneWaves waves(2, 0.5, 3);
+      const MemorySamples samples =
+          field.radius > 0 ? sample_field(lattice, balls) : sample_field(lattice, waves);
+      int64_t all = 0;
+      for (int32_t m = 0; m < lattice.layers(); ++m)
+        all += samples.read_layer(0, m, {}, context.get()).kept_sites();
+      for (size_t plane = 1; plane < 4; ++plane) {
         const NamedPlane p = planes_through_centre(dims)[plane];
         const Counting source(samples);
         const Coefficients coefficients(source, 0, make_kernel("default"), 1e-4f, large_cache);
@@ -182,6 +182,7 @@ void report_cost(const Report& report) {
         const double seconds =
             cpu_seconds([&] { slice = hyperslice(coefficients, p.h, {}, {}, context.get()); });
         const auto touched = static_cast<double>(source.points);
+        Series& line = series[plane - 1];
         line.title = concat(field.name, ", ", p.name);
         line.points.push_back({std::max(touched, 1.0), 1000 * seconds});
         rows.push_back(
@@ -193,8 +194,9 @@ void report_cost(const Report& report) {
              figure("ns per touched", 1e9 * seconds / std::max(touched, 1.0), 0),
              figure("slice's points", static_cast<double>(slice.points()), 0)});
       }
-      lines.push_back(std::move(line));
     }
+    for (Series& line : series) lines.push_back(std::move(line));
+  }
   report.table("Cost against points touched; kernel default", rows);
   report.plot("cost", {"Axis and oblique slices: time against the points of the bricks they touch",
                        "points in touched bricks", "CPU ms", true, true, std::move(lines)});
@@ -203,8 +205,8 @@ void report_cost(const Report& report) {
 // What slices read of a file.
 void report_reading(const Report& report) {
   TestContext context(1);
-  const uint32_t n = report.quick ? 32 : 96;
-  const FitSeries series = smoke_like({n, n, n, report.quick ? 16u : 48u});
+  const uint32_t n = report.quick ? 32 : 64;
+  const FitSeries series = smoke_like({n, n, n, report.quick ? 16u : 40u});
   Quantiser quantiser;
   quantiser.air = 0;
   const StoredSeries stored = store(series, {.quantiser = quantiser, .level = 1});

@@ -46,7 +46,7 @@ Row counts_row(const std::string& name, const SampleSource& bcc, const SampleSou
                const Context& context) {
   Counts a, b;
   const double last = bcc.lattice().last_frame();
-  constexpr int slices = 9; // at times that are no frames
+  constexpr int slices = 5; // at times that are no frames
   for (int i = 0; i < slices; ++i) {
     const double frame = std::floor(last * (i + 0.5) / slices) + 0.37;
     const Counts x = count_points(bcc, prune, std::min(frame, last), context),
@@ -64,7 +64,7 @@ Row counts_row(const std::string& name, const SampleSource& bcc, const SampleSou
           figure("coefficients D4* / CC %", percent(a.coefficients, b.coefficients), 1)};
 }
 
-constexpr const char* counts_title = "Points of a time slice, mean of 9 instants between frames";
+constexpr const char* counts_title = "Points of a time slice, mean of 5 instants between frames";
 
 } // namespace
 
@@ -129,12 +129,12 @@ double slice_snr(const Slice& slice, const std::array<uint32_t, 4>& dims, const 
 
 void report_paper_methods(const Report& report) {
   TestContext context(1);
-  const uint32_t n = report.quick ? 24 : 44;
+  const uint32_t n = report.quick ? 24 : 32;
   const std::array<uint32_t, 4> dims{n, n, n, n};
   std::vector<Row> rows;
   const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
   for (const double rho : report.quick ? std::vector<double>{0.5} : std::vector<double>{0.3, 0.5, 0.7}) {
-    const test::PlaneWaves waves(16, rho, 3);
+    const test::PlaneWaves waves(10, rho, 3);
     const MemorySamples samples = test::sample_field(lattice, waves);
     for (const NamedPlane& p : planes_through_centre(dims)) {
       if (p.name == "oblique in x, t") continue;
@@ -177,9 +177,9 @@ void report_paper_methods(const Report& report) {
 
 void report_relevant_points(const Report& report) {
   TestContext context(1);
-  const uint32_t n = report.quick ? 28 : 72;
+  const uint32_t n = report.quick ? 28 : 64;
   std::vector<Row> rows;
-  const std::array<uint32_t, 4> dims{n, n, n, 20};
+  const std::array<uint32_t, 4> dims{n, n, n, 16};
   for (const auto& [name, part] : {std::pair{"balls, small", 0.06}, {"balls, large", 0.15}}) {
     const Balls balls{dims, part * n};
     const MemorySamples bcc = test::sample_field(Lattice4::fit(LatticeKind::d4star, dims), balls);

@@ -53,6 +53,14 @@ LATTICE_DEFAULT = 0
 LATTICE_D4STAR = 1
 LATTICE_BCC = 2
 LATTICE_CC = 3
+SLAB_DEFAULT = 0
+SLAB_MEAN = 1
+SLAB_SUM = 2
+SLAB_MAXIMUM = 3
+METHOD_DEFAULT = 0
+METHOD_MERGED = 1
+METHOD_RESAMPLED = 2
+METHOD_EXTRACTED = 3
 FILTER_DEFAULT = 0
 FILTER_KAISER8 = 1
 FILTER_KAISER6 = 2
@@ -384,9 +392,16 @@ class SliceOptions(Struct):
     reserved: int
     progress: Any
     progress_user: int | None
+    thickness: float
+    point: int | None
+    basis: int | None
+    slab: int
+    method: int
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
-        ("reserved", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p)]
+        ("reserved", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
+        ("thickness", c_double), ("point", c_void_p), ("basis", c_void_p), ("slab", c_int32),
+        ("method", c_int32)]
 
 
 class SliceInfo(Struct):
