@@ -1,0 +1,151 @@
+// viewer FILE.bcc4 [SCREENSHOT.bmp]: looks around in a series. Drafts while something moves, a fine picture
+// at rest; the window stays responsive, for pictures are made and cancelled in a thread of their own. With a
+// second argument the window is saved there when it closes, and the counts of pictures are printed.
+#include "viewer/draw.h"
+#include "viewer/panel.h"
+
+#include <SDL.h>
+#include <imgui.h>
+#include <imgui_impl_sdl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace {
+
+using namespace viewer;
+
+struct DestroyWindow {
+  void operator()(SDL_Window* w) const { SDL_DestroyWindow(w); }
+  void operator()(SDL_Renderer* r) const { SDL_DestroyRenderer(r); }
+  void operator()(SDL_Texture* t) const { SDL_DestroyTexture(t); }
+  void operator()(SDL_Surface* s) const { SDL_FreeSurface(s); }
+};
+template<class T> using Sdl = std::unique_ptr<T, DestroyWindow>;
+
+template<class T> T* needed(T* made) {
+  if (!made) throw std::runtime_error(SDL_GetError());
+  return made;
+}
+
+void save_window(SDL_Renderer* renderer, const char* path) {
+  int width = 0, height = 0;
+  SDL_GetRendererOutputSize(renderer, &width, &height);
+  const Sdl<SDL_Surface> surface(
+      needed(SDL_CreateRGBSurfaceWithFormat(0, width, height, 32, SDL_PIXELFORMAT_ARGB8888)));
+  if (SDL_RenderReadPixels(renderer, nullptr, SDL_PIXELFORMAT_ARGB8888, surface->pixels, surface->pitch) !=
+          0 ||
+      SDL_SaveBMP(surface.get(), path) != 0)
+    throw std::runtime_error(SDL_GetError());
+}
+
+// The mouse outside the panel. Angles follow from where the drag began, however seldom we come by.
+class Orbit {
+ public:
+  void apply(Wish& wish) {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (ImGui::IsMouseClicked(ImGuiMouseButton_Left))
+      dragging_ = !io.WantCaptureMouse, start_ = {wish.rotate_x, wish.rotate_y};
+    if (dragging_ && ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
+      const ImVec2 moved = ImGui::GetMouseDragDelta(ImGuiMouseButton_Left, 0);
+      wish.rotate_x = std::clamp(start_[0] + 0.4 * static_cast<double>(moved.y), -90.0, 90.0);
+      wish.rotate_y = start_[1] + 0.4 * static_cast<double>(moved.x);
+    }
+    if (io.MouseWheel != 0 && !io.WantCaptureMouse)
+      wish.zoom = std::clamp(wish.zoom * std::pow(1.15, static_cast<double>(io.MouseWheel)), 0.2, 20.0);
+  }
+
+ private:
+  bool dragging_ = false;
+  std::array<double, 2> start_{};
+};
+
+int run(const char* path, const char* screenshot) {
+  bccsplat_device* d = nullptr;
+  check(bccsplat_device_create(nullptr, &d));
+  const Handle<bccsplat_device> device(d);
+  bccsplat_volume* v = nullptr;
+  check(bccsplat_volume_open_file(d, path, nullptr, &v));
+  const Handle<bccsplat_volume> volume(v);
+  const Facts facts = read_facts(v);
+
+  const Sdl<SDL_Window> window(needed(SDL_CreateWindow(
+      "bccsplat viewer", SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED, 1000, 680, SDL_WINDOW_RESIZABLE)));
+  const Sdl<SDL_Renderer> renderer(needed(SDL_CreateRenderer(window.get(), -1, 0)));
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;
+  ImGui_ImplSDL2_InitForSDLRenderer(window.get());
+  upload_fonts(renderer.get());
+
+  Wish wish;
+  wish.frame = facts.last_frame / 2;
+  for (size_t i = 0; i < wish.opacity.size(); ++i)
+    wish.opacity[i] =
+        0.25f * static_cast<float>(i * i) / static_cast<float>((curve_points - 1) * (curve_points - 1));
+  Worker worker(d, v, facts.range);
+  std::unique_ptr<Picture> shown;
+  Sdl<SDL_Texture> texture;
+  Orbit orbit;
+  for (bool open = true; open;) {
+    // At rest there is nothing to do but to wait for the mouse or a picture.
+    SDL_Event event;
+    for (bool any = SDL_WaitEventTimeout(&event, 15); any; any = SDL_PollEvent(&event)) {
+      ImGui_ImplSDL2_ProcessEvent(&event);
+      const bool q = event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_q;
+      if (event.type == SDL_QUIT || q) open = false;
+    }
+    if (auto newer = worker.take()) {
+      shown = std::move(newer);
+      if (shown->error.empty()) {
+        texture.reset(needed(SDL_CreateTexture(renderer.get(), SDL_PIXELFORMAT_ABGR8888,
+                                               SDL_TEXTUREACCESS_STATIC, shown->width, shown->height)));
+        SDL_UpdateTexture(texture.get(), nullptr, shown->pixels.data(), shown->width * 4);
+      }
+      SDL_SetWindowTitle(window.get(), shown->fine ? "bccsplat viewer (at rest)" : "bccsplat viewer");
+    }
+    ImGui_ImplSDL2_NewFrame();
+    ImGui::NewFrame();
+    panel(wish, facts, shown.get(), worker.counts());
+    orbit.apply(wish);
+    int width = 0, height = 0;
+    SDL_GetRendererOutputSize(renderer.get(), &width, &height);
+    wish.width = std::max(width - static_cast<int>(panel_width), 16), wish.height = std::max(height, 16);
+    worker.wish(wish);
+
+    SDL_SetRenderDrawColor(renderer.get(), 0, 0, 0, 255);
+    SDL_RenderClear(renderer.get());
+    const SDL_Rect place{static_cast<int>(panel_width), 0, wish.width, wish.height};
+    if (texture) SDL_RenderCopy(renderer.get(), texture.get(), nullptr, &place);
+    ImGui::Render();
+    draw_controls(renderer.get(), *ImGui::GetDrawData());
+    if (!open && screenshot) save_window(renderer.get(), screenshot);
+    SDL_RenderPresent(renderer.get());
+  }
+  if (screenshot)
+    std::printf("drafts %d fine %d cancelled %d rotate %.1f %.1f frame %.3f\n", worker.counts().drafts.load(),
+                worker.counts().fine.load(), worker.counts().cancelled.load(), wish.rotate_x, wish.rotate_y,
+                wish.frame);
+  ImGui_ImplSDL2_Shutdown();
+  ImGui::DestroyContext();
+  return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2 || argc > 3) {
+    std::fprintf(stderr, "usage: viewer FILE.bcc4 [SCREENSHOT.bmp]\n");
+    return 2;
+  }
+  int code = 1;
+  try {
+    if (SDL_Init(SDL_INIT_VIDEO) != 0) throw std::runtime_error(SDL_GetError());
+    code = run(argv[1], argc == 3 ? argv[2] : nullptr);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+  }
+  SDL_Quit();
+  return code;
+}

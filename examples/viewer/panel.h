@@ -1,0 +1,22 @@
+// The controls beside the picture.
+#pragma once
+
+#include "viewer/worker.h"
+
+namespace viewer {
+
+constexpr float panel_width = 330; // pixels
+
+struct Facts { // of the file, for labels and limits
+  double last_frame = 0;
+  std::array<double, 2> range{};
+  std::string name, unit, time_unit;
+  double time_first = 0, time_last = 0;
+  std::array<float, 256> histogram{}; // logarithmic
+};
+
+[[nodiscard]] Facts read_facts(const bccsplat_volume* volume);
+// Draws the panel at the left edge and changes the wish; `shown` is the picture on screen or null.
+void panel(Wish& wish, const Facts& facts, const Picture* shown, const Counts& counts);
+
+} // namespace viewer

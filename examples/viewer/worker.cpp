@@ -1,0 +1,172 @@
+#include "viewer/worker.h"
+
+#include "viewer/palette.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace viewer {
+namespace {
+
+uint32_t srgb_byte(float linear) {
+  const float v = std::clamp(linear, 0.f, 1.f);
+  const float s = v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+  return static_cast<uint32_t>(s * 255 + 0.5f);
+}
+
+template<class T> T sized() {
+  T t{};
+  t.struct_size = sizeof(T);
+  return t;
+}
+
+} // namespace
+
+void check(bccsplat_status status) {
+  if (status == BCCSPLAT_CANCELLED) throw Cancelled{};
+  if (status != BCCSPLAT_OK)
+    throw std::runtime_error(std::string(bccsplat_last_error()) + " (" + bccsplat_status_name(status) + ")");
+}
+
+Worker::Worker(bccsplat_device* device, const bccsplat_volume* volume, std::array<double, 2> range)
+    : device_(device), volume_(volume), range_(range) {
+  bccsplat_renderer* r = nullptr;
+  check(bccsplat_renderer_create(device, &r));
+  renderer_.reset(r);
+  thread_ = std::thread([this] { run(); });
+}
+
+Worker::~Worker() {
+  {
+    const std::scoped_lock lock(mutex_);
+    stop_ = true;
+    ++newest_;
+  }
+  (void)bccsplat_renderer_cancel(renderer_.get());
+  changed_.notify_all();
+  thread_.join();
+}
+
+void Worker::wish(const Wish& wish) {
+  {
+    const std::scoped_lock lock(mutex_);
+    if (wish == wish_) return;
+    wish_ = wish;
+    ++newest_;
+  }
+  (void)bccsplat_renderer_cancel(renderer_.get());
+  changed_.notify_all();
+}
+
+std::unique_ptr<Picture> Worker::take() {
+  const std::scoped_lock lock(mutex_);
+  return std::move(picture_);
+}
+
+void Worker::run() {
+  for (;;) {
+    Wish wish;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return stop_ || outdated(); });
+      if (stop_) return;
+      wish = wish_;
+      current_ = newest_.load();
+    }
+    try {
+      draw(wish, false);
+      draw(wish, true);
+    } catch (const Cancelled&) {
+      ++counts_.cancelled;
+    } catch (const std::exception& e) {
+      const std::scoped_lock lock(mutex_);
+      picture_ = std::make_unique<Picture>();
+      picture_->error = e.what();
+    }
+  }
+}
+
+void Worker::cut(const Wish& wish) {
+  if (slice_is_made_ && wish.frame == drawn_.frame && wish.tilt == drawn_.tilt) return;
+  auto info = sized<bccsplat_volume_info>();
+  check(bccsplat_volume_get_info(volume_, &info));
+  // t = frame + sum of tilt (x - centre) / (n - 1).
+  auto plane = sized<bccsplat_hyperplane>();
+  plane.d = 1, plane.e = -wish.frame;
+  double* const normal[] = {&plane.a, &plane.b, &plane.c};
+  for (size_t a = 0; a < 3; ++a) {
+    if (info.dims[a] < 2) continue;
+    const double last = static_cast<double>(info.dims[a] - 1);
+    *normal[a] = -wish.tilt[a] / last;
+    plane.e += wish.tilt[a] / 2;
+  }
+  auto options = sized<bccsplat_slice_options>();
+  options.progress_user = this;
+  options.progress = [](void* self, double) { return static_cast<Worker*>(self)->outdated() ? 1 : 0; };
+  bccsplat_slice* slice = nullptr;
+  slice_is_made_ = false;
+  check(bccsplat_slice_create(volume_, &plane, &options, &slice));
+  slice_.reset(slice);
+  check(bccsplat_renderer_set_slice(renderer_.get(), slice));
+  slice_is_made_ = true;
+}
+
+void Worker::classify(const Wish& wish) {
+  std::vector<double> colors, opacities;
+  for (int i = 0; i < curve_points; ++i) {
+    const double f = static_cast<double>(i) / (curve_points - 1),
+                 value = range_[0] + f * (range_[1] - range_[0]);
+    const auto rgb = palette_color(wish.palette, f);
+    colors.insert(colors.end(), {value, rgb[0], rgb[1], rgb[2]});
+    opacities.insert(opacities.end(), {value, static_cast<double>(wish.opacity[static_cast<size_t>(i)])});
+  }
+  auto function = sized<bccsplat_transfer_function>();
+  function.color_count = function.opacity_count = curve_points;
+  function.colors = colors.data(), function.opacities = opacities.data();
+  check(bccsplat_renderer_set_transfer_function(renderer_.get(), &function));
+}
+
+void Worker::draw(const Wish& wish, bool fine) {
+  cut(wish);
+  classify(wish);
+  drawn_ = wish;
+  auto picture = std::make_unique<Picture>();
+  picture->width = wish.width, picture->height = wish.height, picture->fine = fine;
+  picture->slice = sized<bccsplat_slice_info>();
+  check(bccsplat_slice_get_info(slice_.get(), &picture->slice));
+
+  const auto width = static_cast<uint32_t>(wish.width), height = static_cast<uint32_t>(wish.height);
+  auto camera = sized<bccsplat_camera>();
+  check(bccsplat_slice_fit_camera(slice_.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, wish.rotate_x,
+                                  wish.rotate_y, width, height, &camera));
+  camera.ortho_height /= wish.zoom;
+  check(bccsplat_renderer_set_camera(renderer_.get(), &camera));
+  auto trail = sized<bccsplat_trail>();
+  trail.interval[0] = -wish.trail_frames;
+  const bool time_slice = wish.tilt == std::array<double, 3>{};
+  check(bccsplat_renderer_set_trail(renderer_.get(), wish.trail && time_slice ? &trail : nullptr));
+  auto options = sized<bccsplat_render_options>();
+  options.quality = fine ? BCCSPLAT_QUALITY_FINE : BCCSPLAT_QUALITY_DRAFT;
+  // The cancel that goes with a wish may come before the render starts: the callback sees to that.
+  options.progress_user = this;
+  options.progress = [](void* self, double) { return static_cast<Worker*>(self)->outdated() ? 1 : 0; };
+  check(bccsplat_renderer_set_options(renderer_.get(), &options));
+
+  std::vector<float> rgba(size_t{width} * height * 4);
+  bccsplat_frame* f = nullptr;
+  check(bccsplat_frame_wrap(device_, width, height, rgba.data(), 0, &f));
+  const Handle<bccsplat_frame> frame(f);
+  check(bccsplat_renderer_render(renderer_.get(), f));
+  picture->stats = sized<bccsplat_render_stats>();
+  check(bccsplat_renderer_get_stats(renderer_.get(), &picture->stats));
+
+  picture->pixels.resize(size_t{width} * height);
+  for (size_t i = 0; i < picture->pixels.size(); ++i) // premultiplied: over black as it is
+    picture->pixels[i] = srgb_byte(rgba[4 * i]) | srgb_byte(rgba[4 * i + 1]) << 8 |
+                         srgb_byte(rgba[4 * i + 2]) << 16 | 0xff000000u;
+  ++(fine ? counts_.fine : counts_.drafts);
+  const std::scoped_lock lock(mutex_);
+  picture_ = std::move(picture);
+}
+
+} // namespace viewer

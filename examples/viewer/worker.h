@@ -1,0 +1,99 @@
+// Pictures in a thread of their own: the newest wish wins, a draft comes first, the fine picture when nothing
+// moves.
+#pragma once
+
+#include <bccsplat.h>
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace viewer {
+
+struct Release {
+  void operator()(bccsplat_device* h) const { bccsplat_device_release(h); }
+  void operator()(bccsplat_volume* h) const { bccsplat_volume_release(h); }
+  void operator()(bccsplat_slice* h) const { bccsplat_slice_release(h); }
+  void operator()(bccsplat_renderer* h) const { bccsplat_renderer_release(h); }
+  void operator()(bccsplat_frame* h) const { bccsplat_frame_release(h); }
+};
+template<class T> using Handle = std::unique_ptr<T, Release>;
+
+struct Cancelled {};
+// Throws what went wrong; Cancelled when a newer wish ended the call.
+void check(bccsplat_status status);
+
+constexpr int curve_points = 9; // of the transfer function, evenly spread over the range of values
+
+// Everything a picture depends on.
+struct Wish {
+  double frame = 0;
+  std::array<double, 3> tilt{}; // frames later from one end of x, y, z to the other
+  double rotate_x = 20, rotate_y = 30, zoom = 1;
+  std::array<float, curve_points> opacity{};
+  int palette = 0;
+  bool trail = false;
+  double trail_frames = 4;
+  int width = 0, height = 0;
+  bool operator==(const Wish&) const = default;
+};
+
+struct Picture {
+  std::vector<uint32_t> pixels; // RGBA bytes, sRGB over black
+  int width = 0, height = 0;
+  bool fine = false;
+  bccsplat_render_stats stats{};
+  bccsplat_slice_info slice{};
+  std::string error; // instead of pixels
+};
+
+struct Counts {
+  std::atomic<int> drafts{0}, fine{0}, cancelled{0};
+};
+
+class Worker {
+ public:
+  Worker(bccsplat_device* device, const bccsplat_volume* volume, std::array<double, 2> range);
+  ~Worker();
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  void wish(const Wish& wish); // from the window's thread; cancels what is under way
+  // The newest picture, if there is one that was not taken yet.
+  [[nodiscard]] std::unique_ptr<Picture> take();
+  [[nodiscard]] const Counts& counts() const { return counts_; }
+
+ private:
+  void run();
+  void draw(const Wish& wish, bool fine);
+  void cut(const Wish& wish);
+  void classify(const Wish& wish);
+  [[nodiscard]] bool outdated() const { return newest_.load() != current_; }
+
+  bccsplat_device* device_;
+  const bccsplat_volume* volume_;
+  std::array<double, 2> range_;
+  Handle<bccsplat_renderer> renderer_;
+  Handle<bccsplat_slice> slice_;
+  Wish drawn_; // what slice and renderer are set to
+  bool slice_is_made_ = false;
+  int current_ = 0; // number of the wish under way
+  std::atomic<int> newest_{0};
+  Counts counts_;
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  Wish wish_;
+  std::unique_ptr<Picture> picture_;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+} // namespace viewer

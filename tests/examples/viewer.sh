@@ -1,0 +1,56 @@
+#!/bin/bash
+# viewer.sh EXAMPLES SCRATCH: the viewer on a virtual screen, moved by a real mouse: orbit, time, tilt, trail. The window
+# is saved. Exits with 77 where the viewer was not built or Xvfb or xdotool are missing.
+set -euo pipefail
+examples=$1 scratch=$2
+[[ -x $examples/viewer ]] && command -v xvfb-run >/dev/null && command -v xdotool >/dev/null ||
+  { echo "skipped: no viewer, Xvfb or xdotool" && exit 77; }
+rm -rf "$scratch"
+mkdir -p "$scratch"
+cd "$scratch"
+"$examples/write_in_situ" blobs.bcc4 >/dev/null
+
+cat >session.sh <<'SESSION'
+set -euo pipefail
+"$1/viewer" blobs.bcc4 window.bmp >told &
+viewer=$!
+trap 'kill $viewer 2>/dev/null || true' EXIT
+at_rest() { timeout 100 xdotool search --sync --name 'at rest' >/dev/null; }
+window=$(timeout 60 xdotool search --sync --onlyvisible --name 'bccsplat viewer' | head -1)
+xdotool windowmove --sync "$window" 0 0 || true
+at_rest
+drag() { # X Y, then steps DX DY
+  xdotool mousemove "$1" "$2"
+  sleep 0.2
+  xdotool mousedown 1
+  sleep 0.3
+  for _ in 1 2 3 4 5 6 7 8; do
+    xdotool mousemove_relative -- "$3" "$4"
+    sleep 0.05
+  done
+  xdotool mouseup 1
+  sleep 0.3
+}
+drag 600 300 15 8   # orbit
+drag 120 35 12 0    # the frame slider
+at_rest
+xdotool mousemove 18 350 click 1 # the trail
+xdotool windowfocus "$window" || true
+sleep 1
+at_rest
+xdotool key --window "$window" q
+for _ in $(seq 100); do
+  kill -0 $viewer 2>/dev/null || break
+  sleep 0.2
+done
+wait $viewer
+SESSION
+xvfb-run -a -s "-screen 0 1000x680x24" bash session.sh "$examples"
+cat told
+read -r _ drafts _ fine _ cancelled _ rotate_x rotate_y _ frame <told
+# Drafts while the mouse moved, one fine picture at rest before and after, and drawing was cancelled for newer wishes.
+((drafts >= 3 && fine >= 2 && cancelled >= 1))
+# The picture turned by the mouse's way, 0.4 degrees a pixel, and the slider went on from the middle.
+awk -v x="$rotate_x" -v y="$rotate_y" -v f="$frame" \
+  'BEGIN { exit !(x > 30 && x < 50 && y > 50 && y < 90 && f > 8.5 && f <= 16) }'
+[[ $(stat -c %s window.bmp) -gt 2000000 ]]
