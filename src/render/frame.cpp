@@ -100,6 +100,7 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
   stats.points_total = points_total;
   stats.points_after_cull = drawn.points_after_cull;
   stats.points_splatted = drawn.points_splatted, stats.points_occluded = drawn.points_occluded;
+  stats.points_invisible = drawn.points_invisible;
   stats.bricks_invisible = drawn.bricks_invisible, stats.bricks_outside = drawn.bricks_outside;
   stats.sheets_skipped = drawn.sheets_skipped;
   stats.tiles = drawn.tiles, stats.sheets = drawn.sheets, stats.contributions = drawn.contributions;

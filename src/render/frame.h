@@ -47,7 +47,7 @@ struct RenderStats {
   double ms_total = 0;                                 // wall
   double cpu_ms = 0;
   uint64_t points_total = 0, points_after_cull = 0, points_splatted = 0, points_occluded = 0;
-  uint64_t bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
+  uint64_t points_invisible = 0, bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
   uint64_t tiles = 0, sheets = 0, contributions = 0;
   double sheet_step = 0; // T
 };

@@ -117,6 +117,8 @@ struct TransformArgs {
   // are. A point is dropped when no pixel of its window, or within `around` of it, is open.
   const int32_t* open_sum = nullptr;
   int around = 0;
+  uint64_t cells =
+      ~uint64_t{0}; // bit (x >> 2 | y >> 2 << 2 | z >> 2 << 4) of the local planes: points are needed
   // Results: accepted points are appended at bin_end[(slab - base_slab) & bin_mask]; every bin has room for
   // count + 1.
   SplatRecord** bin_end = nullptr;
@@ -124,7 +126,7 @@ struct TransformArgs {
 };
 
 struct TransformCounts {
-  size_t accepted = 0, occluded = 0;
+  size_t accepted = 0, occluded = 0, invisible = 0; // invisible: of all points, wherever they fall
 };
 
 // One finished sheet out of the ring into plain rows, and the ring's slots cleared.

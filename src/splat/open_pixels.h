@@ -35,6 +35,8 @@ class OpenPixels {
   // Whether no pixel of the tile inside the rectangle of the picture (x begin, y begin, x end, y end), or
   // within the border of it, is open.
   [[nodiscard]] bool hidden(const std::array<int, 4>& rect) const;
+  // Whether less than half of the tile is open.
+  [[nodiscard]] bool mostly_closed() const { return sum_.back() < width_ * height_ / 2; }
   [[nodiscard]] const int32_t* sums() const { return sum_.data(); } // see TransformArgs::open_sum
   [[nodiscard]] int border() const { return border_; }
 

@@ -232,15 +232,42 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
   return true;
 }
 
-bool invisible(const SplatScene& scene, const SplatOptions& options, const SplatBrick& brick) {
-  // Values within reach of these points lie in this interval whether other points are drawn or not: dropping
-  // the brick turns no invisible sample visible.
+// Whether samples may show that lie between points with coefficients low .. high (and 0) only: whether points
+// are left out or not, the field is within their range there.
+bool shows(const SplatScene& scene, const SplatOptions& options, float low, float high) {
   const double g = weight_bound(*scene.slice), air = static_cast<double>(scene.slice->air);
-  const double low = air + g * static_cast<double>(brick.reach[0]),
-               high = air + g * static_cast<double>(brick.reach[1]);
-  if (options.mode == RenderMode::composite) return !scene.table->visible(low, high);
-  if (options.mode == RenderMode::isosurface) return options.iso_value < low || options.iso_value > high;
-  return false;
+  const double a = air + g * static_cast<double>(low), b = air + g * static_cast<double>(high);
+  if (options.mode == RenderMode::composite) return scene.table->visible(a, b);
+  if (options.mode == RenderMode::isosurface) return options.iso_value >= a && options.iso_value <= b;
+  return true;
+}
+
+// Which of SplatPoints::cells tells whether a cell's points are needed, -1: neither reaches far enough.
+// Points change samples within a radius; of those that gradients or crossings of visible samples look at none
+// may be changed, and none is when all coefficients within another radius of them are known to be invisible.
+int useful_cells(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
+  if (options.disable_skips & (skip_transfer_function | skip_cells)) return -1;
+  if (options.mode != RenderMode::composite && options.mode != RenderMode::isosurface) return -1;
+  const SheetView& v = *scene.view;
+  double look = 0; // lattice units
+  if (plan.lead > 0) {
+    const double scale = v.perspective ? static_cast<double>(plan.last_sheet) + v.depth : 1;
+    for (const double i : {0.0, static_cast<double>(v.width - 1)})
+      for (const double j : {0.0, static_cast<double>(v.height - 1)})
+        look = std::max(look, length(v.ray(i, j)));
+    look = plan.lead * std::max({look, scale * length(v.ex), scale * length(v.ey)});
+  }
+  const double needed = 2 * scene.slice->kernel.space.radius + look;
+  for (size_t n = 0; n < SplatPoints::cell_reach.size(); ++n)
+    if (needed <= 4 * scene.points->plane_distance * SplatPoints::cell_reach[n]) return static_cast<int>(n);
+  return -1;
+}
+
+uint64_t needed_cells(const SplatScene& scene, const SplatOptions& options, const CellRange* range) {
+  uint64_t cells = 0;
+  for (int n = 0; n < cells_per_brick; ++n)
+    cells |= uint64_t{shows(scene, options, range[n].low, range[n].high)} << n;
+  return cells;
 }
 
 int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const SheetView& view, int threads) {
@@ -248,7 +275,7 @@ int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const S
   const bool gradients = options.mode == RenderMode::composite && options.shading &&
                          options.gradient == GradientMethod::analytic;
   // The ring of a tile should stay well inside the L2 cache; with its border it fills whole vectors.
-  int size = 64;
+  int size = 96;
   while (size > 16 && size * size * plan.sheets * (gradients ? 4 : 1) > 131072) size -= 16;
   // Enough tiles to share out.
   while (size > 16 && (view.width / size + 1) * (view.height / size + 1) < 8 * threads && threads > 1)
@@ -259,7 +286,7 @@ int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const S
 
 } // namespace
 
-SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, int threads, SplatStats& stats) {
+SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks, SplatStats& stats) {
   SplatPlan plan;
   const SheetView& view = *scene.view;
   const bool shaded = options.mode == RenderMode::composite && options.shading;
@@ -278,7 +305,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, int th
       plan_rows(scene, plan);
       plan_spare(plan);
     }
-    return choose_tile_size(plan, options, view, threads);
+    return choose_tile_size(plan, options, view, tasks.threads());
   }();
   const int nx = (view.width + size - 1) / size, ny = (view.height + size - 1) / size;
   for (int y = 0; y < ny; ++y)
@@ -292,25 +319,51 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, int th
   stats.sheets = first <= last ? static_cast<uint64_t>(last - first + 1) : 0;
   if (first > last) return plan;
 
-  for (uint32_t n = 0; n < scene.points->bricks.size(); ++n) {
-    const SplatBrick& brick = scene.points->bricks[n];
-    PlannedBrick b;
-    b.brick = n;
-    if (!(options.disable_skips & skip_transfer_function) && invisible(scene, options, brick)) {
-      ++stats.bricks_invisible;
+  const auto& bricks = scene.points->bricks;
+  enum class Place : uint8_t { kept, invisible, outside, gone };
+  struct Candidate {
+    PlannedBrick brick;
+    Place place = Place::kept;
+  };
+  std::vector<Candidate> candidates(bricks.size());
+  const bool cull = !(options.disable_skips & skip_frustum);
+  const int cells = useful_cells(scene, options, plan);
+  constexpr size_t share = 64;
+  tasks.parallel_for((bricks.size() + share - 1) / share, [&](uint64_t part) {
+    for (size_t n = part * share; n < std::min(bricks.size(), (part + 1) * share); ++n) {
+      const SplatBrick& brick = bricks[n];
+      PlannedBrick& b = candidates[n].brick;
+      b.brick = static_cast<uint32_t>(n);
+      b.cells = ~uint64_t{0};
+      if (!(options.disable_skips & skip_transfer_function) &&
+          !shows(scene, options, brick.reach[0], brick.reach[1])) {
+        candidates[n].place = Place::invisible;
+        continue;
+      }
+      const bool reached = bound_brick(scene, plan, brick, b);
+      if (!reached || b.rect[0] >= view.width + plan.border || b.rect[1] >= view.height + plan.border ||
+          b.rect[2] <= -plan.border || b.rect[3] <= -plan.border) {
+        candidates[n].place = cull || !reached ? Place::gone : Place::outside;
+        if (cull || !reached) continue;
+      }
+      if (cells >= 0)
+        b.cells = needed_cells(scene, options,
+                               scene.points->cells[static_cast<size_t>(cells)].data() + n * cells_per_brick);
+      b.first_slab = std::max(b.first_slab, plan.first_slab);
+      b.frame = brick_frame(scene, plan, brick);
+    }
+  });
+  for (const auto& [b, place] : candidates) {
+    if (place == Place::invisible) ++stats.bricks_invisible;
+    if (place == Place::outside || place == Place::gone) ++stats.bricks_outside;
+    if (place == Place::invisible || place == Place::gone) continue;
+    const uint32_t count = bricks[b.brick].count;
+    stats.points_after_cull += count;
+    if (b.cells == 0) {
+      stats.points_invisible += count;
       continue;
     }
-    const bool cull = !(options.disable_skips & skip_frustum);
-    const bool reached = bound_brick(scene, plan, brick, b);
-    if (!reached || b.rect[0] >= view.width + plan.border || b.rect[1] >= view.height + plan.border ||
-        b.rect[2] <= -plan.border || b.rect[3] <= -plan.border) {
-      ++stats.bricks_outside;
-      if (cull || !reached) continue;
-    }
-    b.first_slab = std::max(b.first_slab, plan.first_slab);
     plan.longest = std::max(plan.longest, b.last_slab - b.first_slab + 1);
-    b.frame = brick_frame(scene, plan, brick);
-    stats.points_after_cull += brick.count;
     plan.bricks.push_back(b);
   }
   std::stable_sort(plan.bricks.begin(), plan.bricks.end(),

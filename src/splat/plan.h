@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/tasks.h"
 #include "splat/kernels.h"
 #include "splat/splat.h"
 
@@ -18,6 +19,7 @@ struct PlannedTile {
 struct PlannedBrick {
   uint32_t brick = 0; // into SplatPoints::bricks
   int64_t first_slab = 0, last_slab = 0;
+  uint64_t cells = 0;        // that are needed, see TransformArgs
   std::array<int, 4> rect{}; // pixels its points may touch: x begin, y begin, x end, y end
   BrickFrame frame;
 };
@@ -64,7 +66,7 @@ struct SplatPlan {
   }
 };
 
-[[nodiscard]] SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, int threads,
+[[nodiscard]] SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks,
                                   SplatStats& stats);
 
 } // namespace bccsplat

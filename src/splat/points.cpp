@@ -39,9 +39,70 @@ struct Fold {
 
 struct BrickPoints {
   SplatBrick brick;
+  std::array<CellRange, cells_per_brick> cell{};
   std::vector<uint16_t> position;
   std::vector<float> coefficient;
 };
+
+// The cells of a brick and of those around it, 4 + 2 `most` along each axis.
+struct CellCube {
+  static constexpr int most = 3, side = 4 + 2 * most;
+  std::array<CellRange, side * side * side> cell{};
+
+  [[nodiscard]] CellRange& at(int x, int y, int z) {
+    return cell[static_cast<size_t>(((z + most) * side + y + most) * side + x + most)];
+  }
+};
+
+// Of the brick in `slot`, out of the cells of all bricks; `edge` cells per brick and axis.
+void gather_cells(const std::vector<BrickPoints>& made, const Int3& dims, size_t slot, int edge,
+                  CellCube& cube) {
+  const int nx = dims[0], ny = dims[1];
+  const int at[3] = {static_cast<int>(slot) % nx, static_cast<int>(slot) / nx % ny,
+                     static_cast<int>(slot) / (nx * ny)};
+  constexpr int most = CellCube::most;
+  std::array<std::array<int, CellCube::side>, 3> brick{}, local{};
+  for (size_t a = 0; a < 3; ++a)
+    for (int n = -most; n < edge + most; ++n) {
+      const int global = at[a] * edge + n, b = global >= 0 ? global / edge : -1;
+      brick[a][static_cast<size_t>(n + most)] = b < dims[a] ? b : -1;
+      local[a][static_cast<size_t>(n + most)] = global - b * edge;
+    }
+  for (int z = -most; z < edge + most; ++z)
+    for (int y = -most; y < edge + most; ++y)
+      for (int x = -most; x < edge + most; ++x) {
+        const auto i = static_cast<size_t>(x + most), j = static_cast<size_t>(y + most),
+                   k = static_cast<size_t>(z + most);
+        if (brick[0][i] < 0 || brick[1][j] < 0 || brick[2][k] < 0) continue;
+        const auto n = static_cast<size_t>((brick[2][k] * ny + brick[1][j]) * nx + brick[0][i]);
+        cube.at(x, y, z) =
+            made[n].cell[static_cast<size_t>(local[0][i] | local[1][j] << 2 | local[2][k] << 4)];
+      }
+}
+
+// Ranges over the cells at most `reach` cells away, one axis after the other.
+void widen_cells(CellCube cube, int reach, CellRange* out) {
+  const auto over = [reach](auto cell) {
+    CellRange range;
+    for (int n = -reach; n <= reach; ++n) {
+      const CellRange c = cell(n);
+      range = {std::min(range.low, c.low), std::max(range.high, c.high)};
+    }
+    return range;
+  };
+  constexpr int most = CellCube::most;
+  CellCube along_x, along_y;
+  for (int z = -most; z < 4 + most; ++z)
+    for (int y = -most; y < 4 + most; ++y)
+      for (int x = 0; x < 4; ++x) along_x.at(x, y, z) = over([&](int n) { return cube.at(x + n, y, z); });
+  for (int z = -most; z < 4 + most; ++z)
+    for (int y = 0; y < 4; ++y)
+      for (int x = 0; x < 4; ++x) along_y.at(x, y, z) = over([&](int n) { return along_x.at(x, y + n, z); });
+  for (int z = 0; z < 4; ++z)
+    for (int y = 0; y < 4; ++y)
+      for (int x = 0; x < 4; ++x)
+        out[x | y << 2 | z << 4] = over([&](int n) { return along_y.at(x, y, z + n); });
+}
 
 } // namespace
 
@@ -89,6 +150,9 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
         b.low[a] = std::min(b.low[a], static_cast<uint8_t>(local[a]));
         b.high[a] = std::max(b.high[a], static_cast<uint8_t>(local[a]));
       }
+      CellRange& cell =
+          out.cell[static_cast<size_t>(local[0] >> 2 | local[1] >> 2 << 2 | local[2] >> 2 << 4)];
+      cell = {std::min(cell.low, c), std::max(cell.high, c)};
       b.coefficient[0] = std::min(b.coefficient[0], c);
       b.coefficient[1] = std::max(b.coefficient[1], c);
     }
@@ -100,15 +164,19 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   for (const BrickPoints& b : made) total += b.brick.count, kept += b.brick.count ? 1u : 0u;
   if (total > UINT32_MAX)
     fail(Code::limit_exceeded, "render: a slice of ", total, " points; at most 2^32 - 1 are drawn");
-  points.memory =
-      Reservation(context.memory, total * (sizeof(float) + sizeof(uint16_t)) + kept * sizeof(SplatBrick),
-                  "the points of a slice");
+  points.memory = Reservation(context.memory,
+                              total * (sizeof(float) + sizeof(uint16_t)) +
+                                  kept * (sizeof(SplatBrick) + 2 * cells_per_brick * sizeof(CellRange)),
+                              "the points of a slice");
   points.position.reserve(total + vector_overhang);
   points.coefficient.reserve(total + vector_overhang);
   points.bricks.reserve(kept);
+  std::vector<size_t> kept_slots;
+  kept_slots.reserve(kept);
   for (size_t slot = 0; slot < made.size(); ++slot) {
     BrickPoints& b = made[slot];
     if (b.brick.count == 0) continue;
+    kept_slots.push_back(slot);
     b.brick.first = static_cast<uint32_t>(points.position.size());
     const auto nx = static_cast<size_t>(points.dims[0]), ny = static_cast<size_t>(points.dims[1]);
     const int at[3] = {static_cast<int>(slot % nx), static_cast<int>(slot / nx % ny),
@@ -127,6 +195,13 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
     points.bricks.push_back(b.brick);
     b.position = {}, b.coefficient = {};
   }
+  for (auto& cells : points.cells) cells.resize(kept * cells_per_brick);
+  context.tasks.parallel_for(kept, [&](uint64_t n) {
+    CellCube cube;
+    gather_cells(made, points.dims, kept_slots[n], points.edge / 4, cube);
+    for (size_t r = 0; r < 2; ++r)
+      widen_cells(cube, SplatPoints::cell_reach[r], points.cells[r].data() + n * cells_per_brick);
+  });
   points.count = static_cast<uint32_t>(total);
   points.position.resize(total + vector_overhang);
   points.coefficient.resize(total + vector_overhang);

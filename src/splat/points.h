@@ -20,6 +20,12 @@ struct SplatBrick {
   float reach[2] = {0, 0};              // the same over its 27-neighbourhood
 };
 
+// Smallest and largest coefficient, and 0, of the points in and around a cell of 4^3 planes.
+struct CellRange {
+  float low = 0, high = 0;
+};
+inline constexpr int cells_per_brick = 64; // local planes x >> 2 | y >> 2 << 2 | z >> 2 << 4
+
 struct SplatPoints {
   double plane_distance = 0;      // lattice units between planes
   int margin = 0;                 // planes of mirror images beyond the domain
@@ -30,6 +36,9 @@ struct SplatPoints {
   std::vector<uint16_t> position; // local planes x | y << 4 | z << 8; spare entries at the end, so
                                   // that vectors may read over it
   std::vector<float> coefficient; // relative to air
+  // Per brick and cell, over the cells at most cell_reach[n] cells away along every axis.
+  static constexpr std::array<int, 2> cell_reach{2, 3};
+  std::array<std::vector<CellRange>, 2> cells;
   Reservation memory;
 
   // Lattice position of a point.

@@ -46,6 +46,11 @@ TransformCounts transform(const TransformArgs& t) {
   const BrickFrame& f = *t.frame;
   TransformCounts counts;
   for (size_t n = 0; n < t.count; ++n) {
+    const unsigned cell = (t.position[n] >> 2 & 3u) | (t.position[n] >> 4 & 12u) | (t.position[n] >> 6 & 48u);
+    if (!(t.cells >> cell & 1)) {
+      ++counts.invisible;
+      continue;
+    }
     const auto x = static_cast<float>(t.position[n] & 15), y = static_cast<float>(t.position[n] >> 4 & 15),
                z = static_cast<float>(t.position[n] >> 8 & 15);
     const auto affine = [&](const std::array<float, 4>& a) {

@@ -42,9 +42,11 @@ void SheetSource::slab(int64_t s, const OpenPixels* open, StageClock::time_point
       const size_t bin = bin_of(s);
       SplatRecord* const records = m_.bins[bin].data();
       if (m_.bin_end[bin] != records) {
-        splat_bin(s, records, static_cast<size_t>(m_.bin_end[bin] - records));
+        auto count = static_cast<size_t>(m_.bin_end[bin] - records);
+        if (open && open->mostly_closed()) count = drop_hidden(s, records, count, *open);
+        if (count > 0) last_filled_ = s + plan_.after;
+        splat_bin(s, records, count);
         m_.bin_end[bin] = records;
-        last_filled_ = s + plan_.after;
         lap(clock, stats_.ms_splat);
       }
     }
@@ -85,9 +87,27 @@ void SheetSource::activate(uint32_t planned, const OpenPixels* open) {
   m_.bin_end[trash] = m_.bins[trash].data();
   m_.make_room(trash, points.count + 16);
   if (open) t.open_sum = open->sums(), t.around = open->border();
+  t.cells = b.cells;
   const TransformCounts counts = kernels_.transform(t);
+  stats_.points_invisible += counts.invisible;
   stats_.points_splatted += counts.accepted;
   stats_.points_occluded += counts.occluded;
+}
+
+// Takes out the points that only closed pixels would see: pixels have closed since the points were
+// transformed.
+size_t SheetSource::drop_hidden(int64_t s, SplatRecord* records, size_t count, const OpenPixels& open) {
+  const auto n = static_cast<size_t>(s - plan_.first_slab);
+  const int columns = plan_.columns[n], rows = plan_.rows[n];
+  size_t kept = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const SplatRecord& p = records[i];
+    const int x = p.x + tile_.x - plan_.border, y = p.y + tile_.y - plan_.border;
+    if (!open.hidden({x, y, x + columns, y + rows})) records[kept++] = p;
+  }
+  stats_.points_occluded += count - kept;
+  stats_.points_splatted -= count - kept;
+  return kept;
 }
 
 void SheetSource::splat_bin(int64_t s, const SplatRecord* records, size_t count) {

@@ -51,6 +51,7 @@ class SheetSource {
  private:
   void slab(int64_t s, const OpenPixels* open, StageClock::time_point& clock);
   void activate(uint32_t planned, const OpenPixels* open);
+  size_t drop_hidden(int64_t s, SplatRecord* records, size_t count, const OpenPixels& open);
   void splat_bin(int64_t s, const SplatRecord* records, size_t count);
   void extract(int64_t k);
   void normalise(int64_t k);

@@ -14,6 +14,7 @@ void add(SplatStats& sum, const SplatStats& part) {
   sum.ms_shade += part.ms_shade;
   sum.points_splatted += part.points_splatted;
   sum.points_occluded += part.points_occluded;
+  sum.points_invisible += part.points_invisible;
   sum.sheets_skipped += part.sheets_skipped;
   sum.contributions += part.contributions;
 }
@@ -21,7 +22,7 @@ void add(SplatStats& sum, const SplatStats& part) {
 SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
                  const std::function<void(const TilePixels&)>& emit) {
   SplatStats stats;
-  const SplatPlan plan = make_plan(scene, options, context.tasks.threads(), stats);
+  const SplatPlan plan = make_plan(scene, options, context.tasks, stats);
   const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space, options.short_kernel);
   const TileJob job{&scene, &options, &plan, &kernel, &context};
 

@@ -23,11 +23,12 @@ enum class RenderMode : uint8_t { composite = 1, isosurface = 2, xray = 3, maxim
 // The kernel's own gradient, or differences of the sheets' samples over one or two neighbours on either side.
 enum class GradientMethod : uint8_t { analytic, central, fourth_order };
 
-enum SkipBits : uint32_t { // of SplatOptions::disable_skips
-  skip_transfer_function = 1,
+enum SkipBits : uint32_t {    // of SplatOptions::disable_skips
+  skip_transfer_function = 1, // bricks, and with them cells
   skip_frustum = 2,
   skip_occlusion = 4,
   skip_empty_sheets = 8,
+  skip_cells = 16, // invisible parts of bricks that are visible
 };
 
 struct SplatOptions {
@@ -62,6 +63,7 @@ struct TilePixels {
 struct SplatStats {
   double ms_transform = 0, ms_splat = 0, ms_shade = 0; // summed over threads
   uint64_t points_after_cull = 0, points_splatted = 0, points_occluded = 0;
+  uint64_t points_invisible = 0; // visits of points in cells that nothing visible looks at
   uint64_t bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
   uint64_t tiles = 0, sheets = 0;
   uint64_t contributions = 0; // window samples (pixels x sheets) the splat loop went through

@@ -17,8 +17,8 @@ bool same_domain(const SplatScene& a, const SplatScene& b) {
 }
 
 TrailObject plan_object(const SplatScene& scene, const SplatScene& main, const SplatOptions& options,
-                        int threads, SplatStats& stats) {
-  return {&scene, make_plan(scene, options, threads, stats),
+                        Tasks& tasks, SplatStats& stats) {
+  return {&scene, make_plan(scene, options, tasks, stats),
           kernel_polynomial(scene.slice->kernel.space, options.short_kernel), !same_domain(scene, main)};
 }
 
@@ -59,12 +59,11 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
   const bool post = combine == TrailCombine::post;
   const bool apart = post || options.mode == RenderMode::isosurface;
 
-  const int threads = context.tasks.threads();
   std::vector<TrailObject> objects(1 + sources.size());
   std::vector<SplatStats> planned(objects.size());
   context.tasks.parallel_for(objects.size(), [&](uint64_t n) {
-    objects[n] = n == 0 ? plan_object(slice, slice, apart ? alone : together, threads, planned[0])
-                        : plan_object(sources[n - 1], slice, together, threads, planned[n]);
+    objects[n] = n == 0 ? plan_object(slice, slice, apart ? alone : together, context.tasks, planned[0])
+                        : plan_object(sources[n - 1], slice, together, context.tasks, planned[n]);
   });
   SplatStats stats;
   for (const SplatStats& s : planned) {

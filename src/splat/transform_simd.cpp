@@ -41,10 +41,25 @@ template<bool kIsotropic> TransformCounts TransformPoints(const TransformArgs& t
   alignas(64) int32_t back[64]; // x y X Y
   alignas(64) int32_t bin[16];
   const int32_t trash = static_cast<int32_t>(t.bin_mask) + 1;
+  const bool all_cells = t.cells == ~uint64_t{0};
+  const auto cells_low = hn::Set(di, static_cast<int32_t>(static_cast<uint32_t>(t.cells))),
+             cells_high = hn::Set(di, static_cast<int32_t>(static_cast<uint32_t>(t.cells >> 32)));
   TransformCounts counts;
   for (size_t n = 0; n < t.count; n += lanes) {
     // Points past the end are read as points of the next brick, or of the array's spare end, and rejected.
     const auto packed = hn::PromoteTo(di, hn::LoadU(d16, t.position + n));
+    auto good = hn::Lt(hn::Iota(di, 0), hn::Set(di, static_cast<int32_t>(std::min(lanes, t.count - n))));
+    if (!all_cells) {
+      const auto cell = hn::Or(hn::Or(hn::And(hn::ShiftRight<2>(packed), hn::Set(di, 3)),
+                                      hn::And(hn::ShiftRight<4>(packed), hn::Set(di, 12))),
+                               hn::And(hn::ShiftRight<6>(packed), hn::Set(di, 48)));
+      const auto word = hn::IfThenElse(hn::Lt(cell, hn::Set(di, 32)), cells_low, cells_high);
+      const auto bit = hn::And(hn::Shr(word, hn::And(cell, hn::Set(di, 31))), hn::Set(di, 1));
+      const size_t before = hn::CountTrue(di, good);
+      good = hn::And(good, hn::Gt(bit, hn::Zero(di)));
+      counts.invisible += before - hn::CountTrue(di, good);
+      if (hn::AllFalse(di, good)) continue;
+    }
     const V x = hn::ConvertTo(d, hn::And(packed, low4));
     const V y = hn::ConvertTo(d, hn::And(hn::ShiftRight<4>(packed), low4));
     const V z = hn::ConvertTo(d, hn::ShiftRight<8>(packed));
@@ -54,8 +69,9 @@ template<bool kIsotropic> TransformCounts TransformPoints(const TransformArgs& t
     };
     const V depth = affine(f.dk), whole = hn::Floor(depth);
     const auto slab = hn::Add(hn::ConvertTo(di, whole), hn::Set(di, base));
-    auto good = hn::And(hn::Gt(slab, first), hn::Lt(slab, last));
-    const auto safe = hn::IfThenElse(good, slab, hn::Sub(last, hn::Set(di, 1)));
+    const auto within = hn::And(hn::Gt(slab, first), hn::Lt(slab, last));
+    good = hn::And(good, within);
+    const auto safe = hn::IfThenElse(within, slab, hn::Sub(last, hn::Set(di, 1)));
     V foot_x = affine(f.di), foot_y = affine(f.dj), half_x, half_y;
     V lateral_x = hn::Zero(d), lateral_y = hn::Zero(d);
     hn::Vec<I> columns, rows;
@@ -78,8 +94,6 @@ template<bool kIsotropic> TransformCounts TransformPoints(const TransformArgs& t
     const auto none = hn::Zero(di);
     good = hn::And(good, hn::And(hn::Lt(px, hn::Set(di, t.width)), hn::Lt(py, hn::Set(di, t.height))));
     good = hn::And(good, hn::And(hn::Gt(hn::Add(px, columns), none), hn::Gt(hn::Add(py, rows), none)));
-    good = hn::And(good,
-                   hn::Lt(hn::Iota(di, 0), hn::Set(di, static_cast<int32_t>(std::min(lanes, t.count - n)))));
     if (hn::AllFalse(di, good)) continue;
     if (t.open_sum) {
       // Pixels that are open in the window and around it, from the sums over the rectangles above and left of

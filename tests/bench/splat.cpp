@@ -54,7 +54,8 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   options.shading = gradient, options.gradient = GradientMethod::analytic;
   options.tile_size = tile;
   SplatStats stats;
-  const SplatPlan plan = make_plan(scene, options, 1, stats);
+  Tasks tasks(1);
+  const SplatPlan plan = make_plan(scene, options, tasks, stats);
   TileMemory memory;
   memory.prepare(plan, tile, tile, gradient);
   const KernelPolynomial kernel = short_polynomial(slice.kernel.space);

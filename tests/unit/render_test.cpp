@@ -314,7 +314,8 @@ TEST(Render, SkipsChangeNothing) {
     EXPECT_GT(skipped.bricks_invisible, 0u);
     EXPECT_GT(skipped.points_occluded, 0u);
     EXPECT_GT(skipped.sheets_skipped, 0u);
-    for (const uint32_t bit : {1u, 2u, 4u, 8u, 15u}) {
+    EXPECT_GT(skipped.points_invisible, 0u);
+    for (const uint32_t bit : {1u, 2u, 4u, 8u, 16u, 31u}) {
       o.disable_skips = bit;
       ImageStorage other(80, 80, true, true, true);
       const RenderStats full = draw(scene, o, other);
@@ -322,6 +323,9 @@ TEST(Render, SkipsChangeNothing) {
       if (bit & 1) {
         EXPECT_EQ(full.bricks_invisible, 0u);
         EXPECT_GT(full.bricks_outside, 0u);
+      }
+      if (bit & 17) {
+        EXPECT_EQ(full.points_invisible, 0u);
       }
       if (bit & 4) {
         EXPECT_EQ(full.points_occluded, 0u);
