@@ -738,7 +738,11 @@ enum { /* bits of disable_skips: each switches one way of skipping work off, for
        BCCSPLAT_SKIP_TRANSFER_FUNCTION = 1, /* bricks invisible under the transfer function */
        BCCSPLAT_SKIP_FRUSTUM = 2,
        BCCSPLAT_SKIP_OCCLUSION = 4,
-       BCCSPLAT_SKIP_EMPTY_SHEETS = 8
+       BCCSPLAT_SKIP_EMPTY_SHEETS = 8,
+       BCCSPLAT_SKIP_FINE_DETAIL =
+           16 /* detail finer than half a pixel: where a pixel covers 2^n .. 2^(n+1) T,
+                 n >= 1, a low-passed slice of 2^n times the lattice distance is drawn
+                 (draft and normal; mode xray always, maximum and trails never) */
 };
 enum { BCCSPLAT_RENDER_SET_ISO = 1 };
 
@@ -811,8 +815,10 @@ typedef struct bccsplat_render_stats {
   uint64_t points_splatted;   /* tile visits */
   uint64_t points_occluded;   /* tile visits skipped because the pixels were finished */
   uint64_t tiles;
-  uint64_t sheets;   /* of the view volume */
-  double sheet_step; /* T */
+  uint64_t sheets;      /* of the view volume */
+  double sheet_step;    /* T */
+  int32_t coarse_level; /* 0: the slice itself was drawn; n: one of 2^n times its lattice distance */
+  uint32_t reserved;    /* 0 */
 } bccsplat_render_stats;
 
 BCCSPLAT_API bccsplat_status bccsplat_renderer_create(bccsplat_device* device, bccsplat_renderer** renderer);

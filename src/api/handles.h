@@ -15,6 +15,7 @@
 #include "formats/bcc4.h"
 #include "points/time_axis.h"
 #include "render/image.h"
+#include "render/minify.h"
 #include "slice/coefficients.h"
 #include "slice/corrections.h"
 #include "slice/extraction.h"
@@ -114,6 +115,7 @@ struct bccsplat_slice : bccsplat::api::Counted {
   std::unique_ptr<const bccsplat::Extraction> extraction;
   const bccsplat::Corrections* corrections = nullptr; // the volume's; of instants only
   bccsplat::Reservation memory;
+  bccsplat::CoarseLevels levels; // for small pictures: made when first drawn, kept with the slice
 
  private:
   mutable std::mutex mutex_;

@@ -243,7 +243,7 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
       fail(Code::invalid_argument, "render options: quality ", in.quality);
     if (in.shading < 0 || in.shading > 2)
       fail(Code::invalid_argument, "render options: shading ", in.shading);
-    if (in.disable_skips & ~15u)
+    if (in.disable_skips & ~31u)
       fail(Code::invalid_argument, "render options: unknown bits in disable_skips");
     if (in.sheet_step != 0 && !(in.sheet_step >= 1e-3 && in.sheet_step <= 16))
       fail(Code::invalid_argument, "render options: sheet_step ", in.sheet_step, " is not in .001 .. 16 T");
@@ -295,11 +295,14 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
                height = static_cast<uint32_t>(frame->image.height);
     Scene scene;
     scene.slice = &slice.slice;
-    if (!renderer->options.reference) scene.points = &slice.points(context);
+    scene.levels = &slice.levels;
     scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
     scene.function = renderer->function.value_or(default_function(slice));
     scene.lights = renderer->lights;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
+    if (!renderer->options.reference &&
+        drawn_level(scene, renderer->options, frame->image.width, frame->image.height) == 0)
+      scene.points = &slice.points(context);
     const RenderStats stats = render(scene, renderer->options, context, frame->image);
     frame->attributes = describe_picture(slice, stats);
     renderer->stats = stats;
@@ -327,6 +330,7 @@ bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, b
     out.points_total = s.points_total, out.points_after_cull = s.points_after_cull;
     out.points_splatted = s.points_splatted, out.points_occluded = s.points_occluded;
     out.tiles = s.tiles, out.sheets = s.sheets, out.sheet_step = s.sheet_step;
+    out.coarse_level = s.level;
     write_struct(stats, out, "stats");
   });
 }

@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "render/camera.h"
 #include "render/image.h"
+#include "render/minify.h"
 #include "render/trail.h"
 #include "render/transfer_function.h"
 #include "slice/slice.h"
@@ -15,6 +16,9 @@
 namespace bccsplat {
 
 enum class Quality : uint8_t { draft = 1, normal = 2, fine = 3, best = 4 };
+
+// One more bit of disable_skips: detail finer than half a pixel, by a coarser level of the slice.
+inline constexpr uint32_t skip_fine_detail = 16;
 
 struct RenderOptions {
   RenderMode mode = RenderMode::composite;
@@ -25,14 +29,15 @@ struct RenderOptions {
   std::optional<bool> short_kernel;       // none: by quality and sheet_step
   double iso_value = 0;
   double opacity_stop = 0.995; // 1: never
-  uint32_t disable_skips = 0;  // SkipBits
+  uint32_t disable_skips = 0;  // SkipBits, skip_fine_detail
   int tile_size = 0;           // pixels; 0: chosen
   bool reference = false;      // render/reference.h instead of the splatter
 };
 
 struct Scene {
   const Slice* slice = nullptr;
-  const SplatPoints* points = nullptr; // of the slice; null: made for this picture
+  const SplatPoints* points = nullptr;  // of the slice; null: made for this picture
+  const CoarseLevels* levels = nullptr; // of the slice; null: it is drawn itself at any size
   Camera camera;
   TransferFunction function;
   Lights lights;
@@ -50,6 +55,7 @@ struct RenderStats {
   uint64_t points_invisible = 0, bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
   uint64_t tiles = 0, sheets = 0, contributions = 0;
   double sheet_step = 0; // T
+  int level = 0;         // of the slice that was drawn; 0: the scene's own
 };
 
 // What a quality stands for; see tests/bench/notes/render.md for the measurements behind it.
@@ -58,12 +64,16 @@ struct QualitySettings {
   int table_entries;
   double analytic_below; // pixels per T: below, the kernel's own gradient; from there on fourth-order
                          // differences
-  double short_kernel;   // T; steps from here on hide what short_polynomial() changes
+  bool coarse_levels;  // pictures of pixels of 2 T and more are drawn from coarser levels, but X-rays always
+  double short_kernel; // T; steps from here on hide what short_polynomial() changes
 };
 [[nodiscard]] QualitySettings quality_settings(Quality quality);
 
 // Pixels per lattice unit at the centre of the domain, along the wider spaced of the picture's axes.
 [[nodiscard]] double pixels_per_unit(const SheetView& view);
+
+// The level of the slice that render() draws; above 0 it does not need the scene's points.
+[[nodiscard]] int drawn_level(const Scene& scene, const RenderOptions& options, int width, int height);
 
 // Draws into every plane the image has. Throws invalid_argument, unsupported (a mode that cannot be shaded),
 // cancelled, memory_budget.

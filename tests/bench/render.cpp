@@ -13,7 +13,8 @@ struct Part {
   void (*run)(const Report&);
 };
 constexpr std::array parts{Part{"--front", render_front}, Part{"--own", render_own},
-                           Part{"--ratios", render_ratios}, Part{"--interactive", render_interactive}};
+                           Part{"--ratios", render_ratios}, Part{"--interactive", render_interactive},
+                           Part{"--minify", render_minify}};
 
 } // namespace
 

@@ -53,14 +53,6 @@ LATTICE_DEFAULT = 0
 LATTICE_D4STAR = 1
 LATTICE_BCC = 2
 LATTICE_CC = 3
-SLAB_DEFAULT = 0
-SLAB_MEAN = 1
-SLAB_SUM = 2
-SLAB_MAXIMUM = 3
-METHOD_DEFAULT = 0
-METHOD_MERGED = 1
-METHOD_RESAMPLED = 2
-METHOD_EXTRACTED = 3
 FILTER_DEFAULT = 0
 FILTER_KAISER8 = 1
 FILTER_KAISER6 = 2
@@ -77,6 +69,14 @@ MEASURE_SOME = 1
 MEASURE_ALL = 2
 CHANNEL_SET_AIR = 1
 CHANNEL_SET_RANGE = 2
+SLAB_DEFAULT = 0
+SLAB_MEAN = 1
+SLAB_SUM = 2
+SLAB_MAXIMUM = 3
+METHOD_DEFAULT = 0
+METHOD_MERGED = 1
+METHOD_RESAMPLED = 2
+METHOD_EXTRACTED = 3
 PROJECTION_DEFAULT = 0
 PROJECTION_ORTHOGRAPHIC = 1
 PROJECTION_PERSPECTIVE = 2
@@ -97,6 +97,7 @@ SKIP_TRANSFER_FUNCTION = 1
 SKIP_FRUSTUM = 2
 SKIP_OCCLUSION = 4
 SKIP_EMPTY_SHEETS = 8
+SKIP_FINE_DETAIL = 16
 RENDER_SET_ISO = 1
 TRAIL_CONTENT_DEFAULT = 0
 TRAIL_CLASSIFIED = 1
@@ -521,10 +522,13 @@ class RenderStats(Struct):
     tiles: int
     sheets: int
     sheet_step: float
+    coarse_level: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("threads", c_uint32), ("ms_transform", c_double),
         ("ms_splat", c_double), ("ms_shade", c_double), ("ms_total", c_double), ("cpu_ms", c_double),
         ("points_total", c_uint64), ("points_after_cull", c_uint64), ("points_splatted", c_uint64),
-        ("points_occluded", c_uint64), ("tiles", c_uint64), ("sheets", c_uint64), ("sheet_step", c_double)]
+        ("points_occluded", c_uint64), ("tiles", c_uint64), ("sheets", c_uint64), ("sheet_step", c_double),
+        ("coarse_level", c_int32), ("reserved", c_uint32)]
 
 
 class Plane(Struct):

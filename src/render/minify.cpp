@@ -1,0 +1,35 @@
+#include "render/minify.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "slice/coarsen.h"
+#include "splat/view.h"
+
+namespace bccsplat {
+
+const CoarseLevels::Level& CoarseLevels::level(const Slice& base, int n, const Context& context) const {
+  const std::scoped_lock lock(mutex_);
+  while (levels_.size() < static_cast<size_t>(n)) {
+    auto level = std::make_unique<Level>();
+    level->slice = coarsen(levels_.empty() ? base : levels_.back()->slice, context);
+    level->memory = Reservation(context.memory, level->slice.bytes(), "a coarser slice");
+    level->points = make_points(level->slice, context);
+    levels_.push_back(std::move(level));
+  }
+  return *levels_[static_cast<size_t>(n) - 1];
+}
+
+int minification_level(const Slice& slice, const Camera& camera, int width, int height) {
+  const SheetView view = make_view(slice, resolve_camera(camera), width, height, 1);
+  // Of a pixel at the centre of the domain, along the shorter spaced of the picture's axes; negative with the
+  // centre behind the eye.
+  const double pixel = view.scale(0) * std::min(length(view.ex), length(view.ey));
+  constexpr int32_t fewest = 4;
+  const int32_t planes = *std::min_element(slice.lattice.last.begin(), slice.lattice.last.end());
+  int level = 0;
+  while (pixel >= std::ldexp(1 - 1e-9, level + 1) && planes >> (level + 1) >= fewest) ++level;
+  return level;
+}
+
+} // namespace bccsplat
