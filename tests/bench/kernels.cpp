@@ -267,6 +267,7 @@ void run_predicted(const Report& report) {
     report.table("Predicted SNR (dB), " + lattice, predicted(dimensions));
     report.table("Predicted SNR of the gradient (dB), " + lattice, gradients(dimensions));
   }
+  plot_kernels(report);
 }
 
 void run_measured(const Report& report) {

@@ -23,4 +23,7 @@ void run_kernel_interpolation(const Report& report);
 // The paper's own pipeline, approximate and accurate slices, on D4* and CC.
 void run_paper_kernel(const Report& report);
 
+// Plots `error-frequency-3d`, `-4d`, `error-taps-3d`, `-4d`; nothing without a folder for them.
+void plot_kernels(const Report& report);
+
 } // namespace bccsplat::bench
