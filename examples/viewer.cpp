@@ -103,7 +103,7 @@ int run(const char* path, const char* screenshot) {
                                                SDL_TEXTUREACCESS_STATIC, shown->width, shown->height)));
         SDL_UpdateTexture(texture.get(), nullptr, shown->pixels.data(), shown->width * 4);
       }
-      SDL_SetWindowTitle(window.get(), shown->fine ? "bccsplat viewer (at rest)" : "bccsplat viewer");
+      if (shown->fine && shown->wish == wish) SDL_SetWindowTitle(window.get(), "bccsplat viewer (at rest)");
     }
     ImGui_ImplSDL2_NewFrame();
     ImGui::NewFrame();
@@ -112,7 +112,7 @@ int run(const char* path, const char* screenshot) {
     int width = 0, height = 0;
     SDL_GetRendererOutputSize(renderer.get(), &width, &height);
     wish.width = std::max(width - static_cast<int>(panel_width), 16), wish.height = std::max(height, 16);
-    worker.wish(wish);
+    if (worker.wish(wish)) SDL_SetWindowTitle(window.get(), "bccsplat viewer");
 
     SDL_SetRenderDrawColor(renderer.get(), 0, 0, 0, 255);
     SDL_RenderClear(renderer.get());

@@ -47,15 +47,16 @@ Worker::~Worker() {
   thread_.join();
 }
 
-void Worker::wish(const Wish& wish) {
+bool Worker::wish(const Wish& wish) {
   {
     const std::scoped_lock lock(mutex_);
-    if (wish == wish_) return;
+    if (wish == wish_) return false;
     wish_ = wish;
     ++newest_;
   }
   (void)bccsplat_renderer_cancel(renderer_.get());
   changed_.notify_all();
+  return true;
 }
 
 std::unique_ptr<Picture> Worker::take() {
@@ -131,6 +132,7 @@ void Worker::draw(const Wish& wish, bool fine) {
   classify(wish);
   drawn_ = wish;
   auto picture = std::make_unique<Picture>();
+  picture->wish = wish;
   picture->width = wish.width, picture->height = wish.height, picture->fine = fine;
   picture->slice = sized<bccsplat_slice_info>();
   check(bccsplat_slice_get_info(slice_.get(), &picture->slice));

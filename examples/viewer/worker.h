@@ -46,6 +46,7 @@ struct Wish {
 };
 
 struct Picture {
+  Wish wish;                    // that it fulfils
   std::vector<uint32_t> pixels; // RGBA bytes, sRGB over black
   int width = 0, height = 0;
   bool fine = false;
@@ -65,7 +66,8 @@ class Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  void wish(const Wish& wish); // from the window's thread; cancels what is under way
+  // From the window's thread; cancels what is under way for an older wish. False: it is the one before.
+  bool wish(const Wish& wish);
   // The newest picture, if there is one that was not taken yet.
   [[nodiscard]] std::unique_ptr<Picture> take();
   [[nodiscard]] const Counts& counts() const { return counts_; }

@@ -69,6 +69,10 @@ MEASURE_SOME = 1
 MEASURE_ALL = 2
 CHANNEL_SET_AIR = 1
 CHANNEL_SET_RANGE = 2
+PARTIAL_DEFAULT = 0
+PARTIAL_KEEP = 1
+PARTIAL_RESUME = 2
+PARTIAL_APPEND = 3
 SLAB_DEFAULT = 0
 SLAB_MEAN = 1
 SLAB_SUM = 2
@@ -206,14 +210,14 @@ class WriterOptions(Struct):
     abs_error: float
     psnr: float
     measure: int
-    reserved: int
+    partial: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
         ("affine", c_double * 16), ("spatial_unit", c_char_p), ("time_unit", c_char_p), ("scale", c_double),
         ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
-        ("reserved", c_uint32)]
+        ("partial", c_int32)]
 
 
 class Box(Struct):
@@ -238,7 +242,7 @@ class LayerGeometry(Struct):
 
 
 class WriterReport(Struct):
-    reserved: int
+    slabs_reused: int
     frames: int
     cc_samples: int
     cc_relevant: int
@@ -257,7 +261,7 @@ class WriterReport(Struct):
     bytes_corrections: int
     coding_max: float
     coding_rmse: float
-    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("frames", c_uint64),
+    _fields_ = [("struct_size", c_uint32), ("slabs_reused", c_uint32), ("frames", c_uint64),
         ("cc_samples", c_uint64), ("cc_relevant", c_uint64), ("sites_total", c_uint64),
         ("sites_kept", c_uint64), ("holes", c_uint64), ("clamped", c_uint64), ("nonfinite", c_uint64),
         ("bytes_source", c_uint64), ("bytes_file", c_uint64), ("bytes_runs", c_uint64),
@@ -292,10 +296,10 @@ class ErrorReport(Struct):
 
 
 class VolumeOptions(Struct):
-    reserved: int
+    salvage: int
     kernel: bytes | None
     cache_bytes: int
-    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("kernel", c_char_p),
+    _fields_ = [("struct_size", c_uint32), ("salvage", c_int32), ("kernel", c_char_p),
         ("cache_bytes", c_uint64)]
 
 
@@ -353,11 +357,13 @@ class ChannelInfo(Struct):
     histogram: Array[c_uint64]
     source_type: int
     reserved: int
+    error_bound: float
     _fields_ = [("struct_size", c_uint32), ("value_type", c_int32), ("name", c_char_p), ("unit", c_char_p),
         ("air", c_double), ("air_threshold", c_double), ("value_scale", c_double), ("value_offset", c_double),
         ("range", c_double * 2), ("kept_range", c_double * 2), ("percentile_2", c_double),
         ("percentile_998", c_double), ("sites_kept", c_uint64), ("cc_relevant", c_uint64),
-        ("holes", c_uint64), ("histogram", c_uint64 * 256), ("source_type", c_int32), ("reserved", c_int32)]
+        ("holes", c_uint64), ("histogram", c_uint64 * 256), ("source_type", c_int32), ("reserved", c_int32),
+        ("error_bound", c_double)]
 
 
 class VerifyReport(Struct):
