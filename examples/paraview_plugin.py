@@ -82,7 +82,8 @@ class Bcc4Reader(VTKPythonAlgorithmBase):
         return 1
 
     def RequestData(self, _request, _inputs, outputs):
-        out, volume, (dims, origin, spacing, direction) = outputs.GetInformationObject(0), self._open(), self._geometry()
+        out, volume = outputs.GetInformationObject(0), self._open()
+        dims, origin, spacing, direction = self._geometry()
         info = volume.info()
         asked = out.Get(_PIPELINE.UPDATE_TIME_STEP()) if out.Has(_PIPELINE.UPDATE_TIME_STEP()) else info.time_first
         time = min(max(asked, info.time_first), info.time_last)
