@@ -83,10 +83,4 @@ std::optional<HeldSamples> HeldSamples::read(const SampleSource& source, int cha
   return held;
 }
 
-Occupancy HeldSamples::occupancy() const {
-  Occupancy o(lattice());
-  for (size_t m = 0; m < layers_.size(); ++m) o.add(static_cast<int32_t>(m), layers_[m]);
-  return o;
-}
-
 } // namespace bccsplat

@@ -42,7 +42,6 @@ class HeldSamples final : public SampleSource {
   BrickLayer read_layer(int, int32_t layer, const BrickBox&, const Context&) const override {
     return layers_[static_cast<size_t>(layer)];
   }
-  [[nodiscard]] Occupancy occupancy() const;
 
  private:
   explicit HeldSamples(const SampleSource& source) : source_(&source) {}

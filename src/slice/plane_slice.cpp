@@ -23,6 +23,16 @@ double margin_of(const Slice& slice, double unit) {
                  (prefilter_reach(slice.kernel.prefilter3).space + 2) / std::numbers::sqrt2);
 }
 
+// How far, in index units and frames, the volume's kernel looks.
+Vec4 kernel_reach(const Coefficients& coefficients) {
+  const Lattice4& lattice = coefficients.source().lattice();
+  const Kernel& kernel = coefficients.kernel();
+  Vec4 reach;
+  for (size_t a = 0; a < 3; ++a) reach[a] = kernel.space.radius * lattice.lattice_unit()[a];
+  reach[3] = kernel.time.half_width / kernel_time_per_frame(lattice);
+  return reach;
+}
+
 // Kernel and prefilter of the volume, and a site for rounding.
 TouchReach touch_reach(const Coefficients& coefficients, double margin, double slab) {
   const Lattice4& lattice = coefficients.source().lattice();
@@ -30,11 +40,9 @@ TouchReach touch_reach(const Coefficients& coefficients, double margin, double s
   Reach filter = prefilter_reach(kernel.prefilter4);
   if (!lattice.space.bcc) filter.time = prefilter_reach(make_cc_kernel(kernel.name).time).time;
   TouchReach reach;
-  for (size_t a = 0; a < 3; ++a)
-    reach.samples[a] =
-        kernel.space.radius * lattice.lattice_unit()[a] + (filter.space + 1) * lattice.space_step[a];
-  reach.samples[3] =
-      kernel.time.half_width / kernel_time_per_frame(lattice) + (filter.time + 1) * lattice.time_step;
+  reach.samples = kernel_reach(coefficients);
+  for (size_t a = 0; a < 3; ++a) reach.samples[a] += (filter.space + 1) * lattice.space_step[a];
+  reach.samples[3] += (filter.time + 1) * lattice.time_step;
   reach.mirrored.fill(margin);
   reach.slab = slab / 2;
   return reach;
@@ -158,12 +166,13 @@ class SlabField {
   Quadrature nodes_;
 };
 
-// Which sites of the target lattice are evaluated: those near the domain and near points that are stored.
+// Which sites of the target lattice are evaluated: those near the domain and near coefficients that are not
+// 0.
 struct Wanted {
   const Lattice4& lattice;    // the volume's
   const Occupancy* occupancy; // null: unknown
   double margin;              // beyond the ends of the domain
-  Vec4 reach;                 // of values on samples
+  Vec4 reach;                 // of values on coefficients
 
   [[nodiscard]] bool near_domain(const Vec4& p) const {
     for (size_t i = 0; i < 4; ++i)
@@ -319,11 +328,20 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
                            coefficients.cache_bytes(), region);
   const SlabField field(local, h, options.slab);
   slice.air = field.air();
-  // The sum over a line that the domain cuts short lacks some air.
-  std::optional<Occupancy> occupancy;
-  if (held && (options.slab.kind != SlabKind::sum || coefficients.air() == 0)) occupancy = held->occupancy();
-  Wanted wanted{lattice, occupancy ? &*occupancy : nullptr, margin, reach.samples};
+  Wanted wanted{lattice, nullptr, margin, kernel_reach(coefficients)};
   for (size_t i = 0; i < 4; ++i) wanted.reach[i] += reach.slab * std::fabs(h[i]);
+  // The sum over a line that the domain cuts short lacks some air, which is not nothing.
+  std::optional<Occupancy> occupancy;
+  if (held && (options.slab.kind != SlabKind::sum || coefficients.air() == 0)) {
+    occupancy.emplace(lattice);
+    const double beyond = margin + wanted.reach[3];
+    for (int32_t m = 0; m < lattice.layers(); ++m) {
+      const double at = lattice.layer_frame(m);
+      if (at >= extent.box_low[3] - beyond && at <= extent.box_high[3] + beyond)
+        occupancy->add(m, *local.layer(m, context));
+    }
+    wanted.occupancy = &*occupancy;
+  }
   std::vector<std::vector<BrickLayer>> channels(1);
   for (int c = 0; c < target.space.cosets(); ++c)
     channels[0].push_back(sample_coset(field, slice, target, c, placed, wanted, context));

@@ -184,22 +184,23 @@ void report_cost(const Report& report) {
         const auto touched = static_cast<double>(source.points);
         Series& line = series[plane - 1];
         line.title = concat(field.name, ", ", p.name);
-        line.points.push_back({std::max(touched, 1.0), 1000 * seconds});
+        line.points.push_back({static_cast<double>(std::max<int64_t>(source.bricks, 1)), 1000 * seconds});
         rows.push_back(
             {word("field", field.name), word("slice", p.name), word("volume", concat(n, "^4")),
              figure("points of the volume", static_cast<double>(all), 0),
              figure("in bricks touched", touched, 0),
              figure("touched %", 100 * touched / static_cast<double>(std::max<int64_t>(all, 1)), 1),
              figure("bricks", static_cast<double>(source.bricks), 0), figure("ms", 1000 * seconds, 1),
-             figure("ns per touched", 1e9 * seconds / std::max(touched, 1.0), 0),
+             figure("us per brick", 1e6 * seconds / static_cast<double>(std::max<int64_t>(source.bricks, 1)),
+                    1),
              figure("slice's points", static_cast<double>(slice.points()), 0)});
       }
     }
     for (Series& line : series) lines.push_back(std::move(line));
   }
   report.table("Cost against points touched; kernel default", rows);
-  report.plot("cost", {"Axis and oblique slices: time against the points of the bricks they touch",
-                       "points in touched bricks", "CPU ms", true, true, std::move(lines)});
+  report.plot("cost", {"Axis and oblique slices: time against the bricks (16^3 sites) that they touch",
+                       "bricks that hold points and are touched", "CPU ms", true, true, std::move(lines)});
 }
 
 // What slices read of a file.
