@@ -34,13 +34,24 @@ struct Bcc4Bytes {
 struct Bcc4Report {
   Bcc4Bytes bytes;
   uint64_t chunks = 0;
+  uint64_t slabs_reused = 0;                       // taken from an earlier writer or file, not coded again
   uint64_t sites_total = 0;                        // all channels
   uint64_t sites_kept = 0, holes = 0, clamped = 0; // all channels
 };
 
+class Bcc4Journal; // bcc4_journal.h
+class Bcc4Reader;
+
 struct Bcc4WriterOptions {
   int level = 6;            // of deflate, 1 (fast) .. 9 (small); 0: raw chunks, usable from a mapping
   uint64_t data_offset = 0; // where the first chunk may go at the earliest; what lies before stays unused
+  // What has been written, for a writer that comes after a crash; slabs an earlier one left there are not
+  // coded again. The sink must be the earlier one's file (Partial::taken_over).
+  std::shared_ptr<Bcc4Journal> journal{};
+  uint32_t fingerprint = 0; // of what decides the samples beyond the VolumeInfo
+  // A finished file whose first slabs are those to be written: their chunks are copied.
+  std::shared_ptr<const Bcc4Reader> earlier{};
+  int32_t earlier_slabs = 0;
 };
 
 class Bcc4Writer {
@@ -69,13 +80,16 @@ class Bcc4Writer {
   std::unique_ptr<State> state_;
 };
 
-// Refused before anything is allocated: Code::limit_exceeded.
+// What exceeds them is refused before anything is allocated: Code::limit_exceeded.
 struct Bcc4Limits {
   uint64_t metadata_bytes = 64 << 20; // decoded
   uint64_t directory_bytes = 256 << 20;
   uint64_t bricks_per_layer = 16 << 20; // a layer holds 16 bytes for each
   uint32_t channels = 1024;
   uint32_t cached_pages = 64; // decoded index pages kept, each up to 3 MiB
+  // Chunks that do not check out read as holes, and so do all that a damaged index page may have listed,
+  // instead of failing.
+  bool salvage = false;
 };
 
 // Index entry of a chunk.
@@ -111,6 +125,7 @@ struct Bcc4VerifyResult {
   uint64_t chunks_damaged = 0;
   uint64_t bytes_checked = 0;
   std::vector<Bcc4Damage> damage;
+  std::string survivors; // what is whole, in words; empty without damage
 };
 
 // An open file. Immutable but for its page cache; all calls may run concurrently.
@@ -137,6 +152,8 @@ class Bcc4Reader {
   // Smallest and largest sample of a chunk, relative to air, kept sites only.
   [[nodiscard]] Range sample_range(int channel, const Bcc4Chunk& chunk) const;
 
+  // The bytes of a chunk as they stand in the file, padding included; their checksum is right.
+  [[nodiscard]] std::vector<std::byte> stored_bytes(const Bcc4Chunk& chunk) const;
   // Decodes chunks of one channel in parallel; neighbours in the file are read together.
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const;

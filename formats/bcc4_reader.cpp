@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "formats/bcc4.h"
+#include "formats/bcc4_deflate.h"
 #include "formats/bcc4_metadata.h"
 #include "formats/bcc4_reader_state.h"
 
@@ -13,12 +14,23 @@ namespace {
 
 constexpr uint64_t group_bytes = 256 << 10; // read and decoded by one task
 constexpr uint64_t group_gap = 4 << 10;     // unwanted bytes read rather than asked around
+constexpr size_t most_lost = 1 << 20;       // chunks of one damaged page
 
 } // namespace
 
 void Bcc4Reader::State::read(uint64_t offset, std::span<std::byte> out) const {
   source->read_at(offset, out);
   bytes_read.fetch_add(out.size(), std::memory_order_relaxed);
+}
+
+bool Bcc4Reader::State::read_or_lose(uint64_t offset, std::span<std::byte> out) const {
+  try {
+    read(offset, out);
+    return true;
+  } catch (const Error&) {
+    if (!limits.salvage) throw;
+    return false;
+  }
 }
 
 std::vector<std::byte> Bcc4Reader::State::read_block(const BlockRef& ref, std::string_view what) const {
@@ -34,7 +46,7 @@ void Bcc4Reader::State::open() {
   Preamble preamble = read_preamble(head, name);
   root = *preamble.root;
   root_damaged = preamble.root_damaged;
-  if (root.file_bytes > source->size())
+  if (root.file_bytes > source->size() && !limits.salvage)
     fail(Code::truncated, name, ": ", source->size(), " bytes of ", root.file_bytes, "; it was cut short");
   if (root.metadata.decoded > limits.metadata_bytes)
     fail(Code::limit_exceeded, name, ": metadata of ", root.metadata.decoded, " bytes, the limit is ",
@@ -59,7 +71,13 @@ std::shared_ptr<const Page> Bcc4Reader::State::load_page(size_t index) const {
 
 std::shared_ptr<const Page> Bcc4Reader::State::page(size_t index) const {
   if (auto found = cached.find(index)) return found;
-  auto loaded = load_page(index);
+  std::shared_ptr<const Page> loaded;
+  try {
+    loaded = load_page(index);
+  } catch (const Error&) {
+    if (!limits.salvage) throw;
+    loaded = std::make_shared<const Page>(lost_page(pages[index]));
+  }
   cached.insert(index, loaded, 1, 0);
   return loaded;
 }
@@ -69,6 +87,49 @@ ChunkData Bcc4Reader::State::decode(int channel, const Bcc4Chunk& chunk,
   const ChunkCodes& codes = coders[static_cast<size_t>(channel)].codes();
   const ChunkShape shape = chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot));
   return pack_sites(decode_chunk(shape, codes, chunk, stored), codes);
+}
+
+Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
+  const auto count = static_cast<uint32_t>(slot_count(info.lattice));
+  Page page;
+  for (int32_t slab = ref.first_slab; slab <= ref.last_slab; ++slab)
+    for (uint32_t slot = slab == ref.first_slab ? ref.first_slot : 0;
+         slot < count && (slab < ref.last_slab || slot <= ref.last_slot); ++slot) {
+      if (page.size() == most_lost)
+        fail(Code::limit_exceeded, "index page at offset ", ref.block.offset, ": more than ", most_lost,
+             " chunks may be lost");
+      Bcc4Chunk c;
+      c.slab = slab, c.slot = slot;
+      page.push_back(c);
+    }
+  return page;
+}
+
+ChunkData Bcc4Reader::State::lost_chunk(int channel, const Bcc4Chunk& chunk) const {
+  const ChunkCodes& codes = coders[static_cast<size_t>(channel)].codes();
+  ChunkSites sites;
+  sites.shape = chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot));
+  sites.kept.assign(static_cast<size_t>(sites.shape.layers), BrickMask{});
+  for (size_t m = 0; m < sites.kept.size(); ++m) {
+    const Int3& n = sites.shape.box[m];
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y)
+        sites.kept[m][static_cast<size_t>(z * brick_edge + y)] = static_cast<uint16_t>((1u << n[0]) - 1);
+  }
+  sites.hole = sites.kept;
+  sites.codes.assign(sites.shape.sites(), codes.air);
+  return pack_sites(std::move(sites), codes);
+}
+
+ChunkData Bcc4Reader::State::decode_or_lose(int channel, const Bcc4Chunk& chunk,
+                                            std::span<const std::byte> stored) const {
+  if (!limits.salvage) return decode(channel, chunk, stored);
+  try {
+    if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(channel, chunk, stored);
+  } catch (const Error&) {
+    // Lost.
+  }
+  return lost_chunk(channel, chunk);
 }
 
 std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks) {
@@ -129,6 +190,14 @@ Range Bcc4Reader::sample_range(int channel, const Bcc4Chunk& chunk) const {
   return {coder.decode(chunk.min_code), coder.decode(chunk.max_code)};
 }
 
+std::vector<std::byte> Bcc4Reader::stored_bytes(const Bcc4Chunk& chunk) const {
+  std::vector<std::byte> stored(chunk.stored());
+  state_->read(chunk.offset, stored);
+  if (crc32_of(stored) != chunk.crc)
+    fail(Code::checksum_mismatch, "chunk at offset ", chunk.offset, ": bad checksum");
+  return stored;
+}
+
 std::vector<std::shared_ptr<const ChunkData>>
 Bcc4Reader::read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const {
   std::vector<std::shared_ptr<const ChunkData>> out(chunks.size());
@@ -136,10 +205,11 @@ Bcc4Reader::read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Co
   context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
     context.progress.check();
     std::vector<std::byte> stored(groups[g].bytes);
-    state_->read(groups[g].offset, stored);
+    const bool read = state_->read_or_lose(groups[g].offset, stored);
     for (const size_t i : groups[g].members) {
-      const auto part = std::span(stored).subspan(chunks[i].offset - groups[g].offset, chunks[i].stored());
-      out[i] = std::make_shared<const ChunkData>(state_->decode(channel, chunks[i], part));
+      auto part = std::span<const std::byte>(stored);
+      part = read ? part.subspan(chunks[i].offset - groups[g].offset, chunks[i].stored()) : part.first(0);
+      out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(channel, chunks[i], part));
     }
   });
   return out;

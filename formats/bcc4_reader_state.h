@@ -36,9 +36,17 @@ struct Bcc4Reader::State {
   void open();
   // Counted.
   void read(uint64_t offset, std::span<std::byte> out) const;
+  // False for bytes that cannot be read, when salvaging.
+  [[nodiscard]] bool read_or_lose(uint64_t offset, std::span<std::byte> out) const;
   [[nodiscard]] std::vector<std::byte> read_block(const BlockRef& ref, std::string_view what) const;
   [[nodiscard]] std::shared_ptr<const Page> load_page(size_t index) const; // not cached
   [[nodiscard]] std::shared_ptr<const Page> page(size_t index) const;
+  // The chunks a damaged page may have listed, kept 0: lost.
+  [[nodiscard]] Page lost_page(const PageRef& ref) const;
+  // A chunk whose sites are all holes.
+  [[nodiscard]] ChunkData lost_chunk(int channel, const Bcc4Chunk& chunk) const;
+  [[nodiscard]] ChunkData decode_or_lose(int channel, const Bcc4Chunk& chunk,
+                                         std::span<const std::byte> bytes) const;
   [[nodiscard]] ChunkData decode(int channel, const Bcc4Chunk& chunk, std::span<const std::byte> bytes) const;
 };
 

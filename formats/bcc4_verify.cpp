@@ -2,6 +2,7 @@
 #include <mutex>
 #include <utility>
 
+#include "formats/bcc4_explain.h"
 #include "formats/bcc4_reader_state.h"
 
 namespace bccsplat {
@@ -130,6 +131,8 @@ Bcc4VerifyResult Bcc4Reader::verify_all(const Context& context) const {
                     s.root.metadata.offset);
     }
   }
+  for (Bcc4Damage& d : result.damage) d.message += describe_loss(info, d);
+  if (!result.damage.empty()) result.survivors = describe_survivors(info, result.damage);
   context.progress.report(1);
   return result;
 }

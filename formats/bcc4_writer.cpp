@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <optional>
@@ -6,6 +7,8 @@
 #include "formats/bcc4.h"
 #include "formats/bcc4_chunk.h"
 #include "formats/bcc4_codes.h"
+#include "formats/bcc4_deflate.h"
+#include "formats/bcc4_journal.h"
 #include "formats/bcc4_layout.h"
 #include "formats/bcc4_metadata.h"
 #include "formats/bcc4_page.h"
@@ -59,6 +62,7 @@ struct Bcc4Writer::State {
   uint64_t position = 0; // where the next bytes go, those in `buffer` included
   std::vector<std::byte> buffer;
   uint64_t unused = 0, chunks = 0, runs_bytes = 0, values_bytes = 0;
+  uint64_t slabs_reused = 0;
   bool closed = false; // finished, or failed half way
 
   void append(std::span<const std::byte> bytes) {
@@ -90,6 +94,13 @@ struct Bcc4Writer::State {
       check_fixed(info, Code::invalid_argument);
       fixed = info;
       for (const ChannelInfo& c : info.channels) channels.emplace_back(c);
+      if (options.journal) {
+        VolumeInfo tidied = info;
+        tidy(tidied);
+        const std::array<uint32_t, 3> parts{crc32_of(write_metadata(tidied)), options.fingerprint,
+                                            static_cast<uint32_t>(options.level)};
+        options.journal->start(crc32_of(std::as_bytes(std::span(parts))));
+      }
     } else if (!same_coding(info, fixed)) {
       fail(Code::wrong_state, "writer: lattice or coding of a channel changed after samples were written");
     }
@@ -114,6 +125,11 @@ struct Bcc4Writer::State {
   }
 
   void write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers, const Context& context);
+  WrittenSlab encode_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+                          const Context& context);
+  [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, int channel, int32_t layers);
+  void enter(uint32_t channel, const Bcc4Chunk& entry);
+  void commit_journal(const WrittenSlab& written);
   [[nodiscard]] Bcc4Report finish(const Context& context);
 };
 
@@ -161,9 +177,20 @@ namespace {
 
 } // namespace
 
-void Bcc4Writer::State::write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
-                                   const Context& context) {
-  ChannelState& c = channels[static_cast<size_t>(channel)];
+// A chunk whose bytes are in their place.
+void Bcc4Writer::State::enter(uint32_t channel, const Bcc4Chunk& entry) {
+  ChannelState& c = channels[channel];
+  c.kept += entry.kept, c.holes += entry.holes;
+  c.min_code = std::min(c.min_code, entry.min_code), c.max_code = std::max(c.max_code, entry.max_code);
+  ++chunks, runs_bytes += entry.runs_bytes, values_bytes += entry.values_bytes;
+  c.pending.push_back(entry);
+  if (c.pending.size() == page_entries) append_page(channel);
+}
+
+WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+                                           const Context& context) {
+  const ChannelState& c = channels[static_cast<size_t>(channel)];
+  WrittenSlab written{.slab = slab, .channel = channel, .chunks = {}};
   const Int3 dims = slot_dims(info.lattice);
   std::vector<uint32_t> slots;
   for (uint32_t s = 0; s < slot_count(info.lattice); ++s)
@@ -184,22 +211,69 @@ void Bcc4Writer::State::write_slab(int32_t slab, int channel, std::span<const Br
       if (!sites.codes.empty()) results[i].chunk = encode_chunk(sites, c.coder.codes(), options.level);
     });
     for (size_t i = 0; i < results.size(); ++i) {
-      c.clamped += results[i].clamped;
+      written.clamped += results[i].clamped;
       if (!results[i].chunk) continue;
       Bcc4Chunk& entry = results[i].chunk->entry;
       entry.slab = slab;
       entry.slot = slots[first + i];
       entry.offset = position;
       append(results[i].chunk->bytes);
-      c.kept += entry.kept, c.holes += entry.holes;
-      c.min_code = std::min(c.min_code, entry.min_code), c.max_code = std::max(c.max_code, entry.max_code);
-      ++chunks, runs_bytes += entry.runs_bytes, values_bytes += entry.values_bytes;
-      c.pending.push_back(entry);
-      if (c.pending.size() == page_entries) append_page(static_cast<uint32_t>(channel));
+      enter(static_cast<uint32_t>(channel), entry);
+      written.chunks.push_back(entry);
     }
   }
+  return written;
+}
+
+// From an earlier writer, whose chunks stand where they would go, or from an earlier file.
+std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, int channel, int32_t layers) {
+  if (options.journal) {
+    const WrittenSlab* found = options.journal->find(slab, channel);
+    if (found && found->layers == layers) {
+      flush();
+      for (const Bcc4Chunk& entry : found->chunks) {
+        flush(); // a page may have come between
+        if (entry.offset != position)
+          fail(Code::wrong_state, "writer: the unfinished file has slab ", slab, " at offset ", entry.offset,
+               " instead of ", position, "; start anew without resuming");
+        position += entry.stored();
+        enter(static_cast<uint32_t>(channel), entry);
+      }
+      return *found;
+    }
+  }
+  if (!options.earlier || slab >= options.earlier_slabs || layers != info.slab_layers) return std::nullopt;
+  WrittenSlab written{.slab = slab, .channel = channel, .chunks = options.earlier->chunks(channel, slab)};
+  for (Bcc4Chunk& entry : written.chunks) {
+    const std::vector<std::byte> bytes = options.earlier->stored_bytes(entry);
+    entry.offset = position;
+    append(bytes);
+    enter(static_cast<uint32_t>(channel), entry);
+  }
+  return written;
+}
+
+void Bcc4Writer::State::commit_journal(const WrittenSlab& written) {
+  options.journal->add(written);
+  if (!options.journal->commit_is_due()) return;
+  flush();
+  sink->flush();
+  options.journal->commit();
+}
+
+void Bcc4Writer::State::write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+                                   const Context& context) {
+  const auto count = static_cast<int32_t>(layers.size());
+  std::optional<WrittenSlab> written = reuse_slab(slab, channel, count);
+  const bool reused = written.has_value();
+  if (!written) written = encode_slab(slab, channel, layers, context);
+  written->layers = count;
+  slabs_reused += reused;
+  if (options.journal && !options.journal->find(slab, channel)) commit_journal(*written);
+  ChannelState& c = channels[static_cast<size_t>(channel)];
+  c.clamped += written->clamped;
   c.last_slab = slab;
-  c.last_slab_layers = static_cast<int32_t>(layers.size());
+  c.last_slab_layers = count;
 }
 
 Bcc4Report Bcc4Writer::State::finish(const Context& context) {
@@ -243,8 +317,10 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   sink->write_at(0, write_preamble(roots));
   sink->flush();
   sink->commit();
+  if (options.journal) options.journal->remove();
 
   report.chunks = chunks;
+  report.slabs_reused = slabs_reused;
   report.bytes = {root.file_bytes, runs_bytes, values_bytes, root.index_bytes, unused};
   return report;
 }

@@ -247,6 +247,19 @@ enum { /* bits of bccsplat_channel_options.set_mask */
        BCCSPLAT_CHANNEL_SET_RANGE = 2
 };
 
+enum { /* what becomes of a file that is not finished: `path`.partial and its journal, `path`.journal */
+       BCCSPLAT_PARTIAL_DEFAULT = 0, /* removed at the last release; a crash may leave the first of them */
+       BCCSPLAT_PARTIAL_KEEP = 1,    /* both stay after a failure, a release without finish, or a crash */
+       BCCSPLAT_PARTIAL_RESUME = 2,  /* as KEEP, and what such a pair has is not coded again. The host adds
+                                        everything from the start, with the same options, attributes and
+                                        sources (WRONG_STATE otherwise); the file is the same byte for byte
+                                        as one written undisturbed. Nothing there: writes from the start */
+       BCCSPLAT_PARTIAL_APPEND = 3   /* `path` is a finished file whose series goes on: the host adds all
+                                        frames, the old ones first, and the file is replaced at finish. What
+                                        the new frames do not touch is copied, not coded again; WRONG_STATE
+                                        when lattice or coding of the channels differ */
+};
+
 typedef struct bccsplat_channel_options {
   uint32_t struct_size;
   uint32_t set_mask;
@@ -292,8 +305,8 @@ typedef struct bccsplat_writer_options {
                        corrections. BOUND_NOT_MET where floats cannot hold it; 0: no bound */
   double psnr; /* > 0: in dB over all samples of a channel, peak: the range of its source; checked on every
                   frame, BOUND_NOT_MET at finish when it is missed; 0: no bound */
-  int32_t measure;   /* BCCSPLAT_MEASURE_...: which frames to compare with the source */
-  uint32_t reserved; /* 0 */
+  int32_t measure; /* BCCSPLAT_MEASURE_...: which frames to compare with the source */
+  int32_t partial; /* BCCSPLAT_PARTIAL_...: what becomes of unfinished work; files only */
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */
@@ -320,7 +333,7 @@ typedef struct bccsplat_layer_geometry {
 
 typedef struct bccsplat_writer_report {
   uint32_t struct_size;
-  uint32_t reserved;
+  uint32_t slabs_reused; /* slabs of layers taken over by PARTIAL_RESUME or _APPEND, all channels */
   uint64_t frames;
   uint64_t cc_samples;   /* samples of the Cartesian source, all channels */
   uint64_t cc_relevant;  /* of these, further than air_threshold from air */
@@ -424,7 +437,8 @@ typedef struct bccsplat_volume bccsplat_volume;
 
 typedef struct bccsplat_volume_options {
   uint32_t struct_size;
-  uint32_t reserved;  /* 0 */
+  int32_t salvage; /* non-zero: damaged parts of the file read as holes instead of failing; nothing else of it
+                      is lost. The preamble, the metadata and the list of index pages must be whole */
   const char* kernel; /* reconstruction; NULL: the file's recommendation. fast, default, fine, paper, gauss09
                          or SPACE+TIME such as "radial18+b3" */
   uint64_t cache_bytes; /* for decoded chunks and coefficients; 0: a quarter of the budget, at most 1 GiB */
@@ -540,7 +554,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_vol
                                                               uint64_t n, const double* xyzt, float* values,
                                                               float* gradients);
 /* Reads the whole file and checks every checksum and structural rule. OK even when damage is found: see the
- * report. progress may be NULL. */
+ * report. The device's log gets a line for each damage, which says where it is and which samples and frames
+ * are lost, and one for what is whole. progress may be NULL. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume,
                                                     bccsplat_progress_fn progress, void* progress_user,
                                                     bccsplat_verify_report* report);

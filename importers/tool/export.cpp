@@ -27,7 +27,7 @@ enum class Format { unset, raw, nrrd, vdb };
 struct ExportArguments {
   std::string file, output, kernel, channel;
   SliceChoiceArguments which;
-  bool all = false;
+  bool all = false, salvage = false;
   Format format = Format::unset;
   CommonOptions common;
   bool overwrite = false;
@@ -170,6 +170,20 @@ Format format_of(const ExportArguments& a) {
   fail_usage("--format raw, nrrd or vdb is missing: -o ", a.output, " does not say");
 }
 
+// With what is damaged as missing data, after a word on what that is.
+Volume open_salvaged(const Device& device, const ExportArguments& a) {
+  auto options = sized<bccsplat_volume_options>();
+  options.kernel = a.kernel.empty() ? nullptr : a.kernel.c_str();
+  options.salvage = 1;
+  bccsplat_volume* raw = nullptr;
+  check_kernel(bccsplat_volume_open_file(device.get(), a.file.c_str(), &options, &raw), a.file, a.kernel);
+  Volume volume(raw);
+  auto report = sized<bccsplat_verify_report>();
+  check(bccsplat_volume_verify(raw, Progress::cancel_only, nullptr, &report), a.file);
+  if (report.damages == 0) std::fprintf(stderr, "bcc4: %s: no damage\n", a.file.c_str());
+  return volume;
+}
+
 Exit run_export(ExportArguments& a) {
   require(a.file, "FILE", "bcc4 export smoke.bcc4 --all -o smoke.%04d.vdb");
   require(a.output, "-o", "-o smoke.%04d.vdb");
@@ -180,7 +194,7 @@ Exit run_export(ExportArguments& a) {
 #endif
   if (a.all && (a.which.time || a.which.index)) fail_usage("--all and --time exclude each other");
   const Device device = create_device(a.common.threads, a.common.max_memory);
-  const Volume volume = open_volume(device, a.file, a.kernel);
+  const Volume volume = a.salvage ? open_salvaged(device, a) : open_volume(device, a.file, a.kernel);
   Exporter exporter{.a = a, .volume = volume, .channel = find_channel(volume, a.channel)};
   const uint64_t frames = volume_info(volume).dims[3];
   static constexpr const char* suffixes[] = {"", ".raw", ".nrrd", ".vdb"};
@@ -236,6 +250,7 @@ Run add_export(CLI::App& app) {
   add_choice<Format>(ex, "--format", a->format,
                      {{"raw", Format::raw}, {"nrrd", Format::nrrd}, {"vdb", Format::vdb}},
                      "Format (default: by the name of the output)");
+  ex.add_flag("--salvage", a->salvage, "Of a damaged file: what is lost becomes missing data");
   ex.add_option("--channel", a->channel, "Channel, by name or number (default: the first)")
       ->type_name("NAME");
   ex.add_option("--kernel", a->kernel, "Reconstruction kernel (default: the file's)")->type_name("NAME");

@@ -16,6 +16,7 @@
 #include "tool/interrupt.h"
 #include "tool/progress.h"
 #include "tool/reader_arguments.h"
+#include "tool/resume.h"
 
 namespace bcc4 {
 namespace {
@@ -30,6 +31,7 @@ struct ImportArguments {
   std::optional<double> air, air_threshold, scale, time_scale;
   std::string output;
   bool dry_run = false;
+  ResumeArguments resume;
 };
 
 // Of this program alone. ru_maxrss would do, but on Linux it starts from the memory of the process that
@@ -131,6 +133,7 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Impor
 bccsplat_writer_report write_series(FrameReader& reader, const Device& device, const ImportArguments& a,
                                     const std::vector<ChannelScan>& scans) {
   const SeriesDescription& s = reader.description();
+  UnfinishedImport unfinished(a.output, a.common.quiet);
   const Writer writer = create_writer(device, a.output, s, a.settings, scans, s.dims[3]);
   record_origin(writer, s, a);
   Progress progress("import", source_bytes(s), true, a.common.quiet || a.common.json);
@@ -144,6 +147,7 @@ bccsplat_writer_report write_series(FrameReader& reader, const Device& device, c
     }
   auto report = sized<bccsplat_writer_report>();
   check(bccsplat_writer_finish(writer.get(), &report), a.output);
+  unfinished.finished();
   return report;
 }
 
@@ -199,9 +203,10 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   if (!a.dry_run) {
     require(a.output, "-o", "-o out.bcc4");
     std::error_code ignored;
-    if (!a.settings.overwrite && std::filesystem::exists(a.output, ignored))
+    if (!a.settings.overwrite && !a.resume.append && std::filesystem::exists(a.output, ignored))
       fail_usage(a.output, ": exists already; --overwrite replaces it");
   }
+  a.settings.partial = partial_mode(a.resume);
   a.settings.air = a.air;
   a.settings.air_threshold = a.air_threshold.value_or(0);
   a.settings.scale = a.scale.value_or(0);
@@ -292,6 +297,7 @@ Run add_import(CLI::App& app, std::string command_line) {
   add_max_memory(import, a->common);
   import.add_flag("--dry-run", a->dry_run, "Only print how the input is read and what would come out");
   import.add_flag("--overwrite", a->settings.overwrite, "Replace an existing output");
+  add_resume_options(import, a->resume);
   import.add_flag("--json", a->common.json, "Report as JSON");
   import.add_flag("--quiet", a->common.quiet, "Print nothing but warnings and errors");
   return [a, command_line = std::move(command_line)] { return run_import(*a, command_line); };

@@ -117,6 +117,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
     check_kernel(bccsplat_writer_create_stream(device.get(), &nowhere, &options, &writer), "",
                  settings.kernel);
   } else {
+    options.partial = settings.partial;
     check_kernel(bccsplat_writer_create(device.get(), path.c_str(), &options, &writer), path,
                  settings.kernel);
   }

@@ -22,6 +22,7 @@ struct WriterSettings {
   double time_scale = 0;
   std::string kernel;
   bool overwrite = false;
+  int32_t partial = BCCSPLAT_PARTIAL_DEFAULT; // of files
 };
 
 // The type a channel is stored in.

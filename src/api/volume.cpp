@@ -37,7 +37,6 @@ bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* opt
     *volume = nullptr;
     require(device, "device");
     const auto o = read_struct(options, "bccsplat_volume_options");
-    require_zero(o.reserved, "bccsplat_volume_options.reserved");
     *volume = new bccsplat_volume(device, open_source(), o);
   });
 }
@@ -46,8 +45,8 @@ bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* opt
 
 bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSource> source,
                                  const bccsplat_volume_options& options)
-    : device(owner), reader(Bcc4Reader::open(std::move(source))), times(time_axis(reader->info())),
-      kernel(make_kernel(choose_kernel(reader->info(), options.kernel))),
+    : device(owner), reader(Bcc4Reader::open(std::move(source), {.salvage = options.salvage != 0})),
+      times(time_axis(reader->info())), kernel(make_kernel(choose_kernel(reader->info(), options.kernel))),
       recommended_kernel(make_kernel(reader->info().recommended_kernel).name) {
   const auto sites = static_cast<uint64_t>(info().lattice.sites());
   if (sites > owner->max_sites)
@@ -281,6 +280,7 @@ bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume, bccsplat_p
     if (!result.damage.empty()) {
       out.first_damaged_offset = result.damage.front().offset;
       for (const Bcc4Damage& d : result.damage) volume->device->log(BCCSPLAT_LOG_WARNING, d.message);
+      volume->device->log(BCCSPLAT_LOG_WARNING, result.survivors);
     }
     write_struct(report, out, "report");
   });

@@ -7,8 +7,11 @@
 #include "api/handles.h"
 #include "api/structs.h"
 #include "fit/coefficient_layers.h"
+#include "fit/filter.h"
 #include "fit/fit.h"
 #include "fit/round_trip.h"
+#include "formats/bcc4_deflate.h"
+#include "formats/bcc4_journal.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -104,7 +107,8 @@ struct bccsplat_writer : Counted {
   std::unique_ptr<Fit> fit;
   std::optional<Context> context;
   double abs_error = 0, psnr = 0;
-  int32_t measure = 0;
+  int32_t measure = 0, partial = 0;
+  std::string path; // of the file; empty: a stream
   bool coefficients = false;
   std::unique_ptr<RoundTrip> round_trip; // null: nothing is measured
   std::vector<Range> source_ranges;      // once finished
@@ -122,6 +126,8 @@ struct bccsplat_writer : Counted {
   std::vector<std::unique_ptr<Prefiltered>> prefiltered;
 
   void make_container();
+  [[nodiscard]] uint32_t fingerprint() const;
+  [[nodiscard]] Bcc4WriterOptions appended() const;
   void start_measuring(bool frames_known);
   void take_layers(int32_t slab, int channel, std::span<const BrickLayer> layers);
   void store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
@@ -142,7 +148,9 @@ bccsplat_writer::bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_o
   fit_options.slab_layers = initial.slab_layers;
   const int32_t store = choose(o.store, BCCSPLAT_STORE_SAMPLES, 2, "store");
   coefficients = store == BCCSPLAT_STORE_COEFFICIENTS;
-  require_zero(o.reserved, "bccsplat_writer_options.reserved");
+  if (o.partial < 0 || o.partial > BCCSPLAT_PARTIAL_APPEND)
+    fail(Code::invalid_argument, "partial ", o.partial, " is not one of 0 .. 3");
+  partial = o.partial;
   abs_error = o.abs_error, psnr = o.psnr, measure = o.measure;
   if (!(abs_error >= 0 && std::isfinite(abs_error)) || !(psnr >= 0 && std::isfinite(psnr)))
     fail(Code::invalid_argument, "writer: abs_error and psnr must be finite and not negative");
@@ -336,7 +344,58 @@ void bccsplat_writer::check_bounds(const FitReport& result) const {
 void bccsplat_writer::make_container() {
   if (container) return;
   initial.lattice = fit->lattice();
-  container = std::make_unique<Bcc4Writer>(std::move(sink), initial);
+  Bcc4WriterOptions o;
+  if (partial == BCCSPLAT_PARTIAL_APPEND) {
+    o = appended();
+  } else if (partial != BCCSPLAT_PARTIAL_DEFAULT) {
+    o.journal = std::make_shared<Bcc4Journal>(path + ".journal", partial == BCCSPLAT_PARTIAL_RESUME);
+    o.fingerprint = fingerprint();
+  }
+  container = std::make_unique<Bcc4Writer>(std::move(sink), initial, o);
+}
+
+// Of what decides the samples and stands nowhere in the file.
+uint32_t bccsplat_writer::fingerprint() const {
+  std::string text = concat(static_cast<int>(fit_options.filter), " ",
+                            static_cast<int>(fit_options.nonfinite), " ", abs_error);
+  for (const FitChannel& c : fit_options.channels) {
+    text += concat(" ", c.threshold, " ", c.ringing);
+    if (c.range) text += concat(" ", c.range->low, " ", c.range->high);
+  }
+  return crc32_of(std::as_bytes(std::span(text)));
+}
+
+// The slabs of the old file that new frames behind its last one do not touch.
+Bcc4WriterOptions bccsplat_writer::appended() const {
+  Bcc4WriterOptions o;
+  const auto old = Bcc4Reader::open(open_file_source(path));
+  const VolumeInfo& was = old->info();
+  const Lattice4 &a = was.lattice, &b = initial.lattice;
+  const auto differs = [&](const char* what) {
+    fail(Code::wrong_state, path, ": ", what,
+         " of its series and of the one to be appended differ; import all anew");
+  };
+  if (a.kind != b.kind || !(a.space == b.space) || a.time_step != b.time_step || a.is_static() ||
+      !std::equal(a.dims.begin(), a.dims.begin() + 3, b.dims.begin()) ||
+      was.slab_layers != initial.slab_layers)
+    differs("the lattices");
+  if (fit_options.dims[3] > 0 && a.dims[3] > b.dims[3]) differs("the numbers of frames");
+  if (was.coefficient_kernel != initial.coefficient_kernel) differs("the kernels of coefficients");
+  if (was.channels.size() != initial.channels.size()) differs("the channels");
+  for (size_t c = 0; c < was.channels.size(); ++c) {
+    const ChannelInfo &x = was.channels[c], &y = initial.channels[c];
+    if (x.name != y.name || x.type != y.type || x.scale != y.scale || x.offset != y.offset ||
+        x.air != y.air || x.threshold != y.threshold)
+      differs("the channels");
+  }
+  // Coefficients hang on samples beyond the reach of the filter.
+  if (!coefficients) {
+    const int reach = filter_reach(fit_options.filter, std::max(1.0, a.time_step / a.layer_distance())) + 1;
+    const double last = a.dims[3] - 1.0 - reach; // frame
+    while (a.layer_frame((o.earlier_slabs + 1) * was.slab_layers - 1) <= last) ++o.earlier_slabs;
+  }
+  o.earlier = old;
+  return o;
 }
 
 void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_box* boxes, uint64_t count) {
@@ -498,6 +557,7 @@ bccsplat_writer_report bccsplat_writer::finish() {
   if (round_trip) report.frames_measured = round_trip->frames().size();
   for (const ChannelInfo& c : info.channels)
     for (const BlockRef& ref : c.residuals.frames) report.bytes_corrections += ref.padded();
+  report.slabs_reused = static_cast<uint32_t>(std::min<uint64_t>(written.slabs_reused, UINT32_MAX));
   report.bytes_file = written.bytes.file, report.bytes_runs = written.bytes.runs;
   report.bytes_values = written.bytes.values, report.bytes_index = written.bytes.index;
   finished = true;
@@ -520,7 +580,7 @@ bccsplat_status create(bccsplat_device* device, const bccsplat_writer_options* o
     require(device, "device"), require(options, "options");
     const auto o = read_struct(options, "bccsplat_writer_options");
     auto result = std::make_unique<bccsplat_writer>(device, o);
-    result->sink = make_sink(o);
+    result->sink = make_sink(o, *result);
     *writer = result.release();
   });
 }
@@ -531,17 +591,28 @@ extern "C" {
 
 bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
                                        const bccsplat_writer_options* options, bccsplat_writer** writer) {
-  return create(device, options, writer, [&](const bccsplat_writer_options& o) {
+  return create(device, options, writer, [&](const bccsplat_writer_options& o, bccsplat_writer& result) {
     require(path, "path");
-    return create_file_sink(path, o.overwrite != 0);
+    result.path = path;
+    if (o.partial == BCCSPLAT_PARTIAL_APPEND) {
+      if (!file_exists(path)) fail(Code::file_not_found, path, ": no file to append to");
+      return create_file_sink(path, true);
+    }
+    return create_file_sink(path, o.overwrite != 0,
+                            o.partial == BCCSPLAT_PARTIAL_DEFAULT ? Partial::removed
+                            : o.partial == BCCSPLAT_PARTIAL_KEEP  ? Partial::kept
+                                                                  : Partial::taken_over);
   });
 }
 
 bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device, const bccsplat_write_stream* stream,
                                               const bccsplat_writer_options* options,
                                               bccsplat_writer** writer) {
-  return create(device, options, writer, [&](const bccsplat_writer_options&) {
+  return create(device, options, writer, [&](const bccsplat_writer_options& o, bccsplat_writer&) {
     require(stream, "stream");
+    if (o.partial != BCCSPLAT_PARTIAL_DEFAULT)
+      fail(Code::unsupported,
+           "writer: a stream's unfinished work is the host's own; partial must be DEFAULT");
     const auto s = read_struct(stream, "bccsplat_write_stream");
     require_zero(s.reserved, "bccsplat_write_stream.reserved");
     if (!s.write_at) fail(Code::invalid_argument, "bccsplat_write_stream.write_at is NULL");

@@ -1,6 +1,7 @@
 #include "base/files.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -133,39 +134,58 @@ class StreamSource final : public ByteSource {
   std::string name_ = "stream";
 };
 
+// All bytes at an offset, however many calls it takes. `path` for error texts.
+void write_all(int fd, const std::string& path, uint64_t offset, std::span<const std::byte> bytes) {
+  size_t done = 0;
+  while (done < bytes.size()) {
+    const auto n = ::pwrite(fd, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail_errno(path, "write", errno);
+    done += static_cast<size_t>(n);
+  }
+}
+
 class FileSink final : public ByteSink {
  public:
-  FileSink(std::string path, bool overwrite)
-      : path_(std::move(path)), partial_(path_ + ".partial"), overwrite_(overwrite) {
+  FileSink(std::string path, bool overwrite, Partial mode)
+      : path_(std::move(path)), partial_(path_ + ".partial"), overwrite_(overwrite), mode_(mode) {
     struct stat info {};
     if (!overwrite && ::lstat(path_.c_str(), &info) == 0)
       fail(Code::file_exists, path_, ": exists already; choose another name or allow overwriting");
-    fd_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    const int fresh = mode_ == Partial::removed ? O_TRUNC : 0;
+    fd_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | fresh, 0666);
     if (fd_ < 0) fail_errno(path_, "create", errno);
+    if (mode_ == Partial::removed) return;
+    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      ::close(std::exchange(fd_, -1));
+      fail(Code::wrong_state, partial_, ": another writer is at work on it");
+    }
+    if (mode_ == Partial::kept && ::ftruncate(fd_, 0) != 0) {
+      const int error = errno;
+      ::close(std::exchange(fd_, -1));
+      fail_errno(path_, "create", error);
+    }
   }
   ~FileSink() override {
     if (fd_ >= 0) {
       ::close(fd_);
-      ::unlink(partial_.c_str());
+      if (mode_ == Partial::removed) ::unlink(partial_.c_str());
     }
   }
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
 
   void write_at(uint64_t offset, std::span<const std::byte> bytes) override {
-    size_t done = 0;
-    while (done < bytes.size()) {
-      const auto n =
-          ::pwrite(fd_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) fail_errno(path_, "write", errno);
-      done += static_cast<size_t>(n);
-    }
+    write_all(fd_, path_, offset, bytes);
+    end_ = std::max(end_, offset + bytes.size());
   }
   void flush() override {
     if (::fdatasync(fd_) != 0) fail_errno(path_, "write", errno);
   }
   void commit() override {
+    // An old file that was taken over may have been longer.
+    if (mode_ == Partial::taken_over && ::ftruncate(fd_, static_cast<off_t>(end_)) != 0)
+      fail_errno(path_, "write", errno);
     flush();
     if (overwrite_) {
       if (::rename(partial_.c_str(), path_.c_str()) != 0) fail_errno(path_, "rename to", errno);
@@ -182,7 +202,29 @@ class FileSink final : public ByteSink {
  private:
   std::string path_, partial_;
   bool overwrite_;
+  Partial mode_;
   int fd_ = -1;
+  uint64_t end_ = 0; // of what was written
+};
+
+class JournalSink final : public ByteSink {
+ public:
+  JournalSink(std::string path, uint64_t keep)
+      : path_(std::move(path)), file_(::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+    if (file_.get() < 0) fail_errno(path_, "create", errno);
+    if (::ftruncate(file_.get(), static_cast<off_t>(keep)) != 0) fail_errno(path_, "write", errno);
+  }
+  void write_at(uint64_t offset, std::span<const std::byte> bytes) override {
+    write_all(file_.get(), path_, offset, bytes);
+  }
+  void flush() override {
+    if (::fdatasync(file_.get()) != 0) fail_errno(path_, "write", errno);
+  }
+  void commit() override { ::unlink(path_.c_str()); }
+
+ private:
+  std::string path_;
+  Descriptor file_;
 };
 
 class StreamSink final : public ByteSink {
@@ -215,8 +257,17 @@ std::unique_ptr<ByteSource> open_stream_source(uint64_t size, ReadAt read) {
   return std::make_unique<StreamSource>(size, std::move(read));
 }
 
-std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwrite) {
-  return std::make_unique<FileSink>(path, overwrite);
+std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwrite, Partial partial) {
+  return std::make_unique<FileSink>(path, overwrite, partial);
+}
+
+std::unique_ptr<ByteSink> create_journal_sink(const std::string& path, uint64_t keep) {
+  return std::make_unique<JournalSink>(path, keep);
+}
+
+bool file_exists(const std::string& path) {
+  struct stat info {};
+  return ::lstat(path.c_str(), &info) == 0;
 }
 
 std::unique_ptr<ByteSink> create_stream_sink(WriteAt write) {

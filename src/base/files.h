@@ -39,9 +39,19 @@ class ByteSink {
   virtual void commit() = 0;
 };
 
+// What becomes of the file under way when it is not committed, and what of one that is there already.
+enum class Partial : uint8_t {
+  removed,   // nothing stays; an old one is overwritten
+  kept,      // it stays; an old one is overwritten
+  taken_over // it stays; writing goes on in an old one
+};
 // Writes to `path`.partial beside `path`; commit() renames it. An existing `path` is refused unless
-// `overwrite`.
-[[nodiscard]] std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwrite);
+// `overwrite`. But for Partial::removed no two sinks of one `path` may be open (Code::wrong_state).
+[[nodiscard]] std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwrite,
+                                                         Partial partial = Partial::removed);
+// The file itself, cut to its first `keep` bytes; commit() removes it.
+[[nodiscard]] std::unique_ptr<ByteSink> create_journal_sink(const std::string& path, uint64_t keep);
+[[nodiscard]] bool file_exists(const std::string& path);
 using WriteAt = std::function<int64_t(uint64_t offset, std::span<const std::byte> bytes)>;
 [[nodiscard]] std::unique_ptr<ByteSink> create_stream_sink(WriteAt write);
 // Collects the bytes in `out`.

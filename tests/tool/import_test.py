@@ -188,14 +188,17 @@ class Import(ToolTest):
         _, err = p.communicate(timeout=60)
         self.assertEqual(p.returncode, 130, err)
         self.assertIn('interrupted', err)
-        self.assertEqual(os.listdir(self.folder), ['big.raw'])
+        kept = set(os.listdir(self.folder)) - {'big.raw'} # what is worth resuming, if the machine is slow
+        self.assertIn(kept, (set(), {'x.bcc4.partial', 'x.bcc4.journal'}))
+        for name in kept:
+            os.remove(self.path(name))
 
     def test_misspelt_things_get_the_nearest_name(self):
         self.refused(2, 'did you mean --dims?', 'import', 'a.raw', '--dim', '1,1,1')
         self.refused(2, 'did you mean import?', 'inport', 'a.raw')
         self.refused(2, 'did you mean --time-scale?', 'import', 'a.raw', '--timescale=2')
         # Options of the design that are not there yet are unknown, not ignored.
-        for option in ('--abs', '--psnr', '--resume', '--append', '--part', '--plan', '--lowpass'):
+        for option in ('--abs', '--psnr', '--part', '--plan', '--lowpass'):
             self.refused(2, 'unknown option ' + option, 'import', 'a.raw', option, '1')
 
     def test_version_names_readers(self):

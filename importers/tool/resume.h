@@ -1,0 +1,32 @@
+// Unfinished imports: what stays of them, and going on.
+#pragma once
+
+#include <string>
+
+#include "tool/cli.h"
+
+namespace bcc4 {
+
+struct ResumeArguments {
+  bool resume = false, append = false;
+};
+void add_resume_options(CLI::App& import, ResumeArguments& arguments);
+// BCCSPLAT_PARTIAL_... for the writer; refuses both at once.
+[[nodiscard]] int32_t partial_mode(const ResumeArguments& arguments);
+
+// Watches over one import. When it ends early, work worth going on from is kept and a line says how; else
+// nothing stays.
+class UnfinishedImport {
+ public:
+  UnfinishedImport(std::string output, bool quiet) : output_(std::move(output)), quiet_(quiet) {}
+  UnfinishedImport(const UnfinishedImport&) = delete;
+  UnfinishedImport& operator=(const UnfinishedImport&) = delete;
+  ~UnfinishedImport();
+  void finished() { finished_ = true; }
+
+ private:
+  std::string output_;
+  bool quiet_, finished_ = false;
+};
+
+} // namespace bcc4

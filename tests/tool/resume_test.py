@@ -1,0 +1,118 @@
+"""bcc4 import that is killed, interrupted, resumed and appended to. BCCSPLAT_KILLS sets how often it is killed."""
+import os
+import random
+import signal
+import subprocess
+import time
+
+from harness import BCC4, ToolTest, main
+
+N, FRAMES = 40, 48
+
+
+class Resume(ToolTest):
+    def setUp(self):
+        super().setUp()
+        # Noise does not compress: many commits.
+        self.data = random.Random(1).randbytes(N * N * N * FRAMES)
+        self.write('a.raw', self.data)
+        self.dims = ['--dims', f'{N},{N},{N},{FRAMES}', '--dtype', 'u8']
+
+    def run_import(self, *more, expect=0, output='x.bcc4'):
+        return self.bcc4('import', 'a.raw', *self.dims, '-o', output, *more, expect=expect)
+
+    def undisturbed(self):
+        began = time.monotonic()
+        self.run_import('--quiet', output='whole.bcc4')
+        self.seconds = time.monotonic() - began
+        return self.read('whole.bcc4')
+
+    def read(self, name):
+        with open(self.path(name), 'rb') as f:
+            return f.read()
+
+    def started(self, *more):
+        return subprocess.Popen([BCC4, 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', *more], cwd=self.folder,
+                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+    def test_killed_at_any_moment(self):
+        whole = self.undisturbed()
+        moments = random.Random(7)
+        kills = int(os.environ.get('BCCSPLAT_KILLS', 8))
+        early = reused = 0
+        for kill in range(kills):
+            # Every second time the resumed import is killed as well.
+            for more in ([], ['--resume'])[:1 + kill % 2]:
+                p = self.started(*more)
+                time.sleep(moments.uniform(0, 1.1 * self.seconds))
+                p.kill()
+                p.communicate()
+                if os.path.exists(self.path('x.bcc4')):
+                    break
+                early += 1
+            if os.path.exists(self.path('x.bcc4')):  # it was too late to kill it
+                self.assertEqual(self.read('x.bcc4'), whole)
+            else:
+                journal = self.path('x.bcc4.journal')
+                reused += os.path.exists(journal) and os.path.getsize(journal) > 16
+                self.run_import('--resume', '--quiet')
+                self.assertEqual(self.read('x.bcc4'), whole, f'kill {kill}')
+            self.assertEqual([n for n in os.listdir(self.folder) if n.startswith('x.')], ['x.bcc4'])
+            os.remove(self.path('x.bcc4'))
+        self.assertGreater(early, 0)
+        if kills >= 8:
+            self.assertGreater(reused, 0, 'no kill left anything to go on from')
+
+    def test_ctrl_c_says_how_to_go_on(self):
+        whole = self.undisturbed()
+        p = self.started()
+        while p.poll() is None:  # until something is worth keeping
+            journal = self.path('x.bcc4.journal')
+            if os.path.exists(journal) and os.path.getsize(journal) > 16:
+                p.send_signal(signal.SIGINT)
+                break
+            time.sleep(.001)
+        _, err = p.communicate()
+        if p.returncode == 0:
+            self.skipTest('it was faster than the signal')
+        self.assertEqual(p.returncode, 130, err)
+        self.assertIn('--resume goes on from there', err)
+        self.assertFalse(os.path.exists(self.path('x.bcc4')))
+        # With other options or another source it is not the same import.
+        self.refused(2, 'made from other input or with other options', 'import', 'a.raw', *self.dims, '--filter',
+                     'kaiser6', '-o', 'x.bcc4', '--resume')
+        os.rename(self.path('a.raw'), self.path('b.raw'))
+        self.write('a.raw', bytes(len(self.data)))
+        self.refused(2, 'made from other input or with other options', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4',
+                     '--resume')
+        os.rename(self.path('b.raw'), self.path('a.raw'))
+        self.run_import('--resume', '--quiet')
+        self.assertEqual(self.read('x.bcc4'), whole)
+
+    def test_resume_with_nothing_to_resume_begins(self):
+        whole = self.undisturbed()
+        self.run_import('--resume', '--quiet')
+        self.assertEqual(self.read('x.bcc4'), whole)
+
+    def test_appended_frames_make_the_same_file(self):
+        whole = self.undisturbed()
+        first = 29
+        self.write('first.raw', self.data[:N * N * N * first])
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', '-o', 'x.bcc4', '--quiet')
+        self.run_import('--append', '--quiet')
+        self.assertEqual(self.read('x.bcc4'), whole)
+        self.assertEqual(self.json('info', 'x.bcc4')['dims'], [N, N, N, FRAMES])
+
+    def test_append_refuses_what_does_not_go_on(self):
+        self.run_import('--append', '--quiet', expect=3)  # nothing to append to
+        self.run_import('--quiet')
+        old = self.read('x.bcc4')
+        self.write('other.raw', bytes(8 * N * N * FRAMES))
+        self.bcc4('import', 'other.raw', '--dims', f'8,{N},{N},{FRAMES}', '--dtype', 'u8', '-o', 'x.bcc4', '--append',
+                  expect=2)
+        self.run_import('--append', '--resume', expect=2)
+        self.assertEqual(self.read('x.bcc4'), old)
+
+
+if __name__ == '__main__':
+    main()
