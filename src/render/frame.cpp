@@ -138,11 +138,11 @@ int drawn_level(const Scene& scene, const RenderOptions& options, int width, int
 QualitySettings quality_settings(Quality quality) {
   switch (quality) {
   case Quality::draft:
-    return {1, 1024, 1.25, true, 0.5};
+    return {1, 1024, 1.1, true, 0.5};
   case Quality::normal:
-    return {0.5, 2048, 1.25, true, 0.5};
+    return {0.5, 2048, 1.1, true, 0.5};
   case Quality::fine:
-    return {0.25, 4096, 1.75, false, 1e30};
+    return {0.25, 4096, 1.25, false, 1e30};
   case Quality::best:
     break;
   }

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <initializer_list>
+#include <optional>
 
 #include "tests/bench/render.h"
 
@@ -10,6 +12,7 @@ namespace {
 
 struct Setup {
   int size, stride, rounds;
+  bool few = false; // lattices and kernels: for large scenes
 };
 
 Row row_of(const Method& m, double ms, const ImageError& e) {
@@ -46,25 +49,30 @@ void front(const Report& report, const FieldScene& scene, RenderMode mode, const
     o.quality = q;
     add(concat("quality ", quality_name(q)), o);
   }
-  if (!iso)
-    for (const GradientMethod g :
-         {GradientMethod::analytic, GradientMethod::central, GradientMethod::fourth_order})
-      for (const double step : {2.0, 1.0, 0.7, 0.5, 0.25}) {
-        RenderOptions o;
-        o.gradient = g, o.sheet_step = step;
-        add("splat", o);
-      }
-  const auto sweep = [&](LatticeKind kind, const std::string& kernel) {
-    add_lattice(kind, kernel);
-    for (const double step : {1.0, 0.5, 0.25}) {
-      if (kernel == "paper" && step < 0.5) continue; // its error is not the step's
+  const auto steps = [&](std::initializer_list<double> all, std::optional<GradientMethod> gradient) {
+    for (const double step : all) {
       RenderOptions o;
-      o.sheet_step = step;
+      o.sheet_step = step, o.gradient = gradient;
       add("splat", o);
     }
   };
-  sweep(LatticeKind::bcc, "fast"), sweep(LatticeKind::bcc, "fine"), sweep(LatticeKind::bcc, "paper");
-  sweep(LatticeKind::cc, "default"), sweep(LatticeKind::cc, "fast"), sweep(LatticeKind::cc, "paper");
+  if (!iso) {
+    steps({2, 1, 0.7, 0.5, 0.25}, GradientMethod::fourth_order);
+    steps({1, 0.5}, GradientMethod::central);
+    steps({1, 0.5}, GradientMethod::analytic);
+  }
+  struct Lattice {
+    LatticeKind kind;
+    const char* kernel;
+  };
+  constexpr LatticeKind bcc = LatticeKind::bcc, cc = LatticeKind::cc;
+  for (const Lattice& l :
+       {Lattice{bcc, "fast"}, {bcc, "fine"}, {bcc, "paper"}, {cc, "default"}, {cc, "fast"}, {cc, "paper"}}) {
+    if (setup.few && (std::string(l.kernel) == "fine" || std::string(l.kernel) == "paper")) continue;
+    add_lattice(l.kind, l.kernel);
+    steps({1}, std::nullopt);
+    if (std::string(l.kernel) != "paper") steps({0.5}, std::nullopt); // its error is not the step's
+  }
 
   const int n = scene.samples;
   const MarchGrid grid = make_march_grid({n, n, n}, [&](double x, double y, double z) {
@@ -75,7 +83,7 @@ void front(const Report& report, const FieldScene& scene, RenderMode mode, const
   const std::vector<uint8_t> distance = march_distances(grid, scene.function, m);
   MarchScene march;
   march.grid = &grid, march.distance = &distance, march.camera = camera, march.function = scene.function;
-  for (const double step : {2.0, 1.0, 0.5, 0.25, 0.125}) {
+  for (const double step : {2.0, 1.0, 0.5, 0.25}) {
     m.step = step;
     methods.push_back(march_method(march, m, one));
   }
@@ -112,11 +120,13 @@ void front(const Report& report, const FieldScene& scene, RenderMode mode, const
 
 void render_front(const Report& report) {
   const int n = report.quick ? 24 : 128;
-  const Setup setup = report.quick ? Setup{96, 8, 1} : Setup{512, 8, 3};
+  const Setup setup = report.quick ? Setup{96, 8, 1} : Setup{512, 8, 2};
   front(report, marschner_lobb_scene(n), RenderMode::composite, setup);
   front(report, marschner_lobb_scene(n), RenderMode::isosurface, setup);
   front(report, bessel_scene(n), RenderMode::composite, setup);
-  front(report, smoke_scene(report.quick ? 40 : 256), RenderMode::composite, setup);
+  Setup large = setup;
+  large.few = true;
+  front(report, smoke_scene(report.quick ? 40 : 256), RenderMode::composite, large);
 }
 
 } // namespace bccsplat::bench
