@@ -85,6 +85,7 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
   const double part = (to - from) / options.intervals;
   const auto cut = [&](double offset, const Slab& slab) {
     HypersliceOptions o = like;
+    o.interval = {0, 0};
     o.slab = slab;
     if (o.frame)
       for (size_t i = 0; i < 4; ++i) o.frame->origin[i] += offset * h[i];
@@ -111,7 +112,7 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
     fail(Code::invalid_argument, "trail: at most 4096 samples in each of 1 .. 256 sub-intervals");
   Trail trail;
   const bool time = slice.hyperplane[0] == 0 && slice.hyperplane[1] == 0 && slice.hyperplane[2] == 0;
-  const bool own_lattice = like.spacing == 0 && !like.target && !like.frame;
+  const bool own_lattice = like.spacing == 0 && !like.target && !like.frame && like.slab.thickness == 0;
   if (time && own_lattice)
     add_times(trail, coefficients, slice, options, context);
   else

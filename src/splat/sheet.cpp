@@ -88,15 +88,27 @@ void integrate(const SheetArgs& s) {
     }
 }
 
+// Whether a curve from d0 to d1 with the slopes s0 and s1 at its ends (per sheet) may reach 0 in between.
+bool may_graze(float d0, float d1, float s0, float s1) {
+  const float side = d0 < 0 ? 1.0f : -1.0f; // seen from below
+  d0 *= side, d1 *= side, s0 *= side, s1 *= side;
+  const float at = d1 - d0 - s1, over = s0 - s1; // the tangents meet at at / over
+  return s0 > 0 && s1 < 0 && at > 0 && at < over && d0 * over + s0 * at >= 0;
+}
+
 size_t crossings(const CrossingArgs& c) {
   size_t count = 0;
   for (int y = 0; y < c.height; ++y)
     for (int x = 0; x < c.width; ++x) {
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
-      if ((c.before[at] < c.target) == (c.value[at] < c.target)) continue;
-      if (c.alpha[p] < 1 && c.k >= c.enter[p] && c.k - 1 <= c.leave[p])
-        c.found[count++] = static_cast<uint32_t>(y) << 16 | static_cast<uint32_t>(x);
+      if (!(c.alpha[p] < 1 && c.k >= c.enter[p] && c.k - 1 <= c.leave[p])) continue;
+      const float d0 = c.before[at] - c.target, d1 = c.value[at] - c.target;
+      const auto pixel = static_cast<uint32_t>(y) << 16 | static_cast<uint32_t>(x);
+      if ((d0 < 0) != (d1 < 0))
+        c.found[count++] = pixel;
+      else if (may_graze(d0, d1, 0.5f * (c.value[at] - c.before2[at]), 0.5f * (c.after[at] - c.before[at])))
+        c.found[count++] = pixel | grazing;
     }
   return count;
 }

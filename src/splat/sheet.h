@@ -55,16 +55,19 @@ struct SheetArgs {
   PixelPlanes pixel;
 };
 
-// Pixels whose field passes `target` (relative to air) between the sheets k - 1 (`before`) and k (`value`),
-// inside the domain and not yet covered.
+// Pixels, inside the domain and not yet covered, whose field passes `target` (relative to air) between the
+// sheets k - 1 (`before`) and k (`value`); and those whose field may pass it twice there, which neither sheet
+// shows: it comes closer at the one and goes away at the other, and the tangents meet beyond the target.
 struct CrossingArgs {
   float k = 0, target = 0;
   int width = 0, height = 0, pitch = 0;
   const float *before = nullptr, *value = nullptr;
+  const float *before2 = nullptr, *after = nullptr; // sheets k - 2 and k + 1
   int plane_pitch = 0;
   const float *alpha = nullptr, *enter = nullptr, *leave = nullptr;
   uint32_t* found = nullptr; // room for every pixel: y << 16 | x
 };
+inline constexpr uint32_t grazing = 1u << 31; // marks those that may pass twice
 
 struct SheetKernels {
   // Returns the number of pixels that closed.

@@ -88,23 +88,39 @@ void Maximum(const SheetArgs& s) {
 
 size_t Crossings(const CrossingArgs& c) {
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V target = set(c.target), k = set(c.k), before = set(c.k - 1), one = set(1.0f);
+  const V target = set(c.target), k = set(c.k), before = set(c.k - 1), one = set(1.0f), half = set(0.5f);
+  const V zero = hn::Zero(d);
   size_t count = 0;
-  uint8_t bits[8]; // one per lane
+  uint8_t crossed[8], grazed[8]; // one bit per lane
   for (int y = 0; y < c.height; ++y)
     for (int x = 0; x < c.width; x += lanes) {
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
-      M found =
-          hn::Xor(hn::Lt(hn::LoadU(d, c.before + at), target), hn::Lt(hn::LoadU(d, c.value + at), target));
-      if (hn::AllFalse(d, found)) continue;
-      found = hn::And(found, hn::Lt(hn::LoadU(d, c.alpha + p), one));
-      found = hn::And(
-          found, hn::And(hn::Le(hn::LoadU(d, c.enter + p), k), hn::Le(before, hn::LoadU(d, c.leave + p))));
-      hn::StoreMaskBits(d, found, bits);
+      const V v0 = hn::LoadU(d, c.before + at), v1 = hn::LoadU(d, c.value + at);
+      V d0 = hn::Sub(v0, target), d1 = hn::Sub(v1, target);
+      const M below = hn::Lt(d0, zero);
+      const M cross = hn::Xor(below, hn::Lt(d1, zero));
+      // As may_graze.
+      const V side = hn::IfThenElse(below, one, hn::Neg(one));
+      const V s0 = hn::Mul(side, hn::Mul(half, hn::Sub(v1, hn::LoadU(d, c.before2 + at))));
+      const V s1 = hn::Mul(side, hn::Mul(half, hn::Sub(hn::LoadU(d, c.after + at), v0)));
+      d0 = hn::Mul(side, d0), d1 = hn::Mul(side, d1);
+      const V meet = hn::Sub(hn::Sub(d1, d0), s1), over = hn::Sub(s0, s1);
+      M graze = hn::And(hn::And(hn::Gt(s0, zero), hn::Lt(s1, zero)),
+                        hn::And(hn::Gt(meet, zero), hn::Lt(meet, over)));
+      graze = hn::And(graze, hn::Ge(hn::Add(hn::Mul(d0, over), hn::Mul(s0, meet)), zero));
+      graze = hn::AndNot(cross, graze);
+      M open = hn::Or(cross, graze);
+      if (hn::AllFalse(d, open)) continue;
+      open = hn::And(open, hn::Lt(hn::LoadU(d, c.alpha + p), one));
+      open = hn::And(
+          open, hn::And(hn::Le(hn::LoadU(d, c.enter + p), k), hn::Le(before, hn::LoadU(d, c.leave + p))));
+      hn::StoreMaskBits(d, open, crossed);
+      hn::StoreMaskBits(d, graze, grazed);
       for (int l = 0; l < std::min(lanes, c.width - x); ++l)
-        if (bits[l / 8] >> (l % 8) & 1)
-          c.found[count++] = static_cast<uint32_t>(y) << 16 | static_cast<uint32_t>(x + l);
+        if (crossed[l / 8] >> (l % 8) & 1)
+          c.found[count++] = static_cast<uint32_t>(y) << 16 | static_cast<uint32_t>(x + l) |
+                             (grazed[l / 8] >> (l % 8) & 1 ? grazing : 0);
     }
   return count;
 }

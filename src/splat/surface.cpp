@@ -64,10 +64,51 @@ std::vector<SurfacePoint> refine_crossings(const Slice& slice, const SheetView& 
   return hits;
 }
 
+std::vector<Crossing> find_grazes(const Slice& slice, const SheetView& view, double iso,
+                                  std::span<const Crossing> intervals) {
+  const double target = iso - static_cast<double>(slice.air);
+  struct Search {
+    Crossing interval;
+    double low, high, slope_low, slope_high, k; // the turning point lies in [low, high]
+  };
+  std::vector<Search> open;
+  for (const Crossing& c : intervals) open.push_back({c, c.low, c.high, 0, 0, 0.5 * (c.low + c.high)});
+  std::vector<Crossing> found;
+  std::vector<Vec3> p, gradient;
+  std::vector<float> value;
+  constexpr int steps = 4;
+  for (int step = 0; step < steps && !open.empty(); ++step) {
+    p.clear();
+    for (const Search& s : open) p.push_back(view.sample(s.interval.i, s.interval.j, s.k));
+    gradient.resize(p.size()), value.resize(p.size());
+    field_at(slice, p, value, gradient);
+    std::vector<Search> left;
+    for (size_t n = 0; n < open.size(); ++n) {
+      Search& s = open[n];
+      const double f = static_cast<double>(value[n]);
+      const bool below = s.interval.value_low < target;
+      if ((f < target) != below) {
+        found.push_back({s.interval.i, s.interval.j, s.interval.low, s.k, s.interval.value_low, f});
+        continue;
+      }
+      // Towards the target the slope is positive, seen from below.
+      const double slope = (below ? 1 : -1) * dot(gradient[n], view.ray(s.interval.i, s.interval.j));
+      (slope > 0 ? s.low : s.high) = s.k;
+      (slope > 0 ? s.slope_low : s.slope_high) = slope;
+      const bool both = s.slope_low > 0 && s.slope_high < 0;
+      const double part = both ? s.slope_low / (s.slope_low - s.slope_high) : 0.5;
+      s.k = s.low + part * (s.high - s.low);
+      left.push_back(s);
+    }
+    open = std::move(left);
+  }
+  return found;
+}
+
 TimeField::TimeField(const Slice& slice) {
   const bool time_slice = slice.hyperplane[0] == 0 && slice.hyperplane[1] == 0 && slice.hyperplane[2] == 0;
   if (time_slice) {
-    offset = slice.frame;
+    offset = slice.origin[3];
     return;
   }
   const Vec3 per_uvw{slice.basis[0][3], slice.basis[1][3], slice.basis[2][3]};

@@ -28,6 +28,11 @@ struct SurfacePoint {
 [[nodiscard]] std::vector<SurfacePoint> refine_crossings(const Slice& slice, const SheetView& view,
                                                          double iso, std::span<const Crossing> crossings);
 
+// Rays that may pass the iso value twice within each interval, both ends on one side of it: of those that do,
+// the interval's begin and a point beyond the surface.
+[[nodiscard]] std::vector<Crossing> find_grazes(const Slice& slice, const SheetView& view, double iso,
+                                                std::span<const Crossing> intervals);
+
 // Values relative to air and gradients per lattice unit at points in or near the domain.
 void field_at(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
               std::span<Vec3> gradients);

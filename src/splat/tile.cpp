@@ -65,11 +65,13 @@ class Tile {
   void march() {
     const int64_t from = std::max(first_ - differences_, view_.first_sheet());
     const bool keep_empty = plan_.air_visible || (options_.disable_skips & skip_empty_sheets);
-    source_.begin(from, last_ + differences_);
+    // Differences look at the sheets behind; surfaces at the next.
+    const int ahead = options_.mode == RenderMode::isosurface ? 1 : differences_;
+    source_.begin(from, last_ + ahead);
     auto clock = StageClock::now();
     for (int64_t k = first_; k <= last_ && open_ > 0; ++k) {
       if (((k - first_) & 15) == 0) job_.context->progress.check();
-      source_.complete(k + differences_, open_pixels(), clock); // differences look at the sheets behind
+      source_.complete(k + ahead, open_pixels(), clock);
       if (!keep_empty && options_.mode != RenderMode::isosurface && !source_.filled(k))
         ++stats_.sheets_skipped;
       else
@@ -136,18 +138,22 @@ class Tile {
     c.width = tile_.width, c.height = tile_.height, c.pitch = m_.pixel_pitch;
     c.before = source_.plane(k - 1, 0), c.value = source_.plane(k, 0), c.plane_pitch = source_.plane_pitch();
     c.alpha = pixel_.alpha, c.enter = pixel_.enter, c.leave = pixel_.leave;
+    c.before2 = source_.plane(std::max(k - 2, first_), 0), c.after = source_.plane(k + 1, 0);
     m_.crossings.resize(static_cast<size_t>(tile_.width * tile_.height));
     c.found = m_.crossings.data();
     const size_t found = sheet_kernels_.crossings(c);
     if (found == 0) return;
-    std::vector<Crossing> crossings;
+    std::vector<Crossing> crossings, grazes;
     crossings.reserve(found);
     for (size_t n = 0; n < found; ++n) {
-      const int x = static_cast<int>(c.found[n] & 0xffff), y = static_cast<int>(c.found[n] >> 16);
+      const int x = static_cast<int>(c.found[n] & 0xffff), y = static_cast<int>(c.found[n] >> 16 & 0x7fff);
       const std::ptrdiff_t at = y * source_.plane_pitch() + x;
-      crossings.push_back({tile_.x + x, tile_.y + y, static_cast<double>(k - 1), static_cast<double>(k),
-                           static_cast<double>(c.before[at]), static_cast<double>(c.value[at])});
+      (c.found[n] & grazing ? grazes : crossings)
+          .push_back({tile_.x + x, tile_.y + y, static_cast<double>(k - 1), static_cast<double>(k),
+                      static_cast<double>(c.before[at]), static_cast<double>(c.value[at])});
     }
+    for (const Crossing& g : find_grazes(*scene_.slice, view_, options_.iso_value, grazes))
+      crossings.push_back(g);
     const auto hits = refine_crossings(*scene_.slice, view_, options_.iso_value, crossings);
     const auto& color =
         scene_.table->entry[static_cast<size_t>(scene_.table->index(static_cast<float>(options_.iso_value)))];
