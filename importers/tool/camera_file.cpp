@@ -1,6 +1,8 @@
 #include "tool/camera_file.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "readers/byte_stream.h"
 #include "readers/error.h"
@@ -25,20 +27,10 @@ double read_positive(const Json& json, const std::string& key, const std::string
   return json[key].get<double>();
 }
 
-} // namespace
-
-CameraFile read_camera_file(const std::string& path) {
-  const Json json = Json::parse(read_text_file(path, 1 << 20), nullptr, false);
-  if (!json.is_object()) fail_input(path, ": a camera is a JSON object");
-  static const std::vector<std::string> keys{"position", "target",       "up",
-                                             "fovy_deg", "ortho_height", "resolution"};
-  for (const auto& [key, value] : json.items())
-    if (std::find(keys.begin(), keys.end(), key) == keys.end())
-      fail_input(path, ": unknown key \"", key, "\"", did_you_mean(key, keys), "; a camera has ", join(keys));
+bccsplat_camera read_camera(const Json& json, const std::string& path) {
   for (const char* key : {"position", "target"})
     if (!json.contains(key)) fail_input(path, ": \"", key, "\" is missing");
-  CameraFile out;
-  bccsplat_camera& c = out.camera;
+  auto c = bccsplat_camera{};
   c.struct_size = sizeof c;
   read_vector(json, "position", c.position, path);
   read_vector(json, "target", c.target, path);
@@ -52,6 +44,40 @@ CameraFile read_camera_file(const std::string& path) {
     c.fovy_degrees = read_positive(json, "fovy_deg", path);
   else
     c.ortho_height = read_positive(json, "ortho_height", path);
+  return c;
+}
+
+void check_keys(const Json& json, const std::vector<std::string>& keys, const std::string& path) {
+  if (!json.is_object()) fail_input(path, ": a camera is a JSON object");
+  for (const auto& [key, value] : json.items())
+    if (std::find(keys.begin(), keys.end(), key) == keys.end())
+      fail_input(path, ": unknown key \"", key, "\"", did_you_mean(key, keys), "; a camera has ", join(keys));
+}
+
+} // namespace
+
+CameraFile read_camera_file(const std::string& path) {
+  const Json json = Json::parse(read_text_file(path, 64 << 20), nullptr, false);
+  const std::vector<std::string> own{"position", "target", "up", "fovy_deg", "ortho_height"};
+  std::vector<std::string> all = own;
+  all.insert(all.end(), {"resolution", "frames"});
+  check_keys(json, all, path);
+  CameraFile out;
+  if (json.contains("frames")) {
+    const Json& frames = json["frames"];
+    if (!frames.is_array() || frames.empty()) fail_input(path, ": frames must be a list of cameras");
+    for (const Json& frame : frames) {
+      check_keys(frame, own, path);
+      Json whole = json;
+      // Either way of seeing replaces the other.
+      if (frame.contains("fovy_deg")) whole.erase("ortho_height");
+      if (frame.contains("ortho_height")) whole.erase("fovy_deg");
+      whole.update(frame);
+      out.cameras.push_back(read_camera(whole, path));
+    }
+  } else {
+    out.cameras.push_back(read_camera(json, path));
+  }
   if (json.contains("resolution")) {
     const Json& r = json["resolution"];
     if (!r.is_array() || r.size() != 2 || !r[0].is_number_unsigned() || !r[1].is_number_unsigned())
@@ -59,6 +85,21 @@ CameraFile read_camera_file(const std::string& path) {
     out.resolution = {r[0].get<uint32_t>(), r[1].get<uint32_t>()};
   }
   return out;
+}
+
+bccsplat_camera turned(const bccsplat_camera& camera, double degrees) {
+  bccsplat_camera c = camera;
+  const double length = std::hypot(c.up[0], c.up[1], c.up[2]);
+  const double angle = degrees * std::numbers::pi / 180, cosine = std::cos(angle), sine = std::sin(angle);
+  double up[3], v[3];
+  for (int i = 0; i < 3; ++i) up[i] = c.up[i] / length, v[i] = c.position[i] - c.target[i];
+  const double along = up[0] * v[0] + up[1] * v[1] + up[2] * v[2];
+  for (int i = 0; i < 3; ++i) { // Rodrigues' formula
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    c.position[i] =
+        c.target[i] + cosine * v[i] + sine * (up[j] * v[k] - up[k] * v[j]) + (1 - cosine) * along * up[i];
+  }
+  return c;
 }
 
 } // namespace bcc4

@@ -52,7 +52,33 @@ class Render(ToolTest):
             self.assertNotEqual(past, self.picture('--time', 4, '--trail', 2, *more), more)
         # Clipped to the series.
         self.assertEqual(self.picture('--time', 4, '--trail', 4), self.picture('--time', 4, '--trail', 40))
-        self.refused(2, 'time slices', 'render', 'v.bcc4', '--plane', '1,0,0,0,-4', '--trail', 2, '-o', 'x.png', output='x.png')
+
+    def test_trails_around_the_slice_in_times_and_frames(self):
+        time = ('--time', 3)
+        past = self.picture(*time, '--trail', 2)
+        self.assertEqual(past, self.picture(*time, '--trail', '-2:0'))
+        self.assertEqual(past, self.picture(*time, '--trail', '2f'))  # one frame per unit of time
+        self.assertEqual(self.picture(*time, '--trail', -2), self.picture(*time, '--trail', '0:2'))
+        centred = self.picture(*time, '--trail', '-1:1')
+        self.assertNotIn(centred, (past, self.picture(*time, '--trail', '0:2'), self.picture(*time)))
+        self.assertNotEqual(centred, self.picture(*time, '--trail', '-1:1,2'))
+        self.assertEqual(self.picture(*time), self.picture(*time, '--trail', '0:0'))
+        for more in (['--trail-opacity', 3], ['--trail-colormap', 'fire'], ['--trail-range', '1,20'], ['--trail-samples', 1]):
+            self.assertNotEqual(past, self.picture(*time, '--trail', 2, *more), more)
+        self.picture(*time, '--dump-tf', 'own.json', '--colormap', 'fire', '--opacity', 3)
+        self.assertNotEqual(past, self.picture(*time, '--trail', 2, '--trail-tf', 'own.json'))
+        for bad in ('x', '1:2:3', '2:1', '1,2,3', '1,0', '1,1.5', 'f', '1e999'):
+            self.refused(2, '--trail', 'render', 'v.bcc4', *time, '--trail', bad, '-o', 'x.png', output='x.png')
+
+    def test_trails_off_the_time_axis(self):
+        plane = ('--plane', '1,0,0,0,-4')
+        still = self.picture(*plane)
+        past = self.picture(*plane, '--trail', 2)
+        self.assertNotEqual(still, past)
+        self.assertNotEqual(past, self.picture(*plane, '--trail', -2))
+        self.assertEqual(past, self.picture(*plane, '--trail', '2f'))
+        self.assertEqual(still, self.picture(*plane, '--trail', '50:60'))  # clipped to nothing
+        self.picture('--plane', '1,1,0,1,-8', '--trail', '-1:1')
 
     def test_statistics_have_the_keys_promised(self):
         self.picture('--time', 2, '--stats', 's.json', '--repeat', 3)
@@ -77,6 +103,47 @@ class Render(ToolTest):
             self.assertEqual(len(json.load(f)['frames']), 3)
         self.refused(2, 'pattern', 'render', 'v.bcc4', '--frames', '0-2', '-o', 'x.png', output='x.png')
         self.refused(2, '0 to 5', 'render', 'v.bcc4', '--frames', '4-6', '-o', 'x.%d.png')
+
+    def test_turntables_turn_the_camera(self):
+        self.bcc4('render', 'v.bcc4', '--time', 2, '--turntable', 4, '-o', 't.%d.png', '--size', '16x16', '--stats', 's.json')
+        names = [f't.{i}.png' for i in range(4)]
+        self.assertEqual(sorted(n for n in os.listdir(self.folder) if n.startswith('t.')), names)
+        for i, angle in enumerate((30, 120, 210, 300)):
+            with open(self.path(names[i]), 'rb') as f:
+                self.assertEqual(f.read(), self.picture('--time', 2, '--rotate-y', angle, size='16x16'), angle)
+        with open(self.path('s.json')) as f:
+            self.assertEqual(len(json.load(f)['frames']), 4)
+        self.refused(2, 'pattern', 'render', 'v.bcc4', '--time', 2, '--turntable', 4, '-o', 'x.png', output='x.png')
+        self.refused(2, 'exclude', 'render', 'v.bcc4', '--frames', '0-1', '--turntable', 2, '-o', 'x.%d.png')
+
+    def test_cameras_move_through_their_frames(self):
+        def camera(position):
+            return dict(position=position, target=[4.5, 4, 3.5], ortho_height=12)
+        places = [[4.5, 4, -30], [30, 4, 3.5], [10, 30, -20]]
+        with open(self.path('path.json'), 'w') as f:
+            json.dump(dict(target=[4.5, 4, 3.5], ortho_height=12, resolution=[12, 10], frames=[dict(position=p) for p in places]), f)
+        self.bcc4('render', 'v.bcc4', '--time', 2, '--camera', 'path.json', '-o', 'c.%d.png')
+        self.bcc4('render', 'v.bcc4', '--frames', '1-3', '--camera', 'path.json', '-o', 'f.%d.png')
+        for i, place in enumerate(places):
+            with open(self.path('one.json'), 'w') as f:
+                json.dump(camera(place), f)
+            for time, name in ((2, f'c.{i}.png'), (i + 1, f'f.{i + 1}.png')):
+                with open(self.path(name), 'rb') as f:
+                    self.assertEqual(f.read(), self.picture('--index', '--time', time, '--camera', 'one.json', size='12x10'), name)
+        self.refused(2, '3 frames', 'render', 'v.bcc4', '--frames', '1-2', '--camera', 'path.json', '-o', 'x.%d.png')
+        # A turntable about a camera of a file is the file's camera on a circle.
+        with open(self.path('one.json'), 'w') as f:
+            json.dump(camera(places[0]), f)
+        self.bcc4('render', 'v.bcc4', '--time', 2, '--camera', 'one.json', '--turntable', 4, '-o', 'o.%d.png', '--size', '12x10')
+        with open(self.path('half.json'), 'w') as f:
+            json.dump(camera([4.5, 4, 37]), f)
+        half = self.picture('--time', 2, '--camera', 'half.json', size='12x10')
+        with open(self.path('o.2.png'), 'rb') as f:
+            self.assertEqual(png_size(self.path('o.2.png')), (12, 10))
+            turned = f.read()
+        with open(self.path('o.0.png'), 'rb') as f:
+            self.assertNotEqual(turned, f.read())
+        self.assertLess(abs(len(turned) - len(half)), 40)
 
     def test_transfer_functions_come_and_go_as_paraview_json(self):
         first = self.picture('--time', 2, '--colormap', 'inferno', '--opacity', 2, '--dump-tf', 'tf.json')

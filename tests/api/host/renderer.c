@@ -135,6 +135,7 @@ static void trails(bccsplat_renderer* renderer) {
 
 static void pictures(bccsplat_renderer* renderer, bccsplat_frame* frame, const bccsplat_slice* oblique) {
   SIZED(bccsplat_render_options, cancel);
+  SIZED(bccsplat_render_options, xray);
   SIZED(bccsplat_render_stats, stats);
   bccsplat_trail trail = {.struct_size = sizeof trail, .interval = {-2, 0}};
   int calls = 0;
@@ -155,8 +156,12 @@ static void pictures(bccsplat_renderer* renderer, bccsplat_frame* frame, const b
 
   OK(bccsplat_renderer_set_trail(renderer, &trail));
   OK(bccsplat_renderer_render(renderer, frame));
-  OK(bccsplat_renderer_set_slice(renderer, oblique)); /* a trail belongs to time slices */
+  OK(bccsplat_renderer_set_slice(renderer, oblique)); /* along its normal */
+  OK(bccsplat_renderer_render(renderer, frame));
+  xray.mode = BCCSPLAT_MODE_XRAY;
+  OK(bccsplat_renderer_set_options(renderer, &xray));
   REFUSED(UNSUPPORTED, "trail", bccsplat_renderer_render(renderer, frame));
+  OK(bccsplat_renderer_set_options(renderer, NULL));
   OK(bccsplat_renderer_set_trail(renderer, NULL));
   OK(bccsplat_renderer_render(renderer, frame));
 }
