@@ -47,6 +47,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     } catch (const Error&) {
       fuzz::expect(!result.damage.empty(), "a file that verifies must decode");
     }
+    // What is damaged is missing; nothing else changes.
+    Bcc4Limits salvaging = limits;
+    salvaging.salvage = true;
+    try {
+      decode(*Bcc4Reader::open(open_memory_source(file), salvaging), context);
+    } catch (const Error& e) {
+      fuzz::expect(e.code() == Code::limit_exceeded, "salvaging must not fail");
+    }
   } catch (const Error& e) {
     fuzz::expect(e.code() != Code::internal && !e.message().empty(), "an error without a cause");
   }
