@@ -132,9 +132,8 @@ int drawn_level(const Scene& scene, const RenderOptions& options, int width, int
 
 // Points of the front of error against time, `bccsplat_bench render --front --own`. Differences span pixels:
 // they know less of the field the larger a pixel is, but cost a twentieth of the frame where the kernel's
-// gradient doubles it. Each limit is where the two meet against the truth; `best` has the least error against
-// the field of the samples. Coarser levels lose what classification makes of fine detail, so that the two
-// accurate settings do without.
+// gradient doubles it, and smooth its ripple. Each limit is where the two meet against the truth. Coarser
+// levels lose what classification makes of fine detail, so that the two accurate settings do without.
 QualitySettings quality_settings(Quality quality) {
   switch (quality) {
   case Quality::draft:
@@ -146,7 +145,7 @@ QualitySettings quality_settings(Quality quality) {
   case Quality::best:
     break;
   }
-  return {0.125, 8192, 1e30, false, 1e30};
+  return {0.125, 8192, 1.75, false, 1e30};
 }
 
 double pixels_per_unit(const SheetView& view) {

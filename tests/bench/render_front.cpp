@@ -67,7 +67,7 @@ void front(const Report& report, const FieldScene& scene, RenderMode mode, const
   };
   constexpr LatticeKind bcc = LatticeKind::bcc, cc = LatticeKind::cc;
   for (const Lattice& l :
-       {Lattice{bcc, "fast"}, {bcc, "fine"}, {bcc, "paper"}, {cc, "default"}, {cc, "fast"}, {cc, "paper"}}) {
+       {Lattice{bcc, "fast"}, {bcc, "fine"}, {bcc, "paper"}, {cc, "default"}, {cc, "fast"}}) {
     if (setup.few && (std::string(l.kernel) == "fine" || std::string(l.kernel) == "paper")) continue;
     add_lattice(l.kind, l.kernel);
     steps({1}, std::nullopt);

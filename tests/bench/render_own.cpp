@@ -74,6 +74,39 @@ void gradients(const Report& report, const FieldScene& scene, const SampledScene
       rows);
 }
 
+// What the quality settings promise.
+void settings(const Report& report, const FieldScene& scene, const SampledScene& sampled) {
+  BenchContext one(1);
+  std::vector<Row> rows;
+  for (const double pixels : {1.0, 2.0, 4.0}) {
+    const int size = picture_size(scene.samples, pixels);
+    const Camera camera = scene_camera(scene, size, pixels);
+    const Scene s = splat_scene(scene, sampled, camera);
+    RenderOptions flat, shaded;
+    flat.shading = false;
+    const auto exact = true_image(scene, sampled, camera, shaded, size, stride, true);
+    const auto exact_flat = true_image(scene, sampled, camera, flat, size, stride, true);
+    const auto truth = true_image(scene, sampled, camera, shaded, size, stride);
+    std::vector<Method> plain, lit;
+    for (const Quality q : {Quality::draft, Quality::normal, Quality::fine, Quality::best}) {
+      flat.quality = shaded.quality = q;
+      plain.push_back(splat_method(quality_name(q), s, flat, one));
+      lit.push_back(splat_method(quality_name(q), s, shaded, one));
+    }
+    const std::vector<double> ms = least_ms(lit, size, report.quick ? 1 : 3);
+    for (size_t i = 0; i < lit.size(); ++i)
+      rows.push_back(
+          {figure("px per T", pixels, 0), word("quality", lit[i].name), figure("ms", ms[i], 1),
+           figure("unshaded, own dB", method_error(plain[i], size, exact_flat->image, stride).psnr(), 1),
+           figure("shaded, own dB", method_error(lit[i], size, exact->image, stride).psnr(), 1),
+           figure("shaded, truth dB", method_error(lit[i], size, truth->image, stride).psnr(), 1)});
+  }
+  report.table(
+      concat(scene.name, ' ', scene.samples,
+             "^3, semi-transparent: the quality settings against the own field and the analytic one"),
+      rows);
+}
+
 void surfaces(const Report& report, const FieldScene& scene, const SampledScene& sampled) {
   BenchContext one(1);
   std::vector<Row> rows;
@@ -100,6 +133,7 @@ void render_own(const Report& report) {
   const FieldScene scene = marschner_lobb_scene(report.quick ? 20 : 41);
   const SampledScene sampled = sample_scene(scene, LatticeKind::bcc, "default");
   unshaded(report, scene, sampled);
+  settings(report, scene, sampled);
   gradients(report, scene, sampled);
   surfaces(report, scene, sampled);
   if (report.quick) return;
