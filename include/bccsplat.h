@@ -492,6 +492,8 @@ typedef struct bccsplat_channel_info {
   uint64_t histogram[256]; /* stored samples per bin over kept_range, the last bin closed */
   int32_t source_type;
   int32_t reserved;
+  double error_bound; /* with the recommended kernel no finite source sample is off by more; 0: none was asked
+                         for */
 } bccsplat_channel_info;
 
 /* What a full check of the checksums found. */

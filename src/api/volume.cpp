@@ -176,6 +176,7 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
       if (p.percent == 99.8) out.percentile_998 = p.value;
     }
     out.sites_kept = c.sites_kept, out.cc_relevant = c.cc_relevant, out.holes = c.holes;
+    out.error_bound = c.residuals.bound;
     std::copy_n(c.histogram.begin(), std::min<size_t>(c.histogram.size(), 256), out.histogram);
     write_struct(info, out, "info");
   });

@@ -77,6 +77,9 @@ TEST(Bound, HoldsAtEverySourceSampleOfEveryField) {
         ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
         const OpenVolume volume(device, w.bytes);
         ASSERT_EQ(volume.status, BCCSPLAT_OK) << bccsplat_last_error();
+        auto info = sized<bccsplat_channel_info>();
+        ASSERT_EQ(bccsplat_volume_get_channel_info(volume.volume, 0, &info), BCCSPLAT_OK);
+        EXPECT_EQ(info.error_bound, options.abs_error);
         const LargestError e = largest_error(volume, c.source);
         EXPECT_LE(e.slices, options.abs_error);
         EXPECT_LE(e.points, options.abs_error);
