@@ -29,16 +29,23 @@ struct Taps {
     }
   };
   List own, cross, previous;
-  int32_t west = 0;
+  List far;                                                  // of `own` those that are not in the row before
+  int32_t west = 0, north = 0, northwest = 0, northeast = 0; // x - 1, and in the row before: x, x - 1, x + 1
 };
+constexpr size_t north_tap = 1, northwest_tap = 3, northeast_tap = 7; // of the own layer
 
 inline std::array<Taps, classes> TapsOf(const ClassWeights& weights) {
   std::array<Taps, classes> all;
   for (int c = 0; c < classes; ++c) {
     Taps& taps = all[static_cast<size_t>(c)];
     const int16_t* w = weights[static_cast<size_t>(c)].data();
-    taps.west = *w++;
-    for (size_t i = 1; i < own_taps; ++i) taps.own.add(own_offset[i], *w++);
+    taps.west = w[0], taps.north = w[north_tap];
+    taps.northwest = w[northwest_tap], taps.northeast = w[northeast_tap];
+    for (size_t i = 1; i < own_taps; ++i) {
+      taps.own.add(own_offset[i], w[i]);
+      if (i != north_tap && i != northwest_tap && i != northeast_tap) taps.far.add(own_offset[i], w[i]);
+    }
+    w += own_taps;
     if (c & 1)
       for (int i = 0; i < cross_taps; ++i) taps.cross.add(cross_offset(i), *w++);
     if (c & 2)
@@ -47,8 +54,10 @@ inline std::array<Taps, classes> TapsOf(const ClassWeights& weights) {
   return all;
 }
 
-// Half of a unit and the weighted sums of all taps but x - 1, for the sixteen sites of a row.
-HWY_INLINE void Sums(const Row<int32_t>& row, const Taps& taps, int32_t* HWY_RESTRICT sum) {
+// Half of a unit and the weighted sums of the given taps of the own layer and all of the others, for the
+// sixteen sites of a row.
+HWY_INLINE void Sums(const Row<int32_t>& row, const Taps& taps, const Taps::List& own,
+                     int32_t* HWY_RESTRICT sum) {
   const hn::CappedTag<int32_t, brick_edge> d;
   for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
     auto s = hn::Set(d, 1 << (fraction_bits - 1));
@@ -56,13 +65,14 @@ HWY_INLINE void Sums(const Row<int32_t>& row, const Taps& taps, int32_t* HWY_RES
       for (size_t t = 0; t < list.count; ++t)
         s = hn::Add(s, hn::Mul(hn::LoadU(d, cells + list.offset[t] + x), hn::Set(d, list.weight[t])));
     };
-    add(taps.own, row.own);
+    add(own, row.own);
     if (row.cross) add(taps.cross, row.cross);
     if (row.previous) add(taps.previous, row.previous);
     hn::StoreU(s, d, sum + x);
   }
 }
-HWY_INLINE void Sums(const Row<int64_t>& row, const Taps& taps, int64_t* HWY_RESTRICT sum) {
+HWY_INLINE void Sums(const Row<int64_t>& row, const Taps& taps, const Taps::List& own,
+                     int64_t* HWY_RESTRICT sum) {
   std::fill_n(sum, brick_edge, int64_t{1} << (fraction_bits - 1));
   const auto add = [&](const Taps::List& list, const int64_t* cells) HWY_ATTR {
     for (size_t t = 0; t < list.count; ++t) {
@@ -71,7 +81,7 @@ HWY_INLINE void Sums(const Row<int64_t>& row, const Taps& taps, int64_t* HWY_RES
       for (size_t x = 0; x < brick_edge; ++x) sum[x] += w * from[x];
     }
   };
-  add(taps.own, row.own);
+  add(own, row.own);
   if (row.cross) add(taps.cross, row.cross);
   if (row.previous) add(taps.previous, row.previous);
 }
@@ -104,7 +114,7 @@ void Predict(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeight
       row.own[std::countr_zero(bits)] = static_cast<D>(*code++) - air;
     const Taps& taps = TapsFor(all, row);
     D sum[brick_edge];
-    Sums(row, taps, sum);
+    Sums(row, taps, taps.own, sum);
     uint32_t folded[brick_edge];
     for (size_t x = 0; x < brick_edge; ++x) {
       const D p = Limited<D>(sum[x] + taps.west * row.own[static_cast<std::ptrdiff_t>(x) - 1], low, high);
@@ -121,32 +131,87 @@ void Unpredict(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeig
   const uint32_t mask = codes.mask(), air = codes.air;
   const D low = -static_cast<D>(air), high = static_cast<D>(mask) - static_cast<D>(air);
   using U = std::make_unsigned_t<D>; // wraps
-  walk<D>(sites.shape, [&](const Row<D>& row) HWY_ATTR {
+  // Two full rows at once, the second one two sites behind, when it has all it is predicted from: two chains
+  // from code to code that do not wait for each other.
+  const auto pair = [&](const Row<D>& a, const Row<D>& b, bool repeats) HWY_ATTR {
+    const BrickMask& rows = sites.kept[static_cast<size_t>(a.layer)];
+    const auto width = static_cast<size_t>(a.width);
+    const unsigned full = (1u << width) - 1;
+    if (width < 2 || rows[static_cast<size_t>(a.index)] != full || rows[static_cast<size_t>(b.index)] != full)
+      return false;
+    const Taps& taps = TapsFor(all, a);
+    if (taps.west == 0) return false;
+    D sum_a[brick_edge], sum_b[brick_edge];
+    Sums(a, taps, taps.own, sum_a);
+    Sums(b, taps, taps.far, sum_b);
+    const auto west = static_cast<U>(static_cast<D>(taps.west));
+    uint32_t step_a[brick_edge], step_b[brick_edge];
+    for (size_t x = 0; x < width; ++x) {
+      step_a[x] = Unfold(residual[x], mask) + air;
+      step_b[x] = Unfold(residual[width + x], mask) + air;
+      sum_a[x] = static_cast<D>(static_cast<U>(sum_a[x]) - west * air);
+      sum_b[x] = static_cast<D>(static_cast<U>(sum_b[x]) - west * air);
+    }
+    uint32_t* const code_b = code + width;
+    D above[brick_edge + 2]; // the first row with the cells beside it
+    above[0] = a.own[-1];
+    uint32_t q_a = static_cast<uint32_t>(a.own[-1]) + air, q_b = 0;
+    const auto next_a = [&](size_t x) HWY_ATTR {
+      const D p = Limited<D>(static_cast<D>(static_cast<U>(sum_a[x]) + west * q_a), low, high);
+      q_a = (static_cast<uint32_t>(p) + step_a[x]) & mask;
+      code[x] = q_a;
+      above[x + 1] = static_cast<D>(q_a) - static_cast<D>(air);
+    };
+    const auto next_b = [&](size_t x) HWY_ATTR {
+      const D near = taps.north * above[x + 1] + taps.northwest * above[x] + taps.northeast * above[x + 2];
+      const D p =
+          Limited<D>(static_cast<D>(static_cast<U>(sum_b[x]) + static_cast<U>(near) + west * q_b), low, high);
+      q_b = (static_cast<uint32_t>(p) + step_b[x]) & mask;
+      code_b[x] = q_b;
+    };
+    next_a(0);
+    next_a(1);
+    q_b = static_cast<uint32_t>(repeats ? above[1] : b.own[-1]) + air;
+    for (size_t x = 2; x < width; ++x) {
+      next_a(x);
+      next_b(x - 2);
+    }
+    above[width + 1] = above[width];
+    next_b(width - 2);
+    next_b(width - 1);
+    for (size_t x = 0; x < width; ++x) {
+      a.own[x] = above[x + 1];
+      b.own[x] = static_cast<D>(code_b[x]) - static_cast<D>(air);
+    }
+    code += 2 * width, residual += 2 * width;
+    return true;
+  };
+  const auto one = [&](const Row<D>& row) HWY_ATTR {
     const unsigned kept = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
     if (kept == 0) return;
     const Taps& taps = TapsFor(all, row);
     D sum[brick_edge];
-    Sums(row, taps, sum);
-    if (kept == 0xffff) {
+    Sums(row, taps, taps.own, sum);
+    if (const auto width = static_cast<size_t>(row.width); kept == (1u << width) - 1) {
       // The difference to the prediction, and air, which the prediction lacks.
       uint32_t step[brick_edge];
-      for (size_t x = 0; x < brick_edge; ++x) step[x] = Unfold(residual[x], mask) + air;
+      for (size_t x = 0; x < width; ++x) step[x] = Unfold(residual[x], mask) + air;
       if (taps.west == 0) {
-        for (size_t x = 0; x < brick_edge; ++x)
+        for (size_t x = 0; x < width; ++x)
           code[x] = (static_cast<uint32_t>(Limited<D>(sum[x], low, high)) + step[x]) & mask;
       } else {
         // From code to code: the air in x - 1 goes into the sum beforehand, so that the chain is short.
         const auto west = static_cast<U>(static_cast<D>(taps.west));
-        for (size_t x = 0; x < brick_edge; ++x) sum[x] = static_cast<D>(static_cast<U>(sum[x]) - west * air);
+        for (size_t x = 0; x < width; ++x) sum[x] = static_cast<D>(static_cast<U>(sum[x]) - west * air);
         uint32_t q = static_cast<uint32_t>(row.own[-1]) + air;
-        for (size_t x = 0; x < brick_edge; ++x) {
+        for (size_t x = 0; x < width; ++x) {
           const D p = Limited<D>(static_cast<D>(static_cast<U>(sum[x]) + west * q), low, high);
           q = (static_cast<uint32_t>(p) + step[x]) & mask;
           code[x] = q;
         }
       }
-      for (size_t x = 0; x < brick_edge; ++x) row.own[x] = static_cast<D>(code[x]) - static_cast<D>(air);
-      code += brick_edge, residual += brick_edge;
+      for (size_t x = 0; x < width; ++x) row.own[x] = static_cast<D>(code[x]) - static_cast<D>(air);
+      code += width, residual += width;
       return;
     }
     for (unsigned bits = kept; bits; bits &= bits - 1) {
@@ -155,7 +220,8 @@ void Unpredict(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeig
       *code = (static_cast<uint32_t>(p) + Unfold(*residual++, mask) + air) & mask;
       row.own[x] = static_cast<D>(*code++) - static_cast<D>(air);
     }
-  });
+  };
+  walk<D>(sites.shape, one, pair);
 }
 
 void Predict32(const ChunkSites& s, const ChunkCodes& c, const ClassWeights& w, uint32_t* out) {

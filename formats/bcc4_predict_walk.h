@@ -81,8 +81,11 @@ template<class D> void copy_border(D* to, const D* from, const Int3& n) {
 
 // Visits the rows of a chunk in coding order and keeps the borders. While a layer is under way its border is
 // that of the layer before, or without one repeats what is known so far; afterwards it repeats the nearest
-// cell. `body` fills the sites of the row.
-template<class D, class Body> void walk(const ChunkShape& shape, Body&& body) {
+// cell. `body` fills the sites of a row. `pair` may fill those of two rows at once and answers whether it
+// did; it is told whether the cell before the second row repeats the first site of the first one, else that
+// cell is in its place. The cell behind the first row repeats its last site.
+template<class D, class Body, class Pair>
+void walk(const ChunkShape& shape, const Body& body, const Pair& pair) {
   std::vector<D> ring(3 * layer_cells);
   const auto layer_at = [&](int m) { return ring.data() + (m % 3) * layer_cells; };
   const auto copy_row = [](D* to, const D* from) { std::copy_n(from, stride_y, to); };
@@ -99,13 +102,29 @@ template<class D, class Body> void walk(const ChunkShape& shape, Body&& body) {
     for (int z = 0; z < nz; ++z) {
       D* const plane = layer + (z + 1) * stride_z;
       if (!before && z > 0) copy_row(plane, plane - stride_z + stride_y);
+      const auto row_at = [&](int y) {
+        D* const own = plane + (y + 1) * stride_y + 1;
+        const std::ptrdiff_t at = own - layer;
+        return Row<D>{m,
+                      z * brick_edge + y,
+                      nx,
+                      own,
+                      cross ? cross + at + lowest : nullptr,
+                      previous ? previous + at : nullptr};
+      };
       for (int y = 0; y < ny; ++y) {
-        D* const row = plane + (y + 1) * stride_y;
-        if (!before) row[0] = row[1 - stride_y];
-        const std::ptrdiff_t at = row + 1 - layer;
-        body(Row<D>{m, z * brick_edge + y, nx, row + 1, cross ? cross + at + lowest : nullptr,
-                    previous ? previous + at : nullptr});
-        row[nx + 1] = row[nx];
+        const Row<D> row = row_at(y);
+        if (!before) row.own[-1] = row.own[-stride_y];
+        if (y + 1 < ny && pair(row, row_at(y + 1), !before)) {
+          row.own[nx] = row.own[nx - 1];
+          D* const second = row.own + stride_y;
+          if (!before) second[-1] = row.own[0];
+          second[nx] = second[nx - 1];
+          ++y;
+          continue;
+        }
+        body(row);
+        row.own[nx] = row.own[nx - 1];
       }
       copy_row(plane + (ny + 1) * stride_y, plane + ny * stride_y);
     }
@@ -118,6 +137,10 @@ template<class D, class Body> void walk(const ChunkShape& shape, Body&& body) {
     std::copy_n(layer + stride_z, stride_z, layer);
     std::copy_n(layer + nz * stride_z, stride_z, layer + (nz + 1) * stride_z);
   }
+}
+
+template<class D, class Body> void walk(const ChunkShape& shape, const Body& body) {
+  walk<D>(shape, body, [](const Row<D>&, const Row<D>&, bool) { return false; });
 }
 
 // Taps of a class in order, as pointers to the cells of the first site of the row.
