@@ -2,6 +2,7 @@
 // not drawn.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -20,23 +21,26 @@ class OpenPixels {
     const int around = 2 * border_, columns = width_ + around + 1;
     sum_.assign(static_cast<size_t>(columns * (height_ + around + 1)), 0);
     for (int y = 0; y < height_ + around; ++y) {
-      int32_t* row = sum_.data() + (y + 1) * columns;
-      const int py = y - border_;
-      int32_t sum = 0;
-      for (int x = 0; x < width_ + around; ++x) {
-        const int px = x - border_;
-        if (px >= 0 && py >= 0 && px < width_ && py < height_)
-          sum += open(static_cast<size_t>(py) * static_cast<size_t>(pitch) + static_cast<size_t>(px)) ? 1 : 0;
-        row[x + 1] = row[x + 1 - columns] + sum;
+      const int32_t* const above = sum_.data() + y * columns;
+      int32_t* const row = sum_.data() + (y + 1) * columns;
+      if (y < border_ || y >= height_ + border_) {
+        std::copy_n(above, columns, row);
+        continue;
       }
+      const size_t first = static_cast<size_t>(y - border_) * static_cast<size_t>(pitch);
+      int32_t* const inner = row + border_ + 1;
+      for (int x = 0; x < width_; ++x) inner[x] = open(first + static_cast<size_t>(x)) ? 1 : 0;
+      int32_t sum = 0;
+      for (int x = 0; x < width_; ++x) sum += inner[x], inner[x] = sum + above[border_ + 1 + x];
+      std::fill_n(inner + width_, border_, sum + above[columns - 1]);
     }
   }
 
   // Whether no pixel of the tile inside the rectangle of the picture (x begin, y begin, x end, y end), or
   // within the border of it, is open.
   [[nodiscard]] bool hidden(const std::array<int, 4>& rect) const;
-  // Whether less than half of the tile is open.
-  [[nodiscard]] bool mostly_closed() const { return sum_.back() < width_ * height_ / 2; }
+  // Whether less than a quarter of the tile is open.
+  [[nodiscard]] bool mostly_closed() const { return sum_.back() < width_ * height_ / 4; }
   [[nodiscard]] const int32_t* sums() const { return sum_.data(); } // see TransformArgs::open_sum
   [[nodiscard]] int border() const { return border_; }
 

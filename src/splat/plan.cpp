@@ -236,10 +236,19 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
 // are left out or not, the field is within their range there.
 bool shows(const SplatScene& scene, const SplatOptions& options, float low, float high) {
   const double g = weight_bound(*scene.slice), air = static_cast<double>(scene.slice->air);
-  const double a = air + g * static_cast<double>(low), b = air + g * static_cast<double>(high);
+  const double a = air + g * static_cast<double>(std::min(low, 0.0f)),
+               b = air + g * static_cast<double>(std::max(high, 0.0f));
   if (options.mode == RenderMode::composite) return scene.table->visible(a, b);
   if (options.mode == RenderMode::isosurface) return options.iso_value >= a && options.iso_value <= b;
   return true;
+}
+
+// Whether all samples lie beyond the isosurface that lie between points of a range only (a range that ends at
+// 0 knows nothing). The sum of weights is never below .9 of the mean, which is at least 1.
+bool beyond(const SplatScene& scene, double iso_value, const CellRange& range) {
+  const double iso = iso_value - static_cast<double>(scene.slice->air), least = 0.9;
+  return iso > 0 ? least * static_cast<double>(range.low) > iso
+                 : iso < 0 && least * static_cast<double>(range.high) < iso;
 }
 
 // Which of SplatPoints::cells tells whether a cell's points are needed, -1: neither reaches far enough.
@@ -250,23 +259,37 @@ int useful_cells(const SplatScene& scene, const SplatOptions& options, const Spl
   if (options.mode != RenderMode::composite && options.mode != RenderMode::isosurface) return -1;
   const SheetView& v = *scene.view;
   double look = 0; // lattice units
-  if (plan.lead > 0) {
+  // A crossing looks at the two sheets on either side of it.
+  const int sheets = options.mode == RenderMode::isosurface ? 2 : plan.lead;
+  if (sheets > 0) {
     const double scale = v.perspective ? static_cast<double>(plan.last_sheet) + v.depth : 1;
     for (const double i : {0.0, static_cast<double>(v.width - 1)})
       for (const double j : {0.0, static_cast<double>(v.height - 1)})
         look = std::max(look, length(v.ray(i, j)));
-    look = plan.lead * std::max({look, scale * length(v.ex), scale * length(v.ey)});
+    look = sheets * std::max({look, scale * length(v.ex), scale * length(v.ey)});
   }
   const double needed = 2 * scene.slice->kernel.space.radius + look;
-  for (size_t n = 0; n < SplatPoints::cell_reach.size(); ++n)
+  for (size_t n = 1; n < SplatPoints::cell_reach.size(); ++n)
     if (needed <= 4 * scene.points->plane_distance * SplatPoints::cell_reach[n]) return static_cast<int>(n);
   return -1;
 }
 
-uint64_t needed_cells(const SplatScene& scene, const SplatOptions& options, const CellRange* range) {
+// A sample whose points are left out because they are beyond the surface, and those it is compared with, are
+// all known to be beyond it; InsideCells tells so when it comes out too low.
+uint64_t needed_cells(const SplatScene& scene, const SplatOptions& options, const CellRange* range,
+                      bool inside) {
   uint64_t cells = 0;
-  for (int n = 0; n < cells_per_brick; ++n)
-    cells |= uint64_t{shows(scene, options, range[n].low, range[n].high)} << n;
+  for (int n = 0; n < cells_per_brick; ++n) {
+    const bool shown = shows(scene, options, range[n].low, range[n].high) &&
+                       !(inside && beyond(scene, options.iso_value, range[n]));
+    cells |= uint64_t{shown} << n;
+  }
+  return cells;
+}
+
+uint64_t inside_cells(const SplatScene& scene, double iso_value, const CellRange* range) {
+  uint64_t cells = 0;
+  for (int n = 0; n < cells_per_brick; ++n) cells |= uint64_t{beyond(scene, iso_value, range[n])} << n;
   return cells;
 }
 
@@ -328,6 +351,18 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   std::vector<Candidate> candidates(bricks.size());
   const bool cull = !(options.disable_skips & skip_frustum);
   const int cells = useful_cells(scene, options, plan);
+  const auto ranges = [&](size_t reach, size_t brick) {
+    return scene.points->cells[reach].data() + brick * cells_per_brick;
+  };
+  // A sample's own cell and those beside it hold all points it is made of.
+  const bool inside = cells >= 0 && options.mode == RenderMode::isosurface &&
+                      scene.slice->kernel.space.radius <= 4 * scene.points->plane_distance;
+  if (inside) {
+    plan.inside.points = scene.points;
+    uint64_t slots = 1;
+    for (const int n : scene.points->dims) slots *= static_cast<uint64_t>(n);
+    plan.inside.cells.resize(slots);
+  }
   constexpr size_t share = 64;
   tasks.parallel_for((bricks.size() + share - 1) / share, [&](uint64_t part) {
     for (size_t n = part * share; n < std::min(bricks.size(), (part + 1) * share); ++n) {
@@ -340,15 +375,15 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
         candidates[n].place = Place::invisible;
         continue;
       }
+      if (inside)
+        plan.inside.cells[scene.points->slot(brick)] = inside_cells(scene, options.iso_value, ranges(0, n));
       const bool reached = bound_brick(scene, plan, brick, b);
       if (!reached || b.rect[0] >= view.width + plan.border || b.rect[1] >= view.height + plan.border ||
           b.rect[2] <= -plan.border || b.rect[3] <= -plan.border) {
         candidates[n].place = cull || !reached ? Place::gone : Place::outside;
         if (cull || !reached) continue;
       }
-      if (cells >= 0)
-        b.cells = needed_cells(scene, options,
-                               scene.points->cells[static_cast<size_t>(cells)].data() + n * cells_per_brick);
+      if (cells >= 0) b.cells = needed_cells(scene, options, ranges(static_cast<size_t>(cells), n), inside);
       b.first_slab = std::max(b.first_slab, plan.first_slab);
       b.frame = brick_frame(scene, plan, brick);
     }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/tasks.h"
+#include "splat/inside_cells.h"
 #include "splat/kernels.h"
 #include "splat/splat.h"
 
@@ -43,6 +44,8 @@ struct SplatPlan {
   std::vector<float> lateral, half_x, half_y; // per slab
   std::vector<int32_t> columns, rows;
 
+  // Isosurfaces: samples here may lack points, and are taken for what they are known to be.
+  InsideCells inside;
   std::vector<PlannedBrick> bricks; // sorted by first slab
   int64_t longest = 1;              // slabs a brick spans at most
   std::vector<PlannedTile> tiles;

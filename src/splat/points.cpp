@@ -40,6 +40,7 @@ struct Fold {
 struct BrickPoints {
   SplatBrick brick;
   std::array<CellRange, cells_per_brick> cell{};
+  std::array<uint8_t, cells_per_brick> in_cell{}; // points
   std::vector<uint16_t> position;
   std::vector<float> coefficient;
 };
@@ -83,8 +84,8 @@ void gather_cells(const std::vector<BrickPoints>& made, const Int3& dims, size_t
 // Ranges over the cells at most `reach` cells away, one axis after the other.
 void widen_cells(CellCube cube, int reach, CellRange* out) {
   const auto over = [reach](auto cell) {
-    CellRange range;
-    for (int n = -reach; n <= reach; ++n) {
+    CellRange range = cell(-reach);
+    for (int n = 1 - reach; n <= reach; ++n) {
       const CellRange c = cell(n);
       range = {std::min(range.low, c.low), std::max(range.high, c.high)};
     }
@@ -150,12 +151,16 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
         b.low[a] = std::min(b.low[a], static_cast<uint8_t>(local[a]));
         b.high[a] = std::max(b.high[a], static_cast<uint8_t>(local[a]));
       }
-      CellRange& cell =
-          out.cell[static_cast<size_t>(local[0] >> 2 | local[1] >> 2 << 2 | local[2] >> 2 << 4)];
+      const auto cell_number = static_cast<size_t>(local[0] >> 2 | local[1] >> 2 << 2 | local[2] >> 2 << 4);
+      CellRange& cell = out.cell[cell_number];
+      if (out.in_cell[cell_number]++ == 0) cell = {c, c};
       cell = {std::min(cell.low, c), std::max(cell.high, c)};
       b.coefficient[0] = std::min(b.coefficient[0], c);
       b.coefficient[1] = std::max(b.coefficient[1], c);
     }
+    for (size_t n = 0; n < cells_per_brick; ++n)
+      if (out.in_cell[n] < (lattice.bcc ? 16 : 64))
+        out.cell[n] = {std::min(out.cell[n].low, 0.0f), std::max(out.cell[n].high, 0.0f)};
     b.count = static_cast<uint32_t>(out.position.size());
     for (size_t a = 0; a < 3; ++a) b.plane[a] = origin[a] - points.margin;
   });
@@ -166,7 +171,7 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
     fail(Code::limit_exceeded, "render: a slice of ", total, " points; at most 2^32 - 1 are drawn");
   points.memory = Reservation(context.memory,
                               total * (sizeof(float) + sizeof(uint16_t)) +
-                                  kept * (sizeof(SplatBrick) + 2 * cells_per_brick * sizeof(CellRange)),
+                                  kept * (sizeof(SplatBrick) + 3 * cells_per_brick * sizeof(CellRange)),
                               "the points of a slice");
   points.position.reserve(total + vector_overhang);
   points.coefficient.reserve(total + vector_overhang);
@@ -199,7 +204,7 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   context.tasks.parallel_for(kept, [&](uint64_t n) {
     CellCube cube;
     gather_cells(made, points.dims, kept_slots[n], points.edge / 4, cube);
-    for (size_t r = 0; r < 2; ++r)
+    for (size_t r = 0; r < SplatPoints::cell_reach.size(); ++r)
       widen_cells(cube, SplatPoints::cell_reach[r], points.cells[r].data() + n * cells_per_brick);
   });
   points.count = static_cast<uint32_t>(total);

@@ -20,7 +20,8 @@ struct SplatBrick {
   float reach[2] = {0, 0};              // the same over its 27-neighbourhood
 };
 
-// Smallest and largest coefficient, and 0, of the points in and around a cell of 4^3 planes.
+// Smallest and largest coefficient of the sites in and around a cell of 4^3 planes: with 0 where any of them
+// is no point.
 struct CellRange {
   float low = 0, high = 0;
 };
@@ -37,10 +38,15 @@ struct SplatPoints {
                                   // that vectors may read over it
   std::vector<float> coefficient; // relative to air
   // Per brick and cell, over the cells at most cell_reach[n] cells away along every axis.
-  static constexpr std::array<int, 2> cell_reach{2, 3};
-  std::array<std::vector<CellRange>, 2> cells;
+  static constexpr std::array<int, 3> cell_reach{1, 2, 3};
+  std::array<std::vector<CellRange>, 3> cells;
   Reservation memory;
 
+  // Number of a brick among dims, x fastest.
+  [[nodiscard]] size_t slot(const SplatBrick& b) const {
+    const auto n = [&](size_t a) { return static_cast<size_t>((b.plane[a] + margin) / edge); };
+    return (n(2) * static_cast<size_t>(dims[1]) + n(1)) * static_cast<size_t>(dims[0]) + n(0);
+  }
   // Lattice position of a point.
   [[nodiscard]] Vec3 at(const SplatBrick& b, uint32_t n) const {
     const uint16_t p = position[n];

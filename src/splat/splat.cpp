@@ -1,7 +1,9 @@
 #include "splat/splat.h"
 
+#include <algorithm>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <vector>
 
 #include "splat/tile.h"
@@ -29,6 +31,12 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Con
   std::mutex mutex;
   std::vector<std::unique_ptr<TileMemory>> idle;
   uint64_t done = 0;
+  // Tiles with more to draw first: none is left to run alone at the end.
+  std::vector<size_t> order(plan.tiles.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return plan.tiles[a].bricks.size() > plan.tiles[b].bricks.size();
+  });
   context.tasks.parallel_for(plan.tiles.size(), [&](uint64_t n) {
     std::unique_ptr<TileMemory> memory;
     {
@@ -40,7 +48,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Con
     }
     if (!memory) memory = std::make_unique<TileMemory>();
     SplatStats mine;
-    emit(draw_tile(job, plan.tiles[n], *memory, mine));
+    emit(draw_tile(job, plan.tiles[order[n]], *memory, mine));
     double fraction;
     {
       const std::scoped_lock lock(mutex);

@@ -85,8 +85,9 @@ class Tile {
     if ((options_.disable_skips & skip_occlusion) || closed_ == 0) return nullptr;
     if (summed_closed_ == 0 || (closed_ - summed_closed_) * 16 >= open_) {
       summed_closed_ = closed_;
-      open_pixels_.count(m_.pixel_pitch, [&](size_t p) {
-        return pixel_.alpha[p] < stop() && pixel_.enter[p] <= pixel_.leave[p];
+      open_pixels_.count(m_.pixel_pitch, [stop = stop(), alpha = pixel_.alpha, enter = pixel_.enter,
+                                          leave = pixel_.leave](size_t p) {
+        return static_cast<bool>(static_cast<int>(alpha[p] < stop) & static_cast<int>(enter[p] <= leave[p]));
       });
     }
     return &open_pixels_;
@@ -124,6 +125,12 @@ class Tile {
     }
   }
 
+  // Whether a sample is on air's side of the surface only because points beyond it are left out.
+  [[nodiscard]] bool lacks_points(int64_t k, int x, int y, float value, float target) const {
+    return !plan_.inside.cells.empty() && (value < target) == (target > 0) &&
+           plan_.inside.contains(view_.sample(tile_.x + x, tile_.y + y, static_cast<double>(k)));
+  }
+
   // Surfaces between the sheets k - 1 and k.
   void find_surface(int64_t k) {
     if (k - 1 < first_) return;
@@ -148,6 +155,8 @@ class Tile {
     for (size_t n = 0; n < found; ++n) {
       const int x = static_cast<int>(c.found[n] & 0xffff), y = static_cast<int>(c.found[n] >> 16 & 0x7fff);
       const std::ptrdiff_t at = y * source_.plane_pitch() + x;
+      if (lacks_points(k - 1, x, y, c.before[at], target) || lacks_points(k, x, y, c.value[at], target))
+        continue;
       (c.found[n] & grazing ? grazes : crossings)
           .push_back({tile_.x + x, tile_.y + y, static_cast<double>(k - 1), static_cast<double>(k),
                       static_cast<double>(c.before[at]), static_cast<double>(c.value[at])});

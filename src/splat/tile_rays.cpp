@@ -1,6 +1,7 @@
 #include "splat/tile_rays.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 namespace bccsplat {
@@ -14,6 +15,16 @@ TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile&
   out.enter = enter, out.leave = leave, out.path = path;
   out.view_x = vx, out.view_y = vy, out.view_z = vz;
   TileRays rays;
+  // Of an orthographic view, all rays are alike.
+  const auto set_direction = [&](double i, double j, size_t p) {
+    const Vec3 ray = view.lattice_to_world.vector(view.ray(i, j));
+    const double step = length(ray);
+    path[p] = static_cast<float>(step);
+    vx[p] = static_cast<float>(-ray[0] / step), vy[p] = static_cast<float>(-ray[1] / step);
+    vz[p] = static_cast<float>(-ray[2] / step);
+  };
+  if (!view.perspective) set_direction(0, 0, 0);
+  const std::array<float, 4> common{path[0], vx[0], vy[0], vz[0]};
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (int y = 0; y < tile.height; ++y)
     for (int x = 0; x < pitch; ++x) {
@@ -23,11 +34,10 @@ TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile&
       if (x >= tile.width) continue;
       const double i = tile.x + x, j = tile.y + y;
       const auto [k0, k1] = ray_interval(slice, view, i, j);
-      const Vec3 ray = view.lattice_to_world.vector(view.ray(i, j));
-      const double step = length(ray);
-      path[p] = static_cast<float>(step);
-      vx[p] = static_cast<float>(-ray[0] / step), vy[p] = static_cast<float>(-ray[1] / step);
-      vz[p] = static_cast<float>(-ray[2] / step);
+      if (view.perspective)
+        set_direction(i, j, p);
+      else
+        path[p] = common[0], vx[p] = common[1], vy[p] = common[2], vz[p] = common[3];
       if (!(k0 < k1)) continue;
       enter[p] = static_cast<float>(k0), leave[p] = static_cast<float>(k1);
       low = std::min(low, k0), high = std::max(high, k1);

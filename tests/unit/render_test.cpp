@@ -337,6 +337,30 @@ TEST(Render, SkipsChangeNothing) {
   }
 }
 
+TEST(Render, PointsBeyondASurfaceAreLeftOut) {
+  // Rays that start beyond the surface, and rays that reach it from air: nothing is seen of the points left
+  // out.
+  const Slice slice = make_slice({48, 44, 52}, marschner_lobb(48, 1.5));
+  for (const bool perspective : {false, true})
+    for (const double turn : {20.0, 200.0})
+      for (const double iso : {0.35, 0.6})
+        for (const double step : {0.5, 1.0}) {
+          const Scene scene =
+              make_scene(slice, ramp_function(0, 1, 1), fit_camera(slice, perspective, 20, turn, 72, 60));
+          RenderOptions o;
+          o.mode = RenderMode::isosurface;
+          o.iso_value = iso, o.sheet_step = step;
+          ImageStorage all(72, 60, true, true, true), other(72, 60, true, true, true);
+          o.disable_skips = 31;
+          const RenderStats full = draw(scene, o, all);
+          o.disable_skips = 0;
+          const RenderStats skipped = draw(scene, o, other);
+          EXPECT_TRUE(same_bits(all, other)) << perspective << ' ' << turn << ' ' << iso << ' ' << step;
+          EXPECT_EQ(full.points_invisible, 0u);
+          EXPECT_GT(skipped.points_invisible, 0u);
+        }
+}
+
 TEST(Render, AirThatAbsorbsIsDrawnWhereNoPointIs) {
   // All sites equal air: nothing is stored, but the function shows air.
   const Slice slice = make_slice(
