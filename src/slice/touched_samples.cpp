@@ -28,7 +28,7 @@ Images images(const Interval& own, double mirror, double low_limit, double high_
 
 } // namespace
 
-bool TouchedSamples::touches(int32_t layer, const Int3& brick) const {
+bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) const {
   const Lattice4& lattice = source_.lattice();
   const int coset = lattice.coset(layer);
   std::array<Images, 4> axes;
@@ -36,9 +36,8 @@ bool TouchedSamples::touches(int32_t layer, const Int3& brick) const {
     Interval own;
     double mirror = 0;
     if (a < 3) {
-      const int first = brick[a] * brick_edge;
-      own = {lattice.space.plane(coset, first) * lattice.space_step[a],
-             lattice.space.plane(coset, first + brick_edge - 1) * lattice.space_step[a]};
+      own = {lattice.space.plane(coset, begin[a] * brick_edge) * lattice.space_step[a],
+             lattice.space.plane(coset, end[a] * brick_edge - 1) * lattice.space_step[a]};
       mirror = lattice.space.last[a] * lattice.space_step[a];
     } else {
       own.low = own.high = lattice.layer_frame(layer);
@@ -81,13 +80,15 @@ BrickLayer TouchedSamples::read_layer(int channel, int32_t layer, const BrickBox
           if (part.brick(slot)) out.set(slot, part.share(slot));
         }
   };
+  if (!touches(layer, begin, end)) return out;
   for (int z = begin[2]; z < end[2]; ++z) {
+    if (!touches(layer, {begin[0], begin[1], z}, {end[0], end[1], z + 1})) continue;
     BrickBox box{{0, 0, z}, {0, 0, z + 1}};
     bool open = false;
     for (int y = begin[1]; y < end[1]; ++y) {
       int first = end[0], last = begin[0] - 1;
       for (int x = begin[0]; x < end[0]; ++x)
-        if (touches(layer, {x, y, z})) first = std::min(first, x), last = x;
+        if (touches(layer, {x, y, z}, {x + 1, y + 1, z + 1})) first = std::min(first, x), last = x;
       const bool same = open && first == box.begin[0] && last + 1 == box.end[0];
       if (open && !same) read(box);
       if (!same) box.begin = {first, y, z}, box.end = {last + 1, y + 1, z + 1};

@@ -27,8 +27,9 @@ class TouchedSamples final : public SampleSource {
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
 
-  // Whether samples of a brick of a layer, or their mirror images, lie in reach of the slab.
-  [[nodiscard]] bool touches(int32_t layer, const Int3& brick) const;
+  // Whether samples of bricks begin .. end - 1 of a layer, or their mirror images, may lie in reach of the
+  // slab.
+  [[nodiscard]] bool touches(int32_t layer, const Int3& begin, const Int3& end) const;
 
  private:
   const SampleSource& source_;

@@ -44,15 +44,18 @@ class Counting final : public SampleSource {
   const SampleSource& source_;
 };
 
-// Seconds to copy n bytes' worth of traffic: n / 2 read and n / 2 written.
-double copy_seconds(uint64_t bytes) {
-  const size_t half = std::max<size_t>(bytes / 2, 64);
-  std::vector<char> from(half, 1), to(half, 2);
-  return median_cpu_seconds([&] {
-    std::memcpy(to.data(), from.data(), half);
-    from[half / 2] = to[half / 3]; // so that no copy is left out
-  });
-}
+// Copies memory: n bytes of traffic, half read and half written.
+class Copy {
+ public:
+  explicit Copy(uint64_t bytes) : from_(std::max<size_t>(bytes / 2, 64), 1), to_(from_.size(), 2) {}
+  void operator()() {
+    std::memcpy(to_.data(), from_.data(), from_.size());
+    from_[from_.size() / 2] = to_[from_.size() / 3]; // so that no copy is left out
+  }
+
+ private:
+  std::vector<char> from_, to_;
+};
 
 struct Case {
   std::string name;
@@ -134,10 +137,10 @@ void report_merge(const Report& report) {
                       : instant_weights(lattice, coefficients.kernel(), frame);
         uint64_t bytes = slice.bytes();
         for (const LayerWeight& w : weights) bytes += coefficients.layer(w.layer, context.get())->bytes();
-        const double copy = copy_seconds(bytes);
-        const double seconds =
-            median_cpu_seconds([&] { slice = time_slice(coefficients, frame, interval, {}, context.get()); },
-                               report.quick ? 3 : 9);
+        Copy copying(bytes);
+        const auto [seconds, copy] =
+            paired_cpu_seconds([&] { slice = time_slice(coefficients, frame, interval, {}, context.get()); },
+                               [&] { copying(); }, report.quick ? 3 : 15);
         rows.push_back({word("series", concat(n, "^3")), word("kernel", name),
                         figure("slab, frames", width, 0),
                         figure("layers", static_cast<double>(weights.size()), 0),
@@ -201,6 +204,42 @@ void report_cost(const Report& report) {
   report.table("Cost against points touched; kernel default", rows);
   report.plot("cost", {"Axis and oblique slices: time against the bricks (16^3 sites) that they touch",
                        "bricks that hold points and are touched", "CPU ms", true, true, std::move(lines)});
+}
+
+// Slices of a volume that grows where they are not.
+void report_growth(const Report& report) {
+  TestContext context(1);
+  std::vector<Row> rows;
+  std::vector<Series> lines(2);
+  lines[0].title = "x = const", lines[1].title = "oblique";
+  for (const uint32_t n :
+       report.quick ? std::vector<uint32_t>{48, 96} : std::vector<uint32_t>{48, 96, 192, 384}) {
+    const std::array<uint32_t, 4> dims{n, 24, 24, 24};
+    const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
+    const MemorySamples samples = sample_field(lattice, test::PlaneWaves(2, 0.5, 3));
+    const std::array<Hyperplane, 2> planes{Hyperplane{1, 0, 0, 0, -24.2},
+                                           normalised_hyperplane({1, 0.3, 0.2, 0.4, -32})};
+    for (size_t i = 0; i < planes.size(); ++i) {
+      const Counting source(samples);
+      const Coefficients coefficients(source, 0, make_kernel("default"), 0, large_cache);
+      Slice slice;
+      const double seconds = median_cpu_seconds(
+          [&] {
+            source.points = source.bricks = 0;
+            slice = hyperslice(coefficients, planes[i], {}, {}, context.get());
+          },
+          3);
+      const auto all = static_cast<double>(lattice.sites());
+      lines[i].points.push_back({all, 1000 * seconds});
+      rows.push_back({word("slice", lines[i].title), word("volume", concat(n, " x 24^3")),
+                      figure("points of the volume", all, 0),
+                      figure("in bricks touched", static_cast<double>(source.points), 0),
+                      figure("ms", 1000 * seconds, 2)});
+    }
+  }
+  report.table("Cost against the size of the volume, the points touched being the same", rows);
+  report.plot("growth", {"Slices of a volume that grows where they are not", "points of the volume", "CPU ms",
+                         true, true, std::move(lines)});
 }
 
 // What slices read of a file.
@@ -282,6 +321,7 @@ int run_slice_suite(std::span<const std::string> args, const Report& report) {
   report_merge(report);
   report_kinds(report);
   report_cost(report);
+  report_growth(report);
   report_reading(report);
   report_list(report);
   report_paper_methods(report);
