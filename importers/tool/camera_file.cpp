@@ -102,4 +102,12 @@ bccsplat_camera turned(const bccsplat_camera& camera, double degrees) {
   return c;
 }
 
+bccsplat_camera zoomed(const bccsplat_camera& camera, double factor) {
+  bccsplat_camera c = camera;
+  constexpr double degree = std::numbers::pi / 180;
+  c.ortho_height /= factor;
+  c.fovy_degrees = 2 * std::atan(std::tan(c.fovy_degrees * degree / 2) / factor) / degree;
+  return c;
+}
+
 } // namespace bcc4

@@ -120,13 +120,15 @@ struct Scene {
   double open_ms;
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) const {
-    if (camera.file) return turned(camera.file->cameras[picture.camera], picture.turn);
     auto view = sized<bccsplat_camera>();
-    check(bccsplat_slice_fit_camera(slice.get(), camera.projection, a.rotate_x.value_or(20),
-                                    a.rotate_y.value_or(30) + picture.turn, camera.size[0], camera.size[1],
-                                    &view),
-          "camera");
-    return view;
+    if (camera.file)
+      view = turned(camera.file->cameras[picture.camera], picture.turn);
+    else
+      check(bccsplat_slice_fit_camera(slice.get(), camera.projection, a.rotate_x.value_or(20),
+                                      a.rotate_y.value_or(30) + picture.turn, camera.size[0], camera.size[1],
+                                      &view),
+            "camera");
+    return zoomed(view, a.zoom.value_or(1));
   }
 
   // Renders one picture, --repeat times, and saves it.

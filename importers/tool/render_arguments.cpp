@@ -95,6 +95,7 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
       ->type_name("ortho|persp|FILE.json");
   add_number(app, "--rotate-x", a.rotate_x, "Degrees about the horizontal axis (default 20)");
   add_number(app, "--rotate-y", a.rotate_y, "Degrees about the vertical axis, applied first (default 30)");
+  add_number(app, "--zoom", a.zoom, "Factor on the size of what is seen, about the middle of the picture");
   app.add_option("--tf", a.tf, "ParaView colour map (JSON)")->type_name("FILE.json");
   app.add_option("--colormap", a.colormap, concat("Built-in colours: ", join(colormap_names())))
       ->type_name("NAME");
@@ -183,6 +184,7 @@ void check_arguments(const RenderArguments& a) {
   if (int{a.frames.has_value()} + int{a.turntable.has_value()} + int{a.which.sweep.has_value()} > 1)
     fail_usage("--frames, --turntable and --sweep exclude each other");
   if (a.trail_opacity && !(*a.trail_opacity >= 0)) fail_usage("--trail-opacity must not be negative");
+  if (a.zoom && !(*a.zoom >= 1e-3 && *a.zoom <= 1e6)) fail_usage("--zoom ", *a.zoom, ": .001 to 1e6");
   if (a.step && !(*a.step > 0)) fail_usage("--step must be positive");
   if (a.opacity && !(*a.opacity >= 0)) fail_usage("--opacity must not be negative");
   if (a.unit_distance && !(*a.unit_distance > 0)) fail_usage("--unit-distance must be positive");

@@ -30,7 +30,7 @@ struct RenderArguments {
   std::optional<int> turntable; // pictures
   std::optional<std::array<uint32_t, 2>> size;
   std::string camera = "ortho";
-  std::optional<double> rotate_x, rotate_y;
+  std::optional<double> rotate_x, rotate_y, zoom;
   std::string tf, colormap, dump_tf, trail_tf, trail_colormap;
   std::optional<std::vector<double>> range, trail_range;
   std::optional<double> opacity, trail_opacity, iso, step, unit_distance;

@@ -116,6 +116,17 @@ class Render(ToolTest):
         self.refused(2, 'pattern', 'render', 'v.bcc4', '--time', 2, '--turntable', 4, '-o', 'x.png', output='x.png')
         self.refused(2, 'exclude', 'render', 'v.bcc4', '--frames', '0-1', '--turntable', 2, '-o', 'x.%d.png')
 
+    def test_zoom_narrows_the_view(self):
+        with open(self.path('c.json'), 'w') as f:
+            json.dump(dict(position=[4.5, 4, -30], target=[4.5, 4, 3.5], ortho_height=10), f)
+        with open(self.path('d.json'), 'w') as f:
+            json.dump(dict(position=[4.5, 4, -30], target=[4.5, 4, 3.5], ortho_height=5), f)
+        self.assertEqual(self.picture('--time', 2, '--camera', 'c.json', '--zoom', 2), self.picture('--time', 2, '--camera', 'd.json'))
+        for camera in ('ortho', 'persp'):
+            self.assertNotEqual(self.picture('--time', 2, '--camera', camera), self.picture('--time', 2, '--camera', camera, '--zoom', 2))
+            self.assertEqual(self.picture('--time', 2, '--camera', camera), self.picture('--time', 2, '--camera', camera, '--zoom', 1))
+        self.refused(2, '--zoom', 'render', 'v.bcc4', '--time', 2, '--zoom', 0, '-o', 'x.png', output='x.png')
+
     def test_cameras_move_through_their_frames(self):
         def camera(position):
             return dict(position=position, target=[4.5, 4, 3.5], ortho_height=12)
