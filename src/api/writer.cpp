@@ -399,6 +399,8 @@ Bcc4WriterOptions bccsplat_writer::appended() const {
 }
 
 void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_box* boxes, uint64_t count) {
+  if (feeding != Feeding::nothing && feeding != Feeding::frames) // `added` counts layers then
+    fail(Code::wrong_state, "writer: frames and layers do not mix");
   const uint64_t frame = added[channel];
   if (!std::isfinite(time)) fail(Code::invalid_argument, "frame ", frame, ": the time is not finite");
   if (fit_options.dims[3] > 0 && frame >= fit_options.dims[3])
