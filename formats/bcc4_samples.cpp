@@ -9,7 +9,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr size_t batch_chunks = 256; // decoded at once; bounds what is held beyond the cache
+constexpr size_t batch_chunks = 256; // decoded at once, or fewer where the budget is short
 
 using ChunkKey = std::tuple<int, int32_t, uint32_t>; // channel, slab, slot
 
@@ -55,6 +55,10 @@ BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& r
   const int m = layer % info.slab_layers;
   BrickLayer out(info.lattice.space, info.lattice.coset(layer));
   const std::vector<Bcc4Chunk> wanted = reader_->chunks(channel, slab, region);
+  // Beyond the cache there is one layer and a batch of chunks: few of them where the budget is short.
+  const uint64_t chunk_bytes = static_cast<uint64_t>(info.slab_layers) * sizeof(Brick);
+  const uint64_t room = cache_->budget.limit() - cache_->budget.used();
+  const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
 
   const auto place = [&](const Bcc4Chunk& chunk, const ChunkData& data) {
     auto brick = reader_->brick(channel, data, m);
@@ -62,8 +66,8 @@ BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& r
     const Int3 b = reader_->brick_position(chunk.slot);
     out.set(out.slot(b[0], b[1], b[2]), std::move(brick));
   };
-  for (size_t first = 0; first < wanted.size(); first += batch_chunks) {
-    const auto batch = std::span(wanted).subspan(first, std::min(batch_chunks, wanted.size() - first));
+  for (size_t first = 0; first < wanted.size(); first += at_once) {
+    const auto batch = std::span(wanted).subspan(first, std::min(at_once, wanted.size() - first));
     std::vector<std::shared_ptr<const ChunkData>> data(batch.size());
     std::vector<Bcc4Chunk> missing;
     std::vector<size_t> missing_at;

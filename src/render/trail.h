@@ -29,6 +29,7 @@ struct TrailOptions {
 struct TrailSource {
   Slice slice;
   SplatPoints points;
+  Reservation memory; // of the slice; the points have their own
 };
 
 // A moment of the trail: its field is a weighted sum of sources.

@@ -71,6 +71,7 @@ bool has_holes(const BrickLayer& layer) {
 
 void add_source(Trail& trail, Slice&& slice, const Context& context) {
   TrailSource s;
+  s.memory = Reservation(context.memory, slice.bytes(), "a moment of the trail");
   s.points = make_points(slice, context);
   s.slice = std::move(slice);
   trail.sources.push_back(std::move(s));

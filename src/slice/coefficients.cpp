@@ -176,7 +176,12 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
   }
   const bool last = stage_number == last_stage();
   const StageFinish finish{last ? get(0, m) : nullptr, prune_};
-  return insert(key, apply_stage(filter, input, last ? &finish : nullptr, region_, context), context);
+  BrickLayer made = [&] {
+    // About what it will hold, so that the budget is kept while it is made; insert() reserves what it holds.
+    const Reservation making(context.memory, input.previous.own->bytes(), "coefficients of one layer");
+    return apply_stage(filter, input, last ? &finish : nullptr, region_, context);
+  }();
+  return insert(key, std::move(made), context);
 }
 
 std::shared_ptr<const BrickLayer> Coefficients::find(const Key& key) const {

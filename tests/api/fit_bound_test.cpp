@@ -289,6 +289,20 @@ TEST(Measure, SaysWhatTheFileIsWorthFrameByFrame) {
   for (const auto& f : some.frames) EXPECT_EQ(f.rmse, w.frames[f.frame].rmse);
 }
 
+// A kernel that the Cartesian lattice lacks, and memory that is short, end what nobody insisted on.
+TEST(Measure, OfSomeFramesGivesWay) {
+  const TestDevice device;
+  const Source s = cases()[0].source;
+  auto options = sized<bccsplat_writer_options>();
+  options.lattice = BCCSPLAT_LATTICE_CC, options.recommended_kernel = "fine";
+  options.measure = BCCSPLAT_MEASURE_SOME;
+  const Written some = write_frames(device, s, options);
+  EXPECT_EQ(some.status, BCCSPLAT_OK) << some.text;
+  EXPECT_EQ(some.report.frames_measured, 0u);
+  options.measure = BCCSPLAT_MEASURE_ALL;
+  EXPECT_EQ(write_frames(device, s, options).status, BCCSPLAT_ERROR_UNSUPPORTED);
+}
+
 // Stored as f32 nothing but dropped sites differs; as u8 half a step.
 TEST(Measure, CodingErrorIsThatOfTheStoredType) {
   const TestDevice device;
