@@ -1,0 +1,22 @@
+#!/bin/sh
+# The pictures of the README, from the smoke that examples/quickstart.sh makes.
+#   pictures.sh BCC4 SMOKE.bcc4 FOLDER
+set -eu
+here=$(cd "$(dirname "$0")" && pwd)
+bcc4=$1 smoke=$2 out=$3
+
+render() {
+  "$bcc4" render "$smoke" --camera persp --size 600x520 --background 0.02,0.02,0.03 "$@"
+}
+# What the plane x = 48 held over time: y to the right, z up, time into the picture.
+render --plane 1,0,0,0,-48 --zoom 1.8 --rotate-y 40 --colormap inferno --range 0,0.9 --opacity 3 --no-shading -o "$out/x-slice.png"
+# A hyperplane across three axes.
+render --plane 0.4,0.2,0,0.6,-34 --zoom 1.6 --rotate-y 40 --colormap inferno --range 0,0.9 --opacity 3 --no-shading -o "$out/oblique-slice.png"
+# Solid smoke and where it was during the sixteen frames before: in one space, and as two pictures, one over the other.
+moving() {
+  render --time 46 --zoom 1.95 --rotate-x 10 --rotate-y 15 --tf "$here/solid.json" --trail-tf "$here/thin.json" "$@"
+}
+moving --trail 16f -o "$out/trail.png"
+moving --trail 16f --trail-mode post -o "$out/trail-post.png"
+# Five parts of twenty frames, from blue to orange.
+moving --trail 20f,5 -o "$out/trail-colours.png"
