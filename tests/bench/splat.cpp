@@ -189,7 +189,12 @@ void frame_table(const Report& report, const Slice& slice, const SplatPoints& po
     for (int repeat = 0; repeat < (report.quick ? 1 : 7); ++repeat) {
       RenderStats stats;
       const double ms = 1e3 * cpu_seconds([&] { stats = render(scene, o, context.get(), out.image); });
-      if (ms < total) total = ms, best = stats;
+      if (repeat == 0) best = stats;
+      // Stages are walls: what other programs took of one repeat is not in the least of all.
+      best.ms_transform = std::min(best.ms_transform, stats.ms_transform);
+      best.ms_splat = std::min(best.ms_splat, stats.ms_splat);
+      best.ms_shade = std::min(best.ms_shade, stats.ms_shade);
+      total = std::min(total, ms);
     }
     const double splat = static_cast<double>(best.contributions) / (1e-3 * best.ms_splat);
     rows.push_back({word("frame", c.name), figure("pixels", pixels, 0), figure("ms", total, 1),
