@@ -10,6 +10,7 @@
 #include "tests/bench/evaluate.h"
 #include "tests/bench/fit.h"
 #include "tests/bench/kernels.h"
+#include "tests/bench/paper.h"
 #include "tests/bench/render.h"
 #include "tests/bench/report.h"
 #include "tests/bench/scale.h"
@@ -33,7 +34,8 @@ constexpr Suite suites[] = {
     {"fit", bccsplat::bench::run_fit_suite},         {"trail", bccsplat::bench::run_trail_suite},
     {"storage", bccsplat::bench::run_storage_suite}, {"render", bccsplat::bench::run_render_suite},
     {"skip", bccsplat::bench::run_skip_suite},       {"scale", bccsplat::bench::run_scale_suite},
-    {"splat", bccsplat::bench::run_splat_suite},     {"slice", bccsplat::bench::run_slice_suite}};
+    {"splat", bccsplat::bench::run_splat_suite},     {"slice", bccsplat::bench::run_slice_suite},
+    {"paper", bccsplat::bench::run_paper_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");
