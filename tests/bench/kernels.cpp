@@ -38,7 +38,7 @@ void add_snr(Row& row, const std::array<double, 4>& snr) {
     row.push_back(figure("rho " + number(design_rhos[r], 1), snr[r], 1));
 }
 
-std::vector<Row> predicted(int dimensions) {
+std::vector<Row> predicted(int dimensions, size_t count) {
   std::vector<Row> rows;
   const std::string dash = "-";
   const auto finish = [&](Row& row) {
@@ -50,7 +50,7 @@ std::vector<Row> predicted(int dimensions) {
   const auto cartesian = [&](const char* name, const char* prefilter, CartesianKernel kernel, int width) {
     std::array<double, 4> snr{};
     for (size_t r = 0; r < snr.size(); ++r)
-      snr[r] = snr_db_interpolating(cartesian_waves(kernel, dimensions, design_rhos[r], waves_per_ball));
+      snr[r] = snr_db_interpolating(cartesian_waves(kernel, dimensions, design_rhos[r], count));
     Row row{word("kernel", name), word("prefilter", prefilter),
             figure("taps", std::pow(width, dimensions), 0)};
     add_snr(row, snr);
@@ -66,7 +66,7 @@ std::vector<Row> predicted(int dimensions) {
     const std::vector<PrefilterStage>& stages = dimensions == 4 ? kernel.prefilter4 : kernel.prefilter3;
     std::array<double, 4> ideal{}, best{}, shipped{};
     for (size_t r = 0; r < ideal.size(); ++r) {
-      const std::vector<WaveSample> waves = ball_waves(spectrum, dimensions, design_rhos[r], waves_per_ball);
+      const std::vector<WaveSample> waves = ball_waves(spectrum, dimensions, design_rhos[r], count);
       ideal[r] = snr_db_interpolating(waves);
       shipped[r] = snr_db(waves, stages, dimensions);
       double sum = 0;
@@ -111,14 +111,14 @@ std::vector<Row> predicted(int dimensions) {
 
 // Of the analytic gradient in space. "best": the prefilter that is best for the gradient, of any reach: what
 // is missing there the shape of phi loses.
-std::vector<Row> gradients(int dimensions) {
+std::vector<Row> gradients(int dimensions, size_t count) {
   std::vector<Row> rows;
   for (const std::string& name : listed_kernels(dimensions)) {
     const Kernel kernel = make_kernel(name);
     const KernelSpectrum spectrum(kernel);
     std::array<double, 4> snr{}, best{};
     for (size_t r = 0; r < snr.size(); ++r) {
-      const std::vector<WaveSample> waves = ball_waves(spectrum, dimensions, design_rhos[r], waves_per_ball);
+      const std::vector<WaveSample> waves = ball_waves(spectrum, dimensions, design_rhos[r], count);
       snr[r] = gradient_snr_db(waves, dimensions == 4 ? kernel.prefilter4 : kernel.prefilter3, dimensions);
       double signal = 0, error = 0;
       for (const WaveSample& w : waves) {
@@ -136,9 +136,10 @@ std::vector<Row> gradients(int dimensions) {
   return rows;
 }
 
-std::vector<Row> measured(int dimensions) {
+std::vector<Row> measured(int dimensions, bool quick) {
   std::vector<Row> rows;
-  for (const char* name : {"paper", "fast", "radial18+b3", "default", "fine", "gauss09"}) {
+  for (const char* name : {"default", "paper", "fast", "radial18+b3", "fine", "gauss09"}) {
+    if (quick && !rows.empty()) break;
     Row row{word("kernel", dimensions == 3 ? label(make_kernel(name).name, 3) : make_kernel(name).name)};
     add_snr(row, measured_snr(make_kernel(name), dimensions));
     rows.push_back(row);
@@ -262,10 +263,11 @@ void shape_for_gradient(const Report& report, const std::string& name, const std
 }
 
 void run_predicted(const Report& report) {
+  const size_t waves = report.quick ? 200 : waves_per_ball;
   for (const int dimensions : {3, 4}) {
     const std::string lattice = dimensions == 3 ? "BCC" : "D4*";
-    report.table("Predicted SNR (dB), " + lattice, predicted(dimensions));
-    report.table("Predicted SNR of the gradient (dB), " + lattice, gradients(dimensions));
+    report.table("Predicted SNR (dB), " + lattice, predicted(dimensions, waves));
+    report.table("Predicted SNR of the gradient (dB), " + lattice, gradients(dimensions, waves));
   }
   plot_kernels(report);
 }
@@ -273,7 +275,7 @@ void run_predicted(const Report& report) {
 void run_measured(const Report& report) {
   for (const int dimensions : {3, 4})
     report.table(std::string("Measured SNR (dB), ") + (dimensions == 3 ? "BCC" : "D4*"),
-                 measured(dimensions));
+                 measured(dimensions, report.quick));
 }
 
 struct Part {
