@@ -147,8 +147,6 @@ Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel
                  const std::string& path) {
   const Slice slice = cut(volume, where, channel);
   const bccsplat_slice_info info = slice_info(slice);
-  if (info.dims[0] == 0)
-    fail_usage("--plane: the hyperplane misses the data", a.which.sweep ? concat(" (", path, ")") : "");
   Range range;
   if (lower(path).ends_with(".vdb")) {
 #if BCCSPLAT_WITH_OPENVDB

@@ -114,7 +114,14 @@ Slice cut(const Volume& volume, const Cut& where, uint32_t channel) {
   options.progress = Progress::cancel_only;
   bccsplat_slice* slice = nullptr;
   check(bccsplat_slice_create(volume.get(), where.point ? nullptr : &hyperplane, &options, &slice), "slice");
-  return Slice(slice);
+  Slice made(slice);
+  const bccsplat_slice_info info = slice_info(made);
+  if (info.dims[0] == 0) {
+    std::string normal_form;
+    for (const double x : info.hyperplane) normal_form += concat(normal_form.empty() ? "" : ",", x);
+    fail_usage("the hyperplane ", normal_form, " misses the data");
+  }
+  return made;
 }
 
 } // namespace bcc4

@@ -41,6 +41,7 @@ struct Cut {
 [[nodiscard]] Cut cut_at_index(const Volume& volume, double index);
 // --thickness, --slab and the --slice- options onto a hyperplane.
 void set_shape(Cut& cut, const SliceChoiceArguments& arguments);
+// A hyperplane that misses the data is an error here.
 [[nodiscard]] Slice cut(const Volume& volume, const Cut& where, uint32_t channel);
 
 } // namespace bcc4

@@ -128,6 +128,7 @@ class Slice(ToolTest):
         self.refused(2, '5 numbers', 'slice', 'v.bcc4', '--plane', '1,2,3', '-o', 'x.nrrd', output='x.nrrd')
         self.refused(2, 'all be 0', 'slice', 'v.bcc4', '--plane', '0,0,0,0,1', '-o', 'x.nrrd', output='x.nrrd')
         self.refused(2, 'finite', 'slice', 'v.bcc4', '--plane', '1,nan,0,0,1', '-o', 'x.nrrd', output='x.nrrd')
+        self.refused(2, 'misses', 'render', 'v.bcc4', '--plane', '1,0,0,0,99', '-o', 'x.png', output='x.png')
         self.refused(2, 'misses', 'slice', 'v.bcc4', '--plane', '1,0,0,0,99', '-o', 'x.nrrd', output='x.nrrd')
         self.refused(2, 'exclude', 'slice', 'v.bcc4', '--time', 1, '--plane', '1,0,0,0,0', '-o', 'x.nrrd', output='x.nrrd')
         self.refused(2, '.nrrd or .vdb', 'slice', 'v.bcc4', '--time', 1, '-o', 'x.raw', output='x.raw')
