@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "fit/resample.h"
 #include "tests/bench/fit_fields.h"
+#include "tests/bench/fit_rate.h"
 #include "tests/bench/fit_source.h"
 
 namespace bccsplat::bench {
@@ -115,13 +116,18 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     else if (args[i] == "--dtype")
       type = value();
     else if (args[i] == "--speed" || args[i] == "--accuracy" || args[i] == "--kept" ||
-             args[i] == "--round-trip")
+             args[i] == "--round-trip" || args[i] == "--rate")
       tables.push_back(args[i]);
     else
       fail(Code::invalid_argument, "fit: unknown option ", args[i]);
   }
   if (!raw.empty()) {
     const FitSource s = raw_source(raw, dims, type);
+    const auto asked = [&](const char* table) {
+      return tables.empty() || std::find(tables.begin(), tables.end(), table) != tables.end();
+    };
+    if (asked("--rate")) report_rates(s, report);
+    if (!asked("--round-trip")) return 0;
     for (const float ringing : {0.0f, 1.0f / 2048, 1.0f / 512, 1.0f / 256, 1.0f / 64, 1.0f})
       rows.push_back(round_trip_row(s, 1, ringing, Filter::kaiser8, "default"));
     report.table("round trip: source -> D4* -> source samples", rows);
@@ -134,16 +140,17 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
   };
   const float ringing = FitChannel{}.ringing;
   if (wanted("--speed")) {
-    FitSeries full{{128, 128, 128, 16}, {}};
-    for (size_t i = 0; i < size_t{128} * 128 * 128 * 16; ++i)
+    const std::array<uint32_t, 4> n =
+        report.quick ? std::array<uint32_t, 4>{32, 32, 32, 8} : std::array<uint32_t, 4>{128, 128, 128, 16};
+    FitSeries full{n, {}};
+    for (size_t i = 0; i < size_t{n[0]} * n[1] * n[2] * n[3]; ++i)
       full.values.push_back(static_cast<float>(0.5 + 0.4 * std::sin(0.013 * static_cast<double>(i))));
     for (const Filter f : filters)
       rows.push_back(speed_row(source_of<float>(full, SourceType::f32, 1, "full f32"), f));
     rows.push_back(speed_row(source_of<uint16_t>(full, SourceType::u16, 60000, "full u16"), Filter::kaiser8));
     rows.push_back(speed_row(source_of<uint8_t>(full, SourceType::u8, 255, "full u8"), Filter::kaiser8));
     rows.push_back(
-        speed_row(source_of<float>(smoke_like({128, 128, 128, 16}), SourceType::f32, 1, "smoke-like f32"),
-                  Filter::kaiser8));
+        speed_row(source_of<float>(smoke_like(n), SourceType::f32, 1, "smoke-like f32"), Filter::kaiser8));
     report.table("speed, one thread", rows);
   }
   if (wanted("--accuracy")) {
@@ -151,14 +158,18 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     for (const Filter f : filters) {
       Row row{word("filter", name_of(f))};
       for (const double rho : {0.3, 0.5, 0.7, 0.9})
-        row.push_back(
-            figure("PSNR dB at rho " + concat(rho), sample_psnr(f, rho, {40, 40, 40, 40}, 200, 11), 1));
+        row.push_back(figure("PSNR dB at rho " + concat(rho),
+                             report.quick ? sample_psnr(f, rho, {24, 24, 24, 24}, 20, 11)
+                                          : sample_psnr(f, rho, {40, 40, 40, 40}, 200, 11),
+                             1));
       rows.push_back(row);
     }
     report.table("accuracy of the samples on D4*", rows);
   }
-  const FitSeries smoke =
-      wanted("--kept") || wanted("--round-trip") ? smoke_like({96, 96, 96, 24}) : FitSeries{};
+  FitSeries smoke;
+  if (wanted("--kept") || wanted("--round-trip") || wanted("--rate"))
+    smoke = report.quick ? smoke_like({32, 32, 32, 12}) : smoke_like({96, 96, 96, 24});
+  if (wanted("--rate")) report_rates(source_of<float>(smoke, SourceType::f32, 1, "smoke-like f32"), report);
   if (wanted("--kept")) {
     rows.clear();
     for (const float r : {0.0f, ringing}) {
@@ -176,7 +187,8 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
       rows.push_back(round_trip_row(source, 1, r, Filter::kaiser8, "default"));
     for (const Filter f : filters)
       for (const double scale : {1.0, 1.25, 1.5, 2.0})
-        rows.push_back(round_trip_row(source, scale, ringing, f, "default"));
+        if (!report.quick || scale != 1.25)
+          rows.push_back(round_trip_row(source, scale, ringing, f, "default"));
     rows.push_back(round_trip_row(source, 1, ringing, Filter::kaiser8, "fine"));
     report.table("round trip: source -> D4* -> source samples", rows);
   }

@@ -8,9 +8,10 @@
 
 namespace bccsplat::bench {
 
-//   fit [--speed] [--accuracy] [--kept] [--round-trip]   all tables without a choice
+//   fit [--speed] [--accuracy] [--kept] [--round-trip] [--rate]   all tables without a choice
 //   fit --raw FILE --dims X,Y,Z,T --dtype u8|u16|f32
-//     the same on a raw series, x fastest: round trip with the ringing kept and dropped, samples kept, speed
+//     the same on a raw series, x fastest: error against bytes (--rate: this alone), round trip with the
+//     ringing kept and dropped, samples kept, speed
 // Returns the exit status; throws Error on wrong arguments.
 int run_fit_suite(std::span<const std::string> args, const Report& report);
 
