@@ -93,11 +93,12 @@ void walk(const ChunkShape& shape, const Body& body, const Pair& pair) {
     D* const layer = layer_at(m);
     std::fill_n(layer, layer_cells, D{0});
     if (shape.empty(m)) continue;
-    const auto [nx, ny, nz] = shape.box[static_cast<size_t>(m)];
+    const Int3& box = shape.box[static_cast<size_t>(m)];
+    const int nx = box[0], ny = box[1], nz = box[2]; // lambdas of C++20 take no bindings in clang 14
     const D* previous = shape.has_previous(m) ? layer_at(m - shape.period) : nullptr;
     const D* cross = shape.has_cross(m) ? layer_at(m - 1) : nullptr;
     const D* before = previous ? previous : cross;
-    if (before) copy_border(layer, before, shape.box[static_cast<size_t>(m)]);
+    if (before) copy_border(layer, before, box);
     const std::ptrdiff_t lowest = shape.coset(m) == 1 ? 0 : -1 - stride_y - stride_z;
     for (int z = 0; z < nz; ++z) {
       D* const plane = layer + (z + 1) * stride_z;
