@@ -106,7 +106,7 @@ void Predict(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeight
   const std::array<Taps, classes> all = TapsOf(weights);
   const uint32_t* code = sites.codes.data();
   const uint32_t mask = codes.mask();
-  const D air = codes.air, low = -air, high = static_cast<D>(mask) - air;
+  const D air = static_cast<D>(codes.air), low = -air, high = static_cast<D>(mask) - air;
   walk<D>(sites.shape, [&](const Row<D>& row) HWY_ATTR {
     const unsigned kept = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
     if (kept == 0) return;

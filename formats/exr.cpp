@@ -42,8 +42,8 @@ void write_exr(const std::string& path, int width, int height, std::span<const E
     Imf::Header header(width, height);
     header.compression() = Imf::ZIP_COMPRESSION;
     if (options.frames_per_second[1] > 0)
-      Imf::addFramesPerSecond(header, Imf::Rational(options.frames_per_second[0],
-                                                    static_cast<unsigned>(options.frames_per_second[1])));
+      Imf::addFramesPerSecond(header,
+                              Imf::Rational(options.frames_per_second[0], options.frames_per_second[1]));
     for (const auto& [key, value] : options.attributes) header.insert(key, Imf::StringAttribute(value));
     Imf::FrameBuffer frame;
     for (const ExrChannel& c : channels) {

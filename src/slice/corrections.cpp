@@ -108,10 +108,10 @@ void Corrections::add_to_grid(double frame, const Grid& grid, float* values) con
   };
   for (const Part& part : all) {
     for (const auto& [voxel, value] : part.list->add)
-      under(voxel, [&](size_t sample, float w) { values[sample] += value * (w * part.weight); });
+      under(voxel, [&, add = value](size_t sample, float w) { values[sample] += add * (w * part.weight); });
     for (const auto& [voxel, value] : part.list->set)
-      under(voxel, [&](size_t sample, float w) {
-        if (w * part.weight > 1 - 4 * same_place && std::isnan(values[sample])) values[sample] = value;
+      under(voxel, [&, set = value](size_t sample, float w) {
+        if (w * part.weight > 1 - 4 * same_place && std::isnan(values[sample])) values[sample] = set;
       });
   }
 }

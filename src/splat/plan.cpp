@@ -324,7 +324,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
       (options.mode == RenderMode::composite && scene.table->visible(scene.slice->air, scene.slice->air));
 
   const int size = [&] {
-    if (first <= last) {
+    if (plan.first_sheet <= plan.last_sheet) {
       plan_slabs(scene, plan);
       plan_rows(scene, plan);
       plan_spare(plan);
