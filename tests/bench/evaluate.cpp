@@ -185,11 +185,12 @@ int run_evaluate_suite(std::span<const std::string> args, const Report& report) 
                       figure("time ratio", ours / theirs, 2),
                       figure("SNR dB", slopes ? error.gradient : error.value, 1),
                       figure("quadricubic SNR dB", slopes ? cubic_error.gradient : cubic_error.value, 1)});
-      if (&set == &sets[0] && !slopes && !sliced) {
-        plot.series.push_back({.title = std::string("D4* ") + name + " (half the samples)",
-                               .points = {{nanoseconds(ours, n), error.value}},
-                               .line = false,
-                               .labels = {name}});
+      if (&set == &sets[0] && !slopes) {
+        plot.series.push_back(
+            {.title = std::string("D4* ") + name + (sliced ? ", as a slice" : ", point by point"),
+             .points = {{nanoseconds(ours, n), error.value}},
+             .line = false,
+             .labels = {sliced ? concat(name, ", slice") : name}});
         cubic_times.push_back(nanoseconds(theirs, n));
       }
     }

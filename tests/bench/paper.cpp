@@ -190,30 +190,34 @@ void print(const Report& report, const std::string& which, const Tables& tables)
 } // namespace
 
 int run_paper_suite(std::span<const std::string> args, const Report& report) {
-  std::string folder;
-  if (!args.empty()) {
-    if (args.size() != 2 || args[0] != "--data")
-      fail(Code::invalid_argument, "paper: the only option is --data DIR");
-    folder = args[1];
-    if (!std::filesystem::is_directory(folder)) fail(Code::not_found, "paper: no folder ", folder);
+  std::string folder, only;
+  for (size_t i = 0; i < args.size(); i += 2) {
+    if (i + 1 == args.size() || (args[i] != "--data" && args[i] != "--set"))
+      fail(Code::invalid_argument, "paper: the options are --data DIR and --set NAME");
+    (args[i] == "--data" ? folder : only) = args[i + 1];
   }
+  if (!folder.empty() && !std::filesystem::is_directory(folder))
+    fail(Code::not_found, "paper: no folder ", folder);
   Tables volumes, series;
   std::string absent;
   for (const PaperSet& set : paper_sets()) {
     if (report.quick && set.name != std::string_view("fuel")) continue;
+    if (!only.empty() && set.name != only) continue;
     const auto source = folder.empty() ? std::nullopt : load_paper_set(set, folder);
     if (source)
       add(set.series ? series : volumes, *source, report.quick);
     else
       absent += concat(absent.empty() ? "" : ", ", set.name);
   }
-  const uint32_t n = report.quick ? 24 : 64, frames = report.quick ? 6 : 32;
-  const FitSource smoke =
-      source_of<uint8_t>(smoke_like({n, n, n, frames}), SourceType::u8, 255, "generated smoke");
-  add(series, smoke, report.quick);
-  FitSource still = smoke;
-  still.dims[3] = 1, still.bytes.resize(still.frame_bytes());
-  add(volumes, still, report.quick);
+  if (only.empty() || only == "smoke") {
+    const uint32_t n = report.quick ? 24 : 64, frames = report.quick ? 6 : 32;
+    const FitSource smoke =
+        source_of<uint8_t>(smoke_like({n, n, n, frames}), SourceType::u8, 255, "generated smoke");
+    add(series, smoke, report.quick);
+    FitSource still = smoke;
+    still.dims[3] = 1, still.bytes.resize(still.frame_bytes());
+    add(volumes, still, report.quick);
+  }
   print(report, "3D", volumes);
   print(report, "4D", series);
   if (!absent.empty() && !report.json)

@@ -11,7 +11,8 @@
 
 namespace bccsplat::bench {
 
-//   paper [--data DIR]: a folder with the sets named in paper_sets.cpp; those that are not there are left out
+//   paper [--data DIR] [--set NAME]: a folder with the sets named in paper_sets.cpp; those that are not there
+//   are left out. One of them alone, or `smoke`
 // Returns the exit status; throws Error on wrong arguments.
 int run_paper_suite(std::span<const std::string> args, const Report& report);
 

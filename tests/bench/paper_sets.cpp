@@ -19,9 +19,9 @@ std::span<const PaperSet> paper_sets() {
       {"tooth", "tooth_103x94x161_u8.nrrd", "", "", false},
       {"engine", "engine_256x256x128_u8.raw.gz", "256,256,128", "", false},
       {"bonsai", "bonsai_256x256x256_u8_zlib.vti", "", "", false},
-      {"pcasl (MR perfusion)", "pcasl_52x68x20x10_f32.nii.gz", "", "", true},
-      {"forecast, T", "ncep_forecast_36x33x10x7_f32.nc", "", "T", true},
-      {"viscous fingers", "viscous_fingers_run01_64x64x64x99_u16.nrrd", "", "", true}};
+      {"pcasl", "pcasl_52x68x20x10_f32.nii.gz", "", "", true},
+      {"forecast", "ncep_forecast_36x33x10x7_f32.nc", "", "T", true},
+      {"viscous-fingers", "viscous_fingers_run01_64x64x64x99_u16.nrrd", "", "", true}};
   return sets;
 }
 
