@@ -28,7 +28,8 @@ abidiff --no-added-syms "$dump" "$scratch/now.abi" >"$scratch/report" || code=$?
 # suppression for growing structs would let members change their type: look at what the change is instead.
 harmful="offset changed|data member deletion|[1-9][0-9]* Removed|return type changed|type of '|name of '"
 harmful+="|parameter [0-9]+ of type .* changed|parameter [0-9]+ .*was (added|removed)"
-sed -i "/name of '.*::reserved' changed/d; /type of '.* reserved' changed/d" "$scratch/report" # a reserved field is there to be used one day
+# A reserved field is there to be used one day.
+sed -i "/name of '.*::reserved' changed/d; /type of '.* reserved' changed/d" "$scratch/report"
 if ((code & 11)) || grep -qE "$harmful" "$scratch/report"; then
   cat "$scratch/report"
   echo "A built host would break. If that is a new major version: bash $0 $header $cc $dump --update"
