@@ -389,6 +389,32 @@ TEST_F(PlaneSlice, BricksThatAreNotReadDoNotMatter) {
   EXPECT_EQ(v, w);
 }
 
+TEST_F(PlaneSlice, ThreadsDoNotChangeABit) {
+  TestContext one(1), four(4);
+  for (const Hyperplane& h : {Hyperplane{0, 0, 1, 0, -12.3}, through({1, 2, -1, 2}, {15.5, 16, 15, 15.7})})
+    for (const SlabKind kind : {SlabKind::mean, SlabKind::maximum}) {
+      HypersliceOptions o;
+      o.slab = {2, kind};
+      const Slice a = hyperslice({samples, 0, make_kernel("fast"), 0, large_cache}, h, o, {}, one.get());
+      const Slice b = hyperslice({samples, 0, make_kernel("fast"), 0, large_cache}, h, o, {}, four.get());
+      for (size_t c = 0; c < 2; ++c) EXPECT_EQ(layer_to_dense(a.coset[c]), layer_to_dense(b.coset[c]));
+    }
+}
+
+TEST_F(PlaneSlice, BudgetIsKept) {
+  for (const Hyperplane& h : {Hyperplane{0, 0, 1, 0, -12.3}, through({1, 2, -1, 2}, {15.5, 16, 15, 15.7})}) {
+    TestContext small(2, 200'000);
+    try {
+      (void)hyperslice(coefficients, h, {}, {}, small.get());
+      ADD_FAILURE() << "a budget smaller than the planes was accepted";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), Code::memory_budget);
+    }
+    EXPECT_LE(small.memory.peak(), 200'000u);
+    EXPECT_EQ(small.memory.used(), 0u);
+  }
+}
+
 TEST_F(PlaneSlice, DisplayKeepsLengthsAndAngles) {
   Affine3 world; // anisotropic and sheared
   world.linear = {Vec3{2, 0.5, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 0.7}};
