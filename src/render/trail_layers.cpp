@@ -53,11 +53,18 @@ void bound_bricks(Trail& trail, float gain) {
     for (const SheetShare& share : m.shares)
       for (size_t n = 0; n < slots; ++n) widen(reach[share.source][n], sum[n]);
   }
-  for (size_t i = 0; i < trail.sources.size(); ++i)
-    for (SplatBrick& b : trail.sources[i].points.bricks) {
+  for (size_t i = 0; i < trail.sources.size(); ++i) {
+    SplatPoints& points = trail.sources[i].points;
+    for (size_t n = 0; n < points.bricks.size(); ++n) {
+      SplatBrick& b = points.bricks[n];
       const Range& r = reach[i][brick_slot(grid, b)];
       b.reach[0] = r[0], b.reach[1] = r[1];
+      // Cells are known no better than their brick: a layer alone tells nothing of a sum.
+      for (auto& cells : points.cells)
+        std::fill_n(cells.begin() + static_cast<std::ptrdiff_t>(n * cells_per_brick), cells_per_brick,
+                    CellRange{r[0], r[1]});
     }
+  }
   trail.bounds = coefficient_bounds(trail.sources.front().slice, all);
 }
 

@@ -35,8 +35,9 @@ class TrailPicture : public testing::Test {
  protected:
   static constexpr int width = 48, height = 24;
 
-  explicit TrailPicture(double z = 3)
-      : samples(passing(z)), coefficients(samples, 0, make_kernel("default"), 0, large_cache) {
+  explicit TrailPicture(double z = 3) : TrailPicture(passing(z)) {}
+  explicit TrailPicture(MemorySamples&& series)
+      : samples(std::move(series)), coefficients(samples, 0, make_kernel("default"), 0, large_cache) {
     options.shading = false;
     options.opacity_stop = 1;
     camera.position = {15.5, 7.5, -50}, camera.target = {15.5, 7.5, 8}, camera.up = {0, -1, 0},
@@ -75,6 +76,15 @@ class TrailPicture : public testing::Test {
 class TrailBehind : public TrailPicture {
  protected:
   TrailBehind() : TrailPicture(13) {}
+};
+
+// A ball that lights up: between frames 11 and 13 it passes what is seen.
+class TrailFlash : public TrailPicture {
+ protected:
+  TrailFlash()
+      : TrailPicture(sample_field(Lattice4::fit(LatticeKind::d4star, {32, 16, 17, 24}), [](const Vec4& p) {
+          return ball(p[0] - 16, p[1] - 8, p[2] - 8, 2.5) / (1 + std::exp(3 * (12 - p[3])));
+        })) {}
 };
 
 double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
@@ -160,6 +170,23 @@ TEST_F(TrailPicture, LayersMixedOnTheSheetsAreTheStills) {
     EXPECT_LT(largest_difference(mixed, draw(s, solid, layers)), 1e-6);
     options.disable_skips = 0;
   }
+}
+
+// Layers that alone are invisible are needed where their sum with later ones is not.
+TEST_F(TrailFlash, NoLayerIsLeftOutForWhatItIsAlone) {
+  TransferFunction nothing = solid;
+  nothing.opacities = {{0, 0}};
+  thin.opacities = {{0.3, 0}, {0.35, 0.5}};
+  const Slice s = still(20);
+  const Trail layers = trail(s, {.interval = {-10, -6}, .samples = 24});
+  ASSERT_GT(layers.moments.front().shares.size(), 1u);
+  const auto mixed = draw(s, nothing, layers);
+  EXPECT_GT(at(mixed, 24, 12)[3], 0.1f);
+  EXPECT_LT(largest_difference(mixed, draw(s, nothing, stills_of(layers, coefficients, context.get()))),
+            1e-4);
+  options.disable_skips =
+      skip_transfer_function | skip_frustum | skip_occlusion | skip_empty_sheets | skip_cells;
+  EXPECT_LT(largest_difference(mixed, draw(s, nothing, layers)), 1e-6);
 }
 
 // The mean of the field over the interval against that of 128 slices.
