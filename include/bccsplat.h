@@ -238,7 +238,8 @@ enum { /* what a NaN or infinity in the source does */
 enum { /* frames that are reconstructed while writing and compared with the source; it needs frames (or a
           field, bccsplat_writer_add_field) and dims[3] > 0 */
        BCCSPLAT_MEASURE_DEFAULT = 0, /* all with a bound, else none */
-       BCCSPLAT_MEASURE_SOME = 1,    /* at most 3, evenly spread, where dims[3] is known */
+       BCCSPLAT_MEASURE_SOME = 1,    /* at most 3, evenly spread, where dims[3] is known; none when the memory
+                                        budget is short of it */
        BCCSPLAT_MEASURE_ALL = 2
 };
 

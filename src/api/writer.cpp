@@ -108,10 +108,10 @@ struct bccsplat_writer : Counted {
   std::optional<Context> context;
   double abs_error = 0, psnr = 0;
   int32_t measure = 0, partial = 0;
-  std::string path; // of the file; empty: a stream
-  bool coefficients = false;
-  std::unique_ptr<RoundTrip> round_trip; // null: nothing is measured
-  std::vector<Range> source_ranges;      // once finished
+  std::string path;                            // of the file; empty: a stream
+  bool coefficients = false, given_up = false; // given_up: measuring
+  std::unique_ptr<RoundTrip> round_trip;       // null: nothing is measured
+  std::vector<Range> source_ranges;            // once finished
 
  private:
   // One channel between fit and container, when coefficients are stored.
@@ -128,7 +128,21 @@ struct bccsplat_writer : Counted {
   void make_container();
   [[nodiscard]] uint32_t fingerprint() const;
   [[nodiscard]] Bcc4WriterOptions appended() const;
+  [[nodiscard]] bool measuring_required() const {
+    return abs_error > 0 || psnr > 0 || measure == BCCSPLAT_MEASURE_ALL;
+  }
   void start_measuring(bool frames_known);
+  // Runs a step of it. Measuring that is only nice to have ends where memory is short or the lattice has no
+  // such kernel.
+  template<class Body> void measuring(const Body& body) {
+    try {
+      body();
+    } catch (const Error& e) {
+      if (measuring_required() || (e.code() != Code::memory_budget && e.code() != Code::unsupported)) throw;
+      round_trip.reset();
+      given_up = true;
+    }
+  }
   void take_layers(int32_t slab, int channel, std::span<const BrickLayer> layers);
   void store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
   void check_bounds(const FitReport& result) const;
@@ -277,10 +291,10 @@ void bccsplat_writer::begin(Feeding kind, uint32_t first_channel, SourceType fir
 
 // Once the fit is there.
 void bccsplat_writer::start_measuring(bool frames_known) {
-  const bool bounded = abs_error > 0 || psnr > 0;
-  if (round_trip || (!bounded && measure == BCCSPLAT_MEASURE_DEFAULT)) return;
+  const bool required = measuring_required();
+  if (round_trip || given_up || (!required && measure == BCCSPLAT_MEASURE_DEFAULT)) return;
   if (!frames_known || fit_options.dims[3] == 0) {
-    if (bounded || measure == BCCSPLAT_MEASURE_ALL)
+    if (required)
       fail(Code::wrong_state,
            "writer: layers alone do not tell the source samples that a bound or measuring needs; "
            "give frames or a field");
@@ -291,13 +305,15 @@ void bccsplat_writer::start_measuring(bool frames_known) {
     list.push_back({c.name, c.air, c.threshold, abs_error});
     if (abs_error > 0) c.residuals.step = RoundTrip::step(abs_error), c.residuals.bound = abs_error;
   }
-  round_trip = std::make_unique<RoundTrip>(
-      fit->lattice(), std::move(list), initial.recommended_kernel, coefficients,
-      measured_frames(fit_options.dims[3], bounded || measure == BCCSPLAT_MEASURE_ALL),
-      [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
-        container->write_residuals(channel, frame, residuals);
-      },
-      *context);
+  measuring([&] {
+    round_trip = std::make_unique<RoundTrip>(
+        fit->lattice(), std::move(list), initial.recommended_kernel, coefficients,
+        measured_frames(fit_options.dims[3], required),
+        [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
+          container->write_residuals(channel, frame, residuals);
+        },
+        *context);
+  });
 }
 
 // What the fit hands out.
@@ -323,7 +339,7 @@ void bccsplat_writer::take_layers(int32_t slab, int channel, std::span<const Bri
 void bccsplat_writer::store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
   make_container();
   container->write_slab(slab, channel, layers, *context);
-  if (round_trip) round_trip->add_layers(channel, layers);
+  if (round_trip) measuring([&] { round_trip->add_layers(channel, layers); });
 }
 
 void bccsplat_writer::check_bounds(const FitReport& result) const {
@@ -435,7 +451,8 @@ void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_bo
   }
   begin(Feeding::frames, channel, parts.empty() ? SourceType::f32 : parts.front().type);
   start_measuring(true);
-  if (round_trip) round_trip->add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), parts);
+  if (round_trip)
+    measuring([&] { round_trip->add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), parts); });
   fit->add_frame(static_cast<int>(channel), parts);
   ++added[channel];
   if (fit_options.dims[3] > 0)
@@ -499,7 +516,7 @@ void bccsplat_writer::add_field(uint32_t channel, bccsplat_field_fn field, void*
               {static_cast<int32_t>(d[0]), static_cast<int32_t>(d[1]), static_cast<int32_t>(d[2])}, frame);
       FrameBox box;
       box.data = values.data(), box.dims = {d[0], d[1], d[2]};
-      round_trip->add_frame(static_cast<int>(channel), frame, {&box, 1});
+      measuring([&] { round_trip->add_frame(static_cast<int>(channel), frame, {&box, 1}); });
     }
     const int coset = lattice.coset(layer);
     const Vec3 origin = lattice.site_position(coset, {0, 0, 0}),

@@ -109,10 +109,12 @@ void SampleErrors::add(const SampleErrors& other) {
 }
 
 struct RoundTrip::Channel {
-  Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, bool coefficients)
+  Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, bool coefficients,
+          uint64_t cache_bytes)
       : options(o), window(lattice, o.air, coefficients ? make_kernel(kernel).name : std::string()),
         // The prune threshold of an open volume.
-        field(window, 0, make_kernel(kernel), o.threshold / 2, coefficient_cache_bytes(window, kernel)) {}
+        field(window, 0, make_kernel(kernel), o.threshold / 2,
+              std::min(coefficient_cache_bytes(window, kernel), cache_bytes)) {}
 
   RoundTripChannel options;
   LayerWindow window;
@@ -129,7 +131,8 @@ RoundTrip::RoundTrip(const Lattice4& lattice, std::vector<RoundTripChannel> chan
     : lattice_(lattice), kernel_(std::move(kernel)), frames_(std::move(frames)), sink_(std::move(sink)),
       context_(context) {
   for (const RoundTripChannel& c : channels)
-    channels_.push_back(std::make_unique<Channel>(lattice_, c, kernel_, coefficients));
+    channels_.push_back(std::make_unique<Channel>(lattice_, c, kernel_, coefficients,
+                                                  context.memory.limit() / 4 / channels.size()));
 }
 
 RoundTrip::~RoundTrip() = default;
