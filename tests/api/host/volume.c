@@ -204,10 +204,6 @@ void test_volume(void) {
   options.kernel = "radail20+b3";
   REFUSED(NOT_FOUND, "radial20", bccsplat_volume_open_file(device, scratch("v.bcc4"), &options, &other));
   options.kernel = "fast";
-  options.reserved = 1;
-  REFUSED(INVALID_ARGUMENT, "reserved",
-          bccsplat_volume_open_file(device, scratch("v.bcc4"), &options, &other));
-  options.reserved = 0;
   INPUT_SIZES(bccsplat_volume_options, options,
               bccsplat_volume_open_file(device, scratch("v.bcc4"), in, &other),
               bccsplat_volume_release(other));
