@@ -17,6 +17,8 @@ Exit exit_of(bccsplat_status status) {
     return Exit::no_resources;
   case BCCSPLAT_ERROR_FILE_EXISTS:
     return Exit::usage;
+  case BCCSPLAT_ERROR_BOUND_NOT_MET:
+    return Exit::check_failed;
   default:
     return status < 16 ? Exit::usage : Exit::bad_input;
   }

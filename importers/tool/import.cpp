@@ -13,6 +13,7 @@
 #include "readers/read_ahead.h"
 #include "tool/commands.h"
 #include "tool/import_plan.h"
+#include "tool/import_report.h"
 #include "tool/interrupt.h"
 #include "tool/progress.h"
 #include "tool/reader_arguments.h"
@@ -28,10 +29,12 @@ struct ImportArguments {
   ReaderArguments reader;
   WriterSettings settings;
   CommonOptions common;
-  std::optional<double> air, air_threshold, scale, time_scale;
+  std::optional<double> air, air_threshold, scale, abs, psnr;
+  std::string time_scale; // a number, or auto
   std::string output;
   bool dry_run = false;
   ResumeArguments resume;
+  ImportArguments() { settings.measure = BCCSPLAT_MEASURE_SOME; }
 };
 
 // Of this program alone. ru_maxrss would do, but on Linux it starts from the memory of the process that
@@ -73,6 +76,8 @@ ImportEstimate estimate(FrameReader& reader, const Device& device, const ImportA
   // reason to stop before the plan has been shown.
   WriterSettings settings = a.settings;
   if (settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT) settings.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  settings.psnr = 0; // a goal of the series
+  if (settings.abs_error == 0) settings.measure = BCCSPLAT_MEASURE_SOME;
   const Writer writer = create_writer(device, "", s, settings, scans, e.sampled_frames);
   const uint64_t first = (s.dims[3] - e.sampled_frames) / 2;
   const Progress clock("", 0, false, true);
@@ -89,6 +94,7 @@ ImportEstimate estimate(FrameReader& reader, const Device& device, const ImportA
     }
   auto report = sized<bccsplat_writer_report>();
   check(bccsplat_writer_finish(writer.get(), &report), "");
+  e.errors = measured_errors(writer, s.channels.size(), report.frames_measured).series;
   auto info = sized<bccsplat_device_info>();
   check(bccsplat_device_get_info(device.get(), &info), "");
   const double share = static_cast<double>(s.dims[3]) / static_cast<double>(e.sampled_frames);
@@ -130,8 +136,13 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Impor
   }
 }
 
-bccsplat_writer_report write_series(FrameReader& reader, const Device& device, const ImportArguments& a,
-                                    const std::vector<ChannelScan>& scans) {
+struct Import {
+  bccsplat_writer_report report = sized<bccsplat_writer_report>();
+  MeasuredErrors errors;
+};
+
+Import write_series(FrameReader& reader, const Device& device, const ImportArguments& a,
+                    const std::vector<ChannelScan>& scans) {
   const SeriesDescription& s = reader.description();
   UnfinishedImport unfinished(a.output, a.common.quiet);
   const Writer writer = create_writer(device, a.output, s, a.settings, scans, s.dims[3]);
@@ -145,14 +156,47 @@ bccsplat_writer_report write_series(FrameReader& reader, const Device& device, c
       add_frame(writer, static_cast<uint32_t>(c), s.times.values[f], frames.next(), reader.frame_name(f));
       progress.update(done += frame_bytes(s, c), concat("frame ", f + 1, "/", s.dims[3]));
     }
-  auto report = sized<bccsplat_writer_report>();
-  check(bccsplat_writer_finish(writer.get(), &report), a.output);
+  Import done_import;
+  check(bccsplat_writer_finish(writer.get(), &done_import.report), a.output);
   unfinished.finished();
-  return report;
+  done_import.errors = measured_errors(writer, s.channels.size(), done_import.report.frames_measured);
+  return done_import;
 }
 
-void print_report(const SeriesDescription& s, const bccsplat_writer_report& r, double seconds,
-                  const std::string& output, const std::string& command_line) {
+void print_errors(const SeriesDescription& s, const Import& import) {
+  const bccsplat_writer_report& r = import.report;
+  std::printf("  coding error (stored sites): max %s, RMSE %s\n", short_number(r.coding_max).c_str(),
+              short_number(r.coding_rmse).c_str());
+  for (size_t c = 0; c < import.errors.series.size(); ++c) {
+    const bccsplat_error_report& e = import.errors.series[c];
+    std::printf("  error at the source samples, %s (%llu of %llu frames): %s\n", s.channels[c].name.c_str(),
+                static_cast<unsigned long long>(r.frames_measured), static_cast<unsigned long long>(r.frames),
+                error_text(e).c_str());
+    if (e.samples == 0) continue;
+    if (e.non_air_samples > 0 && e.non_air_samples < e.samples) {
+      bccsplat_error_report inside = e;
+      inside.samples = e.non_air_samples, inside.max_abs = e.non_air_max_abs;
+      inside.rmse = e.non_air_rmse, inside.psnr = e.non_air_psnr;
+      std::printf("    outside air: %s\n", error_text(inside).c_str());
+    }
+    std::printf("    worst: frame %llu, voxel (%llu, %llu, %llu): %s, source %s\n",
+                static_cast<unsigned long long>(e.frame), static_cast<unsigned long long>(e.voxel[0]),
+                static_cast<unsigned long long>(e.voxel[1]), static_cast<unsigned long long>(e.voxel[2]),
+                short_number(e.got, 6).c_str(), short_number(e.expected, 6).c_str());
+    if (e.corrected > 0)
+      std::printf("    %llu samples corrected (%s), without it max %s\n",
+                  static_cast<unsigned long long>(e.corrected),
+                  byte_text(static_cast<double>(r.bytes_corrections)).c_str(),
+                  short_number(e.uncorrected_max_abs).c_str());
+    if (e.lost > 0)
+      std::printf("    %llu samples beside missing data are missing in the file\n",
+                  static_cast<unsigned long long>(e.lost));
+  }
+}
+
+void print_report(const SeriesDescription& s, const Import& import, double seconds, const std::string& output,
+                  const std::string& command_line) {
+  const bccsplat_writer_report& r = import.report;
   uint64_t in = 0;
   for (const SourceFile& f : s.files) in += f.bytes;
   const auto ratio = [](uint64_t a, uint64_t b) {
@@ -174,10 +218,30 @@ void print_report(const SeriesDescription& s, const bccsplat_writer_report& r, d
   if (r.clamped > 0)
     std::printf("  %llu values clamped to the range of the stored type\n",
                 static_cast<unsigned long long>(r.clamped));
+  print_errors(s, import);
   std::printf("  %s s, %s MB/s, peak memory %s\n", short_number(seconds, 3).c_str(),
               short_number(static_cast<double>(r.bytes_source) / std::max(seconds, 1e-9) / 1e6, 3).c_str(),
               byte_text(static_cast<double>(peak_memory())).c_str());
   std::printf("  again: %s\n", command_line.c_str());
+}
+
+Json errors_json(const SeriesDescription& s, const Import& import) {
+  Json j{{"frames_measured", import.report.frames_measured},
+         {"coding", {{"max_abs", import.report.coding_max}, {"rmse", import.report.coding_rmse}}}};
+  j["channels"] = Json::array();
+  for (size_t c = 0; c < import.errors.series.size(); ++c) {
+    Json entry{{"name", s.channels[c].name}};
+    entry.update(error_json(import.errors.series[c]));
+    entry["frames"] = Json::array();
+    for (const bccsplat_error_report& e : import.errors.frames[c])
+      entry["frames"].push_back({{"frame", e.frame},
+                                 {"max_abs", e.max_abs},
+                                 {"rmse", e.rmse},
+                                 {"psnr", e.psnr},
+                                 {"corrected", e.corrected}});
+    j["channels"].push_back(std::move(entry));
+  }
+  return j;
 }
 
 Json report_json(const bccsplat_writer_report& r, double seconds) {
@@ -194,9 +258,23 @@ Json report_json(const bccsplat_writer_report& r, double seconds) {
             {"file", r.bytes_file},
             {"runs", r.bytes_runs},
             {"values", r.bytes_values},
-            {"index", r.bytes_index}}},
+            {"index", r.bytes_index},
+            {"corrections", r.bytes_corrections}}},
           {"seconds", seconds},
           {"peak_memory", peak_memory()}};
+}
+
+// The sample may have promised a PSNR that the series does not keep: then its samples are corrected.
+Import write_bounded(FrameReader& reader, const Device& device, ImportArguments& a,
+                     const std::vector<ChannelScan>& scans) {
+  try {
+    return write_series(reader, device, a, scans);
+  } catch (const StatusError& e) {
+    if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || a.settings.psnr == 0 || a.settings.abs_error > 0) throw;
+    if (!a.common.quiet && !a.common.json) std::printf("  %s; again with corrections\n", e.what());
+  }
+  a.settings.abs_error = 1.5 * peak_of(scans) * std::pow(10, -a.settings.psnr / 20);
+  return write_series(reader, device, a, scans);
 }
 
 Exit run_import(ImportArguments& a, const std::string& command_line) {
@@ -210,10 +288,19 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   a.settings.air = a.air;
   a.settings.air_threshold = a.air_threshold.value_or(0);
   a.settings.scale = a.scale.value_or(0);
-  a.settings.time_scale = a.time_scale.value_or(0);
+  const bool auto_time = a.time_scale == "auto";
+  if (!a.time_scale.empty() && !auto_time) {
+    a.settings.time_scale = option_number<double>("--time-scale", a.time_scale);
+    if (!(a.settings.time_scale > 0)) fail_usage("--time-scale must be positive, or auto");
+  }
+  const ErrorBound bound{a.abs.value_or(0), a.psnr.value_or(0)};
+  if (a.abs && a.psnr) fail_usage("--abs and --psnr: choose one");
+  if (a.abs && !(*a.abs > 0))
+    fail_usage(
+        "--abs must be positive: the largest error allowed at any source sample, in units of the values");
+  if (a.psnr && !(*a.psnr > 0)) fail_usage("--psnr must be positive, in dB: 50 is good, 70 is next to exact");
   if (!(a.settings.air_threshold >= 0)) fail_usage("--air-threshold must not be negative");
   if (a.scale && !(*a.scale > 0)) fail_usage("--scale must be positive");
-  if (a.time_scale && !(*a.time_scale > 0)) fail_usage("--time-scale must be positive");
   // A quarter of the memory for frames being read, the rest for the library.
   a.reader.options.max_memory = a.common.max_memory / 4;
 
@@ -227,10 +314,20 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
                    c.air);
 
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
-  ImportPlan plan{s, a.settings, {}, {}};
+  ImportPlan plan{s, a.settings, {}, {}, {}, {}};
   const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
                                   [&](const Channel& c) { return needs_range(c, a.settings); });
-  if (a.dry_run || ranged) plan.scans = scan_series(*reader, a);
+  if (a.dry_run || ranged || bound.any() || auto_time) plan.scans = scan_series(*reader, a);
+  std::vector<double> air;
+  for (const Channel& c : s.channels) air.push_back(air_of(c, a.settings));
+  if (a.dry_run || auto_time) plan.spectrum.emplace(sample_series(*reader, air, {64, 32, 1}), air);
+  if (auto_time)
+    a.settings.time_scale = proven_time_scale(device, s, sample_series(*reader, air, {48, 32, 1}), a.settings,
+                                              advise(*plan.spectrum, s.dims[3]).time_scale, plan.scans);
+  if (bound.any()) {
+    plan.search = search_coding(device, s, sample_series(*reader, air, {}), a.settings, bound, plan.scans);
+    a.settings = apply_coding(a.settings, plan.search->chosen(), bound);
+  }
   if (a.dry_run) {
     plan.estimate = estimate(*reader, device, a, plan.scans);
     if (a.common.json)
@@ -241,15 +338,16 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   }
   if (!a.common.json && !a.common.quiet) print_plan(plan);
   const Progress clock("", 0, false, true);
-  const bccsplat_writer_report report = write_series(*reader, device, a, plan.scans);
+  const Import import = write_bounded(*reader, device, a, plan.scans);
   if (a.common.json) {
-    Json j = report_json(report, clock.seconds());
+    Json j = report_json(import.report, clock.seconds());
+    j["error"] = errors_json(s, import);
     j["plan"] = plan_json(plan);
     j["output"] = a.output;
     j["command"] = command_line;
     print_json(j);
   } else if (!a.common.quiet) {
-    print_report(s, report, clock.seconds(), a.output, command_line);
+    print_report(s, import, clock.seconds(), a.output, command_line);
   }
   return Exit::ok;
 }
@@ -282,7 +380,21 @@ Run add_import(CLI::App& app, std::string command_line) {
                        {"bspline3", BCCSPLAT_FILTER_BSPLINE3}},
                       "Resampling filter (default kaiser8)");
   add_number(import, "--scale", a->scale, "Lattice distance in source samples (default 1)");
-  add_number(import, "--time-scale", a->time_scale, "The same along time, in frames (default 1)");
+  import
+      .add_option(
+          "--time-scale", a->time_scale,
+          "The same along time, in frames (default 1); auto: as coarse as the measured spectrum allows")
+      ->type_name("X|auto");
+  add_number(
+      import, "--abs", a->abs,
+      "No source sample is off by more than this: finds the coarsest coding, checks every frame, corrects "
+      "what misses");
+  add_number(import, "--psnr", a->psnr,
+             "The same for a peak signal-to-noise ratio of the series in dB, such as 50");
+  add_choice<int32_t>(
+      import, "--measure", a->settings.measure,
+      {{"none", BCCSPLAT_MEASURE_DEFAULT}, {"some", BCCSPLAT_MEASURE_SOME}, {"all", BCCSPLAT_MEASURE_ALL}},
+      "Frames whose error against the source is reported (default some: three; all with a bound)");
   add_choice<int32_t>(import, "--quantize", a->settings.quantize,
                       {{"u8", BCCSPLAT_TYPE_U8},
                        {"u16", BCCSPLAT_TYPE_U16},

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tool/import_report.h"
+
 namespace bcc4 {
 namespace {
 
@@ -42,6 +44,14 @@ std::string percent(uint64_t part, uint64_t whole) {
   return whole == 0
              ? "-"
              : concat(short_number(100.0 * static_cast<double>(part) / static_cast<double>(whole), 4), " %");
+}
+
+int32_t type_in_file(const ImportPlan& plan, size_t c) {
+  const Channel& channel = plan.series.channels[c];
+  const int32_t stepped = plan.scans.empty()
+                              ? BCCSPLAT_TYPE_DEFAULT
+                              : stepped_type(plan.settings, plan.scans[c], air_of(channel, plan.settings));
+  return stepped != BCCSPLAT_TYPE_DEFAULT ? stepped : stored_type(channel, plan.settings);
 }
 
 } // namespace
@@ -83,9 +93,9 @@ void print_plan(const ImportPlan& plan) {
   for (const std::string& gap : s.gaps) line("gap", gap);
   for (size_t c = 0; c < s.channels.size(); ++c) {
     const Channel& channel = s.channels[c];
-    std::string text = concat(channel.name, ": ", type_name(channel.precision), " stored as ",
-                              value_type_name(stored_type(channel, plan.settings)), ", air ",
-                              air_of(channel, plan.settings));
+    std::string text =
+        concat(channel.name, ": ", type_name(channel.precision), " stored as ",
+               value_type_name(type_in_file(plan, c)), ", air ", air_of(channel, plan.settings));
     if (plan.settings.air_threshold > 0) text += concat(" +- ", plan.settings.air_threshold);
     if (!plan.scans.empty()) {
       const ChannelScan& scan = plan.scans[c];
@@ -99,6 +109,13 @@ void print_plan(const ImportPlan& plan) {
     line(c == 0 ? "values" : "", text);
   }
   for (const std::string& note : s.notes) line("note", note);
+  if (plan.spectrum) {
+    const auto lines = spectrum_lines(*plan.spectrum, s.dims[3]);
+    for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "bandwidth" : "", lines[i]);
+  }
+  if (plan.search)
+    line("coding", coding_text(plan.search->chosen()), " (the smallest of ", plan.search->tried.size(),
+         " tried on ", plan.search->sampled_frames, " frames)");
   if (plan.estimate) {
     const ImportEstimate& e = *plan.estimate;
     line("lattice", cc_samples(s), " samples -> ", e.sites, " sites (",
@@ -106,6 +123,9 @@ void print_plan(const ImportPlan& plan) {
     line("estimate", byte_text(e.bytes_file), " on disk, ", byte_text(e.bytes_memory), " of memory, ",
          short_number(e.seconds, 2), " s (from ", e.sampled_frames,
          e.sampled_frames == 1 ? " frame)" : " frames)");
+    for (size_t c = 0; c < e.errors.size(); ++c)
+      line(c == 0 ? "error" : "", s.channels[c].name, ": ", error_text(e.errors[c]),
+           " at the source samples");
   }
   std::fflush(stdout);
 }
@@ -130,7 +150,7 @@ Json plan_json(const ImportPlan& plan) {
     const Channel& channel = s.channels[c];
     Json entry{{"name", channel.name},
                {"source_type", type_name(channel.precision)},
-               {"value_type", value_type_name(stored_type(channel, plan.settings))},
+               {"value_type", value_type_name(type_in_file(plan, c))},
                {"air", air_of(channel, plan.settings)},
                {"air_threshold", plan.settings.air_threshold}};
     if (!plan.scans.empty()) {
@@ -149,7 +169,11 @@ Json plan_json(const ImportPlan& plan) {
                      {"bytes_file", std::llround(e.bytes_file)},
                      {"bytes_memory", std::llround(e.bytes_memory)},
                      {"seconds", e.seconds}};
+    j["estimate"]["error"] = Json::array();
+    for (const bccsplat_error_report& error : e.errors) j["estimate"]["error"].push_back(error_json(error));
   }
+  if (plan.spectrum) j["spectrum"] = spectrum_json(*plan.spectrum, s.dims[3]);
+  if (plan.search) j["coding"] = search_json(*plan.search);
   j["notes"] = s.notes;
   j["warnings"] = s.warnings;
   return j;

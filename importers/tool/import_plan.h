@@ -7,6 +7,8 @@
 
 #include "readers/frame_reader.h"
 #include "readers/scan.h"
+#include "tool/import_search.h"
+#include "tool/import_spectrum.h"
 #include "tool/json.h"
 #include "tool/series_writer.h"
 
@@ -19,6 +21,7 @@ struct ImportEstimate {
   double bytes_file = 0;
   double bytes_memory = 0; // data of the library and frames of the reader
   double seconds = 0;
+  std::vector<bccsplat_error_report> errors; // by channel, of the sampled frames
 };
 
 struct ImportPlan {
@@ -26,6 +29,8 @@ struct ImportPlan {
   const WriterSettings& settings;
   std::vector<ChannelScan> scans; // empty: not scanned
   std::optional<ImportEstimate> estimate;
+  std::optional<Spectrum> spectrum;
+  std::optional<CodingSearch> search; // of the coding that `settings` hold
 };
 
 [[nodiscard]] uint64_t source_bytes(const SeriesDescription& series); // of the values, uncompressed

@@ -51,6 +51,26 @@ int32_t stored_type(const Channel& channel, const WriterSettings& settings) {
   }
 }
 
+namespace {
+
+// From the smallest to the largest value, air included, and room for what the filter overshoots.
+std::array<double, 2> stepped_range(const WriterSettings& settings, const ChannelScan& scan, double air) {
+  const double low = scan.empty() ? air : std::min(scan.min, air);
+  const double high = scan.empty() ? air : std::max(scan.max, air);
+  // Clamped infinities become the ends of the range: no room beyond it.
+  const double room = settings.nonfinite == BCCSPLAT_NONFINITE_CLAMP ? 0 : (high - low) / 8;
+  return {low - room, std::max(high + room, low + settings.value_step)};
+}
+
+} // namespace
+
+int32_t stepped_type(const WriterSettings& settings, const ChannelScan& scan, double air) {
+  if (!(settings.value_step > 0)) return BCCSPLAT_TYPE_DEFAULT;
+  const auto [low, high] = stepped_range(settings, scan, air);
+  const double codes = (high - low) / settings.value_step + 3;
+  return codes <= 256 ? BCCSPLAT_TYPE_U8 : codes <= 65536 ? BCCSPLAT_TYPE_U16 : BCCSPLAT_TYPE_DEFAULT;
+}
+
 bool needs_range(const Channel& channel, const WriterSettings& settings) {
   if (settings.quantize != BCCSPLAT_TYPE_U8 && settings.quantize != BCCSPLAT_TYPE_U16) return false;
   WriterSettings source = settings;
@@ -76,7 +96,15 @@ Writer create_writer(const Device& device, const std::string& path, const Series
     options.value_type = settings.quantize;
     options.air = air_of(channel, settings);
     options.air_threshold = settings.air_threshold;
-    if (needs_range(channel, settings)) {
+    const int32_t stepped =
+        scans.empty() ? BCCSPLAT_TYPE_DEFAULT : stepped_type(settings, scans[c], options.air);
+    if (stepped != BCCSPLAT_TYPE_DEFAULT) {
+      const auto [low, high] = stepped_range(settings, scans[c], options.air);
+      options.value_type = stepped;
+      options.value_step = settings.value_step;
+      options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
+      options.range[0] = low, options.range[1] = high;
+    } else if (needs_range(channel, settings)) {
       const ChannelScan& scan = scans[c];
       // Air must have a code of its own, and a range some width.
       const double low = scan.empty() ? options.air : std::min(scan.min, options.air);
@@ -107,6 +135,9 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.time_unit = series.times.unit.empty() ? nullptr : series.times.unit.c_str();
   options.scale = settings.scale;
   options.time_scale = settings.time_scale;
+  options.abs_error = settings.abs_error;
+  options.psnr = settings.psnr;
+  options.measure = settings.measure;
   options.recommended_kernel = settings.kernel.empty() ? nullptr : settings.kernel.c_str();
   options.progress = Progress::cancel_only;
 

@@ -20,6 +20,9 @@ struct WriterSettings {
   int32_t quantize = BCCSPLAT_TYPE_DEFAULT;
   double scale = 0; // 0: the library's default
   double time_scale = 0;
+  double value_step = 0; // value from code to code where u8 or u16 have enough of them; 0: by `quantize`
+  double abs_error = 0, psnr = 0; // bounds; 0: none
+  int32_t measure = BCCSPLAT_MEASURE_DEFAULT;
   std::string kernel;
   bool overwrite = false;
   int32_t partial = BCCSPLAT_PARTIAL_DEFAULT; // of files
@@ -27,6 +30,9 @@ struct WriterSettings {
 
 // The type a channel is stored in.
 [[nodiscard]] int32_t stored_type(const Channel& channel, const WriterSettings& settings);
+// The integers that hold the range of a channel in steps of settings.value_step; DEFAULT: none do, or no step
+// is set.
+[[nodiscard]] int32_t stepped_type(const WriterSettings& settings, const ChannelScan& scan, double air);
 // Integers of another width or floats stored as u8 or u16 need the range of the whole series.
 [[nodiscard]] bool needs_range(const Channel& channel, const WriterSettings& settings);
 [[nodiscard]] double air_of(const Channel& channel, const WriterSettings& settings);

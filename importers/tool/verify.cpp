@@ -34,6 +34,11 @@ struct Difference {
     sum_of_squares += d * d;
     ++count;
   }
+  void add(const Difference& other) {
+    max = std::max(max, other.max);
+    sum_of_squares += other.sum_of_squares;
+    count += other.count;
+  }
   [[nodiscard]] double rmse() const {
     return count ? std::sqrt(sum_of_squares / static_cast<double>(count)) : 0;
   }
@@ -50,13 +55,20 @@ struct Worst {
 struct Comparison {
   Difference all, relevant; // relevant: source samples further than the threshold from air
   Worst worst;
+  std::vector<Comparison> frames; // of a series: frame by frame
   ChannelScan scan;
   uint64_t holes_expected = 0; // source values that are not finite
   uint64_t holes_got = 0;      // of the finite ones, those the file has as missing data
+  void add(const Comparison& other) {
+    if (other.all.count > 0 && (all.count == 0 || other.all.max > all.max)) worst = other.worst;
+    all.add(other.all), relevant.add(other.relevant);
+    holes_expected += other.holes_expected, holes_got += other.holes_got;
+  }
 };
 
 void compare_frame(const Slice& slice, const Frame& frame, uint64_t number, const SeriesDescription& s,
-                   const bccsplat_channel_info& channel, double uncovered, Comparison& out) {
+                   const bccsplat_channel_info& channel, double uncovered, Comparison& out,
+                   ChannelScan& scan) {
   const uint64_t nx = s.dims[0], ny = s.dims[1];
   std::vector<double> expected(nx * ny);
   sample_planes(slice, [&](uint64_t first, std::span<const float> values) {
@@ -80,7 +92,7 @@ void compare_frame(const Slice& slice, const Frame& frame, uint64_t number, cons
       }
     }
   });
-  scan_frame(frame, number, s.dims, uncovered, channel.air_threshold, out.scan);
+  scan_frame(frame, number, s.dims, uncovered, channel.air_threshold, scan);
 }
 
 std::vector<Comparison> compare(const Volume& volume, VerifyArguments& a) {
@@ -103,7 +115,11 @@ std::vector<Comparison> compare(const Volume& volume, VerifyArguments& a) {
       stop_if_interrupted();
       const Slice slice = cut_frame(volume, static_cast<double>(f), {.channel = c});
       const bccsplat_channel_info info = channel_info(volume, c);
-      compare_frame(slice, frames.next(), f, s, info, s.sparse ? s.channels[c].air : info.air, out[c]);
+      Comparison& one = out[c].frames.emplace_back();
+      one.worst.frame = f;
+      compare_frame(slice, frames.next(), f, s, info, s.sparse ? s.channels[c].air : info.air, one,
+                    out[c].scan);
+      out[c].add(one);
       progress.update(done += frame_bytes(s, c), concat("frame ", f + 1, "/", s.dims[3]));
     }
   return out;
@@ -116,7 +132,8 @@ Json difference_json(const Difference& d, double peak) {
           {"samples_compared", d.count}};
 }
 
-Json comparison_json(const Comparison& c) {
+// bound: the one the file promises with this kernel; 0: none.
+Json comparison_json(const Comparison& c, double bound) {
   const double peak = c.scan.empty() ? 0 : c.scan.max - c.scan.min;
   Json j = difference_json(c.all, peak);
   j["peak"] = peak;
@@ -125,7 +142,16 @@ Json comparison_json(const Comparison& c) {
                 {"expected", c.worst.expected},
                 {"got", c.worst.got}};
   j["non_air"] = difference_json(c.relevant, peak);
+  if (bound > 0) j["bound"] = {{"abs", bound}, {"held", c.all.max <= bound}};
   j["holes"] = {{"source", c.holes_expected}, {"file", c.holes_got}};
+  j["frames"] = Json::array();
+  for (const Comparison& f : c.frames) {
+    Json frame{{"frame", f.worst.frame}};
+    frame.update(difference_json(f.all, peak));
+    frame["voxel"] = f.worst.voxel;
+    frame["non_air"] = difference_json(f.relevant, peak);
+    j["frames"].push_back(std::move(frame));
+  }
   return j;
 }
 
@@ -186,11 +212,14 @@ Exit run_verify(VerifyArguments& a) {
            {"bytes_checked", report.bytes_checked}};
     j["first_damaged_offset"] = ok ? Json() : Json(report.first_damaged_offset);
     if (!comparisons.empty()) {
-      j.update(comparison_json(comparisons[0]));
+      const auto bound = [&](uint32_t c) {
+        return a.kernel.empty() ? channel_info(volume, c).error_bound : 0;
+      };
+      j.update(comparison_json(comparisons[0], bound(0)));
       j["channels"] = Json::array();
       for (uint32_t c = 0; c < comparisons.size(); ++c) {
         Json entry{{"name", channel_info(volume, c).name}};
-        entry.update(comparison_json(comparisons[c]));
+        entry.update(comparison_json(comparisons[c], bound(c)));
         j["channels"].push_back(std::move(entry));
       }
     }
@@ -208,6 +237,12 @@ Exit run_verify(VerifyArguments& a) {
     fail(Exit::check_failed, a.file, ": ", report.damages, " damages (", report.chunks_damaged, " of ",
          report.chunks, " chunks), the first at offset ", report.first_damaged_offset,
          ": make the file again from its source");
+  for (uint32_t c = 0; c < comparisons.size() && a.kernel.empty(); ++c) {
+    const bccsplat_channel_info info = channel_info(volume, c);
+    if (info.error_bound > 0 && comparisons[c].all.max > info.error_bound)
+      fail(Exit::check_failed, a.file, ": channel ", info.name, " promises an error of at most ",
+           info.error_bound, ", but differs by ", comparisons[c].all.max, " from this source");
+  }
   return Exit::ok;
 }
 

@@ -201,7 +201,7 @@ class Import(ToolTest):
         self.refused(2, 'did you mean import?', 'inport', 'a.raw')
         self.refused(2, 'did you mean --time-scale?', 'import', 'a.raw', '--timescale=2')
         # Options of the design that are not there yet are unknown, not ignored.
-        for option in ('--abs', '--psnr', '--part', '--plan', '--lowpass'):
+        for option in ('--part', '--plan', '--lowpass'):
             self.refused(2, 'unknown option ' + option, 'import', 'a.raw', option, '1')
 
     def test_version_names_readers(self):

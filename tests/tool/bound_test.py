@@ -1,0 +1,173 @@
+"""Errors a user accepts: bounds hold in what the tool gives out, reports say the truth, spectra are measured."""
+import math
+import os
+import random
+
+from harness import DATA, Nrrd, ToolTest, field, main
+
+DIMS = (18, 16, 14, 12)
+
+
+def wave(x, y, z, t):
+    return 10 + 4 * math.sin(.6 * x + .2 * y) * math.cos(.4 * z - .5 * t) + math.sin(.9 * y + .6 * t)
+
+
+def puff(x, y, z, t):
+    r = (x - 5 - .5 * t) ** 2 + (y - 8) ** 2 + (z - 7) ** 2
+    return 200 * math.exp(-r / 9) if r < 20 else 0
+
+
+class BoundTest(ToolTest):
+    def exported(self, file, dims):
+        """Every source sample as `slice` gives it."""
+        values = []
+        for t in range(dims[3]):
+            self.bcc4('slice', file, '--index', '--time', t, '-o', 's.nrrd')
+            values += Nrrd(self.path('s.nrrd')).values
+        return values
+
+    def test_abs_holds_for_whoever_asks(self):
+        noise = random.Random(5)
+        for name, f, dtype in (('wave', wave, 'f32'), ('puff', puff, 'u8'), ('noise', lambda *_: noise.uniform(-50, 50), 'f64'),
+                               ('i16', lambda *p: 300 * wave(*p), 'i16')):
+            args = self.raw(name + '.raw', DIMS, f, dtype)
+            source = field(DIMS, f, 'd') if name != 'noise' else None
+            if name == 'noise':
+                import array
+                with open(self.path('noise.raw'), 'rb') as h:
+                    source = array.array('d', h.read())
+            if dtype in ('u8', 'i16'):
+                source = [round(v) for v in source]
+            peak = max(source) - min(source)
+            for part in (.1, .01, .001):
+                with self.subTest(name, part=part):
+                    report = self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--abs', part * peak)
+                    got = self.exported('v.bcc4', DIMS)
+                    worst = max(abs(a - b) for a, b in zip(got, source))
+                    self.assertLessEqual(worst, part * peak)
+                    error = report['error']['channels'][0]
+                    self.assertAlmostEqual(error['max_abs'], worst, delta=1e-6 * peak)
+                    self.assertEqual(report['error']['frames_measured'], DIMS[3])
+                    self.assertEqual([f['frame'] for f in error['frames']], list(range(DIMS[3])))
+                    verified = self.json('verify', 'v.bcc4', '--against', name + '.raw')
+                    self.assertEqual(verified['bound'], {'abs': part * peak, 'held': True})
+                    for key in ('max_abs', 'worst'):
+                        self.assertEqual(verified[key], error[key])
+                    self.assertAlmostEqual(verified['rmse'], error['rmse'], delta=1e-9 * peak)
+                    self.assertEqual(len(verified['frames']), DIMS[3])
+                    self.assertEqual(max(f['max_abs'] for f in verified['frames']), verified['max_abs'])
+
+    def test_what_is_accepted_is_saved(self):
+        args = self.raw('a.raw', (28, 26, 24, 24), wave)
+        sizes = []
+        for part in (1, .1, .01, .001):
+            report = self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--abs', part)
+            sizes.append(report['bytes']['file'])
+            tried = report['plan']['coding']['tried']
+            self.assertGreater(len(tried), 3)
+            holding = [t['bytes'] for t in tried if t['holds']]
+            self.assertEqual(report['plan']['coding']['chosen']['bytes'], min(holding))
+        self.assertEqual(sizes, sorted(sizes))
+        self.assertLess(3 * sizes[0], sizes[3])
+
+    def test_psnr_is_reached(self):
+        args = self.raw('a.raw', (20, 18, 16, 14), wave)
+        sizes = []
+        for goal in (30, 45, 60, 90):
+            report = self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--psnr', goal)
+            verified = self.json('verify', 'v.bcc4', '--against', 'a.raw')
+            self.assertGreaterEqual(verified['psnr'], goal)
+            self.assertAlmostEqual(verified['psnr'], report['error']['channels'][0]['psnr'], places=6)
+            sizes.append(report['bytes']['file'])
+        self.assertEqual(sizes, sorted(sizes))
+
+    def test_holes_do_not_break_a_bound(self):
+        args = self.raw('a.raw', DIMS, lambda x, y, z, t: math.nan if 5 < x < 9 and y > 8 and z > 4 else wave(x, y, z, t))
+        self.bcc4('import', *args, '-o', 'v.bcc4', '--abs', .05, '--on-nonfinite', 'hole')
+        verified = self.json('verify', 'v.bcc4', '--against', 'a.raw')
+        self.assertLessEqual(verified['max_abs'], .05)
+        self.assertEqual(verified['holes']['file'], 0)
+        self.assertGreater(verified['holes']['source'], 0)
+
+    def test_a_bound_that_floats_cannot_hold_is_refused(self):
+        args = self.raw('a.raw', DIMS, lambda *p: 1e7 + wave(*p), 'f64')
+        for text in ('bound', 'frame', 'voxel', '32-bit floats'):
+            self.refused(1, text, 'import', *args, '-o', 'v.bcc4', '--overwrite', '--abs', .01, output='v.bcc4')
+        self.refused(2, '--abs must be positive', 'import', *args, '-o', 'v.bcc4', '--abs', 0)
+        self.refused(2, 'choose one', 'import', *args, '-o', 'v.bcc4', '--abs', 1, '--psnr', 40)
+
+    def test_verify_fails_when_the_source_is_another(self):
+        args = self.raw('a.raw', DIMS, wave)
+        self.bcc4('import', *args, '-o', 'v.bcc4', '--abs', .1)
+        self.raw('b.raw', DIMS, lambda *p: wave(*p) + .5)
+        out, err = self.bcc4('verify', 'v.bcc4', '--against', 'b.raw', expect=1)
+        self.assertIn('promises an error of at most 0.1', err)
+
+    def test_choices_of_the_user_are_kept(self):
+        args = self.raw('a.raw', DIMS, wave)
+        self.bcc4('import', *args, '-o', 'v.bcc4', '--abs', .1, '--scale', 1.1, '--time-scale', .9, '--quantize', 'f16', '--lattice', 'cc')
+        info = self.json('info', 'v.bcc4')
+        self.assertEqual((info['lattice'], info['value_type']), ('cc', 'f16'))
+        self.assertLessEqual(self.json('verify', 'v.bcc4', '--against', 'a.raw')['max_abs'], .1)
+
+    def test_the_report_measures_some_frames_unless_told(self):
+        args = self.raw('a.raw', DIMS, wave)
+        for choice, frames in (([], 3), (['--measure', 'all'], 12), (['--measure', 'none'], 0)):
+            report = self.json('import', *args, '-o', 'v.bcc4', '--overwrite', *choice)
+            self.assertEqual(report['error']['frames_measured'], frames)
+        out, _ = self.bcc4('import', *args, '-o', 'v.bcc4', '--overwrite')
+        for text in ('coding error', 'error at the source samples', 'worst: frame'):
+            self.assertIn(text, out)
+
+    def test_bandwidth_is_that_of_the_waves(self):
+        # cosines at a quarter and three quarters of the Nyquist frequency of x and t
+        n = (32, 32, 32, 32)
+        args = self.raw('a.raw', n, lambda x, y, z, t: math.cos(math.pi / 4 * x) + math.cos(.75 * math.pi * t) + math.cos(math.pi / 8 * (y + z)))
+        spectrum = self.json('import', *args, '--dry-run')['spectrum']
+        width = spectrum['bandwidth']
+        self.assertAlmostEqual(width['x']['p99'], .25, delta=.13)
+        self.assertAlmostEqual(width['y']['p99'], .125, delta=.13)
+        self.assertAlmostEqual(width['t']['p99'], .75, delta=.13)
+        self.assertLess(spectrum['outside_cell'], .01)
+        self.assertEqual(spectrum['advice']['time_scale'], 1)
+        # half the energy in a corner of the Cartesian band that D4* has no room for
+        args = self.raw('b.raw', n, lambda x, y, z, t: math.cos(math.pi / 4 * x) + math.cos(.9 * math.pi * x + .9 * math.pi * t))
+        spectrum = self.json('import', *args, '--dry-run')['spectrum']
+        self.assertAlmostEqual(spectrum['outside_cell'], .5, delta=.05)
+        self.assertEqual(spectrum['advice']['lattice'], 'cc')
+        out, _ = self.bcc4('import', *args, '--dry-run')
+        self.assertIn('--lattice cc', out)
+
+    def test_time_scale_auto(self):
+        args = self.raw('a.raw', (16, 16, 16, 32), lambda x, y, z, t: math.cos(math.pi / 16 * (x + t)) + math.sin(.3 * (y + z)))
+        self.bcc4('import', *args, '-o', 'plain.bcc4')
+        self.bcc4('import', *args, '-o', 'auto.bcc4', '--time-scale', 'auto')
+        plain, auto = self.json('info', 'plain.bcc4'), self.json('info', 'auto.bcc4')
+        self.assertLess(auto['sites_total'], .6 * plain['sites_total'])
+        self.assertGreater(self.json('verify', 'auto.bcc4', '--against', 'a.raw')['psnr'], 45)
+        self.refused(2, '--time-scale', 'import', *args, '-o', 'x.bcc4', '--time-scale', 'fast')
+
+    def test_coefficients_give_the_same_slices(self):
+        args = self.raw('a.raw', DIMS, wave)
+        for store in ('samples', 'coefficients'):
+            self.bcc4('import', *args, '-o', store + '.bcc4', '--store', store)
+            self.bcc4('slice', store + '.bcc4', '--time', 4.3, '-o', store + '.nrrd')
+        self.assertEqual(Nrrd(self.path('samples.nrrd')).values, Nrrd(self.path('coefficients.nrrd')).values)
+
+    def test_real_series(self):
+        for name, part in (('pcasl_52x68x20x10_f32.nii.gz', .05), ('viscous_fingers_run01_64x64x64x99_u16.nrrd', .02)):
+            path = os.path.join(DATA, name)
+            if not os.path.exists(path):
+                self.skipTest(path)
+            bound = part * {'p': 2640, 'v': 4083}[name[0]]
+            more = ['--frames', '40-59'] if name[0] == 'v' else []
+            report = self.json('import', path, '-o', 'v.bcc4', '--overwrite', '--abs', bound, *more)
+            error = report['error']['channels'][0]
+            self.assertLessEqual(error['max_abs'], bound)
+            verified = self.json('verify', 'v.bcc4', '--against', path, *more)
+            self.assertEqual(verified['max_abs'], error['max_abs'])
+            self.assertLess(10 * report['bytes']['file'], 6 * report['bytes']['source'])
+
+
+if __name__ == '__main__':
+    main()
