@@ -150,8 +150,8 @@ Trail stills_of(const Trail& trail, const Coefficients& coefficients, const Cont
 
 TEST_F(TrailPicture, LayersMixedOnTheSheetsAreTheStills) {
   const Slice s = still(20);
-  const Trail layers = trail(s, {.interval = {-12, 0}, .samples = 32, .intervals = 2});
-  ASSERT_LT(layers.sources.size(), 32u);
+  const Trail layers = trail(s, {.interval = {-12, 0}, .samples = 24, .intervals = 2});
+  ASSERT_LT(layers.sources.size(), 48u);
   ASSERT_GT(layers.moments.front().shares.size(), 1u);
   const Trail stills = stills_of(layers, coefficients, context.get());
   for (const auto& [shading, gradient] :
@@ -358,7 +358,7 @@ TEST_F(TrailPicture, MeanTimeOfAMovingBall) {
 
 TEST_F(TrailPicture, ThreadsAndTilesDoNotChangeABit) {
   const Slice s = still(20);
-  const auto t = trail(s, {.interval = {-10, 0}, .samples = 20});
+  const auto t = trail(s, {.interval = {-10, 0}, .samples = 40});
   options.shading = true;
   const auto one = draw(s, solid, t);
   options.tile_size = 17;
