@@ -22,7 +22,7 @@ namespace bccsplat {
 
 inline constexpr int max_ring_sheets = 256;
 // Isotropic windows up to this many pixels on either side are drawn by blocks, others are large.
-inline constexpr int block_window = 12;
+inline constexpr int block_window = 16;
 
 // phi(u) and its derivative in u as float polynomials.
 struct KernelPolynomial {

@@ -118,8 +118,8 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
   }
 }
 
-// The same for windows of at most 12 x 12 pixels, by blocks of whole vectors that start on cache lines: a
-// store that crosses a line costs more than the columns that blocks add to a window. All blocks of a point
+// The same for windows of at most 16 x 16 pixels, up to 12 by vectors that start on cache lines: stores that
+// cross a line cost more than the columns that this adds to a window. All blocks of a point
 // take the same rows: loops whose length changes from point to point cost more than the corners that they
 // would skip.
 template<KernelPolynomial::Form kForm, bool kGradient> struct BlockRows {
@@ -156,15 +156,15 @@ template<KernelPolynomial::Form kForm, bool kGradient> struct BlockRows {
           const V u = hn::Max(hn::Sub(level[b], row), zero);
           float* const to = sum + b * static_cast<std::ptrdiff_t>(hn::Lanes(d));
           if constexpr (!kGradient) {
-            hn::Store(weights.add(u, hn::Load(d, to)), d, to);
+            hn::StoreU(weights.add(u, hn::LoadU(d, to)), d, to);
           } else {
             V slope;
-            hn::Store(weights.add(u, hn::Load(d, to), slope), d, to);
+            hn::StoreU(weights.add(u, hn::LoadU(d, to), slope), d, to);
             const std::ptrdiff_t n = to - s.ring[0];
             const V dj = hn::Sub(hn::Set(d, static_cast<float>(r)), hn::Set(d, p.fy));
-            hn::Store(hn::MulAdd(slope, di[b], hn::Load(d, s.ring[1] + n)), d, s.ring[1] + n);
-            hn::Store(hn::MulAdd(slope, dj, hn::Load(d, s.ring[2] + n)), d, s.ring[2] + n);
-            hn::Store(hn::MulAdd(slope, dk, hn::Load(d, s.ring[3] + n)), d, s.ring[3] + n);
+            hn::StoreU(hn::MulAdd(slope, di[b], hn::LoadU(d, s.ring[1] + n)), d, s.ring[1] + n);
+            hn::StoreU(hn::MulAdd(slope, dj, hn::LoadU(d, s.ring[2] + n)), d, s.ring[2] + n);
+            hn::StoreU(hn::MulAdd(slope, dk, hn::LoadU(d, s.ring[3] + n)), d, s.ring[3] + n);
           }
         }
       }
@@ -192,16 +192,25 @@ template<KernelPolynomial::Form kForm, bool kGradient> void SplatBlocks(const Sp
     for (size_t n = 0; n < points; ++n) {
       const SplatRecord& p = s.record[first + n];
       const int begin = std::max(0, -p.y), end = std::min(s.rows, s.height - p.y);
-      int column = std::max(p.x, 0) & -vp;
+      // Four vectors from the window's start cost less than five on cache lines.
+      const bool on_lines = s.columns <= 3 * 4;
+      int column = on_lines ? std::max(p.x, 0) & -vp : p.x + std::max(0, -p.x) / vp * vp;
       const int last = std::min(p.x + static_cast<int>(p.fx + half), s.width - 1);
       int blocks = (last - column) / vp + 1;
-      for (; blocks > 3; blocks -= 2, column += 2 * vp) rows.template add<2>(p, row_u[n], column, begin, end);
-      if (blocks == 3)
+      for (; blocks > 4; blocks -= 2, column += 2 * vp) rows.template add<2>(p, row_u[n], column, begin, end);
+      switch (blocks) {
+      case 4:
+        rows.template add<4>(p, row_u[n], column, begin, end);
+        break;
+      case 3:
         rows.template add<3>(p, row_u[n], column, begin, end);
-      else if (blocks == 2)
+        break;
+      case 2:
         rows.template add<2>(p, row_u[n], column, begin, end);
-      else
+        break;
+      default:
         rows.template add<1>(p, row_u[n], column, begin, end);
+      }
     }
   }
 }
