@@ -127,7 +127,9 @@ CodingSearch search_coding(const Device& device, const SeriesDescription& series
     CodingTrial t;
     t.scale = settings.scale > 0 ? settings.scale : scale;
     t.time_scale = settings.time_scale > 0 ? settings.time_scale : series.dims[3] > 1 ? scale : 1;
-    t.lattice = settings.lattice;
+    t.lattice = settings.lattice != BCCSPLAT_LATTICE_DEFAULT ? settings.lattice
+                : series.dims[3] > 1                         ? BCCSPLAT_LATTICE_D4STAR
+                                                             : BCCSPLAT_LATTICE_BCC;
     t.step = step_for(step, series, settings);
     t.abs_error = bound.abs;
     return t;
