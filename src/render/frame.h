@@ -64,8 +64,9 @@ struct QualitySettings {
   int table_entries;
   double analytic_below; // pixels per T: below, the kernel's own gradient; from there on fourth-order
                          // differences
-  bool coarse_levels;  // pictures of pixels of 2 T and more are drawn from coarser levels, but X-rays always
-  double short_kernel; // T; steps from here on hide what short_polynomial() changes
+  bool coarse_levels; // pictures of pixels of 2 T and more are drawn from coarser levels, but X-rays always
+  // T: steps from here on, twice that without shading, hide what short_polynomial() changes.
+  double short_kernel;
 };
 [[nodiscard]] QualitySettings quality_settings(Quality quality);
 
