@@ -35,7 +35,7 @@ static void wrong_planes(const bccsplat_volume* volume) {
   WRONG(INVALID_ARGUMENT, "interval", o.interval[0] = NAN);
   WRONG(INVALID_ARGUMENT, "reserved", o.reserved = 1);
   WRONG(UNSUPPORTED, "interval", p.a = 1; o.interval[1] = 1);
-  WRONG(UNSUPPORTED, "lattice", o.lattice = BCCSPLAT_LATTICE_D4STAR);
+  WRONG(INVALID_ARGUMENT, "lattice", o.lattice = BCCSPLAT_LATTICE_D4STAR);
   WRONG(INVALID_STRUCT_SIZE, "bccsplat_hyperplane", p.struct_size = 2);
 #undef WRONG
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_slice_create(NULL, &plane, NULL, &slice));
