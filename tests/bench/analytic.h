@@ -18,7 +18,7 @@ using AnalyticField = std::function<double(const Vec3& p, Vec3* gradient)>;
 // to |w| <= rho pi.
 [[nodiscard]] AnalyticField bessel_rings(double n, double rho);
 
-// Puffs of smoke that drift, swell and turn, as they are at frame t: 0 outside of them, about 4 % of
+// Puffs of smoke that drift, swell and turn, as they are at frame t: 0 outside of them, about 5 % of
 // [0, n-1]^3 inside, twice differentiable. Values 0 .. about 1.
 [[nodiscard]] AnalyticField puffs(double n, double t);
 
