@@ -142,17 +142,34 @@ class Slice(Child):
                  kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0,
                  time_length: float = 0.0, progress: Progress | None = None, **options: Any) -> None:
         super().__init__(volume.device)
-        self.volume, watch = volume, Watch(progress)
+        self.volume = volume
         o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
-                              progress=watch.function, **options)
+                              **options)
         o.interval[:] = [*interval]
-        self._create("slice_create", volume.pointer, byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), byref(o),
-                     watch=watch)
+        self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
+
+    def _cut(self, plane: Any, options: _abi.SliceOptions, progress: Progress | None) -> None:
+        watch = Watch(progress)
+        options.progress = watch.function
+        self._create("slice_create", self.volume.pointer, plane, byref(options), watch=watch)
 
     @classmethod
     def at(cls, volume: Volume, frame: float, **options: Any) -> Slice:
         """The time slice at a frame number, which may be fractional."""
         return cls(volume, 0, 0, 0, 1, -frame, **options)
+
+    @classmethod
+    def along(cls, volume: Volume, point: Any, basis: Any, *, channel: int = 0, kernel: str | None = None,
+              progress: Progress | None = None, **options: Any) -> Slice:
+        """With an origin (x, y, z, t) and three directions [3, 4] of slice space in index space."""
+        cut = cls.__new__(cls)
+        Child.__init__(cut, volume.device)
+        cut.volume = volume
+        at = np.ascontiguousarray(point, np.float64).reshape(4)
+        axes = np.ascontiguousarray(basis, np.float64).reshape(3, 4)
+        cut._cut(None, _abi.SliceOptions(channel=channel, kernel=encode(kernel), point=at.ctypes.data,
+                                         basis=axes.ctypes.data, **options), progress)
+        return cut
 
     def info(self) -> _abi.SliceInfo:
         info = _abi.SliceInfo()

@@ -16,6 +16,8 @@ from .device import Child, Device
 Array = np.ndarray[Any, np.dtype[Any]]
 # offset, bytes: write all of them there; an exception fails the call
 WriteAt = Callable[[int, memoryview], None]
+# points [n, 4] -> n values
+Field = Callable[[Array], Array]
 
 _TYPES = {"u1": _abi.TYPE_U8, "u2": _abi.TYPE_U16, "u4": _abi.TYPE_U32, "i1": _abi.TYPE_I8, "i2": _abi.TYPE_I16,
           "i4": _abi.TYPE_I32, "f2": _abi.TYPE_F16, "f4": _abi.TYPE_F32, "f8": _abi.TYPE_F64}
@@ -124,6 +126,21 @@ class Writer(Child):
         flat = np.ascontiguousarray(samples, np.float32)
         self._call("writer_add_layer", channel, layer, flat.ctypes.data, flat.size)
 
+    def add_field(self, field: Field, channel: int = 0) -> None:
+        """All layers of a channel, from a function of points [n, 4] (x, y, z, t) of index space that returns their n
+        values. What it raises comes out of here."""
+
+        def ask(_user: int | None, n: int, xyzt: int, values: int) -> int:
+            try:
+                points = np.ctypeslib.as_array((ctypes.c_double * (4 * n)).from_address(xyzt)).reshape(n, 4)
+                np.ctypeslib.as_array((ctypes.c_float * n).from_address(values))[:] = field(points)
+                return 0
+            except BaseException as error:
+                self._watch.error = error
+                return 1
+
+        self._call("writer_add_field", channel, _abi.bccsplat_field_fn(ask), None)
+
     def set_times(self, first: float, step: float) -> None:
         self._call("writer_set_times", first, step)
 
@@ -137,6 +154,12 @@ class Writer(Child):
         report = _abi.WriterReport()
         self._call("writer_finish", byref(report))
         self._finished = True
+        return report
+
+    def error(self, channel: int = 0, measured: int = -1) -> _abi.ErrorReport:
+        """What was measured against the source, after finish: -1 for the series, else the frame of that number."""
+        report = _abi.ErrorReport()
+        call("writer_get_error", self.pointer, channel, measured, byref(report))
         return report
 
     def __exit__(self, *exception: object) -> None:
