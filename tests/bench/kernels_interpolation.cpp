@@ -77,7 +77,7 @@ void run_kernel_interpolation(const Report& report) {
         Row row{word("kernel", name)};
         for (size_t r = 0; r < fir.size(); ++r) {
           row.push_back(figure("stages, rho " + number(design_rhos[r], 1), fir[r], 1));
-          row.push_back(figure("interpolating", exact[r], 1));
+          row.push_back(figure("interpolating, rho " + number(design_rhos[r], 1), exact[r], 1));
         }
         waves.push_back(row);
       }
@@ -93,10 +93,10 @@ void run_kernel_interpolation(const Report& report) {
              figure("residual at the sites dB", miss(c), 1), figure("of CG dB", miss(exact.coefficients), 1),
              figure("CG steps", exact.iterations, 0),
              figure("largest coefficient", largest(c) / largest(input.f), 2),
-             figure("interpolating", largest(exact.coefficients) / largest(input.f), 2),
+             figure("largest, interpolating", largest(exact.coefficients) / largest(input.f), 2),
              figure("bound (gain)", dimensions == 4 ? prefilter_gain4(stages) : prefilter_gain3(stages), 1),
              figure("rms of the coefficients", rms(c) / rms(input.f), 2),
-             figure("interpolating", rms(exact.coefficients) / rms(input.f), 2)});
+             figure("rms, interpolating", rms(exact.coefficients) / rms(input.f), 2)});
       }
     }
     report.table("SNR (dB) of the stages and of exact interpolation, random waves, " + lattice_name, waves);

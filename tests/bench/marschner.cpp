@@ -29,7 +29,7 @@ struct Errors {
   [[nodiscard]] double rms() const { return std::sqrt(square / static_cast<double>(count)); }
   void finish(Row& row, const std::string& of) const {
     row.push_back(figure(of + " PSNR dB", -20 * std::log10(rms()), 2));
-    row.push_back(figure("largest error %", 100 * largest, 2));
+    row.push_back(figure(of + " largest %", 100 * largest, 2));
   }
 };
 
