@@ -7,7 +7,7 @@ cc=$2 cxx=$3
 check() { # COMPILER LANGUAGE STANDARD
   echo "$1 -x $2 -std=$3"
   printf '#include "%s"\n#include "%s"\ntypedef int translation_unit_is_not_empty;\n' "$header" "$header" |
-    "$1" -x "$2" "-std=$3" -Wall -Wextra -pedantic -Werror -fsyntax-only -
+    "$1" -x "$2" "-std=$3" -Wall -Wextra -Wpadded -pedantic -Werror -fsyntax-only -
 }
 for standard in c99 c11 c17; do check "$cc" c $standard; done
 for standard in c++11 c++17 c++20; do check "$cxx" c++ $standard; done
