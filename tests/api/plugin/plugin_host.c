@@ -12,16 +12,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define CALLS(CALL)                                                                                          \
-  CALL(last_error)                                                                                           \
-  CALL(device_create)                                                                                        \
-  CALL(device_release)                                                                                       \
-  CALL(writer_create)                                                                                        \
-  CALL(writer_add_frame)                                                                                     \
-  CALL(writer_finish) CALL(writer_release) CALL(volume_open_file) CALL(volume_release) CALL(slice_create)    \
-      CALL(slice_release) CALL(renderer_create) CALL(renderer_set_slice) CALL(renderer_render)               \
-          CALL(renderer_release) CALL(frame_wrap) CALL(frame_save_exr) CALL(frame_save_png)                  \
-              CALL(frame_release) CALL(build_info)
+/* clang-format off */
+#define CALLS(CALL) \
+  CALL(last_error) CALL(device_create) CALL(device_release) CALL(writer_create) CALL(writer_add_frame) \
+  CALL(writer_finish) CALL(writer_release) CALL(volume_open_file) CALL(volume_release) CALL(slice_create) \
+  CALL(slice_release) CALL(renderer_create) CALL(renderer_set_slice) CALL(renderer_render) \
+  CALL(renderer_release) CALL(frame_wrap) CALL(frame_save_exr) CALL(frame_save_png) CALL(frame_release) \
+  CALL(build_info)
+/* clang-format on */
 
 typedef struct library {
   void* handle;
