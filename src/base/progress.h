@@ -1,6 +1,7 @@
 // Progress of a long call and the wish to cancel it.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -45,11 +46,11 @@ class Progress {
   void ask(double fraction) {
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock) return;
-    if (fraction < 0) fraction = reported_;
+    reached_ = std::max(reached_, fraction); // also between calls, so that a check does not take a report's turn
     const bool due = !asked_ || fraction >= 1 || since_last() >= interval;
-    if (fraction < reported_ || !due) return;
+    if (!due) return;
     asked_ = true;
-    reported_ = fraction;
+    fraction = reached_;
     last_.store(Clock::now().time_since_epoch(), std::memory_order_relaxed);
     if (callback_(fraction) != 0) cancel();
   }
@@ -61,7 +62,7 @@ class Progress {
   std::atomic<bool> cancelled_{false};
   std::mutex mutex_;
   bool asked_ = false; // with reported_ under the mutex
-  double reported_ = 0;
+  double reached_ = 0;
   std::atomic<Clock::duration> last_{Clock::now().time_since_epoch()};
 };
 
