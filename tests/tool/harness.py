@@ -21,8 +21,12 @@ def main():
     unittest.main(verbosity=0)
 
 
+def has_reader(name):
+    return name in subprocess.run([BCC4, '--version'], capture_output=True, text=True, check=True).stdout.split('absent')[0]
+
+
 def has_openvdb():
-    return 'openvdb' in subprocess.run([BCC4, '--version'], capture_output=True, text=True, check=True).stdout.split('absent')[0]
+    return has_reader('openvdb')
 
 
 def field(dims, f, code):
