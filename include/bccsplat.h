@@ -615,7 +615,7 @@ typedef struct bccsplat_slice_options {
   double time_length; /* world units that one frame is drawn as off the time axis; 0: one mean voxel */
   int32_t lattice;    /* target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC */
   uint32_t reserved;  /* 0 */
-  bccsplat_progress_fn progress;
+  bccsplat_progress_fn progress; /* NULL: none; about the share of the work done, 1 at success */
   void* progress_user;
   double thickness; /* of a slab centred on the hyperplane, in index units along the unit normal (frames for
                        time slices), clipped to the domain; 0: none. Excludes interval. */

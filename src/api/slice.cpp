@@ -118,8 +118,9 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     HypersliceOptions cut = read_options(o, info);
     const Hyperplane h = read_hyperplane(hyperplane, o, cut);
     const Coefficients& coefficients = volume->coefficients(o.channel, o.kernel);
-    Progress progress(progress_callback(o.progress, o.progress_user));
-    const Context context = volume->device->context(progress);
+    Progress progress(progress_callback(o.progress, o.progress_user), true);
+    Progress making(progress, 0, 0.999); // 1 is for a slice that is there
+    const Context context = volume->device->context(making);
     const uint64_t read_before = volume->reader->bytes_read();
 
     auto result = std::make_unique<bccsplat_slice>();
@@ -135,6 +136,7 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     result->slice.bytes_read = volume->reader->bytes_read() - read_before;
     const uint64_t bytes = result->extraction ? result->extraction->bytes() : result->slice.bytes();
     result->memory = Reservation(volume->device->memory, bytes, "slice");
+    progress.report(1);
     *slice = result.release();
   });
 }

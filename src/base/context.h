@@ -11,6 +11,8 @@ struct Context {
   Tasks& tasks;
   MemoryBudget& memory;
   Progress& progress;
+
+  [[nodiscard]] Context with(Progress& share) const { return {tasks, memory, share}; }
 };
 
 } // namespace bccsplat

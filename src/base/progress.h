@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <mutex>
 
@@ -12,27 +13,45 @@
 namespace bccsplat {
 
 // Hands a fraction in [0, 1] that never falls to a callback, at most 30 times a second; a non-zero answer
-// cancels. Any thread may call it. Stages divide their share by `Span`s of [0, 1].
+// cancels. Any thread may call it.
+//
+// Stages that may be part of something longer tell how far they are by advance(), which counts only where the
+// call asked for it; a caller gives each of its stages a share of [0, 1]: a Progress of its own.
 class Progress {
  public:
   using Callback = std::function<int(double fraction)>;
   Progress() = default;
-  explicit Progress(Callback callback) : callback_(std::move(callback)) {}
+  // count_stages: advance() is heard; else it is a check().
+  explicit Progress(Callback callback, bool count_stages = false)
+      : callback_(std::move(callback)), counts_(count_stages) {}
+  // The part from begin to end of another, which must outlive it: a stage's [0, 1] stands for that.
+  Progress(Progress& whole, double begin, double end)
+      : whole_(&whole), begin_(begin), length_(end - begin), counts_(whole.counts_) {}
 
-  void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
-  [[nodiscard]] bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
+  void cancel() noexcept { whole_ ? whole_->cancel() : cancelled_.store(true, std::memory_order_relaxed); }
+  [[nodiscard]] bool cancelled() const noexcept {
+    return whole_ ? whole_->cancelled() : cancelled_.load(std::memory_order_relaxed);
+  }
 
   // Throws Code::cancelled once cancelled. Stages that cannot tell how far they are give the host its chance
   // to cancel here: the callback hears the last fraction again when it is due. Cheap: a load and, with a
   // callback, a look at the clock.
   void check() {
+    if (whole_) return whole_->check();
     if (callback_ && since_last() >= interval) ask(-1);
     throw_if_cancelled();
   }
 
   void report(double fraction) {
+    if (whole_) return whole_->report(begin_ + length_ * fraction);
     if (callback_) ask(fraction);
     throw_if_cancelled();
+  }
+
+  // Of a stage: done of total.
+  void advance(uint64_t done, uint64_t total) {
+    if (!counts_) return check();
+    report(static_cast<double>(done) / static_cast<double>(total));
   }
 
  private:
@@ -46,7 +65,8 @@ class Progress {
   void ask(double fraction) {
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock) return;
-    reached_ = std::max(reached_, fraction); // also between calls, so that a check does not take a report's turn
+    reached_ =
+        std::max(reached_, fraction); // also between calls, so that a check does not take a report's turn
     const bool due = !asked_ || fraction >= 1 || since_last() >= interval;
     if (!due) return;
     asked_ = true;
@@ -59,6 +79,9 @@ class Progress {
   }
 
   Callback callback_;
+  Progress* whole_ = nullptr; // null: the call's own
+  double begin_ = 0, length_ = 1;
+  bool counts_ = false;
   std::atomic<bool> cancelled_{false};
   std::mutex mutex_;
   bool asked_ = false; // with reported_ under the mutex

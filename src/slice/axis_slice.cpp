@@ -12,6 +12,9 @@
 namespace bccsplat {
 namespace {
 
+// About the share of reading the samples in a slice's work.
+constexpr double read_end = 0.5;
+
 // Planes on either side of a position whose samples matter: kernel and prefilter.
 int reach_planes(const Lattice4& lattice, const Kernel& kernel) {
   const double support = kernel.time.half_width / kernel_time_per_layer(lattice);
@@ -40,10 +43,12 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
   const auto plane = [&](double at) { return static_cast<int32_t>(std::floor(at / turned.time_step)); };
   const int32_t first = std::max(plane(low) - reach, 0);
   const int32_t last = std::min(plane(high) + 1 + reach, turned.last_layer);
-  const TurnedSamples samples(coefficients.source(), coefficients.channel(), axis, first, last, context);
+  Progress reading(context.progress, 0, read_end), cutting(context.progress, read_end, 1);
+  const TurnedSamples samples(coefficients.source(), coefficients.channel(), axis, first, last,
+                              context.with(reading));
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
                             coefficients.cache_bytes());
-  Slice slice = time_slab(planes, position, {-half, half}, slab.kind, {}, context);
+  Slice slice = time_slab(planes, position, {-half, half}, slab.kind, {}, context.with(cutting));
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return slice;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
 
 #include "base/error.h"
 #include "kernel/cc_kernel.h"
@@ -59,30 +58,33 @@ std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<co
     const int32_t at = source_.lattice().mirror_layer(m);
     if (!found.contains(at) && !(found[at] = find({last_stage(), at}))) missing.push_back(at);
   }
-  const double thickness = slab_bricks(missing, context);
+  if (missing.empty()) context.progress.advance(1, 1);
+  Work all = work(missing, context);
+  const double thickness = slab_bricks(missing, all, context);
   if (thickness < 1 && missing.size() > 1) // even the thinnest slabs of all at once would not fit
-    for (const int32_t at : missing) found[at] = layer(at, context);
+    for (size_t i = 0; i < missing.size(); ++i) {
+      const auto n = static_cast<double>(missing.size()), at = static_cast<double>(i);
+      Progress share(context.progress, at / n, (at + 1) / n);
+      found[missing[i]] = layer(missing[i], context.with(share));
+    }
   else if (thickness < std::numeric_limits<double>::infinity())
     for (auto& [at, layer] : make_by_slabs(missing, std::max(1, static_cast<int>(thickness)), context))
       found[at] = std::move(layer);
   else
-    for (const int32_t at : missing) found[at] = stage(last_stage(), at, context);
+    for (const int32_t at : missing) found[at] = stage(last_stage(), at, all, context);
   std::vector<std::shared_ptr<const BrickLayer>> result;
   for (const int32_t m : wanted) result.push_back(found[source_.lattice().mirror_layer(m)]);
   return result;
 }
 
-double Coefficients::slab_bricks(const std::vector<int32_t>& layers, const Context& context) const {
+std::vector<std::set<int32_t>> Coefficients::needed(std::span<const int32_t> layers, bool missing) const {
   const Lattice4& lattice = source_.lattice();
-  constexpr double no_slabs = std::numeric_limits<double>::infinity();
-  if (layers.empty() || steps_.empty() || lattice.is_static()) return no_slabs;
-  // All stages of all layers that the wanted ones depend on.
   std::vector<std::set<int32_t>> needed(steps_.size() + 1);
   needed.back().insert(layers.begin(), layers.end());
-  size_t total = 0;
-  for (size_t s = steps_.size(); s > 0; --s) {
+  for (size_t s = steps_.size() + 1; s-- > 0;) {
+    if (missing) std::erase_if(needed[s], [&](int32_t m) { return holds({static_cast<int>(s), m}); });
+    if (s == 0) break;
     const auto& [filter, source] = steps_[s - 1];
-    total += needed[s].size();
     const auto reach = [&](size_t stage, int32_t distance) {
       for (const int32_t m : std::set<int32_t>(needed[s]))
         for (const int32_t d : {-distance, distance}) needed[stage].insert(lattice.mirror_layer(m + d));
@@ -94,9 +96,24 @@ double Coefficients::slab_bricks(const std::vector<int32_t>& layers, const Conte
     if (filter.temporal != 0 || filter.mixed != 0) reach(s - 1, lattice.layer_period());
     if (filter.source_temporal != 0 || filter.source_mixed != 0) reach(samples, lattice.layer_period());
   }
-  total += needed[0].size();
+  return needed;
+}
+
+Coefficients::Work Coefficients::work(std::span<const int32_t> layers, const Context& context) const {
+  Work work{context.progress};
+  work.total = 0;
+  for (const auto& stage : needed(layers, true)) work.total += stage.size();
+  return work;
+}
+
+double Coefficients::slab_bricks(const std::vector<int32_t>& layers, Work& work,
+                                 const Context& context) const {
+  constexpr double no_slabs = std::numeric_limits<double>::infinity();
+  if (layers.empty() || steps_.empty() || source_.lattice().is_static()) return no_slabs;
+  size_t total = 0;
+  for (const auto& stage : needed(layers, false)) total += stage.size();
   // Coefficients spread a few sites beyond the samples: half as many bricks again, at most all.
-  const auto one = stage(0, layers.front(), context);
+  const auto one = stage(0, layers.front(), work, context);
   const uint64_t dense = one->brick_slots() * sizeof(Brick);
   const uint64_t bytes = std::min(dense, one->bytes() + one->bytes() / 2) * total;
   if (bytes <= limit_) return no_slabs;
@@ -125,8 +142,10 @@ Coefficients::make_by_slabs(const std::vector<int32_t>& layers, int thickness, c
     slab.end[2] = std::min(slab.end[2], z + thickness + slab_margin);
     const Coefficients local(source_, channel_, kernel_, prune_, UINT64_MAX, slab);
     uint64_t bytes = 0;
+    Progress share(context.progress, 1.0 * z / height, std::min(1.0, 1.0 * (z + thickness) / height));
+    Work all = local.work(layers, context.with(share));
     for (auto& [m, layer] : made) {
-      const auto part = local.stage(last_stage(), m, context);
+      const auto part = local.stage(last_stage(), m, all, context);
       for (size_t s = 0; s < layer.brick_slots(); ++s) {
         const int at = layer.slot_position(s)[2];
         if (at < z || at >= z + thickness || !part->brick(s)) continue;
@@ -143,18 +162,24 @@ Coefficients::make_by_slabs(const std::vector<int32_t>& layers, int thickness, c
 }
 
 // layer is inside the lattice.
-std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t m,
+std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t m, Work& work,
                                                       const Context& context) const {
   const Key key{stage_number, m};
   if (auto found = find(key)) return found;
-  context.progress.check();
-  if (stage_number == 0) return insert(key, source_.read_layer(channel_, m, region_, context), context);
+  // What was evicted and is made again is counted once.
+  const auto next = [&] { return std::min(++work.done, work.total); };
+  work.progress.check();
+  if (stage_number == 0) {
+    auto samples = insert(key, source_.read_layer(channel_, m, region_, context), context);
+    work.progress.advance(next(), work.total);
+    return samples;
+  }
   const Step& step = steps_[static_cast<size_t>(stage_number) - 1];
   const PrefilterStage& filter = step.filter;
   const Lattice4& lattice = source_.lattice();
   std::vector<std::shared_ptr<const BrickLayer>> held;
   const auto get = [&](int from_stage, int32_t at) {
-    held.push_back(stage(from_stage, lattice.mirror_layer(at), context));
+    held.push_back(stage(from_stage, lattice.mirror_layer(at), work, context));
     return held.back().get();
   };
   const auto layers = [&](int from_stage, bool in_time) {
@@ -179,7 +204,9 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
   BrickLayer made = [&] {
     // About what it will hold, so that the budget is kept while it is made; insert() reserves what it holds.
     const Reservation making(context.memory, input.previous.own->bytes(), "coefficients of one layer");
-    return apply_stage(filter, input, last ? &finish : nullptr, region_, context);
+    const auto total = static_cast<double>(work.total), before = static_cast<double>(work.done);
+    Progress share(work.progress, std::min(before / total, 1.0), static_cast<double>(next()) / total);
+    return apply_stage(filter, input, last ? &finish : nullptr, region_, context.with(share));
   }();
   return insert(key, std::move(made), context);
 }
@@ -190,6 +217,11 @@ std::shared_ptr<const BrickLayer> Coefficients::find(const Key& key) const {
   if (it == entries_.end()) return nullptr;
   recent_.splice(recent_.end(), recent_, std::find(recent_.begin(), recent_.end(), key));
   return {it->second, &it->second->layer};
+}
+
+bool Coefficients::holds(const Key& key) const {
+  const std::scoped_lock lock(mutex_);
+  return entries_.contains(key);
 }
 
 std::shared_ptr<const BrickLayer> Coefficients::insert(const Key& key, BrickLayer layer,

@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -56,13 +57,23 @@ class Coefficients {
 
   [[nodiscard]] int last_stage() const { return static_cast<int>(steps_.size()); }
 
-  std::shared_ptr<const BrickLayer> stage(int stage, int32_t layer, const Context& context) const;
+  // Which layers of each stage the last one's depend on. missing: only what is not in the cache, and what
+  // that depends on.
+  std::vector<std::set<int32_t>> needed(std::span<const int32_t> layers, bool missing) const;
+  // How much of that is made.
+  struct Work {
+    Progress& progress;
+    uint64_t done = 0, total = 1; // layers of stages
+  };
+  Work work(std::span<const int32_t> layers, const Context& context) const;
+  std::shared_ptr<const BrickLayer> stage(int stage, int32_t layer, Work& work, const Context& context) const;
   // How thick, in bricks along z, slabs may be for the layers to fit the cache; infinite where no slabs are
   // needed.
-  double slab_bricks(const std::vector<int32_t>& layers, const Context& context) const;
+  double slab_bricks(const std::vector<int32_t>& layers, Work& work, const Context& context) const;
   std::map<int32_t, std::shared_ptr<const BrickLayer>>
   make_by_slabs(const std::vector<int32_t>& layers, int thickness, const Context& context) const;
   std::shared_ptr<const BrickLayer> find(const Key& key) const;
+  bool holds(const Key& key) const;
   std::shared_ptr<const BrickLayer> insert(const Key& key, BrickLayer layer, const Context& context) const;
   void evict_locked(uint64_t room) const; // until `room` bytes fit under the cache's limit
 

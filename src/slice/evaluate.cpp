@@ -133,10 +133,15 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
   std::fill(holes.begin(), holes.end(), uint8_t{0});
   HeldLayers held;
   for (const PointOrder::Group& group : order.groups) {
-    const Window window(coefficients, group.window, held, context);
+    const auto total = static_cast<double>(points.size()), begin = static_cast<double>(group.begin) / total,
+               end = static_cast<double>(group.end) / total, middle = (begin + end) / 2;
+    Progress making(context.progress, begin, middle), summing(context.progress, middle, end);
+    const Window window(coefficients, group.window, held, context.with(making));
     const FootprintPlan plan({window.layers, &coefficients.kernel(), lattice.is_static()});
-    context.tasks.parallel_for((group.end - group.begin + block - 1) / block, [&](uint64_t b) {
-      context.progress.check();
+    const uint64_t blocks = (group.end - group.begin + block - 1) / block;
+    std::atomic<uint64_t> done{0};
+    context.tasks.parallel_for(blocks, [&](uint64_t b) {
+      summing.advance(done.fetch_add(1, std::memory_order_relaxed), blocks);
       std::array<Vec4, block> batch;
       std::array<float, block> sums;
       std::array<std::array<float, 4>, block> slopes;

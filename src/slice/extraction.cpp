@@ -60,7 +60,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
   const TouchedSamples touched(source, h, touch);
   std::vector<Point> found;
   for (int32_t m = 0; m < lattice.layers(); ++m) {
-    context.progress.check();
+    context.progress.advance(static_cast<uint64_t>(m), static_cast<uint64_t>(lattice.layers()));
     const BrickLayer layer = touched.read_layer(channel, m, {}, context);
     const double d = lattice.space.plane_distance();
     for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {

@@ -1,6 +1,7 @@
 #include "slice/maximum_slice.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -32,8 +33,11 @@ void SiteMaxima::add(const Slice& instant, const Context& context) {
   for (size_t c = 0; c < static_cast<size_t>(instant.lattice.cosets()); ++c) {
     BrickLayer layer(instant.lattice, static_cast<int>(c));
     const BrickLayer& before = largest_[c];
+    const double part = 1.0 / instant.lattice.cosets();
+    Progress share(context.progress, static_cast<double>(c) * part, static_cast<double>(c + 1) * part);
+    std::atomic<uint64_t> done{0};
     context.tasks.parallel_for(layer.brick_slots(), [&](uint64_t slot) {
-      context.progress.check();
+      share.advance(done.fetch_add(1, std::memory_order_relaxed), layer.brick_slots());
       const auto points = brick_points(instant, layer, layer.slot_position(slot));
       std::vector<float> values(brick_sites);
       auto brick = std::make_shared<Brick>();

@@ -73,7 +73,7 @@ std::optional<HeldSamples> HeldSamples::read(const SampleSource& source, int cha
   HeldSamples held(source);
   uint64_t sum = 0;
   for (int32_t m = 0; m < source.lattice().layers(); ++m) {
-    context.progress.check();
+    context.progress.advance(static_cast<uint64_t>(m), static_cast<uint64_t>(source.lattice().layers()));
     held.layers_.push_back(source.read_layer(channel, m, region, context));
     const uint64_t bytes = held.layers_.back().bytes();
     sum += bytes;

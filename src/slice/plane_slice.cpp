@@ -17,6 +17,10 @@
 namespace bccsplat {
 namespace {
 
+// About where, of the whole work, the samples are read, the volume's coefficients made and the slice's
+// samples made; filtering these is the rest.
+constexpr double read_end = 0.1, make_end = 0.4, sample_end = 0.97;
+
 // Sites this far beyond the ends of the domain, index units, are filled in: the slice's filter and kernel.
 double margin_of(const Slice& slice, double unit) {
   return unit * (slice.kernel.space.radius +
@@ -124,19 +128,23 @@ class SlabField {
     std::vector<double> sum(points.size());
     std::vector<float> some(points.size());
     std::fill(out.begin(), out.end(), -std::numeric_limits<float>::infinity());
+    const double part = 1 / static_cast<double>(nodes_.node.size() + 1);
     for (size_t k = 0; k < nodes_.node.size(); ++k) {
+      const auto node = static_cast<double>(k);
+      Progress share(context.progress, node * part, (node + 1) * part);
       for (size_t n = 0; n < points.size(); ++n) {
         const double s = stretch[n][0] + (stretch[n][1] - stretch[n][0]) * nodes_.node[k];
         for (size_t i = 0; i < 4; ++i) at[n][i] = inside[n][i] + s * normal_[i];
       }
-      evaluate4_mirrored(coefficients_, at, some, {}, {}, context);
+      evaluate4_mirrored(coefficients_, at, some, {}, {}, context.with(share));
       for (size_t n = 0; n < points.size(); ++n) {
         sum[n] += nodes_.weight[k] * some[n];
         out[n] = std::max(out[n], some[n]);
       }
     }
     // A point of the hyperplane itself decides what is a hole.
-    evaluate4_mirrored(coefficients_, points, some, {}, holes, context);
+    Progress last(context.progress, 1 - part, 1);
+    evaluate4_mirrored(coefficients_, points, some, {}, holes, context.with(last));
     const double air = coefficients_.air();
     for (size_t n = 0; n < points.size(); ++n) {
       const double length = stretch[n][1] - stretch[n][0];
@@ -231,7 +239,8 @@ BrickLayer sample_coset(const SlabField& field, Slice& slice, const Lattice4& ta
       }
     std::vector<float> values(points.size());
     std::vector<uint8_t> holes(points.size());
-    field.values(points, values, holes, context);
+    Progress share(context.progress, 1.0 * bz / bricks[2], (bz + 1.0) / bricks[2]);
+    field.values(points, values, holes, context.with(share));
     for (size_t first = 0, last; first < points.size(); first = last) {
       auto brick = std::make_shared<Brick>();
       for (last = first; last < points.size() && place[last].first == place[first].first; ++last) {
@@ -322,7 +331,9 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const TouchedSamples touched(coefficients.source(), h, reach);
   const BrickBox region = bricks_around(lattice, extent, reach);
   const int channel = coefficients.channel();
-  const auto held = HeldSamples::read(touched, channel, region, coefficients.cache_bytes() / 4, context);
+  Progress reading(context.progress, 0, read_end);
+  const auto held =
+      HeldSamples::read(touched, channel, region, coefficients.cache_bytes() / 4, context.with(reading));
   const SampleSource& source = held ? static_cast<const SampleSource&>(*held) : touched;
   const Coefficients local(source, channel, coefficients.kernel(), coefficients.prune(),
                            coefficients.cache_bytes(), region);
@@ -334,22 +345,28 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   std::optional<Occupancy> occupancy;
   if (held && (options.slab.kind != SlabKind::sum || coefficients.air() == 0)) {
     occupancy.emplace(lattice);
-    const double beyond = margin + wanted.reach[3];
+    const double beyond = margin + wanted.reach[3], part = (make_end - read_end) / lattice.layers();
     for (int32_t m = 0; m < lattice.layers(); ++m) {
       const double at = lattice.layer_frame(m);
+      Progress making(context.progress, read_end + m * part, read_end + (m + 1) * part);
       if (at >= extent.box_low[3] - beyond && at <= extent.box_high[3] + beyond)
-        occupancy->add(m, *local.layer(m, context));
+        occupancy->add(m, *local.layer(m, context.with(making)));
     }
     wanted.occupancy = &*occupancy;
   }
   std::vector<std::vector<BrickLayer>> channels(1);
-  for (int c = 0; c < target.space.cosets(); ++c)
-    channels[0].push_back(sample_coset(field, slice, target, c, placed, wanted, context));
+  const double sample_begin = occupancy ? make_end : read_end;
+  const double part = (sample_end - sample_begin) / target.space.cosets();
+  for (int c = 0; c < target.space.cosets(); ++c) {
+    Progress sampling(context.progress, sample_begin + c * part, sample_begin + (c + 1) * part);
+    channels[0].push_back(sample_coset(field, slice, target, c, placed, wanted, context.with(sampling)));
+  }
   const MemorySamples memory(target, {slice.air}, std::move(channels));
   const Coefficients filtered(memory, 0, slice.kernel, coefficients.prune(),
                               std::numeric_limits<uint64_t>::max());
+  Progress filtering(context.progress, sample_end, 1);
   for (int c = 0; c < target.space.cosets(); ++c)
-    slice.coset[static_cast<size_t>(c)] = *filtered.layer(c, context);
+    slice.coset[static_cast<size_t>(c)] = *filtered.layer(c, context.with(filtering));
   slice.bounds = coefficient_bounds(slice);
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -202,6 +202,7 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 #include <algorithm>
+#include <atomic>
 
 namespace bccsplat {
 HWY_EXPORT(StageBrick);
@@ -240,8 +241,10 @@ BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input, con
   BrickLayer result(input.previous.own->lattice(), input.previous.own->coset());
   // One task per row of bricks along x: a few dozen microseconds each.
   const auto row = static_cast<size_t>(result.brick_dims()[0]);
-  context.tasks.parallel_for(result.brick_slots() / row, [&](uint64_t r) {
-    context.progress.check();
+  const uint64_t rows = result.brick_slots() / row;
+  std::atomic<uint64_t> done{0};
+  context.tasks.parallel_for(rows, [&](uint64_t r) {
+    context.progress.advance(done.fetch_add(1, std::memory_order_relaxed), rows);
     const auto planes = std::make_unique_for_overwrite<StagePlanes>();
     std::vector<StageBlock> blocks; // and an empty one after the last
     std::vector<size_t> slots;

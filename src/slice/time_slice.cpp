@@ -31,6 +31,7 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 
@@ -88,8 +89,9 @@ BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& pa
   });
   const auto row = static_cast<size_t>(result.brick_dims()[0]);
   std::vector<std::array<float, 2>> ranges(result.brick_slots() / row);
-  context.tasks.parallel_for(result.brick_slots() / row, [&](uint64_t r) {
-    context.progress.check();
+  std::atomic<uint64_t> done{0};
+  context.tasks.parallel_for(ranges.size(), [&](uint64_t r) {
+    context.progress.advance(done.fetch_add(1, std::memory_order_relaxed), ranges.size());
     std::vector<const float*> bricks;
     std::vector<float> weights;
     for (size_t slot = r * row; slot < (r + 1) * row; ++slot) {
@@ -147,6 +149,9 @@ std::array<double, 2> clipped_interval(const Lattice4& lattice, double frame,
   return {std::clamp(frame + interval[0], 0.0, end), std::clamp(frame + interval[1], 0.0, end)};
 }
 
+// About the share of making layers in a slice's work; merging them is the rest.
+constexpr double merge_begin = 0.9;
+
 // Weighted layers become a slice at `frame`; `length` multiplies what they add up to.
 Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<LayerWeight> weights,
                    double length, const Affine3& index_to_world, const Context& context) {
@@ -162,13 +167,16 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   std::array<std::vector<Part>, 2> parts;
   std::vector<int32_t> wanted;
   for (const LayerWeight& l : weights) wanted.push_back(l.layer);
-  const auto layers = coefficients.layers(wanted, context);
+  Progress making(context.progress, 0, merge_begin);
+  const auto layers = coefficients.layers(wanted, context.with(making));
   for (size_t i = 0; i < weights.size(); ++i)
     parts[static_cast<size_t>(lattice.coset(wanted[i]))].push_back({layers[i], weights[i].weight});
   std::array<float, 2> range{};
   for (int c = 0; c < lattice.space.cosets(); ++c) {
     auto& coset = slice.coset[static_cast<size_t>(c)];
-    coset = merge(lattice.space, c, parts[static_cast<size_t>(c)], range, context);
+    const double part = (1 - merge_begin) / lattice.space.cosets();
+    Progress merging(context.progress, merge_begin + c * part, merge_begin + (c + 1) * part);
+    coset = merge(lattice.space, c, parts[static_cast<size_t>(c)], range, context.with(merging));
     for (size_t s = 0; s < coset.brick_slots() && !slice.has_holes; ++s)
       slice.has_holes = coset.brick(s) && coset.brick(s)->hole;
   }
@@ -201,16 +209,23 @@ Slice time_slab(const Coefficients& coefficients, double frame, const std::array
                 SlabKind kind, const Affine3& index_to_world, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
   const auto [t0, t1] = clipped_interval(lattice, frame, interval);
-  const auto instant = [&](double at) {
+  const auto instant = [&](double at, const Context& with) {
     return merged_slice(coefficients, frame, instant_weights(lattice, coefficients.kernel(), at), 1,
-                        index_to_world, context);
+                        index_to_world, with);
   };
-  if (!(t1 > t0)) return instant(t0);
+  if (!(t1 > t0)) return instant(t0, context);
   if (kind == SlabKind::maximum) {
     SiteMaxima maxima;
-    for (const double node : gauss_legendre(slab_nodes(t1 - t0)).node)
-      maxima.add(instant(t0 + (t1 - t0) * node), context);
-    return maxima.finish(context);
+    const std::vector<double> node = gauss_legendre(slab_nodes(t1 - t0)).node;
+    const double part = 1 / static_cast<double>(node.size() + 1);
+    for (size_t k = 0; k < node.size(); ++k) {
+      const double begin = static_cast<double>(k) * part;
+      Progress making(context.progress, begin, begin + part / 2),
+          comparing(context.progress, begin + part / 2, begin + part);
+      maxima.add(instant(t0 + (t1 - t0) * node[k], context.with(making)), context.with(comparing));
+    }
+    Progress filtering(context.progress, 1 - part, 1);
+    return maxima.finish(context.with(filtering));
   }
   return merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), t0, t1),
                       kind == SlabKind::sum ? t1 - t0 : 1, index_to_world, context);

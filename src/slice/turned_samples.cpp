@@ -106,7 +106,7 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
   region.begin[axis] = std::max(0, first - 1) / sites_per_brick;
   region.end[axis] = last / sites_per_brick + 1;
   for (int32_t m = 0; m < lattice.layers(); ++m) {
-    context.progress.check();
+    context.progress.advance(static_cast<uint64_t>(m), static_cast<uint64_t>(lattice.layers()));
     const int coset = lattice.coset(m);
     const BrickLayer layer = source.read_layer(channel, m, region, context);
     const int time_site = site_of(lattice.space, coset, m);

@@ -2,8 +2,11 @@
 // and from a cancelling answer to the return stays below 0.1 s, whatever the call is doing. Processor time,
 // so that a busy machine does not matter.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <ctime>
 #include <iostream>
+#include <vector>
 
 #include "support.h"
 
@@ -141,6 +144,62 @@ TEST_F(Reaction, Slices) {
   expect_prompt("mean over an interval", cut_with(0, 1, -2, -2));
   expect_prompt("axis slice", cut_with(1, 0, -50.3, 0));
   expect_prompt("oblique slice", cut_with(0.02, 1, -2.5, 0));
+}
+
+// Fractions of slices: they rise with the work that is done and end at 1, once the slice is there.
+TEST_F(Reaction, FractionsOfSlices) {
+  struct Trace {
+    double begin = cpu_seconds();
+    std::vector<std::array<double, 2>> reports; // processor time, fraction
+    static int32_t report(void* user, double fraction) {
+      auto& t = *static_cast<Trace*>(user);
+      t.reports.push_back({cpu_seconds() - t.begin, fraction});
+      return 0;
+    }
+  };
+  struct Cut {
+    const char* name;
+    double a, d, e, thickness;
+    int32_t slab;
+  };
+  constexpr Cut cuts[] = {
+      {"time", 0, 1, -1.5, 0, BCCSPLAT_SLAB_MEAN},
+      {"axis", 1, 0, -50.3, 0, BCCSPLAT_SLAB_MEAN},
+      {"oblique", 0.02, 1, -2.5, 0, BCCSPLAT_SLAB_MEAN},
+      {"mean over time", 0, 1, -1.5, 1, BCCSPLAT_SLAB_MEAN},
+      {"maximum over time", 0, 1, -1.5, 0.1, BCCSPLAT_SLAB_MAXIMUM},
+      {"oblique slab", 0.02, 1, -2.5, 0.1, BCCSPLAT_SLAB_SUM},
+  };
+  for (const uint32_t threads : {1u, 2u})
+    for (const Cut& cut : cuts) {
+      const Device own = make_device(threads);
+      const Volume volume = open(own, path);
+      auto h = sized<bccsplat_hyperplane>();
+      h.a = cut.a, h.d = cut.d, h.e = cut.e;
+      auto o = sized<bccsplat_slice_options>();
+      o.thickness = cut.thickness, o.slab = cut.slab;
+      Trace trace;
+      o.progress = Trace::report, o.progress_user = &trace;
+      bccsplat_slice* s = nullptr;
+      ASSERT_OK(bccsplat_slice_create(volume.get(), &h, &o, &s));
+      const double total = cpu_seconds() - trace.begin;
+      bccsplat_slice_release(s);
+      ASSERT_GE(trace.reports.size(), 2u) << cut.name;
+      double before = 0, off = 0;
+      size_t steps = 0;
+      for (const auto& [at, fraction] : trace.reports) {
+        EXPECT_GE(fraction, before) << cut.name;
+        steps += fraction > before;
+        before = fraction;
+        off = std::max(off, std::fabs(fraction - at / total));
+      }
+      std::cout << cut.name << ", " << threads << " threads: " << trace.reports.size() << " reports, "
+                << steps << " steps, at most " << off << " from the share of time\n";
+      EXPECT_EQ(trace.reports.back()[1], 1) << cut.name;
+      EXPECT_LT(trace.reports.front()[1], 0.5) << cut.name;
+      // All but the first, which may be 0, and what a stage without fractions repeats.
+      EXPECT_GE(2 * steps, trace.reports.size()) << cut.name;
+    }
 }
 
 TEST_F(Reaction, Pictures) {
