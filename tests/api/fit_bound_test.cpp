@@ -1,7 +1,7 @@
 // Bounds of the error at the source samples: what the writer promises is what every reader finds.
 #include <random>
 
-#include "tests/api/fit_writer.h"
+#include "fit_writer.h"
 
 namespace bccsplat::test {
 namespace {

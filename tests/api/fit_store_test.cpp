@@ -1,7 +1,7 @@
 // Other ways into a file: a host's field, layers, and coefficients instead of samples.
 #include <random>
 
-#include "tests/api/fit_writer.h"
+#include "fit_writer.h"
 
 namespace bccsplat::test {
 namespace {
