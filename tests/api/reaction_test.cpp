@@ -170,7 +170,7 @@ TEST_F(Reaction, FractionsOfSlices) {
       {"maximum over time", 0, 1, -1.5, 0.1, BCCSPLAT_SLAB_MAXIMUM},
       {"oblique slab", 0.02, 1, -2.5, 0.1, BCCSPLAT_SLAB_SUM},
   };
-  for (const uint32_t threads : {1u, 2u})
+  for (const int threads : {1, 2})
     for (const Cut& cut : cuts) {
       const Device own = make_device(threads);
       const Volume volume = open(own, path);
@@ -197,8 +197,9 @@ TEST_F(Reaction, FractionsOfSlices) {
                 << steps << " steps, at most " << off << " from the share of time\n";
       EXPECT_EQ(trace.reports.back()[1], 1) << cut.name;
       EXPECT_LT(trace.reports.front()[1], 0.5) << cut.name;
-      // All but the first, which may be 0, and what a stage without fractions repeats.
+      if (trace.reports.size() < 6) continue; // a short call tells less
       EXPECT_GE(2 * steps, trace.reports.size()) << cut.name;
+      EXPECT_LT(off, 0.5) << cut.name;
     }
 }
 

@@ -69,4 +69,44 @@ TEST(Progress, CancelWorksWithoutACallback) {
 }
 
 } // namespace
+// Stages within stages: what each tells stands for its share of the whole.
+TEST(Progress, SharesNest) {
+  double heard = 0;
+  Progress whole(
+      [&](double fraction) {
+        heard = fraction;
+        return 0;
+      },
+      true);
+  Progress half(whole, 0.5, 1), quarter(half, 0.5, 1);
+  quarter.advance(1, 2);
+  EXPECT_EQ(heard, 0.875);
+  Progress last(whole, 0.75, 1);
+  last.advance(3, 3);
+  EXPECT_EQ(heard, 1);
+}
+
+TEST(Progress, StagesAreNotHeardUnasked) {
+  double heard = 0;
+  Progress whole([&](double fraction) {
+    heard = fraction;
+    return 0;
+  });
+  Progress share(whole, 0, 1);
+  share.advance(1, 1);
+  EXPECT_EQ(heard, 0);
+  whole.report(1);
+  EXPECT_EQ(heard, 1);
+}
+
+TEST(Progress, SharesHearOfCancelling) {
+  Progress whole;
+  Progress share(whole, 0.25, 0.5);
+  share.check();
+  whole.cancel();
+  EXPECT_TRUE(share.cancelled());
+  EXPECT_THROW(share.check(), Error);
+  EXPECT_THROW(share.advance(1, 2), Error);
+}
+
 } // namespace bccsplat
