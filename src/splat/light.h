@@ -19,7 +19,7 @@ struct Light {
 };
 
 struct Lights {
-  std::vector<Light> lights{Light{}};
+  std::vector<Light> lights = std::vector<Light>(1); // GCC 12 doubts a copied list
   double ambient = 0.3, diffuse = 0.7, specular = 0.2, shininess = 20;
 };
 
