@@ -308,6 +308,14 @@ typedef struct bccsplat_writer_options {
                   frame, BOUND_NOT_MET at finish when it is missed; 0: no bound */
   int32_t measure; /* BCCSPLAT_MEASURE_...: which frames to compare with the source */
   int32_t partial; /* BCCSPLAT_PARTIAL_...: what becomes of unfinished work; files only */
+  int32_t lowpass; /* non-zero: frames lose what D4* (one frame: BCC) cannot hold before they are resampled:
+                      the frequencies with |f_i| + |f_j| > sqrt2 for some pair of axes, f in units of the
+                      Nyquist frequency of a grid of the lattice distance. Otherwise they fold back; little of
+                      natural data lies there, half the energy of white noise does. Ends are mirrored;
+                      constants stay exact; at scale 1, 30 frames to either side take part (scale and
+                      time_scale widen this), held as floats within the memory budget. INVALID_ARGUMENT for
+                      CC; layers and fields are taken as they are; 0: none */
+  uint32_t reserved;
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */

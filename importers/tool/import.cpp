@@ -379,6 +379,8 @@ Run add_import(CLI::App& app, std::string command_line) {
                        {"kaiser6", BCCSPLAT_FILTER_KAISER6},
                        {"bspline3", BCCSPLAT_FILTER_BSPLINE3}},
                       "Resampling filter (default kaiser8)");
+  import.add_flag("--lowpass", a->settings.lowpass,
+                  "First remove the frequencies the lattice cannot hold (outside_cell of --dry-run)");
   add_number(import, "--scale", a->scale, "Lattice distance in source samples (default 1)");
   import
       .add_option(

@@ -123,6 +123,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.dims[3] = static_cast<uint32_t>(frames);
   options.lattice = settings.lattice;
   options.filter = settings.filter;
+  options.lowpass = settings.lowpass ? 1 : 0;
   options.store = settings.store;
   options.nonfinite = settings.nonfinite;
   if (has_fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT)

@@ -15,6 +15,7 @@ struct WriterSettings {
   double air_threshold = 0;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
   int32_t filter = BCCSPLAT_FILTER_DEFAULT;
+  bool lowpass = false;
   int32_t store = BCCSPLAT_STORE_DEFAULT;
   int32_t nonfinite = BCCSPLAT_NONFINITE_DEFAULT;
   int32_t quantize = BCCSPLAT_TYPE_DEFAULT;

@@ -9,6 +9,7 @@
 #include "fit/coefficient_layers.h"
 #include "fit/filter.h"
 #include "fit/fit.h"
+#include "fit/lowpass.h"
 #include "fit/round_trip.h"
 #include "formats/bcc4_deflate.h"
 #include "formats/bcc4_journal.h"
@@ -158,6 +159,10 @@ bccsplat_writer::bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_o
   fit_options.dims = {o.dims[0], o.dims[1], o.dims[2], o.dims[3]};
   fit_options.scale = scale, fit_options.time_scale = time_scale;
   fit_options.filter = choose(o.filter, Filter::kaiser8, 3, "filter");
+  require_zero(o.reserved, "bccsplat_writer_options.reserved");
+  fit_options.lowpass = o.lowpass != 0;
+  if (fit_options.lowpass && fit_options.lattice == LatticeKind::cc)
+    fail(Code::invalid_argument, "writer: a low-pass is of use on D4* and BCC only");
   fit_options.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
   fit_options.slab_layers = initial.slab_layers;
   const int32_t store = choose(o.store, BCCSPLAT_STORE_SAMPLES, 2, "store");
@@ -374,6 +379,7 @@ void bccsplat_writer::make_container() {
 uint32_t bccsplat_writer::fingerprint() const {
   std::string text = concat(static_cast<int>(fit_options.filter), " ",
                             static_cast<int>(fit_options.nonfinite), " ", abs_error);
+  if (fit_options.lowpass) text += " lowpass";
   for (const FitChannel& c : fit_options.channels) {
     text += concat(" ", c.threshold, " ", c.ringing);
     if (c.range) text += concat(" ", c.range->low, " ", c.range->high);
@@ -406,7 +412,8 @@ Bcc4WriterOptions bccsplat_writer::appended() const {
   }
   // Coefficients hang on samples beyond the reach of the filter.
   if (!coefficients) {
-    const int reach = filter_reach(fit_options.filter, std::max(1.0, a.time_step / a.layer_distance())) + 1;
+    const int reach = filter_reach(fit_options.filter, std::max(1.0, a.time_step / a.layer_distance())) + 1 +
+                      (fit_options.lowpass ? lowpass_time_reach(a) : 0);
     const double last = a.dims[3] - 1.0 - reach; // frame
     while (a.layer_frame((o.earlier_slabs + 1) * was.slab_layers - 1) <= last) ++o.earlier_slabs;
   }

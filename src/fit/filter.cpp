@@ -26,7 +26,7 @@ double sinc(double x) {
   return std::sin(std::numbers::pi * x) / (std::numbers::pi * x);
 }
 
-// Modified Bessel function of order 0, by its power series; |x| <= 6 here.
+// Modified Bessel function of order 0, by its power series; |x| <= 7 here.
 double bessel_i0(double x) {
   double term = 1, sum = 1;
   for (int k = 1; term > 1e-17 * sum; ++k) {
@@ -36,10 +36,7 @@ double bessel_i0(double x) {
   return sum;
 }
 
-double kaiser_sinc(double x, double half, double beta) {
-  const double u = x / half;
-  return sinc(x) * bessel_i0(beta * std::sqrt(std::max(0.0, 1 - u * u))) / bessel_i0(beta);
-}
+double kaiser_sinc(double x, double half, double beta) { return sinc(x) * kaiser_window(x / half, beta); }
 
 double cubic_bspline(double x) {
   x = std::fabs(x);
@@ -91,6 +88,10 @@ void trim(FilterTable& table) {
 }
 
 } // namespace
+
+double kaiser_window(double u, double beta) {
+  return bessel_i0(beta * std::sqrt(std::max(0.0, 1 - u * u))) / bessel_i0(beta);
+}
 
 int filter_reach(Filter filter, double widening) {
   return static_cast<int>(std::ceil(half_width(filter) * widening));

@@ -23,6 +23,8 @@ struct FilterTable {
   std::vector<float> weight;
 };
 
+// The Kaiser window on -1 .. 1: 1 in the middle.
+[[nodiscard]] double kaiser_window(double u, double beta);
 // A value depends on samples less than this far from its position. `widening` >= 1 stretches the filter, so
 // that it passes only what a lattice coarser than the source by that factor can hold.
 [[nodiscard]] int filter_reach(Filter filter, double widening);

@@ -9,6 +9,7 @@
 #include "fit/direct_layer.h"
 #include "fit/holes.h"
 #include "fit/layer.h"
+#include "fit/lowpass.h"
 #include "fit/resample.h"
 #include "fit/scan.h"
 #include "fit/site_block.h"
@@ -28,9 +29,11 @@ struct Channel {
   bool any_finite = false; // in the source_range
   bool any_known = false;  // a frame that is not missing altogether
 
-  uint32_t frames = 0;           // given so far
-  int32_t next_layer = 0;        // the first not made
-  std::deque<FrameSites> window; // frames window_first ..
+  std::unique_ptr<Lowpass> lowpass; // null: none
+  uint32_t given = 0;               // frames
+  uint32_t frames = 0;              // those of them in the window or past it: a low-pass holds some back
+  int32_t next_layer = 0;           // the first not made
+  std::deque<FrameSites> window;    // frames window_first ..
   uint32_t window_first = 0;
 
   std::vector<BrickLayer> slab; // layers made and not handed out
@@ -62,7 +65,10 @@ struct Fit::State {
         lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), resampler(lattice, o.filter) {
     if (options.channels.empty()) fail(Code::invalid_argument, "fit: no channel");
     if (options.slab_layers < 1) fail(Code::invalid_argument, "fit: a slab has at least one layer");
-    for (const FitChannel& channel : options.channels) channels.push_back(std::make_unique<Channel>(channel));
+    for (const FitChannel& channel : options.channels) {
+      channels.push_back(std::make_unique<Channel>(channel));
+      if (options.lowpass) channels.back()->lowpass = std::make_unique<Lowpass>(lattice, channel.ringing);
+    }
   }
 
   FitOptions options;
@@ -116,11 +122,11 @@ struct Fit::State {
 
   void add_frame(int index, std::span<const FrameBox> boxes) {
     Channel& c = channel(index);
-    if (options.dims[3] > 0 && c.frames == options.dims[3])
+    if (options.dims[3] > 0 && c.given == options.dims[3])
       fail(Code::wrong_state, "fit: channel '", c.options.name, "' has had all its ", options.dims[3],
            " frames");
-    if (c.frames == INT32_MAX) fail(Code::limit_exceeded, "fit: too many frames");
-    const std::string what = concat("channel '", c.options.name, "', frame ", c.frames);
+    if (c.given == INT32_MAX) fail(Code::limit_exceeded, "fit: too many frames");
+    const std::string what = concat("channel '", c.options.name, "', frame ", c.given);
     Frame frame(boxes, {options.dims[0], options.dims[1], options.dims[2]}, c.options.quantiser.air, what);
     const FrameScan scan = scan_frame(frame, c.options.threshold, context);
     if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error)
@@ -139,6 +145,24 @@ struct Fit::State {
       frame.clamp(low, high);
     }
     if (options.nonfinite == NonFinite::hole) holes = patch_holes(frame, scan, context);
+    ++c.given;
+    if (c.lowpass) {
+      const auto take = filtered(c, index);
+      c.lowpass->add(scan.finite > 0 ? &frame : nullptr, std::move(holes), take, context);
+      if (c.given == options.dims[3]) c.lowpass->finish(take, context);
+      return;
+    }
+    take_frame(c, index, frame, scan, holes);
+  }
+
+  // What becomes of a frame from the low-pass.
+  Lowpass::Sink filtered(Channel& c, int index) {
+    return [this, &c, index](const Frame& frame, const HoleMap& holes) {
+      take_frame(c, index, frame, scan_frame(frame, 0, context), holes);
+    };
+  }
+
+  void take_frame(Channel& c, int index, const Frame& frame, const FrameScan& scan, const HoleMap& holes) {
     // A frame that is missing altogether holds what the one before holds, the first ones what follows them.
     FrameSites sites;
     if (scan.finite == 0 && !c.window.empty())
@@ -270,12 +294,15 @@ struct Fit::State {
                " of its ", lattice.layers(), " layers");
         continue;
       }
-      if (frames == 0) frames = c->frames;
+      if (frames == 0) frames = c->given;
       if (frames == 0) fail(Code::wrong_state, "fit: no frame was given");
-      if (c->frames != frames)
-        fail(Code::wrong_state, "fit: channel '", c->options.name, "' was given ", c->frames, " frames, not ",
+      if (c->given != frames)
+        fail(Code::wrong_state, "fit: channel '", c->options.name, "' was given ", c->given, " frames, not ",
              frames);
     }
+    if (options.lowpass && options.dims[3] == 0)
+      for (size_t i = 0; i < channels.size(); ++i)
+        channels[i]->lowpass->finish(filtered(*channels[i], static_cast<int>(i)), context);
     lattice = lattice_of(options, frames);
     finished = true;
     FitReport report{lattice, {}};

@@ -40,6 +40,7 @@ struct FitOptions {
   std::array<uint32_t, 4> dims{1, 1, 1, 0};  // source samples; dims[3] = 0: as many frames as are given
   double scale = 1, time_scale = 1;          // as in Lattice4::fit
   Filter filter = Filter::kaiser8;
+  bool lowpass = false; // frames first lose what the lattice cannot hold (lowpass.h); not CC
   NonFinite nonfinite = NonFinite::error;
   int32_t slab_layers = 8;
   std::vector<FitChannel> channels{1};

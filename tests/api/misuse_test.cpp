@@ -82,6 +82,13 @@ TEST(Misuse, WriterOptions) {
   o.lattice = 9;
   EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
   o = options_of({});
+  o.lattice = BCCSPLAT_LATTICE_CC;
+  o.lowpass = 1;
+  EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  o = options_of({});
+  o.reserved = 1;
+  EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  o = options_of({});
   o.scale = -1;
   EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
   o = options_of({});

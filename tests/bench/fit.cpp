@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "fit/resample.h"
 #include "tests/bench/fit_fields.h"
+#include "tests/bench/fit_lowpass.h"
 #include "tests/bench/fit_rate.h"
 #include "tests/bench/fit_source.h"
 
@@ -116,7 +117,7 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     else if (args[i] == "--dtype")
       type = value();
     else if (args[i] == "--speed" || args[i] == "--accuracy" || args[i] == "--kept" ||
-             args[i] == "--round-trip" || args[i] == "--rate")
+             args[i] == "--round-trip" || args[i] == "--rate" || args[i] == "--lowpass")
       tables.push_back(args[i]);
     else
       fail(Code::invalid_argument, "fit: unknown option ", args[i]);
@@ -166,6 +167,7 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     }
     report.table("accuracy of the samples on D4*", rows);
   }
+  if (wanted("--lowpass")) report_lowpass(report);
   FitSeries smoke;
   if (wanted("--kept") || wanted("--round-trip") || wanted("--rate"))
     smoke = report.quick ? smoke_like({32, 32, 32, 12}) : smoke_like({96, 96, 96, 24});

@@ -8,7 +8,7 @@
 
 namespace bccsplat::bench {
 
-//   fit [--speed] [--accuracy] [--kept] [--round-trip] [--rate]   all tables without a choice
+//   fit [--speed] [--accuracy] [--kept] [--round-trip] [--rate] [--lowpass]   all tables without a choice
 //   fit --raw FILE --dims X,Y,Z,T --dtype u8|u16|f32
 //     the same on a raw series, x fastest: error against bytes (--rate: this alone), round trip with the
 //     ringing kept and dropped, samples kept, speed

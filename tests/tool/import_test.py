@@ -87,7 +87,12 @@ class Import(ToolTest):
             info('--filter', name)
             with open(self.path('a.bcc4'), 'rb') as f:
                 files.add(f.read())
-        self.assertEqual(len(files), 3)
+        info('--lowpass')
+        with open(self.path('a.bcc4'), 'rb') as f:
+            files.add(f.read())
+        self.assertEqual(len(files), 4)
+        self.refused(2, 'a low-pass is of use on D4* and BCC only', 'import', *args, '--lowpass', '--lattice', 'cc',
+                     '-o', 'b.bcc4')
 
     def test_dry_run_says_everything_and_writes_nothing(self):
         args = self.raw('a.raw', DIMS, bump)
@@ -201,7 +206,7 @@ class Import(ToolTest):
         self.refused(2, 'did you mean import?', 'inport', 'a.raw')
         self.refused(2, 'did you mean --time-scale?', 'import', 'a.raw', '--timescale=2')
         # Options of the design that are not there yet are unknown, not ignored.
-        for option in ('--part', '--plan', '--lowpass'):
+        for option in ('--part', '--plan'):
             self.refused(2, 'unknown option ' + option, 'import', 'a.raw', option, '1')
 
     def test_version_names_readers(self):

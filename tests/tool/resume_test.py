@@ -103,6 +103,17 @@ class Resume(ToolTest):
         self.assertEqual(self.read('x.bcc4'), whole)
         self.assertEqual(self.json('info', 'x.bcc4')['dims'], [N, N, N, FRAMES])
 
+    def test_appended_frames_behind_a_low_pass_make_the_same_file(self):
+        # The low-pass reaches 30 frames further: only the first slab is copied.
+        self.dims.append('--lowpass')
+        whole = self.undisturbed()
+        first = 43
+        self.write('first.raw', self.data[:N * N * N * first])
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', '--lowpass', '-o', 'x.bcc4',
+                  '--quiet')
+        self.run_import('--append', '--quiet')
+        self.assertEqual(self.read('x.bcc4'), whole)
+
     def test_append_refuses_what_does_not_go_on(self):
         self.run_import('--append', '--quiet', expect=3)  # nothing to append to
         self.run_import('--quiet')
