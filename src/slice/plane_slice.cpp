@@ -118,6 +118,9 @@ class SlabField {
     return slab_.kind == SlabKind::sum && slab_.thickness > 0 ? static_cast<float>(air * slab_.thickness)
                                                               : air;
   }
+  // About what a point takes while values() runs: itself and its place, value and hole; order and keys
+  // (point_order.cpp); for slabs its line and sums.
+  [[nodiscard]] uint64_t bytes_per_point() const { return nodes_.node.empty() ? 68 : 160; }
   void values(std::span<const Vec4> points, std::span<float> out, std::span<uint8_t> holes,
               const Context& context) const {
     if (nodes_.node.empty()) return evaluate4_mirrored(coefficients_, points, out, {}, holes, context);
@@ -210,11 +213,24 @@ BrickLayer sample_coset(const SlabField& field, Slice& slice, const Lattice4& ta
     half[i] = 0;
     for (const double x : placed.along[i]) half[i] += half_block * std::fabs(x);
   }
-  // A sheet of bricks at a time: bounded memory.
-  for (int bz = 0; bz < bricks[2]; ++bz) {
+  // A sheet of bricks at a time, or as many rows of it as the budget lets stand at once.
+  const auto row_sites = static_cast<uint64_t>(bricks[0]) * brick_sites;
+  int rows = bricks[1];
+  Reservation memory;
+  for (;; rows = (rows + 1) / 2) {
+    const uint64_t bytes = static_cast<uint64_t>(rows) * row_sites * field.bytes_per_point();
+    if (rows > 1 && !context.memory.try_reserve(bytes)) continue;
+    memory = rows > 1 ? Reservation::adopt(context.memory, bytes)
+                      : Reservation(context.memory, bytes, "samples of an oblique slice");
+    break;
+  }
+  const int parts = (bricks[1] + rows - 1) / rows;
+  for (int part = 0; part < bricks[2] * parts; ++part) {
+    const int bz = part / parts, first_row = part % parts * rows;
     std::vector<Vec4> points;
     std::vector<std::pair<uint32_t, uint16_t>> place; // brick slot, site
-    for (int by = 0; by < bricks[1]; ++by)
+    points.reserve(static_cast<uint64_t>(rows) * row_sites), place.reserve(points.capacity());
+    for (int by = first_row; by < std::min(first_row + rows, bricks[1]); ++by)
       for (int bx = 0; bx < bricks[0]; ++bx) {
         std::array<bool, brick_blocks * brick_blocks * brick_blocks> block;
         for (int k = 0; k < static_cast<int>(block.size()); ++k) {
@@ -239,7 +255,8 @@ BrickLayer sample_coset(const SlabField& field, Slice& slice, const Lattice4& ta
       }
     std::vector<float> values(points.size());
     std::vector<uint8_t> holes(points.size());
-    Progress share(context.progress, 1.0 * bz / bricks[2], (bz + 1.0) / bricks[2]);
+    const double end = 1.0 * bricks[2] * parts;
+    Progress share(context.progress, part / end, (part + 1) / end);
     field.values(points, values, holes, context.with(share));
     for (size_t first = 0, last; first < points.size(); first = last) {
       auto brick = std::make_shared<Brick>();

@@ -5,7 +5,7 @@
 #include <mutex>
 
 #include "splat/tile.h"
-#include "splat/trail_tile.h"
+#include "splat/trail_memory.h"
 
 namespace bccsplat {
 namespace {
@@ -82,18 +82,16 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
   const TileJob alone_job{&slice, &alone, &objects[0].plan, &objects[0].kernel, &context};
 
   std::mutex mutex;
-  std::vector<std::unique_ptr<TrailMemory>> idle;
+  TrailMemoryPool pool(context.memory);
+  struct Loan {
+    TrailMemoryPool& pool;
+    std::unique_ptr<TrailMemoryPool::Held> held;
+    ~Loan() { pool.give_back(std::move(held)); }
+  };
   uint64_t done = 0;
   context.tasks.parallel_for(tiles.size(), [&](uint64_t n) {
-    std::unique_ptr<TrailMemory> memory;
-    {
-      const std::scoped_lock lock(mutex);
-      if (!idle.empty()) {
-        memory = std::move(idle.back());
-        idle.pop_back();
-      }
-    }
-    if (!memory) memory = std::make_unique<TrailMemory>();
+    const Loan loan{pool, pool.take(tile_bytes(job, apart ? &objects[0] : nullptr, n))};
+    TrailMemory* const memory = &loan.held->memory;
     SplatStats mine;
     if (apart) {
       const TilePixels front = draw_tile(alone_job, tiles[n], memory->slice, mine);
@@ -105,7 +103,6 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
     double fraction;
     {
       const std::scoped_lock lock(mutex);
-      idle.push_back(std::move(memory));
       add(stats, mine);
       fraction = static_cast<double>(++done) / static_cast<double>(tiles.size());
     }

@@ -13,6 +13,8 @@ extern void __libc_free(void*);
 
 static long blocks, bytes, peak;
 
+#pragma GCC visibility push(default) /* or the libraries would call the C library's */
+
 static void* taken(void* block) {
   long now, most;
   if (!block) return block;
@@ -53,6 +55,8 @@ void* realloc(void* block, size_t n) {
   }
   return taken(moved);
 }
+
+#pragma GCC visibility pop
 
 long heap_blocks(void) { return __atomic_load_n(&blocks, __ATOMIC_RELAXED); }
 long heap_bytes(void) { return __atomic_load_n(&bytes, __ATOMIC_RELAXED); }
