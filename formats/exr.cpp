@@ -5,6 +5,7 @@
 
 #if defined(BCCSPLAT_WITH_IMAGE)
 
+#include <ImathMatrix.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
@@ -16,6 +17,13 @@
 
 namespace bccsplat {
 namespace {
+
+Imath::M44f matrix(const std::array<double, 16>& rows) {
+  Imath::M44f m;
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) m[r][c] = static_cast<float>(rows[static_cast<size_t>(4 * r + c)]);
+  return m;
+}
 
 // OpenEXR's stream on top of a sink.
 class SinkStream : public Imf::OStream {
@@ -44,6 +52,13 @@ void write_exr(const std::string& path, int width, int height, std::span<const E
     if (options.frames_per_second[1] > 0)
       Imf::addFramesPerSecond(header,
                               Imf::Rational(options.frames_per_second[0], options.frames_per_second[1]));
+    if (options.exposure_seconds > 0) Imf::addExpTime(header, static_cast<float>(options.exposure_seconds));
+    if (!options.comments.empty()) Imf::addComments(header, options.comments);
+    if (options.view) {
+      Imf::addWorldToCamera(header, matrix(options.view->world_to_camera));
+      Imf::addWorldToNDC(header, matrix(options.view->world_to_ndc));
+      header.screenWindowWidth() = static_cast<float>(options.view->screen_width);
+    }
     for (const auto& [key, value] : options.attributes) header.insert(key, Imf::StringAttribute(value));
     Imf::FrameBuffer frame;
     for (const ExrChannel& c : channels) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -18,9 +19,19 @@ struct ExrChannel {
   size_t row_floats = 0;   // distance of neighbouring rows
 };
 
+// Where the picture was taken from. Matrices act on row vectors from the left, x' = x M, row by row.
+struct ExrView {
+  std::array<double, 16> world_to_camera{}; // camera space: x right, y up, z forward (left-handed)
+  std::array<double, 16> world_to_ndc{};    // (0, 0) the upper left, (1, 1) the lower right corner
+  double screen_width = 1;                  // of the picture at distance 1; 1 where it is no perspective
+};
+
 struct ExrOptions {
   bool overwrite = false;
-  std::array<int, 2> frames_per_second{0, 0};                  // numerator, denominator; 0: not written
+  std::array<int, 2> frames_per_second{0, 0}; // numerator, denominator; 0: not written
+  double exposure_seconds = 0;                // 0: not written
+  std::string comments;                       // empty: not written
+  std::optional<ExrView> view;
   std::vector<std::pair<std::string, std::string>> attributes; // text, such as "bccsplat/kernel"
 };
 

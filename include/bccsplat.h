@@ -907,7 +907,12 @@ typedef struct bccsplat_image_options {
   int32_t overwrite;       /* non-zero: replace an existing file */
   uint32_t use_background; /* PNG: non-zero: opaque over `background`; 0: transparent, straight alpha */
   uint32_t reserved;
-  double background[3]; /* linear RGB */
+  double background[3];         /* linear RGB */
+  int32_t frames_per_second[2]; /* EXR: of the sequence the frame belongs to, numerator and denominator (24, 1
+                                   or 24000, 1001), both > 0, as framesPerSecond; both 0: not written */
+  double exposure_seconds;      /* EXR: time the frame gathers, as expTime, such as a trail's length where the
+                                   unit of time is known; >= 0; 0: not written */
+  const char* comments;         /* EXR: UTF-8, as comments; NULL or "": not written */
 } bccsplat_image_options;
 
 /* width, height in [1, 65536]; channels: bits, RGBA always included. */
@@ -923,7 +928,11 @@ BCCSPLAT_API void bccsplat_frame_release(bccsplat_frame* frame);
 BCCSPLAT_API bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* frame, uint32_t channel,
                                                         bccsplat_plane* plane);
 /* OpenEXR scanline file, ZIP, float: R, G, B, A unnamed first, the others as depth.Z, value.Y, time.Y.
- * options may be NULL. FILE_EXISTS unless overwrite, PERMISSION_DENIED, NO_SPACE, MISSING_FEATURE. */
+ * The camera of the last render into the frame is written as the standard attributes worldToCamera (x right,
+ * y up, z forward: left-handed), worldToNDC ((0, 0) upper left, (1, 1) lower right) and, in perspective,
+ * screenWindowWidth; what it shows as bccsplat/version, /hyperplane, /kernel and /sheetStep.
+ * options may be NULL. INVALID_ARGUMENT, FILE_EXISTS unless overwrite, PERMISSION_DENIED, NO_SPACE,
+ * MISSING_FEATURE. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char* path,
                                                      const bccsplat_image_options* options);
 /* 8-bit sRGB PNG. */

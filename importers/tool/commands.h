@@ -19,7 +19,7 @@ using Run = std::function<Exit()>;
 [[nodiscard]] Run add_verify(CLI::App& app);
 [[nodiscard]] Run add_slice(CLI::App& app);
 [[nodiscard]] Run add_export(CLI::App& app);
-[[nodiscard]] Run add_render(CLI::App& app);
+[[nodiscard]] Run add_render(CLI::App& app, std::string command_line);
 [[nodiscard]] Run add_manual(CLI::App& app, std::string version);
 [[nodiscard]] Run add_completion(CLI::App& app);
 

@@ -68,7 +68,7 @@ Exit run(int argc, char** argv) {
                                                           {"verify", add_verify(app)},
                                                           {"export", add_export(app)},
                                                           {"slice", add_slice(app)},
-                                                          {"render", add_render(app)},
+                                                          {"render", add_render(app, command_line)},
                                                           {"completion", add_completion(app)},
                                                           {"manual", add_manual(app, version_number())}};
   try {

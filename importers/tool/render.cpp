@@ -1,5 +1,6 @@
 // bcc4 render: pictures of slices.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +9,7 @@
 #include "tool/camera_file.h"
 #include "tool/cli.h"
 #include "tool/commands.h"
+#include "tool/exposure.h"
 #include "tool/interrupt.h"
 #include "tool/output_file.h"
 #include "tool/picture_sequence.h"
@@ -77,9 +79,10 @@ std::array<double, 2> trail_interval(const TrailInterval& t, bool index, const V
   return {frame(t.from), frame(t.to)};
 }
 
-void set_trail(const Renderer& renderer, const RenderArguments& a, const Volume& volume, const Cut& where,
-               const std::optional<TransferFunction>& function) {
-  if (!a.trail) return;
+// Returns the trail's interval; both 0: there is none.
+std::array<double, 2> set_trail(const Renderer& renderer, const RenderArguments& a, const Volume& volume,
+                                const Cut& where, const std::optional<TransferFunction>& function) {
+  if (!a.trail) return {0, 0};
   auto trail = sized<bccsplat_trail>();
   trail.content = a.trail_content;
   trail.combine = a.trail_mode;
@@ -94,19 +97,29 @@ void set_trail(const Renderer& renderer, const RenderArguments& a, const Volume&
   }
   const bool none = trail.interval[0] == 0 && trail.interval[1] == 0;
   check(bccsplat_renderer_set_trail(renderer.get(), none ? nullptr : &trail), "--trail");
+  return interval;
 }
 
-void save(const Image& image, const std::string& path, const RenderArguments& a) {
+void save(const Image& image, const std::string& path, const RenderArguments& a, bool sequence,
+          double exposure) {
   auto o = sized<bccsplat_image_options>();
   o.overwrite = 1; // pictures are made again and again
   if (a.background) {
     o.use_background = 1;
     for (size_t i = 0; i < 3; ++i) o.background[i] = srgb_to_linear((*a.background)[i]);
   }
-  if (lower(path).ends_with(".exr"))
+  if (lower(path).ends_with(".exr")) {
+    constexpr std::array<int32_t, 2> usual{24, 1};
+    if (sequence || a.fps) {
+      const auto rate = a.fps.value_or(usual);
+      std::copy(rate.begin(), rate.end(), o.frames_per_second);
+    }
+    o.exposure_seconds = exposure;
+    o.comments = a.command_line.c_str();
     check(bccsplat_frame_save_exr(image.get(), path.c_str(), &o), path);
-  else
+  } else {
     check(bccsplat_frame_save_png(image.get(), path.c_str(), &o), path);
+  }
 }
 
 struct Scene {
@@ -118,6 +131,7 @@ struct Scene {
   Renderer renderer;
   std::optional<TransferFunction> trail_function;
   double open_ms;
+  bool sequence; // more than one picture
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) const {
     auto view = sized<bccsplat_camera>();
@@ -141,7 +155,7 @@ struct Scene {
     check(bccsplat_renderer_set_slice(renderer.get(), slice.get()), "");
     const bccsplat_camera seen_by = view(slice, picture);
     check(bccsplat_renderer_set_camera(renderer.get(), &seen_by), a.camera);
-    set_trail(renderer, a, volume, picture.where, trail_function);
+    const auto trail = set_trail(renderer, a, volume, picture.where, trail_function);
     uint32_t planes = BCCSPLAT_FRAME_RGBA;
     if (lower(picture.path).ends_with(".exr"))
       planes |= BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE | BCCSPLAT_FRAME_TIME;
@@ -155,7 +169,7 @@ struct Scene {
       check(bccsplat_renderer_get_stats(renderer.get(), &stats), "");
       times.renders.push_back(stats);
     }
-    save(image, picture.path, a);
+    save(image, picture.path, a, sequence, exposure_seconds(volume, picture.where, trail));
     return times;
   }
 };
@@ -181,7 +195,8 @@ Exit run_render(const RenderArguments& a) {
 
   bccsplat_renderer* created = nullptr;
   check(bccsplat_renderer_create(device.get(), &created), "");
-  Scene scene{a, device, volume, channel, camera, Renderer(created), std::nullopt, open_ms};
+  Scene scene{
+      a, device, volume, channel, camera, Renderer(created), std::nullopt, open_ms, pictures.size() > 1};
   set_options(scene.renderer, a);
   const bccsplat_channel_info info = channel_info(volume, channel);
   if (const auto f = transfer_function(slice_function(a), info)) {
@@ -223,8 +238,9 @@ Exit run_render(const RenderArguments& a) {
 
 } // namespace
 
-Run add_render(CLI::App& app) {
+Run add_render(CLI::App& app, std::string command_line) {
   auto a = std::make_shared<RenderArguments>();
+  a->command_line = std::move(command_line);
   CLI::App& r = *app.add_subcommand("render", "Draw slices as PNG or OpenEXR pictures");
   add_render_options(r, *a);
   return [a] { return run_render(*a); };

@@ -18,6 +18,17 @@ std::array<uint32_t, 2> parse_size(const std::string& text) {
   return {*w, *h};
 }
 
+std::array<int32_t, 2> parse_rate(const std::string& text) {
+  const size_t slash = text.find('/');
+  const std::string_view all(text);
+  const int32_t n = parse_number<int32_t>(trim(all.substr(0, slash))).value_or(0);
+  const int32_t d =
+      slash == std::string::npos ? 1 : parse_number<int32_t>(trim(all.substr(slash + 1))).value_or(0);
+  if (n < 1 || d < 1)
+    fail_usage("--fps ", text, ": N or N/D is expected, in whole numbers, such as 24 or 24000/1001");
+  return {n, d};
+}
+
 FrameRange parse_frames(const std::string& text) {
   FrameRange r;
   const auto wrong = [&] {
@@ -161,6 +172,8 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
          for (const double c : *a.background)
            if (c < 0 || c > 1) fail_usage("--background ", t, ": each part must be 0 to 1");
        });
+  text("--fps", "N[/D]", "EXR: rate at which the pictures are to be shown (default 24 for sequences)",
+       [&a](const std::string& t) { a.fps = parse_rate(t); });
   app.add_option("--stats", a.stats, "Write times and counts as JSON")->type_name("FILE.json");
   text("--repeat", "N", "Render N times and report medians", [&a](const std::string& t) {
     a.repeat = option_number<int>("--repeat", t);
@@ -177,6 +190,8 @@ void check_arguments(const RenderArguments& a) {
   if (!is_picture(a.output)) fail_usage("-o ", a.output, ": must end in .png or .exr");
   if (a.background && lower(a.output).ends_with(".exr"))
     fail_usage("--background is for PNG; an EXR keeps its opacity");
+  if (a.fps && !lower(a.output).ends_with(".exr"))
+    fail_usage("--fps is for EXR; a PNG has no place for a rate");
   const bool trail_function =
       !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
   if (!a.trail && (a.trail_content || a.trail_mode || a.trail_samples || trail_function))

@@ -42,6 +42,8 @@ struct RenderArguments {
   int32_t trail_content = BCCSPLAT_TRAIL_CONTENT_DEFAULT;
   int32_t trail_mode = BCCSPLAT_TRAIL_COMBINE_DEFAULT;
   std::optional<std::vector<double>> background; // display colours
+  std::optional<std::array<int32_t, 2>> fps;     // numerator and denominator
+  std::string command_line;                      // what was typed
   std::string stats;
   int repeat = 1;
   CommonOptions common;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "api/handles.h"
@@ -33,6 +34,22 @@ const Plane* plane_of(const bccsplat_frame& frame, uint32_t channel) {
   default:
     return nullptr;
   }
+}
+
+ExrView view_of(const WorldCamera& camera, const Image& image) {
+  const PictureMatrices m = picture_matrices(camera, image.width, image.height);
+  return {m.world_to_camera, m.world_to_ndc,
+          camera.perspective ? camera.height * image.width / image.height : 1};
+}
+
+void check_sequence(const bccsplat_image_options& o) {
+  const auto [numerator, denominator] = o.frames_per_second;
+  if (!(numerator > 0 && denominator > 0) && !(numerator == 0 && denominator == 0))
+    fail(Code::invalid_argument, "image options: frames_per_second ", numerator, " / ", denominator,
+         " must be positive, or both 0");
+  if (!(o.exposure_seconds >= 0 && std::isfinite(o.exposure_seconds)))
+    fail(Code::invalid_argument, "image options: exposure_seconds ", o.exposure_seconds,
+         " must be finite and not negative");
 }
 
 } // namespace
@@ -115,6 +132,7 @@ bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char*
     require(frame, "frame"), require(path, "path");
     const auto o = read_struct(options, "bccsplat_image_options");
     require_zero(o.reserved, "bccsplat_image_options.reserved");
+    check_sequence(o);
     const Image& image = frame->image;
     std::vector<ExrChannel> channels;
     for (size_t c = 0; c < 4; ++c)
@@ -126,6 +144,10 @@ bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char*
     ExrOptions exr;
     exr.overwrite = o.overwrite != 0;
     exr.attributes = frame->attributes;
+    exr.frames_per_second = {o.frames_per_second[0], o.frames_per_second[1]};
+    exr.exposure_seconds = o.exposure_seconds;
+    if (o.comments) exr.comments = o.comments;
+    if (frame->camera) exr.view = view_of(*frame->camera, image);
     write_exr(path, image.width, image.height, channels, exr);
   });
 }

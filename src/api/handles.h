@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "base/context.h"
 #include "formats/bcc4.h"
 #include "points/time_axis.h"
+#include "render/camera.h"
 #include "render/image.h"
 #include "render/minify.h"
 #include "slice/coefficients.h"
@@ -128,4 +130,5 @@ struct bccsplat_frame : bccsplat::api::Counted {
   std::vector<float> storage; // of the planes the frame owns
   bccsplat::Reservation memory;
   std::vector<std::pair<std::string, std::string>> attributes; // of the last picture, for EXR
+  std::optional<bccsplat::WorldCamera> camera;                 // of the last picture
 };

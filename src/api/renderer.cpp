@@ -305,6 +305,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
       scene.points = &slice.points(context);
     const RenderStats stats = render(scene, renderer->options, context, frame->image);
     frame->attributes = describe_picture(slice, stats);
+    frame->camera = resolve_camera(scene.camera);
     renderer->stats = stats;
     progress.report(1);
   });

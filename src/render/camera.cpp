@@ -37,6 +37,29 @@ WorldCamera resolve_camera(const Camera& camera) {
   return w;
 }
 
+PictureMatrices picture_matrices(const WorldCamera& camera, int width, int height) {
+  PictureMatrices m;
+  const std::array<Vec3, 3> axes{camera.right, camera.up, camera.forward};
+  for (size_t c = 0; c < 3; ++c) {
+    for (size_t r = 0; r < 3; ++r) m.world_to_camera[4 * r + c] = axes[c][r];
+    m.world_to_camera[12 + c] = -dot(axes[c], camera.position);
+  }
+  m.world_to_camera[15] = 1;
+  // Per row of camera space: x and y scaled to the picture and moved to its corner, which in perspective
+  // happens before the division by z.
+  const double sx = height / (camera.height * width), sy = -1 / camera.height;
+  for (size_t r = 0; r < 4; ++r) {
+    const double* in = &m.world_to_camera[4 * r];
+    const double divisor = camera.perspective ? in[2] : in[3];
+    double* out = &m.world_to_ndc[4 * r];
+    out[0] = sx * in[0] + 0.5 * divisor;
+    out[1] = sy * in[1] + 0.5 * divisor;
+    out[2] = camera.perspective ? -in[3] : in[2];
+    out[3] = divisor;
+  }
+  return m;
+}
+
 Camera fit_camera(const Slice& slice, bool perspective, double rotate_x_degrees, double rotate_y_degrees,
                   uint32_t width, uint32_t height) {
   const Affine3 to_world = slice.slice_to_world.after(slice.lattice_to_slice);

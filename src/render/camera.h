@@ -1,6 +1,8 @@
 // The camera of a picture, in world space.
 #pragma once
 
+#include <array>
+
 #include "slice/slice.h"
 #include "splat/view.h"
 
@@ -15,6 +17,16 @@ struct Camera {
 
 // Throws invalid_argument when position meets target, up is parallel to the view, or a size is senseless.
 [[nodiscard]] WorldCamera resolve_camera(const Camera& camera);
+
+// From the world to a picture, for row vectors: x' = x M, M[r][c] = rows[4 r + c].
+struct PictureMatrices {
+  // x to the right, y up, z along the view direction (left-handed), origin at the camera.
+  std::array<double, 16> world_to_camera{};
+  // After division by the fourth part: (0, 0) the upper left, (1, 1) the lower right corner of the picture.
+  // z rises with the distance d from the camera: d, in perspective -1 / d.
+  std::array<double, 16> world_to_ndc{};
+};
+[[nodiscard]] PictureMatrices picture_matrices(const WorldCamera& camera, int width, int height);
 
 // A view of the whole slice. It starts along +z of world space with +y up and is turned about the centre of
 // the slice's box: by rotate_y about the vertical (right-handed: the view direction +z turns towards +x),

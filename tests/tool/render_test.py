@@ -2,14 +2,30 @@
 import json
 import math
 import os
+import struct
 
-from harness import ToolTest, main, png_size
+from harness import ToolTest, field, main, png_size
 
 DIMS = (10, 9, 8, 6)
 
 
 def bump(x, y, z, t):
     return 100 * math.exp(-((x - 4 - .3 * t) ** 2 + (y - 4) ** 2 + (z - 3) ** 2) / 8)
+
+
+def exr_attributes(path):
+    """Name -> bytes of an OpenEXR header: magic, version, then name, type, length, value up to an empty name."""
+    with open(path, 'rb') as f:
+        data = f.read()
+    assert data[:4] == b'\x76\x2f\x31\x01'
+    attributes, at = {}, 8
+    while data[at]:
+        name, kind, rest = data[at:].split(b'\0', 2)
+        at += len(name) + len(kind) + 2
+        length = struct.unpack_from('<i', data, at)[0]
+        attributes[name.decode()] = data[at + 4:at + 4 + length]
+        at += 4 + length
+    return attributes
 
 
 class Render(ToolTest):
@@ -26,6 +42,41 @@ class Render(ToolTest):
         self.picture('--time', 2.5)
         self.assertEqual(png_size(self.path('p.png')), (24, 20))
         self.assertEqual(self.picture('--time', 2.5, name='p.exr')[:4], b'\x76\x2f\x31\x01')
+
+    def test_exr_holds_the_standard_attributes(self):
+        with open(self.path('c.json'), 'w') as f:
+            json.dump(dict(position=[4.5, 4, -30], target=[4.5, 4, 3.5], up=[0, -1, 0], ortho_height=10), f)
+        with open(self.path('ms.nrrd'), 'wb') as f:
+            f.write(b'NRRD0004\ntype: float\ndimension: 4\nsizes: 10 9 8 6\nkinds: space space space time\nspacings: 1 1 1 250\n'
+                    b'units: "" "" "" "ms"\nencoding: raw\nendian: little\n\n' + field(DIMS, bump, 'f').tobytes())
+        self.bcc4('import', 'ms.nrrd', '-o', 'ms.bcc4', '--quiet')
+
+        def attributes(*more, out='p.exr', read='p.exr'):
+            self.bcc4('render', 'ms.bcc4', '--camera', 'c.json', '--size', '20x10', '--quiet', '-o', out, *more)
+            return exr_attributes(self.path(read))
+
+        one = attributes('--time', 500)
+        self.assertNotIn('framesPerSecond', one)
+        self.assertNotIn('expTime', one)
+        self.assertIn('render ms.bcc4 --camera c.json', one['comments'].decode())
+        # Right and up of a camera that looks along +z with -y up are +x and -y; the last row moves the camera to 0.
+        self.assertEqual(struct.unpack('<16f', one['worldToCamera']), (1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0, -4.5, 4, 30, 1))
+        # 20 wide, 10 high: (0, 0) is the corner at x = -5.5, y = -1.
+        ndc = struct.unpack('<16f', one['worldToNDC'])
+        for x, y, want in ((-5.5, -1, (0, 0)), (14.5, 9, (1, 1))):
+            for c in range(2):
+                self.assertAlmostEqual(x * ndc[c] + y * ndc[4 + c] + ndc[12 + c], want[c], 6)
+        # Two frames of a quarter of a second each, clipped at the series' begin; a slab is its thickness.
+        for trail, seconds in ((('--trail', '2f'), .5), (('--trail', 250), .25), (('--trail', 5000), .5), (('--thickness', 1), .25)):
+            self.assertAlmostEqual(struct.unpack('<f', attributes('--time', 500, *trail)['expTime'])[0], seconds, 6)
+        self.assertEqual(struct.unpack('<iI', attributes('--frames', '1-2', out='s.%d.exr', read='s.2.exr')['framesPerSecond']), (24, 1))
+        self.assertEqual(struct.unpack('<iI', attributes('--time', 0, '--fps', '30000/1001')['framesPerSecond']), (30000, 1001))
+        for wrong in ('0', '24/0', '23.976', '1/2/3', '24/'):
+            self.refused(2, '--fps', 'render', 'v.bcc4', '--time', 2, '--fps', wrong, '-o', 'x.exr', output='x.exr')
+        self.refused(2, '--fps', 'render', 'v.bcc4', '--time', 2, '--fps', 24, '-o', 'x.png', output='x.png')
+        # Where the unit of time is unknown, so is the exposure.
+        self.picture('--time', 2, '--trail', 1, name='q.exr')
+        self.assertNotIn('expTime', exr_attributes(self.path('q.exr')))
 
     def test_every_option_changes_the_picture(self):
         plain = self.picture('--time', 2)

@@ -49,6 +49,39 @@ TEST(Camera, FitShowsTheWholeSliceAndNoMore) {
       }
 }
 
+// x M, divided by the fourth part.
+Vec3 times(const Vec3& p, const std::array<double, 16>& m) {
+  std::array<double, 4> out{};
+  for (size_t c = 0; c < 4; ++c) out[c] = p[0] * m[c] + p[1] * m[4 + c] + p[2] * m[8 + c] + m[12 + c];
+  return (1 / out[3]) * Vec3{out[0], out[1], out[2]};
+}
+
+// Against the points at which the splatter samples: pixel (i, j) of any sheet is the middle of its square.
+TEST(Camera, MatricesPutSamplesIntoTheirPixels) {
+  const Slice slice = make_slice(
+      {9, 14, 6}, [](double, double, double) { return 1; }, "default", sheared());
+  constexpr int width = 40, height = 25;
+  for (const bool perspective : {false, true}) {
+    const WorldCamera camera =
+        resolve_camera(fit_camera(slice, perspective, 25, -110, uint32_t{width}, uint32_t{height}));
+    const SheetView view = make_view(slice, camera, width, height, 0.5);
+    const PictureMatrices m = picture_matrices(camera, width, height);
+    for (const int k : {-3, 0, 5})
+      for (const auto& [i, j] : {std::pair{0, 0}, {width - 1, 0}, {7, 19}, {width - 1, height - 1}}) {
+        const Vec3 world = view.lattice_to_world.point(view.sample(i, j, k));
+        const Vec3 ndc = times(world, m.world_to_ndc), seen = times(world, m.world_to_camera);
+        EXPECT_NEAR(ndc[0], (i + 0.5) / width, 1e-9);
+        EXPECT_NEAR(ndc[1], (j + 0.5) / height, 1e-9);
+        const double depth = (k + view.depth) * view.step_world;
+        EXPECT_NEAR(seen[2], depth, 1e-9 * depth); // in front is positive
+        EXPECT_NEAR(ndc[2], perspective ? -1 / depth : depth, 1e-9 * depth);
+        // Left-handed: right of the middle is +x, above it +y.
+        EXPECT_EQ(seen[0] > 0, i > (width - 1) / 2);
+        EXPECT_EQ(seen[1] > 0, j < height / 2);
+      }
+  }
+}
+
 TEST(Camera, StartsAlongZWithYUpAndTurnsAsDocumented) {
   const Slice slice = make_slice({9, 9, 9}, [](double, double, double) { return 1; });
   const auto camera = [&](double x, double y) {

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "formats/exr.h"
 #include "formats/png.h"
+#include "render/camera.h"
 
 #if __has_include(<ImfInputFile.h>) && __has_include(<png.h>)
 #include <ImfChannelList.h>
@@ -86,6 +87,41 @@ TEST(Exr, ReadsBackBitForBitWithItsAttributes) {
   EXPECT_EQ(code_of([&] { write_exr(path, width, height, channels, again); }), Code::ok);
   std::remove(path.c_str());
   EXPECT_NE(code_of([&] { write_exr("/nonexistent/x.exr", width, height, channels, {}); }), Code::ok);
+}
+
+TEST(Exr, HoldsCameraExposureAndComments) {
+  const Picture picture;
+  const std::string path = temporary("standard.exr");
+  const std::vector<ExrChannel> channels = {{"R", picture.rgba.data(), 4, picture.row_floats}};
+  ExrOptions options;
+  options.overwrite = true;
+  write_exr(path, width, height, channels, options);
+  {
+    const Imf::InputFile file(path.c_str());
+    EXPECT_FALSE(Imf::hasFramesPerSecond(file.header()) || Imf::hasExpTime(file.header()) ||
+                 Imf::hasComments(file.header()) || Imf::hasWorldToCamera(file.header()) ||
+                 Imf::hasWorldToNDC(file.header()));
+    EXPECT_EQ(file.header().screenWindowWidth(), 1);
+  }
+  // A camera at (10, 20, 30) that looks along +x with z up: its right is -y.
+  const WorldCamera camera{true, {10, 20, 30}, {0, -1, 0}, {0, 0, 1}, {1, 0, 0}, 0.5};
+  const PictureMatrices m = picture_matrices(camera, width, height);
+  options.exposure_seconds = 0.125;
+  options.comments = "bcc4 render";
+  options.view = ExrView{m.world_to_camera, m.world_to_ndc, 0.5 * width / height};
+  write_exr(path, width, height, channels, options);
+  const Imf::InputFile file(path.c_str());
+  EXPECT_EQ(Imf::expTime(file.header()), 0.125f);
+  EXPECT_EQ(Imf::comments(file.header()), "bcc4 render");
+  EXPECT_EQ(file.header().screenWindowWidth(), static_cast<float>(0.5 * width / height));
+  // Four ahead, one to the right, two up: Imath multiplies row vectors, as OpenEXR's matrices are meant.
+  const Imath::V3f point(14, 19, 32);
+  const Imath::V3f seen = point * Imf::worldToCamera(file.header());
+  EXPECT_EQ(seen, Imath::V3f(1, 2, 4));
+  const Imath::V3f flat = point * Imf::worldToNDC(file.header()); // divides by the fourth part
+  EXPECT_NEAR(flat.x, 0.5 + 1.0 / 4 / (0.5 * width / height), 1e-6);
+  EXPECT_NEAR(flat.y, 0.5 - 2.0 / 4 / 0.5, 1e-6);
+  std::remove(path.c_str());
 }
 
 std::vector<unsigned char> read_png(const std::string& path, unsigned format) {

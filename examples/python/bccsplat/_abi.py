@@ -554,8 +554,12 @@ class ImageOptions(Struct):
     use_background: int
     reserved: int
     background: Array[c_double]
+    frames_per_second: Array[c_int32]
+    exposure_seconds: float
+    comments: bytes | None
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("use_background", c_uint32),
-        ("reserved", c_uint32), ("background", c_double * 3)]
+        ("reserved", c_uint32), ("background", c_double * 3), ("frames_per_second", c_int32 * 2),
+        ("exposure_seconds", c_double), ("comments", c_char_p)]
 
 
 # Result and arguments of every function.

@@ -89,8 +89,16 @@ class Frame(Child):
         """8-bit sRGB; transparent, or over a linear RGB background."""
         call("frame_save_png", self.pointer, os.fsencode(path), byref(self._image_options(overwrite, background)))
 
-    def save_exr(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False) -> None:
-        call("frame_save_exr", self.pointer, os.fsencode(path), byref(self._image_options(overwrite, None)))
+    def save_exr(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False, *,
+                 frames_per_second: tuple[int, int] | None = None, exposure_seconds: float = 0.0,
+                 comments: str | None = None) -> None:
+        """32-bit float. frames_per_second: numerator and denominator, for frames of a sequence."""
+        options = self._image_options(overwrite, None)
+        if frames_per_second is not None:
+            options.frames_per_second[:] = [*frames_per_second]
+        options.exposure_seconds = exposure_seconds
+        options.comments = None if comments is None else comments.encode()
+        call("frame_save_exr", self.pointer, os.fsencode(path), byref(options))
 
 
 class Renderer(Child):

@@ -33,7 +33,23 @@ static void images(bccsplat_frame* frame, save_fn save, const char* name) {
   REFUSED(INVALID_ARGUMENT, "path is NULL", save(frame, NULL, &options));
   options.reserved = 1;
   REFUSED(INVALID_ARGUMENT, "reserved", save(frame, scratch(name), &options));
+  options.reserved = 0;
+  options.frames_per_second[0] = 24;
+  options.frames_per_second[1] = 1;
+  options.exposure_seconds = 0.5;
+  options.comments = "made by a test";
+  OK(save(frame, scratch(name), &options));
   REFUSED(FILE_NOT_FOUND, "no-such", save(frame, scratch("no-such/p"), NULL));
+}
+
+static void sequence_options(bccsplat_frame* frame) {
+  SIZED(bccsplat_image_options, options);
+  options.overwrite = 1;
+  options.frames_per_second[0] = 24; /* over 0 */
+  REFUSED(INVALID_ARGUMENT, "frames_per_second", bccsplat_frame_save_exr(frame, scratch("p.exr"), &options));
+  options.frames_per_second[0] = 0;
+  options.exposure_seconds = -1;
+  REFUSED(INVALID_ARGUMENT, "exposure_seconds", bccsplat_frame_save_exr(frame, scratch("p.exr"), &options));
 }
 
 /* A library without OpenEXR and libpng says so. */
@@ -61,6 +77,7 @@ void test_frame(void) {
   if (with_images) {
     images(frame, bccsplat_frame_save_png, "p.png");
     images(frame, bccsplat_frame_save_exr, "p.exr");
+    sequence_options(frame);
   } else {
     no_images(frame, bccsplat_frame_save_png);
     no_images(frame, bccsplat_frame_save_exr);
