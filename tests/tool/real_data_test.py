@@ -75,7 +75,7 @@ class RealData(ToolTest):
         path = os.path.join(DATA, 'ncep_forecast_36x33x10x7_f32.nc')
         if not os.path.exists(path) or not has_reader('netcdf'):
             self.skipTest('no such data or reader')
-        self.refused(2, 'T and Z', 'import', path, '-o', 'x.bcc4', output='x.bcc4')
+        self.refused(2, 'T, Z and Psl', 'import', path, '-o', 'x.bcc4', output='x.bcc4')
         _, err = self.bcc4('import', path, '--channel', 'T', '-o', 't.bcc4')
         self.assertIn('level is not evenly spaced', err)
         j = self.json('info', 't.bcc4')
