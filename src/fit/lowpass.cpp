@@ -139,7 +139,7 @@ Lowpass::FramePtr Lowpass::apply(const LowpassPair& pair, const LowpassFrame& ce
                                  const Context& context) const {
   auto made = make_frame(context);
   made->origin = centre.origin;
-  const auto [i, j] = pair.axis;
+  const auto i = pair.axis[0], j = pair.axis[1]; // names that lambdas may use
   const size_t rows = made->empty.size(), count = pair.tap.size();
   const auto padded = static_cast<size_t>((n_[0] + 15) / 16 * 16);
   std::vector<const LowpassFrame*> frames; // by distance in time + reach
