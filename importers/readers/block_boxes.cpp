@@ -21,7 +21,8 @@ std::vector<BlockBox> merge_blocks(const std::vector<std::array<int32_t, 3>>& bl
 
   std::vector<BlockBox> boxes;
   for (const std::array<int32_t, 3>& first : order) {
-    const int32_t x0 = first[0], y0 = first[1], z0 = first[2]; // lambdas of C++20 take no bindings in clang 14
+    const int32_t x0 = first[0], y0 = first[1],
+                  z0 = first[2]; // lambdas of C++20 take no bindings in clang 14
     if (!left[index(x0, y0, z0)]) continue;
     const auto row_is_left = [&](int32_t x1, int32_t y, int32_t z) {
       for (int32_t x = x0; x < x1; ++x)

@@ -10,8 +10,7 @@ int main(void) {
   int works = bccsplat_version() == version && bccsplat_abi_version() == BCCSPLAT_ABI_VERSION;
   printf("%s\n", bccsplat_build_info());
   works = works && bccsplat_device_create(NULL, &device) == BCCSPLAT_OK;
-  works = works &&
-          bccsplat_volume_open_memory(device, "text", 4, NULL, &volume) == BCCSPLAT_ERROR_NOT_BCC4 &&
+  works = works && bccsplat_volume_open_memory(device, "text", 4, NULL, &volume) == BCCSPLAT_ERROR_NOT_BCC4 &&
           strlen(bccsplat_last_error()) > 0; /* an exception inside, a status outside */
   bccsplat_device_release(device);
   return works ? 0 : 1;
