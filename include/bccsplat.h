@@ -146,7 +146,7 @@ typedef struct bccsplat_device_options {
   int32_t thread_count; /* threads used, the caller's included; 0: as many as the machine has; with a runner:
                            how many it has */
   uint64_t memory_budget; /* bytes this device's objects may hold for data at a time; 0: no limit */
-  bccsplat_log_fn log;    /* NULL: silent */
+  bccsplat_log_fn log;    /* warnings and what verify finds; NULL: silent */
   void* log_user;
   bccsplat_runner_fn runner; /* NULL: a pool of the device's own, joined at its last release */
   void* runner_user;
@@ -557,7 +557,9 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volum
                                                             const char** value);
 /* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats. gradients: NULL or
  * n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is evaluated even when the call
- * fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. */
+ * fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. The field is
+ * mirrored at its ends for the kernel's sake: within three frames (or samples) of an end it is less accurate
+ * where the field is not level there, in values and derivatives alike. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t n,
                                                       const double* xyzt, float* values, float* gradients);
 /* The same for any channel. */
@@ -709,10 +711,11 @@ typedef struct bccsplat_camera {
   double ortho_height; /* orthographic: > 0 */
 } bccsplat_camera;
 
-/* A view of the whole slice: starts along +z of world space (y down the image's -y, so y points up) and is
- * turned about the slice's centre, first rotate_y about the vertical, then rotate_x about the horizontal
- * axis; it fits the bounding sphere of the slice into the smaller side of a width x height image. Perspective
- * uses 30 degrees. */
+/* A view of the whole slice. It starts looking along +z of world space with +y up, so that +x points to the
+ * left, and is turned about the slice's centre: first by rotate_y about the vertical (positive: the view
+ * turns from +z towards +x), then by rotate_x about the horizontal axis (positive: the camera rises and looks
+ * down). It fits the bounding sphere of the slice into the smaller side of a width x height image.
+ * Perspective uses 30 degrees. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice, int32_t projection,
                                                        double rotate_x_degrees, double rotate_y_degrees,
                                                        uint32_t width, uint32_t height,
@@ -747,10 +750,11 @@ typedef struct bccsplat_lights {
 
 enum {
   BCCSPLAT_MODE_DEFAULT = 0,
-  BCCSPLAT_MODE_COMPOSITE = 1,
-  BCCSPLAT_MODE_ISOSURFACE = 2,
-  BCCSPLAT_MODE_XRAY = 3,
-  BCCSPLAT_MODE_MAXIMUM = 4
+  BCCSPLAT_MODE_COMPOSITE = 1,  /* classified, shaded, front to back */
+  BCCSPLAT_MODE_ISOSURFACE = 2, /* the function's colour at iso_value, opaque where a ray meets it: edges are
+                                   not smoothed, draw larger and scale down for that */
+  BCCSPLAT_MODE_XRAY = 3,       /* line integral of the values, no transfer function */
+  BCCSPLAT_MODE_MAXIMUM = 4     /* the largest value along the ray, classified */
 };
 enum { /* sheet distance and gradient. Errors expected, as PSNR in dB (peak 1) of a semi-transparent picture
           of a field at .94 of the Nyquist rate, 2 pixels per T: unshaded and shaded against the exact picture
@@ -784,7 +788,7 @@ typedef struct bccsplat_render_options {
   int32_t shading; /* DEFAULT: on for composite and isosurface */
   uint32_t disable_skips;
   double sheet_step;   /* distance of sheets in T; 0: by quality (draft 1, normal .5, fine .25, best .125) */
-  double iso_value;    /* RENDER_SET_ISO; needed by mode isosurface */
+  double iso_value;    /* RENDER_SET_ISO; without it set_options refuses mode isosurface */
   double opacity_stop; /* a pixel this opaque is finished; 0: .995; 1: never */
   int32_t reference;   /* non-zero: slow double-precision integration of the same field in fine steps */
   int32_t tile_size;   /* pixels; 0: chosen */
@@ -837,10 +841,10 @@ typedef struct bccsplat_render_stats {
   uint32_t threads;
   double ms_transform; /* moving points to the screen, summed over threads */
   double ms_splat;
-  double ms_shade; /* classify, shade, composite */
-  double ms_total; /* wall */
-  double cpu_ms;   /* summed over threads */
-  uint64_t points_total;
+  double ms_shade;            /* classify, shade, composite */
+  double ms_total;            /* wall */
+  double cpu_ms;              /* summed over threads */
+  uint64_t points_total;      /* of the slice, mirror images beyond the ends of the domain included */
   uint64_t points_after_cull; /* in bricks that were neither invisible nor outside the view */
   uint64_t points_splatted;   /* tile visits */
   uint64_t points_occluded;   /* tile visits skipped because the pixels were finished */
