@@ -23,6 +23,7 @@ Slice noise(uint32_t n) {
 }
 
 struct Small {
+  TestContext context; // the levels are charged to its budget
   Slice slice;
   CoarseLevels levels;
   Scene scene;
@@ -34,14 +35,18 @@ struct Small {
     scene = make_scene(slice, ramp_function(0.3, 1, 0.1), camera);
     scene.levels = &levels;
   }
+  RenderStats draw(const RenderOptions& options, ImageStorage& out) {
+    return render(scene, options, context.get(), out.image);
+  }
 };
 
 // RMSE against the mean of the picture drawn `factor` times as large, over its largest value.
-double error_of(Scene scene, const RenderOptions& options, int size, int factor, RenderStats* stats) {
+double error_of(Small& drawn, const RenderOptions& options, int size, int factor, RenderStats* stats) {
   ImageStorage small(size, size), large(factor * size, factor * size);
-  *stats = draw(scene, options, small);
-  scene.levels = nullptr;
-  draw(scene, options, large);
+  *stats = drawn.draw(options, small);
+  Scene fine = drawn.scene;
+  fine.levels = nullptr;
+  draw(fine, options, large);
   double sum = 0, most = 0;
   for (int j = 0; j < size; ++j)
     for (int i = 0; i < size; ++i) {
@@ -62,9 +67,9 @@ TEST(Minify, FourTimesSmallerIsTheAreaAverageAtASixteenthOfThePoints) {
   RenderOptions o;
   o.mode = RenderMode::xray;
   RenderStats coarse, full;
-  const double with = error_of(small.scene, o, size, 8, &coarse);
+  const double with = error_of(small, o, size, 8, &coarse);
   o.disable_skips = skip_fine_detail;
-  const double without = error_of(small.scene, o, size, 8, &full);
+  const double without = error_of(small, o, size, 8, &full);
   EXPECT_EQ(coarse.level, 2);
   EXPECT_EQ(full.level, 0);
   EXPECT_LT(with, 0.03);
@@ -72,7 +77,7 @@ TEST(Minify, FourTimesSmallerIsTheAreaAverageAtASixteenthOfThePoints) {
   EXPECT_LT(coarse.points_total * 16, full.points_total);
   // Classified pictures: what classification makes of fine detail is lost.
   o = {};
-  EXPECT_LT(error_of(small.scene, o, size, 8, &coarse), 0.06);
+  EXPECT_LT(error_of(small, o, size, 8, &coarse), 0.06);
   EXPECT_EQ(coarse.level, 2);
 }
 
@@ -93,9 +98,9 @@ TEST(Minify, LargePicturesAreLeftAlone) {
   for (const double pixels : {2.0, 1.0, 0.6}) {
     Small small(24, 40, pixels);
     ImageStorage with(40, 40, true), without(40, 40, true);
-    EXPECT_EQ(draw(small.scene, {}, with).level, 0);
+    EXPECT_EQ(small.draw({}, with).level, 0);
     small.scene.levels = nullptr;
-    draw(small.scene, {}, without);
+    small.draw({}, without);
     EXPECT_EQ(std::memcmp(with.rgba.data(), without.rgba.data(), with.rgba.size() * sizeof(float)), 0);
     EXPECT_EQ(std::memcmp(with.depth.data(), without.depth.data(), with.depth.size() * sizeof(float)), 0);
   }
@@ -105,14 +110,14 @@ TEST(Minify, TheAccurateSettingsKeepDetailAndMaximaStay) {
   Small small(40, 16, 0.3);
   ImageStorage out(16, 16);
   RenderOptions o;
-  EXPECT_EQ(draw(small.scene, o, out).level, 1);
+  EXPECT_EQ(small.draw(o, out).level, 1);
   o.quality = Quality::fine;
-  EXPECT_EQ(draw(small.scene, o, out).level, 0);
+  EXPECT_EQ(small.draw(o, out).level, 0);
   o.mode = RenderMode::xray;
-  EXPECT_EQ(draw(small.scene, o, out).level, 1);
+  EXPECT_EQ(small.draw(o, out).level, 1);
   o.quality = Quality::draft;
   o.mode = RenderMode::maximum;
-  EXPECT_EQ(draw(small.scene, o, out).level, 0);
+  EXPECT_EQ(small.draw(o, out).level, 0);
 }
 
 TEST(Minify, LevelsFollowThePixelAndEndWithTheLattice) {
@@ -140,11 +145,11 @@ TEST(Minify, AStepAskedForStaysTheSameLength) {
   ImageStorage out(16, 16);
   RenderOptions o;
   o.sheet_step = 0.8;
-  const RenderStats coarse = draw(small.scene, o, out);
+  const RenderStats coarse = small.draw(o, out);
   EXPECT_EQ(coarse.level, 1);
   EXPECT_DOUBLE_EQ(coarse.sheet_step, 0.8);
   o.disable_skips = skip_fine_detail;
-  const RenderStats full = draw(small.scene, o, out);
+  const RenderStats full = small.draw(o, out);
   EXPECT_NEAR(static_cast<double>(coarse.sheets), static_cast<double>(full.sheets), 2);
 }
 
