@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <bccsplat.h>
-
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -15,23 +13,10 @@
 
 #include <unistd.h>
 
+#include "../support/api_handles.h"
+
 namespace host {
 
-template<class T> [[nodiscard]] T sized() {
-  T t{};
-  t.struct_size = sizeof(T);
-  return t;
-}
-
-struct Releaser {
-  void operator()(bccsplat_device* h) const { bccsplat_device_release(h); }
-  void operator()(bccsplat_writer* h) const { bccsplat_writer_release(h); }
-  void operator()(bccsplat_volume* h) const { bccsplat_volume_release(h); }
-  void operator()(bccsplat_slice* h) const { bccsplat_slice_release(h); }
-  void operator()(bccsplat_renderer* h) const { bccsplat_renderer_release(h); }
-  void operator()(bccsplat_frame* h) const { bccsplat_frame_release(h); }
-};
-template<class T> using Handle = std::unique_ptr<T, Releaser>;
 using Device = Handle<bccsplat_device>;
 using Writer = Handle<bccsplat_writer>;
 using Volume = Handle<bccsplat_volume>;

@@ -17,7 +17,7 @@
 namespace bccsplat::bench {
 namespace {
 
-using test::BallWaves;
+using test::PlaneWaves;
 
 constexpr double margin =
     8; // of the points from the ends of the domain: waves are not their own mirror images
@@ -74,7 +74,7 @@ struct Error {
   double value = 0, gradient = 0;
 };
 
-Error error_of(const BallWaves& field, const std::vector<Vec4>& points, std::span<const float> values,
+Error error_of(const PlaneWaves& field, const std::vector<Vec4>& points, std::span<const float> values,
                std::span<const std::array<float, 4>> gradients) {
   double signal = 0, miss = 0, steep = 0, steep_miss = 0;
   for (size_t i = 0; i < points.size(); ++i) {
@@ -109,7 +109,7 @@ int run_evaluate_suite(std::span<const std::string> args, const Report& report) 
   const std::vector<Points> sets = point_sets(dims, count);
   const std::vector<Vec4> probe(sets[2].at.begin(), sets[2].at.begin() + (report.quick ? 500 : 4000));
 
-  const BallWaves field(4, rho, 40, 5);
+  const PlaneWaves field(40, rho, 5);
   test::Grid4 grid;
   for (size_t a = 0; a < 4; ++a)
     for (uint32_t i = 0; i < dims[a]; ++i) grid[a].push_back(i);

@@ -16,8 +16,8 @@
 namespace bccsplat::bench {
 namespace {
 
-using test::BallWaves;
 using test::Grid4;
+using test::PlaneWaves;
 using test::random_points;
 using test::TestContext;
 
@@ -42,7 +42,7 @@ double snr_db(std::span<const float> got, std::span<const double> truth) {
   return 10 * std::log10(signal / error);
 }
 
-std::vector<double> values_at(const BallWaves& field, const std::vector<Vec4>& points) {
+std::vector<double> values_at(const PlaneWaves& field, const std::vector<Vec4>& points) {
   std::vector<double> values;
   for (const Vec4& p : points) values.push_back(field(p));
   return values;
@@ -71,7 +71,7 @@ MemorySamples through_fit(uint32_t edge, const std::function<void(Fit&)>& feed, 
   return {lattice, {0}, std::move(layers)};
 }
 
-MemorySamples sampled_on_d4star(const BallWaves& field, uint32_t edge, const Context& context) {
+MemorySamples sampled_on_d4star(const PlaneWaves& field, uint32_t edge, const Context& context) {
   const auto feed = [&](Fit& fit) {
     const Lattice4 lattice = fit.lattice();
     for (int32_t m = 0; m < lattice.layers(); ++m) {
@@ -210,7 +210,7 @@ void run_kernel_chain(const Report& report) {
   Lines cubic("CC cubic B-spline, interpolating, all samples"), linear("CC linear, all samples");
   for (size_t k = 0; k < count; ++k) direct[k].name(kernels[k]), import[k].name(kernels[k]);
   for (const double rho : rhos) {
-    const BallWaves field(4, rho, size.waves, 17);
+    const PlaneWaves field(size.waves, rho, 17);
     const MemorySamples on_sites = sampled_on_d4star(field, size.edge, context.get());
     const Lattice4& lattice = on_sites.lattice();
     const auto points = random_points(lattice, size.points, 19, margin);

@@ -11,7 +11,7 @@
 namespace bccsplat::bench {
 namespace {
 
-using test::BallWaves;
+using test::PlaneWaves;
 using test::TestContext;
 
 constexpr double margin = 12; // from the ends, where a wave is not its own mirror image
@@ -57,7 +57,7 @@ void run_kernel_gradients(const Report& report) {
   Table table;
   for (const double rho : design_rhos) {
     table.next = 0;
-    const BallWaves field(4, rho, report.quick ? 60 : 200, 37);
+    const PlaneWaves field(report.quick ? 60 : 200, rho, 37);
     std::vector<Vec4> truth;
     for (const Vec4& p : points) truth.push_back(field.gradient(p));
     const auto snr = [&](const auto& slopes) {

@@ -15,7 +15,7 @@
 namespace bccsplat::bench {
 namespace {
 
-using test::BallWaves;
+using test::PlaneWaves;
 using test::TestContext;
 
 constexpr double margin = 12; // from the ends, where a wave is not its own mirror image
@@ -40,7 +40,7 @@ struct PaperField {
   }
 };
 
-PaperField sampled(const BallWaves& waves, LatticeKind kind, uint32_t edge) {
+PaperField sampled(const PlaneWaves& waves, LatticeKind kind, uint32_t edge) {
   PaperField field{Lattice4::fit(kind, {edge, edge, edge, edge}), {}};
   for (int32_t m = 0; m < field.lattice.layers(); ++m) {
     const std::vector<double> v = waves.on_grid(test::layer_grid(field.lattice, m));
@@ -168,7 +168,7 @@ void run_paper_kernel(const Report& report) {
   Lines lines;
   for (const double rho : rhos) {
     lines.next = 0;
-    const BallWaves waves(4, rho, report.quick ? 60 : 300, 17);
+    const PlaneWaves waves(report.quick ? 60 : 300, rho, 17);
     for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc}) {
       const bool cc = kind == LatticeKind::cc;
       const PaperField field = sampled(waves, kind, edge);

@@ -43,7 +43,7 @@ struct FirstPicture {
 FirstPicture first_picture(const std::string& path, double frame, int threads) {
   FirstPicture first;
   const auto device = make_api_device(threads);
-  ApiHandle<bccsplat_volume> volume;
+  Handle<bccsplat_volume> volume;
   first.open_ms = 1e3 * wall_seconds([&] { volume = open_puffs(device.get(), path); });
   first.open_bytes = info_of(volume.get()).bytes_read;
   first.picture_ms =
@@ -75,7 +75,7 @@ UnitCosts by_points(const Report& report, const Scratch& scratch) {
     const double import = cpu_seconds([&] { written = write_puffs(device.get(), puffs, path); });
     const uint64_t peak = peak_of(device.get());
     const auto volume = open_puffs(device.get(), path);
-    ApiHandle<bccsplat_slice> slice;
+    Handle<bccsplat_slice> slice;
     const double cut = median_cpu_seconds([&] { slice = slice_puffs(volume.get(), 3.4); }, 3);
     const auto points = static_cast<double>(info_of(slice.get()).points);
     const double draw = median_cpu_seconds([&] { draw_puffs(device.get(), slice.get(), 512); }, 3);
@@ -155,7 +155,7 @@ void by_threads(const Report& report, const Scratch& scratch) {
     for (int i = 0; i < 3; ++i) {
       t[0] = std::min(t[0], wall_seconds([&] { (void)write_puffs(device.get(), puffs, path); }));
       const auto volume = open_puffs(device.get(), path);
-      ApiHandle<bccsplat_slice> slice;
+      Handle<bccsplat_slice> slice;
       t[1] = std::min(t[1], wall_seconds([&] { slice = slice_puffs(volume.get(), 3.4); }));
       t[2] = std::min(t[2], wall_seconds([&] { draw_puffs(device.get(), slice.get(), 512); }));
     }

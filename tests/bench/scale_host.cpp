@@ -8,11 +8,7 @@
 namespace bccsplat::bench {
 namespace {
 
-template<class T> T sized() {
-  T t{};
-  t.struct_size = sizeof(T);
-  return t;
-}
+using host::sized;
 
 // One puff in a cube of `size` samples: dense in the middle, with folds that need the lattice's resolution.
 std::vector<uint8_t> puff(int64_t size) {
@@ -39,12 +35,12 @@ void api(bccsplat_status status) {
   if (status != BCCSPLAT_OK) fail(static_cast<Code>(status), bccsplat_last_error());
 }
 
-ApiHandle<bccsplat_device> make_api_device(int threads) {
+Handle<bccsplat_device> make_api_device(int threads) {
   auto options = sized<bccsplat_device_options>();
   options.thread_count = threads;
   bccsplat_device* device = nullptr;
   api(bccsplat_device_create(&options, &device));
-  return ApiHandle<bccsplat_device>(device);
+  return Handle<bccsplat_device>(device);
 }
 
 bccsplat_writer_report write_puffs(bccsplat_device* device, const Puffs& p, const std::string& path) {
@@ -54,7 +50,7 @@ bccsplat_writer_report write_puffs(bccsplat_device* device, const Puffs& p, cons
   options.overwrite = 1;
   bccsplat_writer* w = nullptr;
   api(bccsplat_writer_create(device, path.c_str(), &options, &w));
-  const ApiHandle<bccsplat_writer> writer(w);
+  const Handle<bccsplat_writer> writer(w);
   const int64_t size = 3 * p.n / 8, half = p.n / 2, room = half - size;
   const std::vector<uint8_t> values = puff(size);
   for (uint32_t f = 0; f < p.frames; ++f) {
@@ -78,25 +74,25 @@ bccsplat_writer_report write_puffs(bccsplat_device* device, const Puffs& p, cons
   return report;
 }
 
-ApiHandle<bccsplat_volume> open_puffs(bccsplat_device* device, const std::string& path) {
+Handle<bccsplat_volume> open_puffs(bccsplat_device* device, const std::string& path) {
   bccsplat_volume* volume = nullptr;
   api(bccsplat_volume_open_file(device, path.c_str(), nullptr, &volume));
-  return ApiHandle<bccsplat_volume>(volume);
+  return Handle<bccsplat_volume>(volume);
 }
 
-ApiHandle<bccsplat_slice> slice_puffs(const bccsplat_volume* volume, double frame) {
+Handle<bccsplat_slice> slice_puffs(const bccsplat_volume* volume, double frame) {
   auto plane = sized<bccsplat_hyperplane>();
   plane.d = 1;
   plane.e = -frame;
   bccsplat_slice* slice = nullptr;
   api(bccsplat_slice_create(volume, &plane, nullptr, &slice));
-  return ApiHandle<bccsplat_slice>(slice);
+  return Handle<bccsplat_slice>(slice);
 }
 
 bccsplat_render_stats draw_puffs(bccsplat_device* device, const bccsplat_slice* slice, uint32_t size) {
   bccsplat_renderer* r = nullptr;
   api(bccsplat_renderer_create(device, &r));
-  const ApiHandle<bccsplat_renderer> renderer(r);
+  const Handle<bccsplat_renderer> renderer(r);
   const double colors[] = {0, 0.9, 0.8, 0.7, 255, 1, 1, 1}, opacities[] = {10, 0, 200, 0.3};
   auto function = sized<bccsplat_transfer_function>();
   function.colors = colors, function.color_count = 2;
@@ -105,7 +101,7 @@ bccsplat_render_stats draw_puffs(bccsplat_device* device, const bccsplat_slice* 
   api(bccsplat_renderer_set_transfer_function(r, &function));
   bccsplat_frame* f = nullptr;
   api(bccsplat_frame_create(device, size, size, BCCSPLAT_FRAME_RGBA, &f));
-  const ApiHandle<bccsplat_frame> frame(f);
+  const Handle<bccsplat_frame> frame(f);
   api(bccsplat_renderer_render(r, f));
   auto stats = sized<bccsplat_render_stats>();
   api(bccsplat_renderer_get_stats(r, &stats));

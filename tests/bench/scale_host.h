@@ -2,28 +2,19 @@
 // without ever being held, and pictures of it.
 #pragma once
 
-#include <bccsplat.h>
-
 #include <cstdint>
-#include <memory>
 #include <string>
+
+#include "tests/support/api_handles.h"
 
 namespace bccsplat::bench {
 
-struct ApiRelease {
-  void operator()(bccsplat_device* h) const { bccsplat_device_release(h); }
-  void operator()(bccsplat_writer* h) const { bccsplat_writer_release(h); }
-  void operator()(bccsplat_volume* h) const { bccsplat_volume_release(h); }
-  void operator()(bccsplat_slice* h) const { bccsplat_slice_release(h); }
-  void operator()(bccsplat_renderer* h) const { bccsplat_renderer_release(h); }
-  void operator()(bccsplat_frame* h) const { bccsplat_frame_release(h); }
-};
-template<class T> using ApiHandle = std::unique_ptr<T, ApiRelease>;
+using host::Handle;
 
 // Throws Error with the library's text unless the status is OK.
 void api(bccsplat_status status);
 
-[[nodiscard]] ApiHandle<bccsplat_device> make_api_device(int threads);
+[[nodiscard]] Handle<bccsplat_device> make_api_device(int threads);
 
 // n^3 x frames samples of u8: eight puffs, each 3n/8 wide and moving through its own octant, in air 0.
 struct Puffs {
@@ -33,8 +24,8 @@ struct Puffs {
 
 // Writes `path` anew; the report's bytes and counts.
 bccsplat_writer_report write_puffs(bccsplat_device* device, const Puffs& puffs, const std::string& path);
-[[nodiscard]] ApiHandle<bccsplat_volume> open_puffs(bccsplat_device* device, const std::string& path);
-[[nodiscard]] ApiHandle<bccsplat_slice> slice_puffs(const bccsplat_volume* volume, double frame);
+[[nodiscard]] Handle<bccsplat_volume> open_puffs(bccsplat_device* device, const std::string& path);
+[[nodiscard]] Handle<bccsplat_slice> slice_puffs(const bccsplat_volume* volume, double frame);
 // One shaded picture of the slice, size x size.
 bccsplat_render_stats draw_puffs(bccsplat_device* device, const bccsplat_slice* slice, uint32_t size);
 

@@ -33,8 +33,8 @@ class Recorder:
         return getattr(recorded, name)
 
 
-recorded, loaded.library = loaded.library, Recorder()
-bccsplat.library = loaded.library
+recorded, loaded.native = loaded.native, Recorder()
+bccsplat.native = loaded.native
 
 
 def raises(kind, status, function, *arguments, text="", **named):

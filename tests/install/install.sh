@@ -44,7 +44,7 @@ for python in python3 /usr/bin/python3; do
   if command -v $python >/dev/null && $python -c 'import numpy' 2>/dev/null; then
     PYTHONPATH=$(dirname "$(find "$scratch/moved" -type d -name bccsplat -path '*packages*')") \
       $python -B -c 'import bccsplat, bccsplat._library as l
-assert "/moved/" in l.library._name, l.library._name
+assert "/moved/" in l.native._name, l.native._name
 print("python", bccsplat.version())'
     break
   fi

@@ -9,6 +9,7 @@
 
 #include "base/context.h"
 #include "points/sample_source.h"
+#include "tests/support/plane_waves.h"
 
 namespace bccsplat::test {
 
@@ -43,37 +44,6 @@ inline MemorySamples sample_field(const Lattice4& lattice, const Field4& f, doub
   channels.push_back(std::move(layers));
   return {lattice, {static_cast<float>(air)}, std::move(channels)};
 }
-
-// A sum of plane waves with wave vectors uniform in the ball |w| <= rho pi / T, in index units.
-class PlaneWaves {
- public:
-  PlaneWaves(int count, double rho, uint32_t seed, int dimensions = 4) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> uniform(-1, 1);
-    while (waves_.size() < static_cast<size_t>(count)) {
-      Vec4 w{};
-      double length2 = 0;
-      for (int a = 0; a < dimensions; ++a) w[static_cast<size_t>(a)] = uniform(random);
-      for (const double v : w) length2 += v * v;
-      if (length2 > 1) continue;
-      for (double& v : w) v *= rho * std::numbers::pi;
-      waves_.push_back({w, uniform(random) * std::numbers::pi});
-    }
-  }
-  [[nodiscard]] double operator()(const Vec4& p) const {
-    double sum = 0;
-    for (const auto& [w, phase] : waves_)
-      sum += std::cos(w[0] * p[0] + w[1] * p[1] + w[2] * p[2] + w[3] * p[3] + phase);
-    return sum / std::sqrt(static_cast<double>(waves_.size()) / 2); // unit variance
-  }
-
- private:
-  struct Wave {
-    Vec4 w;
-    double phase;
-  };
-  std::vector<Wave> waves_;
-};
 
 // Random points of the domain at least `margin` index units from its ends.
 inline std::vector<Vec4> random_points(const Lattice4& lattice, size_t count, uint32_t seed,

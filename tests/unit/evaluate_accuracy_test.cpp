@@ -14,9 +14,9 @@
 namespace bccsplat {
 namespace {
 
-using test::BallWaves;
 using test::Grid4;
 using test::MarschnerLobb;
+using test::PlaneWaves;
 using test::random_points;
 using test::TestContext;
 
@@ -40,7 +40,7 @@ double snr_db(const std::vector<float>& got, const std::vector<double>& truth) {
   return 10 * std::log10(signal / error);
 }
 
-MemorySamples on_sites(const Lattice4& lattice, const BallWaves& field) {
+MemorySamples on_sites(const Lattice4& lattice, const PlaneWaves& field) {
   std::vector<std::vector<BrickLayer>> layers(1);
   for (int32_t m = 0; m < lattice.layers(); ++m) {
     const std::vector<double> v = field.on_grid(test::layer_grid(lattice, m));
@@ -71,7 +71,7 @@ TEST_P(Direct, WavesSampledOnTheLattice) {
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {edge, edge, edge, edge});
   const auto points = random_points(lattice, 1500, 19, margin);
   for (size_t r = 0; r < rhos.size(); ++r) {
-    const BallWaves field(4, rhos[r], 120, 17);
+    const PlaneWaves field(120, rhos[r], 17);
     std::vector<double> truth;
     for (const Vec4& p : points) truth.push_back(field(p));
     const MemorySamples samples = on_sites(lattice, field);
@@ -93,7 +93,7 @@ TEST_P(Imported, SlicesBetweenFrames) {
     for (double x = margin; x < edge - margin; ++x) grid[a].push_back(x);
   grid[3] = {margin + 0.13, margin + 1.5, margin + 2.71};
   for (size_t r = 0; r < rhos.size(); ++r) {
-    const BallWaves field(4, rhos[r], 120, 17);
+    const PlaneWaves field(120, rhos[r], 17);
     FitOptions options;
     options.dims = {edge, edge, edge, edge};
     std::vector<std::vector<BrickLayer>> layers(1);
@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(EvaluateAccuracy, Phases,
 TEST_P(Phases, OfTheInstantChangeTheErrorLittle) {
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {edge, edge, edge, edge});
   for (size_t r = 0; r < rhos.size(); ++r) {
-    const BallWaves field(4, rhos[r], 200, 17);
+    const PlaneWaves field(200, rhos[r], 17);
     const MemorySamples samples = on_sites(lattice, field);
     const Coefficients c(samples, 0, make_kernel(GetParam().kernel), 0, cache);
     double low = 1e9, high = -1e9;
@@ -171,7 +171,7 @@ TEST(EvaluateAccuracy, PaperMode) {
   const auto points = random_points(lattice, 1500, 19, margin);
   constexpr std::array<double, 3> stated{13.9, 9.1, 5.8};
   for (size_t r = 0; r < rhos.size(); ++r) {
-    const BallWaves field(4, rhos[r], 120, 17);
+    const PlaneWaves field(120, rhos[r], 17);
     std::vector<double> truth;
     for (const Vec4& p : points) truth.push_back(field(p));
     const MemorySamples samples = on_sites(lattice, field);

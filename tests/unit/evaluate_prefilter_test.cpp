@@ -129,7 +129,7 @@ TEST_P(Prefilter, LooksNoFurtherThanStated) {
 TEST_P(Prefilter, LeavesAStatedResidualAtTheSites) {
   constexpr double margin = 10;
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {30, 30, 30, 30});
-  const test::BallWaves field(4, 0.7, 100, 3);
+  const test::PlaneWaves field(100, 0.7, 3);
   std::vector<std::vector<BrickLayer>> layers(1);
   for (int32_t m = 0; m < lattice.layers(); ++m) {
     const std::vector<double> v = field.on_grid(test::layer_grid(lattice, m));

@@ -6,13 +6,16 @@
 #include "slice/evaluate.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
+#include "tests/unit/evaluated.h"
 
 namespace bccsplat {
 namespace {
 
+using test::evaluate_values;
 using test::PlaneWaves;
 using test::random_points;
 using test::sample_field;
+using test::snr_db;
 using test::TestContext;
 
 constexpr uint64_t large_cache = 1u << 30;
@@ -23,23 +26,6 @@ std::vector<Vec3> slice_points(const Lattice4& lattice, const std::vector<Vec4>&
   std::vector<Vec3> result;
   for (const Vec4& p : points) result.push_back({p[0] / unit[0], p[1] / unit[1], p[2] / unit[2]});
   return result;
-}
-
-std::vector<float> evaluate_values(const Coefficients& c, const std::vector<Vec4>& points,
-                                   const Context& context) {
-  std::vector<float> values(points.size());
-  evaluate4(c, points, values, {}, context);
-  return values;
-}
-
-double snr_db(const std::vector<float>& got, const std::vector<Vec4>& points, const test::Field4& truth) {
-  double signal = 0, error = 0;
-  for (size_t i = 0; i < points.size(); ++i) {
-    const double f = truth(points[i]);
-    signal += f * f;
-    error += (got[i] - f) * (got[i] - f);
-  }
-  return 10 * std::log10(signal / error);
 }
 
 class EveryKernel : public testing::TestWithParam<const char*> {};
@@ -98,23 +84,9 @@ TEST_P(EveryKernel, GradientIsTheDerivative) {
   const auto samples = sample_field(lattice, PlaneWaves(6, 0.5, 9));
   const Coefficients c(samples, 0, make_kernel(GetParam()), 0, large_cache);
   const auto points = random_points(lattice, 100, 11, 0.1);
-  std::vector<float> values(points.size());
-  std::vector<std::array<float, 4>> gradients(points.size());
-  evaluate4(c, points, values, gradients, context.get());
-  constexpr double h = 4e-3;
-  for (size_t a = 0; a < 4; ++a) {
-    auto low = points, high = points;
-    for (auto& p : low) p[a] -= h;
-    for (auto& p : high) p[a] += h;
-    const auto below = evaluate_values(c, low, context.get()),
-               above = evaluate_values(c, high, context.get());
-    // The truncated Gaussians jump by 7e-4 of their peak at the cut, and a hat has corners: a few points
-    // straddle them.
-    size_t off = 0;
-    for (size_t i = 0; i < points.size(); ++i)
-      off += std::fabs(gradients[i][a] - (above[i] - below[i]) / (2 * h)) > 0.01;
-    EXPECT_LE(off, 40u) << "axis " << a;
-  }
+  // The truncated Gaussians jump by 7e-4 of their peak at the cut, and a hat has corners: a few points
+  // straddle them.
+  for (const size_t misses : test::gradient_misses(c, points, 0.01, context.get())) EXPECT_LE(misses, 40u);
 }
 
 struct Accuracy {

@@ -15,7 +15,7 @@ Constants are given by name: lattice="d4star", quality="fine", mode="maximum".
 from __future__ import annotations
 
 from . import _abi as abi
-from ._library import Cancelled, Error, Status, library
+from ._library import Cancelled, Error, Status, native
 from .device import Device
 from .render import Frame, Renderer, TransferFunction, look_at
 from .volume import Slice, Volume
@@ -27,17 +27,17 @@ __all__ = ["Cancelled", "Channel", "Device", "Error", "Frame", "Renderer", "Slic
 
 def version() -> tuple[int, int, int]:
     """Of the library at run time."""
-    number: int = library.bccsplat_version()
+    number: int = native.bccsplat_version()
     return number // 10000, number // 100 % 100, number % 100
 
 
 def build_info() -> dict[str, str]:
     """How the library was built."""
-    return dict(part.split("=", 1) for part in library.bccsplat_build_info().decode().split("; "))
+    return dict(part.split("=", 1) for part in native.bccsplat_build_info().decode().split("; "))
 
 
 def kernel_names() -> list[str]:
     found: list[str] = []
-    while name := library.bccsplat_kernel_name(len(found)):
+    while name := native.bccsplat_kernel_name(len(found)):
         found.append(name.decode())
     return found

@@ -28,14 +28,14 @@ def _open() -> ctypes.CDLL:
     return ctypes.CDLL(beside if os.path.exists(beside) else soname)
 
 
-library = _open()
+native = _open()
 for _name, (_result, *_arguments) in _abi.FUNCTIONS.items():
-    _function = getattr(library, _name)
+    _function = getattr(native, _name)
     _function.restype, _function.argtypes = _result, _arguments
 
-if library.bccsplat_abi_version() != _abi.ABI_VERSION:
+if native.bccsplat_abi_version() != _abi.ABI_VERSION:
     raise ImportError("bccsplat: the library has another ABI version than this module: %d, not %d"
-                      % (library.bccsplat_abi_version(), _abi.ABI_VERSION))
+                      % (native.bccsplat_abi_version(), _abi.ABI_VERSION))
 
 
 def _status_values() -> list[tuple[str, int]]:
@@ -52,8 +52,8 @@ class Error(Exception):
     def __init__(self, status: int) -> None:
         # Statuses of a newer library stay numbers.
         self.status: int = Status(status) if status in set(Status) else status
-        self.name: str = library.bccsplat_status_name(status).decode()
-        super().__init__("%s (%s)" % (library.bccsplat_last_error().decode(), self.name))
+        self.name: str = native.bccsplat_status_name(status).decode()
+        super().__init__("%s (%s)" % (native.bccsplat_last_error().decode(), self.name))
 
 
 class Cancelled(Error):
@@ -62,7 +62,7 @@ class Cancelled(Error):
 
 def call(name: str, *arguments: Any, watch: Watch | None = None) -> None:
     """Calls bccsplat_NAME; raises Error, or what the host's own callback `watch` raised meanwhile."""
-    status = getattr(library, "bccsplat_" + name)(*arguments)
+    status = getattr(native, "bccsplat_" + name)(*arguments)
     if watch is not None and watch.error is not None:
         error, watch.error = watch.error, None
         raise error
@@ -120,13 +120,13 @@ class Handle:
 
     def close(self) -> None:
         pointer, self.pointer = self.pointer, c_void_p()
-        getattr(library, "bccsplat_%s_release" % self._kind)(pointer)
+        getattr(native, "bccsplat_%s_release" % self._kind)(pointer)
 
     def share(self: Self) -> Self:
         """Another handle of the same object."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
-        getattr(library, "bccsplat_%s_retain" % self._kind)(self.pointer)
+        getattr(native, "bccsplat_%s_retain" % self._kind)(self.pointer)
         other.pointer = c_void_p(self.pointer.value)
         return other
 
@@ -138,5 +138,5 @@ class Handle:
 
     def __del__(self) -> None:
         # Nothing was created, or the interpreter is being torn down.
-        if getattr(self, "pointer", None) and library is not None:
+        if getattr(self, "pointer", None) and native is not None:
             self.close()

@@ -138,13 +138,13 @@ static void a_hundred_times(const char* path, const char* series) {
 }
 
 typedef struct job {
-  library* library;
+  library* loaded;
   char series[4200];
   picture picture;
 } job;
 static void* run_job(void* argument) {
   job* j = argument;
-  use(j->library, j->series, &j->picture);
+  use(j->loaded, j->series, &j->picture);
   return NULL;
 }
 
@@ -156,7 +156,7 @@ static void two_copies(const char* path, const char* copy, const char* series) {
   int i;
   EXPECT(libraries[0].device_create != libraries[1].device_create);
   for (i = 0; i < 2; ++i) {
-    jobs[i].library = &libraries[i];
+    jobs[i].loaded = &libraries[i];
     snprintf(jobs[i].series, sizeof jobs[i].series, "%s%d", series, i);
     EXPECT(pthread_create(&at_work[i], NULL, run_job, &jobs[i]) == 0);
   }

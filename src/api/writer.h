@@ -1,0 +1,96 @@
+// The writer behind the handle: options (writer_options.cpp), what is settled by the first data
+// (writer_begin.cpp), frames, layers and fields (writer_data.cpp), the calls of the C ABI (writer.cpp).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "api/handles.h"
+#include "api/structs.h"
+#include "fit/coefficient_layers.h"
+#include "fit/fit.h"
+#include "fit/round_trip.h"
+
+namespace bccsplat::api {
+
+enum class Feeding { nothing, frames, layers };
+
+} // namespace bccsplat::api
+
+// Fit and container are made when the first data come: only then the source's precision may be known.
+struct bccsplat_writer : bccsplat::api::Counted {
+  bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_options& options);
+  void begin(bccsplat::api::Feeding kind, uint32_t channel, bccsplat::SourceType first_type);
+  void add_frame(uint32_t channel, double time, const bccsplat_box* boxes, uint64_t count);
+  void add_layer(uint32_t channel, int64_t layer, std::span<const float> samples);
+  void add_field(uint32_t channel, bccsplat_field_fn field, void* user);
+  bccsplat_writer_report finish();
+  void check_channel(uint32_t channel) const;
+  // Runs a step; after a failure the writer is of no use any more.
+  template<class Step> void step(const Step& body) {
+    if (finished) bccsplat::fail(bccsplat::Code::wrong_state, "writer: finished already");
+    if (broken) bccsplat::fail(bccsplat::Code::wrong_state, "writer: an earlier call failed; release it");
+    broken = true;
+    body();
+    broken = false;
+  }
+
+  bccsplat::api::Ref<bccsplat_device> device;
+  bccsplat::Progress progress;
+  std::unique_ptr<bccsplat::ByteSink> sink;
+  bccsplat::VolumeInfo initial;
+  bccsplat::FitOptions fit_options;
+  std::vector<bccsplat_channel_options> channels; // strings not to be used: copied to `initial`
+  bccsplat::api::Feeding feeding = bccsplat::api::Feeding::nothing;
+  bool finished = false, broken = false;
+  std::vector<double> times;
+  std::vector<uint64_t> added; // frames or layers, per channel
+  std::unique_ptr<bccsplat::Bcc4Writer> container;
+  std::unique_ptr<bccsplat::Fit> fit;
+  std::optional<bccsplat::Context> context;
+  double abs_error = 0, psnr = 0;
+  int32_t measure = 0, partial = 0;
+  std::string path;                                // of the file; empty: a stream
+  bool coefficients = false, given_up = false;     // given_up: measuring
+  std::unique_ptr<bccsplat::RoundTrip> round_trip; // null: nothing is measured
+  std::vector<bccsplat::Range> source_ranges;      // once finished
+
+ private:
+  // One channel between fit and container, when coefficients are stored.
+  struct Prefiltered {
+    Prefiltered(const bccsplat::Lattice4& lattice, const bccsplat::Quantiser& quantiser, float threshold,
+                const std::string& kernel)
+        : maker(lattice, quantiser, threshold, kernel) {}
+    bccsplat::CoefficientLayers maker;
+    std::vector<bccsplat::BrickLayer> slab;
+    int32_t next_slab = 0;
+  };
+  std::vector<std::unique_ptr<Prefiltered>> prefiltered;
+
+  void make_container();
+  [[nodiscard]] uint32_t fingerprint() const;
+  [[nodiscard]] bccsplat::Bcc4WriterOptions appended() const;
+  [[nodiscard]] bool measuring_required() const {
+    return abs_error > 0 || psnr > 0 || measure == BCCSPLAT_MEASURE_ALL;
+  }
+  void start_measuring(bool frames_known);
+  // Runs a step of it. Measuring that is only nice to have ends where memory is short or the lattice has no
+  // such kernel.
+  template<class Body> void measuring(const Body& body) {
+    try {
+      body();
+    } catch (const bccsplat::Error& e) {
+      if (measuring_required() ||
+          (e.code() != bccsplat::Code::memory_budget && e.code() != bccsplat::Code::unsupported))
+        throw;
+      round_trip.reset();
+      given_up = true;
+    }
+  }
+  void take_layers(int32_t slab, int channel, std::span<const bccsplat::BrickLayer> layers);
+  void store_slab(int32_t slab, int channel, std::span<const bccsplat::BrickLayer> layers);
+  void check_bounds(const bccsplat::FitReport& result) const;
+};

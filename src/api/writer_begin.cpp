@@ -1,0 +1,189 @@
+#include <algorithm>
+#include <cmath>
+
+#include "api/writer.h"
+#include "fit/filter.h"
+#include "fit/lowpass.h"
+#include "formats/bcc4_deflate.h"
+#include "formats/bcc4_journal.h"
+
+using namespace bccsplat;
+using namespace bccsplat::api;
+
+namespace {
+
+constexpr uint32_t frames_of_some = 3; // BCCSPLAT_MEASURE_SOME
+
+// Codes a caller-chosen step apart, one of them air itself.
+Quantiser quantiser_of_step(ValueType type, const Range& range, double step, float air,
+                            const std::string& name) {
+  const auto zero = static_cast<double>(air);
+  const double low = std::min(range.low, zero), high = std::max(range.high, zero);
+  const double below = std::ceil((zero - low) / step), above = std::ceil((high - zero) / step);
+  if (largest_code(type) == 0 || !(step > 0 && std::isfinite(step)) || !(below + above <= largest_code(type)))
+    fail(Code::invalid_argument, "channel ", name, ": value_step ", step, " needs ", below + above + 1,
+         " codes from ", low, " to ", high, "; the type has ", largest_code(type) + 1);
+  return {type, step, zero - below * step, air};
+}
+
+// Coefficients: eight bits and halves fit a half, others need a float.
+ValueType coefficient_type(SourceType source) {
+  return source == SourceType::u8 || source == SourceType::i8 || source == SourceType::f16 ? ValueType::f16
+                                                                                           : ValueType::f32;
+}
+
+std::vector<uint32_t> measured_frames(uint32_t frames, bool all) {
+  std::vector<uint32_t> list;
+  const uint32_t count = all ? frames : std::min(frames, frames_of_some);
+  for (uint32_t i = 0; i < count; ++i)
+    list.push_back(all ? i : static_cast<uint32_t>(uint64_t{frames} * (2 * i + 1) / (2 * count)));
+  return list;
+}
+
+} // namespace
+
+void bccsplat_writer::begin(Feeding kind, uint32_t first_channel, SourceType first_type) {
+  if (feeding != Feeding::nothing && feeding != kind)
+    fail(Code::wrong_state, "writer: frames and layers do not mix");
+  if (fit) return;
+  feeding = kind;
+  fit_options.channels.clear();
+  for (size_t c = 0; c < channels.size(); ++c) {
+    const bccsplat_channel_options& in = channels[c];
+    ChannelInfo& info = initial.channels[c];
+    info.source_type = in.source_type       ? static_cast<SourceType>(in.source_type)
+                       : c == first_channel ? first_type
+                                            : SourceType::f32;
+    FitChannel channel;
+    channel.name = info.name;
+    channel.threshold = info.threshold;
+    const Quantiser own = quantiser_of_source(info.source_type, info.air);
+    const auto type = in.value_type ? static_cast<ValueType>(in.value_type) : own.type;
+    const bool integer = type == ValueType::u8 || type == ValueType::u16;
+    if (in.value_step != 0 && !(in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE))
+      fail(Code::invalid_argument, "channel ", info.name, ": value_step needs the range of the values");
+    if (coefficients) {
+      const ValueType stored = in.value_type ? type : coefficient_type(info.source_type);
+      if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) channel.range = Range{in.range[0], in.range[1]};
+      if (stored != ValueType::f16 && stored != ValueType::f32)
+        fail(Code::invalid_argument, "channel ", info.name, ": coefficients are stored as F16 or F32");
+      // The samples they are made of are not rounded.
+      channel.quantiser = quantiser_of_range(ValueType::f32, {}, info.air);
+      info.type = stored, info.scale = 1, info.offset = static_cast<double>(info.air);
+      fit_options.channels.push_back(std::move(channel));
+      continue;
+    }
+    if (in.value_step != 0) {
+      channel.range = Range{in.range[0], in.range[1]};
+      channel.quantiser = quantiser_of_step(type, *channel.range, in.value_step, info.air, info.name);
+    } else if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) {
+      channel.range = Range{in.range[0], in.range[1]};
+      channel.quantiser = quantiser_of_range(type, *channel.range, info.air);
+    } else if (type == own.type) {
+      channel.quantiser = own;
+    } else if (integer && !(own.type == ValueType::u8 && type == ValueType::u16)) {
+      fail(Code::invalid_argument, "channel ", info.name,
+           ": storing this source as integers needs the range of its values");
+    } else {
+      channel.quantiser =
+          own.type == ValueType::u8 && type == ValueType::u16 ? own : quantiser_of_range(type, {}, info.air);
+      channel.quantiser.type = type;
+    }
+    info.type = channel.quantiser.type, info.scale = channel.quantiser.scale,
+    info.offset = channel.quantiser.offset;
+    fit_options.channels.push_back(std::move(channel));
+  }
+  context.emplace(device->context(progress));
+  fit = std::make_unique<Fit>(
+      fit_options,
+      [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
+        take_layers(slab, channel, layers);
+      },
+      *context);
+}
+
+// Once the fit is there.
+void bccsplat_writer::start_measuring(bool frames_known) {
+  const bool required = measuring_required();
+  if (round_trip || given_up || (!required && measure == BCCSPLAT_MEASURE_DEFAULT)) return;
+  if (!frames_known || fit_options.dims[3] == 0) {
+    if (required)
+      fail(Code::wrong_state,
+           "writer: layers alone do not tell the source samples that a bound or measuring needs; "
+           "give frames or a field");
+    return;
+  }
+  std::vector<RoundTripChannel> list;
+  for (ChannelInfo& c : initial.channels) {
+    list.push_back({c.name, c.air, c.threshold, abs_error});
+    if (abs_error > 0) c.residuals.step = RoundTrip::step(abs_error), c.residuals.bound = abs_error;
+  }
+  measuring([&] {
+    round_trip = std::make_unique<RoundTrip>(
+        fit->lattice(), std::move(list), initial.recommended_kernel, coefficients,
+        measured_frames(fit_options.dims[3], required),
+        [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
+          container->write_residuals(channel, frame, residuals);
+        },
+        *context);
+  });
+}
+
+void bccsplat_writer::make_container() {
+  if (container) return;
+  initial.lattice = fit->lattice();
+  Bcc4WriterOptions o;
+  if (partial == BCCSPLAT_PARTIAL_APPEND) {
+    o = appended();
+  } else if (partial != BCCSPLAT_PARTIAL_DEFAULT) {
+    o.journal = std::make_shared<Bcc4Journal>(path + ".journal", partial == BCCSPLAT_PARTIAL_RESUME);
+    o.fingerprint = fingerprint();
+  }
+  container = std::make_unique<Bcc4Writer>(std::move(sink), initial, o);
+}
+
+// Of what decides the samples and stands nowhere in the file.
+uint32_t bccsplat_writer::fingerprint() const {
+  std::string text = concat(static_cast<int>(fit_options.filter), " ",
+                            static_cast<int>(fit_options.nonfinite), " ", abs_error);
+  if (fit_options.lowpass) text += " lowpass";
+  for (const FitChannel& c : fit_options.channels) {
+    text += concat(" ", c.threshold, " ", c.ringing);
+    if (c.range) text += concat(" ", c.range->low, " ", c.range->high);
+  }
+  return crc32_of(std::as_bytes(std::span(text)));
+}
+
+// The slabs of the old file that new frames behind its last one do not touch.
+Bcc4WriterOptions bccsplat_writer::appended() const {
+  Bcc4WriterOptions o;
+  const auto old = Bcc4Reader::open(open_file_source(path));
+  const VolumeInfo& was = old->info();
+  const Lattice4 &a = was.lattice, &b = initial.lattice;
+  const auto differs = [&](const char* what) {
+    fail(Code::wrong_state, path, ": ", what,
+         " of its series and of the one to be appended differ; import all anew");
+  };
+  if (a.kind != b.kind || !(a.space == b.space) || a.time_step != b.time_step || a.is_static() ||
+      !std::equal(a.dims.begin(), a.dims.begin() + 3, b.dims.begin()) ||
+      was.slab_layers != initial.slab_layers)
+    differs("the lattices");
+  if (fit_options.dims[3] > 0 && a.dims[3] > b.dims[3]) differs("the numbers of frames");
+  if (was.coefficient_kernel != initial.coefficient_kernel) differs("the kernels of coefficients");
+  if (was.channels.size() != initial.channels.size()) differs("the channels");
+  for (size_t c = 0; c < was.channels.size(); ++c) {
+    const ChannelInfo &x = was.channels[c], &y = initial.channels[c];
+    if (x.name != y.name || x.type != y.type || x.scale != y.scale || x.offset != y.offset ||
+        x.air != y.air || x.threshold != y.threshold)
+      differs("the channels");
+  }
+  // Coefficients hang on samples beyond the reach of the filter.
+  if (!coefficients) {
+    const int reach = filter_reach(fit_options.filter, std::max(1.0, a.time_step / a.layer_distance())) + 1 +
+                      (fit_options.lowpass ? lowpass_time_reach(a) : 0);
+    const double last = a.dims[3] - 1.0 - reach; // frame
+    while (a.layer_frame((o.earlier_slabs + 1) * was.slab_layers - 1) <= last) ++o.earlier_slabs;
+  }
+  o.earlier = old;
+  return o;
+}
