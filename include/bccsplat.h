@@ -21,14 +21,16 @@
  * STRINGS: UTF-8, zero-terminated. Strings that come from an object live as long as the object.
  *
  * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), for output structs too. A cleared
- * struct (all zero apart from struct_size) asks for the defaults. A field whose zero is a meaningful choice
- * counts only if its bit stands in set_mask. Structs grow only at the end: a caller built against an older
+ * struct (all zero apart from struct_size) asks for the defaults; what has none (a box, a stream, a camera, a
+ * transfer function, dims) the caller must fill in. A field whose zero is a meaningful choice counts only if
+ * its bit stands in set_mask. Structs grow only at the end: a caller built against an older
  * header gets the older behaviour; a non-zero tail this library does not know is INVALID_STRUCT_SIZE.
  *
- * STATUS: every call that can fail returns a bccsplat_status. On failure output handles are NULL and other
- * outputs are untouched unless the call says otherwise; bccsplat_last_error() has the text. Any call may
- * return INVALID_ARGUMENT (a NULL or senseless argument), INVALID_STRUCT_SIZE, OUT_OF_MEMORY, MEMORY_BUDGET
- * or INTERNAL; a call's comment lists what else it may return.
+ * STATUS: every call that can fail returns a bccsplat_status. On failure output handles are NULL (what the
+ * variable held before is overwritten in any case, not released) and other outputs are untouched unless the
+ * call says otherwise; bccsplat_last_error() has the text. Any call may return INVALID_ARGUMENT (a NULL or
+ * senseless argument), INVALID_STRUCT_SIZE, OUT_OF_MEMORY, MEMORY_BUDGET or INTERNAL; a call's comment lists
+ * what else it may return.
  *
  * HANDLES are reference counted: create returns one reference, _retain adds one, _release gives one back
  * (NULL is allowed). Children keep their parents alive. Inputs are copied unless the text says "borrowed".
@@ -145,7 +147,9 @@ typedef struct bccsplat_device_options {
   uint32_t struct_size;
   int32_t thread_count; /* threads used, the caller's included; 0: as many as the machine has; with a runner:
                            how many it has */
-  uint64_t memory_budget; /* bytes this device's objects may hold for data at a time; 0: no limit */
+  uint64_t memory_budget; /* bytes this device's objects may hold for data at a time; 0: no limit. As a rule,
+                             dense frames of 100^3 voxels and more take 60 bytes per voxel of one frame to
+                             write, 150 to slice in time and draw, 210 to slice obliquely, caches included */
   bccsplat_log_fn log;    /* warnings and what verify finds; NULL: silent */
   void* log_user;
   bccsplat_runner_fn runner; /* NULL: a pool of the device's own, joined at its last release */
@@ -642,7 +646,8 @@ typedef struct bccsplat_slice_info {
   int32_t lattice;      /* BCC or CC */
   double hyperplane[5]; /* normalised */
   double origin[4];     /* index space of slice space (0, 0, 0) */
-  double basis[3][4];   /* orthonormal directions of u, v, w in index space */
+  double basis[3][4];   /* orthonormal directions of u, v, w in index space; of an axis slice the axes that
+                           are left, in the order x, y, z, t (x = constant: u, v, w are y, z, t) */
   double extent[3][2];  /* domain in slice space; of an empty slice it ends before it begins */
   uint64_t dims[3];     /* samples of the dense box at the source's resolution: sample i at slice coordinate
                            extent[.][0] + i; 0 for an empty slice */
@@ -936,10 +941,10 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* fr
  * y up, z forward: left-handed), worldToNDC ((0, 0) upper left, (1, 1) lower right) and, in perspective,
  * screenWindowWidth; what it shows as bccsplat/version, /hyperplane, /kernel and /sheetStep.
  * options may be NULL. INVALID_ARGUMENT, FILE_EXISTS unless overwrite, PERMISSION_DENIED, NO_SPACE,
- * MISSING_FEATURE. */
+ * FILE_NOT_FOUND (no such folder), IO, MISSING_FEATURE. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char* path,
                                                      const bccsplat_image_options* options);
-/* 8-bit sRGB PNG. */
+/* 8-bit sRGB PNG. Fails as save_exr does. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_png(const bccsplat_frame* frame, const char* path,
                                                      const bccsplat_image_options* options);
 

@@ -39,7 +39,13 @@ struct Watch {
   }
 };
 
-constexpr double limit = 0.1; // seconds of one core
+// Sanitizers slow some stages more than others: under them the calls are made and cancelled, and not timed.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool timed = false;
+#else
+constexpr bool timed = true;
+#endif
+constexpr double limit = timed ? 0.1 : 60; // seconds of one core, 60: none
 
 // A run to the end, then runs cancelled early and in the middle.
 template<class Call> void expect_prompt(const char* name, const Call& call) {
@@ -197,7 +203,7 @@ TEST_F(Reaction, FractionsOfSlices) {
                 << steps << " steps, at most " << off << " from the share of time\n";
       EXPECT_EQ(trace.reports.back()[1], 1) << cut.name;
       EXPECT_LT(trace.reports.front()[1], 0.5) << cut.name;
-      if (trace.reports.size() < 6) continue; // a short call tells less
+      if (!timed || trace.reports.size() < 6) continue; // a short call tells less
       EXPECT_GE(2 * steps, trace.reports.size()) << cut.name;
       EXPECT_LT(off, 0.5) << cut.name;
     }

@@ -11,7 +11,7 @@
 static void use_everything(const char* path, const char* picture) {
   SIZED(bccsplat_image_options, overwrite);
   bccsplat_device* device = NULL;
-  bccsplat_volume* volume;
+  bccsplat_volume *volume, *none;
   bccsplat_slice* slice = NULL;
   bccsplat_renderer* renderer = NULL;
   bccsplat_frame* frame = NULL;
@@ -28,10 +28,11 @@ static void use_everything(const char* path, const char* picture) {
     OK(bccsplat_frame_save_png(frame, picture, &overwrite));
     OK(bccsplat_frame_save_exr(frame, picture, &overwrite));
   }
-  EXPECT(bccsplat_volume_open_file(device, scratch("none"), NULL, &volume) != BCCSPLAT_OK);
+  EXPECT(bccsplat_volume_open_file(device, scratch("none"), NULL, &none) != BCCSPLAT_OK);
   bccsplat_frame_release(frame);
   bccsplat_renderer_release(renderer);
   bccsplat_slice_release(slice);
+  bccsplat_volume_release(volume);
   bccsplat_device_release(device);
 }
 
