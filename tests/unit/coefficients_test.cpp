@@ -2,13 +2,13 @@
 #include "slice/coefficients.h"
 
 #include <gtest/gtest.h>
-#include <hwy/highway.h>
 
 #include <atomic>
 
 #include "kernel/cc_kernel.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
+#include "tests/support/targets.h"
 
 namespace bccsplat {
 namespace {
@@ -109,19 +109,15 @@ Series stage_reference(const Lattice4& lattice, const PrefilterStage& stage, con
 // Every target's layers against `expected`.
 void expect_layers(const MemorySamples& samples, const Kernel& kernel, const Series& expected, double largest,
                    const Context& context) {
-  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  test::for_targets([&] {
     const Coefficients made(samples, 0, kernel, 0, large_cache);
     for (int32_t m = 0; m < samples.lattice().layers(); ++m) {
       const auto dense = layer_to_dense(*made.layer(m, context));
       for (size_t i = 0; i < dense.size(); ++i)
         ASSERT_NEAR(static_cast<double>(dense[i]), expected[static_cast<size_t>(m)][i], 2e-6 * largest)
-            << hwy::TargetName(target) << ' ' << kernel.name << " layer " << m << " site " << i;
+            << kernel.name << " layer " << m << " site " << i;
     }
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  });
 }
 
 double largest_of(const Series& s) {

@@ -3,29 +3,17 @@
 
 #include <gtest/gtest.h>
 
-#include <hwy/highway.h>
-
 #include "slice/evaluate.h"
 #include "slice/point_order.h"
 #include "slice/slice.h"
 #include "tests/support/fields.h"
+#include "tests/support/targets.h"
 
 namespace bccsplat {
 namespace {
 
+using test::for_targets;
 using test::TestContext;
-
-// Runs `body` once per instruction set of this machine.
-template<class Body> void for_targets(Body body) {
-  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    SCOPED_TRACE(hwy::TargetName(target));
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    body();
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
 
 // Layers of noise in [-1, 1] on a lattice whose cosets span two bricks along x, one and two along y and z; a
 // brick in four is absent.

@@ -4,11 +4,11 @@
 #include <random>
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include "base/error.h"
 #include "base/half.h"
 #include "fit/relevance.h"
+#include "tests/support/targets.h"
 
 namespace bccsplat {
 namespace {
@@ -57,10 +57,7 @@ const Quantiser quantisers[] = {quantiser_of_source(SourceType::f32, 0),
                                 quantiser_of_range(ValueType::u16, {-300, 260}, 0)};
 
 TEST(RelevanceSelect, EqualsTheReferenceOnEveryTarget) {
-  const int64_t all = hwy::SupportedTargets();
-  for (int64_t left = all; left; left &= left - 1) {
-    hwy::SetSupportedTargetsForTest(left & -left);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  test::for_targets([&] {
     for (const Quantiser& q : quantisers)
       for (const float threshold : {0.0f, 0.75f, 30.0f}) {
         const auto in = values(-320, 300, 1);
@@ -82,9 +79,7 @@ TEST(RelevanceSelect, EqualsTheReferenceOnEveryTarget) {
         EXPECT_EQ(counts.clamped, clamped);
         EXPECT_EQ(counts.holes, 0u);
       }
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  });
 }
 
 TEST(RelevanceSelect, RoundingTwiceIsRoundingOnce) {

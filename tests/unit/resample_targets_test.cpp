@@ -1,8 +1,8 @@
 // Every instruction set this machine has computes the same resampling.
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include "fit_series.h"
+#include "tests/support/targets.h"
 
 namespace bccsplat::test {
 namespace {
@@ -15,15 +15,10 @@ TEST(ResampleTargets, AgreeWithTheReference) {
     const Lattice4 lattice = Lattice4::fit(o.lattice, o.dims, o.scale);
     const auto reference = reference_layers(lattice, s, o.filter);
     int targets = 0;
-    const int64_t all = hwy::SupportedTargets();
-    for (int64_t left = all; left; left &= left - 1) {
-      hwy::SetSupportedTargetsForTest(left & -left);
-      hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-      EXPECT_LT(worst_difference(run_fit(o, s), reference), 2e-6) << hwy::TargetName(left & -left);
+    for_targets([&] {
+      EXPECT_LT(worst_difference(run_fit(o, s), reference), 2e-6);
       ++targets;
-    }
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    });
     EXPECT_GE(targets, 1);
   }
 }

@@ -3,9 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <hwy/highway.h>
-
 #include "tests/support/fields.h"
+#include "tests/support/targets.h"
 
 namespace bccsplat {
 namespace {
@@ -66,10 +65,7 @@ INSTANTIATE_TEST_SUITE_P(SampleGrid, GridKernel,
 
 TEST_P(GridKernel, SamplesAreTheReferenceOnEveryTarget) {
   const Slice slice = noise_slice(GetParam(), {60, 33, 20});
-  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    SCOPED_TRACE(hwy::TargetName(target));
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  test::for_targets([&] {
     for (const double step : {1.0, 0.31, 2.7}) {
       Grid grid;
       grid.origin = {-3.5, -2, -1.1}; // the first samples lie outside
@@ -77,9 +73,7 @@ TEST_P(GridKernel, SamplesAreTheReferenceOnEveryTarget) {
       grid.dims = {static_cast<int32_t>(45 / step), static_cast<int32_t>(30 / step), 5};
       expect_reference(slice, grid);
     }
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  });
 }
 
 TEST(SampleGrid, AnyStepAndSize) {

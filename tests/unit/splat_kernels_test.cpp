@@ -3,31 +3,18 @@
 
 #include <gtest/gtest.h>
 
-#include <hwy/highway.h>
-
 #include <cmath>
 #include <random>
 
 #include "splat/aligned.h"
 #include "splat/sheet.h"
+#include "tests/support/targets.h"
 #include "tests/unit/splat_scene.h"
 
 namespace bccsplat {
 namespace {
 
 using namespace test;
-
-// Runs `body` once per target.
-template<class Body> void for_targets(Body body) {
-  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    SCOPED_TRACE(hwy::TargetName(target));
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    body();
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-}
 
 struct SplatCase {
   const char* name;
