@@ -8,8 +8,8 @@
 
 namespace bccsplat::bench {
 
-//   scale [--large DIR]   DIR: a folder with a few GB of room for 256^3 x 200 frames, written, opened and
-//   drawn
+//   scale [--large DIR]   DIR: a folder with some GB of room for 256^3 x 256 samples, 4 GiB, written, opened
+//   and drawn
 // Through the C API alone, as a host sees it. Returns the exit status; throws Error on wrong arguments.
 int run_scale_suite(std::span<const std::string> args, const Report& report);
 

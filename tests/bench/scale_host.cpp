@@ -3,6 +3,9 @@
 #include <cmath>
 #include <vector>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include "base/error.h"
 
 namespace bccsplat::bench {
@@ -118,6 +121,15 @@ bccsplat_slice_info info_of(const bccsplat_slice* slice) {
   auto info = sized<bccsplat_slice_info>();
   api(bccsplat_slice_get_info(slice, &info));
   return info;
+}
+
+void forget_pages(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) fail(Code::io_error, path);
+  const bool synced = ::fsync(file) == 0; // only clean pages are dropped
+  const int dropped = ::posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);
+  ::close(file);
+  if (!synced || dropped != 0) fail(Code::io_error, path, ": its cached pages stay");
 }
 
 uint64_t peak_of(const bccsplat_device* device) {

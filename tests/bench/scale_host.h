@@ -31,6 +31,8 @@ bccsplat_render_stats draw_puffs(bccsplat_device* device, const bccsplat_slice* 
 
 [[nodiscard]] bccsplat_volume_info info_of(const bccsplat_volume* volume);
 [[nodiscard]] bccsplat_slice_info info_of(const bccsplat_slice* slice);
+// Has the system drop what it caches of a file, where it can: the next reader waits for the disk.
+void forget_pages(const std::string& path);
 // Bytes the device's objects held at most.
 [[nodiscard]] uint64_t peak_of(const bccsplat_device* device);
 
