@@ -34,6 +34,12 @@ bool same_place(const Slice& a, const Slice& b) {
          a.lattice_to_slice.offset == b.lattice_to_slice.offset;
 }
 
+KernelForm kernel_form(const SplatOptions& o, const QualitySettings& quality, double step) {
+  if (o.mode == RenderMode::composite && o.shading && step >= quality.flat_kernel) return KernelForm::flat;
+  // Unshaded pictures converge faster: what shading hides shows one step earlier.
+  return step >= (o.shading ? 1 : 2) * quality.short_kernel ? KernelForm::brief : KernelForm::exact;
+}
+
 RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const Context& context,
                         Image& image) {
   const QualitySettings quality = quality_settings(options.quality);
@@ -69,8 +75,7 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
   // The analytic sums know nothing of the lattice sum that such kernels divide by.
   if (scene.slice->kernel.normalised && o.gradient == GradientMethod::analytic)
     o.gradient = GradientMethod::fourth_order;
-  // Unshaded pictures converge faster: what shading hides shows one step earlier.
-  o.short_kernel = options.short_kernel.value_or(step >= (o.shading ? 1 : 2) * quality.short_kernel);
+  o.kernel_form = options.kernel_form.value_or(kernel_form(o, quality, step));
   o.iso_value = options.iso_value;
   o.opacity_stop = options.opacity_stop;
   o.disable_skips = options.disable_skips;
@@ -139,15 +144,15 @@ int drawn_level(const Scene& scene, const RenderOptions& options, int width, int
 QualitySettings quality_settings(Quality quality) {
   switch (quality) {
   case Quality::draft:
-    return {1, 1024, 1.1, true, 0.5};
+    return {1, 1024, 1.1, true, 0.5, 0.5};
   case Quality::normal:
-    return {0.5, 2048, 1.1, true, 1e30};
+    return {0.5, 2048, 1.1, true, 0.5, 1e30};
   case Quality::fine:
-    return {0.25, 4096, 1.1, false, 1e30};
+    return {0.25, 4096, 1.1, false, 1e30, 1e30};
   case Quality::best:
     break;
   }
-  return {0.125, 8192, 1.25, false, 1e30};
+  return {0.125, 8192, 1.25, false, 1e30, 1e30};
 }
 
 double pixels_per_unit(const SheetView& view) {

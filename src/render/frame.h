@@ -26,7 +26,7 @@ struct RenderOptions {
   std::optional<bool> shading;            // none: on for composite and isosurface
   double sheet_step = 0;                  // T; 0: by quality
   std::optional<GradientMethod> gradient; // none: by quality
-  std::optional<bool> short_kernel;       // none: by quality and sheet_step
+  std::optional<KernelForm> kernel_form;  // none: by quality, shading and sheet_step
   double iso_value = 0;
   double opacity_stop = 0.995; // 1: never
   uint32_t disable_skips = 0;  // SkipBits, skip_fine_detail
@@ -65,8 +65,9 @@ struct QualitySettings {
   double analytic_below; // pixels per T: below, the kernel's own gradient; from there on fourth-order
                          // differences
   bool coarse_levels; // pictures of pixels of 2 T and more are drawn from coarser levels, but X-rays always
-  // T: steps from here on, twice that without shading, hide what short_polynomial() changes.
-  double short_kernel;
+  // T: steps from here on are drawn with flat_polynomial() where samples are shaded; and with
+  // short_polynomial() elsewhere, twice that without shading.
+  double flat_kernel, short_kernel;
 };
 [[nodiscard]] QualitySettings quality_settings(Quality quality);
 

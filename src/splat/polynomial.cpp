@@ -1,5 +1,6 @@
 // Radial kernels as the inner loops take them.
 #include <cmath>
+#include <numbers>
 
 #include "splat/kernels.h"
 
@@ -11,6 +12,17 @@ double ball_moment(int n) {
   double m = 1.0 / 3;
   for (int j = 1; j <= n; ++j) m *= 2.0 * j / (2.0 * j + 3);
   return m;
+}
+
+// int_0^1 s^2 (1 - s^2)^n sin(q s) / (q s) ds: the spectrum of u^n, by Simpson's rule.
+double ball_wave(int n, double q) {
+  constexpr int intervals = 256;
+  double sum = 0;
+  for (int i = 1; i < intervals; ++i) { // both ends vanish
+    const double s = static_cast<double>(i) / intervals;
+    sum += (i & 1 ? 4 : 2) * s * std::pow(1 - s * s, n) * std::sin(q * s) / q;
+  }
+  return sum / (3 * intervals);
 }
 
 KernelPolynomial from_terms(const std::array<double, RadialKernel::max_terms>& a, int terms) {
@@ -64,6 +76,31 @@ KernelPolynomial short_polynomial(const RadialKernel& phi) {
   k = from_terms(a, 6);
   k.form = KernelPolynomial::Form::short_5;
   return k;
+}
+
+KernelPolynomial flat_polynomial(const RadialKernel& phi) {
+  const KernelPolynomial k = kernel_polynomial(phi);
+  if (k.form != KernelPolynomial::Form::square_8) return k;
+  double integral = 0, top = 0;
+  for (int j = 2; j < phi.terms; ++j) {
+    integral += phi.a[static_cast<size_t>(j)] * ball_moment(j);
+    top += phi.a[static_cast<size_t>(j)];
+  }
+  const double q = 2 * std::numbers::pi * phi.radius, wave = ball_wave(2, q) / ball_wave(4, q);
+  std::array<double, RadialKernel::max_terms> a{};
+  a[2] = integral / (ball_moment(2) - wave * ball_moment(4));
+  a[4] = -wave * a[2];
+  // Positive, so that bounds of the field from its coefficients hold.
+  if (!(a[2] >= 0 && a[4] >= 0 && std::fabs(a[2] + a[4] - top) < 0.03 * top)) return k;
+  KernelPolynomial flat = from_terms(a, 5);
+  flat.form = KernelPolynomial::Form::even_4;
+  return flat;
+}
+
+KernelPolynomial kernel_polynomial(const RadialKernel& phi, KernelForm form) {
+  if (form == KernelForm::brief) return short_polynomial(phi);
+  if (form == KernelForm::flat) return flat_polynomial(phi);
+  return kernel_polynomial(phi);
 }
 
 } // namespace bccsplat

@@ -25,7 +25,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Con
                  const std::function<void(const TilePixels&)>& emit) {
   SplatStats stats;
   const SplatPlan plan = make_plan(scene, options, context.tasks, stats);
-  const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space, options.short_kernel);
+  const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space, options.kernel_form);
   const TileJob job{&scene, &options, &plan, &kernel, &context};
 
   std::mutex mutex;

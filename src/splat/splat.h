@@ -13,6 +13,7 @@
 #include "base/context.h"
 #include "slice/slice.h"
 #include "splat/class_table.h"
+#include "splat/kernels.h"
 #include "splat/light.h"
 #include "splat/points.h"
 #include "splat/view.h"
@@ -40,8 +41,8 @@ struct SplatOptions {
   uint32_t disable_skips = 0;
   int tile_size = 0; // pixels; 0: chosen
   bool with_value = false, with_time = false;
-  bool short_kernel = false; // short_polynomial() of the slice's kernel
-  bool scalar = false;       // the plain inner loops
+  KernelForm kernel_form = KernelForm::exact; // how the slice's kernel is drawn
+  bool scalar = false;                        // the plain inner loops
 };
 
 struct SplatScene {

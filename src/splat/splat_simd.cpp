@@ -94,6 +94,8 @@ template<KernelPolynomial::Form kForm> void SplatForm(const SplatArgs& s) {
 void Splat(const SplatArgs& s) {
   using Form = KernelPolynomial::Form;
   switch (s.kernel->form) {
+  case Form::even_4:
+    return SplatForm<Form::even_4>(s);
   case Form::short_5:
     return SplatForm<Form::short_5>(s);
   case Form::square_8:

@@ -49,6 +49,23 @@ template<> struct Weights<KernelPolynomial::Form::short_5> {
   }
 };
 
+// u^2 (a2 + a4 u^2): three.
+template<> struct Weights<KernelPolynomial::Form::even_4> {
+  V a2, a4;
+  HWY_INLINE Weights(const KernelPolynomial& k, float c)
+      : a2(hn::Set(d, c * k.a[2])), a4(hn::Set(d, c * k.a[4])) {}
+  HWY_INLINE V add(V u, V sum) const {
+    const V w = hn::Mul(u, u);
+    return hn::MulAdd(hn::MulAdd(a4, w, a2), w, sum);
+  }
+  // slope = 2 u (a2 + 2 a4 u^2)
+  HWY_INLINE V add(V u, V sum, V& slope) const {
+    const V w = hn::Mul(u, u), q = hn::MulAdd(a4, w, a2);
+    slope = hn::Mul(hn::Add(u, u), hn::MulAdd(a4, w, q));
+    return hn::MulAdd(q, w, sum);
+  }
+};
+
 // u^2 ((a2 + a3 u) + u^2 ((a4 + a5 u) + u^2 (a6 + a7 u))): all radial kernels.
 template<> struct Weights<KernelPolynomial::Form::square_8> {
   V a2, a3, a4, a5, a6, a7;

@@ -19,7 +19,7 @@ bool same_domain(const SplatScene& a, const SplatScene& b) {
 TrailObject plan_object(const SplatScene& scene, const SplatScene& main, const SplatOptions& options,
                         Tasks& tasks, SplatStats& stats) {
   return {&scene, make_plan(scene, options, tasks, stats),
-          kernel_polynomial(scene.slice->kernel.space, options.short_kernel), !same_domain(scene, main)};
+          kernel_polynomial(scene.slice->kernel.space, options.kernel_form), !same_domain(scene, main)};
 }
 
 // A finished picture over another, in place.

@@ -58,7 +58,7 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   const SplatPlan plan = make_plan(scene, options, tasks, stats);
   TileMemory memory;
   memory.prepare(plan, tile, tile, gradient);
-  const KernelPolynomial kernel = short_polynomial(slice.kernel.space);
+  const KernelPolynomial kernel = flat_polynomial(slice.kernel.space);
   const int64_t slab = (plan.first_slab + plan.last_slab) / 2;
   const auto n = static_cast<size_t>(slab - plan.first_slab);
   const SlabLanes lanes = plan.lanes(slab);
@@ -244,17 +244,17 @@ void error_table(const Report& report) {
                                 : gradient == GradientMethod::analytic ? "kernel's gradient"
                                                                        : "fourth order"),
                 figure("step", step, 2)};
-        for (const bool is_short : {false, true}) {
-          o.short_kernel = is_short;
+        for (const KernelForm form : {KernelForm::exact, KernelForm::brief, KernelForm::flat}) {
+          o.kernel_form = form;
           render(scene, o, context.get(), got.image);
-          const char* name = is_short ? "short" : "full";
+          const char* name = form == KernelForm::exact ? "full" : form == KernelForm::flat ? "flat" : "short";
           row.push_back(figure(concat(name, ", to the field's integral, dB"), compare(own, got).db(), 1));
           row.push_back(figure(concat(name, ", to the truth, dB"), compare(exact, got).db(), 1));
         }
         rows.push_back(std::move(row));
       }
   }
-  report.table("What the short kernel costs, RMSE over RGBA of covered pixels, peak 1", rows);
+  report.table("What the short kernels cost, RMSE over RGBA of covered pixels, peak 1", rows);
 }
 
 } // namespace

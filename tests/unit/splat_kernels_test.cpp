@@ -22,7 +22,8 @@ struct SplatCase {
   bool isotropic, gradient;
   int sheets;
   double pixels; // per lattice unit
-  bool spare = false, is_short = false;
+  bool spare = false;
+  KernelForm form = KernelForm::exact;
 };
 
 class SplatLoop : public testing::TestWithParam<SplatCase> {};
@@ -39,19 +40,25 @@ INSTANTIATE_TEST_SUITE_P(
                     SplatCase{"small", "default", true, false, 8, 1, true},
                     SplatCase{"small_pair", "fine", true, false, 4, 1.2, true},
                     SplatCase{"blocks_gradient", "radial18+b3", true, true, 4, 1.3},
-                    SplatCase{"short_small", "default", true, false, 4, 1, true, true},
-                    SplatCase{"short_blocks", "default", true, false, 8, 1.3, false, true},
-                    SplatCase{"short_gradient", "default", true, true, 4, 1.3, false, true},
-                    SplatCase{"short_large", "default", true, false, 8, 4, false, true},
-                    SplatCase{"short_general", "default", false, false, 4, 3, false, true},
-                    SplatCase{"short_general_gradient", "default", false, true, 4, 2, false, true}),
+                    SplatCase{"short_small", "default", true, false, 4, 1, true, KernelForm::brief},
+                    SplatCase{"short_blocks", "default", true, false, 8, 1.3, false, KernelForm::brief},
+                    SplatCase{"short_gradient", "default", true, true, 4, 1.3, false, KernelForm::brief},
+                    SplatCase{"short_large", "default", true, false, 8, 4, false, KernelForm::brief},
+                    SplatCase{"short_general", "default", false, false, 4, 3, false, KernelForm::brief},
+                    SplatCase{"short_general_gradient", "default", false, true, 4, 2, false,
+                              KernelForm::brief},
+                    SplatCase{"flat_small", "default", true, false, 8, 1, true, KernelForm::flat},
+                    SplatCase{"flat_blocks", "default", true, false, 4, 2.3, false, KernelForm::flat},
+                    SplatCase{"flat_gradient", "default", true, true, 4, 1.3, false, KernelForm::flat},
+                    SplatCase{"flat_general", "default", false, true, 4, 2, false, KernelForm::flat}),
     [](const auto& instance) { return instance.param.name; });
 
 TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
   const SplatCase& c = GetParam();
   const RadialKernel phi = make_kernel(c.kernel).space;
-  const KernelPolynomial kernel = c.is_short ? short_polynomial(phi) : kernel_polynomial(phi);
-  ASSERT_EQ(kernel.form == KernelPolynomial::Form::short_5, c.is_short);
+  const KernelPolynomial kernel = kernel_polynomial(phi, c.form);
+  ASSERT_EQ(kernel.form == KernelPolynomial::Form::short_5, c.form == KernelForm::brief);
+  ASSERT_EQ(kernel.form == KernelPolynomial::Form::even_4, c.form == KernelForm::flat);
   std::mt19937 random(7);
   const auto uniform = [&](double a, double b) {
     return static_cast<float>(std::uniform_real_distribution<double>(a, b)(random));

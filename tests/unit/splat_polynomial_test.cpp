@@ -1,7 +1,9 @@
 // The kernels as the inner loops take them, and their short forms.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "kernel/radial.h"
 #include "splat/kernels.h"
@@ -41,6 +43,46 @@ TEST(ShortPolynomial, IsNearTheKernelAndKeepsConstants) {
   }
 }
 
+// Sums of the weights of all lattice points around a place: 1 everywhere, within a ripple.
+double largest_ripple(const KernelPolynomial& k, double radius, bool bcc) {
+  const double side = bcc ? std::numbers::sqrt2 : 1;
+  double most = 0;
+  for (int place = 0; place < 64; ++place) {
+    const Vec3 p{side * (place & 3) / 8, side * (place >> 2 & 3) / 8, side * (place >> 4) / 8};
+    double sum = 0;
+    for (int coset = 0; coset < (bcc ? 2 : 1); ++coset)
+      for (int z = -4; z <= 4; ++z)
+        for (int y = -4; y <= 4; ++y)
+          for (int x = -4; x <= 4; ++x) {
+            const double h = 0.5 * coset;
+            const Vec3 r = p - side * Vec3{x + h, y + h, z + h};
+            const double u = 1 - dot(r, r) / (radius * radius);
+            if (u > 0) sum += value(k, u);
+          }
+    most = std::max(most, std::fabs(sum * (bcc ? 1 : std::numbers::sqrt2 / 2) - 1)); // made for BCC
+  }
+  return most;
+}
+
+TEST(FlatPolynomial, ConstantsComeOutFlatter) {
+  const RadialKernel phi = make_kernel("default").space;
+  const KernelPolynomial k = flat_polynomial(phi);
+  ASSERT_EQ(k.form, KernelPolynomial::Form::even_4);
+  EXPECT_NEAR(radial_integral(as_radial(k, phi.radius)), radial_integral(phi), 1e-6 * radial_integral(phi));
+  EXPECT_LT(largest_ripple(k, phi.radius, true),
+            0.6 * largest_ripple(kernel_polynomial(phi), phi.radius, true));
+  EXPECT_LT(largest_ripple(k, phi.radius, true), 0.0015);
+  EXPECT_LT(largest_ripple(k, phi.radius, false), 0.02);
+}
+
+TEST(FlatPolynomial, OthersStayAsTheyAre) {
+  for (const char* name : {"radial16+b2", "radial18+b3", "fine", "paper", "gauss09"}) {
+    const RadialKernel phi = make_kernel(name).space;
+    EXPECT_EQ(flat_polynomial(phi).form, kernel_polynomial(phi).form) << name;
+    EXPECT_EQ(flat_polynomial(phi).a, kernel_polynomial(phi).a) << name;
+  }
+}
+
 TEST(ShortPolynomial, OthersStayAsTheyAre) {
   for (const char* name : {"radial16+b2", "radial18+b3", "fine", "paper", "gauss09"}) {
     const RadialKernel phi = make_kernel(name).space;
@@ -64,7 +106,7 @@ TEST(ShortPolynomial, PicturesAreAsCloseToTheFieldsOwnIntegral) {
     draw(scene, o, reference);
     o.reference = false;
     for (const auto quality : {Quality::draft, Quality::normal}) {
-      o.short_kernel = true;
+      o.kernel_form = KernelForm::brief;
       o.quality = quality;
       o.gradient = GradientMethod::fourth_order;
       draw(scene, o, got);
