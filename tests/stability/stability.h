@@ -14,6 +14,34 @@ namespace host {
 // The default kernel's largest deviation from 1 of a reconstructed constant (tests/bench/notes/kernels.md).
 constexpr double default_ripple = 0.0024;
 
+// A bound that a test holds: the largest error it saw is printed beside what is allowed, as a row of a table.
+class Bound {
+ public:
+  Bound(const std::string& name, double asked) : name_(name), asked_(asked) {}
+  ~Bound() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    std::printf("| %s.%s | %s | %.2g | %.2g |\n", test->test_suite_name(), test->name(), name_.c_str(),
+                reached_, asked_);
+    EXPECT_LE(reached_, asked_) << name_;
+  }
+  Bound(const Bound&) = delete;
+  Bound& operator=(const Bound&) = delete;
+  void add(double error) { // not a number: beyond any bound
+    reached_ =
+        std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(reached_, std::abs(error));
+  }
+
+ private:
+  std::string name_;
+  double asked_, reached_ = 0;
+};
+
+[[nodiscard]] inline std::string shown(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%g", value);
+  return buffer;
+}
+
 struct MemoryFile {
   std::vector<unsigned char> bytes;
 };

@@ -1,0 +1,70 @@
+// Single precision where much is added up, or far from the origin.
+#include "tests/stability/stability.h"
+
+namespace host {
+namespace {
+
+using Point = std::array<double, 3>;
+
+[[nodiscard]] Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+[[nodiscard]] double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+[[nodiscard]] Point unit(const Point& a) {
+  const double length = std::sqrt(dot(a, a));
+  return {a[0] / length, a[1] / length, a[2] / length};
+}
+
+// An orthographic view, for closed forms.
+struct View {
+  Point forward, right, up, target;
+  double pixel; // world units
+
+  View(const Point& direction, const Point& at, double unit_per_pixel)
+      : forward(unit(direction)), right(unit(cross(forward, {0, 1, 0}))), up(cross(right, forward)),
+        target(at), pixel(unit_per_pixel) {}
+  [[nodiscard]] bccsplat_camera camera(uint32_t size, double distance) const {
+    auto c = sized<bccsplat_camera>();
+    c.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
+    for (size_t i = 0; i < 3; ++i)
+      c.position[i] = target[i] - distance * forward[i], c.target[i] = target[i], c.up[i] = up[i];
+    c.ortho_height = size * pixel;
+    return c;
+  }
+};
+
+TEST(StabilityPrecision, TenMillionSplatsAddUpToTheLengthOfTheWay) {
+  // X-rays through a cube of ones: every one of 10^7 points is splatted, in floats, and each pixel has the
+  // length of its ray inside.
+  const Device device = make_device();
+  constexpr uint32_t n = 244, size = 256;
+  const Stored stored = store(
+      device,
+      Series{.nx = n, .ny = n, .nz = n, .nt = 1, .field = [](double, double, double, double) { return 1; }});
+  const Slice slice = cut_time(stored.volume, 0);
+  auto info = sized<bccsplat_slice_info>();
+  ASSERT_OK(bccsplat_slice_get_info(slice.get(), &info));
+  ASSERT_GE(info.points, 10'000'000u);
+  const double half = 0.5 * (n - 1);
+  const View view({0.5, -0.35, 0.8}, {half, half, half}, 1.7);
+  const bccsplat_camera camera = view.camera(size, 1000);
+  Shot shot{.width = size, .height = size, .ramp = {}, .camera = &camera};
+  shot.options.mode = BCCSPLAT_MODE_XRAY;
+  const std::vector<float> got = picture(device, slice, shot);
+  Bound bound("length of a ray in a cube, relative", 1e-3);
+  for (uint32_t y = 0; y < size; ++y)
+    for (uint32_t x = 0; x < size; ++x) {
+      double begin = -1e9, end = 1e9;
+      for (size_t a = 0; a < 3; ++a) {
+        const double at = view.target[a] + (x + 0.5 - 0.5 * size) * view.pixel * view.right[a] -
+                          (y + 0.5 - 0.5 * size) * view.pixel * view.up[a];
+        const double one = -at / view.forward[a], two = (n - 1 - at) / view.forward[a];
+        begin = std::max(begin, std::min(one, two)), end = std::min(end, std::max(one, two));
+      }
+      if (end - begin > 100)
+        bound.add(static_cast<double>(got[(size_t{y} * size + x) * 4]) / (end - begin) - 1);
+    }
+}
+
+} // namespace
+} // namespace host
