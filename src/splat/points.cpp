@@ -1,6 +1,7 @@
 #include "splat/points.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -37,6 +38,62 @@ struct Fold {
   }
 };
 
+// A few out of many slots, and their numbers in rising order.
+class SlotSet {
+ public:
+  explicit SlotSet(uint64_t slots) : bits_(slots / 64 + 1), before_(bits_.size()) {}
+  void add(uint64_t slot) { bits_[slot / 64] |= uint64_t{1} << slot % 64; }
+  // All of them, x fastest; numbers count from here on.
+  [[nodiscard]] std::vector<uint64_t> list() {
+    std::vector<uint64_t> slots;
+    for (size_t word = 0; word < bits_.size(); ++word) {
+      before_[word] = static_cast<uint32_t>(slots.size());
+      for (uint64_t rest = bits_[word]; rest != 0; rest &= rest - 1)
+        slots.push_back(64 * word + static_cast<uint64_t>(std::countr_zero(rest)));
+    }
+    return slots;
+  }
+  // -1: not among them.
+  [[nodiscard]] int64_t number(uint64_t slot) const {
+    const uint64_t word = bits_[slot / 64], bit = uint64_t{1} << slot % 64;
+    return word & bit ? int64_t{before_[slot / 64]} + std::popcount(word & (bit - 1)) : -1;
+  }
+
+ private:
+  std::vector<uint64_t> bits_;
+  std::vector<uint32_t> before_; // how many stand in earlier words
+};
+
+// Slots that bricks of the slice reach, themselves or by their mirror images: nothing is spent on the others.
+SlotSet touched_slots(const Slice& slice, const std::array<Fold, 3>& fold, const Int3& dims, int edge) {
+  SlotSet touched(static_cast<uint64_t>(dims[0]) * static_cast<uint64_t>(dims[1]) *
+                  static_cast<uint64_t>(dims[2]));
+  const bool bcc = slice.lattice.bcc;
+  for (int coset = 0; coset < (bcc ? 2 : 1); ++coset) {
+    const BrickLayer& layer = slice.coset[static_cast<size_t>(coset)];
+    std::array<std::vector<std::vector<int>>, 3> reached; // by axis and brick of the slice, rising
+    for (size_t a = 0; a < 3; ++a) {
+      reached[a].resize(static_cast<size_t>(layer.brick_dims()[a]));
+      for (size_t n = bcc ? static_cast<size_t>(coset) : 0; n < fold[a].site.size(); n += bcc ? 2 : 1) {
+        std::vector<int>& into = reached[a][static_cast<size_t>(fold[a].site[n] / brick_edge)];
+        if (const int at = static_cast<int>(n) / edge; into.empty() || into.back() != at) into.push_back(at);
+      }
+    }
+    for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
+      if (!layer.brick(slot)) continue;
+      const Int3 at = layer.slot_position(slot);
+      for (const int z : reached[2][static_cast<size_t>(at[2])])
+        for (const int y : reached[1][static_cast<size_t>(at[1])])
+          for (const int x : reached[0][static_cast<size_t>(at[0])])
+            touched.add(
+                (static_cast<uint64_t>(z) * static_cast<uint64_t>(dims[1]) + static_cast<uint64_t>(y)) *
+                    static_cast<uint64_t>(dims[0]) +
+                static_cast<uint64_t>(x));
+    }
+  }
+  return touched;
+}
+
 struct BrickPoints {
   SplatBrick brick;
   std::array<CellRange, cells_per_brick> cell{};
@@ -55,9 +112,9 @@ struct CellCube {
   }
 };
 
-// Of the brick in `slot`, out of the cells of all bricks; `edge` cells per brick and axis.
-void gather_cells(const std::vector<BrickPoints>& made, const Int3& dims, size_t slot, int edge,
-                  CellCube& cube) {
+// Of the brick in `slot`, out of the cells of all bricks that were made; `edge` cells per brick and axis.
+void gather_cells(const std::vector<BrickPoints>& made, const SlotSet& touched, const Int3& dims,
+                  uint64_t slot, int edge, CellCube& cube) {
   const int nx = dims[0], ny = dims[1];
   const int at[3] = {static_cast<int>(slot) % nx, static_cast<int>(slot) / nx % ny,
                      static_cast<int>(slot) / (nx * ny)};
@@ -75,9 +132,11 @@ void gather_cells(const std::vector<BrickPoints>& made, const Int3& dims, size_t
         const auto i = static_cast<size_t>(x + most), j = static_cast<size_t>(y + most),
                    k = static_cast<size_t>(z + most);
         if (brick[0][i] < 0 || brick[1][j] < 0 || brick[2][k] < 0) continue;
-        const auto n = static_cast<size_t>((brick[2][k] * ny + brick[1][j]) * nx + brick[0][i]);
-        cube.at(x, y, z) =
-            made[n].cell[static_cast<size_t>(local[0][i] | local[1][j] << 2 | local[2][k] << 4)];
+        const int64_t n =
+            touched.number(static_cast<uint64_t>((brick[2][k] * ny + brick[1][j]) * nx + brick[0][i]));
+        if (n < 0) continue;
+        cube.at(x, y, z) = made[static_cast<size_t>(n)]
+                               .cell[static_cast<size_t>(local[0][i] | local[1][j] << 2 | local[2][k] << 4)];
       }
 }
 
@@ -115,25 +174,26 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   points.margin += points.margin & 1; // even: local planes keep their parity
   points.edge = lattice.bcc ? 16 : 8;
   Int3 planes;
-  uint64_t slots = 1;
   for (size_t a = 0; a < 3; ++a) {
     planes[a] = lattice.last[a] + 1 + 2 * points.margin;
     points.dims[a] = (planes[a] + points.edge - 1) / points.edge;
-    slots *= static_cast<uint64_t>(points.dims[a]);
   }
   const std::array<Fold, 3> fold{Fold(lattice, 0, points.margin, planes[0]),
                                  Fold(lattice, 1, points.margin, planes[1]),
                                  Fold(lattice, 2, points.margin, planes[2])};
   const std::vector<uint16_t> sites = shuffled_sites(lattice.bcc, points.edge);
 
-  std::vector<BrickPoints> made(slots);
-  context.tasks.parallel_for(slots, [&](uint64_t slot) {
+  SlotSet touched = touched_slots(slice, fold, points.dims, points.edge);
+  const std::vector<uint64_t> slots = touched.list();
+  std::vector<BrickPoints> made(slots.size());
+  context.tasks.parallel_for(made.size(), [&](uint64_t number) {
     context.progress.check();
+    const uint64_t slot = slots[number];
     const auto nx = static_cast<uint64_t>(points.dims[0]), ny = static_cast<uint64_t>(points.dims[1]);
     const int origin[3] = {static_cast<int>(slot % nx) * points.edge,
                            static_cast<int>(slot / nx % ny) * points.edge,
                            static_cast<int>(slot / (nx * ny)) * points.edge};
-    BrickPoints& out = made[slot];
+    BrickPoints& out = made[number];
     SplatBrick& b = out.brick;
     b.low.fill(255);
     const BrickLayer* layer[2] = {&slice.coset[0], &slice.coset[lattice.bcc ? 1 : 0]};
@@ -176,10 +236,11 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   points.position.reserve(total + vector_overhang);
   points.coefficient.reserve(total + vector_overhang);
   points.bricks.reserve(kept);
-  std::vector<size_t> kept_slots;
+  std::vector<uint64_t> kept_slots;
   kept_slots.reserve(kept);
-  for (size_t slot = 0; slot < made.size(); ++slot) {
-    BrickPoints& b = made[slot];
+  for (size_t number = 0; number < made.size(); ++number) {
+    const uint64_t slot = slots[number];
+    BrickPoints& b = made[number];
     if (b.brick.count == 0) continue;
     kept_slots.push_back(slot);
     b.brick.first = static_cast<uint32_t>(points.position.size());
@@ -189,9 +250,10 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
     for (int z = std::max(0, at[2] - 1); z <= std::min(points.dims[2] - 1, at[2] + 1); ++z)
       for (int y = std::max(0, at[1] - 1); y <= std::min(points.dims[1] - 1, at[1] + 1); ++y)
         for (int x = std::max(0, at[0] - 1); x <= std::min(points.dims[0] - 1, at[0] + 1); ++x) {
-          const SplatBrick& n =
-              made[(static_cast<size_t>(z) * ny + static_cast<size_t>(y)) * nx + static_cast<size_t>(x)]
-                  .brick;
+          const int64_t other = touched.number((static_cast<size_t>(z) * ny + static_cast<size_t>(y)) * nx +
+                                               static_cast<size_t>(x));
+          if (other < 0) continue;
+          const SplatBrick& n = made[static_cast<size_t>(other)].brick;
           b.brick.reach[0] = std::min(b.brick.reach[0], n.coefficient[0]);
           b.brick.reach[1] = std::max(b.brick.reach[1], n.coefficient[1]);
         }
@@ -203,7 +265,7 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   for (auto& cells : points.cells) cells.resize(kept * cells_per_brick);
   context.tasks.parallel_for(kept, [&](uint64_t n) {
     CellCube cube;
-    gather_cells(made, points.dims, kept_slots[n], points.edge / 4, cube);
+    gather_cells(made, touched, points.dims, kept_slots[n], points.edge / 4, cube);
     for (size_t r = 0; r < SplatPoints::cell_reach.size(); ++r)
       widen_cells(cube, SplatPoints::cell_reach[r], points.cells[r].data() + n * cells_per_brick);
   });
