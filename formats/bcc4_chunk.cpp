@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -18,8 +19,11 @@ namespace {
 constexpr uint8_t raw = 0, deflated = 1;
 
 [[nodiscard]] int count_bits(const BrickMask& mask) {
+  // Four rows at a time: not every target has an instruction for it.
+  std::array<uint64_t, brick_rows / 4> words;
+  std::memcpy(words.data(), mask.data(), sizeof mask);
   int n = 0;
-  for (const uint16_t row : mask) n += std::popcount(row);
+  for (const uint64_t word : words) n += std::popcount(word);
   return n;
 }
 
@@ -49,20 +53,35 @@ template<class Body> void for_rows(const ChunkShape& shape, Body&& body) {
   return out.release();
 }
 
-void read_runs(ChunkSites& sites, const Bcc4Chunk& parts, std::span<const std::byte> bytes,
+// The masks of all layers, from the rows inside the domain in coding order.
+void read_masks(const ChunkShape& shape, RunDecoder& runs, std::vector<BrickMask>& masks) {
+  masks.assign(static_cast<size_t>(shape.layers), BrickMask{});
+  for (size_t m = 0; m < masks.size(); ++m) {
+    const auto [nx, ny, nz] = shape.box[m];
+    const auto rows = std::span(masks[m]);
+    if (nx == brick_edge && ny == brick_edge) {
+      runs.fill(rows.first(static_cast<size_t>(nz) * brick_edge));
+      continue;
+    }
+    for (int z = 0; z < nz; ++z) {
+      if (runs.skip(static_cast<uint64_t>(nx) * static_cast<uint64_t>(ny))) continue;
+      for (int y = 0; y < ny; ++y) rows[static_cast<size_t>(z * brick_edge + y)] = runs.row(nx);
+    }
+  }
+  runs.finish();
+}
+
+void read_runs(ChunkData& data, const Bcc4Chunk& parts, std::span<const std::byte> bytes,
                std::string_view what, uint64_t offset) {
   ByteReader in(bytes, what, offset);
-  const auto layers = static_cast<size_t>(sites.shape.layers);
-  sites.kept.assign(layers, BrickMask{});
-  RunDecoder occupancy(in, sites.shape.sites(), parts.kept);
-  for_rows(sites.shape, [&](size_t m, size_t r, int width) { sites.kept[m][r] = occupancy.row(width); });
-  occupancy.finish();
+  RunDecoder occupancy(in, data.shape.sites(), parts.kept);
+  read_masks(data.shape, occupancy, data.kept);
   if (parts.holes > 0) {
-    sites.hole.assign(layers, BrickMask{});
     RunDecoder holes(in, parts.kept, parts.holes);
-    for_rows(sites.shape, [&](size_t m, size_t r, int) {
-      const uint16_t kept = sites.kept[m][r];
-      sites.hole[m][r] = expand_bits(holes.row(std::popcount(kept)), kept);
+    data.hole.assign(data.kept.size(), BrickMask{});
+    for_rows(data.shape, [&](size_t m, size_t r, int) {
+      const uint16_t kept = data.kept[m][r];
+      data.hole[m][r] = expand_bits(holes.row(std::popcount(kept)), kept);
     });
     holes.finish();
   }
@@ -77,23 +96,6 @@ void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t by
     out.write_bytes(plane);
   }
 }
-template<uint32_t bytes> void gather_planes(const std::byte* in, size_t count, uint32_t* values) {
-  for (size_t i = 0; i < count; ++i) {
-    uint32_t v = 0;
-    for (uint32_t b = 0; b < bytes; ++b) v |= static_cast<uint32_t>(in[b * count + i]) << (8 * b);
-    values[i] = v;
-  }
-}
-[[nodiscard]] std::vector<uint32_t> read_planes(std::span<const std::byte> in, size_t count, uint32_t bytes) {
-  std::vector<uint32_t> values(count);
-  if (bytes == 1)
-    gather_planes<1>(in.data(), count, values.data());
-  else if (bytes == 2)
-    gather_planes<2>(in.data(), count, values.data());
-  else
-    gather_planes<4>(in.data(), count, values.data());
-  return values;
-}
 
 [[nodiscard]] std::array<uint32_t, 2> range_of(std::span<const uint32_t> codes) {
   uint32_t low = UINT32_MAX, high = 0;
@@ -101,11 +103,18 @@ template<uint32_t bytes> void gather_planes(const std::byte* in, size_t count, u
   return {low, high};
 }
 
-template<class Stored> void pack_codes(std::span<const uint32_t> codes, std::byte* out) {
-  for (size_t i = 0; i < codes.size(); ++i) {
-    const auto v = static_cast<Stored>(codes[i]);
-    std::memcpy(out + i * sizeof v, &v, sizeof v);
+template<class Stored> [[nodiscard]] std::array<uint32_t, 2> packed_range(std::span<const std::byte> packed) {
+  Stored low = std::numeric_limits<Stored>::max(), high = 0;
+  for (size_t i = 0; i < packed.size(); i += sizeof(Stored)) {
+    Stored v;
+    std::memcpy(&v, packed.data() + i, sizeof v);
+    low = std::min(low, v), high = std::max(high, v);
   }
+  return {low, high};
+}
+[[nodiscard]] std::array<uint32_t, 2> packed_range(std::span<const std::byte> packed, uint32_t bytes) {
+  if (bytes == 1) return packed_range<uint8_t>(packed);
+  return bytes == 2 ? packed_range<uint16_t>(packed) : packed_range<uint32_t>(packed);
 }
 
 // About 256 log2(n), in integers so that choices do not hang on a machine's libm.
@@ -141,14 +150,15 @@ struct CodedValues {
   }
   best.bytes = patterns.release();
   if (level == 0) return best;
-  const auto try_deflate = [&](Predictor predictor, std::span<const int16_t> weights,
-                               std::span<const uint32_t> residuals, DeflateKind kind) {
+  const auto keep_smaller = [&best](Predictor predictor, std::vector<std::byte> stream) {
+    if (stream.size() < best.bytes.size())
+      best = {deflated, static_cast<uint8_t>(predictor), std::move(stream)};
+  };
+  const auto planes_of = [&](std::span<const int16_t> weights, std::span<const uint32_t> residuals) {
     ByteWriter planes;
     planes.write_bytes(std::as_bytes(weights));
     write_planes(planes, residuals, codes.bytes());
-    auto stream = deflate_bytes(planes.bytes(), level, kind);
-    if (stream.size() < best.bytes.size())
-      best = {deflated, static_cast<uint8_t>(predictor), std::move(stream)};
+    return planes.release();
   };
   // The predictor of the lowest estimate is coded; unpredicted codes as well, for values that repeat.
   Predictor choice = Predictor::none;
@@ -158,7 +168,7 @@ struct CodedValues {
   for (uint8_t id = 1; id < predictor_count; ++id) {
     const auto predictor = static_cast<Predictor>(id);
     std::vector<int16_t> w;
-    if (predictor == Predictor::fitted) w = fit_weights(sites, codes);
+    if (predictor == Predictor::fitted) w = fit_weights(sites, codes, level == 9);
     std::vector<uint32_t> r = predict(sites, codes, predictor, w);
     const uint64_t cost = estimate(r, codes.bytes()) + w.size() * 16 * 256;
     if (cost >= lowest) continue;
@@ -167,48 +177,69 @@ struct CodedValues {
     residuals = std::move(r);
     weights = std::move(w);
   }
-  try_deflate(choice, weights, residuals, DeflateKind::noise);
-  if (level >= 7) try_deflate(Predictor::none, {}, sites.codes, DeflateKind::text);
+  const std::vector<std::byte> planes = planes_of(weights, residuals);
+  keep_smaller(choice, deflate_bytes(planes, level, DeflateKind::noise));
+  std::vector<size_t> ends;
+  for (size_t b = 1; b <= codes.bytes(); ++b)
+    ends.push_back(weights.size() * sizeof(int16_t) + b * sites.codes.size());
+  if (ends.size() > 1) keep_smaller(choice, deflate_parts(planes, ends, level));
+  if (level >= 7)
+    keep_smaller(Predictor::none, deflate_bytes(planes_of({}, sites.codes), level, DeflateKind::text));
   return best;
 }
 
-// The part itself, or its deflated form in `room`.
+// The part itself, or its deflated form in `room`, which has `slack` bytes more on both sides.
 [[nodiscard]] std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding,
                                                    size_t decoded, std::vector<std::byte>& room,
-                                                   std::string_view what, uint64_t offset) {
+                                                   std::string_view what, uint64_t offset, size_t slack = 0) {
   if (coding == raw) {
     if (part.size() != decoded)
       fail(Code::corrupt, what, " at offset ", offset, ": ", part.size(), " raw bytes stand for ", decoded);
     return part;
   }
-  room.resize(decoded);
-  if (!inflate_bytes(part, room))
+  room.resize(decoded + 2 * slack);
+  const auto inner = std::span(room).subspan(slack, decoded);
+  if (!inflate_bytes(part, inner))
     fail(Code::corrupt, what, " at offset ", offset, ": no deflate stream of ", decoded, " bytes");
-  return room;
+  return inner;
 }
 
-void read_values(ChunkSites& sites, const ChunkCodes& codes, const Bcc4Chunk& parts,
+void read_values(ChunkData& data, const ChunkCodes& codes, const Bcc4Chunk& parts,
                  std::span<const std::byte> part, uint64_t offset) {
   const auto coding = static_cast<uint8_t>(parts.coding & 15);
   const auto predictor = static_cast<Predictor>(parts.predictor);
-  const size_t weight_count = predictor == Predictor::fitted ? fitted_weights(sites.shape) : 0;
+  const size_t weight_count = predictor == Predictor::fitted ? fitted_weights(data.shape) : 0;
   const size_t plane_bytes = size_t{parts.kept} * codes.bytes();
   std::vector<std::byte> room;
   const auto bytes = open_part(part, coding, weight_count * sizeof(int16_t) + plane_bytes, room,
-                               "values of the chunk", offset);
+                               "values of the chunk", offset, unpredict_slack);
+  data.codes.resize(plane_bytes + unpredict_slack);
   if (coding == raw) {
-    sites.codes.resize(parts.kept);
-    for (size_t i = 0; i < parts.kept; ++i) {
-      uint32_t p = 0;
-      std::memcpy(&p, bytes.data() + i * codes.bytes(), codes.bytes());
-      sites.codes[i] = code_of(p, codes);
-    }
-    return;
+    if (codes.type == ValueType::u8 || codes.type == ValueType::u16)
+      std::copy(bytes.begin(), bytes.end(), data.codes.begin());
+    else
+      for (size_t i = 0; i < plane_bytes; i += codes.bytes()) {
+        uint32_t p = 0;
+        std::memcpy(&p, bytes.data() + i, codes.bytes());
+        p = code_of(p, codes);
+        std::memcpy(data.codes.data() + i, &p, codes.bytes());
+      }
+  } else {
+    std::vector<int16_t> weights(weight_count);
+    if (weight_count > 0) std::memcpy(weights.data(), bytes.data(), weight_count * sizeof(int16_t));
+    unpredict(data.shape, data.kept, codes, predictor, weights, bytes.last(plane_bytes), data.codes.data());
   }
-  std::vector<int16_t> weights(weight_count);
-  if (weight_count > 0) std::memcpy(weights.data(), bytes.data(), weight_count * sizeof(int16_t));
-  const auto residuals = read_planes(bytes.last(plane_bytes), parts.kept, codes.bytes());
-  unpredict(sites, codes, predictor, weights, residuals);
+  data.codes.resize(plane_bytes);
+}
+
+void find_layers(ChunkData& data) {
+  uint32_t n = 0;
+  data.first.reserve(data.kept.size() + 1);
+  for (const BrickMask& mask : data.kept) {
+    data.first.push_back(n);
+    n += static_cast<uint32_t>(count_bits(mask));
+  }
+  data.first.push_back(n);
 }
 
 } // namespace
@@ -276,46 +307,40 @@ EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int 
   return chunk;
 }
 
-ChunkSites decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
-                        std::span<const std::byte> bytes) {
+ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
+                       std::span<const std::byte> bytes) {
   if (crc32_of(bytes) != entry.crc)
     fail(Code::checksum_mismatch, "chunk at offset ", entry.offset, ": bad checksum");
   for (const std::byte b : bytes.subspan(size_t{entry.values_bytes} + entry.runs_bytes))
     if (b != std::byte{0}) fail(Code::corrupt, "chunk at offset ", entry.offset, ": padding is not zero");
-  ChunkSites sites;
-  sites.shape = shape;
+  ChunkData data;
+  data.shape = shape;
   std::vector<std::byte> room;
   const uint64_t runs_offset = entry.offset + entry.values_bytes;
   const auto runs = open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4,
                               entry.runs_decoded, room, "runs of the chunk", runs_offset);
-  read_runs(sites, entry, runs, "runs of the chunk", runs_offset);
-  read_values(sites, codes, entry, bytes.first(entry.values_bytes), entry.offset);
-  const auto [low, high] = range_of(sites.codes);
+  read_runs(data, entry, runs, "runs of the chunk", runs_offset);
+  find_layers(data);
+  read_values(data, codes, entry, bytes.first(entry.values_bytes), entry.offset);
+  const auto [low, high] = packed_range(data.codes, codes.bytes());
   if (low != entry.min_code || high != entry.max_code)
     fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", low, " .. ", high, ", the index says ",
          entry.min_code, " .. ", entry.max_code);
-  return sites;
+  return data;
 }
 
-ChunkData pack_sites(ChunkSites&& sites, const ChunkCodes& codes) {
+ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& codes) {
   ChunkData data;
-  data.shape = sites.shape;
-  const size_t bytes = codes.bytes();
-  data.codes.resize(sites.codes.size() * bytes);
-  if (bytes == 1)
-    pack_codes<uint8_t>(sites.codes, data.codes.data());
-  else if (bytes == 2)
-    pack_codes<uint16_t>(sites.codes, data.codes.data());
-  else
-    pack_codes<uint32_t>(sites.codes, data.codes.data());
-  uint32_t n = 0;
-  for (const BrickMask& mask : sites.kept) {
-    data.first.push_back(n);
-    n += static_cast<uint32_t>(count_bits(mask));
-  }
-  data.first.push_back(n);
-  data.kept = std::move(sites.kept);
-  data.hole = std::move(sites.hole);
+  data.shape = shape;
+  data.kept.assign(static_cast<size_t>(shape.layers), BrickMask{});
+  for_rows(shape, [&](size_t m, size_t r, int width) {
+    data.kept[m][r] = static_cast<uint16_t>((1u << width) - 1);
+  });
+  data.hole = data.kept;
+  find_layers(data);
+  data.codes.resize(size_t{data.first.back()} * codes.bytes());
+  for (size_t i = 0; i < data.codes.size(); i += codes.bytes())
+    std::memcpy(data.codes.data() + i, &codes.air, codes.bytes());
   return data;
 }
 

@@ -66,9 +66,6 @@ struct EncodedChunk {
 
 // level: see Bcc4WriterOptions.
 [[nodiscard]] EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level);
-// `bytes` as stored, padding included. The entry keeps the rules of its page (bcc4_page.h).
-[[nodiscard]] ChunkSites decode_chunk(const ChunkShape& shape, const ChunkCodes& codes,
-                                      const Bcc4Chunk& entry, std::span<const std::byte> bytes);
 
 // A decoded chunk as it is cached: codes in as many bytes as their type has.
 struct ChunkData {
@@ -77,9 +74,14 @@ struct ChunkData {
   std::vector<uint32_t> first;       // index of the first code of each layer, and their number
   std::vector<std::byte> codes;
   [[nodiscard]] uint64_t bytes() const {
-    return sizeof(*this) + (kept.size() + hole.size()) * sizeof(BrickMask) + first.size() * 4 + codes.size();
+    return sizeof(*this) + (kept.size() + hole.size()) * sizeof(BrickMask) + first.size() * 4 +
+           codes.capacity();
   }
 };
-[[nodiscard]] ChunkData pack_sites(ChunkSites&& sites, const ChunkCodes& codes);
+// `bytes` as stored, padding included. The entry keeps the rules of its page (bcc4_page.h).
+[[nodiscard]] ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
+                                     std::span<const std::byte> bytes);
+// A chunk whose sites are all holes.
+[[nodiscard]] ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& codes);
 
 } // namespace bccsplat

@@ -74,7 +74,10 @@ void SampleCoder::decode(std::span<const std::byte> packed, std::span<float> rel
     each(uint16_t{}, [this](uint16_t code) { return decode(code); });
     break;
   case ValueType::f32:
-    each(uint32_t{}, [this](uint32_t code) { return decode(code); });
+    each(uint32_t{}, [](uint32_t code) {
+      constexpr uint32_t sign = uint32_t{1} << 31;
+      return std::bit_cast<float>(code & sign ? code ^ sign : ~code);
+    });
     break;
   }
 }

@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <climits>
 #include <memory>
 #include <new>
@@ -32,7 +33,48 @@ namespace {
   return out;
 }
 
+// Of a part as a stream of its own: whether run lengths pay beside its frequencies, or neither does.
+struct PartPlan {
+  int level, strategy;
+  bool operator==(const PartPlan&) const = default;
+};
+[[nodiscard]] PartPlan plan_part(std::span<const std::byte> part, int level) {
+  const size_t runs = deflate_with(part, level, Z_RLE).size();
+  const size_t frequencies = deflate_with(part, level, Z_HUFFMAN_ONLY).size();
+  if (std::min(runs, frequencies) > part.size() - part.size() / 64) return {0, Z_DEFAULT_STRATEGY};
+  return {level, runs < frequencies ? Z_RLE : Z_HUFFMAN_ONLY};
+}
+
 } // namespace
+
+std::vector<std::byte> deflate_parts(std::span<const std::byte> bytes, std::span<const size_t> ends,
+                                     int level) {
+  if (bytes.size() > UINT_MAX / 2)
+    fail(Code::limit_exceeded, "deflate: ", bytes.size(), " bytes in one piece");
+  z_stream stream{};
+  if (deflateInit2(&stream, level, Z_DEFLATED, -15, 8, Z_HUFFMAN_ONLY) != Z_OK) throw std::bad_alloc();
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, deflateEnd);
+  // Room for a few block ends more than one part has.
+  std::vector<std::byte> out(deflateBound(&stream, static_cast<uLong>(bytes.size())) + 64 * ends.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  size_t begin = 0;
+  for (const size_t end : ends) {
+    const auto part = bytes.subspan(begin, end - begin);
+    const PartPlan plan = plan_part(part, level);
+    if (deflateParams(&stream, plan.level, plan.strategy) != Z_OK)
+      fail(Code::internal, "deflate: no change of strategy");
+    stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(part.data()));
+    stream.avail_in = static_cast<uInt>(part.size());
+    const bool last = end == bytes.size();
+    const int result = deflate(&stream, last ? Z_FINISH : Z_BLOCK);
+    if (result != (last ? Z_STREAM_END : Z_OK) || stream.avail_in != 0)
+      fail(Code::internal, "deflate: a part did not fit");
+    begin = end;
+  }
+  out.resize(stream.total_out);
+  return out;
+}
 
 std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level, DeflateKind kind) {
   if (kind == DeflateKind::text) return deflate_with(bytes, level, Z_DEFAULT_STRATEGY);

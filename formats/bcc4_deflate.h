@@ -16,6 +16,11 @@ enum class DeflateKind {
 // The smallest stream found; level 1 .. 9. Equal on every machine with the same zlib.
 [[nodiscard]] std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level,
                                                    DeflateKind kind);
+// One stream of noise whose parts, which end at `ends` (rising, the last one at the end of all bytes), are
+// alike within and unlike each other, as byte planes are: each gets blocks of its own, stored where coding
+// would save next to nothing, so that it costs no time to decode.
+[[nodiscard]] std::vector<std::byte> deflate_parts(std::span<const std::byte> bytes,
+                                                   std::span<const size_t> ends, int level);
 // Fills `out`; false unless `bytes` is one whole stream of exactly that size.
 [[nodiscard]] bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out);
 

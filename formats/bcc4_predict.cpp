@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 
 #include "base/error.h"
 #include "formats/bcc4_predict_rows.h"
@@ -66,6 +67,25 @@ namespace {
   return all;
 }
 
+template<class Stored> void join(const std::byte* planes, size_t count, std::byte* packed) {
+  for (size_t i = 0; i < count; ++i) {
+    Stored v = 0;
+    for (size_t b = 0; b < sizeof v; ++b)
+      v = static_cast<Stored>(v | static_cast<Stored>(static_cast<Stored>(planes[b * count + i]) << (8 * b)));
+    std::memcpy(packed + i * sizeof v, &v, sizeof v);
+  }
+}
+
+void join_planes(std::span<const std::byte> planes, uint32_t bytes, std::byte* packed) {
+  const size_t count = planes.size() / bytes;
+  if (bytes == 1)
+    std::copy(planes.begin(), planes.end(), packed);
+  else if (bytes == 2)
+    join<uint16_t>(planes.data(), count, packed);
+  else
+    join<uint32_t>(planes.data(), count, packed);
+}
+
 // Normal equations of one class.
 struct Fit {
   size_t rows = 0;
@@ -105,6 +125,12 @@ struct Fit {
   return q;
 }
 
+// The ridge leaves a weight of 0.
+void leave_out_west(Fit& fit, size_t n) {
+  for (size_t i = 0; i < n; ++i) fit.a[0][i] = fit.a[i][0] = 0;
+  fit.b[0] = 0;
+}
+
 } // namespace
 
 std::vector<uint32_t> predict(const ChunkSites& sites, const ChunkCodes& codes, Predictor predictor,
@@ -116,15 +142,13 @@ std::vector<uint32_t> predict(const ChunkSites& sites, const ChunkCodes& codes, 
   return residuals;
 }
 
-void unpredict(ChunkSites& sites, const ChunkCodes& codes, Predictor predictor,
-               std::span<const int16_t> weights, std::span<const uint32_t> residuals) {
-  if (predictor == Predictor::none) {
-    sites.codes.assign(residuals.begin(), residuals.end());
-    return;
-  }
-  const ClassWeights w = class_weights(sites.shape, predictor, weights);
-  sites.codes.resize(residuals.size());
-  unpredict_rows(sites, codes, w, residuals.data(), sites.codes.data());
+void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
+               Predictor predictor, std::span<const int16_t> weights, std::span<const std::byte> planes,
+               std::byte* packed) {
+  if (predictor == Predictor::none)
+    join_planes(planes, codes.bytes(), packed);
+  else
+    unpredict_rows(shape, kept, codes, class_weights(shape, predictor, weights), planes, packed);
 }
 
 size_t fitted_weights(const ChunkShape& shape) {
@@ -135,15 +159,14 @@ size_t fitted_weights(const ChunkShape& shape) {
   return n;
 }
 
-std::vector<int16_t> fit_weights(const ChunkSites& sites, const ChunkCodes& codes) {
+std::vector<int16_t> fit_weights(const ChunkSites& sites, const ChunkCodes& codes, bool chains) {
   constexpr uint32_t sample = 6144; // sites; more did not make chunks smaller
   const auto every = std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample);
   std::vector<Fit> fits(classes);
   const uint32_t* code = sites.codes.data();
   uint32_t index = 0;
-  walk<int64_t>(sites.shape, [&](const Row<int64_t>& row) {
+  walk<int64_t>(sites.shape, sites.kept, [&](const Row<int64_t>& row) {
     unsigned bits = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
-    if (bits == 0) return;
     std::array<const int64_t*, max_taps> taps;
     const size_t n = gather_taps(row, taps);
     Fit& fit = fits[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))];
@@ -169,6 +192,7 @@ std::vector<int16_t> fit_weights(const ChunkSites& sites, const ChunkCodes& code
     if (!(present >> c & 1)) continue;
     const auto n = static_cast<size_t>(class_taps(c));
     Fit& fit = fits[static_cast<size_t>(c)];
+    if (!chains && (c & 1)) leave_out_west(fit, n);
     const Weights w = fit.rows >= 2 * n ? solve(fit, n) : constant_weights(Predictor::cross, c);
     weights.insert(weights.end(), w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
   }

@@ -1,6 +1,7 @@
 // Prediction of codes from neighbours on the lattice (bcc4.md, section 7).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -23,13 +24,20 @@ inline constexpr uint8_t predictor_count = 6;
 // `weights` are those of Predictor::fitted, else empty.
 [[nodiscard]] std::vector<uint32_t> predict(const ChunkSites& sites, const ChunkCodes& codes,
                                             Predictor predictor, std::span<const int16_t> weights);
-// The reverse: fills sites.codes from `residuals`; the rest of `sites` is given.
-void unpredict(ChunkSites& sites, const ChunkCodes& codes, Predictor predictor,
-               std::span<const int16_t> weights, std::span<const uint32_t> residuals);
+// The reverse. `planes` are the residuals as byte planes, all lowest bytes first; `packed` gets the codes, of
+// codes.bytes() bytes each. unpredict_slack bytes before and behind the planes are read, and as many behind
+// the codes written.
+inline constexpr size_t unpredict_slack = 64;
+void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
+               Predictor predictor, std::span<const int16_t> weights, std::span<const std::byte> planes,
+               std::byte* packed);
 
 // Number of weights a chunk of this shape holds for Predictor::fitted.
 [[nodiscard]] size_t fitted_weights(const ChunkShape& shape);
-// Least squares on a sample of the sites.
-[[nodiscard]] std::vector<int16_t> fit_weights(const ChunkSites& sites, const ChunkCodes& codes);
+// Least squares on a sample of the sites. Without `chains`, layers that have a layer before of the other
+// coset leave the site at x - 1 out: sites of a row then do not depend on each other and are decoded side by
+// side, for about a per cent of size.
+[[nodiscard]] std::vector<int16_t> fit_weights(const ChunkSites& sites, const ChunkCodes& codes,
+                                               bool chains = true);
 
 } // namespace bccsplat

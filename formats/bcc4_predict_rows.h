@@ -1,17 +1,19 @@
 // Prediction with given weights, row by row; compiled once for each instruction set.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "formats/bcc4_predict_walk.h"
 
 namespace bccsplat {
 
-// `residuals` and `decoded`: one per kept site.
+// `residuals`: one per kept site.
 void predict_rows(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeights& weights,
                   uint32_t* residuals);
-// Does not read sites.codes.
-void unpredict_rows(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeights& weights,
-                    const uint32_t* residuals, uint32_t* decoded);
+// See unpredict.
+void unpredict_rows(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
+                    const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed);
 
 } // namespace bccsplat

@@ -5,14 +5,17 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <cstring>
+#include <memory>
+#include <span>
 
 #include "formats/bcc4_chunk.h"
 
 namespace bccsplat {
 
-// A layer of cells with a border of one: cell (x, y, z) is code minus air, x fastest, 0 where not kept.
-inline constexpr int stride_y = 18, stride_z = 18 * 18, layer_cells = 18 * 18 * 18;
+// A layer of cells with a border of one: cell (x, y, z) is code minus air, x fastest, 0 where not kept. Rows
+// have room for half a row behind their last site, which means nothing.
+inline constexpr int stride_y = 24, stride_z = 18 * stride_y, layer_cells = 18 * stride_z;
 inline constexpr int fraction_bits = 12; // of weights
 
 inline constexpr int own_taps = 10, cross_taps = 8, previous_taps = 7,
@@ -79,15 +82,24 @@ template<class D> void copy_border(D* to, const D* from, const Int3& n) {
   }
 }
 
-// Visits the rows of a chunk in coding order and keeps the borders. While a layer is under way its border is
-// that of the layer before, or without one repeats what is known so far; afterwards it repeats the nearest
-// cell. `body` fills the sites of a row. `pair` may fill those of two rows at once and answers whether it
-// did; it is told whether the cell before the second row repeats the first site of the first one, else that
-// cell is in its place. The cell behind the first row repeats its last site.
+// No site of plane z is kept.
+[[nodiscard]] inline bool plane_empty(const BrickMask& kept, int z) {
+  std::array<uint64_t, brick_edge / 4> rows;
+  std::memcpy(rows.data(), kept.data() + z * brick_edge, sizeof rows);
+  return (rows[0] | rows[1] | rows[2] | rows[3]) == 0;
+}
+
+// Visits the rows of a chunk that have kept sites in coding order and keeps the borders. While a layer is
+// under way its border is that of the layer before, or without one repeats what is known so far; afterwards
+// it repeats the nearest cell. `kept`: one mask per layer. `body` fills the sites of a row. `pair` may fill
+// those of two rows at once and answers whether it did; it is told whether the cell before the second row
+// repeats the first site of the first one, else that cell is in its place. The cell behind the first row
+// repeats its last site.
 template<class D, class Body, class Pair>
-void walk(const ChunkShape& shape, const Body& body, const Pair& pair) {
-  std::vector<D> ring(3 * layer_cells);
-  const auto layer_at = [&](int m) { return ring.data() + (m % 3) * layer_cells; };
+void walk(const ChunkShape& shape, std::span<const BrickMask> kept, const Body& body, const Pair& pair) {
+  const auto ring = std::make_unique_for_overwrite<D[]>(3 * layer_cells + brick_edge);
+  std::fill_n(ring.get() + 3 * layer_cells, brick_edge, D{0});
+  const auto layer_at = [&](int m) { return ring.get() + (m % 3) * layer_cells; };
   const auto copy_row = [](D* to, const D* from) { std::copy_n(from, stride_y, to); };
   for (int m = 0; m < shape.layers; ++m) {
     D* const layer = layer_at(m);
@@ -99,6 +111,7 @@ void walk(const ChunkShape& shape, const Body& body, const Pair& pair) {
     const D* cross = shape.has_cross(m) ? layer_at(m - 1) : nullptr;
     const D* before = previous ? previous : cross;
     if (before) copy_border(layer, before, box);
+    const BrickMask& rows = kept[static_cast<size_t>(m)];
     const std::ptrdiff_t lowest = shape.coset(m) == 1 ? 0 : -1 - stride_y - stride_z;
     for (int z = 0; z < nz; ++z) {
       D* const plane = layer + (z + 1) * stride_z;
@@ -113,7 +126,14 @@ void walk(const ChunkShape& shape, const Body& body, const Pair& pair) {
                       cross ? cross + at + lowest : nullptr,
                       previous ? previous + at : nullptr};
       };
+      const bool empty = plane_empty(rows, z);
       for (int y = 0; y < ny; ++y) {
+        if (empty || rows[static_cast<size_t>(z * brick_edge + y)] == 0) {
+          D* const own = plane + (y + 1) * stride_y + 1;
+          if (!before) own[-1] = own[-stride_y];
+          own[nx] = own[nx - 1];
+          continue;
+        }
         const Row<D> row = row_at(y);
         if (!before) row.own[-1] = row.own[-stride_y];
         if (y + 1 < ny && pair(row, row_at(y + 1), !before)) {
@@ -140,8 +160,9 @@ void walk(const ChunkShape& shape, const Body& body, const Pair& pair) {
   }
 }
 
-template<class D, class Body> void walk(const ChunkShape& shape, const Body& body) {
-  walk<D>(shape, body, [](const Row<D>&, const Row<D>&, bool) { return false; });
+template<class D, class Body>
+void walk(const ChunkShape& shape, std::span<const BrickMask> kept, const Body& body) {
+  walk<D>(shape, kept, body, [](const Row<D>&, const Row<D>&, bool) { return false; });
 }
 
 // Taps of a class in order, as pointers to the cells of the first site of the row.

@@ -8,6 +8,7 @@
 #include "formats/bcc4_deflate.h"
 #include "formats/bcc4_metadata.h"
 #include "formats/bcc4_reader_state.h"
+#include "formats/bcc4_spread.h"
 
 namespace bccsplat {
 namespace {
@@ -86,7 +87,7 @@ ChunkData Bcc4Reader::State::decode(int channel, const Bcc4Chunk& chunk,
                                     std::span<const std::byte> stored) const {
   const ChunkCodes& codes = coders[static_cast<size_t>(channel)].codes();
   const ChunkShape shape = chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot));
-  return pack_sites(decode_chunk(shape, codes, chunk, stored), codes);
+  return decode_chunk(shape, codes, chunk, stored);
 }
 
 Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
@@ -106,19 +107,8 @@ Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
 }
 
 ChunkData Bcc4Reader::State::lost_chunk(int channel, const Bcc4Chunk& chunk) const {
-  const ChunkCodes& codes = coders[static_cast<size_t>(channel)].codes();
-  ChunkSites sites;
-  sites.shape = chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot));
-  sites.kept.assign(static_cast<size_t>(sites.shape.layers), BrickMask{});
-  for (size_t m = 0; m < sites.kept.size(); ++m) {
-    const Int3& n = sites.shape.box[m];
-    for (int z = 0; z < n[2]; ++z)
-      for (int y = 0; y < n[1]; ++y)
-        sites.kept[m][static_cast<size_t>(z * brick_edge + y)] = static_cast<uint16_t>((1u << n[0]) - 1);
-  }
-  sites.hole = sites.kept;
-  sites.codes.assign(sites.shape.sites(), codes.air);
-  return pack_sites(std::move(sites), codes);
+  return chunk_of_holes(chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot)),
+                        coders[static_cast<size_t>(channel)].codes());
 }
 
 ChunkData Bcc4Reader::State::decode_or_lose(int channel, const Bcc4Chunk& chunk,
@@ -230,7 +220,7 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& dat
   if (count == 0) return nullptr;
   const SampleCoder& coder = state_->coders.at(static_cast<size_t>(channel));
   const size_t bytes = coder.codes().bytes();
-  auto brick = std::make_shared<Brick>();
+  auto brick = std::make_shared_for_overwrite<Brick>();
   brick->kept = data.kept[m];
   if (!data.hole.empty() && data.hole[m] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[m]);
@@ -239,18 +229,10 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& dat
     coder.decode(packed, brick->value);
     return brick;
   }
-  std::array<float, brick_sites> values;
-  coder.decode(packed, std::span(values).first(count));
-  const float* next = values.data();
-  for (size_t r = 0; r < brick_rows; ++r) {
-    float* const row = brick->value.data() + r * brick_edge;
-    if (brick->kept[r] == 0xffff) {
-      std::copy_n(next, brick_edge, row);
-      next += brick_edge;
-    } else {
-      for (unsigned bits = brick->kept[r]; bits; bits &= bits - 1) row[std::countr_zero(bits)] = *next++;
-    }
-  }
+  // With as many floats as a row has on both sides: rows are moved whole.
+  std::array<float, brick_sites + 2 * brick_edge> values;
+  coder.decode(packed, std::span(values).subspan(brick_edge, count));
+  spread_values(brick->kept, values.data() + brick_edge, brick->value);
   return brick;
 }
 

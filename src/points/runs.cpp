@@ -42,7 +42,7 @@ void RunDecoder::next_pair() {
   first_ = false;
 }
 
-uint16_t RunDecoder::row(int width) {
+uint16_t RunDecoder::mixed_row(int width) {
   unsigned bits = 0;
   int x = 0;
   while (x < width) {
@@ -59,7 +59,33 @@ uint16_t RunDecoder::row(int width) {
     run_ -= static_cast<uint64_t>(run);
     x += run;
   }
+  // The pair to come, so that what it skips can be passed over at once.
+  if (run_ == 0 && kept_ > 0) next_pair();
   return static_cast<uint16_t>(bits);
+}
+
+void RunDecoder::fill(std::span<uint16_t> rows) {
+  const uint64_t end = rows.size() * brick_edge;
+  for (uint64_t at = 0; at < end;) {
+    if (run_ == 0) {
+      if (kept_ == 0) return;
+      next_pair();
+    }
+    const uint64_t skip = std::min(skip_, end - at);
+    skip_ -= skip;
+    at += skip;
+    if (at == end) return;
+    uint64_t run = std::min(run_, end - at);
+    run_ -= run;
+    for (; run > 0;) {
+      const auto x = static_cast<unsigned>(at % brick_edge);
+      const auto n = static_cast<unsigned>(std::min<uint64_t>(run, brick_edge - x));
+      uint16_t& row = rows[at / brick_edge];
+      row = static_cast<uint16_t>(row | ((1u << n) - 1) << x);
+      at += n;
+      run -= n;
+    }
+  }
 }
 
 void RunDecoder::finish() const {

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "base/bytes.h"
 #include "points/brick.h"
@@ -31,12 +32,27 @@ class RunDecoder {
  public:
   // `sites` in all rows together, `kept` of them set. Throws corrupt or truncated with the place in the file.
   RunDecoder(ByteReader& in, uint64_t sites, uint64_t kept) : in_(in), sites_(sites), kept_(kept) {}
-  [[nodiscard]] uint16_t row(int width);
+  [[nodiscard]] uint16_t row(int width) {
+    const auto n = static_cast<uint64_t>(width);
+    if (skip(n)) return 0;
+    if (skip_ > 0 || run_ < n) return mixed_row(width);
+    run_ -= n;
+    return static_cast<uint16_t>((1u << width) - 1);
+  }
+  // The next rows, of sixteen sites each, all of them clear before.
+  void fill(std::span<uint16_t> rows);
+  // Passes over the next sites if none of them is set, as far as one pair tells.
+  [[nodiscard]] bool skip(uint64_t sites) {
+    if (skip_ < sites) return false;
+    skip_ -= sites;
+    return true;
+  }
   // Checks that all kept sites have come.
   void finish() const;
 
  private:
   void next_pair();
+  [[nodiscard]] uint16_t mixed_row(int width);
 
   ByteReader& in_;
   uint64_t sites_, kept_;       // not yet covered by a pair

@@ -63,6 +63,32 @@ TEST(Runs, AnyRowsComeBack) {
   }
 }
 
+TEST(Runs, RowsFilledAtOnceAreThoseReadOneByOne) {
+  std::mt19937 random(8);
+  for (int round = 0; round < 200; ++round) {
+    Rows rows;
+    const size_t n = 1 + random() % 300;
+    for (size_t i = 0; i < n; ++i) {
+      const unsigned kind = random() % 4, bits = static_cast<unsigned>(random());
+      rows.bits.push_back(static_cast<uint16_t>(kind == 0   ? 0
+                                                : kind == 1 ? 0xffff
+                                                : kind == 2 ? bits
+                                                            : 0x07f8));
+      rows.width.push_back(16);
+    }
+    if (count_kept(rows) == 0) continue;
+    const auto bytes = encode(rows);
+    ByteReader in(bytes, "runs");
+    RunDecoder decoder(in, count_sites(rows), count_kept(rows));
+    std::vector<uint16_t> filled(n);
+    const size_t cut = random() % (n + 1); // in two parts
+    decoder.fill(std::span(filled).first(cut));
+    decoder.fill(std::span(filled).subspan(cut));
+    decoder.finish();
+    EXPECT_EQ(filled, rows.bits);
+  }
+}
+
 TEST(Runs, AFullBrickIsOnePair) {
   const Rows rows{std::vector<uint16_t>(brick_rows, 0xffff), std::vector<int>(brick_rows, 16)};
   ByteWriter expected;
