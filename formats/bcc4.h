@@ -67,8 +67,12 @@ class Bcc4Writer {
   // is air. Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value).
   void write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers, const Context& context);
 
+  // The same with the chunks of a file of equal coding, as they stand there.
+  void copy_slab(int32_t slab, int channel, const Bcc4Reader& from);
+
   // Corrections of one frame, of any channel and in any order; a frame that gets none has none.
   void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
+  void copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from);
   // To be completed before finish: dims[3], last_layer, times, statistics. What decides how samples are coded
   // is fixed.
   [[nodiscard]] VolumeInfo& info();
@@ -159,6 +163,8 @@ class Bcc4Reader {
   read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const;
   // Corrections at the samples of a source frame; empty where there are none. Not cached.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
+  // The same as they stand in the file, with zeros up to a multiple of 8; their checksum is right.
+  [[nodiscard]] std::vector<std::byte> stored_residuals(int channel, uint64_t frame) const;
   // The brick of one layer of a chunk, 0 .. slab_layers - 1; null: air throughout.
   [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data,
                                                    int layer_of_slab) const;

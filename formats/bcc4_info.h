@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/vec.h"
 #include "formats/bcc4_layout.h"
+#include "formats/bcc4_part.h"
 #include "lattice/lattice.h"
 
 namespace bccsplat {
@@ -117,6 +119,7 @@ struct VolumeInfo {
   std::string recommended_kernel;             // may be empty
   std::vector<SourceInfo> sources;
   std::vector<std::pair<std::string, std::string>> attributes; // UTF-8, keys unique; order is kept
+  std::optional<PartInfo> part;                                // none: a whole file
 
   [[nodiscard]] uint64_t cc_samples() const { // per channel
     return uint64_t{lattice.dims[0]} * lattice.dims[1] * lattice.dims[2] * lattice.dims[3];

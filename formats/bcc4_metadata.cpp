@@ -20,7 +20,8 @@ enum RecordType : uint16_t {
   channel = 5,
   sources = 6,
   attributes = 7,
-  residuals = 0x8002
+  residuals = 0x8002,
+  part = 0x8003
 };
 constexpr uint16_t optional_record = 0x8000;
 
@@ -216,6 +217,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
     record(residuals, [&](ByteWriter& p) {
       for (const ChannelInfo& c : info.channels) write_residual_info(p, c.residuals);
     });
+  if (info.part) record(part, [&](ByteWriter& p) { write_part(p, *info.part); });
   return out.release();
 }
 
@@ -280,6 +282,10 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
       break;
     case residuals:
       for (ChannelInfo& c : info.channels) read_residual_info(record, c.residuals);
+      record.expect_end();
+      continue;
+    case part:
+      info.part = read_part(record, info.lattice.dims[3], info.channels.size());
       record.expect_end();
       continue;
     default:

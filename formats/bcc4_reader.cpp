@@ -214,6 +214,19 @@ FrameResiduals Bcc4Reader::residuals(int channel, uint64_t frame) const {
   return read_residuals(state_->read_block(ref, "corrections"), uint64_t{n[0]} * n[1] * n[2], ref.offset);
 }
 
+std::vector<std::byte> Bcc4Reader::stored_residuals(int channel, uint64_t frame) const {
+  const auto& frames = state_->info.channels.at(static_cast<size_t>(channel)).residuals.frames;
+  if (frame >= frames.size() || frames[frame].stored == 0)
+    fail(Code::corrupt, state_->source->name(), ": no corrections of frame ", frame);
+  const BlockRef& ref = frames[frame];
+  check_block_ref(ref, "corrections", state_->root.file_bytes);
+  std::vector<std::byte> stored(ref.padded());
+  state_->read(ref.offset, stored);
+  if (crc32_of(stored) != ref.crc)
+    fail(Code::checksum_mismatch, "corrections at offset ", ref.offset, ": bad checksum");
+  return stored;
+}
+
 std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& data, int layer_of_slab) const {
   const auto m = static_cast<size_t>(layer_of_slab);
   const uint32_t first = data.first.at(m), count = data.first.at(m + 1) - first;

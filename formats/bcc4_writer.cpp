@@ -106,7 +106,8 @@ struct Bcc4Writer::State {
     }
   }
 
-  void check_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) const {
+  // Whether it is the next one may be.
+  void check_slab(int32_t slab, int channel) const {
     const auto bad = [&](const auto&... why) {
       fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", channel, ": ", why...);
     };
@@ -115,6 +116,12 @@ struct Bcc4Writer::State {
     if (slab < 0 || slab >= INT32_MAX / info.slab_layers) bad("no such slab");
     if (slab <= c.last_slab) bad("slabs must rise");
     if (c.last_slab >= 0 && c.last_slab_layers < info.slab_layers) bad("the one before was not full");
+  }
+
+  void check_layers(int32_t slab, int channel, std::span<const BrickLayer> layers) const {
+    const auto bad = [&](const auto&... why) {
+      fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", channel, ": ", why...);
+    };
     if (layers.empty() || layers.size() > static_cast<size_t>(info.slab_layers))
       bad(layers.size(), " layers");
     for (size_t m = 0; m < layers.size(); ++m) {
@@ -128,8 +135,10 @@ struct Bcc4Writer::State {
   WrittenSlab encode_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
                           const Context& context);
   [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, int channel, int32_t layers);
+  WrittenSlab copy_chunks(int32_t slab, int channel, const Bcc4Reader& from);
   void enter(uint32_t channel, const Bcc4Chunk& entry);
   void commit_journal(const WrittenSlab& written);
+  [[nodiscard]] BlockRef& residuals_of(int channel, uint32_t frame);
   [[nodiscard]] Bcc4Report finish(const Context& context);
 };
 
@@ -243,9 +252,13 @@ std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, int chann
     }
   }
   if (!options.earlier || slab >= options.earlier_slabs || layers != info.slab_layers) return std::nullopt;
-  WrittenSlab written{.slab = slab, .channel = channel, .chunks = options.earlier->chunks(channel, slab)};
+  return copy_chunks(slab, channel, *options.earlier);
+}
+
+WrittenSlab Bcc4Writer::State::copy_chunks(int32_t slab, int channel, const Bcc4Reader& from) {
+  WrittenSlab written{.slab = slab, .channel = channel, .chunks = from.chunks(channel, slab)};
   for (Bcc4Chunk& entry : written.chunks) {
-    const std::vector<std::byte> bytes = options.earlier->stored_bytes(entry);
+    const std::vector<std::byte> bytes = from.stored_bytes(entry);
     entry.offset = position;
     append(bytes);
     enter(static_cast<uint32_t>(channel), entry);
@@ -338,23 +351,55 @@ void Bcc4Writer::write_slab(int32_t slab, int channel, std::span<const BrickLaye
   State& s = *state_;
   if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
   s.start();
-  s.check_slab(slab, channel, layers);
+  s.check_slab(slab, channel);
+  s.check_layers(slab, channel, layers);
   s.closed = true;
   s.write_slab(slab, channel, layers, context);
   s.closed = false;
 }
 
-void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
+void Bcc4Writer::copy_slab(int32_t slab, int channel, const Bcc4Reader& from) {
   State& s = *state_;
   if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
   s.start();
-  if (channel < 0 || static_cast<size_t>(channel) >= s.channels.size())
-    fail(Code::invalid_argument, "writer: corrections of channel ", channel, " of ", s.channels.size());
-  if (residuals.empty()) return;
+  s.check_slab(slab, channel);
+  if (!same_coding(from.info(), s.info))
+    fail(Code::invalid_argument, "writer: slab ", slab, " comes from a file of another lattice or coding");
   s.closed = true;
-  auto& frames = s.channels[static_cast<size_t>(channel)].residuals;
+  static_cast<void>(s.copy_chunks(slab, channel, from));
+  ChannelState& c = s.channels[static_cast<size_t>(channel)];
+  c.last_slab = slab;
+  c.last_slab_layers = std::min(s.info.lattice.layers() - slab * s.info.slab_layers, s.info.slab_layers);
+  s.closed = false;
+}
+
+BlockRef& Bcc4Writer::State::residuals_of(int channel, uint32_t frame) {
+  if (closed) fail(Code::wrong_state, "writer: finished, or failed before");
+  start();
+  if (channel < 0 || static_cast<size_t>(channel) >= channels.size())
+    fail(Code::invalid_argument, "writer: corrections of channel ", channel, " of ", channels.size());
+  auto& frames = channels[static_cast<size_t>(channel)].residuals;
   if (frames.size() <= frame) frames.resize(size_t{frame} + 1);
-  frames[frame] = s.append_block(bccsplat::write_residuals(residuals));
+  return frames[frame];
+}
+
+void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
+  State& s = *state_;
+  if (residuals.empty()) return;
+  BlockRef& ref = s.residuals_of(channel, frame);
+  s.closed = true;
+  ref = s.append_block(bccsplat::write_residuals(residuals));
+  s.closed = false;
+}
+
+void Bcc4Writer::copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from) {
+  State& s = *state_;
+  BlockRef& ref = s.residuals_of(channel, frame);
+  s.closed = true;
+  const std::vector<std::byte> bytes = from.stored_residuals(channel, frame);
+  ref = from.info().channels[static_cast<size_t>(channel)].residuals.frames[frame];
+  ref.offset = s.position;
+  s.append(bytes);
   s.closed = false;
 }
 

@@ -284,6 +284,20 @@ typedef struct bccsplat_channel_options {
                         own; the codes must hold the range (INVALID_ARGUMENT); 0: the range over all codes */
 } bccsplat_channel_options;
 
+/* One of several files written by processes of their own, on any machines and in any order, that
+ * bccsplat_join_parts makes one. All parts are written with the same options, attributes and sources; each
+ * holds the layers between its frames and is a .bcc4 file by itself, air elsewhere. Frames only (layers and
+ * fields are UNSUPPORTED); with NONFINITE_CLAMP every channel needs SET_RANGE. */
+typedef struct bccsplat_series_part {
+  uint32_t struct_size;
+  uint32_t reserved; /* 0 */
+  uint64_t first;    /* its frames: first .. end-1 of the series */
+  uint64_t end;
+  uint64_t lead; /* frames given before the first one needed: those back to one that is not missing altogether
+                    (no finite value in some channel), or back to frame 0; 0: none */
+  const double* times; /* of all frames of the series, dims[3] of them, rising; borrowed during the call */
+} bccsplat_series_part;
+
 typedef struct bccsplat_writer_options {
   uint32_t struct_size;
   uint32_t set_mask; /* none defined; 0 */
@@ -320,6 +334,8 @@ typedef struct bccsplat_writer_options {
                       time_scale widen this), held as floats within the memory budget. INVALID_ARGUMENT for
                       CC; layers and fields are taken as they are; 0: none */
   uint32_t reserved;
+  const bccsplat_series_part* part; /* NULL: the whole series; else dims[3] is the number of frames of the
+                                       series, and those of bccsplat_writer_get_part_frames are added */
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */
@@ -411,6 +427,11 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* devi
  * only be released. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel, double time,
                                                        const bccsplat_box* boxes, uint64_t count);
+/* The frames that a writer takes: begin .. end-1, in order. Of a part: those its layers are made of, a few
+ * more to either side than its own; of a whole series 0 .. dims[3] (0: any number). The progress of a part
+ * counts these. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_get_part_frames(const bccsplat_writer* writer, uint64_t* begin,
+                                                             uint64_t* end);
 /* Geometry of a layer, 0 .. layer_count-1. Needs dims[3] > 0. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_writer* writer, int64_t layer,
                                                                 bccsplat_layer_geometry* geometry);
@@ -443,6 +464,24 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* wr
 BCCSPLAT_API void bccsplat_writer_retain(bccsplat_writer* writer);
 /* The last release without finish leaves no file. */
 BCCSPLAT_API void bccsplat_writer_release(bccsplat_writer* writer);
+
+typedef struct bccsplat_join_options {
+  uint32_t struct_size;
+  int32_t overwrite;             /* non-zero: replace an existing file */
+  bccsplat_progress_fn progress; /* NULL: none; fraction of the bytes */
+  void* progress_user;
+} bccsplat_join_options;
+
+/* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory does not
+ * depend on their size. The file is the same byte for byte as one written without parts by the same version,
+ * each frame's channels added in order. INVALID_ARGUMENT, naming the files and frames, when they are not
+ * parts of one series, or a frame is in none or in two of them; BOUND_NOT_MET when the series misses the psnr
+ * of its options; otherwise as for opening and writing. options and report may be NULL; the report's
+ * slabs_reused are those joined. */
+BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count,
+                                                 const char* const* parts, const char* path,
+                                                 const bccsplat_join_options* options,
+                                                 bccsplat_writer_report* report);
 
 /* ---- Volume: an open .bcc4 ---- */
 
@@ -484,6 +523,8 @@ typedef struct bccsplat_volume_info {
   uint64_t bytes_index;
   uint64_t bytes_read; /* from the file so far, through this handle */
   uint64_t attribute_count;
+  uint64_t part_first; /* of a part of a series: its frames are part_first .. part_end-1, the rest is air */
+  uint64_t part_end;   /* 0: a whole file */
 } bccsplat_volume_info;
 
 typedef struct bccsplat_channel_info {

@@ -1,4 +1,4 @@
-// All frames in order, the next one being read on a second thread.
+// Frames in order, the next one being read on a second thread.
 #pragma once
 
 #include <future>
@@ -12,9 +12,10 @@ class ReadAhead {
  public:
   // Channels of a frame come one after the other, then the next frame. The reader is not to be used
   // meanwhile.
-  explicit ReadAhead(FrameReader& reader)
-      : reader_(reader), frames_(reader.description().dims[3]),
-        channels_(reader.description().channels.size()) {
+  explicit ReadAhead(FrameReader& reader) : ReadAhead(reader, 0, reader.description().dims[3]) {}
+  // Only frames first .. end - 1.
+  ReadAhead(FrameReader& reader, uint64_t first, uint64_t end)
+      : reader_(reader), end_(end), channels_(reader.description().channels.size()), frame_(first) {
     start();
   }
   // The next frame; throws what the reader threw.
@@ -30,15 +31,15 @@ class ReadAhead {
 
  private:
   void start() {
-    if (frame_ == frames_) return;
+    if (frame_ == end_) return;
     pending_ =
         std::async(std::launch::async, [this, f = frame_, c = channel_] { return reader_.read(f, c); });
   }
 
   FrameReader& reader_;
-  uint64_t frames_;
+  uint64_t end_;
   size_t channels_;
-  uint64_t frame_ = 0;
+  uint64_t frame_;
   size_t channel_ = 0;
   std::future<Frame> pending_; // its destructor waits for the thread
 };

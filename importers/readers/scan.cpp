@@ -9,6 +9,7 @@ void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 
                 double air_threshold, ChannelScan& scan) {
   const uint64_t samples = dims[0] * dims[1] * dims[2];
   uint64_t covered = 0;
+  const uint64_t nonfinite = scan.nonfinite;
   for (const Box& box : frame.boxes) {
     covered += static_cast<uint64_t>(box.dims[0] * box.dims[1] * box.dims[2]);
     visit_type(box.type, [&](auto zero) {
@@ -34,6 +35,7 @@ void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 
     });
   }
   scan.samples += samples;
+  if (scan.nonfinite - nonfinite == samples) scan.missing.push_back(number);
   if (covered < samples && std::isfinite(air)) {
     scan.min = std::min(scan.min, air);
     scan.max = std::max(scan.max, air);

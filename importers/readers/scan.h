@@ -19,6 +19,7 @@ struct ChannelScan {
   uint64_t nonfinite = 0;
   uint64_t first_frame = 0; // of the first non-finite value
   std::array<uint64_t, 3> first_voxel{};
+  std::vector<uint64_t> missing; // frames without any finite value
   [[nodiscard]] bool empty() const { return min > max; }
 };
 

@@ -15,9 +15,12 @@
 #include "tool/import_plan.h"
 #include "tool/import_report.h"
 #include "tool/interrupt.h"
+#include "tool/output_file.h"
+#include "tool/plan_file.h"
 #include "tool/progress.h"
 #include "tool/reader_arguments.h"
 #include "tool/resume.h"
+#include "tool/writer_choices.h"
 
 namespace bcc4 {
 namespace {
@@ -33,6 +36,7 @@ struct ImportArguments {
   std::string time_scale; // a number, or auto
   std::string output;
   bool dry_run = false;
+  std::string plan, part; // file; frames as typed
   ResumeArguments resume;
   ImportArguments() { settings.measure = BCCSPLAT_MEASURE_SOME; }
 };
@@ -118,7 +122,18 @@ uint32_t file_crc(const std::string& path) {
   return static_cast<uint32_t>(crc);
 }
 
-void record_origin(const Writer& writer, const SeriesDescription& s, const ImportArguments& a) {
+std::vector<PlannedSource> sources_of(const SeriesDescription& s) {
+  uint64_t total = 0;
+  for (const SourceFile& f : s.files) total += f.bytes;
+  std::vector<PlannedSource> sources;
+  for (const SourceFile& f : s.files)
+    sources.push_back({std::filesystem::path(f.path).filename().string(), f.bytes,
+                       total <= kHashedBytes ? file_crc(f.path) : 0});
+  return sources;
+}
+
+void record_origin(const Writer& writer, const SeriesDescription& s, const ImportArguments& a,
+                   const std::vector<PlannedSource>& sources) {
   const auto attribute = [&](const std::string& key, const std::string& value) {
     check(bccsplat_writer_set_attribute(writer.get(), key.c_str(), value.c_str()), key);
   };
@@ -126,14 +141,8 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Impor
   attribute("import.times", s.times.origin);
   for (const auto& [key, value] : s.attributes) attribute(key, value);
   for (const auto& [key, value] : reader_attributes(a.reader)) attribute(key, value);
-  uint64_t total = 0;
-  for (const SourceFile& f : s.files) total += f.bytes;
-  for (const SourceFile& f : s.files) {
-    const std::string name = std::filesystem::path(f.path).filename().string();
-    check(bccsplat_writer_add_source(writer.get(), name.c_str(), f.bytes,
-                                     total <= kHashedBytes ? file_crc(f.path) : 0),
-          name);
-  }
+  for (const PlannedSource& f : sources)
+    check(bccsplat_writer_add_source(writer.get(), f.name.c_str(), f.bytes, f.crc32), f.name);
 }
 
 struct Import {
@@ -141,16 +150,33 @@ struct Import {
   MeasuredErrors errors;
 };
 
+// What a run reads and writes: all of the series, or a part of it.
+struct ImportScope {
+  const std::vector<PlannedSource>& sources;
+  std::optional<FrameSpan> part;
+  uint64_t lead = 0;
+};
+
 Import write_series(FrameReader& reader, const Device& device, const ImportArguments& a,
-                    const std::vector<ChannelScan>& scans) {
+                    const std::vector<ChannelScan>& scans, const ImportScope& scope) {
   const SeriesDescription& s = reader.description();
+  auto part = sized<bccsplat_series_part>();
+  if (scope.part) {
+    part.first = scope.part->first, part.end = scope.part->end;
+    part.lead = scope.lead;
+    part.times = s.times.values.data();
+  }
   UnfinishedImport unfinished(a.output, a.common.quiet);
-  const Writer writer = create_writer(device, a.output, s, a.settings, scans, s.dims[3]);
-  record_origin(writer, s, a);
-  Progress progress("import", source_bytes(s), true, a.common.quiet || a.common.json);
-  ReadAhead frames(reader);
+  const Writer writer =
+      create_writer(device, a.output, s, a.settings, scans, s.dims[3], scope.part ? &part : nullptr);
+  record_origin(writer, s, a, scope.sources);
+  FrameSpan given;
+  check(bccsplat_writer_get_part_frames(writer.get(), &given.first, &given.end), "");
+  Progress progress("import", source_bytes(s) / s.dims[3] * (given.end - given.first), true,
+                    a.common.quiet || a.common.json);
+  ReadAhead frames(reader, given.first, given.end);
   uint64_t done = 0;
-  for (uint64_t f = 0; f < s.dims[3]; ++f)
+  for (uint64_t f = given.first; f < given.end; ++f)
     for (size_t c = 0; c < s.channels.size(); ++c) {
       stop_if_interrupted();
       add_frame(writer, static_cast<uint32_t>(c), s.times.values[f], frames.next(), reader.frame_name(f));
@@ -266,15 +292,98 @@ Json report_json(const bccsplat_writer_report& r, double seconds) {
 
 // The sample may have promised a PSNR that the series does not keep: then its samples are corrected.
 Import write_bounded(FrameReader& reader, const Device& device, ImportArguments& a,
-                     const std::vector<ChannelScan>& scans) {
+                     const std::vector<ChannelScan>& scans, const ImportScope& scope) {
   try {
-    return write_series(reader, device, a, scans);
+    return write_series(reader, device, a, scans, scope);
   } catch (const StatusError& e) {
     if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || a.settings.psnr == 0 || a.settings.abs_error > 0) throw;
     if (!a.common.quiet && !a.common.json) std::printf("  %s; again with corrections\n", e.what());
   }
   a.settings.abs_error = 1.5 * peak_of(scans) * std::pow(10, -a.settings.psnr / 20);
-  return write_series(reader, device, a, scans);
+  return write_series(reader, device, a, scans, scope);
+}
+
+// Checks what was typed about the writer and completes its settings.
+ErrorBound read_settings(ImportArguments& a) {
+  a.settings.air = a.air;
+  a.settings.air_threshold = a.air_threshold.value_or(0);
+  a.settings.scale = a.scale.value_or(0);
+  if (!a.time_scale.empty() && a.time_scale != "auto") {
+    a.settings.time_scale = option_number<double>("--time-scale", a.time_scale);
+    if (!(a.settings.time_scale > 0)) fail_usage("--time-scale must be positive, or auto");
+  }
+  if (a.abs && a.psnr) fail_usage("--abs and --psnr: choose one");
+  if (a.abs && !(*a.abs > 0))
+    fail_usage(
+        "--abs must be positive: the largest error allowed at any source sample, in units of the values");
+  if (a.psnr && !(*a.psnr > 0)) fail_usage("--psnr must be positive, in dB: 50 is good, 70 is next to exact");
+  if (!(a.settings.air_threshold >= 0)) fail_usage("--air-threshold must not be negative");
+  if (a.scale && !(*a.scale > 0)) fail_usage("--scale must be positive");
+  return {a.abs.value_or(0), a.psnr.value_or(0)};
+}
+
+std::unique_ptr<FrameReader> open_input(const ImportArguments& a) {
+  std::unique_ptr<FrameReader> reader = open_series(a.reader.options);
+  const SeriesDescription& s = reader->description();
+  for (const std::string& warning : s.warnings) std::fprintf(stderr, "bcc4: warning: %s\n", warning.c_str());
+  if (s.sparse && a.settings.air)
+    for (const Channel& c : s.channels)
+      if (*a.settings.air != c.air)
+        fail_usage("--air ", *a.settings.air, ": outside its active voxels grid \"", c.name,
+                   "\" has its background, ", c.air);
+  return reader;
+}
+
+// Scans the series as far as the settings leave something to find out, and completes them.
+void settle(FrameReader& reader, const Device& device, ImportArguments& a, const ErrorBound& bound,
+            ImportPlan& plan) {
+  const SeriesDescription& s = reader.description();
+  const bool auto_time = a.time_scale == "auto";
+  const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
+                                  [&](const Channel& c) { return needs_range(c, a.settings); });
+  if (a.dry_run || ranged || bound.any() || auto_time) plan.scans = scan_series(reader, a);
+  std::vector<double> air;
+  for (const Channel& c : s.channels) air.push_back(air_of(c, a.settings));
+  if (a.dry_run || auto_time) plan.spectrum.emplace(sample_series(reader, air, {64, 32, 1}), air);
+  if (auto_time)
+    a.settings.time_scale = proven_time_scale(device, s, sample_series(reader, air, {48, 32, 1}), a.settings,
+                                              advise(*plan.spectrum, s.dims[3]).time_scale, plan.scans);
+  if (!bound.any()) return;
+  plan.search = search_coding(device, s, sample_series(reader, air, {}), a.settings, bound, plan.scans);
+  a.settings = apply_coding(a.settings, plan.search->chosen(), bound);
+}
+
+std::string absolute(const std::string& path) {
+  if (path.starts_with("@")) return "@" + absolute(path.substr(1));
+  return std::filesystem::absolute(path).string();
+}
+
+void save_plan(const ImportArguments& a, const ImportPlan& plan) {
+  const SeriesDescription& s = plan.series;
+  PlanFile file;
+  for (const std::string& input : a.reader.options.inputs) file.inputs.push_back(absolute(input));
+  file.options = a.reader.texts;
+  std::error_code ignored;
+  for (auto& [key, text] : file.options)
+    if (key == "times" && std::filesystem::exists(text, ignored)) text = absolute(text);
+  file.settings = a.settings;
+  file.dims = s.dims;
+  file.times = s.times.values;
+  for (const Channel& c : s.channels) file.channels.push_back(c.name);
+  file.sources = sources_of(s);
+  file.scans = plan.scans;
+  write_plan_file(a.plan, file, a.settings.overwrite);
+}
+
+// The plan's options in the place of those typed; inputs that were typed stand for the plan's.
+PlanFile recall_plan(ImportArguments& a) {
+  PlanFile plan = read_plan_file(a.plan);
+  if (a.reader.options.inputs.empty()) a.reader.options.inputs = plan.inputs;
+  for (const auto& [key, text] : plan.options) set_reader_option(a.reader, key, text);
+  const WriterSettings typed = a.settings;
+  a.settings = plan.settings;
+  a.settings.overwrite = typed.overwrite, a.settings.partial = typed.partial;
+  return plan;
 }
 
 Exit run_import(ImportArguments& a, const std::string& command_line) {
@@ -283,52 +392,44 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     std::error_code ignored;
     if (!a.settings.overwrite && !a.resume.append && std::filesystem::exists(a.output, ignored))
       fail_usage(a.output, ": exists already; --overwrite replaces it");
+    if (!a.part.empty() && a.plan.empty())
+      fail_usage("--part needs the --plan that all parts share; --dry-run --plan FILE makes one");
+  } else if (!a.part.empty()) {
+    fail_usage("--part with --dry-run: a plan is made of the whole series");
+  } else if (!a.plan.empty()) {
+    refuse_existing(a.plan, a.settings.overwrite);
   }
   a.settings.partial = partial_mode(a.resume);
-  a.settings.air = a.air;
-  a.settings.air_threshold = a.air_threshold.value_or(0);
-  a.settings.scale = a.scale.value_or(0);
-  const bool auto_time = a.time_scale == "auto";
-  if (!a.time_scale.empty() && !auto_time) {
-    a.settings.time_scale = option_number<double>("--time-scale", a.time_scale);
-    if (!(a.settings.time_scale > 0)) fail_usage("--time-scale must be positive, or auto");
+  std::optional<PlanFile> planned;
+  ErrorBound bound;
+  if (!a.plan.empty() && !a.dry_run) {
+    if (a.resume.append) fail_usage("--append reads a series without a plan");
+    planned = recall_plan(a);
+  } else {
+    bound = read_settings(a);
   }
-  const ErrorBound bound{a.abs.value_or(0), a.psnr.value_or(0)};
-  if (a.abs && a.psnr) fail_usage("--abs and --psnr: choose one");
-  if (a.abs && !(*a.abs > 0))
-    fail_usage(
-        "--abs must be positive: the largest error allowed at any source sample, in units of the values");
-  if (a.psnr && !(*a.psnr > 0)) fail_usage("--psnr must be positive, in dB: 50 is good, 70 is next to exact");
-  if (!(a.settings.air_threshold >= 0)) fail_usage("--air-threshold must not be negative");
-  if (a.scale && !(*a.scale > 0)) fail_usage("--scale must be positive");
   // A quarter of the memory for frames being read, the rest for the library.
   a.reader.options.max_memory = a.common.max_memory / 4;
-
-  const std::unique_ptr<FrameReader> reader = open_series(a.reader.options);
+  const std::unique_ptr<FrameReader> reader = open_input(a);
   const SeriesDescription& s = reader->description();
-  for (const std::string& warning : s.warnings) std::fprintf(stderr, "bcc4: warning: %s\n", warning.c_str());
-  if (s.sparse && a.air)
-    for (const Channel& c : s.channels)
-      if (*a.air != c.air)
-        fail_usage("--air ", *a.air, ": outside its active voxels grid \"", c.name, "\" has its background, ",
-                   c.air);
-
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
   ImportPlan plan{s, a.settings, {}, {}, {}, {}};
-  const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
-                                  [&](const Channel& c) { return needs_range(c, a.settings); });
-  if (a.dry_run || ranged || bound.any() || auto_time) plan.scans = scan_series(*reader, a);
-  std::vector<double> air;
-  for (const Channel& c : s.channels) air.push_back(air_of(c, a.settings));
-  if (a.dry_run || auto_time) plan.spectrum.emplace(sample_series(*reader, air, {64, 32, 1}), air);
-  if (auto_time)
-    a.settings.time_scale = proven_time_scale(device, s, sample_series(*reader, air, {48, 32, 1}), a.settings,
-                                              advise(*plan.spectrum, s.dims[3]).time_scale, plan.scans);
-  if (bound.any()) {
-    plan.search = search_coding(device, s, sample_series(*reader, air, {}), a.settings, bound, plan.scans);
-    a.settings = apply_coding(a.settings, plan.search->chosen(), bound);
+  std::vector<PlannedSource> sources;
+  ImportScope scope{sources, {}, 0};
+  if (planned) {
+    check_planned(*planned, a.plan, s);
+    plan.scans = planned->scans;
+    sources = planned->sources;
+    if (!a.part.empty()) {
+      scope.part = parse_part(a.part, s.dims[3]);
+      const auto [first, end] = *scope.part;
+      scope.lead = lead_of(*planned, part_frames(device, s, a.settings, plan.scans, first, end).first);
+    }
+  } else {
+    settle(*reader, device, a, bound, plan);
   }
   if (a.dry_run) {
+    if (!a.plan.empty()) save_plan(a, plan);
     plan.estimate = estimate(*reader, device, a, plan.scans);
     if (a.common.json)
       print_json(plan_json(plan));
@@ -337,10 +438,12 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     return Exit::ok;
   }
   if (!a.common.json && !a.common.quiet) print_plan(plan);
+  if (!planned) sources = sources_of(s);
   const Progress clock("", 0, false, true);
-  const Import import = write_bounded(*reader, device, a, plan.scans);
+  const Import import = write_bounded(*reader, device, a, plan.scans, scope);
   if (a.common.json) {
     Json j = report_json(import.report, clock.seconds());
+    if (scope.part) j["part"] = {{"first", scope.part->first}, {"last", scope.part->end - 1}};
     j["error"] = errors_json(s, import);
     j["plan"] = plan_json(plan);
     j["output"] = a.output;
@@ -350,6 +453,18 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     print_report(s, import, clock.seconds(), a.output, command_line);
   }
   return Exit::ok;
+}
+
+// What the plan has decided cannot be typed again.
+void refuse_planned_options(const CLI::App& import) {
+  static const std::vector<std::string> allowed{"output", "plan",      "part", "threads", "max-mem",
+                                                "resume", "overwrite", "json", "quiet"};
+  for (const CLI::Option* option : import.get_options()) {
+    if (option->count() == 0 || option->get_lnames().empty()) continue;
+    const std::string& name = option->get_lnames().front();
+    if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
+      fail_usage("--", name, ": the plan decides that; make another plan for other options");
+  }
 }
 
 } // namespace
@@ -365,19 +480,11 @@ Run add_import(CLI::App& app, std::string command_line) {
              "Value of empty space (default: the background of OpenVDB grids, else 0)");
   add_number(import, "--air-threshold", a->air_threshold,
              "Samples within this of air are not stored (default 0: exact)");
-  add_choice<int32_t>(import, "--on-nonfinite", a->settings.nonfinite,
-                      {{"error", BCCSPLAT_NONFINITE_ERROR},
-                       {"hole", BCCSPLAT_NONFINITE_HOLE},
-                       {"clamp", BCCSPLAT_NONFINITE_CLAMP}},
+  add_choice<int32_t>(import, "--on-nonfinite", a->settings.nonfinite, kNonfiniteChoices,
                       "NaN and infinities: stop, missing data, or air and the largest value");
-  add_choice<int32_t>(
-      import, "--lattice", a->settings.lattice,
-      {{"d4star", BCCSPLAT_LATTICE_D4STAR}, {"bcc", BCCSPLAT_LATTICE_BCC}, {"cc", BCCSPLAT_LATTICE_CC}},
-      "Lattice (default d4star, bcc for one frame)");
-  add_choice<int32_t>(import, "--filter", a->settings.filter,
-                      {{"kaiser8", BCCSPLAT_FILTER_KAISER8},
-                       {"kaiser6", BCCSPLAT_FILTER_KAISER6},
-                       {"bspline3", BCCSPLAT_FILTER_BSPLINE3}},
+  add_choice<int32_t>(import, "--lattice", a->settings.lattice, kLatticeChoices,
+                      "Lattice (default d4star, bcc for one frame)");
+  add_choice<int32_t>(import, "--filter", a->settings.filter, kFilterChoices,
                       "Resampling filter (default kaiser8)");
   import.add_flag("--lowpass", a->settings.lowpass,
                   "First remove the frequencies the lattice cannot hold (outside_cell of --dry-run)");
@@ -394,27 +501,35 @@ Run add_import(CLI::App& app, std::string command_line) {
   add_number(import, "--psnr", a->psnr,
              "The same for a peak signal-to-noise ratio of the series in dB, such as 50");
   add_choice<int32_t>(
-      import, "--measure", a->settings.measure,
-      {{"none", BCCSPLAT_MEASURE_DEFAULT}, {"some", BCCSPLAT_MEASURE_SOME}, {"all", BCCSPLAT_MEASURE_ALL}},
+      import, "--measure", a->settings.measure, kMeasureChoices,
       "Frames whose error against the source is reported (default some: three; all with a bound)");
-  add_choice<int32_t>(import, "--quantize", a->settings.quantize,
-                      {{"u8", BCCSPLAT_TYPE_U8},
-                       {"u16", BCCSPLAT_TYPE_U16},
-                       {"f16", BCCSPLAT_TYPE_F16},
-                       {"f32", BCCSPLAT_TYPE_F32}},
+  add_choice<int32_t>(import, "--quantize", a->settings.quantize, kTypeChoices,
                       "Type of the stored values (default: the source's own precision)");
-  add_choice<int32_t>(import, "--store", a->settings.store,
-                      {{"samples", BCCSPLAT_STORE_SAMPLES}, {"coefficients", BCCSPLAT_STORE_COEFFICIENTS}},
+  add_choice<int32_t>(import, "--store", a->settings.store, kStoreChoices,
                       "Store samples, or coefficients of the kernel (default samples)");
   import.add_option("--kernel", a->settings.kernel, "Kernel recommended to readers")->type_name("NAME");
   add_threads(import, a->common);
   add_max_memory(import, a->common);
   import.add_flag("--dry-run", a->dry_run, "Only print how the input is read and what would come out");
+  import
+      .add_option(
+          "--plan", a->plan,
+          "With --dry-run: write what was decided to FILE. Else: import by that file, which also names "
+          "the input")
+      ->type_name("FILE.json");
+  import
+      .add_option("--part", a->part,
+                  "With --plan: only frames A-B, counted from 0, or the K-th of N parts; bcc4 concat joins "
+                  "the parts to the file that one process writes, byte for byte")
+      ->type_name("A-B|K/N");
   import.add_flag("--overwrite", a->settings.overwrite, "Replace an existing output");
   add_resume_options(import, a->resume);
   import.add_flag("--json", a->common.json, "Report as JSON");
   import.add_flag("--quiet", a->common.quiet, "Print nothing but warnings and errors");
-  return [a, command_line = std::move(command_line)] { return run_import(*a, command_line); };
+  return [a, &import, command_line = std::move(command_line)] {
+    if (!a->plan.empty() && !a->dry_run) refuse_planned_options(import);
+    return run_import(*a, command_line);
+  };
 }
 
 } // namespace bcc4

@@ -58,6 +58,7 @@ Json info_json(const Volume& volume, bool histogram) {
                 {"last", v.time_last},
                 {"unit", v.time_unit},
                 {"uniform", v.time_uniform != 0}};
+  if (v.part_end > 0) j["part"] = {{"first", v.part_first}, {"last", v.part_end - 1}};
   j["affine"] = matrix_json(v.affine);
   j["spatial_unit"] = v.spatial_unit;
   j["air"] = first.air;
@@ -113,6 +114,9 @@ void print_info(const Volume& volume, const InfoArguments& a) {
        v.scale != 1 || v.time_scale != 1 ? concat(", scale ", v.scale, " x ", v.time_scale) : "");
   line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
        v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven");
+  if (v.part_end > 0)
+    line("part", "frames ", v.part_first, " to ", v.part_end - 1,
+         ", elsewhere air; bcc4 concat joins all parts");
   for (size_t r = 0; r < 3; ++r)
     line(r == 0 ? "affine" : "", v.affine[4 * r], " ", v.affine[4 * r + 1], " ", v.affine[4 * r + 2], " ",
          v.affine[4 * r + 3], r == 0 && *v.spatial_unit ? concat(" ", v.spatial_unit) : "");

@@ -99,13 +99,17 @@ void add_reader_options(CLI::App& app, ReaderArguments& arguments) {
     app.add_option_function<std::string>(
            concat("--", key),
            [&arguments, key = std::string(key)](const std::string& text) {
-             set_option(arguments.options, key, text);
-             arguments.texts.emplace_back(key, text);
+             set_reader_option(arguments, key, text);
            },
            help)
         ->type_name(type)
         ->group("How the input is read");
   }
+}
+
+void set_reader_option(ReaderArguments& arguments, const std::string& key, const std::string& text) {
+  set_option(arguments.options, key, text);
+  arguments.texts.emplace_back(key, text);
 }
 
 std::vector<std::pair<std::string, std::string>> reader_attributes(const ReaderArguments& arguments) {

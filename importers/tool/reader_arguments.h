@@ -19,6 +19,9 @@ struct ReaderArguments {
 // Inputs are not among them: each command names its own.
 void add_reader_options(CLI::App& app, ReaderArguments& arguments);
 
+// As if typed.
+void set_reader_option(ReaderArguments& arguments, const std::string& key, const std::string& text);
+
 // What import keeps in the file, so that verify reads the source the same way without being told again.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>>
 reader_attributes(const ReaderArguments& arguments);

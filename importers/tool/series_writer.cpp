@@ -72,6 +72,7 @@ int32_t stepped_type(const WriterSettings& settings, const ChannelScan& scan, do
 }
 
 bool needs_range(const Channel& channel, const WriterSettings& settings) {
+  if (settings.nonfinite == BCCSPLAT_NONFINITE_CLAMP && is_float(channel.type)) return true;
   if (settings.quantize != BCCSPLAT_TYPE_U8 && settings.quantize != BCCSPLAT_TYPE_U16) return false;
   WriterSettings source = settings;
   source.quantize = BCCSPLAT_TYPE_DEFAULT;
@@ -83,7 +84,8 @@ double air_of(const Channel& channel, const WriterSettings& settings) {
 }
 
 Writer create_writer(const Device& device, const std::string& path, const SeriesDescription& series,
-                     const WriterSettings& settings, const std::vector<ChannelScan>& scans, uint64_t frames) {
+                     const WriterSettings& settings, const std::vector<ChannelScan>& scans, uint64_t frames,
+                     const bccsplat_series_part* part) {
   std::vector<bccsplat_channel_options> channels;
   bool has_fill = false;
   for (size_t c = 0; c < series.channels.size(); ++c) {
@@ -141,6 +143,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.measure = settings.measure;
   options.recommended_kernel = settings.kernel.empty() ? nullptr : settings.kernel.c_str();
   options.progress = Progress::cancel_only;
+  options.part = part;
 
   bccsplat_writer* writer = nullptr;
   if (path.empty()) {
@@ -176,6 +179,19 @@ void add_frame(const Writer& writer, uint32_t channel, double time, const Frame&
   if (status == BCCSPLAT_ERROR_NONFINITE_VALUE)
     fail_input(name, ": ", bccsplat_last_error(), "; --on-nonfinite hole or clamp accepts such values");
   check(status, name);
+}
+
+std::pair<uint64_t, uint64_t> part_frames(const Device& device, const SeriesDescription& series,
+                                          const WriterSettings& settings,
+                                          const std::vector<ChannelScan>& scans, uint64_t first,
+                                          uint64_t end) {
+  auto part = sized<bccsplat_series_part>();
+  part.first = first, part.end = end;
+  part.times = series.times.values.data();
+  const Writer writer = create_writer(device, "", series, settings, scans, series.dims[3], &part);
+  std::pair<uint64_t, uint64_t> frames;
+  check(bccsplat_writer_get_part_frames(writer.get(), &frames.first, &frames.second), "");
+  return frames;
 }
 
 uint64_t lattice_sites(const Writer& writer) {

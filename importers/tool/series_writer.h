@@ -34,18 +34,26 @@ struct WriterSettings {
 // The integers that hold the range of a channel in steps of settings.value_step; DEFAULT: none do, or no step
 // is set.
 [[nodiscard]] int32_t stepped_type(const WriterSettings& settings, const ChannelScan& scan, double air);
-// Integers of another width or floats stored as u8 or u16 need the range of the whole series.
+// Integers of another width or floats stored as u8 or u16 need the range of the whole series, and so do
+// infinities that become its ends.
 [[nodiscard]] bool needs_range(const Channel& channel, const WriterSettings& settings);
 [[nodiscard]] double air_of(const Channel& channel, const WriterSettings& settings);
 
 // `frames` replaces the number of frames of the description. `scans` may be empty unless a range is needed.
 // With `path` empty the bytes go nowhere: for estimates.
+// part: NULL for the whole series.
 [[nodiscard]] Writer create_writer(const Device& device, const std::string& path,
                                    const SeriesDescription& series, const WriterSettings& settings,
-                                   const std::vector<ChannelScan>& scans, uint64_t frames);
+                                   const std::vector<ChannelScan>& scans, uint64_t frames,
+                                   const bccsplat_series_part* part = nullptr);
 // `name` of the file for error texts.
 void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
                const std::string& name);
+// Frames that a part is made of, first .. second - 1.
+[[nodiscard]] std::pair<uint64_t, uint64_t> part_frames(const Device& device, const SeriesDescription& series,
+                                                        const WriterSettings& settings,
+                                                        const std::vector<ChannelScan>& scans, uint64_t first,
+                                                        uint64_t end);
 // Sum over the layers of the lattice, per channel.
 [[nodiscard]] uint64_t lattice_sites(const Writer& writer);
 

@@ -198,6 +198,8 @@ Exit run_verify(VerifyArguments& a) {
   require(a.file, "FILE", "bcc4 verify smoke.bcc4");
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
   const Volume volume = open_checked(device, a);
+  if (volume_info(volume).part_end > 0 && !a.reader.options.inputs.empty())
+    fail_usage(a.file, ": a part of a series; bcc4 concat joins all parts to what can be compared");
   auto report = sized<bccsplat_verify_report>();
   check(bccsplat_volume_verify(volume.get(), Progress::cancel_only, nullptr, &report), a.file);
   const bool ok = report.damages == 0;

@@ -153,6 +153,7 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.bytes_index = bytes.index;
     out.bytes_read = volume->reader->bytes_read();
     out.attribute_count = v.attributes.size();
+    if (v.part) out.part_first = v.part->first, out.part_end = v.part->end;
     write_struct(info, out, "info");
   });
 }

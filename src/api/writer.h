@@ -1,5 +1,6 @@
 // The writer behind the handle: options (writer_options.cpp), what is settled by the first data
-// (writer_begin.cpp), frames, layers and fields (writer_data.cpp), the calls of the C ABI (writer.cpp).
+// (writer_begin.cpp), frames, layers and fields (writer_data.cpp), parts of a series (writer_part.cpp), the
+// calls of the C ABI (writer.cpp).
 #pragma once
 
 #include <memory>
@@ -13,10 +14,16 @@
 #include "fit/coefficient_layers.h"
 #include "fit/fit.h"
 #include "fit/round_trip.h"
+#include "fit/series_part.h"
 
 namespace bccsplat::api {
 
 enum class Feeding { nothing, frames, layers };
+
+// What a finished channel adds to the counts of a report, and a finished file to its bytes.
+void add_counts(const FitChannelReport& channel, uint64_t cc_samples, SourceType type,
+                bccsplat_writer_report& report);
+void add_bytes(const VolumeInfo& info, const Bcc4Report& written, bccsplat_writer_report& report);
 
 } // namespace bccsplat::api
 
@@ -57,21 +64,33 @@ struct bccsplat_writer : bccsplat::api::Counted {
   bool coefficients = false, given_up = false;     // given_up: measuring
   std::unique_ptr<bccsplat::RoundTrip> round_trip; // null: nothing is measured
   std::vector<bccsplat::Range> source_ranges;      // once finished
+  std::optional<bccsplat::SeriesPart> part;        // none: the whole series
 
  private:
   // One channel between fit and container, when coefficients are stored.
   struct Prefiltered {
     Prefiltered(const bccsplat::Lattice4& lattice, const bccsplat::Quantiser& quantiser, float threshold,
-                const std::string& kernel)
-        : maker(lattice, quantiser, threshold, kernel) {}
+                const std::string& kernel, int32_t samples, int32_t first, int32_t end)
+        : maker(lattice, quantiser, threshold, kernel, samples, first, end) {}
     bccsplat::CoefficientLayers maker;
     std::vector<bccsplat::BrickLayer> slab;
     int32_t next_slab = 0;
   };
   std::vector<std::unique_ptr<Prefiltered>> prefiltered;
+  std::vector<bccsplat::PartWrite> writes; // of a part
+  bccsplat::PartWrite now;                 // what is under way, but for the frame
+
+  void begin_part(const bccsplat_series_part& options);
+  [[nodiscard]] std::vector<uint32_t> measured_frames() const;
+  void store_residuals(int channel, uint32_t frame, const bccsplat::FrameResiduals& residuals);
+  void describe_part(const bccsplat::FitReport& result);
+  [[nodiscard]] bool stores_slab(int32_t slab) const {
+    return !part || (slab >= part->first_slab && slab < part->end_slab);
+  }
 
   void make_container();
   [[nodiscard]] uint32_t fingerprint() const;
+  [[nodiscard]] uint32_t series_fingerprint() const;
   [[nodiscard]] bccsplat::Bcc4WriterOptions appended() const;
   [[nodiscard]] bool measuring_required() const {
     return abs_error > 0 || psnr > 0 || measure == BCCSPLAT_MEASURE_ALL;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "api/writer.h"
@@ -32,15 +33,19 @@ ValueType coefficient_type(SourceType source) {
                                                                                            : ValueType::f32;
 }
 
-std::vector<uint32_t> measured_frames(uint32_t frames, bool all) {
+} // namespace
+
+// Of the whole series.
+std::vector<uint32_t> bccsplat_writer::measured_frames() const {
+  const bool all = measuring_required();
+  if (!all && measure == BCCSPLAT_MEASURE_DEFAULT) return {};
+  const uint32_t frames = fit_options.dims[3];
   std::vector<uint32_t> list;
   const uint32_t count = all ? frames : std::min(frames, frames_of_some);
   for (uint32_t i = 0; i < count; ++i)
     list.push_back(all ? i : static_cast<uint32_t>(uint64_t{frames} * (2 * i + 1) / (2 * count)));
   return list;
 }
-
-} // namespace
 
 void bccsplat_writer::begin(Feeding kind, uint32_t first_channel, SourceType first_type) {
   if (feeding != Feeding::nothing && feeding != kind)
@@ -118,14 +123,17 @@ void bccsplat_writer::start_measuring(bool frames_known) {
     list.push_back({c.name, c.air, c.threshold, abs_error});
     if (abs_error > 0) c.residuals.step = RoundTrip::step(abs_error), c.residuals.bound = abs_error;
   }
+  std::vector<uint32_t> frames = measured_frames();
+  if (part)
+    std::erase_if(frames,
+                  [&](uint32_t f) { return f < part->fit.first_counted || f >= part->fit.end_counted; });
   measuring([&] {
     round_trip = std::make_unique<RoundTrip>(
-        fit->lattice(), std::move(list), initial.recommended_kernel, coefficients,
-        measured_frames(fit_options.dims[3], required),
+        fit->lattice(), std::move(list), initial.recommended_kernel, coefficients, std::move(frames),
         [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
-          container->write_residuals(channel, frame, residuals);
+          store_residuals(channel, frame, residuals);
         },
-        *context);
+        *context, part ? part->first_layer : 0);
   });
 }
 
@@ -143,10 +151,11 @@ void bccsplat_writer::make_container() {
 }
 
 // Of what decides the samples and stands nowhere in the file.
-uint32_t bccsplat_writer::fingerprint() const {
+uint32_t bccsplat_writer::series_fingerprint() const {
   std::string text = concat(static_cast<int>(fit_options.filter), " ",
                             static_cast<int>(fit_options.nonfinite), " ", abs_error);
   if (fit_options.lowpass) text += " lowpass";
+  if (part) text += concat(" psnr ", psnr);
   for (const FitChannel& c : fit_options.channels) {
     text += concat(" ", c.threshold, " ", c.ringing);
     if (c.range) text += concat(" ", c.range->low, " ", c.range->high);
@@ -154,11 +163,18 @@ uint32_t bccsplat_writer::fingerprint() const {
   return crc32_of(std::as_bytes(std::span(text)));
 }
 
+uint32_t bccsplat_writer::fingerprint() const {
+  if (!part) return series_fingerprint();
+  const std::array<uint32_t, 3> of_part{series_fingerprint(), part->fit.first_counted, part->fit.end_counted};
+  return crc32_of(std::as_bytes(std::span(of_part)));
+}
+
 // The slabs of the old file that new frames behind its last one do not touch.
 Bcc4WriterOptions bccsplat_writer::appended() const {
   Bcc4WriterOptions o;
   const auto old = Bcc4Reader::open(open_file_source(path));
   const VolumeInfo& was = old->info();
+  if (was.part) fail(Code::wrong_state, path, ": a part of a series; join all parts first");
   const Lattice4 &a = was.lattice, &b = initial.lattice;
   const auto differs = [&](const char* what) {
     fail(Code::wrong_state, path, ": ", what,

@@ -20,7 +20,10 @@ void bccsplat_writer::take_layers(int32_t slab, int channel, std::span<const Bri
   if (!p) {
     const ChannelInfo& c = initial.channels[static_cast<size_t>(channel)];
     const Quantiser quantiser{c.type, c.scale, c.offset, c.air};
-    p = std::make_unique<Prefiltered>(fit->lattice(), quantiser, c.threshold, initial.coefficient_kernel);
+    p = std::make_unique<Prefiltered>(fit->lattice(), quantiser, c.threshold, initial.coefficient_kernel,
+                                      part ? part->fit.first_layer : 0, part ? part->first_layer : 0,
+                                      part ? part->end_layer : fit->lattice().layers());
+    if (part) p->next_slab = part->first_layer / initial.slab_layers;
   }
   for (BrickLayer& layer : p->maker.add(layers, *context)) {
     p->slab.push_back(std::move(layer));
@@ -33,9 +36,21 @@ void bccsplat_writer::take_layers(int32_t slab, int channel, std::span<const Bri
 }
 
 void bccsplat_writer::store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
-  make_container();
-  container->write_slab(slab, channel, layers, *context);
+  now.slab = slab, now.channel = static_cast<uint32_t>(channel);
+  if (stores_slab(slab)) {
+    make_container();
+    container->write_slab(slab, channel, layers, *context);
+    if (part) writes.push_back(now);
+  }
   if (round_trip) measuring([&] { round_trip->add_layers(channel, layers); });
+}
+
+void bccsplat_writer::store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
+  make_container();
+  container->write_residuals(channel, frame, residuals);
+  if (!part) return;
+  writes.push_back(now);
+  writes.back().frame = frame;
 }
 
 void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_box* boxes, uint64_t count) {
@@ -43,6 +58,9 @@ void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_bo
     fail(Code::wrong_state, "writer: frames and layers do not mix");
   const uint64_t frame = added[channel];
   if (!std::isfinite(time)) fail(Code::invalid_argument, "frame ", frame, ": the time is not finite");
+  if (part && frame >= part->fit.end_given)
+    fail(Code::wrong_state, "frame ", frame, ": the part takes frames ", part->fit.first_given, " to ",
+         part->fit.end_given - 1);
   if (fit_options.dims[3] > 0 && frame >= fit_options.dims[3])
     fail(Code::wrong_state, "frame ", frame, ": the writer was made for ", fit_options.dims[3], " frames");
   if (frame == times.size()) {
@@ -52,40 +70,43 @@ void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_bo
     times.push_back(time);
   } else if (times[frame] != time) {
     fail(Code::invalid_argument, "frame ", frame, ": time ", time, " differs from ", times[frame],
-         " of another channel");
+         part ? " of the part's times" : " of another channel");
   }
   std::vector<FrameBox> parts;
   parts.reserve(count);
   for (uint64_t i = 0; i < count; ++i) {
     const auto box = read_struct(element(boxes, i), "bccsplat_box");
-    FrameBox part;
+    FrameBox dense;
     if (box.type < 1 || box.type > 9)
       fail(Code::invalid_argument, "box ", i, ": type ", box.type, " is not a type of values");
-    part.type = static_cast<SourceType>(box.type);
-    part.data = box.data;
+    dense.type = static_cast<SourceType>(box.type);
+    dense.data = box.data;
     require(box.data, "box.data");
     for (size_t a = 0; a < 3; ++a) {
       const int64_t n = fit_options.dims[a];
       if (box.begin[a] < 0 || box.dims[a] < 1 || box.begin[a] > n || box.dims[a] > n - box.begin[a])
         fail(Code::invalid_argument, "box ", i, " of frame ", frame, ": begin ", box.begin[a], " and dims ",
              box.dims[a], " along axis ", a, " do not fit into 0 .. ", n);
-      part.begin[a] = box.begin[a], part.dims[a] = box.dims[a], part.stride[a] = box.stride_bytes[a];
+      dense.begin[a] = box.begin[a], dense.dims[a] = box.dims[a], dense.stride[a] = box.stride_bytes[a];
     }
-    parts.push_back(part);
+    parts.push_back(dense);
   }
+  now.trigger = static_cast<uint32_t>(frame);
   begin(Feeding::frames, channel, parts.empty() ? SourceType::f32 : parts.front().type);
   start_measuring(true);
   if (round_trip)
     measuring([&] { round_trip->add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), parts); });
   fit->add_frame(static_cast<int>(channel), parts);
   ++added[channel];
+  const uint64_t first = part ? part->fit.first_given : 0;
   if (fit_options.dims[3] > 0)
-    progress.report(static_cast<double>(*std::min_element(added.begin(), added.end())) / fit_options.dims[3] *
-                    0.99);
+    progress.report(0.99 * static_cast<double>(*std::min_element(added.begin(), added.end()) - first) /
+                    static_cast<double>((part ? part->fit.end_given : fit_options.dims[3]) - first));
   progress.check();
 }
 
 void bccsplat_writer::add_layer(uint32_t channel, int64_t layer, std::span<const float> samples) {
+  if (part) fail(Code::unsupported, "a part of a series is made of frames");
   if (fit_options.dims[3] == 0) fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
   if (layer != static_cast<int64_t>(added[channel]))
     fail(Code::wrong_state, "layer ", layer, " given, ", added[channel], " is next");
@@ -99,6 +120,7 @@ void bccsplat_writer::add_layer(uint32_t channel, int64_t layer, std::span<const
 }
 
 void bccsplat_writer::add_field(uint32_t channel, bccsplat_field_fn field, void* user) {
+  if (part) fail(Code::unsupported, "a part of a series is made of frames");
   if (fit_options.dims[3] == 0) fail(Code::wrong_state, "a field needs the number of frames: set dims[3]");
   if (added[channel] != 0) fail(Code::wrong_state, "channel ", channel, " has data already");
   begin(Feeding::layers, channel, SourceType::f32);
@@ -153,23 +175,38 @@ void bccsplat_writer::add_field(uint32_t channel, bccsplat_field_fn field, void*
   }
 }
 
+void bccsplat::api::add_counts(const FitChannelReport& r, uint64_t cc_samples, SourceType type,
+                               bccsplat_writer_report& report) {
+  report.cc_relevant += r.cc_relevant;
+  report.sites_total += r.sites_total;
+  report.sites_kept += r.sites_kept;
+  report.holes += r.holes;
+  report.clamped += r.clamped;
+  report.nonfinite += r.nonfinite;
+  report.coding_max = std::max(report.coding_max, r.coding_max);
+  constexpr uint64_t bytes_of[] = {0, 1, 2, 2, 4, 2, 4, 8, 1, 4};
+  report.cc_samples += cc_samples;
+  report.bytes_source += cc_samples * bytes_of[static_cast<size_t>(type)];
+}
+
+void bccsplat::api::add_bytes(const VolumeInfo& info, const Bcc4Report& written,
+                              bccsplat_writer_report& report) {
+  for (const ChannelInfo& c : info.channels)
+    for (const BlockRef& ref : c.residuals.frames) report.bytes_corrections += ref.padded();
+  report.bytes_file = written.bytes.file, report.bytes_runs = written.bytes.runs;
+  report.bytes_values = written.bytes.values, report.bytes_index = written.bytes.index;
+}
+
 void bccsplat_writer::check_bounds(const FitReport& result) const {
-  if (!(psnr > 0)) return;
-  for (size_t c = 0; c < channels.size(); ++c) {
-    const Range& range = result.channels[c].source_range;
-    const SampleErrors& e = round_trip->errors(static_cast<int>(c));
-    const double reached = e.all.psnr(range.high - range.low);
-    if (reached < psnr)
-      fail(Code::bound_not_met, "channel '", initial.channels[c].name, "': ", reached, " dB reached, ", psnr,
-           " asked for; the largest difference is at frame ", e.frame, ", voxel (", e.voxel[0], ", ",
-           e.voxel[1], ", ", e.voxel[2], "): ", e.got, " instead of ", e.expected,
-           "; a smaller scale, lattice CC, more bits, or abs_error ",
-           1.5 * (range.high - range.low) * std::pow(10, -psnr / 20), " would do");
-  }
+  if (!(psnr > 0) || part) return; // a part knows nothing of the rest of the series
+  for (size_t c = 0; c < channels.size(); ++c)
+    require_psnr(initial.channels[c].name, round_trip->errors(static_cast<int>(c)),
+                 result.channels[c].source_range, psnr);
 }
 
 bccsplat_writer_report bccsplat_writer::finish() {
   if (!fit) fail(Code::wrong_state, "writer: nothing was added");
+  now.trigger = fit_options.dims[3];
   const FitReport result = fit->finish();
   make_container();
   VolumeInfo& info = container->info();
@@ -195,29 +232,21 @@ bccsplat_writer_report bccsplat_writer::finish() {
   for (size_t c = 0; c < result.channels.size(); ++c) {
     const FitChannelReport& r = result.channels[c];
     describe(r, info.channels[c]);
-    report.cc_samples += info.cc_samples();
-    report.cc_relevant += r.cc_relevant;
-    report.sites_total += r.sites_total;
-    report.sites_kept += r.sites_kept;
-    report.holes += r.holes;
-    report.clamped += r.clamped;
-    report.nonfinite += r.nonfinite;
-    report.coding_max = std::max(report.coding_max, r.coding_max);
+    add_counts(r, part ? r.source_samples : info.cc_samples(), info.channels[c].source_type, report);
     squares += r.coding_rmse * r.coding_rmse * static_cast<double>(r.sites_total);
     source_ranges.push_back(r.source_range);
     if (round_trip) report.corrected += round_trip->errors(static_cast<int>(c)).corrected;
-    constexpr uint64_t bytes_of[] = {0, 1, 2, 2, 4, 2, 4, 8, 1, 4};
-    report.bytes_source += info.cc_samples() * bytes_of[static_cast<size_t>(info.channels[c].source_type)];
+  }
+  if (part) {
+    report.frames = part->fit.end_counted - part->fit.first_counted;
+    describe_part(result);
   }
   const Bcc4Report written = container->finish(*context);
   if (report.sites_total > 0)
     report.coding_rmse = std::sqrt(squares / static_cast<double>(report.sites_total));
   if (round_trip) report.frames_measured = round_trip->frames().size();
-  for (const ChannelInfo& c : info.channels)
-    for (const BlockRef& ref : c.residuals.frames) report.bytes_corrections += ref.padded();
   report.slabs_reused = static_cast<uint32_t>(std::min<uint64_t>(written.slabs_reused, UINT32_MAX));
-  report.bytes_file = written.bytes.file, report.bytes_runs = written.bytes.runs;
-  report.bytes_values = written.bytes.values, report.bytes_index = written.bytes.index;
+  add_bytes(info, written, report);
   finished = true;
   try {
     progress.report(1);

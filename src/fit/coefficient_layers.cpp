@@ -7,10 +7,11 @@
 namespace bccsplat {
 
 CoefficientLayers::CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
-                                     const std::string& kernel)
-    : window_(lattice, quantiser.air),
+                                     const std::string& kernel, int32_t samples, int32_t first, int32_t end)
+    : window_(lattice, quantiser.air, {}, samples),
       field_(window_, 0, make_kernel(kernel), threshold / 2, coefficient_cache_bytes(window_, kernel)),
-      reach_(prefilter_layers(lattice, kernel)), quantiser_(quantiser), relevance_(quantiser, 0) {
+      reach_(prefilter_layers(lattice, kernel)), next_(first), end_(end), quantiser_(quantiser),
+      relevance_(quantiser, 0) {
   if (quantiser.type != ValueType::f16 && quantiser.type != ValueType::f32)
     fail(Code::invalid_argument,
          "coefficients are stored as f16 or f32: their range is not that of the samples");
@@ -20,7 +21,7 @@ std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> sampl
   for (const BrickLayer& layer : samples) window_.push(layer);
   const int32_t layers = window_.lattice().layers();
   std::vector<BrickLayer> out;
-  for (; next_ < layers; ++next_) {
+  for (; next_ < end_; ++next_) {
     if (window_.end() < (window_.lattice().is_static() ? layers : std::min(next_ + reach_ + 1, layers)))
       break;
     out.push_back(rounded(*field_.layer(next_, context), context));

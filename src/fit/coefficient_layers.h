@@ -20,7 +20,12 @@ class CoefficientLayers {
   // threshold: of the channel; coefficients up to half of it are dropped, as a reader of samples would do.
   // quantiser: f16 or f32, relative to air.
   CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
-                    const std::string& kernel);
+                    const std::string& kernel)
+      : CoefficientLayers(lattice, quantiser, threshold, kernel, 0, 0, lattice.layers()) {}
+  // Only layers first .. end - 1 of coefficients; the first layer of samples is `samples`, as far before
+  // `first` as the prefilter reaches.
+  CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
+                    const std::string& kernel, int32_t samples, int32_t first, int32_t end);
 
   // The next layers of samples; returns the layers of coefficients that are complete with them, in order and
   // as stored. All have come out when the last layer has gone in.
@@ -33,7 +38,7 @@ class CoefficientLayers {
 
   LayerWindow window_;
   Coefficients field_;
-  int32_t reach_, next_ = 0;
+  int32_t reach_, next_, end_;
   Quantiser quantiser_;
   Relevance relevance_;
 };

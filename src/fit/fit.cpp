@@ -21,13 +21,13 @@ constexpr uint64_t largest_layer = 16 << 20; // bricks
 
 // One channel on its way through.
 struct Channel {
-  explicit Channel(const FitChannel& o) : options(o), maker(o.quantiser, o.threshold, o.ringing) {}
+  explicit Channel(const FitChannel& o)
+      : options(o), maker(o.quantiser, o.threshold, o.ringing), uncounted(maker.again()) {}
 
   FitChannel options;
-  LayerMaker maker;
+  LayerMaker maker, uncounted; // uncounted: of the layers beyond a part's own
   FitChannelReport report;
-  bool any_finite = false; // in the source_range
-  bool any_known = false;  // a frame that is not missing altogether
+  bool any_known = false; // a frame that is not missing altogether
 
   std::unique_ptr<Lowpass> lowpass; // null: none
   uint32_t given = 0;               // frames
@@ -67,6 +67,7 @@ struct Fit::State {
     if (options.slab_layers < 1) fail(Code::invalid_argument, "fit: a slab has at least one layer");
     for (const FitChannel& channel : options.channels) {
       channels.push_back(std::make_unique<Channel>(channel));
+      if (options.part) begin_part(*channels.back(), *options.part);
       if (options.lowpass) channels.back()->lowpass = std::make_unique<Lowpass>(lattice, channel.ringing);
     }
   }
@@ -80,6 +81,21 @@ struct Fit::State {
   std::vector<std::unique_ptr<Channel>> channels;
   enum class Input : uint8_t { none, frames, layers } input = Input::none;
   bool failed = false, finished = false;
+
+  void begin_part(Channel& c, const FitPart& part) const {
+    c.given = c.frames = c.window_first = part.first_given;
+    c.next_layer = part.first_layer;
+    c.slab_index = part.first_layer / options.slab_layers;
+  }
+  [[nodiscard]] bool counts_frame(uint32_t frame) const {
+    return !options.part || (frame >= options.part->first_counted && frame < options.part->end_counted);
+  }
+  [[nodiscard]] bool counts_layer(int32_t layer) const {
+    return !options.part || (layer >= options.part->first_own && layer < options.part->end_own);
+  }
+  [[nodiscard]] int32_t end_layer() const {
+    return options.part ? options.part->end_layer : lattice.layers();
+  }
 
   [[nodiscard]] bool length_known() const { return options.dims[3] > 0 || finished; }
 
@@ -104,9 +120,9 @@ struct Fit::State {
   void note_range(Channel& c, double low, double high, bool finite) {
     if (!finite) return;
     FitChannelReport& r = c.report;
-    r.source_range.low = c.any_finite ? std::min(r.source_range.low, low) : low;
-    r.source_range.high = c.any_finite ? std::max(r.source_range.high, high) : high;
-    c.any_finite = true;
+    r.source_range.low = r.any_finite ? std::min(r.source_range.low, low) : low;
+    r.source_range.high = r.any_finite ? std::max(r.source_range.high, high) : high;
+    r.any_finite = true;
   }
 
   // What an infinity of a channel becomes, relative to air.
@@ -116,7 +132,7 @@ struct Fit::State {
       return static_cast<float>(
           std::clamp(v - static_cast<double>(c.options.quantiser.air), -double{FLT_MAX}, double{FLT_MAX}));
     };
-    if (!c.options.range && !c.any_finite) return {0, 0};
+    if (!c.options.range && !c.report.any_finite) return {0, 0};
     return {relative(range.low), relative(range.high)};
   }
 
@@ -133,11 +149,15 @@ struct Fit::State {
       fail(Code::nonfinite_value, what, ": ", scan.nonfinite,
            " values are not finite, the first one at voxel (", scan.first_nonfinite[0], ", ",
            scan.first_nonfinite[1], ", ", scan.first_nonfinite[2], "); treat them as holes, or clamp them");
-    note_range(c, scan.low, scan.high, scan.finite > 0);
-    c.report.frames.push_back({scan.low, scan.high});
-    c.report.source_samples += checked_product({options.dims[0], options.dims[1], options.dims[2]});
-    c.report.cc_relevant += scan.relevant;
-    c.report.nonfinite += scan.nonfinite;
+    if (scan.finite == 0 && options.part && c.given > 0 && c.given == options.part->first_given)
+      fail(Code::wrong_state, what, ": it is missing altogether; a part begins with a frame that is not");
+    if (counts_frame(c.given)) {
+      note_range(c, scan.low, scan.high, scan.finite > 0);
+      c.report.frames.push_back({scan.low, scan.high});
+      c.report.source_samples += checked_product({options.dims[0], options.dims[1], options.dims[2]});
+      c.report.cc_relevant += scan.relevant;
+      c.report.nonfinite += scan.nonfinite;
+    }
 
     HoleMap holes;
     if (scan.nonfinite > 0 && options.nonfinite == NonFinite::clamp) {
@@ -198,7 +218,7 @@ struct Fit::State {
     if (!c.any_known && !complete &&
         c.frames <= 2 * static_cast<uint32_t>(filter_reach(options.filter, widening)))
       return;
-    for (; !length_known() || c.next_layer < lattice.layers(); ++c.next_layer) {
+    for (; !length_known() || c.next_layer < end_layer(); ++c.next_layer) {
       const double position = lattice.layer_frame(c.next_layer);
       const FilterTable table = filter_table(options.filter, widening, {&position, 1});
       const int64_t end = table.first[0] + table.taps;
@@ -240,10 +260,11 @@ struct Fit::State {
         return tap.frame->block[static_cast<size_t>(coset)][slot] != nullptr;
       });
     Reservation memory(context.memory, bricks * sizeof(Brick), "a slab of layers");
-    c.slab.push_back(c.maker.make(lattice.space, coset, taps, nearest, context));
+    const bool counted = counts_layer(c.next_layer);
+    c.slab.push_back((counted ? c.maker : c.uncounted).make(lattice.space, coset, taps, nearest, context));
     memory = {};
     c.slab_memory.emplace_back(context.memory, c.slab.back().bytes(), "a slab of layers");
-    c.report.sites_total += static_cast<uint64_t>(lattice.space.sites(coset));
+    if (counted) c.report.sites_total += static_cast<uint64_t>(lattice.space.sites(coset));
     if (static_cast<int32_t>(c.slab.size()) == options.slab_layers) hand_out(c, index);
   }
 
@@ -296,9 +317,10 @@ struct Fit::State {
       }
       if (frames == 0) frames = c->given;
       if (frames == 0) fail(Code::wrong_state, "fit: no frame was given");
-      if (c->given != frames)
+      const uint32_t end = options.part ? options.part->end_given : frames;
+      if (c->given != end)
         fail(Code::wrong_state, "fit: channel '", c->options.name, "' was given ", c->given, " frames, not ",
-             frames);
+             end);
     }
     if (options.lowpass && options.dims[3] == 0)
       for (size_t i = 0; i < channels.size(); ++i)
@@ -308,7 +330,11 @@ struct Fit::State {
     FitReport report{lattice, {}};
     for (size_t i = 0; i < channels.size(); ++i) {
       Channel& c = *channels[i];
-      if (input != Input::layers) make_layers(c, static_cast<int>(i));
+      // A part has made its layers by now, unless it ends with the series.
+      const bool more = !options.part || options.part->end_given == frames;
+      if (input != Input::layers && more) make_layers(c, static_cast<int>(i));
+      if (c.next_layer != end_layer())
+        fail(Code::internal, "fit: layer ", c.next_layer, " of ", end_layer(), " could not be made");
       hand_out(c, static_cast<int>(i));
       c.window.clear();
       const SiteCounts counts = c.maker.counts();

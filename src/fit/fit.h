@@ -35,6 +35,15 @@ struct FitChannel {
   std::optional<Range> range;
 };
 
+// One of several fits of one series, each with frames of its own. Frames and layers keep the numbers they
+// have in the whole series, and every layer comes out as from a fit of all of it.
+struct FitPart {
+  uint32_t first_given = 0, end_given = 0;     // frames that are given
+  uint32_t first_counted = 0, end_counted = 0; // of these, the frames that enter the report
+  int32_t first_layer = 0, end_layer = 0;      // layers handed out, by whole slabs
+  int32_t first_own = 0, end_own = 0;          // of these, the layers that enter the report
+};
+
 struct FitOptions {
   LatticeKind lattice = LatticeKind::d4star; // one frame: BCC (or 3D CC)
   std::array<uint32_t, 4> dims{1, 1, 1, 0};  // source samples; dims[3] = 0: as many frames as are given
@@ -43,6 +52,7 @@ struct FitOptions {
   bool lowpass = false; // frames first lose what the lattice cannot hold (lowpass.h); not CC
   NonFinite nonfinite = NonFinite::error;
   int32_t slab_layers = 8;
+  std::optional<FitPart> part; // none: all of the series; else dims[3] > 0, and frames, not layers, are given
   std::vector<FitChannel> channels{1};
 };
 
@@ -53,6 +63,7 @@ using FitSink = std::function<void(int32_t slab, int channel, std::span<const Br
 
 struct FitChannelReport {
   Range source_range;        // finite source values, absolute; 0..0 when there are none
+  bool any_finite = false;   // there are some
   std::vector<Range> frames; // the same for each frame; empty when layers were given
   uint64_t source_samples = 0;
   uint64_t cc_relevant = 0; // source samples further than the threshold from air

@@ -32,6 +32,12 @@ SampleHistogram::SampleHistogram(const Quantiser& quantiser)
     octaves_.resize(512);
 }
 
+inline std::vector<uint64_t>& SampleHistogram::octave(size_t o) {
+  std::vector<uint64_t>& bins = octaves_[o];
+  if (bins.empty()) bins.resize(octave_bins);
+  return bins;
+}
+
 inline void SampleHistogram::count_value(float relative, uint32_t key) {
   low_ = std::min(low_, key);
   high_ = std::max(high_, key);
@@ -40,9 +46,7 @@ inline void SampleHistogram::count_value(float relative, uint32_t key) {
     ++codes_[std::min(codes_.size() - 1, static_cast<size_t>(static_cast<int64_t>(code)))];
     return;
   }
-  std::vector<uint64_t>& octave = octaves_[key >> 23];
-  if (octave.empty()) octave.resize(octave_bins);
-  ++octave[key >> drop_bits & (octave_bins - 1)];
+  ++octave(key >> 23)[key >> drop_bits & (octave_bins - 1)];
 }
 
 void SampleHistogram::add(const Brick& brick) {
@@ -75,6 +79,46 @@ void SampleHistogram::merge(const SampleHistogram& other) {
     if (octaves_[o].empty()) octaves_[o].resize(octave_bins);
     for (size_t i = 0; i < octave_bins; ++i) octaves_[o][i] += other.octaves_[o][i];
   }
+}
+
+// The quantiser, the ends, and the bins that are not empty: (distance from the one before, count) as varints.
+void SampleHistogram::write(ByteWriter& out) const {
+  out.write(static_cast<uint32_t>(quantiser_.type));
+  out.write(quantiser_.air), out.write(quantiser_.scale), out.write(quantiser_.offset);
+  out.write(low_), out.write(high_);
+  std::vector<std::pair<uint64_t, uint64_t>> bins;
+  for (size_t c = 0; c < codes_.size(); ++c)
+    if (codes_[c]) bins.emplace_back(c, codes_[c]);
+  for (size_t o = 0; o < octaves_.size(); ++o)
+    for (size_t i = 0; i < octaves_[o].size(); ++i)
+      if (octaves_[o][i]) bins.emplace_back(o * octave_bins + i, octaves_[o][i]);
+  out.write(static_cast<uint32_t>(bins.size()));
+  uint64_t before = 0;
+  for (const auto& [bin, count] : bins) {
+    out.write_varint(bin - before);
+    out.write_varint(count);
+    before = bin;
+  }
+}
+
+SampleHistogram SampleHistogram::read(ByteReader& in) {
+  Quantiser quantiser;
+  const auto type = in.read<uint32_t>();
+  quantiser.type = static_cast<ValueType>(type);
+  quantiser.air = in.read<float>(), quantiser.scale = in.read<double>(), quantiser.offset = in.read<double>();
+  if (type < 1 || type > 4 || !(quantiser.scale > 0)) fail(Code::corrupt, "histogram: value type ", type);
+  SampleHistogram out(quantiser);
+  out.low_ = in.read<uint32_t>(), out.high_ = in.read<uint32_t>();
+  const uint64_t all = out.codes_.empty() ? out.octaves_.size() * octave_bins : out.codes_.size();
+  uint64_t bin = 0;
+  for (auto left = in.read<uint32_t>(); left > 0; --left) {
+    const uint64_t step = in.read_varint(), count = in.read_varint();
+    if (step >= all || bin + step >= all) fail(Code::corrupt, "histogram: no bin ", bin, " + ", step);
+    bin += step;
+    (out.codes_.empty() ? out.octave(bin / octave_bins)[bin % octave_bins] : out.codes_[bin]) = count;
+    out.count_ += count;
+  }
+  return out;
 }
 
 template<class Body> void SampleHistogram::for_bins(const Body& body) const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/bytes.h"
 #include "fit/quantise.h"
 #include "formats/bcc4_info.h"
 #include "points/brick.h"
@@ -20,7 +21,10 @@ class SampleHistogram {
 
   // The sites of a brick that are kept and no holes; their values are representable in the stored type.
   void add(const Brick& brick);
-  void merge(const SampleHistogram& other);
+  void merge(const SampleHistogram& other); // of an equal quantiser
+
+  void write(ByteWriter& out) const;
+  [[nodiscard]] static SampleHistogram read(ByteReader& in); // throws corrupt, truncated
 
   [[nodiscard]] uint64_t count() const { return count_; }
   // Smallest and largest sample, absolute; 0..0 when there are none.
@@ -39,6 +43,7 @@ class SampleHistogram {
     uint64_t count;
   };
   template<class Body> void for_bins(const Body& body) const; // rising
+  [[nodiscard]] std::vector<uint64_t>& octave(size_t o);
   void count_value(float relative, uint32_t key);
 
   Quantiser quantiser_;

@@ -37,6 +37,9 @@ class LayerMaker {
   LayerMaker(const Quantiser& quantiser, float threshold, float ringing)
       : quantiser_(quantiser), relevance_(quantiser, threshold), ringing_(ringing) {}
 
+  // One that makes the same layers and has counted nothing.
+  [[nodiscard]] LayerMaker again() const { return {quantiser_, relevance_, ringing_}; }
+
   // Values are those of taps[nearest] plus the weighted differences of the others from it, so that what does
   // not change stays as it is; holes are those of taps[nearest]. Weights sum to 1.
   [[nodiscard]] BrickLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
@@ -46,6 +49,9 @@ class LayerMaker {
   [[nodiscard]] const CodingError& coding_error() const { return coding_; }
 
  private:
+  LayerMaker(const Quantiser& quantiser, const Relevance& relevance, float ringing)
+      : quantiser_(quantiser), relevance_(relevance), ringing_(ringing) {}
+
   Quantiser quantiser_;
   Relevance relevance_;
   float ringing_;

@@ -11,11 +11,11 @@ namespace bccsplat {
 
 class LayerWindow final : public SampleSource {
  public:
-  // kernel: of the coefficients that are given; empty for samples.
-  LayerWindow(const Lattice4& lattice, float air, std::string kernel = {})
-      : lattice_(lattice), air_(air), kernel_(std::move(kernel)) {}
+  // kernel: of the coefficients that are given; empty for samples. first: number of the first layer.
+  LayerWindow(const Lattice4& lattice, float air, std::string kernel = {}, int32_t first = 0)
+      : lattice_(lattice), air_(air), kernel_(std::move(kernel)), first_(first) {}
 
-  // The next layer; the first one is layer 0.
+  // The next layer.
   void push(BrickLayer layer) { layers_.push_back(std::move(layer)); }
   // Layers before this one are not needed any more.
   void forget(int32_t before) {
@@ -34,7 +34,7 @@ class LayerWindow final : public SampleSource {
   float air_;
   std::string kernel_;
   std::deque<BrickLayer> layers_;
-  int32_t first_ = 0; // number of the front
+  int32_t first_; // number of the front
 };
 
 // Layers on either side of an instant whose stored values matter when `kernel` reads `source`.

@@ -108,10 +108,37 @@ void SampleErrors::add(const SampleErrors& other) {
   uncorrected = std::max(uncorrected, other.uncorrected);
 }
 
+void require_psnr(const std::string& channel, const SampleErrors& e, const Range& range, double psnr) {
+  const double peak = range.high - range.low, reached = e.all.psnr(peak);
+  if (reached < psnr)
+    fail(Code::bound_not_met, "channel '", channel, "': ", reached, " dB reached, ", psnr,
+         " asked for; the largest difference is at frame ", e.frame, ", voxel (", e.voxel[0], ", ",
+         e.voxel[1], ", ", e.voxel[2], "): ", e.got, " instead of ", e.expected,
+         "; a smaller scale, lattice CC, more bits, or abs_error ", 1.5 * peak * std::pow(10, -psnr / 20),
+         " would do");
+}
+
+namespace {
+
+LayerSpan span_of(const Lattice4& lattice, int32_t reach, uint32_t frame) {
+  if (lattice.is_static()) return {0, lattice.layers()};
+  const auto layer = static_cast<int32_t>(std::floor(frame / lattice.time_step));
+  return {std::max(0, layer - reach - 1), std::min(layer + reach + 2, lattice.layers())};
+}
+
+} // namespace
+
+LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel, bool coefficients,
+                            uint32_t frame) {
+  const LayerWindow stored(lattice, 0, coefficients ? make_kernel(kernel).name : std::string());
+  return span_of(lattice, layers_in_reach(stored, kernel), frame);
+}
+
 struct RoundTrip::Channel {
   Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, bool coefficients,
-          uint64_t cache_bytes)
-      : options(o), window(lattice, o.air, coefficients ? make_kernel(kernel).name : std::string()),
+          uint64_t cache_bytes, int32_t first_layer)
+      : options(o),
+        window(lattice, o.air, coefficients ? make_kernel(kernel).name : std::string(), first_layer),
         // The prune threshold of an open volume.
         field(window, 0, make_kernel(kernel), o.threshold / 2,
               std::min(coefficient_cache_bytes(window, kernel), cache_bytes)) {}
@@ -127,12 +154,12 @@ struct RoundTrip::Channel {
 
 RoundTrip::RoundTrip(const Lattice4& lattice, std::vector<RoundTripChannel> channels, std::string kernel,
                      bool coefficients, std::vector<uint32_t> frames, ResidualSink sink,
-                     const Context& context)
+                     const Context& context, int32_t first_layer)
     : lattice_(lattice), kernel_(std::move(kernel)), frames_(std::move(frames)), sink_(std::move(sink)),
       context_(context) {
   for (const RoundTripChannel& c : channels)
     channels_.push_back(std::make_unique<Channel>(lattice_, c, kernel_, coefficients,
-                                                  context.memory.limit() / 4 / channels.size()));
+                                                  context.memory.limit() / 4 / channels.size(), first_layer));
 }
 
 RoundTrip::~RoundTrip() = default;
@@ -147,13 +174,11 @@ void RoundTrip::add_layers(int channel, std::span<const BrickLayer> layers) {
   Channel& c = *channels_[static_cast<size_t>(channel)];
   for (const BrickLayer& layer : layers) c.window.push(layer);
   const int32_t reach = layers_in_reach(c.window, kernel_);
-  const auto layer_of = [&](uint32_t frame) {
-    return lattice_.is_static() ? 0 : static_cast<int32_t>(std::floor(frame / lattice_.time_step));
-  };
   while (c.next < frames_.size()) {
     const uint32_t frame = frames_[c.next];
-    c.window.forget(lattice_.is_static() ? 0 : layer_of(frame) - reach - 1);
-    if (c.window.end() < std::min(layer_of(frame) + reach + 2, lattice_.layers())) return;
+    const LayerSpan needed = span_of(lattice_, reach, frame);
+    c.window.forget(needed.begin);
+    if (c.window.end() < needed.end) return;
     // Layers beyond the end mirror those before it.
     measure(c, channel, frame);
     ++c.next;

@@ -16,6 +16,7 @@
 #include "base/context.h"
 #include "fit/held_frame.h"
 #include "fit/layer_window.h"
+#include "formats/bcc4_info.h"
 #include "formats/bcc4_residuals.h"
 #include "slice/coefficients.h"
 
@@ -44,6 +45,9 @@ struct SampleErrors {
   void add(const SampleErrors& other);
 };
 
+// Throws bound_not_met unless the errors of a channel, its range the peak, reach `psnr` dB.
+void require_psnr(const std::string& channel, const SampleErrors& errors, const Range& range, double psnr);
+
 struct RoundTripChannel {
   std::string name; // for error texts
   float air = 0, threshold = 0;
@@ -53,12 +57,22 @@ struct RoundTripChannel {
 // Corrections of a frame.
 using ResidualSink = std::function<void(int channel, uint32_t frame, const FrameResiduals& residuals)>;
 
+// Layers begin .. end - 1.
+struct LayerSpan {
+  int32_t begin = 0, end = 0;
+};
+// Stored layers that the error of a frame depends on. coefficients: they hold those of the kernel.
+[[nodiscard]] LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel,
+                                          bool coefficients, uint32_t frame);
+
 class RoundTrip {
  public:
   // kernel: the one the error is measured with; coefficients: layers hold coefficients of it. frames: those
-  // that are measured, rising.
+  // that are measured, rising. first_layer: the first that is given, layers_to_measure before the first
+  // frame.
   RoundTrip(const Lattice4& lattice, std::vector<RoundTripChannel> channels, std::string kernel,
-            bool coefficients, std::vector<uint32_t> frames, ResidualSink sink, const Context& context);
+            bool coefficients, std::vector<uint32_t> frames, ResidualSink sink, const Context& context,
+            int32_t first_layer = 0);
   ~RoundTrip();
 
   // Every frame of a channel, before the fit gets it.

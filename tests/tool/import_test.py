@@ -205,9 +205,8 @@ class Import(ToolTest):
         self.refused(2, 'did you mean --dims?', 'import', 'a.raw', '--dim', '1,1,1')
         self.refused(2, 'did you mean import?', 'inport', 'a.raw')
         self.refused(2, 'did you mean --time-scale?', 'import', 'a.raw', '--timescale=2')
-        # Options of the design that are not there yet are unknown, not ignored.
-        for option in ('--part', '--plan'):
-            self.refused(2, 'unknown option ' + option, 'import', 'a.raw', option, '1')
+        self.refused(2, 'did you mean concat?', 'concta', 'a.bcc4')
+        self.refused(2, 'did you mean --part?', 'import', '--plan', 'p.json', '--prat', '1/2')
 
     def test_version_names_readers(self):
         out, _ = self.bcc4('--version')

@@ -189,6 +189,16 @@ class ChannelOptions(Struct):
         ("range", c_double * 2), ("value_step", c_double)]
 
 
+class SeriesPart(Struct):
+    reserved: int
+    first: int
+    end: int
+    lead: int
+    times: int | None
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("first", c_uint64), ("end", c_uint64),
+        ("lead", c_uint64), ("times", c_void_p)]
+
+
 class WriterOptions(Struct):
     set_mask: int
     dims: Array[c_uint32]
@@ -213,13 +223,14 @@ class WriterOptions(Struct):
     partial: int
     lowpass: int
     reserved: int
+    part: Any
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
         ("affine", c_double * 16), ("spatial_unit", c_char_p), ("time_unit", c_char_p), ("scale", c_double),
         ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
-        ("partial", c_int32), ("lowpass", c_int32), ("reserved", c_uint32)]
+        ("partial", c_int32), ("lowpass", c_int32), ("reserved", c_uint32), ("part", POINTER(SeriesPart))]
 
 
 class Box(Struct):
@@ -297,6 +308,14 @@ class ErrorReport(Struct):
         ("uncorrected_max_abs", c_double), ("corrected", c_uint64), ("lost", c_uint64)]
 
 
+class JoinOptions(Struct):
+    overwrite: int
+    progress: Any
+    progress_user: int | None
+    _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("progress", bccsplat_progress_fn),
+        ("progress_user", c_void_p)]
+
+
 class VolumeOptions(Struct):
     salvage: int
     kernel: bytes | None
@@ -331,6 +350,8 @@ class VolumeInfo(Struct):
     bytes_index: int
     bytes_read: int
     attribute_count: int
+    part_first: int
+    part_end: int
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -338,7 +359,8 @@ class VolumeInfo(Struct):
         ("time_unit", c_char_p), ("kernel", c_char_p), ("recommended_kernel", c_char_p),
         ("channel_count", c_uint32), ("time_uniform", c_int32), ("store", c_int32), ("has_holes", c_int32),
         ("bytes_file", c_uint64), ("bytes_runs", c_uint64), ("bytes_values", c_uint64),
-        ("bytes_index", c_uint64), ("bytes_read", c_uint64), ("attribute_count", c_uint64)]
+        ("bytes_index", c_uint64), ("bytes_read", c_uint64), ("attribute_count", c_uint64),
+        ("part_first", c_uint64), ("part_end", c_uint64)]
 
 
 class ChannelInfo(Struct):
@@ -578,6 +600,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_writer_create_stream": (c_int32, c_void_p, POINTER(WriteStream), POINTER(WriterOptions),
         c_void_p,),
     "bccsplat_writer_add_frame": (c_int32, c_void_p, c_uint32, c_double, POINTER(Box), c_uint64,),
+    "bccsplat_writer_get_part_frames": (c_int32, c_void_p, c_void_p, c_void_p,),
     "bccsplat_writer_get_layer_geometry": (c_int32, c_void_p, c_int64, POINTER(LayerGeometry),),
     "bccsplat_writer_add_layer": (c_int32, c_void_p, c_uint32, c_int64, c_void_p, c_uint64,),
     "bccsplat_writer_add_field": (c_int32, c_void_p, c_uint32, bccsplat_field_fn, c_void_p,),
@@ -588,6 +611,8 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_writer_get_error": (c_int32, c_void_p, c_uint32, c_int64, POINTER(ErrorReport),),
     "bccsplat_writer_retain": (None, c_void_p,),
     "bccsplat_writer_release": (None, c_void_p,),
+    "bccsplat_join_parts": (c_int32, c_void_p, c_uint64, c_void_p, c_char_p, POINTER(JoinOptions),
+        POINTER(WriterReport),),
     "bccsplat_volume_open_file": (c_int32, c_void_p, c_char_p, POINTER(VolumeOptions), c_void_p,),
     "bccsplat_volume_open_memory": (c_int32, c_void_p, c_void_p, c_uint64, POINTER(VolumeOptions), c_void_p,),
     "bccsplat_volume_open_stream": (c_int32, c_void_p, POINTER(ReadStream), POINTER(VolumeOptions),

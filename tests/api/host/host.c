@@ -104,9 +104,9 @@ int main(int argc, char** argv) {
   static const struct {
     const char* name;
     void (*run)(void);
-  } tests[] = {{"library", test_library}, {"device", test_device},  {"writer", test_writer},
-               {"volume", test_volume},   {"slice", test_slice},    {"renderer", test_renderer},
-               {"frame", test_frame},     {"hygiene", test_hygiene}};
+  } tests[] = {{"library", test_library},   {"device", test_device}, {"writer", test_writer},
+               {"parts", test_parts},       {"volume", test_volume}, {"slice", test_slice},
+               {"renderer", test_renderer}, {"frame", test_frame},   {"hygiene", test_hygiene}};
   size_t i;
   if (argc != 3) {
     fprintf(stderr, "usage: host SCRATCH NAME\n");
