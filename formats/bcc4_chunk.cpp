@@ -290,7 +290,10 @@ EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int 
   entry.runs_decoded = static_cast<uint32_t>(runs.size());
   uint8_t runs_coding = raw;
   if (level > 0) {
-    auto stream = deflate_bytes(runs, level, DeflateKind::text);
+    // Runs of objects repeat from row to row; single sites left out here and there do not.
+    std::vector<std::byte> stream = deflate_bytes(runs, level, DeflateKind::text);
+    std::vector<std::byte> other = deflate_bytes(runs, level, DeflateKind::noise);
+    if (other.size() < stream.size()) stream = std::move(other);
     if (stream.size() < runs.size()) {
       runs = std::move(stream);
       runs_coding = deflated;

@@ -33,6 +33,7 @@ struct Taps {
   List own, cross, previous;
   List near, far;                                            // of `own`: those in the row before, the others
   int32_t west = 0, north = 0, northwest = 0, northeast = 0; // x - 1, and in the row before: x, x - 1, x + 1
+  bool whole = true;                                         // every weight is a multiple of 1, west is 1
 };
 constexpr size_t north_tap = 1, northwest_tap = 3, northeast_tap = 7; // of the own layer
 
@@ -42,6 +43,8 @@ inline std::array<Taps, classes> TapsOf(const ClassWeights& weights) {
     Taps& taps = all[static_cast<size_t>(c)];
     const int16_t* w = weights[static_cast<size_t>(c)].data();
     taps.west = w[0], taps.north = w[north_tap];
+    taps.whole = w[0] == 1 << fraction_bits;
+    for (int i = 0; i < class_taps(c); ++i) taps.whole &= w[i] % (1 << fraction_bits) == 0;
     taps.northwest = w[northwest_tap], taps.northeast = w[northeast_tap];
     for (size_t i = 1; i < own_taps; ++i) {
       taps.own.add(own_offset[i], w[i]);
@@ -76,17 +79,22 @@ HWY_INLINE void Sums(const Row<int32_t>& row, const Taps& taps, const Taps::List
 }
 HWY_INLINE void Sums(const Row<int64_t>& row, const Taps& taps, const Taps::List& own,
                      int64_t* HWY_RESTRICT sum) {
-  std::fill_n(sum, brick_edge, int64_t{1} << (fraction_bits - 1));
-  const auto add = [&](const Taps::List& list, const int64_t* cells) HWY_ATTR {
-    for (size_t t = 0; t < list.count; ++t) {
-      const int64_t* HWY_RESTRICT from = cells + list.offset[t];
-      const int64_t w = list.weight[t];
-      for (size_t x = 0; x < brick_edge; ++x) sum[x] += w * from[x];
-    }
-  };
-  add(own, row.own);
-  if (row.cross) add(taps.cross, row.cross);
-  if (row.previous) add(taps.previous, row.previous);
+  constexpr size_t block = 8; // sums of so many sites stay in registers
+  for (size_t x = 0; x < brick_edge; x += block) {
+    int64_t s[block];
+    for (int64_t& v : s) v = int64_t{1} << (fraction_bits - 1);
+    const auto add = [&](const Taps::List& list, const int64_t* cells) HWY_ATTR {
+      for (size_t t = 0; t < list.count; ++t) {
+        const int64_t* from = cells + list.offset[t] + x;
+        const int64_t w = list.weight[t];
+        for (size_t i = 0; i < block; ++i) s[i] += w * from[i];
+      }
+    };
+    add(own, row.own);
+    if (row.cross) add(taps.cross, row.cross);
+    if (row.previous) add(taps.previous, row.previous);
+    std::copy_n(s, block, sum + x);
+  }
 }
 
 template<class D> HWY_INLINE const Taps& TapsFor(const std::array<Taps, classes>& all, const Row<D>& row) {
@@ -152,13 +160,24 @@ template<class Stored> struct PackedRows {
     return r;
   }
   HWY_INLINE void Get(unsigned kept, uint32_t* HWY_RESTRICT residual) const {
-    std::ptrdiff_t i = at;
-    if (OneRun(kept)) {
-      i -= std::countr_zero(kept);
-      for (std::ptrdiff_t x = 0; x < brick_edge; ++x) residual[x] = Residual(i + x);
-    } else {
+    if (!OneRun(kept)) {
       std::fill_n(residual, brick_edge, 0u);
+      std::ptrdiff_t i = at;
       for (unsigned bits = kept; bits; bits &= bits - 1) residual[std::countr_zero(bits)] = Residual(i++);
+      return;
+    }
+    const hn::CappedTag<uint32_t, brick_edge> d;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const auto* from = reinterpret_cast<const uint8_t*>(planes) + (at - std::countr_zero(kept));
+    for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+      const auto byte = [&](std::ptrdiff_t plane) HWY_ATTR {
+        return hn::PromoteTo(d, hn::LoadU(d8, from + plane * count + static_cast<std::ptrdiff_t>(x)));
+      };
+      auto r = byte(0);
+      if constexpr (sizeof(Stored) >= 2) r = hn::Or(r, hn::ShiftLeft<8>(byte(1)));
+      if constexpr (sizeof(Stored) == 4)
+        r = hn::Or(r, hn::Or(hn::ShiftLeft<16>(byte(2)), hn::ShiftLeft<24>(byte(3))));
+      hn::StoreU(r, d, residual + x);
     }
   }
   HWY_INLINE void Put(unsigned kept, const uint32_t* HWY_RESTRICT code) {
@@ -298,6 +317,38 @@ HWY_INLINE void Parallel(const Row<int64_t>& row, const Taps& taps, LayerTaps&, 
   rows.Put(kept, q.code);
 }
 
+// A run of sites whose predictions are the cell before plus `sum`, units and their half included: sums along
+// the row, as long as nothing is clamped and nothing wraps. False if something does.
+template<class D>
+HWY_INLINE bool Accumulate(const D* HWY_RESTRICT sum, unsigned kept, const CodeLimits<D>& limits, D* own,
+                           RowCodes& q) {
+  const auto first = static_cast<size_t>(std::countr_zero(kept));
+  const auto end = static_cast<size_t>(std::bit_width(kept));
+  D step[brick_edge], units[brick_edge], prediction[brick_edge] = {}, cell[brick_edge] = {};
+  for (size_t x = 0; x < brick_edge; ++x) {
+    step[x] = static_cast<D>(static_cast<int32_t>(q.residual[x] >> 1 ^ (0 - (q.residual[x] & 1))));
+    units[x] = sum[x] >> fraction_bits;
+  }
+  using U = std::make_unsigned_t<D>; // wraps
+  U g = static_cast<U>(own[static_cast<std::ptrdiff_t>(first) - 1]);
+  for (size_t x = first; x < end; ++x) {
+    prediction[x] = static_cast<D>(g + static_cast<U>(units[x]));
+    g += static_cast<U>(units[x]) + static_cast<U>(step[x]);
+    cell[x] = static_cast<D>(g);
+  }
+  // Negative if anything is outside; 0, which stands beside the run, is inside.
+  D outside = 0;
+  for (size_t x = 0; x < brick_edge; ++x)
+    outside |= (cell[x] - limits.low) | (limits.high - cell[x]) | (prediction[x] - limits.low) |
+               (limits.high - prediction[x]);
+  if (outside < 0) return false;
+  for (size_t x = 0; x < brick_edge; ++x) {
+    own[x] = cell[x];
+    q.code[x] = static_cast<uint32_t>(cell[x]) + limits.air;
+  }
+  return true;
+}
+
 template<class D, class Stored>
 void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed) {
@@ -318,7 +369,7 @@ void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const C
         layer[static_cast<size_t>(b.index)] != full)
       return false;
     const Taps& taps = TapsFor(all, a);
-    if (taps.west == 0) return false;
+    if (taps.west == 0 || taps.whole) return false;
     D sum_a[brick_edge], sum_b[brick_edge];
     Sums(a, taps, taps.own, sum_a);
     Sums(b, taps, taps.far, sum_b);
@@ -379,6 +430,10 @@ void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const C
       rows.Get(here, q.residual);
       D sum[brick_edge];
       Sums(row, taps, taps.own, sum);
+      if (taps.whole && OneRun(here) && Accumulate(sum, here, limits, row.own, q)) {
+        rows.Put(here, q.code);
+        return;
+      }
       // From code to code: the air in x - 1 goes into the sum beforehand, so that the chain is short. The
       // step is the difference to the prediction, and air, which the prediction lacks.
       const auto west = static_cast<U>(static_cast<D>(taps.west));

@@ -195,50 +195,67 @@ Row size_row(const Case& c) {
       figure("read time, bcc4 / raw+zlib", decode / inflate, 2)};
 }
 
-// Bytes and chunks that parts of a file need, against all of it and against the stored bytes of the layers
-// within the kernel's reach.
-std::vector<Row> access_rows(const Report& report) {
-  const FitSeries series = smoke_like(report.quick ? std::array<uint32_t, 4>{64, 64, 64, 32}
-                                                   : std::array<uint32_t, 4>{128, 128, 128, 96});
-  const StoredSeries s = store(series, {.quantiser = quantiser_of_step(1.3 / 250, 1.3, false), .level = 6});
+struct Cost {
+  uint64_t opening = 0, bytes = 0, sites = 0;
+};
+
+// Bytes and time that parts of a file need, against all of it and against the stored bytes of the sites asked
+// for.
+void access_rows(const char* name, const FitSeries& series, const Quantiser& quantiser,
+                 std::vector<Row>& rows) {
+  const StoredSeries s = store(series, {.quantiser = quantiser, .level = 6});
   const Kernel kernel = make_kernel("default");
   Tasks tasks(1);
   Progress progress;
-  std::vector<Row> rows;
-  const auto measure = [&](const char* what, int32_t first_layer, int32_t last_layer,
-                           const BrickBox& region) {
-    MemoryBudget memory;
-    const Context context{tasks, memory, progress};
-    const auto reader = Bcc4Reader::open(open_memory_source(s.file));
-    const uint64_t opened = reader->bytes_read();
-    const Bcc4Samples samples(reader, memory);
-    uint64_t sites = 0;
-    const double seconds = cpu_seconds([&] {
+  // One part, or several like it, each read from a file just opened: means over them.
+  const auto read_parts = [&](int32_t first_layer, int32_t last_layer, std::span<const BrickBox> regions) {
+    Cost cost;
+    for (const BrickBox& region : regions) {
+      MemoryBudget memory;
+      const Context context{tasks, memory, progress};
+      const auto reader = Bcc4Reader::open(open_memory_source(s.file));
+      const uint64_t opened = reader->bytes_read();
+      const Bcc4Samples samples(reader, memory);
       for (int32_t m = first_layer; m <= last_layer; ++m) {
         const BrickLayer layer = samples.read_layer(0, m, region, context);
-        for (size_t b = 0; b < layer.brick_slots(); ++b)
-          if (const Brick* brick = layer.brick(b))
-            for (const uint16_t row : brick->kept) sites += static_cast<uint64_t>(std::popcount(row));
+        cost.sites += static_cast<uint64_t>(layer.kept_sites());
       }
-    });
-    const double read = static_cast<double>(reader->bytes_read() - opened);
-    const double share = static_cast<double>(sites) / static_cast<double>(s.report.sites_kept);
-    const double data = static_cast<double>(s.report.bytes.values + s.report.bytes.runs);
-    rows.push_back({word("part", what), figure("layers", last_layer - first_layer + 1, 0),
-                    figure("opening reads KB", static_cast<double>(opened) / 1e3, 1),
-                    figure("reads KB", read / 1e3, 1),
-                    figure("of the file", read / static_cast<double>(s.file.size()), 4),
-                    figure("bytes read / bytes of the sites wanted", read / (share * data), 2),
-                    figure("CPU ms", seconds * 1e3, 1)});
+      cost.opening += opened;
+      cost.bytes += reader->bytes_read() - opened;
+    }
+    return cost;
   };
   const Lattice4& lattice = s.fit.lattice;
   const int32_t middle = lattice.layers() / 2, last = lattice.layers() - 1;
+  const BrickBox all{};
+  const auto measure = [&](const char* what, int32_t first_layer, int32_t last_layer,
+                           std::span<const BrickBox> regions) {
+    const auto n = static_cast<double>(regions.size());
+    Cost cost;
+    const auto [part, whole] =
+        paired_cpu_seconds([&] { cost = read_parts(first_layer, last_layer, regions); },
+                           [&] { (void)read_parts(0, last, std::span(&all, 1)); });
+    const double share = static_cast<double>(cost.sites) / n / static_cast<double>(s.report.sites_kept);
+    const double data = static_cast<double>(s.report.bytes.values + s.report.bytes.runs);
+    const double read = static_cast<double>(cost.bytes) / n;
+    rows.push_back({word("series", name), word("part", what),
+                    figure("layers", last_layer - first_layer + 1, 0),
+                    figure("opening reads KB", static_cast<double>(cost.opening) / n / 1e3, 1),
+                    figure("reads KB", read / 1e3, 1),
+                    figure("of the file", read / static_cast<double>(s.file.size()), 3),
+                    figure("of the points", share, 3),
+                    figure("bytes read / bytes of the sites wanted", read / (share * data), 2),
+                    figure("CPU, of a full decode", part / n / whole, 3)});
+  };
   const auto reach = static_cast<int32_t>(kernel.reach_layers());
-  measure("all", 0, last, {});
-  measure("time step, kernel's reach", std::max(0, middle - reach), std::min(last, middle + reach), {});
-  const int32_t nx = BrickLayer(lattice.space, 0).brick_dims()[0] / 2;
-  measure("x-slice, one column of bricks", 0, last, BrickBox{{nx, 0, 0}, {nx + 1, INT32_MAX, INT32_MAX}});
-  return rows;
+  const auto column = [](int32_t x) { return BrickBox{{x, 0, 0}, {x + 1, INT32_MAX, INT32_MAX}}; };
+  const int32_t columns = BrickLayer(lattice.space, 0).brick_dims()[0];
+  std::vector<BrickBox> each;
+  for (int32_t x = 0; x < columns; ++x) each.push_back(column(x));
+  measure("time step, kernel's reach", std::max(0, middle - reach), std::min(last, middle + reach),
+          std::span(&all, 1));
+  measure("x-slice, mean of all columns of bricks", 0, last, each);
+  measure("x-slice, column in the middle", 0, last, std::span(&each[static_cast<size_t>(columns / 2)], 1));
 }
 
 } // namespace
@@ -258,7 +275,16 @@ int run_storage_suite(std::span<const std::string> args, const Report& report) {
     for (const Case& c : cases(report)) rows.push_back(size_row(c));
     report.table("sizes and reading, one thread, level 6", rows);
   }
-  if (wanted("--access")) report.table("parts of a file: smoke-like u8", access_rows(report));
+  if (wanted("--access")) {
+    std::vector<Row> rows;
+    access_rows("smoke-like u8",
+                smoke_like(report.quick ? std::array<uint32_t, 4>{64, 64, 64, 32}
+                                        : std::array<uint32_t, 4>{128, 128, 128, 96}),
+                quantiser_of_step(1.3 / 250, 1.3, false), rows);
+    access_rows("dense u8", gaussian_field(report.quick ? 16 : 64, 0.25, 0.9, 11),
+                quantiser_of_step(2.0 / 240, 1, true), rows);
+    report.table("parts of a file", rows);
+  }
   if (wanted("--rate")) rate_tables(report);
   return 0;
 }
