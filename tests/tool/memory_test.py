@@ -1,0 +1,76 @@
+"""Peak memory of an import does not depend on the number of frames."""
+import gzip
+import math
+import os
+import re
+import subprocess
+import sys
+
+from harness import BCC4, ToolTest, main
+
+N = 48
+CYCLE = 25
+
+
+def cycle():
+    """Frames of a blob that goes round, as bytes."""
+    frames = []
+    for t in range(CYCLE):
+        centre = [N / 2 + N / 4 * math.cos(2 * math.pi * t / CYCLE), N / 2 + N / 4 * math.sin(2 * math.pi * t / CYCLE), N / 2]
+        gx, gy, gz = ([math.exp(-(i - c) ** 2 / 30) for i in range(N)] for c in centre)
+        frames.append(b''.join(bytes(int(230 * z * y * x) for x in gx) for z in gz for y in gy))
+    return frames
+
+
+class Memory(ToolTest):
+    def peak(self, *args):
+        """Largest resident set of one run of the tool, in bytes. With one heap: how many threads come to have heaps of
+        their own, and what lies unused in those, is chance."""
+        process = subprocess.Popen([BCC4, *map(str, args)], cwd=self.folder, stdout=subprocess.DEVNULL,
+                                   env={**os.environ, 'MALLOC_ARENA_MAX': '1'})
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        self.assertEqual(process.returncode, 0, args)
+        return usage.ru_maxrss * 1024
+
+    def test_four_times_the_frames(self):
+        frames = cycle()
+        for count in (100, 400):
+            os.mkdir(self.path(f's{count}'))
+            with open(self.path(f's{count}.raw'), 'wb') as raw, gzip.open(self.path(f's{count}.raw.gz'), 'wb', 1) as packed:
+                for t in range(count):
+                    raw.write(frames[t % CYCLE])
+                    packed.write(frames[t % CYCLE])
+                    with open(self.path(f's{count}/{t}.raw'), 'wb') as f:
+                        f.write(frames[t % CYCLE])
+        for source, dims in (('.raw', f'{N},{N},{N},%d'), ('.raw.gz', f'{N},{N},{N},%d'), ('/*.raw', f'{N},{N},{N}')):
+            for more in ([], ['--max-mem', '120M'], ['--abs', 4, '--scale', 1]):
+                if more and source != '.raw':
+                    continue
+                peaks, index = [], []
+                for count in (100, 400):
+                    size = dims % count if '%' in dims else dims
+                    peaks.append(self.peak('import', f's{count}{source}', '--dims', size, '--dtype', 'u8', '-o', 'o.bcc4',
+                                           '--overwrite', '--quiet', *more))
+                    index.append(self.json('info', 'o.bcc4')['bytes']['index'])
+                what = f'{source} {more}: {peaks[0] >> 10} KiB for 100 frames, {peaks[1] >> 10} KiB for 400'
+                # The index stays in memory, as entries of 60 bytes that are packed to a fifth and less.
+                self.assertLess(peaks[1], 1.1 * peaks[0] + 8 * (index[1] - index[0]), what)
+                if more[:1] == ['--max-mem']:
+                    self.assertLess(peaks[1], 120 << 20, what)
+
+    def test_a_limit_too_small_is_refused_not_passed(self):
+        with open(self.path('a.raw'), 'wb') as f:
+            for frame in cycle()[:12]:
+                f.write(frame)
+        _, err = self.bcc4('import', 'a.raw', '--dims', f'{N},{N},{N},12', '--dtype', 'u8', '-o', 'o.bcc4', '--max-mem', '1M',
+                           expect=4)
+        self.assertIn('raise --max-mem', err)
+        self.assertFalse(os.path.exists(self.path('o.bcc4')))
+
+
+if __name__ == '__main__':
+    with open(BCC4, 'rb') as tool:
+        if re.search(rb'__[at]san_init', tool.read()):
+            sys.exit(77)  # the sanitizers hold freed memory back
+    main()
