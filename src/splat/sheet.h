@@ -50,6 +50,9 @@ struct SheetArgs {
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;
   GradientBasis basis;
+  // Orthographic: the direction to the viewer that all rays share.
+  bool alike = false;
+  Vec3 to_viewer{};
   const uint8_t* hole = nullptr; // per pixel, `pitch` per row; null: none
   std::array<float, 4> time{};   // frame index at (i, j): [0] + [1] i + [2] j
   PixelPlanes pixel;

@@ -23,6 +23,8 @@ void set_sheet(SheetArgs& a, const SheetView& view, int64_t k, bool analytic, in
                const Plane& plane) {
   a.k = static_cast<float>(k);
   a.front = k == view.first_sheet() ? 2 : 0.5f;
+  a.alike = !view.perspective;
+  if (a.alike) a.to_viewer = to_viewer(view, 0, 0);
   a.value = plane(k, size_t{0});
   a.central = differences == 1, a.fourth_order = differences == 2;
   if (differences > 0) {

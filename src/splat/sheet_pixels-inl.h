@@ -97,9 +97,8 @@ struct Pixels {
     return hn::MulAdd(set(s.time[1]), column(), set(s.time[0] + s.time[2] * static_cast<float>(s.y + y)));
   }
 
-  // World gradient.
-  HWY_INLINE void gradient(V& gx, V& gy, V& gz) const {
-    V gi, gj, gk;
+  // The parts of the world gradient along the vectors of the sheet's basis.
+  HWY_INLINE void gradient_parts(V& gi, V& gj, V& gk) const {
     if (s.central || s.fourth_order) {
       const float* v = s.value + at;
       const auto slope = [&](std::ptrdiff_t step) HWY_ATTR {
@@ -113,12 +112,19 @@ struct Pixels {
       if (s.fourth_order)
         gk = hn::MulAdd(set(s.depth_scale2),
                         hn::Sub(hn::LoadU(d, s.after2 + at), hn::LoadU(d, s.before2 + at)), gk);
+      if (s.alike && s.basis.slant_x == 0 && s.basis.slant_y == 0) return;
       const V slant_x = hn::MulAdd(set(s.basis.slant_per_x), column(), set(s.basis.slant_x));
       const V slant_y = set(s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y);
       gk = hn::NegMulAdd(slant_x, gi, hn::NegMulAdd(slant_y, gj, gk));
     } else {
       gi = hn::LoadU(d, s.sum_i + at), gj = hn::LoadU(d, s.sum_j + at), gk = hn::LoadU(d, s.sum_k + at);
     }
+  }
+
+  // World gradient.
+  HWY_INLINE void gradient(V& gx, V& gy, V& gz) const {
+    V gi, gj, gk;
+    gradient_parts(gi, gj, gk);
     const auto axis = [&](size_t a) HWY_ATTR {
       return hn::MulAdd(set(s.basis.x[a]), gi,
                         hn::MulAdd(set(s.basis.y[a]), gj, hn::Mul(set(s.basis.z[a]), gk)));
@@ -172,6 +178,89 @@ struct Pixels {
   }
 };
 
+// The lights of a sheet whose rays are alike, as forms of the parts of the gradient: what every pixel would
+// work out of the same vectors.
+struct AlikeLights {
+  static constexpr size_t most = 8;
+  struct Parts {
+    std::array<float, 3> facing{}, half{}; // light . basis; halfway vector, unit length, . basis; 0: none
+    std::array<float, 3> color{};
+    bool headlight = false;
+  };
+  size_t count = 0;
+  std::array<Parts, most> light{};
+  std::array<float, 6> square{}; // of the gradient: ii ij ik jj jk kk
+  float ambient = 0, diffuse = 0, specular = 0, shininess = 0;
+
+  [[nodiscard]] static bool fits(const SheetArgs& s) {
+    return s.alike && s.shading && s.lights->lights.size() <= most;
+  }
+  explicit AlikeLights(const SheetArgs& s) : count(s.lights->lights.size()) {
+    const GradientBasis& b = s.basis;
+    const auto vector = [](const std::array<float, 3>& of) {
+      return Vec3{static_cast<double>(of[0]), static_cast<double>(of[1]), static_cast<double>(of[2])};
+    };
+    const std::array<Vec3, 3> v{vector(b.x), vector(b.y), vector(b.z)};
+    size_t n = 0;
+    for (size_t p = 0; p < 3; ++p)
+      for (size_t q = p; q < 3; ++q, ++n) square[n] = static_cast<float>((p == q ? 1 : 2) * dot(v[p], v[q]));
+    // Of an orthogonal basis only rounding is left.
+    const float largest = std::max({square[0], square[3], square[5]});
+    for (const size_t mixed : {1u, 2u, 4u})
+      if (std::fabs(square[mixed]) < 1e-6f * largest) square[mixed] = 0;
+    for (size_t l = 0; l < count; ++l) {
+      const Light& from = s.lights->lights[l];
+      Parts& to = light[l];
+      to.headlight = dot(from.direction, from.direction) == 0;
+      const Vec3 direction = to.headlight ? s.to_viewer : normalized(from.direction);
+      const Vec3 between = direction + s.to_viewer;
+      const double size = length(between);
+      for (size_t a = 0; a < 3; ++a) {
+        to.facing[a] = static_cast<float>(dot(v[a], direction));
+        to.half[a] = size > 1e-6 ? static_cast<float>(dot(v[a], between) / size) : 0.0f;
+        to.color[a] = static_cast<float>(from.color[a]);
+      }
+    }
+    ambient = static_cast<float>(s.lights->ambient), diffuse = static_cast<float>(s.lights->diffuse);
+    specular = static_cast<float>(s.lights->specular), shininess = static_cast<float>(s.lights->shininess);
+  }
+
+  // As Pixels::light.
+  HWY_INLINE void shade(const Pixels& px, V& red, V& green, V& blue) const {
+    V gi, gj, gk;
+    px.gradient_parts(gi, gj, gk);
+    V square_i = hn::Mul(set(square[0]), gi), square_j = hn::Mul(set(square[3]), gj);
+    if (square[1] != 0 || square[2] != 0 || square[4] != 0) {
+      square_i = hn::MulAdd(set(square[1]), gj, hn::MulAdd(set(square[2]), gk, square_i));
+      square_j = hn::MulAdd(set(square[4]), gk, square_j);
+    }
+    const V norm2 =
+        hn::MulAdd(square_i, gi, hn::MulAdd(square_j, gj, hn::Mul(hn::Mul(set(square[5]), gk), gk)));
+    const M surface = hn::Gt(norm2, set(1e-36f));
+    const V inverse = InverseRoot(hn::IfThenElse(surface, norm2, set(1.0f)));
+    const auto along = [&](const std::array<float, 3>& to) HWY_ATTR {
+      const V cosine = hn::Abs(Dot(set(to[0]), set(to[1]), set(to[2]), gi, gj, gk));
+      return hn::Min(hn::Mul(cosine, inverse), set(1.0f));
+    };
+    V scale_r = set(ambient), scale_g = scale_r, scale_b = scale_r;
+    V shine_r = hn::Zero(d), shine_g = shine_r, shine_b = shine_r;
+    for (size_t n = 0; n < count; ++n) {
+      const Parts& l = light[n];
+      V facing = along(l.facing);
+      V shine = l.headlight ? facing : along(l.half);
+      facing = hn::Mul(hn::IfThenElse(surface, facing, set(1.0f)), set(diffuse));
+      shine = hn::Mul(hn::IfThenElseZero(surface, Power(shine, shininess)), set(specular));
+      const V r = set(l.color[0]), g = set(l.color[1]), b = set(l.color[2]);
+      scale_r = hn::MulAdd(facing, r, scale_r), scale_g = hn::MulAdd(facing, g, scale_g),
+      scale_b = hn::MulAdd(facing, b, scale_b);
+      shine_r = hn::MulAdd(shine, r, shine_r), shine_g = hn::MulAdd(shine, g, shine_g),
+      shine_b = hn::MulAdd(shine, b, shine_b);
+    }
+    red = hn::MulAdd(red, scale_r, shine_r), green = hn::MulAdd(green, scale_g, shine_g),
+    blue = hn::MulAdd(blue, scale_b, shine_b);
+  }
+};
+
 // Calls body(Pixels) for every vector of the tile. Pixels beside the tile have an empty ray.
 template<class Body> HWY_INLINE void for_pixels(const SheetArgs& s, const Body& body) {
   const int lanes = static_cast<int>(hn::Lanes(d));
@@ -181,15 +270,36 @@ template<class Body> HWY_INLINE void for_pixels(const SheetArgs& s, const Body& 
                   static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x});
 }
 
+// Entries number[0], number[4], ..., side by side.
+template<class Tag>
+HWY_INLINE hn::Vec<Tag> FourthEntries(Tag tag, const std::array<float, 4>* entry, const int32_t* number) {
+  if constexpr (hn::MaxLanes(tag) > 4) {
+    const hn::Half<Tag> half;
+    const auto low = FourthEntries(half, entry, number);
+    return hn::Combine(tag, FourthEntries(half, entry, number + hn::MaxLanes(half)), low);
+  } else {
+    return hn::LoadU(tag, entry[*number].data());
+  }
+}
+
 // Colour and extinction of table entries.
 HWY_INLINE void LookUp(const ClassTable& table, hn::Vec<hn::RebindToSigned<D>> index, V& red, V& green,
                        V& blue, V& extinction) {
-  alignas(64) int32_t entry[16];
-  alignas(64) float found[64];
-  hn::Store(index, di, entry);
-  for (size_t l = 0; l < hn::Lanes(d); ++l)
-    std::memcpy(found + 4 * l, table.entry[static_cast<size_t>(entry[l])].data(), 16);
-  hn::LoadInterleaved4(d, found, red, green, blue, extinction);
+  alignas(64) int32_t number[16];
+  hn::Store(index, di, number);
+  const std::array<float, 4>* const entry = table.entry.data();
+  // Vector j takes the entries of every fourth pixel from j on; then blocks of 4 x 4 are transposed.
+  const auto gather = [&](size_t j) HWY_ATTR { return FourthEntries(d, entry, number + j); };
+  const hn::RepartitionToWide<D> wide;
+  const V v0 = gather(0), v1 = gather(1), v2 = gather(2), v3 = gather(3);
+  const auto low01 = hn::BitCast(wide, hn::InterleaveLower(d, v0, v1)),
+             low23 = hn::BitCast(wide, hn::InterleaveLower(d, v2, v3)),
+             high01 = hn::BitCast(wide, hn::InterleaveUpper(d, v0, v1)),
+             high23 = hn::BitCast(wide, hn::InterleaveUpper(d, v2, v3));
+  red = hn::BitCast(d, hn::InterleaveLower(wide, low01, low23));
+  green = hn::BitCast(d, hn::InterleaveUpper(wide, low01, low23));
+  blue = hn::BitCast(d, hn::InterleaveLower(wide, high01, high23));
+  extinction = hn::BitCast(d, hn::InterleaveUpper(wide, high01, high23));
 }
 
 } // namespace

@@ -19,7 +19,7 @@ void Maximum(const SheetArgs& s) { scalar_sheet_kernels().maximum(s); }
 size_t Crossings(const CrossingArgs& c) { return scalar_sheet_kernels().crossings(c); }
 #else
 
-int Composite(const SheetArgs& s) {
+template<class Shade> int CompositeWith(const SheetArgs& s, const Shade& shade) {
   const ClassTable& table = *s.table;
   const V low = set(table.low), scale = set(table.scale), top = set(static_cast<float>(table.size() - 1));
   const auto first = hn::Set(di, table.first_visible - 1), last = hn::Set(di, table.last_visible + 1);
@@ -39,7 +39,7 @@ int Composite(const SheetArgs& s) {
     LookUp(table, index, red, green, blue, extinction);
     const V absorbed = Absorbed(hn::Mul(hn::Mul(extinction, weight), px.load(s.pixel.path)));
     const V f = hn::IfThenElseZero(active, hn::Mul(hn::Sub(one, alpha), absorbed));
-    if (s.shading) px.light(red, green, blue);
+    shade(px, red, green, blue);
     const auto add = [&](float* plane, V part) HWY_ATTR {
       hn::StoreU(hn::MulAdd(f, part, hn::LoadU(d, plane + px.p)), d, plane + px.p);
     };
@@ -61,6 +61,16 @@ int Composite(const SheetArgs& s) {
     closed += static_cast<int>(hn::CountTrue(d, hn::And(active, hn::Ge(after, stop))));
   });
   return closed;
+}
+
+int Composite(const SheetArgs& s) {
+  if (!s.shading) return CompositeWith(s, [](const Pixels&, V&, V&, V&) HWY_ATTR {});
+  if (!AlikeLights::fits(s))
+    return CompositeWith(s, [](const Pixels& px, V& red, V& green, V& blue)
+                                HWY_ATTR { px.light(red, green, blue); });
+  const AlikeLights lights(s);
+  return CompositeWith(s, [&](const Pixels& px, V& red, V& green, V& blue)
+                              HWY_ATTR { lights.shade(px, red, green, blue); });
 }
 
 void Integrate(const SheetArgs& s) {
