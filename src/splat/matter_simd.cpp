@@ -36,7 +36,7 @@ void Absorb(const SheetArgs& s, float share, const MatterPlanes& out) {
     if (s.hole) active = hn::And(active, px.solid());
     if (hn::AllFalse(d, active)) return;
     V red, green, blue, extinction;
-    LookUp(table, index, red, green, blue, extinction);
+    LookUp(table.entry.data(), index, red, green, blue, extinction);
     const V path = hn::Mul(hn::Mul(set(share), weight), px.load(s.pixel.path));
     const V depth = hn::IfThenElseZero(active, hn::Mul(extinction, path));
     if (s.shading) px.light(red, green, blue);

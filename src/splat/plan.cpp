@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/error.h"
+#include "splat/sheet.h"
 
 namespace bccsplat {
 namespace {
@@ -27,9 +28,14 @@ double reference_depth(const SheetView& v, int64_t slab) {
   return static_cast<double>(std::max(slab, v.first_sheet())) + v.depth;
 }
 
-// The sum of kernel weights over the sites is at most this: the largest ripple of any kernel is 8.6 % (the
-// paper's).
-double weight_bound(const Slice& slice) { return 1.1 * std::numbers::sqrt2 / slice.lattice.cell_volume(); }
+// The sum of kernel weights over the sites stays this near to its mean: on BCC the radial kernels and their
+// other forms ripple by 1 % at most, the others by 8.6 % (the paper's).
+double weight_ripple(const Slice& slice) {
+  const bool radial = kernel_polynomial(slice.kernel.space).form == KernelPolynomial::Form::square_8;
+  return slice.lattice.bcc && radial ? 0.02 : 0.1;
+}
+
+double mean_weight(const Slice& slice) { return std::numbers::sqrt2 / slice.lattice.cell_volume(); }
 
 void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
   const SheetView& v = *scene.view;
@@ -235,7 +241,8 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
 // Whether samples may show that lie between points with coefficients low .. high (and 0) only: whether points
 // are left out or not, the field is within their range there.
 bool shows(const SplatScene& scene, const SplatOptions& options, float low, float high) {
-  const double g = weight_bound(*scene.slice), air = static_cast<double>(scene.slice->air);
+  const double g = (1 + weight_ripple(*scene.slice)) * mean_weight(*scene.slice),
+               air = static_cast<double>(scene.slice->air);
   const double a = air + g * static_cast<double>(std::min(low, 0.0f)),
                b = air + g * static_cast<double>(std::max(high, 0.0f));
   if (options.mode == RenderMode::composite) return scene.table->visible(a, b);
@@ -244,11 +251,48 @@ bool shows(const SplatScene& scene, const SplatOptions& options, float low, floa
 }
 
 // Whether all samples lie beyond the isosurface that lie between points of a range only (a range that ends at
-// 0 knows nothing). The sum of weights is never below .9 of the mean, which is at least 1.
+// 0 knows nothing).
 bool beyond(const SplatScene& scene, double iso_value, const CellRange& range) {
-  const double iso = iso_value - static_cast<double>(scene.slice->air), least = 0.9;
+  const double iso = iso_value - static_cast<double>(scene.slice->air);
+  const double least = 1 - weight_ripple(*scene.slice); // of a mean of at least 1
   return iso > 0 ? least * static_cast<double>(range.low) > iso
                  : iso < 0 && least * static_cast<double>(range.high) < iso;
+}
+
+// Lattice units from sheet to sheet, at most.
+double longest_ray(const SheetView& v) {
+  double longest = 0;
+  for (const double i : {0.0, static_cast<double>(v.width - 1)})
+    for (const double j : {0.0, static_cast<double>(v.height - 1)})
+      longest = std::max(longest, length(v.ray(i, j)));
+  return longest;
+}
+
+// How far the samples that gradients or crossings of a visible sample look at may stand from it, lattice
+// units.
+double look_around(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
+  const SheetView& v = *scene.view;
+  // A crossing looks at the two sheets on either side of it.
+  const int sheets = options.mode == RenderMode::isosurface ? 2 : plan.lead;
+  if (sheets == 0) return 0;
+  const double scale = v.perspective ? static_cast<double>(plan.last_sheet) + v.depth : 1;
+  return sheets * std::max({longest_ray(v), scale * length(v.ex), scale * length(v.ey)});
+}
+
+// The cells of a brick that samples in the domain, up to a sheet beyond it, may look at.
+uint64_t near_cells(const SplatScene& scene, const SplatBrick& brick, double look) {
+  const double reach = scene.slice->kernel.space.radius + look + longest_ray(*scene.view),
+               d = scene.points->plane_distance;
+  std::array<std::array<bool, 4>, 3> near{};
+  for (size_t a = 0; a < 3; ++a)
+    for (size_t n = 0; n < 4; ++n) {
+      const double low = d * (brick.plane[a] + 4 * static_cast<int>(n)), high = low + 3 * d;
+      near[a][n] = high >= -reach && low <= scene.slice->domain_end[a] + reach;
+    }
+  uint64_t cells = 0;
+  for (size_t n = 0; n < cells_per_brick; ++n)
+    cells |= uint64_t{near[0][n & 3] && near[1][n >> 2 & 3] && near[2][n >> 4]} << n;
+  return cells;
 }
 
 // Which of SplatPoints::cells tells whether a cell's points are needed, -1: neither reaches far enough.
@@ -257,18 +301,7 @@ bool beyond(const SplatScene& scene, double iso_value, const CellRange& range) {
 int useful_cells(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
   if (options.disable_skips & (skip_transfer_function | skip_cells)) return -1;
   if (options.mode != RenderMode::composite && options.mode != RenderMode::isosurface) return -1;
-  const SheetView& v = *scene.view;
-  double look = 0; // lattice units
-  // A crossing looks at the two sheets on either side of it.
-  const int sheets = options.mode == RenderMode::isosurface ? 2 : plan.lead;
-  if (sheets > 0) {
-    const double scale = v.perspective ? static_cast<double>(plan.last_sheet) + v.depth : 1;
-    for (const double i : {0.0, static_cast<double>(v.width - 1)})
-      for (const double j : {0.0, static_cast<double>(v.height - 1)})
-        look = std::max(look, length(v.ray(i, j)));
-    look = sheets * std::max({look, scale * length(v.ex), scale * length(v.ey)});
-  }
-  const double needed = 2 * scene.slice->kernel.space.radius + look;
+  const double needed = 2 * scene.slice->kernel.space.radius + look_around(scene, options, plan);
   for (size_t n = 1; n < SplatPoints::cell_reach.size(); ++n)
     if (needed <= 4 * scene.points->plane_distance * SplatPoints::cell_reach[n]) return static_cast<int>(n);
   return -1;
@@ -322,6 +355,11 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   plan.air_visible =
       options.mode == RenderMode::maximum ||
       (options.mode == RenderMode::composite && scene.table->visible(scene.slice->air, scene.slice->air));
+  if (options.mode == RenderMode::composite && !view.perspective) {
+    const auto path = static_cast<float>(length(view.lattice_to_world.vector(view.ez)));
+    plan.whole_sheet = scene.table->entry;
+    for (auto& entry : plan.whole_sheet) entry[3] = absorbed(entry[3] * path);
+  }
 
   const int size = [&] {
     if (plan.first_sheet <= plan.last_sheet) {
@@ -352,6 +390,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   std::vector<Candidate> candidates(bricks.size());
   const bool cull = !(options.disable_skips & skip_frustum);
   const int cells = useful_cells(scene, options, plan);
+  const double look = look_around(scene, options, plan);
   const auto ranges = [&](size_t reach, size_t brick) {
     return scene.points->cells[reach].data() + brick * cells_per_brick;
   };
@@ -384,7 +423,8 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
         candidates[n].place = cull || !reached ? Place::gone : Place::outside;
         if (cull || !reached) continue;
       }
-      if (cells >= 0) b.cells = needed_cells(scene, options, ranges(static_cast<size_t>(cells), n), inside);
+      if (!(options.disable_skips & skip_cells)) b.cells = near_cells(scene, brick, look);
+      if (cells >= 0) b.cells &= needed_cells(scene, options, ranges(static_cast<size_t>(cells), n), inside);
       b.first_slab = std::max(b.first_slab, plan.first_slab);
       b.frame = brick_frame(scene, plan, brick);
     }

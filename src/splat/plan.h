@@ -50,6 +50,8 @@ struct SplatPlan {
   int64_t longest = 1;              // slabs a brick spans at most
   std::vector<PlannedTile> tiles;
   bool air_visible = false;
+  // Orthographic composites: SheetArgs::whole.
+  std::vector<std::array<float, 4>> whole_sheet;
 
   // Isotropic windows that are worth a table of rows per four columns.
   [[nodiscard]] bool large_window() const {

@@ -34,7 +34,7 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y) {
 
 namespace {
 
-int composite(const SheetArgs& s) {
+int composite_sheet(const SheetArgs& s) {
   int closed = 0;
   for (int y = 0; y < s.height; ++y)
     for (int x = 0; x < s.width; ++x) {
@@ -70,6 +70,12 @@ int composite(const SheetArgs& s) {
                                 s.time[2] * static_cast<float>(s.y + y));
       if (alpha >= s.stop) ++closed;
     }
+  return closed;
+}
+
+int composite(std::span<const SheetArgs> sheets) {
+  int closed = 0;
+  for (const SheetArgs& s : sheets) closed += composite_sheet(s);
   return closed;
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "splat/class_table.h"
 #include "splat/light.h"
@@ -53,6 +54,8 @@ struct SheetArgs {
   // Orthographic: the direction to the viewer that all rays share.
   bool alike = false;
   Vec3 to_viewer{};
+  // Then: the table's entries with the opacity of a whole sheet in place of the extinction; null: none.
+  const std::array<float, 4>* whole = nullptr;
   const uint8_t* hole = nullptr; // per pixel, `pitch` per row; null: none
   std::array<float, 4> time{};   // frame index at (i, j): [0] + [1] i + [2] j
   PixelPlanes pixel;
@@ -73,8 +76,9 @@ struct CrossingArgs {
 inline constexpr uint32_t grazing = 1u << 31; // marks those that may pass twice
 
 struct SheetKernels {
-  // Returns the number of pixels that closed.
-  int (*composite)(const SheetArgs&);
+  // Sheets one behind the other that differ in number, planes, basis (not where rays are alike), holes and
+  // time only: pixels are read and written once for all of them. Returns the number of pixels that closed.
+  int (*composite)(std::span<const SheetArgs>);
   void (*integrate)(
       const SheetArgs&); // mode xray: into pixel.red (integral) and pixel.time (weighted by |value - air|)
   size_t (*crossings)(const CrossingArgs&); // number found

@@ -50,6 +50,10 @@ HWY_INLINE V Absorbed(V x) {
 
 // x^power for x in [0, 1].
 HWY_INLINE V Power(V x, float power) {
+  if (power == 20) { // the default
+    const V x2 = hn::Mul(x, x), x4 = hn::Mul(x2, x2), x5 = hn::Mul(x4, x), x10 = hn::Mul(x5, x5);
+    return hn::Mul(x10, x10);
+  }
   if (power >= 0 && power <= 1024 && power == std::floor(power)) {
     V result = set(1.0f);
     for (int n = static_cast<int>(power); n > 0; n >>= 1) {
@@ -283,11 +287,10 @@ HWY_INLINE hn::Vec<Tag> FourthEntries(Tag tag, const std::array<float, 4>* entry
 }
 
 // Colour and extinction of table entries.
-HWY_INLINE void LookUp(const ClassTable& table, hn::Vec<hn::RebindToSigned<D>> index, V& red, V& green,
-                       V& blue, V& extinction) {
+HWY_INLINE void LookUp(const std::array<float, 4>* entry, hn::Vec<hn::RebindToSigned<D>> index, V& red,
+                       V& green, V& blue, V& extinction) {
   alignas(64) int32_t number[16];
   hn::Store(index, di, number);
-  const std::array<float, 4>* const entry = table.entry.data();
   // Vector j takes the entries of every fourth pixel from j on; then blocks of 4 x 4 are transposed.
   const auto gather = [&](size_t j) HWY_ATTR { return FourthEntries(d, entry, number + j); };
   const hn::RepartitionToWide<D> wide;

@@ -13,64 +13,96 @@ namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
 // No vectors: the plain loops.
-int Composite(const SheetArgs& s) { return scalar_sheet_kernels().composite(s); }
+int Composite(std::span<const SheetArgs> sheets) { return scalar_sheet_kernels().composite(sheets); }
 void Integrate(const SheetArgs& s) { scalar_sheet_kernels().integrate(s); }
 void Maximum(const SheetArgs& s) { scalar_sheet_kernels().maximum(s); }
 size_t Crossings(const CrossingArgs& c) { return scalar_sheet_kernels().crossings(c); }
 #else
 
-template<class Shade> int CompositeWith(const SheetArgs& s, const Shade& shade) {
-  const ClassTable& table = *s.table;
+template<class Shade> int CompositeWith(std::span<const SheetArgs> sheets, const Shade& shade) {
+  const SheetArgs& front = sheets.front();
+  const ClassTable& table = *front.table;
+  const PixelPlanes& plane = front.pixel;
   const V low = set(table.low), scale = set(table.scale), top = set(static_cast<float>(table.size() - 1));
   const auto first = hn::Set(di, table.first_visible - 1), last = hn::Set(di, table.last_visible + 1);
-  const V one = set(1.0f), half = set(0.5f), stop = set(s.stop);
+  const V one = set(1.0f), half = set(0.5f), stop = set(front.stop), none = hn::Zero(d);
+  const V begins = set(front.k - front.front), ends = set(sheets.back().k + 0.5f);
+  const M none_of = hn::Lt(one, one);
+  const int lanes = static_cast<int>(hn::Lanes(d));
   int closed = 0;
-  for_pixels(s, [&](const Pixels& px) HWY_ATTR {
-    const V alpha = px.load(s.pixel.alpha);
-    const V value = px.value();
-    const auto index =
-        hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(value, low), scale), hn::Zero(d)), top));
-    const M visible = hn::RebindMask(d, hn::And(hn::Gt(index, first), hn::Lt(index, last)));
-    const V weight = px.weight();
-    M active = hn::And(hn::And(visible, hn::Lt(alpha, stop)), hn::Gt(weight, hn::Zero(d)));
-    if (s.hole) active = hn::And(active, px.solid());
-    if (hn::AllFalse(d, active)) return;
-    V red, green, blue, extinction;
-    LookUp(table, index, red, green, blue, extinction);
-    const V absorbed = Absorbed(hn::Mul(hn::Mul(extinction, weight), px.load(s.pixel.path)));
-    const V f = hn::IfThenElseZero(active, hn::Mul(hn::Sub(one, alpha), absorbed));
-    shade(px, red, green, blue);
-    const auto add = [&](float* plane, V part) HWY_ATTR {
-      hn::StoreU(hn::MulAdd(f, part, hn::LoadU(d, plane + px.p)), d, plane + px.p);
-    };
-    add(s.pixel.red, red), add(s.pixel.green, green), add(s.pixel.blue, blue);
-    const V after = hn::Add(alpha, f);
-    hn::StoreU(after, d, s.pixel.alpha + px.p);
-    if (s.pixel.value) add(s.pixel.value, value);
-    if (s.pixel.time) add(s.pixel.time, px.time());
-    const M passed = hn::And(hn::Lt(alpha, half), hn::Ge(after, half));
-    if (!hn::AllFalse(d, passed)) {
-      // The transmittance falls exponentially through the part of the slab inside the domain.
-      const V begin = hn::Max(set(s.k - s.front), px.load(s.pixel.enter));
-      const V tiny = set(1e-30f), left = hn::Max(hn::Sub(one, alpha), tiny);
-      const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, after), left), tiny));
-      const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, set(-1e-20f)));
-      const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(after, one), part), weight, begin);
-      hn::StoreU(hn::IfThenElse(passed, depth, px.load(s.pixel.depth)), d, s.pixel.depth + px.p);
+  for (int y = 0; y < front.height; ++y)
+    for (int x = 0; x < front.width; x += lanes) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(front.pitch) + static_cast<size_t>(x);
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * front.plane_pitch + x;
+      V alpha = hn::LoadU(d, plane.alpha + p);
+      const V enter = hn::LoadU(d, plane.enter + p), leave = hn::LoadU(d, plane.leave + p);
+      // Pixels that are finished, or whose rays miss all of the sheets.
+      if (hn::AllFalse(d, hn::And(hn::Lt(alpha, stop), hn::And(hn::Gt(leave, begins), hn::Lt(enter, ends)))))
+        continue;
+      V sum_r = none, sum_g = none, sum_b = none;
+      bool touched = false;
+      for (const SheetArgs& s : sheets) {
+        const Pixels px{s, x, y, p, at};
+        const V value = px.value();
+        const auto index = hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(value, low), scale), none), top));
+        const M visible = hn::RebindMask(d, hn::And(hn::Gt(index, first), hn::Lt(index, last)));
+        const V begin = hn::Max(set(s.k - s.front), enter);
+        const V weight = hn::Max(hn::Sub(hn::Min(set(s.k + 0.5f), leave), begin), none);
+        M active = hn::And(hn::And(visible, hn::Lt(alpha, stop)), hn::Gt(weight, none));
+        if (s.hole) active = hn::And(active, px.solid());
+        if (hn::AllFalse(d, active)) continue;
+        if (!touched) {
+          touched = true;
+          sum_r = hn::LoadU(d, plane.red + p), sum_g = hn::LoadU(d, plane.green + p),
+          sum_b = hn::LoadU(d, plane.blue + p);
+        }
+        V red, green, blue, absorbed;
+        const M whole = s.whole ? hn::And(active, hn::Eq(weight, one)) : none_of;
+        if (!hn::AllFalse(d, whole)) LookUp(s.whole, index, red, green, blue, absorbed);
+        const M partial = hn::AndNot(whole, active);
+        if (!hn::AllFalse(d, partial)) {
+          V extinction;
+          LookUp(table.entry.data(), index, red, green, blue, extinction);
+          const V part = Absorbed(hn::Mul(hn::Mul(extinction, weight), hn::LoadU(d, plane.path + p)));
+          absorbed = hn::AllFalse(d, whole) ? part : hn::IfThenElse(whole, absorbed, part);
+        }
+        const V f = hn::IfThenElseZero(active, hn::Mul(hn::Sub(one, alpha), absorbed));
+        shade(px, red, green, blue);
+        sum_r = hn::MulAdd(f, red, sum_r), sum_g = hn::MulAdd(f, green, sum_g),
+        sum_b = hn::MulAdd(f, blue, sum_b);
+        const V before = alpha;
+        alpha = hn::Add(before, f);
+        const auto add = [&](float* to, V part)
+                             HWY_ATTR { hn::StoreU(hn::MulAdd(f, part, hn::LoadU(d, to + p)), d, to + p); };
+        if (plane.value) add(plane.value, value);
+        if (plane.time) add(plane.time, px.time());
+        const M passed = hn::And(hn::Lt(before, half), hn::Ge(alpha, half));
+        if (!hn::AllFalse(d, passed)) {
+          // The transmittance falls exponentially through the part of the slab inside the domain.
+          const V tiny = set(1e-30f), left = hn::Max(hn::Sub(one, before), tiny);
+          const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, alpha), left), tiny));
+          const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, set(-1e-20f)));
+          const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(alpha, one), part), weight, begin);
+          hn::StoreU(hn::IfThenElse(passed, depth, hn::LoadU(d, plane.depth + p)), d, plane.depth + p);
+        }
+        closed += static_cast<int>(hn::CountTrue(d, hn::And(active, hn::Ge(alpha, stop))));
+      }
+      if (!touched) continue;
+      hn::StoreU(sum_r, d, plane.red + p), hn::StoreU(sum_g, d, plane.green + p),
+          hn::StoreU(sum_b, d, plane.blue + p), hn::StoreU(alpha, d, plane.alpha + p);
     }
-    closed += static_cast<int>(hn::CountTrue(d, hn::And(active, hn::Ge(after, stop))));
-  });
   return closed;
 }
 
-int Composite(const SheetArgs& s) {
-  if (!s.shading) return CompositeWith(s, [](const Pixels&, V&, V&, V&) HWY_ATTR {});
-  if (!AlikeLights::fits(s))
-    return CompositeWith(s, [](const Pixels& px, V& red, V& green, V& blue)
-                                HWY_ATTR { px.light(red, green, blue); });
-  const AlikeLights lights(s);
-  return CompositeWith(s, [&](const Pixels& px, V& red, V& green, V& blue)
-                              HWY_ATTR { lights.shade(px, red, green, blue); });
+int Composite(std::span<const SheetArgs> sheets) {
+  const SheetArgs& front = sheets.front();
+  if (!front.shading) return CompositeWith(sheets, [](const Pixels&, V&, V&, V&) HWY_ATTR {});
+  if (!AlikeLights::fits(front))
+    return CompositeWith(sheets, [](const Pixels& px, V& red, V& green, V& blue)
+                                     HWY_ATTR { px.light(red, green, blue); });
+  const AlikeLights lights(front);
+  return CompositeWith(sheets, [&](const Pixels& px, V& red, V& green, V& blue)
+                                   HWY_ATTR { lights.shade(px, red, green, blue); });
 }
 
 void Integrate(const SheetArgs& s) {
@@ -149,7 +181,7 @@ HWY_EXPORT(Crossings);
 
 const SheetKernels& simd_sheet_kernels() {
   static constexpr SheetKernels kernels{
-      [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Composite)(s); },
+      [](std::span<const SheetArgs> sheets) { return HWY_DYNAMIC_DISPATCH(Composite)(sheets); },
       [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Integrate)(s); },
       [](const CrossingArgs& c) { return HWY_DYNAMIC_DISPATCH(Crossings)(c); },
       [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Maximum)(s); },

@@ -35,9 +35,10 @@ class SheetSource {
   // of the stage under way.
   void complete(int64_t k, const OpenPixels* open, StageClock::time_point& clock);
 
-  // Of one of the last eight completed sheets: whether anything is on it, and its plane, which starts at the
-  // tile's first pixel and reaches plan.border beyond it; quantity 0: value relative to air, 1 .. 3: sums of
-  // the gradient.
+  static constexpr int kept_sheets = 8;
+  // Of one of the last kept_sheets completed sheets: whether anything is on it, and its plane, which starts
+  // at the tile's first pixel and reaches plan.border beyond it; quantity 0: value relative to air, 1 .. 3:
+  // sums of the gradient.
   [[nodiscard]] bool filled(int64_t k) const { return filled_[static_cast<size_t>(k & 7)]; }
   [[nodiscard]] const float* plane(int64_t k, size_t quantity) const;
   [[nodiscard]] const float* zero() const; // as the plane of an empty sheet

@@ -69,15 +69,26 @@ class Tile {
     const int ahead = options_.mode == RenderMode::isosurface ? 1 : differences_;
     source_.begin(from, last_ + ahead);
     auto clock = StageClock::now();
-    for (int64_t k = first_; k <= last_ && open_ > 0; ++k) {
-      if (((k - first_) & 15) == 0) job_.context->progress.check();
-      source_.complete(k + ahead, open_pixels(), clock);
-      if (!keep_empty && options_.mode != RenderMode::isosurface && !source_.filled(k))
-        ++stats_.sheets_skipped;
-      else
-        process(k);
+    const int at_once = sheets_at_once();
+    for (int64_t k = first_; k <= last_ && open_ > 0; k += at_once) {
+      if (((k - first_) & 15) < at_once) job_.context->progress.check();
+      const int64_t end = std::min(k + at_once, last_ + 1);
+      source_.complete(end - 1 + ahead, open_pixels(), clock);
+      sheets_.clear();
+      for (int64_t sheet = k; sheet < end; ++sheet)
+        if (!keep_empty && options_.mode != RenderMode::isosurface && !source_.filled(sheet))
+          ++stats_.sheets_skipped;
+        else
+          process(sheet);
+      composite();
       lap(clock, stats_.ms_shade);
     }
+  }
+
+  // Sheets that are composited together: each needs the planes of those it looks at.
+  [[nodiscard]] int sheets_at_once() const {
+    if (options_.mode != RenderMode::composite || scene_.slice->has_holes) return 1;
+    return std::min(4, SheetSource::kept_sheets - 2 * differences_);
   }
 
   // The pixels still open, brought up to date when enough have closed since; null: do not look.
@@ -108,6 +119,7 @@ class Tile {
     a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
     a.table = scene_.table, a.lights = scene_.lights;
     a.pixel = pixel_;
+    a.whole = plan_.whole_sheet.empty() ? nullptr : plan_.whole_sheet.data();
     set_sheet(a, view_, k, analytic_, differences_, scene_.slice->kernel.space.radius,
               [&](int64_t sheet, size_t quantity) { return source_.plane(sheet, quantity); });
     if (scene_.slice->has_holes) {
@@ -120,9 +132,14 @@ class Tile {
     } else if (options_.mode == RenderMode::maximum) {
       sheet_kernels_.maximum(a);
     } else {
-      const int closed = sheet_kernels_.composite(a);
-      closed_ += closed, open_ -= closed;
+      sheets_.push_back(a);
     }
+  }
+
+  void composite() {
+    if (sheets_.empty()) return;
+    const int closed = sheet_kernels_.composite(sheets_);
+    closed_ += closed, open_ -= closed;
   }
 
   // Whether a sample is on air's side of the surface only because points beyond it are left out.
@@ -266,6 +283,7 @@ class Tile {
   OpenPixels open_pixels_;
   int differences_ = 0; // neighbours on either side that gradients look at
   PixelPlanes pixel_;
+  std::vector<SheetArgs> sheets_; // to be composited
   int64_t first_ = 0, last_ = -1; // sheets of this tile
   int open_ = 0, closed_ = 0;     // pixels
   int summed_closed_ = 0;         // closed pixels that open_sum knows of

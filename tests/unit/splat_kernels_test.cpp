@@ -241,7 +241,7 @@ TEST(Kernels, AbsorptionIsExactForThinAndThickSlabs) {
     const double exact = -std::expm1(-static_cast<double>(x));
     for_targets([&] {
       std::fill_n(p, 80, 0.0f);
-      simd_sheet_kernels().composite(s);
+      simd_sheet_kernels().composite({&s, 1});
       for (int n = 0; n < 16; ++n) EXPECT_NEAR(p[48 + n], exact, 3e-7 * exact) << x;
     });
   }

@@ -75,6 +75,15 @@ TEST(FlatPolynomial, ConstantsComeOutFlatter) {
   EXPECT_LT(largest_ripple(k, phi.radius, false), 0.02);
 }
 
+// What culling by coefficients relies on: no form of a radial kernel ripples by 2 % on BCC.
+TEST(KernelPolynomial, RadialKernelsHardlyRipple) {
+  for (const char* name : {"radial16+b2", "radial18+b3", "radial20+b3", "radial24+b4"})
+    for (const auto form : {KernelForm::exact, KernelForm::brief, KernelForm::flat}) {
+      const RadialKernel phi = make_kernel(name).space;
+      EXPECT_LT(largest_ripple(kernel_polynomial(phi, form), phi.radius, true), 0.01) << name;
+    }
+}
+
 TEST(FlatPolynomial, OthersStayAsTheyAre) {
   for (const char* name : {"radial16+b2", "radial18+b3", "fine", "paper", "gauss09"}) {
     const RadialKernel phi = make_kernel(name).space;
