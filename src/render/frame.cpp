@@ -146,7 +146,7 @@ QualitySettings quality_settings(Quality quality) {
   case Quality::draft:
     return {1, 1024, 1.1, true, 0.5, 0.5};
   case Quality::normal:
-    return {0.5, 2048, 1.1, true, 0.5, 1e30};
+    return {0.5, 2048, 1.1, true, 0.5, 0.5};
   case Quality::fine:
     return {0.25, 4096, 1.1, false, 1e30, 1e30};
   case Quality::best:

@@ -28,14 +28,17 @@ double reference_depth(const SheetView& v, int64_t slab) {
   return static_cast<double>(std::max(slab, v.first_sheet())) + v.depth;
 }
 
-// The sum of kernel weights over the sites stays this near to its mean: on BCC the radial kernels and their
-// other forms ripple by 1 % at most, the others by 8.6 % (the paper's).
-double weight_ripple(const Slice& slice) {
-  const bool radial = kernel_polynomial(slice.kernel.space).form == KernelPolynomial::Form::square_8;
-  return slice.lattice.bcc && radial ? 0.02 : 0.1;
-}
-
-double mean_weight(const Slice& slice) { return std::numbers::sqrt2 / slice.lattice.cell_volume(); }
+// Between what the sum of kernel weights over the sites stays: on BCC the radial kernels and their other
+// forms ripple by 1 % at most, the others by 8.6 % (the paper's). Its mean is at least 1.
+struct WeightBounds {
+  double least, most;
+  explicit WeightBounds(const Slice& slice) {
+    const bool radial = kernel_polynomial(slice.kernel.space).form == KernelPolynomial::Form::square_8;
+    const double ripple = slice.lattice.bcc && radial ? 0.02 : 0.1;
+    least = 1 - ripple;
+    most = (1 + ripple) * std::numbers::sqrt2 / slice.lattice.cell_volume();
+  }
+};
 
 void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
   const SheetView& v = *scene.view;
@@ -240,11 +243,11 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
 
 // Whether samples may show that lie between points with coefficients low .. high (and 0) only: whether points
 // are left out or not, the field is within their range there.
-bool shows(const SplatScene& scene, const SplatOptions& options, float low, float high) {
-  const double g = (1 + weight_ripple(*scene.slice)) * mean_weight(*scene.slice),
-               air = static_cast<double>(scene.slice->air);
-  const double a = air + g * static_cast<double>(std::min(low, 0.0f)),
-               b = air + g * static_cast<double>(std::max(high, 0.0f));
+bool shows(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights, float low,
+           float high) {
+  const double air = static_cast<double>(scene.slice->air);
+  const double a = air + weights.most * static_cast<double>(std::min(low, 0.0f)),
+               b = air + weights.most * static_cast<double>(std::max(high, 0.0f));
   if (options.mode == RenderMode::composite) return scene.table->visible(a, b);
   if (options.mode == RenderMode::isosurface) return options.iso_value >= a && options.iso_value <= b;
   return true;
@@ -252,9 +255,8 @@ bool shows(const SplatScene& scene, const SplatOptions& options, float low, floa
 
 // Whether all samples lie beyond the isosurface that lie between points of a range only (a range that ends at
 // 0 knows nothing).
-bool beyond(const SplatScene& scene, double iso_value, const CellRange& range) {
-  const double iso = iso_value - static_cast<double>(scene.slice->air);
-  const double least = 1 - weight_ripple(*scene.slice); // of a mean of at least 1
+bool beyond(const SplatScene& scene, double iso_value, const WeightBounds& weights, const CellRange& range) {
+  const double iso = iso_value - static_cast<double>(scene.slice->air), least = weights.least;
   return iso > 0 ? least * static_cast<double>(range.low) > iso
                  : iso < 0 && least * static_cast<double>(range.high) < iso;
 }
@@ -309,20 +311,22 @@ int useful_cells(const SplatScene& scene, const SplatOptions& options, const Spl
 
 // A sample whose points are left out because they are beyond the surface, and those it is compared with, are
 // all known to be beyond it; InsideCells tells so when it comes out too low.
-uint64_t needed_cells(const SplatScene& scene, const SplatOptions& options, const CellRange* range,
-                      bool inside) {
+uint64_t needed_cells(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights,
+                      const CellRange* range, bool inside) {
   uint64_t cells = 0;
   for (int n = 0; n < cells_per_brick; ++n) {
-    const bool shown = shows(scene, options, range[n].low, range[n].high) &&
-                       !(inside && beyond(scene, options.iso_value, range[n]));
+    const bool shown = shows(scene, options, weights, range[n].low, range[n].high) &&
+                       !(inside && beyond(scene, options.iso_value, weights, range[n]));
     cells |= uint64_t{shown} << n;
   }
   return cells;
 }
 
-uint64_t inside_cells(const SplatScene& scene, double iso_value, const CellRange* range) {
+uint64_t inside_cells(const SplatScene& scene, double iso_value, const WeightBounds& weights,
+                      const CellRange* range) {
   uint64_t cells = 0;
-  for (int n = 0; n < cells_per_brick; ++n) cells |= uint64_t{beyond(scene, iso_value, range[n])} << n;
+  for (int n = 0; n < cells_per_brick; ++n)
+    cells |= uint64_t{beyond(scene, iso_value, weights, range[n])} << n;
   return cells;
 }
 
@@ -391,6 +395,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   const bool cull = !(options.disable_skips & skip_frustum);
   const int cells = useful_cells(scene, options, plan);
   const double look = look_around(scene, options, plan);
+  const WeightBounds weights(*scene.slice);
   const auto ranges = [&](size_t reach, size_t brick) {
     return scene.points->cells[reach].data() + brick * cells_per_brick;
   };
@@ -411,12 +416,13 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
       b.brick = static_cast<uint32_t>(n);
       b.cells = ~uint64_t{0};
       if (!(options.disable_skips & skip_transfer_function) &&
-          !shows(scene, options, brick.reach[0], brick.reach[1])) {
+          !shows(scene, options, weights, brick.reach[0], brick.reach[1])) {
         candidates[n].place = Place::invisible;
         continue;
       }
       if (inside)
-        plan.inside.cells[scene.points->slot(brick)] = inside_cells(scene, options.iso_value, ranges(0, n));
+        plan.inside.cells[scene.points->slot(brick)] =
+            inside_cells(scene, options.iso_value, weights, ranges(0, n));
       const bool reached = bound_brick(scene, plan, brick, b);
       if (!reached || b.rect[0] >= view.width + plan.border || b.rect[1] >= view.height + plan.border ||
           b.rect[2] <= -plan.border || b.rect[3] <= -plan.border) {
@@ -424,7 +430,8 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
         if (cull || !reached) continue;
       }
       if (!(options.disable_skips & skip_cells)) b.cells = near_cells(scene, brick, look);
-      if (cells >= 0) b.cells &= needed_cells(scene, options, ranges(static_cast<size_t>(cells), n), inside);
+      if (cells >= 0)
+        b.cells &= needed_cells(scene, options, weights, ranges(static_cast<size_t>(cells), n), inside);
       b.first_slab = std::max(b.first_slab, plan.first_slab);
       b.frame = brick_frame(scene, plan, brick);
     }

@@ -7,6 +7,7 @@
 
 #include "splat/class_table.h"
 #include "splat/light.h"
+#include "splat/pixel_rect.h"
 
 namespace bccsplat {
 
@@ -37,6 +38,7 @@ struct SheetArgs {
       0.5f;         // the slab begins this much before k; the first sheet in front of an eye reaches up to it
   int x = 0, y = 0; // of the tile in the picture
   int width = 0, height = 0, pitch = 0;
+  PixelRect seen = all_pixels; // pixels of the tile outside of it are air, and air is invisible
   const float* value =
       nullptr; // relative to air; points at the tile's first pixel inside a plane with a border
   // Differences: the sheets k - 1 and k + 1, k - 2 and k + 2, with what each pair's difference counts.
@@ -67,6 +69,7 @@ struct SheetArgs {
 struct CrossingArgs {
   float k = 0, target = 0;
   int width = 0, height = 0, pitch = 0;
+  PixelRect seen = all_pixels; // outside of it all four sheets are air
   const float *before = nullptr, *value = nullptr;
   const float *before2 = nullptr, *after = nullptr; // sheets k - 2 and k + 1
   int plane_pitch = 0;

@@ -29,9 +29,12 @@ template<class Shade> int CompositeWith(std::span<const SheetArgs> sheets, const
   const V begins = set(front.k - front.front), ends = set(sheets.back().k + 0.5f);
   const M none_of = hn::Lt(one, one);
   const int lanes = static_cast<int>(hn::Lanes(d));
+  PixelRect seen;
+  for (const SheetArgs& s : sheets) seen.include(s.seen);
+  seen = seen.within(front.width, front.height);
   int closed = 0;
-  for (int y = 0; y < front.height; ++y)
-    for (int x = 0; x < front.width; x += lanes) {
+  for (int y = seen.y0; y < seen.y1; ++y)
+    for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(front.pitch) + static_cast<size_t>(x);
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * front.plane_pitch + x;
       V alpha = hn::LoadU(d, plane.alpha + p);
@@ -134,8 +137,9 @@ size_t Crossings(const CrossingArgs& c) {
   const V zero = hn::Zero(d);
   size_t count = 0;
   uint8_t crossed[8], grazed[8]; // one bit per lane
-  for (int y = 0; y < c.height; ++y)
-    for (int x = 0; x < c.width; x += lanes) {
+  const PixelRect seen = c.seen.within(c.width, c.height);
+  for (int y = seen.y0; y < seen.y1; ++y)
+    for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
       const V v0 = hn::LoadU(d, c.before + at), v1 = hn::LoadU(d, c.value + at);

@@ -1,6 +1,7 @@
 #include "splat/sheet_source.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "kernel/cc_kernel.h"
 
@@ -18,6 +19,7 @@ SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, T
       kernels_(args.scalar ? scalar_kernels() : simd_kernels()), tile_(tile), m_(memory), stats_(stats),
       quantities_(args.gradients ? 4 : 1) {
   m_.size_planes(plan_, tile.width, tile.height);
+  ring_touched_.resize(static_cast<size_t>(plan_.sheets));
   pitch_ = m_.plane_pitch;
 }
 
@@ -46,6 +48,7 @@ void SheetSource::slab(int64_t s, const OpenPixels* open, StageClock::time_point
         if (open && open->mostly_closed()) count = drop_hidden(s, records, count, *open);
         if (count > 0) last_filled_ = s + plan_.after;
         splat_bin(s, records, count);
+        touch(s, records, count);
         m_.bin_end[bin] = records;
         lap(clock, stats_.ms_splat);
       }
@@ -127,14 +130,46 @@ void SheetSource::splat_bin(int64_t s, const SplatRecord* records, size_t count)
                           static_cast<uint64_t>(a.rows);
 }
 
+// Notes which pixels of the sheets within reach the points of a slab touch.
+void SheetSource::touch(int64_t s, const SplatRecord* records, size_t count) {
+  if (count == 0) return;
+  PixelRect starts;
+  for (size_t n = 0; n < count; ++n) {
+    const SplatRecord& p = records[n];
+    starts.include({p.x, p.y, p.x, p.y});
+  }
+  const auto n = static_cast<size_t>(s - plan_.first_slab);
+  const PixelRect touched =
+      PixelRect{starts.x0, starts.y0, starts.x1 + plan_.columns[n], starts.y1 + plan_.rows[n]}.within(
+          m_.width, m_.height);
+  for (int64_t k = s - plan_.before; k <= s + plan_.after; ++k) ring_touched_[slot(k)].include(touched);
+}
+
 void SheetSource::extract(int64_t k) {
-  const auto slot = static_cast<size_t>(((k % plan_.sheets) + plan_.sheets) % plan_.sheets);
+  const size_t from = slot(k);
+  constexpr int vector = 16;
+  PixelRect now = ring_touched_[from];
+  ring_touched_[from] = {};
+  if (now.empty()) now = {0, 0, 0, 0};
+  now.x0 = now.x0 / vector * vector, now.x1 = (now.x1 + vector - 1) / vector * vector;
+  const PixelRect before = std::exchange(plane_touched_[static_cast<size_t>(k & 7)], now);
   ExtractArgs e;
-  e.lane = static_cast<int>(slot & 3);
-  e.pitch = m_.ring_pitch, e.width = m_.width, e.height = m_.height, e.plane_pitch = m_.plane_pitch;
+  e.lane = static_cast<int>(from & 3);
+  e.pitch = m_.ring_pitch, e.width = now.x1 - now.x0, e.height = now.y1 - now.y0;
+  e.plane_pitch = m_.plane_pitch;
   for (size_t q = 0; q < quantities_; ++q) {
-    e.ring = m_.ring_origin(q) + (slot >> 2) * m_.group_floats;
-    e.plane = m_.plane_origin(k, q);
+    float* const plane = m_.plane_origin(k, q);
+    for (int y = before.y0; y < before.y1; ++y) {
+      const bool again = y >= now.y0 && y < now.y1;
+      const auto clear = [row = plane + static_cast<std::ptrdiff_t>(y) * m_.plane_pitch](int x0, int x1) {
+        if (x0 < x1) std::fill(row + x0, row + x1, 0.0f);
+      };
+      clear(before.x0, again ? std::min(before.x1, now.x0) : before.x1);
+      if (again) clear(std::max(before.x0, now.x1), before.x1);
+    }
+    e.ring = m_.ring_origin(q) + (from >> 2) * m_.group_floats +
+             (static_cast<std::ptrdiff_t>(now.y0) * m_.ring_pitch + now.x0) * 4;
+    e.plane = plane + static_cast<std::ptrdiff_t>(now.y0) * m_.plane_pitch + now.x0;
     kernels_.extract(e);
   }
   if (scene_.slice->kernel.normalised) normalise(k);
@@ -157,6 +192,15 @@ void SheetSource::normalise(int64_t k) {
 
 const float* SheetSource::plane(int64_t k, size_t quantity) const {
   return filled(k) ? m_.plane_origin(k, quantity) + plan_.border * pitch_ + plan_.border : zero();
+}
+
+PixelRect SheetSource::touched(int64_t k) const {
+  if (!filled(k)) return {};
+  const PixelRect& r = plane_touched_[static_cast<size_t>(k & 7)];
+  if (r.empty()) return {};
+  const int border = plan_.border;
+  return PixelRect{r.x0 - border, r.y0 - border, r.x1 - border, r.y1 - border}.within(tile_.width,
+                                                                                      tile_.height);
 }
 
 const float* SheetSource::zero() const {

@@ -5,8 +5,10 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <vector>
 
 #include "splat/open_pixels.h"
+#include "splat/pixel_rect.h"
 #include "splat/splat.h"
 #include "splat/tile_memory.h"
 
@@ -41,6 +43,8 @@ class SheetSource {
   // sums of the gradient.
   [[nodiscard]] bool filled(int64_t k) const { return filled_[static_cast<size_t>(k & 7)]; }
   [[nodiscard]] const float* plane(int64_t k, size_t quantity) const;
+  // Of such a sheet: the pixels of the tile outside of which it is empty.
+  [[nodiscard]] PixelRect touched(int64_t k) const;
   [[nodiscard]] const float* zero() const; // as the plane of an empty sheet
   [[nodiscard]] int plane_pitch() const { return pitch_; }
   [[nodiscard]] size_t plane_floats() const { return m_.plane_floats(); }
@@ -54,7 +58,11 @@ class SheetSource {
   void activate(uint32_t planned, const OpenPixels* open);
   size_t drop_hidden(int64_t s, SplatRecord* records, size_t count, const OpenPixels& open);
   void splat_bin(int64_t s, const SplatRecord* records, size_t count);
+  void touch(int64_t s, const SplatRecord* records, size_t count);
   void extract(int64_t k);
+  [[nodiscard]] size_t slot(int64_t k) const {
+    return static_cast<size_t>(((k % plan_.sheets) + plan_.sheets) % plan_.sheets);
+  }
   void normalise(int64_t k);
   [[nodiscard]] size_t bin_of(int64_t slab) const {
     return static_cast<size_t>(slab - plan_.first_slab) & m_.bin_mask();
@@ -72,8 +80,12 @@ class SheetSource {
   bool prepared_ = false;
   size_t next_brick_ = 0;
   int64_t first_slab_ = 0, last_slab_ = -1, next_slab_ = 0;
-  int64_t last_filled_ = INT64_MIN; // sheet
-  std::array<bool, 8> filled_{};    // by sheet & 7
+  int64_t last_filled_ = INT64_MIN;        // sheet
+  std::array<bool, kept_sheets> filled_{}; // by sheet & 7
+  // Pixels of the ring: what points touch of the sheets under way, by slot; outside of what the planes are
+  // zero, by sheet & 7, in whole vectors.
+  std::vector<PixelRect> ring_touched_;
+  std::array<PixelRect, kept_sheets> plane_touched_{};
 };
 
 } // namespace bccsplat

@@ -64,7 +64,7 @@ class Tile {
 
   void march() {
     const int64_t from = std::max(first_ - differences_, view_.first_sheet());
-    const bool keep_empty = plan_.air_visible || (options_.disable_skips & skip_empty_sheets);
+    const bool keep_empty = sees_air();
     // Differences look at the sheets behind; surfaces at the next.
     const int ahead = options_.mode == RenderMode::isosurface ? 1 : differences_;
     source_.begin(from, last_ + ahead);
@@ -83,6 +83,11 @@ class Tile {
       composite();
       lap(clock, stats_.ms_shade);
     }
+  }
+
+  // Whether samples that no point reaches are looked at.
+  [[nodiscard]] bool sees_air() const {
+    return plan_.air_visible || (options_.disable_skips & skip_empty_sheets);
   }
 
   // Sheets that are composited together: each needs the planes of those it looks at.
@@ -115,6 +120,7 @@ class Tile {
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
     a.plane_pitch = source_.plane_pitch();
     a.shading = options_.shading;
+    if (!sees_air()) a.seen = source_.touched(k);
     a.air = scene_.slice->air;
     a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
     a.table = scene_.table, a.lights = scene_.lights;
@@ -163,6 +169,11 @@ class Tile {
     c.before = source_.plane(k - 1, 0), c.value = source_.plane(k, 0), c.plane_pitch = source_.plane_pitch();
     c.alpha = pixel_.alpha, c.enter = pixel_.enter, c.leave = pixel_.leave;
     c.before2 = source_.plane(std::max(k - 2, first_), 0), c.after = source_.plane(k + 1, 0);
+    if (!(options_.disable_skips & skip_empty_sheets)) {
+      c.seen = {};
+      for (int64_t sheet = std::max(k - 2, first_); sheet <= k + 1; ++sheet)
+        c.seen.include(source_.touched(sheet));
+    }
     m_.crossings.resize(static_cast<size_t>(tile_.width * tile_.height));
     c.found = m_.crossings.data();
     const size_t found = sheet_kernels_.crossings(c);
