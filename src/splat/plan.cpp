@@ -429,7 +429,8 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
         candidates[n].place = cull || !reached ? Place::gone : Place::outside;
         if (cull || !reached) continue;
       }
-      if (!(options.disable_skips & skip_cells)) b.cells = near_cells(scene, brick, look);
+      if (!(options.disable_skips & (skip_transfer_function | skip_cells)))
+        b.cells = near_cells(scene, brick, look);
       if (cells >= 0)
         b.cells &= needed_cells(scene, options, weights, ranges(static_cast<size_t>(cells), n), inside);
       b.first_slab = std::max(b.first_slab, plan.first_slab);

@@ -233,17 +233,23 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
                               total * (sizeof(float) + sizeof(uint16_t)) +
                                   kept * (sizeof(SplatBrick) + 3 * cells_per_brick * sizeof(CellRange)),
                               "the points of a slice");
-  points.position.reserve(total + vector_overhang);
-  points.coefficient.reserve(total + vector_overhang);
-  points.bricks.reserve(kept);
-  std::vector<uint64_t> kept_slots;
-  kept_slots.reserve(kept);
+  points.position.resize(total + vector_overhang);
+  points.coefficient.resize(total + vector_overhang);
+  points.bricks.resize(kept);
+  std::vector<size_t> kept_numbers; // among made
+  kept_numbers.reserve(kept);
+  uint32_t first = 0;
   for (size_t number = 0; number < made.size(); ++number) {
+    if (made[number].brick.count == 0) continue;
+    made[number].brick.first = std::exchange(first, first + made[number].brick.count);
+    kept_numbers.push_back(number);
+  }
+  for (auto& cells : points.cells) cells.resize(kept * cells_per_brick);
+  context.tasks.parallel_for(kept, [&](uint64_t n) {
+    const size_t number = kept_numbers[n];
     const uint64_t slot = slots[number];
     BrickPoints& b = made[number];
-    if (b.brick.count == 0) continue;
-    kept_slots.push_back(slot);
-    b.brick.first = static_cast<uint32_t>(points.position.size());
+    SplatBrick& brick = points.bricks[n] = b.brick;
     const auto nx = static_cast<size_t>(points.dims[0]), ny = static_cast<size_t>(points.dims[1]);
     const int at[3] = {static_cast<int>(slot % nx), static_cast<int>(slot / nx % ny),
                        static_cast<int>(slot / (nx * ny))};
@@ -253,25 +259,19 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
           const int64_t other = touched.number((static_cast<size_t>(z) * ny + static_cast<size_t>(y)) * nx +
                                                static_cast<size_t>(x));
           if (other < 0) continue;
-          const SplatBrick& n = made[static_cast<size_t>(other)].brick;
-          b.brick.reach[0] = std::min(b.brick.reach[0], n.coefficient[0]);
-          b.brick.reach[1] = std::max(b.brick.reach[1], n.coefficient[1]);
+          const SplatBrick& beside = made[static_cast<size_t>(other)].brick;
+          brick.reach[0] = std::min(brick.reach[0], beside.coefficient[0]);
+          brick.reach[1] = std::max(brick.reach[1], beside.coefficient[1]);
         }
-    points.position.insert(points.position.end(), b.position.begin(), b.position.end());
-    points.coefficient.insert(points.coefficient.end(), b.coefficient.begin(), b.coefficient.end());
-    points.bricks.push_back(b.brick);
+    std::copy(b.position.begin(), b.position.end(), points.position.begin() + brick.first);
+    std::copy(b.coefficient.begin(), b.coefficient.end(), points.coefficient.begin() + brick.first);
     b.position = {}, b.coefficient = {};
-  }
-  for (auto& cells : points.cells) cells.resize(kept * cells_per_brick);
-  context.tasks.parallel_for(kept, [&](uint64_t n) {
     CellCube cube;
-    gather_cells(made, touched, points.dims, kept_slots[n], points.edge / 4, cube);
+    gather_cells(made, touched, points.dims, slot, points.edge / 4, cube);
     for (size_t r = 0; r < SplatPoints::cell_reach.size(); ++r)
       widen_cells(cube, SplatPoints::cell_reach[r], points.cells[r].data() + n * cells_per_brick);
   });
   points.count = static_cast<uint32_t>(total);
-  points.position.resize(total + vector_overhang);
-  points.coefficient.resize(total + vector_overhang);
   return points;
 }
 
