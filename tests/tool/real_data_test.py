@@ -7,19 +7,45 @@ import zlib
 
 from harness import DATA, Nrrd, ToolTest, has_openvdb, has_reader, main
 
-# name: (arguments, dims, source type, range, least PSNR in dB)
+FINGERS = 'viscous_fingers_run01_'
+# name: (arguments, dims, source type, range, least PSNR in dB, {(x, y, z, frame): value}). Values and ranges were read from
+# the bytes of the files, not by the readers.
 SETS = {
-    'tooth_103x94x161_u8.nrrd': ([], [103, 94, 161, 1], 'u8', [0, 255], 45),
-    'headsq/quarter.nhdr': ([], [64, 64, 93, 1], 'i16', [0, 3926], 36),
-    'fuel_64x64x64_u8.vti': ([], [64, 64, 64, 1], 'u8', [0, 255], 40),
-    'neghip_64x64x64_u8.raw': (['--dims', '64,64,64', '--dtype', 'u8'], [64, 64, 64, 1], 'u8', [0, 255], 35),
-    'nucleon_41x41x41_u8.raw': (['--dims', '41,41,41', '--dtype', 'u8'], [41, 41, 41, 1], 'u8', [0, 249], 40),
+    'tooth_103x94x161_u8.nrrd': ([], [103, 94, 161, 1], 'u8', [0, 255], 45,
+                                 {(24, 45, 144, 0): 236, (13, 52, 120, 0): 246, (51, 43, 128, 0): 226}),
+    'headsq/quarter.nhdr': ([], [64, 64, 93, 1], 'i16', [0, 3926], 36,
+                            {(18, 25, 18, 0): 2026, (47, 28, 47, 0): 1104, (23, 50, 9, 0): 1090}),
+    'fuel_64x64x64_u8.vti': ([], [64, 64, 64, 1], 'u8', [0, 255], 40, {(20, 31, 31, 0): 212, (43, 31, 33, 0): 79}),
+    'neghip_64x64x64_u8.raw': (['--dims', '64,64,64', '--dtype', 'u8'], [64, 64, 64, 1], 'u8', [0, 255], 35,
+                               {(18, 25, 23, 0): 255, (46, 21, 43, 0): 255}),
+    'nucleon_41x41x41_u8.raw': (['--dims', '41,41,41', '--dtype', 'u8'], [41, 41, 41, 1], 'u8', [0, 249], 40,
+                                {(24, 21, 29, 0): 233, (22, 23, 27, 0): 248, (14, 21, 14, 0): 190}),
+    'engine_256x256x128_u8.raw.gz': (['--dims', '256,256,128', '--dtype', 'u8'], [256, 256, 128, 1], 'u8', [0, 255], 33,
+                                     {(134, 109, 107, 0): 205, (113, 109, 10, 0): 255, (123, 66, 105, 0): 181}),
+    'bonsai_256x256x256_u8_zlib.vti': ([], [256, 256, 256, 1], 'u8', [0, 255], 33,
+                                       {(187, 32, 144, 0): 206, (194, 37, 166, 0): 205, (157, 3, 200, 0): 204}),
     'dx_mri_16x128x128_u16be.raw': (['--dims', '128,128,16', '--axes', 'zxy', '--dtype', 'u16', '--endian', 'big'],
-                                    [128, 128, 16, 1], 'u16', [668, 57684], 38),
-    'statmap_64x64x21_f32be.nii.gz': ([], [64, 64, 21, 1], 'f32', [-8.71, 18.58], 30),
-    'pcasl_52x68x20x10_f32.nii.gz': ([], [52, 68, 20, 10], 'f32', [0, 2640], 29),
-    'smoke.vdb': ([], [111, 222, 112, 1], 'f16', [0, 5.71], 41),
+                                    [128, 128, 16, 1], 'u16', [668, 57684], 38,
+                                    {(40, 81, 11, 0): 21033, (35, 71, 8, 0): 21677, (38, 61, 9, 0): 19769}),
+    'statmap_64x64x21_f32be.nii.gz': ([], [64, 64, 21, 1], 'f32', [-8.71, 18.58], 30, {(32, 9, 5, 0): 14.012}),
+    'nan_17x21x3_f32be.nii': (['--on-nonfinite', 'hole'], [17, 21, 3, 1], 'f32', [409.300, 13360.962], 20,
+                              {(10, 8, 1, 0): 11571}),
+    'pcasl_52x68x20x10_f32.nii.gz': ([], [52, 68, 20, 10], 'f32', [0, 2640], 29,
+                                     {(19, 9, 7, 0): 1476, (27, 21, 17, 0): 1552, (40, 20, 15, 7): 1532, (27, 21, 17, 7): 1539}),
+    FINGERS + '64x64x64x99_u16.nrrd': ([], [64, 64, 64, 99], 'u16', [0, 4083], 50,
+                                       {(32, 44, 61, 49): 2841, (23, 11, 61, 49): 2557, (30, 53, 61, 49): 2504}),
+    FINGERS + 't001_original_f32_zlib.vti': ([], [64, 64, 64, 1], 'f32', [0, 76.763], 30,
+                                             {(32, 44, 61, 0): 75.952, (30, 53, 61, 0): 75.745}),
+    FINGERS + 't050_original_f32_zlib.vti': ([], [64, 64, 64, 1], 'f32', [0, 107.936], 30,
+                                             {(32, 44, 61, 0): 94.364, (23, 11, 61, 0): 84.918}),
+    FINGERS + 't099_original_f32_zlib.vti': ([], [64, 64, 64, 1], 'f32', [0, 123.874], 30,
+                                             {(23, 11, 61, 0): 97.280, (27, 9, 61, 0): 101.564, (32, 44, 61, 0): 106.267}),
+    'smoke.vdb': ([], [111, 222, 112, 1], 'f16', [0, 5.71], 41, {}),
 }
+# Times other than one frame at 0: (first, last, unit).
+TIMES = {'pcasl_52x68x20x10_f32.nii.gz': (0, 22.86, 's'), FINGERS + '64x64x64x99_u16.nrrd': (0, 98, '')}
+# What other tests look at, or what is no volume.
+ELSEWHERE = {'ncep_forecast_36x33x10x7_f32.nc', 'smoke-blosc.nvdb', 'dx_mri.general.txt'}
 
 
 def vti_values(path):
@@ -38,11 +64,23 @@ def vti_values(path):
 
 
 class RealData(ToolTest):
-    def test_sets_say_what_they_hold(self):
-        for name, (args, dims, kind, limits, psnr) in SETS.items():
+    def sets(self):
+        for name, row in SETS.items():
             path = os.path.join(DATA, name)
-            if not os.path.exists(path) or (name.endswith('.vdb') and not has_openvdb()):
-                continue
+            if os.path.exists(path) and not (name.endswith('.vdb') and not has_openvdb()):
+                yield name, path, *row
+
+    def test_every_set_is_in_the_table(self):
+        path = os.path.join(DATA, 'README.md')
+        if not os.path.exists(path):
+            self.skipTest('no such data')
+        with open(path, encoding='utf-8') as f:
+            listed = [line.split('`')[1] for line in f if line.startswith('| `')]
+        self.assertGreater(len(listed), 15)
+        self.assertEqual([name for name in listed if name not in SETS and name not in ELSEWHERE], [])
+
+    def test_sets_say_what_they_hold(self):
+        for name, path, args, dims, kind, limits, psnr, _ in self.sets():
             with self.subTest(name):
                 self.bcc4('import', path, *args, '-o', 'a.bcc4', '--overwrite', '--quiet')
                 j = self.json('info', 'a.bcc4')
@@ -50,10 +88,34 @@ class RealData(ToolTest):
                 self.assertEqual(j['channels'][0]['source_type'], kind)
                 self.assertAlmostEqual(j['range'][0], limits[0], delta=.01)
                 self.assertAlmostEqual(j['range'][1], limits[1], delta=.01)
+                first, last, unit = TIMES.get(name, (0, 0, ''))
+                self.assertAlmostEqual(j['times']['first'], first)
+                self.assertAlmostEqual(j['times']['last'], last)
+                self.assertTrue(unit in ('', j['times']['unit']), j['times'])
                 self.assertLess(j['sites_total'], .75 * j['cc_samples'])
                 report = self.json('verify', 'a.bcc4', '--against', path)
-                self.assertEqual(report['samples_compared'], j['cc_samples'])
+                if 'hole' in args:
+                    self.assertLess(report['samples_compared'], j['cc_samples'] - 153)
+                    self.assertGreater(j['holes'], 0)
+                elif dims[3] < 20:
+                    self.assertEqual(report['samples_compared'], j['cc_samples'])
                 self.assertGreater(report['psnr'], psnr)
+
+    def test_spot_voxels(self):
+        """On the Cartesian lattice the samples themselves are stored: axes, byte order and scaling show in single values."""
+        for _, path, args, dims, _, limits, _, spots in self.sets():
+            if not spots:
+                continue
+            more = ['--frames', '40-60'] if dims[3] > 60 else []
+            first = 40 if more else 0
+            self.bcc4('import', path, *args, *more, '--lattice', 'cc', '-o', 'a.bcc4', '--overwrite', '--quiet')
+            for frame in sorted({spot[3] for spot in spots}):
+                self.bcc4('slice', 'a.bcc4', '--index', '--time', frame - first, '-o', 's.nrrd', '--quiet')
+                values = Nrrd(self.path('s.nrrd')).values
+                for (x, y, z, t), value in spots.items():
+                    if t == frame:
+                        got = values[x + dims[0] * (y + dims[1] * z)]
+                        self.assertAlmostEqual(got, value, delta=.02 * (limits[1] - limits[0]), msg=f'{path} {(x, y, z, t)}')
 
     def test_viscous_fingers(self):
         path = os.path.join(DATA, 'viscous_fingers_run01_64x64x64x99_u16.nrrd')
