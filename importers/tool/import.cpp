@@ -147,6 +147,7 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Impor
 
 struct Import {
   bccsplat_writer_report report = sized<bccsplat_writer_report>();
+  FrameSpan given; // frames read: of a part more than its own
   MeasuredErrors errors;
 };
 
@@ -183,6 +184,7 @@ Import write_series(FrameReader& reader, const Device& device, const ImportArgum
       progress.update(done += frame_bytes(s, c), concat("frame ", f + 1, "/", s.dims[3]));
     }
   Import done_import;
+  done_import.given = given;
   check(bccsplat_writer_finish(writer.get(), &done_import.report), a.output);
   unfinished.finished();
   done_import.errors = measured_errors(writer, s.channels.size(), done_import.report.frames_measured);
@@ -234,6 +236,11 @@ void print_report(const SeriesDescription& s, const Import& import, double secon
               byte_text(static_cast<double>(r.bytes_file)).c_str(),
               short_number(ratio(r.bytes_source, r.bytes_file), 3).c_str(),
               short_number(ratio(in, r.bytes_file), 3).c_str());
+  if (import.given.end - import.given.first > r.frames)
+    std::printf("  a part: %llu frames, made of frames %llu to %llu\n",
+                static_cast<unsigned long long>(r.frames),
+                static_cast<unsigned long long>(import.given.first),
+                static_cast<unsigned long long>(import.given.end - 1));
   std::printf("  %llu samples -> %llu sites (%s), %llu stored (%s %%)\n",
               static_cast<unsigned long long>(r.cc_samples), static_cast<unsigned long long>(r.sites_total),
               short_number(ratio(r.sites_total, r.cc_samples), 4).c_str(),
@@ -443,7 +450,10 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const Import import = write_bounded(*reader, device, a, plan.scans, scope);
   if (a.common.json) {
     Json j = report_json(import.report, clock.seconds());
-    if (scope.part) j["part"] = {{"first", scope.part->first}, {"last", scope.part->end - 1}};
+    if (scope.part) {
+      j["part"] = {{"first", scope.part->first}, {"last", scope.part->end - 1}};
+      j["part"]["read"] = {import.given.first, import.given.end - 1};
+    }
     j["error"] = errors_json(s, import);
     j["plan"] = plan_json(plan);
     j["output"] = a.output;

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "tests/bench/evaluate.h"
 #include "tests/bench/fit.h"
+#include "tests/bench/import.h"
 #include "tests/bench/kernels.h"
 #include "tests/bench/paper.h"
 #include "tests/bench/render.h"
@@ -35,7 +36,7 @@ constexpr Suite suites[] = {
     {"storage", bccsplat::bench::run_storage_suite}, {"render", bccsplat::bench::run_render_suite},
     {"skip", bccsplat::bench::run_skip_suite},       {"scale", bccsplat::bench::run_scale_suite},
     {"splat", bccsplat::bench::run_splat_suite},     {"slice", bccsplat::bench::run_slice_suite},
-    {"paper", bccsplat::bench::run_paper_suite}};
+    {"paper", bccsplat::bench::run_paper_suite},     {"import", bccsplat::bench::run_import_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");

@@ -106,6 +106,12 @@ class Parts(ToolTest):
         self.bcc4('import', '--plan', 'plan.json', '-o', 'two.bcc4', '--quiet')
         self.assertEqual(self.read('one.bcc4'), self.read('two.bcc4'))
 
+    def test_a_part_is_made_of_a_few_frames_more(self):
+        self.plan(self.raw('a.raw', DIMS, blob), '--measure', 'none')
+        part = self.json('import', '--plan', 'plan.json', '--part', '20-25', '-o', 'p.bcc4')['part']
+        self.assertEqual((part['first'], part['last']), (20, 25))
+        self.assertTrue(10 < part['read'][0] < 20 and 25 < part['read'][1] < 40, part)
+
     def test_a_killed_part_resumes(self):
         args = self.raw('a.raw', (24, 24, 24, 60), blob)
         self.plan(args)
