@@ -807,11 +807,11 @@ enum { /* sheet distance and gradient. Errors expected, as PSNR in dB (peak 1) o
           of the same samples; shaded against that of the field they were taken from, where kernel and lattice
           decide. Smoother fields fare better (smoke 58 to 60 dB). Times relative to draft. */
        BCCSPLAT_QUALITY_DEFAULT = 0,
-       BCCSPLAT_QUALITY_DRAFT = 1,  /* sheets 1 T apart: 64, 43, 37 dB */
-       BCCSPLAT_QUALITY_NORMAL = 2, /* .5 T: 77, 48, 39 dB; time 1.9 */
+       BCCSPLAT_QUALITY_DRAFT = 1,  /* sheets 1 T apart: 64, 43, 38 dB */
+       BCCSPLAT_QUALITY_NORMAL = 2, /* .5 T: 77, 46, 39 dB; time 1.6 */
        BCCSPLAT_QUALITY_FINE = 3,   /* .25 T, for narrow transfer functions and thin features: 88, 49, 39 dB;
-                                       time 3.7 */
-       BCCSPLAT_QUALITY_BEST = 4    /* .125 T: 101, 48, 39 dB; time 7.3 */
+                                       time 3.9 */
+       BCCSPLAT_QUALITY_BEST = 4    /* .125 T: 101, 48, 39 dB; time 7.4 */
 };
 enum { BCCSPLAT_SHADING_DEFAULT = 0, BCCSPLAT_SHADING_OFF = 1, BCCSPLAT_SHADING_ON = 2 };
 enum { /* bits of disable_skips: each switches one way of skipping work off, for tests */
