@@ -46,8 +46,9 @@ struct Bcc4Reader::State {
   // A chunk whose sites are all holes.
   [[nodiscard]] ChunkData lost_chunk(int channel, const Bcc4Chunk& chunk) const;
   [[nodiscard]] ChunkData decode_or_lose(int channel, const Bcc4Chunk& chunk,
-                                         std::span<const std::byte> bytes) const;
-  [[nodiscard]] ChunkData decode(int channel, const Bcc4Chunk& chunk, std::span<const std::byte> bytes) const;
+                                         std::span<const std::byte> stored) const;
+  [[nodiscard]] ChunkData decode(int channel, const Bcc4Chunk& chunk,
+                                 std::span<const std::byte> stored) const;
 };
 
 // Chunks that are read together: indices into a list, in the order of the file.

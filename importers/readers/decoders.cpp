@@ -57,13 +57,10 @@ class GzipStream : public ByteStream {
   // Another gzip member may follow; what is no member (padding) ends the data.
   void next_member() {
     between_members_ = true;
-    if (z_.avail_in == 0 && !refill()) {
+    if ((z_.avail_in == 0 && !refill()) || *z_.next_in != 0x1f)
       ended_ = true;
-    } else if (*z_.next_in != 0x1f) {
-      ended_ = true;
-    } else {
+    else
       inflateReset(&z_);
-    }
   }
 
   std::unique_ptr<InputFile> file_;

@@ -58,9 +58,9 @@ std::vector<FileAxis> axes_from_letters(const std::string& letters, const std::a
 }
 
 DenseSeries::DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint64_t memory_limit)
-    : bytes_(std::move(segments)), layout_(std::move(layout)), frame_type_(layout_.value_type()) {
+    : bytes_(std::move(segments)), layout_(std::move(layout)), frame_type_(layout_.value_type()),
+      inner_(type_size(layout_.type)) {
   bool slower = false;
-  inner_ = type_size(layout_.type);
   for (const FileAxis& axis : layout_.axes) {
     if (axis.role == AxisRole::t)
       slower = true;

@@ -55,7 +55,7 @@ class DenseSeries {
   SegmentedBytes bytes_;
   DenseLayout layout_;
   Type frame_type_;
-  uint64_t inner_ = 1;                             // bytes of the axes faster than t
+  uint64_t inner_;                                 // bytes of the axes faster than t
   uint64_t outer_ = 1;                             // product of the axes slower than t
   uint64_t batch_ = 1;                             // frames held
   uint64_t first_ = 0;                             // frame number of held_[0]

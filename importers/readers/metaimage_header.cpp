@@ -52,7 +52,7 @@ struct Parser {
   bool typed = false, compressed = false, text = false;
 
   // An array with an entry per axis (or per axis squared).
-  std::vector<double> per_axis(std::string_view value, size_t count) {
+  std::vector<double> per_axis(std::string_view value, size_t count) const {
     if (axes == 0) lines.refuse("NDims must come first");
     std::vector<double> v = numbers(lines, value);
     if (v.size() != count) lines.refuse(v.size(), " entries for ", axes, " axes");

@@ -28,7 +28,7 @@ std::vector<std::string> candidates(const NetcdfFile& file) {
 }
 
 std::vector<std::string> chosen_variables(const NetcdfFile& file, const ReaderOptions& options) {
-  const std::vector<std::string> names = candidates(file);
+  std::vector<std::string> names = candidates(file);
   if (options.channels.empty()) {
     if (names.empty()) fail_input(file.path(), ": no variable of numbers over three or four dimensions");
     if (names.size() > 1)

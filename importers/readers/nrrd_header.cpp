@@ -40,7 +40,7 @@ struct Parser {
   }
 
   std::vector<std::string_view> per_axis(std::string_view value) const {
-    const auto parts = split(value);
+    auto parts = split(value);
     if (h.axes.empty()) lines.refuse("\"dimension\" must come first");
     if (parts.size() != h.axes.size()) lines.refuse(parts.size(), " entries for ", h.axes.size(), " axes");
     return parts;

@@ -34,7 +34,8 @@ class VdbReader : public FrameReader {
 std::vector<std::string> chosen_grids(const ReaderOptions& options, const std::string& path,
                                       SeriesDescription& d) {
   if (!options.grids.empty()) return options.grids;
-  const std::vector<std::string> all = vdb_grid_names(path), scalars = vdb_scalar_names(path);
+  const std::vector<std::string> all = vdb_grid_names(path);
+  std::vector<std::string> scalars = vdb_scalar_names(path);
   if (scalars.empty()) {
     if (all.empty()) fail_input(path, ": holds no grids");
     (void)read_vdb_info(path, all[0], false); // says why it cannot be read

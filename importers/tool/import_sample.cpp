@@ -20,7 +20,8 @@ std::array<uint64_t, 3> busy_corner(const Frame& frame, const std::array<uint64_
     for (uint64_t i = 0; i < plane.size(); ++i) {
       if (!std::isfinite(plane[i]) || plane[i] == air) continue;
       sum[0] += static_cast<double>(i % dims[0]);
-      sum[1] += static_cast<double>(i / dims[0]);
+      const uint64_t row = i / dims[0];
+      sum[1] += static_cast<double>(row);
       sum[2] += static_cast<double>(z);
       ++count;
     }

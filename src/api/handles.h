@@ -82,7 +82,7 @@ struct bccsplat_device : bccsplat::api::Counted {
 };
 
 struct bccsplat_volume : bccsplat::api::Counted {
-  bccsplat_volume(bccsplat_device* device, std::unique_ptr<bccsplat::ByteSource> source,
+  bccsplat_volume(bccsplat_device* owner, std::unique_ptr<bccsplat::ByteSource> source,
                   const bccsplat_volume_options& options);
   // Coefficients of a channel under a kernel; NULL or "": the volume's. Made once, kept with the volume.
   [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name) const;

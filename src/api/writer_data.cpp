@@ -137,10 +137,10 @@ void bccsplat_writer::add_field(uint32_t channel, bccsplat_field_fn field, void*
       const uint64_t count = std::min<uint64_t>(field_points, values.size() - first);
       points.resize(4 * count);
       for (uint64_t i = 0; i < count; ++i) {
-        const uint64_t at = first + i;
+        const uint64_t at = first + i, row = at / nx, plane = row / ny;
         points[4 * i] = origin[0] + step[0] * static_cast<double>(at % nx);
-        points[4 * i + 1] = origin[1] + step[1] * static_cast<double>(at / nx % ny);
-        points[4 * i + 2] = origin[2] + step[2] * static_cast<double>(at / nx / ny);
+        points[4 * i + 1] = origin[1] + step[1] * static_cast<double>(row % ny);
+        points[4 * i + 2] = origin[2] + step[2] * static_cast<double>(plane);
         points[4 * i + 3] = t;
       }
       if (field(user, count, points.data(), values.data() + first) != 0)

@@ -88,7 +88,7 @@ class Lowpass {
   void push_missing(const Sink& sink, const Context& context);
   void close_row(LowpassFrame& frame, size_t row) const;
   void push(size_t stage, FramePtr frame, bool last, const Sink& sink, const Context& context);
-  void hand_out(const LowpassFrame& frame, const Sink& sink, const Context& context) const;
+  void hand_out(const LowpassFrame& filtered, const Sink& sink, const Context& context) const;
 
   std::array<int64_t, 3> n_{};
   float ringing_ = 0;

@@ -152,8 +152,8 @@ struct RoundTrip::Channel {
   std::vector<SampleErrors> each;
 };
 
-RoundTrip::RoundTrip(const Lattice4& lattice, std::vector<RoundTripChannel> channels, std::string kernel,
-                     bool coefficients, std::vector<uint32_t> frames, ResidualSink sink,
+RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
+                     std::string kernel, bool coefficients, std::vector<uint32_t> frames, ResidualSink sink,
                      const Context& context, int32_t first_layer)
     : lattice_(lattice), kernel_(std::move(kernel)), frames_(std::move(frames)), sink_(std::move(sink)),
       context_(context) {

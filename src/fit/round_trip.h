@@ -70,7 +70,7 @@ class RoundTrip {
   // kernel: the one the error is measured with; coefficients: layers hold coefficients of it. frames: those
   // that are measured, rising. first_layer: the first that is given, layers_to_measure before the first
   // frame.
-  RoundTrip(const Lattice4& lattice, std::vector<RoundTripChannel> channels, std::string kernel,
+  RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels, std::string kernel,
             bool coefficients, std::vector<uint32_t> frames, ResidualSink sink, const Context& context,
             int32_t first_layer = 0);
   ~RoundTrip();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 
 namespace bccsplat {
 
@@ -44,58 +43,6 @@ Int3 BrickLayer::slot_position(size_t slot) const {
   const auto nx = static_cast<size_t>(brick_dims_[0]), ny = static_cast<size_t>(brick_dims_[1]);
   return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny),
           static_cast<int32_t>(slot / (nx * ny))};
-}
-
-bool BrickLayer::gather(int bx, int by, int bz, int halo, std::span<float> out) const {
-  constexpr int max_edge = 3 * brick_edge;
-  const int edge = brick_edge + 2 * halo;
-  // Where each index of the block lives: the brick along that axis and the site inside it.
-  int brick_of[3][max_edge], site_of[3][max_edge];
-  const int origin[3] = {bx * brick_edge - halo, by * brick_edge - halo, bz * brick_edge - halo};
-  for (size_t a = 0; a < 3; ++a)
-    for (int g = 0; g < edge; ++g) {
-      const int i = lattice_.mirror(a, coset_, origin[a] + g);
-      brick_of[a][g] = i / brick_edge;
-      site_of[a][g] = i % brick_edge;
-    }
-  // Runs along x that stay inside one brick and rise by one: copied as a whole.
-  struct Run {
-    int start, length, brick, site;
-  };
-  Run runs[max_edge];
-  int run_count = 0;
-  for (int g = 0; g < edge; ++g) {
-    Run* r = run_count ? &runs[run_count - 1] : nullptr;
-    if (r && r->brick == brick_of[0][g] && site_of[0][g] == r->site + r->length)
-      ++r->length;
-    else
-      runs[run_count++] = {g, 1, brick_of[0][g], site_of[0][g]};
-  }
-  bool any = false;
-  for (int z = 0; z < edge && !any; ++z) {
-    if (z > 0 && brick_of[2][z] == brick_of[2][z - 1]) continue;
-    for (int y = 0; y < edge && !any; ++y) {
-      if (y > 0 && brick_of[1][y] == brick_of[1][y - 1]) continue;
-      for (int r = 0; r < run_count && !any; ++r)
-        any = brick(runs[r].brick, brick_of[1][y], brick_of[2][z]) != nullptr;
-    }
-  }
-  if (!any) return false;
-  float* target = out.data();
-  for (int z = 0; z < edge; ++z)
-    for (int y = 0; y < edge; ++y, target += edge)
-      for (int r = 0; r < run_count; ++r) {
-        const Run& run = runs[r];
-        const Brick* source = brick(run.brick, brick_of[1][y], brick_of[2][z]);
-        const auto bytes = static_cast<size_t>(run.length) * sizeof(float);
-        if (!source) {
-          std::memset(target + run.start, 0, bytes);
-        } else {
-          const auto row = static_cast<size_t>(site_of[2][z] * brick_edge + site_of[1][y]);
-          std::memcpy(target + run.start, source->value.data() + row * brick_edge + run.site, bytes);
-        }
-      }
-  return true;
 }
 
 int64_t BrickLayer::kept_sites() const {

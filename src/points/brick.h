@@ -68,11 +68,6 @@ class BrickLayer {
     return b ? b->value[static_cast<size_t>((z % 16 * 16 + y % 16) * 16 + x % 16)] : 0.0f;
   }
 
-  // Copies the brick at (bx, by, bz) with a margin of `halo` sites on every side, mirrored at the ends of the
-  // domain, into `out`, (16 + 2 halo)^3 floats, x fastest. Returns false, and leaves `out` alone, when all of
-  // it is air.
-  bool gather(int bx, int by, int bz, int halo, std::span<float> out) const;
-
   [[nodiscard]] int64_t kept_sites() const;
   [[nodiscard]] uint64_t bytes() const; // memory held by the bricks
 
