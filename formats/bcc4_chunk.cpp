@@ -276,6 +276,30 @@ uint32_t ChunkSites::holes() const {
   return static_cast<uint32_t>(n);
 }
 
+void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes) {
+  constexpr uint64_t least_gaps = 16, most_share = 8; // an eighth of the sites
+  const uint64_t all = sites.shape.sites(), missing = all - sites.codes.size();
+  if (codes.bytes() > 1 || !sites.hole.empty() || missing < least_gaps || missing > all / most_share) return;
+  uint64_t gaps = 0;
+  bool before = true;
+  for_rows(sites.shape, [&](size_t m, size_t r, int width) {
+    for (int x = 0; x < width; ++x) {
+      const bool kept = sites.kept[m][r] >> x & 1;
+      gaps += before && !kept;
+      before = kept;
+    }
+  });
+  if (gaps < least_gaps || 4 * missing > 5 * gaps) return;
+  std::vector<uint32_t> filled;
+  filled.reserve(all);
+  const uint32_t* next = sites.codes.data();
+  for_rows(sites.shape, [&](size_t m, size_t r, int width) {
+    for (int x = 0; x < width; ++x) filled.push_back(sites.kept[m][r] >> x & 1 ? *next++ : codes.air);
+    sites.kept[m][r] = static_cast<uint16_t>((1u << width) - 1);
+  });
+  sites.codes = std::move(filled);
+}
+
 EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level) {
   EncodedChunk chunk;
   Bcc4Chunk& entry = chunk.entry;

@@ -59,6 +59,10 @@ struct ChunkCodes {
   }
 };
 
+// Keeps all sites of a chunk of single bytes in which air is scattered: a field through air, whose values
+// pass the air's now and then. Gaps between runs cost more there than samples do.
+void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes);
+
 struct EncodedChunk {
   Bcc4Chunk entry;              // all but slab, slot and offset
   std::vector<std::byte> bytes; // entry.stored() of them

@@ -216,7 +216,8 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<
       context.progress.check();
       const Int3 brick = slot_brick(dims, slots[first + i]);
       const ChunkShape shape = chunk_shape(info, slab, static_cast<int32_t>(layers.size()), brick);
-      const ChunkSites sites = collect(shape, layers, brick, c.coder, results[i].clamped);
+      ChunkSites sites = collect(shape, layers, brick, c.coder, results[i].clamped);
+      keep_scattered_air(sites, c.coder.codes());
       if (!sites.codes.empty()) results[i].chunk = encode_chunk(sites, c.coder.codes(), options.level);
     });
     for (size_t i = 0; i < results.size(); ++i) {

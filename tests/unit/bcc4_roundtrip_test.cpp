@@ -157,6 +157,43 @@ TEST(Bcc4RoundTrip, MetadataComesBack) {
   EXPECT_EQ(back, info);
 }
 
+// A field that passes the value of air here and there: such sites are kept rather than left out one by one.
+TEST(Bcc4RoundTrip, ScatteredAirCostsNoRuns) {
+  VolumeInfo info = volume(LatticeKind::d4star, {40, 40, 40, 12}, {channel("a", ValueType::u8)});
+  info.channels[0].offset = -64; // air is code 128
+  const auto wave = [](int, double x, double y, double z, double t) {
+    const double v =
+        std::floor(40 * std::sin(0.9 * x + 0.35 * y) * std::cos(0.4 * z - t) + 4 * std::sin(5 * x * y));
+    return Sample{static_cast<float>(v), v != 0, false};
+  };
+  const auto file = write_file(info, wave);
+  const auto reader = Bcc4Reader::open(open_memory_source(file));
+  Bench bench;
+  const Layers given = make_volume(info, wave), back = read_all(reader, bench);
+  uint64_t sites = 0, left_out = 0;
+  for (size_t m = 0; m < given[0].size(); ++m) {
+    EXPECT_EQ(layer_to_dense(back[0][m]), layer_to_dense(given[0][m])) << "layer " << m;
+    const Int3 n = given[0][m].dims();
+    const auto all = static_cast<uint64_t>(n[0]) * static_cast<uint64_t>(n[1]) * static_cast<uint64_t>(n[2]);
+    sites += all;
+    left_out += all - static_cast<uint64_t>(given[0][m].kept_sites());
+  }
+  EXPECT_GT(left_out, sites / 100); // without this the test shows nothing
+  EXPECT_EQ(reader->info().channels[0].sites_kept, sites);
+  EXPECT_LT(reader->bytes().runs, sites / 500);
+  EXPECT_TRUE(reader->verify_all(bench.context).damage.empty());
+  EXPECT_EQ(write_file(info, back), file);
+  // A body of air stays air, and so do single sites where bytes are not single.
+  const auto bubble = [&](int c, double x, double y, double z, double t) {
+    Sample s = wave(c, x, y, z, t);
+    s.kept = !(x > 10 && x < 20 && y > 5 && y < 15 && z > 5 && z < 15);
+    return s;
+  };
+  EXPECT_EQ(difference(read_all(write_file(info, bubble)), make_volume(info, bubble)), std::nullopt);
+  info.channels[0].type = ValueType::u16;
+  EXPECT_EQ(difference(read_all(write_file(info, wave)), given), std::nullopt);
+}
+
 TEST(Bcc4RoundTrip, TidiesWhatMustNotSpoilAFile) {
   VolumeInfo info = volume(LatticeKind::cc, {4, 4, 4, 1}, {channel("a", ValueType::f32)});
   info.sources = {{"bad\xff name", 1, 0}};
