@@ -137,6 +137,7 @@ TEST(StabilityValues, EverySourceTypeKeepsItsEndsOfRange) {
       return (c.low + c.high) / 2 - (c.high - c.low) / 2 * std::cos(std::numbers::pi * x / 11);
     };
     bccsplat_writer_options o = options_of(s);
+    o.measure = BCCSPLAT_MEASURE_ALL;
     Stored stored;
     auto stream = sized<bccsplat_write_stream>();
     stream.write_at = append_at, stream.user = stored.file.get();
@@ -186,6 +187,13 @@ TEST(StabilityValues, EverySourceTypeKeepsItsEndsOfRange) {
       ASSERT_OK(bccsplat_writer_add_frame(w, 0, t, &box, 1));
     }
     ASSERT_OK(bccsplat_writer_finish(w, nullptr));
+    // The writer's own comparison with the source reads every type, too.
+    auto measured = sized<bccsplat_error_report>();
+    ASSERT_OK(bccsplat_writer_get_error(w, 0, -1, &measured));
+    EXPECT_EQ(measured.samples, uint64_t{s.nx} * s.ny * s.nz * s.nt);
+    EXPECT_NEAR(measured.peak / (c.high - c.low), 1, 1e-3) << c.name;
+    Bound(c.name + std::string(" as the writer measured it, of the range"), c.tolerance)
+        .add(measured.max_abs / (c.high - c.low));
     bccsplat_volume* v = nullptr;
     ASSERT_OK(bccsplat_volume_open_memory(device.get(), stored.file->bytes.data(), stored.file->bytes.size(),
                                           nullptr, &v));
