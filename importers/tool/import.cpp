@@ -132,6 +132,26 @@ std::vector<PlannedSource> sources_of(const SeriesDescription& s) {
   return sources;
 }
 
+// How frames become layers, where it is not the usual way; nothing else in a file tells.
+std::string filtering_text(const WriterSettings& settings) {
+  std::string text;
+  for (const auto& [name, filter] : kFilterChoices)
+    if (filter == settings.filter && filter != BCCSPLAT_FILTER_KAISER8) text = name;
+  return settings.lowpass ? text + (text.empty() ? "lowpass" : ", lowpass") : text;
+}
+
+// New frames are filtered as the old ones were.
+void check_appended(const Device& device, const ImportArguments& a) {
+  const Volume old = open_volume(device, a.output, "");
+  const char* was = "";
+  if (bccsplat_volume_find_attribute(old.get(), "import.filtering", &was) != BCCSPLAT_OK) was = "";
+  const std::string now = filtering_text(a.settings);
+  if (was != now)
+    fail_usage(a.output, ": its frames were filtered with ", *was ? was : "kaiser8",
+               ", the new ones would be with ", now.empty() ? "kaiser8" : now,
+               "; --append needs the same --filter and --lowpass");
+}
+
 void record_origin(const Writer& writer, const SeriesDescription& s, const ImportArguments& a,
                    const std::vector<PlannedSource>& sources) {
   const auto attribute = [&](const std::string& key, const std::string& value) {
@@ -139,6 +159,8 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Impor
   };
   attribute("import.format", s.format);
   attribute("import.times", s.times.origin);
+  if (const std::string filtering = filtering_text(a.settings); !filtering.empty())
+    attribute("import.filtering", filtering);
   for (const auto& [key, value] : s.attributes) attribute(key, value);
   for (const auto& [key, value] : reader_attributes(a.reader)) attribute(key, value);
   for (const PlannedSource& f : sources)
@@ -420,6 +442,8 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const std::unique_ptr<FrameReader> reader = open_input(a);
   const SeriesDescription& s = reader->description();
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
+  std::error_code none;
+  if (a.resume.append && !a.dry_run && std::filesystem::exists(a.output, none)) check_appended(device, a);
   ImportPlan plan{s, a.settings, {}, {}, {}, {}};
   std::vector<PlannedSource> sources;
   ImportScope scope{sources, {}, 0};

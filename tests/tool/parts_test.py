@@ -143,7 +143,8 @@ class Parts(ToolTest):
         self.refused(2, 'a whole file, not a part', 'concat', a, b, c, 'whole.bcc4', *out, output='x.bcc4')
         self.refused(2, 'exists already', 'concat', a, b, c, '-o', 'whole.bcc4')
         self.refused(2, 'PART... is missing', 'concat', *out)
-        for more, text in ((['--quantize', 'u8'], 'rounded'), (['--filter', 'kaiser6'], 'other options'),
+        for more, text in ((['--quantize', 'u8'], 'rounded'), (['--filter', 'kaiser6'], 'the attributes differ'),
+                           (['--on-nonfinite', 'hole'], 'other options'),
                            (['--times', ','.join(str(2 * t) for t in range(47))], 'the times differ'),
                            (['--lattice', 'cc'], 'the lattices differ'), (['--frames', '0-45'], 'numbers of samples or frames')):
             self.plan(args, *more, name='other.json')

@@ -122,6 +122,9 @@ class Resume(ToolTest):
         self.bcc4('import', 'other.raw', '--dims', f'8,{N},{N},{FRAMES}', '--dtype', 'u8', '-o', 'x.bcc4', '--append',
                   expect=2)
         self.run_import('--append', '--resume', expect=2)
+        # Frames filtered in another way would not fit to those that are copied.
+        for more, text in ((['--filter', 'kaiser6'], 'the new ones would be with kaiser6'), (['--lowpass'], 'with lowpass')):
+            self.refused(2, text, 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--append', *more)
         self.assertEqual(self.read('x.bcc4'), old)
 
 
