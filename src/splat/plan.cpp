@@ -336,13 +336,16 @@ int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const S
                          options.gradient == GradientMethod::analytic;
   // The ring of a tile should stay well inside the L2 cache; with its border it fills whole vectors.
   // Smaller ones end sooner behind an opaque surface.
-  int size = options.mode == RenderMode::isosurface ? 64 : 96;
-  while (size > 16 && size * size * plan.sheets * (gradients ? 4 : 1) > 131072) size -= 16;
+  int size = options.mode == RenderMode::isosurface ? 64 : 144;
+  const int floats = plan.sheets * (gradients ? 4 : 1); // per pixel
+  while (size > 16 && size * size * floats > (floats <= 8 ? 196608 : 131072)) size -= 16;
   // Enough tiles to share out.
   while (size > 16 && (view.width / size + 1) * (view.height / size + 1) < 8 * threads && threads > 1)
     size -= 16;
   size -= 2 * plan.border;
-  return size;
+  // No narrow tiles at the end: their surroundings would be drawn once more for little.
+  const int side = std::max(view.width, view.height), count = (side + size - 1) / size;
+  return (side + count - 1) / count;
 }
 
 } // namespace
