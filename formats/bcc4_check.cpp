@@ -12,6 +12,7 @@ namespace bccsplat {
 namespace {
 
 constexpr int32_t max_planes = 1'000'000'000; // per axis, as Lattice4::fit
+constexpr int32_t max_lead = 254;
 
 [[nodiscard]] bool positive(double v) { return v > 0 && std::isfinite(v); }
 [[nodiscard]] bool is_range(const Range& r) {
@@ -40,14 +41,17 @@ void check_lattice(const VolumeInfo& info, Code code) {
           ", the last sample at ", end);
   }
   if (l.dims[3] == 1) {
-    if (l.kind == LatticeKind::d4star || l.time_step != 0 || l.last_layer != l.space.cosets() - 1)
+    if (l.kind == LatticeKind::d4star || l.time_step != 0 || l.lead != 0 ||
+        l.last_layer != l.space.cosets() - 1)
       bad("one frame needs a static lattice");
   } else {
     const double end = l.dims[3] - 1.0;
     if (l.kind == LatticeKind::bcc || !positive(l.time_step) || l.last_layer < 1 || l.last_layer > max_planes)
       bad(l.dims[3], " frames need a lattice in time");
-    if (l.last_layer * l.time_step < end - 1e-8 * end)
-      bad("the last layer stands at frame ", l.last_layer * l.time_step, ", the last frame is ", end);
+    if (l.lead < 0 || l.lead > max_lead || l.lead % 2 != 0)
+      bad(l.lead, " layers before the first frame, not an even number up to ", max_lead);
+    if (l.layer_frame(l.last_layer) < end - 1e-8 * end)
+      bad("the last layer stands at frame ", l.layer_frame(l.last_layer), ", the last frame is ", end);
   }
   if (!positive(info.scale) || !positive(info.time_scale)) bad("scales must be positive");
   if (info.slab_layers < 1 || info.slab_layers > max_slab_layers) bad(info.slab_layers, " layers in a slab");

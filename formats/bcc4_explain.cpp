@@ -30,8 +30,8 @@ Frames frames_of(const VolumeInfo& info, int32_t first, int32_t last, int reach)
   const int64_t end = int64_t{l.dims[3]} - 1;
   if (l.is_static()) return {0, end};
   // Strictly within reach: a layer at the end of the kernel has weight 0.
-  const auto low = static_cast<int64_t>(std::floor((first - reach) * l.time_step)) + 1;
-  const auto high = static_cast<int64_t>(std::ceil((last + reach) * l.time_step)) - 1;
+  const auto low = static_cast<int64_t>(std::floor(l.layer_frame(first - reach))) + 1;
+  const auto high = static_cast<int64_t>(std::ceil(l.layer_frame(last + reach))) - 1;
   return {std::clamp<int64_t>(low, 0, end), std::clamp<int64_t>(high, 0, end)};
 }
 

@@ -139,11 +139,11 @@ std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::by
   return decoded;
 }
 
-std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots) {
+std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots, uint16_t lowest_reader) {
   ByteWriter out;
   out.write_bytes(std::as_bytes(std::span(magic)));
   out.write(bcc4_version);
-  out.write(bcc4_version); // lowest reader
+  out.write(lowest_reader);
   while (out.size() < header_bytes - 4) out.write(uint8_t{0});
   out.write(crc32_of(out.bytes()));
   for (size_t i = 0; i < roots.size(); ++i) {
@@ -173,6 +173,7 @@ Preamble read_preamble(std::span<const std::byte> bytes, std::string_view file) 
     fail(Code::corrupt, file, ": header at offset 0: reserved bytes are not zero");
   uint64_t end = header_bytes;
   Preamble preamble;
+  preamble.lowest_reader = lowest_reader;
   for (const uint64_t offset : root_offsets) {
     if (!all_zero(bytes.subspan(end, offset - end)))
       fail(Code::corrupt, file, ": padding before offset ", offset, " is not zero");

@@ -11,7 +11,7 @@
 
 namespace bccsplat {
 
-inline constexpr uint16_t bcc4_version = 1;
+inline constexpr uint16_t bcc4_version = 2;
 inline constexpr uint64_t header_bytes = 64;
 inline constexpr uint64_t root_bytes = 128;
 inline constexpr std::array<uint64_t, 2> root_offsets{4096, 8192};
@@ -52,10 +52,12 @@ struct PackedBlock {
 [[nodiscard]] std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::byte> bytes,
                                                   std::string_view what);
 
-// The whole preamble.
-[[nodiscard]] std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots);
+// The whole preamble; lowest_reader: the version that a reader of the file needs.
+[[nodiscard]] std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots,
+                                                    uint16_t lowest_reader = 1);
 
 struct Preamble {
+  uint16_t lowest_reader = 1;
   std::optional<Root> root;  // the valid one of the highest sequence number
   bool root_damaged = false; // the other one is neither valid nor unused
   std::string problem;       // of the first root that is not valid

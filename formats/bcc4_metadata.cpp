@@ -59,7 +59,8 @@ void write_lattice(ByteWriter& out, const VolumeInfo& info) {
   const Lattice4& l = info.lattice;
   out.write(static_cast<uint8_t>(l.kind));
   out.write(static_cast<uint8_t>(info.slab_layers));
-  out.write(uint16_t{0});
+  out.write(static_cast<uint8_t>(l.lead));
+  out.write(uint8_t{0});
   for (const uint32_t n : l.dims) out.write(n);
   for (const int32_t n : l.space.last) out.write(n);
   out.write(l.last_layer);
@@ -74,7 +75,8 @@ void read_lattice(ByteReader& in, VolumeInfo& info) {
   l.kind = static_cast<LatticeKind>(in.read<uint8_t>());
   l.space.bcc = l.kind != LatticeKind::cc;
   info.slab_layers = in.read<uint8_t>();
-  bool zero = in.read<uint16_t>() == 0;
+  l.lead = in.read<uint8_t>();
+  bool zero = in.read<uint8_t>() == 0;
   for (uint32_t& n : l.dims) n = in.read<uint32_t>();
   for (int32_t& n : l.space.last) n = in.read<int32_t>();
   l.last_layer = in.read<int32_t>();

@@ -25,6 +25,9 @@ void tidy(VolumeInfo& info);
 [[nodiscard]] VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset,
                                        const Bcc4Limits& limits);
 
+// The lowest version of the format that knows all of it.
+[[nodiscard]] inline uint16_t lowest_reader(const VolumeInfo& info) { return info.lattice.lead > 0 ? 2 : 1; }
+
 [[nodiscard]] bool is_utf8(std::string_view text); // without zero bytes
 [[nodiscard]] std::string to_utf8(std::string_view bytes);
 

@@ -56,6 +56,9 @@ void Bcc4Reader::State::open() {
     fail(Code::limit_exceeded, name, ": index directory of ", root.directory.decoded, " bytes, the limit is ",
          limits.directory_bytes);
   info = read_metadata(read_block(root.metadata, "metadata"), root.metadata.offset, limits);
+  if (lowest_reader(info) > preamble.lowest_reader)
+    fail(Code::corrupt, name, ": layers before the first frame in a file for readers of version ",
+         preamble.lowest_reader);
   pages = read_directory(read_block(root.directory, "index directory"), info, root, root.directory.offset);
   slots = slot_dims(info.lattice);
   for (const ChannelInfo& c : info.channels) coders.emplace_back(c);

@@ -34,7 +34,7 @@ struct ChannelState {
 [[nodiscard]] bool same_coding(const VolumeInfo& a, const VolumeInfo& b) {
   if (a.slab_layers != b.slab_layers || a.lattice.kind != b.lattice.kind ||
       !(a.lattice.space == b.lattice.space) || a.lattice.time_step != b.lattice.time_step ||
-      a.channels.size() != b.channels.size())
+      a.lattice.lead != b.lattice.lead || a.channels.size() != b.channels.size())
     return false;
   for (size_t c = 0; c < a.channels.size(); ++c) {
     const ChannelInfo &x = a.channels[c], &y = b.channels[c];
@@ -328,7 +328,7 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   // Both roots tell the same, so that damage to one is survived.
   std::array<Root, 2> roots{root, root};
   roots[0].sequence = 1, roots[1].sequence = 2;
-  sink->write_at(0, write_preamble(roots));
+  sink->write_at(0, write_preamble(roots, lowest_reader(info)));
   sink->flush();
   sink->commit();
   if (options.journal) options.journal->remove();

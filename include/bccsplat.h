@@ -247,6 +247,14 @@ enum { /* frames that are reconstructed while writing and compared with the sour
        BCCSPLAT_MEASURE_ALL = 2
 };
 
+enum { /* how a series of frames goes on beyond its first and last one, for the sake of filters and kernels */
+       BCCSPLAT_ENDS_DEFAULT = 0,
+       BCCSPLAT_ENDS_PREDICT = 1, /* as the frames next to the end foretell: what moves is as accurate there
+                                     as elsewhere. Four more layers stand at each end of the file */
+       BCCSPLAT_ENDS_MIRROR = 2   /* as its mirror image: no more layers; the first and last three or four
+                                     frames are less accurate where anything moves */
+};
+
 enum { /* bits of bccsplat_channel_options.set_mask */
        BCCSPLAT_CHANNEL_SET_AIR = 1,
        BCCSPLAT_CHANNEL_SET_RANGE = 2
@@ -336,6 +344,9 @@ typedef struct bccsplat_writer_options {
   uint32_t reserved;
   const bccsplat_series_part* part; /* NULL: the whole series; else dims[3] is the number of frames of the
                                        series, and those of bccsplat_writer_get_part_frames are added */
+  int32_t ends; /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 32 layers (23 frames at time_scale
+                   1; dims[3] known), else MIRROR. Layers and fields are mirrored, always */
+  uint32_t reserved_end;
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */
@@ -602,9 +613,10 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volum
                                                             const char** value);
 /* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats. gradients: NULL or
  * n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is evaluated even when the call
- * fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. The field is
- * mirrored at its ends for the kernel's sake: within three frames (or samples) of an end it is less accurate
- * where the field is not level there, in values and derivatives alike. */
+ * fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. In space (and in
+ * time, where a file was written with ENDS_MIRROR) the field is mirrored at its ends for the kernel's sake:
+ * within three samples of an end it is less accurate where the field is not level there, in values and
+ * derivatives alike. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t n,
                                                       const double* xyzt, float* values, float* gradients);
 /* The same for any channel. */

@@ -12,6 +12,7 @@
 #include "readers/open_series.h"
 #include "readers/read_ahead.h"
 #include "tool/commands.h"
+#include "tool/import_air.h"
 #include "tool/import_plan.h"
 #include "tool/import_report.h"
 #include "tool/interrupt.h"
@@ -442,6 +443,10 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const std::unique_ptr<FrameReader> reader = open_input(a);
   const SeriesDescription& s = reader->description();
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
+  if (a.resume.append && !a.air && std::filesystem::exists(a.output))
+    a.settings.own_air = air_in_file(device, a.output);
+  else
+    a.settings.own_air = dense_air(*reader, a.settings);
   std::error_code none;
   if (a.resume.append && !a.dry_run && std::filesystem::exists(a.output, none)) check_appended(device, a);
   ImportPlan plan{s, a.settings, {}, {}, {}, {}};
@@ -511,7 +516,8 @@ Run add_import(CLI::App& app, std::string command_line) {
   import.add_option("-o,--output", a->output, "The .bcc4 file to write")->type_name("OUT.bcc4");
   add_reader_options(import, a->reader);
   add_number(import, "--air", a->air,
-             "Value of empty space (default: the background of OpenVDB grids, else 0)");
+             "Value of empty space (default: the background of OpenVDB grids, else 0, and for floats of "
+             "which next to none are 0 a value in their midst: near air constants ripple least)");
   add_number(import, "--air-threshold", a->air_threshold,
              "Samples within this of air are not stored (default 0: exact)");
   add_choice<int32_t>(import, "--on-nonfinite", a->settings.nonfinite, kNonfiniteChoices,
@@ -522,6 +528,10 @@ Run add_import(CLI::App& app, std::string command_line) {
                       "Resampling filter (default kaiser8)");
   import.add_flag("--lowpass", a->settings.lowpass,
                   "First remove the frequencies the lattice cannot hold (outside_cell of --dry-run)");
+  add_choice<int32_t>(import, "--ends", a->settings.ends,
+                      {{"predict", BCCSPLAT_ENDS_PREDICT}, {"mirror", BCCSPLAT_ENDS_MIRROR}},
+                      "Before the first frame and after the last: as they foretell, with four layers more at "
+                      "each end (default from 23 frames on), or the mirror image");
   add_number(import, "--scale", a->scale, "Lattice distance in source samples (default 1)");
   import
       .add_option(

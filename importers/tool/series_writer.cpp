@@ -80,7 +80,8 @@ bool needs_range(const Channel& channel, const WriterSettings& settings) {
 }
 
 double air_of(const Channel& channel, const WriterSettings& settings) {
-  return settings.air.value_or(channel.air);
+  const auto own = settings.own_air.find(channel.name);
+  return settings.air.value_or(own == settings.own_air.end() ? channel.air : own->second);
 }
 
 Writer create_writer(const Device& device, const std::string& path, const SeriesDescription& series,
@@ -126,6 +127,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.lattice = settings.lattice;
   options.filter = settings.filter;
   options.lowpass = settings.lowpass ? 1 : 0;
+  options.ends = settings.ends;
   options.store = settings.store;
   options.nonfinite = settings.nonfinite;
   if (has_fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT)

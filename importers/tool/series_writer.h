@@ -1,6 +1,8 @@
 // A series as the reader describes it -> the writer of the library.
 #pragma once
 
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,10 +14,12 @@ namespace bcc4 {
 
 struct WriterSettings {
   std::optional<double> air;
+  std::map<std::string, double> own_air; // of channels, where `air` is not given
   double air_threshold = 0;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
   int32_t filter = BCCSPLAT_FILTER_DEFAULT;
   bool lowpass = false;
+  int32_t ends = BCCSPLAT_ENDS_DEFAULT;
   int32_t store = BCCSPLAT_STORE_DEFAULT;
   int32_t nonfinite = BCCSPLAT_NONFINITE_DEFAULT;
   int32_t quantize = BCCSPLAT_TYPE_DEFAULT;

@@ -91,7 +91,7 @@ std::array<std::array<double, 2>, 3> extent_of(const Slice& s) {
   std::array<std::array<double, 2>, 3> extent;
   for (size_t a = 0; a < 3; ++a) {
     const double unit = s.lattice_to_slice.linear[a][a], offset = s.lattice_to_slice.offset[a];
-    extent[a] = {offset, offset + unit * s.domain_end[a]};
+    extent[a] = {offset + unit * s.domain_begin[a], offset + unit * s.domain_end[a]};
   }
   return extent;
 }

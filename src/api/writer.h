@@ -59,7 +59,7 @@ struct bccsplat_writer : bccsplat::api::Counted {
   std::unique_ptr<bccsplat::Fit> fit;
   std::optional<bccsplat::Context> context;
   double abs_error = 0, psnr = 0;
-  int32_t measure = 0, partial = 0;
+  int32_t measure = 0, partial = 0, ends = 0;
   std::string path;                                // of the file; empty: a stream
   bool coefficients = false, given_up = false;     // given_up: measuring
   std::unique_ptr<bccsplat::RoundTrip> round_trip; // null: nothing is measured
@@ -89,6 +89,7 @@ struct bccsplat_writer : bccsplat::api::Counted {
   }
 
   void make_container();
+  [[nodiscard]] int32_t lead() const; // of a series of frames
   [[nodiscard]] uint32_t fingerprint() const;
   [[nodiscard]] uint32_t series_fingerprint() const;
   [[nodiscard]] bccsplat::Bcc4WriterOptions appended() const;

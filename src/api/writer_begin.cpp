@@ -13,7 +13,9 @@ using namespace bccsplat::api;
 
 namespace {
 
-constexpr uint32_t frames_of_some = 3; // BCCSPLAT_MEASURE_SOME
+constexpr uint32_t frames_of_some = 3;            // BCCSPLAT_MEASURE_SOME
+constexpr int32_t end_layers = 4;                 // beyond each end of a series, more than a kernel's reach
+constexpr int32_t fewest_layers = 8 * end_layers; // of a series that is predicted unasked: a quarter more
 
 // Codes a caller-chosen step apart, one of them air itself.
 Quantiser quantiser_of_step(ValueType type, const Range& range, double step, float air,
@@ -98,6 +100,7 @@ void bccsplat_writer::begin(Feeding kind, uint32_t first_channel, SourceType fir
     info.offset = channel.quantiser.offset;
     fit_options.channels.push_back(std::move(channel));
   }
+  if (kind == Feeding::frames) fit_options.lead = lead();
   context.emplace(device->context(progress));
   fit = std::make_unique<Fit>(
       fit_options,
@@ -105,6 +108,18 @@ void bccsplat_writer::begin(Feeding kind, uint32_t first_channel, SourceType fir
         take_layers(slab, channel, layers);
       },
       *context);
+}
+
+// A series that is appended to keeps the layers it has.
+int32_t bccsplat_writer::lead() const {
+  if (fit_options.dims[3] == 1) return 0;
+  if (partial == BCCSPLAT_PARTIAL_APPEND)
+    return Bcc4Reader::open(open_file_source(path))->info().lattice.lead;
+  if (ends != BCCSPLAT_ENDS_DEFAULT) return ends == BCCSPLAT_ENDS_MIRROR ? 0 : end_layers;
+  if (fit_options.lattice == LatticeKind::cc || fit_options.dims[3] == 0) return 0;
+  const Lattice4 lattice =
+      Lattice4::fit(fit_options.lattice, fit_options.dims, fit_options.scale, fit_options.time_scale);
+  return lattice.layers() < fewest_layers ? 0 : end_layers;
 }
 
 // Once the fit is there.
@@ -156,6 +171,7 @@ uint32_t bccsplat_writer::series_fingerprint() const {
                             static_cast<int>(fit_options.nonfinite), " ", abs_error);
   if (fit_options.lowpass) text += " lowpass";
   if (part) text += concat(" psnr ", psnr);
+  if (fit_options.lead > 0) text += concat(" lead ", fit_options.lead);
   for (const FitChannel& c : fit_options.channels) {
     text += concat(" ", c.threshold, " ", c.ringing);
     if (c.range) text += concat(" ", c.range->low, " ", c.range->high);
@@ -180,8 +196,8 @@ Bcc4WriterOptions bccsplat_writer::appended() const {
     fail(Code::wrong_state, path, ": ", what,
          " of its series and of the one to be appended differ; import all anew");
   };
-  if (a.kind != b.kind || !(a.space == b.space) || a.time_step != b.time_step || a.is_static() ||
-      !std::equal(a.dims.begin(), a.dims.begin() + 3, b.dims.begin()) ||
+  if (a.kind != b.kind || !(a.space == b.space) || a.time_step != b.time_step || a.lead != b.lead ||
+      a.is_static() || !std::equal(a.dims.begin(), a.dims.begin() + 3, b.dims.begin()) ||
       was.slab_layers != initial.slab_layers)
     differs("the lattices");
   if (fit_options.dims[3] > 0 && a.dims[3] > b.dims[3]) differs("the numbers of frames");

@@ -44,6 +44,8 @@ bccsplat_writer::bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_o
   fit_options.scale = scale, fit_options.time_scale = time_scale;
   fit_options.filter = choose(o.filter, Filter::kaiser8, 3, "filter");
   require_zero(o.reserved, "bccsplat_writer_options.reserved");
+  require_zero(o.reserved_end, "bccsplat_writer_options.reserved_end");
+  ends = choose(o.ends, int32_t{BCCSPLAT_ENDS_DEFAULT}, 2, "ends");
   fit_options.lowpass = o.lowpass != 0;
   if (fit_options.lowpass && fit_options.lattice == LatticeKind::cc)
     fail(Code::invalid_argument, "writer: a low-pass is of use on D4* and BCC only");

@@ -47,6 +47,9 @@ void bccsplat_writer::begin_part(const bccsplat_series_part& o) {
   for (size_t i = 0; i < times.size(); ++i)
     if (!std::isfinite(times[i]) || (i > 0 && !(times[i] > times[i - 1])))
       fail(Code::invalid_argument, "part.times: time ", times[i], " of frame ", i, " does not rise");
+  fit_options.lead = lead();
+  initial.lattice = Lattice4::fit(fit_options.lattice, fit_options.dims, fit_options.scale,
+                                  fit_options.time_scale, fit_options.lead);
   const auto first = static_cast<uint32_t>(o.first), end = static_cast<uint32_t>(o.end);
   const std::vector<uint32_t> measured = measured_frames();
   measuring([&] {

@@ -4,20 +4,26 @@
 #include <cfloat>
 #include <cmath>
 #include <deque>
+#include <map>
+#include <utility>
 
 #include "base/sizes.h"
 #include "fit/direct_layer.h"
+#include "fit/ends.h"
 #include "fit/holes.h"
 #include "fit/layer.h"
 #include "fit/lowpass.h"
 #include "fit/resample.h"
 #include "fit/scan.h"
+#include "fit/site_axis.h"
 #include "fit/site_block.h"
 
 namespace bccsplat {
 namespace {
 
 constexpr uint64_t largest_layer = 16 << 20; // bricks
+// Largest departure from air: filters and prefilters multiply it by up to some hundred in 32-bit floats.
+constexpr double largest_value = 1e36;
 
 // One channel on its way through.
 struct Channel {
@@ -43,7 +49,12 @@ struct Channel {
 
 Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
   return Lattice4::fit(options.lattice, {options.dims[0], options.dims[1], options.dims[2], frames},
-                       options.scale, options.time_scale);
+                       options.scale, options.time_scale, options.lead);
+}
+
+// How much the filter in time is stretched.
+double time_widening(const Lattice4& lattice) {
+  return lattice.is_static() ? 1 : std::max(1.0, lattice.time_step / lattice.layer_distance());
 }
 
 // Refuses what no reader would open either, before tables are made for it.
@@ -62,8 +73,12 @@ Lattice4 checked(const Lattice4& lattice) {
 struct Fit::State {
   State(const FitOptions& o, FitSink s, const Context& c)
       : options(o), sink(std::move(s)), context(c), pool(c.memory),
-        lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), resampler(lattice, o.filter) {
+        lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), resampler(lattice, o.filter),
+        ends(time_widening(lattice)) {
     if (options.channels.empty()) fail(Code::invalid_argument, "fit: no channel");
+    if (options.lead < 0 || options.lead % 2 != 0)
+      fail(Code::invalid_argument, "fit: ", options.lead,
+           " layers before the first frame; an even number is needed");
     if (options.slab_layers < 1) fail(Code::invalid_argument, "fit: a slab has at least one layer");
     for (const FitChannel& channel : options.channels) {
       channels.push_back(std::make_unique<Channel>(channel));
@@ -78,6 +93,7 @@ struct Fit::State {
   SiteBlockPool pool; // outlives the channels
   Lattice4 lattice;   // of two frames as long as their number is not known
   SpatialResampler resampler;
+  EndFrames ends;
   std::vector<std::unique_ptr<Channel>> channels;
   enum class Input : uint8_t { none, frames, layers } input = Input::none;
   bool failed = false, finished = false;
@@ -117,8 +133,14 @@ struct Fit::State {
     return *channels[static_cast<size_t>(index)];
   }
 
-  void note_range(Channel& c, double low, double high, bool finite) {
+  void note_range(Channel& c, double low, double high, bool finite, const std::string& what) {
     if (!finite) return;
+    const auto air = static_cast<double>(c.options.quantiser.air);
+    if (low - air < -largest_value || high - air > largest_value)
+      fail(Code::limit_exceeded, what, ": its values reach from ", low, " to ", high, ", further than ",
+           largest_value,
+           " from air, where filters in 32-bit floats overflow; declare fill values missing, or scale the "
+           "values");
     FitChannelReport& r = c.report;
     r.source_range.low = r.any_finite ? std::min(r.source_range.low, low) : low;
     r.source_range.high = r.any_finite ? std::max(r.source_range.high, high) : high;
@@ -152,7 +174,7 @@ struct Fit::State {
     if (scan.finite == 0 && options.part && c.given > 0 && c.given == options.part->first_given)
       fail(Code::wrong_state, what, ": it is missing altogether; a part begins with a frame that is not");
     if (counts_frame(c.given)) {
-      note_range(c, scan.low, scan.high, scan.finite > 0);
+      note_range(c, scan.low, scan.high, scan.finite > 0, what);
       c.report.frames.push_back({scan.low, scan.high});
       c.report.source_samples += checked_product({options.dims[0], options.dims[1], options.dims[2]});
       c.report.cc_relevant += scan.relevant;
@@ -205,54 +227,81 @@ struct Fit::State {
     if (lattice.is_static()) {
       for (; c.frames > 0 && c.next_layer < lattice.layers(); ++c.next_layer) {
         const LayerTap tap{&c.window.front(), 1};
-        emit(c, index, lattice.coset(c.next_layer), {&tap, 1}, 0);
+        emit(c, index, c.next_layer, {&tap, 1}, 0);
       }
       return;
     }
-    const double widening = std::max(1.0, lattice.time_step / lattice.layer_distance());
+    const double widening = time_widening(lattice);
     const int64_t frames = finished         ? int64_t{c.frames}
                            : length_known() ? int64_t{options.dims[3]}
                                             : INT32_MAX;
     const bool complete = c.frames == frames;
     // Missing frames at the start wait for what they are to hold, as long as it can matter.
     if (!c.any_known && !complete &&
-        c.frames <= 2 * static_cast<uint32_t>(filter_reach(options.filter, widening)))
+        c.frames <= 2 * filter_reach(options.filter, widening) + (options.lead > 0 ? ends.used() : 0))
       return;
     for (; !length_known() || c.next_layer < end_layer(); ++c.next_layer) {
       const double position = lattice.layer_frame(c.next_layer);
       const FilterTable table = filter_table(options.filter, widening, {&position, 1});
-      const int64_t end = table.first[0] + table.taps;
+      int64_t end = table.first[0] + table.taps;
+      if (table.first[0] < 0) end = std::max(end, options.lead > 0 ? ends.used() : 0);
       if (!complete && end > c.frames) break;
-      // Frames not yet known to end are not mirrored at their end; the first ones mirror the same for any
-      // number.
+      // Frames not yet known to end are not continued beyond their end; the first ones are in the same way
+      // for any number.
       const int64_t n = complete ? frames : int64_t{c.frames};
-      const int64_t nearest = std::min(static_cast<int64_t>(std::floor(position + 0.5)), n - 1);
+      const int64_t nearest = nearest_sample(position, n);
       std::vector<LayerTap> taps;
       size_t nearest_tap = 0;
-      for (int k = 0; k < table.taps; ++k) {
-        const int64_t f = mirror_index(table.first[0] + k, n);
+      for (const auto& [f, weight] : weighted_frames(table, n)) {
         if (f == nearest) nearest_tap = taps.size();
-        taps.push_back(
-            {&c.window[static_cast<size_t>(f - c.window_first)], table.weight[static_cast<size_t>(k)]});
+        taps.push_back({&c.window[static_cast<size_t>(f - c.window_first)], weight});
       }
-      emit(c, index, lattice.coset(c.next_layer), taps, nearest_tap);
+      emit(c, index, c.next_layer, taps, nearest_tap);
     }
     forget_frames(c, widening);
   }
 
-  // Frames that no further layer needs: neither directly nor as the mirror image of what follows the last
-  // one.
+  // What a layer is made of, frames beyond the ends of a series of n replaced by what stands for them.
+  std::vector<std::pair<int64_t, float>> weighted_frames(const FilterTable& table, int64_t n) {
+    std::vector<std::pair<int64_t, float>> list;
+    if (options.lead == 0) {
+      for (int k = 0; k < table.taps; ++k)
+        list.emplace_back(mirror_index(table.first[0] + k, n), table.weight[static_cast<size_t>(k)]);
+      return list;
+    }
+    std::map<int64_t, double> sum;
+    for (int k = 0; k < table.taps; ++k) {
+      const int64_t f = table.first[0] + k, beyond = std::max(-f, f - (n - 1));
+      const auto weight = static_cast<double>(table.weight[static_cast<size_t>(k)]);
+      if (beyond <= 0) {
+        sum[f] += weight;
+        continue;
+      }
+      const std::vector<double>& w = ends.weights(beyond, n);
+      for (size_t i = 0; i < w.size(); ++i) {
+        const auto inside = static_cast<int64_t>(i);
+        sum[f < 0 ? inside : n - 1 - inside] += weight * w[i];
+      }
+    }
+    for (const auto& [f, weight] : sum) list.emplace_back(f, static_cast<float>(weight));
+    return list;
+  }
+
+  // Frames that no further layer needs: neither directly nor for what stands for those beyond the last one.
   void forget_frames(Channel& c, double widening) {
     const int reach = filter_reach(options.filter, widening);
     const auto direct = static_cast<int64_t>(std::floor(lattice.layer_frame(c.next_layer))) - reach;
     const auto mirrored = int64_t{c.frames} - 2 - reach - static_cast<int64_t>(std::ceil(lattice.time_step));
-    while (!c.window.empty() && c.window_first < std::min(direct, mirrored)) {
+    const int64_t predicted = int64_t{c.frames} - ends.used();
+    while (!c.window.empty() && c.window_first < std::min(direct, options.lead > 0 ? predicted : mirrored)) {
       c.window.pop_front();
       ++c.window_first;
     }
   }
 
-  void emit(Channel& c, int index, int coset, std::span<const LayerTap> taps, size_t nearest) {
+  void emit(Channel& c, int index, int32_t layer, std::span<const LayerTap> taps, size_t nearest) {
+    const int coset = lattice.coset(layer);
+    const bool beyond = layer < lattice.lead || (length_known() && layer > lattice.last_layer - lattice.lead);
     uint64_t bricks = 0;
     const BrickLayer shape(lattice.space, coset);
     for (size_t slot = 0; slot < shape.brick_slots(); ++slot)
@@ -260,8 +309,9 @@ struct Fit::State {
         return tap.frame->block[static_cast<size_t>(coset)][slot] != nullptr;
       });
     Reservation memory(context.memory, bricks * sizeof(Brick), "a slab of layers");
-    const bool counted = counts_layer(c.next_layer);
-    c.slab.push_back((counted ? c.maker : c.uncounted).make(lattice.space, coset, taps, nearest, context));
+    const bool counted = counts_layer(layer);
+    c.slab.push_back(
+        (counted ? c.maker : c.uncounted).make(lattice.space, coset, taps, nearest, beyond, context));
     memory = {};
     c.slab_memory.emplace_back(context.memory, c.slab.back().bytes(), "a slab of layers");
     if (counted) c.report.sites_total += static_cast<uint64_t>(lattice.space.sites(coset));
@@ -296,14 +346,15 @@ struct Fit::State {
            " values are not finite, the first one at site (", first % nx, ", ", first / nx % ny, ", ",
            first / nx / ny, "); treat them as holes, or clamp them");
     }
-    note_range(c, scan.low, scan.high, scan.finite > 0);
+    note_range(c, scan.low, scan.high, scan.finite > 0,
+               concat("channel '", c.options.name, "', layer ", layer));
     c.report.source_samples += samples.size();
     c.report.nonfinite += scan.nonfinite;
     const FrameSites sites =
         layer_sites(shape, samples, air, options.nonfinite, clamp_range(c), pool, context);
     const LayerTap tap{&sites, 1};
     ++c.next_layer;
-    emit(c, index, coset, {&tap, 1}, 0);
+    emit(c, index, layer, {&tap, 1}, 0);
   }
 
   FitReport finish() {

@@ -57,7 +57,7 @@ const BrickMask no_source{};
 } // namespace
 
 BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
-                            size_t nearest, const Context& context) {
+                            size_t nearest, bool beyond, const Context& context) {
   BrickLayer layer(lattice, coset);
   const auto c = static_cast<size_t>(coset);
   const auto holes_of = [&](size_t slot) -> const BrickMask* {
@@ -122,13 +122,13 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
       HWY_DYNAMIC_DISPATCH(Compare)
       (values, brick->value.data(), static_cast<size_t>(size[2]), static_cast<size_t>(size[1]),
        static_cast<size_t>(size[0]), squares.data(), largest.data());
-      for (size_t x = 0; x < 16; ++x) {
+      for (size_t x = 0; x < 16 && !beyond; ++x) {
         coding[s].squares += squares[x];
         coding[s].largest = std::max(coding[s].largest, static_cast<double>(largest[x]));
       }
       counts->sites.kept += found.kept;
       counts->sites.holes += found.holes;
-      counts->sites.clamped += found.clamped;
+      if (!beyond) counts->sites.clamped += found.clamped;
       if (found.kept == 0) continue;
       counts->samples.add(*brick);
       layer.set(slot, std::move(brick));

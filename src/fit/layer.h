@@ -41,9 +41,11 @@ class LayerMaker {
   [[nodiscard]] LayerMaker again() const { return {quantiser_, relevance_, ringing_}; }
 
   // Values are those of taps[nearest] plus the weighted differences of the others from it, so that what does
-  // not change stays as it is; holes are those of taps[nearest]. Weights sum to 1.
+  // not change stays as it is; holes are those of taps[nearest]. Weights sum to 1. beyond: a layer that no
+  // reader shows, before the first frame or after the last one; its clamped sites and coding errors are not
+  // counted.
   [[nodiscard]] BrickLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
-                                size_t nearest, const Context& context);
+                                size_t nearest, bool beyond, const Context& context);
   [[nodiscard]] SiteCounts counts() const;
   // Summed layer by layer, the same for any number of threads.
   [[nodiscard]] const CodingError& coding_error() const { return coding_; }

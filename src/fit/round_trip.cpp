@@ -122,7 +122,7 @@ namespace {
 
 LayerSpan span_of(const Lattice4& lattice, int32_t reach, uint32_t frame) {
   if (lattice.is_static()) return {0, lattice.layers()};
-  const auto layer = static_cast<int32_t>(std::floor(frame / lattice.time_step));
+  const int32_t layer = lattice.lead + static_cast<int32_t>(std::floor(frame / lattice.time_step));
   return {std::max(0, layer - reach - 1), std::min(layer + reach + 2, lattice.layers())};
 }
 

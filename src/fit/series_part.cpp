@@ -5,6 +5,7 @@
 
 #include "base/bytes.h"
 #include "base/error.h"
+#include "fit/ends.h"
 #include "fit/lowpass.h"
 
 namespace bccsplat {
@@ -23,7 +24,7 @@ LayerSpan whole_slabs(const LayerSpan& span, int32_t slab_layers, int32_t layers
           std::min(layers, (span.end + slab_layers - 1) / slab_layers * slab_layers)};
 }
 
-// Frames that layers are resampled from; frames beyond the ends mirror those before them.
+// Frames that layers are resampled from; frames beyond the ends hang on those next to them.
 std::array<int64_t, 2> frames_of(const LayerSpan& layers, const Lattice4& lattice,
                                  const FitOptions& options) {
   const double widening = std::max(1.0, lattice.time_step / lattice.layer_distance());
@@ -31,9 +32,15 @@ std::array<int64_t, 2> frames_of(const LayerSpan& layers, const Lattice4& lattic
   const int reach =
       filter_reach(options.filter, widening) + 1 + (options.lowpass ? lowpass_time_reach(lattice) : 0);
   int64_t first = static_cast<int64_t>(std::floor(lattice.layer_frame(layers.begin))) - reach;
-  const int64_t end = static_cast<int64_t>(std::ceil(lattice.layer_frame(layers.end - 1))) + reach + 1;
+  int64_t end = static_cast<int64_t>(std::ceil(lattice.layer_frame(layers.end - 1))) + reach + 1;
   if (end > frames)
     first = std::min(first, frames - 2 - reach - static_cast<int64_t>(std::ceil(lattice.time_step)));
+  if (lattice.lead > 0) {
+    const int64_t predicting =
+        EndFrames(widening).used() + (options.lowpass ? lowpass_time_reach(lattice) : 0);
+    if (end > frames) first = std::min(first, frames - predicting);
+    if (first < 0) end = std::max(end, predicting);
+  }
   return {std::clamp<int64_t>(first, 0, frames), std::clamp<int64_t>(end, 0, frames)};
 }
 
@@ -87,6 +94,7 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
   // The first slab at or after a frame.
   const auto slab_at = [&](uint32_t frame) {
     const int32_t slabs = (layers + slab - 1) / slab;
+    if (frame == 0) return 0; // layers before it as well
     if (frame == frames) return slabs;
     auto s = static_cast<int32_t>(std::ceil(frame / (lattice.time_step * slab)));
     while (s > 0 && lattice.layer_frame((s - 1) * slab) >= frame) --s;

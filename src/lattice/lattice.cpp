@@ -31,8 +31,8 @@ int32_t Lattice3::mirror(size_t axis, int coset, int32_t i) const {
   return (fold(2 * int64_t{i} + coset, last[axis]) - coset) / 2;
 }
 
-Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale,
-                       double time_scale) {
+Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale, double time_scale,
+                       int32_t lead) {
   for (const uint32_t n : dims)
     if (n == 0) fail(Code::invalid_argument, "lattice: every dimension must be at least 1");
   if (!(scale > 0 && time_scale > 0 && std::isfinite(scale) && std::isfinite(time_scale)))
@@ -54,7 +54,8 @@ Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, do
   } else {
     if (kind == LatticeKind::bcc) l.kind = LatticeKind::d4star;
     l.time_step = time_scale * l.space.plane_distance();
-    l.last_layer = planes_to(dims[3] - 1.0, l.time_step);
+    l.lead = lead;
+    l.last_layer = planes_to(dims[3] - 1.0, l.time_step) + 2 * lead;
   }
   return l;
 }

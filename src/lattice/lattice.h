@@ -9,7 +9,9 @@
 //   CC:       every plane holds sites; planes are 1 apart in lattice units.
 // Lattice units are the T of the kernels. In space a lattice is stretched by less than one part in `last` so
 // that plane `last` falls exactly on the last source sample: no overhang, and both ends mirror the same way.
-// In time the distance is exact (a series can grow) and plane `last` stands at or beyond the last frame.
+// In time the distance is exact (a series can grow) and plane `last` stands at or beyond the last frame. So
+// that the mirrors are out of sight, `lead` layers may stand before the first frame and about as many after
+// the last one: a moving field is not its own mirror image.
 // Sources: Conway & Sloane, Sphere Packings, ch. 4; Neophytou & Mueller 2002, section 3.
 #pragma once
 
@@ -59,11 +61,12 @@ struct Lattice4 {
   Vec3 space_step{1, 1, 1}; // distance of planes in source index units, per axis
   int32_t last_layer = 0;   // time planes 0 .. last_layer; a static lattice has one layer per coset
   double time_step = 1;     // distance of layers in frames; 0 for a static lattice
+  int32_t lead = 0;         // layers before frame 0, even: layer `lead` stands at frame 0; 0 when static
 
   // scale: lattice distance in units of the source spacing; time_scale likewise in frames.
-  // A series of one step becomes BCC (kind d4star or bcc) or 3D CC.
+  // A series of one step becomes BCC (kind d4star or bcc) or 3D CC. lead: layers beyond each end of time.
   static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale = 1,
-                      double time_scale = 1);
+                      double time_scale = 1, int32_t lead = 0);
 
   [[nodiscard]] bool is_static() const { return time_step == 0; }
   [[nodiscard]] int32_t layers() const { return last_layer + 1; }
@@ -71,7 +74,7 @@ struct Lattice4 {
   [[nodiscard]] int coset(int32_t layer) const { return space.bcc ? layer & 1 : 0; }
   // Layers of one coset stand this many layers apart.
   [[nodiscard]] int32_t layer_period() const { return space.bcc ? 2 : 1; }
-  [[nodiscard]] double layer_frame(int32_t layer) const { return layer * time_step; }
+  [[nodiscard]] double layer_frame(int32_t layer) const { return (layer - lead) * time_step; }
   // Layer distance in lattice units, the unit of the temporal kernels.
   [[nodiscard]] double layer_distance() const { return space.plane_distance(); }
   // The layer whose values stand at `layer` by mirroring; any integer. A static lattice maps onto its cosets.

@@ -63,9 +63,9 @@ PictureMatrices picture_matrices(const WorldCamera& camera, int width, int heigh
 Camera fit_camera(const Slice& slice, bool perspective, double rotate_x_degrees, double rotate_y_degrees,
                   uint32_t width, uint32_t height) {
   const Affine3 to_world = slice.slice_to_world.after(slice.lattice_to_slice);
-  const Vec3 centre = to_world.point(0.5 * slice.domain_end);
+  const Vec3 centre = to_world.point(slice.centre());
   double radius = 0;
-  for (const Vec3& c : box_corners({}, slice.domain_end))
+  for (const Vec3& c : box_corners(slice.domain_begin, slice.domain_end))
     radius = std::max(radius, length(to_world.point(c) - centre));
   if (!(radius > 0)) radius = std::cbrt(std::fabs(to_world.determinant())); // a single sample
 

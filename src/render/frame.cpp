@@ -30,7 +30,8 @@ void write_tile(const TilePixels& tile, const SheetView& view, Image& image) {
 
 // Whether lattice units mean the same point of slice space.
 bool same_place(const Slice& a, const Slice& b) {
-  return a.domain_end == b.domain_end && a.lattice_to_slice.linear == b.lattice_to_slice.linear &&
+  return a.domain_begin == b.domain_begin && a.domain_end == b.domain_end &&
+         a.lattice_to_slice.linear == b.lattice_to_slice.linear &&
          a.lattice_to_slice.offset == b.lattice_to_slice.offset;
 }
 

@@ -49,6 +49,12 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
                             coefficients.cache_bytes());
   Slice slice = time_slab(planes, position, {-half, half}, slab.kind, {}, context.with(cutting));
+  if (const Lattice4& lattice = coefficients.source().lattice(); lattice.lead > 0) { // time is the last axis
+    const double unit = turned.lattice_unit()[2], first_frame = lattice.lead * lattice.time_step;
+    slice.domain_begin[2] = first_frame / unit;
+    slice.domain_end[2] = (first_frame + lattice.last_frame()) / unit;
+    slice.lattice_to_slice.offset[2] = -first_frame;
+  }
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return slice;

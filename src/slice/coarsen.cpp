@@ -167,7 +167,10 @@ Slice coarsen(const Slice& slice, const Context& context) {
   coarse.lattice_to_slice = slice.lattice_to_slice;
   for (Vec3& row : coarse.lattice_to_slice.linear)
     for (size_t a = 0; a < 3; ++a) row[a] *= ratio[a];
-  for (size_t a = 0; a < 3; ++a) coarse.domain_end[a] = slice.domain_end[a] / ratio[a];
+  for (size_t a = 0; a < 3; ++a) {
+    coarse.domain_begin[a] = slice.domain_begin[a] / ratio[a];
+    coarse.domain_end[a] = slice.domain_end[a] / ratio[a];
+  }
   for (const HalfSpace& h : slice.clip) {
     const Vec3 normal{h.normal[0] * ratio[0], h.normal[1] * ratio[1], h.normal[2] * ratio[2]};
     const double scale = length(h.normal) / length(normal);

@@ -23,7 +23,7 @@ struct HeldLayer {
 };
 using HeldLayers = std::map<int32_t, HeldLayer>;
 
-// The coefficient layers that instants between layers `base` and `base + 1` need.
+// The coefficient layers that instants between layers `base` and `base + 1` from frame 0 need.
 struct Window {
   std::vector<FieldLayer> layers;
   bool holes = false;
@@ -35,8 +35,8 @@ struct Window {
     int32_t first = 0, last = lattice.last_layer;
     if (!lattice.is_static()) {
       const double reach = time_reach(coefficients.kernel()) / distance;
-      first = static_cast<int32_t>(std::ceil(base - reach));
-      last = static_cast<int32_t>(std::floor(base + 1 + reach));
+      first = static_cast<int32_t>(std::ceil(base - reach)) + lattice.lead;
+      last = static_cast<int32_t>(std::floor(base + 1 + reach)) + lattice.lead;
     }
     held.erase(held.begin(), held.lower_bound(first));
     std::vector<int32_t> wanted;
@@ -51,7 +51,7 @@ struct Window {
     }
     for (const auto& [m, l] : held) {
       holes = holes || l.holes;
-      layers.push_back({l.layer.get(), m * distance});
+      layers.push_back({l.layer.get(), kernel_time_of_layer(lattice, m)});
     }
   }
 

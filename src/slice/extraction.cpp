@@ -73,7 +73,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
           return d * lattice.space.plane(layer.coset(), brick_number * brick_edge + site);
         };
         Vec4 p{at(b[0], s % brick_edge), at(b[1], s / brick_edge % brick_edge), at(b[2], s / brick_rows),
-               m * kernel_time_per_layer(lattice)};
+               kernel_time_of_layer(lattice, m)};
         const double distance = height(plane, p);
         if (!(std::fabs(distance) < reach)) continue;
         Point point;

@@ -19,6 +19,11 @@ namespace bccsplat {
   return lattice.is_static() ? 1 : kernel_time_per_layer(lattice) / lattice.time_step;
 }
 
+// Of a layer, from frame 0 on.
+[[nodiscard]] inline double kernel_time_of_layer(const Lattice4& lattice, int32_t layer) {
+  return (layer - lattice.lead) * kernel_time_per_layer(lattice);
+}
+
 // Layers closer than this to an instant take part. A layer at the very edge of the support does not, however
 // its distance is rounded: truncated Gaussians jump there.
 [[nodiscard]] inline double time_reach(const Kernel& kernel) { return kernel.time.half_width - 1e-9; }

@@ -38,7 +38,8 @@ GridAxis grid_axis(const Slice& slice, const FootprintPlan& plan, const Grid& gr
   constexpr size_t tile_samples[] = {256, 8, 1};
   constexpr int tile_sites[] = {480, 32, 32};
   const double unit = slice.lattice_to_slice.linear[axis][axis];
-  const double end = slice.domain_end[axis], tolerance = domain_tolerance(end);
+  const double begin = slice.domain_begin[axis], end = slice.domain_end[axis],
+               tolerance = domain_tolerance(end);
   GridAxis a;
   const auto n = static_cast<size_t>(grid.dims[axis]);
   a.position.reserve(n), a.outside.reserve(n);
@@ -46,8 +47,8 @@ GridAxis grid_axis(const Slice& slice, const FootprintPlan& plan, const Grid& gr
     const double p =
         (grid.origin[axis] + grid.step[axis] * static_cast<double>(i) - slice.lattice_to_slice.offset[axis]) /
         unit;
-    a.outside.push_back(!(p >= -tolerance && p <= end + tolerance));
-    a.position.push_back(std::clamp(p, 0.0, end));
+    a.outside.push_back(!(p >= begin - tolerance && p <= end + tolerance));
+    a.position.push_back(std::clamp(p, begin, end));
   }
   for (size_t c = 0; c < static_cast<size_t>(plan.cosets); ++c)
     a.samples[c] = axis_samples(plan, c, axis, a.position);

@@ -12,7 +12,7 @@ namespace bccsplat {
 bool Slice::inside(const Vec3& p) const {
   for (size_t a = 0; a < 3; ++a) {
     const double end = domain_end[a], tolerance = domain_tolerance(end);
-    if (!(p[a] >= -tolerance && p[a] <= end + tolerance)) return false;
+    if (!(p[a] >= domain_begin[a] - tolerance && p[a] <= end + tolerance)) return false;
   }
   return std::all_of(clip.begin(), clip.end(),
                      [&](const HalfSpace& h) { return dot(h.normal, p) + h.offset >= -domain_tolerance(0); });

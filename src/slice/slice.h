@@ -36,9 +36,10 @@ struct Slice {
   bool has_holes = false;
   std::array<double, 2> bounds{0, 0}; // no value lies outside
 
-  // The domain is the box [0, domain_end] in lattice units, cut by `clip` (none for time and axis slices). An
-  // empty slice, of a hyperplane that misses the volume, ends below 0: no point is inside.
-  Vec3 domain_end{};
+  // The domain is the box [domain_begin, domain_end] in lattice units, cut by `clip` (none for time and axis
+  // slices). It begins at 0 but for axis slices of volumes with layers before the first frame. An empty
+  // slice, of a hyperplane that misses the volume, ends below 0: no point is inside.
+  Vec3 domain_begin{}, domain_end{};
   std::vector<HalfSpace> clip;
 
   Affine3 lattice_to_slice; // lattice units -> slice space (u, v, w)
@@ -57,6 +58,7 @@ struct Slice {
     return {d * lattice.plane(coset_index, i[0]), d * lattice.plane(coset_index, i[1]),
             d * lattice.plane(coset_index, i[2])};
   }
+  [[nodiscard]] Vec3 centre() const { return 0.5 * (domain_begin + domain_end); }
   [[nodiscard]] bool empty() const { return domain_end[0] < 0; }
   [[nodiscard]] bool inside(const Vec3& p) const;  // lattice units, inclusive with a tolerance
   [[nodiscard]] bool is_hole(const Vec3& p) const; // of a point inside

@@ -51,12 +51,12 @@ template<class Weight>
 std::vector<LayerWeight> layer_weights(const Lattice4& lattice, const Kernel& kernel, double begin,
                                        double end, const Weight& weight) {
   const double distance = kernel_time_per_layer(lattice), reach = time_reach(kernel);
-  const auto first = static_cast<int32_t>(std::ceil((begin - reach) / distance));
-  const auto last = static_cast<int32_t>(std::floor((end + reach) / distance));
+  const int32_t first = static_cast<int32_t>(std::ceil((begin - reach) / distance)) + lattice.lead;
+  const int32_t last = static_cast<int32_t>(std::floor((end + reach) / distance)) + lattice.lead;
   std::vector<LayerWeight> result;
   std::array<double, 2> sum{};
   for (int32_t m = first; m <= last; ++m) {
-    const double w = weight(m * distance);
+    const double w = weight(kernel_time_of_layer(lattice, m));
     if (w == 0) continue;
     sum[static_cast<size_t>(lattice.coset(m))] += w;
     result.push_back({m, static_cast<float>(w)});

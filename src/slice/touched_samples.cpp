@@ -16,10 +16,10 @@ struct Images {
   int count = 0;
 };
 
-Images images(const Interval& own, double mirror, double low_limit, double high_limit) {
+Images images(const Interval& own, const Interval& mirrors, double low_limit, double high_limit) {
   Images r;
-  for (const Interval& i :
-       {own, Interval{-own.high, -own.low}, Interval{2 * mirror - own.high, 2 * mirror - own.low}}) {
+  for (const Interval& i : {own, Interval{2 * mirrors.low - own.high, 2 * mirrors.low - own.low},
+                            Interval{2 * mirrors.high - own.high, 2 * mirrors.high - own.low}}) {
     const Interval cut{std::max(i.low, low_limit), std::min(i.high, high_limit)};
     if (cut.low <= cut.high) r.at[static_cast<size_t>(r.count++)] = cut;
   }
@@ -34,18 +34,18 @@ bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) 
   std::array<Images, 4> axes;
   for (size_t a = 0; a < 4; ++a) {
     Interval own;
-    double mirror = 0;
+    Interval mirrors{0, 0};
     if (a < 3) {
       own = {lattice.space.plane(coset, begin[a] * brick_edge) * lattice.space_step[a],
              lattice.space.plane(coset, end[a] * brick_edge - 1) * lattice.space_step[a]};
-      mirror = lattice.space.last[a] * lattice.space_step[a];
+      mirrors.high = lattice.space.last[a] * lattice.space_step[a];
     } else {
       own.low = own.high = lattice.layer_frame(layer);
-      mirror = lattice.layer_frame(lattice.last_layer);
+      mirrors = {lattice.layer_frame(0), lattice.layer_frame(lattice.last_layer)};
     }
     own.low -= reach_.samples[a], own.high += reach_.samples[a];
     const double beyond = reach_.mirrored[a] + reach_.slab * std::fabs(hyperplane_[a]);
-    axes[a] = images(own, mirror, -beyond, lattice.dims[a] - 1.0 + beyond);
+    axes[a] = images(own, mirrors, -beyond, lattice.dims[a] - 1.0 + beyond);
   }
   // The hyperplane's height over a box has its extremes at corners: centre +- half widths.
   for (int i = 0; i < axes[0].count * axes[1].count * axes[2].count * axes[3].count; ++i) {

@@ -1,5 +1,7 @@
 #include "slice/turned_samples.h"
 
+#include <cmath>
+
 #include "base/error.h"
 
 namespace bccsplat {
@@ -81,6 +83,10 @@ Lattice4 turned_lattice(const Lattice4& lattice, size_t axis) {
     turned.space_step[a] = axes[a] == 3 ? lattice.time_step : lattice.space_step[axes[a]];
   }
   turned.dims[3] = lattice.dims[axis];
+  // Layers before the first frame and after the last one are planes like others here.
+  if (turned.lead > 0)
+    turned.dims[2] = static_cast<uint32_t>(std::ceil(lattice.last_layer * lattice.time_step)) + 1;
+  turned.lead = 0;
   turned.last_layer = lattice.space.last[axis];
   turned.time_step = lattice.space_step[axis];
   return turned;

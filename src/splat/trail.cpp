@@ -12,8 +12,8 @@ namespace {
 
 // Whether the rays run inside both domains alike.
 bool same_domain(const SplatScene& a, const SplatScene& b) {
-  return a.view == b.view && a.slice->domain_end == b.slice->domain_end && a.slice->clip.empty() &&
-         b.slice->clip.empty();
+  return a.view == b.view && a.slice->domain_begin == b.slice->domain_begin &&
+         a.slice->domain_end == b.slice->domain_end && a.slice->clip.empty() && b.slice->clip.empty();
 }
 
 TrailObject plan_object(const SplatScene& scene, const SplatScene& main, const SplatOptions& options,

@@ -38,7 +38,7 @@ SheetView make_view(const Slice& slice, const WorldCamera& camera, int width, in
   v.step_world = sheet_step * length(covector);
 
   const double pixel = camera.height / height;
-  const Vec3 centre = v.lattice_to_world.point(0.5 * slice.domain_end);
+  const Vec3 centre = v.lattice_to_world.point(slice.centre());
   const double distance = dot(camera.forward, centre - camera.position);
   v.depth = distance / v.step_world;
   if (!(std::fabs(v.depth) < 1e9))
@@ -89,7 +89,7 @@ std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, do
       last = -std::numeric_limits<double>::infinity();
   };
   for (size_t a = 0; a < 3; ++a) {
-    cut(direction[a], origin[a]);
+    cut(direction[a], origin[a] - slice.domain_begin[a]);
     cut(-direction[a], slice.domain_end[a] - origin[a]);
   }
   for (const HalfSpace& h : slice.clip) cut(dot(h.normal, direction), dot(h.normal, origin) + h.offset);
@@ -98,7 +98,7 @@ std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, do
 
 std::array<int64_t, 2> sheet_range(const Slice& slice, const SheetView& view) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Vec3& c : box_corners({}, slice.domain_end)) {
+  for (const Vec3& c : box_corners(slice.domain_begin, slice.domain_end)) {
     low = std::min(low, view.sheet(c));
     high = std::max(high, view.sheet(c));
   }

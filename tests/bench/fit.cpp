@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "fit/resample.h"
+#include "tests/bench/fit_ends.h"
 #include "tests/bench/fit_fields.h"
 #include "tests/bench/fit_lowpass.h"
 #include "tests/bench/fit_rate.h"
@@ -117,7 +118,8 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     else if (args[i] == "--dtype")
       type = value();
     else if (args[i] == "--speed" || args[i] == "--accuracy" || args[i] == "--kept" ||
-             args[i] == "--round-trip" || args[i] == "--rate" || args[i] == "--lowpass")
+             args[i] == "--round-trip" || args[i] == "--rate" || args[i] == "--lowpass" ||
+             args[i] == "--ends")
       tables.push_back(args[i]);
     else
       fail(Code::invalid_argument, "fit: unknown option ", args[i]);
@@ -128,6 +130,7 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
       return tables.empty() || std::find(tables.begin(), tables.end(), table) != tables.end();
     };
     if (asked("--rate")) report_rates(s, report);
+    if (asked("--ends")) report_ends(s, report);
     if (!asked("--round-trip")) return 0;
     for (const float ringing : {0.0f, 1.0f / 2048, 1.0f / 512, 1.0f / 256, 1.0f / 64, 1.0f})
       rows.push_back(round_trip_row(s, 1, ringing, Filter::kaiser8, "default"));
@@ -168,6 +171,7 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     report.table("accuracy of the samples on D4*", rows);
   }
   if (wanted("--lowpass")) report_lowpass(report);
+  if (wanted("--ends")) report_ends(report);
   FitSeries smoke;
   if (wanted("--kept") || wanted("--round-trip") || wanted("--rate"))
     smoke = report.quick ? smoke_like({32, 32, 32, 12}) : smoke_like({96, 96, 96, 24});

@@ -8,10 +8,11 @@
 
 namespace bccsplat::bench {
 
-//   fit [--speed] [--accuracy] [--kept] [--round-trip] [--rate] [--lowpass]   all tables without a choice
+//   fit [--speed] [--accuracy] [--kept] [--round-trip] [--rate] [--lowpass] [--ends]
+//     all tables without a choice
 //   fit --raw FILE --dims X,Y,Z,T --dtype u8|u16|f32
-//     the same on a raw series, x fastest: error against bytes (--rate: this alone), round trip with the
-//     ringing kept and dropped, samples kept, speed
+//     the same on a raw series, x fastest: error against bytes (--rate: this alone), its ends (--ends), round
+//     trip with the ringing kept and dropped, samples kept, speed
 // Returns the exit status; throws Error on wrong arguments.
 int run_fit_suite(std::span<const std::string> args, const Report& report);
 

@@ -90,6 +90,13 @@ void make_good() {
        write_file(volume(LatticeKind::d4star, {24, 24, 24, 10}, {channel("value", ValueType::u8)}), dense));
 }
 
+// What version 2 brought.
+void make_version_2() {
+  VolumeInfo ends = volume(LatticeKind::d4star, {15, 14, 16, 6}, {channel("value", ValueType::u16)});
+  ends.lattice = Lattice4::fit(LatticeKind::d4star, ends.lattice.dims, 1, 1, 4);
+  save("v2_ends", write_file(ends, ball));
+}
+
 void make_optional() {
   const Bytes file =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
@@ -127,7 +134,7 @@ void make_bad() {
       bad.erase(bad.begin() + static_cast<std::ptrdiff_t>(i));
   save("bad_text_mode", bad);
   bad = good;
-  bad[14] = std::byte{2}; // lowest reader
+  bad[14] = std::byte{99}; // lowest reader
   poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
   save("bad_newer_version", bad);
   bad = good;
@@ -167,6 +174,7 @@ int main(int argc, char** argv) {
   bccsplat::test::folder = argv[1];
   bccsplat::test::make_good();
   bccsplat::test::make_optional();
+  bccsplat::test::make_version_2();
   bccsplat::test::make_bad();
   return 0;
 }

@@ -154,6 +154,7 @@ struct Volume {
   int kind = 0, slab_layers = 0;
   uint32_t dims[4];
   int32_t last_plane[3], last_layer = 0;
+  int lead = 0;
   double h[3], ht = 0;
   double first = 0, step = 0;
   std::vector<double> times;
@@ -218,7 +219,8 @@ Volume read_metadata(const Bytes& bytes) {
     if (type == 1) {
       v.kind = r.u8();
       v.slab_layers = r.u8();
-      r.zeros(2);
+      v.lead = r.u8();
+      r.zeros(1);
       for (uint32_t& d : v.dims) d = r.u32();
       for (int32_t& l : v.last_plane) l = r.i32();
       v.last_layer = r.i32();
@@ -228,6 +230,8 @@ Volume read_metadata(const Bytes& bytes) {
       r.f64(), r.f64(); // scale, time scale
       must(v.kind >= 1 && v.kind <= 3 && v.slab_layers >= 1 && v.slab_layers <= 32, "lattice");
       must((v.dims[3] == 1) == (v.ht == 0), "lattice: static or not");
+      must(v.lead % 2 == 0 && (v.ht != 0 || v.lead == 0), "lattice: layers before frame 0");
+      must((v.last_layer - v.lead) * v.ht >= (v.dims[3] - 1.0) * (1 - 1e-8), "lattice: the last layer");
       for (const int32_t l : v.last_plane) must(l >= 1 && l <= 1000000000, "lattice: planes");
       must(v.last_layer >= 0 && v.last_layer <= 1000000000, "lattice: layers");
     } else if (type == 2) {
@@ -560,15 +564,15 @@ float relative(const Channel& ch, uint32_t code) {
 // ---- The whole file ----
 
 // Section 2. The newest valid root, as a cursor behind its file size; sets file.size.
-Cursor read_preamble(File& file) {
+Cursor read_preamble(File& file, uint16_t& lowest) {
   const uint8_t magic[12] = {0x89, 'B', 'C', 'C', '4', 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0xff, 0xfe};
   must(file.bytes.size() >= 12288 && std::memcmp(file.bytes.data(), magic, 12) == 0, "not a .bcc4 file");
   Cursor header(file.bytes.data() + 12, 52);
   header.u16();
-  const uint16_t lowest = header.u16();
+  lowest = header.u16();
   header.zeros(44);
   must(header.u32() == crc(file.bytes.data(), 60), "header: checksum");
-  must(lowest == 1, "needs a newer reader");
+  must(lowest == 1 || lowest == 2, "needs a newer reader");
   Cursor(file.bytes.data() + 64, 4096 - 64).zeros(4096 - 64);
   Cursor(file.bytes.data() + 4096 + 128, 4096 - 128).zeros(4096 - 128);
   Cursor(file.bytes.data() + 8192 + 128, 4096 - 128).zeros(4096 - 128);
@@ -592,10 +596,12 @@ void dump(const std::string& path) {
   must(static_cast<bool>(in), "cannot open the file");
   File file;
   file.bytes.assign(std::istreambuf_iterator<char>(in), {});
-  Cursor root = read_preamble(file);
+  uint16_t lowest = 0;
+  Cursor root = read_preamble(file, lowest);
   const BlockRef metadata(root), directory(root);
   const uint64_t chunk_count = root.u64();
   const Volume v = read_metadata(metadata.read(file));
+  must(v.lead == 0 || lowest == 2, "layers before frame 0 need version 2");
   std::printf("lattice kind %d dims %u %u %u %u planes %d %d %d layers %d\n", v.kind, v.dims[0], v.dims[1],
               v.dims[2], v.dims[3], v.last_plane[0], v.last_plane[1], v.last_plane[2], v.layers());
   if (v.times.empty()) std::printf("times %.17g step %.17g\n", v.first, v.step);

@@ -22,6 +22,50 @@ class Import(ToolTest):
         self.assertLess(report['max_abs'], .005 * 7)  # the ripple of the kernel, -55 dB in the mean
         self.assertEqual(report['samples_compared'], 9 * 8 * 7 * 6)
 
+    def test_dense_floats_get_air_in_their_midst(self):
+        def warm(x, y, z, t):
+            return 280 + 2 * math.cos(math.pi * x / 8) * math.cos(math.pi * y / 7) * math.cos(math.pi * t / 5)
+
+        args = self.raw('a.raw', DIMS, warm)
+        worst = {}
+        for name, options in (('own', []), ('zero', ['--air', 0])):
+            air = self.json('import', *args, '--dry-run', *options)['channels'][0]['air']
+            self.assertTrue(abs(air - 280) < 8 if name == 'own' else air == 0, air)
+            self.bcc4('import', *args, *options, '-o', name + '.bcc4', '--quiet')
+            self.assertEqual(self.json('info', name + '.bcc4')['channels'][0]['air'], air)
+            worst[name] = self.json('verify', name + '.bcc4', '--against', 'a.raw', '--dims', '9,8,7,6', '--dtype', 'f32')['max_abs']
+        self.assertLess(4 * worst['own'], worst['zero'])
+        # A series that goes on keeps the air it has, whatever its own would be.
+        long = self.raw('b.raw', DIMS[:3] + (12,), warm)
+        self.bcc4('import', *long, '--append', '-o', 'zero.bcc4', '--quiet')
+        info = self.json('info', 'zero.bcc4')
+        self.assertEqual((info['channels'][0]['air'], info['dims'][3]), (0, 12))
+
+    def test_what_is_empty_stays_air(self):
+        for name, f in (('blob', lambda x, y, z, t: max(0, bump(x, y, z, t) - 40)), ('waves', lambda x, y, z, t: math.sin(x + y + t) + .1),
+                        ('constant', lambda x, y, z, t: 7)):
+            args = self.raw(name, DIMS, f)
+            self.assertEqual(self.json('import', *args, '--dry-run')['channels'][0]['air'], 0, name)
+        counts = self.raw('counts', DIMS, lambda x, y, z, t: 100 + x, 'u16')  # integers: a step is more than the ripple
+        self.assertEqual(self.json('import', *counts, '--dry-run')['channels'][0]['air'], 0)
+
+    def test_ends_of_time(self):
+        args = self.raw('a.raw', DIMS, bump)
+        worst, sites = {}, {}
+        for ends in ('predict', 'mirror'):
+            j = self.json('import', *args, '--ends', ends, '-o', ends + '.bcc4')
+            sites[ends] = j['sites_total']
+            frames = self.json('verify', ends + '.bcc4', '--against', 'a.raw', '--dims', '9,8,7,6', '--dtype', 'f32')['frames']
+            worst[ends] = max(frames[0]['max_abs'], frames[-1]['max_abs'])
+        self.assertGreater(sites['predict'], sites['mirror'])
+        self.assertLess(2 * worst['predict'], worst['mirror'])
+
+    def test_values_that_would_overflow_are_refused(self):
+        args = self.raw('a.raw', DIMS, lambda x, y, z, t: 1e37 if (x, y, z, t) == (1, 2, 3, 2) else 1)
+        _, err = self.bcc4('import', *args, '-o', 'a.bcc4', expect=3)
+        self.assertIn('frame 2', err)
+        self.assertIn('1e+36', err)
+
     def test_reports_and_records(self):
         args = self.raw('a.raw', DIMS, bump)
         j = self.json('import', *args, '--dt', .25, '-o', 'a.bcc4')

@@ -247,9 +247,9 @@ void expect_each_refused(const std::vector<Broken>& all) {
 TEST(Bcc4Malformed, Header) {
   Bytes bad = small_file();
   const auto seal = [&] { poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60))); };
-  poke<uint16_t>(bad, 14, 2);
+  poke<uint16_t>(bad, 14, bcc4_version + 1);
   seal();
-  expect_refused(bad, Code::unsupported_version, "needs a reader of version 2");
+  expect_refused(bad, Code::unsupported_version, "needs a reader of version 3");
   poke<uint16_t>(bad, 14, 0);
   seal();
   expect_refused(bad, Code::corrupt, "reserved");
@@ -322,7 +322,11 @@ TEST(Bcc4Malformed, MetadataRecords) {
       {"needs", Code::truncated, with_metadata([](Bytes& m) { poke<uint32_t>(m, 4, 80); })},
       {"needs", Code::truncated, with_metadata([](Bytes& m) { m.resize(m.size() - 8); })},
       {"reserved bytes of the lattice", Code::corrupt,
+       with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 3, 1); })},
+      {"1 layers before the first frame", Code::corrupt,
        with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 2, 1); })},
+      {"for readers of version 1", Code::corrupt,
+       with_info([](VolumeInfo& v) { v.lattice.lead = 2, v.lattice.last_layer += 4; })},
       {"reserved bytes of the lattice", Code::corrupt,
        with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 36, 1); })},
       // A text and a list that claim more than there is.

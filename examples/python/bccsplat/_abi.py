@@ -67,6 +67,9 @@ NONFINITE_CLAMP = 3
 MEASURE_DEFAULT = 0
 MEASURE_SOME = 1
 MEASURE_ALL = 2
+ENDS_DEFAULT = 0
+ENDS_PREDICT = 1
+ENDS_MIRROR = 2
 CHANNEL_SET_AIR = 1
 CHANNEL_SET_RANGE = 2
 PARTIAL_DEFAULT = 0
@@ -224,13 +227,16 @@ class WriterOptions(Struct):
     lowpass: int
     reserved: int
     part: Any
+    ends: int
+    reserved_end: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
         ("affine", c_double * 16), ("spatial_unit", c_char_p), ("time_unit", c_char_p), ("scale", c_double),
         ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
-        ("partial", c_int32), ("lowpass", c_int32), ("reserved", c_uint32), ("part", POINTER(SeriesPart))]
+        ("partial", c_int32), ("lowpass", c_int32), ("reserved", c_uint32), ("part", POINTER(SeriesPart)),
+        ("ends", c_int32), ("reserved_end", c_uint32)]
 
 
 class Box(Struct):
