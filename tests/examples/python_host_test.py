@@ -18,7 +18,7 @@ sys.path.insert(0, os.path.join(top, "examples", "python"))
 sys.dont_write_bytecode = True
 import bccsplat  # noqa: E402
 from bccsplat import Cancelled, Channel, Device, Error, Frame, Renderer, Slice, Status, TransferFunction  # noqa: E402
-from bccsplat import Volume, Writer, abi, look_at  # noqa: E402
+from bccsplat import Volume, Writer, abi, join_parts, look_at  # noqa: E402
 from bccsplat import _library as loaded  # noqa: E402
 from bccsplat.__main__ import main  # noqa: E402
 
@@ -290,6 +290,27 @@ def log(folder):
     assert report.damages + 1 == len(messages) > 1 and messages[0][0] == "warning"  # the last: what is left whole
 
 
+def parts(device, scratch):
+    """A series in two parts, joined, is the file of one writer byte for byte."""
+    z, y, x = np.mgrid[0:11, 0:12, 0:13]
+    times = [0.5 * t for t in range(30)]
+    names = [os.path.join(scratch, name) for name in ("whole.bcc4", "b.bcc4", "a.bcc4", "joined.bcc4")]
+    for name, part in zip(names, (None, (12, 30), (0, 12))):
+        with Writer(device, name, (13, 12, 11, 30), ends="predict", part=part, part_times=times) as writer:
+            begin, end = writer.part_frames()
+            assert (begin, end) == (0, 30) if part is None else begin <= part[0] < part[1] <= end
+            for t in range(begin, end):
+                writer.add_frame(blob(x, y, z, 0.2 * t), times[t])
+    fractions = []
+    report = join_parts(device, names[1:3], names[3], progress=fractions.append)
+    assert report.frames == 30 and report.slabs_reused > 0 and fractions[-1] == 1
+    whole, joined = (open(name, "rb").read() for name in (names[0], names[3]))
+    assert whole == joined
+    raises(Error, Status.FILE_EXISTS, join_parts, device, names[1:3], names[3])
+    raises(Error, Status.INVALID_ARGUMENT, join_parts, device, names[1:2], names[3], overwrite=True, text="0 to 11")
+    raises(ValueError, None, Writer, device, names[3], (13, 12, 11, 30), part=(0, 12), text="all 30 frames")
+
+
 def hosts_agree():
     file, from_c, from_python = (os.path.join(scratch, name) for name in ("blobs.bcc4", "c.png", "python.png"))
     subprocess.run([os.path.join(examples, "write_in_situ"), file], check=True)
@@ -316,6 +337,7 @@ with Device(threads=2) as device:
     pictures(device, cut, scratch)
     layers(device, scratch)
     fields(device, scratch)
+    parts(device, scratch)
 hooks(scratch)
 log(scratch)
 symbols = set(open(os.path.join(top, "tests", "abi", "symbols.txt"), encoding="utf-8").read().split())

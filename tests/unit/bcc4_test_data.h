@@ -153,9 +153,9 @@ inline Layers read_all(std::span<const std::byte> file, int threads = 1) {
 }
 
 // Where two layers differ, or nothing. Values are compared as bits, after `expect` maps those of `a`.
-inline std::optional<std::string> difference(
-    const BrickLayer& a, const BrickLayer& b,
-    const std::function<float(float)>& expect = [](float v) { return v; }) {
+inline float as_it_is(float value) { return value; }
+inline std::optional<std::string> difference(const BrickLayer& a, const BrickLayer& b,
+                                             const std::function<float(float)>& expect = as_it_is) {
   if (!(a.lattice() == b.lattice()) || a.coset() != b.coset()) return "other lattice";
   for (size_t s = 0; s < a.brick_slots(); ++s) {
     const Brick *p = a.brick(s), *q = b.brick(s);

@@ -19,10 +19,10 @@ from ._library import Cancelled, Error, Status, native
 from .device import Device
 from .render import Frame, Renderer, TransferFunction, look_at
 from .volume import Slice, Volume
-from .writer import Channel, Writer
+from .writer import Channel, Writer, join_parts
 
 __all__ = ["Cancelled", "Channel", "Device", "Error", "Frame", "Renderer", "Slice", "Status", "TransferFunction",
-           "Volume", "Writer", "abi", "build_info", "kernel_names", "look_at", "version"]
+           "Volume", "Writer", "abi", "build_info", "join_parts", "kernel_names", "look_at", "version"]
 
 
 def version() -> tuple[int, int, int]:

@@ -51,6 +51,8 @@ class Writer(Child):
 
     dims: samples along x, y, z and the number of frames (0: as many as come). A with block that ends without an
     exception finishes the file; one that ends with an exception leaves no file.
+    part: (first, end) makes one file of several for join_parts: the frames of part_frames() are added. part_times are
+    those of the whole series.
     """
 
     _kind = "writer"
@@ -60,18 +62,27 @@ class Writer(Child):
                  filter: int | str | None = None, store: int | str | None = None, nonfinite: int | str | None = None,
                  overwrite: bool = False, affine: Any = None, spatial_unit: str | None = None,
                  time_unit: str | None = None, scale: float = 0.0, time_scale: float = 0.0,
-                 kernel: str | None = None, progress: Progress | None = None, **options: Any) -> None:
+                 kernel: str | None = None, ends: int | str | None = None, part: tuple[int, int] | None = None,
+                 part_times: Sequence[float] = (), part_lead: int = 0, progress: Progress | None = None,
+                 **options: Any) -> None:
         super().__init__(device)
         self._watch, self._finished = Watch(progress), False
         o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
                                store=choose("STORE", store), nonfinite=choose("NONFINITE", nonfinite),
                                overwrite=overwrite, channel_count=len(channels), spatial_unit=encode(spatial_unit),
                                time_unit=encode(time_unit), scale=scale, time_scale=time_scale,
-                               recommended_kernel=encode(kernel), progress=self._watch.function, **options)
+                               recommended_kernel=encode(kernel), ends=choose("ENDS", ends),
+                               progress=self._watch.function, **options)
         o.dims[:] = [*dims, *[0] * (4 - len(dims))]
         o.channels = (_abi.ChannelOptions * len(channels))(*[channel.options() for channel in channels])
         if affine is not None:
             o.affine[:] = np.asarray(affine, np.float64).reshape(16).tolist()
+        if part is not None:
+            times = np.ascontiguousarray(part_times, np.float64)
+            if times.size != o.dims[3]:
+                raise ValueError("part_times are those of all %d frames of the series" % o.dims[3])
+            series_part = _abi.SeriesPart(first=part[0], end=part[1], lead=part_lead, times=times.ctypes.data)
+            o.part = ctypes.pointer(series_part)
         if callable(target):
             self._stream = self._write_stream(target)
             self._create("writer_create_stream", device.pointer, byref(self._stream), byref(o))
@@ -108,6 +119,12 @@ class Writer(Child):
             box.begin[:], box.dims[:] = [*begin], [*data.shape[::-1]]
             box.stride_bytes[:] = [*data.strides[::-1]]
         self._call("writer_add_frame", channel, time, boxes, len(parts))
+
+    def part_frames(self) -> tuple[int, int]:
+        """The frames to add: begin, end."""
+        begin, end = ctypes.c_uint64(), ctypes.c_uint64()
+        call("writer_get_part_frames", self.pointer, byref(begin), byref(end))
+        return begin.value, end.value
 
     def layer_geometry(self, layer: int = 0) -> _abi.LayerGeometry:
         """Where the sites of a layer stand: site (i, j, k) at origin + step * (i, j, k) and frame number `frame`."""
@@ -168,3 +185,13 @@ class Writer(Child):
                 self.finish()
         finally:
             self.close()
+
+
+def join_parts(device: Device, parts: Sequence[Union[str, "os.PathLike[str]"]], path: Union[str, "os.PathLike[str]"], *,
+               overwrite: bool = False, progress: Progress | None = None) -> _abi.WriterReport:
+    """One file of the parts of a series, in any order."""
+    watch, report = Watch(progress), _abi.WriterReport()
+    names = (ctypes.c_char_p * len(parts))(*[os.fsencode(part) for part in parts])
+    options = _abi.JoinOptions(overwrite=overwrite, progress=watch.function)
+    call("join_parts", device.pointer, len(parts), names, os.fsencode(path), byref(options), byref(report), watch=watch)
+    return report
