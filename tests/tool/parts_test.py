@@ -110,7 +110,8 @@ class Parts(ToolTest):
         self.plan(self.raw('a.raw', DIMS, blob), '--measure', 'none')
         part = self.json('import', '--plan', 'plan.json', '--part', '20-25', '-o', 'p.bcc4')['part']
         self.assertEqual((part['first'], part['last']), (20, 25))
-        self.assertTrue(10 < part['read'][0] < 20 and 25 < part['read'][1] < 40, part)
+        # Slabs of 8 layers span 5.7 frames; the first of them may begin at its first frame's own layers.
+        self.assertTrue(10 < part['read'][0] <= 20 and 25 < part['read'][1] < 40, part)
 
     def test_a_killed_part_resumes(self):
         args = self.raw('a.raw', (24, 24, 24, 60), blob)

@@ -31,8 +31,9 @@ class Salvage(ToolTest):
         return Nrrd(self.path(f'f{index}.nrrd')).values
 
     def test_a_chunk(self):
-        before = {f: self.frame(f) for f in (0, 3, 30, 59)}
-        self.damage(12288 + 40)  # the first chunk: the first layers of the first brick
+        before = {f: self.frame(f) for f in (0, 1, 30, 59)}
+        # The first chunk: the first 8 layers of the first brick, 4 of them before frame 0.
+        self.damage(12288 + 40)
         _, err = self.bcc4('verify', 'v.bcc4', expect=1)
         self.assertIn('chunk at offset 12288: bad checksum', err)
         self.assertRegex(err, r'lost: channel value, samples x 0 to \d+ y 0 to \d+ z 0 to 19 of frames 0 to \d+')

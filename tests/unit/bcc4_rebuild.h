@@ -17,14 +17,14 @@ namespace bccsplat::test {
 using Bytes = std::vector<std::byte>;
 
 struct Edit {
-  std::function<void(Bytes&)> metadata;                 // decoded
-  std::function<void(Bcc4Chunk&, Bytes&)> chunk;        // of every chunk, with its stored bytes
-  std::function<void(std::vector<Bcc4Chunk>&)> entries; // of every page
-  std::function<void(Bytes&)> page;                     // decoded, of every page
-  std::function<void(std::vector<PageRef>&)> pages;
-  std::function<void(Bytes&)> directory; // decoded
-  std::function<void(Root&)> root;       // of both
-  bool raw_blocks = false;               // not deflated
+  std::function<void(Bytes&)> metadata = {};                 // decoded
+  std::function<void(Bcc4Chunk&, Bytes&)> chunk = {};        // of every chunk, with its stored bytes
+  std::function<void(std::vector<Bcc4Chunk>&)> entries = {}; // of every page
+  std::function<void(Bytes&)> page = {};                     // decoded, of every page
+  std::function<void(std::vector<PageRef>&)> pages = {};
+  std::function<void(Bytes&)> directory = {}; // decoded
+  std::function<void(Root&)> root = {};       // of both
+  bool raw_blocks = false;                    // not deflated
 };
 
 class Rebuild {
