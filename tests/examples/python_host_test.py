@@ -296,13 +296,14 @@ def parts(device, scratch):
     times = [0.5 * t for t in range(30)]
     names = [os.path.join(scratch, name) for name in ("whole.bcc4", "b.bcc4", "a.bcc4", "joined.bcc4")]
     for name, part in zip(names, (None, (12, 30), (0, 12))):
-        with Writer(device, name, (13, 12, 11, 30), ends="predict", part=part, part_times=times) as writer:
+        options = {"ends": "predict", "part": part, "part_times": times, "overwrite": True}
+        with Writer(device, name, (13, 12, 11, 30), **options) as writer:
             begin, end = writer.part_frames()
             assert (begin, end) == (0, 30) if part is None else begin <= part[0] < part[1] <= end
             for t in range(begin, end):
                 writer.add_frame(blob(x, y, z, 0.2 * t), times[t])
     fractions = []
-    report = join_parts(device, names[1:3], names[3], progress=fractions.append)
+    report = join_parts(device, names[1:3], names[3], overwrite=True, progress=fractions.append)
     assert report.frames == 30 and report.slabs_reused > 0
     assert fractions == sorted(fractions) and all(0 <= fraction <= 1 for fraction in fractions)
     whole, joined = (open(name, "rb").read() for name in (names[0], names[3]))
