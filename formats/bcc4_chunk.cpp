@@ -165,18 +165,22 @@ struct CodedValues {
   std::vector<uint32_t> residuals = sites.codes;
   std::vector<int16_t> weights;
   uint64_t lowest = estimate(residuals, codes.bytes());
-  for (uint8_t id = 1; id < predictor_count; ++id) {
-    const auto predictor = static_cast<Predictor>(id);
-    std::vector<int16_t> w;
-    if (predictor == Predictor::fitted) w = fit_weights(sites, codes, level == 9);
+  const auto try_predictor = [&](Predictor predictor, std::vector<int16_t> w, uint64_t handicap) {
     std::vector<uint32_t> r = predict(sites, codes, predictor, w);
     const uint64_t cost = estimate(r, codes.bytes()) + w.size() * 16 * 256;
-    if (cost >= lowest) continue;
+    if (cost + handicap >= lowest) return;
     lowest = cost;
     choice = predictor;
     residuals = std::move(r);
     weights = std::move(w);
-  }
+  };
+  for (uint8_t id = 1; id < predictor_count; ++id)
+    if (const auto predictor = static_cast<Predictor>(id); predictor != Predictor::fitted)
+      try_predictor(predictor, {}, 0);
+  // Rows without chains decode side by side: chains must be worth it, but at the level that is for size only.
+  FittedWeights fitted = fit_weights(sites, codes);
+  if (level < 9) try_predictor(Predictor::fitted, std::move(fitted.unchained), 0);
+  try_predictor(Predictor::fitted, std::move(fitted.chained), level < 9 ? lowest / 32 : 0);
   const std::vector<std::byte> planes = planes_of(weights, residuals);
   keep_smaller(choice, deflate_bytes(planes, level, DeflateKind::noise));
   std::vector<size_t> ends;

@@ -159,7 +159,7 @@ size_t fitted_weights(const ChunkShape& shape) {
   return n;
 }
 
-std::vector<int16_t> fit_weights(const ChunkSites& sites, const ChunkCodes& codes, bool chains) {
+FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes) {
   constexpr uint32_t sample = 6144; // sites; more did not make chunks smaller
   const auto every = std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample);
   std::vector<Fit> fits(classes);
@@ -186,15 +186,19 @@ std::vector<int16_t> fit_weights(const ChunkSites& sites, const ChunkCodes& code
       row.own[x] = value;
     }
   });
-  std::vector<int16_t> weights;
+  FittedWeights weights;
   const unsigned present = classes_present(sites.shape);
   for (int c = 0; c < classes; ++c) {
     if (!(present >> c & 1)) continue;
     const auto n = static_cast<size_t>(class_taps(c));
+    const auto append = [&](std::vector<int16_t>& to, Fit fit) {
+      const Weights w = fit.rows >= 2 * n ? solve(fit, n) : constant_weights(Predictor::cross, c);
+      to.insert(to.end(), w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
+    };
     Fit& fit = fits[static_cast<size_t>(c)];
-    if (!chains && (c & 1)) leave_out_west(fit, n);
-    const Weights w = fit.rows >= 2 * n ? solve(fit, n) : constant_weights(Predictor::cross, c);
-    weights.insert(weights.end(), w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
+    append(weights.chained, fit);
+    if (c & 1) leave_out_west(fit, n);
+    append(weights.unchained, fit);
   }
   return weights;
 }

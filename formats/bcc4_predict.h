@@ -34,10 +34,12 @@ void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const C
 
 // Number of weights a chunk of this shape holds for Predictor::fitted.
 [[nodiscard]] size_t fitted_weights(const ChunkShape& shape);
-// Least squares on a sample of the sites. Without `chains`, layers that have a layer before of the other
-// coset leave the site at x - 1 out: sites of a row then do not depend on each other and are decoded side by
-// side, for about a per cent of size.
-[[nodiscard]] std::vector<int16_t> fit_weights(const ChunkSites& sites, const ChunkCodes& codes,
-                                               bool chains = true);
+// Least squares on a sample of the sites. Without chains, layers that have a layer before of the other coset
+// leave the site at x - 1 out: sites of a row then do not depend on each other and are decoded side by side,
+// for about a per cent of size, and up to a tenth where values are coarse.
+struct FittedWeights {
+  std::vector<int16_t> chained, unchained;
+};
+[[nodiscard]] FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes);
 
 } // namespace bccsplat

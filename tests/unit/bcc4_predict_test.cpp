@@ -116,7 +116,8 @@ TEST(Predict, UnpredictIsTheInverse) {
         for (const auto& [p, chains] : all) {
           std::vector<int16_t> weights;
           if (p == Predictor::fitted) {
-            weights = fit_weights(sites, codes, chains);
+            FittedWeights fitted = fit_weights(sites, codes);
+            weights = chains ? std::move(fitted.chained) : std::move(fitted.unchained);
             ASSERT_EQ(weights.size(), fitted_weights(sites.shape));
           }
           const auto residuals = predict(sites, codes, p, weights);
@@ -139,7 +140,7 @@ TEST(Predict, WithoutChainsRowsDependOnOtherRowsOnly) {
                                      20000 * std::sin(0.3 * p[0] + 0.2 * p[1]) * std::cos(0.4 * p[2] + t));
       },
       [](const Vec3&, double) { return true; });
-  const auto weights = fit_weights(sites, codes, false), with = fit_weights(sites, codes);
+  const auto [with, weights] = fit_weights(sites, codes);
   ASSERT_EQ(weights.size(), 53u); // classes 0, 1 and 3
   EXPECT_NE(weights[0], 0);
   EXPECT_EQ(weights[10], 0);
@@ -213,11 +214,32 @@ TEST(Predict, LinearFieldsAreForeseen) {
     EXPECT_GT(inner_bits(sites, predict(sites, codes, Predictor::west, {})), 7); // the step along x
     // Least squares has the faces to care for as well: over all sites no fixed predictor has a smaller mean
     // square.
-    const double fitted = mean_square(predict(sites, codes, Predictor::fitted, fit_weights(sites, codes)));
+    const double fitted =
+        mean_square(predict(sites, codes, Predictor::fitted, fit_weights(sites, codes).chained));
     for (const Predictor p : {Predictor::west, Predictor::lorenzo, Predictor::previous, Predictor::cross})
       EXPECT_LT(fitted, mean_square(predict(sites, codes, p, {}))) << "kind " << static_cast<int>(c.kind);
   }
   EXPECT_GE(tried, 4u);
+}
+
+// What goes on along each row by itself, beside what all rows share: the site at x - 1 is worth waiting for.
+TEST(Predict, ChunksHaveChainsWhereTheySave) {
+  const VolumeInfo info =
+      test::volume(LatticeKind::d4star, {40, 40, 40, 20}, {test::channel("a", ValueType::u8)});
+  const ChunkCodes codes = codes_of(ValueType::u8, 0);
+  const ChunkSites sites = make_sites(
+      info, 1, {0, 0, 0},
+      [](const Vec3& p, double t) {
+        const double row = 2.4 * p[1] + 13.7 * p[2] * p[1] + 31.3 * t * p[2];
+        return static_cast<uint32_t>(128 + 40 * std::sin(0.3 * p[0] + row) +
+                                     60 * std::sin(0.7 * p[0] + 0.5 * p[1] + 0.6 * p[2] + t));
+      },
+      [](const Vec3&, double) { return true; });
+  const FittedWeights fitted = fit_weights(sites, codes);
+  EXPECT_GT(mean_square(predict(sites, codes, Predictor::fitted, fitted.unchained)),
+            2 * mean_square(predict(sites, codes, Predictor::fitted, fitted.chained)));
+  EXPECT_LE(100 * encode_chunk(sites, codes, 6).bytes.size(),
+            101 * encode_chunk(sites, codes, 9).bytes.size());
 }
 
 TEST(Predict, AConstantLeavesOnlyItsFirstSite) {
