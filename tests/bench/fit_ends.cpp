@@ -125,7 +125,7 @@ void report_ends(const Report& report) {
         const std::vector<double> v = errors_at(c, k, dims, 0, count);
         for (size_t i = 0; i < v.size(); ++i)
           row.push_back(
-              figure(std::string("x") + (places[i].name + (places[i].name[0] == 't' ? 1 : 0)), v[i], 1));
+              figure(places[i].name[0] == 't' ? concat("x", places[i].name + 1) : places[i].name, v[i], 1));
         space.push_back(row);
       }
     }
