@@ -5,6 +5,7 @@
 #include "tool/cli.h"
 #include "tool/commands.h"
 #include "tool/handles.h"
+#include "tool/import_summary.h"
 #include "tool/interrupt.h"
 #include "tool/json.h"
 #include "tool/output_file.h"
@@ -51,13 +52,7 @@ Exit run_concat(const ConcatArguments& a) {
                 {"frames", report.frames},
                 {"sites_total", report.sites_total},
                 {"sites_kept", report.sites_kept},
-                {"bytes",
-                 {{"source", report.bytes_source},
-                  {"file", report.bytes_file},
-                  {"runs", report.bytes_runs},
-                  {"values", report.bytes_values},
-                  {"index", report.bytes_index},
-                  {"corrections", report.bytes_corrections}}},
+                {"bytes", bytes_json(report)},
                 {"output", a.output}});
   } else if (!a.common.quiet) {
     std::printf("%s: %zu parts, %llu frames, %s of values -> %s\n", a.output.c_str(), a.parts.size(),

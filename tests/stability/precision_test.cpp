@@ -49,11 +49,8 @@ TEST(StabilityPrecision, ABlobAtTheFarCornerOf4096CubedStandsWhereItShould) {
   constexpr int64_t edge = 4096, box_edge = 56;
   bccsplat_writer_options o = options_of({.nx = edge, .ny = edge, .nz = edge, .nt = 1});
   Stored stored;
-  auto stream = sized<bccsplat_write_stream>();
-  stream.write_at = append_at, stream.user = stored.file.get();
-  bccsplat_writer* w = nullptr;
-  ASSERT_OK(bccsplat_writer_create_stream(device.get(), &stream, &o, &w));
-  const Writer writer(w);
+  const Writer writer = make_writer(device, *stored.file, o);
+  bccsplat_writer* const w = writer.get();
   const Point centre{4063.3, 4058.7, 4061.9};
   std::vector<float> values;
   for (int64_t z = 0; z < box_edge; ++z)

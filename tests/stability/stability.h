@@ -59,17 +59,22 @@ struct Stored {
   Volume volume;
 };
 
+[[nodiscard]] inline Writer make_writer(const Device& device, MemoryFile& file,
+                                        const bccsplat_writer_options& o) {
+  auto stream = sized<bccsplat_write_stream>();
+  stream.write_at = append_at;
+  stream.user = &file;
+  bccsplat_writer* w = nullptr;
+  EXPECT_OK(bccsplat_writer_create_stream(device.get(), &stream, &o, &w));
+  return Writer(w);
+}
+
 [[nodiscard]] inline Stored store(const Device& device, const Series& s, const bccsplat_writer_options& o,
                                   const char* kernel = nullptr) {
   Stored stored;
-  auto stream = sized<bccsplat_write_stream>();
-  stream.write_at = append_at;
-  stream.user = stored.file.get();
-  bccsplat_writer* w = nullptr;
-  EXPECT_OK(bccsplat_writer_create_stream(device.get(), &stream, &o, &w));
-  const Writer writer(w);
-  EXPECT_OK(add_frames(w, s));
-  EXPECT_OK(bccsplat_writer_finish(w, nullptr));
+  const Writer writer = make_writer(device, *stored.file, o);
+  EXPECT_OK(add_frames(writer.get(), s));
+  EXPECT_OK(bccsplat_writer_finish(writer.get(), nullptr));
   auto v = sized<bccsplat_volume_options>();
   v.kernel = kernel;
   bccsplat_volume* volume = nullptr;

@@ -90,11 +90,8 @@ TEST(StabilityValues, NotANumberAndInfinityFollowThePolicy) {
     bccsplat_writer_options o = options_of(s);
     o.nonfinite = BCCSPLAT_NONFINITE_ERROR;
     MemoryFile file;
-    auto stream = sized<bccsplat_write_stream>();
-    stream.write_at = append_at, stream.user = &file;
-    bccsplat_writer* w = nullptr;
-    ASSERT_OK(bccsplat_writer_create_stream(device.get(), &stream, &o, &w));
-    const Writer writer(w);
+    const Writer writer = make_writer(device, file, o);
+    bccsplat_writer* const w = writer.get();
     bccsplat_status status = add_frames(w, s);
     if (status == BCCSPLAT_OK) status = bccsplat_writer_finish(w, nullptr);
     EXPECT_EQ(status, BCCSPLAT_ERROR_NONFINITE_VALUE);
@@ -139,11 +136,8 @@ TEST(StabilityValues, EverySourceTypeKeepsItsEndsOfRange) {
     bccsplat_writer_options o = options_of(s);
     o.measure = BCCSPLAT_MEASURE_ALL;
     Stored stored;
-    auto stream = sized<bccsplat_write_stream>();
-    stream.write_at = append_at, stream.user = stored.file.get();
-    bccsplat_writer* w = nullptr;
-    ASSERT_OK(bccsplat_writer_create_stream(device.get(), &stream, &o, &w));
-    const Writer writer(w);
+    const Writer writer = make_writer(device, *stored.file, o);
+    bccsplat_writer* const w = writer.get();
     for (uint32_t t = 0; t < s.nt; ++t) {
       std::vector<unsigned char> bytes;
       const auto put = [&](auto v) {

@@ -54,11 +54,8 @@ TEST(StabilityPrefilter, WhiteNoiseComesBackAtTheSites) {
   } noise;
   bccsplat_writer_options o = options_of({.nx = 14, .ny = 13, .nz = 12, .nt = 11});
   MemoryFile file;
-  auto stream = sized<bccsplat_write_stream>();
-  stream.write_at = append_at, stream.user = &file;
-  bccsplat_writer* w = nullptr;
-  ASSERT_OK(bccsplat_writer_create_stream(device.get(), &stream, &o, &w));
-  const Writer writer(w);
+  const Writer writer = make_writer(device, file, o);
+  bccsplat_writer* const w = writer.get();
   ASSERT_OK(bccsplat_writer_add_field(
       w, 0,
       [](void* user, uint64_t n, const double* xyzt, float* values) -> int32_t {
