@@ -124,6 +124,17 @@ void check_info(const VolumeInfo& info, Code code) {
     if (key.empty() || !keys.insert(key).second)
       fail(code, "attribute key \"", key, "\" is empty or stands twice");
   }
+  if (info.part)
+    for (const PartWrite& w : info.part->writes)
+      if (w.slab >= info.slabs()) fail(code, "part: a write of slab ", w.slab, " of ", info.slabs());
+  if (info.tail) {
+    if (info.tail->slabs < 0 || info.tail->slabs > info.slabs())
+      fail(code, "the tail counts ", info.tail->slabs, " slabs of ", info.slabs());
+    for (size_t c = 0; c < info.channels.size(); ++c)
+      if (info.tail->clamped.at(c) > info.channels[c].clamped)
+        fail(code, "the tail counts ", info.tail->clamped[c], " clamped samples of ",
+             info.channels[c].clamped);
+  }
   for (const ChannelInfo& c : info.channels) {
     for (const auto* s : {&c.name, &c.quantity, &c.unit}) text(*s);
     for (const Range* r : {&c.source_range, &c.kept_range, &c.histogram_range})

@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <utility>
 
 #include "base/bytes.h"
 #include "formats/bcc4_codes.h"
 #include "formats/bcc4_deflate.h"
+#include "formats/bcc4_entropy.h"
 #include "formats/bcc4_predict.h"
+#include "formats/bcc4_range.h"
+#include "formats/bcc4_scratch.h"
 #include "points/runs.h"
 
 namespace bccsplat {
@@ -19,12 +21,16 @@ namespace {
 constexpr uint8_t raw = 0, deflated = 1;
 
 [[nodiscard]] int count_bits(const BrickMask& mask) {
-  // Four rows at a time: not every target has an instruction for it.
-  std::array<uint64_t, brick_rows / 4> words;
-  std::memcpy(words.data(), mask.data(), sizeof mask);
-  int n = 0;
-  for (const uint64_t word : words) n += std::popcount(word);
-  return n;
+  // Sums of growing groups of bits, in vectors: not every target has an instruction for it.
+  unsigned n = 0;
+  for (const uint16_t row : mask) {
+    unsigned v = row;
+    v -= v >> 1 & 0x5555;
+    v = (v & 0x3333) + (v >> 2 & 0x3333);
+    v = (v + (v >> 4)) & 0x0f0f;
+    n += (v + (v >> 8)) & 31;
+  }
+  return static_cast<int>(n);
 }
 
 // Calls body(layer, row index z*16 + y, row width) for the rows inside the domain, in coding order.
@@ -103,35 +109,13 @@ void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t by
   return {low, high};
 }
 
-template<class Stored> [[nodiscard]] std::array<uint32_t, 2> packed_range(std::span<const std::byte> packed) {
-  Stored low = std::numeric_limits<Stored>::max(), high = 0;
-  for (size_t i = 0; i < packed.size(); i += sizeof(Stored)) {
-    Stored v;
-    std::memcpy(&v, packed.data() + i, sizeof v);
-    low = std::min(low, v), high = std::max(high, v);
-  }
-  return {low, high};
-}
-[[nodiscard]] std::array<uint32_t, 2> packed_range(std::span<const std::byte> packed, uint32_t bytes) {
-  if (bytes == 1) return packed_range<uint8_t>(packed);
-  return bytes == 2 ? packed_range<uint16_t>(packed) : packed_range<uint32_t>(packed);
-}
-
-// About 256 log2(n), in integers so that choices do not hang on a machine's libm.
-[[nodiscard]] uint64_t log2_256(uint64_t n) {
-  const auto e = static_cast<int>(std::bit_width(n)) - 1;
-  return static_cast<uint64_t>(e) * 256 + ((n << 8) >> e) - 256;
-}
-
 // Bits the byte planes need at their own frequencies, times 256.
 [[nodiscard]] uint64_t estimate(std::span<const uint32_t> residuals, uint32_t bytes) {
   uint64_t cost = 0;
   for (uint32_t b = 0; b < bytes; ++b) {
     std::array<uint32_t, 256> count{};
     for (const uint32_t r : residuals) ++count[r >> (8 * b) & 255];
-    cost += residuals.size() * log2_256(residuals.size());
-    for (const uint32_t n : count)
-      if (n > 0) cost -= n * log2_256(n);
+    cost += entropy_bits_256(count);
   }
   return cost;
 }
@@ -182,7 +166,10 @@ struct CodedValues {
   if (level < 9) try_predictor(Predictor::fitted, std::move(fitted.unchained), 0);
   try_predictor(Predictor::fitted, std::move(fitted.chained), level < 9 ? lowest / 32 : 0);
   const std::vector<std::byte> planes = planes_of(weights, residuals);
-  keep_smaller(choice, deflate_bytes(planes, level, DeflateKind::noise));
+  // One stream for all planes is smaller only where tables outweigh what they save.
+  constexpr size_t few = 1024;
+  if (codes.bytes() == 1 || sites.codes.size() < few || level >= 7)
+    keep_smaller(choice, deflate_bytes(planes, level, DeflateKind::noise));
   std::vector<size_t> ends;
   for (size_t b = 1; b <= codes.bytes(); ++b)
     ends.push_back(weights.size() * sizeof(int16_t) + b * sites.codes.size());
@@ -192,31 +179,31 @@ struct CodedValues {
   return best;
 }
 
-// The part itself, or its deflated form in `room`, which has `slack` bytes more on both sides.
+// The part itself, or its deflated form in `room`, with `slack` bytes more on both sides.
 [[nodiscard]] std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding,
-                                                   size_t decoded, std::vector<std::byte>& room,
-                                                   std::string_view what, uint64_t offset, size_t slack = 0) {
+                                                   size_t decoded, Inflater& inflater,
+                                                   std::vector<std::byte>& room, std::string_view what,
+                                                   uint64_t offset, size_t slack = 0) {
   if (coding == raw) {
     if (part.size() != decoded)
       fail(Code::corrupt, what, " at offset ", offset, ": ", part.size(), " raw bytes stand for ", decoded);
     return part;
   }
-  room.resize(decoded + 2 * slack);
+  if (room.size() < decoded + 2 * slack) room.resize(decoded + 2 * slack);
   const auto inner = std::span(room).subspan(slack, decoded);
-  if (!inflate_bytes(part, inner))
+  if (!inflater.inflate(part, inner))
     fail(Code::corrupt, what, " at offset ", offset, ": no deflate stream of ", decoded, " bytes");
   return inner;
 }
 
 void read_values(ChunkData& data, const ChunkCodes& codes, const Bcc4Chunk& parts,
-                 std::span<const std::byte> part, uint64_t offset) {
+                 std::span<const std::byte> part, uint64_t offset, ChunkScratch& scratch) {
   const auto coding = static_cast<uint8_t>(parts.coding & 15);
   const auto predictor = static_cast<Predictor>(parts.predictor);
   const size_t weight_count = predictor == Predictor::fitted ? fitted_weights(data.shape) : 0;
   const size_t plane_bytes = size_t{parts.kept} * codes.bytes();
-  std::vector<std::byte> room;
-  const auto bytes = open_part(part, coding, weight_count * sizeof(int16_t) + plane_bytes, room,
-                               "values of the chunk", offset, unpredict_slack);
+  const auto bytes = open_part(part, coding, weight_count * sizeof(int16_t) + plane_bytes, scratch.inflater,
+                               scratch.values, "values of the chunk", offset, unpredict_slack);
   data.codes.resize(plane_bytes + unpredict_slack);
   if (coding == raw) {
     if (codes.type == ValueType::u8 || codes.type == ValueType::u16)
@@ -231,7 +218,8 @@ void read_values(ChunkData& data, const ChunkCodes& codes, const Bcc4Chunk& part
   } else {
     std::vector<int16_t> weights(weight_count);
     if (weight_count > 0) std::memcpy(weights.data(), bytes.data(), weight_count * sizeof(int16_t));
-    unpredict(data.shape, data.kept, codes, predictor, weights, bytes.last(plane_bytes), data.codes.data());
+    unpredict(data.shape, data.kept, codes, predictor, weights, bytes.last(plane_bytes), data.codes.data(),
+              scratch.ring);
   }
   data.codes.resize(plane_bytes);
 }
@@ -339,20 +327,20 @@ EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int 
 }
 
 ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
-                       std::span<const std::byte> bytes) {
+                       std::span<const std::byte> bytes, ChunkScratch& scratch) {
   if (crc32_of(bytes) != entry.crc)
     fail(Code::checksum_mismatch, "chunk at offset ", entry.offset, ": bad checksum");
   for (const std::byte b : bytes.subspan(size_t{entry.values_bytes} + entry.runs_bytes))
     if (b != std::byte{0}) fail(Code::corrupt, "chunk at offset ", entry.offset, ": padding is not zero");
   ChunkData data;
   data.shape = shape;
-  std::vector<std::byte> room;
   const uint64_t runs_offset = entry.offset + entry.values_bytes;
-  const auto runs = open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4,
-                              entry.runs_decoded, room, "runs of the chunk", runs_offset);
+  const auto runs =
+      open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4, entry.runs_decoded,
+                scratch.inflater, scratch.runs, "runs of the chunk", runs_offset);
   read_runs(data, entry, runs, "runs of the chunk", runs_offset);
   find_layers(data);
-  read_values(data, codes, entry, bytes.first(entry.values_bytes), entry.offset);
+  read_values(data, codes, entry, bytes.first(entry.values_bytes), entry.offset, scratch);
   const auto [low, high] = packed_range(data.codes, codes.bytes());
   if (low != entry.min_code || high != entry.max_code)
     fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", low, " .. ", high, ", the index says ",

@@ -82,9 +82,10 @@ struct ChunkData {
            codes.capacity();
   }
 };
+struct ChunkScratch; // bcc4_scratch.h
 // `bytes` as stored, padding included. The entry keeps the rules of its page (bcc4_page.h).
 [[nodiscard]] ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
-                                     std::span<const std::byte> bytes);
+                                     std::span<const std::byte> bytes, ChunkScratch& scratch);
 // A chunk whose sites are all holes.
 [[nodiscard]] ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& codes);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 
 #include "base/half.h"
 
@@ -52,34 +51,6 @@ float SampleCoder::decode(uint32_t code) const {
     break;
   }
   return std::bit_cast<float>(pattern_of(code, codes_));
-}
-
-void SampleCoder::decode(std::span<const std::byte> packed, std::span<float> relative) const {
-  const auto each = [&]<class Stored>(Stored, const auto& value) {
-    for (size_t i = 0; i < relative.size(); ++i) {
-      Stored code;
-      std::memcpy(&code, packed.data() + i * sizeof(Stored), sizeof(Stored));
-      relative[i] = value(code);
-    }
-  };
-  const auto linear = [this](auto code) { return static_cast<float>(code * scale_ + bias_); };
-  switch (codes_.type) {
-  case ValueType::u8:
-    each(uint8_t{}, linear);
-    break;
-  case ValueType::u16:
-    each(uint16_t{}, linear);
-    break;
-  case ValueType::f16:
-    each(uint16_t{}, [this](uint16_t code) { return decode(code); });
-    break;
-  case ValueType::f32:
-    each(uint32_t{}, [](uint32_t code) {
-      constexpr uint32_t sign = uint32_t{1} << 31;
-      return std::bit_cast<float>(code & sign ? code ^ sign : ~code);
-    });
-    break;
-  }
 }
 
 uint32_t SampleCoder::lowest() const {

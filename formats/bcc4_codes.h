@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "formats/bcc4_chunk.h"
 #include "formats/bcc4_info.h"
@@ -21,8 +20,9 @@ class SampleCoder {
   // Nearest code, halves upwards for integers; `clamped` counts values outside the type. The value is finite.
   [[nodiscard]] uint32_t encode(float relative, uint64_t& clamped) const;
   [[nodiscard]] float decode(uint32_t code) const;
-  // Codes packed into codes().bytes() bytes each.
-  void decode(std::span<const std::byte> packed, std::span<float> relative) const;
+  // Of integers: relative = stored * scale + bias.
+  [[nodiscard]] double scale() const { return scale_; }
+  [[nodiscard]] double bias() const { return bias_; }
   // In the units of the channel, not relative to air.
   [[nodiscard]] double value(uint32_t code) const { return static_cast<double>(decode(code)) + air_; }
   // Codes of finite values.
@@ -31,7 +31,7 @@ class SampleCoder {
 
  private:
   ChunkCodes codes_;
-  double scale_, bias_, air_; // relative = stored * scale + bias
+  double scale_, bias_, air_;
 };
 
 // Bit pattern of an ordered code and back.

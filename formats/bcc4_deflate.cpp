@@ -13,9 +13,12 @@
 #endif
 
 #include "base/error.h"
+#include "formats/bcc4_entropy.h"
 
 namespace bccsplat {
 namespace {
+
+constexpr int exhaustive_level = 7; // from here on all ways are tried, below they are estimated
 
 [[nodiscard]] std::vector<std::byte> deflate_with(std::span<const std::byte> bytes, int level, int strategy) {
   if (bytes.size() > UINT_MAX / 2)
@@ -39,8 +42,15 @@ struct PartPlan {
   bool operator==(const PartPlan&) const = default;
 };
 [[nodiscard]] PartPlan plan_part(std::span<const std::byte> part, int level) {
-  const size_t runs = deflate_with(part, level, Z_RLE).size();
-  const size_t frequencies = deflate_with(part, level, Z_HUFFMAN_ONLY).size();
+  uint64_t runs, frequencies; // bytes
+  if (level >= exhaustive_level) {
+    runs = deflate_with(part, level, Z_RLE).size();
+    frequencies = deflate_with(part, level, Z_HUFFMAN_ONLY).size();
+  } else {
+    constexpr uint64_t table = 60; // about what a block's Huffman codes take
+    const DeflateBits bits = deflate_bits(part);
+    runs = bits.with_runs_256 / (8 * 256) + table, frequencies = bits.alone_256 / (8 * 256) + table;
+  }
   if (std::min(runs, frequencies) > part.size() - part.size() / 64) return {0, Z_DEFAULT_STRATEGY};
   return {level, runs < frequencies ? Z_RLE : Z_HUFFMAN_ONLY};
 }
@@ -80,24 +90,34 @@ std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level
   if (kind == DeflateKind::text) return deflate_with(bytes, level, Z_DEFAULT_STRATEGY);
   // Matches that noise offers by chance cost more than they save, so entropy coding alone often wins, and it
   // is fast.
+  if (level < exhaustive_level) {
+    const DeflateBits bits = deflate_bits(bytes);
+    return deflate_with(bytes, level, bits.with_runs_256 < bits.alone_256 ? Z_RLE : Z_HUFFMAN_ONLY);
+  }
   std::vector<std::byte> best = deflate_with(bytes, level, Z_RLE);
   const auto keep_smaller = [&best](std::vector<std::byte> other) {
     if (other.size() < best.size()) best = std::move(other);
   };
   keep_smaller(deflate_with(bytes, level, Z_HUFFMAN_ONLY));
-  if (level >= 7) keep_smaller(deflate_with(bytes, level, Z_FILTERED));
+  keep_smaller(deflate_with(bytes, level, Z_FILTERED));
   return best;
 }
 
 #if BCCSPLAT_WITH_LIBDEFLATE
 
-bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out) {
-  const std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflater(
-      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-  if (!inflater) throw std::bad_alloc();
+struct Inflater::State {
+  std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflater{
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor};
+};
+
+Inflater::Inflater() : state_(std::make_unique<State>()) {
+  if (!state_->inflater) throw std::bad_alloc();
+}
+
+bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
   size_t taken = 0, made = 0;
-  return libdeflate_deflate_decompress_ex(inflater.get(), bytes.data(), bytes.size(), out.data(), out.size(),
-                                          &taken, &made) == LIBDEFLATE_SUCCESS &&
+  return libdeflate_deflate_decompress_ex(state_->inflater.get(), bytes.data(), bytes.size(), out.data(),
+                                          out.size(), &taken, &made) == LIBDEFLATE_SUCCESS &&
          taken == bytes.size() && made == out.size();
 }
 
@@ -107,17 +127,28 @@ uint32_t crc32_of(std::span<const std::byte> bytes) {
 
 #else
 
-bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out) {
-  if (bytes.size() > UINT_MAX || out.size() > UINT_MAX) return false;
+struct Inflater::State {
   z_stream stream{};
-  if (inflateInit2(&stream, -15) != Z_OK) throw std::bad_alloc();
-  const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, inflateEnd);
+  State() {
+    if (inflateInit2(&stream, -15) != Z_OK) throw std::bad_alloc();
+  }
+  ~State() { inflateEnd(&stream); }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+};
+
+Inflater::Inflater() : state_(std::make_unique<State>()) {}
+
+bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
+  if (bytes.size() > UINT_MAX || out.size() > UINT_MAX) return false;
+  z_stream& stream = state_->stream;
+  if (::inflateReset(&stream) != Z_OK) fail(Code::internal, "inflate: no new stream");
   std::byte none{}; // zlib wants a place even for no output
   stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
   stream.avail_in = static_cast<uInt>(bytes.size());
   stream.next_out = reinterpret_cast<Bytef*>(out.empty() ? &none : out.data());
   stream.avail_out = static_cast<uInt>(out.size());
-  const int result = inflate(&stream, Z_FINISH);
+  const int result = ::inflate(&stream, Z_FINISH);
   if (result == Z_MEM_ERROR) throw std::bad_alloc();
   return result == Z_STREAM_END && stream.avail_in == 0 && stream.avail_out == 0;
 }
@@ -127,5 +158,11 @@ uint32_t crc32_of(std::span<const std::byte> bytes) {
 }
 
 #endif
+
+Inflater::~Inflater() = default;
+
+bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out) {
+  return Inflater().inflate(bytes, out);
+}
 
 } // namespace bccsplat

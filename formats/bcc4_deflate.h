@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -13,7 +14,8 @@ enum class DeflateKind {
   noise, // prediction residuals: mostly their frequencies matter, and runs of zeros
 };
 
-// The smallest stream found; level 1 .. 9. Equal on every machine with the same zlib.
+// The smallest stream found; level 1 .. 9: up to 6 the ways to code noise are compared by estimates, from 7
+// on they are all gone. Equal on every machine with the same zlib.
 [[nodiscard]] std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level,
                                                    DeflateKind kind);
 // One stream of noise whose parts, which end at `ends` (rising, the last one at the end of all bytes), are
@@ -21,7 +23,21 @@ enum class DeflateKind {
 // would save next to nothing, so that it costs no time to decode.
 [[nodiscard]] std::vector<std::byte> deflate_parts(std::span<const std::byte> bytes,
                                                    std::span<const size_t> ends, int level);
-// Fills `out`; false unless `bytes` is one whole stream of exactly that size.
+// What inflating needs beside the bytes, for any number of streams, one after the other.
+class Inflater {
+ public:
+  Inflater();
+  ~Inflater();
+  Inflater(const Inflater&) = delete;
+  Inflater& operator=(const Inflater&) = delete;
+  // Fills `out`; false unless `bytes` is one whole stream of exactly that size.
+  [[nodiscard]] bool inflate(std::span<const std::byte> bytes, std::span<std::byte> out);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+// Of a single stream.
 [[nodiscard]] bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out);
 
 [[nodiscard]] uint32_t crc32_of(std::span<const std::byte> bytes);

@@ -105,6 +105,13 @@ struct SourceInfo {
   bool operator==(const SourceInfo&) const = default;
 };
 
+// What a writer that continues the series cannot see in the file.
+struct TailInfo {
+  int32_t slabs = 0;             // the first ones, which more frames leave as they are
+  std::vector<uint64_t> clamped; // per channel, samples in them outside the range of the stored type
+  bool operator==(const TailInfo&) const = default;
+};
+
 struct VolumeInfo {
   // Fixed once samples are written, but for dims[3] and last_layer.
   Lattice4 lattice;
@@ -119,6 +126,7 @@ struct VolumeInfo {
   std::string recommended_kernel;             // may be empty
   std::vector<SourceInfo> sources;
   std::vector<std::pair<std::string, std::string>> attributes; // UTF-8, keys unique; order is kept
+  std::optional<TailInfo> tail;                                // none: no sample was clamped
   std::optional<PartInfo> part;                                // none: a whole file
 
   [[nodiscard]] uint64_t cc_samples() const { // per channel

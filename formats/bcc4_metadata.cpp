@@ -21,7 +21,8 @@ enum RecordType : uint16_t {
   sources = 6,
   attributes = 7,
   residuals = 0x8002,
-  part = 0x8003
+  part = 0x8003,
+  tail = 0x8004
 };
 constexpr uint16_t optional_record = 0x8000;
 
@@ -53,6 +54,13 @@ void write_range(ByteWriter& out, const Range& r) {
   if (count > in.remaining() / each)
     fail(Code::corrupt, "metadata: ", count, " elements in ", in.remaining(), " bytes");
   return count;
+}
+
+[[nodiscard]] TailInfo read_tail(ByteReader& in, size_t channels) {
+  TailInfo tail;
+  tail.slabs = in.read<int32_t>();
+  for (size_t c = 0; c < channels; ++c) tail.clamped.push_back(in.read<uint64_t>());
+  return tail;
 }
 
 void write_lattice(ByteWriter& out, const VolumeInfo& info) {
@@ -220,6 +228,11 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       for (const ChannelInfo& c : info.channels) write_residual_info(p, c.residuals);
     });
   if (info.part) record(part, [&](ByteWriter& p) { write_part(p, *info.part); });
+  if (info.tail)
+    record(tail, [&](ByteWriter& p) {
+      p.write(info.tail->slabs);
+      for (const uint64_t n : info.tail->clamped) p.write(n);
+    });
   return out.release();
 }
 
@@ -282,6 +295,10 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
         value = read_text(record);
       }
       break;
+    case tail:
+      info.tail = read_tail(record, info.channels.size());
+      record.expect_end();
+      continue;
     case residuals:
       for (ChannelInfo& c : info.channels) read_residual_info(record, c.residuals);
       record.expect_end();

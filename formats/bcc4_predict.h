@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/bcc4_chunk.h"
+#include "formats/bcc4_predict_walk.h"
 
 namespace bccsplat {
 
@@ -26,11 +26,11 @@ inline constexpr uint8_t predictor_count = 6;
                                             Predictor predictor, std::span<const int16_t> weights);
 // The reverse. `planes` are the residuals as byte planes, all lowest bytes first; `packed` gets the codes, of
 // codes.bytes() bytes each. unpredict_slack bytes before and behind the planes are read, and as many behind
-// the codes written.
+// the codes written. `ring`: room to work in, from any call before or empty.
 inline constexpr size_t unpredict_slack = 64;
 void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                Predictor predictor, std::span<const int16_t> weights, std::span<const std::byte> planes,
-               std::byte* packed);
+               std::byte* packed, CellRing<int32_t>& ring);
 
 // Number of weights a chunk of this shape holds for Predictor::fitted.
 [[nodiscard]] size_t fitted_weights(const ChunkShape& shape);
@@ -40,6 +40,8 @@ void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const C
 struct FittedWeights {
   std::vector<int16_t> chained, unchained;
 };
+// Weights of the other predictors, and of a class that has too few sites to fit any.
+[[nodiscard]] Weights constant_weights(Predictor predictor, int c);
 [[nodiscard]] FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes);
 
 } // namespace bccsplat

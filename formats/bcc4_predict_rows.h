@@ -14,6 +14,7 @@ void predict_rows(const ChunkSites& sites, const ChunkCodes& codes, const ClassW
                   uint32_t* residuals);
 // See unpredict.
 void unpredict_rows(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
-                    const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed);
+                    const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
+                    CellRing<int32_t>& ring);
 
 } // namespace bccsplat

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -66,13 +67,19 @@ template<class D> struct Row {
   const D* previous;
 };
 
-// The cells around the sites of a layer, from the layer before.
-template<class D> void copy_border(D* to, const D* from, const Int3& n) {
+// Planes of a layer, by bit: plane z at bit z + 1.
+using Planes = uint32_t;
+inline constexpr Planes all_planes = (Planes{1} << 18) - 1;
+[[nodiscard]] constexpr Planes plane_bit(int z) { return Planes{1} << (z + 1); }
+
+// The cells around the sites of a layer, from the layer before; `planes`: those of it that are not all 0.
+template<class D> void copy_border(D* to, const D* from, const Int3& n, Planes planes) {
   const auto [nx, ny, nz] = n;
   const auto copy = [&](std::ptrdiff_t at, int count) { std::copy_n(from + at, count, to + at); };
-  copy(0, stride_z);
-  copy((nz + 1) * stride_z, stride_z);
+  if (planes & plane_bit(-1)) copy(0, stride_z);
+  if (planes & plane_bit(nz)) copy((nz + 1) * stride_z, stride_z);
   for (int z = 1; z <= nz; ++z) {
+    if (!(planes & plane_bit(z - 1))) continue;
     copy(z * stride_z, stride_y);
     copy(z * stride_z + (ny + 1) * stride_y, stride_y);
     for (int y = 1; y <= ny; ++y) {
@@ -89,6 +96,13 @@ template<class D> void copy_border(D* to, const D* from, const Int3& n) {
   return (rows[0] | rows[1] | rows[2] | rows[3]) == 0;
 }
 
+// The cells of three layers and, by bit, their planes that may hold other than 0. One ring serves any number
+// of walks.
+template<class D> struct CellRing {
+  std::unique_ptr<D[]> cells;
+  std::array<Planes, 3> used{all_planes, all_planes, all_planes};
+};
+
 // Visits the rows of a chunk that have kept sites in coding order and keeps the borders. While a layer is
 // under way its border is that of the layer before, or without one repeats what is known so far; afterwards
 // it repeats the nearest cell. `kept`: one mask per layer. `body` fills the sites of a row. `pair` may fill
@@ -96,26 +110,43 @@ template<class D> void copy_border(D* to, const D* from, const Int3& n) {
 // repeats the first site of the first one, else that cell is in its place. The cell behind the first row
 // repeats its last site.
 template<class D, class Body, class Pair>
-void walk(const ChunkShape& shape, std::span<const BrickMask> kept, const Body& body, const Pair& pair) {
-  const auto ring = std::make_unique_for_overwrite<D[]>(3 * layer_cells + brick_edge);
-  std::fill_n(ring.get() + 3 * layer_cells, brick_edge, D{0});
-  const auto layer_at = [&](int m) { return ring.get() + (m % 3) * layer_cells; };
+void walk(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>& ring, const Body& body,
+          const Pair& pair) {
+  if (!ring.cells) {
+    ring.cells = std::make_unique_for_overwrite<D[]>(3 * layer_cells + brick_edge);
+    std::fill_n(ring.cells.get() + 3 * layer_cells, brick_edge, D{0});
+  }
+  const auto layer_at = [&](int m) { return ring.cells.get() + (m % 3) * layer_cells; };
   const auto copy_row = [](D* to, const D* from) { std::copy_n(from, stride_y, to); };
   for (int m = 0; m < shape.layers; ++m) {
     D* const layer = layer_at(m);
-    std::fill_n(layer, layer_cells, D{0});
+    Planes& used = ring.used[static_cast<size_t>(m % 3)];
+    for (; used != 0;) { // run by run
+      const int first = std::countr_zero(used), count = std::countr_one(used >> first);
+      std::memset(layer + first * stride_z, 0, static_cast<size_t>(count * stride_z) * sizeof(D));
+      used &= ~Planes{0} << first << count;
+    }
     if (shape.empty(m)) continue;
     const Int3& box = shape.box[static_cast<size_t>(m)];
     const int nx = box[0], ny = box[1], nz = box[2]; // lambdas of C++20 take no bindings in clang 14
     const D* previous = shape.has_previous(m) ? layer_at(m - shape.period) : nullptr;
     const D* cross = shape.has_cross(m) ? layer_at(m - 1) : nullptr;
     const D* before = previous ? previous : cross;
-    if (before) copy_border(layer, before, box);
+    if (before) {
+      used = ring.used[static_cast<size_t>((previous ? m - shape.period : m - 1) % 3)];
+      copy_border(layer, before, box, used);
+    }
     const BrickMask& rows = kept[static_cast<size_t>(m)];
     const std::ptrdiff_t lowest = shape.coset(m) == 1 ? 0 : -1 - stride_y - stride_z;
     for (int z = 0; z < nz; ++z) {
       D* const plane = layer + (z + 1) * stride_z;
-      if (!before && z > 0) copy_row(plane, plane - stride_z + stride_y);
+      if (!before && z > 0 && used & plane_bit(z - 1)) {
+        copy_row(plane, plane - stride_z + stride_y);
+        used |= plane_bit(z);
+      }
+      const bool empty = plane_empty(rows, z);
+      if (!empty) used |= plane_bit(z);
+      if (!(used & plane_bit(z))) continue;
       const auto row_at = [&](int y) {
         D* const own = plane + (y + 1) * stride_y + 1;
         const std::ptrdiff_t at = own - layer;
@@ -126,7 +157,6 @@ void walk(const ChunkShape& shape, std::span<const BrickMask> kept, const Body& 
                       cross ? cross + at + lowest : nullptr,
                       previous ? previous + at : nullptr};
       };
-      const bool empty = plane_empty(rows, z);
       for (int y = 0; y < ny; ++y) {
         if (empty || rows[static_cast<size_t>(z * brick_edge + y)] == 0) {
           D* const own = plane + (y + 1) * stride_y + 1;
@@ -150,19 +180,31 @@ void walk(const ChunkShape& shape, std::span<const BrickMask> kept, const Body& 
       copy_row(plane + (ny + 1) * stride_y, plane + ny * stride_y);
     }
     for (int z = 0; z < nz; ++z) {
+      if (!(used & plane_bit(z))) continue;
       D* const plane = layer + (z + 1) * stride_z;
       for (int y = 0; y < ny; ++y) plane[(y + 1) * stride_y] = plane[(y + 1) * stride_y + 1];
       copy_row(plane, plane + stride_y);
       copy_row(plane + (ny + 1) * stride_y, plane + ny * stride_y);
+      if (plane_empty(rows, z)) used &= ~plane_bit(z); // only its border was not 0
     }
-    std::copy_n(layer + stride_z, stride_z, layer);
-    std::copy_n(layer + nz * stride_z, stride_z, layer + (nz + 1) * stride_z);
+    const auto repeat = [&](int to, int from) {
+      D* const plane = layer + (to + 1) * stride_z;
+      if (used & plane_bit(from)) {
+        std::copy_n(layer + (from + 1) * stride_z, stride_z, plane);
+        used |= plane_bit(to);
+      } else if (used & plane_bit(to)) {
+        std::fill_n(plane, stride_z, D{0});
+        used &= ~plane_bit(to);
+      }
+    };
+    repeat(-1, 0);
+    repeat(nz, nz - 1);
   }
 }
 
 template<class D, class Body>
-void walk(const ChunkShape& shape, std::span<const BrickMask> kept, const Body& body) {
-  walk<D>(shape, kept, body, [](const Row<D>&, const Row<D>&, bool) { return false; });
+void walk(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>& ring, const Body& body) {
+  walk<D>(shape, kept, ring, body, [](const Row<D>&, const Row<D>&, bool) { return false; });
 }
 
 // Taps of a class in order, as pointers to the cells of the first site of the row.

@@ -86,11 +86,11 @@ std::shared_ptr<const Page> Bcc4Reader::State::page(size_t index) const {
   return loaded;
 }
 
-ChunkData Bcc4Reader::State::decode(int channel, const Bcc4Chunk& chunk,
-                                    std::span<const std::byte> stored) const {
+ChunkData Bcc4Reader::State::decode(int channel, const Bcc4Chunk& chunk, std::span<const std::byte> stored,
+                                    ChunkScratch& scratch) const {
   const ChunkCodes& codes = coders[static_cast<size_t>(channel)].codes();
   const ChunkShape shape = chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot));
-  return decode_chunk(shape, codes, chunk, stored);
+  return decode_chunk(shape, codes, chunk, stored, scratch);
 }
 
 Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
@@ -115,10 +115,10 @@ ChunkData Bcc4Reader::State::lost_chunk(int channel, const Bcc4Chunk& chunk) con
 }
 
 ChunkData Bcc4Reader::State::decode_or_lose(int channel, const Bcc4Chunk& chunk,
-                                            std::span<const std::byte> stored) const {
-  if (!limits.salvage) return decode(channel, chunk, stored);
+                                            std::span<const std::byte> stored, ChunkScratch& scratch) const {
+  if (!limits.salvage) return decode(channel, chunk, stored, scratch);
   try {
-    if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(channel, chunk, stored);
+    if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(channel, chunk, stored, scratch);
   } catch (const Error&) {
     // Lost.
   }
@@ -199,10 +199,11 @@ Bcc4Reader::read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Co
     context.progress.check();
     std::vector<std::byte> stored(groups[g].bytes);
     const bool read = state_->read_or_lose(groups[g].offset, stored);
+    ChunkScratch scratch;
     for (const size_t i : groups[g].members) {
       auto part = std::span<const std::byte>(stored);
       part = read ? part.subspan(chunks[i].offset - groups[g].offset, chunks[i].stored()) : part.first(0);
-      out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(channel, chunks[i], part));
+      out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(channel, chunks[i], part, scratch));
     }
   });
   return out;
@@ -232,23 +233,13 @@ std::vector<std::byte> Bcc4Reader::stored_residuals(int channel, uint64_t frame)
 
 std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& data, int layer_of_slab) const {
   const auto m = static_cast<size_t>(layer_of_slab);
-  const uint32_t first = data.first.at(m), count = data.first.at(m + 1) - first;
-  if (count == 0) return nullptr;
-  const SampleCoder& coder = state_->coders.at(static_cast<size_t>(channel));
-  const size_t bytes = coder.codes().bytes();
+  const uint32_t first = data.first.at(m);
+  if (data.first.at(m + 1) == first) return nullptr;
   auto brick = std::make_shared_for_overwrite<Brick>();
   brick->kept = data.kept[m];
   if (!data.hole.empty() && data.hole[m] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[m]);
-  const auto packed = std::span(data.codes).subspan(first * bytes, count * bytes);
-  if (count == brick_sites) {
-    coder.decode(packed, brick->value);
-    return brick;
-  }
-  // With as many floats as a row has on both sides: rows are moved whole.
-  std::array<float, brick_sites + 2 * brick_edge> values;
-  coder.decode(packed, std::span(values).subspan(brick_edge, count));
-  spread_values(brick->kept, values.data() + brick_edge, brick->value);
+  spread_codes(state_->coders.at(static_cast<size_t>(channel)), brick->kept, data.codes, first, brick->value);
   return brick;
 }
 

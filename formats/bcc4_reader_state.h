@@ -12,6 +12,7 @@
 #include "formats/bcc4_codes.h"
 #include "formats/bcc4_layout.h"
 #include "formats/bcc4_page.h"
+#include "formats/bcc4_scratch.h"
 
 namespace bccsplat {
 
@@ -46,9 +47,9 @@ struct Bcc4Reader::State {
   // A chunk whose sites are all holes.
   [[nodiscard]] ChunkData lost_chunk(int channel, const Bcc4Chunk& chunk) const;
   [[nodiscard]] ChunkData decode_or_lose(int channel, const Bcc4Chunk& chunk,
-                                         std::span<const std::byte> stored) const;
-  [[nodiscard]] ChunkData decode(int channel, const Bcc4Chunk& chunk,
-                                 std::span<const std::byte> stored) const;
+                                         std::span<const std::byte> stored, ChunkScratch& scratch) const;
+  [[nodiscard]] ChunkData decode(int channel, const Bcc4Chunk& chunk, std::span<const std::byte> stored,
+                                 ChunkScratch& scratch) const;
 };
 
 // Chunks that are read together: indices into a list, in the order of the file.

@@ -1,14 +1,17 @@
-// Values of kept sites to their places in a brick.
+// Codes of kept sites to values at their places in a brick.
 #pragma once
 
+#include <cstddef>
 #include <span>
 
+#include "formats/bcc4_codes.h"
 #include "points/brick.h"
 
 namespace bccsplat {
 
-// `values`: those of the kept sites; as many floats as a row has can be read before and behind them. All of
+// `codes`: packed codes of a chunk, of which those of this brick's kept sites start at index `first`. All of
 // `brick` is written, 0 where no site is kept.
-void spread_values(const BrickMask& kept, const float* values, std::span<float, brick_sites> brick);
+void spread_codes(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes,
+                  size_t first, std::span<float, brick_sites> brick);
 
 } // namespace bccsplat

@@ -78,12 +78,13 @@ Bcc4VerifyResult Bcc4Reader::verify_all(const Context& context) const {
     const std::vector<ChunkGroup> groups = group_chunks(*page);
     context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
       context.progress.check();
+      ChunkScratch scratch;
       for (const size_t i : groups[g].members) {
         const Bcc4Chunk& c = (*page)[i];
         try {
           std::vector<std::byte> stored(c.stored());
           s.read(c.offset, stored);
-          static_cast<void>(s.decode(channel, c, stored));
+          static_cast<void>(s.decode(channel, c, stored, scratch));
         } catch (const Error& e) {
           const std::scoped_lock lock(mutex);
           ++result.chunks_damaged;

@@ -46,17 +46,9 @@ class ByteReader {
 
   // LEB128, at most 10 bytes, shortest form only.
   [[nodiscard]] uint64_t read_varint() {
-    uint64_t value = 0;
-    for (int shift = 0; shift < 64; shift += 7) {
-      const auto byte = read<uint8_t>();
-      if (shift == 63 && byte > 1) break;
-      value |= static_cast<uint64_t>(byte & 0x7f) << shift;
-      if (!(byte & 0x80)) {
-        if (byte == 0 && shift > 0) break;
-        return value;
-      }
-    }
-    fail(Code::corrupt, what_, " at offset ", offset_ + position_, ": bad variable-length integer");
+    if (position_ < bytes_.size() && static_cast<uint8_t>(bytes_[position_]) < 0x80)
+      return static_cast<uint8_t>(bytes_[position_++]);
+    return read_long_varint();
   }
 
   // Length-prefixed UTF-8, at most `limit` bytes.
@@ -73,6 +65,20 @@ class ByteReader {
   }
 
  private:
+  [[nodiscard]] uint64_t read_long_varint() {
+    uint64_t value = 0;
+    for (int shift = 0; shift < 64; shift += 7) {
+      const auto byte = read<uint8_t>();
+      if (shift == 63 && byte > 1) break;
+      value |= static_cast<uint64_t>(byte & 0x7f) << shift;
+      if (!(byte & 0x80)) {
+        if (byte == 0 && shift > 0) break;
+        return value;
+      }
+    }
+    fail(Code::corrupt, what_, " at offset ", offset_ + position_, ": bad variable-length integer");
+  }
+
   std::span<const std::byte> bytes_;
   std::string_view what_;
   uint64_t offset_;

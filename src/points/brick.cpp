@@ -37,6 +37,7 @@ BrickLayer::BrickLayer(const Lattice3& lattice, int coset)
     slots *= static_cast<size_t>(brick_dims_[a]);
   }
   bricks_.resize(slots);
+  row_bricks_.resize(slots / row_slots());
 }
 
 Int3 BrickLayer::slot_position(size_t slot) const {
@@ -47,15 +48,17 @@ Int3 BrickLayer::slot_position(size_t slot) const {
 
 int64_t BrickLayer::kept_sites() const {
   int64_t n = 0;
-  for (const auto& b : bricks_)
-    if (b) n += b->count();
+  for (size_t r = 0; r < rows(); ++r)
+    for (size_t s = r * row_slots(); !row_empty(r) && s < (r + 1) * row_slots(); ++s)
+      if (bricks_[s]) n += bricks_[s]->count();
   return n;
 }
 
 uint64_t BrickLayer::bytes() const {
-  uint64_t n = bricks_.size() * sizeof(bricks_[0]);
-  for (const auto& b : bricks_)
-    if (b) n += sizeof(Brick) + (b->hole ? sizeof(BrickMask) : 0);
+  uint64_t n = bricks_.size() * sizeof(bricks_[0]) + row_bricks_.size() * sizeof(row_bricks_[0]);
+  for (size_t r = 0; r < rows(); ++r)
+    for (size_t s = r * row_slots(); !row_empty(r) && s < (r + 1) * row_slots(); ++s)
+      if (const auto& b = bricks_[s]) n += sizeof(Brick) + (b->hole ? sizeof(BrickMask) : 0);
   return n;
 }
 

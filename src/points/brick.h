@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -60,7 +61,19 @@ class BrickLayer {
   [[nodiscard]] const Brick* brick(size_t slot) const { return bricks_[slot].get(); }
   [[nodiscard]] const Brick* brick(int bx, int by, int bz) const { return bricks_[slot(bx, by, bz)].get(); }
   [[nodiscard]] const std::shared_ptr<const Brick>& share(size_t slot) const { return bricks_[slot]; }
-  void set(size_t slot, std::shared_ptr<const Brick> brick) { bricks_[slot] = std::move(brick); }
+  // Different slots may be set at once.
+  void set(size_t slot, std::shared_ptr<const Brick> brick) {
+    const int change = static_cast<int>(brick != nullptr) - static_cast<int>(bricks_[slot] != nullptr);
+    if (change != 0)
+      std::atomic_ref(row_bricks_[slot / row_slots()]).fetch_add(change, std::memory_order_relaxed);
+    bricks_[slot] = std::move(brick);
+  }
+
+  // Rows of slots along x: row r holds slots r * row_slots() and on. What is empty can be passed over by
+  // rows.
+  [[nodiscard]] size_t rows() const { return row_bricks_.size(); }
+  [[nodiscard]] size_t row_slots() const { return static_cast<size_t>(brick_dims_[0]); }
+  [[nodiscard]] bool row_empty(size_t row) const { return row_bricks_[row] == 0; }
 
   // Value relative to air at site (x, y, z) inside dims.
   [[nodiscard]] float value(int x, int y, int z) const {
@@ -76,6 +89,7 @@ class BrickLayer {
   int coset_ = 0;
   Int3 dims_{}, brick_dims_{};
   std::vector<std::shared_ptr<const Brick>> bricks_;
+  std::vector<int32_t> row_bricks_; // how many, per row
 };
 
 // One layer of a dense array onto bricks and back: `dense` has dims() sites, x fastest.

@@ -32,14 +32,17 @@ void RunEncoder::finish() {
 void RunDecoder::next_pair() {
   skip_ = in_.read_varint();
   run_ = in_.read_varint();
-  if (run_ == 0 || (skip_ == 0 && !first_))
-    fail(Code::corrupt, "run list: pair (", skip_, ", ", run_, ") is empty or not canonical");
-  if (run_ > kept_ || skip_ > sites_ - kept_)
-    fail(Code::corrupt, "run list: pair (", skip_, ", ", run_, ") goes beyond the ", kept_, " sites of ",
-         sites_, " that are left");
+  if (run_ == 0 || (skip_ == 0 && !first_) || run_ > kept_ || skip_ > sites_ - kept_) refuse_pair();
   sites_ -= skip_ + run_;
   kept_ -= run_;
   first_ = false;
+}
+
+void RunDecoder::refuse_pair() const {
+  if (run_ == 0 || (skip_ == 0 && !first_))
+    fail(Code::corrupt, "run list: pair (", skip_, ", ", run_, ") is empty or not canonical");
+  fail(Code::corrupt, "run list: pair (", skip_, ", ", run_, ") goes beyond the ", kept_, " sites of ",
+       sites_, " that are left");
 }
 
 uint16_t RunDecoder::mixed_row(int width) {

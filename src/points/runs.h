@@ -52,6 +52,7 @@ class RunDecoder {
 
  private:
   void next_pair();
+  [[noreturn]] void refuse_pair() const;
   [[nodiscard]] uint16_t mixed_row(int width);
 
   ByteReader& in_;

@@ -195,9 +195,38 @@ Row size_row(const Case& c) {
       figure("read time, bcc4 / raw+zlib", decode / inflate, 2)};
 }
 
+// Size, coding and decoding at every level of deflate the writer tells apart.
+void level_rows(const Case& c, std::vector<Row>& rows) {
+  Tasks tasks(1);
+  MemoryBudget memory;
+  Progress progress;
+  const Context context{tasks, memory, progress};
+  double usual = 0;
+  for (const int level : {6, 0, 1, 3, 4, 5, 7, 8, 9}) {
+    const StoredSeries s = store(c.series, {.quantiser = c.quantiser, .level = level});
+    const auto size = static_cast<double>(s.file.size()), points = static_cast<double>(s.report.sites_kept);
+    if (level == 6) usual = size;
+    const auto reader = Bcc4Reader::open(open_memory_source(s.file));
+    const double decode = median_cpu_seconds([&] { read_all(*reader, context); }, 3);
+    rows.push_back({word("series", c.name), figure("level", level, 0),
+                    figure("size, of level 6", size / usual, 3),
+                    figure("coding ns/point", s.write_seconds / points * 1e9, 1),
+                    figure("decoding ns/point", decode / points * 1e9, 1)});
+  }
+}
+
 struct Cost {
   uint64_t opening = 0, bytes = 0, sites = 0;
 };
+
+// Kept sites of each column of bricks along x, by the index.
+std::vector<uint64_t> column_points(const Bcc4Reader& reader, int32_t columns) {
+  std::vector<uint64_t> points(static_cast<size_t>(columns));
+  for (int32_t slab = 0; slab < reader.info().slabs(); ++slab)
+    for (const Bcc4Chunk& c : reader.chunks(0, slab))
+      points[static_cast<size_t>(reader.brick_position(c.slot)[0])] += c.kept;
+  return points;
+}
 
 // Bytes and time that parts of a file need, against all of it and against the stored bytes of the sites asked
 // for.
@@ -254,8 +283,10 @@ void access_rows(const char* name, const FitSeries& series, const Quantiser& qua
   for (int32_t x = 0; x < columns; ++x) each.push_back(column(x));
   measure("time step, kernel's reach", std::max(0, middle - reach), std::min(last, middle + reach),
           std::span(&all, 1));
-  measure("x-slice, mean of all columns of bricks", 0, last, each);
-  measure("x-slice, column in the middle", 0, last, std::span(&each[static_cast<size_t>(columns / 2)], 1));
+  measure(concat("x-slice, mean of all ", columns, " columns of bricks").c_str(), 0, last, each);
+  const std::vector<uint64_t> points = column_points(*Bcc4Reader::open(open_memory_source(s.file)), columns);
+  const auto densest = std::max_element(points.begin(), points.end()) - points.begin();
+  measure("x-slice, densest column", 0, last, std::span(&each[static_cast<size_t>(densest)], 1));
 }
 
 } // namespace
@@ -263,7 +294,7 @@ void access_rows(const char* name, const FitSeries& series, const Quantiser& qua
 int run_storage_suite(std::span<const std::string> args, const Report& report) {
   std::vector<std::string> tables;
   for (const std::string& a : args) {
-    if (a != "--sizes" && a != "--rate" && a != "--access")
+    if (a != "--sizes" && a != "--levels" && a != "--rate" && a != "--access")
       fail(Code::invalid_argument, "storage: unknown option ", a);
     tables.push_back(a);
   }
@@ -275,12 +306,20 @@ int run_storage_suite(std::span<const std::string> args, const Report& report) {
     for (const Case& c : cases(report)) rows.push_back(size_row(c));
     report.table("sizes and reading, one thread, level 6", rows);
   }
+  if (wanted("--levels")) {
+    std::vector<Row> rows;
+    for (const Case& c : cases(report)) level_rows(c, rows);
+    report.table("levels of deflate", rows);
+  }
   if (wanted("--access")) {
     std::vector<Row> rows;
     access_rows("smoke-like u8",
                 smoke_like(report.quick ? std::array<uint32_t, 4>{64, 64, 64, 32}
                                         : std::array<uint32_t, 4>{128, 128, 128, 96}),
                 quantiser_of_step(1.3 / 250, 1.3, false), rows);
+    if (!report.quick)
+      access_rows("smoke-like u8, 256 wide", smoke_like({256, 128, 128, 32}),
+                  quantiser_of_step(1.3 / 250, 1.3, false), rows);
     access_rows("dense u8", gaussian_field(report.quick ? 16 : 64, 0.25, 0.9, 11),
                 quantiser_of_step(2.0 / 240, 1, true), rows);
     report.table("parts of a file", rows);

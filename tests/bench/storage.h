@@ -7,7 +7,8 @@
 
 namespace bccsplat::bench {
 
-// Size, reading time and random access of .bcc4 files. --sizes, --rate, --speed, --access: only these tables.
+// Size, reading time and random access of .bcc4 files. --sizes, --levels, --access, --rate: only these
+// tables.
 int run_storage_suite(std::span<const std::string> args, const Report& report);
 
 } // namespace bccsplat::bench

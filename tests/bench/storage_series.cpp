@@ -12,6 +12,7 @@
 #include "points/sample_source.h"
 #include "slice/coefficients.h"
 #include "slice/evaluate.h"
+#include "tests/bench/report.h"
 
 namespace bccsplat::bench {
 namespace {
@@ -175,9 +176,12 @@ StoredSeries store(const FitSeries& series, const StoreOptions& o) {
   c.air = o.quantiser.air;
   Bcc4Writer writer(create_memory_sink(out.file), info, {.level = o.level});
   const auto slab = static_cast<size_t>(info.slab_layers);
-  for (size_t m = 0; m < fitted.layers.size(); m += slab)
-    writer.write_slab(static_cast<int32_t>(m / slab), 0,
-                      std::span(fitted.layers).subspan(m, std::min(slab, fitted.layers.size() - m)), context);
+  out.write_seconds = cpu_seconds([&] {
+    for (size_t m = 0; m < fitted.layers.size(); m += slab)
+      writer.write_slab(static_cast<int32_t>(m / slab), 0,
+                        std::span(fitted.layers).subspan(m, std::min(slab, fitted.layers.size() - m)),
+                        context);
+  });
   describe(fitted.report.channels[0], writer.info().channels[0]);
   out.report = writer.finish(context);
   if (!o.kernel.empty()) {

@@ -21,9 +21,10 @@ struct StoredSeries {
   std::vector<std::byte> file;
   FitReport fit;
   Bcc4Report report;
-  double peak = 0;       // largest minus smallest source sample
-  double site_psnr = 0;  // dB, of the stored samples against those the fit made in f32
-  double field_psnr = 0; // dB, of the reconstructed source samples; 0: not measured
+  double write_seconds = 0; // CPU time of coding the slabs
+  double peak = 0;          // largest minus smallest source sample
+  double site_psnr = 0;     // dB, of the stored samples against those the fit made in f32
+  double field_psnr = 0;    // dB, of the reconstructed source samples; 0: not measured
 };
 
 struct StoreOptions {

@@ -109,25 +109,5 @@ TEST(SampleCoder, FloatsAreBitExact) {
     EXPECT_EQ(std::bit_cast<uint32_t>(coder.decode(coder.encode(v, clamped))), std::bit_cast<uint32_t>(v));
 }
 
-TEST(SampleCoder, PackedCodesDecodeAlike) {
-  for (const ChannelInfo& c : channels()) {
-    const SampleCoder coder(c);
-    const size_t bytes = coder.codes().bytes();
-    std::vector<std::byte> packed(100 * bytes);
-    std::vector<uint32_t> codes;
-    for (uint32_t i = 0; i < 100; ++i) {
-      const uint32_t q =
-          coder.lowest() + static_cast<uint32_t>(uint64_t{coder.highest() - coder.lowest()} * i / 99);
-      codes.push_back(q);
-      std::memcpy(packed.data() + i * bytes, &q, bytes);
-    }
-    std::vector<float> values(100);
-    coder.decode(packed, values);
-    for (size_t i = 0; i < 100; ++i)
-      EXPECT_EQ(std::bit_cast<uint32_t>(values[i]), std::bit_cast<uint32_t>(coder.decode(codes[i])))
-          << c.name;
-  }
-}
-
 } // namespace
 } // namespace bccsplat

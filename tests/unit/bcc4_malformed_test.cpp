@@ -53,38 +53,115 @@ TEST(Bcc4Malformed, ARebuiltFileIsRead) {
 
 // ---- Damage without malice ----
 
+// Everything a file has: samples and corrections of all frames.
+struct Content {
+  Layers layers;
+  std::vector<FrameResiduals> corrections;
+  bool operator==(const Content& other) const {
+    return !difference(layers, other.layers) && corrections == other.corrections;
+  }
+};
+
+Content content_of(const std::shared_ptr<Bcc4Reader>& reader, Bench& bench) {
+  Content all{read_all(reader, bench), {}};
+  const VolumeInfo& info = reader->info();
+  for (size_t c = 0; c < info.channels.size(); ++c)
+    for (uint64_t f = 0; f < info.lattice.dims[3]; ++f)
+      all.corrections.push_back(reader->residuals(static_cast<int>(c), f));
+  return all;
+}
+
+// A part of a series with corrections: the records that most files lack.
+Bytes part_with_corrections() {
+  VolumeInfo info = volume(LatticeKind::d4star, {12, 12, 10, 3}, {channel("a", ValueType::u16)});
+  info.channels[0].residuals.step = 0.25, info.channels[0].residuals.bound = 0.125;
+  info.part = PartInfo{.first = 1, .end = 3, .series = 77, .writes = {{3, 0, 0, 1}}, .statistics = {}};
+  Bytes bytes;
+  Bench bench;
+  Bcc4Writer writer(create_memory_sink(bytes), info);
+  const Layers layers = make_volume(info, ball);
+  writer.write_slab(0, 0, layers[0], bench.context);
+  writer.write_residuals(0, 1, {.add = {{3, -2}, {700, 5}}, .set = {{9, 1}}});
+  writer.finish(bench.context);
+  return bytes;
+}
+
 TEST(Bcc4Malformed, EveryFlippedBitIsSeenOrHarmless) {
+  const std::vector<Bytes> files = {
+      write_file(volume(LatticeKind::d4star, {12, 12, 10, 3}, {channel("a", ValueType::u8)}), ball),
+      write_file(
+          volume(LatticeKind::cc, {9, 8, 7, 2}, {channel("a", ValueType::f32), channel("b", ValueType::f16)}),
+          ball_without_holes, 1, {.level = 0}),
+      part_with_corrections()};
+  for (const Bytes& good : files) {
+    Bench bench;
+    const auto whole = Bcc4Reader::open(open_memory_source(good));
+    const Content expected = content_of(whole, bench);
+    Bytes bad = good;
+    size_t refused = 0, roots = 0;
+    // Every bit of everything that is not padding, and one bit of every byte of padding.
+    for (size_t at = 0; at < good.size(); ++at) {
+      const bool padding = at < preamble_bytes &&
+                           (at >= header_bytes && (at < 4096 || at >= 4096 + root_bytes)) &&
+                           (at < 8192 || at >= 8192 + root_bytes);
+      for (int bit = padding ? static_cast<int>(at % 8) : 0; bit < 8; bit += padding ? 8 : 1) {
+        bad[at] ^= static_cast<std::byte>(1 << bit);
+        try {
+          const auto reader = Bcc4Reader::open(open_memory_source(bad));
+          const Content got = content_of(reader, bench);
+          // Only one of the two roots may be damaged: the other tells the same, and the damage is known.
+          EXPECT_TRUE(reader->root_damaged()) << "byte " << at << " bit " << bit;
+          EXPECT_FALSE(reader->verify_all(bench.context).damage.empty());
+          EXPECT_EQ(reader->info(), whole->info());
+          EXPECT_EQ(expected, got) << "byte " << at << " bit " << bit;
+          ++roots;
+        } catch (const Error&) {
+          ++refused;
+        }
+        bad[at] ^= static_cast<std::byte>(1 << bit);
+      }
+    }
+    EXPECT_EQ(roots, 2 * 8 * root_bytes);
+    EXPECT_GT(refused, preamble_bytes);
+  }
+}
+
+// What verifying and salvaging make of a flipped bit behind the preamble: it is reported, and what is read in
+// spite of it is as it was, or a hole.
+TEST(Bcc4Malformed, EveryFlippedBitIsReportedAndTheRestSalvaged) {
   const Bytes good =
       write_file(volume(LatticeKind::d4star, {12, 12, 10, 3}, {channel("a", ValueType::u8)}), ball);
   const Layers expected = read_all(good);
-  const VolumeInfo info = Bcc4Reader::open(open_memory_source(good))->info();
   Bytes bad = good;
-  size_t refused = 0, roots = 0;
-  // Every bit of everything that is not padding, and one bit of every byte of padding.
-  for (size_t at = 0; at < good.size(); ++at) {
-    const bool padding = at < preamble_bytes &&
-                         (at >= header_bytes && (at < 4096 || at >= 4096 + root_bytes)) &&
-                         (at < 8192 || at >= 8192 + root_bytes);
-    for (int bit = padding ? static_cast<int>(at % 8) : 0; bit < 8; bit += padding ? 8 : 1) {
+  size_t salvaged = 0, lost = 0;
+  for (size_t at = preamble_bytes; at < good.size(); ++at)
+    for (int bit = 0; bit < 8; ++bit) {
       bad[at] ^= static_cast<std::byte>(1 << bit);
+      Bench bench;
       try {
-        const auto reader = Bcc4Reader::open(open_memory_source(bad));
-        Bench bench;
-        const Layers got = read_all(reader, bench);
-        // Only one of the two roots may be damaged: the other tells the same, and the damage is known.
-        EXPECT_TRUE(reader->root_damaged()) << "byte " << at << " bit " << bit;
-        EXPECT_FALSE(reader->verify_all(bench.context).damage.empty());
-        EXPECT_EQ(reader->info(), info);
-        EXPECT_FALSE(difference(expected, got)) << "byte " << at << " bit " << bit;
-        ++roots;
+        EXPECT_FALSE(Bcc4Reader::open(open_memory_source(bad))->verify_all(bench.context).damage.empty());
+        const Layers got = read_all(Bcc4Reader::open(open_memory_source(bad), {.salvage = true}), bench);
+        ++salvaged;
+        for (size_t m = 0; m < got[0].size(); ++m)
+          for (size_t s = 0; s < got[0][m].brick_slots(); ++s) {
+            const Brick *was = expected[0][m].brick(s), *is = got[0][m].brick(s);
+            for (int i = 0; i < brick_sites; ++i) {
+              if (is && is->is_hole(i)) {
+                ++lost;
+                continue;
+              }
+              const auto site = static_cast<size_t>(i);
+              ASSERT_EQ(is ? is->value[site] : 0, was ? was->value[site] : 0)
+                  << "byte " << at << " bit " << bit;
+            }
+          }
       } catch (const Error&) {
-        ++refused;
+        // Metadata or the list of pages: salvaging needs them whole.
       }
       bad[at] ^= static_cast<std::byte>(1 << bit);
     }
-  }
-  EXPECT_EQ(roots, 2 * 8 * root_bytes);
-  EXPECT_GT(refused, preamble_bytes);
+  EXPECT_GT(salvaged, 1000u);
+  EXPECT_GT(lost, salvaged);
 }
 
 TEST(Bcc4Malformed, TruncationAnywhere) {
@@ -329,6 +406,21 @@ TEST(Bcc4Malformed, MetadataRecords) {
        with_info([](VolumeInfo& v) { v.lattice.lead = 2, v.lattice.last_layer += 4; })},
       {"reserved bytes of the lattice", Code::corrupt,
        with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 36, 1); })},
+      {"the tail counts 9999 slabs", Code::corrupt, with_info([](VolumeInfo& v) {
+         v.tail = TailInfo{9999, std::vector<uint64_t>(v.channels.size())};
+       })},
+      {"the tail counts -1 slabs", Code::corrupt, with_info([](VolumeInfo& v) {
+         v.tail = TailInfo{-1, std::vector<uint64_t>(v.channels.size())};
+       })},
+      {"clamped samples of", Code::corrupt, with_info([](VolumeInfo& v) {
+         v.tail = TailInfo{0, std::vector<uint64_t>(v.channels.size(), 1u << 30)};
+       })},
+      {"bytes too many", Code::corrupt, with_info([](VolumeInfo& v) {
+         v.tail = TailInfo{0, std::vector<uint64_t>(v.channels.size() + 1)};
+       })},
+      {"needs", Code::truncated, with_info([](VolumeInfo& v) {
+         v.tail = TailInfo{0, {}};
+       })},
       // A text and a list that claim more than there is.
       {"text of", Code::limit_exceeded,
        with_metadata([](Bytes& m) { poke<uint32_t>(m, world_at + 8 + 96, 1u << 30); })},
@@ -442,6 +534,44 @@ TEST(Bcc4Malformed, Channels) {
   });
 }
 
+TEST(Bcc4Malformed, CorrectionsAndParts) {
+  const Bytes file = part_with_corrections();
+  EXPECT_NO_THROW(read_everything(file));
+  const auto refused = [&](const char* text, const std::function<void(ChannelInfo&, PartInfo&)>& change) {
+    SCOPED_TRACE(text);
+    expect_refused(rebuild(file, with_info([&](VolumeInfo& v) { change(v.channels[0], *v.part); })),
+                   Code::corrupt, text);
+  };
+  refused("corrections in steps of -1", [](ChannelInfo& c, PartInfo&) { c.residuals.step = -1; });
+  refused("bound inf", [](ChannelInfo& c, PartInfo&) { c.residuals.bound = INFINITY; });
+  refused("corrections of 2 frames", [](ChannelInfo& c, PartInfo&) { c.residuals.frames.pop_back(); });
+  refused("corrections of 3 frames", [](ChannelInfo& c, PartInfo&) { c.residuals.step = 0; });
+  refused("frames 1 .. 1", [](ChannelInfo&, PartInfo& p) { p.end = 1; });
+  refused("frames 1 .. 4", [](ChannelInfo&, PartInfo& p) { p.end = 4; });
+  refused("a write of", [](ChannelInfo&, PartInfo& p) { p.writes[0].trigger = 4; });
+  refused("a write of channel 1", [](ChannelInfo&, PartInfo& p) { p.writes[0].channel = 1; });
+  refused("a write of slab 1 of 1", [](ChannelInfo&, PartInfo& p) { p.writes[0].slab = 1; });
+  refused("a write of", [](ChannelInfo&, PartInfo& p) { p.writes[0].frame = 3; });
+
+  // Corrections are looked at when they are asked for, and when all is verified.
+  const auto broken = [&](const char* text, const std::function<void(BlockRef&)>& change) {
+    SCOPED_TRACE(text);
+    const Bytes bad =
+        rebuild(file, with_info([&](VolumeInfo& v) { change(v.channels[0].residuals.frames[1]); }));
+    Bench bench;
+    const auto reader = Bcc4Reader::open(open_memory_source(bad));
+    EXPECT_NO_THROW(static_cast<void>(reader->residuals(0, 0)));
+    EXPECT_THROW(static_cast<void>(reader->residuals(0, 1)), Error);
+    const auto damage = reader->verify_all(bench.context).damage;
+    ASSERT_FALSE(damage.empty());
+    EXPECT_NE(damage[0].message.find(text), std::string::npos) << damage[0].message;
+  };
+  broken("bad checksum", [](BlockRef& r) { r.crc ^= 1; });
+  broken("corrections", [](BlockRef& r) { r.offset = uint64_t{1} << 40; });
+  broken("corrections", [](BlockRef& r) { r.offset += 4; });
+  broken("corrections", [](BlockRef& r) { r.decoded = UINT32_MAX; });
+}
+
 TEST(Bcc4Malformed, DirectoryAndPages) {
   expect_each_refused({
       {"no whole number of records", Code::corrupt, with_directory([](Bytes& d) { d.resize(d.size() - 8); })},
@@ -502,6 +632,9 @@ TEST(Bcc4Malformed, Entries) {
       {"unknown coding", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.coding = 2; })},
       {"unknown coding", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.coding |= 32; })},
       {"unknown predictor", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.predictor = 6; })},
+      {"unknown predictor", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { // raw values have none
+         c.coding &= 0xf0, c.predictor = 1, c.values_bytes = c.kept;
+       })},
       {"bytes of values", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.values_bytes = c.kept; })},
       {"bytes of values", Code::corrupt,
        with_first_entry([](Bcc4Chunk& c) { c.coding &= 0xf0, c.predictor = 0; })},

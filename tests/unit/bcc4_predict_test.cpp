@@ -8,6 +8,7 @@
 #include <random>
 
 #include "bcc4_test_data.h"
+#include "tests/support/targets.h"
 
 namespace bccsplat {
 namespace {
@@ -67,6 +68,12 @@ const std::vector<Case> cases = {{LatticeKind::d4star, {40, 40, 40, 20}, 8, 1, {
                                  {LatticeKind::cc, {20, 18, 17, 9}, 8, 0, {1, 0, 1}},
                                  {LatticeKind::cc, {20, 18, 17, 1}, 8, 0, {0, 1, 0}}};
 
+// A full chunk in the midst of a D4* lattice.
+template<class Value> ChunkSites full_sites(ValueType type, int32_t slab, const Value& value) {
+  return make_sites(test::volume(LatticeKind::d4star, {40, 40, 40, 20}, {test::channel("a", type)}), slab,
+                    {0, 0, 0}, value, [](const Vec3&, double) { return true; });
+}
+
 ChunkCodes codes_of(ValueType type, uint32_t air) {
   ChunkCodes codes;
   codes.type = type, codes.air = air;
@@ -82,8 +89,9 @@ std::vector<uint32_t> unpredicted(const ChunkSites& sites, const ChunkCodes& cod
     for (size_t i = 0; i < count; ++i)
       planes[unpredict_slack + b * count + i] = static_cast<std::byte>(residuals[i] >> (8 * b));
   std::vector<std::byte> packed(count * bytes + unpredict_slack);
+  static CellRing<int32_t> ring; // with what the call before left in it
   unpredict(sites.shape, sites.kept, codes, predictor, weights,
-            std::span(planes).subspan(unpredict_slack, count * bytes), packed.data());
+            std::span(planes).subspan(unpredict_slack, count * bytes), packed.data(), ring);
   std::vector<uint32_t> out(count);
   for (size_t i = 0; i < count; ++i) std::memcpy(&out[i], packed.data() + i * bytes, bytes);
   return out;
@@ -97,7 +105,9 @@ TEST(Predict, UnpredictIsTheInverse) {
         VolumeInfo info = test::volume(c.kind, c.dims, {test::channel("a", type)});
         info.slab_layers = c.slab_layers;
         ChunkCodes codes = codes_of(type, 0);
-        codes.air = static_cast<uint32_t>(random()) & codes.mask();
+        // That of floats is in the middle, that of integers anywhere.
+        codes.air = type == ValueType::f32 && share % 2 == 0 ? 1u << 31
+                                                             : static_cast<uint32_t>(random()) & codes.mask();
         const ChunkSites sites = make_sites(
             info, c.slab, c.brick,
             [&](const Vec3& p, double t) {
@@ -122,24 +132,39 @@ TEST(Predict, UnpredictIsTheInverse) {
           }
           const auto residuals = predict(sites, codes, p, weights);
           for (const uint32_t r : residuals) ASSERT_LE(r, codes.mask());
-          ASSERT_EQ(unpredicted(sites, codes, p, weights, residuals), sites.codes)
-              << "predictor " << static_cast<int>(p);
+          test::for_targets([&] {
+            ASSERT_EQ(unpredicted(sites, codes, p, weights, residuals), sites.codes)
+                << "predictor " << static_cast<int>(p);
+          });
         }
       }
 }
 
+// Codes of floats that hardly change, whose predictions no limit touches; and codes so large that limits do,
+// alone or in the midst of others.
+TEST(Predict, FloatsNearAndFarFromTheLimits) {
+  std::mt19937 random(8);
+  const ChunkCodes codes = codes_of(ValueType::f32, 1u << 31);
+  for (const uint32_t far : {0u, 1u, 40u, 2u}) { // one in so many sites; 0: none
+    const ChunkSites sites = full_sites(ValueType::f32, 1, [&](const Vec3& p, double t) {
+      if (far > 0 && random() % far == 0) return random() % 2 ? 0u : UINT32_MAX;
+      const auto value = static_cast<float>(1 + 0.5 * std::sin(0.3 * p[0] + 0.2 * p[1] - 0.4 * p[2] + t));
+      return std::bit_cast<uint32_t>(value) | 1u << 31;
+    });
+    for (const Predictor p : {Predictor::west, Predictor::lorenzo, Predictor::previous, Predictor::cross}) {
+      const auto residuals = predict(sites, codes, p, {});
+      test::for_targets([&] { ASSERT_EQ(unpredicted(sites, codes, p, {}, residuals), sites.codes); });
+    }
+  }
+}
+
 // Layers with a cross layer then need no site of the same row; the price is small where fields are smooth.
 TEST(Predict, WithoutChainsRowsDependOnOtherRowsOnly) {
-  const VolumeInfo info =
-      test::volume(LatticeKind::d4star, {40, 40, 40, 20}, {test::channel("a", ValueType::u16)});
   const ChunkCodes codes = codes_of(ValueType::u16, 0);
-  const ChunkSites sites = make_sites(
-      info, 1, {0, 0, 0},
-      [](const Vec3& p, double t) {
-        return static_cast<uint32_t>(30000 +
-                                     20000 * std::sin(0.3 * p[0] + 0.2 * p[1]) * std::cos(0.4 * p[2] + t));
-      },
-      [](const Vec3&, double) { return true; });
+  const ChunkSites sites = full_sites(ValueType::u16, 1, [](const Vec3& p, double t) {
+    return static_cast<uint32_t>(30000 +
+                                 20000 * std::sin(0.3 * p[0] + 0.2 * p[1]) * std::cos(0.4 * p[2] + t));
+  });
   const auto [with, weights] = fit_weights(sites, codes);
   ASSERT_EQ(weights.size(), 53u); // classes 0, 1 and 3
   EXPECT_NE(weights[0], 0);
@@ -155,13 +180,10 @@ TEST(Predict, WithoutChainsRowsDependOnOtherRowsOnly) {
 }
 
 TEST(Predict, ExtremeWeightsDoNotOverflow) {
-  const VolumeInfo info =
-      test::volume(LatticeKind::d4star, {40, 40, 40, 20}, {test::channel("a", ValueType::u16)});
   std::mt19937 random(6);
   const ChunkCodes codes = codes_of(ValueType::u16, 0);
-  const ChunkSites sites = make_sites(
-      info, 0, {0, 0, 0}, [&](const Vec3&, double) { return random() % 2 ? 65535u : 0u; },
-      [](const Vec3&, double) { return true; });
+  const ChunkSites sites =
+      full_sites(ValueType::u16, 0, [&](const Vec3&, double) { return random() % 2 ? 65535u : 0u; });
   std::vector<int16_t> weights(fitted_weights(sites.shape)); // classes 0, 1 and 3: 10, 18 and 25 weights
   ASSERT_EQ(weights.size(), 53u);
   weights[0] = 32767, weights[10 + 3] = -32767, weights[28 + 24] = 32767;
@@ -224,17 +246,12 @@ TEST(Predict, LinearFieldsAreForeseen) {
 
 // What goes on along each row by itself, beside what all rows share: the site at x - 1 is worth waiting for.
 TEST(Predict, ChunksHaveChainsWhereTheySave) {
-  const VolumeInfo info =
-      test::volume(LatticeKind::d4star, {40, 40, 40, 20}, {test::channel("a", ValueType::u8)});
   const ChunkCodes codes = codes_of(ValueType::u8, 0);
-  const ChunkSites sites = make_sites(
-      info, 1, {0, 0, 0},
-      [](const Vec3& p, double t) {
-        const double row = 2.4 * p[1] + 13.7 * p[2] * p[1] + 31.3 * t * p[2];
-        return static_cast<uint32_t>(128 + 40 * std::sin(0.3 * p[0] + row) +
-                                     60 * std::sin(0.7 * p[0] + 0.5 * p[1] + 0.6 * p[2] + t));
-      },
-      [](const Vec3&, double) { return true; });
+  const ChunkSites sites = full_sites(ValueType::u8, 1, [](const Vec3& p, double t) {
+    const double row = 2.4 * p[1] + 13.7 * p[2] * p[1] + 31.3 * t * p[2];
+    return static_cast<uint32_t>(128 + 40 * std::sin(0.3 * p[0] + row) +
+                                 60 * std::sin(0.7 * p[0] + 0.5 * p[1] + 0.6 * p[2] + t));
+  });
   const FittedWeights fitted = fit_weights(sites, codes);
   EXPECT_GT(mean_square(predict(sites, codes, Predictor::fitted, fitted.unchained)),
             2 * mean_square(predict(sites, codes, Predictor::fitted, fitted.chained)));
@@ -243,16 +260,11 @@ TEST(Predict, ChunksHaveChainsWhereTheySave) {
 }
 
 TEST(Predict, AConstantLeavesOnlyItsFirstSite) {
-  const VolumeInfo info =
-      test::volume(LatticeKind::d4star, {40, 40, 40, 20}, {test::channel("a", ValueType::u8)});
   const ChunkCodes codes = codes_of(ValueType::u8, 100);
-  const auto everywhere = [](const Vec3&, double) { return true; };
-  const ChunkSites air = make_sites(
-      info, 1, {0, 0, 0}, [](const Vec3&, double) { return 100u; }, everywhere);
+  const ChunkSites air = full_sites(ValueType::u8, 1, [](const Vec3&, double) { return 100u; });
   for (const Predictor p : {Predictor::west, Predictor::lorenzo, Predictor::previous, Predictor::cross})
     for (const uint32_t r : predict(air, codes, p, {})) ASSERT_EQ(r, 0u);
-  const ChunkSites seven = make_sites(
-      info, 1, {0, 0, 0}, [](const Vec3&, double) { return 107u; }, everywhere);
+  const ChunkSites seven = full_sites(ValueType::u8, 1, [](const Vec3&, double) { return 107u; });
   for (const Predictor p : {Predictor::west, Predictor::previous, Predictor::cross}) {
     const auto r = predict(seven, codes, p, {});
     EXPECT_EQ(r[0], 14u); // +7, folded
