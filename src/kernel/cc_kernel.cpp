@@ -46,6 +46,7 @@ CcKernel make_cc_kernel(std::string_view name) {
       k.prefilter4 = k.prefilter3;
       k.prefilter_gain = space.gain;
     }
+  k.time.bend = {}; // the stages in time are those of the B-splines
   for (const CcTime& time : cc_time)
     if (k.time.order == time.order) {
       cc.time.assign(time.stages.begin(), time.stages.end());

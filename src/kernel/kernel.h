@@ -25,12 +25,19 @@ struct RadialKernel {
   [[nodiscard]] double slope(double r2) const; // d phi / d(r^2): the gradient at x is 2 x slope(|x|^2)
 };
 
-// beta(dt): a centred B-spline over the layers of one coset (pitch sqrt2), or scale * exp(-g dt^2) cut at
-// half_width. B-splines sum to 1 over the layers of each coset at any phase.
+// beta(dt) over the layers of one coset (pitch sqrt2): a centred B-spline, bent a little, or
+// scale * exp(-g dt^2) cut at half_width. Splines sum to 1 over the layers of each coset at any phase; the
+// bends keep that, the support, the sign and the continuous slope. With h the distance of a layer from the
+// end of the support and x = 1 - 2 |dt|, both in pitches,
+//   order 3: the outer layers gain h^2 (1 - h) (bend[0] (2 h - 1) + bend[1]), which the middle one gives;
+//   order 4: the outer layers gain bend[0] h^2 (1 - h)^2, and each of the middle ones gives as much;
+//   even order 2 m: the nearer of the two middle layers gains bend[1] x (1 - x^2)^m, which the other gives.
+// They bring the error of slow waves, which pulses with the phase of dt, to about the same at any phase.
 struct TemporalKernel {
   enum class Shape : uint8_t { bspline, gaussian };
   Shape shape = Shape::bspline;
-  int order = 3;         // B-spline: 2 hat, 3 quadratic, 4 cubic
+  int order = 3; // B-spline: 2 hat, 3 quadratic, 4 cubic
+  std::array<double, 2> bend{};
   double gaussian = 0;   // g, per T^2
   double scale = 1;      // of a Gaussian, so that its sum over the layers of a coset is 1 in the mean
   double half_width = 0; // beta is 0 from here on; order * sqrt2 / 2 for a B-spline

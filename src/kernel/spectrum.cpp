@@ -148,16 +148,19 @@ KernelSpectrum::KernelSpectrum(const Kernel& kernel) : beta_(kernel.time) {
         integrate(phi.radius, [&](double r) { return 4 * pi * r * r * phi.value(r * r) * sinc(2 * k * r); }) /
         mass;
   }
-  if (beta_.shape != TemporalKernel::Shape::gaussian) return;
+  const bool spline = beta_.shape == TemporalKernel::Shape::bspline;
+  TemporalKernel straight = beta_;
+  straight.bend = {};
+  if (spline && beta_.bend == straight.bend) return;
   time_.resize(size);
   for (size_t i = 0; i < size; ++i) {
     const double k = static_cast<double>(i) * step;
-    // The value at the cut counts as inside: the integrand is closed at its end.
+    // The value at the cut of a Gaussian counts as inside: the integrand is closed at its end.
+    const auto value = [&](double t) {
+      return spline ? beta_.value(t) - straight.value(t) : beta_.scale * std::exp(-beta_.gaussian * t * t);
+    };
     time_[i] = 2 *
-               integrate(beta_.half_width,
-                         [&](double t) {
-                           return beta_.scale * std::exp(-beta_.gaussian * t * t) * std::cos(2 * pi * k * t);
-                         }) /
+               integrate(beta_.half_width, [&](double t) { return value(t) * std::cos(2 * pi * k * t); }) /
                std::numbers::sqrt2;
   }
 }
@@ -165,8 +168,9 @@ KernelSpectrum::KernelSpectrum(const Kernel& kernel) : beta_(kernel.time) {
 double KernelSpectrum::space(double k) const { return look_up(space_, k); }
 
 double KernelSpectrum::time(double k) const {
-  if (beta_.shape == TemporalKernel::Shape::gaussian) return look_up(time_, k);
-  return std::pow(sinc(std::numbers::sqrt2 * k), beta_.order);
+  const double tabulated = time_.empty() ? 0 : look_up(time_, k);
+  if (beta_.shape == TemporalKernel::Shape::gaussian) return tabulated;
+  return std::pow(sinc(std::numbers::sqrt2 * k), beta_.order) + tabulated;
 }
 
 double KernelSpectrum::symbol(const std::array<double, 4>& xi, int dimensions) const {

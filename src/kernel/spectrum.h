@@ -51,7 +51,7 @@ class KernelSpectrum {
   TemporalKernel beta_;
   std::vector<Site> sites_;   // of BCC in the support
   std::vector<double> space_; // at multiples of `step`
-  std::vector<double> time_;  // a cut Gaussian only
+  std::vector<double> time_;  // of a cut Gaussian, or of the bends of a spline
 };
 
 } // namespace bccsplat

@@ -26,8 +26,58 @@ double spline_sum(int p, int n, double x) {
   return sum;
 }
 
+// Of the bends at x = |dt| / pitch (kernel.h): the value, its slope and its integral from x to infinity.
+enum class Of : uint8_t { value, slope, tail };
+
+// What the outer layers of order 3 and 4 gain, at h from the end of the support.
+double outer_bend(const TemporalKernel& beta, Of what, double h) {
+  const auto [first, second] = beta.bend;
+  const double h2 = h * h, h3 = h2 * h;
+  if (beta.order == 3) {
+    if (what == Of::value) return h2 * (1 - h) * (first * (2 * h - 1) + second);
+    if (what == Of::slope) return -first * h * (2 + h * (-9 + 8 * h)) + second * h * (2 - 3 * h);
+    return first * h3 * (-1.0 / 3 + h * (0.75 - 0.4 * h)) + second * h3 * (1.0 / 3 - 0.25 * h);
+  }
+  if (what == Of::value) return first * h2 * (1 - h) * (1 - h);
+  if (what == Of::slope) return first * 2 * h * (1 - h) * (1 - 2 * h);
+  return first * h3 * (1.0 / 3 + h * (-0.5 + 0.2 * h));
+}
+
+// What bend[1] multiplies, at x < 1.
+double middle_bend(int m, Of what, double x) {
+  const double y = 1 - 2 * x, z = 1 - y * y;
+  const double power = m == 1 ? 1 : z; // z^(m - 1)
+  if (what == Of::value) return y * power * z;
+  if (what == Of::slope) return -2 * power * (z - 2 * m * y * y);
+  return -power * z * z / (4 * (m + 1)); // y dy = -dz / 2 and dx = -dy / 2
+}
+
+double bend_sum(const TemporalKernel& beta, Of what, double x) {
+  const double h = 0.5 * beta.order - x;
+  const double turn = what == Of::slope ? -1 : 1; // d/dx of a function of h
+  if (h <= 0) return 0;
+  if (beta.order == 3) {
+    if (x >= 0.5) return turn * outer_bend(beta, what, h);
+    // The middle layer gives what the layers a pitch before and after take, at x - 1 and x + 1.
+    const double after = turn * outer_bend(beta, what, 0.5 + x),
+                 before = turn * outer_bend(beta, what, 0.5 - x);
+    return what == Of::value ? -after - before : after - before;
+  }
+  double sum = 0;
+  if (beta.order == 4 && x >= 1) sum = turn * outer_bend(beta, what, h);
+  if (beta.order == 4 && x < 1) // h^2 (1 - h)^2 is the same for 1 - h
+    sum = (what == Of::tail ? 1 : -1) * outer_bend(beta, what, x);
+  return x < 1 ? sum + beta.bend[1] * middle_bend(beta.order / 2, what, x) : sum;
+}
+
 // Integral of a centred B-spline of order p from x to infinity.
 double spline_tail(int p, double x) { return x < 0 ? 1 - spline_sum(p, p, -x) : spline_sum(p, p, x); }
+
+// The same of a spline with its bends, which add nothing to the whole.
+double tail(const TemporalKernel& beta, double x) {
+  const double bent = bend_sum(beta, Of::tail, std::abs(x));
+  return spline_tail(beta.order, x) + (x < 0 ? -bent : bent);
+}
 
 } // namespace
 
@@ -35,15 +85,15 @@ double TemporalKernel::value(double dt) const {
   const double d = std::abs(dt);
   if (d >= half_width) return 0;
   if (shape == Shape::gaussian) return scale * std::exp(-gaussian * dt * dt);
-  return spline_sum(order, order - 1, d / pitch);
+  return spline_sum(order, order - 1, d / pitch) + bend_sum(*this, Of::value, d / pitch);
 }
 
 double TemporalKernel::slope(double dt) const {
   const double d = std::abs(dt);
   if (d >= half_width || d == 0) return 0;
   if (shape == Shape::gaussian) return -2 * gaussian * dt * scale * std::exp(-gaussian * dt * dt);
-  const double s = spline_sum(order, order - 2, d / pitch) / pitch;
-  return dt > 0 ? -s : s;
+  const double s = (bend_sum(*this, Of::slope, d / pitch) - spline_sum(order, order - 2, d / pitch)) / pitch;
+  return dt > 0 ? s : -s;
 }
 
 double TemporalKernel::integral(double begin, double end) const {
@@ -53,7 +103,7 @@ double TemporalKernel::integral(double begin, double end) const {
     const double root = std::sqrt(gaussian);
     return scale * std::sqrt(std::numbers::pi) / (2 * root) * (std::erf(root * e) - std::erf(root * b));
   }
-  return pitch * (spline_tail(order, b / pitch) - spline_tail(order, e / pitch));
+  return pitch * (tail(*this, b / pitch) - tail(*this, e / pitch));
 }
 
 } // namespace bccsplat

@@ -35,8 +35,9 @@ Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, do
                        int32_t lead) {
   for (const uint32_t n : dims)
     if (n == 0) fail(Code::invalid_argument, "lattice: every dimension must be at least 1");
-  if (!(scale > 0 && time_scale > 0 && std::isfinite(scale) && std::isfinite(time_scale)))
-    fail(Code::invalid_argument, "lattice: scales must be positive and finite");
+  constexpr double most = 65536; // filters are as wide
+  if (!(scale > 0 && time_scale > 0 && scale <= most && time_scale <= most))
+    fail(Code::invalid_argument, "lattice: scales must be positive and at most ", most);
   Lattice4 l;
   l.kind = kind;
   l.dims = dims;

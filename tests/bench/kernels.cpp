@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "tests/bench/kernel_design.h"
+#include "tests/bench/kernel_design_bend.h"
 #include "tests/bench/kernel_design_cc.h"
 #include "tests/bench/kernel_design_shape.h"
 #include "tests/bench/kernel_ripple.h"
@@ -197,6 +198,40 @@ void design(std::ostream& out, const std::string& which) {
   out << "constexpr Entry entries[] = {\n" << entries << "};\n";
 }
 
+std::string range_db(const std::vector<double>& errors) {
+  const auto [low, high] = std::minmax_element(errors.begin(), errors.end());
+  return number(-10 * std::log10(*high), 2) + " .. " + number(-10 * std::log10(*low), 2);
+}
+
+// The bends of splines in time, and what they make of the phases of time slices.
+void bend(const Report& report, const std::string& which) {
+  std::vector<std::string> names;
+  if (which != "all") names = {make_kernel(which).name};
+  for (const std::string& name : listed_kernels(4))
+    if (which == "all" && name.find('+') != std::string::npos) names.push_back(name);
+  std::vector<Row> rows;
+  for (const std::string& name : names) {
+    Kernel kernel = make_kernel(name);
+    if (kernel.time.shape != TemporalKernel::Shape::bspline)
+      fail(Code::invalid_argument, "kernels --bend: ", name, " is no spline in time");
+    const std::array<double, 2> shipped = kernel.time.bend;
+    const auto add = [&](const std::string& what, const std::array<double, 2>& bends) {
+      kernel.time.bend = bends;
+      char text[64];
+      std::snprintf(text, sizeof text, "%.6f, %.6f", bends[0], bends[1]);
+      Row row{word("kernel", name), word("spline", what), word("bends", text)};
+      for (const double rho : design_rhos)
+        row.push_back(word("rho " + number(rho, 1),
+                           range_db(phase_errors(kernel, rho, 17, report.quick ? 200 : 2000))));
+      rows.push_back(row);
+    };
+    add("straight", {});
+    add("shipped", shipped);
+    add("bent", design_bend(kernel));
+  }
+  report.table("SNR (dB) of time slices, lowest .. highest of all phases of the instant", rows);
+}
+
 // One prefilter with stages of another pattern, and its figures.
 void compare(std::ostream& out, const std::string& name, const std::string& pattern, int dimensions) {
   const Kernel kernel = make_kernel(name);
@@ -308,6 +343,11 @@ int run_kernels_suite(std::span<const std::string> args, const Report& report) {
     first == "--design" ? design(out, args[1]) : shape(out, args[1]);
     return 0;
   }
+  if (first == "--bend") {
+    if (args.size() != 2) fail(Code::invalid_argument, "kernels --bend takes one name, or all");
+    bend(report, args[1]);
+    return 0;
+  }
   if (first == "--shape-gradient") {
     if (args.size() != 2) fail(Code::invalid_argument, "kernels --shape-gradient takes one name");
     shape_for_gradient(report, args[1], {0.3, 1, 2});
@@ -318,7 +358,8 @@ int run_kernels_suite(std::span<const std::string> args, const Report& report) {
       std::string known;
       for (const Part& p : parts) known += std::string(p.option) + ' ';
       fail(Code::invalid_argument, "kernels: unknown option '", arg, "'; known: ", known,
-           "or alone: --design NAME --design-cc --shape NAME --shape-gradient NAME --compare NAME PATTERN");
+           "or alone: --design NAME --design-cc --bend NAME --shape NAME --shape-gradient NAME --compare "
+           "NAME PATTERN");
     }
   for (const Part& part : parts)
     if (args.empty() || std::find(args.begin(), args.end(), part.option) != args.end()) part.run(report);

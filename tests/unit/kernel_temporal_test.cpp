@@ -24,7 +24,8 @@ TEST_P(SplineOrders, LayersOfACosetSumToOneAtAnyPhase) {
   }
 }
 
-TEST_P(SplineOrders, IsTheTextbookSpline) {
+TEST_P(SplineOrders, WithoutBendsIsTheTextbookSpline) {
+  beta.bend = {};
   for (double t = -3; t < 3; t += 0.01) {
     const double x = std::abs(t) / pitch;
     double expected = 0;
@@ -37,6 +38,41 @@ TEST_P(SplineOrders, IsTheTextbookSpline) {
   }
   EXPECT_EQ(beta.value(beta.half_width), 0);
   EXPECT_DOUBLE_EQ(beta.half_width, GetParam() * pitch / 2);
+}
+
+TEST_P(SplineOrders, BendsStandWhereTheFormulaSays) {
+  TemporalKernel straight = beta;
+  straight.bend = {};
+  const int order = GetParam();
+  for (const std::array<double, 2>& bend : {std::array{0.3, 0.0}, {0.0, 0.2}}) {
+    beta.bend = bend;
+    for (double t = -3; t < 3; t += 0.0173) {
+      const double d = std::abs(t) / pitch;
+      const auto outer = [&](double h) {
+        if (h < 0 || h > 1) return 0.0;
+        return h * h * (1 - h) * (order == 3 ? bend[0] * (2 * h - 1) + bend[1] : bend[0] * (1 - h));
+      };
+      double expected = 0;
+      if (order == 3) expected = outer(1.5 - d) - outer(0.5 + d) - outer(0.5 - d);
+      if (order == 4) expected = outer(2 - d) - outer(1 - d);
+      if (order != 3 && d < 1) {
+        const double x = 1 - 2 * d;
+        expected += bend[1] * x * std::pow(1 - x * x, order / 2);
+      }
+      EXPECT_NEAR(beta.value(t) - straight.value(t), expected, 1e-14) << t;
+    }
+  }
+}
+
+TEST_P(SplineOrders, ShippedBendsKeepTheSignAndTheSlopeContinuous) {
+  EXPECT_EQ(beta.bend[1] != 0, GetParam() > 2);
+  double before = beta.slope(-beta.half_width - 1e-3);
+  for (double t = -beta.half_width; t < beta.half_width; t += 1e-3) {
+    EXPECT_GE(beta.value(t), 0) << t;
+    if (GetParam() == 2) continue; // a hat
+    EXPECT_NEAR(beta.slope(t), before, 4e-3) << t;
+    before = beta.slope(t);
+  }
 }
 
 class TemporalKernels : public testing::TestWithParam<std::string> {
