@@ -16,22 +16,16 @@ struct SiteBox {
   Int3 origin{}, size{};
 };
 
-// Copies a box of a layer, mirrored beyond the ends, x fastest without gaps. False, and `out` left alone,
-// when all of it is air.
+// Copies a box of a layer, mirrored beyond the ends, x fastest without gaps. False when all of it is air.
 bool gather_box(const BrickLayer& layer, const SiteBox& box, float* out);
 
-// One coset's copy.
+// One coset's copy at one instant: the sum of the layers weighted in time, and behind it where slopes are
+// wanted the sum weighted by the slopes in time.
 struct DenseSites {
   SiteBox box;
   size_t row = 0, plane = 0, layer = 0; // floats from one to the next
-  size_t layers = 0;                    // 0: all of it is air
-  bool merged = false; // one layer: the sum weighted in time; a second one behind it: by the slopes in time
+  bool air = true;                      // all of it; then nothing is copied
   float* value = nullptr;
-
-  [[nodiscard]] size_t offset(const Int3& site) const {
-    return static_cast<size_t>(site[2] - box.origin[2]) * plane +
-           static_cast<size_t>(site[1] - box.origin[1]) * row + static_cast<size_t>(site[0] - box.origin[0]);
-  }
 };
 
 struct DenseScratch {
@@ -40,10 +34,8 @@ struct DenseScratch {
   float* single = nullptr; // room for one layer of the larger box
   alignas(64) std::array<float, capacity> floats;
 
-  // Lays the copies of all layers, or of the merged ones, out. False when copying would cost more than it
-  // saves, or room is short.
-  bool reserve(const FootprintPlan& plan, const std::array<SiteBox, 2>& box, size_t points, bool merged,
-               bool slopes);
+  // Lays the copies out. False when copying would cost more than it saves, or room is short.
+  bool reserve(const FootprintPlan& plan, const std::array<SiteBox, 2>& box, size_t points, bool slopes);
 };
 
 } // namespace bccsplat

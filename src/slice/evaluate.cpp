@@ -9,6 +9,7 @@
 #include "slice/footprint.h"
 #include "slice/hole.h"
 #include "slice/kernel_time.h"
+#include "slice/point_frame.h"
 #include "slice/point_order.h"
 
 namespace bccsplat {
@@ -67,48 +68,6 @@ struct Window {
   }
 };
 
-// The volume's domain, and the way from index units to lattice units and kernel time.
-struct Frame4 {
-  Vec4 end{};   // of the domain, per axis
-  Vec4 scale{}; // index units -> lattice units, kernel time
-  double per_layer = 0;
-  Int3 bricks{};
-  Vec3 per_brick{}; // bricks per index unit
-
-  explicit Frame4(const Lattice4& lattice) {
-    const Vec3 unit = lattice.lattice_unit();
-    for (size_t a = 0; a < 4; ++a) end[a] = lattice.dims[a] - 1.0;
-    for (size_t a = 0; a < 3; ++a) scale[a] = 1 / unit[a];
-    scale[3] = kernel_time_per_frame(lattice);
-    if (lattice.is_static())
-      end[3] = std::numeric_limits<double>::infinity();
-    else
-      per_layer = 1 / lattice.time_step;
-    const double planes = brick_edge * (lattice.space.bcc ? 2 : 1);
-    for (size_t a = 0; a < 3; ++a) {
-      per_brick[a] = 1 / (planes * lattice.space_step[a]);
-      bricks[a] = 1 + static_cast<int32_t>(end[a] * per_brick[a]);
-    }
-  }
-  // NaN is outside. A static volume takes any t.
-  [[nodiscard]] bool inside(const Vec4& p) const {
-    return p[0] >= 0 && p[0] <= end[0] && p[1] >= 0 && p[1] <= end[1] && p[2] >= 0 && p[2] <= end[2] &&
-           (per_layer == 0 || (p[3] >= 0 && p[3] <= end[3]));
-  }
-  [[nodiscard]] PointPlace place(const Vec4& p) const {
-    uint32_t cell = 0;
-    for (size_t a = 3; a-- > 0;) {
-      const auto b = static_cast<int32_t>(std::clamp(p[a], 0.0, end[a]) * per_brick[a]);
-      cell = cell * static_cast<uint32_t>(bricks[a]) + static_cast<uint32_t>(b);
-    }
-    return {per_layer == 0 ? 0 : static_cast<int32_t>(std::floor(p[3] * per_layer)), cell};
-  }
-  [[nodiscard]] uint32_t cells() const {
-    const int64_t n = int64_t{bricks[0]} * bricks[1] * bricks[2];
-    return n <= INT32_MAX ? static_cast<uint32_t>(n) : 1;
-  }
-};
-
 // Values are relative to air. Where `clip` is set points outside the domain are NaN, and so are those in
 // holes; else the field is mirrored there, and `holes` (may be empty) is filled in.
 EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const Vec4> points, bool clip,
@@ -116,22 +75,18 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
                                std::span<std::array<float, 4>> gradients, std::span<uint8_t> holes,
                                const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
-  const Frame4 frame(lattice);
-  const auto usable = [&](const Vec4& p) { return !clip || frame.inside(p); };
-  const uint32_t cells = frame.cells();
+  const PointFrame frame(lattice, points.size());
   const PointOrder order = order_points(
-      points.size(), cells,
+      points.size(), frame.cell_count,
       [&](uint64_t begin, std::span<PointPlace> places) {
-        for (uint64_t i = 0; i < places.size(); ++i) {
-          const Vec4& p = points[begin + i];
-          places[i] = usable(p) ? frame.place(p) : PointPlace{0, 0};
-          if (cells == 1) places[i].cell = 0;
-        }
+        frame.place(points.subspan(begin, places.size()), clip, places);
       },
       context);
   std::atomic<uint64_t> outside{0}, in_holes{0};
   std::fill(holes.begin(), holes.end(), uint8_t{0});
   HeldLayers held;
+  std::array<float, 4> per_index;
+  for (size_t a = 0; a < 4; ++a) per_index[a] = static_cast<float>(frame.scale[a]);
   for (const PointOrder::Group& group : order.groups) {
     const auto total = static_cast<double>(points.size()), begin = static_cast<double>(group.begin) / total,
                end = static_cast<double>(group.end) / total, middle = (begin + end) / 2;
@@ -147,27 +102,36 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
       std::array<std::array<float, 4>, block> slopes;
       std::array<uint8_t, block> none; // has no value
       const uint64_t from = group.begin + b * block, count = std::min<uint64_t>(block, group.end - from);
+      std::array<uint64_t, block> at;
+      const bool together = order.points_at(from, std::span(at).first(count));
       EvaluateMisses misses;
-      for (uint64_t i = 0; i < count; ++i) {
-        const Vec4& p = points[order[from + i]];
-        none[i] = !usable(p);
-        misses.outside += none[i];
-        for (size_t a = 0; a < 4; ++a) batch[i][a] = none[i] ? 0 : p[a] * frame.scale[a];
-      }
-      sum_footprints(plan, std::span(batch).first(count), sums.data(),
-                     gradients.empty() ? nullptr : slopes.data());
+      misses.outside =
+          frame.scale_points(points.data(), std::span(at).first(count), clip, batch.data(), none.data());
+      float* const value = together ? values.data() + at[0] : sums.data();
+      std::array<float, 4>* slope = nullptr;
+      if (!gradients.empty()) slope = together ? gradients.data() + at[0] : slopes.data();
+      sum_footprints(plan, std::span(batch).first(count), value, slope);
       if (window.holes)
         for (uint64_t i = 0; i < count; ++i) {
           const bool hole = !none[i] && window.is_hole(batch[i]);
-          if (!holes.empty()) holes[order[from + i]] = hole;
+          if (!holes.empty()) holes[at[i]] = hole;
           misses.holes += clip && hole;
           none[i] = none[i] || (clip && hole);
         }
-      for (uint64_t i = 0; i < count; ++i) values[order[from + i]] = none[i] ? nan_value : offset + sums[i];
-      for (uint64_t i = 0; i < count && !gradients.empty(); ++i)
-        for (size_t a = 0; a < 4; ++a)
-          gradients[order[from + i]][a] =
-              none[i] ? nan_value : slopes[i][a] * static_cast<float>(frame.scale[a]);
+      for (uint64_t i = 0; i < count; ++i) value[i] += offset;
+      if (slope)
+        for (uint64_t i = 0; i < count; ++i)
+          for (size_t a = 0; a < 4; ++a) slope[i][a] *= per_index[a];
+      if (misses.outside + misses.holes > 0)
+        for (uint64_t i = 0; i < count; ++i) {
+          if (!none[i]) continue;
+          value[i] = nan_value;
+          if (slope) slope[i].fill(nan_value);
+        }
+      if (!together) {
+        for (uint64_t i = 0; i < count; ++i) values[at[i]] = sums[i];
+        for (uint64_t i = 0; slope && i < count; ++i) gradients[at[i]] = slopes[i];
+      }
       outside += misses.outside, in_holes += misses.holes;
     });
   }

@@ -41,18 +41,26 @@ struct FootprintPlan {
   int cosets = 0;
   const Kernel* kernel;
   bool timeless, bcc = true;
-  int edge = patch_edge; // 3 or 4 sites per axis
-  int depth = 1;         // layers of a coset in reach of an instant
+  int edge = patch_edge;       // 3 or 4 sites per axis
+  int depth = 1;               // layers of a coset in reach of an instant
+  std::array<float, 2> bend{}; // of the temporal spline
   alignas(32) Vec4 per_pitch{};
   alignas(32) Vec4 radius{}; // of the kernel in space and time
   float inverse_radius2 = 0;
   int terms = 0;
   bool contact = false; // a[0] = a[1] = 0 and nothing beyond a[7]: phi and its slope end at 0
   std::array<float, RadialKernel::max_terms> a{};
-  alignas(64) std::array<float, patch_rows> lane_x{}, lane_y{}; // i & 3, i >> 2
 
   explicit FootprintPlan(const FieldLayers& field);
 };
+
+// Weights of layers in time, and their slopes per pitch, from the kernel itself: any shape, normalised or
+// not.
+void weigh_by_kernel(const FootprintPlan& plan, float from, std::array<float, max_stack>& w,
+                     std::array<float, max_stack>& dw);
+// Divides a value by the lattice sum at p, and corrects its gradient.
+void divide_by_lattice_sum(const FootprintPlan& plan, const Vec4& p, float& value,
+                           std::array<float, 4>* gradient);
 
 // At each point p (x, y, z in lattice units, kernel time; inside the domain): values = sum of coefficients
 // times kernel, relative to air, divided by the lattice sum for normalised kernels. gradients (may be null):

@@ -14,11 +14,18 @@ namespace bccsplat {
 struct PointOrder {
   struct Group {
     int32_t window;
-    uint64_t begin, end; // in `order`
+    uint64_t begin, end; // places
+  };
+  // Points that stay next to each other.
+  struct Run {
+    uint64_t place, point; // of the first; the run ends where the next one begins
   };
   std::vector<Group> groups;   // windows rise
-  std::vector<uint64_t> order; // point of each place; empty: the points as they are
-  [[nodiscard]] uint64_t operator[](uint64_t place) const { return order.empty() ? place : order[place]; }
+  std::vector<uint64_t> order; // point of each place; empty: see runs
+  std::vector<Run> runs;       // places rise; empty: the points as they are
+
+  // The points of places begin, begin + 1 .. True where these follow each other.
+  bool points_at(uint64_t begin, std::span<uint64_t> points) const;
 };
 
 // Where a point belongs: its window, and a cell of space below `cells`.
@@ -27,8 +34,8 @@ struct PointPlace {
   uint32_t cell;
 };
 
-// `place` fills in points begin .. begin + span.size(); it is called from many threads. Points that jump from
-// cell to cell are gathered by cell as well, in their order otherwise.
+// `place` fills in points begin .. begin + span.size(); it is called from many threads, and for a point
+// perhaps twice. Points that jump from cell to cell are gathered by cell as well, in their order otherwise.
 [[nodiscard]] PointOrder order_points(uint64_t points, uint32_t cells,
                                       const std::function<void(uint64_t begin, std::span<PointPlace>)>& place,
                                       const Context& context);

@@ -234,25 +234,74 @@ std::shared_ptr<Brick> stage_brick(const StageBlock& block, const StageBlock& ne
   return out;
 }
 
+// Which bricks of a row along x, in `region`, a stage may leave other than empty: those beside which, or
+// where, an input holds one. Mirror images lie no further away.
+class Neighbourhood {
+ public:
+  Neighbourhood(const StageInput& input, const StageFinish* finish, const BrickBox& region,
+                const BrickLayer& out)
+      : region_(region), out_(out) {
+    for (const BrickLayer* layer :
+         {input.previous.own, input.previous.before, input.previous.after, input.samples.own,
+          input.samples.before, input.samples.after, input.cross_before, input.cross_after,
+          finish ? finish->samples : nullptr})
+      if (layer && std::find(layers_.begin(), layers_.end(), layer) == layers_.end())
+        layers_.push_back(layer);
+  }
+
+  // near: one byte per brick of the row. Returns whether any is set.
+  bool find(size_t row, std::vector<uint8_t>& near) const {
+    const Int3& n = out_.brick_dims();
+    const auto y = static_cast<int>(row % static_cast<size_t>(n[1]));
+    const auto z = static_cast<int>(row / static_cast<size_t>(n[1]));
+    if (y < region_.begin[1] || y >= region_.end[1] || z < region_.begin[2] || z >= region_.end[2])
+      return false;
+    bool any = false;
+    for (const BrickLayer* layer : layers_) {
+      const Int3& m = layer->brick_dims(); // the other coset may have one brick less
+      for (int k = std::max(z - 1, 0); k <= std::min(z + 1, m[2] - 1); ++k)
+        for (int j = std::max(y - 1, 0); j <= std::min(y + 1, m[1] - 1); ++j) {
+          const size_t first = layer->slot(0, j, k);
+          if (layer->row_empty(first / layer->row_slots())) continue;
+          if (!any) near.assign(static_cast<size_t>(n[0]), 0);
+          any = true;
+          for (int i = 0; i < m[0]; ++i) {
+            if (!layer->brick(first + static_cast<size_t>(i))) continue;
+            const int begin = std::max({i - 1, region_.begin[0], 0});
+            const int end = std::min({i + 2, region_.end[0], n[0]});
+            for (int x = begin; x < end; ++x) near[static_cast<size_t>(x)] = 1;
+          }
+        }
+    }
+    return any;
+  }
+
+ private:
+  std::vector<const BrickLayer*> layers_;
+  const BrickBox& region_;
+  const BrickLayer& out_;
+};
+
 } // namespace
 
 BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input, const StageFinish* finish,
                        const BrickBox& region, const Context& context) {
   BrickLayer result(input.previous.own->lattice(), input.previous.own->coset());
-  // One task per row of bricks along x: a few dozen microseconds each.
-  const auto row = static_cast<size_t>(result.brick_dims()[0]);
-  const uint64_t rows = result.brick_slots() / row;
+  const Neighbourhood occupied(input, finish, region, result);
+  // One task per row of bricks along x: a few dozen microseconds each where there is anything.
+  const size_t row = result.row_slots();
   std::atomic<uint64_t> done{0};
-  context.tasks.parallel_for(rows, [&](uint64_t r) {
-    context.progress.advance(done.fetch_add(1, std::memory_order_relaxed), rows);
+  context.tasks.parallel_for(result.rows(), [&](uint64_t r) {
+    context.progress.advance(done.fetch_add(1, std::memory_order_relaxed), result.rows());
+    std::vector<uint8_t> near;
+    if (!occupied.find(r, near)) return;
     const auto planes = std::make_unique_for_overwrite<StagePlanes>();
     std::vector<StageBlock> blocks; // and an empty one after the last
     std::vector<size_t> slots;
-    for (size_t slot = r * row; slot < (r + 1) * row; ++slot) {
-      const Int3 b = result.slot_position(slot);
-      if (!region.contains(b)) continue;
-      blocks.push_back(stage_block(stage, input, b));
-      slots.push_back(slot);
+    for (size_t x = 0; x < row; ++x) {
+      if (near[x] == 0) continue;
+      slots.push_back(r * row + x);
+      blocks.push_back(stage_block(stage, input, result.slot_position(slots.back())));
     }
     blocks.emplace_back();
     for (size_t i = 0; i < slots.size(); ++i)

@@ -12,8 +12,9 @@
 
 namespace bccsplat::bench {
 
-//   evaluate [--threads N]: one thread unless told
-// Returns the exit status; throws Error on wrong arguments.
+//   evaluate [--threads N] [--kernel NAME] [--points NAME]
+// One thread unless told; all kernels and sets of points (grid, paths, strides, surface, random) unless
+// named. Returns the exit status; throws Error on wrong arguments.
 int run_evaluate_suite(std::span<const std::string> args, const Report& report);
 
 // The cubic B-spline on a Cartesian grid in 4D, 256 taps: coefficients in float, x fastest, no bricks, no

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "slice/evaluate.h"
 #include "slice/point_order.h"
 #include "slice/slice.h"
@@ -178,6 +180,33 @@ TEST_P(FootprintKernel, CompanyInABatchChangesNoBit) {
   }
 }
 
+// Paths through a batch are copied each for itself, what stands between them is looked up.
+TEST_P(FootprintKernel, PathsInABatchChangeNoBit) {
+  const Kernel kernel = make_kernel(GetParam());
+  const Noise noise(10);
+  const FieldLayers field{noise.field, &kernel, false};
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const Vec3 end = noise.end();
+  std::vector<Vec4> points;
+  for (const size_t length : {100u, 1u, 3u, 60u, 23u, 1u, 150u}) {
+    Vec4 p{end[0] * unit(random), end[1] * unit(random), end[2] * unit(random), 3};
+    const bool still = length == 60;
+    for (size_t i = 0; i < length; ++i, p[3] += still ? 0 : 0.003) {
+      points.push_back(p);
+      for (size_t a = 0; a < 3; ++a) p[a] = std::min(p[a] + 0.02, end[a]);
+    }
+  }
+  std::vector<float> together(points.size());
+  sum_footprints(field, points, together.data(), nullptr);
+  for (size_t n = 0; n < points.size(); ++n) {
+    float value = 0;
+    sum_footprints(field, std::span(points).subspan(n, 1), &value, nullptr);
+    ASSERT_EQ(value, together[n]) << n;
+    ASSERT_NEAR(value, footprint_reference(noise, kernel, points[n]).value, 3e-6) << n;
+  }
+}
+
 TEST(Footprint, TinyLatticesMirrorOnBothSidesAtOnce) {
   for (const Int3& last : {Int3{1, 1, 1}, Int3{2, 1, 3}, Int3{3, 4, 2}}) {
     const Noise noise(10, last);
@@ -227,14 +256,17 @@ TEST(PointOrder, GathersByWindowThenCell) {
       ASSERT_EQ(group.begin, next);
       next = group.end;
       for (uint64_t n = group.begin; n < group.end; ++n) {
-        const uint64_t point = order[n];
+        uint64_t point = 0;
+        order.points_at(n, std::span(&point, 1));
         ASSERT_FALSE(seen[point]);
         seen[point] = true;
         ASSERT_EQ(at[point].window, group.window);
         if (n == group.begin) continue;
-        ASSERT_LE(at[order[n - 1]].cell, at[point].cell);
-        if (at[order[n - 1]].cell == at[point].cell) {
-          ASSERT_LT(order[n - 1], point);
+        uint64_t before = 0;
+        order.points_at(n - 1, std::span(&before, 1));
+        ASSERT_LE(at[before].cell, at[point].cell);
+        if (at[before].cell == at[point].cell) {
+          ASSERT_LT(before, point);
         }
       }
     }
@@ -251,8 +283,42 @@ TEST(PointOrder, LeavesPointsInOrderAlone) {
   EXPECT_TRUE(order.order.empty());
   ASSERT_EQ(order.groups.size(), 1u);
   EXPECT_EQ(order.groups[0].window, 5);
-  EXPECT_EQ(order[29'999], 29'999u);
+  EXPECT_TRUE(order.runs.empty());
+  uint64_t last = 0;
+  order.points_at(29'999, std::span(&last, 1));
+  EXPECT_EQ(last, 29'999u);
   EXPECT_TRUE(order_points(0, 1, place, context.get()).groups.empty());
+}
+
+// Stretches of one window, and short ones of one cell as well, move as they are.
+TEST(PointOrder, MovesRunsAsTheyAre) {
+  TestContext context;
+  std::mt19937 random(9);
+  for (const uint32_t length : {200u, 6u}) {
+    std::vector<PointPlace> at;
+    while (at.size() < 30'000)
+      at.insert(at.end(), length / 2 + random() % length,
+                {static_cast<int32_t>(random() % 5) - 2, static_cast<uint32_t>(random() % 9)});
+    const auto place = [&](uint64_t begin, std::span<PointPlace> out) {
+      std::copy_n(at.begin() + static_cast<ptrdiff_t>(begin), out.size(), out.begin());
+    };
+    const PointOrder order = order_points(at.size(), 9, place, context.get());
+    EXPECT_TRUE(order.order.empty());
+    ASSERT_EQ(order.groups.size(), 5u);
+    std::vector<uint64_t> all(at.size());
+    for (uint64_t n = 0; n < all.size(); n += 500)
+      (void)order.points_at(n, std::span(all).subspan(n, std::min<uint64_t>(500, all.size() - n)));
+    std::vector<uint64_t> expected(all.size());
+    std::iota(expected.begin(), expected.end(), uint64_t{0});
+    const auto key = [&](uint64_t n) {
+      return std::pair(at[n].window, length == 6 ? at[n].cell : 0); // long runs are worth no search
+    };
+    std::stable_sort(expected.begin(), expected.end(),
+                     [&](uint64_t a, uint64_t b) { return key(a) < key(b); });
+    EXPECT_EQ(all, expected);
+    for (const auto& group : order.groups)
+      for (uint64_t n = group.begin; n < group.end; ++n) ASSERT_EQ(at[all[n]].window, group.window);
+  }
 }
 
 } // namespace
