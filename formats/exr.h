@@ -1,8 +1,9 @@
-// OpenEXR output: scanlines, ZIP, 32-bit float.
+// OpenEXR output: scanlines, 32-bit float, ZIP; deep scanlines ZIPS.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -39,5 +40,10 @@ struct ExrOptions {
 // support.
 void write_exr(const std::string& path, int width, int height, std::span<const ExrChannel> channels,
                const ExrOptions& options);
+
+// Samples of pixel p = y width + x: first[p] .. first[p + 1] - 1, six floats each: Z, ZBack, A, R, G, B, in
+// order of depth and not overlapping ("tidy"). Throws as write_exr.
+void write_deep_exr(const std::string& path, int width, int height, std::span<const uint64_t> first,
+                    std::span<const float> samples, const ExrOptions& options);
 
 } // namespace bccsplat

@@ -8,9 +8,11 @@
 #include "render/camera.h"
 #include "render/image.h"
 #include "render/minify.h"
+#include "render/preintegrate.h"
 #include "render/trail.h"
 #include "render/transfer_function.h"
 #include "slice/slice.h"
+#include "splat/kept_sheets.h"
 #include "splat/splat.h"
 
 namespace bccsplat {
@@ -20,6 +22,9 @@ enum class Quality : uint8_t { draft = 1, normal = 2, fine = 3, best = 4 };
 // One more bit of disable_skips: detail finer than half a pixel, by a coarser level of the slice.
 inline constexpr uint32_t skip_fine_detail = 16;
 
+// A quarter of a step of 8 bits.
+inline constexpr double default_deep_tolerance = 0.001;
+
 struct RenderOptions {
   RenderMode mode = RenderMode::composite;
   Quality quality = Quality::normal;
@@ -28,10 +33,13 @@ struct RenderOptions {
   std::optional<GradientMethod> gradient; // none: by quality
   std::optional<KernelForm> kernel_form;  // none: by quality, shading and sheet_step
   double iso_value = 0;
-  double opacity_stop = 0.995; // 1: never
-  uint32_t disable_skips = 0;  // SkipBits, skip_fine_detail
-  int tile_size = 0;           // pixels; 0: chosen
-  bool reference = false;      // render/reference.h instead of the splatter
+  double opacity_stop = 0.995;                         // 1: never
+  uint32_t disable_skips = 0;                          // SkipBits, skip_fine_detail
+  int tile_size = 0;                                   // pixels; 0: chosen
+  Preintegrate preintegrate = Preintegrate::automatic; // of mode composite without a trail
+  std::optional<RaiseFilter> raise;                    // none: by quality
+  bool reference = false;                              // render/reference.h instead of the splatter
+  double deep_tolerance = default_deep_tolerance;      // of deep pictures, see DeepTile
 };
 
 struct Scene {
@@ -44,6 +52,8 @@ struct Scene {
   const Trail* trail = nullptr;                  // null: none
   std::vector<TransferFunction> trail_functions; // of its sub-intervals, or one for all
   TrailCombine combine = TrailCombine::physical;
+  KeptSheets* kept =
+      nullptr; // sheets of earlier pictures of this slice and these points; null: none are kept
 };
 
 struct RenderStats {
@@ -53,9 +63,11 @@ struct RenderStats {
   double cpu_ms = 0;
   uint64_t points_total = 0, points_after_cull = 0, points_splatted = 0, points_occluded = 0;
   uint64_t points_invisible = 0, bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
+  uint64_t sheets_taken = 0;
   uint64_t tiles = 0, sheets = 0, contributions = 0;
   double sheet_step = 0; // T
   int level = 0;         // of the slice that was drawn; 0: the scene's own
+  bool preintegrated = false;
 };
 
 // What a quality stands for; see tests/bench/notes/render.md for the measurements behind it.
@@ -68,6 +80,8 @@ struct QualitySettings {
   // T: steps from here on are drawn with flat_polynomial() where samples are shaded; and with
   // short_polynomial() elsewhere, twice that without shading.
   double flat_kernel, short_kernel;
+  // How sheets are raised where samples are shaded, where they are not, and in isosurfaces.
+  RaiseFilter raise, raise_plain, raise_surface;
 };
 [[nodiscard]] QualitySettings quality_settings(Quality quality);
 

@@ -19,12 +19,15 @@ struct Plane {
   }
 };
 
+struct DeepImage; // render/deep.h
+
 struct Image {
   int width = 0, height = 0;
   Plane rgba;  // linear, premultiplied by opacity
   Plane depth; // world distance along the view direction from the camera; infinity where nothing is
   Plane value; // NaN where nothing is
   Plane time;  // frame index; NaN where nothing is
+  DeepImage* deep = nullptr; // null: not asked for
 };
 
 // An image that owns its planes.

@@ -134,6 +134,18 @@ Field slice_field(const Slice& slice) {
   return [&slice](const Vec3& p, Vec3* gradient) { return evaluate_reference(slice, p, gradient); };
 }
 
+double reference_step(const TransferFunction& function, const std::array<double, 2>& bounds) {
+  double largest = 0, steepest = 0; // opacity, and its rise over the whole range
+  for (const OpacityPoint& p : function.opacities) largest = std::max(largest, p.opacity);
+  for (size_t n = 1; n < function.opacities.size(); ++n) {
+    const OpacityPoint &a = function.opacities[n - 1], &b = function.opacities[n];
+    if (a.opacity == b.opacity) continue;
+    const double gap = (b.value - a.value) / (bounds[1] - bounds[0]);
+    steepest = std::max(steepest, gap > 0 ? std::fabs(b.opacity - a.opacity) / gap : infinity);
+  }
+  return steepest > 0 ? std::clamp(largest / steepest, 1.0 / 128, 1.0 / 16) : 1.0 / 16;
+}
+
 RenderStats render_reference(const Scene& scene, const RenderOptions& options, const Field& field,
                              const ReferenceOptions& reference, const Context& context, Image& image) {
   check_options(scene, options, image);

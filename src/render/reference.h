@@ -18,6 +18,10 @@ struct ReferenceOptions {
   double step = 1.0 / 16; // lattice units along the view direction
 };
 
+// Steps for pictures of mode composite: 1/16, finer down to 1/128 where the opacity rises over less of the
+// values' range, for the field may run through a good part of it along one lattice unit.
+[[nodiscard]] double reference_step(const TransferFunction& function, const std::array<double, 2>& bounds);
+
 // `field` need not be the slice's: an analytic field in the slice's domain gives the error against the
 // original.
 RenderStats render_reference(const Scene& scene, const RenderOptions& options, const Field& field,

@@ -55,6 +55,7 @@ void bound_bricks(Trail& trail, float gain) {
   }
   for (size_t i = 0; i < trail.sources.size(); ++i) {
     SplatPoints& points = trail.sources[i].points;
+    points.codes.clear(); // of a layer alone
     for (size_t n = 0; n < points.bricks.size(); ++n) {
       SplatBrick& b = points.bricks[n];
       const Range& r = reach[i][brick_slot(grid, b)];

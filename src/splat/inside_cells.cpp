@@ -1,14 +1,13 @@
 #include "splat/inside_cells.h"
 
-#include <cmath>
-
 namespace bccsplat {
 
 bool InsideCells::contains(const Vec3& p) const {
+  const double per_plane = 1 / points->plane_distance;
   int brick[3], cell[3];
   for (size_t a = 0; a < 3; ++a) {
-    const double plane = std::floor(p[a] / points->plane_distance) + points->margin;
-    if (!(plane >= 0 && plane < static_cast<double>(points->dims[a]) * points->edge)) return false;
+    const double plane = p[a] * per_plane + points->margin;
+    if (!(plane >= 0 && plane < static_cast<double>(points->dims[a] * points->edge))) return false;
     const int n = static_cast<int>(plane);
     brick[a] = n / points->edge, cell[a] = n % points->edge >> 2;
   }

@@ -17,6 +17,7 @@
 #include "base/vec.h"
 #include "kernel/kernel.h"
 #include "splat/class_table.h"
+#include "splat/raise.h"
 
 namespace bccsplat {
 
@@ -104,6 +105,20 @@ struct BrickFrame {
   float m = 0;                           // `lateral` table at the base: foot = di.. + X (lateral[s] - m)
 };
 
+// What a tile sees of slabs that a fan is raised from.
+struct FanArgs {
+  const int32_t* rect = nullptr; // per slab, from base_slab: samples of the ring that it needs: x begin,
+                                 // y begin, x end, y end
+  // Per slab: 1 / scale of the nearest and farthest sheets its points reach.
+  const float *inverse_near = nullptr, *inverse_far = nullptr;
+  // Pixel of the tile that a sample of the ring stands at: foot + (sample - sample_foot) per / scale.
+  float per_x = 1, per_y = 1, foot_x = 0, foot_y = 0;
+  int sample_foot_x = 0, sample_foot_y = 0;
+  int around = 0;            // samples
+  int border = 0;            // pixels
+  int width = 0, height = 0; // of the tile, pixels: what open_sum counts
+};
+
 struct TransformArgs {
   const uint16_t* position = nullptr;
   const float* coefficient = nullptr;
@@ -123,6 +138,7 @@ struct TransformArgs {
   // are. A point is dropped when no pixel of its window, or within `around` of it, is open.
   const int32_t* open_sum = nullptr;
   int around = 0;
+  const FanArgs* fan = nullptr; // then open_sum counts pixels
   uint64_t cells =
       ~uint64_t{0}; // bit (x >> 2 | y >> 2 << 2 | z >> 2 << 4) of the local planes: points are needed
   // Results: accepted points are appended at bin_end[(slab - base_slab) & bin_mask]; every bin has room for
@@ -148,6 +164,8 @@ struct SplatKernels {
   void (*splat)(const SplatArgs&);
   TransformCounts (*transform)(const TransformArgs&);
   void (*extract)(const ExtractArgs&);
+  void (*raise)(const RaiseArgs&);
+  void (*blend)(const BlendArgs&);
 };
 
 // Adds points to the ring with the best target of this machine.

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "base/error.h"
+#include "splat/plan_cells.h"
+#include "splat/plan_fan.h"
+#include "splat/plan_points.h"
 #include "splat/sheet.h"
+#include "splat/sheet_args.h"
 
 namespace bccsplat {
 namespace {
@@ -23,32 +26,27 @@ std::array<double, 2> drift(const SheetView& v) {
   return {dot(v.gx, v.ez), dot(v.gy, v.ez)};
 }
 
+// Whether a sheet's metric is a multiple of the identity and rays run along its normal.
+bool isotropic(const SheetView& v) {
+  const Metric metric(v);
+  const auto [drift_x, drift_y] = drift(v);
+  const double largest = std::max(metric.xx, metric.yy);
+  return !v.perspective && std::fabs(metric.xy) < 1e-12 * largest &&
+         std::fabs(metric.xx - metric.yy) < 1e-12 * largest && std::fabs(drift_x) < 1e-9 &&
+         std::fabs(drift_y) < 1e-9;
+}
+
 // Depth of a slab's reference sheet, in sheet steps from the eye: never behind the first sheet.
 double reference_depth(const SheetView& v, int64_t slab) {
   return static_cast<double>(std::max(slab, v.first_sheet())) + v.depth;
 }
-
-// Between what the sum of kernel weights over the sites stays: on BCC the radial kernels and their other
-// forms ripple by 1 % at most, the others by 8.6 % (the paper's). Its mean is at least 1.
-struct WeightBounds {
-  double least, most;
-  explicit WeightBounds(const Slice& slice) {
-    const bool radial = kernel_polynomial(slice.kernel.space).form == KernelPolynomial::Form::square_8;
-    const double ripple = slice.lattice.bcc && radial ? 0.02 : 0.1;
-    least = 1 - ripple;
-    most = (1 + ripple) * std::numbers::sqrt2 / slice.lattice.cell_volume();
-  }
-};
 
 void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
   const SheetView& v = *scene.view;
   const double radius = scene.slice->kernel.space.radius;
   const Metric metric(v);
   const auto [drift_x, drift_y] = drift(v);
-  const double largest = std::max(metric.xx, metric.yy);
-  plan.isotropic = !v.perspective && std::fabs(metric.xy) < 1e-12 * largest &&
-                   std::fabs(metric.xx - metric.yy) < 1e-12 * largest && std::fabs(drift_x) < 1e-9 &&
-                   std::fabs(drift_y) < 1e-9;
+  plan.isotropic = isotropic(v);
   plan.depth2 = v.step * v.step / (radius * radius);
 
   const double reach = std::ceil(radius / v.step - 1e-9);
@@ -59,8 +57,8 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
   plan.sheets = (2 * plan.after + 3) / 4 * 4;
   plan.groups = plan.sheets / 4;
 
-  plan.first_slab = plan.first_sheet - plan.lead - plan.after;
-  plan.last_slab = plan.last_sheet + plan.lead + plan.before;
+  plan.first_slab = plan.ring_first - plan.after;
+  plan.last_slab = plan.ring_last + plan.before;
   const auto slabs = static_cast<size_t>(plan.last_slab - plan.first_slab + 1);
   plan.lane_period = v.perspective ? 0 : plan.sheets;
   const size_t sets = plan.lane_period ? static_cast<size_t>(plan.lane_period) : slabs;
@@ -74,8 +72,9 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
                extent_y = std::sqrt(metric.xx / metric.determinant());
   // Farthest pixels from the foot of the eye: bounds of |X| and |Y| of points that are seen.
   const double foot_x = -dot(v.gx, v.ez), foot_y = -dot(v.gy, v.ez);
-  const double far_x = std::max(std::fabs(foot_x), std::fabs(v.width - 1 - foot_x)) + 2;
-  const double far_y = std::max(std::fabs(foot_y), std::fabs(v.height - 1 - foot_y)) + 2;
+  const double halo = 2 + plan.around;
+  const double far_x = std::max(std::fabs(foot_x), std::fabs(v.width - 1 - foot_x)) + halo;
+  const double far_y = std::max(std::fabs(foot_y), std::fabs(v.height - 1 - foot_y)) + halo;
   for (size_t n = 0; n < std::max(slabs, sets); ++n) {
     // Orthographic lanes are stored by slab modulo the period.
     const int64_t s =
@@ -114,6 +113,53 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
     plan.columns[n] = static_cast<int32_t>(std::clamp(std::ceil(2 * half_x), 1.0, 1e8));
     plan.rows[n] = static_cast<int32_t>(std::clamp(std::ceil(2 * half_y), 1.0, 1e8));
   }
+}
+
+// The view of the sheets' own samples, where they are worth it, and the tables that raise them.
+SheetView plan_samples(const SplatScene& scene, const SplatOptions& options, SplatPlan& plan) {
+  SheetView v = *scene.view;
+  const RaiseFilter& filter = options.raise;
+  const bool radial = kernel_polynomial(scene.slice->kernel.space).form == KernelPolynomial::Form::square_8;
+  const bool sums = options.mode == RenderMode::composite && options.shading &&
+                    options.gradient == GradientMethod::analytic;
+  plan.around = plan.border;
+  plan.ring_first = plan.first_sheet - plan.lead, plan.ring_last = plan.last_sheet + plan.lead;
+  if (filter.taps == 0 || !radial || scene.slice->kernel.normalised || sums) return v;
+  if (plan_fan(filter, plan, v)) plan.taps = filter.taps;
+  const double ratio_z = filter.depth > 0 ? 1 / (filter.depth * v.step) : 0;
+  const int64_t sheets = plan.last_sheet - plan.first_sheet + 1 + 4 * plan.lead;
+  if (ratio_z >= 1.9 && !v.perspective && sheets < 1 << 20) {
+    plan.depth_taps = filter.taps;
+    plan.raise_z =
+        make_raise_axis(ratio_z, filter.depth, plan.depth_taps,
+                        static_cast<int>(plan.first_sheet) - 2 * plan.lead, static_cast<int>(sheets));
+    plan.ring_first = plan.raise_z.at(static_cast<int>(plan.ring_first));
+    plan.ring_last = plan.raise_z.at(static_cast<int>(plan.ring_last)) + plan.depth_taps - 1;
+    v.ez = ratio_z * v.ez;
+    v.step *= ratio_z, v.step_world *= ratio_z;
+  }
+  if (plan.taps > 0) {
+    plan.around = plan.taps / 2 + plan.border + 1;
+    return v;
+  }
+  // Pixels per T where the picture shows the smallest of them: at the last sheet.
+  const Metric metric(v);
+  const double scale = v.scale(static_cast<double>(plan.last_sheet + plan.lead));
+  const double pixels_x = std::sqrt(metric.yy / metric.determinant()) / scale,
+               pixels_y = std::sqrt(metric.xx / metric.determinant()) / scale;
+  const double ratio_x = pixels_x / filter.density, ratio_y = pixels_y / filter.density;
+  if (!(std::min(ratio_x, ratio_y) >= std::max(1.0, isotropic(v) ? filter.from : filter.from_general)))
+    return v;
+  plan.taps = filter.taps;
+  plan.raise_x = make_raise_axis(ratio_x, filter.density, plan.taps, -plan.border, v.width + 2 * plan.border);
+  plan.raise_y =
+      make_raise_axis(ratio_y, filter.density, plan.taps, -plan.border, v.height + 2 * plan.border);
+  plan.around = plan.taps / 2 + static_cast<int>(std::ceil(plan.border / std::min(ratio_x, ratio_y))) + 1;
+  v.ex = ratio_x * v.ex, v.ey = ratio_y * v.ey;
+  v.gx = (1 / ratio_x) * v.gx, v.gy = (1 / ratio_y) * v.gy;
+  v.width = static_cast<int>(std::ceil(v.width / ratio_x)) + 1;
+  v.height = static_cast<int>(std::ceil(v.height / ratio_y)) + 1;
+  return v;
 }
 
 // Which rows the sheets of a group reach: in any column where the window is not large, else in each four
@@ -241,102 +287,12 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
   return true;
 }
 
-// Whether samples may show that lie between points with coefficients low .. high (and 0) only: whether points
-// are left out or not, the field is within their range there.
-bool shows(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights, float low,
-           float high) {
-  const double air = static_cast<double>(scene.slice->air);
-  const double a = air + weights.most * static_cast<double>(std::min(low, 0.0f)),
-               b = air + weights.most * static_cast<double>(std::max(high, 0.0f));
-  if (options.mode == RenderMode::composite) return scene.table->visible(a, b);
-  if (options.mode == RenderMode::isosurface) return options.iso_value >= a && options.iso_value <= b;
-  return true;
-}
-
-// Whether all samples lie beyond the isosurface that lie between points of a range only (a range that ends at
-// 0 knows nothing).
-bool beyond(const SplatScene& scene, double iso_value, const WeightBounds& weights, const CellRange& range) {
-  const double iso = iso_value - static_cast<double>(scene.slice->air), least = weights.least;
-  return iso > 0 ? least * static_cast<double>(range.low) > iso
-                 : iso < 0 && least * static_cast<double>(range.high) < iso;
-}
-
-// Lattice units from sheet to sheet, at most.
-double longest_ray(const SheetView& v) {
-  double longest = 0;
-  for (const double i : {0.0, static_cast<double>(v.width - 1)})
-    for (const double j : {0.0, static_cast<double>(v.height - 1)})
-      longest = std::max(longest, length(v.ray(i, j)));
-  return longest;
-}
-
-// How far the samples that gradients or crossings of a visible sample look at may stand from it, lattice
-// units.
-double look_around(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
-  const SheetView& v = *scene.view;
-  // A crossing looks at the two sheets on either side of it.
-  const int sheets = options.mode == RenderMode::isosurface ? 2 : plan.lead;
-  if (sheets == 0) return 0;
-  const double scale = v.perspective ? static_cast<double>(plan.last_sheet) + v.depth : 1;
-  return sheets * std::max({longest_ray(v), scale * length(v.ex), scale * length(v.ey)});
-}
-
-// The cells of a brick that samples in the domain, up to a sheet beyond it, may look at.
-uint64_t near_cells(const SplatScene& scene, const SplatBrick& brick, double look) {
-  const double reach = scene.slice->kernel.space.radius + look + longest_ray(*scene.view),
-               d = scene.points->plane_distance;
-  std::array<std::array<bool, 4>, 3> near{};
-  for (size_t a = 0; a < 3; ++a)
-    for (size_t n = 0; n < 4; ++n) {
-      const double low = d * (brick.plane[a] + 4 * static_cast<int>(n)), high = low + 3 * d;
-      near[a][n] = high >= -reach && low <= scene.slice->domain_end[a] + reach;
-    }
-  uint64_t cells = 0;
-  for (size_t n = 0; n < cells_per_brick; ++n)
-    cells |= uint64_t{near[0][n & 3] && near[1][n >> 2 & 3] && near[2][n >> 4]} << n;
-  return cells;
-}
-
-// Which of SplatPoints::cells tells whether a cell's points are needed, -1: neither reaches far enough.
-// Points change samples within a radius; of those that gradients or crossings of visible samples look at none
-// may be changed, and none is when all coefficients within another radius of them are known to be invisible.
-int useful_cells(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
-  if (options.disable_skips & (skip_transfer_function | skip_cells)) return -1;
-  if (options.mode != RenderMode::composite && options.mode != RenderMode::isosurface) return -1;
-  const double needed = 2 * scene.slice->kernel.space.radius + look_around(scene, options, plan);
-  for (size_t n = 1; n < SplatPoints::cell_reach.size(); ++n)
-    if (needed <= 4 * scene.points->plane_distance * SplatPoints::cell_reach[n]) return static_cast<int>(n);
-  return -1;
-}
-
-// A sample whose points are left out because they are beyond the surface, and those it is compared with, are
-// all known to be beyond it; InsideCells tells so when it comes out too low.
-uint64_t needed_cells(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights,
-                      const CellRange* range, bool inside) {
-  uint64_t cells = 0;
-  for (int n = 0; n < cells_per_brick; ++n) {
-    const bool shown = shows(scene, options, weights, range[n].low, range[n].high) &&
-                       !(inside && beyond(scene, options.iso_value, weights, range[n]));
-    cells |= uint64_t{shown} << n;
-  }
-  return cells;
-}
-
-uint64_t inside_cells(const SplatScene& scene, double iso_value, const WeightBounds& weights,
-                      const CellRange* range) {
-  uint64_t cells = 0;
-  for (int n = 0; n < cells_per_brick; ++n)
-    cells |= uint64_t{beyond(scene, iso_value, weights, range[n])} << n;
-  return cells;
-}
-
 int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const SheetView& view, int threads) {
   if (options.tile_size > 0) return std::min(options.tile_size, 4096);
   const bool gradients = options.mode == RenderMode::composite && options.shading &&
                          options.gradient == GradientMethod::analytic;
   // The ring of a tile should stay well inside the L2 cache; with its border it fills whole vectors.
-  // Smaller ones end sooner behind an opaque surface.
-  int size = options.mode == RenderMode::isosurface ? 64 : 144;
+  int size = 144;
   const int floats = plan.sheets * (gradients ? 4 : 1); // per pixel
   while (size > 16 && size * size * floats > (floats <= 8 ? 196608 : 131072)) size -= 16;
   // Enough tiles to share out.
@@ -350,13 +306,43 @@ int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const S
 
 } // namespace
 
-SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks, SplatStats& stats) {
+PlannedTile plan_tile(const SplatPlan& plan, int x, int y, int width, int height) {
+  PlannedTile t{x,
+                y,
+                width,
+                height,
+                x - plan.border,
+                y - plan.border,
+                width + 2 * plan.border,
+                height + 2 * plan.border,
+                {}};
+  if (plan.taps == 0) return t;
+  if (plan.fan.taps > 0) {
+    const Scales all = slab_scales(plan, plan.first_slab, plan.last_slab);
+    const auto [x0, x1] = fan_samples(plan.fan, plan.fan.x, all, {x, x + width});
+    const auto [y0, y1] = fan_samples(plan.fan, plan.fan.y, all, {y, y + height});
+    t.ring_x = x0, t.ring_y = y0, t.ring_width = x1 - x0, t.ring_height = y1 - y0;
+    return t;
+  }
+  const int right = x + width - 1 + plan.border, below = y + height - 1 + plan.border;
+  t.ring_x = plan.raise_x.at(t.ring_x), t.ring_y = plan.raise_y.at(t.ring_y);
+  t.ring_width = plan.raise_x.at(right) + plan.taps - t.ring_x;
+  t.ring_height = plan.raise_y.at(below) + plan.taps - t.ring_y;
+  return t;
+}
+
+SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks, SplatStats& stats,
+                    MemoryBudget* copies, bool with_points) {
   SplatPlan plan;
   const SheetView& view = *scene.view;
   const bool shaded = options.mode == RenderMode::composite && options.shading;
   if (shaded && options.gradient == GradientMethod::central) plan.border = plan.lead = 1;
   if (shaded && options.gradient == GradientMethod::fourth_order) plan.border = plan.lead = 2;
-  if (options.mode == RenderMode::isosurface) plan.lead = 1;
+  if (options.mode == RenderMode::isosurface) plan.lead = 2;
+  if (options.preintegrate) {
+    plan.halfway = halfway_sheets(view);
+    plan.lead = std::max(plan.lead, plan.halfway);
+  }
   const auto [first, last] = sheet_range(*scene.slice, view);
   plan.first_sheet = first, plan.last_sheet = last;
   plan.air_visible =
@@ -368,10 +354,14 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
     for (auto& entry : plan.whole_sheet) entry[3] = absorbed(entry[3] * path);
   }
 
+  SheetView sampled = view;
+  SplatScene ring = scene; // as the sheets' samples see it
+  ring.view = &sampled;
   const int size = [&] {
     if (plan.first_sheet <= plan.last_sheet) {
-      plan_slabs(scene, plan);
-      plan_rows(scene, plan);
+      sampled = plan_samples(scene, options, plan);
+      plan_slabs(ring, plan);
+      plan_rows(ring, plan);
       plan_spare(plan);
     }
     return choose_tile_size(plan, options, view, tasks.threads());
@@ -379,14 +369,11 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   const int nx = (view.width + size - 1) / size, ny = (view.height + size - 1) / size;
   for (int y = 0; y < ny; ++y)
     for (int x = 0; x < nx; ++x)
-      plan.tiles.push_back({x * size,
-                            y * size,
-                            std::min(size, view.width - x * size),
-                            std::min(size, view.height - y * size),
-                            {}});
+      plan.tiles.push_back(plan_tile(plan, x * size, y * size, std::min(size, view.width - x * size),
+                                     std::min(size, view.height - y * size)));
   stats.tiles = plan.tiles.size();
   stats.sheets = first <= last ? static_cast<uint64_t>(last - first + 1) : 0;
-  if (first > last) return plan;
+  if (first > last || !with_points) return plan;
 
   const auto& bricks = scene.points->bricks;
   enum class Place : uint8_t { kept, invisible, outside, gone };
@@ -399,6 +386,11 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   const int cells = useful_cells(scene, options, plan);
   const double look = look_around(scene, options, plan);
   const WeightBounds weights(*scene.slice);
+  // What slabs look at may lie beyond the bricks around one.
+  const bool wide =
+      2 * (scene.slice->kernel.space.radius + look) > scene.points->edge * scene.points->plane_distance;
+  const double looked_at = (options.preintegrate ? 2 : 1) * look; // as useful_cells()
+  const int least = cells >= 0 ? least_code(scene, options, weights, looked_at, plan) : 0;
   const auto ranges = [&](size_t reach, size_t brick) {
     return scene.points->cells[reach].data() + brick * cells_per_brick;
   };
@@ -418,7 +410,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
       PlannedBrick& b = candidates[n].brick;
       b.brick = static_cast<uint32_t>(n);
       b.cells = ~uint64_t{0};
-      if (!(options.disable_skips & skip_transfer_function) &&
+      if (!(options.disable_skips & skip_transfer_function) && !(options.preintegrate && wide) &&
           !shows(scene, options, weights, brick.reach[0], brick.reach[1])) {
         candidates[n].place = Place::invisible;
         continue;
@@ -426,18 +418,20 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
       if (inside)
         plan.inside.cells[scene.points->slot(brick)] =
             inside_cells(scene, options.iso_value, weights, ranges(0, n));
-      const bool reached = bound_brick(scene, plan, brick, b);
-      if (!reached || b.rect[0] >= view.width + plan.border || b.rect[1] >= view.height + plan.border ||
-          b.rect[2] <= -plan.border || b.rect[3] <= -plan.border) {
+      const bool reached = bound_brick(ring, plan, brick, b);
+      if (plan.fan.taps > 0 && reached) fan_rect(plan, b);
+      if (!reached || b.rect[0] >= sampled.width + plan.around || b.rect[1] >= sampled.height + plan.around ||
+          b.rect[2] <= -plan.around || b.rect[3] <= -plan.around) {
         candidates[n].place = cull || !reached ? Place::gone : Place::outside;
         if (cull || !reached) continue;
       }
       if (!(options.disable_skips & (skip_transfer_function | skip_cells)))
         b.cells = near_cells(scene, brick, look);
-      if (cells >= 0)
+      // What lies beyond a surface only the larger cells tell.
+      if (cells >= 0 && (least == 0 || inside))
         b.cells &= needed_cells(scene, options, weights, ranges(static_cast<size_t>(cells), n), inside);
       b.first_slab = std::max(b.first_slab, plan.first_slab);
-      b.frame = brick_frame(scene, plan, brick);
+      b.frame = brick_frame(ring, plan, brick);
     }
   });
   for (const auto& [b, place] : candidates) {
@@ -450,19 +444,34 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
       stats.points_invisible += count;
       continue;
     }
-    plan.longest = std::max(plan.longest, b.last_slab - b.first_slab + 1);
     plan.bricks.push_back(b);
+    plan.bricks.back().count = count;
   }
+  if (least > 0 && copies && reserve_copies(*scene.points, *copies, plan.picked))
+    pick_points(scene, looked_at, least, tasks, plan, stats);
+  for (const PlannedBrick& b : plan.bricks)
+    plan.longest = std::max(plan.longest, b.last_slab - b.first_slab + 1);
   std::stable_sort(plan.bricks.begin(), plan.bricks.end(),
                    [](const PlannedBrick& a, const PlannedBrick& b) { return a.first_slab < b.first_slab; });
   for (uint32_t n = 0; n < plan.bricks.size(); ++n) {
     const auto& r = plan.bricks[n].rect;
-    const auto tile = [&](int pixel, int count) {
-      return std::clamp(pixel >= 0 ? pixel / size : -1, 0, count - 1);
+    const bool fan = plan.fan.taps > 0; // rectangles of pixels, not of samples
+    const int around = fan ? 0 : plan.around;
+    const auto tile = [&](int sample, double ratio, int count) {
+      const double pixel = std::clamp(sample * (fan ? 1 : ratio), -1.0, 1e9);
+      return std::clamp(static_cast<int>(std::floor(pixel / size)), 0, count - 1);
     };
-    for (int y = tile(r[1] - plan.border, ny); y <= tile(r[3] - 1 + plan.border, ny); ++y)
-      for (int x = tile(r[0] - plan.border, nx); x <= tile(r[2] - 1 + plan.border, nx); ++x)
-        plan.tiles[static_cast<size_t>(y * nx + x)].bricks.push_back(n);
+    const auto meet = [&](int begin, int end, int from, int count) {
+      return begin < from + count && end > from;
+    };
+    const double rx = plan.raise_x.ratio, ry = plan.raise_y.ratio;
+    for (int y = tile(r[1] - around, ry, ny); y <= tile(r[3] - 1 + around, ry, ny); ++y)
+      for (int x = tile(r[0] - around, rx, nx); x <= tile(r[2] - 1 + around, rx, nx); ++x) {
+        PlannedTile& t = plan.tiles[static_cast<size_t>(y * nx + x)];
+        if (fan ? meet(r[0], r[2], t.x, t.width) && meet(r[1], r[3], t.y, t.height)
+                : meet(r[0], r[2], t.ring_x, t.ring_width) && meet(r[1], r[3], t.ring_y, t.ring_height))
+          t.bricks.push_back(n);
+      }
   }
   return plan;
 }

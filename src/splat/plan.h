@@ -6,23 +6,40 @@
 #include <vector>
 
 #include "base/tasks.h"
+#include "splat/aligned.h"
 #include "splat/inside_cells.h"
 #include "splat/kernels.h"
+#include "splat/raise.h"
+#include "splat/raise_fan.h"
 #include "splat/splat.h"
 
 namespace bccsplat {
 
 struct PlannedTile {
-  int x = 0, y = 0, width = 0, height = 0;
+  int x = 0, y = 0, width = 0, height = 0; // pixels
+  // Samples of its ring, in samples of the picture: its pixels and their border, or what those are raised
+  // from.
+  int ring_x = 0, ring_y = 0, ring_width = 0, ring_height = 0;
   std::vector<uint32_t> bricks; // into SplatPlan::bricks, front to back
 };
 
 struct PlannedBrick {
   uint32_t brick = 0; // into SplatPoints::bricks
   int64_t first_slab = 0, last_slab = 0;
-  uint64_t cells = 0;        // that are needed, see TransformArgs
-  std::array<int, 4> rect{}; // pixels its points may touch: x begin, y begin, x end, y end
+  uint64_t cells = 0; // that are needed, see TransformArgs
+  // Its points: the first ones of the brick in SplatPoints, or those picked from it in PickedPoints.
+  uint32_t count = 0;
+  bool picked = false;
+  // Samples its points may touch: x begin, y begin, x end, y end; of a fan the pixels that may look at them.
+  std::array<int, 4> rect{};
   BrickFrame frame;
+};
+
+// The needed points of bricks, at their places in SplatPoints; nothing between the bricks.
+struct PickedPoints {
+  Reservation memory;
+  AlignedArray<uint16_t> position;
+  AlignedArray<float> coefficient;
 };
 
 struct SplatPlan {
@@ -33,7 +50,18 @@ struct SplatPlan {
   bool spare = false;                       // room for whole windows: nothing is clipped
   int border = 0;                           // pixels around a tile that gradients look at
   int lead = 0;                             // sheets on either side that gradients and isosurfaces look at
-  bool isotropic = false; // orthographic, and the sheets' metric is a multiple of the identity
+  int halfway = 0; // of them, what values halfway between sheets are made of; 0: none are
+  // Sheets are sampled at `taps` > 0: samples of their own, from which the pixels are raised; 0: pixels.
+  int taps = 0;
+  RaiseAxis raise_x, raise_y; // pixels from -border on; of a fan only the ratio, at the last sheet
+  RaiseFan fan;               // perspective: then the ring's sheets are those of an orthographic view
+  // The same along the sheets' normal: the ring's sheets are ring_first .. ring_last, those of the picture
+  // are raised from them; 0: they are the picture's.
+  int depth_taps = 0;
+  RaiseAxis raise_z; // sheets from 2 * lead before the first on
+  int64_t ring_first = 0, ring_last = -1;
+  int around = 0;         // a sample is of use to pixels whose own sample stands at most this far away
+  bool isotropic = false; // orthographic, or a fan, and the sheets' metric is a multiple of the identity
   double depth2 = 0;      // (step / R)^2
 
   int64_t first_slab = 0, last_slab = -1;
@@ -47,7 +75,8 @@ struct SplatPlan {
   // Isosurfaces: samples here may lack points, and are taken for what they are known to be.
   InsideCells inside;
   std::vector<PlannedBrick> bricks; // sorted by first slab
-  int64_t longest = 1;              // slabs a brick spans at most
+  PickedPoints picked;
+  int64_t longest = 1; // slabs a brick spans at most
   std::vector<PlannedTile> tiles;
   bool air_visible = false;
   // Orthographic composites: SheetArgs::whole.
@@ -71,7 +100,15 @@ struct SplatPlan {
   }
 };
 
+// Of a fan: scales of the picture's sheets that the points of slabs first .. last reach.
+[[nodiscard]] Scales slab_scales(const SplatPlan& plan, int64_t first, int64_t last);
+
+// A tile of the picture without its bricks.
+[[nodiscard]] PlannedTile plan_tile(const SplatPlan& plan, int x, int y, int width, int height);
+
+// copies: points may be copied (see plan_points.h) as long as three quarters of what this has left stay free;
+// null: none are. with_points false: the sheets are there already.
 [[nodiscard]] SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks,
-                                  SplatStats& stats);
+                                  SplatStats& stats, MemoryBudget* copies = nullptr, bool with_points = true);
 
 } // namespace bccsplat

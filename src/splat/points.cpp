@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "splat/point_sizes.h"
+
 namespace bccsplat {
 namespace {
 
@@ -98,6 +100,7 @@ struct BrickPoints {
   SplatBrick brick;
   std::array<CellRange, cells_per_brick> cell{};
   std::array<uint8_t, cells_per_brick> in_cell{}; // points
+  std::array<uint8_t, SplatPoints::fine_cells> codes{};
   std::vector<uint16_t> position;
   std::vector<float> coefficient;
 };
@@ -164,7 +167,24 @@ void widen_cells(CellCube cube, int reach, CellRange* out) {
         out[x | y << 2 | z << 4] = over([&](int n) { return along_y.at(x, y, z + n); });
 }
 
+constexpr int code_octaves = 16, code_shift = 20; // three bits of the mantissa are kept
+
+// A float's highest bits, exponent and mantissa.
+uint32_t float_steps(float x) { return std::bit_cast<uint32_t>(x) >> code_shift; }
+
 } // namespace
+
+uint8_t SplatPoints::code(float c) const {
+  const auto steps = static_cast<int>(float_steps(std::fabs(c) * code_unit));
+  const auto zero = static_cast<int>(float_steps(std::ldexp(1.0f, -code_octaves)));
+  return static_cast<uint8_t>(std::clamp(steps - zero, 0, most_code));
+}
+
+float SplatPoints::code_begin(int n) const {
+  return std::bit_cast<float>((float_steps(std::ldexp(1.0f, -code_octaves)) + static_cast<uint32_t>(n))
+                              << code_shift) /
+         code_unit;
+}
 
 SplatPoints make_points(const Slice& slice, const Context& context) {
   SplatPoints points;
@@ -182,6 +202,11 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
                                  Fold(lattice, 1, points.margin, planes[1]),
                                  Fold(lattice, 2, points.margin, planes[2])};
   const std::vector<uint16_t> sites = shuffled_sites(lattice.bcc, points.edge);
+
+  // The power of two that brings what the field holds below 1; coefficients go somewhat further.
+  const double air = static_cast<double>(slice.air),
+               largest = std::max(std::fabs(slice.bounds[0] - air), std::fabs(slice.bounds[1] - air));
+  if (largest > 1e-30 && largest < 1e30) points.code_unit = std::ldexp(1.0f, -std::ilogb(largest) - 1);
 
   SlotSet touched = touched_slots(slice, fold, points.dims, points.edge);
   const std::vector<uint64_t> slots = touched.list();
@@ -205,6 +230,8 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
       const auto site = [&](size_t a) { return fold[a].site[static_cast<size_t>(origin[a] + local[a])]; };
       const float c = layer[lattice.bcc ? local[0] & 1 : 0]->value(site(0), site(1), site(2));
       if (c == 0) continue;
+      uint8_t& code = out.codes[fine_cell(s)];
+      code = std::max(code, points.code(c));
       out.position.push_back(s);
       out.coefficient.push_back(c);
       for (size_t a = 0; a < 3; ++a) {
@@ -229,10 +256,11 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   for (const BrickPoints& b : made) total += b.brick.count, kept += b.brick.count ? 1u : 0u;
   if (total > UINT32_MAX)
     fail(Code::limit_exceeded, "render: a slice of ", total, " points; at most 2^32 - 1 are drawn");
-  points.memory = Reservation(context.memory,
-                              total * (sizeof(float) + sizeof(uint16_t)) +
-                                  kept * (sizeof(SplatBrick) + 3 * cells_per_brick * sizeof(CellRange)),
-                              "the points of a slice");
+  points.memory = Reservation(
+      context.memory,
+      total * (sizeof(float) + sizeof(uint16_t)) +
+          kept * (sizeof(SplatBrick) + 3 * cells_per_brick * sizeof(CellRange) + SplatPoints::fine_cells),
+      "the points of a slice");
   points.position.resize(total + vector_overhang);
   points.coefficient.resize(total + vector_overhang);
   points.bricks.resize(kept);
@@ -245,6 +273,7 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
     kept_numbers.push_back(number);
   }
   for (auto& cells : points.cells) cells.resize(kept * cells_per_brick);
+  points.codes.resize(kept * SplatPoints::fine_cells);
   context.tasks.parallel_for(kept, [&](uint64_t n) {
     const size_t number = kept_numbers[n];
     const uint64_t slot = slots[number];
@@ -266,6 +295,8 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
     std::copy(b.position.begin(), b.position.end(), points.position.begin() + brick.first);
     std::copy(b.coefficient.begin(), b.coefficient.end(), points.coefficient.begin() + brick.first);
     b.position = {}, b.coefficient = {};
+    std::copy(b.codes.begin(), b.codes.end(),
+              points.codes.begin() + static_cast<std::ptrdiff_t>(n * SplatPoints::fine_cells));
     CellCube cube;
     gather_cells(made, touched, points.dims, slot, points.edge / 4, cube);
     for (size_t r = 0; r < SplatPoints::cell_reach.size(); ++r)

@@ -40,7 +40,17 @@ struct SplatPoints {
   // Per brick and cell, over the cells at most cell_reach[n] cells away along every axis.
   static constexpr std::array<int, 3> cell_reach{1, 2, 3};
   std::array<std::vector<CellRange>, 3> cells;
+  // Per brick, its fine cells of 2^3 planes (point_sizes.h): the code of the largest |coefficient| in them.
+  // Codes rise with |coefficient| / code_unit by 8 steps per octave; 0: no point, or hardly one.
+  static constexpr size_t fine_cells = 512;
+  static constexpr int most_code = 127;
+  std::vector<uint8_t> codes; // empty: nothing is known of them
+  float code_unit = 1;
   Reservation memory;
+
+  [[nodiscard]] uint8_t code(float c) const;
+  // |coefficient| of codes below this one is less than the value.
+  [[nodiscard]] float code_begin(int n) const;
 
   // Number of a brick among dims, x fastest.
   [[nodiscard]] size_t slot(const SplatBrick& b) const {

@@ -42,6 +42,17 @@ void splat(const SplatArgs& s) {
   }
 }
 
+// The pixels of the tile that may look at `count` samples from `sample` on, counted from the fan's foot.
+void fan_window(const FanArgs& fan, size_t slab, float per, float foot, int sample, int count, int& begin,
+                int& end) {
+  const float low = static_cast<float>(sample - fan.around) * per,
+              high = static_cast<float>(sample + count + fan.around) * per;
+  const float near = fan.inverse_near[slab], far = fan.inverse_far[slab];
+  begin = static_cast<int>(std::max(std::floor(std::min(low * near, low * far) + foot), -1e8f)) - fan.border;
+  end =
+      static_cast<int>(std::min(std::ceil(std::max(high * near, high * far) + foot), 1e8f)) + 1 + fan.border;
+}
+
 TransformCounts transform(const TransformArgs& t) {
   const BrickFrame& f = *t.frame;
   TransformCounts counts;
@@ -73,12 +84,21 @@ TransformCounts transform(const TransformArgs& t) {
     const int px = f.i - t.tile_x + static_cast<int>(start_x),
               py = f.j - t.tile_y + static_cast<int>(start_y);
     if (px >= t.width || py >= t.height || px + t.columns[s] <= 0 || py + t.rows[s] <= 0) continue;
+    const int32_t* const rect = t.fan ? t.fan->rect + 4 * s : nullptr;
+    if (rect && (px >= rect[2] || py >= rect[3] || px + t.columns[s] <= rect[0] || py + t.rows[s] <= rect[1]))
+      continue;
     if (t.open_sum) {
-      const int x0 = std::clamp(px - t.around, 0, t.width),
-                x1 = std::clamp(px + t.columns[s] + t.around, 0, t.width);
-      const int y0 = std::clamp(py - t.around, 0, t.height),
-                y1 = std::clamp(py + t.rows[s] + t.around, 0, t.height);
-      const auto sum = [&](int row, int column) { return t.open_sum[row * (t.width + 1) + column]; };
+      int x0 = px - t.around, x1 = px + t.columns[s] + t.around;
+      int y0 = py - t.around, y1 = py + t.rows[s] + t.around;
+      if (t.fan) {
+        const FanArgs& a = *t.fan;
+        fan_window(a, s, a.per_x, a.foot_x, px - a.sample_foot_x, t.columns[s], x0, x1);
+        fan_window(a, s, a.per_y, a.foot_y, py - a.sample_foot_y, t.rows[s], y0, y1);
+      }
+      const int width = t.fan ? t.fan->width : t.width, height = t.fan ? t.fan->height : t.height;
+      x0 = std::clamp(x0, 0, width), x1 = std::clamp(x1, 0, width);
+      y0 = std::clamp(y0, 0, height), y1 = std::clamp(y1, 0, height);
+      const auto sum = [&](int row, int column) { return t.open_sum[row * (width + 1) + column]; };
       if (sum(y1, x1) - sum(y1, x0) - sum(y0, x1) + sum(y0, x0) == 0) {
         ++counts.occluded;
         continue;
@@ -105,7 +125,7 @@ void extract(const ExtractArgs& e) {
 } // namespace
 
 const SplatKernels& scalar_kernels() {
-  static constexpr SplatKernels kernels{splat, transform, extract};
+  static constexpr SplatKernels kernels{splat, transform, extract, raise_plain, blend_plain};
   return kernels;
 }
 

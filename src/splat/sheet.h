@@ -32,6 +32,12 @@ struct GradientBasis {
   float slant_per_x = 0, slant_per_y = 0; // more per pixel (perspective)
 };
 
+// A value between sheets: the weighted sum of four planes.
+struct Halfway {
+  std::array<const float*, 4> plane{};
+  std::array<float, 4> weight{};
+};
+
 struct SheetArgs {
   float k = 0; // sheet number
   float front =
@@ -53,6 +59,12 @@ struct SheetArgs {
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;
   GradientBasis basis;
+  // Slabs are classified by the table's integrals, the value running linearly from half a sheet before k to
+  // k and on to half a sheet behind it. Samples more than `known` sheets outside the domain stand for
+  // nothing.
+  bool preintegrated = false;
+  Halfway front_half, back_half;
+  float known = 0;
   // Orthographic: the direction to the viewer that all rays share.
   bool alike = false;
   Vec3 to_viewer{};
@@ -63,20 +75,27 @@ struct SheetArgs {
   PixelPlanes pixel;
 };
 
-// Pixels, inside the domain and not yet covered, whose field passes `target` (relative to air) between the
-// sheets k - 1 (`before`) and k (`value`); and those whose field may pass it twice there, which neither sheet
-// shows: it comes closer at the one and goes away at the other, and the tangents meet beyond the target.
+// A pixel of the tile whose field passes the target between two sheets, or may pass it twice there, which
+// neither shows: it comes closer at the one and goes away at the other, and the tangents meet beyond it.
+struct SheetCrossing {
+  uint16_t x = 0, y = 0;
+  uint8_t interval = 0; // of CrossingArgs
+  bool grazes = false;
+  bool operator==(const SheetCrossing&) const = default;
+};
+
+// Looks for `target` (relative to air) at pixels inside the domain and not yet covered.
 struct CrossingArgs {
+  static constexpr int most = 4;
+  int count = 1; // intervals: number n runs from sheet k - 1 + n to k + n
   float k = 0, target = 0;
   int width = 0, height = 0, pitch = 0;
-  PixelRect seen = all_pixels; // outside of it all four sheets are air
-  const float *before = nullptr, *value = nullptr;
-  const float *before2 = nullptr, *after = nullptr; // sheets k - 2 and k + 1
+  PixelRect seen = all_pixels;              // outside of it all sheets are air
+  std::array<const float*, most + 3> plane; // sheets k - 2 .. k + count
   int plane_pitch = 0;
   const float *alpha = nullptr, *enter = nullptr, *leave = nullptr;
-  uint32_t* found = nullptr; // room for every pixel: y << 16 | x
+  SheetCrossing* found = nullptr; // room for every pixel and interval; rows, columns and intervals rise
 };
-inline constexpr uint32_t grazing = 1u << 31; // marks those that may pass twice
 
 struct SheetKernels {
   // Sheets one behind the other that differ in number, planes, basis (not where rays are alike), holes and

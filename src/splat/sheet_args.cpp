@@ -29,6 +29,14 @@ GradientBasis gradient_basis(const SheetView& view, int64_t k, int differences, 
   return basis;
 }
 
+int halfway_sheets(const SheetView& view) {
+  double longest = 0;
+  for (const double i : {0.0, static_cast<double>(view.width - 1)})
+    for (const double j : {0.0, static_cast<double>(view.height - 1)})
+      longest = std::max(longest, length(view.ray(i, j)));
+  return 2 * longest <= 1.25 * samples_beyond ? 2 : 1;
+}
+
 std::array<float, 4> sheet_time(const TimeField& time, const SheetView& view, int64_t k) {
   const double scale = view.scale(static_cast<double>(k));
   return {static_cast<float>(time.at(view.sample(0, 0, static_cast<double>(k)))),

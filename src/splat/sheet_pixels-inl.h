@@ -76,6 +76,31 @@ HWY_INLINE V Dot(V ax, V ay, V az, V bx, V by, V bz) {
   return hn::MulAdd(ax, bx, hn::MulAdd(ay, by, hn::Mul(az, bz)));
 }
 
+// What lights do to a colour: a factor and a highlight for each part.
+struct Lit {
+  V scale_r, scale_g, scale_b, shine_r, shine_g, shine_b;
+  HWY_INLINE explicit Lit(float ambient)
+      : scale_r(set(ambient)), scale_g(scale_r), scale_b(scale_r), shine_r(hn::Zero(d)), shine_g(shine_r),
+        shine_b(shine_r) {}
+
+  // Adds a light of which the surface sees `facing` and mirrors `shine` (cosines); where there is no surface
+  // it is lit as if it faced the light, without highlight.
+  HWY_INLINE void add(V facing, V shine, M surface, float diffuse, float specular, float shininess,
+                      const std::array<float, 3>& color) {
+    facing = hn::Mul(hn::IfThenElse(surface, facing, set(1.0f)), set(diffuse));
+    shine = hn::Mul(hn::IfThenElseZero(surface, Power(shine, shininess)), set(specular));
+    const V r = set(color[0]), g = set(color[1]), b = set(color[2]);
+    scale_r = hn::MulAdd(facing, r, scale_r), scale_g = hn::MulAdd(facing, g, scale_g),
+    scale_b = hn::MulAdd(facing, b, scale_b);
+    shine_r = hn::MulAdd(shine, r, shine_r), shine_g = hn::MulAdd(shine, g, shine_g),
+    shine_b = hn::MulAdd(shine, b, shine_b);
+  }
+  HWY_INLINE void apply(V& red, V& green, V& blue) const {
+    red = hn::MulAdd(red, scale_r, shine_r), green = hn::MulAdd(green, scale_g, shine_g),
+    blue = hn::MulAdd(blue, scale_b, shine_b);
+  }
+};
+
 // What happens at `lanes` neighbouring pixels from pixel (x, y) of the tile.
 struct Pixels {
   const SheetArgs& s;
@@ -145,9 +170,7 @@ struct Pixels {
     // Squares below this are no gradient: lit as if facing every light, without highlight.
     const M surface = hn::Gt(square, set(1e-36f));
     const V inverse = InverseRoot(hn::IfThenElse(surface, square, set(1.0f)));
-    const auto ambient = set(static_cast<float>(s.lights->ambient));
-    V scale_r = ambient, scale_g = ambient, scale_b = ambient;
-    V shine_r = hn::Zero(d), shine_g = shine_r, shine_b = shine_r;
+    Lit lit(static_cast<float>(s.lights->ambient));
     for (const Light& l : s.lights->lights) {
       const bool headlight = dot(l.direction, l.direction) == 0;
       V facing, shine;
@@ -166,19 +189,12 @@ struct Pixels {
         shine = hn::Min(hn::Mul(hn::Mul(hn::Abs(Dot(gx, gy, gz, hx, hy, hz)), inverse), over), set(1.0f));
         shine = hn::IfThenElseZero(some, shine);
       }
-      facing =
-          hn::Mul(hn::IfThenElse(surface, facing, set(1.0f)), set(static_cast<float>(s.lights->diffuse)));
-      shine = hn::IfThenElseZero(surface, Power(shine, static_cast<float>(s.lights->shininess)));
-      shine = hn::Mul(shine, set(static_cast<float>(s.lights->specular)));
-      const V r = set(static_cast<float>(l.color[0])), g = set(static_cast<float>(l.color[1])),
-              b = set(static_cast<float>(l.color[2]));
-      scale_r = hn::MulAdd(facing, r, scale_r), scale_g = hn::MulAdd(facing, g, scale_g),
-      scale_b = hn::MulAdd(facing, b, scale_b);
-      shine_r = hn::MulAdd(shine, r, shine_r), shine_g = hn::MulAdd(shine, g, shine_g),
-      shine_b = hn::MulAdd(shine, b, shine_b);
+      lit.add(
+          facing, shine, surface, static_cast<float>(s.lights->diffuse),
+          static_cast<float>(s.lights->specular), static_cast<float>(s.lights->shininess),
+          {static_cast<float>(l.color[0]), static_cast<float>(l.color[1]), static_cast<float>(l.color[2])});
     }
-    red = hn::MulAdd(red, scale_r, shine_r), green = hn::MulAdd(green, scale_g, shine_g),
-    blue = hn::MulAdd(blue, scale_b, shine_b);
+    lit.apply(red, green, blue);
   }
 };
 
@@ -246,22 +262,13 @@ struct AlikeLights {
       const V cosine = hn::Abs(Dot(set(to[0]), set(to[1]), set(to[2]), gi, gj, gk));
       return hn::Min(hn::Mul(cosine, inverse), set(1.0f));
     };
-    V scale_r = set(ambient), scale_g = scale_r, scale_b = scale_r;
-    V shine_r = hn::Zero(d), shine_g = shine_r, shine_b = shine_r;
+    Lit lit(ambient);
     for (size_t n = 0; n < count; ++n) {
       const Parts& l = light[n];
-      V facing = along(l.facing);
-      V shine = l.headlight ? facing : along(l.half);
-      facing = hn::Mul(hn::IfThenElse(surface, facing, set(1.0f)), set(diffuse));
-      shine = hn::Mul(hn::IfThenElseZero(surface, Power(shine, shininess)), set(specular));
-      const V r = set(l.color[0]), g = set(l.color[1]), b = set(l.color[2]);
-      scale_r = hn::MulAdd(facing, r, scale_r), scale_g = hn::MulAdd(facing, g, scale_g),
-      scale_b = hn::MulAdd(facing, b, scale_b);
-      shine_r = hn::MulAdd(shine, r, shine_r), shine_g = hn::MulAdd(shine, g, shine_g),
-      shine_b = hn::MulAdd(shine, b, shine_b);
+      const V facing = along(l.facing);
+      lit.add(facing, l.headlight ? facing : along(l.half), surface, diffuse, specular, shininess, l.color);
     }
-    red = hn::MulAdd(red, scale_r, shine_r), green = hn::MulAdd(green, scale_g, shine_g),
-    blue = hn::MulAdd(blue, scale_b, shine_b);
+    lit.apply(red, green, blue);
   }
 };
 

@@ -5,7 +5,7 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
-#include "splat/sheet_pixels-inl.h"
+#include "splat/sheet_classify-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
@@ -19,15 +19,12 @@ void Maximum(const SheetArgs& s) { scalar_sheet_kernels().maximum(s); }
 size_t Crossings(const CrossingArgs& c) { return scalar_sheet_kernels().crossings(c); }
 #else
 
-template<class Shade> int CompositeWith(std::span<const SheetArgs> sheets, const Shade& shade) {
+template<class Classify, class Shade>
+int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, const Shade& shade) {
   const SheetArgs& front = sheets.front();
-  const ClassTable& table = *front.table;
   const PixelPlanes& plane = front.pixel;
-  const V low = set(table.low), scale = set(table.scale), top = set(static_cast<float>(table.size() - 1));
-  const auto first = hn::Set(di, table.first_visible - 1), last = hn::Set(di, table.last_visible + 1);
   const V one = set(1.0f), half = set(0.5f), stop = set(front.stop), none = hn::Zero(d);
   const V begins = set(front.k - front.front), ends = set(sheets.back().k + 0.5f);
-  const M none_of = hn::Lt(one, one);
   const int lanes = static_cast<int>(hn::Lanes(d));
   PixelRect seen;
   for (const SheetArgs& s : sheets) seen.include(s.seen);
@@ -44,48 +41,36 @@ template<class Shade> int CompositeWith(std::span<const SheetArgs> sheets, const
         continue;
       V sum_r = none, sum_g = none, sum_b = none;
       bool touched = false;
+      classify.begin();
       for (const SheetArgs& s : sheets) {
         const Pixels px{s, x, y, p, at};
-        const V value = px.value();
-        const auto index = hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(value, low), scale), none), top));
-        const M visible = hn::RebindMask(d, hn::And(hn::Gt(index, first), hn::Lt(index, last)));
-        const V begin = hn::Max(set(s.k - s.front), enter);
-        const V weight = hn::Max(hn::Sub(hn::Min(set(s.k + 0.5f), leave), begin), none);
-        M active = hn::And(hn::And(visible, hn::Lt(alpha, stop)), hn::Gt(weight, none));
-        if (s.hole) active = hn::And(active, px.solid());
-        if (hn::AllFalse(d, active)) continue;
+        Extent extent;
+        SlabColor slab;
+        M active;
+        if (!classify(s, px, alpha, enter, leave, stop, extent, slab, active)) continue;
         if (!touched) {
           touched = true;
           sum_r = hn::LoadU(d, plane.red + p), sum_g = hn::LoadU(d, plane.green + p),
           sum_b = hn::LoadU(d, plane.blue + p);
         }
-        V red, green, blue, absorbed;
-        const M whole = s.whole ? hn::And(active, hn::Eq(weight, one)) : none_of;
-        if (!hn::AllFalse(d, whole)) LookUp(s.whole, index, red, green, blue, absorbed);
-        const M partial = hn::AndNot(whole, active);
-        if (!hn::AllFalse(d, partial)) {
-          V extinction;
-          LookUp(table.entry.data(), index, red, green, blue, extinction);
-          const V part = Absorbed(hn::Mul(hn::Mul(extinction, weight), hn::LoadU(d, plane.path + p)));
-          absorbed = hn::AllFalse(d, whole) ? part : hn::IfThenElse(whole, absorbed, part);
-        }
-        const V f = hn::IfThenElseZero(active, hn::Mul(hn::Sub(one, alpha), absorbed));
-        shade(px, red, green, blue);
-        sum_r = hn::MulAdd(f, red, sum_r), sum_g = hn::MulAdd(f, green, sum_g),
-        sum_b = hn::MulAdd(f, blue, sum_b);
+        const V f = hn::IfThenElseZero(active, hn::Mul(hn::Sub(one, alpha), slab.absorbed));
+        shade(px, slab.red, slab.green, slab.blue);
+        sum_r = hn::MulAdd(f, slab.red, sum_r), sum_g = hn::MulAdd(f, slab.green, sum_g),
+        sum_b = hn::MulAdd(f, slab.blue, sum_b);
         const V before = alpha;
         alpha = hn::Add(before, f);
         const auto add = [&](float* to, V part)
                              HWY_ATTR { hn::StoreU(hn::MulAdd(f, part, hn::LoadU(d, to + p)), d, to + p); };
-        if (plane.value) add(plane.value, value);
+        if (plane.value) add(plane.value, slab.value);
         if (plane.time) add(plane.time, px.time());
         const M passed = hn::And(hn::Lt(before, half), hn::Ge(alpha, half));
         if (!hn::AllFalse(d, passed)) {
           // The transmittance falls exponentially through the part of the slab inside the domain.
-          const V tiny = set(1e-30f), left = hn::Max(hn::Sub(one, before), tiny);
-          const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, alpha), left), tiny));
+          const Passage in = classify.passage(extent, before, alpha);
+          const V tiny = set(1e-30f), left = hn::Max(hn::Sub(one, in.before), tiny);
+          const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, in.after), left), tiny));
           const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, set(-1e-20f)));
-          const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(alpha, one), part), weight, begin);
+          const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(in.after, one), part), in.weight, in.begin);
           hn::StoreU(hn::IfThenElse(passed, depth, hn::LoadU(d, plane.depth + p)), d, plane.depth + p);
         }
         closed += static_cast<int>(hn::CountTrue(d, hn::And(active, hn::Ge(alpha, stop))));
@@ -97,15 +82,27 @@ template<class Shade> int CompositeWith(std::span<const SheetArgs> sheets, const
   return closed;
 }
 
+// Inline, unlike a lambda of that size: a call would pass all vectors through memory.
+struct LightPixels {
+  HWY_INLINE void operator()(const Pixels& px, V& red, V& green, V& blue) const {
+    px.light(red, green, blue);
+  }
+};
+
+template<class Classify> int CompositeBy(std::span<const SheetArgs> sheets, const Classify& classify) {
+  const SheetArgs& front = sheets.front();
+  if (!front.shading) return CompositeWith(sheets, classify, [](const Pixels&, V&, V&, V&) HWY_ATTR {});
+  if (!AlikeLights::fits(front)) return CompositeWith(sheets, classify, LightPixels{});
+  const AlikeLights lights(front);
+  return CompositeWith(sheets, classify, [&](const Pixels& px, V& red, V& green, V& blue) HWY_ATTR {
+    lights.shade(px, red, green, blue);
+  });
+}
+
 int Composite(std::span<const SheetArgs> sheets) {
   const SheetArgs& front = sheets.front();
-  if (!front.shading) return CompositeWith(sheets, [](const Pixels&, V&, V&, V&) HWY_ATTR {});
-  if (!AlikeLights::fits(front))
-    return CompositeWith(sheets, [](const Pixels& px, V& red, V& green, V& blue)
-                                     HWY_ATTR { px.light(red, green, blue); });
-  const AlikeLights lights(front);
-  return CompositeWith(sheets, [&](const Pixels& px, V& red, V& green, V& blue)
-                                   HWY_ATTR { lights.shade(px, red, green, blue); });
+  if (!front.preintegrated) return CompositeBy(sheets, ByEntry(*front.table));
+  return CompositeBy(sheets, ByIntegrals(*front.table, front.pixel.value != nullptr));
 }
 
 void Integrate(const SheetArgs& s) {
@@ -133,40 +130,61 @@ void Maximum(const SheetArgs& s) {
 
 size_t Crossings(const CrossingArgs& c) {
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V target = set(c.target), k = set(c.k), before = set(c.k - 1), one = set(1.0f), half = set(0.5f);
-  const V zero = hn::Zero(d);
+  const V target = set(c.target), one = set(1.0f), half = set(0.5f), zero = hn::Zero(d);
+  const V first = set(c.k - 1), last = set(c.k + static_cast<float>(c.count - 1));
   size_t count = 0;
-  uint8_t crossed[8], grazed[8]; // one bit per lane
+  uint8_t crossed[CrossingArgs::most][8] = {}, grazed[CrossingArgs::most][8] = {}; // one bit per lane
   const PixelRect seen = c.seen.within(c.width, c.height);
   for (int y = seen.y0; y < seen.y1; ++y)
     for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
-      const V v0 = hn::LoadU(d, c.before + at), v1 = hn::LoadU(d, c.value + at);
-      V d0 = hn::Sub(v0, target), d1 = hn::Sub(v1, target);
-      const M below = hn::Lt(d0, zero);
-      const M cross = hn::Xor(below, hn::Lt(d1, zero));
-      // As may_graze.
-      const V side = hn::IfThenElse(below, one, hn::Neg(one));
-      const V s0 = hn::Mul(side, hn::Mul(half, hn::Sub(v1, hn::LoadU(d, c.before2 + at))));
-      const V s1 = hn::Mul(side, hn::Mul(half, hn::Sub(hn::LoadU(d, c.after + at), v0)));
-      d0 = hn::Mul(side, d0), d1 = hn::Mul(side, d1);
-      const V meet = hn::Sub(hn::Sub(d1, d0), s1), over = hn::Sub(s0, s1);
-      M graze = hn::And(hn::And(hn::Gt(s0, zero), hn::Lt(s1, zero)),
-                        hn::And(hn::Gt(meet, zero), hn::Lt(meet, over)));
-      graze = hn::And(graze, hn::Ge(hn::Add(hn::Mul(d0, over), hn::Mul(s0, meet)), zero));
-      graze = hn::AndNot(cross, graze);
-      M open = hn::Or(cross, graze);
+      const V enter = hn::LoadU(d, c.enter + p), leave = hn::LoadU(d, c.leave + p);
+      const M open =
+          hn::And(hn::Lt(hn::LoadU(d, c.alpha + p), one), hn::And(hn::Le(enter, last), hn::Le(first, leave)));
       if (hn::AllFalse(d, open)) continue;
-      open = hn::And(open, hn::Lt(hn::LoadU(d, c.alpha + p), one));
-      open = hn::And(
-          open, hn::And(hn::Le(hn::LoadU(d, c.enter + p), k), hn::Le(before, hn::LoadU(d, c.leave + p))));
-      hn::StoreMaskBits(d, open, crossed);
-      hn::StoreMaskBits(d, graze, grazed);
+      V low = hn::LoadU(d, c.plane[0] + at), high = low;
+      for (size_t n = 1; n < static_cast<size_t>(c.count) + 3; ++n) {
+        const V v = hn::LoadU(d, c.plane[n] + at);
+        low = hn::Min(low, v), high = hn::Max(high, v);
+      }
+      // Tangents meet no farther beyond the values than half of their range.
+      const V beyond = hn::Mul(half, hn::Sub(high, low));
+      if (hn::AllFalse(d, hn::And(open, hn::And(hn::Le(hn::Sub(low, beyond), target),
+                                                hn::Ge(hn::Add(high, beyond), target)))))
+        continue;
+      bool any = false;
+      for (int n = 0; n < c.count; ++n) {
+        const auto value = [&](int sheet) HWY_ATTR {
+          return hn::LoadU(d, c.plane[static_cast<size_t>(n + sheet)] + at);
+        };
+        const V v0 = value(1), v1 = value(2);
+        V d0 = hn::Sub(v0, target), d1 = hn::Sub(v1, target);
+        const M below = hn::Lt(d0, zero);
+        const M cross = hn::Xor(below, hn::Lt(d1, zero));
+        // As may_graze.
+        const V side = hn::IfThenElse(below, one, hn::Neg(one));
+        const V s0 = hn::Mul(side, hn::Mul(half, hn::Sub(v1, value(0))));
+        const V s1 = hn::Mul(side, hn::Mul(half, hn::Sub(value(3), v0)));
+        d0 = hn::Mul(side, d0), d1 = hn::Mul(side, d1);
+        const V meet = hn::Sub(hn::Sub(d1, d0), s1), over = hn::Sub(s0, s1);
+        M graze = hn::And(hn::And(hn::Gt(s0, zero), hn::Lt(s1, zero)),
+                          hn::And(hn::Gt(meet, zero), hn::Lt(meet, over)));
+        graze = hn::And(graze, hn::Ge(hn::Add(hn::Mul(d0, over), hn::Mul(s0, meet)), zero));
+        graze = hn::AndNot(cross, graze);
+        const float k = c.k + static_cast<float>(n);
+        const M inside = hn::And(hn::Le(enter, set(k)), hn::Le(set(k - 1), leave));
+        const M found = hn::And(hn::And(open, inside), hn::Or(cross, graze));
+        any |= !hn::AllFalse(d, found);
+        hn::StoreMaskBits(d, found, crossed[n]);
+        hn::StoreMaskBits(d, graze, grazed[n]);
+      }
+      if (!any) continue;
       for (int l = 0; l < std::min(lanes, c.width - x); ++l)
-        if (crossed[l / 8] >> (l % 8) & 1)
-          c.found[count++] = static_cast<uint32_t>(y) << 16 | static_cast<uint32_t>(x + l) |
-                             (grazed[l / 8] >> (l % 8) & 1 ? grazing : 0);
+        for (int n = 0; n < c.count; ++n)
+          if (crossed[n][l / 8] >> (l % 8) & 1)
+            c.found[count++] = {static_cast<uint16_t>(x + l), static_cast<uint16_t>(y),
+                                static_cast<uint8_t>(n), (grazed[n][l / 8] >> (l % 8) & 1) != 0};
     }
   return count;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "splat/kept_sheets.h"
 #include "splat/open_pixels.h"
 #include "splat/pixel_rect.h"
 #include "splat/splat.h"
@@ -23,7 +24,9 @@ struct SheetSourceArgs {
   const SplatPlan* plan = nullptr;
   const KernelPolynomial* kernel = nullptr;
   bool scalar = false;
-  bool gradients = false; // the sums of the analytic gradient, too
+  bool gradients = false;   // the sums of the analytic gradient, too
+  KeptTile* kept = nullptr; // not with use draw
+  KeptSheets::Use use = KeptSheets::Use::draw;
 };
 
 class SheetSource {
@@ -48,18 +51,25 @@ class SheetSource {
   [[nodiscard]] const float* zero() const; // as the plane of an empty sheet
   [[nodiscard]] int plane_pitch() const { return pitch_; }
   [[nodiscard]] size_t plane_floats() const { return m_.plane_floats(); }
-  // No point of the tile is in any sheet to come.
-  [[nodiscard]] bool finished(int64_t k) const {
-    return next_brick_ == tile_.bricks.size() && k > last_filled_;
-  }
 
  private:
+  void prepare();
+  void prepare_fan();
   void slab(int64_t s, const OpenPixels* open, StageClock::time_point& clock);
   void activate(uint32_t planned, const OpenPixels* open);
   size_t drop_hidden(int64_t s, SplatRecord* records, size_t count, const OpenPixels& open);
   void splat_bin(int64_t s, const SplatRecord* records, size_t count);
   void touch(int64_t s, const SplatRecord* records, size_t count);
   void extract(int64_t k);
+  void take_out(int64_t k, size_t quantity, float* plane, int pitch, PixelRect& holds);
+  void keep(int64_t k, size_t quantity, const float* plane, int pitch, const PixelRect& rect);
+  void take_kept(int64_t k);
+  void raise_depth(int64_t k);
+  void raise_sheet(int64_t k, const PixelRect& touched);
+  // Sets to zero what is inside `before` and outside of `now`.
+  static void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch);
+  [[nodiscard]] static PixelRect widened(const PixelRect& r); // to whole vectors
+  [[nodiscard]] PixelRect raised(const PixelRect& touched) const;
   [[nodiscard]] size_t slot(int64_t k) const {
     return static_cast<size_t>(((k % plan_.sheets) + plan_.sheets) % plan_.sheets);
   }
@@ -76,16 +86,28 @@ class SheetSource {
   TileMemory& m_;
   SplatStats& stats_;
   size_t quantities_ = 1;
+  KeptTile* kept_;
+  KeptSheets::Use use_;
   int pitch_ = 0;
   bool prepared_ = false;
   size_t next_brick_ = 0;
   int64_t first_slab_ = 0, last_slab_ = -1, next_slab_ = 0;
   int64_t last_filled_ = INT64_MIN;        // sheet
   std::array<bool, kept_sheets> filled_{}; // by sheet & 7
-  // Pixels of the ring: what points touch of the sheets under way, by slot; outside of what the planes are
-  // zero, by sheet & 7, in whole vectors.
+  // Samples of the ring: what points touch of the sheets under way, by slot.
   std::vector<PixelRect> ring_touched_;
+  // Pixels outside of which the planes are zero, by sheet & 7, and such samples; in whole vectors.
   std::array<PixelRect, kept_sheets> plane_touched_{};
+  PixelRect samples_held_{0, 0, 0, 0};
+  // Where sheets are raised by a fan: of each slab.
+  std::vector<std::array<int32_t, 4>> slab_rect_;
+  std::vector<float> inverse_near_, inverse_far_;
+  FanArgs fan_;
+  // Where sheets are raised along their normal: the next one, and of the ring's sheets, by sheet & 7, whether
+  // anything is on them, where, and outside of what their planes are zero.
+  int64_t next_sheet_ = 0;
+  std::array<bool, most_taps> stack_filled_{};
+  std::array<PixelRect, most_taps> stack_touched_{}, stack_held_{};
 };
 
 } // namespace bccsplat

@@ -18,15 +18,24 @@ void add(SplatStats& sum, const SplatStats& part) {
   sum.points_occluded += part.points_occluded;
   sum.points_invisible += part.points_invisible;
   sum.sheets_skipped += part.sheets_skipped;
+  sum.sheets_taken += part.sheets_taken;
   sum.contributions += part.contributions;
 }
 
-SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
-                 const std::function<void(const TilePixels&)>& emit) {
+SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Context& context,
+                 const std::function<void(const TilePixels&)>& emit, KeptSheets* kept) {
   SplatStats stats;
-  const SplatPlan plan = make_plan(scene, options, context.tasks, stats);
+  SplatOptions options = asked;
+  if (options.disable_skips & skip_unchanged) kept = nullptr;
+  const auto use = kept ? kept->begin(scene, options, context) : KeptSheets::Use::draw;
+  // Sheets that are kept are whole.
+  if (use != KeptSheets::Use::draw)
+    options.disable_skips |= skip_transfer_function | skip_cells | skip_occlusion;
+  const SplatPlan plan =
+      make_plan(scene, options, context.tasks, stats, &context.memory, use != KeptSheets::Use::take);
   const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space, options.kernel_form);
-  const TileJob job{&scene, &options, &plan, &kernel, &context};
+  if (kept) kept->set_tiles(plan.tiles.size());
+  const TileJob job{&scene, &options, &plan, &kernel, &context, kept, use};
 
   std::mutex mutex;
   std::vector<std::unique_ptr<TileMemory>> idle;
@@ -58,6 +67,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Con
     }
     context.progress.report(fraction);
   });
+  if (kept) kept->finish();
   return stats;
 }
 

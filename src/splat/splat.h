@@ -13,9 +13,11 @@
 #include "base/context.h"
 #include "slice/slice.h"
 #include "splat/class_table.h"
+#include "splat/deep.h"
 #include "splat/kernels.h"
 #include "splat/light.h"
 #include "splat/points.h"
+#include "splat/raise.h"
 #include "splat/view.h"
 
 namespace bccsplat {
@@ -29,7 +31,8 @@ enum SkipBits : uint32_t {    // of SplatOptions::disable_skips
   skip_frustum = 2,
   skip_occlusion = 4,
   skip_empty_sheets = 8,
-  skip_cells = 16, // invisible parts of bricks that are visible
+  skip_unchanged = 32, // points of a view whose sheets were kept
+  skip_cells = 64,     // invisible parts of bricks that are visible
 };
 
 struct SplatOptions {
@@ -41,8 +44,12 @@ struct SplatOptions {
   uint32_t disable_skips = 0;
   int tile_size = 0; // pixels; 0: chosen
   bool with_value = false, with_time = false;
+  bool with_deep = false;                     // modes composite and isosurface
+  double deep_tolerance = 0;                  // see DeepTile
   KernelForm kernel_form = KernelForm::exact; // how the slice's kernel is drawn
-  bool scalar = false;                        // the plain inner loops
+  bool preintegrate = false; // mode composite: slabs are classified by the table's integrals, which are there
+  RaiseFilter raise;         // where sheets need fewer samples than the picture has pixels
+  bool scalar = false;       // the plain inner loops
 };
 
 struct SplatScene {
@@ -59,6 +66,7 @@ struct TilePixels {
   int x = 0, y = 0, width = 0, height = 0, pitch = 0;
   const float *red = nullptr, *green = nullptr, *blue = nullptr, *alpha = nullptr;
   const float *depth = nullptr, *value = nullptr, *time = nullptr;
+  const DeepTile* deep = nullptr; // null: not asked for
 };
 
 struct SplatStats {
@@ -67,14 +75,17 @@ struct SplatStats {
   uint64_t points_invisible = 0; // visits of points in cells that nothing visible looks at
   uint64_t bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
   uint64_t tiles = 0, sheets = 0;
+  uint64_t sheets_taken = 0;  // of tiles, from those that were kept
   uint64_t contributions = 0; // window samples (pixels x sheets) the splat loop went through
 };
 
 // Adds what a tile counted.
 void add(SplatStats& sum, const SplatStats& part);
 
-// `emit` is called once per tile, from any thread.
+class KeptSheets;
+
+// `emit` is called once per tile, from any thread. kept: from picture to picture; null: nothing is.
 SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
-                 const std::function<void(const TilePixels&)>& emit);
+                 const std::function<void(const TilePixels&)>& emit, KeptSheets* kept = nullptr);
 
 } // namespace bccsplat

@@ -217,10 +217,11 @@ template<KernelPolynomial::Form kForm, bool kGradient> void SplatBlocks(const Sp
 
 // The same for windows of one or two vectors of columns and at most 16 rows, in a ring with room for them
 // around the tile: nothing is clipped, so every point takes the same path.
-template<KernelPolynomial::Form kForm, bool kPair> void SplatSmall(const SplatArgs& s) {
+// kRows: their number, where loops are worth unrolling, else 0.
+template<KernelPolynomial::Form kForm, bool kPair, int kRows> void SplatSmallRows(const SplatArgs& s) {
   constexpr size_t batch = 8;
   alignas(64) float row_u[batch][16];
-  const int lanes = static_cast<int>(hn::Lanes(d)), rows = s.rows, groups = s.groups;
+  const int lanes = static_cast<int>(hn::Lanes(d)), rows = kRows ? kRows : s.rows, groups = s.groups;
   const auto step = static_cast<std::ptrdiff_t>(s.pitch) * 4,
              group_floats = static_cast<std::ptrdiff_t>(s.group_floats);
   const V pixel = hn::Load(d, lane_pixel), one = hn::Set(d, 1.0f), zero = hn::Zero(d),
@@ -262,6 +263,13 @@ template<KernelPolynomial::Form kForm, bool kPair> void SplatSmall(const SplatAr
       }
     }
   }
+}
+
+// Windows of 1.15 pixels per T and those of raised sheets.
+template<KernelPolynomial::Form kForm, bool kPair> void SplatSmall(const SplatArgs& s) {
+  if (s.rows == 5) return SplatSmallRows<kForm, kPair, 5>(s);
+  if (s.rows == 6) return SplatSmallRows<kForm, kPair, 6>(s);
+  SplatSmallRows<kForm, kPair, 0>(s);
 }
 
 #endif

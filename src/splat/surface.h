@@ -12,10 +12,10 @@
 namespace bccsplat {
 
 // A crossing between two sheets: pixel (i, j) of the picture, sheet numbers low < high with values on either
-// side.
+// side and about the field's slopes there, per sheet (NaN: unknown).
 struct Crossing {
   int i = 0, j = 0;
-  double low = 0, high = 0, value_low = 0, value_high = 0;
+  double low = 0, high = 0, value_low = 0, value_high = 0, slope_low = 0, slope_high = 0;
 };
 
 struct SurfacePoint {
@@ -24,9 +24,11 @@ struct SurfacePoint {
   Vec3 gradient{}; // world space
 };
 
-// The root of field = iso within each crossing.
+// The root of field = iso within each crossing. A root is near enough when the last step towards it was at
+// most `tolerance` sheets; the gradient is the one from before that step.
 [[nodiscard]] std::vector<SurfacePoint> refine_crossings(const Slice& slice, const SheetView& view,
-                                                         double iso, std::span<const Crossing> crossings);
+                                                         double iso, std::span<const Crossing> crossings,
+                                                         double tolerance);
 
 // Rays that may pass the iso value twice within each interval, both ends on one side of it: of those that do,
 // the interval's begin and a point beyond the surface.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "splat/sheet.h"
 #include "splat/sheet_args.h"
@@ -15,6 +16,7 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
+constexpr double root_tolerance = 0.01; // sheets: nearer costs a tenth of a frame and shows in no picture
 
 class Tile {
  public:
@@ -24,11 +26,13 @@ class Tile {
         sheet_kernels_(options_.scalar ? scalar_sheet_kernels() : simd_sheet_kernels()), time_(*scene_.slice),
         analytic_(options_.mode == RenderMode::composite && options_.shading &&
                   options_.gradient == GradientMethod::analytic),
-        source_({&scene_, &plan_, job.kernel, options_.scalar, analytic_}, tile, memory, stats) {
+        source_({&scene_, &plan_, job.kernel, options_.scalar, analytic_, kept_tile(), job.use}, tile, memory,
+                stats) {
     const bool shaded = options_.mode == RenderMode::composite && options_.shading;
-    differences_ = shaded && !analytic_ ? plan_.lead : 0;
+    differences_ = shaded && !analytic_ ? plan_.border : 0;
+    around_ = std::max(differences_, plan_.halfway);
     m_.prepare_pixels(tile.width, tile.height);
-    open_pixels_.prepare(tile.x, tile.y, tile.width, tile.height, plan_.border);
+    open_pixels_.prepare(tile, plan_);
     prepare_pixels();
   }
 
@@ -38,6 +42,11 @@ class Tile {
   }
 
  private:
+  [[nodiscard]] KeptTile* kept_tile() const {
+    if (job_.use == KeptSheets::Use::draw) return nullptr;
+    return &job_.kept->tile(static_cast<size_t>(&tile_ - plan_.tiles.data()));
+  }
+
   void prepare_pixels() {
     float** const planes[] = {&pixel_.red,   &pixel_.green, &pixel_.blue, &pixel_.alpha,
                               &pixel_.depth, &pixel_.value, &pixel_.time};
@@ -51,6 +60,7 @@ class Tile {
     const size_t pixels = static_cast<size_t>(m_.pixel_pitch) * static_cast<size_t>(tile_.height);
     std::fill_n(pixel_.depth, pixels, infinity);
     if (options_.mode == RenderMode::maximum) std::fill_n(pixel_.red, pixels, -infinity);
+    if (options_.with_deep) m_.deep.begin(tile_.width, tile_.height, m_.pixel_pitch, options_.deep_tolerance);
     if (open_ == 0) return;
     const double low = rays.low, high = rays.high;
     // Surfaces lie between two sheets, of which one may stand outside the domain; slabs reach half a sheet
@@ -58,31 +68,51 @@ class Tile {
     const bool surface = options_.mode == RenderMode::isosurface;
     first_ = static_cast<int64_t>(surface ? std::floor(low) : std::ceil(low - 0.5));
     last_ = static_cast<int64_t>(surface ? std::ceil(high) : std::floor(high + 0.5));
-    first_ = std::max({first_, view_.first_sheet(), plan_.first_sheet - plan_.lead});
-    last_ = std::min(last_, plan_.last_sheet + plan_.lead);
+    first_ = std::max({first_, view_.first_sheet(), plan_.first_sheet - (surface ? 1 : plan_.lead)});
+    last_ = std::min(last_, plan_.last_sheet + (surface ? 1 : plan_.lead));
   }
 
   void march() {
-    const int64_t from = std::max(first_ - differences_, view_.first_sheet());
     const bool keep_empty = sees_air();
-    // Differences look at the sheets behind; surfaces at the next.
-    const int ahead = options_.mode == RenderMode::isosurface ? 1 : differences_;
-    source_.begin(from, last_ + ahead);
+    // Sheets before and behind that are looked at: surfaces ask for slopes at the two on either side.
+    const int around = options_.mode == RenderMode::isosurface ? 1 : around_;
+    source_.begin(std::max(first_ - around, view_.first_sheet()), last_ + around);
     auto clock = StageClock::now();
     const int at_once = sheets_at_once();
     for (int64_t k = first_; k <= last_ && open_ > 0; k += at_once) {
       if (((k - first_) & 15) < at_once) job_.context->progress.check();
       const int64_t end = std::min(k + at_once, last_ + 1);
-      source_.complete(end - 1 + ahead, open_pixels(), clock);
-      sheets_.clear();
-      for (int64_t sheet = k; sheet < end; ++sheet)
-        if (!keep_empty && options_.mode != RenderMode::isosurface && !source_.filled(sheet))
-          ++stats_.sheets_skipped;
-        else
-          process(sheet);
-      composite();
+      source_.complete(end - 1 + around, open_pixels(), clock);
+      if (options_.mode == RenderMode::isosurface) {
+        find_surfaces(std::max(k, first_ + 1), end);
+      } else {
+        sheets_.clear();
+        for (int64_t sheet = k; sheet < end; ++sheet)
+          if (!keep_empty && !filled(sheet))
+            ++stats_.sheets_skipped;
+          else
+            process(sheet);
+        composite();
+      }
       lap(clock, stats_.ms_shade);
     }
+    if (job_.use == KeptSheets::Use::keep) source_.complete(last_ + around, nullptr, clock);
+  }
+
+  // Whether any point reaches what the slab of a sheet is classified by.
+  [[nodiscard]] bool filled(int64_t k) const {
+    bool any = false;
+    for (int64_t sheet = std::max(k - plan_.halfway, view_.first_sheet()); sheet <= k + plan_.halfway;
+         ++sheet)
+      any = any || source_.filled(sheet);
+    return any;
+  }
+  [[nodiscard]] PixelRect touched(int64_t k) const {
+    PixelRect rect{};
+    for (int64_t sheet = std::max(k - plan_.halfway, view_.first_sheet()); sheet <= k + plan_.halfway;
+         ++sheet)
+      rect.include(source_.touched(sheet));
+    return rect;
   }
 
   // Whether samples that no point reaches are looked at.
@@ -90,10 +120,11 @@ class Tile {
     return plan_.air_visible || (options_.disable_skips & skip_empty_sheets);
   }
 
-  // Sheets that are composited together: each needs the planes of those it looks at.
+  // Sheets that are looked at together: each needs the planes of its neighbours.
   [[nodiscard]] int sheets_at_once() const {
-    if (options_.mode != RenderMode::composite || scene_.slice->has_holes) return 1;
-    return std::min(4, SheetSource::kept_sheets - 2 * differences_);
+    if (options_.mode == RenderMode::isosurface) return CrossingArgs::most;
+    if (options_.mode != RenderMode::composite || scene_.slice->has_holes || options_.with_deep) return 1;
+    return std::min(4, SheetSource::kept_sheets - 2 * around_);
   }
 
   // The pixels still open, brought up to date when enough have closed since; null: do not look.
@@ -112,15 +143,11 @@ class Tile {
   [[nodiscard]] float stop() const { return static_cast<float>(options_.opacity_stop); }
 
   void process(int64_t k) {
-    if (options_.mode == RenderMode::isosurface) {
-      find_surface(k);
-      return;
-    }
     SheetArgs a;
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
     a.plane_pitch = source_.plane_pitch();
     a.shading = options_.shading;
-    if (!sees_air()) a.seen = source_.touched(k);
+    if (!sees_air()) a.seen = touched(k);
     a.air = scene_.slice->air;
     a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
     a.table = scene_.table, a.lights = scene_.lights;
@@ -128,6 +155,8 @@ class Tile {
     a.whole = plan_.whole_sheet.empty() ? nullptr : plan_.whole_sheet.data();
     set_sheet(a, view_, k, analytic_, differences_, scene_.slice->kernel.space.radius,
               [&](int64_t sheet, size_t quantity) { return source_.plane(sheet, quantity); });
+    if (options_.preintegrate)
+      set_halfway(a, view_, k, plan_.halfway, [&](int64_t sheet) { return source_.plane(sheet, 0); });
     if (scene_.slice->has_holes) {
       find_holes(*scene_.slice, view_, tile_, k, pixel_, m_.pixel_pitch, m_.hole.data());
       a.hole = m_.hole.data();
@@ -146,52 +175,68 @@ class Tile {
     if (sheets_.empty()) return;
     const int closed = sheet_kernels_.composite(sheets_);
     closed_ += closed, open_ -= closed;
+    if (!options_.with_deep) return;
+    PixelRect seen;
+    for (const SheetArgs& s : sheets_) seen.include(s.seen);
+    const SheetArgs& front = sheets_.front();
+    m_.deep.add_slab(pixel_, front.k - front.front, sheets_.back().k + 0.5f, seen);
   }
 
   // Whether a sample is on air's side of the surface only because points beyond it are left out.
-  [[nodiscard]] bool lacks_points(int64_t k, int x, int y, float value, float target) const {
+  [[nodiscard]] bool lacks_points(double k, int x, int y, float value, float target) const {
     return !plan_.inside.cells.empty() && (value < target) == (target > 0) &&
-           plan_.inside.contains(view_.sample(tile_.x + x, tile_.y + y, static_cast<double>(k)));
+           plan_.inside.contains(view_.sample(tile_.x + x, tile_.y + y, k));
   }
 
-  // Surfaces between the sheets k - 1 and k.
-  void find_surface(int64_t k) {
-    if (k - 1 < first_) return;
-    const float target = static_cast<float>(options_.iso_value - static_cast<double>(scene_.slice->air));
-    const bool filled = source_.filled(k) || source_.filled(k - 1);
-    if (!filled && !(options_.disable_skips & skip_empty_sheets)) {
-      ++stats_.sheets_skipped;
-      return;
+  // Surfaces between the sheets k - 1 and k, for each k of [first, end).
+  void find_surfaces(int64_t first, int64_t end) {
+    const bool skip = !(options_.disable_skips & skip_empty_sheets);
+    bool filled = false;
+    for (int64_t k = first; k < end; ++k) {
+      const bool this_one = source_.filled(k) || source_.filled(k - 1);
+      if (skip && !this_one) ++stats_.sheets_skipped;
+      filled |= this_one;
     }
+    if (first >= end || (skip && !filled)) return;
     CrossingArgs c;
-    c.k = static_cast<float>(k), c.target = target;
+    c.count = static_cast<int>(end - first), c.k = static_cast<float>(first);
+    c.target = static_cast<float>(options_.iso_value - static_cast<double>(scene_.slice->air));
     c.width = tile_.width, c.height = tile_.height, c.pitch = m_.pixel_pitch;
-    c.before = source_.plane(k - 1, 0), c.value = source_.plane(k, 0), c.plane_pitch = source_.plane_pitch();
+    c.plane_pitch = source_.plane_pitch();
     c.alpha = pixel_.alpha, c.enter = pixel_.enter, c.leave = pixel_.leave;
-    c.before2 = source_.plane(std::max(k - 2, first_), 0), c.after = source_.plane(k + 1, 0);
-    if (!(options_.disable_skips & skip_empty_sheets)) {
-      c.seen = {};
-      for (int64_t sheet = std::max(k - 2, first_); sheet <= k + 1; ++sheet)
-        c.seen.include(source_.touched(sheet));
+    if (skip) c.seen = {};
+    for (int64_t k = first - 2; k <= end; ++k) {
+      const int64_t sheet = std::max(k, view_.first_sheet());
+      c.plane[static_cast<size_t>(k - first + 2)] = source_.plane(sheet, 0);
+      if (skip) c.seen.include(source_.touched(sheet));
     }
-    m_.crossings.resize(static_cast<size_t>(tile_.width * tile_.height));
+    const auto room = static_cast<size_t>(tile_.width * tile_.height * CrossingArgs::most);
+    if (m_.crossings.size() < room) m_.crossings.resize(room);
     c.found = m_.crossings.data();
-    const size_t found = sheet_kernels_.crossings(c);
-    if (found == 0) return;
+    const std::span<const SheetCrossing> found(c.found, sheet_kernels_.crossings(c));
+    if (found.empty()) return;
+    for (int n = 0; n < c.count; ++n) draw_surface(c, found, n);
+  }
+
+  // Those of one of the intervals, at pixels that no earlier one has covered.
+  void draw_surface(const CrossingArgs& c, std::span<const SheetCrossing> all, int interval) {
+    const auto k = static_cast<double>(c.k) + interval;
+    const auto* const plane = &c.plane[static_cast<size_t>(interval)];
     std::vector<Crossing> crossings, grazes;
-    crossings.reserve(found);
-    for (size_t n = 0; n < found; ++n) {
-      const int x = static_cast<int>(c.found[n] & 0xffff), y = static_cast<int>(c.found[n] >> 16 & 0x7fff);
-      const std::ptrdiff_t at = y * source_.plane_pitch() + x;
-      if (lacks_points(k - 1, x, y, c.before[at], target) || lacks_points(k, x, y, c.value[at], target))
-        continue;
-      (c.found[n] & grazing ? grazes : crossings)
-          .push_back({tile_.x + x, tile_.y + y, static_cast<double>(k - 1), static_cast<double>(k),
-                      static_cast<double>(c.before[at]), static_cast<double>(c.value[at])});
+    for (const SheetCrossing& found : all) {
+      const int x = found.x, y = found.y;
+      if (found.interval != interval || !(c.alpha[y * c.pitch + x] < 1)) continue;
+      const std::ptrdiff_t at = y * c.plane_pitch + x;
+      const float before = plane[1][at], value = plane[2][at];
+      if (lacks_points(k - 1, x, y, before, c.target) || lacks_points(k, x, y, value, c.target)) continue;
+      (found.grazes ? grazes : crossings)
+          .push_back({tile_.x + x, tile_.y + y, k - 1, k, static_cast<double>(before),
+                      static_cast<double>(value), 0.5 * static_cast<double>(value - plane[0][at]),
+                      0.5 * static_cast<double>(plane[3][at] - before)});
     }
     for (const Crossing& g : find_grazes(*scene_.slice, view_, options_.iso_value, grazes))
       crossings.push_back(g);
-    const auto hits = refine_crossings(*scene_.slice, view_, options_.iso_value, crossings);
+    const auto hits = refine_crossings(*scene_.slice, view_, options_.iso_value, crossings, root_tolerance);
     const auto& color =
         scene_.table->entry[static_cast<size_t>(scene_.table->index(static_cast<float>(options_.iso_value)))];
     for (size_t n = 0; n < hits.size(); ++n) {
@@ -206,6 +251,7 @@ class Tile {
       pixel_.depth[p] = static_cast<float>(hits[n].k);
       if (pixel_.value) pixel_.value[p] = static_cast<float>(options_.iso_value);
       if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(hits[n].position));
+      if (options_.with_deep) m_.deep.add_surface(pixel_, p, pixel_.depth[p]);
       ++closed_, --open_;
     }
   }
@@ -221,13 +267,19 @@ class Tile {
 
   TilePixels finish() {
     auto clock = StageClock::now();
-    for (int y = 0; y < tile_.height; ++y)
+    // Without these planes there is nothing to do for composites and surfaces.
+    const bool done = !pixel_.value && !pixel_.time &&
+                      (options_.mode == RenderMode::composite || options_.mode == RenderMode::isosurface);
+    for (int y = 0; y < (done ? 0 : tile_.height); ++y) {
+      const std::vector<Vec3> gradients = options_.mode == RenderMode::maximum && options_.shading
+                                              ? maximum_gradients(y)
+                                              : std::vector<Vec3>();
       for (int x = 0; x < tile_.width; ++x) {
-        const auto p = static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
+        const size_t p = pixel(x, y);
         if (options_.mode == RenderMode::xray)
           finish_xray(p);
         else if (options_.mode == RenderMode::maximum)
-          finish_maximum(p, x, y);
+          finish_maximum(p, x, y, gradients.empty() ? Vec3{} : gradients[static_cast<size_t>(x)]);
         else if (options_.mode == RenderMode::composite)
           finish_composite(p);
         if (options_.mode == RenderMode::isosurface && !(pixel_.alpha[p] > 0)) {
@@ -235,9 +287,10 @@ class Tile {
           if (pixel_.time) pixel_.time[p] = nan_value;
         }
       }
+    }
+    if (options_.with_deep) m_.deep.finish();
     lap(clock, stats_.ms_shade);
-    return {tile_.x,      tile_.y,     tile_.width,  tile_.height, m_.pixel_pitch, pixel_.red,
-            pixel_.green, pixel_.blue, pixel_.alpha, pixel_.depth, pixel_.value,   pixel_.time};
+    return finished(tile_, m_.pixel_pitch, pixel_, options_.with_deep ? &m_.deep : nullptr);
   }
 
   void finish_composite(size_t p) {
@@ -255,7 +308,31 @@ class Tile {
     pixel_.alpha[p] = inside ? 1.0f : 0.0f;
   }
 
-  void finish_maximum(size_t p, int x, int y) {
+  [[nodiscard]] size_t pixel(int x, int y) const {
+    return static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
+  }
+
+  // In world space, where the largest values of a row's pixels stand; found together.
+  [[nodiscard]] std::vector<Vec3> maximum_gradients(int y) const {
+    const auto width = static_cast<size_t>(tile_.width);
+    std::vector<size_t> at;
+    std::vector<Vec3> positions;
+    for (size_t x = 0; x < width; ++x) {
+      const size_t p = pixel(static_cast<int>(x), y);
+      if (!(pixel_.red[p] > -infinity)) continue;
+      at.push_back(x);
+      positions.push_back(
+          view_.sample(tile_.x + static_cast<int>(x), tile_.y + y, static_cast<double>(pixel_.depth[p])));
+    }
+    std::vector<float> unused(positions.size());
+    std::vector<Vec3> found(positions.size()), gradients(width);
+    field_at(*scene_.slice, positions, unused, found);
+    const Affine3 to_lattice = view_.lattice_to_world.inverse();
+    for (size_t n = 0; n < at.size(); ++n) gradients[at[n]] = to_lattice.transposed(found[n]);
+    return gradients;
+  }
+
+  void finish_maximum(size_t p, int x, int y, const Vec3& gradient) {
     const float value = pixel_.red[p], k = pixel_.depth[p];
     pixel_.red[p] = 0, pixel_.depth[p] = infinity;
     if (!(value > -infinity)) {
@@ -267,12 +344,6 @@ class Tile {
     const float alpha = absorbed(entry[3] * scene_.table->unit_distance);
     const int i = tile_.x + x, j = tile_.y + y;
     const Vec3 position = view_.sample(i, j, static_cast<double>(k));
-    Vec3 gradient{};
-    if (options_.shading) {
-      float unused;
-      field_at(*scene_.slice, {&position, 1}, {&unused, 1}, {&gradient, 1});
-      gradient = view_.lattice_to_world.inverse().transposed(gradient);
-    }
     paint(p, entry, alpha, gradient, i, j);
     if (alpha >= 0.5f) pixel_.depth[p] = k;
     if (pixel_.value) pixel_.value[p] = value;
@@ -293,6 +364,7 @@ class Tile {
   SheetSource source_;
   OpenPixels open_pixels_;
   int differences_ = 0; // neighbours on either side that gradients look at
+  int around_ = 0;      // sheets on either side that gradients or slabs look at
   PixelPlanes pixel_;
   std::vector<SheetArgs> sheets_; // to be composited
   int64_t first_ = 0, last_ = -1; // sheets of this tile

@@ -1,6 +1,7 @@
 // One tile, front to back.
 #pragma once
 
+#include "splat/kept_sheets.h"
 #include "splat/plan.h"
 #include "splat/tile_memory.h"
 
@@ -12,6 +13,8 @@ struct TileJob {
   const SplatPlan* plan = nullptr;
   const KernelPolynomial* kernel = nullptr;
   const Context* context = nullptr;
+  KeptSheets* kept = nullptr;
+  KeptSheets::Use use = KeptSheets::Use::draw;
 };
 
 // Draws a tile; the pixels stay in `memory`.

@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "splat/aligned.h"
+#include "splat/deep.h"
 #include "splat/kernels.h"
 #include "splat/plan.h"
+#include "splat/sheet.h"
 
 namespace bccsplat {
 
@@ -15,23 +17,31 @@ namespace bccsplat {
 inline constexpr int plane_margin = 16;
 
 struct TileMemory {
-  // Sizes of the tile at hand, with its border.
-  int width = 0, height = 0; // pixels of the ring
-  int ring_pitch = 0;        // pixels
+  // Sizes of the tile at hand.
+  int width = 0, height = 0;           // pixels of its planes, with their border
+  int ring_width = 0, ring_height = 0; // samples of its ring
+  int ring_pitch = 0;                  // samples
   size_t group_floats = 0;
-  size_t ring_start = 0; // floats before the tile's first pixel
+  size_t ring_start = 0; // floats before the ring's first sample
   int plane_pitch = 0;   // floats
 
   std::array<AlignedArray<float>, 4> ring;
   std::array<std::array<AlignedArray<float>, 4>, 8> plane; // [sheet & 7][value, di, dj, dk]
   AlignedArray<float> zero_plane;
+  // Samples that pixels are raised from, rows of sample_pitch floats, and room for the raising.
+  int sample_pitch = 0; // floats
+  AlignedArray<float> samples, scratch;
+  RaiseAxis fan_x, fan_y; // of the sheet at hand
+  std::array<AlignedArray<float>, most_taps>
+      stack; // the ring's sheets that sheets are raised from, by sheet & 7
 
   // Pixels of the tile without its border, planes of pixel_pitch floats per row.
   int pixel_pitch = 0;
   AlignedArray<float> pixels;
   static constexpr size_t pixel_planes = 13;
   AlignedArray<uint8_t> hole;
-  std::vector<uint32_t> crossings;
+  std::vector<SheetCrossing> crossings;
+  DeepTile deep; // where the options ask for it
 
   // Points that wait for their slab; slab modulo the number of bins, a power of two. One more takes what is
   // rejected.
@@ -47,10 +57,10 @@ struct TileMemory {
   }
 
   // Sizes everything for a tile and clears the ring, the pixels and the bins.
-  void prepare(const SplatPlan& plan, int tile_width, int tile_height, bool gradients);
+  void prepare(const SplatPlan& plan, const PlannedTile& tile, bool gradients);
   // Its parts: the planes' sizes and the plane of zeros; ring, planes and bins; the pixels.
-  void size_planes(const SplatPlan& plan, int tile_width, int tile_height);
-  void prepare_sheets(const SplatPlan& plan, int tile_width, int tile_height, bool gradients);
+  void size_planes(const SplatPlan& plan, const PlannedTile& tile);
+  void prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, bool gradients);
   void prepare_pixels(int tile_width, int tile_height);
 
   [[nodiscard]] size_t plane_floats() const {
@@ -65,5 +75,9 @@ struct TileMemory {
     return pixels.data() + n * static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
   }
 };
+
+// A tile whose pixels are done; pitch: floats per row of its planes.
+[[nodiscard]] TilePixels finished(const PlannedTile& tile, int pitch, const PixelPlanes& pixel,
+                                  const DeepTile* deep);
 
 } // namespace bccsplat

@@ -18,7 +18,9 @@ bool same_domain(const SplatScene& a, const SplatScene& b) {
 
 TrailObject plan_object(const SplatScene& scene, const SplatScene& main, const SplatOptions& options,
                         Tasks& tasks, SplatStats& stats) {
-  return {&scene, make_plan(scene, options, tasks, stats),
+  SplatOptions at_pixels = options; // the objects of a trail share one grid of samples
+  at_pixels.raise = {};
+  return {&scene, make_plan(scene, at_pixels, tasks, stats),
           kernel_polynomial(scene.slice->kernel.space, options.kernel_form), !same_domain(scene, main)};
 }
 
@@ -56,6 +58,7 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
   if (alone.tile_size == 0) alone.tile_size = trail_tile_size;
   SplatOptions together = alone;
   together.mode = RenderMode::composite;
+  alone.with_deep = false; // what is drawn apart goes into the trail's picture
   const bool post = combine == TrailCombine::post;
   const bool apart = post || options.mode == RenderMode::isosurface;
 

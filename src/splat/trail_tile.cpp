@@ -50,7 +50,7 @@ class TrailTile {
       touched_.push_back(!o.plan.tiles[n].bricks.empty());
     }
     plane_pitch_ = sources_.front().plane_pitch();
-    open_pixels_.prepare(tile.x, tile.y, tile.width, tile.height, border_);
+    open_pixels_.prepare(tile, plan);
     prepare_pixels();
     prepare_rays();
     prepare_drawn();
@@ -59,8 +59,8 @@ class TrailTile {
   TilePixels draw() {
     if (open_ > 0) march();
     finish();
-    return {tile_.x,      tile_.y,     tile_.width,  tile_.height, pitch_,       pixel_.red,
-            pixel_.green, pixel_.blue, pixel_.alpha, pixel_.depth, pixel_.value, pixel_.time};
+    if (options_.with_deep) m_.deep.finish();
+    return finished(tile_, pitch_, pixel_, options_.with_deep ? &m_.deep : nullptr);
   }
 
  private:
@@ -81,6 +81,7 @@ class TrailTile {
       if (pixel_.time) matter_[g].time = at + 5 * pixels_;
     }
     m_.hole.reserve(pixels_);
+    if (options_.with_deep) m_.deep.begin(tile_.width, tile_.height, pitch_, options_.deep_tolerance);
   }
 
   // Rays of the picture (set 0) and of the objects that have a domain of their own. Those of the picture then
@@ -247,6 +248,7 @@ class TrailTile {
     j.pixel = pixel_;
     const int closed = kernels_.join(j);
     closed_ += closed, open_ -= closed;
+    if (options_.with_deep) m_.deep.add_slab(pixel_, j.k - j.front, j.k + 0.5f, all_pixels);
   }
 
   void clear(size_t group) { std::fill_n(m_.matter.data() + group * 6 * pixels_, 6 * pixels_, 0.0f); }
@@ -294,6 +296,7 @@ class TrailTile {
     if (pixel_.time) pixel_.time[p] += open * surface_->time[at];
     if (pixel_.alpha[p] < 0.5f) pixel_.depth[p] = surface_->depth[at];
     pixel_.alpha[p] = 1;
+    if (options_.with_deep) m_.deep.add_surface(pixel_, p, surface_->depth[at]);
   }
 
   const TrailJob& job_;

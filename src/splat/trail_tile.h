@@ -27,6 +27,7 @@ struct TrailMemory {
   std::vector<TileMemory> sheets; // per object
   AlignedArray<float> pixels, matter, mixed, rays;
   AlignedArray<uint8_t> hole;
+  DeepTile deep; // where the options ask for it
 };
 
 struct TrailJob {

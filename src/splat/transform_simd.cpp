@@ -26,6 +26,28 @@ using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 constexpr D d;
 
+// The pixels of a tile that may look at windows of samples, see fan_window() in scalar.cpp.
+struct FanWindow {
+  using I = hn::Vec<hn::RebindToSigned<D>>;
+  const FanArgs& fan;
+  V near, far;
+  HWY_INLINE FanWindow(const FanArgs& f, I slab)
+      : fan(f), near(hn::GatherIndex(d, f.inverse_near, slab)), far(hn::GatherIndex(d, f.inverse_far, slab)) {
+  }
+  HWY_INLINE void pixels(float per, float foot, int sample_foot, I start, I count, I& begin, I& end) const {
+    const hn::RebindToSigned<D> di;
+    const auto sample = hn::Sub(start, hn::Set(di, sample_foot + fan.around));
+    const auto after = hn::Add(hn::Add(sample, count), hn::Set(di, 2 * fan.around));
+    const V low = hn::Mul(hn::ConvertTo(d, sample), hn::Set(d, per)),
+            high = hn::Mul(hn::ConvertTo(d, after), hn::Set(d, per)), at = hn::Set(d, foot),
+            limit = hn::Set(d, 1e8f);
+    const V first = hn::Add(hn::Min(hn::Mul(low, near), hn::Mul(low, far)), at),
+            last = hn::Add(hn::Max(hn::Mul(high, near), hn::Mul(high, far)), at);
+    begin = hn::Sub(hn::ConvertTo(di, hn::Max(hn::Floor(first), hn::Neg(limit))), hn::Set(di, fan.border));
+    end = hn::Add(hn::ConvertTo(di, hn::Min(hn::Ceil(last), limit)), hn::Set(di, 1 + fan.border));
+  }
+};
+
 template<bool kIsotropic> TransformCounts TransformPoints(const TransformArgs& t) {
   using I = hn::RebindToSigned<D>;
   const I di;
@@ -94,17 +116,34 @@ template<bool kIsotropic> TransformCounts TransformPoints(const TransformArgs& t
     const auto none = hn::Zero(di);
     good = hn::And(good, hn::And(hn::Lt(px, hn::Set(di, t.width)), hn::Lt(py, hn::Set(di, t.height))));
     good = hn::And(good, hn::And(hn::Gt(hn::Add(px, columns), none), hn::Gt(hn::Add(py, rows), none)));
+    if (t.fan) {
+      const auto at = hn::ShiftLeft<2>(safe);
+      const auto rect = [&](int n) HWY_ATTR {
+        return hn::GatherIndex(di, t.fan->rect, hn::Add(at, hn::Set(di, n)));
+      };
+      good = hn::And(good, hn::And(hn::Lt(px, rect(2)), hn::Lt(py, rect(3))));
+      good =
+          hn::And(good, hn::And(hn::Gt(hn::Add(px, columns), rect(0)), hn::Gt(hn::Add(py, rows), rect(1))));
+    }
     if (hn::AllFalse(di, good)) continue;
     if (t.open_sum) {
       // Pixels that are open in the window and around it, from the sums over the rectangles above and left of
       // its corners.
       const auto clamp = [&](hn::Vec<I> a, int size)
                              HWY_ATTR { return hn::Min(hn::Max(a, none), hn::Set(di, size)); };
-      const auto around = hn::Set(di, t.around), pitch = hn::Set(di, t.width + 1);
-      const auto x0 = clamp(hn::Sub(px, around), t.width),
-                 x1 = clamp(hn::Add(hn::Add(px, columns), around), t.width);
-      const auto y0 = hn::Mul(clamp(hn::Sub(py, around), t.height), pitch);
-      const auto y1 = hn::Mul(clamp(hn::Add(hn::Add(py, rows), around), t.height), pitch);
+      const auto around = hn::Set(di, t.around);
+      auto x0 = hn::Sub(px, around), x1 = hn::Add(hn::Add(px, columns), around);
+      auto y0 = hn::Sub(py, around), y1 = hn::Add(hn::Add(py, rows), around);
+      if (t.fan) {
+        const FanArgs& a = *t.fan;
+        const FanWindow window(a, safe);
+        window.pixels(a.per_x, a.foot_x, a.sample_foot_x, px, columns, x0, x1);
+        window.pixels(a.per_y, a.foot_y, a.sample_foot_y, py, rows, y0, y1);
+      }
+      const int width = t.fan ? t.fan->width : t.width, height = t.fan ? t.fan->height : t.height;
+      const auto pitch = hn::Set(di, width + 1);
+      x0 = clamp(x0, width), x1 = clamp(x1, width);
+      y0 = hn::Mul(clamp(y0, height), pitch), y1 = hn::Mul(clamp(y1, height), pitch);
       const auto sum = [&](hn::Vec<I> y, hn::Vec<I> x)
                            HWY_ATTR { return hn::GatherIndex(di, t.open_sum, hn::Add(y, x)); };
       const auto open = hn::Sub(hn::Sub(sum(y1, x1), sum(y1, x0)), hn::Sub(sum(y0, x1), sum(y0, x0)));
@@ -187,6 +226,8 @@ const SplatKernels& simd_kernels() {
         HWY_DYNAMIC_DISPATCH(Extract)
         (e);
       },
+      raise_sheet,
+      blend_planes,
   };
   return kernels;
 }

@@ -31,6 +31,7 @@ struct SheetView {
   Vec3 gx{},
       gy{}; // dual to ex, ey within a sheet: gx.ex = gy.ey = 1, gx.ey = gx.normal = gy.ex = gy.normal = 0
 
+  bool operator==(const SheetView&) const = default;
   // Length per sheet step of ex, ey on sheet k, relative to the vectors above.
   [[nodiscard]] double scale(double k) const { return perspective ? k + depth : 1.0; }
   [[nodiscard]] Vec3 sample(double i, double j, double k) const {

@@ -12,9 +12,9 @@ struct Part {
   const char* option;
   void (*run)(const Report&);
 };
-constexpr std::array parts{Part{"--front", render_front}, Part{"--own", render_own},
+constexpr std::array parts{Part{"--front", render_front},   Part{"--own", render_own},
                            Part{"--ratios", render_ratios}, Part{"--interactive", render_interactive},
-                           Part{"--minify", render_minify}};
+                           Part{"--minify", render_minify}, Part{"--narrow", render_narrow}};
 
 } // namespace
 

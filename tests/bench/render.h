@@ -13,7 +13,8 @@
 
 namespace bccsplat::bench {
 
-//   render [--front] [--own] [--ratios] [--interactive] [--minify]    all of them without an option
+//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow]    all of them without an
+//   option
 int run_render_suite(std::span<const std::string> args, const Report& report);
 
 // One way of drawing a picture.
@@ -41,5 +42,6 @@ void render_own(const Report& report);         // against the samples' own field
 void render_ratios(const Report& report);      // two methods in turn
 void render_interactive(const Report& report); // turn the camera, play, jump
 void render_minify(const Report& report);      // pictures smaller than the data
+void render_narrow(const Report& report);      // transfer functions narrower than a step
 
 } // namespace bccsplat::bench

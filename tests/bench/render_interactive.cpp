@@ -20,6 +20,41 @@ struct Timing {
   }
 };
 
+// The same view again and again: drawn, drawn and kept, and what is kept only classified.
+void kept_sheets(const Report& report) {
+  const int n = report.quick ? 32 : 128, size = report.quick ? 128 : 512, rounds = report.quick ? 1 : 3;
+  BenchContext one(1);
+  ImageStorage picture(size, size);
+  std::vector<Row> rows;
+  for (const FieldScene& field : {marschner_lobb_scene(n), bessel_scene(n), smoke_scene(2 * n)}) {
+    const SampledScene sampled = sample_scene(field, LatticeKind::bcc, "default");
+    Scene scene = splat_scene(field, sampled, scene_camera(field, size, 0));
+    for (const RenderMode mode : {RenderMode::composite, RenderMode::isosurface})
+      for (const Quality quality : {Quality::draft, Quality::normal, Quality::fine}) {
+        RenderOptions options;
+        options.mode = mode, options.quality = quality, options.iso_value = field.iso_value;
+        const auto draw = [&] { (void)render(scene, options, one.get(), picture.image); };
+        Timing drawn, keeping, taking;
+        uint64_t bytes = 0;
+        for (int r = 0; r < rounds; ++r) {
+          KeptSheets kept;
+          scene.kept = &kept;
+          const uint64_t before = one.memory.used();
+          drawn.run(draw), keeping.run(draw), taking.run(draw);
+          bytes = one.memory.used() - before;
+        }
+        rows.push_back(
+            {word("scene", concat(field.name, mode == RenderMode::isosurface ? ", isosurface" : "")),
+             word("quality", quality_name(quality)), figure("drawn ms", drawn.cpu, 1),
+             figure("and kept ms", keeping.cpu, 1), figure("kept before ms", taking.cpu, 1),
+             figure("ratio", taking.cpu / drawn.cpu, 2),
+             figure("MiB", static_cast<double>(bytes) / (1 << 20), 0)});
+      }
+  }
+  report.table(concat("The same view again, shaded, ", size, "^2; CPU ms of one thread, least of ", rounds),
+               rows);
+}
+
 } // namespace
 
 void render_interactive(const Report& report) {
@@ -50,14 +85,26 @@ void render_interactive(const Report& report) {
   for (const Quality quality : {Quality::draft, Quality::normal}) {
     RenderOptions options;
     options.quality = quality;
-    const auto draw = [&](const SampledScene& s) {
-      (void)render(splat_scene(scene, s, camera), options, context.get(), picture.image);
+    const auto draw = [&](const SampledScene& s, KeptSheets* kept = nullptr) {
+      Scene shown = splat_scene(scene, s, camera);
+      shown.kept = kept;
+      (void)render(shown, options, context.get(), picture.image);
     };
-    Timing rotate, slicing, points, next, cold;
+    Timing rotate, keep, classify, slicing, points, next, cold;
     auto warm = coefficients();
     SampledScene now = slice_at(*warm, 3);
     const int64_t stored = now.slice.points();
     for (int r = 0; r < rounds; ++r) rotate.run([&] { draw(now); });
+    uint64_t kept_bytes = 0;
+    for (int r = 0; r < rounds; ++r) {
+      KeptSheets kept;
+      draw(now, &kept);
+      keep.run([&] { draw(now, &kept); });
+      classify.run([&] { draw(now, &kept); });
+      kept_bytes = context.memory.used();
+      kept.forget();
+      kept_bytes -= context.memory.used();
+    }
     for (int r = 0; r < rounds; ++r) {
       // A frame on: some of its layers are in memory already.
       const double frame = 3.5 + r;
@@ -74,12 +121,15 @@ void render_interactive(const Report& report) {
         now = slice_at(*fresh, 2.3 + r);
         draw(now);
       });
-    const auto row = [&](const char* what, const Timing& t) {
+    const auto row = [&](const std::string& what, const Timing& t) {
       rows.push_back({word("what", what), word("quality", quality_name(quality)),
                       figure("stored points", static_cast<double>(stored), 0), figure("wall ms", t.wall, 1),
                       figure("CPU ms", t.cpu, 1)});
     };
-    row("turn the camera", rotate), row("slice of the next moment", slicing);
+    row("turn the camera", rotate);
+    row("another transfer function, once", keep);
+    row(concat("another transfer function again (", kept_bytes >> 20, " MiB of sheets kept)"), classify);
+    row("slice of the next moment", slicing);
     row("its points for the splatter", points),
         row("next moment, half a frame on: slice, points, picture", next);
     row("any moment, nothing cached: prefilter, slice, points, picture", cold);
@@ -87,6 +137,7 @@ void render_interactive(const Report& report) {
   report.table(concat("Rings on D4*, ", n, "^3, semi-transparent, shaded, ", size, "^2, ", threads,
                       " threads; least of ", rounds),
                rows);
+  kept_sheets(report);
 }
 
 } // namespace bccsplat::bench

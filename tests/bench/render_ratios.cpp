@@ -207,7 +207,10 @@ void render_ratios(const Report& report) {
   const FieldScene field = marschner_lobb_scene(n);
   against_marcher(out, field, RenderMode::composite, size);
   against_marcher(out, field, RenderMode::isosurface, size);
-  against_marcher(out, smoke_scene(2 * n), RenderMode::composite, size);
+  against_marcher(out, bessel_scene(n), RenderMode::isosurface, size);
+  const FieldScene smoke = smoke_scene(2 * n);
+  against_marcher(out, smoke, RenderMode::composite, size);
+  against_marcher(out, smoke, RenderMode::isosurface, size);
   lattices(out, field, report.quick);
   views(out, field, size);
   report.table(concat("CPU time of two methods in turn, one thread, ", size,

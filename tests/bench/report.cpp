@@ -68,9 +68,14 @@ void Report::plot(const std::string& name, const Plot& plot) const {
   const std::string file = (plots / (suite + "-" + name + ".png")).string();
   const std::unique_ptr<FILE, int (*)(FILE*)> gnuplot(::popen("gnuplot", "w"), ::pclose);
   if (!gnuplot) fail(Code::unsupported, "plots need gnuplot (Debian: gnuplot-nox)");
-  std::string text = "set terminal pngcairo size 1000,700 noenhanced font 'Sans,12' background '#ffffff'\n"
-                     "set key outside below\nset grid\n";
-  text += "set output " + quoted(file) + "\nset title " + quoted(plot.title) + "\nset xlabel " +
+  // gnuplot has eight colours of its own.
+  std::string text =
+      "set terminal pngcairo size 1200,560 noenhanced font 'Sans,12' background '#ffffff'\n"
+      "set key at screen 0.665, screen 0.75 left top Left reverse\nset lmargin at screen 0.07\n"
+      "set rmargin at screen 0.65\nset grid\nset linetype cycle 12\n"
+      "set linetype 9 lc rgb '#8c564b'\nset linetype 10 lc rgb '#7f7f7f'\n"
+      "set linetype 11 lc rgb '#bcbd22'\nset linetype 12 lc rgb '#17becf'\n";
+  text += "set output " + quoted(file) + "\nset title " + quoted(plot.title) + " font ',11'\nset xlabel " +
           quoted(plot.x_label) + "\nset ylabel " + quoted(plot.y_label) + "\n";
   if (plot.log_x) text += "set logscale x\n";
   if (plot.log_y) text += "set logscale y\n";
@@ -83,8 +88,9 @@ void Report::plot(const std::string& name, const Plot& plot) const {
                      '\n');
     text += "EOD\n";
     const std::string data = (commands.empty() ? "plot $data" : ", $data") + std::to_string(i);
-    commands += data + " using 1:2 with " + (s.line ? "linespoints" : "points") + " pt " +
-                std::to_string(i % 12 + 4) + " lw 2 ps 1.4 title " + quoted(s.title);
+    commands += data + " using 1:2 with " + (s.line ? "linespoints" : "points") + " lt " +
+                std::to_string(i % 12 + 1) + " pt " + std::to_string(i % 12 + 4) + " lw 2 ps 1.4 title " +
+                quoted(s.title);
     if (!s.labels.empty())
       commands +=
           ", $data" + std::to_string(i) + " using 1:2:3 with labels offset 0.5,0.7 left font ',9' notitle";

@@ -62,7 +62,7 @@ Scene splat_scene(const FieldScene& scene, const SampledScene& sampled, const Ca
 
 std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledScene& sampled,
                                          const Camera& camera, const RenderOptions& options, int size,
-                                         int stride, bool own) {
+                                         int stride, bool own, double step) {
   BenchContext context(2);
   Scene s = splat_scene(scene, sampled, camera);
   const WorldCamera world = resolve_camera(camera);
@@ -78,7 +78,7 @@ std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledS
     return value;
   };
   auto out = std::make_unique<ImageStorage>(size / stride, size / stride);
-  render_reference(s, options, own ? slice_field(sampled.slice) : field, {}, context.get(), out->image);
+  render_reference(s, options, own ? slice_field(sampled.slice) : field, {step}, context.get(), out->image);
   return out;
 }
 

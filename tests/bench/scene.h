@@ -46,9 +46,10 @@ struct SampledScene {
 [[nodiscard]] Scene splat_scene(const FieldScene& scene, const SampledScene& sampled, const Camera& camera);
 
 // Pixels (stride i + stride / 2, ...) of the picture, orthographic, integrated in double. `own`: the field
-// that the samples stand for; else the analytic one.
+// that the samples stand for; else the analytic one. step: T.
 [[nodiscard]] std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledScene& sampled,
                                                        const Camera& camera, const RenderOptions& options,
-                                                       int size, int stride, bool own = false);
+                                                       int size, int stride, bool own = false,
+                                                       double step = 1.0 / 16);
 
 } // namespace bccsplat::bench

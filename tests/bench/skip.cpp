@@ -51,8 +51,9 @@ int run_skip_suite(std::span<const std::string> args, const Report& report) {
   if (!args.empty()) fail(Code::invalid_argument, "skip: unknown option ", args[0]);
   const int n = report.quick ? 40 : 128, size = report.quick ? 160 : 512, rounds = report.quick ? 1 : 3;
   std::vector<Row> rows;
-  const FieldScene field = marschner_lobb_scene(n), smoke = smoke_scene(n);
+  const FieldScene field = marschner_lobb_scene(n), smooth = bessel_scene(n), smoke = smoke_scene(n);
   const SampledScene dense = sample_scene(field, LatticeKind::bcc, "default"),
+                     rings = sample_scene(smooth, LatticeKind::bcc, "default"),
                      sparse = sample_scene(smoke, LatticeKind::bcc, "default");
   const Camera all = scene_camera(field, size, 0), near = scene_camera(field, size, report.quick ? 8 : 6);
   RenderOptions semi, iso;
@@ -60,7 +61,11 @@ int run_skip_suite(std::span<const std::string> args, const Report& report) {
   one_scene("Marschner-Lobb, semi-transparent", splat_scene(field, dense, all), semi, size, rounds, rows);
   one_scene("Marschner-Lobb, isosurface", splat_scene(field, dense, all), iso, size, rounds, rows);
   one_scene("Marschner-Lobb, isosurface, near", splat_scene(field, dense, near), iso, size, rounds, rows);
+  iso.iso_value = smooth.iso_value;
+  one_scene("rings, isosurface", splat_scene(smooth, rings, all), iso, size, rounds, rows);
   one_scene("smoke, semi-transparent", splat_scene(smoke, sparse, all), semi, size, rounds, rows);
+  iso.iso_value = smoke.iso_value;
+  one_scene("smoke, isosurface", splat_scene(smoke, sparse, all), iso, size, rounds, rows);
   report.table(concat("What skipping saves: ", n, "^3 on BCC, normal, shaded, ", size,
                       "^2; CPU ms of one thread, least of ", rounds, ", in turn"),
                rows);

@@ -57,7 +57,7 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   Tasks tasks(1);
   const SplatPlan plan = make_plan(scene, options, tasks, stats);
   TileMemory memory;
-  memory.prepare(plan, tile, tile, gradient);
+  memory.prepare(plan, plan_tile(plan, 0, 0, tile, tile), gradient);
   const KernelPolynomial kernel = flat_polynomial(slice.kernel.space);
   const int64_t slab = (plan.first_slab + plan.last_slab) / 2;
   const auto n = static_cast<size_t>(slab - plan.first_slab);
@@ -68,7 +68,7 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   a.columns = plan.columns[n], a.rows = plan.rows[n], a.half = plan.half_x[n];
   for (size_t q = 0; q < (gradient ? 4u : 1u); ++q) a.ring[q] = memory.ring_origin(q);
   a.groups = plan.groups, a.group_floats = memory.group_floats;
-  a.pitch = memory.ring_pitch, a.width = memory.width, a.height = memory.height;
+  a.pitch = memory.ring_pitch, a.width = memory.ring_width, a.height = memory.ring_height;
 
   std::mt19937 random(5);
   const auto uniform = [&](double low, double high) {

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "splat/aligned.h"
+#include "splat/plan.h"
 #include "splat/sheet.h"
 #include "tests/support/targets.h"
 #include "tests/unit/splat_scene.h"
@@ -48,6 +49,8 @@ INSTANTIATE_TEST_SUITE_P(
                     SplatCase{"short_general_gradient", "default", false, true, 4, 2, false,
                               KernelForm::brief},
                     SplatCase{"flat_small", "default", true, false, 8, 1, true, KernelForm::flat},
+                    SplatCase{"flat_small_five", "default", true, false, 4, 1.15, true, KernelForm::flat},
+                    SplatCase{"flat_small_six", "default", true, false, 8, 1.49, true, KernelForm::flat},
                     SplatCase{"flat_blocks", "default", true, false, 4, 2.3, false, KernelForm::flat},
                     SplatCase{"flat_gradient", "default", true, true, 4, 1.3, false, KernelForm::flat},
                     SplatCase{"flat_general", "default", false, true, 4, 2, false, KernelForm::flat}),
@@ -186,6 +189,11 @@ TEST(Kernels, PicturesAgreeOnEveryTarget) {
                      : shininess == 20 ? GradientMethod::central
                                        : GradientMethod::fourth_order;
         o.with_value = o.with_time = true;
+        if (perspective && shininess != 20) {
+          o.raise = RaiseFilter{6, 1, 1, 1, 0, 1};
+          SplatStats unused;
+          ASSERT_GT(make_plan(scene, o, context.get().tasks, unused).fan.taps, 0);
+        }
         const auto draw_planes = [&] {
           std::vector<float> out(5 * 50 * 40);
           splat(scene, o, context.get(), [&](const TilePixels& t) {
