@@ -13,8 +13,8 @@ using namespace bccsplat::api;
 
 namespace {
 
-constexpr uint32_t all_channels =
-    BCCSPLAT_FRAME_RGBA | BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE | BCCSPLAT_FRAME_TIME;
+constexpr uint32_t all_channels = BCCSPLAT_FRAME_RGBA | BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE |
+                                  BCCSPLAT_FRAME_TIME | BCCSPLAT_FRAME_DEEP;
 
 void check_size(uint32_t width, uint32_t height) {
   if (width < 1 || width > 65536 || height < 1 || height > 65536)
@@ -52,6 +52,26 @@ void check_sequence(const bccsplat_image_options& o) {
          " must be finite and not negative");
 }
 
+ExrOptions exr_options(const bccsplat_frame& frame, const bccsplat_image_options* options) {
+  const auto o = read_struct(options, "bccsplat_image_options");
+  require_zero(o.reserved, "bccsplat_image_options.reserved");
+  check_sequence(o);
+  ExrOptions exr;
+  exr.overwrite = o.overwrite != 0;
+  exr.attributes = frame.attributes;
+  exr.frames_per_second = {o.frames_per_second[0], o.frames_per_second[1]};
+  exr.exposure_seconds = o.exposure_seconds;
+  if (o.comments) exr.comments = o.comments;
+  if (frame.camera) exr.view = view_of(*frame.camera, frame.image);
+  return exr;
+}
+
+const DeepImage& deep_of(const bccsplat_frame& frame) {
+  if (!frame.image.deep) fail(Code::not_found, "frame: it was made without BCCSPLAT_FRAME_DEEP");
+  if (frame.deep.first.empty()) fail(Code::wrong_state, "frame: nothing was rendered into it yet");
+  return frame.deep;
+}
+
 } // namespace
 
 extern "C" {
@@ -83,6 +103,7 @@ bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width, u
     if (channels & BCCSPLAT_FRAME_DEPTH) take(f->image.depth, 1);
     if (channels & BCCSPLAT_FRAME_VALUE) take(f->image.value, 1);
     if (channels & BCCSPLAT_FRAME_TIME) take(f->image.time, 1);
+    if (channels & BCCSPLAT_FRAME_DEEP) f->image.deep = &f->deep;
     *frame = f.release();
   });
 }
@@ -130,9 +151,7 @@ bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char*
                                         const bccsplat_image_options* options) {
   return guard([&] {
     require(frame, "frame"), require(path, "path");
-    const auto o = read_struct(options, "bccsplat_image_options");
-    require_zero(o.reserved, "bccsplat_image_options.reserved");
-    check_sequence(o);
+    const ExrOptions exr = exr_options(*frame, options);
     const Image& image = frame->image;
     std::vector<ExrChannel> channels;
     for (size_t c = 0; c < 4; ++c)
@@ -141,14 +160,31 @@ bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char*
       if (plane.pixels) channels.push_back({name, plane.pixels, 1, plane.row_floats});
     };
     add("depth.Z", image.depth), add("value.Y", image.value), add("time.Y", image.time);
-    ExrOptions exr;
-    exr.overwrite = o.overwrite != 0;
-    exr.attributes = frame->attributes;
-    exr.frames_per_second = {o.frames_per_second[0], o.frames_per_second[1]};
-    exr.exposure_seconds = o.exposure_seconds;
-    if (o.comments) exr.comments = o.comments;
-    if (frame->camera) exr.view = view_of(*frame->camera, image);
     write_exr(path, image.width, image.height, channels, exr);
+  });
+}
+
+bccsplat_status bccsplat_frame_get_deep(const bccsplat_frame* frame, bccsplat_deep* deep) {
+  return guard([&] {
+    require(frame, "frame");
+    const DeepImage& image = deep_of(*frame);
+    bccsplat_deep out{};
+    out.components = DeepImage::components;
+    out.width = static_cast<uint32_t>(frame->image.width),
+    out.height = static_cast<uint32_t>(frame->image.height);
+    out.sample_count = image.first.back();
+    out.first = image.first.data(), out.samples = image.samples.data();
+    write_struct(deep, out, "deep");
+  });
+}
+
+bccsplat_status bccsplat_frame_save_deep_exr(const bccsplat_frame* frame, const char* path,
+                                             const bccsplat_image_options* options) {
+  return guard([&] {
+    require(frame, "frame"), require(path, "path");
+    const ExrOptions exr = exr_options(*frame, options);
+    const DeepImage& image = deep_of(*frame);
+    write_deep_exr(path, frame->image.width, frame->image.height, image.first, image.samples, exr);
   });
 }
 

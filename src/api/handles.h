@@ -16,6 +16,7 @@
 #include "formats/bcc4.h"
 #include "points/time_axis.h"
 #include "render/camera.h"
+#include "render/deep.h"
 #include "render/image.h"
 #include "render/minify.h"
 #include "slice/coefficients.h"
@@ -129,6 +130,7 @@ struct bccsplat_frame : bccsplat::api::Counted {
   bccsplat::Image image;
   std::vector<float> storage; // of the planes the frame owns
   bccsplat::Reservation memory;
+  bccsplat::DeepImage deep; // of the last picture; `first` is empty before it
   std::vector<std::pair<std::string, std::string>> attributes; // of the last picture, for EXR
   std::optional<bccsplat::WorldCamera> camera;                 // of the last picture
 };

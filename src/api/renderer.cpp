@@ -23,6 +23,7 @@ struct bccsplat_renderer : Counted {
   std::vector<Vec3> trail_colors;
   bool has_trail = false;
   std::optional<Trail> trail; // made at the first picture, kept until slice or trail change
+  KeptSheets kept;
   bccsplat_progress_fn progress = nullptr;
   void* progress_user = nullptr;
   std::optional<RenderStats> stats;
@@ -148,7 +149,9 @@ void bccsplat_renderer_release(bccsplat_renderer* renderer) { release(renderer);
 bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const bccsplat_slice* slice) {
   return guard([&] {
     require(renderer, "renderer");
+    if (slice && renderer->slice.get() == slice) return;
     renderer->trail.reset();
+    renderer->kept.forget();
     renderer->slice = slice ? Ref(const_cast<bccsplat_slice*>(slice)) : Ref<bccsplat_slice>();
   });
 }
@@ -243,7 +246,7 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
       fail(Code::invalid_argument, "render options: quality ", in.quality);
     if (in.shading < 0 || in.shading > 2)
       fail(Code::invalid_argument, "render options: shading ", in.shading);
-    if (in.disable_skips & ~31u)
+    if (in.disable_skips & ~63u)
       fail(Code::invalid_argument, "render options: unknown bits in disable_skips");
     if (in.sheet_step != 0 && !(in.sheet_step >= 1e-3 && in.sheet_step <= 16))
       fail(Code::invalid_argument, "render options: sheet_step ", in.sheet_step, " is not in .001 .. 16 T");
@@ -251,7 +254,11 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
       fail(Code::invalid_argument, "render options: opacity_stop ", in.opacity_stop);
     if (in.tile_size < 0 || in.tile_size > 4096)
       fail(Code::invalid_argument, "render options: tile_size ", in.tile_size);
+    if (in.preintegrate < 0 || in.preintegrate > 2)
+      fail(Code::invalid_argument, "render options: preintegrate ", in.preintegrate);
     RenderOptions out;
+    if (in.preintegrate)
+      out.preintegrate = in.preintegrate == BCCSPLAT_PREINTEGRATE_ON ? Preintegrate::on : Preintegrate::off;
     if (in.mode) out.mode = static_cast<RenderMode>(in.mode);
     if (in.quality) out.quality = static_cast<Quality>(in.quality);
     if (in.shading) out.shading = in.shading == BCCSPLAT_SHADING_ON;
@@ -267,6 +274,9 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
     out.disable_skips = in.disable_skips;
     out.tile_size = in.tile_size;
     out.reference = in.reference != 0;
+    if (!(in.deep_tolerance >= 0 && in.deep_tolerance <= 1))
+      fail(Code::invalid_argument, "render options: deep_tolerance ", in.deep_tolerance, " is not in [0, 1]");
+    if (in.deep_tolerance > 0) out.deep_tolerance = in.deep_tolerance;
     renderer->options = out;
     renderer->progress = in.progress, renderer->progress_user = in.progress_user;
   });
@@ -299,10 +309,12 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
     scene.function = renderer->function.value_or(default_function(slice));
     scene.lights = renderer->lights;
+    scene.kept = &renderer->kept;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
     if (!renderer->options.reference &&
         drawn_level(scene, renderer->options, frame->image.width, frame->image.height) == 0)
       scene.points = &slice.points(context);
+    frame->deep = {}; // gives its memory back first
     const RenderStats stats = render(scene, renderer->options, context, frame->image);
     frame->attributes = describe_picture(slice, stats);
     frame->camera = resolve_camera(scene.camera);
@@ -331,7 +343,8 @@ bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, b
     out.points_total = s.points_total, out.points_after_cull = s.points_after_cull;
     out.points_splatted = s.points_splatted, out.points_occluded = s.points_occluded;
     out.tiles = s.tiles, out.sheets = s.sheets, out.sheet_step = s.sheet_step;
-    out.coarse_level = s.level;
+    out.coarse_level = s.level, out.preintegrated = s.preintegrated;
+    out.sheets_reused = s.sheets_taken;
     write_struct(stats, out, "stats");
   });
 }

@@ -231,6 +231,18 @@ bccsplat_status bccsplat_volume_get_attribute(const bccsplat_volume* volume, uin
   });
 }
 
+bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* volume, uint64_t index, const char** name,
+                                           uint64_t* bytes, uint32_t* crc32) {
+  return guard([&] {
+    require(volume, "volume");
+    const auto& sources = volume->info().sources;
+    if (index >= sources.size()) fail(Code::not_found, "source ", index, " of ", sources.size());
+    if (name) *name = sources[index].name.c_str();
+    if (bytes) *bytes = sources[index].bytes;
+    if (crc32) *crc32 = sources[index].crc32;
+  });
+}
+
 bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volume* volume, const char* key,
                                                const char** value) {
   return guard([&] {

@@ -30,6 +30,7 @@ bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path
     result.path = path;
     if (o.partial == BCCSPLAT_PARTIAL_APPEND) {
       if (!file_exists(path)) fail(Code::file_not_found, path, ": no file to append to");
+      if (o.part) result.begin_continued(read_struct(o.part, "bccsplat_series_part"));
       return create_file_sink(path, true);
     }
     return create_file_sink(path, o.overwrite != 0,
@@ -72,8 +73,10 @@ bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_writer* writer
     require(writer, "writer");
     if (writer->fit_options.dims[3] == 0)
       fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
-    const Lattice4 lattice = Lattice4::fit(writer->fit_options.lattice, writer->fit_options.dims,
-                                           writer->fit_options.scale, writer->fit_options.time_scale);
+    const Lattice4 lattice = writer->fit_options.part
+                                 ? writer->initial.lattice
+                                 : Lattice4::fit(writer->fit_options.lattice, writer->fit_options.dims,
+                                                 writer->fit_options.scale, writer->fit_options.time_scale);
     if (layer < 0 || layer >= lattice.layers())
       fail(Code::not_found, "layer ", layer, " of ", lattice.layers());
     bccsplat_layer_geometry out{};

@@ -1,5 +1,6 @@
 // The writer behind the handle: options (writer_options.cpp), what is settled by the first data
-// (writer_begin.cpp), frames, layers and fields (writer_data.cpp), parts of a series (writer_part.cpp), the
+// (writer_begin.cpp), frames, layers and fields (writer_data.cpp), from the fit into the file
+// (writer_store.cpp), parts of a series (writer_part.cpp), a series that goes on (writer_append.cpp), the
 // calls of the C ABI (writer.cpp).
 #pragma once
 
@@ -25,6 +26,12 @@ void add_counts(const FitChannelReport& channel, uint64_t cc_samples, SourceType
                 bccsplat_writer_report& report);
 void add_bytes(const VolumeInfo& info, const Bcc4Report& written, bccsplat_writer_report& report);
 
+// A file that is continued without its frames being given again.
+struct Continued {
+  std::shared_ptr<const Bcc4Reader> old;
+  int32_t slabs = 0; // copied
+};
+
 } // namespace bccsplat::api
 
 // Fit and container are made when the first data come: only then the source's precision may be known.
@@ -34,6 +41,7 @@ struct bccsplat_writer : bccsplat::api::Counted {
   void add_frame(uint32_t channel, double time, const bccsplat_box* boxes, uint64_t count);
   void add_layer(uint32_t channel, int64_t layer, std::span<const float> samples);
   void add_field(uint32_t channel, bccsplat_field_fn field, void* user);
+  void begin_continued(const bccsplat_series_part& options);
   bccsplat_writer_report finish();
   void check_channel(uint32_t channel) const;
   // Runs a step; after a failure the writer is of no use any more.
@@ -65,6 +73,7 @@ struct bccsplat_writer : bccsplat::api::Counted {
   std::unique_ptr<bccsplat::RoundTrip> round_trip; // null: nothing is measured
   std::vector<bccsplat::Range> source_ranges;      // once finished
   std::optional<bccsplat::SeriesPart> part;        // none: the whole series
+  std::optional<bccsplat::api::Continued> continued;
 
  private:
   // One channel between fit and container, when coefficients are stored.
@@ -93,6 +102,10 @@ struct bccsplat_writer : bccsplat::api::Counted {
   [[nodiscard]] uint32_t fingerprint() const;
   [[nodiscard]] uint32_t series_fingerprint() const;
   [[nodiscard]] bccsplat::Bcc4WriterOptions appended() const;
+  void read_times(const bccsplat_series_part& options);
+  void check_continues(const bccsplat::VolumeInfo& was) const;
+  void copy_continued();
+  void add_continued(bccsplat::FitReport& result);
   [[nodiscard]] bool measuring_required() const {
     return abs_error > 0 || psnr > 0 || measure == BCCSPLAT_MEASURE_ALL;
   }

@@ -3,10 +3,7 @@
 #include <cmath>
 
 #include "api/writer.h"
-#include "fit/filter.h"
-#include "fit/lowpass.h"
 #include "formats/bcc4_deflate.h"
-#include "formats/bcc4_journal.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -37,15 +34,16 @@ ValueType coefficient_type(SourceType source) {
 
 } // namespace
 
-// Of the whole series.
+// Of the whole series, or of the frames that continue it.
 std::vector<uint32_t> bccsplat_writer::measured_frames() const {
   const bool all = measuring_required();
   if (!all && measure == BCCSPLAT_MEASURE_DEFAULT) return {};
-  const uint32_t frames = fit_options.dims[3];
+  const uint32_t first = continued ? fit_options.part->first_counted : 0,
+                 frames = fit_options.dims[3] - first;
   std::vector<uint32_t> list;
   const uint32_t count = all ? frames : std::min(frames, frames_of_some);
   for (uint32_t i = 0; i < count; ++i)
-    list.push_back(all ? i : static_cast<uint32_t>(uint64_t{frames} * (2 * i + 1) / (2 * count)));
+    list.push_back(first + (all ? i : static_cast<uint32_t>(uint64_t{frames} * (2 * i + 1) / (2 * count))));
   return list;
 }
 
@@ -100,7 +98,7 @@ void bccsplat_writer::begin(Feeding kind, uint32_t first_channel, SourceType fir
     info.offset = channel.quantiser.offset;
     fit_options.channels.push_back(std::move(channel));
   }
-  if (kind == Feeding::frames) fit_options.lead = lead();
+  if (kind == Feeding::frames && !continued) fit_options.lead = lead();
   context.emplace(device->context(progress));
   fit = std::make_unique<Fit>(
       fit_options,
@@ -142,27 +140,20 @@ void bccsplat_writer::start_measuring(bool frames_known) {
   if (part)
     std::erase_if(frames,
                   [&](uint32_t f) { return f < part->fit.first_counted || f >= part->fit.end_counted; });
+  const int32_t first_layer = continued ? fit_options.part->first_layer : part ? part->first_layer : 0;
+  if (continued)
+    std::erase_if(frames, [&](uint32_t f) {
+      return layers_to_measure(fit->lattice(), initial.recommended_kernel, coefficients, f).begin <
+             first_layer;
+    });
   measuring([&] {
     round_trip = std::make_unique<RoundTrip>(
         fit->lattice(), std::move(list), initial.recommended_kernel, coefficients, std::move(frames),
         [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
           store_residuals(channel, frame, residuals);
         },
-        *context, part ? part->first_layer : 0);
+        *context, first_layer);
   });
-}
-
-void bccsplat_writer::make_container() {
-  if (container) return;
-  initial.lattice = fit->lattice();
-  Bcc4WriterOptions o;
-  if (partial == BCCSPLAT_PARTIAL_APPEND) {
-    o = appended();
-  } else if (partial != BCCSPLAT_PARTIAL_DEFAULT) {
-    o.journal = std::make_shared<Bcc4Journal>(path + ".journal", partial == BCCSPLAT_PARTIAL_RESUME);
-    o.fingerprint = fingerprint();
-  }
-  container = std::make_unique<Bcc4Writer>(std::move(sink), initial, o);
 }
 
 // Of what decides the samples and stands nowhere in the file.
@@ -183,39 +174,4 @@ uint32_t bccsplat_writer::fingerprint() const {
   if (!part) return series_fingerprint();
   const std::array<uint32_t, 3> of_part{series_fingerprint(), part->fit.first_counted, part->fit.end_counted};
   return crc32_of(std::as_bytes(std::span(of_part)));
-}
-
-// The slabs of the old file that new frames behind its last one do not touch.
-Bcc4WriterOptions bccsplat_writer::appended() const {
-  Bcc4WriterOptions o;
-  const auto old = Bcc4Reader::open(open_file_source(path));
-  const VolumeInfo& was = old->info();
-  if (was.part) fail(Code::wrong_state, path, ": a part of a series; join all parts first");
-  const Lattice4 &a = was.lattice, &b = initial.lattice;
-  const auto differs = [&](const char* what) {
-    fail(Code::wrong_state, path, ": ", what,
-         " of its series and of the one to be appended differ; import all anew");
-  };
-  if (a.kind != b.kind || !(a.space == b.space) || a.time_step != b.time_step || a.lead != b.lead ||
-      a.is_static() || !std::equal(a.dims.begin(), a.dims.begin() + 3, b.dims.begin()) ||
-      was.slab_layers != initial.slab_layers)
-    differs("the lattices");
-  if (fit_options.dims[3] > 0 && a.dims[3] > b.dims[3]) differs("the numbers of frames");
-  if (was.coefficient_kernel != initial.coefficient_kernel) differs("the kernels of coefficients");
-  if (was.channels.size() != initial.channels.size()) differs("the channels");
-  for (size_t c = 0; c < was.channels.size(); ++c) {
-    const ChannelInfo &x = was.channels[c], &y = initial.channels[c];
-    if (x.name != y.name || x.type != y.type || x.scale != y.scale || x.offset != y.offset ||
-        x.air != y.air || x.threshold != y.threshold)
-      differs("the channels");
-  }
-  // Coefficients hang on samples beyond the reach of the filter.
-  if (!coefficients) {
-    const int reach = filter_reach(fit_options.filter, std::max(1.0, a.time_step / a.layer_distance())) + 1 +
-                      (fit_options.lowpass ? lowpass_time_reach(a) : 0);
-    const double last = a.dims[3] - 1.0 - reach; // frame
-    while (a.layer_frame((o.earlier_slabs + 1) * was.slab_layers - 1) <= last) ++o.earlier_slabs;
-  }
-  o.earlier = old;
-  return o;
 }

@@ -12,47 +12,6 @@ constexpr uint64_t field_points = 1 << 16; // asked of a host's field at a time
 
 } // namespace
 
-// What the fit hands out.
-void bccsplat_writer::take_layers(int32_t slab, int channel, std::span<const BrickLayer> layers) {
-  if (!coefficients) return store_slab(slab, channel, layers);
-  prefiltered.resize(channels.size());
-  auto& p = prefiltered[static_cast<size_t>(channel)];
-  if (!p) {
-    const ChannelInfo& c = initial.channels[static_cast<size_t>(channel)];
-    const Quantiser quantiser{c.type, c.scale, c.offset, c.air};
-    p = std::make_unique<Prefiltered>(fit->lattice(), quantiser, c.threshold, initial.coefficient_kernel,
-                                      part ? part->fit.first_layer : 0, part ? part->first_layer : 0,
-                                      part ? part->end_layer : fit->lattice().layers());
-    if (part) p->next_slab = part->first_layer / initial.slab_layers;
-  }
-  for (BrickLayer& layer : p->maker.add(layers, *context)) {
-    p->slab.push_back(std::move(layer));
-    const bool last =
-        p->next_slab * initial.slab_layers + static_cast<int32_t>(p->slab.size()) == fit->lattice().layers();
-    if (!last && static_cast<int32_t>(p->slab.size()) < initial.slab_layers) continue;
-    store_slab(p->next_slab++, channel, p->slab);
-    p->slab.clear();
-  }
-}
-
-void bccsplat_writer::store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
-  now.slab = slab, now.channel = static_cast<uint32_t>(channel);
-  if (stores_slab(slab)) {
-    make_container();
-    container->write_slab(slab, channel, layers, *context);
-    if (part) writes.push_back(now);
-  }
-  if (round_trip) measuring([&] { round_trip->add_layers(channel, layers); });
-}
-
-void bccsplat_writer::store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
-  make_container();
-  container->write_residuals(channel, frame, residuals);
-  if (!part) return;
-  writes.push_back(now);
-  writes.back().frame = frame;
-}
-
 void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_box* boxes, uint64_t count) {
   if (feeding != Feeding::nothing && feeding != Feeding::frames) // `added` counts layers then
     fail(Code::wrong_state, "writer: frames and layers do not mix");
@@ -70,7 +29,7 @@ void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_bo
     times.push_back(time);
   } else if (times[frame] != time) {
     fail(Code::invalid_argument, "frame ", frame, ": time ", time, " differs from ", times[frame],
-         part ? " of the part's times" : " of another channel");
+         fit_options.part ? " of the part's times" : " of another channel");
   }
   std::vector<FrameBox> parts;
   parts.reserve(count);
@@ -98,7 +57,7 @@ void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_bo
     measuring([&] { round_trip->add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), parts); });
   fit->add_frame(static_cast<int>(channel), parts);
   ++added[channel];
-  const uint64_t first = part ? part->fit.first_given : 0;
+  const uint64_t first = fit_options.part ? fit_options.part->first_given : 0;
   if (fit_options.dims[3] > 0)
     progress.report(0.99 * static_cast<double>(*std::min_element(added.begin(), added.end()) - first) /
                     static_cast<double>((part ? part->fit.end_given : fit_options.dims[3]) - first));
@@ -106,7 +65,7 @@ void bccsplat_writer::add_frame(uint32_t channel, double time, const bccsplat_bo
 }
 
 void bccsplat_writer::add_layer(uint32_t channel, int64_t layer, std::span<const float> samples) {
-  if (part) fail(Code::unsupported, "a part of a series is made of frames");
+  if (fit_options.part) fail(Code::unsupported, "a part of a series is made of frames");
   if (fit_options.dims[3] == 0) fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
   if (layer != static_cast<int64_t>(added[channel]))
     fail(Code::wrong_state, "layer ", layer, " given, ", added[channel], " is next");
@@ -120,7 +79,7 @@ void bccsplat_writer::add_layer(uint32_t channel, int64_t layer, std::span<const
 }
 
 void bccsplat_writer::add_field(uint32_t channel, bccsplat_field_fn field, void* user) {
-  if (part) fail(Code::unsupported, "a part of a series is made of frames");
+  if (fit_options.part) fail(Code::unsupported, "a part of a series is made of frames");
   if (fit_options.dims[3] == 0) fail(Code::wrong_state, "a field needs the number of frames: set dims[3]");
   if (added[channel] != 0) fail(Code::wrong_state, "channel ", channel, " has data already");
   begin(Feeding::layers, channel, SourceType::f32);
@@ -207,8 +166,16 @@ void bccsplat_writer::check_bounds(const FitReport& result) const {
 bccsplat_writer_report bccsplat_writer::finish() {
   if (!fit) fail(Code::wrong_state, "writer: nothing was added");
   now.trigger = fit_options.dims[3];
-  const FitReport result = fit->finish();
+  FitReport result = fit->finish();
   make_container();
+  // The error of coding is known of what was coded.
+  double squares = 0;
+  uint64_t coded = 0;
+  for (const FitChannelReport& r : result.channels) {
+    squares += r.coding_rmse * r.coding_rmse * static_cast<double>(r.sites_total);
+    coded += r.sites_total;
+  }
+  if (continued) add_continued(result);
   VolumeInfo& info = container->info();
   info.lattice = result.lattice;
   if (feeding == Feeding::frames) {
@@ -228,24 +195,25 @@ bccsplat_writer_report bccsplat_writer::finish() {
 
   bccsplat_writer_report report{};
   report.frames = result.lattice.dims[3];
-  double squares = 0;
   for (size_t c = 0; c < result.channels.size(); ++c) {
     const FitChannelReport& r = result.channels[c];
     describe(r, info.channels[c]);
     add_counts(r, part ? r.source_samples : info.cc_samples(), info.channels[c].source_type, report);
-    squares += r.coding_rmse * r.coding_rmse * static_cast<double>(r.sites_total);
     source_ranges.push_back(r.source_range);
     if (round_trip) report.corrected += round_trip->errors(static_cast<int>(c)).corrected;
   }
   if (part) {
     report.frames = part->fit.end_counted - part->fit.first_counted;
     describe_part(result);
+  } else if (!coefficients && feeding == Feeding::frames) {
+    info.tail =
+        tail_of_series(lasting_slabs(result.lattice, fit_options, result.lattice.dims[3]), result.channels);
   }
   const Bcc4Report written = container->finish(*context);
-  if (report.sites_total > 0)
-    report.coding_rmse = std::sqrt(squares / static_cast<double>(report.sites_total));
+  if (coded > 0) report.coding_rmse = std::sqrt(squares / static_cast<double>(coded));
   if (round_trip) report.frames_measured = round_trip->frames().size();
-  report.slabs_reused = static_cast<uint32_t>(std::min<uint64_t>(written.slabs_reused, UINT32_MAX));
+  const uint64_t copied = continued ? static_cast<uint64_t>(continued->slabs) * channels.size() : 0;
+  report.slabs_reused = static_cast<uint32_t>(std::min<uint64_t>(written.slabs_reused + copied, UINT32_MAX));
   add_bytes(info, written, report);
   finished = true;
   try {

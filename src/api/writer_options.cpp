@@ -113,7 +113,7 @@ bccsplat_writer::bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_o
     channels.push_back(in);
   }
   added.assign(count, 0);
-  if (o.part) begin_part(read_struct(o.part, "bccsplat_series_part"));
+  if (o.part && partial != BCCSPLAT_PARTIAL_APPEND) begin_part(read_struct(o.part, "bccsplat_series_part"));
 }
 
 void bccsplat_writer::check_channel(uint32_t channel) const {

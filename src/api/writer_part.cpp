@@ -29,24 +29,27 @@ uint32_t checksum_of(VolumeInfo info, uint32_t samples) {
 
 } // namespace
 
+void bccsplat_writer::read_times(const bccsplat_series_part& o) {
+  require(o.times, "part.times");
+  times.assign(o.times, o.times + fit_options.dims[3]);
+  for (size_t i = 0; i < times.size(); ++i)
+    if (!std::isfinite(times[i]) || (i > 0 && !(times[i] > times[i - 1])))
+      fail(Code::invalid_argument, "part.times: time ", times[i], " of frame ", i, " does not rise");
+}
+
 void bccsplat_writer::begin_part(const bccsplat_series_part& o) {
   require_zero(o.reserved, "bccsplat_series_part.reserved");
   const uint32_t frames = fit_options.dims[3];
   if (frames == 0) fail(Code::invalid_argument, "a part needs the number of frames of the series in dims[3]");
-  if (partial == BCCSPLAT_PARTIAL_APPEND) fail(Code::invalid_argument, "a part cannot be appended to");
   if (o.first >= o.end || o.end > frames)
     fail(Code::invalid_argument, "a part of frames ", o.first, " to ", o.end, " (excluded): the series has ",
          frames, ", and a part has at least one");
-  require(o.times, "part.times");
   if (fit_options.nonfinite == NonFinite::clamp)
     for (size_t c = 0; c < channels.size(); ++c)
       if (!(channels[c].set_mask & BCCSPLAT_CHANNEL_SET_RANGE))
         fail(Code::invalid_argument, "channel ", initial.channels[c].name,
              ": what a part clamps to is the range of the series, which it must be told");
-  times.assign(o.times, o.times + frames);
-  for (size_t i = 0; i < times.size(); ++i)
-    if (!std::isfinite(times[i]) || (i > 0 && !(times[i] > times[i - 1])))
-      fail(Code::invalid_argument, "part.times: time ", times[i], " of frame ", i, " does not rise");
+  read_times(o);
   fit_options.lead = lead();
   initial.lattice = Lattice4::fit(fit_options.lattice, fit_options.dims, fit_options.scale,
                                   fit_options.time_scale, fit_options.lead);
@@ -76,6 +79,7 @@ void bccsplat_writer::describe_part(const FitReport& result) {
   out.writes = std::move(writes);
   PartReport report;
   report.psnr = psnr;
+  report.lasting = lasting_slabs(result.lattice, fit_options, result.lattice.dims[3]);
   for (size_t c = 0; c < info.channels.size(); ++c) {
     PartChannelReport& channel = report.channels.emplace_back();
     channel.fit = result.channels[c];
@@ -147,6 +151,11 @@ void join(bccsplat_device* device, const Parts& parts, const char* path, const b
     for (const SampleErrors& e : r.errors) errors.add(e);
     if (sum.psnr > 0) require_psnr(channel.name, errors, r.fit.source_range, sum.psnr);
   }
+  if (info.coefficient_kernel.empty()) {
+    std::vector<FitChannelReport> reports;
+    for (const PartChannelReport& r : sum.channels) reports.push_back(r.fit);
+    info.tail = tail_of_series(sum.lasting, reports);
+  }
   Progress progress(progress_callback(options.progress, options.progress_user));
   const Context context = device->context(progress);
   Bcc4Writer writer(create_file_sink(path, options.overwrite != 0), info);
@@ -178,8 +187,9 @@ bccsplat_status bccsplat_writer_get_part_frames(const bccsplat_writer* writer, u
                                                 uint64_t* end) {
   return guard([&] {
     require(writer, "writer"), require(begin, "begin"), require(end, "end");
-    *begin = writer->part ? writer->part->fit.first_given : 0;
-    *end = writer->part ? writer->part->fit.end_given : writer->fit_options.dims[3];
+    const FitOptions& o = writer->fit_options;
+    *begin = o.part ? o.part->first_given : 0;
+    *end = o.part ? o.part->end_given : o.dims[3];
   });
 }
 

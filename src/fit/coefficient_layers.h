@@ -43,7 +43,7 @@ class CoefficientLayers {
   Relevance relevance_;
 };
 
-// The numbers that define a radial kernel with a B-spline in time, as formats/bcc4.md stores them. Throws
+// The numbers that define a radial kernel with a spline in time, as formats/bcc4.md stores them. Throws
 // unsupported for other kernels.
 [[nodiscard]] std::vector<double> kernel_parameters(const Kernel& kernel);
 

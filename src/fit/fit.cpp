@@ -310,11 +310,18 @@ struct Fit::State {
       });
     Reservation memory(context.memory, bricks * sizeof(Brick), "a slab of layers");
     const bool counted = counts_layer(layer);
+    const uint64_t clamped_before = c.maker.clamped();
     c.slab.push_back(
         (counted ? c.maker : c.uncounted).make(lattice.space, coset, taps, nearest, beyond, context));
     memory = {};
     c.slab_memory.emplace_back(context.memory, c.slab.back().bytes(), "a slab of layers");
-    if (counted) c.report.sites_total += static_cast<uint64_t>(lattice.space.sites(coset));
+    if (counted) {
+      c.report.sites_total += static_cast<uint64_t>(lattice.space.sites(coset));
+      const int32_t first = options.part ? options.part->first_own : 0;
+      const auto slab = static_cast<size_t>((layer - first) / options.slab_layers);
+      c.report.clamped_slabs.resize(slab + 1);
+      c.report.clamped_slabs[slab] += c.maker.clamped() - clamped_before;
+    }
     if (static_cast<int32_t>(c.slab.size()) == options.slab_layers) hand_out(c, index);
   }
 

@@ -74,6 +74,7 @@ struct FitChannelReport {
   uint64_t sites_total = 0, sites_kept = 0;
   uint64_t holes = 0;                     // of the sites kept
   uint64_t clamped = 0;                   // sites whose value the stored type could not hold
+  std::vector<uint64_t> clamped_slabs;    // of them, those of each slab that was counted
   SampleHistogram samples;                // of the sites kept that are no holes
   double coding_max = 0, coding_rmse = 0; // stored values against those the filter made, over all sites
 };

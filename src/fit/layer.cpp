@@ -143,6 +143,12 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
   return layer;
 }
 
+uint64_t LayerMaker::clamped() const {
+  uint64_t sum = 0;
+  for (const auto& part : counts_) sum += part->sites.clamped;
+  return sum;
+}
+
 SiteCounts LayerMaker::counts() const {
   SiteCounts all{{}, SampleHistogram(quantiser_)};
   for (const auto& part : counts_) {

@@ -47,6 +47,7 @@ class LayerMaker {
   [[nodiscard]] BrickLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
                                 size_t nearest, bool beyond, const Context& context);
   [[nodiscard]] SiteCounts counts() const;
+  [[nodiscard]] uint64_t clamped() const; // of counts().sites, without summing the rest
   // Summed layer by layer, the same for any number of threads.
   [[nodiscard]] const CodingError& coding_error() const { return coding_; }
 

@@ -11,7 +11,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr uint32_t report_version = 1;
+constexpr uint32_t report_version = 2;
 
 void include(LayerSpan& all, const LayerSpan& more) {
   if (more.begin >= more.end) return;
@@ -24,13 +24,17 @@ LayerSpan whole_slabs(const LayerSpan& span, int32_t slab_layers, int32_t layers
           std::min(layers, (span.end + slab_layers - 1) / slab_layers * slab_layers)};
 }
 
+// Frames on either side that a layer is resampled from.
+int frame_reach(const Lattice4& lattice, const FitOptions& options, double widening) {
+  return filter_reach(options.filter, widening) + 1 + (options.lowpass ? lowpass_time_reach(lattice) : 0);
+}
+
 // Frames that layers are resampled from; frames beyond the ends hang on those next to them.
 std::array<int64_t, 2> frames_of(const LayerSpan& layers, const Lattice4& lattice,
                                  const FitOptions& options) {
   const double widening = std::max(1.0, lattice.time_step / lattice.layer_distance());
   const int64_t frames = options.dims[3];
-  const int reach =
-      filter_reach(options.filter, widening) + 1 + (options.lowpass ? lowpass_time_reach(lattice) : 0);
+  const int reach = frame_reach(lattice, options, widening);
   int64_t first = static_cast<int64_t>(std::floor(lattice.layer_frame(layers.begin))) - reach;
   int64_t end = static_cast<int64_t>(std::ceil(lattice.layer_frame(layers.end - 1))) + reach + 1;
   if (end > frames)
@@ -127,10 +131,50 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
   return part;
 }
 
+int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, uint32_t frames) {
+  if (lattice.is_static()) return 0;
+  const double widening = std::max(1.0, lattice.time_step / lattice.layer_distance());
+  // With fewer, what stands before the first frame changes as well.
+  if (lattice.lead > 0 &&
+      frames < EndFrames(widening).used() + (options.lowpass ? lowpass_time_reach(lattice) : 0))
+    return 0;
+  const double last = frames - 1.0 - frame_reach(lattice, options, widening);
+  int32_t slabs = 0;
+  while (lattice.layer_frame((slabs + 1) * options.slab_layers - 1) <= last) ++slabs;
+  return slabs;
+}
+
+FitPart rest_of_series(const Lattice4& lattice, const FitOptions& options, uint32_t done) {
+  const uint32_t frames = options.dims[3];
+  FitPart part;
+  part.first_counted = done, part.end_counted = part.end_given = frames;
+  part.first_layer = part.first_own = lasting_slabs(lattice, options, done) * options.slab_layers;
+  part.end_layer = part.end_own = lattice.layers();
+  if (part.first_layer > 0)
+    part.first_given =
+        static_cast<uint32_t>(frames_of({part.first_layer, part.end_layer}, lattice, options)[0]);
+  part.first_given = std::min(part.first_given, done);
+  return part;
+}
+
+std::optional<TailInfo> tail_of_series(int32_t lasting, std::span<const FitChannelReport> channels) {
+  TailInfo tail{lasting, {}};
+  uint64_t all = 0;
+  for (const FitChannelReport& c : channels) {
+    const size_t n = std::min(static_cast<size_t>(lasting), c.clamped_slabs.size());
+    uint64_t sum = 0;
+    for (const uint64_t slab : std::span(c.clamped_slabs).first(n)) sum += slab;
+    tail.clamped.push_back(sum);
+    all += c.clamped;
+  }
+  if (all == 0) return std::nullopt;
+  return tail;
+}
+
 std::vector<std::byte> write_part_report(const PartReport& report) {
   ByteWriter out;
   out.write(report_version);
-  out.write(report.psnr);
+  out.write(report.psnr), out.write(report.lasting);
   for (const PartChannelReport& c : report.channels) {
     const FitChannelReport& f = c.fit;
     write_range(out, f.source_range);
@@ -140,6 +184,8 @@ std::vector<std::byte> write_part_report(const PartReport& report) {
     for (const uint64_t n :
          {f.source_samples, f.cc_relevant, f.nonfinite, f.sites_total, f.sites_kept, f.holes, f.clamped})
       out.write(n);
+    out.write(static_cast<uint32_t>(f.clamped_slabs.size()));
+    for (const uint64_t n : f.clamped_slabs) out.write(n);
     f.samples.write(out);
     out.write(f.coding_max), out.write(f.coding_rmse), out.write(c.bound);
     out.write(static_cast<uint32_t>(c.measured.size()));
@@ -157,7 +203,7 @@ PartReport read_part_report(std::span<const std::byte> bytes, size_t channels) {
     fail(Code::unsupported_version,
          "a part written by another version of bccsplat; write all parts with one");
   PartReport report;
-  report.psnr = in.read<double>();
+  report.psnr = in.read<double>(), report.lasting = in.read<int32_t>();
   report.channels.resize(channels);
   for (PartChannelReport& c : report.channels) {
     FitChannelReport& f = c.fit;
@@ -168,6 +214,8 @@ PartReport read_part_report(std::span<const std::byte> bytes, size_t channels) {
     for (uint64_t* n : {&f.source_samples, &f.cc_relevant, &f.nonfinite, &f.sites_total, &f.sites_kept,
                         &f.holes, &f.clamped})
       *n = in.read<uint64_t>();
+    f.clamped_slabs.resize(read_count(in, 8));
+    for (uint64_t& n : f.clamped_slabs) n = in.read<uint64_t>();
     f.samples = SampleHistogram::read(in);
     f.coding_max = in.read<double>(), f.coding_rmse = in.read<double>(), c.bound = in.read<double>();
     c.measured.resize(read_count(in, 4));
@@ -199,6 +247,7 @@ void add_part_report(PartReport& series, PartReport next) {
     a.source_samples += b.source_samples, a.cc_relevant += b.cc_relevant, a.nonfinite += b.nonfinite;
     a.sites_total += b.sites_total, a.sites_kept += b.sites_kept;
     a.holes += b.holes, a.clamped += b.clamped;
+    a.clamped_slabs.insert(a.clamped_slabs.end(), b.clamped_slabs.begin(), b.clamped_slabs.end());
     a.samples.merge(b.samples);
     a.coding_max = std::max(a.coding_max, b.coding_max);
     if (a.sites_total > 0) a.coding_rmse = std::sqrt(squares / static_cast<double>(a.sites_total));

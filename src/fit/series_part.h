@@ -32,6 +32,16 @@ struct SeriesPart {
 [[nodiscard]] SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options,
                                         const LayerUse& use, uint32_t first, uint32_t end);
 
+// Slabs of a series of `frames` frames that stay as they are when more follow; lattice: of either.
+[[nodiscard]] int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, uint32_t frames);
+// What is left to do when a series of which `done` frames are in a file goes on: the slabs behind
+// lasting_slabs, from as many frames as they hang on. lattice, options: of the longer series.
+[[nodiscard]] FitPart rest_of_series(const Lattice4& lattice, const FitOptions& options, uint32_t done);
+
+// What a writer that continues a whole series will ask for; none: nothing was clamped. lasting: of its slabs.
+[[nodiscard]] std::optional<TailInfo> tail_of_series(int32_t lasting,
+                                                     std::span<const FitChannelReport> channels);
+
 // What a channel of a part counted and measured.
 struct PartChannelReport {
   FitChannelReport fit;
@@ -40,7 +50,8 @@ struct PartChannelReport {
   std::vector<SampleErrors> errors; // theirs
 };
 struct PartReport {
-  double psnr = 0; // asked of the series; 0: none
+  double psnr = 0;     // asked of the series; 0: none
+  int32_t lasting = 0; // slabs of the series, see lasting_slabs
   std::vector<PartChannelReport> channels;
 };
 

@@ -123,6 +123,9 @@ TEST(Threads, CancelAtAnyMoment) {
   ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
   const Renderer renderer(r);
   ASSERT_OK(bccsplat_renderer_set_slice(r, slice.get()));
+  auto options = sized<bccsplat_render_options>();
+  options.disable_skips = BCCSPLAT_SKIP_UNCHANGED; // every picture takes its time
+  ASSERT_OK(bccsplat_renderer_set_options(r, &options));
   bccsplat_frame* f = nullptr;
   ASSERT_OK(bccsplat_frame_create(device.get(), 64, 64, BCCSPLAT_FRAME_RGBA, &f));
   const Frame frame(f);

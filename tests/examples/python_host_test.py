@@ -151,6 +151,7 @@ def volume_facts(volume):
     assert volume.time_to_index(1.25) == 2.5 and volume.index_to_time(2.5) == 1.25
     assert volume.attributes()["source"] == volume.find_attribute("source") == "made up: ü"
     raises(Error, Status.NOT_FOUND, volume.find_channel, "colour")
+    assert volume.sources() == [("nowhere.raw", 12, 34)]
     report = volume.verify()
     assert report.damages == 0 and report.chunks > 0
     raises(Cancelled, Status.CANCELLED, volume.verify, lambda fraction: True)
@@ -215,12 +216,33 @@ def pictures(device, cut, folder):
     renderer.cancel()  # nothing under way: no effect
     renderer.set_options(progress=lambda fraction: 1 / 0)
     raises(ZeroDivisionError, None, renderer.render, frame)
+    drawn = {}
+    for choice in ("off", "on", None):
+        renderer.set_options(preintegrate=choice)
+        renderer.render(frame)
+        drawn[choice] = frame.rgba().copy()
+        assert renderer.stats().preintegrated == (choice == "on")
+    assert np.array_equal(drawn["off"], drawn[None]) and not np.array_equal(drawn["off"], drawn["on"])
+    raises(ValueError, None, renderer.set_options, preintegrate="sometimes")
     renderer.set_options()
     frame.save_png(os.path.join(folder, "p.png"), overwrite=True, background=(0, 0, 0))
     frame.save_exr(os.path.join(folder, "p.exr"), overwrite=True)
     raises(Error, Status.FILE_EXISTS, frame.save_png, os.path.join(folder, "p.png"))
     frame.close()
     pixels[0, 0] = 1  # still there
+    with Frame(device, 60, 40, Frame.DEEP) as frame:
+        raises(Error, Status.WRONG_STATE, frame.deep)
+        renderer.set_options(deep_tolerance=0.01)
+        renderer.render(frame)
+        first, samples = frame.deep()
+        assert first[0] == 0 and first[-1] == len(samples) > 0 and samples.shape[1] == 6
+        for p in range(60 * 40):
+            rgba = np.zeros(4)
+            for z, z_back, opacity, red, green, blue in samples[first[p]:first[p + 1]].astype(float):
+                assert z_back >= z
+                rgba += (1 - rgba[3]) * np.array([red, green, blue, opacity])
+            assert np.allclose(rgba, frame.rgba().reshape(-1, 4)[p], atol=1e-5)
+        frame.save_deep_exr(os.path.join(folder, "d.exr"), overwrite=True, comments="deep")
     shared = renderer.share()
     renderer.close()
     shared.close()

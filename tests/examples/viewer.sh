@@ -38,6 +38,14 @@ xdotool mousemove 18 350 click 1 # the trail
 xdotool windowfocus "$window" || true
 sleep 1
 at_rest
+# There and back faster than any picture of the trail is drawn: each wish cancels the one before.
+hurry=(mousemove 600 300 mousedown 1 sleep 0.3)
+for step in 2 2 2 2 2 2 2 2 -2 -2 -2 -2 -2 -2 -2 -2; do
+  hurry+=(mousemove_relative -- $step 0 sleep 0.01)
+done
+xdotool "${hurry[@]}" sleep 0.3 mouseup 1
+sleep 0.5
+at_rest
 xdotool key --window "$window" q
 for _ in $(seq 100); do
   kill -0 $viewer 2>/dev/null || break

@@ -105,7 +105,7 @@ bccsplat_status write_to(Stream& stream) {
 
 // What becomes of a file: each step may be left out.
 struct Reading {
-  bool verify = true, evaluate = true, slice = true, render = true;
+  bool verify = true, evaluate = true, slice = true, render = true, salvage = false;
 };
 
 bccsplat_status read_from(Stream& stream, const Reading& wanted) {
@@ -120,8 +120,10 @@ bccsplat_status read_from(Stream& stream, const Reading& wanted) {
   steps.then([&] { return make_one_thread(device); }).then([&] {
     auto s = sized<bccsplat_read_stream>();
     s.size = stream.size, s.read_at = Stream::read_at, s.user = &stream;
+    auto o = sized<bccsplat_volume_options>();
+    o.salvage = wanted.salvage;
     bccsplat_volume* v = nullptr;
-    const bccsplat_status status = bccsplat_volume_open_stream(device.get(), &s, nullptr, &v);
+    const bccsplat_status status = bccsplat_volume_open_stream(device.get(), &s, &o, &v);
     EXPECT_EQ(status == BCCSPLAT_OK, v != nullptr);
     volume.reset(v);
     return status;
@@ -205,6 +207,13 @@ TEST(Faults, EveryAllocationOfReading) {
   Stream stream;
   ASSERT_OK(write_to(stream));
   fail_each_allocation([&] { return read_from(stream, {.slice = false, .render = false}); });
+}
+
+// Salvaging takes what cannot be read for a hole: memory that is short must not look like that.
+TEST(Faults, EveryAllocationOfSalvaging) {
+  Stream stream;
+  ASSERT_OK(write_to(stream));
+  fail_each_allocation([&] { return read_from(stream, {.slice = false, .render = false, .salvage = true}); });
 }
 
 TEST(Faults, EveryAllocationOfSlicing) {
@@ -363,6 +372,30 @@ TEST(Faults, WritingCancelledAtEveryReport) {
   }
   EXPECT_GE(cancelled, 3u);
   EXPECT_EQ(names_in(folder), std::vector<std::string>{"cancelled.bcc4"});
+}
+
+TEST(Faults, VerifyingCancelledAtEveryReport) {
+  Stream stream;
+  ASSERT_OK(write_to(stream));
+  Device device;
+  ASSERT_OK(make_one_thread(device));
+  bccsplat_volume* v = nullptr;
+  ASSERT_OK(bccsplat_volume_open_memory(device.get(), stream.bytes.data(), stream.size, nullptr, &v));
+  const Volume volume(v);
+  uint64_t cancelled = 0;
+  for (uint64_t n = 0;; ++n) {
+    Cancel cancel{.at = n};
+    auto report = sized<bccsplat_verify_report>();
+    const bccsplat_status status = bccsplat_volume_verify(v, Cancel::progress, &cancel, &report);
+    if (status == BCCSPLAT_OK) {
+      EXPECT_EQ(report.damages, 0u);
+      break;
+    }
+    ++cancelled;
+    EXPECT_EQ(status, BCCSPLAT_CANCELLED) << "report " << n;
+    ASSERT_LT(n, 100u);
+  }
+  EXPECT_GE(cancelled, 1u);
 }
 
 // A runner of the host that cancels a render before its task number `at`.

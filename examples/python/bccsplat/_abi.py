@@ -100,11 +100,15 @@ QUALITY_BEST = 4
 SHADING_DEFAULT = 0
 SHADING_OFF = 1
 SHADING_ON = 2
+PREINTEGRATE_DEFAULT = 0
+PREINTEGRATE_OFF = 1
+PREINTEGRATE_ON = 2
 SKIP_TRANSFER_FUNCTION = 1
 SKIP_FRUSTUM = 2
 SKIP_OCCLUSION = 4
 SKIP_EMPTY_SHEETS = 8
 SKIP_FINE_DETAIL = 16
+SKIP_UNCHANGED = 32
 RENDER_SET_ISO = 1
 TRAIL_CONTENT_DEFAULT = 0
 TRAIL_CLASSIFIED = 1
@@ -119,6 +123,7 @@ FRAME_RGBA = 1
 FRAME_DEPTH = 2
 FRAME_VALUE = 4
 FRAME_TIME = 8
+FRAME_DEEP = 16
 
 bccsplat_progress_fn = CFUNCTYPE(c_int32, c_void_p, c_double)
 bccsplat_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
@@ -524,10 +529,14 @@ class RenderOptions(Struct):
     tile_size: int
     progress: Any
     progress_user: int | None
+    deep_tolerance: float
+    preintegrate: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
         ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
         ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
-        ("progress", bccsplat_progress_fn), ("progress_user", c_void_p)]
+        ("progress", bccsplat_progress_fn), ("progress_user", c_void_p), ("deep_tolerance", c_double),
+        ("preintegrate", c_int32), ("reserved", c_uint32)]
 
 
 class Trail(Struct):
@@ -560,11 +569,26 @@ class RenderStats(Struct):
     sheet_step: float
     coarse_level: int
     reserved: int
+    preintegrated: int
+    reserved2: int
+    sheets_reused: int
     _fields_ = [("struct_size", c_uint32), ("threads", c_uint32), ("ms_transform", c_double),
         ("ms_splat", c_double), ("ms_shade", c_double), ("ms_total", c_double), ("cpu_ms", c_double),
         ("points_total", c_uint64), ("points_after_cull", c_uint64), ("points_splatted", c_uint64),
         ("points_occluded", c_uint64), ("tiles", c_uint64), ("sheets", c_uint64), ("sheet_step", c_double),
-        ("coarse_level", c_int32), ("reserved", c_uint32)]
+        ("coarse_level", c_int32), ("reserved", c_uint32), ("preintegrated", c_int32),
+        ("reserved2", c_uint32), ("sheets_reused", c_uint64)]
+
+
+class Deep(Struct):
+    components: int
+    width: int
+    height: int
+    sample_count: int
+    first: int | None
+    samples: int | None
+    _fields_ = [("struct_size", c_uint32), ("components", c_uint32), ("width", c_uint32),
+        ("height", c_uint32), ("sample_count", c_uint64), ("first", c_void_p), ("samples", c_void_p)]
 
 
 class Plane(Struct):
@@ -633,6 +657,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_index_to_time": (c_int32, c_void_p, c_double, c_void_p,),
     "bccsplat_volume_get_attribute": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p,),
     "bccsplat_volume_find_attribute": (c_int32, c_void_p, c_char_p, c_void_p,),
+    "bccsplat_volume_get_source": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_volume_evaluate": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_volume_evaluate_channel": (c_int32, c_void_p, c_uint32, c_uint64, c_void_p, c_void_p,
         c_void_p,),
@@ -663,6 +688,8 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_frame_retain": (None, c_void_p,),
     "bccsplat_frame_release": (None, c_void_p,),
     "bccsplat_frame_get_channel": (c_int32, c_void_p, c_uint32, POINTER(Plane),),
+    "bccsplat_frame_get_deep": (c_int32, c_void_p, POINTER(Deep),),
     "bccsplat_frame_save_exr": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
+    "bccsplat_frame_save_deep_exr": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
     "bccsplat_frame_save_png": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
 }

@@ -39,7 +39,7 @@ class Frame(Child):
     """An image. channels: bits, such as Frame.RGBA | Frame.DEPTH; RGBA is always there."""
 
     RGBA, DEPTH = _abi.FRAME_RGBA, _abi.FRAME_DEPTH
-    VALUE, TIME = _abi.FRAME_VALUE, _abi.FRAME_TIME
+    VALUE, TIME, DEEP = _abi.FRAME_VALUE, _abi.FRAME_TIME, _abi.FRAME_DEEP
     _kind = "frame"
 
     def __init__(self, device: Device, width: int, height: int, channels: int = RGBA) -> None:
@@ -78,6 +78,18 @@ class Frame(Child):
     def depth(self) -> Array:
         return self.channel(self.DEPTH)
 
+    def deep(self) -> tuple[Array, Array]:
+        """(first, samples) of the last render, copied. Pixel p = row * width + column has samples[first[p]:first[p + 1]],
+        rows of (z, z_back, opacity, red, green, blue) in order of depth."""
+        deep = _abi.Deep()
+        call("frame_get_deep", self.pointer, byref(deep))
+        pixels = deep.width * deep.height
+        assert deep.first is not None
+        first = np.frombuffer(ctypes.string_at(deep.first, 8 * (pixels + 1)), np.uint64)
+        floats = deep.sample_count * deep.components
+        data = ctypes.string_at(deep.samples, 4 * floats) if floats and deep.samples is not None else b""
+        return first, np.frombuffer(data, np.float32).reshape(-1, deep.components)
+
     def _image_options(self, overwrite: bool, background: Sequence[float] | None) -> _abi.ImageOptions:
         options = _abi.ImageOptions(overwrite=overwrite, use_background=background is not None)
         if background is not None:
@@ -93,12 +105,24 @@ class Frame(Child):
                  frames_per_second: tuple[int, int] | None = None, exposure_seconds: float = 0.0,
                  comments: str | None = None) -> None:
         """32-bit float. frames_per_second: numerator and denominator, for frames of a sequence."""
+        call("frame_save_exr", self.pointer, os.fsencode(path),
+             byref(self._exr_options(overwrite, frames_per_second, exposure_seconds, comments)))
+
+    def save_deep_exr(self, path: Union[str, "os.PathLike[str]"], overwrite: bool = False, *,
+                      frames_per_second: tuple[int, int] | None = None, exposure_seconds: float = 0.0,
+                      comments: str | None = None) -> None:
+        """Deep scanlines of a frame with the channel DEEP, as save_exr otherwise."""
+        call("frame_save_deep_exr", self.pointer, os.fsencode(path),
+             byref(self._exr_options(overwrite, frames_per_second, exposure_seconds, comments)))
+
+    def _exr_options(self, overwrite: bool, frames_per_second: tuple[int, int] | None, exposure_seconds: float,
+                     comments: str | None) -> _abi.ImageOptions:
         options = self._image_options(overwrite, None)
         if frames_per_second is not None:
             options.frames_per_second[:] = [*frames_per_second]
         options.exposure_seconds = exposure_seconds
         options.comments = None if comments is None else comments.encode()
-        call("frame_save_exr", self.pointer, os.fsencode(path), byref(options))
+        return options
 
 
 class Renderer(Child):
@@ -153,11 +177,12 @@ class Renderer(Child):
                                shininess=shininess)))
 
     def set_options(self, *, mode: int | str | None = None, quality: int | str | None = None,
-                    shading: int | str | None = None, iso_value: float | None = None,
-                    progress: Progress | None = None, **options: Any) -> None:
+                    shading: int | str | None = None, preintegrate: int | str | None = None,
+                    iso_value: float | None = None, progress: Progress | None = None, **options: Any) -> None:
         """Further options by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
         o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
-                               shading=choose("SHADING", shading), **options)
+                               shading=choose("SHADING", shading),
+                               preintegrate=choose("PREINTEGRATE", preintegrate), **options)
         if iso_value is not None:
             o.set_mask |= _abi.RENDER_SET_ISO
             o.iso_value = iso_value

@@ -9,7 +9,7 @@ from typing import Any, Callable, Sequence, Union
 import numpy as np
 
 from . import _abi
-from ._library import Progress, Watch, call, choose, decode, encode
+from ._library import Error, Progress, Watch, call, choose, decode, encode
 from .device import Child, Device
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -93,6 +93,19 @@ class Volume(Child):
             call("volume_get_attribute", self.pointer, i, byref(key), byref(value))
             out[decode(key.value)] = decode(value.value)
         return out
+
+    def sources(self) -> list[tuple[str, int, int]]:
+        """Name, bytes and CRC-32 (0: unknown) of what the data came from."""
+        found: list[tuple[str, int, int]] = []
+        name, size, crc = ctypes.c_char_p(), ctypes.c_uint64(), ctypes.c_uint32()
+        while True:
+            try:
+                call("volume_get_source", self.pointer, len(found), byref(name), byref(size), byref(crc))
+            except Error as error:
+                if error.name != "BCCSPLAT_ERROR_NOT_FOUND":
+                    raise
+                return found
+            found.append(((name.value or b"").decode(), size.value, crc.value))
 
     def find_attribute(self, key: str) -> str:
         value = c_char_p()

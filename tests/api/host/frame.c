@@ -19,6 +19,20 @@ static void channels(bccsplat_frame* frame) {
   OUTPUT_SIZES(bccsplat_plane, bccsplat_frame_get_channel(frame, 1, out), (void)0);
 }
 
+/* Samples along rays, before a picture: after one see renderer.c. */
+static void deep_samples(bccsplat_device* device, bccsplat_frame* flat) {
+  SIZED(bccsplat_deep, deep);
+  bccsplat_frame* frame = NULL;
+  OK(bccsplat_frame_create(device, 8, 6, BCCSPLAT_FRAME_DEEP, &frame));
+  REFUSED(WRONG_STATE, "nothing was rendered", bccsplat_frame_get_deep(frame, &deep));
+  REFUSED(WRONG_STATE, "nothing was rendered", bccsplat_frame_save_deep_exr(frame, scratch("d.exr"), NULL));
+  REFUSED(NOT_FOUND, "FRAME_DEEP", bccsplat_frame_get_deep(flat, &deep));
+  REFUSED(NOT_FOUND, "FRAME_DEEP", bccsplat_frame_save_deep_exr(flat, scratch("d.exr"), NULL));
+  REFUSED(INVALID_ARGUMENT, "frame is NULL", bccsplat_frame_get_deep(NULL, &deep));
+  EXPECT(access(scratch("d.exr"), F_OK) != 0);
+  bccsplat_frame_release(frame);
+}
+
 typedef bccsplat_status (*save_fn)(const bccsplat_frame*, const char*, const bccsplat_image_options*);
 
 static void images(bccsplat_frame* frame, save_fn save, const char* name) {
@@ -74,6 +88,7 @@ void test_frame(void) {
   bccsplat_frame_retain(frame);
   bccsplat_frame_release(frame);
   channels(frame);
+  deep_samples(device, frame);
   if (with_images) {
     images(frame, bccsplat_frame_save_png, "p.png");
     images(frame, bccsplat_frame_save_exr, "p.exr");

@@ -62,6 +62,7 @@ void write_series(bccsplat_device* device, const char* path) {
   int t;
   OK(bccsplat_writer_create(device, path, &options, &writer));
   OK(bccsplat_writer_set_attribute(writer, "origin", "tests"));
+  OK(bccsplat_writer_add_source(writer, "simulation", 1234, 0xabcd));
   for (t = 0; t < NT; ++t) {
     fill_frame(samples, t);
     OK(bccsplat_writer_add_frame(writer, 0, 10 + 2 * t, &box, 1));

@@ -2,6 +2,7 @@
 #include "host.h"
 
 #include <math.h>
+#include <string.h>
 
 static int32_t cancel_at_once(void* user, double fraction) {
   (void)fraction;
@@ -101,6 +102,10 @@ static void options(bccsplat_renderer* renderer) {
   WRONG("sheet_step", o.sheet_step = 1e-9);
   WRONG("opacity_stop", o.opacity_stop = 2);
   WRONG("tile_size", o.tile_size = -1);
+  WRONG("deep_tolerance", o.deep_tolerance = 1.5);
+  WRONG("deep_tolerance", o.deep_tolerance = NAN);
+  WRONG("preintegrate", o.preintegrate = 3);
+  WRONG("preintegrate", o.preintegrate = -1);
   WRONG("iso_value", o.mode = BCCSPLAT_MODE_ISOSURFACE);
   WRONG("iso_value", o.set_mask = BCCSPLAT_RENDER_SET_ISO, o.iso_value = NAN);
 #undef WRONG
@@ -142,6 +147,11 @@ static void pictures(bccsplat_renderer* renderer, bccsplat_frame* frame, const b
   OK(bccsplat_renderer_render(renderer, frame));
   OK(bccsplat_renderer_get_stats(renderer, &stats));
   EXPECT(stats.threads == 2 && stats.points_total > 0 && stats.tiles > 0 && stats.ms_total > 0);
+  EXPECT(stats.points_splatted > 0 && stats.sheets_reused == 0);
+  OK(bccsplat_renderer_render(renderer, frame)); /* keeps its sheets */
+  OK(bccsplat_renderer_render(renderer, frame));
+  OK(bccsplat_renderer_get_stats(renderer, &stats));
+  EXPECT(stats.points_splatted == 0 && stats.sheets_reused > 0);
   REFUSED(INVALID_ARGUMENT, "renderer is NULL", bccsplat_renderer_get_stats(NULL, &stats));
   REFUSED(INVALID_ARGUMENT, "stats is NULL", bccsplat_renderer_get_stats(renderer, NULL));
   OUTPUT_SIZES(bccsplat_render_stats, bccsplat_renderer_get_stats(renderer, out), (void)0);
@@ -164,6 +174,55 @@ static void pictures(bccsplat_renderer* renderer, bccsplat_frame* frame, const b
   OK(bccsplat_renderer_set_options(renderer, NULL));
   OK(bccsplat_renderer_set_trail(renderer, NULL));
   OK(bccsplat_renderer_render(renderer, frame));
+  OK(bccsplat_renderer_render(renderer, frame));
+  OK(bccsplat_renderer_set_slice(renderer, oblique)); /* the one it has */
+  OK(bccsplat_renderer_render(renderer, frame));
+  OK(bccsplat_renderer_get_stats(renderer, &stats));
+  EXPECT(stats.points_splatted == 0 && stats.sheets_reused > 0);
+}
+
+/* Samples along rays: composited they are the flat picture of the same render. */
+static void deep_pictures(bccsplat_renderer* renderer, bccsplat_device* device) {
+  SIZED(bccsplat_deep, deep);
+  SIZED(bccsplat_plane, plane);
+  SIZED(bccsplat_device_info, info);
+  SIZED(bccsplat_image_options, overwrite);
+  SIZED(bccsplat_render_options, mip);
+  bccsplat_frame* frame = NULL;
+  uint64_t held;
+  double worst = 0;
+  OK(bccsplat_frame_create(device, 40, 30, BCCSPLAT_FRAME_DEEP, &frame));
+  OK(bccsplat_device_get_info(device, &info));
+  held = info.memory_used;
+  OK(bccsplat_renderer_render(renderer, frame));
+  OK(bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane));
+  OK(bccsplat_frame_get_deep(frame, &deep));
+  EXPECT(deep.components == 6 && deep.width == 40 && deep.height == 30 && deep.sample_count > 0);
+  EXPECT(deep.first[0] == 0 && deep.first[40 * 30] == deep.sample_count);
+  OK(bccsplat_device_get_info(device, &info));
+  EXPECT(info.memory_used >= held + deep.sample_count * 24);
+  for (size_t p = 0; p < 40 * 30; ++p) {
+    double rgba[4] = {0};
+    for (uint64_t n = deep.first[p]; n < deep.first[p + 1]; ++n) {
+      const float* s = deep.samples + 6 * n;
+      const double passed = 1 - rgba[3];
+      EXPECT(s[1] >= s[0] && (n == deep.first[p] || s[0] >= s[-5]));
+      for (int c = 0; c < 4; ++c) rgba[c] += passed * (double)s[c < 3 ? 3 + c : 2];
+    }
+    for (int c = 0; c < 4; ++c) worst = fmax(worst, fabs(rgba[c] - (double)plane.pixels[4 * p + (size_t)c]));
+  }
+  EXPECT(worst < 1e-5);
+  REFUSED(INVALID_ARGUMENT, "deep is NULL", bccsplat_frame_get_deep(frame, NULL));
+  OUTPUT_SIZES(bccsplat_deep, bccsplat_frame_get_deep(frame, out), (void)0);
+  overwrite.overwrite = 1;
+  if (!strstr(bccsplat_build_info(), "image=none"))
+    OK(bccsplat_frame_save_deep_exr(frame, scratch("d.exr"), &overwrite));
+  mip.mode = BCCSPLAT_MODE_MAXIMUM;
+  OK(bccsplat_renderer_set_options(renderer, &mip));
+  REFUSED(UNSUPPORTED, "deep", bccsplat_renderer_render(renderer, frame));
+  REFUSED(WRONG_STATE, "nothing was rendered", bccsplat_frame_get_deep(frame, &deep));
+  OK(bccsplat_renderer_set_options(renderer, NULL));
+  bccsplat_frame_release(frame);
 }
 
 void test_renderer(void) {
@@ -209,6 +268,7 @@ void test_renderer(void) {
   bccsplat_device_release(device);
   bccsplat_renderer_retain(renderer);
   bccsplat_renderer_release(renderer);
+  deep_pictures(renderer, device);
   pictures(renderer, frame, oblique);
   OK(bccsplat_renderer_set_slice(renderer, NULL));
   REFUSED(WRONG_STATE, "set a slice", bccsplat_renderer_render(renderer, frame));

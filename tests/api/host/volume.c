@@ -93,8 +93,8 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   SIZED(bccsplat_verify_report, report);
   double times[NT + 1] = {0}, number = -1;
   const char *key = "unset", *value = "unset";
-  uint64_t count = 0;
-  uint32_t channel = 99;
+  uint64_t count = 0, bytes = 0;
+  uint32_t channel = 99, crc = 0;
   int calls = 0;
   (void)device;
   OK(bccsplat_volume_get_info(volume, &info));
@@ -149,6 +149,11 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_attribute(NULL, 0, &key, &value));
   REFUSED(INVALID_ARGUMENT, "key is NULL", bccsplat_volume_get_attribute(volume, 0, NULL, &value));
   REFUSED(INVALID_ARGUMENT, "value is NULL", bccsplat_volume_get_attribute(volume, 0, &key, NULL));
+  OK(bccsplat_volume_get_source(volume, 0, &value, &bytes, &crc));
+  EXPECT(strcmp(value, "simulation") == 0 && bytes == 1234 && crc == 0xabcdu);
+  OK(bccsplat_volume_get_source(volume, 0, NULL, NULL, NULL));
+  REFUSED(NOT_FOUND, "source 1 of 1", bccsplat_volume_get_source(volume, 1, &value, &bytes, &crc));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_source(NULL, 0, &value, &bytes, &crc));
   OK(bccsplat_volume_find_attribute(volume, "origin", &value));
   EXPECT(strcmp(value, "tests") == 0);
   REFUSED(NOT_FOUND, "colour", bccsplat_volume_find_attribute(volume, "colour", &value));
