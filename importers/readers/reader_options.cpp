@@ -54,6 +54,8 @@ void refuse_raw_options(const ReaderOptions& options, const std::string& path, c
 void refuse_grid_option(const ReaderOptions& options, const std::string& path, const char* format) {
   if (!options.grids.empty())
     fail_usage("--grid names a grid of an OpenVDB file, but ", path, " is ", format, ": try --channel");
+  if (options.level_set_fog)
+    fail_usage("--level-set tells how OpenVDB level sets are read, but ", path, " is ", format);
 }
 
 void refuse_channel_option(const ReaderOptions& options, const std::string& path, const char* format) {

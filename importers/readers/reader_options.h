@@ -34,6 +34,7 @@ struct ReaderOptions {
   std::optional<double> dt;
   std::optional<std::vector<double>> times;
   std::vector<std::string> grids;    // of OpenVDB files
+  std::optional<bool> level_set_fog; // level sets of OpenVDB files: as fog; else as signed distances
   std::vector<std::string> channels; // arrays or components of other files
   FrameSelection frames;
   GapPolicy gaps = GapPolicy::error;

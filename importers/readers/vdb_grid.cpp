@@ -1,6 +1,7 @@
 #include "readers/vdb_grid.h"
 
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/LevelSetUtil.h>
 
 #include <algorithm>
 #include <cstring>
@@ -252,7 +253,7 @@ std::vector<std::string> vdb_scalar_names(const std::string& path) {
   return out;
 }
 
-VdbGridInfo read_vdb_info(const std::string& path, const std::string& name, bool with_background) {
+VdbGridInfo read_vdb_info(const std::string& path, const std::string& name, bool with_background, bool fog) {
   VdbFile file(path);
   require_name(path, file.names(), name);
   openvdb::GridBase::Ptr grid = file.metadata(name);
@@ -289,17 +290,21 @@ VdbGridInfo read_vdb_info(const std::string& path, const std::string& name, bool
     info.type = box_type<Value>();
     if (with_background) info.background = static_cast<double>(g.background());
   });
+  if (fog && info.level_set) info.background = 0;
   info.precision = grid->saveFloatAsHalf() && is_float(info.type) ? Type::f16 : info.type;
   return info;
 }
 
 Frame read_vdb_frame(const std::string& path, const std::string& name, const std::array<int32_t, 3>& origin,
-                     const std::array<uint64_t, 4>& dims, double background, uint64_t memory_limit) {
+                     const std::array<uint64_t, 4>& dims, double background, uint64_t memory_limit,
+                     bool fog) {
   VdbFile file(path);
   require_name(path, file.names(), name);
   const openvdb::GridBase::Ptr grid = file.grid(name);
   Frame frame;
-  const bool known = grid->apply<Scalars>([&](const auto& g) {
+  const bool known = grid->apply<Scalars>([&](auto& g) {
+    if constexpr (std::is_floating_point_v<typename std::decay_t<decltype(g)>::ValueType>)
+      if (fog && g.getGridClass() == openvdb::GRID_LEVEL_SET) openvdb::tools::sdfToFogVolume(g);
     const auto own = static_cast<double>(g.background());
     if (own != background)
       fail_input(path, ": grid \"", name, "\" has background ", own, ", in the first frame ", background);

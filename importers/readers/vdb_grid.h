@@ -36,15 +36,16 @@ struct VdbGridInfo {
 // Names of the grids that can be read: scalars that are no points.
 [[nodiscard]] std::vector<std::string> vdb_scalar_names(const std::string& path);
 
-// Reads the metadata only, unless the file does not say its bounds. Throws for unknown names (with the
-// nearest), points, vectors and non-linear transforms.
+// Reads the metadata only, unless the file does not say its bounds. fog: level sets are read as fog, 1
+// inside, falling to 0 at the surface. Throws for unknown names (with the nearest), points, vectors and
+// non-linear transforms.
 [[nodiscard]] VdbGridInfo read_vdb_info(const std::string& path, const std::string& name,
-                                        bool with_background);
+                                        bool with_background, bool fog);
 
 // The voxels of a grid as dense boxes relative to `origin` within `dims`; at most `memory_limit` bytes.
 // Throws when its background is another.
 [[nodiscard]] Frame read_vdb_frame(const std::string& path, const std::string& name,
                                    const std::array<int32_t, 3>& origin, const std::array<uint64_t, 4>& dims,
-                                   double background, uint64_t memory_limit);
+                                   double background, uint64_t memory_limit, bool fog);
 
 } // namespace bcc4

@@ -15,20 +15,22 @@ using Offset = std::array<int32_t, 3>;
 
 class VdbReader : public FrameReader {
  public:
-  VdbReader(SeriesDescription description, std::vector<Offset> origins, uint64_t memory_limit)
-      : description_(std::move(description)), origins_(std::move(origins)), memory_limit_(memory_limit) {}
+  VdbReader(SeriesDescription description, std::vector<Offset> origins, uint64_t memory_limit, bool fog)
+      : description_(std::move(description)), origins_(std::move(origins)), memory_limit_(memory_limit),
+        fog_(fog) {}
   const SeriesDescription& description() const override { return description_; }
   std::string frame_name(uint64_t frame) const override { return description_.files[frame].path; }
   Frame read(uint64_t frame, size_t channel) override {
     return read_vdb_frame(description_.files[frame].path, description_.channels[channel].name,
                           origins_[frame], description_.dims, description_.channels[channel].air,
-                          memory_limit_);
+                          memory_limit_, fog_);
   }
 
  private:
   SeriesDescription description_;
   std::vector<Offset> origins_; // grid index of voxel (0, 0, 0) of the series, per file
   uint64_t memory_limit_;
+  bool fog_; // level sets
 };
 
 std::vector<std::string> chosen_grids(const ReaderOptions& options, const std::string& path,
@@ -38,7 +40,7 @@ std::vector<std::string> chosen_grids(const ReaderOptions& options, const std::s
   std::vector<std::string> scalars = vdb_scalar_names(path);
   if (scalars.empty()) {
     if (all.empty()) fail_input(path, ": holds no grids");
-    (void)read_vdb_info(path, all[0], false); // says why it cannot be read
+    (void)read_vdb_info(path, all[0], false, false); // says why it cannot be read
     fail_input(path, ": no scalar grid among ", join(all));
   }
   if (scalars.size() == 1) return scalars;
@@ -98,18 +100,23 @@ std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options) {
   std::vector<Offset> offsets;
   VdbGridInfo reference;
   size_t empty_frames = 0;
+  const bool fog = options.level_set_fog.value_or(false);
+  bool level_sets = false;
   for (const SequenceFile& f : sequence.files) {
     d.files.push_back({f.path, std::filesystem::file_size(f.path)});
     VdbBounds frame;
     for (size_t c = 0; c < grids.size(); ++c) {
-      const VdbGridInfo info = read_vdb_info(f.path, grids[c], d.channels.size() == c);
+      const VdbGridInfo info = read_vdb_info(f.path, grids[c], d.channels.size() == c, fog);
+      level_sets = level_sets || info.level_set;
       if (d.channels.size() == c) {
         if (c == 0) reference = info;
         d.channels.push_back(
             {.name = info.name, .type = info.type, .precision = info.precision, .air = info.background});
         d.notes.push_back(concat("grid ", info.name, ": ",
-                                 info.level_set ? "level set (signed distance)" : "fog volume", " of ",
-                                 info.tree_type, info.precision == Type::f16 ? " saved as half" : "",
+                                 !info.level_set ? "fog volume"
+                                 : fog           ? "level set, read as fog"
+                                                 : "level set (signed distance)",
+                                 " of ", info.tree_type, info.precision == Type::f16 ? " saved as half" : "",
                                  ", background ", info.background));
         if (!(std::abs(determinant(info.affine)) > 0))
           fail_input(f.path, ": the transform of grid \"", info.name, "\" is singular");
@@ -128,6 +135,8 @@ std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options) {
     empty_frames += frame.empty();
     bounds.unite(frame);
   }
+  if (options.level_set_fog && !level_sets)
+    fail_usage("--level-set: ", path, " has no level set among ", join(grids));
   if (bounds.empty()) fail_input(path, ": no active voxels in any frame");
 
   std::array<double, 3> begin{};
@@ -150,8 +159,9 @@ std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options) {
                            empty_frames > 0 ? concat("; ", empty_frames, " frames have none") : ""));
   if (!sequence.note.empty()) d.notes.push_back(sequence.note);
   FramePlan plan = plan_files(sequence, options);
-  return planned_series(std::make_unique<VdbReader>(std::move(d), std::move(origins), memory_limit(options)),
-                        std::move(plan), options);
+  return planned_series(
+      std::make_unique<VdbReader>(std::move(d), std::move(origins), memory_limit(options), fog),
+      std::move(plan), options);
 }
 
 } // namespace bcc4

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 
+#include "readers/affine.h"
 #include "readers/sequence.h"
 #include "tool/cli.h"
 #include "tool/commands.h"
@@ -27,6 +28,7 @@ enum class Format { unset, raw, nrrd, vdb };
 struct ExportArguments {
   std::string file, output, kernel, channel;
   SliceChoiceArguments which;
+  std::optional<SampleBox> region;
   bool all = false, salvage = false;
   Format format = Format::unset;
   CommonOptions common;
@@ -65,6 +67,24 @@ void append_values(OutputFile& file, std::span<const float> values, Type type, u
   file.write(bytes);
 }
 
+// "X0-X1,Y0-Y1,Z0-Z1": samples of the source grid from 0, both ends included.
+SampleBox parse_region(const std::string& text) {
+  SampleBox box;
+  const auto parts = split_commas(text);
+  if (parts.size() != 3)
+    fail_usage("--roi ", text, ": X0-X1,Y0-Y1,Z0-Z1 is expected, such as 0-31,0-31,10-20");
+  for (size_t a = 0; a < 3; ++a) {
+    const std::string part(parts[a]);
+    const size_t dash = part.find('-');
+    box.begin[a] = option_number<uint64_t>("--roi", part.substr(0, dash));
+    const uint64_t last =
+        dash == std::string::npos ? box.begin[a] : option_number<uint64_t>("--roi", part.substr(dash + 1));
+    if (last < box.begin[a] || last > INT32_MAX) fail_usage("--roi ", text, ": ", part, " does not rise");
+    box.dims[a] = last - box.begin[a] + 1;
+  }
+  return box;
+}
+
 struct Exporter {
   const ExportArguments& a;
   const Volume& volume;
@@ -79,8 +99,10 @@ struct Exporter {
     const bccsplat_volume_info v = volume_info(volume);
     NrrdOutput n;
     n.type = type;
-    n.sizes.assign(v.dims, v.dims + (series ? 4 : 3));
-    std::copy(v.affine, v.affine + 16, n.affine.begin());
+    const SampleBox box = region(v);
+    n.sizes.assign(box.dims.begin(), box.dims.end());
+    if (series) n.sizes.push_back(v.dims[3]);
+    n.affine = affine(v);
     n.spatial_unit = v.spatial_unit;
     n.time_unit = v.time_unit;
     const char* space = nullptr;
@@ -92,9 +114,23 @@ struct Exporter {
     return n;
   }
 
+  // What is exported, and where its first sample stands.
+  [[nodiscard]] SampleBox region(const bccsplat_volume_info& v) const {
+    return a.region.value_or(SampleBox{{0, 0, 0}, {v.dims[0], v.dims[1], v.dims[2]}});
+  }
+  [[nodiscard]] Affine affine(const bccsplat_volume_info& v) const {
+    Affine whole;
+    std::copy(v.affine, v.affine + 16, whole.begin());
+    if (!a.region) return whole;
+    std::array<double, 3> begin{};
+    for (size_t i = 0; i < 3; ++i) begin[i] = static_cast<double>(a.region->begin[i]);
+    return moved_origin(whole, begin);
+  }
+
   void append(OutputFile& file, double index) {
-    sample_planes(slice(index),
-                  [&](uint64_t, std::span<const float> values) { append_values(file, values, type, holes); });
+    sample_planes(
+        slice(index),
+        [&](uint64_t, std::span<const float> values) { append_values(file, values, type, holes); }, a.region);
   }
 
   void one_frame(const std::string& path, const Cut& where) {
@@ -118,16 +154,19 @@ struct Exporter {
     const bccsplat_volume_info v = volume_info(volume);
     VdbOutput o;
     o.grid = info.name;
-    std::copy(v.dims, v.dims + 3, o.dims.begin());
-    std::copy(v.affine, v.affine + 16, o.affine.begin());
+    o.dims = region(v).dims;
+    o.affine = affine(v);
     o.air = static_cast<float>(info.air);
     o.time = where.time;
     o.overwrite = a.overwrite;
     std::vector<float> values;
-    values.reserve(v.dims[0] * v.dims[1] * v.dims[2]);
-    sample_planes(slice(where.index), [&](uint64_t, std::span<const float> planes) {
-      values.insert(values.end(), planes.begin(), planes.end());
-    });
+    values.reserve(o.dims[0] * o.dims[1] * o.dims[2]);
+    sample_planes(
+        slice(where.index),
+        [&](uint64_t, std::span<const float> planes) {
+          values.insert(values.end(), planes.begin(), planes.end());
+        },
+        a.region);
     write_vdb(path, o, values);
 #endif
   }
@@ -196,9 +235,15 @@ Exit run_export(ExportArguments& a) {
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const Volume volume = a.salvage ? open_salvaged(device, a) : open_volume(device, a.file, a.kernel);
   Exporter exporter{.a = a, .volume = volume, .channel = find_channel(volume, a.channel)};
-  const uint64_t frames = volume_info(volume).dims[3];
+  const bccsplat_volume_info v = volume_info(volume);
+  const uint64_t frames = v.dims[3];
+  for (size_t i = 0; i < 3 && a.region; ++i)
+    if (a.region->begin[i] + a.region->dims[i] > v.dims[i])
+      fail_usage("--roi: samples ", a.region->begin[i], " to ", a.region->begin[i] + a.region->dims[i] - 1,
+                 " along ", "xyz"[i], ", the file has 0 to ", v.dims[i] - 1);
   static constexpr const char* suffixes[] = {"", ".raw", ".nrrd", ".vdb"};
   const std::string pattern = output_pattern(a, suffixes[static_cast<int>(a.format)]);
+  if (pattern.empty()) refuse_source_as_output(a.output, a.file);
   uint64_t files = 1;
   if (!a.all) {
     const Cut where = resolve(volume, a.which);
@@ -247,6 +292,10 @@ Run add_export(CLI::App& app) {
   ex.add_flag("--all", a->all, "All frames");
   add_number(ex, "--time", a->which.time, "One time, in the file's unit");
   ex.add_flag("--index", a->which.index, "--time is a frame number, fractions allowed");
+  ex.add_option_function<std::string>(
+        "--roi", [a](const std::string& text) { a->region = parse_region(text); },
+        "Only this box of the source grid: samples from 0, both ends included")
+      ->type_name("X0-X1,Y0-Y1,Z0-Z1");
   add_choice<Format>(ex, "--format", a->format,
                      {{"raw", Format::raw}, {"nrrd", Format::nrrd}, {"vdb", Format::vdb}},
                      "Format (default: by the name of the output)");

@@ -1,18 +1,17 @@
 // bcc4 import: a series of frames -> one .bcc4 file.
-#include <zlib.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
 
-#include "readers/byte_stream.h"
 #include "readers/open_series.h"
 #include "readers/read_ahead.h"
 #include "tool/commands.h"
 #include "tool/import_air.h"
+#include "tool/import_append.h"
 #include "tool/import_plan.h"
 #include "tool/import_report.h"
+#include "tool/import_sources.h"
 #include "tool/import_summary.h"
 #include "tool/interrupt.h"
 #include "tool/output_file.h"
@@ -25,8 +24,7 @@
 namespace bcc4 {
 namespace {
 
-constexpr uint64_t kSampledFrames = 8;               // go through the writer for an estimate
-constexpr uint64_t kHashedBytes = uint64_t{1} << 32; // sources in all up to this size get a CRC-32
+constexpr uint64_t kSampledFrames = 8; // go through the writer for an estimate
 
 struct ImportArguments {
   ReaderArguments reader;
@@ -61,12 +59,19 @@ ImportEstimate estimate(FrameReader& reader, const Device& device, const ImportA
                         const std::vector<ChannelScan>& scans) {
   const SeriesDescription& s = reader.description();
   ImportEstimate e;
-  e.sites = lattice_sites(create_writer(device, "", s, a.settings, scans, s.dims[3])) * s.channels.size();
+  // As a part that is the whole, whose layers are known beforehand, whatever becomes of what is not finite.
+  WriterSettings settings = a.settings;
+  settings.nonfinite = BCCSPLAT_NONFINITE_DEFAULT;
+  auto whole = sized<bccsplat_series_part>();
+  whole.end = s.dims[3], whole.times = s.times.values.data();
+  e.sites = lattice_sites(
+                create_writer(device, "", s, settings, scans, s.dims[3], s.dims[3] > 1 ? &whole : nullptr)) *
+            s.channels.size();
   e.sampled_frames = std::min(s.dims[3], kSampledFrames);
   // The middle frames: the first ones of a simulation are often empty. Too many of them not finite is no
   // reason to stop before the plan has been shown.
-  WriterSettings settings = a.settings;
-  if (settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT) settings.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  settings.nonfinite =
+      a.settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT ? BCCSPLAT_NONFINITE_HOLE : a.settings.nonfinite;
   settings.psnr = 0; // a goal of the series
   if (settings.abs_error == 0) settings.measure = BCCSPLAT_MEASURE_SOME;
   const Writer writer = create_writer(device, "", s, settings, scans, e.sampled_frames);
@@ -95,48 +100,12 @@ ImportEstimate estimate(FrameReader& reader, const Device& device, const ImportA
   return e;
 }
 
-uint32_t file_crc(const std::string& path) {
-  InputFile file(path);
-  Bytes chunk(1 << 20);
-  uLong crc = crc32(0, nullptr, 0);
-  for (uint64_t at = 0; at < file.size();) {
-    stop_if_interrupted();
-    const size_t got = file.read_some(at, chunk);
-    if (got == 0) break;
-    crc = crc32(crc, reinterpret_cast<const Bytef*>(chunk.data()), static_cast<uInt>(got));
-    at += got;
-  }
-  return static_cast<uint32_t>(crc);
-}
-
-std::vector<PlannedSource> sources_of(const SeriesDescription& s) {
-  uint64_t total = 0;
-  for (const SourceFile& f : s.files) total += f.bytes;
-  std::vector<PlannedSource> sources;
-  for (const SourceFile& f : s.files)
-    sources.push_back({std::filesystem::path(f.path).filename().string(), f.bytes,
-                       total <= kHashedBytes ? file_crc(f.path) : 0});
-  return sources;
-}
-
 // How frames become layers, where it is not the usual way; nothing else in a file tells.
 std::string filtering_text(const WriterSettings& settings) {
   std::string text;
   for (const auto& [name, filter] : kFilterChoices)
     if (filter == settings.filter && filter != BCCSPLAT_FILTER_KAISER8) text = name;
   return settings.lowpass ? text + (text.empty() ? "lowpass" : ", lowpass") : text;
-}
-
-// New frames are filtered as the old ones were.
-void check_appended(const Device& device, const ImportArguments& a) {
-  const Volume old = open_volume(device, a.output, "");
-  const char* was = "";
-  if (bccsplat_volume_find_attribute(old.get(), "import.filtering", &was) != BCCSPLAT_OK) was = "";
-  const std::string now = filtering_text(a.settings);
-  if (was != now)
-    fail_usage(a.output, ": its frames were filtered with ", *was ? was : "kaiser8",
-               ", the new ones would be with ", now.empty() ? "kaiser8" : now,
-               "; --append needs the same --filter and --lowpass");
 }
 
 void record_origin(const Writer& writer, const SeriesDescription& s, const ImportArguments& a,
@@ -192,6 +161,18 @@ Import write_series(FrameReader& reader, const Device& device, const ImportArgum
   unfinished.finished();
   done_import.errors = measured_errors(writer, s.channels.size(), done_import.report.frames_measured);
   return done_import;
+}
+
+// A file that does not tell all that its continuation needs to know is made anew from all frames.
+Import append_series(FrameReader& reader, const Device& device, const ImportArguments& a,
+                     const std::vector<ChannelScan>& scans, const ImportScope& scope) {
+  try {
+    return write_series(reader, device, a, scans, scope);
+  } catch (const StatusError& e) {
+    if (e.status() != BCCSPLAT_ERROR_WRONG_STATE) throw;
+    if (!a.common.quiet && !a.common.json) std::printf("  %s\n  reading all frames\n", e.what());
+  }
+  return write_series(reader, device, a, scans, {scope.sources, std::nullopt, 0});
 }
 
 // The sample may have promised a PSNR that the series does not keep: then its samples are corrected.
@@ -316,13 +297,28 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   a.reader.options.max_memory = a.common.max_memory / 4;
   const std::unique_ptr<FrameReader> reader = open_input(a);
   const SeriesDescription& s = reader->description();
+  for (const SourceFile& f : s.files) {
+    if (!a.dry_run) refuse_source_as_output(a.output, f.path);
+    if (a.dry_run && !a.plan.empty()) refuse_source_as_output(a.plan, f.path);
+  }
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
   if (a.resume.append && !a.air && std::filesystem::exists(a.output))
     a.settings.own_air = air_in_file(device, a.output);
   else
     a.settings.own_air = dense_air(*reader, a.settings);
   std::error_code none;
-  if (a.resume.append && !a.dry_run && std::filesystem::exists(a.output, none)) check_appended(device, a);
+  AppendedFile appended;
+  if (a.resume.append && !a.dry_run && std::filesystem::exists(a.output, none)) {
+    appended = open_appended(device, a.output, s, filtering_text(a.settings));
+    if (appended.frames == s.dims[3]) {
+      if (a.common.json)
+        print_json({{"output", a.output}, {"frames", appended.frames}, {"appended", nullptr}});
+      else if (!a.common.quiet)
+        std::printf("%s: it has all %llu frames already\n", a.output.c_str(),
+                    static_cast<unsigned long long>(appended.frames));
+      return Exit::ok;
+    }
+  }
   ImportPlan plan{s, a.settings, {}, {}, {}, {}};
   std::vector<PlannedSource> sources;
   ImportScope scope{sources, {}, 0};
@@ -337,6 +333,10 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     }
   } else {
     settle(*reader, device, a, bound, plan);
+    // A bound is checked on every frame, and coefficients hang on more of them.
+    if (appended.frames > 1 && !bound.any() && a.settings.measure != BCCSPLAT_MEASURE_ALL &&
+        a.settings.store != BCCSPLAT_STORE_COEFFICIENTS)
+      scope.part = FrameSpan{appended.frames, s.dims[3]};
   }
   if (a.dry_run) {
     if (!a.plan.empty()) save_plan(a, plan);
@@ -348,14 +348,16 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     return Exit::ok;
   }
   if (!a.common.json && !a.common.quiet) print_plan(plan);
-  if (!planned) sources = sources_of(s);
+  if (!planned) sources = sources_of(s, appended.sources);
   const Progress clock("", 0, false, true);
-  const Import import = write_bounded(*reader, device, a, plan.scans, scope);
+  const Import import = a.resume.append && scope.part ? append_series(*reader, device, a, plan.scans, scope)
+                                                      : write_bounded(*reader, device, a, plan.scans, scope);
   if (a.common.json) {
     Json j = summary_json(s, import, clock.seconds());
     if (scope.part) {
-      j["part"] = {{"first", scope.part->first}, {"last", scope.part->end - 1}};
-      j["part"]["read"] = {import.given.first, import.given.end - 1};
+      const char* const key = a.resume.append ? "appended" : "part";
+      j[key] = {{"first", scope.part->first}, {"last", scope.part->end - 1}};
+      j[key]["read"] = {import.given.first, import.given.end - 1};
     }
     j["plan"] = plan_json(plan);
     j["output"] = a.output;

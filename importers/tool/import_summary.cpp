@@ -88,7 +88,11 @@ void print_summary(const SeriesDescription& s, const Import& import, double seco
               byte_text(static_cast<double>(r.bytes_file)).c_str(),
               short_number(ratio(r.bytes_source, r.bytes_file), 3).c_str(),
               short_number(ratio(in, r.bytes_file), 3).c_str());
-  if (import.given.end - import.given.first > r.frames)
+  if (import.given.first > 0 && r.frames > import.given.end - import.given.first)
+    std::printf("  of %llu frames, %llu to %llu were read\n", static_cast<unsigned long long>(r.frames),
+                static_cast<unsigned long long>(import.given.first),
+                static_cast<unsigned long long>(import.given.end - 1));
+  else if (import.given.end - import.given.first > r.frames)
     std::printf("  a part: %llu frames, made of frames %llu to %llu\n",
                 static_cast<unsigned long long>(r.frames),
                 static_cast<unsigned long long>(import.given.first),

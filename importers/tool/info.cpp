@@ -77,6 +77,12 @@ Json info_json(const Volume& volume, bool histogram) {
     check(bccsplat_volume_get_attribute(volume.get(), i, &key, &value), "");
     j["attributes"][key] = value;
   }
+  j["sources"] = Json::array();
+  const char* name = nullptr;
+  uint64_t bytes = 0;
+  uint32_t crc = 0;
+  for (uint64_t i = 0; bccsplat_volume_get_source(volume.get(), i, &name, &bytes, &crc) == BCCSPLAT_OK; ++i)
+    j["sources"].push_back({{"name", name}, {"bytes", bytes}, {"crc32", crc}});
   return j;
 }
 

@@ -17,6 +17,11 @@ void refuse_existing(const std::string& path, bool overwrite) {
   if (fs::is_directory(path, ignored)) fail_usage(path, ": is a folder");
 }
 
+void refuse_source_as_output(const std::string& output, const std::string& source) {
+  std::error_code error;
+  if (fs::equivalent(output, source, error)) fail_usage(output, ": is an input; write to another file");
+}
+
 std::string partial_path(const std::string& path) {
   const fs::path p(path);
   return (p.parent_path() / concat(".", p.filename().string(), ".", getpid(), ".partial")).string();

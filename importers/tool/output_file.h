@@ -10,6 +10,8 @@ namespace bcc4 {
 
 // An existing `path` is refused unless `overwrite`.
 void refuse_existing(const std::string& path, bool overwrite);
+// Nothing is written over what is read, whatever `overwrite` says: refused where both are one file.
+void refuse_source_as_output(const std::string& output, const std::string& source);
 // Where to write meanwhile: a hidden neighbour of `path`.
 [[nodiscard]] std::string partial_path(const std::string& path);
 void rename_finished(const std::string& partial, const std::string& path);

@@ -57,6 +57,8 @@ void set_option(ReaderOptions& o, const std::string& key, const std::string& tex
   if (key == "skip") o.skip = option_number<uint64_t>(option, text);
   if (key == "axes") o.axes = lower(text);
   if (key == "grid") o.grids = option_names(option, text);
+  if (key == "level-set")
+    o.level_set_fog = option_choice<bool>(option, text, {{"distance", false}, {"fog", true}});
   if (key == "channel") o.channels = option_names(option, text);
   if (key == "frames") o.frames = parse_frame_selection(text);
   if (key == "gaps") o.gaps = option_choice(option, text, kGaps);
@@ -74,8 +76,8 @@ void set_option(ReaderOptions& o, const std::string& key, const std::string& tex
 }
 
 // Options that decide which values are read; the others (times, spacing) do not matter for comparing.
-constexpr const char* kRecorded[] = {"dims", "dtype",   "endian", "skip", "axes",
-                                     "grid", "channel", "frames", "gaps"};
+constexpr const char* kRecorded[] = {"dims", "dtype",     "endian",  "skip",   "axes",
+                                     "grid", "level-set", "channel", "frames", "gaps"};
 
 } // namespace
 
@@ -90,6 +92,8 @@ void add_reader_options(CLI::App& app, ReaderArguments& arguments) {
       {"dt", "TIME", "Time between neighbouring frames of the source; replaces what the file says"},
       {"times", "LIST|FILE", "Times of all frames, by commas or in a text file"},
       {"grid", "NAME[,NAME]", "OpenVDB: grids to read, one channel each"},
+      {"level-set", "distance|fog",
+       "OpenVDB: level sets as signed distances (default), or as fog: 1 inside, falling to 0 at the surface"},
       {"channel", "NAME[,NAME]", "Other formats: arrays or components to read, one channel each"},
       {"frames", "A-B[xS]", "Frames to take, by the number in the file names (else counted from 0)"},
       {"gaps", "error|hold|skip|interpolate",

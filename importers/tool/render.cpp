@@ -60,9 +60,12 @@ void set_options(const Renderer& renderer, const RenderArguments& a) {
   }
   if (o.mode == BCCSPLAT_MODE_ISOSURFACE && !a.iso) fail_usage("--mode iso needs a value: --iso V");
   o.quality = a.quality;
+  o.preintegrate = a.preintegrate;
   if (a.no_shading) o.shading = BCCSPLAT_SHADING_OFF;
   o.sheet_step = a.step.value_or(0);
   o.reference = a.reference;
+  o.deep_tolerance = a.deep_tolerance.value_or(0);
+  o.disable_skips = BCCSPLAT_SKIP_UNCHANGED; // --repeat times whole pictures
   o.progress = Progress::cancel_only;
   check(bccsplat_renderer_set_options(renderer.get(), &o), "render options");
 }
@@ -116,7 +119,8 @@ void save(const Image& image, const std::string& path, const RenderArguments& a,
     }
     o.exposure_seconds = exposure;
     o.comments = a.command_line.c_str();
-    check(bccsplat_frame_save_exr(image.get(), path.c_str(), &o), path);
+    const auto save_exr = a.deep ? bccsplat_frame_save_deep_exr : bccsplat_frame_save_exr;
+    check(save_exr(image.get(), path.c_str(), &o), path);
   } else {
     check(bccsplat_frame_save_png(image.get(), path.c_str(), &o), path);
   }
@@ -157,7 +161,9 @@ struct Scene {
     check(bccsplat_renderer_set_camera(renderer.get(), &seen_by), a.camera);
     const auto trail = set_trail(renderer, a, volume, picture.where, trail_function);
     uint32_t planes = BCCSPLAT_FRAME_RGBA;
-    if (lower(picture.path).ends_with(".exr"))
+    if (a.deep)
+      planes |= BCCSPLAT_FRAME_DEEP;
+    else if (lower(picture.path).ends_with(".exr"))
       planes |= BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE | BCCSPLAT_FRAME_TIME;
     bccsplat_frame* frame = nullptr;
     check(bccsplat_frame_create(device.get(), camera.size[0], camera.size[1], planes, &frame), "");
@@ -191,7 +197,8 @@ Exit run_render(const RenderArguments& a) {
   const std::vector<Picture> pictures =
       picture_sequence(volume, a, camera.file ? camera.file->cameras.size() : 1);
   for (const Picture& p : pictures) refuse_existing(p.path, true);
-  if (!a.stats.empty()) refuse_existing(a.stats, true);
+  for (const std::string* out : {&a.stats, &a.dump_tf})
+    if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
 
   bccsplat_renderer* created = nullptr;
   check(bccsplat_renderer_create(device.get(), &created), "");

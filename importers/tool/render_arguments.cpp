@@ -132,6 +132,12 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                        {"best", BCCSPLAT_QUALITY_BEST}},
                       "Quality (default normal)");
   add_number(app, "--step", a.step, "Distance of the sheets in samples (default: by the quality)");
+  add_choice<int32_t>(app, "--preintegrate", a.preintegrate,
+                      {{"auto", BCCSPLAT_PREINTEGRATE_DEFAULT},
+                       {"on", BCCSPLAT_PREINTEGRATE_ON},
+                       {"off", BCCSPLAT_PREINTEGRATE_OFF}},
+                      "Draw what the transfer function shows between sheets (default auto: where it is "
+                      "narrower than a step)");
   app.add_option("--kernel", a.kernel, "Reconstruction kernel (default: the file's)")->type_name("NAME");
   app.add_option("--channel", a.channel, "Channel, by name or number (default: the first)")
       ->type_name("NAME");
@@ -174,6 +180,11 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
        });
   text("--fps", "N[/D]", "EXR: rate at which the pictures are to be shown (default 24 for sequences)",
        [&a](const std::string& t) { a.fps = parse_rate(t); });
+  app.add_flag(
+      "--deep", a.deep,
+      "EXR: a deep picture, samples along each ray as Z, ZBack, A, R, G, B, for compositing in depth");
+  add_number(app, "--deep-tolerance", a.deep_tolerance,
+             "What merging samples may cost the deep picture cut at any depth (default .001)");
   app.add_option("--stats", a.stats, "Write times and counts as JSON")->type_name("FILE.json");
   text("--repeat", "N", "Render N times and report medians", [&a](const std::string& t) {
     a.repeat = option_number<int>("--repeat", t);
@@ -192,6 +203,14 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--background is for PNG; an EXR keeps its opacity");
   if (a.fps && !lower(a.output).ends_with(".exr"))
     fail_usage("--fps is for EXR; a PNG has no place for a rate");
+  if (a.deep && !lower(a.output).ends_with(".exr")) fail_usage("--deep is for EXR: -o picture.exr");
+  if (a.deep && (a.mode == BCCSPLAT_MODE_XRAY || a.mode == BCCSPLAT_MODE_MAXIMUM || a.reference))
+    fail_usage("--deep goes with --mode composite and iso, without --reference");
+  if (a.deep && a.trail_mode == BCCSPLAT_TRAIL_POST)
+    fail_usage("--deep: --trail-mode post lays two pictures over each other, which has no order in depth");
+  if (a.deep_tolerance && !a.deep) fail_usage("--deep-tolerance goes with --deep");
+  if (a.deep_tolerance && !(*a.deep_tolerance > 0 && *a.deep_tolerance <= 1))
+    fail_usage("--deep-tolerance ", *a.deep_tolerance, ": above 0, at most 1");
   const bool trail_function =
       !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
   if (!a.trail && (a.trail_content || a.trail_mode || a.trail_samples || trail_function))

@@ -36,7 +36,9 @@ struct RenderArguments {
   std::optional<double> opacity, trail_opacity, iso, step, unit_distance;
   int32_t mode = BCCSPLAT_MODE_DEFAULT;
   int32_t quality = BCCSPLAT_QUALITY_DEFAULT;
-  bool no_shading = false, reference = false;
+  int32_t preintegrate = BCCSPLAT_PREINTEGRATE_DEFAULT;
+  bool no_shading = false, reference = false, deep = false;
+  std::optional<double> deep_tolerance;
   std::optional<TrailInterval> trail;
   std::optional<uint32_t> trail_samples;
   int32_t trail_content = BCCSPLAT_TRAIL_CONTENT_DEFAULT;

@@ -45,7 +45,8 @@ Json stats_json(const RenderTimes& times, const bccsplat_volume_info& volume) {
           {"tiles", s.tiles},
           {"sheets", s.sheets},
           {"kernel", times.kernel},
-          {"sheet_step", s.sheet_step}};
+          {"sheet_step", s.sheet_step},
+          {"preintegrated", s.preintegrated != 0}};
 }
 
 } // namespace bcc4

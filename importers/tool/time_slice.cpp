@@ -55,22 +55,26 @@ bccsplat_slice_info slice_info(const Slice& slice) {
   return info;
 }
 
-void sample_planes(const Slice& slice, const std::function<void(uint64_t, std::span<const float>)>& take) {
+void sample_planes(const Slice& slice, const std::function<void(uint64_t, std::span<const float>)>& take,
+                   const std::optional<SampleBox>& part) {
   const bccsplat_slice_info info = slice_info(slice);
-  const uint64_t plane = info.dims[0] * info.dims[1];
-  if (plane == 0 || info.dims[2] == 0) return;
-  const uint64_t step = std::clamp<uint64_t>(kSlabValues / plane, 1, info.dims[2]);
+  SampleBox box;
+  std::copy(info.dims, info.dims + 3, box.dims.begin());
+  if (part) box = *part;
+  const uint64_t plane = box.dims[0] * box.dims[1];
+  if (plane == 0 || box.dims[2] == 0) return;
+  const uint64_t step = std::clamp<uint64_t>(kSlabValues / plane, 1, box.dims[2]);
   std::vector<float> values(plane * step);
-  for (uint64_t z = 0; z < info.dims[2]; z += step) {
+  for (uint64_t z = 0; z < box.dims[2]; z += step) {
     stop_if_interrupted();
     auto grid = sized<bccsplat_grid>();
     for (size_t a = 0; a < 3; ++a) {
-      grid.origin[a] = info.extent[a][0];
+      grid.origin[a] = info.extent[a][0] + static_cast<double>(box.begin[a]);
       grid.step[a] = 1;
-      grid.dims[a] = info.dims[a];
+      grid.dims[a] = box.dims[a];
     }
     grid.origin[2] += static_cast<double>(z);
-    grid.dims[2] = std::min(step, info.dims[2] - z);
+    grid.dims[2] = std::min(step, box.dims[2] - z);
     const std::span<float> some = std::span(values).first(plane * grid.dims[2]);
     check(bccsplat_slice_sample_grid(slice.get(), &grid, some.data()), "slice");
     take(z, some);

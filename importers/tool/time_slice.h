@@ -1,6 +1,7 @@
 // Slices by time, and dense samples of a slice in slabs.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -22,9 +23,15 @@ struct SliceChoice {
 [[nodiscard]] Slice cut_frame(const Volume& volume, double index, const SliceChoice& choice);
 [[nodiscard]] bccsplat_slice_info slice_info(const Slice& slice);
 
-// Samples the slice's box at the source's resolution, some planes at a time: values of planes first_plane ..
-// in order, x fastest.
+// Some of a slice's samples, counted from the first one of its box.
+struct SampleBox {
+  std::array<uint64_t, 3> begin{}, dims{};
+};
+
+// Samples the slice's box at the source's resolution, or a part of it, some planes at a time: values of
+// planes first_plane .. in order, x fastest.
 void sample_planes(const Slice& slice,
-                   const std::function<void(uint64_t first_plane, std::span<const float> values)>& take);
+                   const std::function<void(uint64_t first_plane, std::span<const float> values)>& take,
+                   const std::optional<SampleBox>& part = {});
 
 } // namespace bcc4

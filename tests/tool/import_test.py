@@ -55,6 +55,7 @@ class Import(ToolTest):
         for ends in ('predict', 'mirror'):
             j = self.json('import', *args, '--ends', ends, '-o', ends + '.bcc4')
             sites[ends] = j['sites_total']
+            self.assertEqual(self.json('import', *args, '--ends', ends, '--dry-run', '-o', 'no.bcc4')['sites_total'], sites[ends])
             frames = self.json('verify', ends + '.bcc4', '--against', 'a.raw', '--dims', '9,8,7,6', '--dtype', 'f32')['frames']
             worst[ends] = max(frames[0]['max_abs'], frames[-1]['max_abs'])
         self.assertGreater(sites['predict'], sites['mirror'])
@@ -228,6 +229,26 @@ class Import(ToolTest):
         for name in ('a.bcc4.partial', 'a.bcc4.journal'):  # on a slow machine there is something to resume
             if os.path.exists(self.path(name)):
                 os.remove(self.path(name))
+
+    def test_nothing_is_written_over_its_source(self):
+        v = self.volume(DIMS, bump, '--quiet')
+        data = v + '.raw'
+        os.symlink(data, self.path('link.raw'))
+        self.write('head.nhdr', b'NRRD0004\ntype: float\ndimension: 4\nsizes: 9 8 7 6\nkinds: domain domain domain time\n'
+                   b'encoding: raw\nendian: little\ndata file: ' + data.encode() + b'\n')
+        def read(name):
+            with open(self.path(name), 'rb') as f:
+                return f.read()
+
+        kept = {name: read(name) for name in (v, data, 'head.nhdr')}
+        raw = ['--dims', '9,8,7,6', '--dtype', 'f32']
+        for command in (['import', data, *raw, '-o', data, '--overwrite'], ['import', 'link.raw', *raw, '-o', data, '--overwrite'],
+                        ['import', 'head.nhdr', '-o', data, '--overwrite'], ['import', data, *raw, '--dry-run', '--plan', data, '--overwrite'],
+                        ['concat', v, '-o', v, '--overwrite'], ['export', v, '--all', '--format', 'raw', '-o', v, '--overwrite'],
+                        ['render', v, '--time', 1, '-o', 'p.png', '--stats', v], ['render', v, '--time', 1, '-o', 'p.png', '--dump-tf', v]):
+            self.refused(2, 'is an input', *command)
+        for name, content in kept.items():
+            self.assertEqual(read(name), content, name)
 
     def test_ctrl_c_leaves_nothing(self):
         n = 64

@@ -2,9 +2,10 @@
 import json
 import math
 import os
+import shutil
 import subprocess
 
-from harness import BCC4, DATA, ToolTest, main
+from harness import BCC4, DATA, TOP, ToolTest, main
 
 DIMS = (18, 16, 14, 47)
 
@@ -54,6 +55,29 @@ class Parts(ToolTest):
         for spans in (['0-45', '46-46'], ['0-22', '23-46'], ['0-3', '4-40', '41-46'], [f'{k}/7' for k in range(1, 8)]):
             self.assert_equal(self.cut(args, spans), spans)
         self.assertEqual(self.json('verify', 'joined.bcc4')['ok'], True)
+
+    def test_the_tasks_of_an_array(self):
+        """examples/import_array.sh as Slurm calls it, one task twice; and the line for one machine."""
+        args = self.raw('a.raw', DIMS, blob)
+        self.bcc4('import', *args, '-o', 'one.bcc4', '--quiet')
+        self.plan(args)
+        tools = self.path('tools')
+        os.mkdir(tools)
+        os.symlink(os.path.abspath(BCC4), os.path.join(tools, 'bcc4'))
+        path = tools + os.pathsep + os.environ['PATH']
+        script = os.path.join(TOP, 'examples', 'import_array.sh')
+        for task in '3', '1', '2', '1':
+            slurm = {'SLURM_ARRAY_TASK_ID': task, 'SLURM_ARRAY_TASK_COUNT': '3', 'SLURM_CPUS_PER_TASK': '2', 'SLURM_MEM_PER_NODE': '512'}
+            subprocess.run(['bash', script, 'plan.json', 'p'], cwd=self.folder, env={**os.environ, **slurm, 'PATH': path}, check=True)
+        self.bcc4('concat', *[f'p.part{k}.bcc4' for k in (1, 2, 3)], '-o', 'joined.bcc4', '--quiet')
+        self.assertEqual(self.read('joined.bcc4'), self.read('one.bcc4'))
+        if shutil.which('parallel'):
+            with open(script) as f:
+                line = next(line for line in f if ': parallel' in line).split(': ', 1)[1].replace('smoke', 'q')
+            subprocess.run(['bash', '-c', line], cwd=self.folder, env={**os.environ, 'PATH': path}, check=True,
+                           stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            self.bcc4('concat', *[f'q.part{k}.bcc4' for k in range(1, 9)], '-o', 'joined2.bcc4', '--quiet')
+            self.assertEqual(self.read('joined2.bcc4'), self.read('one.bcc4'))
 
     def test_every_option_that_looks_beyond_a_frame(self):
         args = self.raw('a.raw', DIMS, blob)

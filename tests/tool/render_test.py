@@ -43,6 +43,27 @@ class Render(ToolTest):
         self.assertEqual(png_size(self.path('p.png')), (24, 20))
         self.assertEqual(self.picture('--time', 2.5, name='p.exr')[:4], b'\x76\x2f\x31\x01')
 
+    def test_deep_exr(self):
+        self.picture('--time', 2, '--fps', 24, '--deep', name='d.exr')
+        attributes = exr_attributes(self.path('d.exr'))
+        self.assertEqual(attributes['type'], b'deepscanline')
+        self.assertEqual(attributes['deepImageState'], b'\x03')  # tidy
+        self.assertEqual(attributes['compression'], b'\x02')  # a line at a time
+        for name in ('worldToCamera', 'framesPerSecond', 'comments', 'bccsplat/hyperplane'):
+            self.assertIn(name, attributes)
+        self.assertEqual([c[:-1] for c in (b'A\0', b'B\0', b'G\0', b'R\0', b'Z\0', b'ZBack\0') if c in attributes['channels']],
+                         [b'A', b'B', b'G', b'R', b'Z', b'ZBack'])
+        sizes = [len(self.picture('--time', 2, '--deep', '--deep-tolerance', e, name='d.exr')) for e in ('1e-6', '.1')]
+        self.assertLess(sizes[1], sizes[0])
+        self.picture('--time', 2, '--deep', '--trail', '1', name='d.exr')
+        self.picture('--time', 2, '--deep', '--iso', '40', name='d.exr')
+        go = ('render', 'v.bcc4', '--time', 2)
+        self.refused(2, '.exr', *go, '--deep', '-o', 'x.png', output='x.png')
+        self.refused(2, '--deep', *go, '--deep-tolerance', '.1', '-o', 'x.exr', output='x.exr')
+        self.refused(2, 'above 0', *go, '--deep', '--deep-tolerance', '0', '-o', 'x.exr', output='x.exr')
+        self.refused(2, 'composite and iso', *go, '--deep', '--mode', 'mip', '-o', 'x.exr', output='x.exr')
+        self.refused(2, '--trail-mode', *go, '--deep', '--trail', 1, '--trail-mode', 'post', '-o', 'x.exr', output='x.exr')
+
     def test_exr_holds_the_standard_attributes(self):
         with open(self.path('c.json'), 'w') as f:
             json.dump(dict(position=[4.5, 4, -30], target=[4.5, 4, 3.5], up=[0, -1, 0], ortho_height=10), f)
@@ -135,7 +156,7 @@ class Render(ToolTest):
         self.picture('--time', 2, '--stats', 's.json', '--repeat', 3)
         with open(self.path('s.json')) as f:
             j = json.load(f)
-        self.assertEqual(set(j), {'ms', 'cpu_ms', 'threads', 'points', 'bytes_read', 'bytes_file', 'tiles', 'sheets', 'kernel', 'sheet_step'})
+        self.assertEqual(set(j), {'ms', 'cpu_ms', 'threads', 'points', 'bytes_read', 'bytes_file', 'tiles', 'sheets', 'kernel', 'sheet_step', 'preintegrated'})
         self.assertEqual(set(j['ms']), {'open', 'slice', 'transform', 'splat', 'shade', 'total'})
         self.assertEqual(set(j['points']), {'total', 'after_cull', 'splatted', 'occluded'})
         self.assertEqual(j['bytes_file'], os.path.getsize(self.path('v.bcc4')))
@@ -226,6 +247,23 @@ class Render(ToolTest):
             self.write('bad.json', text.encode())
             self.refused(3, part, 'render', 'v.bcc4', '--time', 2, '-o', 'x.png', '--tf', 'bad.json', output='x.png')
         self.refused(2, 'did you mean viridis?', 'render', 'v.bcc4', '--time', 2, '-o', 'x.png', '--colormap', 'viridi', output='x.png')
+
+    def test_narrow_functions_are_drawn_between_sheets(self):
+        def draw(half, *choice):
+            with open(self.path('n.json'), 'w') as f:
+                json.dump([{'ColorSpace': 'RGB', 'Name': 'n', 'RGBPoints': [0, 1, 1, 1, 100, 1, 1, 1],
+                            'Points': [40 - half, 0, .5, 0, 40, .9, .5, 0, 40 + half, 0, .5, 0]}], f)
+            picture = self.picture('--time', 2, '--tf', 'n.json', '--stats', 's.json', *choice)
+            with open(self.path('s.json')) as f:
+                return picture, json.load(f)['preintegrated']
+
+        off, on, by_itself = (draw(.5, *choice) for choice in (('--preintegrate', 'off'), ('--preintegrate', 'on'), ()))
+        self.assertNotEqual(off[0], on[0])
+        self.assertEqual((off[1], on[1], by_itself), (False, True, on))
+        off, by_itself = draw(40, '--preintegrate', 'off', '--step', '.25'), draw(40, '--preintegrate', 'auto', '--step', '.25')
+        self.assertEqual(off, by_itself)
+        self.assertFalse(off[1])
+        self.refused(2, '--preintegrate', 'render', 'v.bcc4', '--time', 2, '-o', 'x.png', '--preintegrate', 'maybe', output='x.png')
 
     def test_cameras_from_files(self):
         def camera(**c):

@@ -2,12 +2,37 @@
 import os
 import random
 import signal
+import struct
 import subprocess
 import time
+import zlib
 
 from harness import BCC4, ToolTest, main
 
 N, FRAMES = 40, 48
+
+
+def without_tail(data):
+    """A .bcc4 as older writers made it: metadata without the record 0x8004, uncompressed behind all else."""
+    def crc(part):
+        return struct.pack('<I', zlib.crc32(part))
+
+    offset, stored, decoded, _, coding = struct.unpack_from('<QIIII', data, 4096 + 24)
+    block = data[offset:offset + stored]
+    metadata = zlib.decompress(block, -15) if coding else block
+    records, at = b'', 0
+    while at < decoded:
+        kind, _, size = struct.unpack_from('<HHI', metadata, at)
+        end = at + 8 + (size + 7) // 8 * 8
+        records += metadata[at:end] if kind != 0x8004 else b''
+        at = end
+    assert len(records) < len(metadata), 'there is no tail'
+    out = bytearray(data + records)
+    for root in 4096, 8192:
+        out[root + 16:root + 24] = struct.pack('<Q', len(out))
+        out[root + 24:root + 48] = struct.pack('<QII', len(data), len(records), len(records)) + crc(records) + bytes(4)
+        out[root + 124:root + 128] = crc(out[root:root + 124])
+    return bytes(out)
 
 
 class Resume(ToolTest):
@@ -102,6 +127,70 @@ class Resume(ToolTest):
         self.run_import('--append', '--quiet')
         self.assertEqual(self.read('x.bcc4'), whole)
         self.assertEqual(self.json('info', 'x.bcc4')['dims'], [N, N, N, FRAMES])
+
+    def test_append_reads_new_frames_and_the_last_ones_before(self):
+        frames = [self.data[i:i + N * N * N] for i in range(0, len(self.data), N * N * N)]
+        for i, frame in enumerate(frames):
+            self.write(f'f.{i:03}.raw', frame)
+        one = ['--dims', f'{N},{N},{N}', '--dtype', 'u8', '--dt', '0.5']
+        self.bcc4('import', 'f.*.raw', *one, '-o', 'whole.bcc4', '--quiet')
+        first = 29
+        self.bcc4('import', *[f'f.{i:03}.raw' for i in range(first)], *one, '-o', 'old.bcc4', '--quiet')
+        old, whole = self.read('old.bcc4'), self.read('whole.bcc4')
+
+        def append(*more):
+            return self.json('import', 'f.*.raw', *one, '-o', 'x.bcc4', '--append', *more)
+
+        self.write('x.bcc4', old)
+        begin, last = append()['appended']['read']
+        self.assertEqual(last, FRAMES - 1)
+        self.assertTrue(10 <= begin < first, begin)
+        self.assertEqual(self.read('x.bcc4'), whole)
+        self.assertEqual(self.bcc4('import', 'f.*.raw', *one, '-o', 'x.bcc4', '--append')[0].count('already'), 1)
+        self.assertEqual(self.read('x.bcc4'), whole)
+        # In two steps; and a file that does not tell where its samples were clamped takes all frames.
+        self.write('x.bcc4', old)
+        self.bcc4('import', *[f'f.{i:03}.raw' for i in range(40)], *one, '-o', 'x.bcc4', '--append', '--quiet')
+        append()
+        self.assertEqual(self.read('x.bcc4'), whole)
+        self.write('x.bcc4', without_tail(old))
+        self.assertIn('reading all frames', self.bcc4('import', 'f.*.raw', *one, '-o', 'x.bcc4', '--append')[0])
+        self.assertEqual(self.read('x.bcc4'), whole)
+        # A forgotten --dt is no new one.
+        self.write('x.bcc4', old)
+        self.refused(2, 'its frame 1 is at time 0.5', 'import', 'f.*.raw', *one[:-2], '-o', 'x.bcc4', '--append')
+        self.assertEqual(self.read('x.bcc4'), old)
+        # Another series is pointed out.
+        os.rename(self.path('f.000.raw'), self.path('e.000.raw'))
+        _, err = self.bcc4('import', 'e.000.raw', *[f'f.{i:03}.raw' for i in range(1, FRAMES)], *one, '-o', 'x.bcc4', '--append', '--quiet')
+        self.assertIn('frame 0 was made of f.000.raw', err)
+        os.rename(self.path('e.000.raw'), self.path('f.000.raw'))
+        # What was read before stays as it was, whatever became of its files.
+        for i in range(begin):
+            self.write(f'f.{i:03}.raw', bytes(N * N * N))
+        self.write('x.bcc4', old)
+        append()
+        self.assertEqual(self.read('x.bcc4'), whole)
+
+    def test_interrupted_append_leaves_the_old_file(self):
+        first = 29
+        self.write('first.raw', self.data[:N * N * N * first])
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', '-o', 'x.bcc4', '--quiet')
+        old = self.read('x.bcc4')
+        whole = self.undisturbed()
+        moments, early = random.Random(3), 0
+        for stop in [signal.SIGKILL, signal.SIGINT] * 3:
+            p = self.started('--append')
+            time.sleep(moments.uniform(0, .6 * self.seconds))
+            p.send_signal(stop)
+            p.communicate()
+            early += p.returncode != 0
+            self.assertIn(self.read('x.bcc4'), (old, whole))
+            self.write('x.bcc4', old)
+        self.assertGreater(early, 0)
+        self.run_import('--append', '--quiet')
+        self.assertEqual(self.read('x.bcc4'), whole)
+        self.assertEqual([n for n in os.listdir(self.folder) if n.startswith('x.')], ['x.bcc4'])
 
     def test_appended_frames_behind_a_low_pass_make_the_same_file(self):
         # The low-pass reaches 30 frames further: only the first slab is copied.

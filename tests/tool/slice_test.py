@@ -216,6 +216,29 @@ class Slice(ToolTest):
         self.assertTrue(os.path.exists(self.path('one.004.nrrd')) or os.path.exists(self.path('one.005.nrrd')))
         self.refused(2, '--overwrite', 'export', 'v.bcc4', '--all', '-o', 'all.nrrd')
 
+    def test_export_of_a_region(self):
+        box, (x0, y0, z0), (nx, ny, nz) = '2-5,3-3,1-6', (2, 3, 1), (4, 1, 6)
+        self.bcc4('export', 'v.bcc4', '--all', '--roi', box, '-o', 'part.nrrd')
+        self.bcc4('export', 'v.bcc4', '--all', '-o', 'all.nrrd')
+        part, whole = Nrrd(self.path('part.nrrd')), Nrrd(self.path('all.nrrd'))
+        self.assertEqual(part.sizes, [nx, ny, nz, DIMS[3]])
+        at = ((t, z, y, x) for t in range(DIMS[3]) for z in range(nz) for y in range(ny) for x in range(nx))
+        for (t, z, y, x), value in zip(at, part.values, strict=True):
+            self.assertEqual(value, whole.values[((t * DIMS[2] + z + z0) * DIMS[1] + y + y0) * DIMS[0] + x + x0])
+        # It stands where it stood, in NRRD and OpenVDB: spacing 1, 2, 3.
+        self.bcc4('import', 'part.nrrd', '-o', 'part.bcc4', '--quiet')
+        whole, part = self.json('info', 'v.bcc4')['affine'], self.json('info', 'part.bcc4')['affine']
+        self.assertEqual([part[a][3] - whole[a][3] for a in range(3)], [x0, 2 * y0, 3 * z0])
+        self.bcc4('export', 'v.bcc4', '--index', '--time', 4, '--roi', box, '-o', 'part.raw')
+        self.assertEqual(os.path.getsize(self.path('part.raw')), nx * ny * nz * 4)
+        if has_openvdb():
+            self.bcc4('export', 'v.bcc4', '--index', '--time', 4, '--roi', box, '-o', 'part.vdb')
+            self.bcc4('import', 'part.vdb', '-o', 'vdb.bcc4', '--quiet')
+            vdb = self.json('info', 'vdb.bcc4')
+            self.assertEqual((vdb['dims'], [vdb['affine'][a][3] for a in range(3)]), ([nx, ny, nz, 1], [part[a][3] for a in range(3)]))
+        for wrong, text in (('0-9,0-9', 'X0-X1,Y0-Y1,Z0-Z1'), ('5-2,0-1,0-1', 'does not rise'), (f'0-{DIMS[0]},0-1,0-1', f'has 0 to {DIMS[0] - 1}'), ('a,0,0', '--roi')):
+            self.refused(2, text, 'export', 'v.bcc4', '--all', '--roi', wrong, '-o', 'x.nrrd', output='x.nrrd')
+
     def test_export_rounds_to_the_source_type(self):
         for dtype, offset in (('u8', 0), ('i16', -500), ('u16', 60000)):
             self.volume(DIMS, lambda *p: wave(*p) / 10 + offset if dtype != 'u16' else 65535 - wave(*p), '--quiet', name=f'{dtype}.bcc4', dtype=dtype)

@@ -123,6 +123,31 @@ TEST(VdbReader, KeepsTheSignOfLevelSets) {
   EXPECT_EQ(value(21, 21, 21), 3);
 }
 
+TEST(VdbReader, ReadsLevelSetsAsFog) {
+  Scratch s;
+  const auto sphere =
+      openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(20.0f, openvdb::Vec3f(0), 1.0f, 4.0f);
+  sphere->setName("surface");
+  write(s.path("a.vdb"), {sphere, fog("density")});
+  ReaderOptions options = inputs({s.path("a.vdb")});
+  options.grids = {"surface"}, options.level_set_fog = true;
+  const auto reader = open_series(options);
+  const auto& d = reader->description();
+  EXPECT_EQ(d.channels[0].air, 0);
+  const auto v = dense(*reader, 0);
+  const int half = (static_cast<int>(d.dims[0]) - 1) / 2;
+  size_t i = 0;
+  for (int z = -half; z <= half; ++z)
+    for (int y = -half; y <= half; ++y)
+      for (int x = -half; x <= half; ++x) {
+        // Distance over the half width of the band, at most 1.
+        const double depth = 20 - std::sqrt(x * x + y * y + z * z);
+        ASSERT_NEAR(v[i++], std::clamp(depth / 4, 0.0, 1.0), 1e-5) << x << " " << y << " " << z;
+      }
+  options.grids = {"density"};
+  EXPECT_NE(refusal(options).text.find("no level set among density"), std::string::npos);
+}
+
 TEST(VdbReader, ReadsOtherTypesAndHalves) {
   Scratch s;
   openvdb::initialize();
