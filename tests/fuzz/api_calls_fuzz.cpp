@@ -1,6 +1,7 @@
 // Fuzzed sequences of calls of the C ABI: whatever a host does in whatever order, every call answers with a
 // status, failures leave a text, and nothing leaks.
 #include <bccsplat.h>
+#include <cstring>
 
 #include <cmath>
 #include <string>
@@ -197,6 +198,7 @@ struct Host {
       if (o.sheet_step > 0 && o.sheet_step < 0.1) o.sheet_step = 0.1;
       o.opacity_stop = in.below(4) == 0 ? number(in) : 0;
       o.tile_size = in.below(4) == 0 ? in.take<int8_t>() : 0;
+      o.preintegrate = o.set_mask == 0 ? o.quality % 4 : BCCSPLAT_PREINTEGRATE_DEFAULT;
       check(bccsplat_renderer_set_options(renderer, &o));
       break;
     }
@@ -237,9 +239,24 @@ struct Host {
     frame = nullptr;
     const uint32_t width = in.below(24), height = in.below(24), channels = in.below(17);
     check(bccsplat_frame_create(device, width, height, channels, &frame));
-    check(bccsplat_renderer_render(renderer, frame));
+    const bccsplat_status drawn = bccsplat_renderer_render(renderer, frame);
+    check(drawn);
     auto stats = sized<bccsplat_render_stats>();
     check(bccsplat_renderer_get_stats(renderer, &stats));
+    if (drawn == BCCSPLAT_OK) render_again(size_t{width} * height);
+  }
+
+  // The same picture twice more: the last one from the sheets that the one before it kept.
+  void render_again(size_t pixels) {
+    auto plane = sized<bccsplat_plane>();
+    if (bccsplat_frame_get_channel(frame, BCCSPLAT_FRAME_RGBA, &plane) != BCCSPLAT_OK) return;
+    fuzz::expect(plane.row_bytes == plane.width * 4 * sizeof(float), "rows without gaps");
+    const std::vector<float> first(plane.pixels, plane.pixels + 4 * pixels);
+    for (int n = 0; n < 2; ++n) {
+      if (bccsplat_renderer_render(renderer, frame) != BCCSPLAT_OK) return;
+      fuzz::expect(std::memcmp(first.data(), plane.pixels, first.size() * sizeof(float)) == 0,
+                   "the same picture");
+    }
   }
 };
 

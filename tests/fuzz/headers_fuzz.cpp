@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t largest_input = 64 << 10;
-constexpr uint64_t largest_frame = 16 << 20; // bytes; larger ones are only described
+constexpr uint64_t largest_frame = 2 << 20; // bytes; larger ones are only described
 
 // A folder of this process, on a memory disk where there is one.
 const fs::path& folder() {
