@@ -1,5 +1,5 @@
 #!/bin/sh
-# The pictures of the README, from the smoke that examples/quickstart.sh makes.
+# The pictures of the README, from the smoke that examples/quickstart.sh makes: its file smoke-raw.bcc4.
 #   pictures.sh BCC4 SMOKE.bcc4 FOLDER
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
@@ -20,3 +20,7 @@ moving --trail 16f -o "$out/trail.png"
 moving --trail 16f --trail-mode post -o "$out/trail-post.png"
 # Five parts of twenty frames, from blue to orange.
 moving --trail 20f,5 -o "$out/trail-colours.png"
+# Four shells thinner than the steps between the sheets, by one entry of the function per step and pre-integrated.
+for how in off on; do
+  render --time 46 --zoom 2.1 --rotate-x 10 --rotate-y 15 --tf "$here/shells.json" --preintegrate $how -o "$out/shells-$how.png"
+done
