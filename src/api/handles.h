@@ -19,12 +19,12 @@
 #include "render/deep.h"
 #include "render/image.h"
 #include "render/minify.h"
-#include "slice/coefficients.h"
-#include "slice/corrections.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/coefficients/corrections.h"
 #include "slice/extraction.h"
 #include "slice/hyperslice.h"
 #include "slice/slice.h"
-#include "splat/points.h"
+#include "splat/points/points.h"
 
 namespace bccsplat::api {
 

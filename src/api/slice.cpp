@@ -5,9 +5,9 @@
 
 #include "api/handles.h"
 #include "api/structs.h"
+#include "slice/field/sample_grid.h"
 #include "slice/hyperslice.h"
 #include "slice/plane_slice.h"
-#include "slice/sample_grid.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;

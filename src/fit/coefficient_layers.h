@@ -11,7 +11,7 @@
 #include "fit/layer_window.h"
 #include "fit/quantise.h"
 #include "fit/relevance.h"
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 
 namespace bccsplat {
 

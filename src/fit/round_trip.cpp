@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "base/error.h"
-#include "slice/sample_grid.h"
+#include "slice/field/sample_grid.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {

@@ -18,7 +18,7 @@
 #include "fit/layer_window.h"
 #include "formats/bcc4_info.h"
 #include "formats/bcc4_residuals.h"
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 
 namespace bccsplat {
 

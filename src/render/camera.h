@@ -4,7 +4,7 @@
 #include <array>
 
 #include "slice/slice.h"
-#include "splat/view.h"
+#include "splat/plan/view.h"
 
 namespace bccsplat {
 

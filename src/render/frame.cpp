@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "render/deep.h"
 #include "render/reference.h"
-#include "splat/trail.h"
+#include "splat/trail/trail.h"
 
 namespace bccsplat {
 namespace {

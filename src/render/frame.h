@@ -12,7 +12,7 @@
 #include "render/trail.h"
 #include "render/transfer_function.h"
 #include "slice/slice.h"
-#include "splat/kept_sheets.h"
+#include "splat/sheet/kept_sheets.h"
 #include "splat/splat.h"
 
 namespace bccsplat {

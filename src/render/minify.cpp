@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "slice/coarsen.h"
-#include "splat/view.h"
+#include "splat/plan/view.h"
 
 namespace bccsplat {
 

@@ -9,7 +9,7 @@
 #include "base/context.h"
 #include "render/camera.h"
 #include "slice/slice.h"
-#include "splat/points.h"
+#include "splat/points/points.h"
 
 namespace bccsplat {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "splat/surface.h"
+#include "splat/shade/surface.h"
 
 namespace bccsplat {
 namespace {

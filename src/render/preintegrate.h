@@ -3,7 +3,7 @@
 
 #include "render/transfer_function.h"
 #include "slice/slice.h"
-#include "splat/points.h"
+#include "splat/points/points.h"
 
 namespace bccsplat {
 

@@ -7,11 +7,11 @@
 
 #include "base/context.h"
 #include "render/transfer_function.h"
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "slice/hyperslice.h"
 #include "slice/slice.h"
-#include "splat/points.h"
-#include "splat/trail.h"
+#include "splat/points/points.h"
+#include "splat/trail/trail.h"
 
 namespace bccsplat {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/vec.h"
-#include "splat/class_table.h"
+#include "splat/shade/class_table.h"
 
 namespace bccsplat {
 

@@ -7,7 +7,7 @@
 // each of them has.
 #pragma once
 
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "slice/plane_geometry.h"
 #include "slice/slab.h"
 #include "slice/slice.h"

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "points/sample_source.h"
-#include "slice/coefficients.h"
-#include "slice/dense_sites.h"
-#include "slice/hole.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/field/dense_sites.h"
+#include "slice/field/hole.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {

@@ -11,8 +11,8 @@
 
 #include "base/context.h"
 #include "points/sample_source.h"
+#include "slice/field/sample_grid.h"
 #include "slice/plane_geometry.h"
-#include "slice/sample_grid.h"
 
 namespace bccsplat {
 

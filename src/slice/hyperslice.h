@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "slice/plane_geometry.h"
 #include "slice/slab.h"
 #include "slice/slice.h"

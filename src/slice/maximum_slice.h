@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "slice/slice.h"
 
 namespace bccsplat {

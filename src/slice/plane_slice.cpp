@@ -8,11 +8,11 @@
 #include "base/error.h"
 #include "kernel/cc_kernel.h"
 #include "points/sample_source.h"
-#include "slice/evaluate.h"
+#include "slice/coefficients/occupancy.h"
+#include "slice/coefficients/touched_samples.h"
+#include "slice/field/evaluate.h"
+#include "slice/field/patch.h"
 #include "slice/kernel_time.h"
-#include "slice/occupancy.h"
-#include "slice/patch.h"
-#include "slice/touched_samples.h"
 
 namespace bccsplat {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "base/context.h"
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "slice/plane_geometry.h"
 #include "slice/slab.h"
 #include "slice/slice.h"

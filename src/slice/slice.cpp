@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "kernel/cc_kernel.h"
-#include "slice/hole.h"
+#include "slice/field/hole.h"
 
 namespace bccsplat {
 

@@ -7,7 +7,7 @@
 
 #include "base/context.h"
 #include "base/vec.h"
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "slice/slab.h"
 #include "slice/slice.h"
 

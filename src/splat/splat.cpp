@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-#include "splat/tile.h"
+#include "splat/tile/tile.h"
 
 namespace bccsplat {
 

@@ -12,13 +12,13 @@
 
 #include "base/context.h"
 #include "slice/slice.h"
-#include "splat/class_table.h"
-#include "splat/deep.h"
-#include "splat/kernels.h"
-#include "splat/light.h"
-#include "splat/points.h"
-#include "splat/raise.h"
-#include "splat/view.h"
+#include "splat/loop/kernels.h"
+#include "splat/plan/view.h"
+#include "splat/points/points.h"
+#include "splat/shade/class_table.h"
+#include "splat/shade/light.h"
+#include "splat/sheet/raise.h"
+#include "splat/tile/deep.h"
 
 namespace bccsplat {
 

@@ -5,8 +5,8 @@
 #include <functional>
 #include <random>
 
-#include "slice/coefficients.h"
-#include "slice/evaluate.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/field/evaluate.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {

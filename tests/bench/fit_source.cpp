@@ -8,8 +8,8 @@
 #include "base/text.h"
 #include "kernel/kernel.h"
 #include "points/sample_source.h"
-#include "slice/coefficients.h"
-#include "slice/evaluate.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/field/evaluate.h"
 
 namespace bccsplat::bench {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "fit/fit.h"
-#include "slice/coefficients.h"
-#include "slice/evaluate.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/field/evaluate.h"
 #include "slice/time_slice.h"
 #include "tests/bench/kernel_ripple.h"
 #include "tests/bench/kernels.h"

@@ -5,8 +5,8 @@
 #include <functional>
 #include <numbers>
 
-#include "slice/coefficients.h"
-#include "slice/evaluate.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/field/evaluate.h"
 #include "slice/time_slice.h"
 #include "tests/bench/kernels_chain.h"
 #include "tests/support/band_limited.h"

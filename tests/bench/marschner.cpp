@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "slice/coefficients.h"
-#include "slice/evaluate.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/field/evaluate.h"
 #include "tests/bench/kernel_ripple.h"
 #include "tests/bench/kernels_cartesian_field.h"
 #include "tests/bench/kernels_chain.h"

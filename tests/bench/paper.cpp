@@ -9,7 +9,7 @@
 #include "formats/bcc4_deflate.h"
 #include "points/runs.h"
 #include "render/frame.h"
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat::bench {

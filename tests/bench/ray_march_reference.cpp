@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "splat/surface.h"
+#include "splat/shade/surface.h"
 #include "tests/bench/ray_march.h"
 
 namespace bccsplat::bench {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "slice/time_slice.h"
 #include "tests/bench/render.h"
 #include "tests/support/fields.h"

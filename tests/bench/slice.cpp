@@ -5,9 +5,9 @@
 
 #include "base/error.h"
 #include "render/frame.h"
-#include "slice/evaluate.h"
+#include "slice/field/evaluate.h"
 #include "slice/time_slice.h"
-#include "splat/points.h"
+#include "splat/points/points.h"
 #include "tests/bench/slice_parts.h"
 #include "tests/bench/storage_series.h"
 

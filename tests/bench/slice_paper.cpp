@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "formats/bcc4.h"
-#include "slice/evaluate.h"
 #include "slice/extraction.h"
-#include "slice/sample_grid.h"
+#include "slice/field/evaluate.h"
+#include "slice/field/sample_grid.h"
 #include "slice/time_slice.h"
 #include "tests/bench/fit_fields.h"
 #include "tests/bench/slice_parts.h"

@@ -8,8 +8,8 @@
 #include <hwy/targets.h>
 
 #include "base/error.h"
-#include "splat/plan.h"
-#include "splat/tile_memory.h"
+#include "splat/plan/plan.h"
+#include "splat/tile/tile_memory.h"
 #include "tests/bench/report.h"
 #include "tests/bench/splat_floor.h"
 #include "tests/unit/splat_scene.h"

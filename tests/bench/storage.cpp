@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "formats/bcc4_chunk.h"
 #include "kernel/kernel.h"
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "tests/bench/storage_series.h"
 
 namespace bccsplat::bench {

@@ -10,8 +10,8 @@
 #include "base/error.h"
 #include "kernel/kernel.h"
 #include "points/sample_source.h"
-#include "slice/coefficients.h"
-#include "slice/evaluate.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/field/evaluate.h"
 #include "tests/bench/report.h"
 
 namespace bccsplat::bench {

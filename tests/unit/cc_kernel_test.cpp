@@ -5,9 +5,9 @@
 
 #include "base/error.h"
 #include "kernel/radial.h"
-#include "slice/evaluate.h"
+#include "slice/field/evaluate.h"
+#include "slice/field/sample_grid.h"
 #include "slice/plane_slice.h"
-#include "slice/sample_grid.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 #include "tests/unit/evaluated.h"

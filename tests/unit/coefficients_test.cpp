@@ -1,5 +1,5 @@
 // Prefiltered layers: against the stages' formula, and whatever the memory.
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 
 #include <gtest/gtest.h>
 

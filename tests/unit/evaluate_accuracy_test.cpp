@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "fit/fit.h"
-#include "slice/coefficients.h"
-#include "slice/evaluate.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/field/evaluate.h"
 #include "slice/time_slice.h"
 #include "tests/support/band_limited.h"
 #include "tests/support/fields.h"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slice/evaluate.h"
+#include "slice/field/evaluate.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::test {

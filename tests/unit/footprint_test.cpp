@@ -1,12 +1,12 @@
 // The inner loop of evaluation: every instruction set against the formula, and whatever shares the batch.
-#include "slice/footprint.h"
+#include "slice/field/footprint.h"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-#include "slice/evaluate.h"
-#include "slice/point_order.h"
+#include "slice/field/evaluate.h"
+#include "slice/field/point_order.h"
 #include "slice/slice.h"
 #include "tests/support/fields.h"
 #include "tests/support/targets.h"

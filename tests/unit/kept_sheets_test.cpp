@@ -1,4 +1,4 @@
-#include "splat/kept_sheets.h"
+#include "splat/sheet/kept_sheets.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "splat/matter.h"
+#include "splat/shade/matter.h"
 
 #include <gtest/gtest.h>
 

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
-#include "slice/evaluate.h"
+#include "slice/field/evaluate.h"
+#include "slice/field/sample_grid.h"
 #include "slice/hyperslice.h"
-#include "slice/sample_grid.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 

@@ -1,5 +1,5 @@
 // Points of a caller to points of the inner loop, on every instruction set against plain code.
-#include "slice/point_frame.h"
+#include "slice/field/point_frame.h"
 
 #include <gtest/gtest.h>
 

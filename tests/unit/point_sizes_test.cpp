@@ -1,5 +1,5 @@
 // Which points are near enough to large ones: bits against loops, and pictures with and without the others.
-#include "splat/point_sizes.h"
+#include "splat/points/point_sizes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Perspective out of sheets that are sampled side by side: the tables of raise_fan.h, and a camera inside the
 // volume.
-#include "splat/raise_fan.h"
+#include "splat/sheet/raise_fan.h"
 
 #include <gtest/gtest.h>
 

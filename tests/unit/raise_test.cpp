@@ -1,5 +1,5 @@
 // Sheets of fewer samples than pixels: the filter, its loops, and pictures drawn through them.
-#include "splat/raise.h"
+#include "splat/sheet/raise.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Dense sampling of a slice against the slow reference.
-#include "slice/sample_grid.h"
+#include "slice/field/sample_grid.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // What may be skipped: nothing near a stored point, its mirror image or a hole.
-#include "slice/occupancy.h"
+#include "slice/coefficients/occupancy.h"
 
 #include <gtest/gtest.h>
 
-#include "slice/evaluate.h"
+#include "slice/field/evaluate.h"
+#include "slice/field/sample_grid.h"
 #include "slice/hyperslice.h"
-#include "slice/sample_grid.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "slice/field/sample_grid.h"
 #include "slice/hyperslice.h"
-#include "slice/sample_grid.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat {

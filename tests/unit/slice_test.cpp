@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "slice/coefficients.h"
-#include "slice/evaluate.h"
+#include "slice/coefficients/coefficients.h"
+#include "slice/field/evaluate.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 #include "tests/unit/evaluated.h"

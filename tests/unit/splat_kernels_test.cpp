@@ -1,14 +1,14 @@
 // Every SIMD target this machine has against the plain loops.
-#include "splat/kernels.h"
+#include "splat/loop/kernels.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "splat/aligned.h"
-#include "splat/plan.h"
-#include "splat/sheet.h"
+#include "splat/plan/plan.h"
+#include "splat/sheet/sheet.h"
+#include "splat/tile/aligned.h"
 #include "tests/support/targets.h"
 #include "tests/unit/splat_scene.h"
 

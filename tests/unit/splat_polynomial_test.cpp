@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "kernel/radial.h"
-#include "splat/kernels.h"
+#include "splat/loop/kernels.h"
 #include "tests/unit/splat_scene.h"
 
 namespace bccsplat {

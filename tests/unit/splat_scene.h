@@ -8,7 +8,7 @@
 
 #include "render/frame.h"
 #include "render/reference.h"
-#include "slice/coefficients.h"
+#include "slice/coefficients/coefficients.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 

@@ -1,10 +1,10 @@
-#include "splat/surface.h"
+#include "splat/shade/surface.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "splat/sheet.h"
+#include "splat/sheet/sheet.h"
 #include "tests/unit/splat_scene.h"
 
 namespace bccsplat {

@@ -1,5 +1,5 @@
 // The rays of a tile: whole rows at a time, against one ray at a time.
-#include "splat/tile_rays.h"
+#include "splat/tile/tile_rays.h"
 
 #include <gtest/gtest.h>
 

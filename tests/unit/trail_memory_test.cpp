@@ -1,4 +1,4 @@
-#include "splat/trail_memory.h"
+#include "splat/trail/trail_memory.h"
 
 #include <atomic>
 #include <thread>

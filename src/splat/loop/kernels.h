@@ -1,0 +1,177 @@
+// The inner loops of the splatter and the data they share: one body for every SIMD target (*_simd.cpp), and a
+// plain one beside it that reads like the formulae (scalar.cpp).
+//
+// Vocabulary. A slab s holds the points between sheets s and s + 1. Their kernels reach the sheets first ..
+// last of that slab, a window of at most `sheets` sheets, a multiple of 4. Sheet k lives in slot k mod sheets
+// of the ring: group slot / 4, lane slot % 4, so that four neighbouring pixels of one group are 16 floats
+// side by side:
+//   ring[group][y][x][lane]
+// and one vector adds to 4 sheets x 4 pixels whatever the alignment in x.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "base/vec.h"
+#include "kernel/kernel.h"
+#include "splat/shade/class_table.h"
+#include "splat/sheet/raise.h"
+
+namespace bccsplat {
+
+inline constexpr int max_ring_sheets = 256;
+// Isotropic windows up to this many pixels on either side are drawn by blocks, others are large.
+inline constexpr int block_window = 16;
+
+// phi(u) and its derivative in u as float polynomials.
+struct KernelPolynomial {
+  enum class Form : uint8_t {
+    general,
+    square_8, // a_2 u^2 + ... + a_7 u^7
+    short_5,  // a_2 u^2 + a_4 u^4 + a_5 u^5
+    even_4    // a_2 u^2 + a_4 u^4
+  };
+  Form form = Form::general;
+  int terms = 0;
+  std::array<float, RadialKernel::max_terms> a{};     // of u^j
+  std::array<float, RadialKernel::max_terms> slope{}; // of u^j in d phi / du: (j + 1) a[j + 1]
+};
+[[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi);
+
+// The kernel of form short_5 nearest to phi: least mean square difference over the ball among those with the
+// same integral, so that constants are reproduced as before. It takes 4 multiplications where radial kernels
+// take 7. Where none differs by less than .002 phi(0) (radial20 has one), phi itself.
+[[nodiscard]] KernelPolynomial short_polynomial(const RadialKernel& phi);
+
+// The kernel of form even_4 with the integral of phi whose spectrum is 0 at the lattice's first images (both
+// lattices: 1 per unit): constants, and with them gradients of smooth data, come out without ripple, which
+// shading shows before anything else. It takes 3 multiplications, and waves of more than a third of the
+// Nyquist rate come out up to 4 % weaker. Where it is not near phi (radial20's is), phi itself.
+[[nodiscard]] KernelPolynomial flat_polynomial(const RadialKernel& phi);
+
+enum class KernelForm : uint8_t { exact, brief, flat }; // phi, short_polynomial(), flat_polynomial()
+[[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi, KernelForm form);
+
+// Constants of one slab, per ring slot. With di, dj the pixel distances from the foot of a point on sheet k,
+//   u = 1 - (xx di^2 + xy di dj + yy dj^2) - depth2 (offset - z)^2,   di = i - fx - X delta,  dj = j - fy - Y
+//   delta.
+struct SlabLanes {
+  const float* offset = nullptr; // k - s
+  const float* delta = nullptr;  // shift of the foot from sheet s to sheet k, per unit of X, Y
+  const float *xx = nullptr, *xy = nullptr, *yy = nullptr; // 1 / (R pixel)^2
+  const float* reach = nullptr; // xx - xy^2 / (4 yy): no row is in reach of columns where reach di^2 >= 1
+  // Isotropic windows, null: all rows. Large ones: rows that the group's sheets may reach in columns 4 n .. 4
+  // n + 3, begin, end at [(group * row_columns + n) * 2]; others: in any column, at [group * 2].
+  const int16_t* row_range = nullptr;
+  int row_columns = 0;
+  const int16_t* group_rows = nullptr;
+};
+
+// A point in a bin. The window starts at pixel (x, y) of the tile's ring, possibly outside of it.
+struct SplatRecord {
+  float fx, fy; // foot on sheet s, pixels from the start of the window
+  float z;      // depth beyond sheet s, in sheet steps, in [0, 1)
+  float c;      // coefficient
+  int32_t x, y;
+  float lateral_x, lateral_y; // X, Y
+};
+
+struct SplatArgs {
+  const SplatRecord* record = nullptr;
+  size_t count = 0;
+  const SlabLanes* lanes = nullptr;
+  const KernelPolynomial* kernel = nullptr;
+  float depth2 = 0;
+  bool isotropic = false;    // xx, yy equal for all lanes, xy and delta 0
+  int columns = 0, rows = 0; // of the window, pixels
+  float half = 0;            // isotropic: the kernel's radius, pixels
+  bool spare = false; // the ring has spare pixels for whole windows around the tile: nothing need be clipped
+  std::array<float*, 4> ring{}; // value, and with gradients the sums of c phi'(u) times di, dj, offset - z
+  int groups = 0;
+  size_t group_floats = 0; // distance of groups
+  int pitch = 0; // pixels per ring row: a multiple of 16 and spare pixels, at least 4 on either side
+  int width = 0, height = 0; // of the tile with its border, pixels
+};
+
+// Moves the points of a brick to the screen. Pixel and sheet numbers are relative to integer bases, so that
+// float holds them as exactly far from the origin as near it.
+struct BrickFrame {
+  int32_t i = 0, j = 0;                  // base pixel
+  int64_t k = 0;                         // base sheet
+  std::array<float, 4> di{}, dj{}, dk{}; // per local plane x, y, z, and constant
+  std::array<float, 4> dX{}, dY{};       // lateral coordinates, the same
+  float m = 0;                           // `lateral` table at the base: foot = di.. + X (lateral[s] - m)
+};
+
+// What a tile sees of slabs that a fan is raised from.
+struct FanArgs {
+  const int32_t* rect = nullptr; // per slab, from base_slab: samples of the ring that it needs: x begin,
+                                 // y begin, x end, y end
+  // Per slab: 1 / scale of the nearest and farthest sheets its points reach.
+  const float *inverse_near = nullptr, *inverse_far = nullptr;
+  // Pixel of the tile that a sample of the ring stands at: foot + (sample - sample_foot) per / scale.
+  float per_x = 1, per_y = 1, foot_x = 0, foot_y = 0;
+  int sample_foot_x = 0, sample_foot_y = 0;
+  int around = 0;            // samples
+  int border = 0;            // pixels
+  int width = 0, height = 0; // of the tile, pixels: what open_sum counts
+};
+
+struct TransformArgs {
+  const uint16_t* position = nullptr;
+  const float* coefficient = nullptr;
+  size_t count = 0;
+  const BrickFrame* frame = nullptr;
+  bool isotropic = false;
+  const float* lateral = nullptr; // per slab, from base_slab
+  const float* half_x = nullptr;  // half windows per slab, pixels
+  const float* half_y = nullptr;
+  const int32_t* columns = nullptr; // windows per slab, pixels
+  const int32_t* rows = nullptr;
+  int64_t base_slab = 0, first_slab = 0,
+          last_slab = 0;      // tables from base_slab; points outside [first, last] are dropped
+  int tile_x = 0, tile_y = 0; // pixel of ring column 0, row 0
+  int width = 0, height = 0;
+  // Sums of the pixels still open over all columns and rows before (x, y), (width + 1) per row; null: all
+  // are. A point is dropped when no pixel of its window, or within `around` of it, is open.
+  const int32_t* open_sum = nullptr;
+  int around = 0;
+  const FanArgs* fan = nullptr; // then open_sum counts pixels
+  uint64_t cells =
+      ~uint64_t{0}; // bit (x >> 2 | y >> 2 << 2 | z >> 2 << 4) of the local planes: points are needed
+  // Results: accepted points are appended at bin_end[(slab - base_slab) & bin_mask]; every bin has room for
+  // count + 1.
+  SplatRecord** bin_end = nullptr;
+  uint32_t bin_mask = 0; // bin_end[bin_mask + 1] takes what is rejected
+};
+
+struct TransformCounts {
+  size_t accepted = 0, occluded = 0, invisible = 0; // invisible: of all points, wherever they fall
+};
+
+// One finished sheet out of the ring into plain rows, and the ring's slots cleared.
+struct ExtractArgs {
+  float* ring = nullptr; // the slot's group
+  int lane = 0;
+  int pitch = 0, width = 0, height = 0;
+  float* plane = nullptr;
+  int plane_pitch = 0;
+};
+
+struct SplatKernels {
+  void (*splat)(const SplatArgs&);
+  TransformCounts (*transform)(const TransformArgs&);
+  void (*extract)(const ExtractArgs&);
+  void (*raise)(const RaiseArgs&);
+  void (*blend)(const BlendArgs&);
+};
+
+// Adds points to the ring with the best target of this machine.
+void splat_points(const SplatArgs& args);
+
+[[nodiscard]] const SplatKernels& scalar_kernels();
+[[nodiscard]] const SplatKernels& simd_kernels(); // best target of this machine
+
+} // namespace bccsplat

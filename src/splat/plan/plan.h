@@ -1,0 +1,114 @@
+// What a frame needs before its tiles start: sheets and slabs, windows, the bricks that may be seen and the
+// order in which the front reaches them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/tasks.h"
+#include "splat/loop/kernels.h"
+#include "splat/points/inside_cells.h"
+#include "splat/sheet/raise.h"
+#include "splat/sheet/raise_fan.h"
+#include "splat/splat.h"
+#include "splat/tile/aligned.h"
+
+namespace bccsplat {
+
+struct PlannedTile {
+  int x = 0, y = 0, width = 0, height = 0; // pixels
+  // Samples of its ring, in samples of the picture: its pixels and their border, or what those are raised
+  // from.
+  int ring_x = 0, ring_y = 0, ring_width = 0, ring_height = 0;
+  std::vector<uint32_t> bricks; // into SplatPlan::bricks, front to back
+};
+
+struct PlannedBrick {
+  uint32_t brick = 0; // into SplatPoints::bricks
+  int64_t first_slab = 0, last_slab = 0;
+  uint64_t cells = 0; // that are needed, see TransformArgs
+  // Its points: the first ones of the brick in SplatPoints, or those picked from it in PickedPoints.
+  uint32_t count = 0;
+  bool picked = false;
+  // Samples its points may touch: x begin, y begin, x end, y end; of a fan the pixels that may look at them.
+  std::array<int, 4> rect{};
+  BrickFrame frame;
+};
+
+// The needed points of bricks, at their places in SplatPoints; nothing between the bricks.
+struct PickedPoints {
+  Reservation memory;
+  AlignedArray<uint16_t> position;
+  AlignedArray<float> coefficient;
+};
+
+struct SplatPlan {
+  int64_t first_sheet = 0, last_sheet = -1; // that may hold samples
+  int before = 0, after = 0;                // a slab s reaches the sheets s - before .. s + after
+  int sheets = 0, groups = 0;               // of the ring
+  int spare_columns = 4, spare_rows = 0;    // around a tile's ring
+  bool spare = false;                       // room for whole windows: nothing is clipped
+  int border = 0;                           // pixels around a tile that gradients look at
+  int lead = 0;                             // sheets on either side that gradients and isosurfaces look at
+  int halfway = 0; // of them, what values halfway between sheets are made of; 0: none are
+  // Sheets are sampled at `taps` > 0: samples of their own, from which the pixels are raised; 0: pixels.
+  int taps = 0;
+  RaiseAxis raise_x, raise_y; // pixels from -border on; of a fan only the ratio, at the last sheet
+  RaiseFan fan;               // perspective: then the ring's sheets are those of an orthographic view
+  // The same along the sheets' normal: the ring's sheets are ring_first .. ring_last, those of the picture
+  // are raised from them; 0: they are the picture's.
+  int depth_taps = 0;
+  RaiseAxis raise_z; // sheets from 2 * lead before the first on
+  int64_t ring_first = 0, ring_last = -1;
+  int around = 0;         // a sample is of use to pixels whose own sample stands at most this far away
+  bool isotropic = false; // orthographic, or a fan, and the sheets' metric is a multiple of the identity
+  double depth2 = 0;      // (step / R)^2
+
+  int64_t first_slab = 0, last_slab = -1;
+  int lane_period = 0; // slabs s and s + lane_period share lanes (orthographic); 0: every slab has its own
+  std::vector<float> lane_data;
+  std::vector<int16_t> row_ranges; // SlabLanes::row_range per set of lanes; empty: none
+  int row_columns = 0;
+  std::vector<float> lateral, half_x, half_y; // per slab
+  std::vector<int32_t> columns, rows;
+
+  // Isosurfaces: samples here may lack points, and are taken for what they are known to be.
+  InsideCells inside;
+  std::vector<PlannedBrick> bricks; // sorted by first slab
+  PickedPoints picked;
+  int64_t longest = 1; // slabs a brick spans at most
+  std::vector<PlannedTile> tiles;
+  bool air_visible = false;
+  // Orthographic composites: SheetArgs::whole.
+  std::vector<std::array<float, 4>> whole_sheet;
+
+  // Isotropic windows that are worth a table of rows per four columns.
+  [[nodiscard]] bool large_window() const {
+    return columns.front() > block_window || rows.front() > block_window;
+  }
+  [[nodiscard]] SlabLanes lanes(int64_t slab) const {
+    const int64_t n = lane_period ? ((slab % lane_period) + lane_period) % lane_period : slab - first_slab;
+    const auto s = static_cast<size_t>(sheets);
+    const float* p = lane_data.data() + static_cast<size_t>(n) * 6 * s;
+    SlabLanes l{p, p + s, p + 2 * s, p + 3 * s, p + 4 * s, p + 5 * s};
+    if (!row_ranges.empty()) {
+      const int16_t* ranges = row_ranges.data() + n * groups * row_columns * 2;
+      (large_window() ? l.row_range : l.group_rows) = ranges;
+      l.row_columns = row_columns;
+    }
+    return l;
+  }
+};
+
+// Of a fan: scales of the picture's sheets that the points of slabs first .. last reach.
+[[nodiscard]] Scales slab_scales(const SplatPlan& plan, int64_t first, int64_t last);
+
+// A tile of the picture without its bricks.
+[[nodiscard]] PlannedTile plan_tile(const SplatPlan& plan, int x, int y, int width, int height);
+
+// copies: points may be copied (see plan_points.h) as long as three quarters of what this has left stay free;
+// null: none are. with_points false: the sheets are there already.
+[[nodiscard]] SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks,
+                                  SplatStats& stats, MemoryBudget* copies = nullptr, bool with_points = true);
+
+} // namespace bccsplat

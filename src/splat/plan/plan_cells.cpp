@@ -1,0 +1,122 @@
+#include "splat/plan/plan_cells.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace bccsplat {
+namespace {
+
+// Whether all samples lie beyond the isosurface that lie between points of a range only (a range that ends at
+// 0 knows nothing).
+bool beyond(const SplatScene& scene, double iso_value, const WeightBounds& weights, const CellRange& range) {
+  const double iso = iso_value - static_cast<double>(scene.slice->air), least = weights.least;
+  return iso > 0 ? least * static_cast<double>(range.low) > iso
+                 : iso < 0 && least * static_cast<double>(range.high) < iso;
+}
+
+// Lattice units from sheet to sheet, at most.
+double longest_ray(const SheetView& v) {
+  double longest = 0;
+  for (const double i : {0.0, static_cast<double>(v.width - 1)})
+    for (const double j : {0.0, static_cast<double>(v.height - 1)})
+      longest = std::max(longest, length(v.ray(i, j)));
+  return longest;
+}
+
+} // namespace
+
+WeightBounds::WeightBounds(const Slice& slice) {
+  const bool radial = kernel_polynomial(slice.kernel.space).form == KernelPolynomial::Form::square_8;
+  const double ripple = slice.lattice.bcc && radial ? 0.02 : 0.1;
+  least = 1 - ripple;
+  most = (1 + ripple) * std::numbers::sqrt2 / slice.lattice.cell_volume();
+}
+
+bool shows(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights, float low,
+           float high) {
+  const double air = static_cast<double>(scene.slice->air);
+  const double a = air + weights.most * static_cast<double>(std::min(low, 0.0f)),
+               b = air + weights.most * static_cast<double>(std::max(high, 0.0f));
+  if (options.mode == RenderMode::composite && options.preintegrate) {
+    // A cubic through four samples may leave their range by an eighth of it halfway.
+    const double over = (b - a) / 8;
+    return scene.table->crossed(a - over, b + over);
+  }
+  if (options.mode == RenderMode::composite) return scene.table->visible(a, b);
+  if (options.mode == RenderMode::isosurface) return options.iso_value >= a && options.iso_value <= b;
+  return true;
+}
+
+double look_around(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
+  const SheetView& v = *scene.view;
+  // A crossing looks at the two sheets on either side of it.
+  const int sheets = options.mode == RenderMode::isosurface ? 2 : plan.lead;
+  if (sheets == 0 && plan.taps == 0 && plan.depth_taps == 0) return 0;
+  const double scale = v.perspective ? static_cast<double>(plan.last_sheet) + v.depth : 1;
+  const double x = scale * length(v.ex), y = scale * length(v.ey),
+               ray = (sheets + 0.5 * plan.depth_taps * plan.raise_z.ratio) * longest_ray(v);
+  if (plan.taps == 0) return std::max({ray, sheets * x, sheets * y});
+  // Samples that a pixel is raised from stand in a rectangle around it.
+  const RaiseFan& fan = plan.fan;
+  const double wide = 0.5 * plan.taps * (fan.taps > 0 ? length(v.ex) / fan.x.per : plan.raise_x.ratio * x),
+               high = 0.5 * plan.taps * (fan.taps > 0 ? length(v.ey) / fan.y.per : plan.raise_y.ratio * y);
+  if (v.perspective && plan.isotropic) {
+    // Rays lean: what they look at stands to the side, too.
+    const double lean = std::sqrt(std::max(0.0, longest_ray(v) * longest_ray(v) - v.step * v.step)),
+                 deep = (sheets + 0.5 * plan.depth_taps * plan.raise_z.ratio) * v.step,
+                 aside = std::max(sheets * lean, plan.border * std::max(x, y)) + std::hypot(wide, high);
+    return std::hypot(deep, aside);
+  }
+  if (!plan.isotropic) return ray + wide + high + plan.border * std::max(x, y);
+  return std::sqrt(std::max({ray * ray + wide * wide + high * high,
+                             (wide + plan.border * x) * (wide + plan.border * x) + high * high}));
+}
+
+uint64_t near_cells(const SplatScene& scene, const SplatBrick& brick, double look) {
+  const double reach = scene.slice->kernel.space.radius + look + longest_ray(*scene.view),
+               d = scene.points->plane_distance;
+  std::array<std::array<bool, 4>, 3> near{};
+  for (size_t a = 0; a < 3; ++a)
+    for (size_t n = 0; n < 4; ++n) {
+      const double low = d * (brick.plane[a] + 4 * static_cast<int>(n)), high = low + 3 * d;
+      near[a][n] = high >= -reach && low <= scene.slice->domain_end[a] + reach;
+    }
+  uint64_t cells = 0;
+  for (size_t n = 0; n < cells_per_brick; ++n)
+    cells |= uint64_t{near[0][n & 3] && near[1][n >> 2 & 3] && near[2][n >> 4]} << n;
+  return cells;
+}
+
+int useful_cells(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
+  if (options.disable_skips & (skip_transfer_function | skip_cells)) return -1;
+  if (options.mode != RenderMode::composite && options.mode != RenderMode::isosurface) return -1;
+  const double look = look_around(scene, options, plan);
+  // What a slab shows depends on samples around it, too.
+  const double needed = 2 * scene.slice->kernel.space.radius + (options.preintegrate ? 2 : 1) * look;
+  for (size_t n = 1; n < SplatPoints::cell_reach.size(); ++n)
+    if (needed <= 4 * scene.points->plane_distance * SplatPoints::cell_reach[n]) return static_cast<int>(n);
+  return -1;
+}
+
+uint64_t needed_cells(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights,
+                      const CellRange* range, bool inside) {
+  uint64_t cells = 0;
+  for (int n = 0; n < cells_per_brick; ++n) {
+    const bool shown = shows(scene, options, weights, range[n].low, range[n].high) &&
+                       !(inside && beyond(scene, options.iso_value, weights, range[n]));
+    cells |= uint64_t{shown} << n;
+  }
+  return cells;
+}
+
+uint64_t inside_cells(const SplatScene& scene, double iso_value, const WeightBounds& weights,
+                      const CellRange* range) {
+  uint64_t cells = 0;
+  for (int n = 0; n < cells_per_brick; ++n)
+    cells |= uint64_t{beyond(scene, iso_value, weights, range[n])} << n;
+  return cells;
+}
+
+} // namespace bccsplat

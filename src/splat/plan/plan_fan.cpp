@@ -1,0 +1,61 @@
+#include "splat/plan/plan_fan.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bccsplat {
+
+bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v) {
+  if (!v.perspective) return false;
+  // Pixels per lattice unit along x and y at scale 1.
+  const double xx = dot(v.ex, v.ex), xy = dot(v.ex, v.ey), yy = dot(v.ey, v.ey);
+  const double per_unit_x = std::sqrt(yy / (xx * yy - xy * xy)),
+               per_unit_y = std::sqrt(xx / (xx * yy - xy * xy));
+  const double first = v.scale(static_cast<double>(std::max(plan.first_sheet - plan.lead, v.first_sheet()))),
+               last = v.scale(static_cast<double>(plan.last_sheet + 2 * plan.lead + 1));
+  // Scales at which pixels are as large as samples.
+  const double x = per_unit_x / filter.density, y = per_unit_y / filter.density;
+  constexpr double least = 0.6; // pixels per sample that raise_sheet() takes
+  const double ratio = std::min(x, y);
+  if (!(first > 0 && ratio >= least * last && ratio >= filter.from_fan * std::sqrt(first * last)))
+    return false;
+  const double foot_x = -dot(v.gx, v.ez), foot_y = -dot(v.gy, v.ez);
+  // A tile's ring holds all that it shows, from the first sheet to the last.
+  const auto drift = [&](double foot, double count, double per) {
+    return std::max(std::fabs(foot), std::fabs(count - 1 - foot)) * (last - first) * per + 160;
+  };
+  const double samples = drift(foot_x, v.width, 1 / x) * drift(foot_y, v.height, 1 / y);
+  constexpr double always = 1 << 20, most = 1 << 22;
+  if (!(samples <= std::clamp(0.125 * v.width * v.height, always, most))) return false;
+  RaiseFan& fan = plan.fan;
+  fan.x = {1 / x, foot_x}, fan.y = {1 / y, foot_y};
+  fan.taps = filter.taps, fan.depth = v.depth, fan.border = plan.border;
+  fan.nearest = v.scale(static_cast<double>(v.first_sheet()));
+  make_fan_weights(fan, filter.density);
+  plan.raise_x.ratio = x / last, plan.raise_y.ratio = y / last;
+  v.perspective = false;
+  v.ez = v.step * v.normal;
+  v.eye = v.eye + v.depth * v.ez;
+  v.ex = x * v.ex, v.ey = y * v.ey;
+  v.gx = (1 / x) * v.gx, v.gy = (1 / y) * v.gy;
+  return true;
+}
+
+Scales slab_scales(const SplatPlan& plan, int64_t first, int64_t last) {
+  const int reach = plan.depth_taps > 0 ? plan.depth_taps / 2 + 1 : 0;
+  const auto scale = [&](int64_t sheet) {
+    const double k = static_cast<double>(sheet) * plan.raise_z.ratio;
+    return plan.fan.scale(std::clamp(k, static_cast<double>(plan.first_sheet - 2 * plan.lead),
+                                     static_cast<double>(plan.last_sheet + 2 * plan.lead)));
+  };
+  return {scale(first - plan.before - reach), scale(last + plan.after + reach)};
+}
+
+void fan_rect(const SplatPlan& plan, PlannedBrick& b) {
+  const Scales scales = slab_scales(plan, b.first_slab, b.last_slab);
+  const auto [x0, x1] = fan_pixels(plan.fan, plan.fan.x, scales, {b.rect[0], b.rect[2]});
+  const auto [y0, y1] = fan_pixels(plan.fan, plan.fan.y, scales, {b.rect[1], b.rect[3]});
+  b.rect = {x0, y0, x1, y1};
+}
+
+} // namespace bccsplat

@@ -1,0 +1,15 @@
+// Whether a view in perspective is raised from a fan (raise_fan.h), and where its bricks are then.
+#pragma once
+
+#include "splat/plan/plan.h"
+
+namespace bccsplat {
+
+// Turns a view in perspective into that of a fan's samples, where that is cheaper and tiles need not be much
+// larger than what they show at once.
+[[nodiscard]] bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v);
+
+// From samples to the pixels of a fan that may look at them.
+void fan_rect(const SplatPlan& plan, PlannedBrick& b);
+
+} // namespace bccsplat

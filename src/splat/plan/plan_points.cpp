@@ -1,0 +1,130 @@
+#include "splat/plan/plan_points.h"
+
+#include <algorithm>
+
+#include "splat/points/point_sizes.h"
+
+namespace bccsplat {
+namespace {
+
+// Whether some bit is set in every block of 2^3 cells of a brick of 8^3.
+bool everywhere(const FineCells& cells) {
+  for (size_t z = 0; z < 8; z += 2) {
+    uint64_t any = cells[z] | cells[z + 1];
+    any |= any >> 8;
+    any |= any >> 1;
+    if ((any & 0x0055005500550055u) != 0x0055005500550055u) return false;
+  }
+  return true;
+}
+
+// Takes out what the cells of 4^3 planes leave out.
+void cut(FineCells& fine, uint64_t cells) {
+  for (size_t z = 0; z < 8; ++z)
+    for (size_t y = 0; y < 8; ++y) {
+      const uint64_t four = cells >> (16 * (z / 2) + 4 * (y / 2)) & 15;
+      const uint64_t spread = (four & 1) | (four & 2) << 1 | (four & 4) << 2 | (four & 8) << 3;
+      fine[z] &= ~(uint64_t{255} << (8 * y)) | (spread * 3) << (8 * y);
+    }
+}
+
+// The bricks of a neighbourhood by their slots, which rise with their numbers.
+class BrickMap {
+ public:
+  explicit BrickMap(const SplatPoints& points) : points_(points) {
+    slots_.reserve(points.bricks.size());
+    for (const SplatBrick& b : points.bricks) slots_.push_back(points.slot(b));
+  }
+
+  // take(brick, {dx, dy, dz}) for the brick and those beside it.
+  template<class Take> void around(size_t brick, const Take& take) const {
+    const Int3& dims = points_.dims;
+    const auto nx = static_cast<size_t>(dims[0]), ny = static_cast<size_t>(dims[1]);
+    const size_t slot = slots_[brick];
+    const int x = static_cast<int>(slot % nx), y = static_cast<int>(slot / nx % ny),
+              z = static_cast<int>(slot / (nx * ny));
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy) {
+        if (y + dy < 0 || y + dy >= dims[1] || z + dz < 0 || z + dz >= dims[2]) continue;
+        const size_t row = (static_cast<size_t>(z + dz) * ny + static_cast<size_t>(y + dy)) * nx;
+        const size_t first = row + static_cast<size_t>(std::max(0, x - 1)),
+                     last = row + static_cast<size_t>(std::min(dims[0] - 1, x + 1));
+        for (auto at = std::lower_bound(slots_.begin(), slots_.end(), first);
+             at != slots_.end() && *at <= last; ++at)
+          take(static_cast<size_t>(at - slots_.begin()), Int3{static_cast<int>(*at - row) - x, dy, dz});
+      }
+  }
+
+ private:
+  const SplatPoints& points_;
+  std::vector<size_t> slots_;
+};
+
+constexpr size_t overhang = 16; // vectors read past the last point
+
+} // namespace
+
+bool reserve_copies(const SplatPoints& points, MemoryBudget& budget, PickedPoints& picked) {
+  const uint64_t bytes = (uint64_t{points.count} + overhang) * (sizeof(uint16_t) + sizeof(float)) +
+                         points.bricks.size() * sizeof(FineCells);
+  if (bytes > (budget.limit() - budget.used()) / 4 || !budget.try_reserve(bytes)) return false;
+  picked.memory = Reservation::adopt(budget, bytes);
+  return true;
+}
+
+int least_code(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights, double look,
+               const SplatPlan& plan) {
+  const double distance = 2 * scene.slice->kernel.space.radius + look;
+  if (scene.points->codes.empty() || plan.taps > 0 || plan.depth_taps > 0 ||
+      !(distance <= farthest(scene.points->plane_distance)))
+    return 0;
+  int least = 0;
+  while (least < SplatPoints::most_code) {
+    const auto below = scene.points->code_begin(least + 1);
+    if (shows(scene, options, weights, -below, below)) break;
+    ++least;
+  }
+  return least;
+}
+
+void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, SplatPlan& plan,
+                 SplatStats& stats) {
+  const SplatPoints& points = *scene.points;
+  const double distance = 2 * scene.slice->kernel.space.radius + look;
+  constexpr size_t share = 64;
+  const auto parallel = [&](size_t count, const auto& body) {
+    tasks.parallel_for((count + share - 1) / share, [&](uint64_t part) {
+      for (size_t n = part * share; n < std::min(count, (part + 1) * share); ++n) body(n);
+    });
+  };
+  std::vector<FineCells> large(points.bricks.size());
+  parallel(large.size(), [&](size_t n) {
+    large[n] = cells_from(points.codes.data() + n * SplatPoints::fine_cells, static_cast<uint8_t>(least));
+  });
+  plan.picked.position.reserve(points.count + overhang);
+  plan.picked.coefficient.reserve(points.count + overhang);
+  const BrickMap map(points);
+  const FineBall ball = make_ball(distance, points.plane_distance);
+  const int edge = points.edge / 2;
+  FineCells all;
+  all.fill(~uint64_t{0});
+  parallel(plan.bricks.size(), [&](size_t n) {
+    PlannedBrick& b = plan.bricks[n];
+    const SplatBrick& brick = points.bricks[b.brick];
+    FineCells needed = all;
+    if (!everywhere(large[b.brick])) {
+      FineCube cube;
+      map.around(b.brick, [&](size_t other, const Int3& at) { cube.add(large[other], at, edge); });
+      needed = cells_within(cube, ball);
+    }
+    if (b.cells != ~uint64_t{0}) cut(needed, b.cells);
+    if (needed == all) return;
+    b.picked = true;
+    b.count = take_points(points, brick, needed, plan.picked.position.data() + brick.first,
+                          plan.picked.coefficient.data() + brick.first);
+  });
+  for (const PlannedBrick& b : plan.bricks) stats.points_invisible += points.bricks[b.brick].count - b.count;
+  std::erase_if(plan.bricks, [](const PlannedBrick& b) { return b.count == 0; });
+}
+
+} // namespace bccsplat

@@ -1,0 +1,55 @@
+// What several objects in one space absorb and give on one sheet of a tile, and how it is composited.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "splat/sheet/sheet.h"
+
+namespace bccsplat {
+
+enum class TrailCombine : uint8_t {
+  physical = 1,              // extinctions add along the ray
+  interleaved = 2,           // Neophytou & Mueller 2002, equation (8), sheet by sheet as printed
+  post = 3,                  // two pictures, the slice's over the trail's
+  interleaved_consistent = 4 // equation (8) made independent of the step: a = 1 - sqrt((1 - a1)(1 - a2))
+};
+
+// Planes of a tile's pixels, pitched as the sheet's: optical depth of the slab along the pixel's ray, and
+// shaded colour, value and frame index times it, summed over the objects of a group.
+struct MatterPlanes {
+  float *red = nullptr, *green = nullptr, *blue = nullptr, *depth = nullptr;
+  float *value = nullptr, *time = nullptr; // null: not asked for
+};
+
+struct JoinArgs {
+  float k = 0, front = 0.5f; // as of SheetArgs
+  int width = 0, height = 0, pitch = 0;
+  std::array<const MatterPlanes*, 2> group{}; // the slice's, the trail's; null: nothing on this sheet
+  TrailCombine combine = TrailCombine::physical;
+  float stop = 1;
+  PixelPlanes pixel;
+};
+
+// out = sum of weight[i] * plane[i], `width` x `height` values at rows of `pitch` floats (whole vectors are
+// read and written); range: smallest and largest of what was written.
+struct MixArgs {
+  std::span<const float* const> plane;
+  std::span<const float> weight;
+  float* out = nullptr;
+  int width = 0, height = 0, pitch = 0;
+};
+
+struct MatterKernels {
+  // Adds an object's finished sheet, its extinction times `weight`, where pixels are still open.
+  void (*absorb)(const SheetArgs&, float weight, const MatterPlanes& out);
+  // Composites a sheet; returns the number of pixels that closed.
+  int (*join)(const JoinArgs&);
+  std::array<float, 2> (*mix)(const MixArgs&);
+};
+
+[[nodiscard]] const MatterKernels& scalar_matter_kernels();
+[[nodiscard]] const MatterKernels& simd_matter_kernels(); // best target of this machine
+
+} // namespace bccsplat

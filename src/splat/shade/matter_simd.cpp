@@ -1,0 +1,145 @@
+// The loops of matter.h through Highway: one body, compiled for every target, the best chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "splat/shade/matter_simd.cpp"
+#include <hwy/foreach_target.h>
+// Highway's target list must come before anything it guards.
+#include <hwy/highway.h>
+
+#include "splat/shade/matter.h"
+#include "splat/sheet/sheet_pixels-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+
+#if HWY_TARGET == HWY_SCALAR
+// No vectors: the plain loops.
+void Absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
+  scalar_matter_kernels().absorb(s, weight, out);
+}
+int Join(const JoinArgs& j) { return scalar_matter_kernels().join(j); }
+std::array<float, 2> Mix(const MixArgs& m) { return scalar_matter_kernels().mix(m); }
+#else
+
+void Absorb(const SheetArgs& s, float share, const MatterPlanes& out) {
+  const ClassTable& table = *s.table;
+  const V low = set(table.low), scale = set(table.scale), top = set(static_cast<float>(table.size() - 1));
+  const auto first = hn::Set(di, table.first_visible - 1), last = hn::Set(di, table.last_visible + 1);
+  const V stop = set(s.stop);
+  for_pixels(s, [&](const Pixels& px) HWY_ATTR {
+    const V value = px.value();
+    const auto index =
+        hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(value, low), scale), hn::Zero(d)), top));
+    const M visible = hn::RebindMask(d, hn::And(hn::Gt(index, first), hn::Lt(index, last)));
+    const V weight = px.weight();
+    M active = hn::And(hn::And(visible, hn::Lt(px.load(s.pixel.alpha), stop)), hn::Gt(weight, hn::Zero(d)));
+    if (s.hole) active = hn::And(active, px.solid());
+    if (hn::AllFalse(d, active)) return;
+    V red, green, blue, extinction;
+    LookUp(table.entry.data(), index, red, green, blue, extinction);
+    const V path = hn::Mul(hn::Mul(set(share), weight), px.load(s.pixel.path));
+    const V depth = hn::IfThenElseZero(active, hn::Mul(extinction, path));
+    if (s.shading) px.light(red, green, blue);
+    const auto add = [&](float* plane, V part) HWY_ATTR {
+      hn::StoreU(hn::MulAdd(depth, part, hn::LoadU(d, plane + px.p)), d, plane + px.p);
+    };
+    add(out.red, red), add(out.green, green), add(out.blue, blue);
+    hn::StoreU(hn::Add(hn::LoadU(d, out.depth + px.p), depth), d, out.depth + px.p);
+    if (out.value) add(out.value, value);
+    if (out.time) add(out.time, px.time());
+  });
+}
+
+int Join(const JoinArgs& j) {
+  const V one = set(1.0f), half = set(0.5f), stop = set(j.stop), zero = hn::Zero(d), tiny = set(1e-30f);
+  const MatterPlanes *const slice = j.group[0], *const trail = j.group[1];
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  int closed = 0;
+  for (int y = 0; y < j.height; ++y)
+    for (int x = 0; x < j.width; x += lanes) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(j.pitch) + static_cast<size_t>(x);
+      const V before = hn::LoadU(d, j.pixel.alpha + p);
+      const V a = slice ? hn::LoadU(d, slice->depth + p) : zero;
+      const V b = trail ? hn::LoadU(d, trail->depth + p) : zero;
+      const M active = hn::And(hn::Lt(before, stop), hn::Gt(hn::Add(a, b), zero));
+      if (hn::AllFalse(d, active)) continue;
+      const V open = hn::IfThenElseZero(active, hn::Sub(one, before));
+      V fa, fb; // per optical depth
+      if (j.combine == TrailCombine::interleaved) {
+        const auto part = [&](V depth) HWY_ATTR {
+          return hn::Mul(open, hn::Div(hn::Mul(half, Absorbed(depth)), hn::Max(depth, tiny)));
+        };
+        fa = part(a), fb = part(b);
+      } else {
+        const V sum = hn::Add(a, b);
+        const V depth = j.combine == TrailCombine::interleaved_consistent ? hn::Mul(half, sum) : sum;
+        fa = fb = hn::Mul(open, hn::Div(Absorbed(depth), hn::Max(sum, tiny)));
+      }
+      const auto add = [&](float* out, float* MatterPlanes::*plane) HWY_ATTR {
+        if (!out) return;
+        V sum = hn::LoadU(d, out + p);
+        if (slice) sum = hn::MulAdd(fa, hn::LoadU(d, slice->*plane + p), sum);
+        if (trail) sum = hn::MulAdd(fb, hn::LoadU(d, trail->*plane + p), sum);
+        hn::StoreU(sum, d, out + p);
+      };
+      add(j.pixel.red, &MatterPlanes::red), add(j.pixel.green, &MatterPlanes::green);
+      add(j.pixel.blue, &MatterPlanes::blue);
+      add(j.pixel.value, &MatterPlanes::value), add(j.pixel.time, &MatterPlanes::time);
+      const V after = hn::Add(before, hn::MulAdd(fa, a, hn::Mul(fb, b)));
+      hn::StoreU(after, d, j.pixel.alpha + p);
+      const M passed = hn::And(hn::Lt(before, half), hn::Ge(after, half));
+      if (!hn::AllFalse(d, passed)) {
+        // As Composite does: the transmittance falls exponentially through the slab.
+        const V begin = hn::Max(set(j.k - j.front), hn::LoadU(d, j.pixel.enter + p));
+        const V end = hn::Min(set(j.k + 0.5f), hn::LoadU(d, j.pixel.leave + p));
+        const V left = hn::Max(hn::Sub(one, before), tiny);
+        const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, after), left), tiny));
+        const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, set(-1e-20f)));
+        const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(after, one), part),
+                                   hn::Max(hn::Sub(end, begin), zero), begin);
+        hn::StoreU(hn::IfThenElse(passed, depth, hn::LoadU(d, j.pixel.depth + p)), d, j.pixel.depth + p);
+      }
+      closed += static_cast<int>(hn::CountTrue(d, hn::And(active, hn::Ge(after, stop))));
+    }
+  return closed;
+}
+
+std::array<float, 2> Mix(const MixArgs& m) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  V low = hn::Zero(d), high = low;
+  for (int y = 0; y < m.height; ++y)
+    for (int x = 0; x < m.width; x += lanes) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * m.pitch + x;
+      V sum = hn::Zero(d);
+      for (size_t i = 0; i < m.plane.size(); ++i)
+        sum = hn::MulAdd(set(m.weight[i]), hn::LoadU(d, m.plane[i] + at), sum);
+      hn::StoreU(sum, d, m.out + at);
+      low = hn::Min(low, sum), high = hn::Max(high, sum);
+    }
+  return {hn::GetLane(hn::MinOfLanes(d, low)), hn::GetLane(hn::MaxOfLanes(d, high))};
+}
+
+#endif
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace bccsplat {
+HWY_EXPORT(Absorb);
+HWY_EXPORT(Join);
+HWY_EXPORT(Mix);
+
+const MatterKernels& simd_matter_kernels() {
+  static constexpr MatterKernels kernels{
+      [](const SheetArgs& s, float weight, const MatterPlanes& out) {
+        HWY_DYNAMIC_DISPATCH(Absorb)(s, weight, out);
+      },
+      [](const JoinArgs& j) { return HWY_DYNAMIC_DISPATCH(Join)(j); },
+      [](const MixArgs& m) { return HWY_DYNAMIC_DISPATCH(Mix)(m); },
+  };
+  return kernels;
+}
+
+} // namespace bccsplat
+#endif

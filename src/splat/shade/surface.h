@@ -1,0 +1,55 @@
+// Points on a surface: where the field along a ray passes the iso value, refined below the sheet distance by
+// the field itself; and the shading of single points.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "slice/slice.h"
+#include "splat/plan/view.h"
+#include "splat/shade/light.h"
+
+namespace bccsplat {
+
+// A crossing between two sheets: pixel (i, j) of the picture, sheet numbers low < high with values on either
+// side and about the field's slopes there, per sheet (NaN: unknown).
+struct Crossing {
+  int i = 0, j = 0;
+  double low = 0, high = 0, value_low = 0, value_high = 0, slope_low = 0, slope_high = 0;
+};
+
+struct SurfacePoint {
+  double k = 0;    // sheet number
+  Vec3 position{}; // lattice units
+  Vec3 gradient{}; // world space
+};
+
+// The root of field = iso within each crossing. A root is near enough when the last step towards it was at
+// most `tolerance` sheets; the gradient is the one from before that step.
+[[nodiscard]] std::vector<SurfacePoint> refine_crossings(const Slice& slice, const SheetView& view,
+                                                         double iso, std::span<const Crossing> crossings,
+                                                         double tolerance);
+
+// Rays that may pass the iso value twice within each interval, both ends on one side of it: of those that do,
+// the interval's begin and a point beyond the surface.
+[[nodiscard]] std::vector<Crossing> find_grazes(const Slice& slice, const SheetView& view, double iso,
+                                                std::span<const Crossing> intervals);
+
+// Values relative to air and gradients per lattice unit at points in or near the domain.
+void field_at(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
+              std::span<Vec3> gradients);
+
+// Unit vector from a sample to the viewer, world space.
+[[nodiscard]] inline Vec3 to_viewer(const SheetView& view, double i, double j) {
+  return -1.0 * normalized(view.lattice_to_world.vector(view.ray(i, j)));
+}
+
+// Frame index at a point of the slice, lattice units: offset + gradient . p.
+struct TimeField {
+  double offset = 0;
+  Vec3 gradient{};
+  explicit TimeField(const Slice& slice);
+  [[nodiscard]] double at(const Vec3& p) const { return offset + dot(gradient, p); }
+};
+
+} // namespace bccsplat

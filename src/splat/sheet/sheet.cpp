@@ -1,0 +1,198 @@
+// The plain form of sheet.h.
+#include "splat/sheet/sheet.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bccsplat {
+float slab_weight(const SheetArgs& s, size_t p) {
+  const float w = std::min(s.k + 0.5f, s.pixel.leave[p]) - std::max(s.k - s.front, s.pixel.enter[p]);
+  return std::max(w, 0.0f);
+}
+
+Vec3 world_gradient(const SheetArgs& s, int x, int y) {
+  const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x;
+  float gi, gj, gk;
+  if (s.central || s.fourth_order) {
+    const auto slope = [&](std::ptrdiff_t step) {
+      const float near = s.value[at + step] - s.value[at - step];
+      return s.fourth_order ? (8 * near - (s.value[at + 2 * step] - s.value[at - 2 * step])) / 12 : near / 2;
+    };
+    gi = slope(1), gj = slope(s.plane_pitch);
+    const float slant_x = s.basis.slant_x + static_cast<float>(s.x + x) * s.basis.slant_per_x;
+    const float slant_y = s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y;
+    gk = s.depth_scale * (s.after[at] - s.before[at]) - slant_x * gi - slant_y * gj;
+    if (s.fourth_order) gk += s.depth_scale2 * (s.after2[at] - s.before2[at]);
+  } else {
+    gi = s.sum_i[at], gj = s.sum_j[at], gk = s.sum_k[at];
+  }
+  Vec3 g;
+  for (size_t a = 0; a < 3; ++a)
+    g[a] = static_cast<double>(gi * s.basis.x[a] + (gj * s.basis.y[a] + gk * s.basis.z[a]));
+  return g;
+}
+
+namespace {
+
+// What a slab absorbs, and in which part of it.
+struct Slab {
+  std::array<float, 3> color{};
+  float absorbed = 0, value = 0;
+  float begin = 0, weight = 0;       // sheets
+  float front = 0, front_weight = 0; // of them before the sheet itself, where that is known apart
+};
+
+Slab classify(const SheetArgs& s, size_t p, std::ptrdiff_t at) {
+  Slab out;
+  out.begin = std::max(s.k - s.front, s.pixel.enter[p]);
+  out.weight = slab_weight(s, p);
+  out.value = s.air + s.value[at];
+  const float path = s.pixel.path[p];
+  if (!s.preintegrated) {
+    const auto& [red, green, blue, extinction] =
+        s.table->entry[static_cast<size_t>(s.table->index(out.value))];
+    out.color = {red, green, blue};
+    out.absorbed = absorbed(extinction * out.weight * path);
+    return out;
+  }
+  if (!(out.weight > 0)) return out;
+  const auto halfway = [&](const Halfway& h, bool known) {
+    if (!known) return s.value[at];
+    return h.weight[0] * h.plane[0][at] +
+           (h.weight[1] * h.plane[1][at] + (h.weight[2] * h.plane[2][at] + h.weight[3] * h.plane[3][at]));
+  };
+  const float front = halfway(s.front_half, s.k - 1 >= s.pixel.enter[p] - s.known),
+              back = halfway(s.back_half, s.k + 1 <= s.pixel.leave[p] + s.known);
+  const auto entry = [&](float value) { return (s.air + value - s.table->low) * s.table->scale; };
+  const float e = entry(s.value[at]), e_front = entry(front), e_back = entry(back);
+  // Where the slab begins and ends, and the border of its halves, in sheets from k.
+  const float t0 = out.begin - s.k, t1 = t0 + out.weight, tm = std::clamp(0.0f, t0, t1);
+  const auto value = [&](float t) {
+    if (t <= -0.5f) return e_front;
+    if (t >= 0.5f) return e_back;
+    return t < 0 ? e + 2 * t * (e - e_front) : e + 2 * t * (e_back - e);
+  };
+  out.front_weight = tm - t0;
+  const SlabClass c =
+      classify_slab(*s.table, {value(t0), value(tm), value(t1)}, {out.front_weight * path, (t1 - tm) * path});
+  out.color = c.color, out.absorbed = c.absorbed, out.front = c.front;
+  if (c.absorbed > 0) out.value = c.value;
+  return out;
+}
+
+int composite_sheet(const SheetArgs& s) {
+  int closed = 0;
+  for (int y = 0; y < s.height; ++y)
+    for (int x = 0; x < s.width; ++x) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+      float& alpha = s.pixel.alpha[p];
+      if (alpha >= s.stop || (s.hole && s.hole[p])) continue;
+      const Slab slab = classify(s, p, static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x);
+      if (!(slab.absorbed > 0)) continue;
+      const float f = (1 - alpha) * slab.absorbed;
+      Shading lit{{1, 1, 1}, {}};
+      if (s.shading)
+        lit = shade(*s.lights, world_gradient(s, x, y),
+                    {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
+                     static_cast<double>(s.pixel.view_z[p])});
+      s.pixel.red[p] +=
+          f * (slab.color[0] * static_cast<float>(lit.scale[0]) + static_cast<float>(lit.highlight[0]));
+      s.pixel.green[p] +=
+          f * (slab.color[1] * static_cast<float>(lit.scale[1]) + static_cast<float>(lit.highlight[1]));
+      s.pixel.blue[p] +=
+          f * (slab.color[2] * static_cast<float>(lit.scale[2]) + static_cast<float>(lit.highlight[2]));
+      const float before = alpha;
+      alpha += f;
+      if (before < 0.5f && alpha >= 0.5f) {
+        // The transmittance falls exponentially through the part of the slab inside the domain, or that of
+        // its halves where the opacity passes 1/2.
+        const float middle = before + (1 - before) * slab.front;
+        float from = before, to = alpha, begin = slab.begin, weight = slab.weight;
+        if (s.preintegrated && middle >= 0.5f)
+          to = middle, weight = slab.front_weight;
+        else if (s.preintegrated)
+          from = middle, begin += slab.front_weight, weight -= slab.front_weight;
+        const float part = to < 1 ? std::log(0.5f / (1 - from)) / std::log((1 - to) / (1 - from)) : 0.0f;
+        s.pixel.depth[p] = begin + part * weight;
+      }
+      if (s.pixel.value) s.pixel.value[p] += f * slab.value;
+      if (s.pixel.time)
+        s.pixel.time[p] += f * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
+                                s.time[2] * static_cast<float>(s.y + y));
+      if (alpha >= s.stop) ++closed;
+    }
+  return closed;
+}
+
+int composite(std::span<const SheetArgs> sheets) {
+  int closed = 0;
+  for (const SheetArgs& s : sheets) closed += composite_sheet(s);
+  return closed;
+}
+
+void integrate(const SheetArgs& s) {
+  for (int y = 0; y < s.height; ++y)
+    for (int x = 0; x < s.width; ++x) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+      if (s.hole && s.hole[p]) continue;
+      const float part =
+          s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x] * slab_weight(s, p) * s.pixel.path[p];
+      s.pixel.red[p] += part;
+      if (!s.pixel.time) continue;
+      s.pixel.alpha[p] += std::fabs(part);
+      s.pixel.time[p] += std::fabs(part) * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
+                                            s.time[2] * static_cast<float>(s.y + y));
+    }
+}
+
+// Whether a curve from d0 to d1 with the slopes s0 and s1 at its ends (per sheet) may reach 0 in between.
+bool may_graze(float d0, float d1, float s0, float s1) {
+  const float side = d0 < 0 ? 1.0f : -1.0f; // seen from below
+  d0 *= side, d1 *= side, s0 *= side, s1 *= side;
+  const float at = d1 - d0 - s1, over = s0 - s1; // the tangents meet at at / over
+  return s0 > 0 && s1 < 0 && at > 0 && at < over && d0 * over + s0 * at >= 0;
+}
+
+size_t crossings(const CrossingArgs& c) {
+  size_t count = 0;
+  for (int y = 0; y < c.height; ++y)
+    for (int x = 0; x < c.width; ++x) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
+      if (!(c.alpha[p] < 1)) continue;
+      for (int n = 0; n < c.count; ++n) {
+        const float k = c.k + static_cast<float>(n);
+        if (!(k >= c.enter[p] && k - 1 <= c.leave[p])) continue;
+        const auto value = [&](int sheet) { return c.plane[static_cast<size_t>(n + sheet)][at]; };
+        const float v0 = value(1), v1 = value(2), d0 = v0 - c.target, d1 = v1 - c.target;
+        const bool crosses = (d0 < 0) != (d1 < 0);
+        if (!crosses && !may_graze(d0, d1, 0.5f * (v1 - value(0)), 0.5f * (value(3) - v0))) continue;
+        c.found[count++] = {static_cast<uint16_t>(x), static_cast<uint16_t>(y), static_cast<uint8_t>(n),
+                            !crosses};
+      }
+    }
+  return count;
+}
+
+void maximum(const SheetArgs& s) {
+  for (int y = 0; y < s.height; ++y)
+    for (int x = 0; x < s.width; ++x) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+      if ((s.hole && s.hole[p]) || !(slab_weight(s, p) > 0)) continue;
+      const float value = s.air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      if (!(value > s.pixel.red[p])) continue;
+      s.pixel.red[p] = value;
+      s.pixel.depth[p] = s.k;
+    }
+}
+
+} // namespace
+
+float absorbed(float x) { return -std::expm1(-x); }
+
+const SheetKernels& scalar_sheet_kernels() {
+  static constexpr SheetKernels kernels{composite, integrate, crossings, maximum};
+  return kernels;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,120 @@
+// What happens to a finished sheet of a tile: classify, shade, composite; or integrate, or keep the maximum.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "splat/plan/pixel_rect.h"
+#include "splat/shade/class_table.h"
+#include "splat/shade/light.h"
+
+namespace bccsplat {
+
+// Planes of the pixels of a tile, `pitch` floats per row.
+struct PixelPlanes {
+  // So far: premultiplied colour and opacity; depth in sheet steps where the opacity passed 1/2; sums
+  // weighted by opacity.
+  float *red = nullptr, *green = nullptr, *blue = nullptr, *alpha = nullptr;
+  float *depth = nullptr, *value = nullptr, *time = nullptr; // value, time: null when not asked for
+  // The ray: sheet numbers where it enters and leaves the domain, world length per sheet step, direction to
+  // the viewer.
+  const float *enter = nullptr, *leave = nullptr, *path = nullptr;
+  const float *view_x = nullptr, *view_y = nullptr, *view_z = nullptr;
+};
+
+// World gradient from the sums of a sample: analytic: di, dj, dk; else the differences of the field per
+// pixel and per sheet, of which the part of the ray within the sheet, slant pixels per sheet, is taken off
+// the last.
+struct GradientBasis {
+  std::array<float, 3> x{}, y{}, z{};
+  float slant_x = 0, slant_y = 0;         // at pixel (0, 0) of the picture
+  float slant_per_x = 0, slant_per_y = 0; // more per pixel (perspective)
+};
+
+// A value between sheets: the weighted sum of four planes.
+struct Halfway {
+  std::array<const float*, 4> plane{};
+  std::array<float, 4> weight{};
+};
+
+struct SheetArgs {
+  float k = 0; // sheet number
+  float front =
+      0.5f;         // the slab begins this much before k; the first sheet in front of an eye reaches up to it
+  int x = 0, y = 0; // of the tile in the picture
+  int width = 0, height = 0, pitch = 0;
+  PixelRect seen = all_pixels; // pixels of the tile outside of it are air, and air is invisible
+  const float* value =
+      nullptr; // relative to air; points at the tile's first pixel inside a plane with a border
+  // Differences: the sheets k - 1 and k + 1, k - 2 and k + 2, with what each pair's difference counts.
+  const float *before = nullptr, *after = nullptr, *before2 = nullptr, *after2 = nullptr;
+  float depth_scale = 0, depth_scale2 = 0;
+  const float *sum_i = nullptr, *sum_j = nullptr, *sum_k = nullptr; // analytic
+  int plane_pitch = 0;
+  bool central = false;      // differences over one neighbour
+  bool fourth_order = false; // and over two
+  bool shading = false;
+  float air = 0, stop = 1;
+  const ClassTable* table = nullptr;
+  const Lights* lights = nullptr;
+  GradientBasis basis;
+  // Slabs are classified by the table's integrals, the value running linearly from half a sheet before k to
+  // k and on to half a sheet behind it. Samples more than `known` sheets outside the domain stand for
+  // nothing.
+  bool preintegrated = false;
+  Halfway front_half, back_half;
+  float known = 0;
+  // Orthographic: the direction to the viewer that all rays share.
+  bool alike = false;
+  Vec3 to_viewer{};
+  // Then: the table's entries with the opacity of a whole sheet in place of the extinction; null: none.
+  const std::array<float, 4>* whole = nullptr;
+  const uint8_t* hole = nullptr; // per pixel, `pitch` per row; null: none
+  std::array<float, 4> time{};   // frame index at (i, j): [0] + [1] i + [2] j
+  PixelPlanes pixel;
+};
+
+// A pixel of the tile whose field passes the target between two sheets, or may pass it twice there, which
+// neither shows: it comes closer at the one and goes away at the other, and the tangents meet beyond it.
+struct SheetCrossing {
+  uint16_t x = 0, y = 0;
+  uint8_t interval = 0; // of CrossingArgs
+  bool grazes = false;
+  bool operator==(const SheetCrossing&) const = default;
+};
+
+// Looks for `target` (relative to air) at pixels inside the domain and not yet covered.
+struct CrossingArgs {
+  static constexpr int most = 4;
+  int count = 1; // intervals: number n runs from sheet k - 1 + n to k + n
+  float k = 0, target = 0;
+  int width = 0, height = 0, pitch = 0;
+  PixelRect seen = all_pixels;              // outside of it all sheets are air
+  std::array<const float*, most + 3> plane; // sheets k - 2 .. k + count
+  int plane_pitch = 0;
+  const float *alpha = nullptr, *enter = nullptr, *leave = nullptr;
+  SheetCrossing* found = nullptr; // room for every pixel and interval; rows, columns and intervals rise
+};
+
+struct SheetKernels {
+  // Sheets one behind the other that differ in number, planes, basis (not where rays are alike), holes and
+  // time only: pixels are read and written once for all of them. Returns the number of pixels that closed.
+  int (*composite)(std::span<const SheetArgs>);
+  void (*integrate)(
+      const SheetArgs&); // mode xray: into pixel.red (integral) and pixel.time (weighted by |value - air|)
+  size_t (*crossings)(const CrossingArgs&); // number found
+  void (*maximum)(const SheetArgs&); // into pixel.red (largest value so far) and pixel.depth (its sheet)
+};
+
+[[nodiscard]] const SheetKernels& scalar_sheet_kernels();
+
+// The part of the slab [k - front, k + 1/2] inside the domain at pixel p.
+[[nodiscard]] float slab_weight(const SheetArgs& sheet, size_t p);
+[[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y);
+[[nodiscard]] const SheetKernels& simd_sheet_kernels(); // best target of this machine
+
+// 1 - exp(-x), x >= 0.
+[[nodiscard]] float absorbed(float x);
+
+} // namespace bccsplat

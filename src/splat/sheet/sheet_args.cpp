@@ -1,0 +1,47 @@
+#include "splat/sheet/sheet_args.h"
+
+namespace bccsplat {
+
+GradientBasis gradient_basis(const SheetView& view, int64_t k, int differences, double radius) {
+  const Affine3 to_lattice = view.lattice_to_world.inverse();
+  const double scale = view.scale(static_cast<double>(k));
+  GradientBasis basis;
+  Vec3 x, y, z;
+  if (differences > 0) {
+    x = to_lattice.transposed((1 / scale) * view.gx);
+    y = to_lattice.transposed((1 / scale) * view.gy);
+    z = to_lattice.transposed((1 / view.step) * view.normal);
+    basis.slant_x = static_cast<float>(dot(view.gx, view.ez) / scale);
+    basis.slant_y = static_cast<float>(dot(view.gy, view.ez) / scale);
+    basis.slant_per_x = basis.slant_per_y = view.perspective ? static_cast<float>(1 / scale) : 0.0f;
+  } else {
+    // d phi / dp = phi'(u) du/dp with u = 1 - |p - site|^2 / R^2.
+    const double factor = -2 / (radius * radius);
+    x = to_lattice.transposed((factor * scale) * view.ex);
+    y = to_lattice.transposed((factor * scale) * view.ey);
+    z = to_lattice.transposed((factor * view.step) * view.normal);
+  }
+  for (size_t a = 0; a < 3; ++a) {
+    basis.x[a] = static_cast<float>(x[a]);
+    basis.y[a] = static_cast<float>(y[a]);
+    basis.z[a] = static_cast<float>(z[a]);
+  }
+  return basis;
+}
+
+int halfway_sheets(const SheetView& view) {
+  double longest = 0;
+  for (const double i : {0.0, static_cast<double>(view.width - 1)})
+    for (const double j : {0.0, static_cast<double>(view.height - 1)})
+      longest = std::max(longest, length(view.ray(i, j)));
+  return 2 * longest <= 1.25 * samples_beyond ? 2 : 1;
+}
+
+std::array<float, 4> sheet_time(const TimeField& time, const SheetView& view, int64_t k) {
+  const double scale = view.scale(static_cast<double>(k));
+  return {static_cast<float>(time.at(view.sample(0, 0, static_cast<double>(k)))),
+          static_cast<float>(scale * dot(time.gradient, view.ex)),
+          static_cast<float>(scale * dot(time.gradient, view.ey)), 0};
+}
+
+} // namespace bccsplat

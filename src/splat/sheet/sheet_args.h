@@ -1,0 +1,82 @@
+// From a completed sheet and its neighbours to what its pixels are classified and shaded from.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "splat/plan/view.h"
+#include "splat/shade/surface.h"
+#include "splat/sheet/sheet.h"
+
+namespace bccsplat {
+
+// differences: neighbours on either side that gradients look at, 0 for the analytic sums. radius: of the
+// kernel, lattice units.
+[[nodiscard]] GradientBasis gradient_basis(const SheetView& view, int64_t k, int differences, double radius);
+
+// The field is known this far outside the domain (make_points), lattice units.
+inline constexpr double samples_beyond = 2;
+
+// Frame index of the sheet's samples.
+[[nodiscard]] std::array<float, 4> sheet_time(const TimeField& time, const SheetView& view, int64_t k);
+
+// Sheets on either side that values halfway between sheets are made of: the cubic through four samples, or
+// the line through two where four would reach beyond the points of the domain's mirror images. 2 or 1.
+[[nodiscard]] int halfway_sheets(const SheetView& view);
+
+// Sets what slabs are classified by the integrals of. `plane(k)` is as SheetSource's of values.
+template<class Plane>
+void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, const Plane& plane) {
+  // From k in the direction of the half; nothing is sampled before the first sheet in front of an eye.
+  const auto make = [&](int64_t toward) {
+    const int64_t first = view.first_sheet();
+    const auto exists = [&](int64_t n) { return k + n * toward >= first; };
+    const auto at = [&](int64_t n) { return exists(n) ? plane(k + n * toward) : a.value; };
+    Halfway h{{a.value, at(1), sheets == 1 ? a.value : at(-1), sheets == 1 ? a.value : at(2)}, {}};
+    if (!exists(1))
+      h.weight = {1, 0, 0, 0};
+    else if (sheets == 1)
+      h.weight = {0.5f, 0.5f, 0, 0};
+    else if (!exists(2)) // the parabola through those nearest to it
+      h.weight = {0.75f, 0.375f, -0.125f, 0};
+    else if (!exists(-1))
+      h.weight = {0.375f, 0.75f, 0, -0.125f};
+    else
+      h.weight = {0.5625f, 0.5625f, -0.0625f, -0.0625f};
+    if (toward < 0) { // in the order of the sheets: both slabs that meet here get the same bits
+      std::swap(h.plane[0], h.plane[1]), std::swap(h.plane[2], h.plane[3]);
+      std::swap(h.weight[0], h.weight[1]), std::swap(h.weight[2], h.weight[3]);
+    }
+    return h;
+  };
+  a.preintegrated = true;
+  a.front_half = make(-1), a.back_half = make(1);
+  a.known = static_cast<float>(samples_beyond / view.step);
+}
+
+// Sets number, planes and gradient of sheet k. `plane(k, quantity)` is as SheetSource's.
+template<class Plane>
+void set_sheet(SheetArgs& a, const SheetView& view, int64_t k, bool analytic, int differences, double radius,
+               const Plane& plane) {
+  a.k = static_cast<float>(k);
+  a.front = k == view.first_sheet() ? 2 : 0.5f;
+  a.alike = !view.perspective;
+  if (a.alike) a.to_viewer = to_viewer(view, 0, 0);
+  a.value = plane(k, size_t{0});
+  a.central = differences == 1, a.fourth_order = differences == 2;
+  if (differences > 0) {
+    // Nothing is sampled before the first sheet in front of an eye: fewer neighbours there.
+    const auto front = std::min<int64_t>(k - view.first_sheet(), differences);
+    a.after = plane(k + 1, size_t{0}), a.before = front > 0 ? plane(k - 1, size_t{0}) : a.value;
+    a.depth_scale = front == 2 ? 8.0f / 12 : front == 1 ? 0.5f : 1.0f;
+    a.after2 = a.before2 = a.value, a.depth_scale2 = 0;
+    if (front == 2)
+      a.after2 = plane(k + 2, size_t{0}), a.before2 = plane(k - 2, size_t{0}), a.depth_scale2 = -1.0f / 12;
+  } else if (analytic) {
+    a.sum_i = plane(k, size_t{1}), a.sum_j = plane(k, size_t{2}), a.sum_k = plane(k, size_t{3});
+  }
+  if (differences > 0 || analytic) a.basis = gradient_basis(view, k, differences, radius);
+}
+
+} // namespace bccsplat

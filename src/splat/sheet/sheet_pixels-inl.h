@@ -1,0 +1,320 @@
+// What the sheets' SIMD loops share: pixels side by side, their rays, gradients and light. Included once per
+// target.
+#include <hwy/highway.h>
+
+#include <hwy/contrib/math/math-inl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "splat/sheet/sheet.h"
+
+#if defined(BCCSPLAT_SHEET_PIXELS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef BCCSPLAT_SHEET_PIXELS_INL
+#undef BCCSPLAT_SHEET_PIXELS_INL
+#else
+#define BCCSPLAT_SHEET_PIXELS_INL
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+#if HWY_TARGET != HWY_SCALAR
+
+namespace hn = hwy::HWY_NAMESPACE;
+namespace {
+
+using D = hn::CappedTag<float, 16>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+constexpr D d;
+constexpr hn::RebindToSigned<D> di;
+
+HWY_INLINE V set(float x) { return hn::Set(d, x); }
+
+// 1 - exp(-x), x >= 0, to a few units in the last place for small x, too: exp(-x) = 2^n e^r, |r| <= ln 2 / 2.
+HWY_INLINE V Absorbed(V x) {
+  const V y = hn::Max(hn::Neg(x), set(-80.0f));
+  const V n = hn::Round(hn::Mul(y, set(1.44269504f)));
+  const V r = hn::NegMulAdd(n, set(-2.12194440e-4f), hn::NegMulAdd(n, set(0.693359375f), y));
+  V p = hn::MulAdd(set(1.0f / 5040), r, set(1.0f / 720));
+  p = hn::MulAdd(p, r, set(1.0f / 120));
+  p = hn::MulAdd(p, r, set(1.0f / 24));
+  p = hn::MulAdd(p, r, set(1.0f / 6));
+  p = hn::MulAdd(p, r, set(0.5f));
+  p = hn::MulAdd(hn::Mul(p, r), r, r); // e^r - 1
+  const V scale = hn::BitCast(d, hn::ShiftLeft<23>(hn::Add(hn::ConvertTo(di, n), hn::Set(di, 127))));
+  return hn::NegMulAdd(scale, p, hn::Sub(set(1.0f), scale));
+}
+
+// x^power for x in [0, 1].
+HWY_INLINE V Power(V x, float power) {
+  if (power == 20) { // the default
+    const V x2 = hn::Mul(x, x), x4 = hn::Mul(x2, x2), x5 = hn::Mul(x4, x), x10 = hn::Mul(x5, x5);
+    return hn::Mul(x10, x10);
+  }
+  if (power >= 0 && power <= 1024 && power == std::floor(power)) {
+    V result = set(1.0f);
+    for (int n = static_cast<int>(power); n > 0; n >>= 1) {
+      if (n & 1) result = hn::Mul(result, x);
+      x = hn::Mul(x, x);
+    }
+    return result;
+  }
+  return hn::Exp(d, hn::Mul(set(power), hn::Log(d, hn::Max(x, set(1e-30f)))));
+}
+
+// 1 / sqrt(x), x > 0.
+HWY_INLINE V InverseRoot(V x) {
+  const V y = hn::ApproximateReciprocalSqrt(x);
+  // One step of Newton's method.
+  return hn::Mul(y, hn::NegMulAdd(hn::Mul(hn::Mul(set(0.5f), x), y), y, set(1.5f)));
+}
+
+HWY_INLINE V Dot(V ax, V ay, V az, V bx, V by, V bz) {
+  return hn::MulAdd(ax, bx, hn::MulAdd(ay, by, hn::Mul(az, bz)));
+}
+
+// What lights do to a colour: a factor and a highlight for each part.
+struct Lit {
+  V scale_r, scale_g, scale_b, shine_r, shine_g, shine_b;
+  HWY_INLINE explicit Lit(float ambient)
+      : scale_r(set(ambient)), scale_g(scale_r), scale_b(scale_r), shine_r(hn::Zero(d)), shine_g(shine_r),
+        shine_b(shine_r) {}
+
+  // Adds a light of which the surface sees `facing` and mirrors `shine` (cosines); where there is no surface
+  // it is lit as if it faced the light, without highlight.
+  HWY_INLINE void add(V facing, V shine, M surface, float diffuse, float specular, float shininess,
+                      const std::array<float, 3>& color) {
+    facing = hn::Mul(hn::IfThenElse(surface, facing, set(1.0f)), set(diffuse));
+    shine = hn::Mul(hn::IfThenElseZero(surface, Power(shine, shininess)), set(specular));
+    const V r = set(color[0]), g = set(color[1]), b = set(color[2]);
+    scale_r = hn::MulAdd(facing, r, scale_r), scale_g = hn::MulAdd(facing, g, scale_g),
+    scale_b = hn::MulAdd(facing, b, scale_b);
+    shine_r = hn::MulAdd(shine, r, shine_r), shine_g = hn::MulAdd(shine, g, shine_g),
+    shine_b = hn::MulAdd(shine, b, shine_b);
+  }
+  HWY_INLINE void apply(V& red, V& green, V& blue) const {
+    red = hn::MulAdd(red, scale_r, shine_r), green = hn::MulAdd(green, scale_g, shine_g),
+    blue = hn::MulAdd(blue, scale_b, shine_b);
+  }
+};
+
+// What happens at `lanes` neighbouring pixels from pixel (x, y) of the tile.
+struct Pixels {
+  const SheetArgs& s;
+  int x, y;
+  size_t p;          // into the pixel planes
+  std::ptrdiff_t at; // into the sheet planes
+
+  HWY_INLINE V load(const float* plane) const { return hn::LoadU(d, plane + p); }
+  HWY_INLINE V weight() const {
+    const V end = hn::Min(set(s.k + 0.5f), load(s.pixel.leave));
+    return hn::Max(hn::Sub(end, hn::Max(set(s.k - s.front), load(s.pixel.enter))), hn::Zero(d));
+  }
+  HWY_INLINE V value() const { return hn::Add(set(s.air), hn::LoadU(d, s.value + at)); }
+  HWY_INLINE V column() const { return hn::Add(set(static_cast<float>(s.x + x)), hn::Iota(d, 0)); }
+  // Pixels that are not holes.
+  HWY_INLINE M solid() const {
+    if (!s.hole) return hn::Eq(hn::Zero(d), hn::Zero(d));
+    alignas(64) float hole[16];
+    for (size_t l = 0; l < hn::Lanes(d); ++l) hole[l] = s.hole[p + l];
+    return hn::Eq(hn::Load(d, hole), hn::Zero(d));
+  }
+  HWY_INLINE V time() const {
+    return hn::MulAdd(set(s.time[1]), column(), set(s.time[0] + s.time[2] * static_cast<float>(s.y + y)));
+  }
+
+  // The parts of the world gradient along the vectors of the sheet's basis.
+  HWY_INLINE void gradient_parts(V& gi, V& gj, V& gk) const {
+    if (s.central || s.fourth_order) {
+      const float* v = s.value + at;
+      const auto slope = [&](std::ptrdiff_t step) HWY_ATTR {
+        const V near = hn::Sub(hn::LoadU(d, v + step), hn::LoadU(d, v - step));
+        if (!s.fourth_order) return hn::Mul(set(0.5f), near);
+        const V far = hn::Sub(hn::LoadU(d, v + 2 * step), hn::LoadU(d, v - 2 * step));
+        return hn::MulSub(set(8.0f / 12), near, hn::Mul(set(1.0f / 12), far));
+      };
+      gi = slope(1), gj = slope(s.plane_pitch);
+      gk = hn::Mul(set(s.depth_scale), hn::Sub(hn::LoadU(d, s.after + at), hn::LoadU(d, s.before + at)));
+      if (s.fourth_order)
+        gk = hn::MulAdd(set(s.depth_scale2),
+                        hn::Sub(hn::LoadU(d, s.after2 + at), hn::LoadU(d, s.before2 + at)), gk);
+      if (s.alike && s.basis.slant_x == 0 && s.basis.slant_y == 0) return;
+      const V slant_x = hn::MulAdd(set(s.basis.slant_per_x), column(), set(s.basis.slant_x));
+      const V slant_y = set(s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y);
+      gk = hn::NegMulAdd(slant_x, gi, hn::NegMulAdd(slant_y, gj, gk));
+    } else {
+      gi = hn::LoadU(d, s.sum_i + at), gj = hn::LoadU(d, s.sum_j + at), gk = hn::LoadU(d, s.sum_k + at);
+    }
+  }
+
+  // World gradient.
+  HWY_INLINE void gradient(V& gx, V& gy, V& gz) const {
+    V gi, gj, gk;
+    gradient_parts(gi, gj, gk);
+    const auto axis = [&](size_t a) HWY_ATTR {
+      return hn::MulAdd(set(s.basis.x[a]), gi,
+                        hn::MulAdd(set(s.basis.y[a]), gj, hn::Mul(set(s.basis.z[a]), gk)));
+    };
+    gx = axis(0), gy = axis(1), gz = axis(2);
+  }
+
+  // Multiplies the colours and adds the highlights.
+  HWY_INLINE void light(V& red, V& green, V& blue) const {
+    V gx, gy, gz;
+    gradient(gx, gy, gz);
+    const V vx = load(s.pixel.view_x), vy = load(s.pixel.view_y), vz = load(s.pixel.view_z);
+    const V square = Dot(gx, gy, gz, gx, gy, gz);
+    // Squares below this are no gradient: lit as if facing every light, without highlight.
+    const M surface = hn::Gt(square, set(1e-36f));
+    const V inverse = InverseRoot(hn::IfThenElse(surface, square, set(1.0f)));
+    Lit lit(static_cast<float>(s.lights->ambient));
+    for (const Light& l : s.lights->lights) {
+      const bool headlight = dot(l.direction, l.direction) == 0;
+      V facing, shine;
+      if (headlight) {
+        facing = hn::Min(hn::Mul(hn::Abs(Dot(gx, gy, gz, vx, vy, vz)), inverse), set(1.0f));
+        shine = facing;
+      } else {
+        const Vec3 to = normalized(l.direction);
+        const V lx = set(static_cast<float>(to[0])), ly = set(static_cast<float>(to[1])),
+                lz = set(static_cast<float>(to[2]));
+        facing = hn::Min(hn::Mul(hn::Abs(Dot(gx, gy, gz, lx, ly, lz)), inverse), set(1.0f));
+        const V hx = hn::Add(lx, vx), hy = hn::Add(ly, vy), hz = hn::Add(lz, vz);
+        const V half = Dot(hx, hy, hz, hx, hy, hz);
+        const M some = hn::Gt(half, set(1e-12f));
+        const V over = InverseRoot(hn::IfThenElse(some, half, set(1.0f)));
+        shine = hn::Min(hn::Mul(hn::Mul(hn::Abs(Dot(gx, gy, gz, hx, hy, hz)), inverse), over), set(1.0f));
+        shine = hn::IfThenElseZero(some, shine);
+      }
+      lit.add(
+          facing, shine, surface, static_cast<float>(s.lights->diffuse),
+          static_cast<float>(s.lights->specular), static_cast<float>(s.lights->shininess),
+          {static_cast<float>(l.color[0]), static_cast<float>(l.color[1]), static_cast<float>(l.color[2])});
+    }
+    lit.apply(red, green, blue);
+  }
+};
+
+// The lights of a sheet whose rays are alike, as forms of the parts of the gradient: what every pixel would
+// work out of the same vectors.
+struct AlikeLights {
+  static constexpr size_t most = 8;
+  struct Parts {
+    std::array<float, 3> facing{}, half{}; // light . basis; halfway vector, unit length, . basis; 0: none
+    std::array<float, 3> color{};
+    bool headlight = false;
+  };
+  size_t count = 0;
+  std::array<Parts, most> light{};
+  std::array<float, 6> square{}; // of the gradient: ii ij ik jj jk kk
+  float ambient = 0, diffuse = 0, specular = 0, shininess = 0;
+
+  [[nodiscard]] static bool fits(const SheetArgs& s) {
+    return s.alike && s.shading && s.lights->lights.size() <= most;
+  }
+  explicit AlikeLights(const SheetArgs& s) : count(s.lights->lights.size()) {
+    const GradientBasis& b = s.basis;
+    const auto vector = [](const std::array<float, 3>& of) {
+      return Vec3{static_cast<double>(of[0]), static_cast<double>(of[1]), static_cast<double>(of[2])};
+    };
+    const std::array<Vec3, 3> v{vector(b.x), vector(b.y), vector(b.z)};
+    size_t n = 0;
+    for (size_t p = 0; p < 3; ++p)
+      for (size_t q = p; q < 3; ++q, ++n) square[n] = static_cast<float>((p == q ? 1 : 2) * dot(v[p], v[q]));
+    // Of an orthogonal basis only rounding is left.
+    const float largest = std::max({square[0], square[3], square[5]});
+    for (const size_t mixed : {1u, 2u, 4u})
+      if (std::fabs(square[mixed]) < 1e-6f * largest) square[mixed] = 0;
+    for (size_t l = 0; l < count; ++l) {
+      const Light& from = s.lights->lights[l];
+      Parts& to = light[l];
+      to.headlight = dot(from.direction, from.direction) == 0;
+      const Vec3 direction = to.headlight ? s.to_viewer : normalized(from.direction);
+      const Vec3 between = direction + s.to_viewer;
+      const double size = length(between);
+      for (size_t a = 0; a < 3; ++a) {
+        to.facing[a] = static_cast<float>(dot(v[a], direction));
+        to.half[a] = size > 1e-6 ? static_cast<float>(dot(v[a], between) / size) : 0.0f;
+        to.color[a] = static_cast<float>(from.color[a]);
+      }
+    }
+    ambient = static_cast<float>(s.lights->ambient), diffuse = static_cast<float>(s.lights->diffuse);
+    specular = static_cast<float>(s.lights->specular), shininess = static_cast<float>(s.lights->shininess);
+  }
+
+  // As Pixels::light.
+  HWY_INLINE void shade(const Pixels& px, V& red, V& green, V& blue) const {
+    V gi, gj, gk;
+    px.gradient_parts(gi, gj, gk);
+    V square_i = hn::Mul(set(square[0]), gi), square_j = hn::Mul(set(square[3]), gj);
+    if (square[1] != 0 || square[2] != 0 || square[4] != 0) {
+      square_i = hn::MulAdd(set(square[1]), gj, hn::MulAdd(set(square[2]), gk, square_i));
+      square_j = hn::MulAdd(set(square[4]), gk, square_j);
+    }
+    const V norm2 =
+        hn::MulAdd(square_i, gi, hn::MulAdd(square_j, gj, hn::Mul(hn::Mul(set(square[5]), gk), gk)));
+    const M surface = hn::Gt(norm2, set(1e-36f));
+    const V inverse = InverseRoot(hn::IfThenElse(surface, norm2, set(1.0f)));
+    const auto along = [&](const std::array<float, 3>& to) HWY_ATTR {
+      const V cosine = hn::Abs(Dot(set(to[0]), set(to[1]), set(to[2]), gi, gj, gk));
+      return hn::Min(hn::Mul(cosine, inverse), set(1.0f));
+    };
+    Lit lit(ambient);
+    for (size_t n = 0; n < count; ++n) {
+      const Parts& l = light[n];
+      const V facing = along(l.facing);
+      lit.add(facing, l.headlight ? facing : along(l.half), surface, diffuse, specular, shininess, l.color);
+    }
+    lit.apply(red, green, blue);
+  }
+};
+
+// Calls body(Pixels) for every vector of the tile. Pixels beside the tile have an empty ray.
+template<class Body> HWY_INLINE void for_pixels(const SheetArgs& s, const Body& body) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  for (int y = 0; y < s.height; ++y)
+    for (int x = 0; x < s.width; x += lanes)
+      body(Pixels{s, x, y, static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x),
+                  static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x});
+}
+
+// Entries number[0], number[4], ..., side by side.
+template<class Tag>
+HWY_INLINE hn::Vec<Tag> FourthEntries(Tag tag, const std::array<float, 4>* entry, const int32_t* number) {
+  if constexpr (hn::MaxLanes(tag) > 4) {
+    const hn::Half<Tag> half;
+    const auto low = FourthEntries(half, entry, number);
+    return hn::Combine(tag, FourthEntries(half, entry, number + hn::MaxLanes(half)), low);
+  } else {
+    return hn::LoadU(tag, entry[*number].data());
+  }
+}
+
+// Colour and extinction of table entries.
+HWY_INLINE void LookUp(const std::array<float, 4>* entry, hn::Vec<hn::RebindToSigned<D>> index, V& red,
+                       V& green, V& blue, V& extinction) {
+  alignas(64) int32_t number[16];
+  hn::Store(index, di, number);
+  // Vector j takes the entries of every fourth pixel from j on; then blocks of 4 x 4 are transposed.
+  const auto gather = [&](size_t j) HWY_ATTR { return FourthEntries(d, entry, number + j); };
+  const hn::RepartitionToWide<D> wide;
+  const V v0 = gather(0), v1 = gather(1), v2 = gather(2), v3 = gather(3);
+  const auto low01 = hn::BitCast(wide, hn::InterleaveLower(d, v0, v1)),
+             low23 = hn::BitCast(wide, hn::InterleaveLower(d, v2, v3)),
+             high01 = hn::BitCast(wide, hn::InterleaveUpper(d, v0, v1)),
+             high23 = hn::BitCast(wide, hn::InterleaveUpper(d, v2, v3));
+  red = hn::BitCast(d, hn::InterleaveLower(wide, low01, low23));
+  green = hn::BitCast(d, hn::InterleaveUpper(wide, low01, low23));
+  blue = hn::BitCast(d, hn::InterleaveLower(wide, high01, high23));
+  extinction = hn::BitCast(d, hn::InterleaveUpper(wide, high01, high23));
+}
+
+} // namespace
+#endif
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+#endif

@@ -1,0 +1,215 @@
+// The sheets of sheet.h through Highway: one body, compiled for every target, the best chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "splat/sheet/sheet_simd.cpp"
+#include <hwy/foreach_target.h>
+// Highway's target list must come before anything it guards.
+#include <hwy/highway.h>
+
+#include "splat/sheet/sheet_classify-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+
+#if HWY_TARGET == HWY_SCALAR
+// No vectors: the plain loops.
+int Composite(std::span<const SheetArgs> sheets) { return scalar_sheet_kernels().composite(sheets); }
+void Integrate(const SheetArgs& s) { scalar_sheet_kernels().integrate(s); }
+void Maximum(const SheetArgs& s) { scalar_sheet_kernels().maximum(s); }
+size_t Crossings(const CrossingArgs& c) { return scalar_sheet_kernels().crossings(c); }
+#else
+
+template<class Classify, class Shade>
+int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, const Shade& shade) {
+  const SheetArgs& front = sheets.front();
+  const PixelPlanes& plane = front.pixel;
+  const V one = set(1.0f), half = set(0.5f), stop = set(front.stop), none = hn::Zero(d);
+  const V begins = set(front.k - front.front), ends = set(sheets.back().k + 0.5f);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  PixelRect seen;
+  for (const SheetArgs& s : sheets) seen.include(s.seen);
+  seen = seen.within(front.width, front.height);
+  int closed = 0;
+  for (int y = seen.y0; y < seen.y1; ++y)
+    for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(front.pitch) + static_cast<size_t>(x);
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * front.plane_pitch + x;
+      V alpha = hn::LoadU(d, plane.alpha + p);
+      const V enter = hn::LoadU(d, plane.enter + p), leave = hn::LoadU(d, plane.leave + p);
+      // Pixels that are finished, or whose rays miss all of the sheets.
+      if (hn::AllFalse(d, hn::And(hn::Lt(alpha, stop), hn::And(hn::Gt(leave, begins), hn::Lt(enter, ends)))))
+        continue;
+      V sum_r = none, sum_g = none, sum_b = none;
+      bool touched = false;
+      classify.begin();
+      for (const SheetArgs& s : sheets) {
+        const Pixels px{s, x, y, p, at};
+        Extent extent;
+        SlabColor slab;
+        M active;
+        if (!classify(s, px, alpha, enter, leave, stop, extent, slab, active)) continue;
+        if (!touched) {
+          touched = true;
+          sum_r = hn::LoadU(d, plane.red + p), sum_g = hn::LoadU(d, plane.green + p),
+          sum_b = hn::LoadU(d, plane.blue + p);
+        }
+        const V f = hn::IfThenElseZero(active, hn::Mul(hn::Sub(one, alpha), slab.absorbed));
+        shade(px, slab.red, slab.green, slab.blue);
+        sum_r = hn::MulAdd(f, slab.red, sum_r), sum_g = hn::MulAdd(f, slab.green, sum_g),
+        sum_b = hn::MulAdd(f, slab.blue, sum_b);
+        const V before = alpha;
+        alpha = hn::Add(before, f);
+        const auto add = [&](float* to, V part)
+                             HWY_ATTR { hn::StoreU(hn::MulAdd(f, part, hn::LoadU(d, to + p)), d, to + p); };
+        if (plane.value) add(plane.value, slab.value);
+        if (plane.time) add(plane.time, px.time());
+        const M passed = hn::And(hn::Lt(before, half), hn::Ge(alpha, half));
+        if (!hn::AllFalse(d, passed)) {
+          // The transmittance falls exponentially through the part of the slab inside the domain.
+          const Passage in = classify.passage(extent, before, alpha);
+          const V tiny = set(1e-30f), left = hn::Max(hn::Sub(one, in.before), tiny);
+          const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, in.after), left), tiny));
+          const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, set(-1e-20f)));
+          const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(in.after, one), part), in.weight, in.begin);
+          hn::StoreU(hn::IfThenElse(passed, depth, hn::LoadU(d, plane.depth + p)), d, plane.depth + p);
+        }
+        closed += static_cast<int>(hn::CountTrue(d, hn::And(active, hn::Ge(alpha, stop))));
+      }
+      if (!touched) continue;
+      hn::StoreU(sum_r, d, plane.red + p), hn::StoreU(sum_g, d, plane.green + p),
+          hn::StoreU(sum_b, d, plane.blue + p), hn::StoreU(alpha, d, plane.alpha + p);
+    }
+  return closed;
+}
+
+// Inline, unlike a lambda of that size: a call would pass all vectors through memory.
+struct LightPixels {
+  HWY_INLINE void operator()(const Pixels& px, V& red, V& green, V& blue) const {
+    px.light(red, green, blue);
+  }
+};
+
+template<class Classify> int CompositeBy(std::span<const SheetArgs> sheets, const Classify& classify) {
+  const SheetArgs& front = sheets.front();
+  if (!front.shading) return CompositeWith(sheets, classify, [](const Pixels&, V&, V&, V&) HWY_ATTR {});
+  if (!AlikeLights::fits(front)) return CompositeWith(sheets, classify, LightPixels{});
+  const AlikeLights lights(front);
+  return CompositeWith(sheets, classify, [&](const Pixels& px, V& red, V& green, V& blue) HWY_ATTR {
+    lights.shade(px, red, green, blue);
+  });
+}
+
+int Composite(std::span<const SheetArgs> sheets) {
+  const SheetArgs& front = sheets.front();
+  if (!front.preintegrated) return CompositeBy(sheets, ByEntry(*front.table));
+  return CompositeBy(sheets, ByIntegrals(*front.table, front.pixel.value != nullptr));
+}
+
+void Integrate(const SheetArgs& s) {
+  for_pixels(s, [&](const Pixels& px) HWY_ATTR {
+    // Beside the tile and outside the domain the weight is 0 but the planes may hold anything finite.
+    const V weight = hn::IfThenElseZero(px.solid(), px.weight());
+    const V part = hn::Mul(hn::Mul(hn::LoadU(d, s.value + px.at), weight), px.load(s.pixel.path));
+    hn::StoreU(hn::Add(px.load(s.pixel.red), part), d, s.pixel.red + px.p);
+    if (!s.pixel.time) return;
+    const V size = hn::Abs(part);
+    hn::StoreU(hn::Add(px.load(s.pixel.alpha), size), d, s.pixel.alpha + px.p);
+    hn::StoreU(hn::MulAdd(size, px.time(), px.load(s.pixel.time)), d, s.pixel.time + px.p);
+  });
+}
+
+void Maximum(const SheetArgs& s) {
+  for_pixels(s, [&](const Pixels& px) HWY_ATTR {
+    const V value = px.value(), before = px.load(s.pixel.red);
+    const M larger = hn::And(hn::And(px.solid(), hn::Gt(px.weight(), hn::Zero(d))), hn::Gt(value, before));
+    if (hn::AllFalse(d, larger)) return;
+    hn::StoreU(hn::IfThenElse(larger, value, before), d, s.pixel.red + px.p);
+    hn::StoreU(hn::IfThenElse(larger, set(s.k), px.load(s.pixel.depth)), d, s.pixel.depth + px.p);
+  });
+}
+
+size_t Crossings(const CrossingArgs& c) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V target = set(c.target), one = set(1.0f), half = set(0.5f), zero = hn::Zero(d);
+  const V first = set(c.k - 1), last = set(c.k + static_cast<float>(c.count - 1));
+  size_t count = 0;
+  uint8_t crossed[CrossingArgs::most][8] = {}, grazed[CrossingArgs::most][8] = {}; // one bit per lane
+  const PixelRect seen = c.seen.within(c.width, c.height);
+  for (int y = seen.y0; y < seen.y1; ++y)
+    for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
+      const V enter = hn::LoadU(d, c.enter + p), leave = hn::LoadU(d, c.leave + p);
+      const M open =
+          hn::And(hn::Lt(hn::LoadU(d, c.alpha + p), one), hn::And(hn::Le(enter, last), hn::Le(first, leave)));
+      if (hn::AllFalse(d, open)) continue;
+      V low = hn::LoadU(d, c.plane[0] + at), high = low;
+      for (size_t n = 1; n < static_cast<size_t>(c.count) + 3; ++n) {
+        const V v = hn::LoadU(d, c.plane[n] + at);
+        low = hn::Min(low, v), high = hn::Max(high, v);
+      }
+      // Tangents meet no farther beyond the values than half of their range.
+      const V beyond = hn::Mul(half, hn::Sub(high, low));
+      if (hn::AllFalse(d, hn::And(open, hn::And(hn::Le(hn::Sub(low, beyond), target),
+                                                hn::Ge(hn::Add(high, beyond), target)))))
+        continue;
+      bool any = false;
+      for (int n = 0; n < c.count; ++n) {
+        const auto value = [&](int sheet) HWY_ATTR {
+          return hn::LoadU(d, c.plane[static_cast<size_t>(n + sheet)] + at);
+        };
+        const V v0 = value(1), v1 = value(2);
+        V d0 = hn::Sub(v0, target), d1 = hn::Sub(v1, target);
+        const M below = hn::Lt(d0, zero);
+        const M cross = hn::Xor(below, hn::Lt(d1, zero));
+        // As may_graze.
+        const V side = hn::IfThenElse(below, one, hn::Neg(one));
+        const V s0 = hn::Mul(side, hn::Mul(half, hn::Sub(v1, value(0))));
+        const V s1 = hn::Mul(side, hn::Mul(half, hn::Sub(value(3), v0)));
+        d0 = hn::Mul(side, d0), d1 = hn::Mul(side, d1);
+        const V meet = hn::Sub(hn::Sub(d1, d0), s1), over = hn::Sub(s0, s1);
+        M graze = hn::And(hn::And(hn::Gt(s0, zero), hn::Lt(s1, zero)),
+                          hn::And(hn::Gt(meet, zero), hn::Lt(meet, over)));
+        graze = hn::And(graze, hn::Ge(hn::Add(hn::Mul(d0, over), hn::Mul(s0, meet)), zero));
+        graze = hn::AndNot(cross, graze);
+        const float k = c.k + static_cast<float>(n);
+        const M inside = hn::And(hn::Le(enter, set(k)), hn::Le(set(k - 1), leave));
+        const M found = hn::And(hn::And(open, inside), hn::Or(cross, graze));
+        any |= !hn::AllFalse(d, found);
+        hn::StoreMaskBits(d, found, crossed[n]);
+        hn::StoreMaskBits(d, graze, grazed[n]);
+      }
+      if (!any) continue;
+      for (int l = 0; l < std::min(lanes, c.width - x); ++l)
+        for (int n = 0; n < c.count; ++n)
+          if (crossed[n][l / 8] >> (l % 8) & 1)
+            c.found[count++] = {static_cast<uint16_t>(x + l), static_cast<uint16_t>(y),
+                                static_cast<uint8_t>(n), (grazed[n][l / 8] >> (l % 8) & 1) != 0};
+    }
+  return count;
+}
+
+#endif
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace bccsplat {
+HWY_EXPORT(Composite);
+HWY_EXPORT(Integrate);
+HWY_EXPORT(Maximum);
+HWY_EXPORT(Crossings);
+
+const SheetKernels& simd_sheet_kernels() {
+  static constexpr SheetKernels kernels{
+      [](std::span<const SheetArgs> sheets) { return HWY_DYNAMIC_DISPATCH(Composite)(sheets); },
+      [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Integrate)(s); },
+      [](const CrossingArgs& c) { return HWY_DYNAMIC_DISPATCH(Crossings)(c); },
+      [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Maximum)(s); },
+  };
+  return kernels;
+}
+
+} // namespace bccsplat
+#endif

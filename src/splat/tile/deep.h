@@ -1,0 +1,78 @@
+// What each pixel of a tile gathers along its ray, as a list of samples by depth: the deep picture.
+//
+// A sample is a part [front, back] of the ray that absorbs evenly, with the opacity it has by itself and its
+// premultiplied colour; samples of a pixel neither overlap nor stand out of order ("tidy" in OpenEXR's
+// words). Composited front to back they are the flat picture: each is the difference of the pixel's planes
+// before and after a sheet, divided by what still passed before it.
+//
+// Source: OpenEXR, "Interpreting OpenEXR Deep Pixels" (Hillman): a sample cut at depth x in [0, 1] absorbs
+// 1 - (1 - A)^x and keeps its colour per opacity.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "splat/sheet/sheet.h"
+
+namespace bccsplat {
+
+struct DeepSample {
+  float front = 0, back = 0; // sheet numbers; equal: a surface
+  float alpha = 0, red = 0, green = 0, blue = 0;
+};
+
+// Successive slabs become one sample while the picture cut at any sheet in between stays within `tolerance`
+// in opacity and in colours (up to 1) of the one that keeps them apart.
+class DeepTile {
+ public:
+  // Pixels of `pitch` per row, of which width x height belong to the tile; the planes are still clear.
+  void begin(int width, int height, int pitch, double tolerance);
+  // The planes after all that lies between two sheet numbers was composited; `seen` as SheetArgs::seen.
+  void add_slab(const PixelPlanes& planes, float front, float back, const PixelRect& seen);
+  // The planes of one pixel after an opaque surface at sheet number k.
+  void add_surface(const PixelPlanes& planes, size_t p, float k);
+  void finish();
+
+  // After finish: samples per pixel, width x height, row by row, and the samples in the same order.
+  [[nodiscard]] std::span<const uint32_t> counts() const { return counts_; }
+  [[nodiscard]] std::span<const DeepSample> samples() const { return samples_; }
+
+ private:
+  // Red, green, blue, alpha as the planes have them.
+  using Sum = std::array<float, 4>;
+  struct Bounds {
+    float low = 0, high = 0;
+  };
+  // Slabs that are one sample so far.
+  struct Run {
+    float front = 0, back = 0;   // front = back: there is none
+    Sum before{}, after{};       // of the planes
+    Bounds extinction;           // per sheet step, that every cut so far allows
+    std::array<Bounds, 3> color; // per opacity
+  };
+  struct Entry {
+    uint32_t pixel;
+    DeepSample sample;
+  };
+  [[nodiscard]] static Sum sum_of(const PixelPlanes& planes, size_t p) {
+    return {planes.red[p], planes.green[p], planes.blue[p], planes.alpha[p]};
+  }
+  // What lies between two sums, by itself.
+  [[nodiscard]] static DeepSample between(const Sum& before, const Sum& after, float front, float back);
+  [[nodiscard]] static bool fits(const Run& run, const DeepSample& whole);
+  void limit(Run& run, const DeepSample& whole) const;
+  void start(Run& run, float front);
+  void close(Run& run, size_t p);
+
+  int width_ = 0, height_ = 0, pitch_ = 0;
+  float tolerance_ = 0;
+  std::vector<Run> runs_;
+  std::vector<Entry> entries_;
+  std::vector<uint32_t> counts_;
+  std::vector<DeepSample> samples_;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,62 @@
+// Which pixels of a tile are still open: sums over rectangles of its ring's samples, so that what only
+// finished pixels would see is not drawn.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "splat/plan/plan.h"
+
+namespace bccsplat {
+
+class OpenPixels {
+ public:
+  void prepare(const PlannedTile& tile, const SplatPlan& plan);
+
+  // Sums anew: open(p) of pixel p = row * pitch + column. Each pixel counts at the sample that it follows.
+  template<class Open> void count(int pitch, const Open& open) {
+    const int columns = ring_width_ + 1;
+    sum_.assign(static_cast<size_t>(columns * (ring_height_ + 1)), 0);
+    for (int y = 0; y < height_; ++y) {
+      const size_t first = static_cast<size_t>(y) * static_cast<size_t>(pitch);
+      int32_t* const before = before_.data() + 1;
+      for (int x = 0; x < width_; ++x) before[x] = open(first + static_cast<size_t>(x)) ? 1 : 0;
+      for (int x = 0; x < width_; ++x) before[x] += before[x - 1];
+      int32_t* const row = sum_.data() + (row_[static_cast<size_t>(y)] + 1) * columns;
+      for (int x = 0; x < columns; ++x)
+        row[x] += before_[static_cast<size_t>(pixels_[static_cast<size_t>(x)])];
+    }
+    for (int y = 1; y <= ring_height_; ++y) {
+      const int32_t* const above = sum_.data() + (y - 1) * columns;
+      int32_t* const row = sum_.data() + y * columns;
+      for (int x = 0; x < columns; ++x) row[x] += above[x];
+    }
+  }
+
+  // Whether no pixel of the tile whose sample is inside the rectangle of samples of the picture (x begin,
+  // y begin, x end, y end), or within around() of it, is open; of a fan: inside the rectangle of pixels.
+  [[nodiscard]] bool hidden(const std::array<int, 4>& rect) const;
+  // Whether all of those pixels are open.
+  [[nodiscard]] bool all_open(const std::array<int, 4>& rect) const;
+  // Whether less than a quarter of the tile is open.
+  [[nodiscard]] bool mostly_closed() const { return sum_.back() < width_ * height_ / 4; }
+  [[nodiscard]] const int32_t* sums() const { return sum_.data(); } // see TransformArgs::open_sum
+  [[nodiscard]] int around() const { return around_; }
+
+ private:
+  // Of the rectangle and what is within around() of it: x begin, y begin, x end, y end in the ring.
+  [[nodiscard]] std::array<int, 4> in_ring(const std::array<int, 4>& rect) const;
+  [[nodiscard]] int open(const std::array<int, 4>& in_ring) const; // pixels
+
+  int ring_x_ = 0, ring_y_ = 0, ring_width_ = 0, ring_height_ = 0;
+  int width_ = 0, height_ = 0, around_ = 0;
+  // Of a fan the "ring" is the tile itself.
+  std::vector<int> pixels_; // of a row of the tile that follow samples before a column of the ring
+  std::vector<int> row_;    // of the ring that a row of pixels follows
+  std::vector<int> rows_;   // of pixels that follow samples before a row of the ring
+  std::vector<int32_t> before_, sum_;
+};
+
+} // namespace bccsplat

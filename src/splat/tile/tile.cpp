@@ -1,0 +1,381 @@
+#include "splat/tile/tile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "splat/shade/surface.h"
+#include "splat/sheet/sheet.h"
+#include "splat/sheet/sheet_args.h"
+#include "splat/sheet/sheet_source.h"
+#include "splat/tile/tile_rays.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
+constexpr double root_tolerance = 0.01; // sheets: nearer costs a tenth of a frame and shows in no picture
+
+class Tile {
+ public:
+  Tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, SplatStats& stats)
+      : scene_(*job.scene), options_(*job.options), plan_(*job.plan), job_(job), tile_(tile), m_(memory),
+        stats_(stats), view_(*scene_.view),
+        sheet_kernels_(options_.scalar ? scalar_sheet_kernels() : simd_sheet_kernels()), time_(*scene_.slice),
+        analytic_(options_.mode == RenderMode::composite && options_.shading &&
+                  options_.gradient == GradientMethod::analytic),
+        source_({&scene_, &plan_, job.kernel, options_.scalar, analytic_, kept_tile(), job.use}, tile, memory,
+                stats) {
+    const bool shaded = options_.mode == RenderMode::composite && options_.shading;
+    differences_ = shaded && !analytic_ ? plan_.border : 0;
+    around_ = std::max(differences_, plan_.halfway);
+    m_.prepare_pixels(tile.width, tile.height);
+    open_pixels_.prepare(tile, plan_);
+    prepare_pixels();
+  }
+
+  TilePixels draw() {
+    if (first_ <= last_) march();
+    return finish();
+  }
+
+ private:
+  [[nodiscard]] KeptTile* kept_tile() const {
+    if (job_.use == KeptSheets::Use::draw) return nullptr;
+    return &job_.kept->tile(static_cast<size_t>(&tile_ - plan_.tiles.data()));
+  }
+
+  void prepare_pixels() {
+    float** const planes[] = {&pixel_.red,   &pixel_.green, &pixel_.blue, &pixel_.alpha,
+                              &pixel_.depth, &pixel_.value, &pixel_.time};
+    size_t n = 0;
+    for (float** p : planes) *p = m_.pixel_plane(n++, tile_.height);
+    if (!options_.with_value) pixel_.value = nullptr;
+    if (!options_.with_time) pixel_.time = nullptr;
+    const TileRays rays =
+        make_rays(*scene_.slice, view_, tile_, m_.pixel_pitch, m_.pixel_plane(n, tile_.height), pixel_);
+    open_ = rays.open;
+    const size_t pixels = static_cast<size_t>(m_.pixel_pitch) * static_cast<size_t>(tile_.height);
+    std::fill_n(pixel_.depth, pixels, infinity);
+    if (options_.mode == RenderMode::maximum) std::fill_n(pixel_.red, pixels, -infinity);
+    if (options_.with_deep) m_.deep.begin(tile_.width, tile_.height, m_.pixel_pitch, options_.deep_tolerance);
+    if (open_ == 0) return;
+    const double low = rays.low, high = rays.high;
+    // Surfaces lie between two sheets, of which one may stand outside the domain; slabs reach half a sheet
+    // beyond it.
+    const bool surface = options_.mode == RenderMode::isosurface;
+    first_ = static_cast<int64_t>(surface ? std::floor(low) : std::ceil(low - 0.5));
+    last_ = static_cast<int64_t>(surface ? std::ceil(high) : std::floor(high + 0.5));
+    first_ = std::max({first_, view_.first_sheet(), plan_.first_sheet - (surface ? 1 : plan_.lead)});
+    last_ = std::min(last_, plan_.last_sheet + (surface ? 1 : plan_.lead));
+  }
+
+  void march() {
+    const bool keep_empty = sees_air();
+    // Sheets before and behind that are looked at: surfaces ask for slopes at the two on either side.
+    const int around = options_.mode == RenderMode::isosurface ? 1 : around_;
+    source_.begin(std::max(first_ - around, view_.first_sheet()), last_ + around);
+    auto clock = StageClock::now();
+    const int at_once = sheets_at_once();
+    for (int64_t k = first_; k <= last_ && open_ > 0; k += at_once) {
+      if (((k - first_) & 15) < at_once) job_.context->progress.check();
+      const int64_t end = std::min(k + at_once, last_ + 1);
+      source_.complete(end - 1 + around, open_pixels(), clock);
+      if (options_.mode == RenderMode::isosurface) {
+        find_surfaces(std::max(k, first_ + 1), end);
+      } else {
+        sheets_.clear();
+        for (int64_t sheet = k; sheet < end; ++sheet)
+          if (!keep_empty && !filled(sheet))
+            ++stats_.sheets_skipped;
+          else
+            process(sheet);
+        composite();
+      }
+      lap(clock, stats_.ms_shade);
+    }
+    if (job_.use == KeptSheets::Use::keep) source_.complete(last_ + around, nullptr, clock);
+  }
+
+  // Whether any point reaches what the slab of a sheet is classified by.
+  [[nodiscard]] bool filled(int64_t k) const {
+    bool any = false;
+    for (int64_t sheet = std::max(k - plan_.halfway, view_.first_sheet()); sheet <= k + plan_.halfway;
+         ++sheet)
+      any = any || source_.filled(sheet);
+    return any;
+  }
+  [[nodiscard]] PixelRect touched(int64_t k) const {
+    PixelRect rect{};
+    for (int64_t sheet = std::max(k - plan_.halfway, view_.first_sheet()); sheet <= k + plan_.halfway;
+         ++sheet)
+      rect.include(source_.touched(sheet));
+    return rect;
+  }
+
+  // Whether samples that no point reaches are looked at.
+  [[nodiscard]] bool sees_air() const {
+    return plan_.air_visible || (options_.disable_skips & skip_empty_sheets);
+  }
+
+  // Sheets that are looked at together: each needs the planes of its neighbours.
+  [[nodiscard]] int sheets_at_once() const {
+    if (options_.mode == RenderMode::isosurface) return CrossingArgs::most;
+    if (options_.mode != RenderMode::composite || scene_.slice->has_holes || options_.with_deep) return 1;
+    return std::min(4, SheetSource::kept_sheets - 2 * around_);
+  }
+
+  // The pixels still open, brought up to date when enough have closed since; null: do not look.
+  const OpenPixels* open_pixels() {
+    if ((options_.disable_skips & skip_occlusion) || closed_ == 0) return nullptr;
+    if (summed_closed_ == 0 || (closed_ - summed_closed_) * 16 >= open_) {
+      summed_closed_ = closed_;
+      open_pixels_.count(m_.pixel_pitch, [stop = stop(), alpha = pixel_.alpha, enter = pixel_.enter,
+                                          leave = pixel_.leave](size_t p) {
+        return static_cast<bool>(static_cast<int>(alpha[p] < stop) & static_cast<int>(enter[p] <= leave[p]));
+      });
+    }
+    return &open_pixels_;
+  }
+
+  [[nodiscard]] float stop() const { return static_cast<float>(options_.opacity_stop); }
+
+  void process(int64_t k) {
+    SheetArgs a;
+    a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
+    a.plane_pitch = source_.plane_pitch();
+    a.shading = options_.shading;
+    if (!sees_air()) a.seen = touched(k);
+    a.air = scene_.slice->air;
+    a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
+    a.table = scene_.table, a.lights = scene_.lights;
+    a.pixel = pixel_;
+    a.whole = plan_.whole_sheet.empty() ? nullptr : plan_.whole_sheet.data();
+    set_sheet(a, view_, k, analytic_, differences_, scene_.slice->kernel.space.radius,
+              [&](int64_t sheet, size_t quantity) { return source_.plane(sheet, quantity); });
+    if (options_.preintegrate)
+      set_halfway(a, view_, k, plan_.halfway, [&](int64_t sheet) { return source_.plane(sheet, 0); });
+    if (scene_.slice->has_holes) {
+      find_holes(*scene_.slice, view_, tile_, k, pixel_, m_.pixel_pitch, m_.hole.data());
+      a.hole = m_.hole.data();
+    }
+    if (pixel_.time) a.time = sheet_time(time_, view_, k);
+    if (options_.mode == RenderMode::xray) {
+      sheet_kernels_.integrate(a);
+    } else if (options_.mode == RenderMode::maximum) {
+      sheet_kernels_.maximum(a);
+    } else {
+      sheets_.push_back(a);
+    }
+  }
+
+  void composite() {
+    if (sheets_.empty()) return;
+    const int closed = sheet_kernels_.composite(sheets_);
+    closed_ += closed, open_ -= closed;
+    if (!options_.with_deep) return;
+    PixelRect seen;
+    for (const SheetArgs& s : sheets_) seen.include(s.seen);
+    const SheetArgs& front = sheets_.front();
+    m_.deep.add_slab(pixel_, front.k - front.front, sheets_.back().k + 0.5f, seen);
+  }
+
+  // Whether a sample is on air's side of the surface only because points beyond it are left out.
+  [[nodiscard]] bool lacks_points(double k, int x, int y, float value, float target) const {
+    return !plan_.inside.cells.empty() && (value < target) == (target > 0) &&
+           plan_.inside.contains(view_.sample(tile_.x + x, tile_.y + y, k));
+  }
+
+  // Surfaces between the sheets k - 1 and k, for each k of [first, end).
+  void find_surfaces(int64_t first, int64_t end) {
+    const bool skip = !(options_.disable_skips & skip_empty_sheets);
+    bool filled = false;
+    for (int64_t k = first; k < end; ++k) {
+      const bool this_one = source_.filled(k) || source_.filled(k - 1);
+      if (skip && !this_one) ++stats_.sheets_skipped;
+      filled |= this_one;
+    }
+    if (first >= end || (skip && !filled)) return;
+    CrossingArgs c;
+    c.count = static_cast<int>(end - first), c.k = static_cast<float>(first);
+    c.target = static_cast<float>(options_.iso_value - static_cast<double>(scene_.slice->air));
+    c.width = tile_.width, c.height = tile_.height, c.pitch = m_.pixel_pitch;
+    c.plane_pitch = source_.plane_pitch();
+    c.alpha = pixel_.alpha, c.enter = pixel_.enter, c.leave = pixel_.leave;
+    if (skip) c.seen = {};
+    for (int64_t k = first - 2; k <= end; ++k) {
+      const int64_t sheet = std::max(k, view_.first_sheet());
+      c.plane[static_cast<size_t>(k - first + 2)] = source_.plane(sheet, 0);
+      if (skip) c.seen.include(source_.touched(sheet));
+    }
+    const auto room = static_cast<size_t>(tile_.width * tile_.height * CrossingArgs::most);
+    if (m_.crossings.size() < room) m_.crossings.resize(room);
+    c.found = m_.crossings.data();
+    const std::span<const SheetCrossing> found(c.found, sheet_kernels_.crossings(c));
+    if (found.empty()) return;
+    for (int n = 0; n < c.count; ++n) draw_surface(c, found, n);
+  }
+
+  // Those of one of the intervals, at pixels that no earlier one has covered.
+  void draw_surface(const CrossingArgs& c, std::span<const SheetCrossing> all, int interval) {
+    const auto k = static_cast<double>(c.k) + interval;
+    const auto* const plane = &c.plane[static_cast<size_t>(interval)];
+    std::vector<Crossing> crossings, grazes;
+    for (const SheetCrossing& found : all) {
+      const int x = found.x, y = found.y;
+      if (found.interval != interval || !(c.alpha[y * c.pitch + x] < 1)) continue;
+      const std::ptrdiff_t at = y * c.plane_pitch + x;
+      const float before = plane[1][at], value = plane[2][at];
+      if (lacks_points(k - 1, x, y, before, c.target) || lacks_points(k, x, y, value, c.target)) continue;
+      (found.grazes ? grazes : crossings)
+          .push_back({tile_.x + x, tile_.y + y, k - 1, k, static_cast<double>(before),
+                      static_cast<double>(value), 0.5 * static_cast<double>(value - plane[0][at]),
+                      0.5 * static_cast<double>(plane[3][at] - before)});
+    }
+    for (const Crossing& g : find_grazes(*scene_.slice, view_, options_.iso_value, grazes))
+      crossings.push_back(g);
+    const auto hits = refine_crossings(*scene_.slice, view_, options_.iso_value, crossings, root_tolerance);
+    const auto& color =
+        scene_.table->entry[static_cast<size_t>(scene_.table->index(static_cast<float>(options_.iso_value)))];
+    for (size_t n = 0; n < hits.size(); ++n) {
+      const auto p = static_cast<size_t>(crossings[n].j - tile_.y) * static_cast<size_t>(m_.pixel_pitch) +
+                     static_cast<size_t>(crossings[n].i - tile_.x);
+      const double tolerance = 1e-5;
+      if (hits[n].k < static_cast<double>(pixel_.enter[p]) - tolerance ||
+          hits[n].k > static_cast<double>(pixel_.leave[p]) + tolerance)
+        continue;
+      if (scene_.slice->has_holes && scene_.slice->is_hole(hits[n].position)) continue;
+      paint(p, color, 1.0f, hits[n].gradient, crossings[n].i, crossings[n].j);
+      pixel_.depth[p] = static_cast<float>(hits[n].k);
+      if (pixel_.value) pixel_.value[p] = static_cast<float>(options_.iso_value);
+      if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(hits[n].position));
+      if (options_.with_deep) m_.deep.add_surface(pixel_, p, pixel_.depth[p]);
+      ++closed_, --open_;
+    }
+  }
+
+  void paint(size_t p, const std::array<float, 4>& color, float alpha, const Vec3& gradient, int i, int j) {
+    Shading lit{{1, 1, 1}, {}};
+    if (options_.shading) lit = shade(*scene_.lights, gradient, to_viewer(view_, i, j));
+    float* const out[3] = {&pixel_.red[p], &pixel_.green[p], &pixel_.blue[p]};
+    for (size_t c = 0; c < 3; ++c)
+      *out[c] = alpha * (color[c] * static_cast<float>(lit.scale[c]) + static_cast<float>(lit.highlight[c]));
+    pixel_.alpha[p] = alpha;
+  }
+
+  TilePixels finish() {
+    auto clock = StageClock::now();
+    // Without these planes there is nothing to do for composites and surfaces.
+    const bool done = !pixel_.value && !pixel_.time &&
+                      (options_.mode == RenderMode::composite || options_.mode == RenderMode::isosurface);
+    for (int y = 0; y < (done ? 0 : tile_.height); ++y) {
+      const std::vector<Vec3> gradients = options_.mode == RenderMode::maximum && options_.shading
+                                              ? maximum_gradients(y)
+                                              : std::vector<Vec3>();
+      for (int x = 0; x < tile_.width; ++x) {
+        const size_t p = pixel(x, y);
+        if (options_.mode == RenderMode::xray)
+          finish_xray(p);
+        else if (options_.mode == RenderMode::maximum)
+          finish_maximum(p, x, y, gradients.empty() ? Vec3{} : gradients[static_cast<size_t>(x)]);
+        else if (options_.mode == RenderMode::composite)
+          finish_composite(p);
+        if (options_.mode == RenderMode::isosurface && !(pixel_.alpha[p] > 0)) {
+          if (pixel_.value) pixel_.value[p] = nan_value;
+          if (pixel_.time) pixel_.time[p] = nan_value;
+        }
+      }
+    }
+    if (options_.with_deep) m_.deep.finish();
+    lap(clock, stats_.ms_shade);
+    return finished(tile_, m_.pixel_pitch, pixel_, options_.with_deep ? &m_.deep : nullptr);
+  }
+
+  void finish_composite(size_t p) {
+    const float alpha = pixel_.alpha[p];
+    if (pixel_.value) pixel_.value[p] = alpha > 0 ? pixel_.value[p] / alpha : nan_value;
+    if (pixel_.time) pixel_.time[p] = alpha > 0 ? pixel_.time[p] / alpha : nan_value;
+  }
+
+  void finish_xray(size_t p) {
+    const bool inside = pixel_.enter[p] < pixel_.leave[p];
+    const float sum = pixel_.red[p];
+    pixel_.green[p] = pixel_.blue[p] = sum;
+    if (pixel_.value) pixel_.value[p] = inside ? sum : nan_value;
+    if (pixel_.time) pixel_.time[p] = pixel_.alpha[p] > 0 ? pixel_.time[p] / pixel_.alpha[p] : nan_value;
+    pixel_.alpha[p] = inside ? 1.0f : 0.0f;
+  }
+
+  [[nodiscard]] size_t pixel(int x, int y) const {
+    return static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
+  }
+
+  // In world space, where the largest values of a row's pixels stand; found together.
+  [[nodiscard]] std::vector<Vec3> maximum_gradients(int y) const {
+    const auto width = static_cast<size_t>(tile_.width);
+    std::vector<size_t> at;
+    std::vector<Vec3> positions;
+    for (size_t x = 0; x < width; ++x) {
+      const size_t p = pixel(static_cast<int>(x), y);
+      if (!(pixel_.red[p] > -infinity)) continue;
+      at.push_back(x);
+      positions.push_back(
+          view_.sample(tile_.x + static_cast<int>(x), tile_.y + y, static_cast<double>(pixel_.depth[p])));
+    }
+    std::vector<float> unused(positions.size());
+    std::vector<Vec3> found(positions.size()), gradients(width);
+    field_at(*scene_.slice, positions, unused, found);
+    const Affine3 to_lattice = view_.lattice_to_world.inverse();
+    for (size_t n = 0; n < at.size(); ++n) gradients[at[n]] = to_lattice.transposed(found[n]);
+    return gradients;
+  }
+
+  void finish_maximum(size_t p, int x, int y, const Vec3& gradient) {
+    const float value = pixel_.red[p], k = pixel_.depth[p];
+    pixel_.red[p] = 0, pixel_.depth[p] = infinity;
+    if (!(value > -infinity)) {
+      if (pixel_.value) pixel_.value[p] = nan_value;
+      if (pixel_.time) pixel_.time[p] = nan_value;
+      return;
+    }
+    const auto& entry = scene_.table->entry[static_cast<size_t>(scene_.table->index(value))];
+    const float alpha = absorbed(entry[3] * scene_.table->unit_distance);
+    const int i = tile_.x + x, j = tile_.y + y;
+    const Vec3 position = view_.sample(i, j, static_cast<double>(k));
+    paint(p, entry, alpha, gradient, i, j);
+    if (alpha >= 0.5f) pixel_.depth[p] = k;
+    if (pixel_.value) pixel_.value[p] = value;
+    if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(position));
+  }
+
+  const SplatScene& scene_;
+  const SplatOptions& options_;
+  const SplatPlan& plan_;
+  const TileJob& job_;
+  const PlannedTile& tile_;
+  TileMemory& m_;
+  SplatStats& stats_;
+  const SheetView& view_;
+  const SheetKernels& sheet_kernels_;
+  TimeField time_;
+  bool analytic_;
+  SheetSource source_;
+  OpenPixels open_pixels_;
+  int differences_ = 0; // neighbours on either side that gradients look at
+  int around_ = 0;      // sheets on either side that gradients or slabs look at
+  PixelPlanes pixel_;
+  std::vector<SheetArgs> sheets_; // to be composited
+  int64_t first_ = 0, last_ = -1; // sheets of this tile
+  int open_ = 0, closed_ = 0;     // pixels
+  int summed_closed_ = 0;         // closed pixels that open_sum knows of
+};
+
+} // namespace
+
+TilePixels draw_tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, SplatStats& stats) {
+  return Tile(job, tile, memory, stats).draw();
+}
+
+} // namespace bccsplat

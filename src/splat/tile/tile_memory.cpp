@@ -1,0 +1,75 @@
+#include "splat/tile/tile_memory.h"
+
+#include <algorithm>
+
+namespace bccsplat {
+
+void TileMemory::prepare(const SplatPlan& plan, const PlannedTile& tile, bool gradients) {
+  size_planes(plan, tile);
+  prepare_sheets(plan, tile, gradients);
+  prepare_pixels(tile.width, tile.height);
+}
+
+void TileMemory::size_planes(const SplatPlan& plan, const PlannedTile& tile) {
+  width = tile.width + 2 * plan.border, height = tile.height + 2 * plan.border;
+  ring_width = tile.ring_width, ring_height = tile.ring_height;
+  plane_pitch = (width + 15) / 16 * 16 + 16;
+  const size_t floats = plane_floats();
+  zero_plane.reserve(floats);
+  std::fill_n(zero_plane.data(), floats, 0.0f);
+}
+
+void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, bool gradients) {
+  size_planes(plan, tile);
+  // Whole vectors are extracted: they must not reach into the next row.
+  ring_pitch = (ring_width + 15) / 16 * 16 + 2 * plan.spare_columns;
+  ring_start = static_cast<size_t>(plan.spare_rows * ring_pitch + plan.spare_columns) * 4;
+  group_floats =
+      static_cast<size_t>(ring_pitch) * static_cast<size_t>(ring_height + 2 * plan.spare_rows) * 4 + 64;
+  sample_pitch = (ring_width + 15) / 16 * 16 + 16;
+  const size_t sample_floats = static_cast<size_t>(sample_pitch) * static_cast<size_t>(ring_height) + 16;
+  const auto clear = [&](AlignedArray<float>& a) {
+    a.reserve(sample_floats);
+    std::fill_n(a.data(), sample_floats, 0.0f);
+  };
+  if (plan.depth_taps > 0)
+    for (auto& sheet : stack) clear(sheet);
+  if (plan.taps > 0) {
+    clear(samples);
+    const size_t room = static_cast<size_t>(sample_pitch + 32) * raise_rows;
+    scratch.reserve(room);
+    std::fill_n(scratch.data(), room, 0.0f); // vectors read beside a row: nothing but numbers
+  }
+  for (size_t q = 0; q < (gradients ? 4u : 1u); ++q) {
+    const size_t floats = group_floats * static_cast<size_t>(plan.groups) + 64;
+    ring[q].reserve(floats);
+    std::fill_n(ring[q].data(), floats, 0.0f);
+    for (auto& sheet : plane) {
+      sheet[q].reserve(plane_floats());
+      std::fill_n(sheet[q].data(), plane_floats(), 0.0f);
+    }
+  }
+  size_t count = 1;
+  while (count < static_cast<size_t>(plan.longest) + 2) count *= 2;
+  if (bins.size() != count + 1) bins = std::vector<AlignedArray<SplatRecord>>(count + 1);
+  bin_end.resize(count + 1);
+  for (size_t b = 0; b <= count; ++b) {
+    bins[b].reserve(64);
+    bin_end[b] = bins[b].data();
+  }
+}
+
+void TileMemory::prepare_pixels(int tile_width, int tile_height) {
+  pixel_pitch = (tile_width + 15) / 16 * 16;
+  const size_t pixel_floats = static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
+  pixels.reserve(pixel_planes * pixel_floats);
+  std::fill_n(pixels.data(), pixel_planes * pixel_floats, 0.0f);
+  hole.reserve(pixel_floats);
+}
+
+TilePixels finished(const PlannedTile& tile, int pitch, const PixelPlanes& pixel, const DeepTile* deep) {
+  return {tile.x,     tile.y,      tile.width,  tile.height, pitch,      pixel.red, pixel.green,
+          pixel.blue, pixel.alpha, pixel.depth, pixel.value, pixel.time, deep};
+}
+
+} // namespace bccsplat

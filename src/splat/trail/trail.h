@@ -1,0 +1,36 @@
+// 3.5D motion blur (Neophytou & Mueller 2002, section 4.3): a slice and what moved, drawn into one picture.
+// All objects go through the sheets side by side, front to back.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "splat/shade/matter.h"
+#include "splat/splat.h"
+
+namespace bccsplat {
+
+struct SheetShare {
+  uint32_t source = 0;
+  float weight = 1;
+};
+
+// One moment of a trail: its field is a weighted sum of sources. Several shares: the sources are time slices
+// of one lattice, `frame` is the moment's. One: the source alone, weight 1, with its own time.
+struct TrailStill {
+  std::vector<SheetShare> shares;
+  const ClassTable* table = nullptr;
+  float weight = 1; // of its extinction; those of a trail sum to 1
+  double frame = 0;
+};
+
+// Modes composite and isosurface (of the slice; the trail is always composited). Sources share the slice's
+// camera and sheets: their views differ by a translation of lattice space at most. A source's table must let
+// everything be seen that a still made of it shows (bricks are left out by it).
+SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
+                            std::span<const TrailStill> stills, TrailCombine combine,
+                            const SplatOptions& options, const Context& context,
+                            const std::function<void(const TilePixels&)>& emit);
+
+} // namespace bccsplat

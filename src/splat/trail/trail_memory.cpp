@@ -1,0 +1,134 @@
+#include "splat/trail/trail_memory.h"
+
+#include <algorithm>
+
+#include "splat/tile/tile_rays.h"
+
+namespace bccsplat {
+namespace {
+
+template<class T> uint64_t bytes_of(const AlignedArray<T>& a) { return a.capacity() * sizeof(T); }
+
+uint64_t bytes_of(const TileMemory& m) {
+  uint64_t sum = bytes_of(m.zero_plane) + bytes_of(m.pixels) + bytes_of(m.hole);
+  for (const auto& ring : m.ring) sum += bytes_of(ring);
+  for (const auto& sheet : m.plane)
+    for (const auto& plane : sheet) sum += bytes_of(plane);
+  for (const auto& bin : m.bins) sum += bytes_of(bin);
+  return sum;
+}
+
+uint64_t bytes_of(const TrailMemory& m) {
+  uint64_t sum = bytes_of(m.slice) + bytes_of(m.pixels) + bytes_of(m.matter) + bytes_of(m.mixed) +
+                 bytes_of(m.rays) + bytes_of(m.hole);
+  for (const TileMemory& sheets : m.sheets) sum += bytes_of(sheets);
+  return sum;
+}
+
+uint64_t rounded(int width) { return static_cast<uint64_t>((width + 15) / 16 * 16); }
+
+// Floats of one plane of a tile with its border, as TileMemory's.
+uint64_t plane_floats(const SplatPlan& plan, const PlannedTile& tile) {
+  return (rounded(tile.width + 2 * plan.border) + 16) * static_cast<uint64_t>(tile.height + 2 * plan.border) +
+         2 * plane_margin + 16;
+}
+
+// Planes, ring and bins of an object: as TileMemory prepares them, every bin with room for its largest brick
+// and, where bricks follow each other, doubled once.
+uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
+  const SplatPlan& plan = object.plan;
+  const PlannedTile& tile = plan.tiles[n];
+  const uint64_t plane = plane_floats(plan, tile);
+  if (tile.bricks.empty()) return plane * sizeof(float);
+  const uint64_t quantities = gradients ? 4 : 1;
+  const uint64_t ring =
+      (rounded(tile.width + 2 * plan.border) + 2 * static_cast<uint64_t>(plan.spare_columns)) *
+      static_cast<uint64_t>(tile.height + 2 * (plan.border + plan.spare_rows)) * 4 *
+      static_cast<uint64_t>(plan.groups);
+  uint64_t bins = 1, largest = 64;
+  while (bins < static_cast<uint64_t>(plan.longest) + 2) bins *= 2;
+  for (const uint32_t b : tile.bricks)
+    largest = std::max<uint64_t>(largest, object.scene->points->bricks[plan.bricks[b].brick].count + 16);
+  return (plane * (1 + 8 * quantities) + ring * quantities) * sizeof(float) +
+         (bins + 1) * 2 * largest * sizeof(SplatRecord);
+}
+
+} // namespace
+
+uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n) {
+  const bool gradients = job.options->shading && job.options->gradient == GradientMethod::analytic;
+  uint64_t sum = 0, mixed = 0;
+  if (apart) sum += sheet_bytes(*apart, n, gradients);
+  if (job.slice) sum += sheet_bytes(*job.slice, n, gradients);
+  for (const TrailObject& o : job.sources) sum += sheet_bytes(o, n, gradients);
+  for (const TrailStill& s : job.stills) mixed += s.shares.size() > 1 ? 1 : 0;
+  const TrailObject& first = job.sources.front();
+  const PlannedTile& tile = first.plan.tiles[n];
+  const uint64_t pixels = rounded(tile.width) * static_cast<uint64_t>(tile.height);
+  // Pixels and matter (trail_tile.cpp), the slice's where it is apart, and rays.
+  const uint64_t planes =
+      7 + 12 + (apart ? TileMemory::pixel_planes : 0) + (job.sources.size() + 2) * ray_planes;
+  return sum + (planes * pixels + mixed * 11 * plane_floats(first.plan, tile)) * sizeof(float) + pixels;
+}
+
+std::unique_ptr<TrailMemoryPool::Held> TrailMemoryPool::take(uint64_t bytes) {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    auto held = std::make_unique<Held>();
+    if (!idle_.empty()) {
+      held = std::move(idle_.back());
+      idle_.pop_back();
+    }
+    const uint64_t want = std::max(bytes, held->reserved), more = want - held->reserved;
+    if (budget_.try_reserve(more)) {
+      held->reserved = want;
+      ++taken_;
+      return held;
+    }
+    drop(std::move(held));
+    if (!idle_.empty()) {
+      drop_idle();
+      continue;
+    }
+    if (budget_.try_reserve(bytes)) {
+      held = std::make_unique<Held>();
+      held->reserved = bytes;
+      ++taken_;
+      return held;
+    }
+    if (taken_ == 0) { // says what the budget lacks
+      [[maybe_unused]] const Reservation failed(budget_, bytes, "a tile of the trail");
+      continue;
+    }
+    ended_.wait(lock);
+  }
+}
+
+void TrailMemoryPool::give_back(std::unique_ptr<Held> held) {
+  const std::scoped_lock lock(mutex_);
+  --taken_;
+  // Bins may have grown beyond what was foreseen.
+  const uint64_t bytes = bytes_of(held->memory), more = bytes - std::min(bytes, held->reserved);
+  if (budget_.try_reserve(more)) {
+    held->reserved += more;
+    budget_.release(held->reserved - bytes);
+    held->reserved = bytes;
+    idle_.push_back(std::move(held));
+  } else {
+    drop(std::move(held));
+  }
+  ended_.notify_all();
+}
+
+void TrailMemoryPool::drop(std::unique_ptr<Held> held) {
+  const uint64_t bytes = held->reserved;
+  held.reset();
+  budget_.release(bytes);
+}
+
+void TrailMemoryPool::drop_idle() {
+  for (auto& held : idle_) drop(std::move(held));
+  idle_.clear();
+}
+
+} // namespace bccsplat

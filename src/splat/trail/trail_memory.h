@@ -1,0 +1,46 @@
+// What the tiles of a trail work in, within the memory budget: as many tiles at once as fit it.
+#pragma once
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "base/memory.h"
+#include "splat/trail/trail_tile.h"
+
+namespace bccsplat {
+
+// About what drawing tile `n` takes; apart: the slice, which is not of the job then, or null.
+[[nodiscard]] uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n);
+
+class TrailMemoryPool {
+ public:
+  explicit TrailMemoryPool(MemoryBudget& budget) : budget_(budget) {}
+  TrailMemoryPool(const TrailMemoryPool&) = delete;
+  TrailMemoryPool& operator=(const TrailMemoryPool&) = delete;
+  ~TrailMemoryPool() { drop_idle(); }
+
+  // A tile's memory; `bytes` are reserved as long as it is kept.
+  struct Held {
+    TrailMemory memory;
+    uint64_t reserved = 0;
+  };
+  // Waits for other tiles to end until `bytes` are to be had; fails when there is none to wait for. Any
+  // thread.
+  [[nodiscard]] std::unique_ptr<Held> take(uint64_t bytes);
+  // Every one taken must come back.
+  void give_back(std::unique_ptr<Held> held);
+
+ private:
+  void drop(std::unique_ptr<Held> held);
+  void drop_idle();
+
+  MemoryBudget& budget_;
+  std::mutex mutex_;
+  std::condition_variable ended_; // a tile
+  std::vector<std::unique_ptr<Held>> idle_;
+  int taken_ = 0;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,335 @@
+#include "splat/trail/trail_tile.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "splat/sheet/sheet_args.h"
+#include "splat/sheet/sheet_source.h"
+#include "splat/tile/tile_rays.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
+constexpr size_t kept_sheets = 8; // as SheetSource keeps
+
+// The slice or a still of the trail: what is classified.
+struct Drawn {
+  std::vector<SheetShare> shares; // of objects
+  size_t group = 0;
+  const ClassTable* table = nullptr;
+  float weight = 1;
+  TimeField time;
+  float* mixed = nullptr; // planes of the weighted sum, where there are several shares
+  std::array<std::array<float, 2>, kept_sheets> range{}; // of them, relative to air, by sheet & 7
+  std::array<bool, kept_sheets> filled{};
+};
+
+class TrailTile {
+ public:
+  TrailTile(const TrailJob& job, size_t n, const PlannedTile& tile, const TilePixels* surface,
+            TrailMemory& memory, SplatStats& stats)
+      : job_(job), options_(*job.options), tile_(tile), surface_(surface), m_(memory), stats_(stats),
+        view_(*job.main->view), kernels_(options_.scalar ? scalar_matter_kernels() : simd_matter_kernels()),
+        pitch_((tile.width + 15) / 16 * 16),
+        pixels_(static_cast<size_t>(pitch_) * static_cast<size_t>(tile.height)) {
+    if (job.slice) objects_.push_back(job.slice);
+    for (const TrailObject& o : job.sources) objects_.push_back(&o);
+    analytic_ = options_.shading && options_.gradient == GradientMethod::analytic;
+    const SplatPlan& plan = objects_.front()->plan;
+    border_ = plan.border, differences_ = options_.shading && !analytic_ ? plan.lead : 0;
+    m_.sheets.resize(std::max(m_.sheets.size(), objects_.size()));
+    sources_.reserve(objects_.size());
+    for (size_t i = 0; i < objects_.size(); ++i) {
+      const TrailObject& o = *objects_[i];
+      sources_.emplace_back(SheetSourceArgs{o.scene, &o.plan, &o.kernel, options_.scalar, analytic_},
+                            o.plan.tiles[n], m_.sheets[i], stats);
+      touched_.push_back(!o.plan.tiles[n].bricks.empty());
+    }
+    plane_pitch_ = sources_.front().plane_pitch();
+    open_pixels_.prepare(tile, plan);
+    prepare_pixels();
+    prepare_rays();
+    prepare_drawn();
+  }
+
+  TilePixels draw() {
+    if (open_ > 0) march();
+    finish();
+    if (options_.with_deep) m_.deep.finish();
+    return finished(tile_, pitch_, pixel_, options_.with_deep ? &m_.deep : nullptr);
+  }
+
+ private:
+  void prepare_pixels() {
+    float** const planes[] = {&pixel_.red,   &pixel_.green, &pixel_.blue, &pixel_.alpha,
+                              &pixel_.depth, &pixel_.value, &pixel_.time};
+    m_.pixels.reserve(7 * pixels_);
+    std::fill_n(m_.pixels.data(), 7 * pixels_, 0.0f);
+    for (size_t n = 0; n < 7; ++n) *planes[n] = m_.pixels.data() + n * pixels_;
+    std::fill_n(pixel_.depth, pixels_, infinity);
+    if (!options_.with_value) pixel_.value = nullptr;
+    if (!options_.with_time) pixel_.time = nullptr;
+    m_.matter.reserve(12 * pixels_);
+    for (size_t g = 0; g < 2; ++g) {
+      float* at = m_.matter.data() + g * 6 * pixels_;
+      matter_[g] = {at, at + pixels_, at + 2 * pixels_, at + 3 * pixels_, nullptr, nullptr};
+      if (pixel_.value) matter_[g].value = at + 4 * pixels_;
+      if (pixel_.time) matter_[g].time = at + 5 * pixels_;
+    }
+    m_.hole.reserve(pixels_);
+    if (options_.with_deep) m_.deep.begin(tile_.width, tile_.height, pitch_, options_.deep_tolerance);
+  }
+
+  // Rays of the picture (set 0) and of the objects that have a domain of their own. Those of the picture then
+  // run where any object is; a surface ends all.
+  void prepare_rays() {
+    m_.rays.reserve((objects_.size() + 1) * ray_planes * pixels_);
+    TileRays main = make_rays(*job_.main->slice, view_, tile_, pitch_, m_.rays.data(), pixel_);
+    double low = main.low, high = main.high;
+    rays_.assign(objects_.size(), pixel_);
+    float* const enter = m_.rays.data();
+    float* const leave = enter + pixels_;
+    for (size_t i = 0; i < objects_.size(); ++i) {
+      const TrailObject& o = *objects_[i];
+      if (!o.own_rays) continue;
+      float* const own = m_.rays.data() + (i + 1) * ray_planes * pixels_;
+      const TileRays r = make_rays(*o.scene->slice, *o.scene->view, tile_, pitch_, own, rays_[i]);
+      if (r.open == 0) continue;
+      low = low <= high ? std::min(low, r.low) : r.low, high = std::max(high, r.high);
+      for (size_t p = 0; p < pixels_; ++p)
+        enter[p] = std::min(enter[p], own[p]), leave[p] = std::max(leave[p], own[pixels_ + p]);
+    }
+    if (surface_) {
+      const auto end_at_surface = [&](float* leaves) {
+        for (int y = 0; y < tile_.height; ++y)
+          for (int x = 0; x < tile_.width; ++x)
+            if (const float hit = surface_hit(x, y); hit < infinity) {
+              float& at =
+                  leaves[static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x)];
+              at = std::min(at, hit);
+            }
+      };
+      end_at_surface(leave);
+      for (size_t i = 0; i < objects_.size(); ++i)
+        if (objects_[i]->own_rays) end_at_surface(m_.rays.data() + ((i + 1) * ray_planes + 1) * pixels_);
+    }
+    for (size_t p = 0; p < pixels_; ++p) open_ += enter[p] < leave[p];
+    if (!(low <= high)) return;
+    first_ = std::max(static_cast<int64_t>(std::ceil(low - 0.5)), view_.first_sheet());
+    last_ = static_cast<int64_t>(std::floor(high + 0.5));
+  }
+
+  void prepare_drawn() {
+    const auto first_source = static_cast<uint32_t>(job_.slice ? 1 : 0);
+    if (job_.slice)
+      drawn_.push_back({{{0, 1.0f}}, 0, job_.slice->scene->table, 1, TimeField(*job_.slice->scene->slice)});
+    for (const TrailStill& s : job_.stills) {
+      Drawn d{s.shares, 1, s.table, s.weight, TimeField(*job_.sources[s.shares.front().source].scene->slice)};
+      for (SheetShare& share : d.shares) share.source += first_source;
+      if (d.shares.size() > 1) d.time.offset = s.frame, d.time.gradient = {};
+      drawn_.push_back(std::move(d));
+    }
+    // Whole vectors are read: what lies between the planes must be numbers.
+    const size_t plane = sources_.front().plane_floats(), planes = analytic_ ? kept_sheets + 3 : kept_sheets;
+    size_t mixed = 0;
+    for (const Drawn& d : drawn_) mixed += d.shares.size() > 1 ? 1u : 0u;
+    if (m_.mixed.capacity() < mixed * planes * plane) {
+      m_.mixed.reserve(mixed * planes * plane);
+      std::fill_n(m_.mixed.data(), m_.mixed.capacity(), 0.0f);
+    }
+    float* next = m_.mixed.data();
+    for (Drawn& d : drawn_)
+      if (d.shares.size() > 1) d.mixed = next, next += planes * plane;
+  }
+
+  [[nodiscard]] float surface_hit(int x, int y) const {
+    const auto at = static_cast<size_t>(y) * static_cast<size_t>(surface_->pitch) + static_cast<size_t>(x);
+    return surface_->alpha[at] > 0 ? surface_->depth[at] : infinity;
+  }
+
+  void march() {
+    for (SheetSource& s : sources_)
+      s.begin(std::max(first_ - differences_, view_.first_sheet()), last_ + differences_);
+    next_mixed_ = first_ - differences_;
+    auto clock = StageClock::now();
+    for (int64_t k = first_; k <= last_ && open_ > 0; ++k) {
+      if (((k - first_) & 15) == 0) job_.context->progress.check();
+      const OpenPixels* open = open_pixels(k);
+      for (size_t i = 0; i < sources_.size(); ++i)
+        if (touched_[i]) sources_[i].complete(k + differences_, open, clock);
+      for (; next_mixed_ <= k + differences_; ++next_mixed_)
+        for (Drawn& d : drawn_)
+          if (d.mixed) mix(d, next_mixed_);
+      sheet(k);
+      lap(clock, stats_.ms_shade);
+    }
+  }
+
+  // The pixels still open, brought up to date when enough have closed since, or have come to the surface;
+  // null: do not look.
+  const OpenPixels* open_pixels(int64_t k) {
+    if ((options_.disable_skips & skip_occlusion) || (closed_ == 0 && !surface_)) return nullptr;
+    const bool few = summed_closed_ > 0 && (closed_ - summed_closed_) * 16 < open_;
+    if (!few || (surface_ && (k & 3) == 0) || k == first_) {
+      summed_closed_ = closed_;
+      const float front = static_cast<float>(k) - 0.5f;
+      open_pixels_.count(pitch_, [&](size_t p) {
+        return pixel_.alpha[p] < options_.opacity_stop && front < pixel_.leave[p];
+      });
+    }
+    return &open_pixels_;
+  }
+
+  [[nodiscard]] float* mixed_plane(const Drawn& d, int64_t k, size_t quantity) const {
+    const size_t n = quantity == 0 ? static_cast<size_t>(k & 7) : kept_sheets + quantity - 1;
+    return d.mixed + n * sources_.front().plane_floats() + plane_margin;
+  }
+  [[nodiscard]] std::ptrdiff_t border_floats() const { return border_ * plane_pitch_ + border_; }
+
+  std::array<float, 2> mix(const Drawn& d, int64_t k, size_t quantity) {
+    mixed_from_.clear(), mixed_weights_.clear();
+    for (const SheetShare& s : d.shares)
+      if (sources_[s.source].filled(k)) {
+        mixed_from_.push_back(sources_[s.source].plane(k, quantity) - border_floats());
+        mixed_weights_.push_back(s.weight);
+      }
+    return kernels_.mix({mixed_from_, mixed_weights_, mixed_plane(d, k, quantity), tile_.width + 2 * border_,
+                         tile_.height + 2 * border_, plane_pitch_});
+  }
+
+  void mix(Drawn& d, int64_t k) {
+    const auto slot = static_cast<size_t>(k & 7);
+    d.filled[slot] = false, d.range[slot] = {0, 0};
+    for (const SheetShare& s : d.shares) d.filled[slot] = d.filled[slot] || sources_[s.source].filled(k);
+    if (d.filled[slot]) d.range[slot] = mix(d, k, 0);
+  }
+
+  [[nodiscard]] const float* plane(const Drawn& d, int64_t k, size_t quantity) const {
+    if (!d.mixed) return sources_[d.shares.front().source].plane(k, quantity);
+    if (!d.filled[static_cast<size_t>(k & 7)]) return sources_.front().zero();
+    return mixed_plane(d, k, quantity) + border_floats();
+  }
+
+  // Whether anything of it may absorb on sheet k.
+  [[nodiscard]] bool seen(const Drawn& d, float air, int64_t k) const {
+    if ((options_.disable_skips & skip_empty_sheets) || d.table->visible(air, air)) return true;
+    if (!d.mixed) return sources_[d.shares.front().source].filled(k);
+    const auto slot = static_cast<size_t>(k & 7);
+    return d.filled[slot] && d.table->visible(static_cast<double>(air + d.range[slot][0]),
+                                              static_cast<double>(air + d.range[slot][1]));
+  }
+
+  void sheet(int64_t k) {
+    std::array<bool, 2> used{};
+    for (Drawn& d : drawn_) {
+      const size_t object = d.shares.front().source;
+      const SplatScene& scene = *objects_[object]->scene;
+      if (!seen(d, scene.slice->air, k)) {
+        ++stats_.sheets_skipped;
+        continue;
+      }
+      if (!used[d.group]) clear(d.group);
+      used[d.group] = true;
+      if (d.mixed && analytic_ && d.filled[static_cast<size_t>(k & 7)])
+        for (size_t q = 1; q < 4; ++q) (void)mix(d, k, q);
+      absorb(d, scene, rays_[object], k);
+    }
+    if (!used[0] && !used[1]) return;
+    JoinArgs j;
+    j.k = static_cast<float>(k), j.front = k == view_.first_sheet() ? 2 : 0.5f;
+    j.width = tile_.width, j.height = tile_.height, j.pitch = pitch_;
+    for (size_t g = 0; g < 2; ++g) j.group[g] = used[g] ? &matter_[g] : nullptr;
+    j.combine = job_.combine;
+    j.stop = stop();
+    j.pixel = pixel_;
+    const int closed = kernels_.join(j);
+    closed_ += closed, open_ -= closed;
+    if (options_.with_deep) m_.deep.add_slab(pixel_, j.k - j.front, j.k + 0.5f, all_pixels);
+  }
+
+  void clear(size_t group) { std::fill_n(m_.matter.data() + group * 6 * pixels_, 6 * pixels_, 0.0f); }
+
+  void absorb(const Drawn& d, const SplatScene& scene, const PixelPlanes& rays, int64_t k) {
+    SheetArgs a;
+    a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = pitch_;
+    a.plane_pitch = plane_pitch_;
+    a.shading = options_.shading;
+    a.air = scene.slice->air;
+    a.stop = stop();
+    a.table = d.table, a.lights = scene.lights;
+    a.pixel = rays;
+    set_sheet(a, *scene.view, k, analytic_, differences_, scene.slice->kernel.space.radius,
+              [&](int64_t sheet, size_t quantity) { return plane(d, sheet, quantity); });
+    if (scene.slice->has_holes) {
+      find_holes(*scene.slice, *scene.view, tile_, k, rays, pitch_, m_.hole.data());
+      a.hole = m_.hole.data();
+    }
+    if (pixel_.time) a.time = sheet_time(d.time, *scene.view, k);
+    kernels_.absorb(a, d.weight, matter_[d.group]);
+  }
+
+  [[nodiscard]] float stop() const {
+    return options_.opacity_stop < 1 ? static_cast<float>(options_.opacity_stop) : 2.0f;
+  }
+
+  void finish() {
+    for (int y = 0; y < tile_.height; ++y)
+      for (int x = 0; x < tile_.width; ++x) {
+        const auto p = static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x);
+        if (surface_ && surface_hit(x, y) < infinity && pixel_.alpha[p] < stop()) add_surface(x, y, p);
+        const float alpha = pixel_.alpha[p];
+        if (pixel_.value) pixel_.value[p] = alpha > 0 ? pixel_.value[p] / alpha : nan_value;
+        if (pixel_.time) pixel_.time[p] = alpha > 0 ? pixel_.time[p] / alpha : nan_value;
+      }
+  }
+
+  void add_surface(int x, int y, size_t p) {
+    const auto at = static_cast<size_t>(y) * static_cast<size_t>(surface_->pitch) + static_cast<size_t>(x);
+    const float open = 1 - pixel_.alpha[p];
+    pixel_.red[p] += open * surface_->red[at], pixel_.green[p] += open * surface_->green[at];
+    pixel_.blue[p] += open * surface_->blue[at];
+    if (pixel_.value) pixel_.value[p] += open * surface_->value[at];
+    if (pixel_.time) pixel_.time[p] += open * surface_->time[at];
+    if (pixel_.alpha[p] < 0.5f) pixel_.depth[p] = surface_->depth[at];
+    pixel_.alpha[p] = 1;
+    if (options_.with_deep) m_.deep.add_surface(pixel_, p, surface_->depth[at]);
+  }
+
+  const TrailJob& job_;
+  const SplatOptions& options_;
+  const PlannedTile& tile_;
+  const TilePixels* surface_;
+  TrailMemory& m_;
+  SplatStats& stats_;
+  const SheetView& view_;
+  const MatterKernels& kernels_;
+  int pitch_;
+  size_t pixels_;
+  std::vector<const TrailObject*> objects_;
+  std::vector<SheetSource> sources_; // per object
+  std::vector<bool> touched_;        // per object: it has points in this tile
+  std::vector<PixelPlanes> rays_;    // per object
+  std::vector<Drawn> drawn_;
+  std::vector<const float*> mixed_from_;
+  std::vector<float> mixed_weights_;
+  bool analytic_ = false;
+  int differences_ = 0, border_ = 0, plane_pitch_ = 0;
+  PixelPlanes pixel_;
+  std::array<MatterPlanes, 2> matter_;
+  OpenPixels open_pixels_;
+  int64_t first_ = 0, last_ = -1, next_mixed_ = 0;
+  int open_ = 0, closed_ = 0, summed_closed_ = 0; // pixels
+};
+
+} // namespace
+
+TilePixels draw_trail_tile(const TrailJob& job, size_t n, const PlannedTile& tile, const TilePixels* surface,
+                           TrailMemory& memory, SplatStats& stats) {
+  return TrailTile(job, n, tile, surface, memory, stats).draw();
+}
+
+} // namespace bccsplat

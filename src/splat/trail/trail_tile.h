@@ -1,0 +1,48 @@
+// One tile of a picture with a trail.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "splat/plan/plan.h"
+#include "splat/tile/tile_memory.h"
+#include "splat/trail/trail.h"
+
+namespace bccsplat {
+
+// Pixels of a tile whose objects stay in the caches together.
+inline constexpr int trail_tile_size = 32;
+
+// A set of points with everything that is planned for it.
+struct TrailObject {
+  const SplatScene* scene = nullptr;
+  SplatPlan plan;
+  KernelPolynomial kernel;
+  bool own_rays = false; // its domain is not the slice's
+};
+
+// What a tile of a trail works in; kept from tile to tile.
+struct TrailMemory {
+  TileMemory slice;               // of the slice where it is drawn apart
+  std::vector<TileMemory> sheets; // per object
+  AlignedArray<float> pixels, matter, mixed, rays;
+  AlignedArray<uint8_t> hole;
+  DeepTile deep; // where the options ask for it
+};
+
+struct TrailJob {
+  const TrailObject* slice = nullptr; // null: drawn apart
+  std::span<const TrailObject> sources;
+  std::span<const TrailStill> stills;
+  TrailCombine combine = TrailCombine::physical;
+  const SplatOptions* options = nullptr;
+  const Context* context = nullptr;
+  const SplatScene* main = nullptr; // the slice's scene: its rays are the picture's
+};
+
+// Draws the tile `n` of every plan. `surface` (may be null): a pixel it covers ends the ray at its depth with
+// its colour.
+TilePixels draw_trail_tile(const TrailJob& job, size_t n, const PlannedTile& tile, const TilePixels* surface,
+                           TrailMemory& memory, SplatStats& stats);
+
+} // namespace bccsplat
