@@ -12,7 +12,7 @@ house() {
   printf '#include "base/tasks.h"\n#include "kernel/kernel.h"\n' >"$scratch/src/kernel/prefilter.cpp"
   printf '#include "kernel/kernel.h"\n#include "formats/bcc4.h"\n' >"$scratch/src/points/volume.cpp"
   printf '#include "points/brick.h"\n#include <png.h>\n' >"$scratch/formats/png.cpp"
-  printf '#include "splat/sheet/sheet.h"\n#include <hwy/highway.h>\n' >"$scratch/src/splat/sheet/sheet.cpp"
+  printf '#include "splat/sheet.h"\n#include <hwy/highway.h>\n' >"$scratch/src/splat/sheet.cpp"
   printf '#include <bccsplat.h>\n#include "render/frame.h"\n' >"$scratch/src/api/api.cpp"
   printf '#include <openvdb/openvdb.h>\n#include "bccsplat.h"\n#include "raw.h"\n' >"$scratch/importers/vdb.cpp"
   echo '#include <bccsplat.h>' >"$scratch/examples/render_frame.c"
@@ -37,11 +37,11 @@ violation src/kernel/prefilter.cpp '  #  include "src/points/brick.h"'
 violation src/kernel/prefilter.cpp '#include <points/brick.h>'
 violation src/points/volume.cpp '#include "slice/slice.h"'
 violation formats/png.cpp '#include "render/frame.h"'
-violation src/splat/sheet/sheet.cpp '#include "render/frame.h"'
-violation src/splat/sheet/sheet.cpp '#include "../render/frame.h"'
-violation src/splat/sheet/sheet.cpp '#include <bccsplat.h>'
-violation src/splat/sheet/sheet.cpp '#include <thread>'
-violation src/splat/sheet/sheet.cpp '#include <png.h>'
+violation src/splat/sheet.cpp '#include "render/frame.h"'
+violation src/splat/sheet.cpp '#include "../render/frame.h"'
+violation src/splat/sheet.cpp '#include <bccsplat.h>'
+violation src/splat/sheet.cpp '#include <thread>'
+violation src/splat/sheet.cpp '#include <png.h>'
 violation formats/png.cpp '#include <openvdb/openvdb.h>'
 violation include/bccsplat.h '#include <stdbool.h>'
 violation include/bccsplat.h '#include <openvdb/openvdb.h>'
