@@ -44,7 +44,9 @@ struct SplatPoints {
   // Codes rise with |coefficient| / code_unit by 8 steps per octave; 0: no point, or hardly one.
   static constexpr size_t fine_cells = 512;
   static constexpr int most_code = 127;
-  std::vector<uint8_t> codes; // empty: nothing is known of them
+  static constexpr int code_shift = 20;           // three bits of the mantissa are kept
+  static constexpr uint32_t code_zero = 111 << 3; // exponent and mantissa of 2^-16, shifted
+  std::vector<uint8_t> codes;                     // empty: nothing is known of them
   float code_unit = 1;
   Reservation memory;
 

@@ -1,0 +1,36 @@
+// Which bricks of the splatter a slice's bricks reach, mirror images included: nothing is spent on the
+// others.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "slice/slice.h"
+
+namespace bccsplat {
+
+// A few out of many slots, and their numbers in rising order.
+class SlotSet {
+ public:
+  explicit SlotSet(uint64_t slots) : bits_(slots / 64 + 1), before_(bits_.size()) {}
+  void add(uint64_t slot) { bits_[slot / 64] |= uint64_t{1} << slot % 64; }
+  // All of them, x fastest; numbers count from here on.
+  [[nodiscard]] std::vector<uint64_t> list();
+  // -1: not among them.
+  [[nodiscard]] int64_t number(uint64_t slot) const;
+
+ private:
+  std::vector<uint64_t> bits_;
+  std::vector<uint32_t> before_; // how many stand in earlier words
+};
+
+// Per axis and plane, counted from the first one of the margin: the site of its coset that is stored,
+// mirrored into the domain.
+using FoldedSites = std::array<std::vector<int32_t>, 3>;
+[[nodiscard]] FoldedSites fold_sites(const Lattice3& lattice, int margin, const Int3& planes);
+
+// dims: bricks of the splatter, `edge` planes each.
+[[nodiscard]] SlotSet touched_slots(const Slice& slice, const FoldedSites& sites, const Int3& dims, int edge);
+
+} // namespace bccsplat
