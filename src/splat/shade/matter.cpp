@@ -8,8 +8,9 @@ namespace bccsplat {
 namespace {
 
 void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
-  for (int y = 0; y < s.height; ++y)
-    for (int x = 0; x < s.width; ++x) {
+  const PixelRect seen = s.seen.within(s.width, s.height);
+  for (int y = seen.y0; y < seen.y1; ++y)
+    for (int x = seen.x0; x < seen.x1; ++x) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
       if (s.pixel.alpha[p] >= s.stop || (s.hole && s.hole[p])) continue;
       const float value = s.air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];

@@ -21,33 +21,44 @@ int Join(const JoinArgs& j) { return scalar_matter_kernels().join(j); }
 std::array<float, 2> Mix(const MixArgs& m) { return scalar_matter_kernels().mix(m); }
 #else
 
-void Absorb(const SheetArgs& s, float share, const MatterPlanes& out) {
+template<class Shade>
+void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const Shade& shade) {
   const ClassTable& table = *s.table;
   const V low = set(table.low), scale = set(table.scale), top = set(static_cast<float>(table.size() - 1));
   const auto first = hn::Set(di, table.first_visible - 1), last = hn::Set(di, table.last_visible + 1);
   const V stop = set(s.stop);
-  for_pixels(s, [&](const Pixels& px) HWY_ATTR {
-    const V value = px.value();
-    const auto index =
-        hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(value, low), scale), hn::Zero(d)), top));
-    const M visible = hn::RebindMask(d, hn::And(hn::Gt(index, first), hn::Lt(index, last)));
-    const V weight = px.weight();
-    M active = hn::And(hn::And(visible, hn::Lt(px.load(s.pixel.alpha), stop)), hn::Gt(weight, hn::Zero(d)));
-    if (s.hole) active = hn::And(active, px.solid());
-    if (hn::AllFalse(d, active)) return;
-    V red, green, blue, extinction;
-    LookUp(table.entry.data(), index, red, green, blue, extinction);
-    const V path = hn::Mul(hn::Mul(set(share), weight), px.load(s.pixel.path));
-    const V depth = hn::IfThenElseZero(active, hn::Mul(extinction, path));
-    if (s.shading) px.light(red, green, blue);
-    const auto add = [&](float* plane, V part) HWY_ATTR {
-      hn::StoreU(hn::MulAdd(depth, part, hn::LoadU(d, plane + px.p)), d, plane + px.p);
-    };
-    add(out.red, red), add(out.green, green), add(out.blue, blue);
-    hn::StoreU(hn::Add(hn::LoadU(d, out.depth + px.p), depth), d, out.depth + px.p);
-    if (out.value) add(out.value, value);
-    if (out.time) add(out.time, px.time());
-  });
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const PixelRect seen = s.seen.within(s.width, s.height);
+  for (int y = seen.y0; y < seen.y1; ++y)
+    for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
+      const Pixels px{s, x, y, static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x),
+                      static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x};
+      const V value = px.value();
+      const auto index =
+          hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(value, low), scale), hn::Zero(d)), top));
+      const M visible = hn::RebindMask(d, hn::And(hn::Gt(index, first), hn::Lt(index, last)));
+      if (hn::AllFalse(d, visible)) continue;
+      const V weight = px.weight();
+      M active = hn::And(hn::And(visible, hn::Lt(px.load(s.pixel.alpha), stop)), hn::Gt(weight, hn::Zero(d)));
+      if (s.hole) active = hn::And(active, px.solid());
+      if (hn::AllFalse(d, active)) continue;
+      V red, green, blue, extinction;
+      LookUp(table.entry.data(), index, red, green, blue, extinction);
+      const V path = hn::Mul(hn::Mul(set(share), weight), px.load(s.pixel.path));
+      const V depth = hn::IfThenElseZero(active, hn::Mul(extinction, path));
+      shade(px, red, green, blue);
+      const auto add = [&](float* plane, V part) HWY_ATTR {
+        hn::StoreU(hn::MulAdd(depth, part, hn::LoadU(d, plane + px.p)), d, plane + px.p);
+      };
+      add(out.red, red), add(out.green, green), add(out.blue, blue);
+      hn::StoreU(hn::Add(hn::LoadU(d, out.depth + px.p), depth), d, out.depth + px.p);
+      if (out.value) add(out.value, value);
+      if (out.time) add(out.time, px.time());
+    }
+}
+
+void Absorb(const SheetArgs& s, float share, const MatterPlanes& out) {
+  WithLight(s, [&](const auto& shade) { AbsorbWith(s, share, out, shade); });
 }
 
 int Join(const JoinArgs& j) {
@@ -104,18 +115,32 @@ int Join(const JoinArgs& j) {
   return closed;
 }
 
+// Of `kVectors` vectors side by side.
+template<int kVectors> HWY_INLINE void MixVectors(const MixArgs& m, std::ptrdiff_t at, V& low, V& high) {
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  V sum[kVectors];
+  for (V& s : sum) s = hn::Zero(d);
+  for (size_t i = 0; i < m.plane.size(); ++i) {
+    const V weight = set(m.weight[i]);
+    const float* const from = m.plane[i] + at;
+    for (int n = 0; n < kVectors; ++n) sum[n] = hn::MulAdd(weight, hn::LoadU(d, from + n * lanes), sum[n]);
+  }
+  for (int n = 0; n < kVectors; ++n) {
+    hn::StoreU(sum[n], d, m.out + at + n * lanes);
+    low = hn::Min(low, sum[n]), high = hn::Max(high, sum[n]);
+  }
+}
+
 std::array<float, 2> Mix(const MixArgs& m) {
+  constexpr int most = 4; // vectors at once: weights are read once for all of them
   const int lanes = static_cast<int>(hn::Lanes(d));
   V low = hn::Zero(d), high = low;
-  for (int y = 0; y < m.height; ++y)
-    for (int x = 0; x < m.width; x += lanes) {
-      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * m.pitch + x;
-      V sum = hn::Zero(d);
-      for (size_t i = 0; i < m.plane.size(); ++i)
-        sum = hn::MulAdd(set(m.weight[i]), hn::LoadU(d, m.plane[i] + at), sum);
-      hn::StoreU(sum, d, m.out + at);
-      low = hn::Min(low, sum), high = hn::Max(high, sum);
-    }
+  for (int y = 0; y < m.height; ++y) {
+    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * m.pitch;
+    int x = 0;
+    for (; x + (most - 1) * lanes < m.width; x += most * lanes) MixVectors<most>(m, row + x, low, high);
+    for (; x < m.width; x += lanes) MixVectors<1>(m, row + x, low, high);
+  }
   return {hn::GetLane(hn::MinOfLanes(d, low)), hn::GetLane(hn::MaxOfLanes(d, high))};
 }
 

@@ -272,6 +272,29 @@ struct AlikeLights {
   }
 };
 
+// Inline, unlike lambdas of that size: a call would pass all vectors through memory.
+struct NoLight {
+  HWY_INLINE void operator()(const Pixels&, V&, V&, V&) const {}
+};
+struct LightPixels {
+  HWY_INLINE void operator()(const Pixels& px, V& red, V& green, V& blue) const {
+    px.light(red, green, blue);
+  }
+};
+struct LightAlike {
+  AlikeLights lights;
+  HWY_INLINE void operator()(const Pixels& px, V& red, V& green, V& blue) const {
+    lights.shade(px, red, green, blue);
+  }
+};
+
+// Calls body(shade) with what lights the colours of the sheet's pixels.
+template<class Body> HWY_INLINE auto WithLight(const SheetArgs& s, const Body& body) {
+  if (!s.shading) return body(NoLight{});
+  if (!AlikeLights::fits(s)) return body(LightPixels{});
+  return body(LightAlike{AlikeLights(s)});
+}
+
 // Calls body(Pixels) for every vector of the tile. Pixels beside the tile have an empty ray.
 template<class Body> HWY_INLINE void for_pixels(const SheetArgs& s, const Body& body) {
   const int lanes = static_cast<int>(hn::Lanes(d));

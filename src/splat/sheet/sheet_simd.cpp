@@ -82,21 +82,8 @@ int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, c
   return closed;
 }
 
-// Inline, unlike a lambda of that size: a call would pass all vectors through memory.
-struct LightPixels {
-  HWY_INLINE void operator()(const Pixels& px, V& red, V& green, V& blue) const {
-    px.light(red, green, blue);
-  }
-};
-
 template<class Classify> int CompositeBy(std::span<const SheetArgs> sheets, const Classify& classify) {
-  const SheetArgs& front = sheets.front();
-  if (!front.shading) return CompositeWith(sheets, classify, [](const Pixels&, V&, V&, V&) HWY_ATTR {});
-  if (!AlikeLights::fits(front)) return CompositeWith(sheets, classify, LightPixels{});
-  const AlikeLights lights(front);
-  return CompositeWith(sheets, classify, [&](const Pixels& px, V& red, V& green, V& blue) HWY_ATTR {
-    lights.shade(px, red, green, blue);
-  });
+  return WithLight(sheets.front(), [&](const auto& shade) { return CompositeWith(sheets, classify, shade); });
 }
 
 int Composite(std::span<const SheetArgs> sheets) {

@@ -13,6 +13,17 @@ void lap(StageClock::time_point& from, double& sum) {
   from = now;
 }
 
+void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch) {
+  for (int y = before.y0; y < before.y1; ++y) {
+    const bool again = y >= now.y0 && y < now.y1;
+    const auto clear = [row = plane + static_cast<std::ptrdiff_t>(y) * pitch](int x0, int x1) {
+      if (x0 < x1) std::fill(row + x0, row + x1, 0.0f);
+    };
+    clear(before.x0, again ? std::min(before.x1, now.x0) : before.x1);
+    if (again) clear(std::max(before.x0, now.x1), before.x1);
+  }
+}
+
 SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory,
                          SplatStats& stats)
     : scene_(*args.scene), plan_(*args.plan), kernel_(*args.kernel),
@@ -191,17 +202,6 @@ void SheetSource::touch(int64_t s, const SplatRecord* records, size_t count) {
   for (int64_t k = s - plan_.before; k <= s + plan_.after; ++k) ring_touched_[slot(k)].include(touched);
 }
 
-void SheetSource::clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch) {
-  for (int y = before.y0; y < before.y1; ++y) {
-    const bool again = y >= now.y0 && y < now.y1;
-    const auto clear = [row = plane + static_cast<std::ptrdiff_t>(y) * pitch](int x0, int x1) {
-      if (x0 < x1) std::fill(row + x0, row + x1, 0.0f);
-    };
-    clear(before.x0, again ? std::min(before.x1, now.x0) : before.x1);
-    if (again) clear(std::max(before.x0, now.x1), before.x1);
-  }
-}
-
 PixelRect SheetSource::widened(const PixelRect& r) {
   constexpr int vector = 16;
   if (r.empty()) return {0, 0, 0, 0};
@@ -281,9 +281,12 @@ const float* SheetSource::plane(int64_t k, size_t quantity) const {
   return filled(k) ? m_.plane_origin(k, quantity) + plan_.border * pitch_ + plan_.border : zero();
 }
 
+PixelRect SheetSource::plane_touched(int64_t k) const {
+  return filled(k) ? plane_touched_[static_cast<size_t>(k & 7)] : PixelRect{};
+}
+
 PixelRect SheetSource::touched(int64_t k) const {
-  if (!filled(k)) return {};
-  const PixelRect& r = plane_touched_[static_cast<size_t>(k & 7)];
+  const PixelRect r = plane_touched(k);
   if (r.empty()) return {};
   const int border = plan_.border;
   return PixelRect{r.x0 - border, r.y0 - border, r.x1 - border, r.y1 - border}.within(tile_.width,

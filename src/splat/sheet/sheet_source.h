@@ -19,6 +19,9 @@ namespace bccsplat {
 using StageClock = std::chrono::steady_clock;
 void lap(StageClock::time_point& from, double& sum);
 
+// Sets to zero what is inside `before` and outside of `now`.
+void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch);
+
 struct SheetSourceArgs {
   const SplatScene* scene = nullptr;
   const SplatPlan* plan = nullptr;
@@ -48,6 +51,8 @@ class SheetSource {
   [[nodiscard]] const float* plane(int64_t k, size_t quantity) const;
   // Of such a sheet: the pixels of the tile outside of which it is empty.
   [[nodiscard]] PixelRect touched(int64_t k) const;
+  // The same of its whole plane, border included, in whole vectors, counted from the plane's first float.
+  [[nodiscard]] PixelRect plane_touched(int64_t k) const;
   [[nodiscard]] const float* zero() const; // as the plane of an empty sheet
   [[nodiscard]] int plane_pitch() const { return pitch_; }
   [[nodiscard]] size_t plane_floats() const { return m_.plane_floats(); }
@@ -66,8 +71,6 @@ class SheetSource {
   void take_kept(int64_t k);
   void raise_depth(int64_t k);
   void raise_sheet(int64_t k, const PixelRect& touched);
-  // Sets to zero what is inside `before` and outside of `now`.
-  static void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch);
   [[nodiscard]] static PixelRect widened(const PixelRect& r); // to whole vectors
   [[nodiscard]] PixelRect raised(const PixelRect& touched) const;
   [[nodiscard]] size_t slot(int64_t k) const {

@@ -16,12 +16,34 @@ bool same_domain(const SplatScene& a, const SplatScene& b) {
          a.slice->domain_end == b.slice->domain_end && a.slice->clip.empty() && b.slice->clip.empty();
 }
 
-TrailObject plan_object(const SplatScene& scene, const SplatScene& main, const SplatOptions& options,
-                        Tasks& tasks, SplatStats& stats) {
-  SplatOptions at_pixels = options; // the objects of a trail share one grid of samples
-  at_pixels.raise = {};
-  return {&scene, make_plan(scene, at_pixels, tasks, stats),
-          kernel_polynomial(scene.slice->kernel.space, options.kernel_form), !same_domain(scene, main)};
+// Everything planned for tiles of one size.
+struct PlannedTrail {
+  std::vector<TrailObject> objects; // the slice first
+  SplatStats stats;
+};
+
+// alone: of the slice. copies: as make_plan's.
+PlannedTrail plan_trail(const SplatScene& slice, std::span<const SplatScene> sources,
+                        const SplatOptions& alone, const SplatOptions& together, const Context& context,
+                        MemoryBudget* copies) {
+  PlannedTrail planned;
+  planned.objects.resize(1 + sources.size());
+  std::vector<SplatStats> stats(planned.objects.size());
+  context.tasks.parallel_for(stats.size(), [&](uint64_t n) {
+    const SplatScene& scene = n == 0 ? slice : sources[n - 1];
+    const SplatOptions& options = n == 0 ? alone : together;
+    planned.objects[n] = {&scene, make_plan(scene, options, context.tasks, stats[n], copies),
+                          kernel_polynomial(scene.slice->kernel.space, options.kernel_form),
+                          !same_domain(scene, slice)};
+  });
+  for (const SplatStats& s : stats) {
+    planned.stats.points_after_cull += s.points_after_cull;
+    planned.stats.points_invisible += s.points_invisible;
+    planned.stats.bricks_invisible += s.bricks_invisible;
+    planned.stats.bricks_outside += s.bricks_outside;
+    planned.stats.sheets = std::max(planned.stats.sheets, s.sheets);
+  }
+  return planned;
 }
 
 // A finished picture over another, in place.
@@ -48,41 +70,51 @@ TilePixels over(const TilePixels& front, const TilePixels& back, TrailMemory& me
   return back;
 }
 
+// Whether as many tiles as there are threads find room.
+template<class Bytes> bool fits_all_threads(size_t tiles, const Bytes& bytes, const Context& context) {
+  uint64_t largest = 0;
+  for (size_t n = 0; n < tiles; ++n) largest = std::max(largest, bytes(n));
+  const auto threads = static_cast<uint64_t>(context.tasks.threads());
+  return largest <= (context.memory.limit() - context.memory.used()) / threads;
+}
+
 } // namespace
 
 SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
                             std::span<const TrailStill> stills, TrailCombine combine,
                             const SplatOptions& options, const Context& context,
                             const std::function<void(const TilePixels&)>& emit) {
-  SplatOptions alone = options; // one grid of tiles for all
-  if (alone.tile_size == 0) alone.tile_size = trail_tile_size;
-  SplatOptions together = alone;
-  together.mode = RenderMode::composite;
-  alone.with_deep = false; // what is drawn apart goes into the trail's picture
   const bool post = combine == TrailCombine::post;
   const bool apart = post || options.mode == RenderMode::isosurface;
+  SplatOptions together = options;
+  together.mode = RenderMode::composite;
+  // The objects of a trail share the samples of their sheets.
+  if (!std::all_of(sources.begin(), sources.end(),
+                   [&](const SplatScene& s) { return same_domain(s, slice); }))
+    together.raise = {};
+  SplatOptions alone = apart ? options : together;
+  if (apart) alone.with_deep = false; // what is drawn apart goes into the trail's picture
 
-  std::vector<TrailObject> objects(1 + sources.size());
-  std::vector<SplatStats> planned(objects.size());
-  context.tasks.parallel_for(objects.size(), [&](uint64_t n) {
-    objects[n] = n == 0 ? plan_object(slice, slice, apart ? alone : together, context.tasks, planned[0])
-                        : plan_object(sources[n - 1], slice, together, context.tasks, planned[n]);
-  });
-  SplatStats stats;
-  for (const SplatStats& s : planned) {
-    stats.points_after_cull += s.points_after_cull;
-    stats.bricks_invisible += s.bricks_invisible, stats.bricks_outside += s.bricks_outside;
-    stats.sheets = std::max(stats.sheets, s.sheets);
-  }
-  const std::vector<PlannedTile>& tiles = objects[0].plan.tiles;
-  stats.tiles = tiles.size();
+  PlannedTrail planned;
   TrailJob job;
-  job.slice = apart ? nullptr : &objects[0];
-  job.sources = std::span(objects).subspan(1);
   job.stills = stills;
   job.combine = post ? TrailCombine::physical : combine;
   job.options = &together, job.context = &context, job.main = &slice;
-  const TileJob alone_job{&slice, &alone, &objects[0].plan, &objects[0].kernel, &context};
+  const auto plan = [&](int tile_size, MemoryBudget* copies) {
+    // One grid of tiles for all.
+    together.tile_size = alone.tile_size = options.tile_size > 0 ? options.tile_size : tile_size;
+    planned = plan_trail(slice, sources, alone, together, context, copies);
+    job.slice = apart ? nullptr : &planned.objects[0];
+    job.sources = std::span(planned.objects).subspan(1);
+  };
+  const auto bytes = [&](uint64_t n) { return tile_bytes(job, apart ? &planned.objects[0] : nullptr, n); };
+  plan(large_trail_tile, &context.memory);
+  if (!fits_all_threads(planned.objects[0].plan.tiles.size(), bytes, context))
+    plan(small_trail_tile, nullptr);
+  SplatStats stats = planned.stats;
+  const std::vector<PlannedTile>& tiles = planned.objects[0].plan.tiles;
+  stats.tiles = tiles.size();
+  const TileJob alone_job{&slice, &alone, &planned.objects[0].plan, &planned.objects[0].kernel, &context};
 
   std::mutex mutex;
   TrailMemoryPool pool(context.memory);
@@ -93,7 +125,7 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
   };
   uint64_t done = 0;
   context.tasks.parallel_for(tiles.size(), [&](uint64_t n) {
-    const Loan loan{pool, pool.take(tile_bytes(job, apart ? &objects[0] : nullptr, n))};
+    const Loan loan{pool, pool.take(bytes(n))};
     TrailMemory* const memory = &loan.held->memory;
     SplatStats mine;
     if (apart) {

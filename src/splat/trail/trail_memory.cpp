@@ -9,8 +9,14 @@ namespace {
 
 template<class T> uint64_t bytes_of(const AlignedArray<T>& a) { return a.capacity() * sizeof(T); }
 
+uint64_t bytes_of(const RaiseAxis& axis) {
+  return axis.sample.capacity() * sizeof(int32_t) + axis.weight.capacity() * sizeof(float);
+}
+
 uint64_t bytes_of(const TileMemory& m) {
-  uint64_t sum = bytes_of(m.zero_plane) + bytes_of(m.pixels) + bytes_of(m.hole);
+  uint64_t sum = bytes_of(m.zero_plane) + bytes_of(m.pixels) + bytes_of(m.hole) + bytes_of(m.samples) +
+                 bytes_of(m.scratch) + bytes_of(m.fan_x) + bytes_of(m.fan_y);
+  for (const auto& sheet : m.stack) sum += bytes_of(sheet);
   for (const auto& ring : m.ring) sum += bytes_of(ring);
   for (const auto& sheet : m.plane)
     for (const auto& plane : sheet) sum += bytes_of(plane);
@@ -33,6 +39,18 @@ uint64_t plane_floats(const SplatPlan& plan, const PlannedTile& tile) {
          2 * plane_margin + 16;
 }
 
+// What the pixels of an object are raised from, floats.
+uint64_t raise_floats(const SplatPlan& plan, const PlannedTile& tile) {
+  const uint64_t pitch = rounded(tile.ring_width) + 16;
+  const uint64_t sheet = pitch * static_cast<uint64_t>(tile.ring_height) + 16;
+  uint64_t sum = plan.depth_taps > 0 ? most_taps * sheet : 0;
+  if (plan.taps > 0) sum += sheet + (pitch + 32) * raise_rows;
+  if (plan.fan.taps > 0)
+    sum += static_cast<uint64_t>(tile.width + tile.height + 4 * plan.border + 32) *
+           static_cast<uint64_t>(1 + plan.fan.taps);
+  return sum;
+}
+
 // Planes, ring and bins of an object: as TileMemory prepares them, every bin with room for its largest brick
 // and, where bricks follow each other, doubled once.
 uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
@@ -41,15 +59,14 @@ uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
   const uint64_t plane = plane_floats(plan, tile);
   if (tile.bricks.empty()) return plane * sizeof(float);
   const uint64_t quantities = gradients ? 4 : 1;
-  const uint64_t ring =
-      (rounded(tile.width + 2 * plan.border) + 2 * static_cast<uint64_t>(plan.spare_columns)) *
-      static_cast<uint64_t>(tile.height + 2 * (plan.border + plan.spare_rows)) * 4 *
-      static_cast<uint64_t>(plan.groups);
+  const uint64_t ring = (rounded(tile.ring_width) + 2 * static_cast<uint64_t>(plan.spare_columns)) *
+                        static_cast<uint64_t>(tile.ring_height + 2 * plan.spare_rows) * 4 *
+                        static_cast<uint64_t>(plan.groups);
   uint64_t bins = 1, largest = 64;
   while (bins < static_cast<uint64_t>(plan.longest) + 2) bins *= 2;
   for (const uint32_t b : tile.bricks)
     largest = std::max<uint64_t>(largest, object.scene->points->bricks[plan.bricks[b].brick].count + 16);
-  return (plane * (1 + 8 * quantities) + ring * quantities) * sizeof(float) +
+  return (plane * (1 + 8 * quantities) + ring * quantities + raise_floats(plan, tile)) * sizeof(float) +
          (bins + 1) * 2 * largest * sizeof(SplatRecord);
 }
 
@@ -67,7 +84,7 @@ uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n) {
   const uint64_t pixels = rounded(tile.width) * static_cast<uint64_t>(tile.height);
   // Pixels and matter (trail_tile.cpp), the slice's where it is apart, and rays.
   const uint64_t planes =
-      7 + 12 + (apart ? TileMemory::pixel_planes : 0) + (job.sources.size() + 2) * ray_planes;
+      7 + matter_planes + (apart ? TileMemory::pixel_planes : 0) + (job.sources.size() + 2) * ray_planes;
   return sum + (planes * pixels + mixed * 11 * plane_floats(first.plan, tile)) * sizeof(float) + pixels;
 }
 

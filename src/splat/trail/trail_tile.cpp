@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "splat/sheet/sheet_args.h"
 #include "splat/sheet/sheet_source.h"
@@ -14,7 +15,7 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-constexpr size_t kept_sheets = 8; // as SheetSource keeps
+constexpr size_t kept_sheets = SheetSource::kept_sheets;
 
 // The slice or a still of the trail: what is classified.
 struct Drawn {
@@ -24,8 +25,12 @@ struct Drawn {
   float weight = 1;
   TimeField time;
   float* mixed = nullptr; // planes of the weighted sum, where there are several shares
-  std::array<std::array<float, 2>, kept_sheets> range{}; // of them, relative to air, by sheet & 7
+  // Of them, by sheet & 7: smallest and largest value, relative to air; where they are not zero, in pixels of
+  // the whole plane.
+  std::array<std::array<float, 2>, kept_sheets> range{};
+  std::array<PixelRect, kept_sheets> touched{};
   std::array<bool, kept_sheets> filled{};
+  PixelRect gradients_touched{}; // of the planes of gradients
 };
 
 class TrailTile {
@@ -50,7 +55,7 @@ class TrailTile {
       touched_.push_back(!o.plan.tiles[n].bricks.empty());
     }
     plane_pitch_ = sources_.front().plane_pitch();
-    open_pixels_.prepare(tile, plan);
+    open_pixels_.prepare(plan.tiles[n], plan);
     prepare_pixels();
     prepare_rays();
     prepare_drawn();
@@ -73,13 +78,15 @@ class TrailTile {
     std::fill_n(pixel_.depth, pixels_, infinity);
     if (!options_.with_value) pixel_.value = nullptr;
     if (!options_.with_time) pixel_.time = nullptr;
-    m_.matter.reserve(12 * pixels_);
-    for (size_t g = 0; g < 2; ++g) {
-      float* at = m_.matter.data() + g * 6 * pixels_;
-      matter_[g] = {at, at + pixels_, at + 2 * pixels_, at + 3 * pixels_, nullptr, nullptr};
-      if (pixel_.value) matter_[g].value = at + 4 * pixels_;
-      if (pixel_.time) matter_[g].time = at + 5 * pixels_;
-    }
+    m_.matter.reserve(matter_planes * pixels_);
+    float* at = m_.matter.data();
+    for (auto& sheet : matter_)
+      for (MatterPlanes& group : sheet) {
+        group = {at, at + pixels_, at + 2 * pixels_, at + 3 * pixels_, nullptr, nullptr};
+        if (pixel_.value) group.value = at + 4 * pixels_;
+        if (pixel_.time) group.time = at + 5 * pixels_;
+        at += group_planes * pixels_;
+      }
     m_.hole.reserve(pixels_);
     if (options_.with_deep) m_.deep.begin(tile_.width, tile_.height, pitch_, options_.deep_tolerance);
   }
@@ -119,8 +126,13 @@ class TrailTile {
     }
     for (size_t p = 0; p < pixels_; ++p) open_ += enter[p] < leave[p];
     if (!(low <= high)) return;
-    first_ = std::max(static_cast<int64_t>(std::ceil(low - 0.5)), view_.first_sheet());
-    last_ = static_cast<int64_t>(std::floor(high + 0.5));
+    int64_t first = INT64_MAX, last = INT64_MIN; // that some object was planned for
+    for (const TrailObject* o : objects_) {
+      first = std::min(first, o->plan.first_sheet - o->plan.lead);
+      last = std::max(last, o->plan.last_sheet + o->plan.lead);
+    }
+    first_ = std::max({static_cast<int64_t>(std::ceil(low - 0.5)), view_.first_sheet(), first});
+    last_ = std::min(static_cast<int64_t>(std::floor(high + 0.5)), last);
   }
 
   void prepare_drawn() {
@@ -142,8 +154,12 @@ class TrailTile {
       std::fill_n(m_.mixed.data(), m_.mixed.capacity(), 0.0f);
     }
     float* next = m_.mixed.data();
-    for (Drawn& d : drawn_)
-      if (d.shares.size() > 1) d.mixed = next, next += planes * plane;
+    for (Drawn& d : drawn_) {
+      if (d.shares.size() == 1) continue;
+      d.mixed = std::exchange(next, next + planes * plane);
+      // Of the tile before.
+      d.touched.fill(d.gradients_touched = {0, 0, plane_pitch_, tile_.height + 2 * border_});
+    }
   }
 
   [[nodiscard]] float surface_hit(int x, int y) const {
@@ -156,15 +172,21 @@ class TrailTile {
       s.begin(std::max(first_ - differences_, view_.first_sheet()), last_ + differences_);
     next_mixed_ = first_ - differences_;
     auto clock = StageClock::now();
-    for (int64_t k = first_; k <= last_ && open_ > 0; ++k) {
-      if (((k - first_) & 15) == 0) job_.context->progress.check();
+    for (int64_t k = first_; k <= last_ && open_ > 0; k += sheets_together) {
+      if (((k - first_) & 15) < sheets_together) job_.context->progress.check();
+      const int64_t end = std::min(k + sheets_together, last_ + 1), through = end - 1 + differences_;
       const OpenPixels* open = open_pixels(k);
-      for (size_t i = 0; i < sources_.size(); ++i)
-        if (touched_[i]) sources_[i].complete(k + differences_, open, clock);
-      for (; next_mixed_ <= k + differences_; ++next_mixed_)
-        for (Drawn& d : drawn_)
-          if (d.mixed) mix(d, next_mixed_);
-      sheet(k);
+      used_ = {};
+      for (Drawn& d : drawn_) {
+        for (const SheetShare& s : d.shares)
+          if (touched_[s.source]) sources_[s.source].complete(through, open, clock);
+        if (d.mixed)
+          for (int64_t sheet = next_mixed_; sheet <= through; ++sheet) mix(d, sheet);
+        for (int64_t sheet = k; sheet < end; ++sheet) add(d, sheet, sheet - k);
+        lap(clock, stats_.ms_shade);
+      }
+      next_mixed_ = through + 1;
+      for (int64_t sheet = k; sheet < end; ++sheet) join(sheet, sheet - k);
       lap(clock, stats_.ms_shade);
     }
   }
@@ -174,7 +196,7 @@ class TrailTile {
   const OpenPixels* open_pixels(int64_t k) {
     if ((options_.disable_skips & skip_occlusion) || (closed_ == 0 && !surface_)) return nullptr;
     const bool few = summed_closed_ > 0 && (closed_ - summed_closed_) * 16 < open_;
-    if (!few || (surface_ && (k & 3) == 0) || k == first_) {
+    if (!few || surface_) {
       summed_closed_ = closed_;
       const float front = static_cast<float>(k) - 0.5f;
       open_pixels_.count(pitch_, [&](size_t p) {
@@ -190,22 +212,34 @@ class TrailTile {
   }
   [[nodiscard]] std::ptrdiff_t border_floats() const { return border_ * plane_pitch_ + border_; }
 
-  std::array<float, 2> mix(const Drawn& d, int64_t k, size_t quantity) {
+  // The weighted sum of one quantity of sheet k; its plane holds nothing outside of `before`.
+  std::array<float, 2> mix(const Drawn& d, int64_t k, size_t quantity, const PixelRect& before) {
+    const PixelRect& rect = d.touched[static_cast<size_t>(k & 7)];
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(rect.y0) * plane_pitch_ + rect.x0;
     mixed_from_.clear(), mixed_weights_.clear();
     for (const SheetShare& s : d.shares)
       if (sources_[s.source].filled(k)) {
-        mixed_from_.push_back(sources_[s.source].plane(k, quantity) - border_floats());
+        mixed_from_.push_back(sources_[s.source].plane(k, quantity) - border_floats() + first);
         mixed_weights_.push_back(s.weight);
       }
-    return kernels_.mix({mixed_from_, mixed_weights_, mixed_plane(d, k, quantity), tile_.width + 2 * border_,
-                         tile_.height + 2 * border_, plane_pitch_});
+    float* const out = mixed_plane(d, k, quantity);
+    clear_around(before, rect, out, plane_pitch_);
+    return kernels_.mix(
+        {mixed_from_, mixed_weights_, out + first, rect.x1 - rect.x0, rect.y1 - rect.y0, plane_pitch_});
   }
 
   void mix(Drawn& d, int64_t k) {
     const auto slot = static_cast<size_t>(k & 7);
     d.filled[slot] = false, d.range[slot] = {0, 0};
-    for (const SheetShare& s : d.shares) d.filled[slot] = d.filled[slot] || sources_[s.source].filled(k);
-    if (d.filled[slot]) d.range[slot] = mix(d, k, 0);
+    PixelRect touched;
+    for (const SheetShare& s : d.shares) {
+      d.filled[slot] = d.filled[slot] || sources_[s.source].filled(k);
+      if (const PixelRect r = sources_[s.source].plane_touched(k); !r.empty()) touched.include(r);
+    }
+    if (!d.filled[slot]) return;
+    if (touched.empty()) touched = {0, 0, 0, 0};
+    const PixelRect before = std::exchange(d.touched[slot], touched);
+    d.range[slot] = mix(d, k, 0, before);
   }
 
   [[nodiscard]] const float* plane(const Drawn& d, int64_t k, size_t quantity) const {
@@ -214,35 +248,53 @@ class TrailTile {
     return mixed_plane(d, k, quantity) + border_floats();
   }
 
+  // Pixels of the tile outside of which sheet k is air.
+  [[nodiscard]] PixelRect touched(const Drawn& d, int64_t k) const {
+    if (!d.mixed) return sources_[d.shares.front().source].touched(k);
+    if (!d.filled[static_cast<size_t>(k & 7)]) return {};
+    const PixelRect& r = d.touched[static_cast<size_t>(k & 7)];
+    return {r.x0 - border_, r.y0 - border_, r.x1 - border_, r.y1 - border_};
+  }
+
+  // Whether what no point reaches is looked at.
+  [[nodiscard]] bool sees_air(const Drawn& d, float air) const {
+    return (options_.disable_skips & skip_empty_sheets) || d.table->visible(air, air);
+  }
+
   // Whether anything of it may absorb on sheet k.
   [[nodiscard]] bool seen(const Drawn& d, float air, int64_t k) const {
-    if ((options_.disable_skips & skip_empty_sheets) || d.table->visible(air, air)) return true;
+    if (sees_air(d, air)) return true;
     if (!d.mixed) return sources_[d.shares.front().source].filled(k);
     const auto slot = static_cast<size_t>(k & 7);
     return d.filled[slot] && d.table->visible(static_cast<double>(air + d.range[slot][0]),
                                               static_cast<double>(air + d.range[slot][1]));
   }
 
-  void sheet(int64_t k) {
-    std::array<bool, 2> used{};
-    for (Drawn& d : drawn_) {
-      const size_t object = d.shares.front().source;
-      const SplatScene& scene = *objects_[object]->scene;
-      if (!seen(d, scene.slice->air, k)) {
-        ++stats_.sheets_skipped;
-        continue;
-      }
-      if (!used[d.group]) clear(d.group);
-      used[d.group] = true;
-      if (d.mixed && analytic_ && d.filled[static_cast<size_t>(k & 7)])
-        for (size_t q = 1; q < 4; ++q) (void)mix(d, k, q);
-      absorb(d, scene, rays_[object], k);
+  // Adds sheet k, number n of those under way.
+  void add(Drawn& d, int64_t k, int64_t n) {
+    const size_t object = d.shares.front().source, at = static_cast<size_t>(n);
+    const SplatScene& scene = *objects_[object]->scene;
+    if (!seen(d, scene.slice->air, k)) {
+      ++stats_.sheets_skipped;
+      return;
     }
-    if (!used[0] && !used[1]) return;
+    const MatterPlanes& matter = matter_[at][d.group];
+    if (!used_[at][d.group]) std::fill_n(matter.red, group_planes * pixels_, 0.0f);
+    used_[at][d.group] = true;
+    if (d.mixed && analytic_ && d.filled[static_cast<size_t>(k & 7)]) {
+      for (size_t q = 1; q < 4; ++q) (void)mix(d, k, q, d.gradients_touched);
+      d.gradients_touched = d.touched[static_cast<size_t>(k & 7)];
+    }
+    absorb(d, scene, rays_[object], k, matter);
+  }
+
+  void join(int64_t k, int64_t n) {
+    const auto at = static_cast<size_t>(n);
+    if (!used_[at][0] && !used_[at][1]) return;
     JoinArgs j;
     j.k = static_cast<float>(k), j.front = k == view_.first_sheet() ? 2 : 0.5f;
     j.width = tile_.width, j.height = tile_.height, j.pitch = pitch_;
-    for (size_t g = 0; g < 2; ++g) j.group[g] = used[g] ? &matter_[g] : nullptr;
+    for (size_t g = 0; g < 2; ++g) j.group[g] = used_[at][g] ? &matter_[at][g] : nullptr;
     j.combine = job_.combine;
     j.stop = stop();
     j.pixel = pixel_;
@@ -251,14 +303,14 @@ class TrailTile {
     if (options_.with_deep) m_.deep.add_slab(pixel_, j.k - j.front, j.k + 0.5f, all_pixels);
   }
 
-  void clear(size_t group) { std::fill_n(m_.matter.data() + group * 6 * pixels_, 6 * pixels_, 0.0f); }
-
-  void absorb(const Drawn& d, const SplatScene& scene, const PixelPlanes& rays, int64_t k) {
+  void absorb(const Drawn& d, const SplatScene& scene, const PixelPlanes& rays, int64_t k,
+              const MatterPlanes& out) {
     SheetArgs a;
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = pitch_;
     a.plane_pitch = plane_pitch_;
     a.shading = options_.shading;
     a.air = scene.slice->air;
+    if (!sees_air(d, a.air)) a.seen = touched(d, k);
     a.stop = stop();
     a.table = d.table, a.lights = scene.lights;
     a.pixel = rays;
@@ -269,7 +321,7 @@ class TrailTile {
       a.hole = m_.hole.data();
     }
     if (pixel_.time) a.time = sheet_time(d.time, *scene.view, k);
-    kernels_.absorb(a, d.weight, matter_[d.group]);
+    kernels_.absorb(a, d.weight, out);
   }
 
   [[nodiscard]] float stop() const {
@@ -319,7 +371,8 @@ class TrailTile {
   bool analytic_ = false;
   int differences_ = 0, border_ = 0, plane_pitch_ = 0;
   PixelPlanes pixel_;
-  std::array<MatterPlanes, 2> matter_;
+  std::array<std::array<MatterPlanes, 2>, sheets_together> matter_; // of the sheets under way, by group
+  std::array<std::array<bool, 2>, sheets_together> used_{};         // there is something
   OpenPixels open_pixels_;
   int64_t first_ = 0, last_ = -1, next_mixed_ = 0;
   int open_ = 0, closed_ = 0, summed_closed_ = 0; // pixels

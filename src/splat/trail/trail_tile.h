@@ -10,8 +10,8 @@
 
 namespace bccsplat {
 
-// Pixels of a tile whose objects stay in the caches together.
-inline constexpr int trail_tile_size = 32;
+// Pixels of a tile: the larger ones draw fewer points twice, the smaller ones are for short memory.
+inline constexpr int large_trail_tile = 80, small_trail_tile = 32;
 
 // A set of points with everything that is planned for it.
 struct TrailObject {
@@ -20,6 +20,10 @@ struct TrailObject {
   KernelPolynomial kernel;
   bool own_rays = false; // its domain is not the slice's
 };
+
+// Sheets that are classified together, each with what the slice and the trail absorb on it: six planes.
+inline constexpr int sheets_together = 4;
+inline constexpr uint64_t group_planes = 6, matter_planes = sheets_together * 2 * group_planes;
 
 // What a tile of a trail works in; kept from tile to tile.
 struct TrailMemory {
