@@ -7,6 +7,7 @@
 #include "render/frame.h"
 #include "render/trail.h"
 #include "slice/time_slice.h"
+#include "tests/bench/image_error.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {
@@ -47,35 +48,69 @@ struct TrailBench {
     function.opacities = {{0.1, 0}, {0.9, 0.3}};
   }
 
-  RenderStats draw(const Trail& trail, TrailCombine combine = TrailCombine::physical) {
+  RenderStats draw(const Trail& trail, Image& image, bool perspective = false) {
     Scene scene;
-    scene.slice = &slice, scene.points = &points, scene.function = function, scene.combine = combine;
+    scene.slice = &slice, scene.points = &points, scene.function = function;
     scene.camera =
-        fit_camera(slice, false, 20, 30, static_cast<uint32_t>(pixels), static_cast<uint32_t>(pixels));
+        fit_camera(slice, perspective, 20, 30, static_cast<uint32_t>(pixels), static_cast<uint32_t>(pixels));
     scene.trail = &trail, scene.trail_functions = {function};
-    ImageStorage image(pixels, pixels);
-    return render(scene, options, context.get(), image.image);
+    return render(scene, options, context.get(), image);
+  }
+  Trail make(double span, int stills) {
+    return make_trail(coefficients, slice, {.interval = {-span, 0}, .samples = stills}, {}, {},
+                      context.get());
   }
 };
+
+// Trails as they are drawn, and at the pixels, against fine steps at the pixels with the kernel's own
+// gradient.
+void compare_errors(TrailBench& bench, const Report& report) {
+  std::vector<Row> rows;
+  ImageStorage now(bench.pixels, bench.pixels), at_pixels(bench.pixels, bench.pixels),
+      fine(bench.pixels, bench.pixels);
+  for (const bool perspective : {false, true})
+    for (const bool shading : {true, false})
+      for (const int stills : {5, 21}) { // slices of their own, and out of layers
+        const Trail trail = bench.make(6, stills);
+        bench.options = {};
+        bench.options.shading = shading;
+        (void)bench.draw(trail, now.image, perspective);
+        bench.options.raise = RaiseFilter{};
+        (void)bench.draw(trail, at_pixels.image, perspective);
+        bench.options.quality = Quality::best, bench.options.kernel_form = KernelForm::exact;
+        bench.options.gradient = GradientMethod::analytic;
+        (void)bench.draw(trail, fine.image, perspective);
+        const auto error = [](const ImageStorage& a, const ImageStorage& b) {
+          return image_error(a.image, b.image);
+        };
+        rows.push_back({word("view", perspective ? "perspective" : "orthographic"),
+                        word("shading", shading ? "on" : "off"), figure("stills", stills, 0),
+                        figure("dB", error(now, fine).psnr(), 1), figure("max", error(now, fine).most, 4),
+                        figure("dB at the pixels", error(at_pixels, fine).psnr(), 1),
+                        figure("max at the pixels", error(at_pixels, fine).most, 4),
+                        figure("dB between them", error(now, at_pixels).psnr(), 1)});
+      }
+  report.table("Error of a trail over 6 frames", rows);
+  bench.options = {};
+}
 
 } // namespace
 
 int run_trail_suite(std::span<const std::string> args, const Report& report) {
   if (!args.empty()) fail(Code::invalid_argument, "trail: it takes no options, not ", args[0]);
   TrailBench bench(report.quick ? 32 : 96, 24, report.quick ? 64 : 384);
+  ImageStorage image(bench.pixels, bench.pixels);
   std::vector<Row> rows;
   for (const bool shading : {true, false})
     for (const double span : {6.0, 12.0})
       for (const int stills : {5, 21, 64}) {
         bench.options.shading = shading;
         Trail trail;
-        const double make = cpu_seconds([&] {
-          trail = make_trail(bench.coefficients, bench.slice, {.interval = {-span, 0}, .samples = stills}, {},
-                             {}, bench.context.get());
-        });
+        const double make = cpu_seconds([&] { trail = bench.make(span, stills); });
         RenderStats last;
-        const auto [one, all] = paired_cpu_seconds([&] { (void)bench.draw({}); },
-                                                   [&] { last = bench.draw(trail); }, report.quick ? 1 : 3);
+        const auto [one, all] =
+            paired_cpu_seconds([&] { (void)bench.draw({}, image.image); },
+                               [&] { last = bench.draw(trail, image.image); }, report.quick ? 1 : 3);
         const auto scale = [&](double ms) { return ms / 1000 / one; };
         rows.push_back(
             {word("shading", shading ? "on" : "off"), figure("frames", span, 0), figure("stills", stills, 0),
@@ -84,6 +119,7 @@ int run_trail_suite(std::span<const std::string> args, const Report& report) {
              figure("shade", scale(last.ms_shade), 2), figure("slicing", make / one, 2)});
       }
   report.table("A trail's picture, in pictures without", rows);
+  compare_errors(bench, report);
   return 0;
 }
 
