@@ -4,68 +4,125 @@
 #include <map>
 
 #include "slice/time_slice.h"
+#include "splat/points/cell_ranges.h"
 
 namespace bccsplat {
 namespace {
 
-// Bricks by number, x fastest.
-size_t brick_slot(const SplatPoints& p, const SplatBrick& b) {
-  size_t slot = 0;
-  for (size_t a = 3; a-- > 0;)
-    slot = slot * static_cast<size_t>(p.dims[a]) + static_cast<size_t>((b.plane[a] + p.margin) / p.edge);
-  return slot;
+// Cells of the one brick and those of another: the wider ranges of both.
+void widen(BrickCells& cells, const BrickCells& by) {
+  for (size_t c = 0; c < cells_per_brick; ++c) {
+    cells.low[c] = std::min(cells.low[c], by.low[c]);
+    cells.high[c] = std::max(cells.high[c], by.high[c]);
+  }
 }
 
-// What values the moments made of a source may have around each of its bricks. The sum of a moment's layers
-// at a site is at most `gain` times their largest value.
-void bound_bricks(Trail& trail, float gain) {
-  const SplatPoints& grid = trail.sources.front().points;
-  const size_t slots = static_cast<size_t>(grid.dims[0]) * static_cast<size_t>(grid.dims[1]) *
-                       static_cast<size_t>(grid.dims[2]);
-  using Range = std::array<float, 2>;
-  const auto widen = [](Range& r, const Range& by) { r = {std::min(r[0], by[0]), std::max(r[1], by[1])}; };
-  std::vector<std::vector<Range>> own, reach(trail.sources.size(), std::vector<Range>(slots));
-  Range all{};
-  for (const TrailSource& s : trail.sources) {
-    own.emplace_back(slots);
-    for (const SplatBrick& b : s.points.bricks)
-      own.back()[brick_slot(s.points, b)] = {gain * b.coefficient[0], gain * b.coefficient[1]};
+// Of a layer alone, with 0: it holds one coset's points, so that every cell has sites that are none.
+BrickCells cells_of(const SplatPoints& points, const SplatBrick& brick) {
+  BrickCells cells;
+  for (uint32_t n = brick.first; n < brick.first + brick.count; ++n) {
+    const unsigned p = points.position[n];
+    const unsigned cell = (p >> 2 & 3) | (p >> 4 & 12) | (p >> 6 & 48);
+    cells.low[cell] = std::min(cells.low[cell], points.coefficient[n]);
+    cells.high[cell] = std::max(cells.high[cell], points.coefficient[n]);
   }
-  std::vector<Range> sum(slots), around(slots);
-  for (const TrailMoment& m : trail.moments) {
-    std::fill(sum.begin(), sum.end(), Range{});
-    for (const SheetShare& share : m.shares)
-      for (size_t n = 0; n < slots; ++n) widen(sum[n], own[share.source][n]);
-    for (const Range& r : sum) widen(all, r);
-    // The 27-neighbourhood, axis by axis.
-    size_t stride = 1;
-    for (size_t a = 0; a < 3; ++a) {
-      const auto count = static_cast<size_t>(grid.dims[a]);
-      around = sum;
-      for (size_t n = 0; n < slots; ++n) {
-        const size_t at = n / stride % count;
-        if (at > 0) widen(around[n], sum[n - stride]);
-        if (at + 1 < count) widen(around[n], sum[n + stride]);
-      }
-      std::swap(sum, around);
-      stride *= count;
+  return cells;
+}
+
+// The bricks of all layers: their slots, and the number of each layer's own one.
+struct LayerBricks {
+  SlotSet slots;
+  size_t count = 0;
+  static constexpr uint32_t none = UINT32_MAX;
+  std::vector<std::vector<uint32_t>> of; // by slot's number and layer
+
+  explicit LayerBricks(const Trail& trail) : slots(slots_of(trail.sources.front().points)) {
+    for (const TrailSource& s : trail.sources)
+      for (const SplatBrick& b : s.points.bricks) slots.add(s.points.slot(b));
+    count = slots.list().size();
+    of.assign(count, std::vector<uint32_t>(trail.sources.size(), none));
+    for (size_t i = 0; i < trail.sources.size(); ++i) {
+      const SplatPoints& points = trail.sources[i].points;
+      for (uint32_t n = 0; n < points.bricks.size(); ++n) of[number(points.slot(points.bricks[n]))][i] = n;
     }
-    for (const SheetShare& share : m.shares)
-      for (size_t n = 0; n < slots; ++n) widen(reach[share.source][n], sum[n]);
   }
-  for (size_t i = 0; i < trail.sources.size(); ++i) {
+  [[nodiscard]] size_t number(uint64_t slot) const { return static_cast<size_t>(slots.number(slot)); }
+  static uint64_t slots_of(const SplatPoints& points) {
+    uint64_t product = 1;
+    for (const int n : points.dims) product *= static_cast<uint64_t>(n);
+    return product;
+  }
+};
+
+// What the sums of the moments that a layer takes part in come to in a brick's cells, per layer. coset: of
+// each layer.
+std::vector<BrickCells> bound_sums(const Trail& trail, const std::vector<size_t>& coset,
+                                   const std::vector<uint32_t>& bricks) {
+  std::vector<BrickCells> own(bricks.size()), bound(bricks.size());
+  for (size_t i = 0; i < bricks.size(); ++i)
+    if (const SplatPoints& p = trail.sources[i].points; bricks[i] != LayerBricks::none)
+      own[i] = cells_of(p, p.bricks[bricks[i]]);
+  for (const TrailMoment& m : trail.moments) {
+    std::array<BrickCells, 2> sum; // by coset
+    for (const SheetShare& share : m.shares) {
+      if (bricks[share.source] == LayerBricks::none) continue;
+      BrickCells& to = sum[coset[share.source]];
+      for (size_t c = 0; c < cells_per_brick; ++c) {
+        to.low[c] += share.weight * own[share.source].low[c]; // no weight is negative
+        to.high[c] += share.weight * own[share.source].high[c];
+      }
+    }
+    widen(sum[0], sum[1]);
+    for (const SheetShare& share : m.shares) widen(bound[share.source], sum[0]);
+  }
+  return bound;
+}
+
+// Sets what is known around the bricks and cells of each layer's points: a layer alone tells nothing of a
+// sum.
+void bound_layers(Trail& trail, const std::vector<size_t>& coset, const Context& context) {
+  const size_t layers = trail.sources.size();
+  const LayerBricks bricks(trail);
+  const Reservation memory(context.memory, layers * bricks.count * sizeof(BrickCells),
+                           "the cells of a trail's layers");
+  std::vector<std::vector<BrickCells>> bound(layers, std::vector<BrickCells>(bricks.count));
+  context.tasks.parallel_for(bricks.count, [&](uint64_t n) {
+    const auto cells = bound_sums(trail, coset, bricks.of[n]);
+    for (size_t i = 0; i < layers; ++i) bound[i][n] = cells[i];
+  });
+  std::vector<std::array<float, 2>> range(layers);
+  context.tasks.parallel_for(layers, [&](uint64_t i) {
     SplatPoints& points = trail.sources[i].points;
-    points.codes.clear(); // of a layer alone
+    points.codes.clear();                    // of a layer alone
+    std::vector<std::array<float, 2>> whole; // bricks
+    for (const BrickCells& cells : bound[i])
+      whole.push_back({*std::min_element(cells.low.begin(), cells.low.end()),
+                       *std::max_element(cells.high.begin(), cells.high.end())});
+    const auto widen_by = [](float* r, const std::array<float, 2>& by) {
+      r[0] = std::min(r[0], by[0]), r[1] = std::max(r[1], by[1]);
+    };
+    for (const auto& w : whole) widen_by(range[i].data(), w);
+    CellCube cube;
     for (size_t n = 0; n < points.bricks.size(); ++n) {
       SplatBrick& b = points.bricks[n];
-      const Range& r = reach[i][brick_slot(grid, b)];
-      b.reach[0] = r[0], b.reach[1] = r[1];
-      // Cells are known no better than their brick: a layer alone tells nothing of a sum.
-      for (auto& cells : points.cells)
-        std::fill_n(cells.begin() + static_cast<std::ptrdiff_t>(n * cells_per_brick), cells_per_brick,
-                    CellRange{r[0], r[1]});
+      Int3 at;
+      for (size_t a = 0; a < 3; ++a) at[a] = (b.plane[a] + points.margin) / points.edge;
+      b.reach[0] = b.reach[1] = 0;
+      for (int z = std::max(0, at[2] - 1); z <= std::min(points.dims[2] - 1, at[2] + 1); ++z)
+        for (int y = std::max(0, at[1] - 1); y <= std::min(points.dims[1] - 1, at[1] + 1); ++y)
+          for (int x = std::max(0, at[0] - 1); x <= std::min(points.dims[0] - 1, at[0] + 1); ++x) {
+            const int64_t beside = bricks.slots.number(
+                static_cast<uint64_t>((int64_t{z} * points.dims[1] + y) * points.dims[0] + x));
+            if (beside >= 0) widen_by(b.reach, whole[static_cast<size_t>(beside)]);
+          }
+      gather_cells(bound[i], bricks.slots, points.dims, at, points.edge / 4, cube);
+      WidenedCells out;
+      for (size_t r = 0; r < out.size(); ++r) out[r] = points.cells[r].data() + n * cells_per_brick;
+      widen_cells(cube, out);
     }
-  }
+  });
+  std::array<float, 2> all{};
+  for (const auto& [low, high] : range) all = {std::min(all[0], low), std::max(all[1], high)};
   trail.bounds = coefficient_bounds(trail.sources.front().slice, all);
 }
 
@@ -103,6 +160,7 @@ bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& lik
   for (const auto& layer : layers)
     if (has_holes(*layer)) return false;
 
+  std::vector<size_t> coset_of; // source
   std::map<int32_t, uint32_t> source;
   std::map<const BrickLayer*, uint32_t> known; // mirror images beyond the ends are the same layer
   for (size_t i = 0; i < wanted.size(); ++i) {
@@ -116,13 +174,11 @@ bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& lik
       slice.coset[static_cast<size_t>(1 - coset)] = BrickLayer(lattice.space, 1 - coset);
     slice.has_holes = false;
     add_source(trail, std::move(slice), context);
+    coset_of.push_back(static_cast<size_t>(coset));
   }
-  double gain = 0; // of weights; none is negative
   for (size_t n = 0; n < moments.size(); ++n) {
     TrailMoment m{{}, moments[n].at, moments[n].weight, moments[n].interval};
-    std::array<double, 2> sum{};
     for (const LayerWeight& w : weights[n]) {
-      sum[static_cast<size_t>(lattice.coset(w.layer))] += static_cast<double>(w.weight);
       const uint32_t s = source[w.layer];
       const auto same =
           std::find_if(m.shares.begin(), m.shares.end(), [&](const SheetShare& x) { return x.source == s; });
@@ -131,10 +187,9 @@ bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& lik
       else
         m.shares.push_back({s, w.weight});
     }
-    gain = std::max({gain, sum[0], sum[1]});
     trail.moments.push_back(std::move(m));
   }
-  bound_bricks(trail, static_cast<float>(gain));
+  bound_layers(trail, coset_of, context);
   return true;
 }
 
