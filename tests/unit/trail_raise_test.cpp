@@ -58,6 +58,42 @@ TEST_F(TrailRaised, IsAsAtThePixels) {
     }
 }
 
+// Extinctions average: the opacity follows from those of the stills, each integrated along the rays with all
+// the weight.
+TEST_F(TrailRaised, OpacityIsThatOfTheReference) {
+  const Slice s = still(20);
+  const auto t = trail(s, {.interval = {-12, 0}, .samples = 5});
+  camera.ortho_height = 4; // the middle, still 3 pixels to a T
+  const auto picture = [&](const Slice& slice, const TransferFunction& function, const Trail* of) {
+    Scene scene;
+    scene.slice = &slice, scene.camera = camera, scene.function = function;
+    scene.trail = of, scene.trail_functions = {thin};
+    ImageStorage image(width / 2, height / 2);
+    (void)render(scene, options, context.get(), image.image);
+    return image.rgba;
+  };
+  const auto raised = picture(s, nothing, &t);
+  options.raise = RaiseFilter{};
+  const auto at_pixels = picture(s, nothing, &t);
+  options.reference = true;
+  std::vector<double> depth(raised.size());
+  for (const TrailMoment& m : t.moments) {
+    const auto one = picture(still(m.frame), thin, nullptr);
+    for (size_t p = 3; p < one.size(); p += 4)
+      depth[p] -= m.weight * std::log1p(-static_cast<double>(one[p]));
+  }
+  double seen = 0, of_raised = 0, of_pixels = 0;
+  for (size_t p = 3; p < depth.size(); p += 4) {
+    const double opacity = -std::expm1(-depth[p]);
+    seen = std::max(seen, opacity);
+    of_raised = std::max(of_raised, std::fabs(static_cast<double>(raised[p]) - opacity));
+    of_pixels = std::max(of_pixels, std::fabs(static_cast<double>(at_pixels[p]) - opacity));
+  }
+  EXPECT_GT(seen, 0.2);
+  EXPECT_LT(of_raised, 0.01);
+  EXPECT_LT(of_raised, 1.5 * of_pixels);
+}
+
 // Nor does what is left out.
 TEST_F(TrailRaised, ThreadsAndTilesDoNotChangeABit) {
   const Slice s = still(20);
