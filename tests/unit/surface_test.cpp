@@ -64,6 +64,7 @@ TEST(Surface, RootsAreAsNearAsAskedFor) {
   const double iso = 0.5, nan = std::numeric_limits<double>::quiet_NaN();
   const SheetView view =
       make_view(s, resolve_camera(fit_camera(s, false, 20, 30, size, size)), size, size, 0.5);
+  const FootprintPlan field = field_of(s);
   std::vector<Crossing> crossings;
   for (int j = 20; j < 70; j += 3)
     for (int i = 20; i < 70; i += 3) {
@@ -72,7 +73,7 @@ TEST(Surface, RootsAreAsNearAsAskedFor) {
       for (double k = std::ceil(low); k <= high; ++k) p.push_back(view.sample(i, j, k));
       std::vector<float> value(p.size());
       std::vector<Vec3> gradient(p.size());
-      field_at(s, p, value, gradient);
+      field_at(field, p, value, gradient);
       for (size_t m = 1; m < p.size(); ++m) {
         if ((value[m - 1] < iso) == (value[m] < iso)) continue;
         const double k = std::ceil(low) + static_cast<double>(m);
@@ -88,11 +89,11 @@ TEST(Surface, RootsAreAsNearAsAskedFor) {
   for (const auto& start : {crossings, blind})
     for (const auto& [tolerance, off, turned] :
          {std::tuple{0.0, 1e-4, 0.02}, std::tuple{0.01, 1e-3, 0.06}, std::tuple{0.1, 0.03, 0.5}}) {
-      const auto found = refine_crossings(s, view, iso, start, tolerance);
+      const auto found = refine_crossings(field, view, iso, start, tolerance);
       std::vector<Vec3> p, gradient(found.size());
       std::vector<float> value(found.size());
       for (const SurfacePoint& hit : found) p.push_back(hit.position);
-      field_at(s, p, value, gradient);
+      field_at(field, p, value, gradient);
       size_t far = 0;
       for (size_t m = 0; m < found.size(); ++m) {
         const Vec3 normal = normalized(view.lattice_to_world.inverse().transposed(gradient[m]));
@@ -101,6 +102,31 @@ TEST(Surface, RootsAreAsNearAsAskedFor) {
                length(normalized(found[m].gradient) - normal) > turned;
       }
       EXPECT_LE(far, found.size() / 40) << tolerance;
+    }
+}
+
+// On either lattice, beyond the ends, too, where the mirror images of sites count.
+TEST(Surface, FieldsAreThoseOfTheReference) {
+  for (const LatticeKind kind : {LatticeKind::bcc, LatticeKind::cc})
+    for (const char* kernel : {"default", "fast", "paper"}) {
+      const Slice s = test::make_slice({18, 16, 17}, test::marschner_lobb(18, 2), kernel, {}, 0.2, kind);
+      std::mt19937 random(5);
+      std::vector<Vec3> p(700);
+      for (Vec3& at : p)
+        for (size_t a = 0; a < 3; ++a)
+          at[a] = std::uniform_real_distribution(-1.5, s.domain_end[a] + 1.5)(random);
+      std::vector<float> value(p.size());
+      std::vector<Vec3> gradient(p.size());
+      field_at(field_of(s), p, value, gradient);
+      double off = 0, turned = 0;
+      for (size_t n = 0; n < p.size(); ++n) {
+        Vec3 exact;
+        const double v = evaluate_reference(s, p[n], &exact) - static_cast<double>(s.air);
+        off = std::max(off, std::fabs(static_cast<double>(value[n]) - v));
+        turned = std::max(turned, length(gradient[n] - exact));
+      }
+      EXPECT_LT(off, 2e-6) << kernel << static_cast<int>(kind);
+      EXPECT_LT(turned, 2e-5) << kernel << static_cast<int>(kind);
     }
 }
 

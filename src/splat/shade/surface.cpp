@@ -6,20 +6,15 @@
 #include <limits>
 #include <numeric>
 
-#include "slice/field/footprint.h"
-
 namespace bccsplat {
 
-void field_at(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
-              std::span<Vec3> gradients) {
-  if (!slice.lattice.bcc) {
-    for (size_t n = 0; n < points.size(); ++n)
-      values[n] = static_cast<float>(evaluate_reference(slice, points[n], &gradients[n]) -
-                                     static_cast<double>(slice.air));
-    return;
-  }
+FootprintPlan field_of(const Slice& slice) {
   const std::array<FieldLayer, 2> layers{FieldLayer{&slice.coset[0]}, FieldLayer{&slice.coset[1]}};
-  const FootprintPlan plan({layers, &slice.kernel});
+  return FootprintPlan({std::span(layers).first(static_cast<size_t>(slice.lattice.cosets())), &slice.kernel});
+}
+
+void field_at(const FootprintPlan& field, std::span<const Vec3> points, std::span<float> values,
+              std::span<Vec3> gradients) {
   constexpr size_t block = 512;
   std::array<Vec4, block> p;
   std::array<std::array<float, 4>, block> slope;
@@ -27,7 +22,7 @@ void field_at(const Slice& slice, std::span<const Vec3> points, std::span<float>
     const size_t count = std::min(block, points.size() - from);
     for (size_t n = 0; n < count; ++n)
       p[n] = {points[from + n][0], points[from + n][1], points[from + n][2], 0};
-    sum_footprints(plan, std::span(p).first(count), values.data() + from, slope.data());
+    sum_footprints(field, std::span(p).first(count), values.data() + from, slope.data());
     for (size_t n = 0; n < count; ++n)
       for (size_t a = 0; a < 3; ++a) gradients[from + n][a] = static_cast<double>(slope[n][a]);
   }
@@ -54,9 +49,8 @@ double first_guess(const Crossing& c, double target) {
 
 } // namespace
 
-std::vector<SurfacePoint> refine_crossings(const Slice& slice, const SheetView& view, double iso,
+std::vector<SurfacePoint> refine_crossings(const FootprintPlan& field, const SheetView& view, double target,
                                            std::span<const Crossing> crossings, double tolerance) {
-  const double target = iso - static_cast<double>(slice.air);
   std::vector<SurfacePoint> hits(crossings.size());
   std::vector<Crossing> bracket(crossings.begin(), crossings.end());
   std::vector<Vec3> p(hits.size()), gradient(hits.size());
@@ -70,7 +64,7 @@ std::vector<SurfacePoint> refine_crossings(const Slice& slice, const SheetView& 
   for (int step = 0; step < steps && !open.empty(); ++step) {
     for (size_t m = 0; m < open.size(); ++m)
       p[m] = view.sample(bracket[open[m]].i, bracket[open[m]].j, hits[open[m]].k);
-    field_at(slice, std::span(p).first(open.size()), value, gradient);
+    field_at(field, std::span(p).first(open.size()), value, gradient);
     size_t left = 0;
     for (size_t m = 0; m < open.size(); ++m) {
       const uint32_t n = open[m];
@@ -95,9 +89,8 @@ std::vector<SurfacePoint> refine_crossings(const Slice& slice, const SheetView& 
   return hits;
 }
 
-std::vector<Crossing> find_grazes(const Slice& slice, const SheetView& view, double iso,
+std::vector<Crossing> find_grazes(const FootprintPlan& field, const SheetView& view, double target,
                                   std::span<const Crossing> intervals) {
-  const double target = iso - static_cast<double>(slice.air);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   struct Search {
     Crossing interval;
@@ -113,7 +106,7 @@ std::vector<Crossing> find_grazes(const Slice& slice, const SheetView& view, dou
     p.clear();
     for (const Search& s : open) p.push_back(view.sample(s.interval.i, s.interval.j, s.k));
     gradient.resize(p.size()), value.resize(p.size());
-    field_at(slice, p, value, gradient);
+    field_at(field, p, value, gradient);
     std::vector<Search> left;
     for (size_t n = 0; n < open.size(); ++n) {
       Search& s = open[n];

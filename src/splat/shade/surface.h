@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "slice/field/footprint.h"
 #include "slice/slice.h"
 #include "splat/plan/view.h"
 #include "splat/shade/light.h"
@@ -24,20 +25,23 @@ struct SurfacePoint {
   Vec3 gradient{}; // world space
 };
 
-// The root of field = iso within each crossing. A root is near enough when the last step towards it was at
-// most `tolerance` sheets; the gradient is the one from before that step.
-[[nodiscard]] std::vector<SurfacePoint> refine_crossings(const Slice& slice, const SheetView& view,
-                                                         double iso, std::span<const Crossing> crossings,
-                                                         double tolerance);
-
-// Rays that may pass the iso value twice within each interval, both ends on one side of it: of those that do,
-// the interval's begin and a point beyond the surface.
-[[nodiscard]] std::vector<Crossing> find_grazes(const Slice& slice, const SheetView& view, double iso,
-                                                std::span<const Crossing> intervals);
+// What the sums of footprints need to know of a slice, which must outlive it.
+[[nodiscard]] FootprintPlan field_of(const Slice& slice);
 
 // Values relative to air and gradients per lattice unit at points in or near the domain.
-void field_at(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
+void field_at(const FootprintPlan& field, std::span<const Vec3> points, std::span<float> values,
               std::span<Vec3> gradients);
+
+// The root of field = target, relative to air, within each crossing. A root is near enough when the last step
+// towards it was at most `tolerance` sheets; the gradient is the one from before that step.
+[[nodiscard]] std::vector<SurfacePoint> refine_crossings(const FootprintPlan& field, const SheetView& view,
+                                                         double target, std::span<const Crossing> crossings,
+                                                         double tolerance);
+
+// Rays that may pass the target twice within each interval, both ends on one side of it: of those that do,
+// the interval's begin and a point beyond the surface.
+[[nodiscard]] std::vector<Crossing> find_grazes(const FootprintPlan& field, const SheetView& view,
+                                                double target, std::span<const Crossing> intervals);
 
 // Unit vector from a sample to the viewer, world space.
 [[nodiscard]] inline Vec3 to_viewer(const SheetView& view, double i, double j) {

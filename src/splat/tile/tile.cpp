@@ -24,6 +24,7 @@ class Tile {
       : scene_(*job.scene), options_(*job.options), plan_(*job.plan), job_(job), tile_(tile), m_(memory),
         stats_(stats), view_(*scene_.view),
         sheet_kernels_(options_.scalar ? scalar_sheet_kernels() : simd_sheet_kernels()), time_(*scene_.slice),
+        field_(field_of(*scene_.slice)),
         analytic_(options_.mode == RenderMode::composite && options_.shading &&
                   options_.gradient == GradientMethod::analytic),
         source_({&scene_, &plan_, job.kernel, options_.scalar, analytic_, kept_tile(), job.use}, tile, memory,
@@ -234,9 +235,9 @@ class Tile {
                       static_cast<double>(value), 0.5 * static_cast<double>(value - plane[0][at]),
                       0.5 * static_cast<double>(plane[3][at] - before)});
     }
-    for (const Crossing& g : find_grazes(*scene_.slice, view_, options_.iso_value, grazes))
-      crossings.push_back(g);
-    const auto hits = refine_crossings(*scene_.slice, view_, options_.iso_value, crossings, root_tolerance);
+    const double target = options_.iso_value - static_cast<double>(scene_.slice->air);
+    for (const Crossing& g : find_grazes(field_, view_, target, grazes)) crossings.push_back(g);
+    const auto hits = refine_crossings(field_, view_, target, crossings, root_tolerance);
     const auto& color =
         scene_.table->entry[static_cast<size_t>(scene_.table->index(static_cast<float>(options_.iso_value)))];
     for (size_t n = 0; n < hits.size(); ++n) {
@@ -326,7 +327,7 @@ class Tile {
     }
     std::vector<float> unused(positions.size());
     std::vector<Vec3> found(positions.size()), gradients(width);
-    field_at(*scene_.slice, positions, unused, found);
+    field_at(field_, positions, unused, found);
     const Affine3 to_lattice = view_.lattice_to_world.inverse();
     for (size_t n = 0; n < at.size(); ++n) gradients[at[n]] = to_lattice.transposed(found[n]);
     return gradients;
@@ -360,6 +361,7 @@ class Tile {
   const SheetView& view_;
   const SheetKernels& sheet_kernels_;
   TimeField time_;
+  FootprintPlan field_;
   bool analytic_;
   SheetSource source_;
   OpenPixels open_pixels_;
