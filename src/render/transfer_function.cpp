@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "base/error.h"
 
@@ -79,7 +80,10 @@ ClassTable make_class_table(const TransferFunction& function, double low, double
   const double to = std::max(function.colors.back().value, function.opacities.back().value);
   double a = std::clamp(from, low, high), b = std::clamp(to, low, high);
   table.unit_distance = static_cast<float>(unit_distance);
-  const bool flat = !(b > a);
+  // A scale is a float: values that lie closer together share an entry.
+  const double most = (b - a) * std::numeric_limits<float>::max();
+  const bool flat = !(most >= 2);
+  if (most < entries) entries = static_cast<int>(most);
   double step = 0;
   if (!flat) {
     step = (b - a) / (entries - 1);

@@ -26,6 +26,7 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y) {
   } else {
     gi = s.sum_i[at], gj = s.sum_j[at], gk = s.sum_k[at];
   }
+  gi *= s.basis.unit, gj *= s.basis.unit, gk *= s.basis.unit;
   Vec3 g;
   for (size_t a = 0; a < 3; ++a)
     g[a] = static_cast<double>(gi * s.basis.x[a] + (gj * s.basis.y[a] + gk * s.basis.z[a]));

@@ -23,11 +23,12 @@ struct PixelPlanes {
   const float *view_x = nullptr, *view_y = nullptr, *view_z = nullptr;
 };
 
-// World gradient from the sums of a sample: analytic: di, dj, dk; else the differences of the field per
-// pixel and per sheet, of which the part of the ray within the sheet, slant pixels per sheet, is taken off
-// the last.
+// Direction of the world gradient from the sums of a sample: analytic: di, dj, dk; else the differences of
+// the field per pixel and per sheet, of which the part of the ray within the sheet, slant pixels per sheet,
+// is taken off the last.
 struct GradientBasis {
-  std::array<float, 3> x{}, y{}, z{};
+  std::array<float, 3> x{}, y{}, z{}; // of a length near 1: only the direction of a gradient is asked for
+  float unit = 1; // a power of two: the sums times this are near 1, too, and have squares that are floats
   float slant_x = 0, slant_y = 0;         // at pixel (0, 0) of the picture
   float slant_per_x = 0, slant_per_y = 0; // more per pixel (perspective)
 };
@@ -111,8 +112,8 @@ struct SheetKernels {
 
 // The part of the slab [k - front, k + 1/2] inside the domain at pixel p.
 [[nodiscard]] float slab_weight(const SheetArgs& sheet, size_t p);
-[[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y);
-[[nodiscard]] const SheetKernels& simd_sheet_kernels(); // best target of this machine
+[[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y); // of any length
+[[nodiscard]] const SheetKernels& simd_sheet_kernels();                  // best target of this machine
 
 // 1 - exp(-x), x >= 0.
 [[nodiscard]] float absorbed(float x);

@@ -1,8 +1,17 @@
 #include "splat/sheet/sheet_args.h"
 
+#include <cmath>
+
 namespace bccsplat {
 
-GradientBasis gradient_basis(const SheetView& view, int64_t k, int differences, double radius) {
+namespace {
+
+// A power of two that brings x near 1.
+double near_one(double x) { return std::isnormal(x) ? std::ldexp(1.0, -std::ilogb(x)) : 1; }
+
+} // namespace
+
+GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t k, int differences) {
   const Affine3 to_lattice = view.lattice_to_world.inverse();
   const double scale = view.scale(static_cast<double>(k));
   GradientBasis basis;
@@ -16,16 +25,21 @@ GradientBasis gradient_basis(const SheetView& view, int64_t k, int differences, 
     basis.slant_per_x = basis.slant_per_y = view.perspective ? static_cast<float>(1 / scale) : 0.0f;
   } else {
     // d phi / dp = phi'(u) du/dp with u = 1 - |p - site|^2 / R^2.
-    const double factor = -2 / (radius * radius);
+    const double radius = slice.kernel.space.radius, factor = -2 / (radius * radius);
     x = to_lattice.transposed((factor * scale) * view.ex);
     y = to_lattice.transposed((factor * scale) * view.ey);
     z = to_lattice.transposed((factor * view.step) * view.normal);
   }
+  const double shorter = near_one(std::max({length(x), length(y), length(z)}));
   for (size_t a = 0; a < 3; ++a) {
-    basis.x[a] = static_cast<float>(x[a]);
-    basis.y[a] = static_cast<float>(y[a]);
-    basis.z[a] = static_cast<float>(z[a]);
+    basis.x[a] = static_cast<float>(shorter * x[a]);
+    basis.y[a] = static_cast<float>(shorter * y[a]);
+    basis.z[a] = static_cast<float>(shorter * z[a]);
   }
+  // Values beside air, which may be of any unit.
+  const auto air = static_cast<double>(slice.air);
+  const double largest = std::max(slice.bounds[1] - air, air - slice.bounds[0]);
+  basis.unit = static_cast<float>(std::min(near_one(largest), 0x1p126));
   return basis;
 }
 

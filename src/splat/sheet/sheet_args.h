@@ -11,9 +11,9 @@
 
 namespace bccsplat {
 
-// differences: neighbours on either side that gradients look at, 0 for the analytic sums. radius: of the
-// kernel, lattice units.
-[[nodiscard]] GradientBasis gradient_basis(const SheetView& view, int64_t k, int differences, double radius);
+// differences: neighbours on either side that gradients look at, 0 for the analytic sums.
+[[nodiscard]] GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t k,
+                                           int differences);
 
 // The field is known this far outside the domain (make_points), lattice units.
 inline constexpr double samples_beyond = 2;
@@ -57,8 +57,8 @@ void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, con
 
 // Sets number, planes and gradient of sheet k. `plane(k, quantity)` is as SheetSource's.
 template<class Plane>
-void set_sheet(SheetArgs& a, const SheetView& view, int64_t k, bool analytic, int differences, double radius,
-               const Plane& plane) {
+void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t k, bool analytic,
+               int differences, const Plane& plane) {
   a.k = static_cast<float>(k);
   a.front = k == view.first_sheet() ? 2 : 0.5f;
   a.alike = !view.perspective;
@@ -76,7 +76,7 @@ void set_sheet(SheetArgs& a, const SheetView& view, int64_t k, bool analytic, in
   } else if (analytic) {
     a.sum_i = plane(k, size_t{1}), a.sum_j = plane(k, size_t{2}), a.sum_k = plane(k, size_t{3});
   }
-  if (differences > 0 || analytic) a.basis = gradient_basis(view, k, differences, radius);
+  if (differences > 0 || analytic) a.basis = gradient_basis(slice, view, k, differences);
 }
 
 } // namespace bccsplat

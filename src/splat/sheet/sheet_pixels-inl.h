@@ -141,16 +141,19 @@ struct Pixels {
       if (s.fourth_order)
         gk = hn::MulAdd(set(s.depth_scale2),
                         hn::Sub(hn::LoadU(d, s.after2 + at), hn::LoadU(d, s.before2 + at)), gk);
-      if (s.alike && s.basis.slant_x == 0 && s.basis.slant_y == 0) return;
-      const V slant_x = hn::MulAdd(set(s.basis.slant_per_x), column(), set(s.basis.slant_x));
-      const V slant_y = set(s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y);
-      gk = hn::NegMulAdd(slant_x, gi, hn::NegMulAdd(slant_y, gj, gk));
+      if (!s.alike || s.basis.slant_x != 0 || s.basis.slant_y != 0) {
+        const V slant_x = hn::MulAdd(set(s.basis.slant_per_x), column(), set(s.basis.slant_x));
+        const V slant_y = set(s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y);
+        gk = hn::NegMulAdd(slant_x, gi, hn::NegMulAdd(slant_y, gj, gk));
+      }
     } else {
       gi = hn::LoadU(d, s.sum_i + at), gj = hn::LoadU(d, s.sum_j + at), gk = hn::LoadU(d, s.sum_k + at);
     }
+    const V unit = set(s.basis.unit);
+    gi = hn::Mul(unit, gi), gj = hn::Mul(unit, gj), gk = hn::Mul(unit, gk);
   }
 
-  // World gradient.
+  // World gradient, of any length.
   HWY_INLINE void gradient(V& gx, V& gy, V& gz) const {
     V gi, gj, gk;
     gradient_parts(gi, gj, gk);

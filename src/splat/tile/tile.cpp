@@ -154,7 +154,7 @@ class Tile {
     a.table = scene_.table, a.lights = scene_.lights;
     a.pixel = pixel_;
     a.whole = plan_.whole_sheet.empty() ? nullptr : plan_.whole_sheet.data();
-    set_sheet(a, view_, k, analytic_, differences_, scene_.slice->kernel.space.radius,
+    set_sheet(a, *scene_.slice, view_, k, analytic_, differences_,
               [&](int64_t sheet, size_t quantity) { return source_.plane(sheet, quantity); });
     if (options_.preintegrate)
       set_halfway(a, view_, k, plan_.halfway, [&](int64_t sheet) { return source_.plane(sheet, 0); });

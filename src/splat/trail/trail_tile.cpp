@@ -314,7 +314,7 @@ class TrailTile {
     a.stop = stop();
     a.table = d.table, a.lights = scene.lights;
     a.pixel = rays;
-    set_sheet(a, *scene.view, k, analytic_, differences_, scene.slice->kernel.space.radius,
+    set_sheet(a, *scene.slice, *scene.view, k, analytic_, differences_,
               [&](int64_t sheet, size_t quantity) { return plane(d, sheet, quantity); });
     if (scene.slice->has_holes) {
       find_holes(*scene.slice, *scene.view, tile_, k, rays, pitch_, m_.hole.data());
