@@ -431,8 +431,9 @@ typedef struct bccsplat_error_report {
  * Called from the thread that called bccsplat_writer_add_field, one call at a time. */
 typedef int32_t (*bccsplat_field_fn)(void* user, uint64_t n, const double* xyzt, float* values);
 
-/* Starts a file. The bytes go to a hidden neighbour of `path` that takes the name at finish, so `path` never
- * holds half a file. FILE_EXISTS unless options->overwrite; NOT_FOUND for an unknown kernel. */
+/* Starts a file. The bytes go to a neighbour of `path`, `path`.partial, that takes the name at finish, so
+ * `path` never holds half a file. FILE_EXISTS unless options->overwrite; IO for a folder or a device;
+ * WRONG_STATE while another writer is at work on the same path; NOT_FOUND for an unknown kernel. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
                                                     const bccsplat_writer_options* options,
                                                     bccsplat_writer** writer);
@@ -1056,7 +1057,7 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_get_deep(const bccsplat_frame* frame
  * y up, z forward: left-handed), worldToNDC ((0, 0) upper left, (1, 1) lower right) and, in perspective,
  * screenWindowWidth; what it shows as bccsplat/version, /hyperplane, /kernel and /sheetStep.
  * options may be NULL. INVALID_ARGUMENT, FILE_EXISTS unless overwrite, PERMISSION_DENIED, NO_SPACE,
- * FILE_NOT_FOUND (no such folder), IO, MISSING_FEATURE. */
+ * FILE_NOT_FOUND (no such folder), IO, WRONG_STATE (another call is writing that path), MISSING_FEATURE. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char* path,
                                                      const bccsplat_image_options* options);
 /* OpenEXR deep scanline file, ZIPS, float: Z, ZBack, A, R, G, B, deepImageState tidy; attributes and failures

@@ -149,28 +149,25 @@ class FileSink final : public ByteSink {
  public:
   FileSink(std::string path, bool overwrite, Partial mode)
       : path_(std::move(path)), partial_(path_ + ".partial"), overwrite_(overwrite), mode_(mode) {
+    if (path_.empty()) fail(Code::invalid_argument, "the path of the file to write is empty");
     struct stat info {};
     if (!overwrite && ::lstat(path_.c_str(), &info) == 0)
       fail(Code::file_exists, path_, ": exists already; choose another name or allow overwriting");
-    const int fresh = mode_ == Partial::removed ? O_TRUNC : 0;
-    fd_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | fresh, 0666);
-    if (fd_ < 0) fail_errno(path_, "create", errno);
-    if (mode_ == Partial::removed) return;
-    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-      ::close(std::exchange(fd_, -1));
-      fail(Code::wrong_state, partial_, ": another writer is at work on it");
-    }
-    if (mode_ == Partial::kept && ::ftruncate(fd_, 0) != 0) {
+    // A rename would take the name of a device or a pipe away, too.
+    if (::stat(path_.c_str(), &info) == 0 && !S_ISREG(info.st_mode))
+      fail(Code::io_error, path_, S_ISDIR(info.st_mode) ? ": is a folder" : ": is no regular file");
+    for (int attempt = 0; !open_alone(); ++attempt)
+      if (attempt == 100) fail(Code::io_error, partial_, ": is taken away again and again");
+    if (mode_ != Partial::taken_over && ::ftruncate(fd_, 0) != 0) {
       const int error = errno;
       ::close(std::exchange(fd_, -1));
       fail_errno(path_, "create", error);
     }
   }
   ~FileSink() override {
-    if (fd_ >= 0) {
-      ::close(fd_);
-      if (mode_ == Partial::removed) ::unlink(partial_.c_str());
-    }
+    if (fd_ < 0) return;
+    if (mode_ == Partial::removed) ::unlink(partial_.c_str());
+    ::close(fd_);
   }
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
@@ -200,6 +197,22 @@ class FileSink final : public ByteSink {
   }
 
  private:
+  // Opens and locks the unfinished file; false when another writer finished or removed the one that was
+  // opened.
+  bool open_alone() {
+    fd_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (fd_ < 0) fail_errno(path_, "create", errno);
+    const bool taken = ::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    struct stat opened {
+    }, named{};
+    const bool same = ::fstat(fd_, &opened) == 0 && ::stat(partial_.c_str(), &named) == 0 &&
+                      opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+    if (same && !taken) return true;
+    ::close(std::exchange(fd_, -1));
+    if (same) fail(Code::wrong_state, partial_, ": another writer is at work on it");
+    return false;
+  }
+
   std::string path_, partial_;
   bool overwrite_;
   Partial mode_;

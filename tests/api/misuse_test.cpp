@@ -2,6 +2,8 @@
 #include <atomic>
 #include <thread>
 
+#include <sys/stat.h>
+
 #include "support.h"
 
 using namespace host;
@@ -149,6 +151,46 @@ TEST(Misuse, WriterOrder) {
   ASSERT_OK(add_frames(writer.get(), {}));
   ASSERT_OK(bccsplat_writer_finish(writer.get(), nullptr));
   EXPECT_EQ(bccsplat_writer_finish(writer.get(), nullptr), BCCSPLAT_ERROR_WRONG_STATE);
+}
+
+TEST(Misuse, PathsThatAreNoFiles) {
+  const Folder folder;
+  const Device device = make_device();
+  auto o = options_of({});
+  o.overwrite = 1;
+  bccsplat_writer* w = nullptr;
+  const auto create = [&](const std::string& path) {
+    return bccsplat_writer_create(device.get(), path.c_str(), &o, &w);
+  };
+  EXPECT_EQ(create(""), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(create(folder.path().string()), BCCSPLAT_ERROR_IO);
+  const std::string pipe = folder.file("pipe");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(create(pipe), BCCSPLAT_ERROR_IO);
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+}
+
+TEST(Misuse, TwoWritersOfOnePath) {
+  const Folder folder;
+  const Device device = make_device();
+  const std::string path = folder.file("s.bcc4");
+  auto o = options_of({});
+  o.overwrite = 1;
+  bccsplat_writer* second = nullptr;
+  {
+    const Writer first = make_writer(device, path, o);
+    EXPECT_EQ(bccsplat_writer_create(device.get(), path.c_str(), &o, &second), BCCSPLAT_ERROR_WRONG_STATE);
+    ASSERT_OK(add_frames(first.get(), {}));
+    EXPECT_EQ(bccsplat_writer_create(device.get(), path.c_str(), &o, &second), BCCSPLAT_ERROR_WRONG_STATE);
+    ASSERT_OK(bccsplat_writer_finish(first.get(), nullptr));
+    auto report = sized<bccsplat_verify_report>();
+    ASSERT_OK(bccsplat_volume_verify(open(device, path).get(), nullptr, nullptr, &report));
+    EXPECT_EQ(report.damages, 0u);
+    const Writer after = make_writer(device, path, o); // the first is done with it
+    (void)open(device, path);                          // what it finished stays until this one is
+  }
+  EXPECT_TRUE(std::filesystem::exists(path));
+  EXPECT_FALSE(std::filesystem::exists(path + ".partial"));
 }
 
 TEST(Misuse, Hyperplanes) {
