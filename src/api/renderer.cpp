@@ -159,9 +159,11 @@ bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const b
 bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const bccsplat_trail* trail) {
   return guard([&] {
     require(renderer, "renderer");
-    renderer->trail.reset();
-    renderer->has_trail = false;
-    if (!trail) return;
+    if (!trail) {
+      renderer->trail.reset();
+      renderer->has_trail = false;
+      return;
+    }
     const auto in = read_struct(trail, "bccsplat_trail");
     require_zero(in.reserved, "bccsplat_trail.reserved");
     if (in.content < 0 || in.content > 3) fail(Code::invalid_argument, "trail: content ", in.content);
@@ -182,10 +184,11 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
       colors.push_back(c ? Vec3{c[0], c[1], c[2]} : ramp_color(i, options.intervals));
       check_finite(colors.back(), "trail colours");
     }
-    renderer->trail_function.reset();
+    std::optional<TransferFunction> function;
     if (in.transfer_function)
-      renderer->trail_function =
-          read_function(read_struct(in.transfer_function, "bccsplat_transfer_function"));
+      function = read_function(read_struct(in.transfer_function, "bccsplat_transfer_function"));
+    renderer->trail.reset();
+    renderer->trail_function = std::move(function);
     renderer->trail_options = options;
     renderer->combine = in.combine ? static_cast<TrailCombine>(in.combine) : TrailCombine::physical;
     renderer->trail_colors = std::move(colors);

@@ -9,6 +9,9 @@
 
 namespace bccsplat::api {
 
+// No struct of any version is longer: a larger size was never set.
+inline constexpr size_t longest_struct = 1 << 16;
+
 // The caller's struct as this version knows it: missing fields are zero; a tail this version does not know
 // must be zero. NULL gives all defaults.
 template<class T> [[nodiscard]] T read_struct(const T* in, const char* name) {
@@ -16,7 +19,7 @@ template<class T> [[nodiscard]] T read_struct(const T* in, const char* name) {
   out.struct_size = sizeof(T);
   if (!in) return out;
   const size_t size = in->struct_size;
-  if (size < 2 * sizeof(uint32_t))
+  if (size < 2 * sizeof(uint32_t) || size > longest_struct)
     fail(Code::invalid_struct_size, name, ": struct_size is ", size, "; set it to sizeof the struct");
   const auto* bytes = reinterpret_cast<const unsigned char*>(in);
   for (size_t i = sizeof(T); i < size; ++i)

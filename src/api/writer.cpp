@@ -144,6 +144,7 @@ bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first,
     require(writer, "writer");
     if (!std::isfinite(first) || !(step > 0 && std::isfinite(step)))
       fail(Code::invalid_argument, "times: first must be finite and step > 0");
+    writer->require_open();
     writer->initial.time.first = first, writer->initial.time.step = step;
   });
 }
@@ -152,6 +153,7 @@ bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const cha
   return guard([&] {
     require(writer, "writer"), require(key, "key"), require(value, "value");
     if (!*key) fail(Code::invalid_argument, "the key is empty");
+    writer->require_open();
     auto& attributes = writer->initial.attributes;
     const auto it =
         std::find_if(attributes.begin(), attributes.end(), [&](const auto& a) { return a.first == key; });
@@ -166,6 +168,7 @@ bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* 
                                            uint32_t crc32) {
   return guard([&] {
     require(writer, "writer"), require(name, "name");
+    writer->require_open();
     writer->initial.sources.push_back({name, bytes, crc32});
   });
 }

@@ -45,9 +45,12 @@ struct bccsplat_writer : bccsplat::api::Counted {
   bccsplat_writer_report finish();
   void check_channel(uint32_t channel) const;
   // Runs a step; after a failure the writer is of no use any more.
-  template<class Step> void step(const Step& body) {
+  void require_open() const {
     if (finished) bccsplat::fail(bccsplat::Code::wrong_state, "writer: finished already");
     if (broken) bccsplat::fail(bccsplat::Code::wrong_state, "writer: an earlier call failed; release it");
+  }
+  template<class Step> void step(const Step& body) {
+    require_open();
     broken = true;
     body();
     broken = false;

@@ -2,6 +2,7 @@
 #include <atomic>
 #include <thread>
 
+#include <sys/mman.h>
 #include <sys/stat.h>
 
 #include "support.h"
@@ -53,6 +54,19 @@ TEST(Misuse, StructSizes) {
   EXPECT_EQ(info.thread_count, 2);
   EXPECT_EQ(info.memory_budget, 77u);
   EXPECT_EQ(info.struct_size, 8u);
+}
+
+// A size that was never set may be anything: nothing far behind the struct is read.
+TEST(Misuse, AStructSizeOfGarbage) {
+  const auto page = static_cast<size_t>(::sysconf(_SC_PAGESIZE));
+  void* const memory = ::mmap(nullptr, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(memory, MAP_FAILED);
+  ASSERT_EQ(::mprotect(static_cast<char*>(memory) + page, page, PROT_NONE), 0);
+  auto* const options = static_cast<bccsplat_device_options*>(memory);
+  options->struct_size = 0xdeadbeef;
+  bccsplat_device* d = nullptr;
+  EXPECT_EQ(bccsplat_device_create(options, &d), BCCSPLAT_ERROR_INVALID_STRUCT_SIZE);
+  ::munmap(memory, 2 * page);
 }
 
 TEST(Misuse, FilesThatAreNotThere) {
@@ -153,6 +167,23 @@ TEST(Misuse, WriterOrder) {
   EXPECT_EQ(bccsplat_writer_finish(writer.get(), nullptr), BCCSPLAT_ERROR_WRONG_STATE);
 }
 
+TEST(Misuse, AWriterThatCanOnlyBeReleasedTakesNothing) {
+  const Folder folder;
+  const Device device = make_device();
+  const auto takes_nothing = [](const Writer& w) {
+    EXPECT_EQ(bccsplat_writer_set_attribute(w.get(), "key", "value"), BCCSPLAT_ERROR_WRONG_STATE);
+    EXPECT_EQ(bccsplat_writer_add_source(w.get(), "source", 1, 0), BCCSPLAT_ERROR_WRONG_STATE);
+    EXPECT_EQ(bccsplat_writer_set_times(w.get(), 0, 1), BCCSPLAT_ERROR_WRONG_STATE);
+  };
+  const Writer finished = make_writer(device, folder.file("s.bcc4"), options_of({}));
+  ASSERT_OK(add_frames(finished.get(), {}));
+  ASSERT_OK(bccsplat_writer_finish(finished.get(), nullptr));
+  takes_nothing(finished);
+  const Writer failed = make_writer(device, folder.file("t.bcc4"), options_of({}));
+  EXPECT_EQ(bccsplat_writer_add_frame(failed.get(), 0, NAN, nullptr, 0), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  takes_nothing(failed);
+}
+
 TEST(Misuse, PathsThatAreNoFiles) {
   const Folder folder;
   const Device device = make_device();
@@ -191,6 +222,36 @@ TEST(Misuse, TwoWritersOfOnePath) {
   }
   EXPECT_TRUE(std::filesystem::exists(path));
   EXPECT_FALSE(std::filesystem::exists(path + ".partial"));
+}
+
+TEST(Misuse, ARefusedTrailLeavesTheOneBefore) {
+  const Folder folder;
+  const Device device = make_device();
+  (void)write_series(device, folder.file("s.bcc4"));
+  const Volume volume = open(device, folder.file("s.bcc4"));
+  const Slice slice = cut_time(volume, 6);
+  bccsplat_renderer* r = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+  const Renderer renderer(r);
+  bccsplat_frame* f = nullptr;
+  ASSERT_OK(bccsplat_frame_create(device.get(), 16, 16, BCCSPLAT_FRAME_RGBA, &f));
+  const Frame frame(f);
+  const auto picture = [&] {
+    EXPECT_OK(bccsplat_renderer_render(r, f));
+    auto plane = sized<bccsplat_plane>();
+    EXPECT_OK(bccsplat_frame_get_channel(f, BCCSPLAT_FRAME_RGBA, &plane));
+    return std::vector<float>(plane.pixels, plane.pixels + 4 * 16 * 16);
+  };
+  ASSERT_OK(bccsplat_renderer_set_slice(r, slice.get()));
+  const auto bare = picture();
+  auto trail = sized<bccsplat_trail>();
+  trail.interval[0] = -4;
+  ASSERT_OK(bccsplat_renderer_set_trail(r, &trail));
+  const auto with_trail = picture();
+  EXPECT_NE(with_trail, bare);
+  trail.interval[0] = NAN;
+  EXPECT_EQ(bccsplat_renderer_set_trail(r, &trail), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(picture(), with_trail);
 }
 
 TEST(Misuse, Hyperplanes) {
