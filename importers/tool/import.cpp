@@ -274,15 +274,15 @@ PlanFile recall_plan(ImportArguments& a) {
 Exit run_import(ImportArguments& a, const std::string& command_line) {
   if (!a.dry_run) {
     require(a.output, "-o", "-o out.bcc4");
-    std::error_code ignored;
-    if (!a.settings.overwrite && !a.resume.append && std::filesystem::exists(a.output, ignored))
-      fail_usage(a.output, ": exists already; --overwrite replaces it");
+    refuse_existing(a.output, a.settings.overwrite || a.resume.append);
+    require_writable_folder(a.output);
     if (!a.part.empty() && a.plan.empty())
       fail_usage("--part needs the --plan that all parts share; --dry-run --plan FILE makes one");
   } else if (!a.part.empty()) {
     fail_usage("--part with --dry-run: a plan is made of the whole series");
   } else if (!a.plan.empty()) {
     refuse_existing(a.plan, a.settings.overwrite);
+    require_writable_folder(a.plan);
   }
   a.settings.partial = partial_mode(a.resume);
   std::optional<PlanFile> planned;

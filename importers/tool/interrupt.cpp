@@ -18,6 +18,7 @@ void on_signal(int number) {
 void catch_interrupts() {
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+  std::signal(SIGXFSZ, SIG_IGN); // writing past a limit on file sizes fails like a full disk
 }
 
 bool interrupted() { return g_interrupted != 0; }

@@ -15,6 +15,15 @@ void refuse_existing(const std::string& path, bool overwrite) {
   std::error_code ignored;
   if (!overwrite && fs::exists(path, ignored)) fail_usage(path, ": exists already; --overwrite replaces it");
   if (fs::is_directory(path, ignored)) fail_usage(path, ": is a folder");
+  // Its name would be taken away by the rename.
+  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored))
+    fail_usage(path, ": is no regular file");
+}
+
+void require_writable_folder(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  if (::access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
+    fail_input(path, ": cannot be written (", std::strerror(errno), ")");
 }
 
 void refuse_source_as_output(const std::string& output, const std::string& source) {

@@ -8,8 +8,10 @@
 
 namespace bcc4 {
 
-// An existing `path` is refused unless `overwrite`.
+// An existing `path` is refused unless `overwrite`, and what is no regular file always.
 void refuse_existing(const std::string& path, bool overwrite);
+// What long work will be written to: a missing or read-only folder is told before it.
+void require_writable_folder(const std::string& path);
 // Nothing is written over what is read, whatever `overwrite` says: refused where both are one file.
 void refuse_source_as_output(const std::string& output, const std::string& source);
 // Where to write meanwhile: a hidden neighbour of `path`.

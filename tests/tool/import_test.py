@@ -221,14 +221,24 @@ class Import(ToolTest):
         import resource
         args = self.raw('a.raw', (40, 40, 40, 8), lambda x, y, z, t: (x * 7919 + y * 104729 + z * 1299709 + t * 15485863) % 1000)
         p = subprocess.run([BCC4, 'import', *args, '-o', 'a.bcc4'], capture_output=True, text=True, cwd=self.folder,
-                           preexec_fn=lambda: (signal.signal(signal.SIGXFSZ, signal.SIG_IGN),
+                           preexec_fn=lambda: (signal.signal(signal.SIGXFSZ, signal.SIG_DFL),  # as a shell starts it
                                                resource.setrlimit(resource.RLIMIT_FSIZE, (100000, 100000))))
-        self.assertIn(p.returncode, (3, 4), p.stderr)
+        self.assertEqual(p.returncode, 4, p.stderr)
         self.assertIn('a.bcc4', p.stderr)
         self.assertFalse(os.path.exists(self.path('a.bcc4')))
         for name in ('a.bcc4.partial', 'a.bcc4.journal'):  # on a slow machine there is something to resume
             if os.path.exists(self.path(name)):
                 os.remove(self.path(name))
+
+    def test_what_cannot_be_written_is_said_before_the_work(self):
+        args = self.raw('a.raw', DIMS, bump)
+        os.mkfifo(self.path('pipe.raw'))
+        for code, text, output in ((3, 'none/a.bcc4: cannot be written', 'none/a.bcc4'), (2, 'is a folder', '.'), (2, 'no regular file', 'pipe.raw')):
+            out, err = self.bcc4('import', *args, '-o', output, '--overwrite', expect=code)
+            self.assertIn(text, err)
+            self.assertEqual(out, '')
+        self.refused(2, 'no regular file', 'export', self.volume(DIMS, bump, '--quiet'), '--all', '-o', 'pipe.raw', '--overwrite')
+        self.assertTrue(os.path.exists(self.path('pipe.raw')) and not os.path.isfile(self.path('pipe.raw')))
 
     def test_nothing_is_written_over_its_source(self):
         v = self.volume(DIMS, bump, '--quiet')
