@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <memory>
 
 #include "readers/open_series.h"
@@ -181,7 +182,9 @@ Import write_bounded(FrameReader& reader, const Device& device, ImportArguments&
   try {
     return write_series(reader, device, a, scans, scope);
   } catch (const StatusError& e) {
-    if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || a.settings.psnr == 0 || a.settings.abs_error > 0) throw;
+    if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || a.settings.psnr == 0 || a.settings.abs_error > 0 ||
+        peak_of(scans) == 0)
+      throw;
     if (!a.common.quiet && !a.common.json) std::printf("  %s; again with corrections\n", e.what());
   }
   a.settings.abs_error = 1.5 * peak_of(scans) * std::pow(10, -a.settings.psnr / 20);
@@ -197,6 +200,12 @@ ErrorBound read_settings(ImportArguments& a) {
     a.settings.time_scale = option_number<double>("--time-scale", a.time_scale);
     if (!(a.settings.time_scale > 0)) fail_usage("--time-scale must be positive, or auto");
   }
+  const auto finite = [](const std::optional<double>& number, double most, const char* option) {
+    if (number && !(std::fabs(*number) <= most)) fail_usage(option, " ", *number, ": must be finite");
+  };
+  finite(a.abs, std::numeric_limits<double>::max(), "--abs"), finite(a.psnr, 1e6, "--psnr");
+  finite(a.air, std::numeric_limits<float>::max(), "--air");
+  finite(a.air_threshold, std::numeric_limits<float>::max(), "--air-threshold");
   if (a.abs && a.psnr) fail_usage("--abs and --psnr: choose one");
   if (a.abs && !(*a.abs > 0))
     fail_usage(

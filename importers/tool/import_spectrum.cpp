@@ -163,14 +163,17 @@ SpectrumAdvice advise(const Spectrum& spectrum, uint64_t frames) {
   SpectrumAdvice advice;
   if (spectrum.empty()) return advice;
   advice.cartesian = spectrum.outside(1, 1) > kMuch;
-  const double allowed = std::max(kNegligible, 1.5 * spectrum.outside(1 / kReserve, 1 / kReserve));
+  // Half as much again, but no more than an eighth of what is still inside.
+  const double lost = spectrum.outside(1 / kReserve, 1 / kReserve);
+  const double allowed = std::max(kNegligible, lost + std::min(lost / 2, (1 - lost) / 8));
   for (const double x : kScales) {
     if (spectrum.resolution(3) > 0 && spectrum.resolution(3) <= kFineEnough &&
         (static_cast<double>(frames) - 1) / x >= 2 && spectrum.outside(1 / kReserve, x / kReserve) <= allowed)
       advice.time_scale = x;
     const bool fine = spectrum.resolution(0) <= kFineEnough && spectrum.resolution(1) <= kFineEnough &&
                       spectrum.resolution(2) <= kFineEnough;
-    if (fine && spectrum.outside(x / kReserve, 1 / kReserve) <= allowed) advice.scale = x;
+    if (fine && !advice.cartesian && spectrum.outside(x / kReserve, 1 / kReserve) <= allowed)
+      advice.scale = x;
   }
   return advice;
 }

@@ -43,7 +43,9 @@ struct Difference {
     return count ? std::sqrt(sum_of_squares / static_cast<double>(count)) : 0;
   }
   // Infinite for no difference at all.
-  [[nodiscard]] double psnr(double peak) const { return 20 * std::log10(peak / rmse()); }
+  [[nodiscard]] double psnr(double peak) const {
+    return sum_of_squares == 0 ? std::numeric_limits<double>::infinity() : 20 * std::log10(peak / rmse());
+  }
 };
 
 struct Worst {
@@ -156,8 +158,9 @@ Json comparison_json(const Comparison& c, double bound) {
 }
 
 std::string psnr_text(const Difference& d, double peak) {
-  const double db = d.psnr(peak);
-  return std::isinf(db) ? "exact" : concat("PSNR ", short_number(db, 4), " dB");
+  if (d.count == 0) return "nothing to compare";
+  if (d.sum_of_squares == 0) return "exact";
+  return peak > 0 ? concat("PSNR ", short_number(d.psnr(peak), 4), " dB") : "no PSNR of a constant";
 }
 
 void print_comparison(const std::string& name, const Comparison& c) {
@@ -169,11 +172,12 @@ void print_comparison(const std::string& name, const Comparison& c) {
     std::printf("  outside air: %llu samples, max %s, RMSE %s, %s\n",
                 static_cast<unsigned long long>(c.relevant.count), short_number(c.relevant.max).c_str(),
                 short_number(c.relevant.rmse()).c_str(), psnr_text(c.relevant, peak).c_str());
-  std::printf(
-      "  worst: frame %llu, voxel (%llu, %llu, %llu): %s, source %s\n",
-      static_cast<unsigned long long>(c.worst.frame), static_cast<unsigned long long>(c.worst.voxel[0]),
-      static_cast<unsigned long long>(c.worst.voxel[1]), static_cast<unsigned long long>(c.worst.voxel[2]),
-      short_number(c.worst.got, 6).c_str(), short_number(c.worst.expected, 6).c_str());
+  if (c.all.count > 0)
+    std::printf(
+        "  worst: frame %llu, voxel (%llu, %llu, %llu): %s, source %s\n",
+        static_cast<unsigned long long>(c.worst.frame), static_cast<unsigned long long>(c.worst.voxel[0]),
+        static_cast<unsigned long long>(c.worst.voxel[1]), static_cast<unsigned long long>(c.worst.voxel[2]),
+        short_number(c.worst.got, 6).c_str(), short_number(c.worst.expected, 6).c_str());
   if (c.holes_expected > 0 || c.holes_got > 0)
     std::printf("  missing data: %llu source samples are not finite, %llu others are missing in the file\n",
                 static_cast<unsigned long long>(c.holes_expected),

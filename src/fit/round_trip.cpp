@@ -110,6 +110,9 @@ void SampleErrors::add(const SampleErrors& other) {
 
 void require_psnr(const std::string& channel, const SampleErrors& e, const Range& range, double psnr) {
   const double peak = range.high - range.low, reached = e.all.psnr(peak);
+  if (peak == 0 && e.all.squares > 0)
+    fail(Code::bound_not_met, "channel '", channel, "': the source is ", range.low,
+         " everywhere, so that no PSNR can be told; make that its air, or bound the error itself");
   if (reached < psnr)
     fail(Code::bound_not_met, "channel '", channel, "': ", reached, " dB reached, ", psnr,
          " asked for; the largest difference is at frame ", e.frame, ", voxel (", e.voxel[0], ", ",

@@ -94,7 +94,17 @@ class BoundTest(ToolTest):
         for text in ('bound', 'frame', 'voxel', '32-bit floats'):
             self.refused(1, text, 'import', *args, '-o', 'v.bcc4', '--overwrite', '--abs', .01, output='v.bcc4')
         self.refused(2, '--abs must be positive', 'import', *args, '-o', 'v.bcc4', '--abs', 0)
+        for option, number in (('--abs', 'nan'), ('--abs', 'inf'), ('--psnr', 'inf'), ('--air', 'nan'), ('--air', '1e300'), ('--air-threshold', 'inf')):
+            self.refused(2, f'{option} {float(number):g}'[:9], 'import', *args, '-o', 'v.bcc4', option, number)
         self.refused(2, 'choose one', 'import', *args, '-o', 'v.bcc4', '--abs', 1, '--psnr', 40)
+
+    def test_a_constant_has_no_psnr(self):
+        args = self.raw('a.raw', DIMS, lambda *_: 7.5)
+        self.refused(1, 'no PSNR can be told', 'import', *args, '-o', 'v.bcc4', '--psnr', 50, output='v.bcc4')
+        self.bcc4('import', *args, '-o', 'off.bcc4')
+        self.assertIn('no PSNR of a constant', self.bcc4('verify', 'off.bcc4', '--against', 'a.raw')[0])
+        self.bcc4('import', *args, '-o', 'exact.bcc4', '--air', 7.5, '--psnr', 50)
+        self.assertIn('exact', self.bcc4('verify', 'exact.bcc4', '--against', 'a.raw')[0])
 
     def test_verify_fails_when_the_source_is_another(self):
         args = self.raw('a.raw', DIMS, wave)
@@ -137,6 +147,12 @@ class BoundTest(ToolTest):
         self.assertEqual(spectrum['advice']['lattice'], 'cc')
         out, _ = self.bcc4('import', *args, '--dry-run')
         self.assertIn('--lattice cc', out)
+
+    def test_noise_is_not_advised_to_be_coarser(self):
+        noise = random.Random(9)
+        args = self.raw('a.raw', (32, 32, 16, 16), lambda *_: noise.uniform(0, 1))
+        advice = self.json('import', *args, '--dry-run')['spectrum']['advice']
+        self.assertEqual(advice, {'scale': 1, 'time_scale': 1, 'lattice': 'cc'})
 
     def test_time_scale_auto(self):
         args = self.raw('a.raw', (16, 16, 16, 32), lambda x, y, z, t: math.cos(math.pi / 16 * (x + t)) + math.sin(.3 * (y + z)))
