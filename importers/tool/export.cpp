@@ -237,6 +237,7 @@ Exit run_export(ExportArguments& a) {
   Exporter exporter{.a = a, .volume = volume, .channel = find_channel(volume, a.channel)};
   const bccsplat_volume_info v = volume_info(volume);
   const uint64_t frames = v.dims[3];
+  if (!a.all && !a.which.time && frames > 1) fail_usage("--time T or --all is missing");
   for (size_t i = 0; i < 3 && a.region; ++i)
     if (a.region->begin[i] + a.region->dims[i] > v.dims[i])
       fail_usage("--roi: samples ", a.region->begin[i], " to ", a.region->begin[i] + a.region->dims[i] - 1,

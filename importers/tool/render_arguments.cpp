@@ -208,6 +208,8 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--deep goes with --mode composite and iso, without --reference");
   if (a.deep && a.trail_mode == BCCSPLAT_TRAIL_POST)
     fail_usage("--deep: --trail-mode post lays two pictures over each other, which has no order in depth");
+  if (a.iso && a.mode != BCCSPLAT_MODE_DEFAULT && a.mode != BCCSPLAT_MODE_ISOSURFACE)
+    fail_usage("--iso is the value of an isosurface; another --mode has none");
   if (a.deep_tolerance && !a.deep) fail_usage("--deep-tolerance goes with --deep");
   if (a.deep_tolerance && !(*a.deep_tolerance > 0 && *a.deep_tolerance <= 1))
     fail_usage("--deep-tolerance ", *a.deep_tolerance, ": above 0, at most 1");
@@ -217,10 +219,12 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--trail-content, --trail-mode and the like go with --trail DT");
   if (int{a.frames.has_value()} + int{a.turntable.has_value()} + int{a.which.sweep.has_value()} > 1)
     fail_usage("--frames, --turntable and --sweep exclude each other");
-  if (a.trail_opacity && !(*a.trail_opacity >= 0)) fail_usage("--trail-opacity must not be negative");
   if (a.zoom && !(*a.zoom >= 1e-3 && *a.zoom <= 1e6)) fail_usage("--zoom ", *a.zoom, ": .001 to 1e6");
   if (a.step && !(*a.step > 0)) fail_usage("--step must be positive");
-  if (a.opacity && !(*a.opacity >= 0)) fail_usage("--opacity must not be negative");
+  for (const auto& [option, opacity] :
+       {std::pair("--opacity", a.opacity), {"--trail-opacity", a.trail_opacity}})
+    if (opacity && !(*opacity >= 0 && std::isfinite(*opacity)))
+      fail_usage(option, " ", *opacity, ": must be finite and not negative");
   if (a.unit_distance && !(*a.unit_distance > 0)) fail_usage("--unit-distance must be positive");
 }
 

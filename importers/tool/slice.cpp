@@ -41,6 +41,10 @@ struct Range {
       holes += v != v;
     }
   }
+  [[nodiscard]] bool empty() const { return min > max; }
+  [[nodiscard]] std::string text() const {
+    return empty() ? "no value" : concat(short_number(min, 6), " to ", short_number(max, 6));
+  }
 };
 
 // Index space of the box that is written -> world.
@@ -90,7 +94,7 @@ Json slice_json(const bccsplat_slice_info& info, const Cut& where, const std::st
   j["affine"] = matrix_json(box_affine(info).data());
   j["lattice"] = lattice_name(info.lattice);
   j["points"] = info.points;
-  j["range"] = range.min > range.max ? Json() : Json{range.min, range.max};
+  j["range"] = range.empty() ? Json() : Json{range.min, range.max};
   j["nan"] = range.holes;
   j["air"] = info.air;
   j["kernel"] = info.kernel;
@@ -156,10 +160,9 @@ Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel
     range = write_nrrd_slice(slice, path, nrrd_output(volume, info, where));
   }
   if (!a.common.json && !a.common.quiet)
-    std::printf("%s: %llu x %llu x %llu samples, %s to %s%s, from %llu lattice points in %s ms\n",
-                path.c_str(), static_cast<unsigned long long>(info.dims[0]),
-                static_cast<unsigned long long>(info.dims[1]), static_cast<unsigned long long>(info.dims[2]),
-                short_number(range.min, 6).c_str(), short_number(range.max, 6).c_str(),
+    std::printf("%s: %llu x %llu x %llu samples, %s%s, from %llu lattice points in %s ms\n", path.c_str(),
+                static_cast<unsigned long long>(info.dims[0]), static_cast<unsigned long long>(info.dims[1]),
+                static_cast<unsigned long long>(info.dims[2]), range.text().c_str(),
                 range.holes > 0 ? concat(", ", range.holes, " NaN").c_str() : "",
                 static_cast<unsigned long long>(info.points), short_number(info.milliseconds, 3).c_str());
   return slice_json(info, where, path, range);

@@ -175,6 +175,11 @@ class Slice(ToolTest):
         self.assertAlmostEqual(j['worst']['expected'], source[((j['worst']['frame'] * 13 + z) * 12 + y) * 14 + x], places=6)
         self.assertAlmostEqual(abs(j['worst']['got'] - j['worst']['expected']), worst, places=6)
 
+    def test_a_slice_of_holes_has_no_range(self):
+        holes = self.volume(DIMS, lambda *_: math.nan, '--on-nonfinite', 'hole', '--quiet', name='h.bcc4')
+        self.assertIn('samples, no value, ', self.bcc4('slice', holes, '--time', 1, '-o', 'h.nrrd')[0])
+        self.assertIn('nothing to compare', self.bcc4('verify', holes, '--against', 'h.bcc4.raw')[0])
+
     def test_verify_sees_another_source(self):
         self.raw('other.raw', DIMS, lambda *p: wave(*p) + (50 if p == (3, 4, 5, 6) else 0))
         j = self.json('verify', 'v.bcc4', '--against', 'other.raw')
@@ -215,6 +220,7 @@ class Slice(ToolTest):
         self.bcc4('export', 'v.bcc4', '--time', 2.25, '-o', 'one.%03d.nrrd')
         self.assertTrue(os.path.exists(self.path('one.004.nrrd')) or os.path.exists(self.path('one.005.nrrd')))
         self.refused(2, '--overwrite', 'export', 'v.bcc4', '--all', '-o', 'all.nrrd')
+        self.refused(2, '--time T or --all is missing', 'export', 'v.bcc4', '-o', 'x.nrrd', output='x.nrrd')
 
     def test_export_of_a_region(self):
         box, (x0, y0, z0), (nx, ny, nz) = '2-5,3-3,1-6', (2, 3, 1), (4, 1, 6)
