@@ -1,6 +1,6 @@
 #!/bin/bash
 # coverage.sh [LEAST]: which lines of src and formats the unit, api, stability and fault tests reach: a table by file, the
-# least first, and the share of all; fails when that is under LEAST per cent (90). About 20 minutes of CPU time, so no part
+# least covered last, and the share of all; fails when that is under LEAST per cent (90). About 20 minutes of CPU time, so no part
 # of .ci/run; its build stays in build-coverage.
 set -uo pipefail
 top=$(cd "$(dirname "$0")/.." && pwd)
