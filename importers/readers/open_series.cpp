@@ -7,17 +7,17 @@
 #include "readers/byte_stream.h"
 #include "readers/decoders.h"
 #include "readers/error.h"
-#include "readers/metaimage_reader.h"
-#include "readers/nifti_reader.h"
-#include "readers/nrrd_reader.h"
-#include "readers/raw_reader.h"
+#include "readers/metaimage/metaimage_reader.h"
+#include "readers/nifti/nifti_reader.h"
+#include "readers/nrrd/nrrd_reader.h"
+#include "readers/raw/raw_reader.h"
 #include "readers/sequence.h"
-#include "readers/vti_reader.h"
+#include "readers/vti/vti_reader.h"
 #if BCCSPLAT_WITH_NETCDF
-#include "readers/netcdf_reader.h"
+#include "readers/netcdf/netcdf_reader.h"
 #endif
 #if BCCSPLAT_WITH_OPENVDB
-#include "readers/vdb_reader.h"
+#include "readers/vdb/vdb_reader.h"
 #endif
 
 namespace bcc4 {

@@ -5,7 +5,7 @@
 
 #include "readers/open_series.h"
 #include "tool/cli.h"
-#include "tool/commands.h"
+#include "tool/commands/commands.h"
 #include "tool/handles.h"
 #include "tool/interrupt.h"
 

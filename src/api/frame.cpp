@@ -5,8 +5,8 @@
 #include "api/handles.h"
 #include "api/structs.h"
 #include "base/sizes.h"
-#include "formats/exr.h"
-#include "formats/png.h"
+#include "formats/image/exr.h"
+#include "formats/image/png.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;

@@ -13,17 +13,17 @@
 #include "bccsplat.h"
 
 #include "base/context.h"
-#include "formats/bcc4.h"
+#include "field/coefficients/coefficients.h"
+#include "field/corrections.h"
+#include "field/slice.h"
+#include "formats/bcc4/bcc4.h"
 #include "points/time_axis.h"
 #include "render/camera.h"
 #include "render/deep.h"
 #include "render/image.h"
 #include "render/minify.h"
-#include "slice/coefficients/coefficients.h"
-#include "slice/coefficients/corrections.h"
 #include "slice/extraction.h"
 #include "slice/hyperslice.h"
-#include "slice/slice.h"
 #include "splat/points/points.h"
 
 namespace bccsplat::api {

@@ -5,7 +5,7 @@
 
 #include "api/handles.h"
 #include "api/structs.h"
-#include "slice/field/sample_grid.h"
+#include "field/sample_grid.h"
 #include "slice/hyperslice.h"
 #include "slice/plane_slice.h"
 

@@ -5,7 +5,7 @@
 
 #include "api/handles.h"
 #include "api/structs.h"
-#include "slice/field/evaluate.h"
+#include "field/evaluate.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;

@@ -14,8 +14,8 @@
 #include "api/structs.h"
 #include "fit/coefficient_layers.h"
 #include "fit/fit.h"
-#include "fit/round_trip.h"
-#include "fit/series_part.h"
+#include "store/round_trip.h"
+#include "store/series_part.h"
 
 namespace bccsplat::api {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "api/writer.h"
-#include "formats/bcc4_codes.h"
+#include "formats/bcc4/coding/codes.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "api/writer.h"
-#include "formats/bcc4_deflate.h"
+#include "formats/bcc4/coding/deflate.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;

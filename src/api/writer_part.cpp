@@ -4,8 +4,8 @@
 
 #include "api/writer.h"
 #include "base/bytes.h"
-#include "formats/bcc4_deflate.h"
-#include "formats/bcc4_metadata.h"
+#include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/metadata.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;

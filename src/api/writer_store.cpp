@@ -1,6 +1,6 @@
 // From the fit into the container.
 #include "api/writer.h"
-#include "formats/bcc4_journal.h"
+#include "formats/bcc4/journal.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "base/context.h"
+#include "field/coefficients/coefficients.h"
 #include "fit/layer_window.h"
 #include "fit/quantise.h"
 #include "fit/relevance.h"
-#include "slice/coefficients/coefficients.h"
 
 namespace bccsplat {
 

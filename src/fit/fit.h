@@ -16,7 +16,7 @@
 #include "fit/frame.h"
 #include "fit/histogram.h"
 #include "fit/quantise.h"
-#include "formats/bcc4_info.h"
+#include "formats/bcc4/info.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/bcc4_info.h"
+#include "formats/bcc4/info.h"
 
 namespace bccsplat {
 

@@ -7,7 +7,7 @@
 
 #include "base/bytes.h"
 #include "fit/quantise.h"
-#include "formats/bcc4_info.h"
+#include "formats/bcc4/info.h"
 #include "points/brick.h"
 
 namespace bccsplat {

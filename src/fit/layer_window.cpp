@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 #include "kernel/cc_kernel.h"
-#include "slice/kernel_time.h"
+#include "kernel/kernel_time.h"
 
 namespace bccsplat {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "formats/bcc4_info.h"
+#include "formats/bcc4/info.h"
 
 namespace bccsplat {
 

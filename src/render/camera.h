@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "slice/slice.h"
-#include "splat/plan/view.h"
+#include "field/slice.h"
+#include "splat/view/view.h"
 
 namespace bccsplat {
 

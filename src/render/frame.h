@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "base/context.h"
+#include "field/slice.h"
 #include "render/camera.h"
 #include "render/image.h"
 #include "render/minify.h"
 #include "render/preintegrate.h"
 #include "render/trail.h"
 #include "render/transfer_function.h"
-#include "slice/slice.h"
-#include "splat/sheet/kept_sheets.h"
 #include "splat/splat.h"
+#include "splat/tile/kept_sheets.h"
 
 namespace bccsplat {
 

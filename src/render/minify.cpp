@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "slice/coarsen.h"
-#include "splat/plan/view.h"
+#include "splat/view/view.h"
 
 namespace bccsplat {
 

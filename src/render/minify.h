@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/context.h"
+#include "field/slice.h"
 #include "render/camera.h"
-#include "slice/slice.h"
 #include "splat/points/points.h"
 
 namespace bccsplat {

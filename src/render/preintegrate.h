@@ -1,8 +1,8 @@
 // Pre-integrated classification: the integrals of a transfer function, and when a picture needs them.
 #pragma once
 
+#include "field/slice.h"
 #include "render/transfer_function.h"
-#include "slice/slice.h"
 #include "splat/points/points.h"
 
 namespace bccsplat {

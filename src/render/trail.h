@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "base/context.h"
+#include "field/coefficients/coefficients.h"
+#include "field/slice.h"
 #include "render/transfer_function.h"
-#include "slice/coefficients/coefficients.h"
 #include "slice/hyperslice.h"
-#include "slice/slice.h"
 #include "splat/points/points.h"
 #include "splat/trail/trail.h"
 

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "kernel/cc_kernel.h"
-#include "slice/coefficients/turned_samples.h"
-#include "slice/kernel_time.h"
+#include "kernel/kernel_time.h"
 #include "slice/time_slice.h"
+#include "slice/turned_samples.h"
 
 namespace bccsplat {
 namespace {

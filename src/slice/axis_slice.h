@@ -7,10 +7,10 @@
 // each of them has.
 #pragma once
 
-#include "slice/coefficients/coefficients.h"
+#include "field/coefficients/coefficients.h"
+#include "field/slice.h"
 #include "slice/plane_geometry.h"
 #include "slice/slab.h"
-#include "slice/slice.h"
 
 namespace bccsplat {
 

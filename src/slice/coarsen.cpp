@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "field/coefficients/coefficients.h"
+#include "field/footprint/dense_sites.h"
+#include "field/footprint/hole.h"
 #include "points/sample_source.h"
-#include "slice/coefficients/coefficients.h"
-#include "slice/field/dense_sites.h"
-#include "slice/field/hole.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/context.h"
-#include "slice/slice.h"
+#include "field/slice.h"
 
 namespace bccsplat {
 

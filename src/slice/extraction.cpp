@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "base/error.h"
-#include "slice/coefficients/touched_samples.h"
-#include "slice/kernel_time.h"
-#include "slice/slice.h"
+#include "field/slice.h"
+#include "kernel/kernel_time.h"
+#include "slice/touched_samples.h"
 
 namespace bccsplat {
 namespace {

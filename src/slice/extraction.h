@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/context.h"
+#include "field/sample_grid.h"
 #include "points/sample_source.h"
-#include "slice/field/sample_grid.h"
 #include "slice/plane_geometry.h"
 
 namespace bccsplat {

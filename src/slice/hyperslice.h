@@ -4,10 +4,10 @@
 
 #include <optional>
 
-#include "slice/coefficients/coefficients.h"
+#include "field/coefficients/coefficients.h"
+#include "field/slice.h"
 #include "slice/plane_geometry.h"
 #include "slice/slab.h"
-#include "slice/slice.h"
 
 namespace bccsplat {
 

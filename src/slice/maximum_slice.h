@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include "slice/coefficients/coefficients.h"
-#include "slice/slice.h"
+#include "field/coefficients/coefficients.h"
+#include "field/slice.h"
 
 namespace bccsplat {
 

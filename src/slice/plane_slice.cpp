@@ -6,13 +6,13 @@
 #include <limits>
 
 #include "base/error.h"
+#include "field/evaluate.h"
+#include "field/footprint/patch.h"
 #include "kernel/cc_kernel.h"
+#include "kernel/kernel_time.h"
 #include "points/sample_source.h"
-#include "slice/coefficients/occupancy.h"
-#include "slice/coefficients/touched_samples.h"
-#include "slice/field/evaluate.h"
-#include "slice/field/patch.h"
-#include "slice/kernel_time.h"
+#include "slice/occupancy.h"
+#include "slice/touched_samples.h"
 
 namespace bccsplat {
 namespace {

@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "base/context.h"
-#include "slice/coefficients/coefficients.h"
+#include "field/coefficients/coefficients.h"
+#include "field/slice.h"
 #include "slice/plane_geometry.h"
 #include "slice/slab.h"
-#include "slice/slice.h"
 
 namespace bccsplat {
 

@@ -36,7 +36,7 @@ HWY_AFTER_NAMESPACE();
 #include <cmath>
 
 #include "base/error.h"
-#include "slice/kernel_time.h"
+#include "kernel/kernel_time.h"
 #include "slice/maximum_slice.h"
 #include "slice/time_slice.h"
 

@@ -7,9 +7,9 @@
 
 #include "base/context.h"
 #include "base/vec.h"
-#include "slice/coefficients/coefficients.h"
+#include "field/coefficients/coefficients.h"
+#include "field/slice.h"
 #include "slice/slab.h"
-#include "slice/slice.h"
 
 namespace bccsplat {
 

@@ -11,14 +11,14 @@
 #include <functional>
 
 #include "base/context.h"
-#include "slice/slice.h"
+#include "field/slice.h"
 #include "splat/loop/kernels.h"
-#include "splat/plan/view.h"
 #include "splat/points/points.h"
+#include "splat/raise/raise.h"
 #include "splat/shade/class_table.h"
 #include "splat/shade/light.h"
-#include "splat/sheet/raise.h"
 #include "splat/tile/deep.h"
+#include "splat/view/view.h"
 
 namespace bccsplat {
 

@@ -7,19 +7,19 @@
 #include <vector>
 
 #include "base/error.h"
-#include "tests/bench/evaluate.h"
-#include "tests/bench/fit.h"
-#include "tests/bench/import.h"
-#include "tests/bench/kernels.h"
-#include "tests/bench/paper.h"
-#include "tests/bench/render.h"
+#include "tests/bench/evaluate/evaluate.h"
+#include "tests/bench/fit/fit.h"
+#include "tests/bench/import/import.h"
+#include "tests/bench/kernels/kernels.h"
+#include "tests/bench/paper/paper.h"
+#include "tests/bench/render/render.h"
 #include "tests/bench/report.h"
-#include "tests/bench/scale.h"
-#include "tests/bench/skip.h"
-#include "tests/bench/slice.h"
-#include "tests/bench/splat.h"
-#include "tests/bench/storage.h"
-#include "tests/bench/trail.h"
+#include "tests/bench/scale/scale.h"
+#include "tests/bench/skip/skip.h"
+#include "tests/bench/slice/slice.h"
+#include "tests/bench/splat/splat.h"
+#include "tests/bench/storage/storage.h"
+#include "tests/bench/trail/trail.h"
 
 namespace {
 

@@ -1,6 +1,6 @@
 #include "tests/bench/scene.h"
 
-#include "slice/coefficients/coefficients.h"
+#include "field/coefficients/coefficients.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"
 

@@ -8,7 +8,7 @@
 #include "render/frame.h"
 #include "render/reference.h"
 #include "tests/bench/analytic.h"
-#include "tests/bench/ray_march.h"
+#include "tests/bench/ray_march/ray_march.h"
 
 namespace bccsplat::bench {
 

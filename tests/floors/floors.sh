@@ -15,10 +15,12 @@ find "${folders[@]}" -type f \
 BEGIN {
   floor["base"] = 0
   floor["lattice"] = floor["kernel"] = 1
-  floor["points"] = floor["formats"] = 2
-  floor["fit"] = floor["slice"] = floor["splat"] = 3
-  floor["render"] = 4
-  floor["api"] = 5
+  floor["points"] = 2
+  floor["formats"] = 3
+  floor["field"] = 4
+  floor["fit"] = floor["slice"] = floor["splat"] = 5
+  floor["render"] = floor["store"] = 6
+  floor["api"] = 7
 }
 function wrong(why) { print $0; print "  -> " why; bad = 1 }
 {

@@ -10,7 +10,7 @@ house() {
   echo '#include <stdint.h>' >"$scratch/include/bccsplat.h"
   printf '#include <vector>\n#include <thread>\n' >"$scratch/src/base/tasks.h"
   printf '#include "base/tasks.h"\n#include "kernel/kernel.h"\n' >"$scratch/src/kernel/prefilter.cpp"
-  printf '#include "kernel/kernel.h"\n#include "formats/bcc4.h"\n' >"$scratch/src/points/volume.cpp"
+  printf '#include "kernel/kernel.h"\n#include "lattice/lattice.h"\n' >"$scratch/src/points/volume.cpp"
   printf '#include "points/brick.h"\n#include <png.h>\n' >"$scratch/formats/png.cpp"
   printf '#include "splat/sheet.h"\n#include <hwy/highway.h>\n' >"$scratch/src/splat/sheet.cpp"
   printf '#include <bccsplat.h>\n#include "render/frame.h"\n' >"$scratch/src/api/api.cpp"

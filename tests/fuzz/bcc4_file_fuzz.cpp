@@ -1,6 +1,6 @@
 // Opens fuzzed bytes as a .bcc4 file, decodes what can be decoded and verifies it.
-#include "formats/bcc4.h"
-#include "formats/bcc4_chunk.h"
+#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/coding/chunk.h"
 #include "fuzz_target.h"
 #include "sealed_file.h"
 

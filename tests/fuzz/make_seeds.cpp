@@ -8,7 +8,7 @@
 #include <iterator>
 
 #include "sealed_file.h"
-#include "tests/unit/bcc4_rebuild.h"
+#include "tests/unit/formats/rebuild.h"
 
 int main(int argc, char** argv) {
   using namespace bccsplat;

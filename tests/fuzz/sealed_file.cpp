@@ -4,9 +4,9 @@
 #include <array>
 #include <cstring>
 
-#include "formats/bcc4_deflate.h"
-#include "formats/bcc4_layout.h"
-#include "formats/bcc4_page.h"
+#include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/layout.h"
+#include "formats/bcc4/page.h"
 
 namespace fuzz {
 namespace {

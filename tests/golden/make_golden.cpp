@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <string>
 
-#include "../unit/bcc4_rebuild.h"
-#include "../unit/bcc4_test_data.h"
+#include "tests/unit/formats/rebuild.h"
+#include "tests/unit/formats/test_data.h"
 
 namespace bccsplat::test {
 namespace {

@@ -16,8 +16,8 @@
 
 #include "base/vec.h"
 #include "kernel/kernel.h"
+#include "splat/raise/raise.h"
 #include "splat/shade/class_table.h"
-#include "splat/sheet/raise.h"
 
 namespace bccsplat {
 

@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/aligned.h"
 #include "base/tasks.h"
 #include "splat/loop/kernels.h"
 #include "splat/points/inside_cells.h"
-#include "splat/sheet/raise.h"
-#include "splat/sheet/raise_fan.h"
+#include "splat/raise/raise.h"
+#include "splat/raise/raise_fan.h"
 #include "splat/splat.h"
-#include "splat/tile/aligned.h"
 
 namespace bccsplat {
 

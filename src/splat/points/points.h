@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/context.h"
-#include "slice/slice.h"
+#include "field/slice.h"
 
 namespace bccsplat {
 

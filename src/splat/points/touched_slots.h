@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "slice/slice.h"
+#include "field/slice.h"
 
 namespace bccsplat {
 

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "slice/field/footprint.h"
-#include "slice/slice.h"
-#include "splat/plan/view.h"
+#include "field/footprint/footprint.h"
+#include "field/slice.h"
 #include "splat/shade/light.h"
+#include "splat/view/view.h"
 
 namespace bccsplat {
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <span>
 
-#include "splat/plan/pixel_rect.h"
 #include "splat/shade/class_table.h"
 #include "splat/shade/light.h"
+#include "splat/view/pixel_rect.h"
 
 namespace bccsplat {
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <utility>
 
-#include "splat/plan/view.h"
 #include "splat/shade/surface.h"
 #include "splat/sheet/sheet.h"
+#include "splat/view/view.h"
 
 namespace bccsplat {
 

@@ -8,7 +8,7 @@
 #include "splat/shade/surface.h"
 #include "splat/sheet/sheet.h"
 #include "splat/sheet/sheet_args.h"
-#include "splat/sheet/sheet_source.h"
+#include "splat/tile/sheet_source.h"
 #include "splat/tile/tile_rays.h"
 
 namespace bccsplat {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "splat/plan/plan.h"
-#include "splat/sheet/kept_sheets.h"
+#include "splat/tile/kept_sheets.h"
 #include "splat/tile/tile_memory.h"
 
 namespace bccsplat {

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/aligned.h"
 #include "splat/loop/kernels.h"
 #include "splat/plan/plan.h"
 #include "splat/sheet/sheet.h"
-#include "splat/tile/aligned.h"
 #include "splat/tile/deep.h"
 
 namespace bccsplat {

@@ -5,10 +5,10 @@
 #include <array>
 #include <cstdint>
 
-#include "slice/slice.h"
+#include "field/slice.h"
 #include "splat/plan/plan.h"
-#include "splat/plan/view.h"
 #include "splat/sheet/sheet.h"
+#include "splat/view/view.h"
 
 namespace bccsplat {
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "splat/shade/matter.h"
 #include "splat/splat.h"
+#include "splat/trail/matter.h"
 
 namespace bccsplat {
 

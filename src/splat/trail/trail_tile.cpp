@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "splat/sheet/sheet_args.h"
-#include "splat/sheet/sheet_source.h"
+#include "splat/tile/sheet_source.h"
 #include "splat/tile/tile_rays.h"
 
 namespace bccsplat {

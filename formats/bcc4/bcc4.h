@@ -1,0 +1,206 @@
+// The .bcc4 container: sparse samples of a 4D volume, written slab by slab and read chunk by chunk
+// (formats/bcc4.md).
+//
+// A chunk is one 4D brick of one channel: the 16^3 bricks at one brick position in `slab_layers` consecutive
+// layers.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/context.h"
+#include "base/files.h"
+#include "formats/bcc4/coding/residuals.h"
+#include "formats/bcc4/info.h"
+#include "points/brick.h"
+#include "points/sample_source.h"
+
+namespace bccsplat {
+
+struct Bcc4Bytes {
+  uint64_t file = 0;
+  uint64_t runs = 0;   // which sites are kept, and holes
+  uint64_t values = 0; // samples
+  uint64_t index =
+      0; // all the rest: tables, metadata, roots and padding; file = runs + values + index + unused
+  uint64_t unused = 0; // referenced by nothing
+};
+
+struct Bcc4Report {
+  Bcc4Bytes bytes;
+  uint64_t chunks = 0;
+  uint64_t slabs_reused = 0;                       // taken from an earlier writer or file, not coded again
+  uint64_t sites_total = 0;                        // all channels
+  uint64_t sites_kept = 0, holes = 0, clamped = 0; // all channels
+};
+
+class Bcc4Journal; // journal.h
+class Bcc4Reader;
+
+struct Bcc4WriterOptions {
+  int level = 6;            // of deflate, 1 (fast) .. 9 (small); 0: raw chunks, usable from a mapping
+  uint64_t data_offset = 0; // where the first chunk may go at the earliest; what lies before stays unused
+  // What has been written, for a writer that comes after a crash; slabs an earlier one left there are not
+  // coded again. The sink must be the earlier one's file (Partial::taken_over).
+  std::shared_ptr<Bcc4Journal> journal{};
+  uint32_t fingerprint = 0; // of what decides the samples beyond the VolumeInfo
+  // A finished file whose first slabs are those to be written: their chunks are copied.
+  std::shared_ptr<const Bcc4Reader> earlier{};
+  int32_t earlier_slabs = 0;
+};
+
+class Bcc4Writer {
+ public:
+  Bcc4Writer(std::unique_ptr<ByteSink> sink, const VolumeInfo& initial,
+             const Bcc4WriterOptions& options = {});
+  ~Bcc4Writer(); // without finish, nothing is left under the final name
+  Bcc4Writer(const Bcc4Writer&) = delete;
+  Bcc4Writer& operator=(const Bcc4Writer&) = delete;
+
+  // The layers slab * slab_layers .. of one channel, in order: slab_layers of them, fewer only at the end of
+  // the series. Bricks hold values minus air; a hole counts as kept. Slabs of one channel rise; one left out
+  // is air. Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value).
+  void write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers, const Context& context);
+
+  // The same with the chunks of a file of equal coding, as they stand there.
+  void copy_slab(int32_t slab, int channel, const Bcc4Reader& from);
+
+  // Corrections of one frame, of any channel and in any order; a frame that gets none has none.
+  void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
+  void copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from);
+  // To be completed before finish: dims[3], last_layer, times, statistics. What decides how samples are coded
+  // is fixed.
+  [[nodiscard]] VolumeInfo& info();
+  // Writes index, metadata and roots and commits the sink.
+  Bcc4Report finish(const Context& context);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// What exceeds them is refused before anything is allocated: Code::limit_exceeded.
+struct Bcc4Limits {
+  uint64_t metadata_bytes = 64 << 20; // decoded
+  uint64_t directory_bytes = 256 << 20;
+  uint64_t bricks_per_layer = 16 << 20; // a layer holds 16 bytes for each
+  uint32_t channels = 1024;
+  uint32_t cached_pages = 64; // decoded index pages kept, each up to 3 MiB
+  // Chunks that do not check out read as holes, and so do all that a damaged index page may have listed,
+  // instead of failing.
+  bool salvage = false;
+};
+
+// Index entry of a chunk.
+struct Bcc4Chunk {
+  int32_t slab = 0;
+  uint32_t slot = 0;                         // (bz * ny + by) * nx + bx, brick dims of coset 0
+  uint64_t offset = 0;                       // of its bytes: values, runs, zeros up to a multiple of 8
+  uint32_t values_bytes = 0, runs_bytes = 0; // stored
+  uint32_t runs_decoded = 0;
+  uint32_t kept = 0, holes = 0;        // sites; holes are kept too
+  uint32_t min_code = 0, max_code = 0; // of the samples, ordered codes
+  uint32_t crc = 0;
+  uint8_t coding = 0, predictor = 0;
+  [[nodiscard]] uint64_t stored() const { return (uint64_t{values_bytes} + runs_bytes + 7) / 8 * 8; }
+  bool operator==(const Bcc4Chunk&) const = default;
+};
+
+struct ChunkData; // a decoded chunk, chunk.h
+
+// A place that does not check out.
+struct Bcc4Damage {
+  Code code = Code::corrupt;
+  std::string message;
+  uint64_t offset = 0;
+  int channel = -1;                         // -1: of the whole file
+  int32_t first_layer = 0, last_layer = -1; // layers that cannot be read; none when last < first
+  bool whole_layers = false;                // else only `brick`
+  Int3 brick{};
+};
+
+struct Bcc4VerifyResult {
+  uint64_t chunks = 0;
+  uint64_t chunks_damaged = 0;
+  uint64_t bytes_checked = 0;
+  std::vector<Bcc4Damage> damage;
+  std::string survivors; // what is whole, in words; empty without damage
+};
+
+// An open file. Immutable but for its page cache; all calls may run concurrently.
+class Bcc4Reader {
+ public:
+  // Reads the roots, the directory of index pages and the metadata.
+  [[nodiscard]] static std::shared_ptr<Bcc4Reader> open(std::unique_ptr<ByteSource> source,
+                                                        const Bcc4Limits& limits = {});
+  ~Bcc4Reader();
+
+  [[nodiscard]] const VolumeInfo& info() const;
+  [[nodiscard]] const Bcc4Bytes& bytes() const;
+  [[nodiscard]] uint64_t chunk_count() const;
+  // Bytes taken from the source so far.
+  [[nodiscard]] uint64_t bytes_read() const;
+  // A root record is damaged: an interrupted append, or harm; verify_all tells.
+  [[nodiscard]] bool root_damaged() const;
+
+  // The chunks of one slab in `region`, by rising slot. Reads the index pages of the slab when they are not
+  // at hand.
+  [[nodiscard]] std::vector<Bcc4Chunk> chunks(int channel, int32_t slab, const BrickBox& region = {}) const;
+  // Position in bricks, as for BrickLayer of coset 0.
+  [[nodiscard]] Int3 brick_position(uint32_t slot) const;
+  // Smallest and largest sample of a chunk, relative to air, kept sites only.
+  [[nodiscard]] Range sample_range(int channel, const Bcc4Chunk& chunk) const;
+
+  // The bytes of a chunk as they stand in the file, padding included; their checksum is right.
+  [[nodiscard]] std::vector<std::byte> stored_bytes(const Bcc4Chunk& chunk) const;
+  // Decodes chunks of one channel in parallel; neighbours in the file are read together.
+  [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
+  read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const;
+  // Corrections at the samples of a source frame; empty where there are none. Not cached.
+  [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
+  // The same as they stand in the file, with zeros up to a multiple of 8; their checksum is right.
+  [[nodiscard]] std::vector<std::byte> stored_residuals(int channel, uint64_t frame) const;
+  // The brick of one layer of a chunk, 0 .. slab_layers - 1; null: air throughout.
+  [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data,
+                                                   int layer_of_slab) const;
+
+  // Reads and checks everything; damage is listed, not thrown.
+  [[nodiscard]] Bcc4VerifyResult verify_all(const Context& context) const;
+
+ private:
+  struct State;
+  explicit Bcc4Reader(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+// The samples of a file as a SampleSource. Decoded chunks are cached, least recently used first out, as far
+// as `budget` (which must outlive this) and `cache_bytes` allow: consecutive layers of a slab decode each
+// chunk once.
+class Bcc4Samples final : public SampleSource {
+ public:
+  Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes = 256 << 20);
+  ~Bcc4Samples() override;
+
+  const Lattice4& lattice() const override;
+  int channels() const override;
+  float air(int channel) const override;
+  BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
+                        const Context& context) const override;
+  const std::string& coefficient_kernel() const override;
+
+  [[nodiscard]] const Bcc4Reader& reader() const;
+  // Chunks decoded so far.
+  [[nodiscard]] uint64_t chunks_decoded() const;
+
+ private:
+  struct Cache;
+  std::shared_ptr<Bcc4Reader> reader_;
+  std::unique_ptr<Cache> cache_;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,196 @@
+// The rules a VolumeInfo keeps, the same for a caller's and for a file's.
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/metadata.h"
+#include "formats/bcc4/page.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr int32_t max_planes = 1'000'000'000; // per axis, as Lattice4::fit
+constexpr int32_t max_lead = 254;
+
+[[nodiscard]] bool positive(double v) { return v > 0 && std::isfinite(v); }
+[[nodiscard]] bool is_range(const Range& r) {
+  return std::isfinite(r.low) && std::isfinite(r.high) && r.low <= r.high;
+}
+
+void check_lattice(const VolumeInfo& info, Code code) {
+  const Lattice4& l = info.lattice;
+  const auto bad = [&](const auto&... why) { fail(code, "lattice: ", why...); };
+  if (l.kind != LatticeKind::d4star && l.kind != LatticeKind::bcc && l.kind != LatticeKind::cc)
+    bad("unknown kind ", static_cast<int>(l.kind));
+  if (l.space.bcc != (l.kind != LatticeKind::cc)) bad("the spatial lattice does not belong to its kind");
+  unsigned __int128 samples = 1;
+  for (const uint32_t n : l.dims) {
+    if (n == 0) bad("a dimension is 0");
+    samples *= n;
+    if (samples > INT64_MAX) bad("more than 2^63 source samples");
+  }
+  for (size_t a = 0; a < 3; ++a) {
+    const double end = l.dims[a] - 1.0;
+    if (l.space.last[a] < 1 || l.space.last[a] > max_planes)
+      bad("last plane ", l.space.last[a], " on axis ", a);
+    if (!positive(l.space_step[a])) bad("distance of planes ", l.space_step[a], " on axis ", a);
+    if (end > 0 && std::fabs(l.space.last[a] * l.space_step[a] - end) > 1e-9 * end)
+      bad("the last plane of axis ", a, " stands at ", l.space.last[a] * l.space_step[a],
+          ", the last sample at ", end);
+  }
+  if (l.dims[3] == 1) {
+    if (l.kind == LatticeKind::d4star || l.time_step != 0 || l.lead != 0 ||
+        l.last_layer != l.space.cosets() - 1)
+      bad("one frame needs a static lattice");
+  } else {
+    const double end = l.dims[3] - 1.0;
+    if (l.kind == LatticeKind::bcc || !positive(l.time_step) || l.last_layer < 1 || l.last_layer > max_planes)
+      bad(l.dims[3], " frames need a lattice in time");
+    if (l.lead < 0 || l.lead > max_lead || l.lead % 2 != 0)
+      bad(l.lead, " layers before the first frame, not an even number up to ", max_lead);
+    if (l.layer_frame(l.last_layer) < end - 1e-8 * end)
+      bad("the last layer stands at frame ", l.layer_frame(l.last_layer), ", the last frame is ", end);
+  }
+  if (!positive(info.scale) || !positive(info.time_scale)) bad("scales must be positive");
+  if (info.slab_layers < 1 || info.slab_layers > max_slab_layers) bad(info.slab_layers, " layers in a slab");
+  unsigned __int128 bricks = 1;
+  for (const int32_t n : slot_dims(l)) bricks *= static_cast<unsigned>(n);
+  if (bricks > UINT32_MAX) bad("more than 2^32 bricks in a layer");
+  if (4096 * bricks * static_cast<unsigned>(l.layers()) > INT64_MAX) bad("more than 2^63 sites");
+}
+
+void check_channel(const ChannelInfo& c, Code code) {
+  const auto bad = [&](const auto&... why) { fail(code, "channel ", c.name, ": ", why...); };
+  if (c.type < ValueType::u8 || c.type > ValueType::f32) bad("unknown value type ", static_cast<int>(c.type));
+  if (c.source_type > SourceType::u32) bad("unknown source type ", static_cast<int>(c.source_type));
+  if (!std::isfinite(c.air) || !(c.threshold >= 0) || !std::isfinite(c.threshold)) bad("air or threshold");
+  const double bias = c.offset - static_cast<double>(c.air);
+  if (c.type == ValueType::u8 || c.type == ValueType::u16) {
+    if (!positive(c.scale) || !std::isfinite(c.offset)) bad("scale ", c.scale, ", offset ", c.offset);
+    if (std::fabs(bias) > 0x1p22 * c.scale) bad("air is more than 2^22 steps from the offset");
+    if (!(c.scale * 65535 + std::fabs(bias) < 0x1p127)) bad("values beyond the range of floats");
+  } else if (c.scale != 1 || !(bias == 0 || (c.type == ValueType::f16 && c.offset == 0))) {
+    bad("floats need scale 1 and offset = air");
+  }
+}
+
+} // namespace
+
+void check_fixed(const VolumeInfo& info, Code code) {
+  check_lattice(info, code);
+  if (info.channels.empty()) fail(code, "no channels");
+  std::set<std::string> names;
+  for (const ChannelInfo& c : info.channels) {
+    if (c.name.empty()) fail(code, "a channel has no name");
+    if (!names.insert(c.name).second) fail(code, "two channels are named ", c.name);
+    check_channel(c, code);
+  }
+}
+
+void check_info(const VolumeInfo& info, Code code) {
+  check_fixed(info, code);
+  for (const Vec3& row : info.affine.linear)
+    for (const double v : row)
+      if (!std::isfinite(v)) fail(code, "affine: not finite");
+  for (const double v : info.affine.offset)
+    if (!std::isfinite(v)) fail(code, "affine: not finite");
+  if (info.affine.determinant() == 0) fail(code, "affine: determinant 0");
+  const TimeMap& t = info.time;
+  if (t.uniform) {
+    if (!std::isfinite(t.first) || !positive(t.step) || !t.times.empty())
+      fail(code, "times: first ", t.first, ", step ", t.step);
+  } else {
+    if (t.times.size() != info.lattice.dims[3])
+      fail(code, "times: ", t.times.size(), " for ", info.lattice.dims[3], " frames");
+    for (size_t i = 0; i < t.times.size(); ++i)
+      if (!std::isfinite(t.times[i]) || (i > 0 && !(t.times[i] > t.times[i - 1])))
+        fail(code, "times: time ", t.times[i], " of frame ", i, " does not rise");
+  }
+  const auto text = [&](const std::string& s) {
+    if (!is_utf8(s)) fail(code, "text is not UTF-8: ", to_utf8(s));
+  };
+  for (const auto* s :
+       {&info.spatial_unit, &t.unit, &t.epoch, &info.coefficient_kernel, &info.recommended_kernel})
+    text(*s);
+  for (const SourceInfo& s : info.sources) text(s.name);
+  for (const double v : info.coefficient_parameters)
+    if (!std::isfinite(v) || info.coefficient_kernel.empty())
+      fail(code, "parameter ", v, " of the kernel of the coefficients");
+  std::set<std::string> keys;
+  for (const auto& [key, value] : info.attributes) {
+    text(key), text(value);
+    if (key.empty() || !keys.insert(key).second)
+      fail(code, "attribute key \"", key, "\" is empty or stands twice");
+  }
+  if (info.part)
+    for (const PartWrite& w : info.part->writes)
+      if (w.slab >= info.slabs()) fail(code, "part: a write of slab ", w.slab, " of ", info.slabs());
+  if (info.tail) {
+    if (info.tail->slabs < 0 || info.tail->slabs > info.slabs())
+      fail(code, "the tail counts ", info.tail->slabs, " slabs of ", info.slabs());
+    for (size_t c = 0; c < info.channels.size(); ++c)
+      if (info.tail->clamped.at(c) > info.channels[c].clamped)
+        fail(code, "the tail counts ", info.tail->clamped[c], " clamped samples of ",
+             info.channels[c].clamped);
+  }
+  for (const ChannelInfo& c : info.channels) {
+    for (const auto* s : {&c.name, &c.quantity, &c.unit}) text(*s);
+    for (const Range* r : {&c.source_range, &c.kept_range, &c.histogram_range})
+      if (!is_range(*r)) fail(code, "channel ", c.name, ": range from ", r->low, " to ", r->high);
+    if (!c.histogram.empty() && c.histogram.size() != 256)
+      fail(code, "channel ", c.name, ": a histogram of ", c.histogram.size(), " bins");
+    for (size_t i = 0; i < c.percentiles.size(); ++i) {
+      const Percentile& p = c.percentiles[i];
+      if (!(p.percent >= 0 && p.percent <= 100) || !std::isfinite(p.value) ||
+          (i > 0 && (p.percent <= c.percentiles[i - 1].percent || p.value < c.percentiles[i - 1].value)))
+        fail(code, "channel ", c.name, ": percentiles do not rise");
+    }
+    if (!c.frames.empty() && c.frames.size() != info.lattice.dims[3])
+      fail(code, "channel ", c.name, ": ranges of ", c.frames.size(), " frames");
+    for (const Range& r : c.frames)
+      if (!is_range(r)) fail(code, "channel ", c.name, ": range of a frame from ", r.low, " to ", r.high);
+    const ResidualInfo& fix = c.residuals;
+    if (!(fix.step >= 0 && fix.bound >= 0) || !std::isfinite(fix.step) || !std::isfinite(fix.bound))
+      fail(code, "channel ", c.name, ": corrections in steps of ", fix.step, ", bound ", fix.bound);
+    if (!fix.frames.empty() && (fix.frames.size() != info.lattice.dims[3] || fix.step == 0))
+      fail(code, "channel ", c.name, ": corrections of ", fix.frames.size(), " frames");
+    const auto sites = static_cast<uint64_t>(info.lattice.sites());
+    if (c.sites_kept > sites || c.holes > c.sites_kept)
+      fail(code, "channel ", c.name, ": ", c.sites_kept, " kept sites of ", sites, ", ", c.holes, " holes");
+  }
+}
+
+void tidy(VolumeInfo& info) {
+  const auto mend = [](Range& r) {
+    if (!is_range(r)) r = {};
+  };
+  const auto text = [](std::string& s) { s = to_utf8(s); };
+  for (auto* s : {&info.spatial_unit, &info.time.unit, &info.time.epoch, &info.coefficient_kernel,
+                  &info.recommended_kernel})
+    text(*s);
+  for (SourceInfo& s : info.sources) text(s.name);
+  for (auto& [key, value] : info.attributes) text(key), text(value);
+  for (size_t i = 0; i < info.attributes.size();) {
+    const auto later =
+        std::find_if(info.attributes.begin() + static_cast<std::ptrdiff_t>(i) + 1, info.attributes.end(),
+                     [&](const auto& a) { return a.first == info.attributes[i].first; });
+    if (later == info.attributes.end())
+      ++i;
+    else
+      info.attributes.erase(info.attributes.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  for (ChannelInfo& c : info.channels) {
+    for (auto* s : {&c.name, &c.quantity, &c.unit}) text(*s);
+    mend(c.source_range), mend(c.histogram_range);
+    for (Range& r : c.frames) mend(r);
+    for (size_t i = 0; i < c.percentiles.size(); ++i) {
+      double& v = c.percentiles[i].value;
+      if (!std::isfinite(v)) v = 0;
+      if (i > 0) v = std::max(v, c.percentiles[i - 1].value);
+    }
+  }
+}
+
+} // namespace bccsplat

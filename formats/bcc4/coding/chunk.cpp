@@ -1,0 +1,366 @@
+#include "formats/bcc4/coding/chunk.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "base/bytes.h"
+#include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/coding/entropy.h"
+#include "formats/bcc4/coding/predict.h"
+#include "formats/bcc4/coding/range.h"
+#include "formats/bcc4/coding/scratch.h"
+#include "points/runs.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr uint8_t raw = 0, deflated = 1;
+
+[[nodiscard]] int count_bits(const BrickMask& mask) {
+  // Sums of growing groups of bits, in vectors: not every target has an instruction for it.
+  unsigned n = 0;
+  for (const uint16_t row : mask) {
+    unsigned v = row;
+    v -= v >> 1 & 0x5555;
+    v = (v & 0x3333) + (v >> 2 & 0x3333);
+    v = (v + (v >> 4)) & 0x0f0f;
+    n += (v + (v >> 8)) & 31;
+  }
+  return static_cast<int>(n);
+}
+
+// Calls body(layer, row index z*16 + y, row width) for the rows inside the domain, in coding order.
+template<class Body> void for_rows(const ChunkShape& shape, Body&& body) {
+  for (int m = 0; m < shape.layers; ++m) {
+    const Int3& n = shape.box[static_cast<size_t>(m)];
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y)
+        body(static_cast<size_t>(m), static_cast<size_t>(z * brick_edge + y), static_cast<int>(n[0]));
+  }
+}
+
+[[nodiscard]] std::vector<std::byte> write_runs(const ChunkSites& sites) {
+  ByteWriter out;
+  RunEncoder occupancy(out);
+  for_rows(sites.shape, [&](size_t m, size_t r, int width) { occupancy.row(sites.kept[m][r], width); });
+  occupancy.finish();
+  if (!sites.hole.empty()) {
+    RunEncoder holes(out);
+    for_rows(sites.shape, [&](size_t m, size_t r, int) {
+      const uint16_t kept = sites.kept[m][r];
+      holes.row(compress_bits(sites.hole[m][r], kept), std::popcount(kept));
+    });
+    holes.finish();
+  }
+  return out.release();
+}
+
+// The masks of all layers, from the rows inside the domain in coding order.
+void read_masks(const ChunkShape& shape, RunDecoder& runs, std::vector<BrickMask>& masks) {
+  masks.assign(static_cast<size_t>(shape.layers), BrickMask{});
+  for (size_t m = 0; m < masks.size(); ++m) {
+    const auto [nx, ny, nz] = shape.box[m];
+    const auto rows = std::span(masks[m]);
+    if (nx == brick_edge && ny == brick_edge) {
+      runs.fill(rows.first(static_cast<size_t>(nz) * brick_edge));
+      continue;
+    }
+    for (int z = 0; z < nz; ++z) {
+      if (runs.skip(static_cast<uint64_t>(nx) * static_cast<uint64_t>(ny))) continue;
+      for (int y = 0; y < ny; ++y) rows[static_cast<size_t>(z * brick_edge + y)] = runs.row(nx);
+    }
+  }
+  runs.finish();
+}
+
+void read_runs(ChunkData& data, const Bcc4Chunk& parts, std::span<const std::byte> bytes,
+               std::string_view what, uint64_t offset) {
+  ByteReader in(bytes, what, offset);
+  RunDecoder occupancy(in, data.shape.sites(), parts.kept);
+  read_masks(data.shape, occupancy, data.kept);
+  if (parts.holes > 0) {
+    RunDecoder holes(in, parts.kept, parts.holes);
+    data.hole.assign(data.kept.size(), BrickMask{});
+    for_rows(data.shape, [&](size_t m, size_t r, int) {
+      const uint16_t kept = data.kept[m][r];
+      data.hole[m][r] = expand_bits(holes.row(std::popcount(kept)), kept);
+    });
+    holes.finish();
+  }
+  in.expect_end();
+}
+
+// All lowest bytes, then all second bytes, ...
+void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t bytes) {
+  std::vector<std::byte> plane(values.size());
+  for (uint32_t b = 0; b < bytes; ++b) {
+    for (size_t i = 0; i < values.size(); ++i) plane[i] = static_cast<std::byte>(values[i] >> (8 * b));
+    out.write_bytes(plane);
+  }
+}
+
+[[nodiscard]] std::array<uint32_t, 2> range_of(std::span<const uint32_t> codes) {
+  uint32_t low = UINT32_MAX, high = 0;
+  for (const uint32_t c : codes) low = std::min(low, c), high = std::max(high, c);
+  return {low, high};
+}
+
+// Bits the byte planes need at their own frequencies, times 256.
+[[nodiscard]] uint64_t estimate(std::span<const uint32_t> residuals, uint32_t bytes) {
+  uint64_t cost = 0;
+  for (uint32_t b = 0; b < bytes; ++b) {
+    std::array<uint32_t, 256> count{};
+    for (const uint32_t r : residuals) ++count[r >> (8 * b) & 255];
+    cost += entropy_bits_256(count);
+  }
+  return cost;
+}
+
+struct CodedValues {
+  uint8_t coding = raw, predictor = 0;
+  std::vector<std::byte> bytes;
+};
+
+[[nodiscard]] CodedValues write_values(const ChunkSites& sites, const ChunkCodes& codes, int level) {
+  CodedValues best;
+  ByteWriter patterns;
+  for (const uint32_t c : sites.codes) {
+    const uint32_t p = pattern_of(c, codes);
+    patterns.write_bytes(std::as_bytes(std::span(&p, 1)).first(codes.bytes()));
+  }
+  best.bytes = patterns.release();
+  if (level == 0) return best;
+  const auto keep_smaller = [&best](Predictor predictor, std::vector<std::byte> stream) {
+    if (stream.size() < best.bytes.size())
+      best = {deflated, static_cast<uint8_t>(predictor), std::move(stream)};
+  };
+  const auto planes_of = [&](std::span<const int16_t> weights, std::span<const uint32_t> residuals) {
+    ByteWriter planes;
+    planes.write_bytes(std::as_bytes(weights));
+    write_planes(planes, residuals, codes.bytes());
+    return planes.release();
+  };
+  // The predictor of the lowest estimate is coded; unpredicted codes as well, for values that repeat.
+  Predictor choice = Predictor::none;
+  std::vector<uint32_t> residuals = sites.codes;
+  std::vector<int16_t> weights;
+  uint64_t lowest = estimate(residuals, codes.bytes());
+  const auto try_predictor = [&](Predictor predictor, std::vector<int16_t> w, uint64_t handicap) {
+    std::vector<uint32_t> r = predict(sites, codes, predictor, w);
+    const uint64_t cost = estimate(r, codes.bytes()) + w.size() * 16 * 256;
+    if (cost + handicap >= lowest) return;
+    lowest = cost;
+    choice = predictor;
+    residuals = std::move(r);
+    weights = std::move(w);
+  };
+  for (uint8_t id = 1; id < predictor_count; ++id)
+    if (const auto predictor = static_cast<Predictor>(id); predictor != Predictor::fitted)
+      try_predictor(predictor, {}, 0);
+  // Rows without chains decode side by side: chains must be worth it, but at the level that is for size only.
+  FittedWeights fitted = fit_weights(sites, codes);
+  if (level < 9) try_predictor(Predictor::fitted, std::move(fitted.unchained), 0);
+  try_predictor(Predictor::fitted, std::move(fitted.chained), level < 9 ? lowest / 32 : 0);
+  const std::vector<std::byte> planes = planes_of(weights, residuals);
+  // One stream for all planes is smaller only where tables outweigh what they save.
+  constexpr size_t few = 1024;
+  if (codes.bytes() == 1 || sites.codes.size() < few || level >= 7)
+    keep_smaller(choice, deflate_bytes(planes, level, DeflateKind::noise));
+  std::vector<size_t> ends;
+  for (size_t b = 1; b <= codes.bytes(); ++b)
+    ends.push_back(weights.size() * sizeof(int16_t) + b * sites.codes.size());
+  if (ends.size() > 1) keep_smaller(choice, deflate_parts(planes, ends, level));
+  if (level >= 7)
+    keep_smaller(Predictor::none, deflate_bytes(planes_of({}, sites.codes), level, DeflateKind::text));
+  return best;
+}
+
+// The part itself, or its deflated form in `room`, with `slack` bytes more on both sides.
+[[nodiscard]] std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding,
+                                                   size_t decoded, Inflater& inflater,
+                                                   std::vector<std::byte>& room, std::string_view what,
+                                                   uint64_t offset, size_t slack = 0) {
+  if (coding == raw) {
+    if (part.size() != decoded)
+      fail(Code::corrupt, what, " at offset ", offset, ": ", part.size(), " raw bytes stand for ", decoded);
+    return part;
+  }
+  if (room.size() < decoded + 2 * slack) room.resize(decoded + 2 * slack);
+  const auto inner = std::span(room).subspan(slack, decoded);
+  if (!inflater.inflate(part, inner))
+    fail(Code::corrupt, what, " at offset ", offset, ": no deflate stream of ", decoded, " bytes");
+  return inner;
+}
+
+void read_values(ChunkData& data, const ChunkCodes& codes, const Bcc4Chunk& parts,
+                 std::span<const std::byte> part, uint64_t offset, ChunkScratch& scratch) {
+  const auto coding = static_cast<uint8_t>(parts.coding & 15);
+  const auto predictor = static_cast<Predictor>(parts.predictor);
+  const size_t weight_count = predictor == Predictor::fitted ? fitted_weights(data.shape) : 0;
+  const size_t plane_bytes = size_t{parts.kept} * codes.bytes();
+  const auto bytes = open_part(part, coding, weight_count * sizeof(int16_t) + plane_bytes, scratch.inflater,
+                               scratch.values, "values of the chunk", offset, unpredict_slack);
+  data.codes.resize(plane_bytes + unpredict_slack);
+  if (coding == raw) {
+    if (codes.type == ValueType::u8 || codes.type == ValueType::u16)
+      std::copy(bytes.begin(), bytes.end(), data.codes.begin());
+    else
+      for (size_t i = 0; i < plane_bytes; i += codes.bytes()) {
+        uint32_t p = 0;
+        std::memcpy(&p, bytes.data() + i, codes.bytes());
+        p = code_of(p, codes);
+        std::memcpy(data.codes.data() + i, &p, codes.bytes());
+      }
+  } else {
+    std::vector<int16_t> weights(weight_count);
+    if (weight_count > 0) std::memcpy(weights.data(), bytes.data(), weight_count * sizeof(int16_t));
+    unpredict(data.shape, data.kept, codes, predictor, weights, bytes.last(plane_bytes), data.codes.data(),
+              scratch.ring);
+  }
+  data.codes.resize(plane_bytes);
+}
+
+void find_layers(ChunkData& data) {
+  uint32_t n = 0;
+  data.first.reserve(data.kept.size() + 1);
+  for (const BrickMask& mask : data.kept) {
+    data.first.push_back(n);
+    n += static_cast<uint32_t>(count_bits(mask));
+  }
+  data.first.push_back(n);
+}
+
+} // namespace
+
+uint64_t ChunkShape::sites() const {
+  uint64_t n = 0;
+  for (int m = 0; m < layers; ++m) {
+    const auto& [x, y, z] = box[static_cast<size_t>(m)];
+    n += static_cast<uint64_t>(x * y * z);
+  }
+  return n;
+}
+
+ChunkShape chunk_shape(const VolumeInfo& info, int32_t slab, int32_t layers, const Int3& brick) {
+  const Lattice4& lattice = info.lattice;
+  ChunkShape shape;
+  const int32_t first = slab * info.slab_layers;
+  shape.layers = layers;
+  shape.period = lattice.layer_period();
+  shape.still = lattice.is_static();
+  shape.first_coset = lattice.coset(first);
+  for (int m = 0; m < shape.layers; ++m) {
+    const Int3 dims = lattice.space.dims(shape.coset(m));
+    Int3 n;
+    for (size_t a = 0; a < 3; ++a) n[a] = std::clamp(dims[a] - brick[a] * brick_edge, 0, brick_edge);
+    if (n[0] > 0 && n[1] > 0 && n[2] > 0) shape.box[static_cast<size_t>(m)] = n;
+  }
+  return shape;
+}
+
+uint32_t ChunkSites::holes() const {
+  int n = 0;
+  for (const auto& mask : hole) n += count_bits(mask);
+  return static_cast<uint32_t>(n);
+}
+
+void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes) {
+  constexpr uint64_t least_gaps = 16, most_share = 8; // an eighth of the sites
+  const uint64_t all = sites.shape.sites(), missing = all - sites.codes.size();
+  if (codes.bytes() > 1 || !sites.hole.empty() || missing < least_gaps || missing > all / most_share) return;
+  uint64_t gaps = 0;
+  bool before = true;
+  for_rows(sites.shape, [&](size_t m, size_t r, int width) {
+    for (int x = 0; x < width; ++x) {
+      const bool kept = sites.kept[m][r] >> x & 1;
+      gaps += before && !kept;
+      before = kept;
+    }
+  });
+  if (gaps < least_gaps || 4 * missing > 5 * gaps) return;
+  std::vector<uint32_t> filled;
+  filled.reserve(all);
+  const uint32_t* next = sites.codes.data();
+  for_rows(sites.shape, [&](size_t m, size_t r, int width) {
+    for (int x = 0; x < width; ++x) filled.push_back(sites.kept[m][r] >> x & 1 ? *next++ : codes.air);
+    sites.kept[m][r] = static_cast<uint16_t>((1u << width) - 1);
+  });
+  sites.codes = std::move(filled);
+}
+
+EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level) {
+  EncodedChunk chunk;
+  Bcc4Chunk& entry = chunk.entry;
+  entry.kept = static_cast<uint32_t>(sites.codes.size());
+  entry.holes = sites.holes();
+  const auto [low, high] = range_of(sites.codes);
+  entry.min_code = low;
+  entry.max_code = high;
+
+  CodedValues values = write_values(sites, codes, level);
+  std::vector<std::byte> runs = write_runs(sites);
+  entry.runs_decoded = static_cast<uint32_t>(runs.size());
+  uint8_t runs_coding = raw;
+  if (level > 0) {
+    // Runs of objects repeat from row to row; single sites left out here and there do not.
+    std::vector<std::byte> stream = deflate_bytes(runs, level, DeflateKind::text);
+    std::vector<std::byte> other = deflate_bytes(runs, level, DeflateKind::noise);
+    if (other.size() < stream.size()) stream = std::move(other);
+    if (stream.size() < runs.size()) {
+      runs = std::move(stream);
+      runs_coding = deflated;
+    }
+  }
+  entry.values_bytes = static_cast<uint32_t>(values.bytes.size());
+  entry.runs_bytes = static_cast<uint32_t>(runs.size());
+  entry.coding = static_cast<uint8_t>(values.coding | runs_coding << 4);
+  entry.predictor = values.predictor;
+  chunk.bytes = std::move(values.bytes);
+  chunk.bytes.insert(chunk.bytes.end(), runs.begin(), runs.end());
+  chunk.bytes.resize(entry.stored());
+  entry.crc = crc32_of(chunk.bytes);
+  return chunk;
+}
+
+ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
+                       std::span<const std::byte> bytes, ChunkScratch& scratch) {
+  if (crc32_of(bytes) != entry.crc)
+    fail(Code::checksum_mismatch, "chunk at offset ", entry.offset, ": bad checksum");
+  for (const std::byte b : bytes.subspan(size_t{entry.values_bytes} + entry.runs_bytes))
+    if (b != std::byte{0}) fail(Code::corrupt, "chunk at offset ", entry.offset, ": padding is not zero");
+  ChunkData data;
+  data.shape = shape;
+  const uint64_t runs_offset = entry.offset + entry.values_bytes;
+  const auto runs =
+      open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4, entry.runs_decoded,
+                scratch.inflater, scratch.runs, "runs of the chunk", runs_offset);
+  read_runs(data, entry, runs, "runs of the chunk", runs_offset);
+  find_layers(data);
+  read_values(data, codes, entry, bytes.first(entry.values_bytes), entry.offset, scratch);
+  const auto [low, high] = packed_range(data.codes, codes.bytes());
+  if (low != entry.min_code || high != entry.max_code)
+    fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", low, " .. ", high, ", the index says ",
+         entry.min_code, " .. ", entry.max_code);
+  return data;
+}
+
+ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& codes) {
+  ChunkData data;
+  data.shape = shape;
+  data.kept.assign(static_cast<size_t>(shape.layers), BrickMask{});
+  for_rows(shape, [&](size_t m, size_t r, int width) {
+    data.kept[m][r] = static_cast<uint16_t>((1u << width) - 1);
+  });
+  data.hole = data.kept;
+  find_layers(data);
+  data.codes.resize(size_t{data.first.back()} * codes.bytes());
+  for (size_t i = 0; i < data.codes.size(); i += codes.bytes())
+    std::memcpy(data.codes.data() + i, &codes.air, codes.bytes());
+  return data;
+}
+
+} // namespace bccsplat

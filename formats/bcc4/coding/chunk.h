@@ -1,0 +1,92 @@
+// One chunk: the sites of a 4D brick as codes, and its two coded parts (bcc4.md, sections 5 to 7).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/bcc4/bcc4.h"
+#include "points/brick.h"
+
+namespace bccsplat {
+
+inline constexpr int32_t max_slab_layers = 32;
+
+// The layers of a chunk and their sites inside the domain.
+struct ChunkShape {
+  int layers = 0;
+  int period = 1;     // layers between layers of one coset
+  bool still = false; // a static lattice: layers of one coset do not follow each other
+  int first_coset = 0;
+  std::array<Int3, max_slab_layers>
+      box{}; // sites per axis, 0 .. 16; all zero where the coset has no such brick
+
+  [[nodiscard]] int coset(int layer) const { return period == 2 ? (first_coset + layer) & 1 : 0; }
+  [[nodiscard]] bool empty(int layer) const { return box[static_cast<size_t>(layer)][0] == 0; }
+  // The layer before, of the same coset.
+  [[nodiscard]] bool has_previous(int layer) const { return !still && layer >= period; }
+  // The layer before, of the other coset.
+  [[nodiscard]] bool has_cross(int layer) const { return period == 2 && layer >= 1 && !empty(layer - 1); }
+  [[nodiscard]] uint64_t sites() const;
+};
+
+// `layers`: how many the slab has.
+[[nodiscard]] ChunkShape chunk_shape(const VolumeInfo& info, int32_t slab, int32_t layers, const Int3& brick);
+[[nodiscard]] inline ChunkShape chunk_shape(const VolumeInfo& info, int32_t slab, const Int3& brick) {
+  return chunk_shape(info, slab, std::min(info.slab_layers, info.lattice.layers() - slab * info.slab_layers),
+                     brick);
+}
+
+// Kept sites of a chunk. Codes are ordered codes: unsigned integers in the order of the values they stand
+// for.
+struct ChunkSites {
+  ChunkShape shape;
+  std::vector<BrickMask> kept; // one per layer
+  std::vector<BrickMask> hole; // one per layer, within `kept`; empty: no holes
+  std::vector<uint32_t> codes; // of the kept sites: layer, z, y, x, x fastest
+  [[nodiscard]] uint32_t holes() const;
+};
+
+// How samples of one channel become codes.
+struct ChunkCodes {
+  ValueType type = ValueType::f32;
+  uint32_t air = 0; // what absent sites count as when neighbours are predicted
+  [[nodiscard]] uint32_t bytes() const { return value_bytes(type); }
+  [[nodiscard]] uint32_t mask() const {
+    return type == ValueType::f32 ? UINT32_MAX : (1u << (8 * bytes())) - 1;
+  }
+};
+
+// Keeps all sites of a chunk of single bytes in which air is scattered: a field through air, whose values
+// pass the air's now and then. Gaps between runs cost more there than samples do.
+void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes);
+
+struct EncodedChunk {
+  Bcc4Chunk entry;              // all but slab, slot and offset
+  std::vector<std::byte> bytes; // entry.stored() of them
+};
+
+// level: see Bcc4WriterOptions.
+[[nodiscard]] EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level);
+
+// A decoded chunk as it is cached: codes in as many bytes as their type has.
+struct ChunkData {
+  ChunkShape shape;
+  std::vector<BrickMask> kept, hole; // as in ChunkSites
+  std::vector<uint32_t> first;       // index of the first code of each layer, and their number
+  std::vector<std::byte> codes;
+  [[nodiscard]] uint64_t bytes() const {
+    return sizeof(*this) + (kept.size() + hole.size()) * sizeof(BrickMask) + first.size() * 4 +
+           codes.capacity();
+  }
+};
+struct ChunkScratch; // scratch.h
+// `bytes` as stored, padding included. The entry keeps the rules of its page (page.h).
+[[nodiscard]] ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
+                                     std::span<const std::byte> bytes, ChunkScratch& scratch);
+// A chunk whose sites are all holes.
+[[nodiscard]] ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& codes);
+
+} // namespace bccsplat

@@ -1,0 +1,49 @@
+// Samples of one channel as codes and back (bcc4.md, section 6).
+//
+// Samples are relative to air. Ordered codes are unsigned integers that rise with the value: stored integers
+// as they are, the bit patterns of floats with the sign folded in.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/info.h"
+
+namespace bccsplat {
+
+class SampleCoder {
+ public:
+  explicit SampleCoder(const ChannelInfo& channel);
+
+  [[nodiscard]] const ChunkCodes& codes() const { return codes_; }
+  // Nearest code, halves upwards for integers; `clamped` counts values outside the type. The value is finite.
+  [[nodiscard]] uint32_t encode(float relative, uint64_t& clamped) const;
+  [[nodiscard]] float decode(uint32_t code) const;
+  // Of integers: relative = stored * scale + bias.
+  [[nodiscard]] double scale() const { return scale_; }
+  [[nodiscard]] double bias() const { return bias_; }
+  // In the units of the channel, not relative to air.
+  [[nodiscard]] double value(uint32_t code) const { return static_cast<double>(decode(code)) + air_; }
+  // Codes of finite values.
+  [[nodiscard]] uint32_t lowest() const;
+  [[nodiscard]] uint32_t highest() const { return codes_.mask() - lowest(); }
+
+ private:
+  ChunkCodes codes_;
+  double scale_, bias_, air_;
+};
+
+// Bit pattern of an ordered code and back.
+[[nodiscard]] inline uint32_t pattern_of(uint32_t code, const ChunkCodes& codes) {
+  if (codes.type == ValueType::u8 || codes.type == ValueType::u16) return code;
+  const uint32_t sign = codes.mask() / 2 + 1;
+  return (code & sign ? code ^ sign : ~code) & codes.mask();
+}
+[[nodiscard]] inline uint32_t code_of(uint32_t pattern, const ChunkCodes& codes) {
+  if (codes.type == ValueType::u8 || codes.type == ValueType::u16) return pattern;
+  const uint32_t sign = codes.mask() / 2 + 1;
+  return (pattern & sign ? ~pattern : pattern ^ sign) & codes.mask();
+}
+
+} // namespace bccsplat

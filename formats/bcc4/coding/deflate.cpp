@@ -1,0 +1,168 @@
+#include "formats/bcc4/coding/deflate.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <climits>
+#include <memory>
+#include <new>
+#include <utility>
+
+#if BCCSPLAT_WITH_LIBDEFLATE
+#include <libdeflate.h>
+#endif
+
+#include "base/error.h"
+#include "formats/bcc4/coding/entropy.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr int exhaustive_level = 7; // from here on all ways are tried, below they are estimated
+
+[[nodiscard]] std::vector<std::byte> deflate_with(std::span<const std::byte> bytes, int level, int strategy) {
+  if (bytes.size() > UINT_MAX / 2)
+    fail(Code::limit_exceeded, "deflate: ", bytes.size(), " bytes in one piece");
+  z_stream stream{};
+  if (deflateInit2(&stream, level, Z_DEFLATED, -15, 8, strategy) != Z_OK) throw std::bad_alloc();
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, deflateEnd);
+  std::vector<std::byte> out(deflateBound(&stream, static_cast<uLong>(bytes.size())));
+  stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  if (deflate(&stream, Z_FINISH) != Z_STREAM_END) fail(Code::internal, "deflate: no end of stream");
+  out.resize(stream.total_out);
+  return out;
+}
+
+// Of a part as a stream of its own: whether run lengths pay beside its frequencies, or neither does.
+struct PartPlan {
+  int level, strategy;
+  bool operator==(const PartPlan&) const = default;
+};
+[[nodiscard]] PartPlan plan_part(std::span<const std::byte> part, int level) {
+  uint64_t runs, frequencies; // bytes
+  if (level >= exhaustive_level) {
+    runs = deflate_with(part, level, Z_RLE).size();
+    frequencies = deflate_with(part, level, Z_HUFFMAN_ONLY).size();
+  } else {
+    constexpr uint64_t table = 60; // about what a block's Huffman codes take
+    const DeflateBits bits = deflate_bits(part);
+    runs = bits.with_runs_256 / (8 * 256) + table, frequencies = bits.alone_256 / (8 * 256) + table;
+  }
+  if (std::min(runs, frequencies) > part.size() - part.size() / 64) return {0, Z_DEFAULT_STRATEGY};
+  return {level, runs < frequencies ? Z_RLE : Z_HUFFMAN_ONLY};
+}
+
+} // namespace
+
+std::vector<std::byte> deflate_parts(std::span<const std::byte> bytes, std::span<const size_t> ends,
+                                     int level) {
+  if (bytes.size() > UINT_MAX / 2)
+    fail(Code::limit_exceeded, "deflate: ", bytes.size(), " bytes in one piece");
+  z_stream stream{};
+  if (deflateInit2(&stream, level, Z_DEFLATED, -15, 8, Z_HUFFMAN_ONLY) != Z_OK) throw std::bad_alloc();
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, deflateEnd);
+  // Room for a few block ends more than one part has.
+  std::vector<std::byte> out(deflateBound(&stream, static_cast<uLong>(bytes.size())) + 64 * ends.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  size_t begin = 0;
+  for (const size_t end : ends) {
+    const auto part = bytes.subspan(begin, end - begin);
+    const PartPlan plan = plan_part(part, level);
+    if (deflateParams(&stream, plan.level, plan.strategy) != Z_OK)
+      fail(Code::internal, "deflate: no change of strategy");
+    stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(part.data()));
+    stream.avail_in = static_cast<uInt>(part.size());
+    const bool last = end == bytes.size();
+    const int result = deflate(&stream, last ? Z_FINISH : Z_BLOCK);
+    if (result != (last ? Z_STREAM_END : Z_OK) || stream.avail_in != 0)
+      fail(Code::internal, "deflate: a part did not fit");
+    begin = end;
+  }
+  out.resize(stream.total_out);
+  return out;
+}
+
+std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level, DeflateKind kind) {
+  if (kind == DeflateKind::text) return deflate_with(bytes, level, Z_DEFAULT_STRATEGY);
+  // Matches that noise offers by chance cost more than they save, so entropy coding alone often wins, and it
+  // is fast.
+  if (level < exhaustive_level) {
+    const DeflateBits bits = deflate_bits(bytes);
+    return deflate_with(bytes, level, bits.with_runs_256 < bits.alone_256 ? Z_RLE : Z_HUFFMAN_ONLY);
+  }
+  std::vector<std::byte> best = deflate_with(bytes, level, Z_RLE);
+  const auto keep_smaller = [&best](std::vector<std::byte> other) {
+    if (other.size() < best.size()) best = std::move(other);
+  };
+  keep_smaller(deflate_with(bytes, level, Z_HUFFMAN_ONLY));
+  keep_smaller(deflate_with(bytes, level, Z_FILTERED));
+  return best;
+}
+
+#if BCCSPLAT_WITH_LIBDEFLATE
+
+struct Inflater::State {
+  std::unique_ptr<libdeflate_decompressor, void (*)(libdeflate_decompressor*)> inflater{
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor};
+};
+
+Inflater::Inflater() : state_(std::make_unique<State>()) {
+  if (!state_->inflater) throw std::bad_alloc();
+}
+
+bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
+  size_t taken = 0, made = 0;
+  return libdeflate_deflate_decompress_ex(state_->inflater.get(), bytes.data(), bytes.size(), out.data(),
+                                          out.size(), &taken, &made) == LIBDEFLATE_SUCCESS &&
+         taken == bytes.size() && made == out.size();
+}
+
+uint32_t crc32_of(std::span<const std::byte> bytes) {
+  return libdeflate_crc32(0, bytes.data(), bytes.size());
+}
+
+#else
+
+struct Inflater::State {
+  z_stream stream{};
+  State() {
+    if (inflateInit2(&stream, -15) != Z_OK) throw std::bad_alloc();
+  }
+  ~State() { inflateEnd(&stream); }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+};
+
+Inflater::Inflater() : state_(std::make_unique<State>()) {}
+
+bool Inflater::inflate(std::span<const std::byte> bytes, std::span<std::byte> out) {
+  if (bytes.size() > UINT_MAX || out.size() > UINT_MAX) return false;
+  z_stream& stream = state_->stream;
+  if (::inflateReset(&stream) != Z_OK) fail(Code::internal, "inflate: no new stream");
+  std::byte none{}; // zlib wants a place even for no output
+  stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.empty() ? &none : out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  const int result = ::inflate(&stream, Z_FINISH);
+  if (result == Z_MEM_ERROR) throw std::bad_alloc();
+  return result == Z_STREAM_END && stream.avail_in == 0 && stream.avail_out == 0;
+}
+
+uint32_t crc32_of(std::span<const std::byte> bytes) {
+  return static_cast<uint32_t>(::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+#endif
+
+Inflater::~Inflater() = default;
+
+bool inflate_bytes(std::span<const std::byte> bytes, std::span<std::byte> out) {
+  return Inflater().inflate(bytes, out);
+}
+
+} // namespace bccsplat

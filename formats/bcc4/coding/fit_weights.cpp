@@ -1,0 +1,138 @@
+// Weights of predictor 5, by least squares (bcc4.md, section 7).
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <memory>
+#include <span>
+
+#include "formats/bcc4/coding/normal_equations.h"
+#include "formats/bcc4/coding/predict.h"
+#include "formats/bcc4/coding/predict_walk.h"
+
+namespace bccsplat {
+namespace {
+
+// Normal equations of one class.
+struct Fit {
+  size_t rows = 0;
+  std::array<std::array<double, max_taps>, max_taps> a{};
+  std::array<double, max_taps> b{};
+};
+
+// Solves by Cholesky with a ridge that shrinks weights the sample does not determine. Returns weights in
+// 1/4096.
+[[nodiscard]] Weights solve(Fit& fit, size_t n) {
+  for (size_t i = 0; i < n; ++i) fit.a[i][i] += 1e-4 * fit.a[i][i] + 1;
+  for (size_t j = 0; j < n; ++j) {
+    for (size_t k = 0; k < j; ++k) fit.a[j][j] -= fit.a[j][k] * fit.a[j][k];
+    fit.a[j][j] = std::sqrt(std::max(fit.a[j][j], 1e-300));
+    for (size_t i = j + 1; i < n; ++i) {
+      for (size_t k = 0; k < j; ++k) fit.a[i][j] -= fit.a[i][k] * fit.a[j][k];
+      fit.a[i][j] /= fit.a[j][j];
+    }
+  }
+  std::array<double, max_taps> w = fit.b;
+  for (size_t i = 0; i < n; ++i) {
+    for (size_t k = 0; k < i; ++k) w[i] -= fit.a[i][k] * w[k];
+    w[i] /= fit.a[i][i];
+  }
+  for (size_t i = n; i-- > 0;) {
+    for (size_t k = i + 1; k < n; ++k) w[i] -= fit.a[k][i] * w[k];
+    w[i] /= fit.a[i][i];
+  }
+  constexpr double one = 1 << fraction_bits;
+  double sum = 0;
+  for (size_t i = 0; i < n; ++i) sum += std::fabs(w[i]) * one + 1;
+  const double scale = std::min(one, one * INT16_MAX / sum);
+  Weights q{};
+  for (size_t i = 0; i < n; ++i)
+    q[i] = static_cast<int16_t>(
+        std::clamp(std::floor(w[i] * scale + 0.5), -double{INT16_MAX}, double{INT16_MAX}));
+  return q;
+}
+
+// The ridge leaves a weight of 0.
+void leave_out_west(Fit& fit, size_t n) {
+  for (size_t i = 0; i < n; ++i) fit.a[0][i] = fit.a[i][0] = 0;
+  fit.b[0] = 0;
+}
+
+// Sites of one class and their neighbours, summed up when there are some.
+class Samples {
+ public:
+  template<class D> void add(const std::array<const D*, max_taps>& taps, size_t n, int x, D value) {
+    double* const to = room_.data() + held_ * width;
+    for (size_t i = 0; i < n; ++i) to[i] = static_cast<double>(taps[i][x]);
+    to[n] = static_cast<double>(value);
+    ++count_;
+    if (++held_ == most) sum_up(n);
+  }
+  [[nodiscard]] Fit fit(size_t n) {
+    sum_up(n);
+    Fit fit;
+    fit.rows = count_;
+    for (size_t i = 0; i < n; ++i) {
+      std::copy_n(equations_.sum[i].begin(), i + 1, fit.a[i].begin());
+      fit.b[i] = equations_.sum[n][i];
+    }
+    return fit;
+  }
+
+ private:
+  static constexpr size_t width = NormalEquations::columns, most = 64;
+  void sum_up(size_t n) {
+    add_samples(equations_, std::span(room_).first(held_ * width), n);
+    held_ = 0;
+  }
+
+  NormalEquations equations_;
+  std::array<double, most * width> room_{};
+  size_t held_ = 0, count_ = 0;
+};
+
+template<class D> FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
+  constexpr uint32_t sample = 6144; // sites; more did not make chunks smaller
+  const auto every = std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample);
+  const auto samples = std::make_unique<std::array<Samples, classes>>();
+  const uint32_t* code = sites.codes.data();
+  uint32_t index = 0;
+  CellRing<D> ring;
+  walk<D>(sites.shape, sites.kept, ring, [&](const Row<D>& row) {
+    unsigned bits = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
+    std::array<const D*, max_taps> taps;
+    const size_t n = gather_taps(row, taps);
+    Samples& chosen = (*samples)[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))];
+    for (; bits; bits &= bits - 1, ++code, ++index) {
+      const int x = std::countr_zero(bits);
+      const D value = static_cast<D>(*code) - static_cast<D>(codes.air);
+      // A scattered choice: a regular one would meet the same columns in every row.
+      if ((index * 2654435761u >> 16) % every == 0) chosen.add(taps, n, x, value);
+      row.own[x] = value;
+    }
+  });
+  FittedWeights weights;
+  const unsigned present = classes_present(sites.shape);
+  for (int c = 0; c < classes; ++c) {
+    if (!(present >> c & 1)) continue;
+    const auto n = static_cast<size_t>(class_taps(c));
+    const auto append = [&](std::vector<int16_t>& to, Fit fit) {
+      const Weights w = fit.rows >= 2 * n ? solve(fit, n) : constant_weights(Predictor::cross, c);
+      to.insert(to.end(), w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
+    };
+    Fit fit = (*samples)[static_cast<size_t>(c)].fit(n);
+    append(weights.chained, fit);
+    if (c & 1) leave_out_west(fit, n);
+    append(weights.unchained, fit);
+  }
+  return weights;
+}
+
+} // namespace
+
+FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes) {
+  return codes.type == ValueType::f32 ? fit_weights_of<int64_t>(sites, codes)
+                                      : fit_weights_of<int32_t>(sites, codes);
+}
+
+} // namespace bccsplat

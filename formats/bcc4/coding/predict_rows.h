@@ -1,0 +1,20 @@
+// Prediction with given weights, row by row; compiled once for each instruction set.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "formats/bcc4/coding/predict_walk.h"
+
+namespace bccsplat {
+
+// `residuals`: one per kept site.
+void predict_rows(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeights& weights,
+                  uint32_t* residuals);
+// See unpredict.
+void unpredict_rows(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
+                    const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
+                    CellRing<int32_t>& ring);
+
+} // namespace bccsplat

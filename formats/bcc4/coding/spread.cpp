@@ -1,0 +1,131 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "formats/bcc4/coding/spread.cpp"
+#include <hwy/foreach_target.h>
+// Highway's target list must come before anything it guards.
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "formats/bcc4/coding/spread.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Values of as many codes as a vector of doubles has lanes: integers as SampleCoder::decode has them, each
+// operation rounded, and floats from the order of their codes.
+template<class Stored> struct Values {
+  double scale, bias;
+
+  template<class D> HWY_INLINE hn::Vec<D> operator()(D d, const Stored* from) const {
+    if constexpr (sizeof(Stored) == 4) {
+      const hn::RebindToUnsigned<D> du;
+      const auto code = hn::LoadU(du, from), sign = hn::Set(du, uint32_t{1} << 31);
+      const auto negative = hn::Eq(hn::And(code, sign), hn::Zero(du));
+      return hn::BitCast(d, hn::IfThenElse(negative, hn::Not(code), hn::Xor(code, sign)));
+    } else {
+      const hn::Rebind<double, D> wide;
+      const auto code = hn::PromoteTo(hn::Rebind<int32_t, D>(), hn::LoadU(hn::Rebind<Stored, D>(), from));
+      const auto scaled = hn::Mul(hn::PromoteTo(wide, code), hn::Set(wide, scale));
+      return hn::DemoteTo(d, hn::Add(scaled, hn::Set(wide, bias)));
+    }
+  }
+};
+
+template<class Stored>
+void Spread(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes, size_t first,
+            float* brick) {
+  constexpr size_t bytes = sizeof(Stored);
+  const hn::Rebind<float, hn::CappedTag<double, brick_edge>> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  alignas(64) static constexpr int32_t bit[brick_edge] = {1,   2,   4,    8,    16,   32,   64,    128,
+                                                          256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
+  const Values<Stored> values{coder.scale(), coder.bias()};
+  const size_t count = codes.size() / bytes;
+  size_t next = first;
+  for (const unsigned row : kept) {
+    const auto before = static_cast<size_t>(std::countr_zero(row) & 15);
+    const unsigned run = row >> before;
+    if (row == 0) {
+      std::fill_n(brick, brick_edge, 0.0f);
+    } else if ((run & (run + 1)) == 0 && next >= before && next - before + brick_edge <= count) {
+      // One run: sixteen values, those beside it cleared.
+      const auto* from = reinterpret_cast<const Stored*>(codes.data()) + next - before;
+      for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+        const auto here = hn::TestBit(hn::Set(di, static_cast<int32_t>(row)), hn::Load(di, bit + x));
+        hn::StoreU(hn::IfThenElseZero(hn::RebindMask(d, here), values(d, from + x)), d, brick + x);
+      }
+      next += static_cast<size_t>(std::bit_width(run));
+    } else {
+      std::fill_n(brick, brick_edge, 0.0f);
+      for (unsigned bits = row; bits; bits &= bits - 1) {
+        Stored code;
+        std::memcpy(&code, codes.data() + next++ * bytes, bytes);
+        brick[std::countr_zero(bits)] = coder.decode(code);
+      }
+    }
+    brick += brick_edge;
+  }
+}
+
+void Spread8(const SampleCoder& c, const BrickMask& k, std::span<const std::byte> codes, size_t first,
+             float* brick) {
+  Spread<uint8_t>(c, k, codes, first, brick);
+}
+void Spread16(const SampleCoder& c, const BrickMask& k, std::span<const std::byte> codes, size_t first,
+              float* brick) {
+  Spread<uint16_t>(c, k, codes, first, brick);
+}
+void Spread32(const SampleCoder& c, const BrickMask& k, std::span<const std::byte> codes, size_t first,
+              float* brick) {
+  Spread<uint32_t>(c, k, codes, first, brick);
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace bccsplat {
+
+HWY_EXPORT(Spread8);
+HWY_EXPORT(Spread16);
+HWY_EXPORT(Spread32);
+
+namespace {
+
+void spread_halves(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes,
+                   size_t first, float* brick) {
+  for (const unsigned row : kept) {
+    std::fill_n(brick, brick_edge, 0.0f);
+    for (unsigned bits = row; bits; bits &= bits - 1) {
+      uint16_t code;
+      std::memcpy(&code, codes.data() + first++ * sizeof code, sizeof code);
+      brick[std::countr_zero(bits)] = coder.decode(code);
+    }
+    brick += brick_edge;
+  }
+}
+
+} // namespace
+
+void spread_codes(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes,
+                  size_t first, std::span<float, brick_sites> brick) {
+  switch (coder.codes().type) {
+  case ValueType::u8:
+    return HWY_DYNAMIC_DISPATCH(Spread8)(coder, kept, codes, first, brick.data());
+  case ValueType::u16:
+    return HWY_DYNAMIC_DISPATCH(Spread16)(coder, kept, codes, first, brick.data());
+  case ValueType::f16:
+    return spread_halves(coder, kept, codes, first, brick.data());
+  case ValueType::f32:
+    return HWY_DYNAMIC_DISPATCH(Spread32)(coder, kept, codes, first, brick.data());
+  }
+}
+
+} // namespace bccsplat
+#endif

@@ -1,0 +1,172 @@
+// Rows in which a site is predicted from the one before: included once per target.
+#if defined(BCCSPLAT_UNPREDICT_CHAINS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef BCCSPLAT_UNPREDICT_CHAINS_INL_H
+#undef BCCSPLAT_UNPREDICT_CHAINS_INL_H
+#else
+#define BCCSPLAT_UNPREDICT_CHAINS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <bit>
+#include <span>
+
+#include "formats/bcc4/coding/unpredict_rows-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace {
+
+// A run of sites whose predictions are the cell before plus `sum`, units and their half included: sums along
+// the row, as long as nothing is clamped and nothing wraps. False if something does.
+HWY_INLINE bool Accumulate(const int32_t* HWY_RESTRICT sum, unsigned kept, const CodeLimits& limits,
+                           int32_t* own, RowCodes& q) {
+  const auto first = static_cast<size_t>(std::countr_zero(kept));
+  const auto end = static_cast<size_t>(std::bit_width(kept));
+  int32_t step[brick_edge], units[brick_edge], prediction[brick_edge] = {}, cell[brick_edge] = {};
+  for (size_t x = 0; x < brick_edge; ++x) {
+    step[x] = static_cast<int32_t>(q.residual[x] >> 1 ^ (0 - (q.residual[x] & 1)));
+    units[x] = sum[x] >> fraction_bits;
+  }
+  auto g = static_cast<uint32_t>(own[static_cast<std::ptrdiff_t>(first) - 1]); // wraps
+  for (size_t x = first; x < end; ++x) {
+    prediction[x] = static_cast<int32_t>(g + static_cast<uint32_t>(units[x]));
+    g += static_cast<uint32_t>(units[x]) + static_cast<uint32_t>(step[x]);
+    cell[x] = static_cast<int32_t>(g);
+  }
+  // Negative if anything is outside; 0, which stands beside the run, is inside.
+  int32_t outside = 0;
+  for (size_t x = 0; x < brick_edge; ++x)
+    outside |= (cell[x] - limits.low) | (limits.high - cell[x]) | (prediction[x] - limits.low) |
+               (limits.high - prediction[x]);
+  if (outside < 0) return false;
+  for (size_t x = 0; x < brick_edge; ++x) {
+    own[x] = cell[x];
+    q.code[x] = static_cast<uint32_t>(cell[x]) + limits.air;
+  }
+  return true;
+}
+
+// Rows of a chunk of codes of up to 16 bits whose weight of x - 1 is not 0.
+template<class Stored> struct ChainedRows {
+  std::span<const BrickMask> kept;
+  std::array<Taps, classes> all;
+  CodeLimits limits;
+  PackedRows<Stored> rows;
+  LayerTaps layer_taps;
+
+  ChainedRows(std::span<const BrickMask> masks, const ChunkCodes& codes, const ClassWeights& weights,
+              std::span<const std::byte> planes, std::byte* packed)
+      : kept(masks), all(TapsOf(weights)), limits{codes.mask(), codes.air, -static_cast<int32_t>(codes.air),
+                                                  static_cast<int32_t>(codes.mask() - codes.air)},
+        rows{planes.data(), static_cast<std::ptrdiff_t>(planes.size() / sizeof(Stored)), packed} {}
+
+  [[nodiscard]] unsigned Kept(const Row<int32_t>& row) const {
+    return kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
+  }
+
+  HWY_INLINE void One(const Row<int32_t>& row, const Taps& taps) {
+    const unsigned here = Kept(row);
+    const uint32_t mask = limits.mask, air = limits.air;
+    const int32_t low = limits.low, high = limits.high;
+    RowCodes q;
+    rows.Get(here, q.residual);
+    int32_t sum[brick_edge];
+    Sums(row, taps, taps.own, sum);
+    if (taps.whole && OneRun(here) && Accumulate(sum, here, limits, row.own, q)) {
+      rows.Put(here, q.code);
+      return;
+    }
+    // From code to code: the air in x - 1 goes into the sum beforehand, so that the chain is short. The
+    // step is the difference to the prediction, and air, which the prediction lacks.
+    const auto west = static_cast<uint32_t>(taps.west);
+    uint32_t step[brick_edge];
+    for (size_t x = 0; x < brick_edge; ++x) {
+      step[x] = Unfold(q.residual[x], mask) + air;
+      sum[x] = static_cast<int32_t>(static_cast<uint32_t>(sum[x]) - west * air);
+    }
+    const auto first = static_cast<size_t>(std::countr_zero(here));
+    const auto end = static_cast<size_t>(std::bit_width(here));
+    uint32_t code = static_cast<uint32_t>(row.own[static_cast<std::ptrdiff_t>(first) - 1]) + air;
+    for (size_t x = first; x < end; ++x) {
+      const int32_t p = Limited(static_cast<int32_t>(static_cast<uint32_t>(sum[x]) + west * code), low, high);
+      code = here >> x & 1 ? (static_cast<uint32_t>(p) + step[x]) & mask : air;
+      q.code[x] = code;
+      row.own[x] = static_cast<int32_t>(code - air);
+    }
+    rows.Put(here, q.code);
+  }
+
+  // Two full rows at once, the second one two sites behind, when it has all it is predicted from: two chains
+  // from code to code that do not wait for each other. Did nothing: false.
+  HWY_INLINE bool Pair(const Row<int32_t>& a, const Row<int32_t>& b, bool repeats) {
+    const auto width = static_cast<size_t>(a.width);
+    const unsigned full = (1u << width) - 1;
+    if (width < 2 || Kept(a) != full || Kept(b) != full) return false;
+    const Taps& taps = TapsFor(all, a);
+    if (taps.west == 0 || taps.whole) return false;
+    const uint32_t mask = limits.mask, air = limits.air;
+    const int32_t low = limits.low, high = limits.high;
+    int32_t sum_a[brick_edge], sum_b[brick_edge];
+    Sums(a, taps, taps.own, sum_a);
+    Sums(b, taps, taps.far, sum_b);
+    const auto west = static_cast<uint32_t>(taps.west);
+    RowCodes row_a, row_b;
+    rows.Get(full, row_a.residual);
+    rows.at += a.width;
+    rows.Get(full, row_b.residual);
+    rows.at -= a.width;
+    uint32_t step_a[brick_edge], step_b[brick_edge];
+    for (size_t x = 0; x < brick_edge; ++x) {
+      step_a[x] = Unfold(row_a.residual[x], mask) + air;
+      step_b[x] = Unfold(row_b.residual[x], mask) + air;
+      sum_a[x] = static_cast<int32_t>(static_cast<uint32_t>(sum_a[x]) - west * air);
+      sum_b[x] = static_cast<int32_t>(static_cast<uint32_t>(sum_b[x]) - west * air);
+    }
+    int32_t above[brick_edge + 2]; // the first row with the cells beside it
+    above[0] = a.own[-1];
+    uint32_t q_a = static_cast<uint32_t>(a.own[-1]) + air, q_b = 0;
+    const auto next_a = [&](size_t x) HWY_ATTR {
+      const int32_t p =
+          Limited(static_cast<int32_t>(static_cast<uint32_t>(sum_a[x]) + west * q_a), low, high);
+      q_a = (static_cast<uint32_t>(p) + step_a[x]) & mask;
+      row_a.code[x] = q_a;
+      above[x + 1] = static_cast<int32_t>(q_a - air);
+    };
+    const auto next_b = [&](size_t x) HWY_ATTR {
+      const int32_t near =
+          taps.north * above[x + 1] + taps.northwest * above[x] + taps.northeast * above[x + 2];
+      const int32_t p = Limited(
+          static_cast<int32_t>(static_cast<uint32_t>(sum_b[x]) + static_cast<uint32_t>(near) + west * q_b),
+          low, high);
+      q_b = (static_cast<uint32_t>(p) + step_b[x]) & mask;
+      row_b.code[x] = q_b;
+    };
+    next_a(0);
+    next_a(1);
+    q_b = static_cast<uint32_t>(repeats ? above[1] : b.own[-1]) + air;
+    for (size_t x = 2; x < width; ++x) {
+      next_a(x);
+      next_b(x - 2);
+    }
+    above[width + 1] = above[width];
+    next_b(width - 2);
+    next_b(width - 1);
+    for (size_t x = 0; x < width; ++x) {
+      a.own[x] = above[x + 1];
+      b.own[x] = static_cast<int32_t>(row_b.code[x] - air);
+    }
+    rows.Put(full, row_a.code);
+    rows.Put(full, row_b.code);
+    return true;
+  }
+};
+
+} // namespace
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,193 @@
+// Rows of residuals in, rows of codes out, and rows whose sites do not depend on each other: included once
+// per target.
+#if defined(BCCSPLAT_UNPREDICT_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef BCCSPLAT_UNPREDICT_ROWS_INL_H
+#undef BCCSPLAT_UNPREDICT_ROWS_INL_H
+#else
+#define BCCSPLAT_UNPREDICT_ROWS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "formats/bcc4/coding/predict_taps-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace {
+
+HWY_INLINE uint32_t Unfold(uint32_t f, uint32_t mask) { return (f >> 1 ^ (0 - (f & 1))) & mask; }
+
+struct CodeLimits {
+  uint32_t mask, air;
+  int32_t low, high; // of predictions, relative to air; of codes of up to 16 bits
+};
+
+// Codes of one row at the places of its sites, anything where none is kept, and what they are made from.
+struct RowCodes {
+  alignas(64) uint32_t residual[brick_edge], code[brick_edge]{};
+};
+
+// Reads the residuals of a row from byte planes and writes its codes packed. Rows of one run are moved as
+// sixteen sites; what lies beside the run is read for nothing and overwritten by the rows that follow.
+template<class Stored> struct PackedRows {
+  const std::byte* planes;
+  std::ptrdiff_t count; // of kept sites, in each plane
+  std::byte* packed;
+  std::ptrdiff_t at = 0; // the next kept site
+
+  HWY_INLINE uint32_t Residual(std::ptrdiff_t i) const {
+    uint32_t r = 0;
+    for (size_t b = 0; b < sizeof(Stored); ++b)
+      r |= static_cast<uint32_t>(planes[static_cast<std::ptrdiff_t>(b) * count + i]) << (8 * b);
+    return r;
+  }
+  HWY_INLINE void Get(unsigned kept, uint32_t* HWY_RESTRICT residual) const {
+    if (!OneRun(kept)) {
+      std::fill_n(residual, brick_edge, 0u);
+      std::ptrdiff_t i = at;
+      for (unsigned bits = kept; bits; bits &= bits - 1) residual[std::countr_zero(bits)] = Residual(i++);
+      return;
+    }
+    const hn::CappedTag<uint32_t, brick_edge> d;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const auto* from = reinterpret_cast<const uint8_t*>(planes) + (at - std::countr_zero(kept));
+    for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+      const auto byte = [&](std::ptrdiff_t plane) HWY_ATTR {
+        return hn::PromoteTo(d, hn::LoadU(d8, from + plane * count + static_cast<std::ptrdiff_t>(x)));
+      };
+      auto r = byte(0);
+      if constexpr (sizeof(Stored) >= 2) r = hn::Or(r, hn::ShiftLeft<8>(byte(1)));
+      if constexpr (sizeof(Stored) == 4)
+        r = hn::Or(r, hn::Or(hn::ShiftLeft<16>(byte(2)), hn::ShiftLeft<24>(byte(3))));
+      hn::StoreU(r, d, residual + x);
+    }
+  }
+  HWY_INLINE void Put(unsigned kept, const uint32_t* HWY_RESTRICT code) {
+    std::byte* const to = packed + at * static_cast<std::ptrdiff_t>(sizeof(Stored));
+    if (OneRun(kept)) {
+      Stored row[2 * brick_edge];
+      for (size_t x = 0; x < brick_edge; ++x) row[x] = static_cast<Stored>(code[x]);
+      std::memset(row + brick_edge, 0, brick_edge * sizeof(Stored));
+      std::memcpy(to, row + std::countr_zero(kept), brick_edge * sizeof(Stored));
+      at += static_cast<std::ptrdiff_t>(std::bit_width(kept)) - std::countr_zero(kept);
+    } else {
+      std::byte* next = to;
+      for (unsigned bits = kept; bits; bits &= bits - 1, ++at, next += sizeof(Stored)) {
+        const auto v = static_cast<Stored>(code[std::countr_zero(bits)]);
+        std::memcpy(next, &v, sizeof v);
+      }
+    }
+  }
+};
+
+// All taps of the rows of one layer but x - 1, as differences to the cell of the own site. The row before
+// comes last: its cells have just been written.
+struct LayerTaps {
+  int layer = -1;
+  size_t count = 0;
+  std::array<std::ptrdiff_t, max_taps> offset;
+  std::array<int32_t, max_taps> weight;
+
+  void Set(const Row<int32_t>& row, const Taps& taps) {
+    if (row.layer == layer) return;
+    layer = row.layer;
+    count = 0;
+    const auto add = [&](const Taps::List& list, const int32_t* cells) {
+      for (size_t t = 0; t < list.count; ++t, ++count) {
+        offset[count] = cells - row.own + list.offset[t];
+        weight[count] = list.weight[t];
+      }
+    };
+    if (row.cross) add(taps.cross, row.cross);
+    if (row.previous) add(taps.previous, row.previous);
+    add(taps.far, row.own);
+    add(taps.near, row.own);
+  }
+};
+
+// Codes of the sites from x on, as many as a vector has; their cells become code minus air where kept, else
+// 0.
+template<class D, class DU = hn::RebindToUnsigned<D>>
+HWY_INLINE hn::Vec<D> CodesFrom(D d, int32_t* own, const LayerTaps& taps, unsigned kept,
+                                const CodeLimits& limits, size_t x, hn::Vec<DU> residual) {
+  const DU du;
+  auto even = hn::Set(d, 1 << (fraction_bits - 1)), odd = hn::Zero(d);
+  size_t t = 0;
+  for (; t + 1 < taps.count; t += 2) {
+    even = hn::Add(even, hn::Mul(hn::LoadU(d, own + taps.offset[t] + x), hn::Set(d, taps.weight[t])));
+    odd = hn::Add(odd, hn::Mul(hn::LoadU(d, own + taps.offset[t + 1] + x), hn::Set(d, taps.weight[t + 1])));
+  }
+  if (t < taps.count)
+    even = hn::Add(even, hn::Mul(hn::LoadU(d, own + taps.offset[t] + x), hn::Set(d, taps.weight[t])));
+  const auto p = hn::Min(hn::Max(hn::ShiftRight<fraction_bits>(hn::Add(even, odd)), hn::Set(d, limits.low)),
+                         hn::Set(d, limits.high));
+  const auto sign = hn::Neg(hn::BitCast(d, hn::And(residual, hn::Set(du, 1))));
+  const auto step = hn::Xor(hn::BitCast(d, hn::ShiftRight<1>(residual)), sign);
+  const auto air = hn::Set(d, static_cast<int32_t>(limits.air));
+  const auto code = hn::And(hn::Add(hn::Add(p, step), air), hn::Set(d, static_cast<int32_t>(limits.mask)));
+  alignas(64) static constexpr int32_t bit[brick_edge] = {1,   2,   4,    8,    16,   32,   64,    128,
+                                                          256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
+  const auto here = hn::TestBit(hn::Set(d, static_cast<int32_t>(kept >> x)), hn::LoadU(d, bit));
+  hn::StoreU(hn::IfThenElseZero(here, hn::Sub(code, air)), d, own + x);
+  return code;
+}
+
+// A row of one run, from its first site on: residuals and codes stand as they do in the planes and among the
+// codes.
+template<class D, class Stored>
+HWY_INLINE void OneRunFrom(D d, int32_t* own, const LayerTaps& taps, unsigned kept, size_t first,
+                           size_t length, const CodeLimits& limits, const PackedRows<Stored>& rows) {
+  const hn::RebindToUnsigned<D> du;
+  const hn::Rebind<uint8_t, D> d8;
+  const hn::Rebind<Stored, D> packed;
+  const auto* from = reinterpret_cast<const uint8_t*>(rows.planes) + rows.at;
+  auto* to = reinterpret_cast<Stored*>(rows.packed) + rows.at;
+  for (size_t i = 0; i < length; i += hn::Lanes(d)) {
+    auto residual = hn::PromoteTo(du, hn::LoadU(d8, from + i));
+    if constexpr (sizeof(Stored) == 2) {
+      const auto high = hn::LoadU(d8, from + rows.count + static_cast<std::ptrdiff_t>(i));
+      residual = hn::Or(residual, hn::ShiftLeft<8>(hn::PromoteTo(du, high)));
+    }
+    const auto code = CodesFrom(d, own, taps, kept, limits, first + i, residual);
+    hn::StoreU(hn::DemoteTo(packed, code), packed, to + i);
+  }
+}
+
+// A row whose sites do not depend on each other.
+template<class Stored>
+HWY_INLINE void Parallel(const Row<int32_t>& row, const Taps& all, LayerTaps& taps, unsigned kept,
+                         const CodeLimits& limits, PackedRows<Stored>& rows) {
+  const hn::CappedTag<int32_t, brick_edge> d;
+  const hn::CappedTag<int32_t, brick_edge / 2> half;
+  taps.Set(row, all);
+  if (OneRun(kept)) {
+    const auto first = static_cast<size_t>(std::countr_zero(kept));
+    const auto length = static_cast<size_t>(std::bit_width(kept)) - first;
+    if (length > brick_edge / 2)
+      OneRunFrom(d, row.own, taps, kept, first, length, limits, rows);
+    else
+      OneRunFrom(half, row.own, taps, kept, first, length, limits, rows);
+    rows.at += static_cast<std::ptrdiff_t>(length);
+    return;
+  }
+  const hn::RebindToUnsigned<decltype(d)> du;
+  RowCodes q;
+  rows.Get(kept, q.residual);
+  for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+    const auto code = CodesFrom(d, row.own, taps, kept, limits, x, hn::Load(du, q.residual + x));
+    hn::Store(hn::BitCast(du, code), du, q.code + x);
+  }
+  rows.Put(kept, q.code);
+}
+} // namespace
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#endif

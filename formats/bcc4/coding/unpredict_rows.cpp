@@ -1,0 +1,75 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "formats/bcc4/coding/unpredict_rows.cpp"
+#include <hwy/foreach_target.h>
+// Highway's target list must come before anything it guards.
+#include <hwy/highway.h>
+
+#include "formats/bcc4/coding/predict_rows.h"
+#include "formats/bcc4/coding/unpredict_chains-inl.h"
+#include "formats/bcc4/coding/unpredict_wide-inl.h"
+
+// Exact integers: every target computes the same.
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+
+// Codes of up to 16 bits: all sums fit 32 bits by the rule for weights.
+template<class Stored>
+void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
+               const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
+               CellRing<int32_t>& ring) {
+  ChainedRows<Stored> chained(kept, codes, weights, planes, packed);
+  walk<int32_t>(
+      shape, kept, ring,
+      [&](const Row<int32_t>& row) HWY_ATTR {
+        const Taps& taps = TapsFor(chained.all, row);
+        if (taps.west == 0)
+          Parallel(row, taps, chained.layer_taps, chained.Kept(row), chained.limits, chained.rows);
+        else
+          chained.One(row, taps);
+      },
+      [&](const Row<int32_t>& a, const Row<int32_t>& b, bool repeats)
+          HWY_ATTR { return chained.Pair(a, b, repeats); });
+}
+
+void Unpredict8(const ChunkShape& s, std::span<const BrickMask> k, const ChunkCodes& c, const ClassWeights& w,
+                std::span<const std::byte> planes, std::byte* packed, CellRing<int32_t>& ring) {
+  Unpredict<uint8_t>(s, k, c, w, planes, packed, ring);
+}
+void Unpredict16(const ChunkShape& s, std::span<const BrickMask> k, const ChunkCodes& c,
+                 const ClassWeights& w, std::span<const std::byte> planes, std::byte* packed,
+                 CellRing<int32_t>& ring) {
+  Unpredict<uint16_t>(s, k, c, w, planes, packed, ring);
+}
+void Unpredict32(const ChunkShape& s, std::span<const BrickMask> k, const ChunkCodes& c,
+                 const ClassWeights& w, std::span<const std::byte> planes, std::byte* packed,
+                 CellRing<int32_t>& ring) {
+  WideRows wide(k, c, w, planes, packed);
+  walk<int32_t>(s, k, ring, [&](const Row<int32_t>& row) HWY_ATTR { wide.One(row); });
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace bccsplat {
+
+HWY_EXPORT(Unpredict8);
+HWY_EXPORT(Unpredict16);
+HWY_EXPORT(Unpredict32);
+
+void unpredict_rows(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
+                    const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
+                    CellRing<int32_t>& ring) {
+  const uint32_t bytes = codes.bytes();
+  if (bytes == 1)
+    HWY_DYNAMIC_DISPATCH(Unpredict8)(shape, kept, codes, weights, planes, packed, ring);
+  else if (bytes == 2)
+    HWY_DYNAMIC_DISPATCH(Unpredict16)(shape, kept, codes, weights, planes, packed, ring);
+  else
+    HWY_DYNAMIC_DISPATCH(Unpredict32)(shape, kept, codes, weights, planes, packed, ring);
+}
+
+} // namespace bccsplat
+#endif

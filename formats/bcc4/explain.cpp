@@ -1,0 +1,86 @@
+// Damage of a file in words: what is lost, and what is not.
+#include <algorithm>
+#include <cmath>
+
+#include "formats/bcc4/explain.h"
+#include "kernel/kernel.h"
+
+namespace bccsplat {
+namespace {
+
+// Layers on either side of an instant that the file's own kernel reads; a kernel this version does not know
+// counts as the default one.
+int reach_of(const VolumeInfo& info) {
+  const std::string& name =
+      info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel;
+  try {
+    return make_kernel(name).reach_layers();
+  } catch (const Error&) {
+    return make_kernel("").reach_layers();
+  }
+}
+
+struct Frames {
+  int64_t first, last; // closed
+};
+
+// Source frames that a reader of layers first .. last needs.
+Frames frames_of(const VolumeInfo& info, int32_t first, int32_t last, int reach) {
+  const Lattice4& l = info.lattice;
+  const int64_t end = int64_t{l.dims[3]} - 1;
+  if (l.is_static()) return {0, end};
+  // Strictly within reach: a layer at the end of the kernel has weight 0.
+  const auto low = static_cast<int64_t>(std::floor(l.layer_frame(first - reach))) + 1;
+  const auto high = static_cast<int64_t>(std::ceil(l.layer_frame(last + reach))) - 1;
+  return {std::clamp<int64_t>(low, 0, end), std::clamp<int64_t>(high, 0, end)};
+}
+
+std::string frames_text(const Frames& f) {
+  return f.first == f.last ? concat(f.first) : concat(f.first, " to ", f.last);
+}
+
+} // namespace
+
+std::string describe_loss(const VolumeInfo& info, const Bcc4Damage& damage) {
+  if (damage.channel < 0 || damage.last_layer < damage.first_layer) return {};
+  const Lattice4& l = info.lattice;
+  std::string text = concat("; lost: channel ", info.channels[static_cast<size_t>(damage.channel)].name);
+  if (!damage.whole_layers) {
+    text += ", samples";
+    for (size_t a = 0; a < 3; ++a) {
+      const double planes = brick_edge * (l.space.bcc ? 2.0 : 1.0), h = l.space_step[a];
+      const double first = std::floor(planes * damage.brick[a] * h),
+                   last = std::min(l.dims[a] - 1.0, std::ceil((planes * (damage.brick[a] + 1) - 1) * h));
+      text += concat(" ", "xyz"[a], " ", first, " to ", last);
+    }
+  } else {
+    text += ", any samples";
+  }
+  const Frames f = frames_of(info, damage.first_layer, damage.last_layer, 1);
+  return text + concat(" of frames ", frames_text(f));
+}
+
+std::string describe_survivors(const VolumeInfo& info, std::span<const Bcc4Damage> damage) {
+  const int reach = reach_of(info);
+  std::vector<Frames> touched;
+  for (const Bcc4Damage& d : damage)
+    if (d.channel >= 0 && d.last_layer >= d.first_layer)
+      touched.push_back(frames_of(info, d.first_layer, d.last_layer, reach));
+  if (touched.empty()) return "no sample is lost";
+  std::sort(touched.begin(), touched.end(),
+            [](const Frames& a, const Frames& b) { return a.first < b.first; });
+  std::string whole;
+  int64_t next = 0; // the first frame not yet accounted for
+  const auto add = [&](int64_t end) {
+    if (next < end) whole += concat(whole.empty() ? "" : ", ", frames_text({next, end - 1}));
+  };
+  for (const Frames& f : touched) {
+    add(f.first);
+    next = std::max(next, f.last + 1);
+  }
+  add(info.lattice.dims[3]);
+  return whole.empty() ? "no frame is whole; the others of its samples can be exported as they are"
+                       : concat("whole are frames ", whole, " of 0 to ", info.lattice.dims[3] - 1);
+}
+
+} // namespace bccsplat

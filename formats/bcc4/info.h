@@ -1,0 +1,141 @@
+// What a .bcc4 file says about itself: everything but the samples and their index.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/vec.h"
+#include "formats/bcc4/layout.h"
+#include "formats/bcc4/part.h"
+#include "lattice/lattice.h"
+
+namespace bccsplat {
+
+// How samples are stored: stored integers or bit patterns.
+enum class ValueType : uint8_t { u8 = 1, u16 = 2, f16 = 3, f32 = 4 };
+// Precision of the source.
+enum class SourceType : uint8_t {
+  unknown = 0,
+  u8 = 1,
+  u16 = 2,
+  f16 = 3,
+  f32 = 4,
+  i16 = 5,
+  i32 = 6,
+  f64 = 7,
+  i8 = 8,
+  u32 = 9
+};
+
+[[nodiscard]] constexpr uint32_t value_bytes(ValueType type) {
+  return type == ValueType::u8 ? 1 : type == ValueType::f32 ? 4 : 2;
+}
+
+struct Range {
+  double low = 0, high = 0; // closed
+  bool operator==(const Range&) const = default;
+};
+
+struct Percentile {
+  double percent = 0; // in [0, 100]
+  double value = 0;
+  bool operator==(const Percentile&) const = default;
+};
+
+// Corrections at source samples (residuals.h), which hold for the recommended kernel alone.
+struct ResidualInfo {
+  double step = 0;              // value of one step; 0: no corrections
+  double bound = 0;             // with them, no finite source sample is wrong by more; 0: nothing is promised
+  std::vector<BlockRef> frames; // by source frame, stored 0 where there is none; empty: none at all
+  bool operator==(const ResidualInfo&) const = default;
+};
+
+struct ChannelInfo {
+  std::string name = "value"; // unique in the file, not empty
+  std::string quantity;       // what it is, such as "density"; may be empty
+  std::string unit;           // of the values; may be empty
+  ValueType type = ValueType::f32;
+  // value = stored * scale + offset. Integers: scale > 0, and |air - offset| <= 2^22 scale, so that samples
+  // relative to air survive as floats. Floats: scale 1; offset = air stores samples relative to air as they
+  // stand in the bricks (f32: always, exact); f16 may have offset 0 to store values themselves (f16 sources:
+  // exact).
+  double scale = 1, offset = 0;
+  float air = 0;       // value of sites that are not kept
+  float threshold = 0; // samples within this of air were dropped
+  SourceType source_type = SourceType::unknown;
+
+  // Known when the source has been seen: set before Bcc4Writer::finish.
+  Range source_range;                  // of the finite source values
+  Range histogram_range;               // of `histogram`; the last bin is closed
+  std::vector<uint64_t> histogram;     // 256 bins, or empty
+  std::vector<Percentile> percentiles; // rising; may be empty
+  std::vector<Range> frames;           // of each source frame, dims[3] of them, or empty
+  uint64_t cc_relevant = 0;            // source samples further than `threshold` from air
+
+  // Counted by the writer.
+  uint64_t sites_kept = 0;
+  uint64_t holes = 0;     // kept sites that are missing data
+  uint64_t clamped = 0;   // samples outside the range of the stored type
+  Range kept_range;       // of the stored samples, absolute; 0..0 when none are kept
+  ResidualInfo residuals; // step and bound are the caller's, the frames the writer's
+
+  bool operator==(const ChannelInfo&) const = default;
+};
+
+// Times of the source frames.
+struct TimeMap {
+  bool uniform = true;
+  double first = 0, step = 1; // uniform: frame i is at first + i * step
+  std::vector<double> times;  // otherwise: dims[3] of them, rising strictly
+  std::string unit;           // may be empty
+  std::string epoch;          // what time 0 is, such as an ISO 8601 date; may be empty
+  [[nodiscard]] double at(uint64_t frame) const {
+    return uniform ? first + static_cast<double>(frame) * step : times.at(frame);
+  }
+  bool operator==(const TimeMap&) const = default;
+};
+
+struct SourceInfo {
+  std::string name;
+  uint64_t bytes = 0;
+  uint32_t crc32 = 0; // 0: unknown
+  bool operator==(const SourceInfo&) const = default;
+};
+
+// What a writer that continues the series cannot see in the file.
+struct TailInfo {
+  int32_t slabs = 0;             // the first ones, which more frames leave as they are
+  std::vector<uint64_t> clamped; // per channel, samples in them outside the range of the stored type
+  bool operator==(const TailInfo&) const = default;
+};
+
+struct VolumeInfo {
+  // Fixed once samples are written, but for dims[3] and last_layer.
+  Lattice4 lattice;
+  double scale = 1, time_scale = 1; // as asked for when the lattice was fitted
+  int32_t slab_layers = 8;          // layers per chunk, 1 .. 32
+  Affine3 affine;                   // source index -> world
+  std::string spatial_unit;
+  TimeMap time;
+  std::vector<ChannelInfo> channels;
+  std::string coefficient_kernel;             // the kernel whose coefficients are stored; empty: samples
+  std::vector<double> coefficient_parameters; // the numbers that define it, should its name ever mean another
+  std::string recommended_kernel;             // may be empty
+  std::vector<SourceInfo> sources;
+  std::vector<std::pair<std::string, std::string>> attributes; // UTF-8, keys unique; order is kept
+  std::optional<TailInfo> tail;                                // none: no sample was clamped
+  std::optional<PartInfo> part;                                // none: a whole file
+
+  [[nodiscard]] uint64_t cc_samples() const { // per channel
+    return uint64_t{lattice.dims[0]} * lattice.dims[1] * lattice.dims[2] * lattice.dims[3];
+  }
+  [[nodiscard]] int32_t slabs() const { return (lattice.layers() + slab_layers - 1) / slab_layers; }
+  [[nodiscard]] int32_t slab_of(int32_t layer) const { return layer / slab_layers; }
+
+  bool operator==(const VolumeInfo&) const = default;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,132 @@
+#include "formats/bcc4/journal.h"
+
+#include <array>
+#include <cstring>
+
+#include "base/bytes.h"
+#include "formats/bcc4/coding/deflate.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr std::array<char, 8> mark{'B', 'C', 'C', '4', 'J', 'R', 'N', 'L'};
+constexpr uint32_t version = 1;
+constexpr size_t head_bytes = 16;
+constexpr size_t entry_bytes = 48;
+constexpr uint64_t most_bytes = uint64_t{1} << 30;
+
+std::vector<std::byte> payload_of(const WrittenSlab& s) {
+  ByteWriter out;
+  out.write(s.slab), out.write(s.channel), out.write(s.layers);
+  out.write(static_cast<uint32_t>(s.chunks.size()));
+  out.write(s.clamped);
+  for (const Bcc4Chunk& c : s.chunks) {
+    out.write(c.slot), out.write(c.offset), out.write(c.values_bytes), out.write(c.runs_bytes);
+    out.write(c.runs_decoded), out.write(c.kept), out.write(c.holes), out.write(c.min_code);
+    out.write(c.max_code), out.write(c.crc), out.write(c.coding), out.write(c.predictor);
+    out.write(uint16_t{0});
+  }
+  return out.release();
+}
+
+WrittenSlab slab_of(std::span<const std::byte> payload) {
+  ByteReader in(payload, "journal");
+  WrittenSlab s;
+  s.slab = in.read<int32_t>(), s.channel = in.read<int32_t>(), s.layers = in.read<int32_t>();
+  const auto n = in.read<uint32_t>();
+  s.clamped = in.read<uint64_t>();
+  if (in.remaining() != n * entry_bytes)
+    fail(Code::corrupt, "journal: ", n, " chunks do not fit their record");
+  s.chunks.resize(n);
+  for (Bcc4Chunk& c : s.chunks) {
+    c.slab = s.slab;
+    c.slot = in.read<uint32_t>(), c.offset = in.read<uint64_t>(), c.values_bytes = in.read<uint32_t>();
+    c.runs_bytes = in.read<uint32_t>(), c.runs_decoded = in.read<uint32_t>(), c.kept = in.read<uint32_t>();
+    c.holes = in.read<uint32_t>(), c.min_code = in.read<uint32_t>(), c.max_code = in.read<uint32_t>();
+    c.crc = in.read<uint32_t>(), c.coding = in.read<uint8_t>(), c.predictor = in.read<uint8_t>();
+    static_cast<void>(in.read<uint16_t>());
+  }
+  return s;
+}
+
+} // namespace
+
+Bcc4Journal::Bcc4Journal(std::string path, bool take_over, uint64_t interval)
+    : path_(std::move(path)), interval_(interval) {
+  if (take_over && file_exists(path_)) {
+    const auto file = open_file_source(path_);
+    if (file->size() > most_bytes) fail(Code::limit_exceeded, path_, ": ", file->size(), " bytes");
+    std::vector<std::byte> bytes(file->size());
+    file->read_at(0, bytes);
+    read(bytes);
+  }
+  sink_ = create_journal_sink(path_, end_);
+}
+
+void Bcc4Journal::read(std::span<const std::byte> bytes) {
+  if (bytes.size() < head_bytes || std::memcmp(bytes.data(), mark.data(), mark.size()) != 0) return;
+  ByteReader in(bytes.subspan(mark.size()), "journal");
+  if (in.read<uint32_t>() != version) return;
+  fingerprint_ = in.read<uint32_t>();
+  found_ = true;
+  end_ = head_bytes;
+  while (in.remaining() >= 8) {
+    const auto size = in.read<uint32_t>(), crc = in.read<uint32_t>();
+    if (size > in.remaining()) return; // cut short
+    const auto payload = in.take(size);
+    if (crc32_of(payload) != crc) return;
+    WrittenSlab s = slab_of(payload);
+    end_ += 8 + size;
+    earlier_[{s.slab, s.channel}] = std::move(s);
+  }
+}
+
+void Bcc4Journal::start(uint32_t fingerprint) {
+  if (found_) {
+    if (fingerprint != fingerprint_)
+      fail(Code::wrong_state, path_,
+           ": the unfinished file was made from other input or with other options; "
+           "give the same ones, or start anew without resuming");
+    return;
+  }
+  ByteWriter out;
+  out.write_bytes(std::as_bytes(std::span(mark)));
+  out.write(version);
+  out.write(fingerprint);
+  sink_->write_at(0, out.bytes());
+  end_ = head_bytes;
+}
+
+const WrittenSlab* Bcc4Journal::find(int32_t slab, int32_t channel) const {
+  const auto it = earlier_.find({slab, channel});
+  return it == earlier_.end() ? nullptr : &it->second;
+}
+
+void Bcc4Journal::add(const WrittenSlab& slab) {
+  const std::vector<std::byte> payload = payload_of(slab);
+  ByteWriter out;
+  out.write(static_cast<uint32_t>(payload.size()));
+  out.write(crc32_of(payload));
+  out.write_bytes(payload);
+  pending_.insert(pending_.end(), out.bytes().begin(), out.bytes().end());
+  for (const Bcc4Chunk& c : slab.chunks) pending_bytes_ += c.stored();
+}
+
+bool Bcc4Journal::commit_is_due() const {
+  return pending_bytes_ >= interval_ ||
+         (!pending_.empty() && std::chrono::steady_clock::now() - committed_ >= std::chrono::seconds(1));
+}
+
+void Bcc4Journal::commit() {
+  if (pending_.empty()) return;
+  sink_->write_at(end_, pending_);
+  sink_->flush();
+  end_ += pending_.size();
+  pending_.clear();
+  pending_bytes_ = 0;
+  committed_ = std::chrono::steady_clock::now();
+}
+
+void Bcc4Journal::remove() { sink_->commit(); }
+
+} // namespace bccsplat

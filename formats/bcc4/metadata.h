@@ -1,0 +1,34 @@
+// The metadata block: VolumeInfo as records (bcc4.md, section 3).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/error.h"
+#include "formats/bcc4/bcc4.h"
+
+namespace bccsplat {
+
+// Rules that hold from the first sample on; breaking one fails with `code`: invalid_argument for a caller's
+// info, corrupt for a file's.
+void check_fixed(const VolumeInfo& info, Code code);
+// Rules of the rest: times, ranges, texts. Implies check_fixed.
+void check_info(const VolumeInfo& info, Code code);
+// Mends what must not spoil a finished file: ranges of nothing become 0 .. 0, bytes that are no UTF-8 the
+// replacement character, and of attributes with one key the last stays.
+void tidy(VolumeInfo& info);
+
+[[nodiscard]] std::vector<std::byte> write_metadata(const VolumeInfo& info);
+// Checked, and within `limits`.
+[[nodiscard]] VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset,
+                                       const Bcc4Limits& limits);
+
+// The lowest version of the format that knows all of it.
+[[nodiscard]] inline uint16_t lowest_reader(const VolumeInfo& info) { return info.lattice.lead > 0 ? 2 : 1; }
+
+[[nodiscard]] bool is_utf8(std::string_view text); // without zero bytes
+[[nodiscard]] std::string to_utf8(std::string_view bytes);
+
+} // namespace bccsplat

@@ -1,0 +1,50 @@
+// Index pages and their directory (bcc4.md, section 4).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/layout.h"
+
+namespace bccsplat {
+
+inline constexpr uint32_t page_entries = 4096;      // as written
+inline constexpr uint32_t max_page_entries = 65536; // as read
+inline constexpr uint64_t page_ref_bytes = 64;
+// Decoded bytes of the largest page: the known columns and as many bytes again for columns of later versions.
+inline constexpr uint64_t max_page_bytes = uint64_t{max_page_entries} * 128;
+
+// A page: entries of one channel with rising (slab, slot).
+struct PageRef {
+  uint32_t channel = 0;
+  int32_t first_slab = 0, last_slab = 0;
+  uint32_t first_slot = 0, last_slot = 0;
+  uint32_t entries = 0;
+  BlockRef block;
+  uint32_t min_code = 0, max_code = 0; // of all its chunks
+};
+
+// Brick columns along x, y, z of a layer: those of coset 0.
+[[nodiscard]] Int3 slot_dims(const Lattice4& lattice);
+[[nodiscard]] uint64_t slot_count(const Lattice4& lattice);
+[[nodiscard]] inline Int3 slot_brick(const Int3& dims, uint32_t slot) {
+  const auto nx = static_cast<uint32_t>(dims[0]), ny = static_cast<uint32_t>(dims[1]);
+  return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny),
+          static_cast<int32_t>(slot / nx / ny)};
+}
+
+[[nodiscard]] std::vector<std::byte> write_page(std::span<const Bcc4Chunk> chunks);
+// Everything but its block.
+[[nodiscard]] PageRef describe_page(uint32_t channel, std::span<const Bcc4Chunk> chunks);
+// Checks every entry against the lattice, the channel and the directory.
+[[nodiscard]] std::vector<Bcc4Chunk> read_page(std::span<const std::byte> decoded, const PageRef& ref,
+                                               const VolumeInfo& info, uint64_t file_bytes);
+
+[[nodiscard]] std::vector<std::byte> write_directory(std::span<const PageRef> pages);
+// Pages rise by (channel, slab, slot).
+[[nodiscard]] std::vector<PageRef> read_directory(std::span<const std::byte> decoded, const VolumeInfo& info,
+                                                  const Root& root, uint64_t offset);
+
+} // namespace bccsplat

@@ -1,0 +1,246 @@
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <numeric>
+#include <tuple>
+
+#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/coding/spread.h"
+#include "formats/bcc4/metadata.h"
+#include "formats/bcc4/reader_state.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr uint64_t group_bytes = 256 << 10; // read and decoded by one task
+constexpr uint64_t group_gap = 4 << 10;     // unwanted bytes read rather than asked around
+constexpr size_t most_lost = 1 << 20;       // chunks of one damaged page
+
+} // namespace
+
+void Bcc4Reader::State::read(uint64_t offset, std::span<std::byte> out) const {
+  source->read_at(offset, out);
+  bytes_read.fetch_add(out.size(), std::memory_order_relaxed);
+}
+
+bool Bcc4Reader::State::read_or_lose(uint64_t offset, std::span<std::byte> out) const {
+  try {
+    read(offset, out);
+    return true;
+  } catch (const Error&) {
+    if (!limits.salvage) throw;
+    return false;
+  }
+}
+
+std::vector<std::byte> Bcc4Reader::State::read_block(const BlockRef& ref, std::string_view what) const {
+  std::vector<std::byte> stored(ref.padded());
+  read(ref.offset, stored);
+  return unpack_block(ref, stored, what);
+}
+
+void Bcc4Reader::State::open() {
+  const std::string& name = source->name();
+  std::vector<std::byte> head(std::min(source->size(), preamble_bytes));
+  read(0, head);
+  Preamble preamble = read_preamble(head, name);
+  root = *preamble.root;
+  root_damaged = preamble.root_damaged;
+  if (root.file_bytes > source->size() && !limits.salvage)
+    fail(Code::truncated, name, ": ", source->size(), " bytes of ", root.file_bytes, "; it was cut short");
+  if (root.metadata.decoded > limits.metadata_bytes)
+    fail(Code::limit_exceeded, name, ": metadata of ", root.metadata.decoded, " bytes, the limit is ",
+         limits.metadata_bytes);
+  if (root.directory.decoded > limits.directory_bytes)
+    fail(Code::limit_exceeded, name, ": index directory of ", root.directory.decoded, " bytes, the limit is ",
+         limits.directory_bytes);
+  info = read_metadata(read_block(root.metadata, "metadata"), root.metadata.offset, limits);
+  if (lowest_reader(info) > preamble.lowest_reader)
+    fail(Code::corrupt, name, ": layers before the first frame in a file for readers of version ",
+         preamble.lowest_reader);
+  pages = read_directory(read_block(root.directory, "index directory"), info, root, root.directory.offset);
+  slots = slot_dims(info.lattice);
+  for (const ChannelInfo& c : info.channels) coders.emplace_back(c);
+  bytes.file = root.file_bytes;
+  bytes.runs = root.runs_bytes, bytes.values = root.values_bytes, bytes.index = root.index_bytes;
+  bytes.unused = root.file_bytes - root.runs_bytes - root.values_bytes - root.index_bytes;
+}
+
+std::shared_ptr<const Page> Bcc4Reader::State::load_page(size_t index) const {
+  const PageRef& ref = pages[index];
+  return std::make_shared<const Page>(
+      read_page(read_block(ref.block, "index page"), ref, info, root.file_bytes));
+}
+
+std::shared_ptr<const Page> Bcc4Reader::State::page(size_t index) const {
+  if (auto found = cached.find(index)) return found;
+  std::shared_ptr<const Page> loaded;
+  try {
+    loaded = load_page(index);
+  } catch (const Error&) {
+    if (!limits.salvage) throw;
+    loaded = std::make_shared<const Page>(lost_page(pages[index]));
+  }
+  cached.insert(index, loaded, 1, 0);
+  return loaded;
+}
+
+ChunkData Bcc4Reader::State::decode(int channel, const Bcc4Chunk& chunk, std::span<const std::byte> stored,
+                                    ChunkScratch& scratch) const {
+  const ChunkCodes& codes = coders[static_cast<size_t>(channel)].codes();
+  const ChunkShape shape = chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot));
+  return decode_chunk(shape, codes, chunk, stored, scratch);
+}
+
+Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
+  const auto count = static_cast<uint32_t>(slot_count(info.lattice));
+  Page page;
+  for (int32_t slab = ref.first_slab; slab <= ref.last_slab; ++slab)
+    for (uint32_t slot = slab == ref.first_slab ? ref.first_slot : 0;
+         slot < count && (slab < ref.last_slab || slot <= ref.last_slot); ++slot) {
+      if (page.size() == most_lost)
+        fail(Code::limit_exceeded, "index page at offset ", ref.block.offset, ": more than ", most_lost,
+             " chunks may be lost");
+      Bcc4Chunk c;
+      c.slab = slab, c.slot = slot;
+      page.push_back(c);
+    }
+  return page;
+}
+
+ChunkData Bcc4Reader::State::lost_chunk(int channel, const Bcc4Chunk& chunk) const {
+  return chunk_of_holes(chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot)),
+                        coders[static_cast<size_t>(channel)].codes());
+}
+
+ChunkData Bcc4Reader::State::decode_or_lose(int channel, const Bcc4Chunk& chunk,
+                                            std::span<const std::byte> stored, ChunkScratch& scratch) const {
+  if (!limits.salvage) return decode(channel, chunk, stored, scratch);
+  try {
+    if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(channel, chunk, stored, scratch);
+  } catch (const Error&) {
+    // Lost.
+  }
+  return lost_chunk(channel, chunk);
+}
+
+std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks) {
+  std::vector<size_t> order(chunks.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](size_t a, size_t b) { return chunks[a].offset < chunks[b].offset; });
+  std::vector<ChunkGroup> groups;
+  for (const size_t i : order) {
+    const Bcc4Chunk& c = chunks[i];
+    const uint64_t end = c.offset + c.stored();
+    ChunkGroup* g = groups.empty() ? nullptr : &groups.back();
+    if (!g || c.offset > g->offset + g->bytes + group_gap || end - g->offset > group_bytes)
+      g = &groups.emplace_back(ChunkGroup{c.offset, 0, {}});
+    g->bytes = std::max(g->bytes, end - g->offset);
+    g->members.push_back(i);
+  }
+  return groups;
+}
+
+Bcc4Reader::Bcc4Reader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Bcc4Reader::~Bcc4Reader() = default;
+
+std::shared_ptr<Bcc4Reader> Bcc4Reader::open(std::unique_ptr<ByteSource> source, const Bcc4Limits& limits) {
+  auto state = std::make_unique<State>(std::move(source), limits);
+  state->open();
+  return std::shared_ptr<Bcc4Reader>(new Bcc4Reader(std::move(state)));
+}
+
+const VolumeInfo& Bcc4Reader::info() const { return state_->info; }
+const Bcc4Bytes& Bcc4Reader::bytes() const { return state_->bytes; }
+uint64_t Bcc4Reader::chunk_count() const { return state_->root.chunks; }
+uint64_t Bcc4Reader::bytes_read() const { return state_->bytes_read.load(std::memory_order_relaxed); }
+bool Bcc4Reader::root_damaged() const { return state_->root_damaged; }
+Int3 Bcc4Reader::brick_position(uint32_t slot) const { return slot_brick(state_->slots, slot); }
+
+std::vector<Bcc4Chunk> Bcc4Reader::chunks(int channel, int32_t slab, const BrickBox& region) const {
+  const State& s = *state_;
+  if (channel < 0 || static_cast<size_t>(channel) >= s.coders.size())
+    fail(Code::not_found, s.source->name(), ": no channel ", channel);
+  if (slab < 0 || slab >= s.info.slabs()) fail(Code::out_of_domain, s.source->name(), ": no slab ", slab);
+  const auto key = std::pair(static_cast<uint32_t>(channel), slab);
+  auto page = std::partition_point(s.pages.begin(), s.pages.end(),
+                                   [&](const PageRef& p) { return std::pair(p.channel, p.last_slab) < key; });
+  std::vector<Bcc4Chunk> found;
+  for (; page != s.pages.end() && std::pair(page->channel, page->first_slab) <= key; ++page) {
+    const auto entries = s.page(static_cast<size_t>(page - s.pages.begin()));
+    auto c = std::partition_point(entries->begin(), entries->end(),
+                                  [&](const Bcc4Chunk& e) { return e.slab < slab; });
+    for (; c != entries->end() && c->slab == slab; ++c)
+      if (region.contains(slot_brick(s.slots, c->slot))) found.push_back(*c);
+  }
+  return found;
+}
+
+Range Bcc4Reader::sample_range(int channel, const Bcc4Chunk& chunk) const {
+  const SampleCoder& coder = state_->coders.at(static_cast<size_t>(channel));
+  return {coder.decode(chunk.min_code), coder.decode(chunk.max_code)};
+}
+
+std::vector<std::byte> Bcc4Reader::stored_bytes(const Bcc4Chunk& chunk) const {
+  std::vector<std::byte> stored(chunk.stored());
+  state_->read(chunk.offset, stored);
+  if (crc32_of(stored) != chunk.crc)
+    fail(Code::checksum_mismatch, "chunk at offset ", chunk.offset, ": bad checksum");
+  return stored;
+}
+
+std::vector<std::shared_ptr<const ChunkData>>
+Bcc4Reader::read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const {
+  std::vector<std::shared_ptr<const ChunkData>> out(chunks.size());
+  const std::vector<ChunkGroup> groups = group_chunks(chunks);
+  context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
+    context.progress.check();
+    std::vector<std::byte> stored(groups[g].bytes);
+    const bool read = state_->read_or_lose(groups[g].offset, stored);
+    ChunkScratch scratch;
+    for (const size_t i : groups[g].members) {
+      auto part = std::span<const std::byte>(stored);
+      part = read ? part.subspan(chunks[i].offset - groups[g].offset, chunks[i].stored()) : part.first(0);
+      out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(channel, chunks[i], part, scratch));
+    }
+  });
+  return out;
+}
+
+FrameResiduals Bcc4Reader::residuals(int channel, uint64_t frame) const {
+  const auto& frames = state_->info.channels.at(static_cast<size_t>(channel)).residuals.frames;
+  if (frame >= frames.size() || frames[frame].stored == 0) return {};
+  const BlockRef& ref = frames[frame];
+  check_block_ref(ref, "corrections", state_->root.file_bytes);
+  const auto& n = state_->info.lattice.dims;
+  return read_residuals(state_->read_block(ref, "corrections"), uint64_t{n[0]} * n[1] * n[2], ref.offset);
+}
+
+std::vector<std::byte> Bcc4Reader::stored_residuals(int channel, uint64_t frame) const {
+  const auto& frames = state_->info.channels.at(static_cast<size_t>(channel)).residuals.frames;
+  if (frame >= frames.size() || frames[frame].stored == 0)
+    fail(Code::corrupt, state_->source->name(), ": no corrections of frame ", frame);
+  const BlockRef& ref = frames[frame];
+  check_block_ref(ref, "corrections", state_->root.file_bytes);
+  std::vector<std::byte> stored(ref.padded());
+  state_->read(ref.offset, stored);
+  if (crc32_of(stored) != ref.crc)
+    fail(Code::checksum_mismatch, "corrections at offset ", ref.offset, ": bad checksum");
+  return stored;
+}
+
+std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& data, int layer_of_slab) const {
+  const auto m = static_cast<size_t>(layer_of_slab);
+  const uint32_t first = data.first.at(m);
+  if (data.first.at(m + 1) == first) return nullptr;
+  auto brick = std::make_shared_for_overwrite<Brick>();
+  brick->kept = data.kept[m];
+  if (!data.hole.empty() && data.hole[m] != BrickMask{})
+    brick->hole = std::make_unique<BrickMask>(data.hole[m]);
+  spread_codes(state_->coders.at(static_cast<size_t>(channel)), brick->kept, data.codes, first, brick->value);
+  return brick;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,62 @@
+// What an open file holds; shared by reading and verifying.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/cache.h"
+#include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/coding/scratch.h"
+#include "formats/bcc4/layout.h"
+#include "formats/bcc4/page.h"
+
+namespace bccsplat {
+
+using Page = std::vector<Bcc4Chunk>;
+
+struct Bcc4Reader::State {
+  State(std::unique_ptr<ByteSource> s, const Bcc4Limits& l)
+      : source(std::move(s)), limits(l), cached(l.cached_pages) {}
+
+  std::unique_ptr<ByteSource> source;
+  Bcc4Limits limits;
+  Root root;
+  bool root_damaged = false;
+  VolumeInfo info;
+  Bcc4Bytes bytes;
+  Int3 slots{};                    // brick dims of coset 0
+  std::vector<SampleCoder> coders; // one per channel
+  std::vector<PageRef> pages;      // the directory
+  mutable LruCache<size_t, Page> cached;
+  mutable std::atomic<uint64_t> bytes_read{0};
+
+  void open();
+  // Counted.
+  void read(uint64_t offset, std::span<std::byte> out) const;
+  // False for bytes that cannot be read, when salvaging.
+  [[nodiscard]] bool read_or_lose(uint64_t offset, std::span<std::byte> out) const;
+  [[nodiscard]] std::vector<std::byte> read_block(const BlockRef& ref, std::string_view what) const;
+  [[nodiscard]] std::shared_ptr<const Page> load_page(size_t index) const; // not cached
+  [[nodiscard]] std::shared_ptr<const Page> page(size_t index) const;
+  // The chunks a damaged page may have listed, kept 0: lost.
+  [[nodiscard]] Page lost_page(const PageRef& ref) const;
+  // A chunk whose sites are all holes.
+  [[nodiscard]] ChunkData lost_chunk(int channel, const Bcc4Chunk& chunk) const;
+  [[nodiscard]] ChunkData decode_or_lose(int channel, const Bcc4Chunk& chunk,
+                                         std::span<const std::byte> stored, ChunkScratch& scratch) const;
+  [[nodiscard]] ChunkData decode(int channel, const Bcc4Chunk& chunk, std::span<const std::byte> stored,
+                                 ChunkScratch& scratch) const;
+};
+
+// Chunks that are read together: indices into a list, in the order of the file.
+struct ChunkGroup {
+  uint64_t offset = 0, bytes = 0;
+  std::vector<size_t> members;
+};
+[[nodiscard]] std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks);
+
+} // namespace bccsplat

@@ -1,0 +1,92 @@
+#include <algorithm>
+#include <atomic>
+#include <tuple>
+
+#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/cache.h"
+#include "formats/bcc4/coding/chunk.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr size_t batch_chunks = 256; // decoded at once, or fewer where the budget is short
+
+using ChunkKey = std::tuple<int, int32_t, uint32_t>; // channel, slab, slot
+
+} // namespace
+
+struct Bcc4Samples::Cache {
+  Cache(MemoryBudget& b, uint64_t bytes) : budget(b), chunks(bytes) {}
+  MemoryBudget& budget;
+  LruCache<ChunkKey, ChunkData> chunks;
+  std::atomic<uint64_t> decoded{0};
+
+  // Makes room in the budget by dropping what is oldest; without room the chunk is not kept.
+  void keep(const ChunkKey& key, std::shared_ptr<const ChunkData> data) {
+    const uint64_t bytes = data->bytes();
+    while (budget.limit() - budget.used() < bytes && chunks.drop_oldest()) {
+    }
+    try {
+      chunks.insert(key, std::move(data), bytes, Reservation(budget, bytes, "cache of chunks"));
+    } catch (const Error& e) {
+      if (e.code() != Code::memory_budget) throw;
+    }
+  }
+};
+
+Bcc4Samples::Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes)
+    : reader_(std::move(reader)), cache_(std::make_unique<Cache>(budget, cache_bytes)) {}
+Bcc4Samples::~Bcc4Samples() = default;
+
+const Lattice4& Bcc4Samples::lattice() const { return reader_->info().lattice; }
+int Bcc4Samples::channels() const { return static_cast<int>(reader_->info().channels.size()); }
+float Bcc4Samples::air(int channel) const {
+  return reader_->info().channels.at(static_cast<size_t>(channel)).air;
+}
+const std::string& Bcc4Samples::coefficient_kernel() const { return reader_->info().coefficient_kernel; }
+const Bcc4Reader& Bcc4Samples::reader() const { return *reader_; }
+uint64_t Bcc4Samples::chunks_decoded() const { return cache_->decoded.load(std::memory_order_relaxed); }
+
+BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& region,
+                                   const Context& context) const {
+  const VolumeInfo& info = reader_->info();
+  if (layer < 0 || layer >= info.lattice.layers()) fail(Code::out_of_domain, "no layer ", layer);
+  const int32_t slab = info.slab_of(layer);
+  const int m = layer % info.slab_layers;
+  BrickLayer out(info.lattice.space, info.lattice.coset(layer));
+  const std::vector<Bcc4Chunk> wanted = reader_->chunks(channel, slab, region);
+  // Beyond the cache there is one layer and a batch of chunks: few of them where the budget is short.
+  const uint64_t chunk_bytes = static_cast<uint64_t>(info.slab_layers) * sizeof(Brick);
+  const uint64_t room = cache_->budget.limit() - cache_->budget.used();
+  const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
+
+  const auto place = [&](const Bcc4Chunk& chunk, const ChunkData& data) {
+    auto brick = reader_->brick(channel, data, m);
+    if (!brick) return;
+    const Int3 b = reader_->brick_position(chunk.slot);
+    out.set(out.slot(b[0], b[1], b[2]), std::move(brick));
+  };
+  for (size_t first = 0; first < wanted.size(); first += at_once) {
+    const auto batch = std::span(wanted).subspan(first, std::min(at_once, wanted.size() - first));
+    std::vector<std::shared_ptr<const ChunkData>> data(batch.size());
+    std::vector<Bcc4Chunk> missing;
+    std::vector<size_t> missing_at;
+    for (size_t i = 0; i < batch.size(); ++i) {
+      data[i] = cache_->chunks.find({channel, slab, batch[i].slot});
+      if (data[i]) continue;
+      missing.push_back(batch[i]);
+      missing_at.push_back(i);
+    }
+    auto decoded = reader_->read_chunks(channel, missing, context);
+    cache_->decoded.fetch_add(decoded.size(), std::memory_order_relaxed);
+    for (size_t i = 0; i < decoded.size(); ++i) {
+      cache_->keep({channel, slab, missing[i].slot}, decoded[i]);
+      data[missing_at[i]] = std::move(decoded[i]);
+    }
+    // Different bricks: each task sets its own slot.
+    context.tasks.parallel_for(batch.size(), [&](uint64_t i) { place(batch[i], *data[i]); });
+  }
+  return out;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,415 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <optional>
+
+#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/journal.h"
+#include "formats/bcc4/layout.h"
+#include "formats/bcc4/metadata.h"
+#include "formats/bcc4/page.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr size_t batch_chunks = 256;     // encoded together; bounds the memory of a slab
+constexpr size_t write_bytes = 1u << 20; // handed to the sink together
+
+struct ChannelState {
+  explicit ChannelState(const ChannelInfo& info) : coder(info) {}
+  SampleCoder coder;
+  std::vector<Bcc4Chunk> pending; // entries of no page yet
+  std::vector<PageRef> pages;
+  int32_t last_slab = -1, last_slab_layers = 0;
+  uint64_t kept = 0, holes = 0, clamped = 0;
+  uint32_t min_code = UINT32_MAX, max_code = 0;
+  std::vector<BlockRef> residuals; // by frame
+};
+
+// What may not change once samples are written.
+[[nodiscard]] bool same_coding(const VolumeInfo& a, const VolumeInfo& b) {
+  if (a.slab_layers != b.slab_layers || a.lattice.kind != b.lattice.kind ||
+      !(a.lattice.space == b.lattice.space) || a.lattice.time_step != b.lattice.time_step ||
+      a.lattice.lead != b.lattice.lead || a.channels.size() != b.channels.size())
+    return false;
+  for (size_t c = 0; c < a.channels.size(); ++c) {
+    const ChannelInfo &x = a.channels[c], &y = b.channels[c];
+    if (x.type != y.type || x.scale != y.scale || x.offset != y.offset || x.air != y.air) return false;
+  }
+  return true;
+}
+
+} // namespace
+
+struct Bcc4Writer::State {
+  State(std::unique_ptr<ByteSink> s, const VolumeInfo& initial, const Bcc4WriterOptions& o)
+      : sink(std::move(s)), options(o), info(initial) {
+    if (options.level < 0 || options.level > 9)
+      fail(Code::invalid_argument, "writer: level ", options.level, " is not in 0 .. 9");
+    check_fixed(info, Code::invalid_argument);
+    position = std::max(preamble_bytes, (options.data_offset + 7) / 8 * 8);
+    unused = position - preamble_bytes;
+  }
+
+  std::unique_ptr<ByteSink> sink;
+  Bcc4WriterOptions options;
+  VolumeInfo info, fixed; // fixed: as the first samples found it
+  std::vector<ChannelState> channels;
+  uint64_t position = 0; // where the next bytes go, those in `buffer` included
+  std::vector<std::byte> buffer;
+  uint64_t unused = 0, chunks = 0, runs_bytes = 0, values_bytes = 0;
+  uint64_t slabs_reused = 0;
+  bool closed = false; // finished, or failed half way
+
+  void append(std::span<const std::byte> bytes) {
+    buffer.insert(buffer.end(), bytes.begin(), bytes.end());
+    position += bytes.size();
+    if (buffer.size() >= write_bytes) flush();
+  }
+  void flush() {
+    if (buffer.empty()) return;
+    sink->write_at(position - buffer.size(), buffer);
+    buffer.clear();
+  }
+  [[nodiscard]] BlockRef append_block(std::span<const std::byte> decoded) {
+    PackedBlock block = pack_block(decoded);
+    block.ref.offset = position;
+    append(block.bytes);
+    return block.ref;
+  }
+  void append_page(uint32_t channel) {
+    ChannelState& c = channels[channel];
+    PageRef ref = describe_page(channel, c.pending);
+    ref.block = append_block(write_page(c.pending));
+    c.pages.push_back(ref);
+    c.pending.clear();
+  }
+
+  void start() {
+    if (channels.empty()) {
+      check_fixed(info, Code::invalid_argument);
+      fixed = info;
+      for (const ChannelInfo& c : info.channels) channels.emplace_back(c);
+      if (options.journal) {
+        VolumeInfo tidied = info;
+        tidy(tidied);
+        const std::array<uint32_t, 3> parts{crc32_of(write_metadata(tidied)), options.fingerprint,
+                                            static_cast<uint32_t>(options.level)};
+        options.journal->start(crc32_of(std::as_bytes(std::span(parts))));
+      }
+    } else if (!same_coding(info, fixed)) {
+      fail(Code::wrong_state, "writer: lattice or coding of a channel changed after samples were written");
+    }
+  }
+
+  // Whether it is the next one may be.
+  void check_slab(int32_t slab, int channel) const {
+    const auto bad = [&](const auto&... why) {
+      fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", channel, ": ", why...);
+    };
+    if (channel < 0 || static_cast<size_t>(channel) >= channels.size()) bad("no such channel");
+    const ChannelState& c = channels[static_cast<size_t>(channel)];
+    if (slab < 0 || slab >= INT32_MAX / info.slab_layers) bad("no such slab");
+    if (slab <= c.last_slab) bad("slabs must rise");
+    if (c.last_slab >= 0 && c.last_slab_layers < info.slab_layers) bad("the one before was not full");
+  }
+
+  void check_layers(int32_t slab, int channel, std::span<const BrickLayer> layers) const {
+    const auto bad = [&](const auto&... why) {
+      fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", channel, ": ", why...);
+    };
+    if (layers.empty() || layers.size() > static_cast<size_t>(info.slab_layers))
+      bad(layers.size(), " layers");
+    for (size_t m = 0; m < layers.size(); ++m) {
+      const int coset = info.lattice.coset(slab * info.slab_layers + static_cast<int32_t>(m));
+      if (!(layers[m].lattice() == info.lattice.space) || layers[m].coset() != coset)
+        bad("layer ", m, " is not of coset ", coset, " of the lattice");
+    }
+  }
+
+  void write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers, const Context& context);
+  WrittenSlab encode_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+                          const Context& context);
+  [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, int channel, int32_t layers);
+  WrittenSlab copy_chunks(int32_t slab, int channel, const Bcc4Reader& from);
+  void enter(uint32_t channel, const Bcc4Chunk& entry);
+  void commit_journal(const WrittenSlab& written);
+  [[nodiscard]] BlockRef& residuals_of(int channel, uint32_t frame);
+  [[nodiscard]] Bcc4Report finish(const Context& context);
+};
+
+namespace {
+
+[[nodiscard]] const Brick* brick_at(const BrickLayer& layer, const Int3& b) {
+  const Int3& n = layer.brick_dims();
+  return b[0] < n[0] && b[1] < n[1] && b[2] < n[2] ? layer.brick(b[0], b[1], b[2]) : nullptr;
+}
+
+// Sites of one chunk; no codes where all of it is air.
+[[nodiscard]] ChunkSites collect(const ChunkShape& shape, std::span<const BrickLayer> layers,
+                                 const Int3& position, const SampleCoder& coder, uint64_t& clamped) {
+  ChunkSites sites;
+  sites.shape = shape;
+  sites.kept.assign(layers.size(), BrickMask{});
+  for (size_t m = 0; m < layers.size(); ++m) {
+    const Brick* brick = brick_at(layers[m], position);
+    if (!brick) continue;
+    const Int3& n = shape.box[m];
+    const auto inside = static_cast<uint16_t>((1u << n[0]) - 1);
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y) {
+        const auto row = static_cast<size_t>(z * brick_edge + y);
+        const unsigned hole = brick->hole ? (*brick->hole)[row] & inside : 0u;
+        const unsigned kept = (brick->kept[row] | hole) & inside;
+        sites.kept[m][row] = static_cast<uint16_t>(kept);
+        if (hole) {
+          sites.hole.resize(layers.size());
+          sites.hole[m][row] = static_cast<uint16_t>(hole);
+        }
+        for (unsigned bits = kept; bits; bits &= bits - 1) {
+          const auto x = static_cast<size_t>(std::countr_zero(bits));
+          const float v = brick->value[row * brick_edge + x];
+          if (!std::isfinite(v))
+            fail(Code::nonfinite_value, "writer: sample at site (",
+                 position[0] * brick_edge + static_cast<int>(x), ", ", position[1] * brick_edge + y, ", ",
+                 position[2] * brick_edge + z, ") of layer ", m, " of the slab is not finite");
+          sites.codes.push_back(coder.encode(v, clamped));
+        }
+      }
+  }
+  return sites;
+}
+
+} // namespace
+
+// A chunk whose bytes are in their place.
+void Bcc4Writer::State::enter(uint32_t channel, const Bcc4Chunk& entry) {
+  ChannelState& c = channels[channel];
+  c.kept += entry.kept, c.holes += entry.holes;
+  c.min_code = std::min(c.min_code, entry.min_code), c.max_code = std::max(c.max_code, entry.max_code);
+  ++chunks, runs_bytes += entry.runs_bytes, values_bytes += entry.values_bytes;
+  c.pending.push_back(entry);
+  if (c.pending.size() == page_entries) append_page(channel);
+}
+
+WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+                                           const Context& context) {
+  const ChannelState& c = channels[static_cast<size_t>(channel)];
+  WrittenSlab written{.slab = slab, .channel = channel, .chunks = {}};
+  const Int3 dims = slot_dims(info.lattice);
+  std::vector<uint32_t> slots;
+  for (uint32_t s = 0; s < slot_count(info.lattice); ++s)
+    if (std::any_of(layers.begin(), layers.end(),
+                    [&](const BrickLayer& l) { return brick_at(l, slot_brick(dims, s)); }))
+      slots.push_back(s);
+  struct Result {
+    std::optional<EncodedChunk> chunk;
+    uint64_t clamped = 0;
+  };
+  for (size_t first = 0; first < slots.size(); first += batch_chunks) {
+    std::vector<Result> results(std::min(batch_chunks, slots.size() - first));
+    context.tasks.parallel_for(results.size(), [&](uint64_t i) {
+      context.progress.check();
+      const Int3 brick = slot_brick(dims, slots[first + i]);
+      const ChunkShape shape = chunk_shape(info, slab, static_cast<int32_t>(layers.size()), brick);
+      ChunkSites sites = collect(shape, layers, brick, c.coder, results[i].clamped);
+      keep_scattered_air(sites, c.coder.codes());
+      if (!sites.codes.empty()) results[i].chunk = encode_chunk(sites, c.coder.codes(), options.level);
+    });
+    for (size_t i = 0; i < results.size(); ++i) {
+      written.clamped += results[i].clamped;
+      if (!results[i].chunk) continue;
+      Bcc4Chunk& entry = results[i].chunk->entry;
+      entry.slab = slab;
+      entry.slot = slots[first + i];
+      entry.offset = position;
+      append(results[i].chunk->bytes);
+      enter(static_cast<uint32_t>(channel), entry);
+      written.chunks.push_back(entry);
+    }
+  }
+  return written;
+}
+
+// From an earlier writer, whose chunks stand where they would go, or from an earlier file.
+std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, int channel, int32_t layers) {
+  if (options.journal) {
+    const WrittenSlab* found = options.journal->find(slab, channel);
+    if (found && found->layers == layers) {
+      flush();
+      for (const Bcc4Chunk& entry : found->chunks) {
+        flush(); // a page may have come between
+        if (entry.offset != position)
+          fail(Code::wrong_state, "writer: the unfinished file has slab ", slab, " at offset ", entry.offset,
+               " instead of ", position, "; start anew without resuming");
+        position += entry.stored();
+        enter(static_cast<uint32_t>(channel), entry);
+      }
+      return *found;
+    }
+  }
+  if (!options.earlier || slab >= options.earlier_slabs || layers != info.slab_layers) return std::nullopt;
+  return copy_chunks(slab, channel, *options.earlier);
+}
+
+WrittenSlab Bcc4Writer::State::copy_chunks(int32_t slab, int channel, const Bcc4Reader& from) {
+  WrittenSlab written{.slab = slab, .channel = channel, .chunks = from.chunks(channel, slab)};
+  for (Bcc4Chunk& entry : written.chunks) {
+    const std::vector<std::byte> bytes = from.stored_bytes(entry);
+    entry.offset = position;
+    append(bytes);
+    enter(static_cast<uint32_t>(channel), entry);
+  }
+  return written;
+}
+
+void Bcc4Writer::State::commit_journal(const WrittenSlab& written) {
+  options.journal->add(written);
+  if (!options.journal->commit_is_due()) return;
+  flush();
+  sink->flush();
+  options.journal->commit();
+}
+
+void Bcc4Writer::State::write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+                                   const Context& context) {
+  const auto count = static_cast<int32_t>(layers.size());
+  std::optional<WrittenSlab> written = reuse_slab(slab, channel, count);
+  const bool reused = written.has_value();
+  if (!written) written = encode_slab(slab, channel, layers, context);
+  written->layers = count;
+  slabs_reused += reused;
+  if (options.journal && !options.journal->find(slab, channel)) commit_journal(*written);
+  ChannelState& c = channels[static_cast<size_t>(channel)];
+  c.clamped += written->clamped;
+  c.last_slab = slab;
+  c.last_slab_layers = count;
+}
+
+Bcc4Report Bcc4Writer::State::finish(const Context& context) {
+  for (size_t i = 0; i < channels.size(); ++i) {
+    const ChannelState& c = channels[i];
+    if (c.last_slab < 0) continue;
+    const int32_t left = info.lattice.layers() - c.last_slab * info.slab_layers;
+    if (c.last_slab_layers != std::min(left, info.slab_layers))
+      fail(Code::wrong_state, "writer: channel ", i, " ends after ", c.last_slab_layers, " layers of slab ",
+           c.last_slab, ", the lattice has ", info.lattice.layers(), " layers");
+  }
+  Bcc4Report report;
+  std::vector<PageRef> pages;
+  for (size_t i = 0; i < channels.size(); ++i) {
+    ChannelState& c = channels[i];
+    if (!c.pending.empty()) append_page(static_cast<uint32_t>(i));
+    pages.insert(pages.end(), c.pages.begin(), c.pages.end());
+    ChannelInfo& out = info.channels[i];
+    out.sites_kept = c.kept, out.holes = c.holes, out.clamped += c.clamped;
+    out.residuals.frames = std::move(c.residuals);
+    if (!out.residuals.frames.empty()) out.residuals.frames.resize(info.lattice.dims[3]);
+    out.kept_range = c.kept ? Range{c.coder.value(c.min_code), c.coder.value(c.max_code)} : Range{};
+    report.sites_total += static_cast<uint64_t>(info.lattice.sites());
+    report.sites_kept += c.kept, report.holes += c.holes, report.clamped += c.clamped;
+  }
+  tidy(info);
+  check_info(info, Code::invalid_argument);
+  context.progress.check();
+
+  Root root;
+  root.directory = append_block(write_directory(pages));
+  root.metadata = append_block(write_metadata(info));
+  root.file_bytes = position;
+  root.chunks = chunks, root.runs_bytes = runs_bytes, root.values_bytes = values_bytes;
+  root.index_bytes = position - unused - runs_bytes - values_bytes;
+  flush();
+  sink->flush();
+  // Both roots tell the same, so that damage to one is survived.
+  std::array<Root, 2> roots{root, root};
+  roots[0].sequence = 1, roots[1].sequence = 2;
+  sink->write_at(0, write_preamble(roots, lowest_reader(info)));
+  sink->flush();
+  sink->commit();
+  if (options.journal) options.journal->remove();
+
+  report.chunks = chunks;
+  report.slabs_reused = slabs_reused;
+  report.bytes = {root.file_bytes, runs_bytes, values_bytes, root.index_bytes, unused};
+  return report;
+}
+
+Bcc4Writer::Bcc4Writer(std::unique_ptr<ByteSink> sink, const VolumeInfo& initial,
+                       const Bcc4WriterOptions& options)
+    : state_(std::make_unique<State>(std::move(sink), initial, options)) {}
+
+Bcc4Writer::~Bcc4Writer() = default;
+
+VolumeInfo& Bcc4Writer::info() { return state_->info; }
+
+void Bcc4Writer::write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+                            const Context& context) {
+  State& s = *state_;
+  if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
+  s.start();
+  s.check_slab(slab, channel);
+  s.check_layers(slab, channel, layers);
+  s.closed = true;
+  s.write_slab(slab, channel, layers, context);
+  s.closed = false;
+}
+
+void Bcc4Writer::copy_slab(int32_t slab, int channel, const Bcc4Reader& from) {
+  State& s = *state_;
+  if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
+  s.start();
+  s.check_slab(slab, channel);
+  if (!same_coding(from.info(), s.info))
+    fail(Code::invalid_argument, "writer: slab ", slab, " comes from a file of another lattice or coding");
+  s.closed = true;
+  static_cast<void>(s.copy_chunks(slab, channel, from));
+  ChannelState& c = s.channels[static_cast<size_t>(channel)];
+  c.last_slab = slab;
+  c.last_slab_layers = std::min(s.info.lattice.layers() - slab * s.info.slab_layers, s.info.slab_layers);
+  s.closed = false;
+}
+
+BlockRef& Bcc4Writer::State::residuals_of(int channel, uint32_t frame) {
+  if (closed) fail(Code::wrong_state, "writer: finished, or failed before");
+  start();
+  if (channel < 0 || static_cast<size_t>(channel) >= channels.size())
+    fail(Code::invalid_argument, "writer: corrections of channel ", channel, " of ", channels.size());
+  auto& frames = channels[static_cast<size_t>(channel)].residuals;
+  if (frames.size() <= frame) frames.resize(size_t{frame} + 1);
+  return frames[frame];
+}
+
+void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
+  State& s = *state_;
+  if (residuals.empty()) return;
+  BlockRef& ref = s.residuals_of(channel, frame);
+  s.closed = true;
+  ref = s.append_block(bccsplat::write_residuals(residuals));
+  s.closed = false;
+}
+
+void Bcc4Writer::copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from) {
+  State& s = *state_;
+  BlockRef& ref = s.residuals_of(channel, frame);
+  s.closed = true;
+  const std::vector<std::byte> bytes = from.stored_residuals(channel, frame);
+  ref = from.info().channels[static_cast<size_t>(channel)].residuals.frames[frame];
+  ref.offset = s.position;
+  s.append(bytes);
+  s.closed = false;
+}
+
+Bcc4Report Bcc4Writer::finish(const Context& context) {
+  State& s = *state_;
+  if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
+  s.start();
+  s.closed = true;
+  return s.finish(context);
+}
+
+} // namespace bccsplat

@@ -1,0 +1,151 @@
+#include "formats/image/exr.h"
+
+#include "base/error.h"
+#include "base/files.h"
+
+#if defined(BCCSPLAT_WITH_IMAGE)
+
+#include <ImathMatrix.h>
+#include <ImfChannelList.h>
+#include <ImfDeepFrameBuffer.h>
+#include <ImfDeepImageStateAttribute.h>
+#include <ImfDeepScanLineOutputFile.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfOutputFile.h>
+#include <ImfPartType.h>
+#include <ImfRational.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+
+namespace bccsplat {
+namespace {
+
+Imath::M44f matrix(const std::array<double, 16>& rows) {
+  Imath::M44f m;
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) m[r][c] = static_cast<float>(rows[static_cast<size_t>(4 * r + c)]);
+  return m;
+}
+
+// OpenEXR's stream on top of a sink.
+class SinkStream : public Imf::OStream {
+ public:
+  SinkStream(ByteSink& sink, const char* name) : Imf::OStream(name), sink_(sink) {}
+  void write(const char bytes[], int count) override {
+    sink_.write_at(position_, std::as_bytes(std::span(bytes, static_cast<size_t>(count))));
+    position_ += static_cast<uint64_t>(count);
+  }
+  uint64_t tellp() override { return position_; }
+  void seekp(uint64_t position) override { position_ = position; }
+
+ private:
+  ByteSink& sink_;
+  uint64_t position_ = 0;
+};
+
+Imf::Header make_header(int width, int height, const ExrOptions& options) {
+  Imf::Header header(width, height);
+  if (options.frames_per_second[1] > 0)
+    Imf::addFramesPerSecond(header,
+                            Imf::Rational(options.frames_per_second[0], options.frames_per_second[1]));
+  if (options.exposure_seconds > 0) Imf::addExpTime(header, static_cast<float>(options.exposure_seconds));
+  if (!options.comments.empty()) Imf::addComments(header, options.comments);
+  if (options.view) {
+    Imf::addWorldToCamera(header, matrix(options.view->world_to_camera));
+    Imf::addWorldToNDC(header, matrix(options.view->world_to_ndc));
+    header.screenWindowWidth() = static_cast<float>(options.view->screen_width);
+  }
+  for (const auto& [key, value] : options.attributes) header.insert(key, Imf::StringAttribute(value));
+  return header;
+}
+
+// `write` fills the stream and closes its file, whose destructor writes the table of lines.
+template<class Write>
+void write_file(const std::string& path, const ExrOptions& options, const Write& write) {
+  const auto sink = create_file_sink(path, options.overwrite);
+  try {
+    SinkStream stream(*sink, path.c_str());
+    write(stream);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    fail(Code::io_error, path, ": cannot write OpenEXR: ", e.what());
+  }
+  sink->commit();
+}
+
+} // namespace
+
+void write_exr(const std::string& path, int width, int height, std::span<const ExrChannel> channels,
+               const ExrOptions& options) {
+  write_file(path, options, [&](Imf::OStream& stream) {
+    Imf::Header header = make_header(width, height, options);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Imf::FrameBuffer frame;
+    for (const ExrChannel& c : channels) {
+      header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
+      // OpenEXR only reads through this pointer.
+      auto* pixels = reinterpret_cast<char*>(const_cast<float*>(c.pixels));
+      frame.insert(c.name, Imf::Slice(Imf::FLOAT, pixels, c.pixel_floats * sizeof(float),
+                                      c.row_floats * sizeof(float)));
+    }
+    Imf::OutputFile file(stream, header, 0);
+    file.setFrameBuffer(frame);
+    file.writePixels(height);
+  });
+}
+
+void write_deep_exr(const std::string& path, int width, int height, std::span<const uint64_t> first,
+                    std::span<const float> samples, const ExrOptions& options) {
+  constexpr std::array<const char*, 6> names{"Z", "ZBack", "A", "R", "G", "B"};
+  write_file(path, options, [&](Imf::OStream& stream) {
+    Imf::Header header = make_header(width, height, options);
+    header.compression() = Imf::ZIPS_COMPRESSION;
+    header.setType(Imf::DEEPSCANLINE);
+    Imf::addDeepImageState(header, Imf::DIS_TIDY);
+    for (const char* name : names) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    // One row at a time through tables of a row: a step of 0 bytes from row to row.
+    const auto columns = static_cast<size_t>(width);
+    std::vector<uint32_t> counts(columns);
+    std::array<std::vector<const float*>, names.size()> row;
+    Imf::DeepFrameBuffer frame;
+    frame.insertSampleCountSlice(
+        Imf::Slice(Imf::UINT, reinterpret_cast<char*>(counts.data()), sizeof(uint32_t), 0));
+    for (size_t c = 0; c < names.size(); ++c) {
+      row[c].resize(columns);
+      frame.insert(names[c], Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(row[c].data()),
+                                            sizeof(const float*), 0, names.size() * sizeof(float)));
+    }
+    Imf::DeepScanLineOutputFile file(stream, header, 0);
+    file.setFrameBuffer(frame);
+    for (size_t y = 0; y < static_cast<size_t>(height); ++y) {
+      for (size_t x = 0; x < columns; ++x) {
+        const uint64_t begin = first[y * columns + x], end = first[y * columns + x + 1];
+        counts[x] = static_cast<uint32_t>(end - begin);
+        for (size_t c = 0; c < names.size(); ++c) row[c][x] = samples.data() + begin * names.size() + c;
+      }
+      file.writePixels(1);
+    }
+  });
+}
+
+} // namespace bccsplat
+
+#else
+
+namespace bccsplat {
+
+void write_exr(const std::string& path, int, int, std::span<const ExrChannel>, const ExrOptions&) {
+  fail(Code::missing_feature, path, ": built without image files (BCCSPLAT_WITH_IMAGE)");
+}
+
+void write_deep_exr(const std::string& path, int, int, std::span<const uint64_t>, std::span<const float>,
+                    const ExrOptions&) {
+  fail(Code::missing_feature, path, ": built without image files (BCCSPLAT_WITH_IMAGE)");
+}
+
+} // namespace bccsplat
+
+#endif

@@ -1,0 +1,124 @@
+#include "formats/image/png.h"
+
+#include <cmath>
+
+#include "base/error.h"
+#include "base/files.h"
+
+namespace bccsplat {
+
+unsigned char srgb_byte(double linear) {
+  if (!(linear > 0)) return 0;
+  if (linear >= 1) return 255;
+  const double s = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+  return static_cast<unsigned char>(std::lround(255 * s));
+}
+
+} // namespace bccsplat
+
+#if defined(BCCSPLAT_WITH_IMAGE)
+
+#include <png.h>
+
+#include <csetjmp>
+#include <memory>
+#include <vector>
+
+namespace bccsplat {
+namespace {
+
+struct Writer {
+  ByteSink* sink;
+  uint64_t position = 0;
+  std::exception_ptr error; // libpng is C: what a callback threw is kept until the frames of C are left
+  std::string message;
+};
+
+void write_bytes(png_structp png, png_bytep bytes, png_size_t count) {
+  auto& w = *static_cast<Writer*>(png_get_io_ptr(png));
+  try {
+    w.sink->write_at(w.position, std::as_bytes(std::span(bytes, count)));
+    w.position += count;
+  } catch (...) {
+    w.error = std::current_exception();
+  }
+  if (w.error) png_error(png, "write failed");
+}
+void flush_bytes(png_structp) {}
+void on_error(png_structp png, png_const_charp message) {
+  static_cast<Writer*>(png_get_error_ptr(png))->message = message;
+  png_longjmp(png, 1);
+}
+void on_warning(png_structp, png_const_charp) {}
+
+// Everything between setjmp and the calls that may jump: no object with a destructor lives here.
+bool write_rows(png_structp png, png_infop info, int width, int height, int channels,
+                const unsigned char* pixels) {
+  if (setjmp(png_jmpbuf(png))) return false;
+  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8,
+               channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  png_write_info(png, info);
+  for (int y = 0; y < height; ++y)
+    png_write_row(png, pixels + static_cast<size_t>(y) * static_cast<size_t>(width) *
+                                    static_cast<size_t>(channels));
+  png_write_end(png, info);
+  return true;
+}
+
+std::vector<unsigned char> to_bytes(int width, int height, const float* rgba, size_t row_floats,
+                                    const PngOptions& options) {
+  const size_t channels = options.background ? 3 : 4;
+  std::vector<unsigned char> out;
+  out.reserve(static_cast<size_t>(width) * static_cast<size_t>(height) * channels);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const float* p = rgba + static_cast<size_t>(y) * row_floats + static_cast<size_t>(x) * 4;
+      const double alpha = std::isnan(p[3]) ? 0 : std::fmin(1, std::fmax(0, p[3]));
+      for (size_t c = 0; c < 3; ++c) {
+        const double color = static_cast<double>(p[c]);
+        if (options.background)
+          out.push_back(srgb_byte(color + (1 - alpha) * (*options.background)[c]));
+        else
+          out.push_back(alpha > 0 ? srgb_byte(color / alpha) : static_cast<unsigned char>(0));
+      }
+      if (!options.background) out.push_back(static_cast<unsigned char>(std::lround(255 * alpha)));
+    }
+  return out;
+}
+
+} // namespace
+
+void write_png(const std::string& path, int width, int height, const float* rgba, size_t row_floats,
+               const PngOptions& options) {
+  const auto sink = create_file_sink(path, options.overwrite);
+  const auto pixels = to_bytes(width, height, rgba, row_floats, options);
+  Writer writer{sink.get(), 0, {}, {}};
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, on_error, on_warning);
+  if (!png) fail(Code::out_of_memory, path, ": libpng has no memory");
+  png_infop info = png_create_info_struct(png);
+  bool good = false;
+  if (info) {
+    png_set_write_fn(png, &writer, write_bytes, flush_bytes);
+    good = write_rows(png, info, width, height, options.background ? 3 : 4, pixels.data());
+  }
+  png_destroy_write_struct(&png, &info);
+  if (writer.error) std::rethrow_exception(writer.error);
+  if (!good) fail(Code::io_error, path, ": cannot write PNG: ", writer.message);
+  sink->commit();
+}
+
+} // namespace bccsplat
+
+#else
+
+namespace bccsplat {
+
+void write_png(const std::string& path, int, int, const float*, size_t, const PngOptions&) {
+  fail(Code::missing_feature, path, ": built without image files (BCCSPLAT_WITH_IMAGE)");
+}
+
+} // namespace bccsplat
+
+#endif

@@ -1,0 +1,139 @@
+#include "readers/metaimage/metaimage_reader.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "readers/affine.h"
+#include "readers/components.h"
+#include "readers/dense_reader.h"
+#include "readers/error.h"
+#include "readers/frame_plan.h"
+#include "readers/metaimage/metaimage_header.h"
+
+namespace bcc4 {
+namespace {
+
+std::vector<AxisRole> find_roles(const MetaImageHeader& h, const std::optional<std::string>& letters) {
+  if (letters && letters->size() != h.sizes.size())
+    fail_usage("--axes ", *letters, " names ", letters->size(), " axes, but ", h.path, " has ",
+               h.sizes.size());
+  std::vector<AxisRole> roles;
+  if (letters) {
+    for (const FileAxis& axis : axes_from_letters(*letters, {1, 1, 1, 1})) roles.push_back(axis.role);
+    return roles;
+  }
+  for (size_t a = 0; a < h.sizes.size(); ++a) {
+    if (a > 3 && h.sizes[a] > 1) fail_input(h.path, ": ", h.sizes.size(), " axes; four can be read");
+    roles.push_back(static_cast<AxisRole>(std::min<size_t>(a, 3)));
+  }
+  roles.resize(std::min<size_t>(roles.size(), 4));
+  return roles;
+}
+
+DenseLayout layout_of(const MetaImageHeader& h, const std::vector<AxisRole>& roles) {
+  DenseLayout layout;
+  layout.type = h.type;
+  layout.swap = h.encoding != Encoding::ascii && h.big_endian != (std::endian::native == std::endian::big);
+  if (h.channels > 1) layout.axes.push_back({AxisRole::component, h.channels});
+  for (size_t a = 0; a < roles.size(); ++a) layout.axes.push_back({roles[a], h.sizes[a]});
+  return layout;
+}
+
+void set_affine(SeriesDescription& d, const MetaImageHeader& h, const std::vector<AxisRole>& roles) {
+  std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  std::array<double, 3> origin{};
+  const size_t n = h.sizes.size();
+  for (size_t a = 0; a < roles.size(); ++a) {
+    if (roles[a] == AxisRole::t) continue;
+    const auto r = static_cast<size_t>(roles[a]);
+    if (!h.direction.empty())
+      for (size_t i = 0; i < 3; ++i) columns[r][i] = i < n ? h.direction[a * n + i] : i == r;
+    for (double& c : columns[r]) c *= h.spacing.empty() ? 1 : h.spacing[a];
+  }
+  for (size_t i = 0; i < std::min<size_t>(3, h.origin.size()); ++i) origin[i] = h.origin[i];
+  d.affine = affine_from_columns(columns, origin);
+  if (!(std::abs(determinant(d.affine)) > 0))
+    fail_input(h.path, ": TransformMatrix and ElementSpacing span no volume: give --spacing");
+  d.affine_origin = h.spacing.empty()     ? "none given: one unit per voxel"
+                    : h.direction.empty() ? "ElementSpacing and Offset"
+                                          : "ElementSpacing, TransformMatrix and Offset";
+  if (const auto unit = h.other.find("DistanceUnits"); unit != h.other.end() && unit->second != "?")
+    d.spatial_unit = unit->second;
+  if (const auto space = h.other.find("AnatomicalOrientation");
+      space != h.other.end() && space->second != "???")
+    d.attributes.emplace_back("anatomical_orientation", space->second);
+}
+
+void set_times(SeriesDescription& d, const MetaImageHeader& h, const std::vector<AxisRole>& roles) {
+  const auto time = std::find(roles.begin(), roles.end(), AxisRole::t);
+  if (time == roles.end() || h.spacing.empty()) return;
+  const auto a = static_cast<size_t>(time - roles.begin());
+  const double step = h.spacing[a], first = a < h.origin.size() ? h.origin[a] : 0;
+  if (!(step > 0)) return;
+  for (uint64_t i = 0; i < h.sizes[a]; ++i) d.times.values.push_back(first + static_cast<double>(i) * step);
+  d.times.origin = concat("ElementSpacing ", step, " of axis ", a);
+}
+
+} // namespace
+
+bool is_metaimage(std::string_view start) {
+  for (const std::string_view key : {"ObjectType", "NDims", "Comment"})
+    if (start.starts_with(key) && start.find('=') != std::string_view::npos) return true;
+  return false;
+}
+
+std::unique_ptr<FrameReader> open_metaimage(const ReaderOptions& options) {
+  const Sequence sequence = find_sequence(options.inputs, options.frames);
+  const std::string& path = sequence.files.front().path;
+  refuse_raw_options(options, path, "MetaImage", true);
+  refuse_grid_option(options, path, "MetaImage");
+  const bool file_per_frame = sequence.files.size() > 1;
+  const MetaImageHeader first = read_metaimage_header(path);
+  const std::vector<AxisRole> roles = find_roles(first, options.axes);
+  DenseLayout layout = layout_of(first, roles);
+  uint64_t frames = layout.size_of(AxisRole::t);
+
+  SeriesDescription d;
+  std::vector<Segment> segments;
+  for (const SequenceFile& f : sequence.files) {
+    const MetaImageHeader h = read_metaimage_header(f.path);
+    if (file_per_frame && frames > 1) fail_usage(f.path, " is a series of its own: give it alone");
+    if (h.type != first.type || h.big_endian != first.big_endian || h.sizes != first.sizes ||
+        h.channels != first.channels)
+      fail_input(f.path, ": its sizes or type differ from those of ", path);
+    for (Segment& s : metaimage_segments(h, layout_bytes(layout, f.path))) {
+      check_segment(s);
+      segments.push_back(std::move(s));
+    }
+    d.files.push_back({f.path, file_size(f.path)});
+    for (const std::string& data : h.data_files)
+      if (data != f.path) d.files.push_back({data, file_size(data)});
+  }
+  d.format = "MetaImage";
+  d.axes = layout_text(layout);
+  set_affine(d, first, roles);
+  if (file_per_frame) {
+    frames = sequence.files.size();
+    std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
+    layout.axes.push_back({AxisRole::t, frames});
+    d.notes.push_back(sequence.note);
+  } else {
+    check_frame_count(frames, path);
+    set_times(d, first, roles);
+  }
+  d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
+  if (first.channels == 1) refuse_channel_option(options, path, "MetaImage");
+  const std::vector<uint64_t> wanted = wanted_components(options, path, first.channels);
+  for (const uint64_t c : wanted)
+    d.channels.push_back({.name = first.channels > 1 ? concat("c", c) : "value", .precision = layout.type});
+  if (first.encoding != Encoding::raw)
+    d.notes.push_back(first.encoding == Encoding::gzip ? "zlib compression" : "values as text");
+
+  FramePlan plan =
+      file_per_frame ? plan_files(sequence, options) : plan_selection(frames, options.frames, path);
+  DenseSeries series(std::move(segments), layout, memory_limit(options));
+  return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series), wanted),
+                        std::move(plan), options);
+}
+
+} // namespace bcc4

@@ -1,0 +1,244 @@
+#include "readers/nrrd/nrrd_reader.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "readers/affine.h"
+#include "readers/components.h"
+#include "readers/dense_reader.h"
+#include "readers/error.h"
+#include "readers/frame_plan.h"
+#include "readers/nrrd/nrrd_header.h"
+
+namespace bcc4 {
+namespace {
+
+bool says_time(const std::string& label) {
+  const std::string l = lower(label);
+  return l == "t" || l == "time" || l == "frame" || l == "frames";
+}
+
+bool holds_components(const std::string& kind) {
+  return kind.find("vector") != std::string::npos || kind.find("color") != std::string::npos ||
+         kind.find("matrix") != std::string::npos || kind.find("gradient") != std::string::npos ||
+         kind.find("normal") != std::string::npos || kind == "complex" || kind == "quaternion" ||
+         kind == "point" || kind == "scalar" || kind == "stub";
+}
+
+// Along time only, in a space that has time as its fourth dimension.
+bool points_in_time(const NrrdAxis& axis) {
+  const auto& d = axis.direction;
+  return d && d->size() == 4 && (*d)[0] == 0 && (*d)[1] == 0 && (*d)[2] == 0 && (*d)[3] != 0;
+}
+
+enum class Sort { space, time, list, component, unknown };
+
+Sort sort_of(const NrrdHeader& h, const NrrdAxis& axis) {
+  if (axis.kind == "time" || points_in_time(axis)) return Sort::time;
+  if (axis.kind == "list") return Sort::list;
+  if (holds_components(axis.kind)) return Sort::component;
+  if (says_time(axis.label)) return Sort::time;
+  if (axis.kind == "space" || axis.direction) return Sort::space;
+  if (h.has_directions) return Sort::unknown; // direction "none"
+  return axis.kind == "domain" || axis.kind.empty() ? Sort::space : Sort::unknown;
+}
+
+[[noreturn]] void refuse_axes(const NrrdHeader& h, std::string_view why) {
+  std::string suggestion = "xyzt";
+  suggestion.resize(std::clamp<size_t>(h.axes.size(), 3, 4));
+  fail_input(h.path, ": ", why, "; name them, fastest first, such as --axes ", suggestion);
+}
+
+struct Roles {
+  std::vector<AxisRole> roles;
+  std::string why; // how the time axis was found
+};
+
+Roles find_roles(const NrrdHeader& h) {
+  std::vector<Sort> sorts;
+  for (const NrrdAxis& axis : h.axes) sorts.push_back(sort_of(h, axis));
+  const auto count = [&](Sort s) { return std::count(sorts.begin(), sorts.end(), s); };
+  Roles out;
+  Sort time = Sort::time;
+  if (count(Sort::time) == 0 && count(Sort::list) == 1) {
+    if (const auto m = h.keys.find("modality"); m != h.keys.end() && lower(trim(m->second)) == "dwmri")
+      refuse_axes(h, "its list axis holds diffusion gradients, not times");
+    time = Sort::list;
+  }
+  if (count(time) > 1 || (time == Sort::time && count(Sort::list) > 0))
+    refuse_axes(h, "several axes could be time");
+  if (count(Sort::unknown) > 0) refuse_axes(h, "an axis is neither in space nor of kind time or list");
+  if (count(Sort::component) > 1) refuse_axes(h, "several axes hold components");
+  if (count(Sort::space) > 3)
+    refuse_axes(h, concat(count(Sort::space), " axes and no word which one is time (kinds, labels)"));
+  size_t next = 0;
+  for (size_t a = 0; a < sorts.size(); ++a) {
+    if (sorts[a] == time) {
+      out.roles.push_back(AxisRole::t);
+      out.why = h.axes[a].kind.empty() ? concat("axis ", a, " is time by its label")
+                                       : concat("axis ", a, " is time by its kind, ", h.axes[a].kind);
+    } else if (sorts[a] == Sort::component) {
+      out.roles.push_back(AxisRole::component);
+    } else {
+      out.roles.push_back(static_cast<AxisRole>(next++));
+    }
+  }
+  return out;
+}
+
+Roles roles_from_letters(const NrrdHeader& h, const std::string& letters) {
+  if (letters.size() != h.axes.size())
+    fail_usage("--axes ", letters, " names ", letters.size(), " axes, but ", h.path, " has ", h.axes.size());
+  Roles out;
+  for (const FileAxis& axis : axes_from_letters(letters, {1, 1, 1, 1})) out.roles.push_back(axis.role);
+  out.why = "axes by --axes";
+  return out;
+}
+
+void set_affine(SeriesDescription& d, const NrrdHeader& h, const std::vector<AxisRole>& roles) {
+  std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  std::array<double, 3> origin{};
+  bool spacing = false, directions = false, has_z = false;
+  for (size_t a = 0; a < roles.size(); ++a) {
+    if (roles[a] > AxisRole::z) continue;
+    const auto r = static_cast<size_t>(roles[a]);
+    const NrrdAxis& axis = h.axes[a];
+    has_z |= r == 2;
+    if (axis.direction) {
+      columns[r] = {};
+      for (size_t i = 0; i < std::min<size_t>(3, axis.direction->size()); ++i)
+        columns[r][i] = (*axis.direction)[i];
+      directions = true;
+    } else if (axis.spacing) {
+      columns[r][r] = *axis.spacing;
+      spacing = true;
+    }
+    if (!axis.direction && axis.min) origin[r] = *axis.min;
+    if (!axis.unit.empty() && d.spatial_unit.empty()) d.spatial_unit = axis.unit;
+  }
+  if (directions && !has_z) { // a plane in space: the missing axis stands across it
+    const auto &u = columns[0], &v = columns[1];
+    columns[2] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    const double length = std::hypot(columns[2][0], columns[2][1], columns[2][2]);
+    for (double& c : columns[2]) c = length > 0 ? c / length : 0;
+  }
+  if (h.origin)
+    for (size_t i = 0; i < std::min<size_t>(3, h.origin->size()); ++i) origin[i] = (*h.origin)[i];
+  if (!h.space_units.empty()) d.spatial_unit = h.space_units[0];
+  d.affine = affine_from_columns(columns, origin);
+  if (!(std::abs(determinant(d.affine)) > 0))
+    fail_input(h.path, ": the space directions or spacings span no volume: give --spacing");
+  d.affine_origin = directions ? "space directions and origin"
+                    : spacing  ? "spacings"
+                               : "none given: one unit per voxel";
+  if (!h.space.empty()) d.attributes.emplace_back("space", h.space);
+  if (h.space.find("left-handed") != std::string::npos || h.space.starts_with("left-anterior-superior"))
+    d.notes.push_back(
+        concat("the file's space is ", h.space, ", which is left-handed: coordinates are kept as they are"));
+}
+
+void set_times(SeriesDescription& d, const NrrdHeader& h, size_t axis_number) {
+  const NrrdAxis& axis = h.axes[axis_number];
+  d.times.unit = axis.unit;
+  const std::string key = concat("axis ", axis_number, " index ");
+  if (const auto unit = h.keys.find(key + "unit"); unit != h.keys.end()) d.times.unit = trim(unit->second);
+  const auto values = h.keys.find(key + "values");
+  const auto kind = h.keys.find(key + "type");
+  if (values != h.keys.end() && (kind == h.keys.end() || lower(trim(kind->second)) == "numeric")) {
+    const auto numbers = parse_numbers(split(values->second, " \t,;"));
+    if (!numbers || numbers->size() != axis.size)
+      fail_input(h.path, ": \"", key, "values\" should give ", axis.size, " numbers: use --dt or --times");
+    d.times.values = *numbers;
+    d.times.origin = concat("\"", key, "values\" of the header");
+    return;
+  }
+  double step = axis.spacing.value_or(0);
+  if (points_in_time(axis)) step = (*axis.direction)[3];
+  if (!(step > 0)) return;
+  const double first = axis.min.value_or(h.origin && h.origin->size() == 4 ? (*h.origin)[3] : 0);
+  for (uint64_t i = 0; i < axis.size; ++i) d.times.values.push_back(first + static_cast<double>(i) * step);
+  d.times.origin = concat("spacing ", step, " of axis ", axis_number);
+}
+
+struct OneNrrd {
+  NrrdHeader header{};
+  Roles roles{};
+  DenseLayout layout{};
+};
+
+OneNrrd open_header(const ReaderOptions& options, const std::string& path) {
+  OneNrrd n{.header = read_nrrd_header(path)};
+  n.roles = options.axes ? roles_from_letters(n.header, *options.axes) : find_roles(n.header);
+  n.layout.type = n.header.type;
+  n.layout.swap = n.header.encoding != Encoding::ascii &&
+                  n.header.big_endian != (std::endian::native == std::endian::big);
+  for (size_t a = 0; a < n.roles.roles.size(); ++a)
+    n.layout.axes.push_back({n.roles.roles[a], n.header.axes[a].size});
+  return n;
+}
+
+std::vector<uint64_t> sizes(const DenseLayout& layout) {
+  std::vector<uint64_t> s;
+  for (const FileAxis& axis : layout.axes) s.push_back(axis.size);
+  return s;
+}
+
+} // namespace
+
+std::unique_ptr<FrameReader> open_nrrd(const ReaderOptions& options) {
+  const Sequence sequence = find_sequence(options.inputs, options.frames);
+  const std::string& path = sequence.files.front().path;
+  refuse_raw_options(options, path, "NRRD", true);
+  refuse_grid_option(options, path, "NRRD");
+  OneNrrd first = open_header(options, path);
+  const NrrdHeader& h = first.header;
+  DenseLayout layout = first.layout;
+  uint64_t frames = layout.size_of(AxisRole::t);
+  const bool file_per_frame = sequence.files.size() > 1;
+
+  SeriesDescription d;
+  std::vector<Segment> segments;
+  for (const SequenceFile& f : sequence.files) {
+    const OneNrrd next = open_header(options, f.path);
+    if (file_per_frame && frames > 1) fail_usage(f.path, " is a series of its own: give it alone");
+    if (next.header.type != h.type || next.layout.swap != layout.swap || sizes(next.layout) != sizes(layout))
+      fail_input(f.path, ": its sizes or type differ from those of ", path);
+    for (Segment& s : nrrd_segments(next.header, layout_bytes(next.layout, f.path))) {
+      check_segment(s);
+      segments.push_back(std::move(s));
+    }
+    d.files.push_back({f.path, file_size(f.path)});
+    for (const std::string& data : next.header.data_files) d.files.push_back({data, file_size(data)});
+  }
+
+  d.format = "NRRD";
+  d.axes = layout_text(layout) + (first.roles.why.empty() ? "" : "; " + first.roles.why);
+  set_affine(d, h, first.roles.roles);
+  if (file_per_frame) {
+    frames = sequence.files.size();
+    std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
+    layout.axes.push_back({AxisRole::t, frames});
+    d.notes.push_back(sequence.note);
+  } else {
+    check_frame_count(frames, path);
+    for (size_t a = 0; a < first.roles.roles.size(); ++a)
+      if (first.roles.roles[a] == AxisRole::t) set_times(d, h, a);
+  }
+  d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
+  const uint64_t components = layout.size_of(AxisRole::component);
+  if (components == 1) refuse_channel_option(options, path, "NRRD");
+  const std::vector<uint64_t> wanted = wanted_components(options, path, components);
+  for (const uint64_t c : wanted)
+    d.channels.push_back(
+        {.name = components > 1 ? concat("c", c) : "value", .unit = h.sample_unit, .precision = layout.type});
+  if (h.encoding != Encoding::raw)
+    d.notes.push_back(h.encoding == Encoding::gzip ? "gzip encoding" : "ascii encoding");
+
+  FramePlan plan =
+      file_per_frame ? plan_files(sequence, options) : plan_selection(frames, options.frames, path);
+  DenseSeries series(std::move(segments), layout, memory_limit(options));
+  return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series), wanted),
+                        std::move(plan), options);
+}
+
+} // namespace bcc4

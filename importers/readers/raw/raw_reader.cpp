@@ -1,0 +1,110 @@
+#include "readers/raw/raw_reader.h"
+
+#include "readers/dense_reader.h"
+#include "readers/error.h"
+#include "readers/frame_plan.h"
+#include "readers/raw/roughness.h"
+
+namespace bcc4 {
+namespace {
+
+bool is_gzip(const std::string& path) { return lower(path).ends_with(".gz"); }
+
+// "64 x 64 x 64 x 2 bytes (u16)".
+std::string arithmetic(const DenseLayout& layout, uint64_t frames) {
+  std::string text;
+  for (const FileAxis& axis : layout.axes)
+    if (axis.role != AxisRole::t) text += concat(axis.size, " x ");
+  if (frames > 1) text += concat(frames, " frames x ");
+  return concat(text, type_size(layout.type), " bytes (", type_name(layout.type), ")");
+}
+
+void check_file(const Segment& s, const DenseLayout& layout, uint64_t frames) {
+  const uint64_t size = file_size(s.path);
+  if (s.encoding != Encoding::raw || size == s.offset + s.bytes) return;
+  const uint64_t frame = layout_bytes(layout, s.path) / layout.size_of(AxisRole::t);
+  std::string hint = "check --dims, --dtype and --skip";
+  if (size > s.offset && (size - s.offset) % frame == 0)
+    hint = concat("the file would fit ", (size - s.offset) / frame, " frame(s)");
+  fail_input(s.path, ": ", size, " bytes, but ", arithmetic(layout, frames),
+             s.offset > 0 ? concat(" + ", s.offset, " skipped") : "", " = ", s.offset + s.bytes, "; ", hint);
+}
+
+} // namespace
+
+std::unique_ptr<FrameReader> open_raw(const ReaderOptions& options) {
+  const Sequence sequence = find_sequence(options.inputs, options.frames);
+  const std::string& first = sequence.files.front().path;
+  refuse_grid_option(options, first, "raw");
+  refuse_channel_option(options, first, "raw");
+  for (const SequenceFile& f : sequence.files)
+    (void)file_size(f.path); // a missing file is the first thing to say
+  if (!options.dims || !options.dtype)
+    fail_usage(
+        first,
+        ": begins like none of the known formats (NRRD, OpenVDB, VTK ImageData, NIfTI); to read it as ",
+        "raw values give ", options.dims ? "" : "--dims NX,NY,NZ[,NT]",
+        options.dims || options.dtype ? "" : " and ",
+        options.dtype ? "" : "--dtype u8|u16|i16|i32|f16|f32|f64");
+
+  auto dims = *options.dims;
+  const uint64_t files = sequence.files.size();
+  const bool file_per_frame = files > 1;
+  if (dims[3] == 0) dims[3] = 1;
+  if (file_per_frame && dims[3] > 1 && dims[3] != files && !options.frames.given)
+    fail_usage("--dims says ", dims[3], " frames, but there are ", files, " files, one per frame");
+
+  DenseLayout layout;
+  layout.type = *options.dtype;
+  layout.swap = options.big_endian.value_or(false) != (std::endian::native == std::endian::big);
+  const std::string letters = options.axes.value_or(dims[3] > 1 && !file_per_frame ? "xyzt" : "xyz");
+  auto file_dims = dims;
+  if (file_per_frame) file_dims[3] = 1;
+  layout.axes = axes_from_letters(letters, file_dims);
+  if (letters.size() == 3 && file_dims[3] > 1)
+    fail_usage("--axes ", letters, " has no t, but --dims has ", file_dims[3], " frames");
+
+  const uint64_t bytes = layout_bytes(layout, first), skip = options.skip.value_or(0);
+  std::vector<Segment> segments;
+  SeriesDescription d;
+  for (const SequenceFile& f : sequence.files) {
+    Segment s{.path = f.path, .bytes = bytes, .exact = true};
+    if (is_gzip(f.path)) {
+      s.encoding = Encoding::gzip;
+      s.discard = skip;
+    } else {
+      s.offset = skip;
+    }
+    check_file(s, layout, file_dims[3]);
+    segments.push_back(s);
+    d.files.push_back({f.path, file_size(f.path)});
+  }
+  if (file_per_frame) { // the files themselves are the slowest axis
+    std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
+    layout.axes.push_back({AxisRole::t, files});
+    dims[3] = files;
+  }
+
+  d.format = "raw";
+  d.dims = dims;
+  d.axes = layout_text(layout) + (options.axes ? " (--axes)" : "");
+  d.affine_origin = "raw files have none: one unit per voxel (use --spacing)";
+  d.channels.push_back({.precision = layout.type});
+  if (!sequence.note.empty()) d.notes.push_back(sequence.note);
+  d.notes.push_back(concat(type_name(layout.type), ", ",
+                           options.big_endian.value_or(false) ? "big" : "little", "-endian",
+                           skip > 0 ? concat(", ", skip, " bytes skipped") : ""));
+  FramePlan plan =
+      file_per_frame ? plan_files(sequence, options) : plan_selection(dims[3], options.frames, first);
+
+  DenseSeries series(std::move(segments), layout, memory_limit(options));
+  const Frame probe = series.read(plan.frames.front().a, 0);
+  if (probe.boxes[0].type == layout.type) {
+    std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
+    d.warnings = suspicions(*probe.storage[0], layout.type, layout.axes);
+  }
+  return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series)), std::move(plan),
+                        options);
+}
+
+} // namespace bcc4

@@ -1,0 +1,282 @@
+#include "readers/vti/vti_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "readers/decoders.h"
+#include "readers/error.h"
+#include "readers/vti/base64.h"
+
+namespace bcc4 {
+namespace {
+
+constexpr std::string_view kAppended = "<AppendedData";
+
+// The file's text up to the appended data, or all of it. Bytes are read in chunks: appended data can be
+// large.
+std::string read_header_text(InputFile& file) {
+  std::string text;
+  for (;;) {
+    const size_t before = text.size(), chunk = 1 << 16;
+    text.resize(before + chunk);
+    const size_t got = file.read_some(before, std::as_writable_bytes(std::span(text)).subspan(before));
+    text.resize(before + got);
+    const size_t from = before < kAppended.size() ? 0 : before - kAppended.size();
+    if (const size_t tag = text.find(kAppended, from); tag != std::string::npos) {
+      if (const size_t end = text.find('>', tag); end != std::string::npos) return text;
+    }
+    if (got < chunk) return text;
+  }
+}
+
+// Where the bytes of an array come from: the file or base64 text.
+struct Source {
+  const std::string& path;
+  InputFile* file = nullptr;
+  uint64_t offset = 0;
+  std::string_view base64{};
+
+  [[nodiscard]] uint64_t left() const {
+    if (!file) return base64.size() / 4 * 3 + 3;
+    return offset < file->size() ? file->size() - offset : 0;
+  }
+  Bytes take(uint64_t bytes) {
+    if (bytes > left())
+      fail_input(path, ": ", bytes, " bytes of data are declared where ", left(), " are left");
+    if (!file) return take_base64(base64, bytes, path);
+    Bytes out(bytes);
+    file->read(offset, out);
+    offset += bytes;
+    return out;
+  }
+};
+
+std::array<int64_t, 6> extent_of(const XmlElement& e, std::string_view key, const std::string& path) {
+  const auto parts = split(e.attribute(key));
+  std::array<int64_t, 6> out{};
+  if (parts.size() != 6) fail_input(path, ": ", e.name, " needs six numbers in ", key);
+  for (size_t i = 0; i < 6; ++i) {
+    const auto n = parse_number<int32_t>(parts[i]);
+    if (!n) fail_input(path, ": \"", parts[i], "\" in ", key, " is no number");
+    out[i] = *n;
+  }
+  return out;
+}
+
+std::vector<double> numbers_of(const XmlElement& e, std::string_view key, std::vector<double> otherwise,
+                               const std::string& path) {
+  if (e.attribute(key).empty()) return otherwise;
+  const auto numbers = parse_numbers(split(e.attribute(key)));
+  if (!numbers || numbers->size() != otherwise.size())
+    fail_input(path, ": ", key, " needs ", otherwise.size(), " numbers");
+  for (const double n : *numbers)
+    if (!std::isfinite(n)) fail_input(path, ": ", key, " is not finite");
+  return *numbers;
+}
+
+} // namespace
+
+VtiFile::VtiFile(const std::string& path) : path_(path), file_(path), text_(read_header_text(file_)) {
+  document_ = parse_xml(text_, path_, "AppendedData");
+  const XmlElement& root = document_.root;
+  if (root.name != "VTKFile" || root.attribute("type") != "ImageData")
+    fail_input(path, ": not a VTK ImageData file (.vti)");
+  const std::string_view compressor = root.attribute("compressor");
+  compressed_ = !compressor.empty();
+  if (compressed_ && compressor != "vtkZLibDataCompressor")
+    fail_input(path, ": compressed with ", compressor, ", which cannot be read; vtkZLibDataCompressor can");
+  swap_ = (root.attribute("byte_order") == "BigEndian") != (std::endian::native == std::endian::big);
+  count_size_ = root.attribute("header_type") == "UInt64" ? 8 : 4;
+  const XmlElement* image = root.child("ImageData");
+  if (!image) fail_input(path, ": no ImageData element");
+  const auto pieces = std::count_if(image->children.begin(), image->children.end(),
+                                    [](const XmlElement& e) { return e.name == "Piece"; });
+  if (pieces != 1) fail_input(path, ": ", pieces, " pieces; files of one piece can be read");
+  if (document_.stopped_at != std::string_view::npos) {
+    const XmlElement* appended = root.child("AppendedData");
+    appended_base64_ = appended && appended->attribute("encoding") == "base64";
+    InputFile& f = file_;
+    std::byte blank[256];
+    const size_t got = f.read_some(document_.stopped_at, blank);
+    const auto mark = std::find(blank, blank + got, std::byte{'_'});
+    if (mark == blank + got) fail_input(path, ": no \"_\" before the appended data");
+    appended_ = document_.stopped_at + static_cast<uint64_t>(mark - blank) + 1;
+  }
+  find_arrays(*image->child("Piece"));
+  read_geometry(*image);
+  for (const XmlElement* holder : {image, &root}) {
+    const XmlElement* fields = holder->child("FieldData");
+    if (!fields || time_) continue;
+    for (const XmlElement& e : fields->children) {
+      if (e.attribute("Name") != "TimeValue") continue;
+      const auto type = type_by_name(e.attribute("type"));
+      if (!type) continue;
+      const Bytes value = decode(e, *type, 1);
+      time_ = visit_type(*type, [&](auto zero) { return load_as<decltype(zero)>(value.data()); });
+    }
+  }
+}
+
+void VtiFile::read_geometry(const XmlElement& image) {
+  const auto extent = extent_of(*image.child("Piece"), "Extent", path_);
+  const auto spacing = numbers_of(image, "Spacing", {1, 1, 1}, path_);
+  const auto origin = numbers_of(image, "Origin", {0, 0, 0}, path_);
+  const auto direction = numbers_of(image, "Direction", {1, 0, 0, 0, 1, 0, 0, 0, 1}, path_);
+  std::array<std::array<double, 3>, 3> columns{};
+  for (size_t a = 0; a < 3; ++a)
+    for (size_t row = 0; row < 3; ++row) columns[a][row] = direction[row * 3 + a] * spacing[a];
+  std::array<double, 3> begin{};
+  uint64_t total = 1;
+  for (size_t a = 0; a < 3; ++a) {
+    const int64_t samples = extent[2 * a + 1] - extent[2 * a] + (cell_data_ ? 0 : 1);
+    if (samples < 1) fail_input(path_, ": the extent has no samples along axis ", a);
+    dims_[a] = static_cast<uint64_t>(samples);
+    if (total > largest_inflated(file_.size()) / dims_[a]) // no type is smaller than a byte
+      fail_input(path_, ": an extent of ", image.child("Piece")->attribute("Extent"), " cannot fit into ",
+                 file_.size(), " bytes");
+    total *= dims_[a];
+    begin[a] = static_cast<double>(extent[2 * a]) + (cell_data_ ? 0.5 : 0);
+  }
+  affine_ = moved_origin(affine_from_columns(columns, {origin[0], origin[1], origin[2]}), begin);
+  if (!(std::abs(determinant(affine_)) > 0)) fail_input(path_, ": Spacing and Direction span no volume");
+}
+
+void VtiFile::find_arrays(const XmlElement& piece) {
+  const XmlElement* data = piece.child("PointData");
+  if (!data || data->children.empty()) {
+    data = piece.child("CellData");
+    cell_data_ = true;
+  }
+  if (data) {
+    active_ = data->attribute("Scalars");
+    for (const XmlElement& e : data->children) {
+      if (e.name != "DataArray") continue;
+      VtiArray array{.name = std::string(e.attribute("Name")), .element = &e};
+      const auto type = type_by_name(e.attribute("type"));
+      if (!type || *type == Type::f16) continue; // strings and the like
+      array.type = *type;
+      if (const std::string_view n = e.attribute("NumberOfComponents"); !n.empty()) {
+        const auto components = parse_number<uint64_t>(n);
+        if (!components || *components < 1 || *components > 64)
+          fail_input(path_, ": array ", array.name, " has ", n, " components");
+        array.components = *components;
+      }
+      arrays_.push_back(std::move(array));
+    }
+  }
+  if (arrays_.empty()) fail_input(path_, ": no array of numbers at its points or cells");
+}
+
+std::string VtiFile::storage(const VtiArray& array) const {
+  return concat(type_name(array.type), ", ", array.element->attribute("format"),
+                compressed_ ? ", zlib blocks" : "");
+}
+
+uint64_t VtiFile::load_count(std::span<const std::byte> at) const {
+  std::byte bytes[8]{};
+  std::copy_n(at.begin(), count_size_, bytes);
+  if (swap_) std::reverse(bytes, bytes + count_size_);
+  uint64_t value = 0;
+  if (count_size_ == 4) {
+    uint32_t narrow = 0;
+    std::memcpy(&narrow, bytes, 4);
+    value = narrow;
+  } else {
+    std::memcpy(&value, bytes, 8);
+  }
+  return value;
+}
+
+Bytes VtiFile::decode(const XmlElement& e, Type type, uint64_t count) {
+  const uint64_t expected = count * type_size(type);
+  const std::string_view format = e.attribute("format");
+  const auto refuse_size = [&](uint64_t bytes) {
+    fail_input(path_, ": array ", e.attribute("Name"), " holds ", bytes, " bytes, but ", count, " values x ",
+               type_size(type), " bytes = ", expected, " are expected");
+  };
+  if (format == "ascii") {
+    const auto words = split(e.text);
+    if (words.size() != count) refuse_size(words.size() * type_size(type));
+    Bytes out(expected);
+    for (size_t i = 0; i < count; ++i)
+      if (!parse_value(words[i], type, out.data() + i * type_size(type)))
+        fail_input(path_, ": \"", words[i].substr(0, 40), "\" in array ", e.attribute("Name"), " is no ",
+                   type_name(type));
+    return out;
+  }
+  Source source{path_};
+  std::string appended_text;
+  if (format == "appended") {
+    const auto offset = parse_number<uint64_t>(e.attribute("offset"));
+    if (!offset || appended_ == 0 || *offset > file_.size() - appended_)
+      fail_input(path_, ": array ", e.attribute("Name"), " has no data at offset ", e.attribute("offset"));
+    if (appended_base64_) {
+      appended_text.resize(file_.size() - appended_ - *offset);
+      file_.read(appended_ + *offset, std::as_writable_bytes(std::span(appended_text)));
+      appended_text.resize(std::min(appended_text.find('<'), appended_text.size()));
+      source.base64 = appended_text;
+    } else {
+      source.file = &file_;
+      source.offset = appended_ + *offset;
+    }
+  } else if (format == "binary") {
+    source.base64 = e.text;
+  } else {
+    fail_input(path_, ": array ", e.attribute("Name"), " has the unknown format \"", format, "\"");
+  }
+
+  Bytes out;
+  if (!compressed_) { // one count, then the bytes, in one base64 run
+    if (expected > source.left()) refuse_size(source.left());
+    const Bytes all = source.take(count_size_ + expected);
+    if (load_count(all) != expected) refuse_size(load_count(all));
+    out.assign(all.begin() + static_cast<std::ptrdiff_t>(count_size_), all.end());
+  } else { // block count, block size, size of the last block, compressed sizes; then the blocks
+    std::string_view rewind = source.base64;
+    const Bytes head = source.take(3 * count_size_);
+    const uint64_t blocks = load_count(head), block = load_count(std::span(head).subspan(count_size_)),
+                   last = load_count(std::span(head).subspan(2 * count_size_));
+    if (blocks > source.left() / count_size_ || block > largest_inflated(file_.size()) ||
+        (blocks > 0 && (blocks - 1) * block + (last ? last : block) != expected) ||
+        (blocks == 0 && expected != 0))
+      fail_input(path_, ": array ", e.attribute("Name"), " declares ", blocks, " blocks of ", block,
+                 " bytes, but ", expected, " bytes are expected");
+    if (expected > largest_inflated(source.left()))
+      fail_input(path_, ": ", source.left(), " compressed bytes cannot hold ", expected);
+    Bytes sizes;
+    if (source.file) {
+      sizes = source.take(blocks * count_size_);
+    } else { // the whole head is one base64 run
+      source.base64 = rewind;
+      const Bytes whole = source.take((3 + blocks) * count_size_);
+      sizes.assign(whole.begin() + static_cast<std::ptrdiff_t>(3 * count_size_), whole.end());
+    }
+    uint64_t compressed = 0;
+    for (uint64_t b = 0; b < blocks; ++b) {
+      const uint64_t size = load_count(std::span(sizes).subspan(b * count_size_));
+      if (size > source.left())
+        fail_input(path_, ": block ", b, " of array ", e.attribute("Name"), " is cut off");
+      compressed += size;
+    }
+    const Bytes data = source.take(compressed);
+    out.resize(expected);
+    uint64_t from = 0, to = 0;
+    for (uint64_t b = 0; b < blocks; ++b) {
+      const uint64_t size = load_count(std::span(sizes).subspan(b * count_size_));
+      const uint64_t room = b + 1 == blocks && last ? last : block;
+      if (!inflate_block(std::span(data).subspan(from, size), std::span(out).subspan(to, room)))
+        fail_input(path_, ": block ", b, " of array ", e.attribute("Name"), " is damaged");
+      from += size;
+      to += room;
+    }
+  }
+  if (swap_) swap_bytes(out, type_size(type));
+  return out;
+}
+
+Bytes VtiFile::values(const VtiArray& array) {
+  return decode(*array.element, array.type, dims_[0] * dims_[1] * dims_[2] * array.components);
+}
+
+} // namespace bcc4

@@ -1,0 +1,67 @@
+// One VTK XML ImageData file (.vti): its header and its arrays.
+// Format: VTK File Formats, "XML File Formats" (serial ImageData; ascii, binary and appended data, zlib
+// blocks).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "readers/affine.h"
+#include "readers/byte_stream.h"
+#include "readers/frame_reader.h"
+#include "readers/vti/xml.h"
+
+namespace bcc4 {
+
+struct VtiArray {
+  std::string name;
+  Type type = Type::f32;
+  uint64_t components = 1;
+  const XmlElement* element = nullptr;
+};
+
+class VtiFile {
+ public:
+  explicit VtiFile(const std::string& path);
+  VtiFile(const VtiFile&) = delete;
+  VtiFile& operator=(const VtiFile&) = delete;
+
+  [[nodiscard]] const std::array<uint64_t, 3>& dims() const { return dims_; }
+  [[nodiscard]] const Affine& affine() const { return affine_; }
+  [[nodiscard]] bool cell_data() const { return cell_data_; }
+  [[nodiscard]] const std::vector<VtiArray>& arrays() const { return arrays_; }
+  // Name of the array marked as the active scalars, "" when none is.
+  [[nodiscard]] const std::string& active() const { return active_; }
+  [[nodiscard]] std::optional<double> time() const { return time_; }
+  // "appended, zlib blocks, Float32" and the like.
+  [[nodiscard]] std::string storage(const VtiArray& array) const;
+  // All values of an array, native byte order, components fastest.
+  [[nodiscard]] Bytes values(const VtiArray& array);
+
+ private:
+  void read_geometry(const XmlElement& image);
+  void find_arrays(const XmlElement& piece);
+  [[nodiscard]] Bytes decode(const XmlElement& element, Type type, uint64_t count);
+  [[nodiscard]] uint64_t load_count(std::span<const std::byte> at) const;
+
+  std::string path_;
+  InputFile file_;
+  std::string text_; // the XML, without appended data
+  XmlDocument document_;
+  uint64_t appended_ = 0; // file offset of the appended data
+  bool appended_base64_ = false;
+  bool swap_ = false, compressed_ = false;
+  size_t count_size_ = 4; // bytes of a block count or size
+  std::array<uint64_t, 3> dims_{};
+  Affine affine_{};
+  bool cell_data_ = false;
+  std::vector<VtiArray> arrays_;
+  std::string active_;
+  std::optional<double> time_;
+};
+
+} // namespace bcc4

@@ -1,0 +1,182 @@
+#include "readers/vti/vti_reader.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "readers/error.h"
+#include "readers/frame_plan.h"
+#include "readers/vti/vti_file.h"
+
+namespace bcc4 {
+namespace {
+
+// A channel: one component of an array.
+struct VtiChannel {
+  std::string array;
+  uint64_t component = 0;
+};
+
+const VtiArray& find_array(const VtiFile& file, const std::string& path, const std::string& name) {
+  std::vector<std::string> names;
+  for (const VtiArray& array : file.arrays()) {
+    if (array.name == name) return array;
+    names.push_back(array.name);
+  }
+  fail_usage(path, ": no array \"", name, "\"", did_you_mean(name, names), "; it has ", join(names));
+}
+
+class VtiReader : public FrameReader {
+ public:
+  VtiReader(SeriesDescription description, std::vector<VtiChannel> channels, uint64_t memory_limit)
+      : description_(std::move(description)), channels_(std::move(channels)), memory_limit_(memory_limit) {}
+
+  const SeriesDescription& description() const override { return description_; }
+  std::string frame_name(uint64_t frame) const override { return description_.files[frame].path; }
+
+  Frame read(uint64_t frame, size_t channel) override {
+    const VtiChannel& c = channels_[channel];
+    if (!held_ || frame != frame_ || c.array != array_) load(frame, channel);
+    const Type type = description_.channels[channel].type;
+    Frame out = dense_frame(type, held_, description_.dims);
+    Box& box = out.boxes[0];
+    box.data += c.component * type_size(type);
+    for (int64_t& stride : box.stride_bytes) stride *= static_cast<int64_t>(components_);
+    return out;
+  }
+
+ private:
+  void load(uint64_t frame, size_t channel) {
+    const std::string& path = description_.files[frame].path;
+    const std::string& name = channels_[channel].array;
+    VtiFile file(path);
+    const auto& d = description_.dims;
+    if (file.dims() != std::array{d[0], d[1], d[2]})
+      fail_input(path, ": ", file.dims()[0], " x ", file.dims()[1], " x ", file.dims()[2],
+                 " samples, but the first frame has ", d[0], " x ", d[1], " x ", d[2]);
+    if (file.affine() != description_.affine)
+      fail_input(path, ": Origin, Spacing or Direction differ from those of the first frame");
+    const VtiArray& array = find_array(file, path, name);
+    if (array.type != description_.channels[channel].precision)
+      fail_input(path, ": array ", name, " is ", type_name(array.type), ", in the first frame ",
+                 type_name(description_.channels[channel].precision));
+    const uint64_t bytes = d[0] * d[1] * d[2] * array.components * type_size(array.type);
+    if (bytes > memory_limit_)
+      fail(Exit::no_resources, path, ": array ", name, " takes ", byte_text(static_cast<double>(bytes)),
+           ", more than allowed: raise --max-mem");
+    Bytes values = file.values(array);
+    widen(values, array.type);
+    held_ = std::make_shared<const Bytes>(std::move(values));
+    components_ = array.components;
+    frame_ = frame;
+    array_ = name;
+  }
+
+  SeriesDescription description_;
+  std::vector<VtiChannel> channels_;
+  uint64_t memory_limit_;
+  std::shared_ptr<const Bytes> held_; // all components of one array of one frame
+  uint64_t frame_ = 0;
+  std::string array_;
+  uint64_t components_ = 1;
+};
+
+void choose_channels(const ReaderOptions& options, const VtiFile& file, const std::string& path,
+                     SeriesDescription& d, std::vector<VtiChannel>& channels) {
+  std::vector<std::string> names = options.channels;
+  if (names.empty() && file.arrays().size() == 1) names.push_back(file.arrays()[0].name);
+  if (names.empty() && !file.active().empty()) names.push_back(file.active());
+  if (names.empty()) {
+    std::vector<std::string> all;
+    for (const VtiArray& a : file.arrays()) all.push_back(a.name);
+    fail_usage(path, ": several arrays: choose with --channel: ", join(all));
+  }
+  for (const std::string& name : names) {
+    const VtiArray& array = find_array(file, path, name);
+    for (uint64_t c = 0; c < array.components; ++c) {
+      channels.push_back({array.name, c});
+      d.channels.push_back({.name = array.components > 1 ? concat(name, ".", c)
+                                    : name.empty()       ? "value"
+                                                         : name,
+                            .type = widened(array.type),
+                            .precision = array.type});
+    }
+    d.notes.push_back(
+        concat("array ", name, ": ", file.storage(array), file.cell_data() ? ", at cells" : ""));
+  }
+}
+
+std::unique_ptr<FrameReader> open_files(const ReaderOptions& options, const Sequence& sequence,
+                                        SeriesTimes times) {
+  const std::string& path = sequence.files.front().path;
+  refuse_raw_options(options, path, "VTK ImageData", false);
+  refuse_grid_option(options, path, "VTK ImageData");
+  SeriesDescription d;
+  d.format = "VTK ImageData";
+  for (const SequenceFile& f : sequence.files) d.files.push_back({f.path, file_size(f.path)});
+  const VtiFile first(path);
+  d.dims = {first.dims()[0], first.dims()[1], first.dims()[2], sequence.files.size()};
+  d.affine = first.affine();
+  d.affine_origin = "Origin, Spacing and Direction";
+  d.axes = concat("x ", d.dims[0], " (fastest), y ", d.dims[1], ", z ", d.dims[2]);
+  if (!sequence.note.empty()) d.notes.push_back(sequence.note);
+  std::vector<VtiChannel> channels;
+  choose_channels(options, first, path, d, channels);
+  if (!times.values.empty()) {
+    d.times = std::move(times);
+  } else if (first.time() && !options.dt && !options.times) {
+    for (const SequenceFile& f : sequence.files) {
+      const auto time = f.path == path ? first.time() : VtiFile(f.path).time();
+      if (!time) fail_input(f.path, ": has no TimeValue, others do: give --dt or --times");
+      d.times.values.push_back(*time);
+    }
+    d.times.origin = "TimeValue of the files";
+  }
+  FramePlan plan = plan_files(sequence, options);
+  return planned_series(std::make_unique<VtiReader>(std::move(d), std::move(channels), memory_limit(options)),
+                        std::move(plan), options);
+}
+
+} // namespace
+
+std::unique_ptr<FrameReader> open_vti(const ReaderOptions& options) {
+  return open_files(options, find_sequence(options.inputs, options.frames), {});
+}
+
+std::unique_ptr<FrameReader> open_pvd(const ReaderOptions& options) {
+  const std::string& path = options.inputs.front();
+  if (options.inputs.size() != 1) fail_usage(path, ": a collection stands alone, without other inputs");
+  const std::string text = read_text_file(path, 64 << 20);
+  const XmlDocument document = parse_xml(text, path);
+  const XmlElement* collection = document.root.child("Collection");
+  if (document.root.attribute("type") != "Collection" || !collection)
+    fail_input(path, ": not a VTK collection (.pvd)");
+  struct Entry {
+    double time;
+    std::string path;
+  };
+  std::vector<Entry> entries;
+  for (const XmlElement& e : collection->children) {
+    if (e.name != "DataSet") continue;
+    const auto time = parse_number<double>(e.attribute("timestep"));
+    const std::filesystem::path file{std::string(e.attribute("file"))};
+    if (!time) fail_input(path, ": data set ", entries.size(), " has no timestep");
+    if (file.is_absolute() || std::find(file.begin(), file.end(), "..") != file.end() || file.empty())
+      fail_input(path, ": names the file ", e.attribute("file"),
+                 ", which is not below the collection's own folder");
+    entries.push_back({*time, (std::filesystem::path(path).parent_path() / file).string()});
+  }
+  if (entries.empty()) fail_input(path, ": names no data sets");
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return a.time < b.time; });
+  const FramePlan selected = plan_selection(entries.size(), options.frames, path);
+  Sequence sequence;
+  SeriesTimes times{.origin = "timesteps of the collection"};
+  for (const PlannedFrame& frame : selected.frames) {
+    sequence.files.push_back({entries[frame.a].path, frame.number});
+    times.values.push_back(entries[frame.a].time);
+  }
+  sequence.note = concat(sequence.files.size(), " files of the collection ", path);
+  return open_files(options, sequence, std::move(times));
+}
+
+} // namespace bcc4

@@ -1,0 +1,168 @@
+// bcc4 info: what is in a .bcc4 file.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "tool/cli.h"
+#include "tool/commands/commands.h"
+#include "tool/handles.h"
+#include "tool/json.h"
+
+namespace bcc4 {
+namespace {
+
+struct InfoArguments {
+  std::string file;
+  bool json = false;
+  bool histogram = false;
+};
+
+Json channel_json(const bccsplat_channel_info& c, bool histogram) {
+  Json j{{"name", c.name},
+         {"unit", c.unit},
+         {"source_type", value_type_name(c.source_type)},
+         {"value_type", value_type_name(c.value_type)},
+         {"air", c.air},
+         {"air_threshold", c.air_threshold},
+         {"value_scale", c.value_scale},
+         {"value_offset", c.value_offset},
+         {"range", {c.range[0], c.range[1]}},
+         {"kept_range", {c.kept_range[0], c.kept_range[1]}},
+         {"percentiles", {{"2", c.percentile_2}, {"99.8", c.percentile_998}}},
+         {"sites_kept", c.sites_kept},
+         {"cc_relevant", c.cc_relevant},
+         {"holes", c.holes}};
+  if (histogram) j["histogram"] = c.histogram;
+  return j;
+}
+
+Json info_json(const Volume& volume, bool histogram) {
+  const bccsplat_volume_info v = volume_info(volume);
+  const bccsplat_channel_info first = channel_info(volume, 0);
+  uint64_t kept = 0;
+  for (uint32_t c = 0; c < v.channel_count; ++c) kept += channel_info(volume, c).sites_kept;
+  Json j;
+  j["dims"] = v.dims;
+  j["lattice"] = lattice_name(v.lattice);
+  j["cc_samples"] = v.cc_samples;
+  j["sites_total"] = v.sites_total;
+  j["sites_kept"] = v.channel_count == 1 ? first.sites_kept : kept;
+  j["layers"] = v.layer_count;
+  j["scale"] = v.scale;
+  j["time_scale"] = v.time_scale;
+  j["value_type"] = value_type_name(first.value_type);
+  j["range"] = {first.range[0], first.range[1]};
+  j["times"] = {{"count", v.dims[3]},
+                {"first", v.time_first},
+                {"last", v.time_last},
+                {"unit", v.time_unit},
+                {"uniform", v.time_uniform != 0}};
+  if (v.part_end > 0) j["part"] = {{"first", v.part_first}, {"last", v.part_end - 1}};
+  j["affine"] = matrix_json(v.affine);
+  j["spatial_unit"] = v.spatial_unit;
+  j["air"] = first.air;
+  j["bytes"] = {
+      {"file", v.bytes_file}, {"runs", v.bytes_runs}, {"values", v.bytes_values}, {"index", v.bytes_index}};
+  j["kernel"] = v.kernel;
+  j["recommended_kernel"] = v.recommended_kernel;
+  j["store"] = v.store == BCCSPLAT_STORE_COEFFICIENTS ? "coefficients" : "samples";
+  j["holes"] = v.has_holes != 0;
+  j["channels"] = Json::array();
+  for (uint32_t c = 0; c < v.channel_count; ++c)
+    j["channels"].push_back(channel_json(channel_info(volume, c), histogram));
+  j["attributes"] = Json::object();
+  for (uint64_t i = 0; i < v.attribute_count; ++i) {
+    const char *key = nullptr, *value = nullptr;
+    check(bccsplat_volume_get_attribute(volume.get(), i, &key, &value), "");
+    j["attributes"][key] = value;
+  }
+  j["sources"] = Json::array();
+  const char* name = nullptr;
+  uint64_t bytes = 0;
+  uint32_t crc = 0;
+  for (uint64_t i = 0; bccsplat_volume_get_source(volume.get(), i, &name, &bytes, &crc) == BCCSPLAT_OK; ++i)
+    j["sources"].push_back({{"name", name}, {"bytes", bytes}, {"crc32", crc}});
+  return j;
+}
+
+std::string share(uint64_t part, uint64_t whole) {
+  return whole == 0
+             ? ""
+             : concat(" (", short_number(static_cast<double>(part) / static_cast<double>(whole), 4), ")");
+}
+
+template<class... Parts> void line(const char* key, const Parts&... parts) {
+  std::printf("  %-10s %s\n", key, concat(parts...).c_str());
+}
+
+// 16 bars of 16 bins each, the longest 50 marks; bins next to air usually dwarf the others, so roots are
+// drawn.
+void print_histogram(const bccsplat_channel_info& c) {
+  uint64_t bars[16]{}, highest = 1;
+  for (size_t b = 0; b < 256; ++b) highest = std::max(highest, bars[b / 16] += c.histogram[b]);
+  for (size_t b = 0; b < 16; ++b) {
+    const double low = c.kept_range[0] + (c.kept_range[1] - c.kept_range[0]) * static_cast<double>(b) / 16;
+    const double length = 50 * std::sqrt(static_cast<double>(bars[b]) / static_cast<double>(highest));
+    std::printf("  %12s  %-50s %llu\n", short_number(low, 5).c_str(),
+                std::string(static_cast<size_t>(length), '#').c_str(),
+                static_cast<unsigned long long>(bars[b]));
+  }
+}
+
+void print_info(const Volume& volume, const InfoArguments& a) {
+  const bccsplat_volume_info v = volume_info(volume);
+  const std::string unit = *v.time_unit ? concat(" ", v.time_unit) : "";
+  std::printf("%s\n", a.file.c_str());
+  line("samples", v.dims[0], " x ", v.dims[1], " x ", v.dims[2], " x ", v.dims[3], " = ", v.cc_samples);
+  line("lattice", lattice_name(v.lattice), ", ", v.sites_total, " sites", share(v.sites_total, v.cc_samples),
+       " in ", v.layer_count, " layers",
+       v.scale != 1 || v.time_scale != 1 ? concat(", scale ", v.scale, " x ", v.time_scale) : "");
+  line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
+       v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven");
+  if (v.part_end > 0)
+    line("part", "frames ", v.part_first, " to ", v.part_end - 1,
+         ", elsewhere air; bcc4 concat joins all parts");
+  for (size_t r = 0; r < 3; ++r)
+    line(r == 0 ? "affine" : "", v.affine[4 * r], " ", v.affine[4 * r + 1], " ", v.affine[4 * r + 2], " ",
+         v.affine[4 * r + 3], r == 0 && *v.spatial_unit ? concat(" ", v.spatial_unit) : "");
+  line("kernel", v.kernel, v.store == BCCSPLAT_STORE_COEFFICIENTS ? ", coefficients stored" : "");
+  line("bytes", v.bytes_file, ": values ", v.bytes_values, ", runs ", v.bytes_runs, ", index ",
+       v.bytes_index);
+  for (uint32_t c = 0; c < v.channel_count; ++c) {
+    const bccsplat_channel_info ch = channel_info(volume, c);
+    line(c == 0 ? "channels" : "", ch.name, *ch.unit ? concat(" [", ch.unit, "]") : "", ": ",
+         value_type_name(ch.value_type), " from ", value_type_name(ch.source_type), ", range ", ch.range[0],
+         " to ", ch.range[1], ", air ", ch.air, ch.air_threshold > 0 ? concat(" +- ", ch.air_threshold) : "",
+         ", ", ch.sites_kept, " sites stored", share(ch.sites_kept, v.sites_total),
+         ch.holes > 0 ? concat(", ", ch.holes, " holes") : "");
+    if (a.histogram) print_histogram(ch);
+  }
+  for (uint64_t i = 0; i < v.attribute_count; ++i) {
+    const char *key = nullptr, *value = nullptr;
+    check(bccsplat_volume_get_attribute(volume.get(), i, &key, &value), "");
+    line(i == 0 ? "attributes" : "", key, " = ", value);
+  }
+}
+
+} // namespace
+
+Run add_info(CLI::App& app) {
+  auto a = std::make_shared<InfoArguments>();
+  CLI::App& info = *app.add_subcommand("info", "What is in a .bcc4 file");
+  info.add_option("FILE", a->file, "A .bcc4 file");
+  info.add_flag("--json", a->json, "As JSON");
+  info.add_flag("--histogram", a->histogram, "With the histogram of the stored values");
+  return [a] {
+    require(a->file, "FILE", "bcc4 info smoke.bcc4");
+    const Device device = create_device(1, 0);
+    const Volume volume = open_volume(device, a->file, "");
+    if (a->json)
+      print_json(info_json(volume, a->histogram));
+    else
+      print_info(volume, *a);
+    return Exit::ok;
+  };
+}
+
+} // namespace bcc4

@@ -1,0 +1,198 @@
+// bcc4 manual and bcc4 completion: written from the options themselves, so that neither can fall behind them.
+#include <algorithm>
+#include <cstdio>
+
+#include "tool/cli.h"
+#include "tool/commands/commands.h"
+
+namespace bcc4 {
+namespace {
+
+// An option as the texts need it.
+struct Named {
+  std::vector<std::string> names; // "-o", "--output"
+  std::string value;              // "FILE", "a|b|c"; "" for a flag
+  std::string help;
+  std::vector<std::string> choices; // of "a|b|c"
+};
+
+struct Command {
+  std::string name, help;
+  std::vector<Named> options, arguments;
+};
+
+std::vector<Command> commands_of(const CLI::App& app) {
+  std::vector<Command> commands;
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    Command command{sub->get_name(), sub->get_description(), {}, {}};
+    for (const CLI::Option* option : sub->get_options()) {
+      Named named{
+          {}, option->get_type_size() == 0 ? "" : option->get_type_name(), option->get_description(), {}};
+      for (const std::string& name : option->get_snames()) named.names.push_back("-" + name);
+      for (const std::string& name : option->get_lnames()) named.names.push_back("--" + name);
+      const bool choice = named.value.find('|') != std::string::npos &&
+                          std::all_of(named.value.begin(), named.value.end(), [](char c) {
+                            return c == '|' || c == '-' || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+                          });
+      if (choice)
+        for (const std::string_view word : split(named.value, "|")) named.choices.emplace_back(word);
+      if (!named.names.empty()) {
+        command.options.push_back(std::move(named));
+      } else {
+        named.names = {option->get_name(true)};
+        command.arguments.push_back(std::move(named));
+      }
+    }
+    commands.push_back(std::move(command));
+  }
+  return commands;
+}
+
+std::string joined(const std::vector<std::string>& words, const char* between) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : between) + word;
+  return out;
+}
+
+std::string replaced(std::string_view text, char from, const char* to) {
+  std::string out;
+  for (const char c : text) c == from ? out += to : out += c;
+  return out;
+}
+
+// Text for roff: no line may begin with a dot or a quote, and a hyphen is a minus.
+std::string roff(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if ((c == '.' || c == '\'') && (out.empty() || out.back() == '\n')) out += "\\&";
+    out += c == '\\' ? "\\e" : c == '-' ? "\\-" : std::string(1, c);
+  }
+  return out;
+}
+
+std::string manual(const CLI::App& app, const std::string& version) {
+  std::string out = ".TH BCC4 1 \"\" \"" + roff(version) + "\" \"User Commands\"\n.SH NAME\nbcc4 \\- " +
+                    roff(app.get_description()) + "\n.SH SYNOPSIS\n";
+  const std::vector<Command> commands = commands_of(app);
+  for (const Command& c : commands) {
+    out += ".B bcc4 " + roff(c.name) + "\n[options]";
+    for (const Named& argument : c.arguments) out += " \\fI" + roff(argument.names[0]) + "\\fR";
+    out += "\n.br\n";
+  }
+  out += ".SH DESCRIPTION\nStores time\\-varying volumes as the relevant points of a D4* lattice, cuts "
+         "slices at any time "
+         "and orientation out of the four\\-dimensional field, and draws them.\n.SH COMMANDS\n";
+  for (const Command& c : commands) {
+    out += ".SS " + roff(c.name) + "\n" + roff(c.help) + "\n";
+    for (const Named& o : c.options)
+      out += ".TP\n\\fB" + roff(joined(o.names, ", ")) + "\\fR" +
+             (o.value.empty() ? "" : " \\fI" + roff(o.value) + "\\fR") + "\n" + roff(o.help) + "\n";
+  }
+  return out + ".SH EXIT STATUS\n.TP\n0\nsuccess\n.TP\n1\na check found damage or a "
+               "difference\n.TP\n2\nwrong use\n.TP\n3\n"
+               "bad input\n.TP\n4\ntoo little memory or disk\n.TP\n130\ninterrupted\n";
+}
+
+std::string bash_completion(const std::vector<Command>& commands) {
+  std::string names, cases;
+  for (const Command& c : commands) {
+    names += (names.empty() ? "" : " ") + c.name;
+    std::string options, values;
+    for (const Named& o : c.options) {
+      options += (options.empty() ? "" : " ") + joined(o.names, " ");
+      if (!o.choices.empty())
+        values += "      " + joined(o.names, "|") + ") words='" + joined(o.choices, " ") + "' ;;\n";
+      else if (!o.value.empty())
+        values += "      " + joined(o.names, "|") + ") words= ;;\n";
+    }
+    cases +=
+        "  " + c.name + ")\n    words='" + options + "'\n    case $before in\n" + values + "    esac ;;\n";
+  }
+  return "# bash completion of bcc4; `bcc4 completion bash` prints it\n"
+         "_bcc4() {\n"
+         "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} words=\n"
+         "  if ((COMP_CWORD == 1)); then words='" +
+         names + " --help --version'; fi\n  case ${COMP_WORDS[1]} in\n" + cases +
+         "  esac\n"
+         "  case $word in\n"
+         "  -*) mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\") ;;\n"
+         "  *) if [[ $words == -* || -z $words ]]; then mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n"
+         "     else mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\"); fi ;;\n"
+         "  esac\n"
+         "}\n"
+         "complete -o filenames -F _bcc4 bcc4\n";
+}
+
+std::string zsh_completion(const std::vector<Command>& commands) {
+  const auto text = [](std::string_view s) { // inside [ ] within '' quotes
+    return replaced(replaced(replaced(s, '\'', "'\\''"), '[', "("), ']', ")");
+  };
+  std::string list, cases;
+  for (const Command& c : commands) {
+    list += "    '" + c.name + ":" + text(replaced(c.help, ':', "\\:")) + "'\n";
+    cases += "  " + c.name + ")\n    _arguments";
+    for (const Named& o : c.options)
+      for (const std::string& name : o.names) {
+        cases += " \\\n      '" + name + "[" + text(replaced(o.help, ':', "\\:")) + "]";
+        if (!o.choices.empty())
+          cases += ":value:(" + joined(o.choices, " ") + ")";
+        else if (!o.value.empty())
+          cases += ":value:_files";
+        cases += "'";
+      }
+    cases += " \\\n      '*:file:_files' ;;\n";
+  }
+  return "#compdef bcc4\n# `bcc4 completion zsh` prints it\n_bcc4() {\n  local -a commands=(\n" + list +
+         "  )\n  if ((CURRENT == 2)); then\n    _describe command commands\n    return\n  fi\n"
+         "  local command=$words[2]\n  shift words\n  ((CURRENT--))\n  case $command in\n" +
+         cases + "  esac\n}\n_bcc4 \"$@\"\n";
+}
+
+std::string fish_completion(const std::vector<Command>& commands) {
+  const auto text = [](std::string_view s) { return replaced(replaced(s, '\\', "\\\\"), '\'', "\\'"); };
+  std::string out = "# `bcc4 completion fish` prints it\n";
+  for (const Command& c : commands)
+    out += "complete -c bcc4 -n __fish_use_subcommand -f -a " + c.name + " -d '" + text(c.help) + "'\n";
+  for (const Command& c : commands)
+    for (const Named& o : c.options) {
+      out += "complete -c bcc4 -n '__fish_seen_subcommand_from " + c.name + "'";
+      for (const std::string& name : o.names)
+        out += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
+      if (!o.choices.empty())
+        out += " -x -a '" + joined(o.choices, " ") + "'";
+      else if (!o.value.empty())
+        out += " -r";
+      out += " -d '" + text(o.help) + "'\n";
+    }
+  return out;
+}
+
+} // namespace
+
+Run add_manual(CLI::App& app, std::string version) {
+  app.add_subcommand("manual", "Print the manual page (roff, section 1)");
+  return [&app, version = std::move(version)] {
+    std::fputs(manual(app, version).c_str(), stdout);
+    return Exit::ok;
+  };
+}
+
+Run add_completion(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("completion", "Print the completion script of a shell");
+  const auto shell = std::make_shared<std::string>();
+  command->add_option("SHELL", *shell, "bash, zsh or fish");
+  return [&app, shell] {
+    const std::vector<Command> commands = commands_of(app);
+    if (*shell == "bash")
+      std::fputs(bash_completion(commands).c_str(), stdout);
+    else if (*shell == "zsh")
+      std::fputs(zsh_completion(commands).c_str(), stdout);
+    else if (*shell == "fish")
+      std::fputs(fish_completion(commands).c_str(), stdout);
+    else
+      fail_usage("completion", shell->empty() ? "" : " " + *shell, ": of bash, zsh or fish?");
+    return Exit::ok;
+  };
+}
+
+} // namespace bcc4

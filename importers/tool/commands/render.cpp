@@ -1,0 +1,256 @@
+// bcc4 render: pictures of slices.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "tool/cli.h"
+#include "tool/commands/commands.h"
+#include "tool/interrupt.h"
+#include "tool/output/output_file.h"
+#include "tool/progress.h"
+#include "tool/view/camera_file.h"
+#include "tool/view/exposure.h"
+#include "tool/view/picture_sequence.h"
+#include "tool/view/render_arguments.h"
+#include "tool/view/render_function.h"
+#include "tool/view/render_stats.h"
+#include "tool/view/slice_choice.h"
+#include "tool/view/time_slice.h"
+
+namespace bcc4 {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+struct CameraChoice {
+  std::optional<CameraFile> file;
+  int32_t projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
+  std::array<uint32_t, 2> size{512, 512};
+};
+
+CameraChoice choose_camera(const RenderArguments& a) {
+  CameraChoice choice;
+  if (lower(a.camera).ends_with(".json")) {
+    choice.file = read_camera_file(a.camera);
+    if (choice.file->resolution) choice.size = *choice.file->resolution;
+    if (a.rotate_x || a.rotate_y)
+      fail_usage("--rotate-x and --rotate-y do not turn a camera read from a file");
+  } else {
+    choice.projection = option_choice<int32_t>(
+        "--camera", a.camera,
+        {{"ortho", BCCSPLAT_PROJECTION_ORTHOGRAPHIC}, {"persp", BCCSPLAT_PROJECTION_PERSPECTIVE}});
+  }
+  if (a.size) choice.size = *a.size;
+  return choice;
+}
+
+void set_options(const Renderer& renderer, const RenderArguments& a) {
+  auto o = sized<bccsplat_render_options>();
+  o.mode = a.mode;
+  if (a.iso) {
+    o.set_mask = BCCSPLAT_RENDER_SET_ISO;
+    o.iso_value = *a.iso;
+    if (a.mode == BCCSPLAT_MODE_DEFAULT) o.mode = BCCSPLAT_MODE_ISOSURFACE;
+  }
+  if (o.mode == BCCSPLAT_MODE_ISOSURFACE && !a.iso) fail_usage("--mode iso needs a value: --iso V");
+  o.quality = a.quality;
+  o.preintegrate = a.preintegrate;
+  if (a.no_shading) o.shading = BCCSPLAT_SHADING_OFF;
+  o.sheet_step = a.step.value_or(0);
+  o.reference = a.reference;
+  o.deep_tolerance = a.deep_tolerance.value_or(0);
+  o.disable_skips = BCCSPLAT_SKIP_UNCHANGED; // --repeat times whole pictures
+  o.progress = Progress::cancel_only;
+  check(bccsplat_renderer_set_options(renderer.get(), &o), "render options");
+}
+
+// Begin and end of the trail relative to the slice, as bccsplat_trail takes them.
+std::array<double, 2> trail_interval(const TrailInterval& t, bool index, const Volume& volume,
+                                     const Cut& where) {
+  if (!where.is_time_slice || t.frames || index) return {t.from, t.to};
+  const bccsplat_volume_info info = volume_info(volume);
+  const auto frame = [&](double offset) {
+    const double time = std::clamp(where.time + offset, info.time_first, info.time_last);
+    return frame_index(volume, time, false) - where.index;
+  };
+  return {frame(t.from), frame(t.to)};
+}
+
+// Returns the trail's interval; both 0: there is none.
+std::array<double, 2> set_trail(const Renderer& renderer, const RenderArguments& a, const Volume& volume,
+                                const Cut& where, const std::optional<TransferFunction>& function) {
+  if (!a.trail) return {0, 0};
+  auto trail = sized<bccsplat_trail>();
+  trail.content = a.trail_content;
+  trail.combine = a.trail_mode;
+  trail.intervals = a.trail->intervals;
+  trail.samples = a.trail_samples.value_or(0);
+  const auto interval = trail_interval(*a.trail, a.which.index || a.frames, volume, where);
+  std::copy(interval.begin(), interval.end(), trail.interval);
+  bccsplat_transfer_function f{};
+  if (function) {
+    f = as_struct(*function);
+    trail.transfer_function = &f;
+  }
+  const bool none = trail.interval[0] == 0 && trail.interval[1] == 0;
+  check(bccsplat_renderer_set_trail(renderer.get(), none ? nullptr : &trail), "--trail");
+  return interval;
+}
+
+void save(const Image& image, const std::string& path, const RenderArguments& a, bool sequence,
+          double exposure) {
+  auto o = sized<bccsplat_image_options>();
+  o.overwrite = 1; // pictures are made again and again
+  if (a.background) {
+    o.use_background = 1;
+    for (size_t i = 0; i < 3; ++i) o.background[i] = srgb_to_linear((*a.background)[i]);
+  }
+  if (lower(path).ends_with(".exr")) {
+    constexpr std::array<int32_t, 2> usual{24, 1};
+    if (sequence || a.fps) {
+      const auto rate = a.fps.value_or(usual);
+      std::copy(rate.begin(), rate.end(), o.frames_per_second);
+    }
+    o.exposure_seconds = exposure;
+    o.comments = a.command_line.c_str();
+    const auto save_exr = a.deep ? bccsplat_frame_save_deep_exr : bccsplat_frame_save_exr;
+    check(save_exr(image.get(), path.c_str(), &o), path);
+  } else {
+    check(bccsplat_frame_save_png(image.get(), path.c_str(), &o), path);
+  }
+}
+
+struct Scene {
+  const RenderArguments& a;
+  const Device& device;
+  const Volume& volume;
+  uint32_t channel;
+  CameraChoice camera;
+  Renderer renderer;
+  std::optional<TransferFunction> trail_function;
+  double open_ms;
+  bool sequence; // more than one picture
+
+  [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) const {
+    auto view = sized<bccsplat_camera>();
+    if (camera.file)
+      view = turned(camera.file->cameras[picture.camera], picture.turn);
+    else
+      check(bccsplat_slice_fit_camera(slice.get(), camera.projection, a.rotate_x.value_or(20),
+                                      a.rotate_y.value_or(30) + picture.turn, camera.size[0], camera.size[1],
+                                      &view),
+            "camera");
+    return zoomed(view, a.zoom.value_or(1));
+  }
+
+  // Renders one picture, --repeat times, and saves it.
+  RenderTimes draw(const Picture& picture) {
+    RenderTimes times;
+    times.open_ms = open_ms;
+    const Slice slice = cut(volume, picture.where, channel);
+    times.slice = slice_info(slice);
+    times.kernel = times.slice.kernel;
+    check(bccsplat_renderer_set_slice(renderer.get(), slice.get()), "");
+    const bccsplat_camera seen_by = view(slice, picture);
+    check(bccsplat_renderer_set_camera(renderer.get(), &seen_by), a.camera);
+    const auto trail = set_trail(renderer, a, volume, picture.where, trail_function);
+    uint32_t planes = BCCSPLAT_FRAME_RGBA;
+    if (a.deep)
+      planes |= BCCSPLAT_FRAME_DEEP;
+    else if (lower(picture.path).ends_with(".exr"))
+      planes |= BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE | BCCSPLAT_FRAME_TIME;
+    bccsplat_frame* frame = nullptr;
+    check(bccsplat_frame_create(device.get(), camera.size[0], camera.size[1], planes, &frame), "");
+    const Image image(frame);
+    for (int i = 0; i < a.repeat; ++i) {
+      stop_if_interrupted();
+      check(bccsplat_renderer_render(renderer.get(), image.get()), "render");
+      auto stats = sized<bccsplat_render_stats>();
+      check(bccsplat_renderer_get_stats(renderer.get(), &stats), "");
+      times.renders.push_back(stats);
+    }
+    save(image, picture.path, a, sequence, exposure_seconds(volume, picture.where, trail));
+    return times;
+  }
+};
+
+void write_text(const std::string& path, const std::string& text) {
+  OutputFile file(path, true);
+  file.write(std::as_bytes(std::span(text)));
+  file.finish();
+}
+
+Exit run_render(const RenderArguments& a) {
+  check_arguments(a);
+  const CameraChoice camera = choose_camera(a);
+  const Device device = create_device(a.common.threads, a.common.max_memory);
+  const auto start = Clock::now();
+  const Volume volume = open_volume(device, a.file, a.kernel);
+  const double open_ms = milliseconds_since(start);
+  const uint32_t channel = find_channel(volume, a.channel);
+  const std::vector<Picture> pictures =
+      picture_sequence(volume, a, camera.file ? camera.file->cameras.size() : 1);
+  for (const Picture& p : pictures) refuse_existing(p.path, true);
+  for (const std::string* out : {&a.stats, &a.dump_tf})
+    if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
+
+  bccsplat_renderer* created = nullptr;
+  check(bccsplat_renderer_create(device.get(), &created), "");
+  Scene scene{
+      a, device, volume, channel, camera, Renderer(created), std::nullopt, open_ms, pictures.size() > 1};
+  set_options(scene.renderer, a);
+  const bccsplat_channel_info info = channel_info(volume, channel);
+  if (const auto f = transfer_function(slice_function(a), info)) {
+    const bccsplat_transfer_function t = as_struct(*f);
+    check(bccsplat_renderer_set_transfer_function(scene.renderer.get(), &t),
+          a.tf.empty() ? "transfer function" : a.tf);
+    if (!a.dump_tf.empty())
+      write_text(a.dump_tf, paraview_json(*f, a.colormap.empty() ? "bcc4" : a.colormap));
+  }
+  if (const FunctionChoice choice = trail_function(a); choice.always)
+    scene.trail_function = transfer_function(choice, info);
+
+  Progress progress("render", pictures.size(), false, a.common.quiet);
+  std::vector<RenderTimes> times;
+  for (size_t i = 0; i < pictures.size(); ++i) {
+    stop_if_interrupted();
+    times.push_back(scene.draw(pictures[i]));
+    progress.update(i + 1, pictures[i].path);
+  }
+  progress.clear();
+  if (!a.stats.empty()) {
+    Json json = stats_json(times.front(), volume_info(volume));
+    if (a.frames || pictures.size() > 1) {
+      json["frames"] = Json::array();
+      for (const RenderTimes& t : times) json["frames"].push_back(stats_json(t, volume_info(volume)));
+    }
+    write_text(a.stats, json.dump(2) + "\n");
+  }
+  if (!a.common.quiet) {
+    const bccsplat_render_stats s = median_stats(times.back());
+    std::printf("%s: %u x %u, %s ms after %s ms of slicing, %llu of %llu points, %llu sheets\n",
+                a.output.c_str(), camera.size[0], camera.size[1], short_number(s.ms_total, 3).c_str(),
+                short_number(times.back().slice.milliseconds, 3).c_str(),
+                static_cast<unsigned long long>(s.points_after_cull),
+                static_cast<unsigned long long>(s.points_total), static_cast<unsigned long long>(s.sheets));
+  }
+  return Exit::ok;
+}
+
+} // namespace
+
+Run add_render(CLI::App& app, std::string command_line) {
+  auto a = std::make_shared<RenderArguments>();
+  a->command_line = std::move(command_line);
+  CLI::App& r = *app.add_subcommand("render", "Draw slices as PNG or OpenEXR pictures");
+  add_render_options(r, *a);
+  return [a] { return run_render(*a); };
+}
+
+} // namespace bcc4

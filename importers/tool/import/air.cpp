@@ -1,0 +1,67 @@
+#include "tool/import/air.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tool/interrupt.h"
+
+namespace bcc4 {
+namespace {
+
+constexpr double kShareOfAir = 1.0 / 256; // of the samples; with more of it, air is what is empty
+
+struct Moments {
+  double count = 0, air = 0, sum = 0, squares = 0; // relative to air
+};
+
+Moments moments_of(const Frame& frame, const std::array<uint64_t, 4>& dims, double air) {
+  Moments m;
+  std::vector<double> plane(dims[0] * dims[1]);
+  for (uint64_t z = 0; z < dims[2]; ++z) {
+    stop_if_interrupted();
+    gather_plane(frame, dims, z, air, plane.data());
+    for (const double v : plane) {
+      if (!std::isfinite(v)) continue;
+      const double d = v - air;
+      m.count += 1, m.air += d == 0 ? 1 : 0, m.sum += d, m.squares += d * d;
+    }
+  }
+  return m;
+}
+
+} // namespace
+
+std::map<std::string, double> dense_air(FrameReader& reader, const WriterSettings& settings) {
+  const SeriesDescription& s = reader.description();
+  std::map<std::string, double> air;
+  // Who says what air is, or how near to it is empty, is believed.
+  if (s.sparse || settings.air || settings.air_threshold > 0) return air;
+  for (size_t c = 0; c < s.channels.size(); ++c) {
+    const Channel& channel = s.channels[c];
+    if (!is_float(channel.type)) continue;
+    const Moments m = moments_of(reader.read(0, c), s.dims, channel.air);
+    if (m.count == 0 || m.air > kShareOfAir * m.count) continue;
+    const double mean = m.sum / m.count, variance = m.squares / m.count - mean * mean;
+    const double deviation = std::sqrt(std::max(variance, 0.0));
+    // A constant is left alone: what else there will be is not known.
+    if (!std::isfinite(m.squares) || !(std::fabs(mean) > deviation / 2) ||
+        !(deviation > 1e-6 * std::fabs(mean)))
+      continue;
+    const double step = std::pow(10, std::floor(std::log10(deviation))); // a number to be read
+    air[channel.name] = std::round((channel.air + mean) / step) * step;
+  }
+  return air;
+}
+
+std::map<std::string, double> air_in_file(const Device& device, const std::string& path) {
+  const Volume volume = open_volume(device, path, "");
+  std::map<std::string, double> air;
+  for (uint32_t c = 0; c < volume_info(volume).channel_count; ++c) {
+    const bccsplat_channel_info info = channel_info(volume, c);
+    air[info.name] = info.air;
+  }
+  return air;
+}
+
+} // namespace bcc4

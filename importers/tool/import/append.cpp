@@ -1,0 +1,68 @@
+#include "tool/import/append.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+namespace bcc4 {
+
+namespace {
+
+// Where every frame has a file of its own.
+void warn_of_other_files(const std::string& path, const AppendedFile& old, const SeriesDescription& series) {
+  if (old.sources.size() != old.frames || series.files.size() != series.dims[3]) return;
+  for (size_t f = 0; f < old.frames; ++f) {
+    const std::string name = std::filesystem::path(series.files[f].path).filename().string();
+    if (name == old.sources[f].name && series.files[f].bytes == old.sources[f].bytes) continue;
+    std::fprintf(
+        stderr,
+        "bcc4: warning: %s: frame %zu was made of %s, %llu bytes, and is %s, %llu bytes, now: frames that "
+        "the file has stay as they are\n",
+        path.c_str(), f, old.sources[f].name.c_str(), static_cast<unsigned long long>(old.sources[f].bytes),
+        name.c_str(), static_cast<unsigned long long>(series.files[f].bytes));
+    return;
+  }
+}
+
+} // namespace
+
+AppendedFile open_appended(const Device& device, const std::string& path, const SeriesDescription& series,
+                           const std::string& filtering) {
+  const Volume old = open_volume(device, path, "");
+  const bccsplat_volume_info info = volume_info(old);
+  const char* was = "";
+  if (bccsplat_volume_find_attribute(old.get(), "import.filtering", &was) != BCCSPLAT_OK) was = "";
+  if (was != filtering)
+    fail_usage(path, ": its frames were filtered with ", *was ? was : "kaiser8",
+               ", the new ones would be with ", filtering.empty() ? "kaiser8" : filtering,
+               "; --append needs the same --filter and --lowpass");
+  if (info.part_end > 0) fail_usage(path, ": a part of a series; join all parts first, by bcc4 concat");
+  const auto& n = series.dims;
+  if (!std::equal(n.begin(), n.begin() + 3, std::begin(info.dims)))
+    fail_usage(path, ": its frames have ", info.dims[0], " x ", info.dims[1], " x ", info.dims[2],
+               " samples, those of the input ", n[0], " x ", n[1], " x ", n[2]);
+  if (info.dims[3] > n[3])
+    fail_usage(path, ": it has ", info.dims[3], " frames, the input ", n[3],
+               "; --append takes the whole series, the frames that the file has first");
+  std::vector<double> times(info.dims[3]);
+  check(bccsplat_volume_get_times(old.get(), times.data(), times.size(), nullptr), path);
+  const std::vector<double>& now = series.times.values;
+  const double step = now.size() > 1 ? (now.back() - now.front()) / static_cast<double>(now.size() - 1) : 1;
+  for (size_t f = 0; f < times.size(); ++f)
+    if (!(std::fabs(times[f] - now[f]) <= 1e-6 * step))
+      fail_usage(path, ": its frame ", f, " is at time ", times[f], ", that of the input at ", now[f],
+                 "; --append needs the --dt or --times that the file was made with");
+  AppendedFile file{info.dims[3], {}};
+  PlannedSource source;
+  const char* name = nullptr;
+  while (bccsplat_volume_get_source(old.get(), file.sources.size(), &name, &source.bytes, &source.crc32) ==
+         BCCSPLAT_OK) {
+    source.name = name;
+    file.sources.push_back(source);
+  }
+  warn_of_other_files(path, file, series);
+  return file;
+}
+
+} // namespace bcc4

@@ -1,0 +1,22 @@
+// A file whose series goes on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tool/handles.h"
+#include "tool/import/plan_file.h"
+
+namespace bcc4 {
+
+struct AppendedFile {
+  uint64_t frames = 0;
+  std::vector<PlannedSource> sources;
+};
+// filtering: how frames become layers, as the attribute import.filtering tells. Refuses a file whose frames
+// were filtered in another way, or that has other times, other samples per frame or more frames than the
+// series.
+[[nodiscard]] AppendedFile open_appended(const Device& device, const std::string& path,
+                                         const SeriesDescription& series, const std::string& filtering);
+
+} // namespace bcc4

@@ -1,0 +1,44 @@
+// What import is about to do, in words and as JSON.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "readers/frame_reader.h"
+#include "readers/scan.h"
+#include "tool/import/search.h"
+#include "tool/import/series_writer.h"
+#include "tool/import/spectrum.h"
+#include "tool/json.h"
+
+namespace bcc4 {
+
+// Extrapolated from a stretch of frames that went through the real writer, into nothing.
+struct ImportEstimate {
+  uint64_t sites = 0; // lattice sites, all channels; exact
+  uint64_t sampled_frames = 0;
+  double bytes_file = 0;
+  double bytes_memory = 0; // data of the library and frames of the reader
+  double seconds = 0;
+  std::vector<bccsplat_error_report> errors; // by channel, of the sampled frames
+};
+
+struct ImportPlan {
+  const SeriesDescription& series;
+  const WriterSettings& settings;
+  std::vector<ChannelScan> scans; // empty: not scanned
+  std::optional<ImportEstimate> estimate;
+  std::optional<Spectrum> spectrum;
+  std::optional<CodingSearch> search; // of the coding that `settings` hold
+};
+
+[[nodiscard]] uint64_t source_bytes(const SeriesDescription& series); // of the values, uncompressed
+[[nodiscard]] uint64_t cc_samples(const SeriesDescription& series);   // all channels
+// "0 to 98 s, 99 frames, step 1".
+[[nodiscard]] std::string times_text(const SeriesTimes& times);
+
+void print_plan(const ImportPlan& plan);
+[[nodiscard]] Json plan_json(const ImportPlan& plan);
+
+} // namespace bcc4

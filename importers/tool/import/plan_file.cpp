@@ -1,0 +1,194 @@
+#include "tool/import/plan_file.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+
+#include "readers/byte_stream.h"
+#include "tool/import/writer_choices.h"
+#include "tool/json.h"
+#include "tool/output/output_file.h"
+
+namespace bcc4 {
+namespace {
+
+constexpr int kVersion = 1;
+constexpr uint64_t kMostBytes = 256 << 20; // of a plan
+
+// Empty: the default.
+Json name_of(int32_t value, const Choices<int32_t>& choices) {
+  for (const auto& [name, number] : choices)
+    if (number == value) return name;
+  return nullptr;
+}
+int32_t value_of(const Json& name, const Choices<int32_t>& choices, int32_t otherwise) {
+  if (name.is_null()) return otherwise;
+  return option_choice(concat("the plan's"), name.get<std::string>(), choices);
+}
+
+Json settings_json(const WriterSettings& s) {
+  Json j;
+  j["air"] = s.air ? Json(*s.air) : Json();
+  j["air_threshold"] = s.air_threshold;
+  j["lattice"] = name_of(s.lattice, kLatticeChoices);
+  j["filter"] = name_of(s.filter, kFilterChoices);
+  j["lowpass"] = s.lowpass;
+  j["store"] = name_of(s.store, kStoreChoices);
+  j["nonfinite"] = name_of(s.nonfinite, kNonfiniteChoices);
+  j["quantize"] = name_of(s.quantize, kTypeChoices);
+  j["scale"] = s.scale, j["time_scale"] = s.time_scale, j["value_step"] = s.value_step;
+  j["abs_error"] = s.abs_error, j["psnr"] = s.psnr;
+  j["measure"] = name_of(s.measure, kMeasureChoices);
+  j["kernel"] = s.kernel;
+  return j;
+}
+
+WriterSettings read_settings(const Json& j) {
+  WriterSettings s;
+  if (!j.at("air").is_null()) s.air = j.at("air").get<double>();
+  s.air_threshold = j.at("air_threshold").get<double>();
+  s.lattice = value_of(j.at("lattice"), kLatticeChoices, BCCSPLAT_LATTICE_DEFAULT);
+  s.filter = value_of(j.at("filter"), kFilterChoices, BCCSPLAT_FILTER_DEFAULT);
+  s.lowpass = j.at("lowpass").get<bool>();
+  s.store = value_of(j.at("store"), kStoreChoices, BCCSPLAT_STORE_DEFAULT);
+  s.nonfinite = value_of(j.at("nonfinite"), kNonfiniteChoices, BCCSPLAT_NONFINITE_DEFAULT);
+  s.quantize = value_of(j.at("quantize"), kTypeChoices, BCCSPLAT_TYPE_DEFAULT);
+  s.scale = j.at("scale").get<double>(), s.time_scale = j.at("time_scale").get<double>();
+  s.value_step = j.at("value_step").get<double>();
+  s.abs_error = j.at("abs_error").get<double>(), s.psnr = j.at("psnr").get<double>();
+  s.measure = value_of(j.at("measure"), kMeasureChoices, BCCSPLAT_MEASURE_DEFAULT);
+  s.kernel = j.at("kernel").get<std::string>();
+  return s;
+}
+
+Json scan_json(const ChannelScan& s) {
+  Json j;
+  j["range"] = s.empty() ? Json() : Json{s.min, s.max};
+  j["samples"] = s.samples, j["relevant"] = s.relevant, j["nonfinite"] = s.nonfinite;
+  j["missing_frames"] = s.missing;
+  return j;
+}
+
+ChannelScan read_scan(const Json& j) {
+  ChannelScan s;
+  if (!j.at("range").is_null())
+    s.min = j.at("range").at(0).get<double>(), s.max = j.at("range").at(1).get<double>();
+  s.samples = j.at("samples").get<uint64_t>(), s.relevant = j.at("relevant").get<uint64_t>();
+  s.nonfinite = j.at("nonfinite").get<uint64_t>();
+  s.missing = j.at("missing_frames").get<std::vector<uint64_t>>();
+  return s;
+}
+
+PlanFile read_plan(const Json& j) {
+  PlanFile plan;
+  plan.inputs = j.at("inputs").get<std::vector<std::string>>();
+  for (const auto& [key, value] : j.at("options").items()) plan.options.emplace_back(key, value);
+  plan.settings = read_settings(j.at("settings"));
+  plan.dims = j.at("dims").get<std::array<uint64_t, 4>>();
+  plan.times = j.at("times").get<std::vector<double>>();
+  for (const Json& s : j.at("sources"))
+    plan.sources.push_back(
+        {s.at("name").get<std::string>(), s.at("bytes").get<uint64_t>(), s.at("crc32").get<uint32_t>()});
+  for (const Json& c : j.at("channels")) {
+    plan.channels.push_back(c.at("name").get<std::string>());
+    plan.scans.push_back(read_scan(c));
+  }
+  if (plan.times.size() != plan.dims[3] || plan.channels.empty() || plan.inputs.empty())
+    fail_input("it contradicts itself");
+  return plan;
+}
+
+} // namespace
+
+void write_plan_file(const std::string& path, const PlanFile& plan, bool overwrite) {
+  Json j;
+  j["bcc4_plan"] = kVersion;
+  j["inputs"] = plan.inputs;
+  j["options"] = Json::object();
+  for (const auto& [key, text] : plan.options) j["options"][key] = text;
+  j["settings"] = settings_json(plan.settings);
+  j["dims"] = plan.dims;
+  j["channels"] = Json::array();
+  for (size_t c = 0; c < plan.channels.size(); ++c) {
+    Json entry{{"name", plan.channels[c]}};
+    entry.update(scan_json(plan.scans[c]));
+    j["channels"].push_back(std::move(entry));
+  }
+  j["times"] = plan.times;
+  j["sources"] = Json::array();
+  for (const PlannedSource& s : plan.sources)
+    j["sources"].push_back({{"name", s.name}, {"bytes", s.bytes}, {"crc32", s.crc32}});
+  const std::string text = j.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  OutputFile file(path, overwrite);
+  file.write(std::as_bytes(std::span(text)));
+  file.finish();
+}
+
+PlanFile read_plan_file(const std::string& path) {
+  const std::string text = read_text_file(path, kMostBytes);
+  try {
+    const Json j = Json::parse(text);
+    if (!j.is_object() || j.value("bcc4_plan", 0) != kVersion)
+      fail_input(path, ": not a plan of this version; bcc4 import --dry-run --plan ", path, " makes one");
+    return read_plan(j);
+  } catch (const nlohmann::json::exception& e) {
+    fail_input(path, ": not a plan (", e.what(), ")");
+  } catch (const Error& e) {
+    if (std::string_view(e.what()).starts_with(path)) throw;
+    fail_input(path, ": ", e.what());
+  }
+}
+
+void check_planned(const PlanFile& plan, const std::string& path, const SeriesDescription& s) {
+  const auto differs = [&](const auto&... what) {
+    fail_input(path, ": the input is not what it was when the plan was made: ", what...,
+               "; make the plan anew");
+  };
+  if (s.dims != plan.dims)
+    differs(s.dims[0], " x ", s.dims[1], " x ", s.dims[2], ", ", s.dims[3], " frames instead of ",
+            plan.dims[0], " x ", plan.dims[1], " x ", plan.dims[2], ", ", plan.dims[3]);
+  std::vector<std::string> names;
+  for (const Channel& c : s.channels) names.push_back(c.name);
+  if (names != plan.channels) differs("it has ", join(names), " instead of ", join(plan.channels));
+  if (s.times.values != plan.times) differs("its times differ");
+  if (s.files.size() != plan.sources.size())
+    differs(s.files.size(), " files instead of ", plan.sources.size());
+  for (size_t i = 0; i < s.files.size(); ++i) {
+    const std::string name = std::filesystem::path(s.files[i].path).filename().string();
+    if (name != plan.sources[i].name) differs(name, " in the place of ", plan.sources[i].name);
+    if (s.files[i].bytes != plan.sources[i].bytes)
+      differs(name, " has ", s.files[i].bytes, " bytes instead of ", plan.sources[i].bytes);
+  }
+}
+
+FrameSpan parse_part(const std::string& text, uint64_t frames) {
+  if (const size_t slash = text.find('/'); slash != std::string::npos) {
+    const auto k = option_number<uint64_t>("--part", text.substr(0, slash));
+    const auto n = option_number<uint64_t>("--part", text.substr(slash + 1));
+    if (k < 1 || k > n) fail_usage("--part ", text, ": the first of ", n, " parts is 1/", n);
+    if (n > frames) fail_usage("--part ", text, ": the series has ", frames, " frames");
+    return {frames / n * (k - 1) + frames % n * (k - 1) / n, frames / n * k + frames % n * k / n};
+  }
+  const size_t dash = text.find('-');
+  FrameSpan span;
+  span.first = option_number<uint64_t>("--part", text.substr(0, dash));
+  const uint64_t last =
+      dash == std::string::npos ? span.first : option_number<uint64_t>("--part", text.substr(dash + 1));
+  if (last < span.first || last >= frames)
+    fail_usage("--part ", text, ": frames A-B from 0 to ", frames - 1, ", or K/N");
+  span.end = last + 1;
+  return span;
+}
+
+uint64_t lead_of(const PlanFile& plan, uint64_t first) {
+  const auto missing = [&](uint64_t frame) {
+    return std::any_of(plan.scans.begin(), plan.scans.end(), [&](const ChannelScan& s) {
+      return std::binary_search(s.missing.begin(), s.missing.end(), frame);
+    });
+  };
+  uint64_t lead = 0;
+  while (lead < first && missing(first - lead)) ++lead;
+  return lead;
+}
+
+} // namespace bcc4

@@ -1,0 +1,49 @@
+// What a dry run decides about a series, in a file: several processes import parts of it alike.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "readers/frame_reader.h"
+#include "readers/scan.h"
+#include "tool/cli.h"
+#include "tool/import/series_writer.h"
+
+namespace bcc4 {
+
+struct PlannedSource {
+  std::string name; // without its folder
+  uint64_t bytes = 0;
+  uint32_t crc32 = 0; // 0: not known
+  bool operator==(const PlannedSource&) const = default;
+};
+
+struct PlanFile {
+  std::vector<std::string> inputs;
+  std::vector<std::pair<std::string, std::string>> options; // of the reader, as typed, without the dashes
+  WriterSettings settings;
+  // The series as it was read: what must be found again.
+  std::array<uint64_t, 4> dims{};
+  std::vector<double> times;
+  std::vector<std::string> channels;
+  std::vector<PlannedSource> sources;
+  std::vector<ChannelScan> scans;
+};
+
+void write_plan_file(const std::string& path, const PlanFile& plan, bool overwrite);
+[[nodiscard]] PlanFile read_plan_file(const std::string& path);
+// Refuses a series that is not the planned one.
+void check_planned(const PlanFile& plan, const std::string& path, const SeriesDescription& series);
+
+// Frames first .. end - 1.
+struct FrameSpan {
+  uint64_t first = 0, end = 0;
+};
+// "A-B" or "A": frames counted from 0; "K/N": the K-th of N parts of nearly equal length, K from 1.
+[[nodiscard]] FrameSpan parse_part(const std::string& text, uint64_t frames);
+// Frames before `first` back to one that is there in every channel.
+[[nodiscard]] uint64_t lead_of(const PlanFile& plan, uint64_t first);
+
+} // namespace bcc4

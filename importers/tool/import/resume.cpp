@@ -1,0 +1,49 @@
+#include "tool/import/resume.h"
+
+#include <bccsplat.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "readers/error.h"
+
+namespace bcc4 {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr uintmax_t empty_journal = 16; // bytes: its head, no slab
+
+} // namespace
+
+void add_resume_options(CLI::App& import, ResumeArguments& arguments) {
+  import.add_flag("--resume", arguments.resume,
+                  "Go on with an import that was interrupted: same input, same options");
+  import.add_flag("--append", arguments.append,
+                  "The output exists and holds the first frames of the input: add the others");
+}
+
+int32_t partial_mode(const ResumeArguments& arguments) {
+  if (arguments.resume && arguments.append)
+    fail_usage(
+        "--resume and --append exclude each other: an interrupted --append leaves the old file as it was");
+  if (arguments.append) return BCCSPLAT_PARTIAL_APPEND;
+  return arguments.resume ? BCCSPLAT_PARTIAL_RESUME : BCCSPLAT_PARTIAL_KEEP;
+}
+
+UnfinishedImport::~UnfinishedImport() {
+  if (finished_) return;
+  std::error_code error;
+  const fs::path journal = output_ + ".journal", partial = output_ + ".partial";
+  const uintmax_t size = fs::file_size(journal, error);
+  if (error || size <= empty_journal) { // none, or without a slab: nothing to go on from
+    fs::remove(journal, error);
+    fs::remove(partial, error);
+  } else if (!quiet_) {
+    std::fprintf(stderr,
+                 "bcc4: what is done stays in %s; the same command with --resume goes on from there\n",
+                 partial.c_str());
+  }
+}
+
+} // namespace bcc4

@@ -1,0 +1,210 @@
+#include "tool/import/series_writer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tool/progress.h"
+
+namespace bcc4 {
+namespace {
+
+int32_t library_type(Type type) {
+  switch (type) {
+  case Type::u8:
+    return BCCSPLAT_TYPE_U8;
+  case Type::i8:
+    return BCCSPLAT_TYPE_I8;
+  case Type::u16:
+    return BCCSPLAT_TYPE_U16;
+  case Type::i16:
+    return BCCSPLAT_TYPE_I16;
+  case Type::u32:
+    return BCCSPLAT_TYPE_U32;
+  case Type::i32:
+    return BCCSPLAT_TYPE_I32;
+  case Type::f16:
+    return BCCSPLAT_TYPE_F16;
+  case Type::f32:
+    return BCCSPLAT_TYPE_F32;
+  default:
+    return BCCSPLAT_TYPE_F64;
+  }
+}
+
+int64_t write_nowhere(void*, uint64_t, const void*, uint64_t size) { return static_cast<int64_t>(size); }
+
+} // namespace
+
+int32_t stored_type(const Channel& channel, const WriterSettings& settings) {
+  if (settings.quantize != BCCSPLAT_TYPE_DEFAULT) return settings.quantize;
+  switch (channel.precision) {
+  case Type::u8:
+  case Type::i8:
+    return BCCSPLAT_TYPE_U8;
+  case Type::u16:
+  case Type::i16:
+    return BCCSPLAT_TYPE_U16;
+  case Type::f16:
+    return BCCSPLAT_TYPE_F16;
+  default:
+    return BCCSPLAT_TYPE_F32;
+  }
+}
+
+namespace {
+
+// From the smallest to the largest value, air included, and room for what the filter overshoots.
+std::array<double, 2> stepped_range(const WriterSettings& settings, const ChannelScan& scan, double air) {
+  const double low = scan.empty() ? air : std::min(scan.min, air);
+  const double high = scan.empty() ? air : std::max(scan.max, air);
+  // Clamped infinities become the ends of the range: no room beyond it.
+  const double room = settings.nonfinite == BCCSPLAT_NONFINITE_CLAMP ? 0 : (high - low) / 8;
+  return {low - room, std::max(high + room, low + settings.value_step)};
+}
+
+} // namespace
+
+int32_t stepped_type(const WriterSettings& settings, const ChannelScan& scan, double air) {
+  if (!(settings.value_step > 0)) return BCCSPLAT_TYPE_DEFAULT;
+  const auto [low, high] = stepped_range(settings, scan, air);
+  const double codes = (high - low) / settings.value_step + 3;
+  return codes <= 256 ? BCCSPLAT_TYPE_U8 : codes <= 65536 ? BCCSPLAT_TYPE_U16 : BCCSPLAT_TYPE_DEFAULT;
+}
+
+bool needs_range(const Channel& channel, const WriterSettings& settings) {
+  if (settings.nonfinite == BCCSPLAT_NONFINITE_CLAMP && is_float(channel.type)) return true;
+  if (settings.quantize != BCCSPLAT_TYPE_U8 && settings.quantize != BCCSPLAT_TYPE_U16) return false;
+  WriterSettings source = settings;
+  source.quantize = BCCSPLAT_TYPE_DEFAULT;
+  return stored_type(channel, source) != settings.quantize || is_float(channel.type);
+}
+
+double air_of(const Channel& channel, const WriterSettings& settings) {
+  const auto own = settings.own_air.find(channel.name);
+  return settings.air.value_or(own == settings.own_air.end() ? channel.air : own->second);
+}
+
+Writer create_writer(const Device& device, const std::string& path, const SeriesDescription& series,
+                     const WriterSettings& settings, const std::vector<ChannelScan>& scans, uint64_t frames,
+                     const bccsplat_series_part* part) {
+  std::vector<bccsplat_channel_options> channels;
+  bool has_fill = false;
+  for (size_t c = 0; c < series.channels.size(); ++c) {
+    const Channel& channel = series.channels[c];
+    auto options = sized<bccsplat_channel_options>();
+    options.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
+    options.name = channel.name.c_str();
+    options.unit = channel.unit.empty() ? nullptr : channel.unit.c_str();
+    options.source_type = library_type(channel.precision);
+    options.value_type = settings.quantize;
+    options.air = air_of(channel, settings);
+    options.air_threshold = settings.air_threshold;
+    const int32_t stepped =
+        scans.empty() ? BCCSPLAT_TYPE_DEFAULT : stepped_type(settings, scans[c], options.air);
+    if (stepped != BCCSPLAT_TYPE_DEFAULT) {
+      const auto [low, high] = stepped_range(settings, scans[c], options.air);
+      options.value_type = stepped;
+      options.value_step = settings.value_step;
+      options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
+      options.range[0] = low, options.range[1] = high;
+    } else if (needs_range(channel, settings)) {
+      const ChannelScan& scan = scans[c];
+      // Air must have a code of its own, and a range some width.
+      const double low = scan.empty() ? options.air : std::min(scan.min, options.air);
+      double high = scan.empty() ? options.air : std::max(scan.max, options.air);
+      if (!(high > low)) high = low + 1;
+      options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
+      options.range[0] = low;
+      options.range[1] = high;
+    }
+    has_fill |= channel.has_fill;
+    channels.push_back(options);
+  }
+
+  auto options = sized<bccsplat_writer_options>();
+  for (size_t a = 0; a < 3; ++a) options.dims[a] = static_cast<uint32_t>(series.dims[a]);
+  options.dims[3] = static_cast<uint32_t>(frames);
+  options.lattice = settings.lattice;
+  options.filter = settings.filter;
+  options.lowpass = settings.lowpass ? 1 : 0;
+  options.ends = settings.ends;
+  options.store = settings.store;
+  options.nonfinite = settings.nonfinite;
+  if (has_fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT)
+    options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  options.overwrite = settings.overwrite;
+  options.channel_count = static_cast<uint32_t>(channels.size());
+  options.channels = channels.data();
+  std::copy(series.affine.begin(), series.affine.end(), options.affine);
+  options.spatial_unit = series.spatial_unit.empty() ? nullptr : series.spatial_unit.c_str();
+  options.time_unit = series.times.unit.empty() ? nullptr : series.times.unit.c_str();
+  options.scale = settings.scale;
+  options.time_scale = settings.time_scale;
+  options.abs_error = settings.abs_error;
+  options.psnr = settings.psnr;
+  options.measure = settings.measure;
+  options.recommended_kernel = settings.kernel.empty() ? nullptr : settings.kernel.c_str();
+  options.progress = Progress::cancel_only;
+  options.part = part;
+
+  bccsplat_writer* writer = nullptr;
+  if (path.empty()) {
+    auto nowhere = sized<bccsplat_write_stream>();
+    nowhere.write_at = write_nowhere;
+    check_kernel(bccsplat_writer_create_stream(device.get(), &nowhere, &options, &writer), "",
+                 settings.kernel);
+  } else {
+    options.partial = settings.partial;
+    check_kernel(bccsplat_writer_create(device.get(), path.c_str(), &options, &writer), path,
+                 settings.kernel);
+  }
+  return Writer(writer);
+}
+
+void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
+               const std::string& name) {
+  std::vector<bccsplat_box> boxes;
+  boxes.reserve(frame.boxes.size());
+  for (const Box& box : frame.boxes) {
+    auto b = sized<bccsplat_box>();
+    b.type = library_type(box.type);
+    b.data = box.data;
+    for (size_t a = 0; a < 3; ++a) {
+      b.begin[a] = box.begin[a];
+      b.dims[a] = box.dims[a];
+      b.stride_bytes[a] = box.stride_bytes[a];
+    }
+    boxes.push_back(b);
+  }
+  const bccsplat_status status =
+      bccsplat_writer_add_frame(writer.get(), channel, time, boxes.data(), boxes.size());
+  if (status == BCCSPLAT_ERROR_NONFINITE_VALUE)
+    fail_input(name, ": ", bccsplat_last_error(), "; --on-nonfinite hole or clamp accepts such values");
+  check(status, name);
+}
+
+std::pair<uint64_t, uint64_t> part_frames(const Device& device, const SeriesDescription& series,
+                                          const WriterSettings& settings,
+                                          const std::vector<ChannelScan>& scans, uint64_t first,
+                                          uint64_t end) {
+  auto part = sized<bccsplat_series_part>();
+  part.first = first, part.end = end;
+  part.times = series.times.values.data();
+  const Writer writer = create_writer(device, "", series, settings, scans, series.dims[3], &part);
+  std::pair<uint64_t, uint64_t> frames;
+  check(bccsplat_writer_get_part_frames(writer.get(), &frames.first, &frames.second), "");
+  return frames;
+}
+
+uint64_t lattice_sites(const Writer& writer) {
+  uint64_t sites = 0;
+  auto layer = sized<bccsplat_layer_geometry>();
+  for (int64_t l = 0, layers = 1; l < layers; ++l) {
+    check(bccsplat_writer_get_layer_geometry(writer.get(), l, &layer), "");
+    layers = layer.layer_count;
+    sites += static_cast<uint64_t>(layer.dims[0] * layer.dims[1] * layer.dims[2]);
+  }
+  return sites;
+}
+
+} // namespace bcc4

@@ -1,0 +1,17 @@
+// The files a series comes from, as a .bcc4 records them.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "readers/frame_reader.h"
+#include "tool/import/plan_file.h"
+
+namespace bcc4 {
+
+// With CRC-32 unless they are very many bytes. Those of `known` files of the same name and size are taken
+// from there: they are not read.
+[[nodiscard]] std::vector<PlannedSource> sources_of(const SeriesDescription& series,
+                                                    std::span<const PlannedSource> known = {});
+
+} // namespace bcc4

@@ -1,0 +1,132 @@
+#include "tool/import/summary.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+namespace bcc4 {
+namespace {
+
+// Of this program alone. ru_maxrss would do, but on Linux it starts from the memory of the process that
+// started us.
+uint64_t peak_memory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    const auto words = split(line);
+    if (words.size() > 1 && words[0] == "VmHWM:") return parse_number<uint64_t>(words[1]).value_or(0) * 1024;
+  }
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+void print_errors(const SeriesDescription& s, const Import& import) {
+  const bccsplat_writer_report& r = import.report;
+  std::printf("  coding error (stored sites): max %s, RMSE %s\n", short_number(r.coding_max).c_str(),
+              short_number(r.coding_rmse).c_str());
+  for (size_t c = 0; c < import.errors.series.size(); ++c) {
+    const bccsplat_error_report& e = import.errors.series[c];
+    std::printf("  error at the source samples, %s (%llu of %llu frames): %s\n", s.channels[c].name.c_str(),
+                static_cast<unsigned long long>(r.frames_measured), static_cast<unsigned long long>(r.frames),
+                error_text(e).c_str());
+    if (e.samples == 0) continue;
+    if (e.non_air_samples > 0 && e.non_air_samples < e.samples) {
+      bccsplat_error_report inside = e;
+      inside.samples = e.non_air_samples, inside.max_abs = e.non_air_max_abs;
+      inside.rmse = e.non_air_rmse, inside.psnr = e.non_air_psnr;
+      std::printf("    outside air: %s\n", error_text(inside).c_str());
+    }
+    std::printf("    worst: frame %llu, voxel (%llu, %llu, %llu): %s, source %s\n",
+                static_cast<unsigned long long>(e.frame), static_cast<unsigned long long>(e.voxel[0]),
+                static_cast<unsigned long long>(e.voxel[1]), static_cast<unsigned long long>(e.voxel[2]),
+                short_number(e.got, 6).c_str(), short_number(e.expected, 6).c_str());
+    if (e.corrected > 0)
+      std::printf("    %llu samples corrected (%s), without it max %s\n",
+                  static_cast<unsigned long long>(e.corrected),
+                  byte_text(static_cast<double>(r.bytes_corrections)).c_str(),
+                  short_number(e.uncorrected_max_abs).c_str());
+    if (e.lost > 0)
+      std::printf("    %llu samples beside missing data are missing in the file\n",
+                  static_cast<unsigned long long>(e.lost));
+  }
+}
+
+Json errors_json(const SeriesDescription& s, const Import& import) {
+  Json j{{"frames_measured", import.report.frames_measured},
+         {"coding", {{"max_abs", import.report.coding_max}, {"rmse", import.report.coding_rmse}}}};
+  j["channels"] = Json::array();
+  for (size_t c = 0; c < import.errors.series.size(); ++c) {
+    Json entry{{"name", s.channels[c].name}};
+    entry.update(error_json(import.errors.series[c]));
+    entry["frames"] = Json::array();
+    for (const bccsplat_error_report& e : import.errors.frames[c])
+      entry["frames"].push_back({{"frame", e.frame},
+                                 {"max_abs", e.max_abs},
+                                 {"rmse", e.rmse},
+                                 {"psnr", e.psnr},
+                                 {"corrected", e.corrected}});
+    j["channels"].push_back(std::move(entry));
+  }
+  return j;
+}
+
+} // namespace
+
+void print_summary(const SeriesDescription& s, const Import& import, double seconds,
+                   const std::string& output, const std::string& command_line) {
+  const bccsplat_writer_report& r = import.report;
+  uint64_t in = 0;
+  for (const SourceFile& f : s.files) in += f.bytes;
+  const auto ratio = [](uint64_t a, uint64_t b) {
+    return static_cast<double>(a) / static_cast<double>(std::max<uint64_t>(1, b));
+  };
+  std::printf("%s: %s of values (%s on disk) -> %s, ratio %s (%s to the source files)\n", output.c_str(),
+              byte_text(static_cast<double>(r.bytes_source)).c_str(),
+              byte_text(static_cast<double>(in)).c_str(),
+              byte_text(static_cast<double>(r.bytes_file)).c_str(),
+              short_number(ratio(r.bytes_source, r.bytes_file), 3).c_str(),
+              short_number(ratio(in, r.bytes_file), 3).c_str());
+  if (import.given.first > 0 && r.frames > import.given.end - import.given.first)
+    std::printf("  of %llu frames, %llu to %llu were read\n", static_cast<unsigned long long>(r.frames),
+                static_cast<unsigned long long>(import.given.first),
+                static_cast<unsigned long long>(import.given.end - 1));
+  else if (import.given.end - import.given.first > r.frames)
+    std::printf("  a part: %llu frames, made of frames %llu to %llu\n",
+                static_cast<unsigned long long>(r.frames),
+                static_cast<unsigned long long>(import.given.first),
+                static_cast<unsigned long long>(import.given.end - 1));
+  std::printf("  %llu samples -> %llu sites (%s), %llu stored (%s %%)\n",
+              static_cast<unsigned long long>(r.cc_samples), static_cast<unsigned long long>(r.sites_total),
+              short_number(ratio(r.sites_total, r.cc_samples), 4).c_str(),
+              static_cast<unsigned long long>(r.sites_kept),
+              short_number(100 * ratio(r.sites_kept, r.sites_total), 4).c_str());
+  if (r.nonfinite > 0)
+    std::printf("  %llu source values were not finite\n", static_cast<unsigned long long>(r.nonfinite));
+  if (r.clamped > 0)
+    std::printf("  %llu values clamped to the range of the stored type\n",
+                static_cast<unsigned long long>(r.clamped));
+  print_errors(s, import);
+  std::printf("  %s s, %s MB/s, peak memory %s\n", short_number(seconds, 3).c_str(),
+              short_number(static_cast<double>(r.bytes_source) / std::max(seconds, 1e-9) / 1e6, 3).c_str(),
+              byte_text(static_cast<double>(peak_memory())).c_str());
+  std::printf("  again: %s\n", command_line.c_str());
+}
+
+Json bytes_json(const bccsplat_writer_report& r) {
+  return {{"source", r.bytes_source}, {"file", r.bytes_file},   {"runs", r.bytes_runs},
+          {"values", r.bytes_values}, {"index", r.bytes_index}, {"corrections", r.bytes_corrections}};
+}
+
+Json summary_json(const SeriesDescription& s, const Import& import, double seconds) {
+  const bccsplat_writer_report& r = import.report;
+  return {{"frames", r.frames},           {"cc_samples", r.cc_samples},
+          {"cc_relevant", r.cc_relevant}, {"sites_total", r.sites_total},
+          {"sites_kept", r.sites_kept},   {"holes", r.holes},
+          {"clamped", r.clamped},         {"nonfinite", r.nonfinite},
+          {"bytes", bytes_json(r)},       {"error", errors_json(s, import)},
+          {"seconds", seconds},           {"peak_memory", peak_memory()}};
+}
+
+} // namespace bcc4

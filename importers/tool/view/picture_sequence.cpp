@@ -1,0 +1,63 @@
+#include "tool/view/picture_sequence.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "readers/sequence.h"
+#include "tool/view/slice_sweep.h"
+
+namespace bcc4 {
+namespace {
+
+std::vector<Picture> frames(const Volume& volume, const RenderArguments& a) {
+  if (a.which.time || a.which.index || a.which.plane || a.which.point)
+    fail_usage("--frames excludes --time, --plane and --point");
+  const double last_frame = static_cast<double>(volume_info(volume).dims[3]) - 1;
+  if (!(a.frames->first >= 0 && a.frames->last <= last_frame))
+    fail_usage("--frames: the frames are 0 to ", last_frame);
+  std::vector<Picture> out;
+  const auto count = static_cast<size_t>((a.frames->last - a.frames->first) / a.frames->step + 1e-9) + 1;
+  if (count > 1'000'000) fail_usage("--frames: ", count, " pictures are too many");
+  for (size_t i = 0; i < count; ++i) {
+    const double frame = std::min(a.frames->last, a.frames->first + static_cast<double>(i) * a.frames->step);
+    out.push_back({cut_at_index(volume, frame), 0, 0, {}});
+    set_shape(out.back().where, a.which);
+  }
+  return out;
+}
+
+} // namespace
+
+std::vector<Picture> picture_sequence(const Volume& volume, const RenderArguments& a, size_t camera_frames) {
+  std::vector<Picture> pictures;
+  if (a.frames)
+    pictures = frames(volume, a);
+  else
+    for (const Cut& where : sweep(volume, a.which)) pictures.push_back({where, 0, 0, {}});
+  const size_t views = a.turntable ? static_cast<size_t>(*a.turntable) : camera_frames;
+  if (pictures.size() == 1 && views > 1) pictures.assign(views, Picture(pictures.front()));
+  if (a.turntable)
+    for (size_t i = 0; i < pictures.size(); ++i)
+      pictures[i].turn = 360.0 * static_cast<double>(i) / static_cast<double>(pictures.size());
+  if (camera_frames > 1) {
+    if (pictures.size() != camera_frames)
+      fail_usage("--camera: it has ", camera_frames, " frames for ", pictures.size(), " pictures");
+    for (size_t i = 0; i < pictures.size(); ++i) pictures[i].camera = i;
+  }
+
+  // Numbered by frame where frames are whole, else by their order.
+  const bool several = a.frames || a.which.sweep || a.turntable || pictures.size() > 1;
+  if (pictures.size() > 1 && !has_frame_pattern(a.output))
+    fail_usage("-o ", a.output, ": ", pictures.size(), " pictures need a pattern such as smoke.%04d.png");
+  const bool by_frame = a.frames && std::all_of(pictures.begin(), pictures.end(), [](const Picture& p) {
+                          return p.where.index == std::floor(p.where.index);
+                        });
+  for (size_t i = 0; i < pictures.size(); ++i)
+    pictures[i].path = several
+                           ? apply_frame_pattern(a.output, by_frame ? std::llround(pictures[i].where.index)
+                                                                    : static_cast<int64_t>(i))
+                           : a.output;
+  return pictures;
+}
+
+} // namespace bcc4

@@ -1,0 +1,231 @@
+#include "tool/view/render_arguments.h"
+
+#include <cmath>
+
+#include "readers/sequence.h"
+#include "tool/view/slice_sweep.h"
+#include "tool/view/transfer_function.h"
+
+namespace bcc4 {
+namespace {
+
+std::array<uint32_t, 2> parse_size(const std::string& text) {
+  const auto parts = split(text, "x");
+  const auto w = parts.size() == 2 ? parse_number<uint32_t>(parts[0]) : std::nullopt;
+  const auto h = parts.size() == 2 ? parse_number<uint32_t>(parts[1]) : std::nullopt;
+  if (!w || !h || *w < 1 || *h < 1 || *w > 65536 || *h > 65536)
+    fail_usage("--size ", text, ": WxH is expected, such as 512x512");
+  return {*w, *h};
+}
+
+std::array<int32_t, 2> parse_rate(const std::string& text) {
+  const size_t slash = text.find('/');
+  const std::string_view all(text);
+  const int32_t n = parse_number<int32_t>(trim(all.substr(0, slash))).value_or(0);
+  const int32_t d =
+      slash == std::string::npos ? 1 : parse_number<int32_t>(trim(all.substr(slash + 1))).value_or(0);
+  if (n < 1 || d < 1)
+    fail_usage("--fps ", text, ": N or N/D is expected, in whole numbers, such as 24 or 24000/1001");
+  return {n, d};
+}
+
+FrameRange parse_frames(const std::string& text) {
+  FrameRange r;
+  const auto wrong = [&] {
+    fail_usage("--frames ", text, ": A-B or A-BxS is expected, in frame numbers from 0");
+  };
+  const size_t x = text.find('x'), dash = text.find('-');
+  if (dash == std::string::npos) wrong();
+  const auto first = parse_number<double>(std::string_view(text).substr(0, dash));
+  const auto last = parse_number<double>(
+      std::string_view(text).substr(dash + 1, x == std::string::npos ? x : x - dash - 1));
+  const auto step = x == std::string::npos ? std::optional(1.0)
+                                           : parse_number<double>(std::string_view(text).substr(x + 1));
+  if (!first || !last || !step || !(*step > 0) || !(*last >= *first) || !std::isfinite(*last)) wrong();
+  return {*first, *last, *step};
+}
+
+// "A:B" as two numbers.
+std::array<double, 2> parse_span(const std::string& option, const std::string& text) {
+  const auto parts = split(text, ":");
+  const auto from = parts.size() == 2 ? parse_number<double>(trim(parts[0])) : std::nullopt;
+  const auto to = parts.size() == 2 ? parse_number<double>(trim(parts[1])) : std::nullopt;
+  if (!from || !to || !std::isfinite(*from) || !std::isfinite(*to) || !(*from <= *to))
+    fail_usage(option, " ", text, ": A:B is expected, two numbers that rise");
+  return {*from, *to};
+}
+
+TrailInterval parse_trail(const std::string& text) {
+  TrailInterval t;
+  const auto parts = split(text, ",");
+  if (parts.empty() || parts.size() > 2) fail_usage("--trail ", text, ": DT or DT,K is expected");
+  if (parts.size() == 2) {
+    const double k = option_number<double>("--trail", std::string(parts[1]));
+    if (!(k >= 1 && k <= 256) || k != std::floor(k))
+      fail_usage("--trail: K must be a whole number of sub-intervals, at most 256");
+    t.intervals = static_cast<uint32_t>(k);
+  }
+  std::string span(trim(parts[0]));
+  t.frames = !span.empty() && span.back() == 'f';
+  if (t.frames) span.pop_back();
+  if (span.find(':') != std::string::npos) {
+    const auto [from, to] = parse_span("--trail", span);
+    t.from = from, t.to = to;
+  } else {
+    const double length = option_number<double>("--trail", span);
+    if (!std::isfinite(length)) fail_usage("--trail ", text, ": a finite time is expected");
+    t.from = std::min(0.0, -length), t.to = std::max(0.0, -length);
+  }
+  return t;
+}
+
+bool is_picture(const std::string& path) {
+  return lower(path).ends_with(".png") || lower(path).ends_with(".exr");
+}
+
+} // namespace
+
+void add_render_options(CLI::App& app, RenderArguments& a) {
+  app.add_option("FILE", a.file, "A .bcc4 file");
+  app.add_option("-o,--output", a.output,
+                 "The .png or .exr to write; a pattern such as p.%04d.png for several")
+      ->type_name("OUT");
+  add_slice_choice(app, a.which);
+  add_sweep(app, a.which);
+  const auto text = [&app](const char* option, const char* type, const char* help, auto set) {
+    app.add_option_function<std::string>(option, set, help)->type_name(type);
+  };
+  text("--frames", "A-B[xS]", "A picture for each of these frames, fractions allowed",
+       [&a](const std::string& t) { a.frames = parse_frames(t); });
+  text("--turntable", "N", "N pictures, once around the vertical", [&a](const std::string& t) {
+    a.turntable = option_number<int>("--turntable", t);
+    if (*a.turntable < 1 || *a.turntable > 100000) fail_usage("--turntable ", t, ": 1 to 100000 pictures");
+  });
+  text("--size", "WxH", "Pixels (default 512x512)", [&a](const std::string& t) { a.size = parse_size(t); });
+  app.add_option("--camera", a.camera, "Fitted view, or a camera file (default ortho)")
+      ->type_name("ortho|persp|FILE.json");
+  add_number(app, "--rotate-x", a.rotate_x, "Degrees about the horizontal axis (default 20)");
+  add_number(app, "--rotate-y", a.rotate_y, "Degrees about the vertical axis, applied first (default 30)");
+  add_number(app, "--zoom", a.zoom, "Factor on the size of what is seen, about the middle of the picture");
+  app.add_option("--tf", a.tf, "ParaView colour map (JSON)")->type_name("FILE.json");
+  app.add_option("--colormap", a.colormap, concat("Built-in colours: ", join(colormap_names())))
+      ->type_name("NAME");
+  text("--range", "LO,HI",
+       "Values the colours span (default: the percentiles 2 and 99.8; the file's own with --tf)",
+       [&a](const std::string& t) { a.range = option_numbers("--range", t, 2); });
+  add_number(app, "--opacity", a.opacity, "Factor on all opacities");
+  add_number(app, "--unit-distance", a.unit_distance,
+             "World length the opacities are meant for (default: a mean voxel)");
+  app.add_option("--dump-tf", a.dump_tf, "Write the transfer function as a ParaView colour map")
+      ->type_name("FILE.json");
+  add_choice<int32_t>(app, "--mode", a.mode,
+                      {{"composite", BCCSPLAT_MODE_COMPOSITE},
+                       {"iso", BCCSPLAT_MODE_ISOSURFACE},
+                       {"xray", BCCSPLAT_MODE_XRAY},
+                       {"mip", BCCSPLAT_MODE_MAXIMUM}},
+                      "What is drawn (default composite)");
+  add_number(app, "--iso", a.iso, "Value of the isosurface; makes --mode iso the default");
+  add_choice<int32_t>(app, "--quality", a.quality,
+                      {{"draft", BCCSPLAT_QUALITY_DRAFT},
+                       {"normal", BCCSPLAT_QUALITY_NORMAL},
+                       {"fine", BCCSPLAT_QUALITY_FINE},
+                       {"best", BCCSPLAT_QUALITY_BEST}},
+                      "Quality (default normal)");
+  add_number(app, "--step", a.step, "Distance of the sheets in samples (default: by the quality)");
+  add_choice<int32_t>(app, "--preintegrate", a.preintegrate,
+                      {{"auto", BCCSPLAT_PREINTEGRATE_DEFAULT},
+                       {"on", BCCSPLAT_PREINTEGRATE_ON},
+                       {"off", BCCSPLAT_PREINTEGRATE_OFF}},
+                      "Draw what the transfer function shows between sheets (default auto: where it is "
+                      "narrower than a step)");
+  app.add_option("--kernel", a.kernel, "Reconstruction kernel (default: the file's)")->type_name("NAME");
+  app.add_option("--channel", a.channel, "Channel, by name or number (default: the first)")
+      ->type_name("NAME");
+  app.add_flag("--no-shading", a.no_shading, "Colours without light");
+  app.add_flag("--reference", a.reference, "Slow double-precision integration of the same field");
+  text(
+      "--trail", "DT[f][,K]|A:B[f][,K]",
+      "Motion blur: what was there during DT before the slice (after it when DT < 0), or from A to B around "
+      "it, in the unit of --time, f: in frames; off the time axis samples along the normal. K: sub-intervals "
+      "of rising colour",
+      [&a](const std::string& t) { a.trail = parse_trail(t); });
+  text("--trail-samples", "N", "Stills per sub-interval (default: one per lattice layer or sample, 4 to 64)",
+       [&a](const std::string& t) {
+         a.trail_samples = option_number<uint32_t>("--trail-samples", t);
+         if (*a.trail_samples < 1 || *a.trail_samples > 4096)
+           fail_usage("--trail-samples ", t, ": 1 to 4096");
+       });
+  app.add_option("--trail-tf", a.trail_tf, "ParaView colour map of the trail (default: the slice's)")
+      ->type_name("FILE.json");
+  app.add_option("--trail-colormap", a.trail_colormap, "Built-in colours of the trail")->type_name("NAME");
+  text("--trail-range", "LO,HI", "Values the trail's colours span",
+       [&a](const std::string& t) { a.trail_range = option_numbers("--trail-range", t, 2); });
+  add_number(app, "--trail-opacity", a.trail_opacity, "Factor on the trail's opacities");
+  add_choice<int32_t>(app, "--trail-content", a.trail_content,
+                      {{"classified", BCCSPLAT_TRAIL_CLASSIFIED},
+                       {"mean", BCCSPLAT_TRAIL_MEAN},
+                       {"max", BCCSPLAT_TRAIL_MAXIMUM}},
+                      "What the trail holds (default classified)");
+  add_choice<int32_t>(app, "--trail-mode", a.trail_mode,
+                      {{"physical", BCCSPLAT_TRAIL_PHYSICAL},
+                       {"interleaved", BCCSPLAT_TRAIL_INTERLEAVED},
+                       {"post", BCCSPLAT_TRAIL_POST},
+                       {"interleaved-consistent", BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT}},
+                      "How trail and slice meet (default physical)");
+  text("--background", "R,G,B", "PNG: opaque over this display colour, 0 to 1 each",
+       [&a](const std::string& t) {
+         a.background = option_numbers("--background", t, 3);
+         for (const double c : *a.background)
+           if (c < 0 || c > 1) fail_usage("--background ", t, ": each part must be 0 to 1");
+       });
+  text("--fps", "N[/D]", "EXR: rate at which the pictures are to be shown (default 24 for sequences)",
+       [&a](const std::string& t) { a.fps = parse_rate(t); });
+  app.add_flag(
+      "--deep", a.deep,
+      "EXR: a deep picture, samples along each ray as Z, ZBack, A, R, G, B, for compositing in depth");
+  add_number(app, "--deep-tolerance", a.deep_tolerance,
+             "What merging samples may cost the deep picture cut at any depth (default .001)");
+  app.add_option("--stats", a.stats, "Write times and counts as JSON")->type_name("FILE.json");
+  text("--repeat", "N", "Render N times and report medians", [&a](const std::string& t) {
+    a.repeat = option_number<int>("--repeat", t);
+    if (a.repeat < 1 || a.repeat > 100000) fail_usage("--repeat ", t, ": 1 to 100000");
+  });
+  add_threads(app, a.common);
+  add_max_memory(app, a.common);
+  app.add_flag("--quiet", a.common.quiet, "Print warnings and errors only");
+}
+
+void check_arguments(const RenderArguments& a) {
+  require(a.file, "FILE", "bcc4 render smoke.bcc4 --time 10 -o smoke.png");
+  require(a.output, "-o", "-o picture.png");
+  if (!is_picture(a.output)) fail_usage("-o ", a.output, ": must end in .png or .exr");
+  if (a.background && lower(a.output).ends_with(".exr"))
+    fail_usage("--background is for PNG; an EXR keeps its opacity");
+  if (a.fps && !lower(a.output).ends_with(".exr"))
+    fail_usage("--fps is for EXR; a PNG has no place for a rate");
+  if (a.deep && !lower(a.output).ends_with(".exr")) fail_usage("--deep is for EXR: -o picture.exr");
+  if (a.deep && (a.mode == BCCSPLAT_MODE_XRAY || a.mode == BCCSPLAT_MODE_MAXIMUM || a.reference))
+    fail_usage("--deep goes with --mode composite and iso, without --reference");
+  if (a.deep && a.trail_mode == BCCSPLAT_TRAIL_POST)
+    fail_usage("--deep: --trail-mode post lays two pictures over each other, which has no order in depth");
+  if (a.iso && a.mode != BCCSPLAT_MODE_DEFAULT && a.mode != BCCSPLAT_MODE_ISOSURFACE)
+    fail_usage("--iso is the value of an isosurface; another --mode has none");
+  if (a.deep_tolerance && !a.deep) fail_usage("--deep-tolerance goes with --deep");
+  if (a.deep_tolerance && !(*a.deep_tolerance > 0 && *a.deep_tolerance <= 1))
+    fail_usage("--deep-tolerance ", *a.deep_tolerance, ": above 0, at most 1");
+  const bool trail_function =
+      !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
+  if (!a.trail && (a.trail_content || a.trail_mode || a.trail_samples || trail_function))
+    fail_usage("--trail-content, --trail-mode and the like go with --trail DT");
+  if (int{a.frames.has_value()} + int{a.turntable.has_value()} + int{a.which.sweep.has_value()} > 1)
+    fail_usage("--frames, --turntable and --sweep exclude each other");
+  if (a.zoom && !(*a.zoom >= 1e-3 && *a.zoom <= 1e6)) fail_usage("--zoom ", *a.zoom, ": .001 to 1e6");
+  if (a.step && !(*a.step > 0)) fail_usage("--step must be positive");
+  for (const auto& [option, opacity] :
+       {std::pair("--opacity", a.opacity), {"--trail-opacity", a.trail_opacity}})
+    if (opacity && !(*opacity >= 0 && std::isfinite(*opacity)))
+      fail_usage(option, " ", *opacity, ": must be finite and not negative");
+  if (a.unit_distance && !(*a.unit_distance > 0)) fail_usage("--unit-distance must be positive");
+}
+
+} // namespace bcc4

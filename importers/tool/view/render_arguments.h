@@ -1,0 +1,58 @@
+// What `bcc4 render` was asked for.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bccsplat.h"
+#include "tool/cli.h"
+#include "tool/view/slice_choice.h"
+
+namespace bcc4 {
+
+struct FrameRange {
+  double first = 0, last = 0, step = 1;
+};
+
+// The trail's interval relative to the slice: in the unit of --time or in frames, past negative.
+struct TrailInterval {
+  double from = 0, to = 0;
+  bool frames = false;
+  uint32_t intervals = 0; // 0: one
+};
+
+struct RenderArguments {
+  std::string file, output, kernel, channel;
+  SliceChoiceArguments which;
+  std::optional<FrameRange> frames;
+  std::optional<int> turntable; // pictures
+  std::optional<std::array<uint32_t, 2>> size;
+  std::string camera = "ortho";
+  std::optional<double> rotate_x, rotate_y, zoom;
+  std::string tf, colormap, dump_tf, trail_tf, trail_colormap;
+  std::optional<std::vector<double>> range, trail_range;
+  std::optional<double> opacity, trail_opacity, iso, step, unit_distance;
+  int32_t mode = BCCSPLAT_MODE_DEFAULT;
+  int32_t quality = BCCSPLAT_QUALITY_DEFAULT;
+  int32_t preintegrate = BCCSPLAT_PREINTEGRATE_DEFAULT;
+  bool no_shading = false, reference = false, deep = false;
+  std::optional<double> deep_tolerance;
+  std::optional<TrailInterval> trail;
+  std::optional<uint32_t> trail_samples;
+  int32_t trail_content = BCCSPLAT_TRAIL_CONTENT_DEFAULT;
+  int32_t trail_mode = BCCSPLAT_TRAIL_COMBINE_DEFAULT;
+  std::optional<std::vector<double>> background; // display colours
+  std::optional<std::array<int32_t, 2>> fps;     // numerator and denominator
+  std::string command_line;                      // what was typed
+  std::string stats;
+  int repeat = 1;
+  CommonOptions common;
+};
+
+void add_render_options(CLI::App& app, RenderArguments& arguments);
+// What no single option can tell.
+void check_arguments(const RenderArguments& arguments);
+
+} // namespace bcc4

@@ -1,0 +1,64 @@
+#include "tool/view/render_function.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace bcc4 {
+
+FunctionChoice slice_function(const RenderArguments& a) {
+  return {a.tf, a.colormap, a.range, a.opacity, a.unit_distance, !a.dump_tf.empty()};
+}
+
+FunctionChoice trail_function(const RenderArguments& a) {
+  FunctionChoice c = slice_function(a);
+  if (!a.trail_tf.empty() || !a.trail_colormap.empty()) c.tf = a.trail_tf, c.colormap = a.trail_colormap;
+  if (!a.trail_tf.empty()) c.range.reset(), c.opacity.reset(); // those are of the slice's colours
+  if (a.trail_range) c.range = a.trail_range;
+  if (a.trail_opacity) c.opacity = a.trail_opacity;
+  c.always = !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
+  return c;
+}
+
+std::optional<TransferFunction> transfer_function(const FunctionChoice& a, const bccsplat_channel_info& c) {
+  if (a.tf.empty() && a.colormap.empty() && !a.range && !a.opacity && !a.unit_distance && !a.always)
+    return std::nullopt;
+  if (!a.tf.empty() && !a.colormap.empty()) fail_usage("--tf and --colormap exclude each other");
+  double low = c.percentile_2, high = c.percentile_998;
+  if (a.range) {
+    low = (*a.range)[0];
+    high = (*a.range)[1];
+    if (!(high > low)) fail_usage("--range ", low, ",", high, ": must rise");
+  }
+  if (!(high > low)) high = low + std::max(1e-6, 1e-6 * std::abs(low));
+  TransferFunction f;
+  if (!a.tf.empty()) {
+    std::string warning;
+    f = read_paraview_json(a.tf, warning);
+    if (!warning.empty())
+      std::fprintf(stderr, "bcc4: warning: %s: %s\n", a.tf.c_str(),
+                   warning.substr(0, warning.size() - 2).c_str());
+    if (a.range) rescale(f, low, high);
+    if (!f.colors.empty()) {
+      low = f.colors.front()[0];
+      high = std::max(f.colors.back()[0], low + 1e-9 * std::max(1.0, std::abs(low)));
+    }
+  }
+  if (f.colors.empty()) f.colors = colormap(a.colormap.empty() ? "viridis" : a.colormap, low, high).colors;
+  if (f.opacities.empty()) add_default_opacity(f, low, high, c.air);
+  scale_opacity(f, a.opacity.value_or(1));
+  if (a.unit_distance) f.unit_distance = *a.unit_distance;
+  return f;
+}
+
+bccsplat_transfer_function as_struct(const TransferFunction& f) {
+  auto t = sized<bccsplat_transfer_function>();
+  t.color_count = static_cast<uint32_t>(f.colors.size());
+  t.colors = f.colors.front().data();
+  t.opacity_count = static_cast<uint32_t>(f.opacities.size());
+  t.opacities = f.opacities.front().data();
+  t.unit_distance = f.unit_distance;
+  return t;
+}
+
+} // namespace bcc4

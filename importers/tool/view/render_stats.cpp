@@ -1,0 +1,52 @@
+#include "tool/view/render_stats.h"
+
+#include <algorithm>
+
+namespace bcc4 {
+namespace {
+
+double median(const std::vector<bccsplat_render_stats>& renders, double bccsplat_render_stats::*field) {
+  std::vector<double> values;
+  for (const bccsplat_render_stats& r : renders) values.push_back(r.*field);
+  std::sort(values.begin(), values.end());
+  const size_t n = values.size();
+  return n % 2 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
+}
+
+} // namespace
+
+bccsplat_render_stats median_stats(const RenderTimes& times) {
+  bccsplat_render_stats s = times.renders.back();
+  for (double bccsplat_render_stats::*field :
+       {&bccsplat_render_stats::ms_transform, &bccsplat_render_stats::ms_splat,
+        &bccsplat_render_stats::ms_shade, &bccsplat_render_stats::ms_total, &bccsplat_render_stats::cpu_ms})
+    s.*field = median(times.renders, field);
+  return s;
+}
+
+Json stats_json(const RenderTimes& times, const bccsplat_volume_info& volume) {
+  const bccsplat_render_stats s = median_stats(times);
+  return {{"ms",
+           {{"open", times.open_ms},
+            {"slice", times.slice.milliseconds},
+            {"transform", s.ms_transform},
+            {"splat", s.ms_splat},
+            {"shade", s.ms_shade},
+            {"total", s.ms_total}}},
+          {"cpu_ms", s.cpu_ms},
+          {"threads", s.threads},
+          {"points",
+           {{"total", s.points_total},
+            {"after_cull", s.points_after_cull},
+            {"splatted", s.points_splatted},
+            {"occluded", s.points_occluded}}},
+          {"bytes_read", volume.bytes_read},
+          {"bytes_file", volume.bytes_file},
+          {"tiles", s.tiles},
+          {"sheets", s.sheets},
+          {"kernel", times.kernel},
+          {"sheet_step", s.sheet_step},
+          {"preintegrated", s.preintegrated != 0}};
+}
+
+} // namespace bcc4

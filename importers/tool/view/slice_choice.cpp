@@ -1,0 +1,127 @@
+#include "tool/view/slice_choice.h"
+
+#include <algorithm>
+
+#include "tool/progress.h"
+#include "tool/view/time_slice.h"
+
+namespace bcc4 {
+
+void add_slice_choice(CLI::App& app, SliceChoiceArguments& a) {
+  add_number(app, "--time", a.time, "Time of the slice, in the file's unit");
+  app.add_flag("--index", a.index, "--time is a frame number, fractions allowed");
+  app.add_option_function<std::string>(
+         "--plane", [&a](const std::string& text) { a.plane = option_numbers("--plane", text, 5); },
+         "Hyperplane a x + b y + c z + d t + e = 0, in samples and frames")
+      ->type_name("a,b,c,d,e");
+  const auto numbers = [&app](const char* option, std::optional<std::vector<double>>& target, size_t count,
+                              const char* form, const char* help) {
+    app.add_option_function<std::string>(
+           option,
+           [&target, option, count](const std::string& text) {
+             target = option_numbers(option, text, count);
+           },
+           help)
+        ->type_name(form);
+  };
+  numbers("--point", a.point, 4, "x,y,z,t",
+          "Instead of --plane: a point of the hyperplane, the slice's origin");
+  numbers("--basis", a.basis, 12, "u,v,w", "With --point: three directions x,y,z,t in the hyperplane");
+  add_number(app, "--thickness", a.thickness,
+             "Of a slab around the hyperplane, in samples (or frames) along its normal");
+  add_choice<int32_t>(
+      app, "--slab", a.slab,
+      {{"mean", BCCSPLAT_SLAB_MEAN}, {"sum", BCCSPLAT_SLAB_SUM}, {"max", BCCSPLAT_SLAB_MAXIMUM}},
+      "What the slab holds along its normal (default: mean)");
+  add_choice<int32_t>(app, "--slice-method", a.method,
+                      {{"merged", BCCSPLAT_METHOD_MERGED},
+                       {"resampled", BCCSPLAT_METHOD_RESAMPLED},
+                       {"extracted", BCCSPLAT_METHOD_EXTRACTED}},
+                      "How the slice is made (default: merged where the hyperplane allows it)");
+  add_choice<int32_t>(app, "--slice-lattice", a.lattice,
+                      {{"bcc", BCCSPLAT_LATTICE_BCC}, {"cc", BCCSPLAT_LATTICE_CC}},
+                      "Lattice of the slice (default: the volume's where it is merged, else bcc)");
+  add_number(app, "--slice-spacing", a.spacing, "Spacing of that lattice in samples (default: the source's)");
+}
+
+Cut cut_at_index(const Volume& volume, double index) {
+  Cut cut;
+  cut.plane[3] = 1;
+  cut.plane[4] = -index;
+  cut.index = index;
+  check(bccsplat_volume_index_to_time(volume.get(), index, &cut.time), "");
+  return cut;
+}
+
+namespace {
+
+Cut resolve_plane(const Volume& volume, const SliceChoiceArguments& a) {
+  if (a.point || a.basis) {
+    if (!a.point || !a.basis) fail_usage("--point and --basis go together");
+    if (a.plane || a.time || a.index) fail_usage("--point and --basis exclude --plane and --time");
+    Cut cut;
+    cut.is_time_slice = false; // resampled on a lattice of its own, whatever its normal
+    cut.point.emplace();
+    std::copy(a.point->begin(), a.point->end(), cut.point->begin());
+    std::copy(a.basis->begin(), a.basis->end(), cut.basis.begin());
+    return cut;
+  }
+  if (a.plane) {
+    if (a.time || a.index) fail_usage("--plane and --time exclude each other");
+    Cut cut;
+    cut.is_time_slice = (*a.plane)[0] == 0 && (*a.plane)[1] == 0 && (*a.plane)[2] == 0;
+    std::copy(a.plane->begin(), a.plane->end(), cut.plane);
+    if (cut.is_time_slice && (*a.plane)[3] == 0) fail_usage("--plane: a, b, c and d must not all be 0");
+    if (cut.is_time_slice)
+      return cut_at_index(volume, frame_index(volume, -(*a.plane)[4] / (*a.plane)[3], true));
+    return cut;
+  }
+  if (!a.time) {
+    if (volume_info(volume).dims[3] == 1) return cut_at_index(volume, 0);
+    fail_usage("--time T or --plane a,b,c,d,e is missing");
+  }
+  return cut_at_index(volume, frame_index(volume, *a.time, a.index));
+}
+
+} // namespace
+
+void set_shape(Cut& cut, const SliceChoiceArguments& a) {
+  if (a.thickness && !(*a.thickness > 0)) fail_usage("--thickness must be positive");
+  if (a.slab != BCCSPLAT_SLAB_DEFAULT && !a.thickness) fail_usage("--slab goes with --thickness D");
+  if (a.spacing && !(*a.spacing > 0)) fail_usage("--slice-spacing must be positive");
+  cut.thickness = a.thickness.value_or(0), cut.spacing = a.spacing.value_or(0);
+  cut.slab = a.slab, cut.method = a.method, cut.lattice = a.lattice;
+}
+
+Cut resolve(const Volume& volume, const SliceChoiceArguments& a) {
+  Cut cut = resolve_plane(volume, a);
+  set_shape(cut, a);
+  return cut;
+}
+
+Slice cut(const Volume& volume, const Cut& where, uint32_t channel) {
+  auto hyperplane = sized<bccsplat_hyperplane>();
+  hyperplane.a = where.plane[0];
+  hyperplane.b = where.plane[1];
+  hyperplane.c = where.plane[2];
+  hyperplane.d = where.plane[3];
+  hyperplane.e = where.plane[4];
+  auto options = sized<bccsplat_slice_options>();
+  options.channel = channel;
+  options.thickness = where.thickness, options.spacing = where.spacing;
+  options.slab = where.slab, options.method = where.method, options.lattice = where.lattice;
+  if (where.point) options.point = where.point->data(), options.basis = where.basis.data();
+  options.progress = Progress::cancel_only;
+  bccsplat_slice* slice = nullptr;
+  check(bccsplat_slice_create(volume.get(), where.point ? nullptr : &hyperplane, &options, &slice), "slice");
+  Slice made(slice);
+  const bccsplat_slice_info info = slice_info(made);
+  if (info.dims[0] == 0) {
+    std::string normal_form;
+    for (const double x : info.hyperplane) normal_form += concat(normal_form.empty() ? "" : ",", x);
+    fail_usage("the hyperplane ", normal_form, " misses the data");
+  }
+  return made;
+}
+
+} // namespace bcc4

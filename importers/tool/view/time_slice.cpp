@@ -1,0 +1,84 @@
+#include "tool/view/time_slice.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "tool/interrupt.h"
+#include "tool/progress.h"
+
+namespace bcc4 {
+namespace {
+
+constexpr uint64_t kSlabValues = uint64_t{1} << 24; // sampled at a time
+
+} // namespace
+
+double frame_index(const Volume& volume, double time, bool index) {
+  const bccsplat_volume_info info = volume_info(volume);
+  if (index) {
+    const double last = static_cast<double>(info.dims[3]) - 1;
+    if (!(time >= 0 && time <= last)) fail_usage("--index --time ", time, ": the frames are 0 to ", last);
+    return time;
+  }
+  double frame = 0;
+  const bccsplat_status status = bccsplat_volume_time_to_index(volume.get(), time, &frame);
+  if (status == BCCSPLAT_ERROR_OUT_OF_DOMAIN || status == BCCSPLAT_ERROR_INVALID_ARGUMENT)
+    fail_usage("--time ", time, ": the series runs from ", info.time_first, " to ", info.time_last,
+               *info.time_unit ? concat(" ", info.time_unit) : "", " (--index takes frame numbers)");
+  check(status, "--time");
+  return frame;
+}
+
+Slice cut(const Volume& volume, const double (&plane)[5], const SliceChoice& choice) {
+  auto hyperplane = sized<bccsplat_hyperplane>();
+  hyperplane.a = plane[0];
+  hyperplane.b = plane[1];
+  hyperplane.c = plane[2];
+  hyperplane.d = plane[3];
+  hyperplane.e = plane[4];
+  auto options = sized<bccsplat_slice_options>();
+  options.channel = choice.channel;
+  std::copy(choice.interval, choice.interval + 2, options.interval);
+  options.progress = Progress::cancel_only;
+  bccsplat_slice* slice = nullptr;
+  check(bccsplat_slice_create(volume.get(), &hyperplane, &options, &slice), "slice");
+  return Slice(slice);
+}
+
+Slice cut_frame(const Volume& volume, double index, const SliceChoice& choice) {
+  return cut(volume, {0, 0, 0, 1, -index}, choice);
+}
+
+bccsplat_slice_info slice_info(const Slice& slice) {
+  auto info = sized<bccsplat_slice_info>();
+  check(bccsplat_slice_get_info(slice.get(), &info), "slice");
+  return info;
+}
+
+void sample_planes(const Slice& slice, const std::function<void(uint64_t, std::span<const float>)>& take,
+                   const std::optional<SampleBox>& part) {
+  const bccsplat_slice_info info = slice_info(slice);
+  SampleBox box;
+  std::copy(info.dims, info.dims + 3, box.dims.begin());
+  if (part) box = *part;
+  const uint64_t plane = box.dims[0] * box.dims[1];
+  if (plane == 0 || box.dims[2] == 0) return;
+  const uint64_t step = std::clamp<uint64_t>(kSlabValues / plane, 1, box.dims[2]);
+  std::vector<float> values(plane * step);
+  for (uint64_t z = 0; z < box.dims[2]; z += step) {
+    stop_if_interrupted();
+    auto grid = sized<bccsplat_grid>();
+    for (size_t a = 0; a < 3; ++a) {
+      grid.origin[a] = info.extent[a][0] + static_cast<double>(box.begin[a]);
+      grid.step[a] = 1;
+      grid.dims[a] = box.dims[a];
+    }
+    grid.origin[2] += static_cast<double>(z);
+    grid.dims[2] = std::min(step, box.dims[2] - z);
+    const std::span<float> some = std::span(values).first(plane * grid.dims[2]);
+    check(bccsplat_slice_sample_grid(slice.get(), &grid, some.data()), "slice");
+    take(z, some);
+  }
+}
+
+} // namespace bcc4

@@ -1,0 +1,29 @@
+// A slice as arrays: at points and boxes of slice space, and as the list of its lattice points.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "base/context.h"
+#include "field/slice.h"
+
+namespace bccsplat {
+
+// Sample (i, j, k) at origin + step * (i, j, k), slice space.
+struct Grid {
+  Vec3 origin{}, step{1, 1, 1};
+  Int3 dims{1, 1, 1};
+};
+
+// As evaluate(), in slice space, over all threads.
+EvaluateMisses sample_points(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
+                             std::span<std::array<float, 3>> gradients, const Context& context);
+
+// Fills values (x fastest); NaN outside the domain and in holes.
+void sample_grid(const Slice& slice, const Grid& grid, float* values, const Context& context);
+
+// Kept points in brick order: positions (slice space, 3 floats each) and coefficients of the first
+// `capacity`; either may be null. Returns how many there are.
+uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, float* coefficients);
+
+} // namespace bccsplat

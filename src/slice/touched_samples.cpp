@@ -1,0 +1,103 @@
+#include "slice/touched_samples.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bccsplat {
+namespace {
+
+struct Interval {
+  double low, high;
+};
+
+// An interval and its mirror images at both ends of an axis, cut to what a slice may look at.
+struct Images {
+  std::array<Interval, 3> at;
+  int count = 0;
+};
+
+Images images(const Interval& own, const Interval& mirrors, double low_limit, double high_limit) {
+  Images r;
+  for (const Interval& i : {own, Interval{2 * mirrors.low - own.high, 2 * mirrors.low - own.low},
+                            Interval{2 * mirrors.high - own.high, 2 * mirrors.high - own.low}}) {
+    const Interval cut{std::max(i.low, low_limit), std::min(i.high, high_limit)};
+    if (cut.low <= cut.high) r.at[static_cast<size_t>(r.count++)] = cut;
+  }
+  return r;
+}
+
+} // namespace
+
+bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) const {
+  const Lattice4& lattice = source_.lattice();
+  const int coset = lattice.coset(layer);
+  std::array<Images, 4> axes;
+  for (size_t a = 0; a < 4; ++a) {
+    Interval own;
+    Interval mirrors{0, 0};
+    if (a < 3) {
+      own = {lattice.space.plane(coset, begin[a] * brick_edge) * lattice.space_step[a],
+             lattice.space.plane(coset, end[a] * brick_edge - 1) * lattice.space_step[a]};
+      mirrors.high = lattice.space.last[a] * lattice.space_step[a];
+    } else {
+      own.low = own.high = lattice.layer_frame(layer);
+      mirrors = {lattice.layer_frame(0), lattice.layer_frame(lattice.last_layer)};
+    }
+    own.low -= reach_.samples[a], own.high += reach_.samples[a];
+    const double beyond = reach_.mirrored[a] + reach_.slab * std::fabs(hyperplane_[a]);
+    axes[a] = images(own, mirrors, -beyond, lattice.dims[a] - 1.0 + beyond);
+  }
+  // The hyperplane's height over a box has its extremes at corners: centre +- half widths.
+  for (int i = 0; i < axes[0].count * axes[1].count * axes[2].count * axes[3].count; ++i) {
+    double centre = hyperplane_[4], half = reach_.slab + 1e-9;
+    int rest = i;
+    for (size_t a = 0; a < 4; ++a) {
+      const Interval& at = axes[a].at[static_cast<size_t>(rest % axes[a].count)];
+      rest /= axes[a].count;
+      centre += hyperplane_[a] * (at.low + at.high) / 2;
+      half += std::fabs(hyperplane_[a]) * (at.high - at.low) / 2;
+    }
+    if (std::fabs(centre) <= half) return true;
+  }
+  return false;
+}
+
+BrickLayer TouchedSamples::read_layer(int channel, int32_t layer, const BrickBox& region,
+                                      const Context& context) const {
+  BrickLayer out(lattice().space, lattice().coset(layer));
+  Int3 begin, end;
+  for (size_t a = 0; a < 3; ++a) {
+    begin[a] = std::max(0, region.begin[a]);
+    end[a] = std::min(out.brick_dims()[a], region.end[a]);
+  }
+  // Rows of bricks along x, those with the same ends read together.
+  const auto read = [&](const BrickBox& box) {
+    const BrickLayer part = source_.read_layer(channel, layer, box, context);
+    for (int z = box.begin[2]; z < box.end[2]; ++z)
+      for (int y = box.begin[1]; y < box.end[1]; ++y)
+        for (int x = box.begin[0]; x < box.end[0]; ++x) {
+          const size_t slot = out.slot(x, y, z);
+          if (part.brick(slot)) out.set(slot, part.share(slot));
+        }
+  };
+  if (!touches(layer, begin, end)) return out;
+  for (int z = begin[2]; z < end[2]; ++z) {
+    if (!touches(layer, {begin[0], begin[1], z}, {end[0], end[1], z + 1})) continue;
+    BrickBox box{{0, 0, z}, {0, 0, z + 1}};
+    bool open = false;
+    for (int y = begin[1]; y < end[1]; ++y) {
+      int first = end[0], last = begin[0] - 1;
+      for (int x = begin[0]; x < end[0]; ++x)
+        if (touches(layer, {x, y, z}, {x + 1, y + 1, z + 1})) first = std::min(first, x), last = x;
+      const bool same = open && first == box.begin[0] && last + 1 == box.end[0];
+      if (open && !same) read(box);
+      if (!same) box.begin = {first, y, z}, box.end = {last + 1, y + 1, z + 1};
+      box.end[1] = y + 1;
+      open = first <= last;
+    }
+    if (open) read(box);
+  }
+  return out;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,142 @@
+#include "slice/turned_samples.h"
+
+#include <cmath>
+
+#include "base/error.h"
+
+namespace bccsplat {
+namespace {
+
+// Site of a coset on a plane.
+int site_of(const Lattice3& lattice, int coset, int32_t plane) {
+  return lattice.bcc ? (plane - coset) / 2 : plane;
+}
+
+using OpenBricks = std::vector<std::shared_ptr<Brick>>; // by slot of the turned layer
+
+// Copies site `at` along the axis of all bricks of `from`, a plane of 16 x 16 sites each, to the bricks of
+// the turned layer, where it is the plane of number `row` of 16 (its third axis is the volume's time).
+void copy_plane(const BrickLayer& from, size_t axis, int at, const BrickLayer& layer, int time_site,
+                OpenBricks& to) {
+  const std::array<size_t, 4> axes = turned_axes(axis);
+  constexpr std::array<int, 3> stride{1, brick_edge, brick_rows};
+  const int first = stride[axes[0]], second = stride[axes[1]];
+  const Int3& bricks = from.brick_dims();
+  Int3 b{};
+  b[axis] = at / brick_edge;
+  const int plane = at % brick_edge * stride[axis];
+  const size_t row0 = static_cast<size_t>(time_site % brick_edge) * brick_edge;
+  for (b[axes[1]] = 0; b[axes[1]] < bricks[axes[1]]; ++b[axes[1]])
+    for (b[axes[0]] = 0; b[axes[0]] < bricks[axes[0]]; ++b[axes[0]]) {
+      const Brick* source = from.brick(b[0], b[1], b[2]);
+      if (!source) continue;
+      auto& brick = to[layer.slot(b[axes[0]], b[axes[1]], time_site / brick_edge)];
+      const auto open = [&]() -> Brick& {
+        if (!brick) brick = std::make_shared<Brick>();
+        return *brick;
+      };
+      for (int j = 0; j < brick_edge; ++j) {
+        const size_t row = row0 + static_cast<size_t>(j);
+        unsigned kept = 0, hole = 0;
+        for (int i = 0; i < brick_edge; ++i) {
+          const int site = plane + j * second + i * first;
+          kept |= static_cast<unsigned>(
+                      source->kept[static_cast<size_t>(site / brick_edge)] >> site % brick_edge & 1)
+                  << i;
+          hole |= static_cast<unsigned>(source->is_hole(site)) << i;
+        }
+        if (kept) {
+          Brick& target = open();
+          target.kept[row] = static_cast<uint16_t>(kept);
+          for (int i = 0; i < brick_edge; ++i)
+            target.value[row * brick_edge + static_cast<size_t>(i)] =
+                source->value[static_cast<size_t>(plane + j * second + i * first)];
+        }
+        if (hole) {
+          Brick& target = open();
+          if (!target.hole) target.hole = std::make_unique<BrickMask>();
+          (*target.hole)[row] = static_cast<uint16_t>(hole);
+        }
+      }
+    }
+}
+
+} // namespace
+
+std::array<size_t, 4> turned_axes(size_t axis) {
+  std::array<size_t, 4> axes{};
+  size_t n = 0;
+  for (size_t a = 0; a < 4; ++a)
+    if (a != axis) axes[n++] = a;
+  axes[3] = axis;
+  return axes;
+}
+
+Lattice4 turned_lattice(const Lattice4& lattice, size_t axis) {
+  if (lattice.is_static() || lattice.dims[axis] < 2)
+    fail(Code::unsupported, "turned volume: needs time and more than one sample along the axis");
+  const std::array<size_t, 4> axes = turned_axes(axis);
+  Lattice4 turned = lattice;
+  for (size_t a = 0; a < 3; ++a) {
+    turned.dims[a] = lattice.dims[axes[a]];
+    turned.space.last[a] = axes[a] == 3 ? lattice.last_layer : lattice.space.last[axes[a]];
+    turned.space_step[a] = axes[a] == 3 ? lattice.time_step : lattice.space_step[axes[a]];
+  }
+  turned.dims[3] = lattice.dims[axis];
+  // Layers before the first frame and after the last one are planes like others here.
+  if (turned.lead > 0)
+    turned.dims[2] = static_cast<uint32_t>(std::ceil(lattice.last_layer * lattice.time_step)) + 1;
+  turned.lead = 0;
+  turned.last_layer = lattice.space.last[axis];
+  turned.time_step = lattice.space_step[axis];
+  return turned;
+}
+
+TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axis, int32_t first,
+                             int32_t last, const Context& context)
+    : lattice_(turned_lattice(source.lattice(), axis)), air_(source.air(channel)) {
+  if (!source.coefficient_kernel().empty())
+    fail(Code::unsupported, "turned volume: the file holds coefficients");
+  const Lattice4& lattice = source.lattice();
+  struct Plane {
+    int32_t number;
+    OpenBricks bricks;
+  };
+  std::vector<Plane> planes;
+  for (int32_t h = first; h <= last; ++h) {
+    layers_.emplace(h, BrickLayer(lattice_.space, lattice_.coset(h)));
+    planes.push_back({h, OpenBricks(layers_.at(h).brick_slots())});
+  }
+  BrickBox region;
+  const int sites_per_brick = brick_edge * lattice.layer_period();
+  region.begin[axis] = std::max(0, first - 1) / sites_per_brick;
+  region.end[axis] = last / sites_per_brick + 1;
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    context.progress.advance(static_cast<uint64_t>(m), static_cast<uint64_t>(lattice.layers()));
+    const int coset = lattice.coset(m);
+    const BrickLayer layer = source.read_layer(channel, m, region, context);
+    const int time_site = site_of(lattice.space, coset, m);
+    context.tasks.parallel_for(planes.size(), [&](uint64_t p) {
+      Plane& plane = planes[p];
+      if (lattice.coset(plane.number) != coset) return;
+      copy_plane(layer, axis, site_of(lattice.space, coset, plane.number), layers_.at(plane.number),
+                 time_site, plane.bricks);
+    });
+  }
+  uint64_t bytes = 0;
+  for (Plane& plane : planes) {
+    BrickLayer& layer = layers_.at(plane.number);
+    for (size_t s = 0; s < plane.bricks.size(); ++s)
+      if (plane.bricks[s]) layer.set(s, std::move(plane.bricks[s]));
+    bytes += layer.bytes();
+  }
+  memory_ = Reservation(context.memory, bytes, "samples of an axis slice");
+}
+
+BrickLayer TurnedSamples::read_layer(int, int32_t layer, const BrickBox&, const Context&) const {
+  const auto found = layers_.find(layer);
+  if (found == layers_.end()) fail(Code::internal, "turned volume: plane ", layer, " was not read");
+  return found->second;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,105 @@
+// The finished sheets of a view, kept from picture to picture: under another transfer function, other lights
+// or another iso value they are classified again, and no point is drawn.
+//
+// They are kept whole and before anything is classified: the picture that keeps them is drawn without what
+// the transfer function and closed pixels would leave out. No skip changes a bit, so that pictures are the
+// same with and without. A view keeps its sheets when it is drawn for the second time: one that moves on
+// costs nothing. Two views are remembered (a draft and the accurate picture after it).
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/context.h"
+#include "splat/splat.h"
+#include "splat/view/pixel_rect.h"
+
+namespace bccsplat {
+
+class KeptView;
+
+// The ring's sheets of one tile.
+class KeptTile {
+ public:
+  struct Sheet {
+    bool filled = false;
+    PixelRect touched;                               // samples
+    std::array<std::unique_ptr<float[]>, 4> samples; // by quantity: rows of `touched`, in whole vectors
+  };
+  explicit KeptTile(KeptView& view) : view_(&view) {}
+
+  void begin(int64_t first_sheet) { first_ = first_sheet, sheets_.clear(); }
+  // The sheet after the last one.
+  Sheet& add() { return sheets_.emplace_back(); }
+  [[nodiscard]] Sheet& sheet(int64_t k) { return sheets_[static_cast<size_t>(k - first_)]; }
+  // Room for `count` floats; null: the view may keep no more.
+  [[nodiscard]] std::unique_ptr<float[]> room(size_t count);
+
+ private:
+  KeptView* view_;
+  int64_t first_ = 0;
+  std::vector<Sheet> sheets_;
+};
+
+// What the samples of sheets depend on.
+struct ViewKey {
+  const Slice* slice = nullptr;
+  const SplatPoints* points = nullptr;
+  SheetView view;
+  RenderMode mode = RenderMode::composite;
+  bool shading = false, scalar = false;
+  GradientMethod gradient = GradientMethod::analytic;
+  bool preintegrate = false; // and gradients do not look as far
+  KernelForm kernel_form = KernelForm::exact;
+  RaiseFilter raise;
+  int tile_size = 0, threads = 0;
+  bool operator==(const ViewKey&) const = default;
+};
+
+class KeptView {
+ public:
+  KeptView(const ViewKey& of, MemoryBudget& budget) : key(of), budget_(&budget) {}
+  KeptView(const KeptView&) = delete;
+  KeptView& operator=(const KeptView&) = delete;
+  ~KeptView() { clear(); }
+
+  void clear();
+  // From any thread; false, from then on always: there is no room.
+  [[nodiscard]] bool reserve(uint64_t bytes);
+
+  const ViewKey key;
+  std::vector<KeptTile> tiles;
+  bool complete = false;
+  std::atomic<bool> too_large{false};
+
+ private:
+  MemoryBudget* budget_;
+  std::atomic<uint64_t> bytes_{0};
+};
+
+class KeptSheets {
+ public:
+  enum class Use : uint8_t { draw, keep, take };
+  // Begins a picture. The slices and points of earlier ones live, or forget() was called; all come with the
+  // same memory budget, which outlives this.
+  Use begin(const SplatScene& scene, const SplatOptions& options, const Context& context);
+  // Before tile(), of a picture that keeps or takes.
+  void set_tiles(size_t count);
+  [[nodiscard]] KeptTile& tile(size_t n) { return current_->tiles[n]; }
+  // The picture is done: what it kept is whole.
+  void finish();
+  void forget() { views_ = {}, current_ = nullptr; }
+
+  // Of a budget's bytes both views together take at most this part.
+  static constexpr uint64_t most_of_budget = 4;
+
+ private:
+  std::array<std::unique_ptr<KeptView>, 2> views_; // the latest first
+  KeptView* current_ = nullptr;
+  Use use_ = Use::draw;
+};
+
+} // namespace bccsplat

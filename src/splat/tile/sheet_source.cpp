@@ -1,0 +1,300 @@
+#include "splat/tile/sheet_source.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "kernel/cc_kernel.h"
+
+namespace bccsplat {
+
+void lap(StageClock::time_point& from, double& sum) {
+  const auto now = StageClock::now();
+  sum += std::chrono::duration<double, std::milli>(now - from).count();
+  from = now;
+}
+
+void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch) {
+  for (int y = before.y0; y < before.y1; ++y) {
+    const bool again = y >= now.y0 && y < now.y1;
+    const auto clear = [row = plane + static_cast<std::ptrdiff_t>(y) * pitch](int x0, int x1) {
+      if (x0 < x1) std::fill(row + x0, row + x1, 0.0f);
+    };
+    clear(before.x0, again ? std::min(before.x1, now.x0) : before.x1);
+    if (again) clear(std::max(before.x0, now.x1), before.x1);
+  }
+}
+
+SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory,
+                         SplatStats& stats)
+    : scene_(*args.scene), plan_(*args.plan), kernel_(*args.kernel),
+      kernels_(args.scalar ? scalar_kernels() : simd_kernels()), tile_(tile), m_(memory), stats_(stats),
+      quantities_(args.gradients ? 4 : 1), kept_(args.kept), use_(args.use) {
+  m_.size_planes(plan_, tile);
+  ring_touched_.resize(static_cast<size_t>(plan_.sheets));
+  pitch_ = m_.plane_pitch;
+}
+
+void SheetSource::begin(int64_t first_sheet, int64_t last_sheet) {
+  next_sheet_ = first_sheet;
+  if (plan_.depth_taps > 0) {
+    first_sheet = plan_.raise_z.at(static_cast<int>(first_sheet));
+    last_sheet = plan_.raise_z.at(static_cast<int>(last_sheet)) + plan_.depth_taps - 1;
+  }
+  first_slab_ = std::max(plan_.first_slab, first_sheet - plan_.after);
+  last_slab_ = std::min(plan_.last_slab, last_sheet + plan_.before);
+  next_slab_ = first_slab_;
+  if (use_ == KeptSheets::Use::keep) kept_->begin(first_slab_ - plan_.before);
+}
+
+void SheetSource::complete(int64_t k, const OpenPixels* open, StageClock::time_point& clock) {
+  const auto finish = [&](int64_t of_ring) {
+    for (; next_slab_ <= of_ring + plan_.before; ++next_slab_) slab(next_slab_, open, clock);
+  };
+  if (plan_.depth_taps == 0) {
+    finish(k);
+    return;
+  }
+  for (; next_sheet_ <= k; ++next_sheet_) {
+    finish(plan_.raise_z.at(static_cast<int>(next_sheet_)) + plan_.depth_taps - 1);
+    raise_depth(next_sheet_);
+  }
+}
+
+void SheetSource::slab(int64_t s, const OpenPixels* open, StageClock::time_point& clock) {
+  if (use_ == KeptSheets::Use::take) {
+    take_kept(s - plan_.before);
+    return;
+  }
+  if (s <= last_slab_) {
+    while (next_brick_ < tile_.bricks.size() && plan_.bricks[tile_.bricks[next_brick_]].first_slab <= s) {
+      activate(tile_.bricks[next_brick_++], open);
+      lap(clock, stats_.ms_transform);
+    }
+    if (prepared_) {
+      const size_t bin = bin_of(s);
+      SplatRecord* const records = m_.bins[bin].data();
+      if (m_.bin_end[bin] != records) {
+        auto count = static_cast<size_t>(m_.bin_end[bin] - records);
+        if (open && open->mostly_closed()) count = drop_hidden(s, records, count, *open);
+        if (count > 0) last_filled_ = s + plan_.after;
+        splat_bin(s, records, count);
+        touch(s, records, count);
+        m_.bin_end[bin] = records;
+        lap(clock, stats_.ms_splat);
+      }
+    }
+  }
+  const int64_t k = s - plan_.before; // is complete
+  (plan_.depth_taps > 0 ? stack_filled_ : filled_)[static_cast<size_t>(k & 7)] = k <= last_filled_;
+  if (use_ == KeptSheets::Use::keep) {
+    KeptTile::Sheet& sheet = kept_->add();
+    sheet.filled = k <= last_filled_, sheet.touched = ring_touched_[slot(k)];
+  }
+  if (k <= last_filled_) extract(k);
+}
+
+// As slab() leaves sheet k, which was kept.
+void SheetSource::take_kept(int64_t k) {
+  const KeptTile::Sheet& sheet = kept_->sheet(k);
+  (plan_.depth_taps > 0 ? stack_filled_ : filled_)[static_cast<size_t>(k & 7)] = sheet.filled;
+  if (!sheet.filled) return;
+  prepare();
+  ring_touched_[slot(k)] = sheet.touched;
+  ++stats_.sheets_taken;
+  extract(k);
+}
+
+void SheetSource::prepare() {
+  if (std::exchange(prepared_, true)) return;
+  m_.prepare_sheets(plan_, tile_, quantities_ == 4);
+  if (plan_.fan.taps > 0) prepare_fan();
+}
+
+void SheetSource::activate(uint32_t planned, const OpenPixels* open) {
+  const PlannedBrick& b = plan_.bricks[planned];
+  const SplatBrick& points = scene_.points->bricks[b.brick];
+  if (open && open->hidden(b.rect)) {
+    stats_.points_occluded += b.count;
+    return;
+  }
+  prepare();
+  TransformArgs t;
+  t.position = (b.picked ? plan_.picked.position.data() : scene_.points->position.data()) + points.first;
+  t.coefficient =
+      (b.picked ? plan_.picked.coefficient.data() : scene_.points->coefficient.data()) + points.first;
+  t.count = b.count;
+  t.frame = &b.frame;
+  t.isotropic = plan_.isotropic;
+  t.lateral = plan_.lateral.data();
+  t.half_x = plan_.half_x.data(), t.half_y = plan_.half_y.data();
+  t.columns = plan_.columns.data(), t.rows = plan_.rows.data();
+  t.base_slab = plan_.first_slab;
+  t.first_slab = first_slab_, t.last_slab = last_slab_;
+  t.tile_x = tile_.ring_x, t.tile_y = tile_.ring_y;
+  t.width = m_.ring_width, t.height = m_.ring_height;
+  t.bin_end = m_.bin_end.data(), t.bin_mask = m_.bin_mask();
+  const int64_t from = std::max(first_slab_, b.first_slab), to = std::min(last_slab_, b.last_slab);
+  for (int64_t s = from; s <= to; ++s) m_.make_room(bin_of(s), b.count + 1);
+  const size_t trash = m_.bins.size() - 1;
+  m_.bin_end[trash] = m_.bins[trash].data();
+  m_.make_room(trash, b.count + 16);
+  if (open && !open->all_open(b.rect)) t.open_sum = open->sums(), t.around = open->around();
+  if (plan_.fan.taps > 0) t.fan = &fan_;
+  if (!b.picked) t.cells = b.cells;
+  const TransformCounts counts = kernels_.transform(t);
+  stats_.points_invisible += counts.invisible;
+  stats_.points_splatted += counts.accepted;
+  stats_.points_occluded += counts.occluded;
+}
+
+// Takes out the points that only closed pixels would see: pixels have closed since the points were
+// transformed.
+size_t SheetSource::drop_hidden(int64_t s, SplatRecord* records, size_t count, const OpenPixels& open) {
+  const auto n = static_cast<size_t>(s - plan_.first_slab);
+  const int columns = plan_.columns[n], rows = plan_.rows[n];
+  const Scales scales = slab_scales(plan_, s, s);
+  size_t kept = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const SplatRecord& p = records[i];
+    const int x = p.x + tile_.ring_x, y = p.y + tile_.ring_y;
+    std::array<int, 4> rect{x, y, x + columns, y + rows};
+    if (plan_.fan.taps > 0) {
+      const auto [x0, x1] = fan_pixels(plan_.fan, plan_.fan.x, scales, {rect[0], rect[2]});
+      const auto [y0, y1] = fan_pixels(plan_.fan, plan_.fan.y, scales, {rect[1], rect[3]});
+      rect = {x0, y0, x1, y1};
+    }
+    if (!open.hidden(rect)) records[kept++] = p;
+  }
+  stats_.points_occluded += count - kept;
+  stats_.points_splatted -= count - kept;
+  return kept;
+}
+
+void SheetSource::splat_bin(int64_t s, const SplatRecord* records, size_t count) {
+  const auto n = static_cast<size_t>(s - plan_.first_slab);
+  const SlabLanes lanes = plan_.lanes(s);
+  SplatArgs a;
+  a.record = records, a.count = count;
+  a.lanes = &lanes, a.kernel = &kernel_;
+  a.depth2 = static_cast<float>(plan_.depth2);
+  a.isotropic = plan_.isotropic, a.spare = plan_.spare;
+  a.columns = plan_.columns[n], a.rows = plan_.rows[n], a.half = plan_.half_x[n];
+  for (size_t q = 0; q < quantities_; ++q) a.ring[q] = m_.ring_origin(q);
+  a.groups = plan_.groups, a.group_floats = m_.group_floats;
+  a.pitch = m_.ring_pitch, a.width = m_.ring_width, a.height = m_.ring_height;
+  kernels_.splat(a);
+  stats_.contributions += count * static_cast<uint64_t>(plan_.sheets) * static_cast<uint64_t>(a.columns) *
+                          static_cast<uint64_t>(a.rows);
+}
+
+// Notes which samples of the sheets within reach the points of a slab touch.
+void SheetSource::touch(int64_t s, const SplatRecord* records, size_t count) {
+  if (count == 0) return;
+  PixelRect starts;
+  for (size_t n = 0; n < count; ++n) {
+    const SplatRecord& p = records[n];
+    starts.include({p.x, p.y, p.x, p.y});
+  }
+  const auto n = static_cast<size_t>(s - plan_.first_slab);
+  const PixelRect touched =
+      PixelRect{starts.x0, starts.y0, starts.x1 + plan_.columns[n], starts.y1 + plan_.rows[n]}.within(
+          m_.ring_width, m_.ring_height);
+  for (int64_t k = s - plan_.before; k <= s + plan_.after; ++k) ring_touched_[slot(k)].include(touched);
+}
+
+PixelRect SheetSource::widened(const PixelRect& r) {
+  constexpr int vector = 16;
+  if (r.empty()) return {0, 0, 0, 0};
+  return {r.x0 / vector * vector, r.y0, (r.x1 + vector - 1) / vector * vector, r.y1};
+}
+
+// Out of the ring into a plane that is zero outside of `holds`, and then outside of what is there now.
+void SheetSource::take_out(int64_t k, size_t quantity, float* plane, int pitch, PixelRect& holds) {
+  const size_t from = slot(k);
+  const PixelRect now = widened(ring_touched_[from]);
+  clear_around(std::exchange(holds, now), now, plane, pitch);
+  if (use_ == KeptSheets::Use::take) {
+    const float* from_kept = kept_->sheet(k).samples[quantity].get();
+    const auto width = static_cast<size_t>(now.x1 - now.x0);
+    for (int y = now.y0; y < now.y1; ++y, from_kept += width)
+      std::copy_n(from_kept, width, plane + static_cast<std::ptrdiff_t>(y) * pitch + now.x0);
+    return;
+  }
+  ExtractArgs e;
+  e.lane = static_cast<int>(from & 3);
+  e.pitch = m_.ring_pitch, e.width = now.x1 - now.x0, e.height = now.y1 - now.y0;
+  e.ring = m_.ring_origin(quantity) + (from >> 2) * m_.group_floats +
+           (static_cast<std::ptrdiff_t>(now.y0) * m_.ring_pitch + now.x0) * 4;
+  e.plane = plane + static_cast<std::ptrdiff_t>(now.y0) * pitch + now.x0;
+  e.plane_pitch = pitch;
+  kernels_.extract(e);
+  if (use_ == KeptSheets::Use::keep) keep(k, quantity, plane, pitch, now);
+}
+
+void SheetSource::keep(int64_t k, size_t quantity, const float* plane, int pitch, const PixelRect& rect) {
+  const auto width = static_cast<size_t>(rect.x1 - rect.x0);
+  auto& samples = kept_->sheet(k).samples[quantity];
+  samples = kept_->room(width * static_cast<size_t>(rect.y1 - rect.y0));
+  if (!samples) return;
+  float* to = samples.get();
+  for (int y = rect.y0; y < rect.y1; ++y, to += width)
+    std::copy_n(plane + static_cast<std::ptrdiff_t>(y) * pitch + rect.x0, width, to);
+}
+
+// A finished sheet of the ring.
+void SheetSource::extract(int64_t k) {
+  const auto n = static_cast<size_t>(k & 7);
+  const PixelRect touched = ring_touched_[slot(k)];
+  if (plan_.depth_taps > 0) {
+    take_out(k, 0, m_.stack[n].data(), m_.sample_pitch, stack_held_[n]);
+    stack_touched_[n] = touched;
+  } else if (plan_.taps > 0) {
+    take_out(k, 0, m_.samples.data(), m_.sample_pitch, samples_held_);
+    raise_sheet(k, touched);
+  } else {
+    const PixelRect before = plane_touched_[n];
+    for (size_t q = 0; q < quantities_; ++q) {
+      plane_touched_[n] = before;
+      take_out(k, q, m_.plane_origin(k, q), m_.plane_pitch, plane_touched_[n]);
+    }
+    if (scene_.slice->kernel.normalised) normalise(k);
+  }
+  ring_touched_[slot(k)] = {};
+}
+
+// Divides a sheet by the lattice sum of the weights (kernels that ask for it).
+void SheetSource::normalise(int64_t k) {
+  const SheetView& view = *scene_.view;
+  const Slice& slice = *scene_.slice;
+  float* plane = m_.plane_origin(k, 0);
+  for (int y = 0; y < m_.height; ++y)
+    for (int x = 0; x < m_.width; ++x) {
+      float& v = plane[y * m_.plane_pitch + x];
+      if (v == 0) continue;
+      const Vec3 p =
+          view.sample(tile_.x - plan_.border + x, tile_.y - plan_.border + y, static_cast<double>(k));
+      v /= static_cast<float>(lattice_sum(slice.kernel, slice.lattice.bcc, p[0], p[1], p[2]));
+    }
+}
+
+const float* SheetSource::plane(int64_t k, size_t quantity) const {
+  return filled(k) ? m_.plane_origin(k, quantity) + plan_.border * pitch_ + plan_.border : zero();
+}
+
+PixelRect SheetSource::plane_touched(int64_t k) const {
+  return filled(k) ? plane_touched_[static_cast<size_t>(k & 7)] : PixelRect{};
+}
+
+PixelRect SheetSource::touched(int64_t k) const {
+  const PixelRect r = plane_touched(k);
+  if (r.empty()) return {};
+  const int border = plan_.border;
+  return PixelRect{r.x0 - border, r.y0 - border, r.x1 - border, r.y1 - border}.within(tile_.width,
+                                                                                      tile_.height);
+}
+
+const float* SheetSource::zero() const {
+  return m_.zero_plane.data() + plane_margin + plan_.border * pitch_ + plan_.border;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,99 @@
+// The plain form of matter.h.
+#include "splat/trail/matter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bccsplat {
+namespace {
+
+void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
+  const PixelRect seen = s.seen.within(s.width, s.height);
+  for (int y = seen.y0; y < seen.y1; ++y)
+    for (int x = seen.x0; x < seen.x1; ++x) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+      if (s.pixel.alpha[p] >= s.stop || (s.hole && s.hole[p])) continue;
+      const float value = s.air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      const auto& [red, green, blue, extinction] = s.table->entry[static_cast<size_t>(s.table->index(value))];
+      const float depth = weight * extinction * slab_weight(s, p) * s.pixel.path[p];
+      if (!(depth > 0)) continue;
+      Shading lit{{1, 1, 1}, {}};
+      if (s.shading)
+        lit = shade(*s.lights, world_gradient(s, x, y),
+                    {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
+                     static_cast<double>(s.pixel.view_z[p])});
+      const auto light = [&](float color, size_t c) {
+        return depth * (color * static_cast<float>(lit.scale[c]) + static_cast<float>(lit.highlight[c]));
+      };
+      out.red[p] += light(red, 0), out.green[p] += light(green, 1), out.blue[p] += light(blue, 2);
+      out.depth[p] += depth;
+      if (out.value) out.value[p] += depth * value;
+      if (out.time)
+        out.time[p] += depth * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
+                                s.time[2] * static_cast<float>(s.y + y));
+    }
+}
+
+// Opacity per optical depth that each group has in the sheet.
+std::array<float, 2> shares(float a, float b, TrailCombine combine) {
+  if (combine == TrailCombine::interleaved)
+    return {a > 0 ? absorbed(a) / (2 * a) : 0, b > 0 ? absorbed(b) / (2 * b) : 0};
+  const float sum = a + b;
+  const float share = absorbed(combine == TrailCombine::interleaved_consistent ? sum / 2 : sum) / sum;
+  return {share, share};
+}
+
+int join(const JoinArgs& j) {
+  int closed = 0;
+  for (int y = 0; y < j.height; ++y)
+    for (int x = 0; x < j.width; ++x) {
+      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(j.pitch) + static_cast<size_t>(x);
+      const float before = j.pixel.alpha[p];
+      const auto of = [&](float* MatterPlanes::*plane, size_t group) {
+        return j.group[group] ? (j.group[group]->*plane)[p] : 0.0f;
+      };
+      const float a = of(&MatterPlanes::depth, 0), b = of(&MatterPlanes::depth, 1);
+      if (before >= j.stop || !(a + b > 0)) continue;
+      const auto [of_a, of_b] = shares(a, b, j.combine);
+      const float fa = (1 - before) * of_a, fb = (1 - before) * of_b;
+      const auto add = [&](float* out, float* MatterPlanes::*plane) {
+        if (out) out[p] += fa * of(plane, 0) + fb * of(plane, 1);
+      };
+      add(j.pixel.red, &MatterPlanes::red), add(j.pixel.green, &MatterPlanes::green);
+      add(j.pixel.blue, &MatterPlanes::blue);
+      add(j.pixel.value, &MatterPlanes::value), add(j.pixel.time, &MatterPlanes::time);
+      const float after = before + (fa * a + fb * b);
+      j.pixel.alpha[p] = after;
+      if (before < 0.5f && after >= 0.5f) {
+        const float begin = std::max(j.k - j.front, j.pixel.enter[p]),
+                    end = std::min(j.k + 0.5f, j.pixel.leave[p]);
+        const float part =
+            after < 1 ? std::log(0.5f / (1 - before)) / std::log((1 - after) / (1 - before)) : 0.0f;
+        j.pixel.depth[p] = begin + part * std::max(end - begin, 0.0f);
+      }
+      if (after >= j.stop) ++closed;
+    }
+  return closed;
+}
+
+std::array<float, 2> mix(const MixArgs& m) {
+  std::array<float, 2> range{0, 0};
+  for (int y = 0; y < m.height; ++y)
+    for (int x = 0; x < m.width; ++x) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * m.pitch + x;
+      float sum = 0;
+      for (size_t i = 0; i < m.plane.size(); ++i) sum += m.weight[i] * m.plane[i][at];
+      m.out[at] = sum;
+      range = {std::min(range[0], sum), std::max(range[1], sum)};
+    }
+  return range;
+}
+
+} // namespace
+
+const MatterKernels& scalar_matter_kernels() {
+  static constexpr MatterKernels kernels{absorb, join, mix};
+  return kernels;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,110 @@
+#include "splat/view/view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+
+namespace bccsplat {
+
+namespace {
+
+void set_duals(SheetView& v) {
+  const Vec3 nx = cross(v.ey, v.normal), ny = cross(v.normal, v.ex);
+  v.gx = (1 / dot(v.ex, nx)) * nx;
+  v.gy = (1 / dot(v.ey, ny)) * ny;
+}
+
+} // namespace
+
+int64_t SheetView::first_sheet() const {
+  return perspective ? static_cast<int64_t>(std::ceil(0.25 - depth))
+                     : std::numeric_limits<int64_t>::min() / 2;
+}
+
+SheetView make_view(const Slice& slice, const WorldCamera& camera, int width, int height, double sheet_step) {
+  SheetView v;
+  v.width = width, v.height = height;
+  v.perspective = camera.perspective;
+  v.lattice_to_world = slice.slice_to_world.after(slice.lattice_to_slice);
+  if (!(std::fabs(v.lattice_to_world.determinant()) > 0) || !std::isfinite(v.lattice_to_world.determinant()))
+    fail(Code::invalid_argument, "render: the slice has no volume in the world (its affine is singular)");
+  const Affine3 to_lattice = v.lattice_to_world.inverse();
+  // forward . (L p) is the depth of p, so L^T forward is the sheets' covector in lattice space.
+  const Vec3 covector = v.lattice_to_world.transposed(camera.forward);
+  v.normal = normalized(covector);
+  v.step = sheet_step;
+  v.step_world = sheet_step * length(covector);
+
+  const double pixel = camera.height / height;
+  const Vec3 centre = v.lattice_to_world.point(slice.centre());
+  const double distance = dot(camera.forward, centre - camera.position);
+  v.depth = distance / v.step_world;
+  if (!(std::fabs(v.depth) < 1e9))
+    fail(Code::invalid_argument, "render: the camera is too far from the volume");
+  // Pixel (0, 0) is the centre of the top left pixel.
+  const Vec3 corner = (-0.5 * (width - 1) * pixel) * camera.right + (0.5 * (height - 1) * pixel) * camera.up;
+  if (v.perspective) {
+    v.eye = to_lattice.point(camera.position);
+    v.ex = to_lattice.vector((v.step_world * pixel) * camera.right);
+    v.ey = to_lattice.vector((-v.step_world * pixel) * camera.up);
+    v.ez = to_lattice.vector(v.step_world * (camera.forward + corner));
+  } else {
+    v.eye = to_lattice.point(camera.position + (distance * camera.forward + corner));
+    v.ex = to_lattice.vector(pixel * camera.right);
+    v.ey = to_lattice.vector(-pixel * camera.up);
+    v.ez = to_lattice.vector(v.step_world * camera.forward);
+  }
+  set_duals(v);
+  return v;
+}
+
+SheetView move_view(const SheetView& view, const Slice& from, const Slice& to) {
+  const Affine3 move = to.lattice_to_slice.inverse().after(from.lattice_to_slice);
+  SheetView v = view;
+  v.eye = move.point(view.eye);
+  v.ex = move.vector(view.ex), v.ey = move.vector(view.ey), v.ez = move.vector(view.ez);
+  // Sheet numbers rise by this covector per lattice unit.
+  const Vec3 covector = move.inverse().transposed((1 / view.step) * view.normal);
+  v.step = 1 / length(covector);
+  v.normal = v.step * covector;
+  v.lattice_to_world = to.slice_to_world.after(to.lattice_to_slice);
+  set_duals(v);
+  return v;
+}
+
+std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, double i, double j) {
+  // Along the ray every coordinate is origin + k * direction.
+  const Vec3 direction = view.ray(i, j);
+  const Vec3 origin = view.perspective ? view.eye + view.depth * direction : view.sample(i, j, 0);
+  double first = view.perspective ? -view.depth : -std::numeric_limits<double>::infinity();
+  double last = std::numeric_limits<double>::infinity();
+  const auto cut = [&](double slope, double offset) { // slope k + offset >= 0
+    if (slope > 0)
+      first = std::max(first, -offset / slope);
+    else if (slope < 0)
+      last = std::min(last, -offset / slope);
+    else if (offset < 0)
+      last = -std::numeric_limits<double>::infinity();
+  };
+  for (size_t a = 0; a < 3; ++a) {
+    cut(direction[a], origin[a] - slice.domain_begin[a]);
+    cut(-direction[a], slice.domain_end[a] - origin[a]);
+  }
+  for (const HalfSpace& h : slice.clip) cut(dot(h.normal, direction), dot(h.normal, origin) + h.offset);
+  return {first, last};
+}
+
+std::array<int64_t, 2> sheet_range(const Slice& slice, const SheetView& view) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Vec3& c : box_corners(slice.domain_begin, slice.domain_end)) {
+    low = std::min(low, view.sheet(c));
+    high = std::max(high, view.sheet(c));
+  }
+  if (!(high - low < 1e8)) fail(Code::invalid_argument, "render: more than 1e8 sheets; raise sheet_step");
+  return {std::max(view.first_sheet(), static_cast<int64_t>(std::ceil(low - 0.5))),
+          static_cast<int64_t>(std::floor(high + 0.5))};
+}
+
+} // namespace bccsplat

@@ -1,0 +1,92 @@
+#include "store/held_frame.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/half.h"
+#include "fit/unpack.h"
+
+namespace bccsplat {
+namespace {
+
+template<class T> void widen(const std::byte* data, int64_t count, double* out) {
+  for (int64_t i = 0; i < count; ++i) {
+    T value;
+    std::memcpy(&value, data + static_cast<size_t>(i) * sizeof(T), sizeof(T));
+    out[i] = static_cast<double>(value);
+  }
+}
+
+void widen_halves(const std::byte* data, int64_t count, double* out) {
+  for (int64_t i = 0; i < count; ++i) {
+    uint16_t bits;
+    std::memcpy(&bits, data + 2 * i, 2);
+    out[i] = static_cast<double>(half_to_float(bits));
+  }
+}
+
+void widen_row(SourceType type, const std::byte* data, int64_t count, double* out) {
+  switch (type) {
+  case SourceType::u8:
+    return widen<uint8_t>(data, count, out);
+  case SourceType::i8:
+    return widen<int8_t>(data, count, out);
+  case SourceType::u16:
+    return widen<uint16_t>(data, count, out);
+  case SourceType::i16:
+    return widen<int16_t>(data, count, out);
+  case SourceType::u32:
+    return widen<uint32_t>(data, count, out);
+  case SourceType::i32:
+    return widen<int32_t>(data, count, out);
+  case SourceType::f16:
+    return widen_halves(data, count, out);
+  case SourceType::f32:
+    return widen<float>(data, count, out);
+  case SourceType::f64:
+    return widen<double>(data, count, out);
+  case SourceType::unknown:
+    break;
+  }
+}
+
+} // namespace
+
+HeldFrame::HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& memory) : air_(air) {
+  uint64_t bytes = 0;
+  for (const FrameBox& b : boxes)
+    bytes += source_bytes(b.type) * static_cast<uint64_t>(b.dims[0] * b.dims[1] * b.dims[2]);
+  memory_ = Reservation(memory, bytes, "source frames kept to measure the error");
+  for (const FrameBox& b : boxes) {
+    const auto size = static_cast<int64_t>(source_bytes(b.type));
+    const std::array<int64_t, 3> packed{size, size * b.dims[0], size * b.dims[0] * b.dims[1]};
+    const auto stride = b.stride == std::array<int64_t, 3>{} ? packed : b.stride;
+    Box box{b.type, b.begin, b.dims, {}};
+    box.data.resize(static_cast<size_t>(packed[2] * b.dims[2]));
+    const auto* from = static_cast<const std::byte*>(b.data);
+    std::byte* to = box.data.data();
+    for (int64_t z = 0; z < b.dims[2]; ++z)
+      for (int64_t y = 0; y < b.dims[1]; ++y, to += packed[1]) {
+        const std::byte* row = from + z * stride[2] + y * stride[1];
+        if (stride[0] == size)
+          std::memcpy(to, row, static_cast<size_t>(packed[1]));
+        else
+          for (int64_t x = 0; x < b.dims[0]; ++x)
+            std::memcpy(to + x * size, row + x * stride[0], static_cast<size_t>(size));
+      }
+    boxes_.push_back(std::move(box));
+  }
+}
+
+void HeldFrame::plane(int64_t z, int64_t nx, int64_t ny, double* out) const {
+  std::fill_n(out, nx * ny, air_);
+  for (const Box& b : boxes_) {
+    if (z < b.begin[2] || z >= b.begin[2] + b.dims[2]) continue;
+    const auto row = static_cast<int64_t>(source_bytes(b.type)) * b.dims[0];
+    const std::byte* data = b.data.data() + (z - b.begin[2]) * b.dims[1] * row;
+    for (int64_t y = 0; y < b.dims[1]; ++y)
+      widen_row(b.type, data + y * row, b.dims[0], out + (b.begin[1] + y) * nx + b.begin[0]);
+  }
+}
+
+} // namespace bccsplat

@@ -1,0 +1,233 @@
+#include "store/round_trip.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.h"
+#include "field/sample_grid.h"
+#include "slice/time_slice.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr int64_t samples_at_a_time = 1 << 22;
+// Other ways to the same sample (evaluate at a point) round differently by a few units in the last place.
+constexpr double rounding = 0x1p-21;
+
+// What one plane of a frame adds.
+struct PlaneErrors {
+  SampleErrors errors;
+  FrameResiduals residuals;
+};
+
+struct PlaneJob {
+  const RoundTripChannel& channel;
+  const HeldFrame& source;
+  std::array<int64_t, 3> n;
+  uint32_t frame;
+
+  void compare(int64_t z, const float* got, PlaneErrors& out) const;
+
+ private:
+  [[noreturn]] void refuse(int64_t z, int64_t i, double expected, double reached) const {
+    fail(Code::bound_not_met, "channel '", channel.name, "', frame ", frame, ", voxel (", i % n[0], ", ",
+         i / n[0], ", ", z, "): the source has ", expected, ", the file would give ", reached,
+         ", more than the bound of ", channel.bound,
+         " away even with a correction: values near that magnitude are read as 32-bit floats, which hold ",
+         "errors down to about ", std::fabs(expected) * rounding * 2, "; accept that much");
+  }
+};
+
+void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
+  std::vector<double> expected(static_cast<size_t>(n[0] * n[1]));
+  source.plane(z, n[0], n[1], expected.data());
+  const double bound = channel.bound, step = RoundTrip::step(bound);
+  const auto air = static_cast<double>(channel.air);
+  SampleErrors& e = out.errors;
+  for (int64_t i = 0; i < n[0] * n[1]; ++i) {
+    const double want = expected[static_cast<size_t>(i)];
+    if (!std::isfinite(want)) continue;
+    const auto voxel = static_cast<uint64_t>(z * n[0] * n[1] + i);
+    float value = got[i];
+    const bool lost = std::isnan(value);
+    if (lost && bound == 0) {
+      ++e.lost;
+      continue;
+    }
+    if (!lost) e.uncorrected = std::max(e.uncorrected, std::fabs(static_cast<double>(value) - want));
+    const double from = lost ? air : static_cast<double>(value), off = want - from;
+    const double margin = rounding * std::max({std::fabs(want), std::fabs(from), std::fabs(air)});
+    if (bound > 0 && (lost || (off != 0 && !(std::fabs(off) <= bound - margin)))) {
+      const double steps = std::nearbyint(off / step);
+      if (!(std::fabs(steps) < 0x1p53)) refuse(z, i, want, from);
+      // As the reader computes it.
+      value = static_cast<float>(from) + static_cast<float>(steps * step);
+      if (!(std::fabs(static_cast<double>(value) - want) <= bound))
+        refuse(z, i, want, static_cast<double>(value));
+      (lost ? out.residuals.set : out.residuals.add).push_back({voxel, static_cast<int64_t>(steps)});
+      ++e.corrected;
+    }
+    const double difference = static_cast<double>(value) - want;
+    if (e.all.count == 0 || std::fabs(difference) > e.all.largest) {
+      e.frame = frame;
+      e.voxel = {static_cast<uint64_t>(i % n[0]), static_cast<uint64_t>(i / n[0]), static_cast<uint64_t>(z)};
+      e.expected = want, e.got = static_cast<double>(value);
+    }
+    e.all.add(difference);
+    if (std::fabs(want - air) > static_cast<double>(channel.threshold)) e.non_air.add(difference);
+  }
+}
+
+} // namespace
+
+void ErrorSum::add(double difference) {
+  largest = std::max(largest, std::fabs(difference));
+  squares += difference * difference;
+  ++count;
+}
+
+void ErrorSum::add(const ErrorSum& other) {
+  largest = std::max(largest, other.largest);
+  squares += other.squares;
+  count += other.count;
+}
+
+double ErrorSum::rms() const { return count ? std::sqrt(squares / static_cast<double>(count)) : 0; }
+
+double ErrorSum::psnr(double peak) const {
+  if (count == 0) return std::numeric_limits<double>::quiet_NaN();
+  return squares == 0 ? std::numeric_limits<double>::infinity() : 20 * std::log10(peak / rms());
+}
+
+void SampleErrors::add(const SampleErrors& other) {
+  if (other.all.count > 0 && (all.count == 0 || other.all.largest > all.largest))
+    frame = other.frame, voxel = other.voxel, expected = other.expected, got = other.got;
+  all.add(other.all), non_air.add(other.non_air);
+  lost += other.lost, corrected += other.corrected;
+  uncorrected = std::max(uncorrected, other.uncorrected);
+}
+
+void require_psnr(const std::string& channel, const SampleErrors& e, const Range& range, double psnr) {
+  const double peak = range.high - range.low, reached = e.all.psnr(peak);
+  if (peak == 0 && e.all.squares > 0)
+    fail(Code::bound_not_met, "channel '", channel, "': the source is ", range.low,
+         " everywhere, so that no PSNR can be told; make that its air, or bound the error itself");
+  if (reached < psnr)
+    fail(Code::bound_not_met, "channel '", channel, "': ", reached, " dB reached, ", psnr,
+         " asked for; the largest difference is at frame ", e.frame, ", voxel (", e.voxel[0], ", ",
+         e.voxel[1], ", ", e.voxel[2], "): ", e.got, " instead of ", e.expected,
+         "; a smaller scale, lattice CC, more bits, or abs_error ", 1.5 * peak * std::pow(10, -psnr / 20),
+         " would do");
+}
+
+namespace {
+
+LayerSpan span_of(const Lattice4& lattice, int32_t reach, uint32_t frame) {
+  if (lattice.is_static()) return {0, lattice.layers()};
+  const int32_t layer = lattice.lead + static_cast<int32_t>(std::floor(frame / lattice.time_step));
+  return {std::max(0, layer - reach - 1), std::min(layer + reach + 2, lattice.layers())};
+}
+
+} // namespace
+
+LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel, bool coefficients,
+                            uint32_t frame) {
+  const LayerWindow stored(lattice, 0, coefficients ? make_kernel(kernel).name : std::string());
+  return span_of(lattice, layers_in_reach(stored, kernel), frame);
+}
+
+struct RoundTrip::Channel {
+  Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, bool coefficients,
+          uint64_t cache_bytes, int32_t first_layer)
+      : options(o),
+        window(lattice, o.air, coefficients ? make_kernel(kernel).name : std::string(), first_layer),
+        // The prune threshold of an open volume.
+        field(window, 0, make_kernel(kernel), o.threshold / 2,
+              std::min(coefficient_cache_bytes(window, kernel), cache_bytes)) {}
+
+  RoundTripChannel options;
+  LayerWindow window;
+  Coefficients field;
+  std::map<uint32_t, HeldFrame> frames; // to be measured
+  size_t next = 0;                      // of the frames to be measured
+  SampleErrors total;
+  std::vector<SampleErrors> each;
+};
+
+RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
+                     std::string kernel, bool coefficients, std::vector<uint32_t> frames, ResidualSink sink,
+                     const Context& context, int32_t first_layer)
+    : lattice_(lattice), kernel_(std::move(kernel)), frames_(std::move(frames)), sink_(std::move(sink)),
+      context_(context) {
+  for (const RoundTripChannel& c : channels)
+    channels_.push_back(std::make_unique<Channel>(lattice_, c, kernel_, coefficients,
+                                                  context.memory.limit() / 4 / channels.size(), first_layer));
+}
+
+RoundTrip::~RoundTrip() = default;
+
+void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes) {
+  if (!std::binary_search(frames_.begin(), frames_.end(), frame)) return;
+  Channel& c = *channels_[static_cast<size_t>(channel)];
+  c.frames.emplace(frame, HeldFrame(boxes, static_cast<double>(c.options.air), context_.memory));
+}
+
+void RoundTrip::add_layers(int channel, std::span<const BrickLayer> layers) {
+  Channel& c = *channels_[static_cast<size_t>(channel)];
+  for (const BrickLayer& layer : layers) c.window.push(layer);
+  const int32_t reach = layers_in_reach(c.window, kernel_);
+  while (c.next < frames_.size()) {
+    const uint32_t frame = frames_[c.next];
+    const LayerSpan needed = span_of(lattice_, reach, frame);
+    c.window.forget(needed.begin);
+    if (c.window.end() < needed.end) return;
+    // Layers beyond the end mirror those before it.
+    measure(c, channel, frame);
+    ++c.next;
+  }
+  c.window.forget(c.window.end());
+}
+
+void RoundTrip::measure(Channel& c, int index, uint32_t frame) {
+  const auto held = c.frames.find(frame);
+  const Slice slice = time_slice(c.field, frame, {0, 0}, {}, context_);
+  const std::array<int64_t, 3> n{lattice_.dims[0], lattice_.dims[1], lattice_.dims[2]};
+  const PlaneJob job{c.options, held->second, n, frame};
+  const int64_t planes = std::clamp<int64_t>(samples_at_a_time / (n[0] * n[1]), 1, n[2]);
+  const Reservation memory(context_.memory, static_cast<uint64_t>(planes * n[0] * n[1]) * sizeof(float),
+                           "samples of a frame to measure the error");
+  std::vector<float> values(static_cast<size_t>(planes * n[0] * n[1]));
+  SampleErrors errors;
+  FrameResiduals residuals;
+  for (int64_t z = 0; z < n[2]; z += planes) {
+    const int64_t count = std::min(planes, n[2] - z);
+    Grid grid;
+    grid.origin[2] = static_cast<double>(z);
+    grid.dims = {static_cast<int32_t>(n[0]), static_cast<int32_t>(n[1]), static_cast<int32_t>(count)};
+    sample_grid(slice, grid, values.data(), context_);
+    std::vector<PlaneErrors> parts(static_cast<size_t>(count));
+    context_.tasks.parallel_for(parts.size(), [&](uint64_t p) {
+      job.compare(z + static_cast<int64_t>(p), values.data() + static_cast<int64_t>(p) * n[0] * n[1],
+                  parts[p]);
+    });
+    for (const PlaneErrors& p : parts) { // in order: the same sums for any number of threads
+      errors.add(p.errors);
+      residuals.add.insert(residuals.add.end(), p.residuals.add.begin(), p.residuals.add.end());
+      residuals.set.insert(residuals.set.end(), p.residuals.set.begin(), p.residuals.set.end());
+    }
+  }
+  c.frames.erase(held);
+  c.total.add(errors);
+  c.each.push_back(errors);
+  if (!residuals.empty() && sink_) sink_(index, frame, residuals);
+}
+
+const SampleErrors& RoundTrip::errors(int channel) const {
+  return channels_[static_cast<size_t>(channel)]->total;
+}
+const SampleErrors& RoundTrip::frame_errors(int channel, size_t i) const {
+  return channels_[static_cast<size_t>(channel)]->each.at(i);
+}
+
+} // namespace bccsplat

@@ -1,0 +1,178 @@
+#include "tests/bench/fit/fit_ends.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "field/coefficients/coefficients.h"
+#include "field/evaluate.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat::bench {
+namespace {
+
+using test::TestContext;
+
+constexpr uint64_t cache = 4ull << 30;
+constexpr std::array<int32_t, 2> leads{0, 4};
+
+struct Known {
+  std::string name;
+  std::function<double(const Vec4&)> field;
+  double power; // mean square; 0: errors are given against a peak of 1
+};
+
+// Times from an end; `random`: anywhere in the frame that follows.
+struct Place {
+  const char* name;
+  double from;
+  bool random;
+};
+constexpr Place places[] = {{"t = 0", 0, false}, {"t = .5", 0.5, false}, {"t 1..2", 1, true},
+                            {"t 2..3", 2, true}, {"t 3..4", 3, true},    {"inside", 11, true}};
+
+MemorySamples fitted(const FitSource& source, int32_t lead) {
+  FitOptions options;
+  options.lead = lead;
+  std::vector<std::vector<BrickLayer>> layers(1);
+  const FitReport made = fit_source(source, options, 1, layers.data());
+  return {made.lattice, {0}, std::move(layers)};
+}
+
+// dB at the places of an axis, from both its ends, in the middle of the others.
+std::vector<double> errors_at(const Coefficients& c, const Known& k, const std::array<uint32_t, 4>& dims,
+                              size_t axis, size_t count) {
+  TestContext context;
+  std::vector<double> db;
+  for (const Place& place : places) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> unit(0, 1);
+    std::vector<Vec4> points;
+    for (size_t i = 0; i < count; ++i) {
+      Vec4 p;
+      for (size_t a = 0; a < 4; ++a) p[a] = (dims[a] - 1) / 2.0 + 4 * (unit(random) - 0.5);
+      const double from = place.from + (place.random ? unit(random) : 0);
+      p[axis] = i % 2 ? dims[axis] - 1.0 - from : from;
+      points.push_back(p);
+    }
+    std::vector<float> values(points.size());
+    (void)evaluate4(c, points, values, {}, context.get());
+    double error = 0, power = 0;
+    for (size_t i = 0; i < points.size(); ++i) {
+      const double truth = k.field(points[i]), e = static_cast<double>(values[i]) - truth;
+      error += e * e, power += truth * truth;
+    }
+    db.push_back(10 * std::log10((k.power > 0 ? power : static_cast<double>(points.size())) / error));
+  }
+  return db;
+}
+
+// Mean square of what white noise of variance 1 becomes.
+std::vector<double> noise_at(const Coefficients& c, const std::array<uint32_t, 4>& dims, size_t count) {
+  const Known nothing{"", [](const Vec4&) { return 0.0; }, 0};
+  std::vector<double> power = errors_at(c, nothing, dims, 3, count);
+  for (double& v : power) v = std::pow(10, -v / 10);
+  return power;
+}
+
+FitSource sampled(const std::array<uint32_t, 4>& dims, const std::function<double(const Vec4&)>& field,
+                  const std::string& name) {
+  FitSeries s{dims, {}};
+  for (uint32_t t = 0; t < dims[3]; ++t)
+    for (uint32_t z = 0; z < dims[2]; ++z)
+      for (uint32_t y = 0; y < dims[1]; ++y)
+        for (uint32_t x = 0; x < dims[0]; ++x)
+          s.values.push_back(static_cast<float>(field({1.0 * x, 1.0 * y, 1.0 * z, 1.0 * t})));
+  return source_of<float>(s, SourceType::f32, 1, name);
+}
+
+void add_row(std::vector<Row>& rows, const std::string& name, const char* beyond,
+             const std::vector<double>& v, int digits) {
+  Row row{word("series", name), word("beyond the ends", beyond)};
+  for (size_t i = 0; i < v.size(); ++i) row.push_back(figure(places[i].name, v[i], digits));
+  rows.push_back(row);
+}
+
+const char* name_of(int32_t lead) { return lead > 0 ? "predicted" : "mirrored"; }
+
+} // namespace
+
+void report_ends(const Report& report) {
+  const std::array<uint32_t, 4> dims{24, 24, 24, 25};
+  const size_t count = report.quick ? 600 : 3000;
+  std::vector<Known> known;
+  for (const double rho : {0.3, 0.5, 0.7, 0.9}) {
+    const test::PlaneWaves waves(60, rho, 17);
+    known.push_back({concat("waves, rho ", rho), [waves](const Vec4& p) { return waves(p); }, 1});
+  }
+  known.push_back({"blob, .4 T a frame",
+                   [](const Vec4& p) {
+                     const double t = p[3] - 12, x = p[0] - 11.5 - 0.35 * t, y = p[1] - 11.5 - 0.2 * t,
+                                  z = p[2] - 11.5;
+                     return std::exp(-(x * x + y * y + z * z) / (2 * 2.2 * 2.2));
+                   },
+                   0});
+  std::vector<Row> rows, noise, space;
+  for (const Known& k : known) {
+    const FitSource source = sampled(dims, k.field, k.name);
+    for (const int32_t lead : leads) {
+      const MemorySamples samples = fitted(source, lead);
+      const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
+      add_row(rows, k.name, name_of(lead), errors_at(c, k, dims, 3, count), 1);
+      if (lead == 0 && k.power > 0) {
+        Row row{word("series", k.name)};
+        const std::vector<double> v = errors_at(c, k, dims, 0, count);
+        for (size_t i = 0; i < v.size(); ++i)
+          row.push_back(
+              figure(places[i].name[0] == 't' ? concat("x", places[i].name + 1) : places[i].name, v[i], 1));
+        space.push_back(row);
+      }
+    }
+  }
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  FitSeries white{dims, {}};
+  for (size_t i = 0; i < size_t{24} * 24 * 24 * 25; ++i)
+    white.values.push_back(static_cast<float>(normal(random)));
+  const FitSource source = source_of<float>(white, SourceType::f32, 1, "white noise");
+  for (const int32_t lead : leads) {
+    const MemorySamples samples = fitted(source, lead);
+    const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
+    add_row(noise, source.name, name_of(lead), noise_at(c, dims, count), 2);
+  }
+  report.table("the ends of time: SNR dB (blob: PSNR), default kernel, through the import, both ends", rows);
+  report.table("the ends of time: mean square of white noise", noise);
+  report.table("the ends of space, mirrored: SNR dB by distance from a face", space);
+}
+
+void report_ends(const FitSource& source, const Report& report) {
+  TestContext context;
+  std::vector<Row> rows;
+  const double n = source.dims[3];
+  for (const int32_t lead : leads) {
+    const MemorySamples samples = fitted(source, lead);
+    const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
+    Row row{word("series", source.name), word("beyond the ends", name_of(lead))};
+    for (const double at : {0.0, 1.0, 2.0, 3.0, std::floor(n / 2), n - 4, n - 3, n - 2, n - 1}) {
+      const std::vector<float> truth = source.frame(static_cast<uint32_t>(at));
+      std::vector<Vec4> points;
+      for (uint32_t z = 0; z < source.dims[2]; ++z)
+        for (uint32_t y = 0; y < source.dims[1]; ++y)
+          for (uint32_t x = 0; x < source.dims[0]; ++x) points.push_back({1.0 * x, 1.0 * y, 1.0 * z, at});
+      std::vector<float> values(points.size());
+      (void)evaluate4(c, points, values, {}, context.get());
+      double error = 0;
+      for (size_t i = 0; i < values.size(); ++i) {
+        const double e = static_cast<double>(values[i] - truth[i]);
+        error += e * e;
+      }
+      row.push_back(
+          figure("RMSE, frame " + number(at, 0), std::sqrt(error / static_cast<double>(values.size())), 3));
+    }
+    rows.push_back(row);
+  }
+  report.table("the ends of time: error at the source samples by frame", rows);
+}
+
+} // namespace bccsplat::bench

@@ -1,0 +1,126 @@
+#include "tests/bench/trail/trail.h"
+
+#include <cmath>
+#include <vector>
+
+#include "base/error.h"
+#include "render/frame.h"
+#include "render/trail.h"
+#include "slice/time_slice.h"
+#include "tests/bench/image_error.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat::bench {
+namespace {
+
+using test::TestContext;
+
+// Eight soft balls on circles about the centre of a cube of n samples.
+double balls(const Vec4& p, double n, double frames) {
+  double sum = 0;
+  for (int i = 0; i < 8; ++i) {
+    const double phase = 6.2831853 * (i / 8.0 + (1 + i % 3) * p[3] / (4 * frames));
+    const double r = n * (0.2 + 0.02 * i);
+    const double x = p[0] - n / 2 - r * std::cos(phase), y = p[1] - n / 2 - r * std::sin(phase),
+                 z = p[2] - n * (0.3 + 0.05 * i);
+    sum += std::exp(-(x * x + y * y + z * z) / (2 * 0.0036 * n * n));
+  }
+  return sum < 1e-3 ? 0 : sum;
+}
+
+struct TrailBench {
+  TestContext context{1};
+  MemorySamples samples;
+  Coefficients coefficients;
+  Slice slice;
+  SplatPoints points;
+  TransferFunction function;
+  RenderOptions options;
+  int pixels;
+
+  TrailBench(uint32_t n, uint32_t frames, int picture)
+      : samples(test::sample_field(Lattice4::fit(LatticeKind::d4star, {n, n, n, frames}),
+                                   [&](const Vec4& p) { return balls(p, n, frames); })),
+        coefficients(samples, 0, make_kernel("default"), 0, uint64_t{4} << 30),
+        slice(time_slice(coefficients, frames - 4.0, {0, 0}, {}, context.get())),
+        points(make_points(slice, context.get())), pixels(picture) {
+    function.colors = {{0.1, {0.2, 0.3, 0.9}}, {0.9, {0.9, 0.4, 0.1}}};
+    function.opacities = {{0.1, 0}, {0.9, 0.3}};
+  }
+
+  RenderStats draw(const Trail& trail, Image& image, bool perspective = false) {
+    Scene scene;
+    scene.slice = &slice, scene.points = &points, scene.function = function;
+    scene.camera =
+        fit_camera(slice, perspective, 20, 30, static_cast<uint32_t>(pixels), static_cast<uint32_t>(pixels));
+    scene.trail = &trail, scene.trail_functions = {function};
+    return render(scene, options, context.get(), image);
+  }
+  Trail make(double span, int stills) {
+    return make_trail(coefficients, slice, {.interval = {-span, 0}, .samples = stills}, {}, {},
+                      context.get());
+  }
+};
+
+// Trails as they are drawn, and at the pixels, against fine steps at the pixels with the kernel's own
+// gradient.
+void compare_errors(TrailBench& bench, const Report& report) {
+  std::vector<Row> rows;
+  ImageStorage now(bench.pixels, bench.pixels), at_pixels(bench.pixels, bench.pixels),
+      fine(bench.pixels, bench.pixels);
+  for (const bool perspective : {false, true})
+    for (const bool shading : {true, false})
+      for (const int stills : {5, 21}) { // slices of their own, and out of layers
+        const Trail trail = bench.make(6, stills);
+        bench.options = {};
+        bench.options.shading = shading;
+        (void)bench.draw(trail, now.image, perspective);
+        bench.options.raise = RaiseFilter{};
+        (void)bench.draw(trail, at_pixels.image, perspective);
+        bench.options.quality = Quality::best, bench.options.kernel_form = KernelForm::exact;
+        bench.options.gradient = GradientMethod::analytic;
+        (void)bench.draw(trail, fine.image, perspective);
+        const auto error = [](const ImageStorage& a, const ImageStorage& b) {
+          return image_error(a.image, b.image);
+        };
+        rows.push_back({word("view", perspective ? "perspective" : "orthographic"),
+                        word("shading", shading ? "on" : "off"), figure("stills", stills, 0),
+                        figure("dB", error(now, fine).psnr(), 1), figure("max", error(now, fine).most, 4),
+                        figure("dB at the pixels", error(at_pixels, fine).psnr(), 1),
+                        figure("max at the pixels", error(at_pixels, fine).most, 4),
+                        figure("dB between them", error(now, at_pixels).psnr(), 1)});
+      }
+  report.table("Error of a trail over 6 frames", rows);
+  bench.options = {};
+}
+
+} // namespace
+
+int run_trail_suite(std::span<const std::string> args, const Report& report) {
+  if (!args.empty()) fail(Code::invalid_argument, "trail: it takes no options, not ", args[0]);
+  TrailBench bench(report.quick ? 32 : 96, 24, report.quick ? 64 : 384);
+  ImageStorage image(bench.pixels, bench.pixels);
+  std::vector<Row> rows;
+  for (const bool shading : {true, false})
+    for (const double span : {6.0, 12.0})
+      for (const int stills : {5, 21, 64}) {
+        bench.options.shading = shading;
+        Trail trail;
+        const double make = cpu_seconds([&] { trail = bench.make(span, stills); });
+        RenderStats last;
+        const auto [one, all] =
+            paired_cpu_seconds([&] { (void)bench.draw({}, image.image); },
+                               [&] { last = bench.draw(trail, image.image); }, report.quick ? 1 : 3);
+        const auto scale = [&](double ms) { return ms / 1000 / one; };
+        rows.push_back(
+            {word("shading", shading ? "on" : "off"), figure("frames", span, 0), figure("stills", stills, 0),
+             figure("frame ms", 1000 * one, 1), figure("trail / frame", all / one, 2),
+             figure("transform", scale(last.ms_transform), 2), figure("splat", scale(last.ms_splat), 2),
+             figure("shade", scale(last.ms_shade), 2), figure("slicing", make / one, 2)});
+      }
+  report.table("A trail's picture, in pictures without", rows);
+  compare_errors(bench, report);
+  return 0;
+}
+
+} // namespace bccsplat::bench

@@ -1,0 +1,144 @@
+#include "readers/metaimage/metaimage_reader.h"
+
+#include <numeric>
+
+#include "scratch.h"
+
+namespace bcc4::test {
+namespace {
+
+const std::string header =
+    "ObjectType = Image\nNDims = 4\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+    "CompressedData = False\nDimSize = 2 3 4 5\nElementType = MET_SHORT\n";
+
+std::vector<int16_t> ramp(size_t count = 120) {
+  std::vector<int16_t> v(count);
+  std::iota(v.begin(), v.end(), int16_t{0});
+  return v;
+}
+
+std::string deflated(const std::string& data) {
+  uLongf size = compressBound(static_cast<uLong>(data.size()));
+  std::string out(size, '\0');
+  compress(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(data.data()),
+           static_cast<uLong>(data.size()));
+  out.resize(size);
+  return out;
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(MetaImageReader, ReadsAttachedDetachedCompressedAndTextAlike) {
+  Scratch s;
+  const std::string raw = bytes_of(ramp());
+  std::string text;
+  for (const int16_t v : ramp()) text += std::to_string(v) + " ";
+  s.file("d.raw", raw);
+  s.file("d.zraw", deflated(raw));
+  const std::string zip = replaced(header, "CompressedData = False", "CompressedData = True");
+  const std::vector<std::string> files{
+      s.file("a.mha", header + "ElementDataFile = LOCAL\n" + raw),
+      s.file("b.mhd", header + "ElementDataFile = d.raw\n"),
+      s.file("c.mhd", zip + "ElementDataFile = d.zraw\n"),
+      s.file("d.mha", zip + "ElementDataFile = LOCAL\n" + deflated(raw)),
+      s.file("e.mha", replaced(header, "ByteOrderMSB = False", "ByteOrderMSB = True") +
+                          "ElementDataFile = LOCAL\n" + bytes_of(ramp(), true)),
+      s.file("f.mha", replaced(header, "BinaryData = True", "BinaryData = False") +
+                          "ElementDataFile = LOCAL\n" + text)};
+  for (const std::string& file : files) {
+    const auto reader = open_series(inputs({file}));
+    ASSERT_EQ(reader->description().dims, (std::array<uint64_t, 4>{2, 3, 4, 5})) << file;
+    EXPECT_EQ(reader->description().format, "MetaImage");
+    for (const uint64_t frame : {3, 0, 4}) {
+      const std::vector<double> values = dense(*reader, frame);
+      for (size_t i = 0; i < 24; ++i)
+        ASSERT_EQ(values[i], static_cast<double>(frame * 24 + i)) << file << " " << frame;
+    }
+  }
+}
+
+TEST(MetaImageReader, PlacesTheGridInTheWorldAndTime) {
+  Scratch s;
+  const std::string file = s.file("a.mha", header +
+                                               "ElementSpacing = 2 3 4 0.5\nOffset = 10 20 30 7\n"
+                                               "TransformMatrix = 0 1 0 0  -1 0 0 0  0 0 1 0  0 0 0 1\n"
+                                               "AnatomicalOrientation = RAI\nElementDataFile = LOCAL\n" +
+                                               bytes_of(ramp()));
+  const auto reader = open_series(inputs({file}));
+  const SeriesDescription& d = reader->description();
+  // Axis 0 points along +y, axis 1 along -x.
+  EXPECT_EQ(d.affine, (std::array<double, 16>{0, -3, 0, 10, 2, 0, 0, 20, 0, 0, 4, 30, 0, 0, 0, 1}));
+  EXPECT_EQ(d.times.values, (std::vector<double>{7, 7.5, 8, 8.5, 9}));
+  EXPECT_EQ(d.attributes,
+            (std::vector<std::pair<std::string, std::string>>{{"anatomical_orientation", "RAI"}}));
+}
+
+TEST(MetaImageReader, TakesFilesOneByOneByListAndByNumber) {
+  Scratch s;
+  for (int i = 0; i < 5; ++i) {
+    std::vector<int16_t> part = ramp();
+    part = {part.begin() + 24 * i, part.begin() + 24 * (i + 1)};
+    s.file("slice" + std::to_string(i + 1) + ".raw", bytes_of(part));
+    s.file("step" + std::to_string(i) + ".mha",
+           replaced(replaced(header, "NDims = 4", "NDims = 3"), "2 3 4 5", "2 3 4") +
+               "ElementDataFile = LOCAL\n" + bytes_of(part));
+  }
+  const std::string list =
+      s.file("list.mhd", header + "ElementDataFile = LIST\nslice1.raw\nslice2.raw\nslice3.raw\n"
+                                  "slice4.raw\nslice5.raw\n");
+  const std::string numbered = s.file("numbered.mhd", header + "ElementDataFile = slice%d.raw 1 5 1\n");
+  for (const std::string& input : {list, numbered, s.path("step#.mha")}) {
+    const auto reader = open_series(inputs({input}));
+    ASSERT_EQ(reader->description().dims[3], 5u) << input;
+    for (uint64_t f = 0; f < 5; ++f)
+      EXPECT_EQ(dense(*reader, f)[5], static_cast<double>(24 * f + 5)) << input;
+  }
+}
+
+TEST(MetaImageReader, GivesComponentsAsChannels) {
+  Scratch s;
+  const std::string file =
+      s.file("a.mha", replaced(header, "2 3 4 5", "2 3 4 1") +
+                          "ElementNumberOfChannels = 5\nElementDataFile = LOCAL\n" + bytes_of(ramp()));
+  const auto reader = open_series(inputs({file}));
+  ASSERT_EQ(reader->description().channels.size(), 5u);
+  for (size_t c = 0; c < 5; ++c)
+    for (size_t i = 0; i < 24; ++i) ASSERT_EQ(dense(*reader, 0, c)[i], static_cast<double>(5 * i + c));
+  ReaderOptions one = inputs({file});
+  one.channels = {"c3"};
+  EXPECT_EQ(dense(*open_series(one), 0)[2], 13);
+}
+
+TEST(MetaImageReader, RefusesWhatItCannotTrust) {
+  Scratch s;
+  const std::string raw = bytes_of(ramp());
+  const std::string tail = "ElementDataFile = LOCAL\n" + raw;
+  const auto refused = [&](const std::string& content) {
+    return refusal(inputs({s.file("x.mha", content)}));
+  };
+  EXPECT_REFUSED(refused(header + "ElementDataFile = ../secret.raw\n"), Exit::bad_input, "own folder");
+  EXPECT_REFUSED(refused(header + "ElementDataFile = /etc/passwd\n"), Exit::bad_input, "own folder");
+  EXPECT_REFUSED(refused(header + "ElementDataFile = LOCAL\n" + raw.substr(2)), Exit::bad_input, "x.mha");
+  EXPECT_REFUSED(refused(header), Exit::bad_input, "ElementDataFile");
+  EXPECT_REFUSED(refused(replaced(header, "MET_SHORT", "MET_SHORT_ARRAY") + tail), Exit::bad_input,
+                 "MET_SHORT_ARRAY");
+  EXPECT_REFUSED(refused(replaced(header, "2 3 4 5", "2 3 4") + tail), Exit::bad_input, "NDims");
+  EXPECT_REFUSED(refused(replaced(header, "2 3 4 5", "0 3 4 5") + tail), Exit::bad_input, "no samples");
+  EXPECT_REFUSED(refused(replaced(header, "2 3 4 5", "2147483647 2147483647 4 5") + tail), Exit::bad_input,
+                 "too many");
+  EXPECT_REFUSED(refused(replaced(header, "NDims = 4", "NDims = 77") + tail), Exit::bad_input, "NDims 77");
+  EXPECT_REFUSED(refused(replaced(header, "Image\n", "Tube\n") + tail), Exit::bad_input, "Tube");
+  EXPECT_REFUSED(refused(header + "ElementSpacing = 1 0 1 1\n" + tail), Exit::bad_input, "--spacing");
+  EXPECT_REFUSED(refused(header + "ElementSpacing = 1 nan 1 1\n" + tail), Exit::bad_input, "line 8");
+  EXPECT_REFUSED(refused(header + "ElementDataFile = s%d.raw -9223372036854775808 9223372036854775807 1\n"),
+                 Exit::bad_input, "first, last, step");
+  EXPECT_REFUSED(refused(replaced(header, "CompressedData = False", "CompressedData = True") + tail),
+                 Exit::bad_input, "x.mha");
+}
+
+} // namespace
+} // namespace bcc4::test

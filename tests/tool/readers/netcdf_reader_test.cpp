@@ -1,0 +1,187 @@
+#include "readers/netcdf/netcdf_reader.h"
+
+#include <netcdf.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "scratch.h"
+
+namespace bcc4::test {
+namespace {
+
+void check(int status) { ASSERT_EQ(status, NC_NOERR) << nc_strerror(status); }
+
+struct Dim {
+  const char* name;
+  size_t size;
+  const char* units = nullptr; // of a coordinate variable: 0, step, 2 step ...
+  double step = 1;
+};
+
+// A file with one variable `v` over the dimensions, slowest first, holding 0, 1, 2 ...
+struct Nc {
+  explicit Nc(const std::string& path, const std::vector<Dim>& dims, nc_type type = NC_FLOAT,
+              int format = NC_CLASSIC_MODEL, double first_time = 0) {
+    check(nc_create(path.c_str(), NC_CLOBBER | format, &id));
+    std::vector<int> ids(dims.size());
+    for (size_t d = 0; d < dims.size(); ++d) {
+      check(nc_def_dim(id, dims[d].name, dims[d].size, &ids[d]));
+      count *= dims[d].size;
+      if (!dims[d].units) continue;
+      int axis = 0;
+      check(nc_def_var(id, dims[d].name, NC_DOUBLE, 1, &ids[d], &axis));
+      check(nc_put_att_text(id, axis, "units", std::strlen(dims[d].units), dims[d].units));
+      axes.push_back({axis, d});
+    }
+    check(nc_def_var(id, "v", type, static_cast<int>(dims.size()), ids.data(), &variable));
+    lines = dims;
+    start = first_time;
+  }
+  void finish() {
+    check(nc_enddef(id));
+    for (const auto& [axis, d] : axes) {
+      std::vector<double> at(lines[d].size);
+      for (size_t i = 0; i < at.size(); ++i)
+        at[i] = (d == 0 ? start : 0) + lines[d].step * static_cast<double>(i);
+      check(nc_put_var_double(id, axis, at.data()));
+    }
+    std::vector<double> values(count);
+    std::iota(values.begin(), values.end(), 0.0);
+    check(nc_put_var_double(id, variable, values.data()));
+    check(nc_close(id));
+  }
+  int id = -1, variable = -1;
+  size_t count = 1;
+  double start = 0;
+  std::vector<std::pair<int, size_t>> axes;
+  std::vector<Dim> lines;
+};
+
+const std::vector<Dim> plain{{"time", 5}, {"z", 4}, {"y", 3}, {"x", 2}};
+
+TEST(NetcdfReader, ReadsEveryFormatAndType) {
+  Scratch s;
+  for (const int format : {0, NC_64BIT_OFFSET, NC_CDF5, NC_NETCDF4})
+    for (const nc_type type : {NC_BYTE, NC_SHORT, NC_INT, NC_FLOAT, NC_DOUBLE}) {
+      Nc nc(s.path("a.nc"), plain, type, format);
+      nc.finish();
+      const auto reader = open_series(inputs({s.path("a.nc")}));
+      ASSERT_EQ(reader->description().dims, (std::array<uint64_t, 4>{2, 3, 4, 5}));
+      EXPECT_EQ(reader->description().channels[0].name, "v");
+      for (const uint64_t frame : {4, 1})
+        EXPECT_EQ(dense(*reader, frame)[13], static_cast<double>(24 * frame + 13));
+    }
+}
+
+TEST(NetcdfReader, KnowsAxesByAttributesNamesAndPlace) {
+  Scratch s;
+  // The order of the file is x, t, y, z from slowest to fastest; nothing in it stands in its usual place.
+  Nc attributes(s.path("a.nc"), {{"a", 2, "degrees_east", 2.5},
+                                 {"b", 5, "hours since 2000-01-01", 6},
+                                 {"c", 3, "degrees_north", -1},
+                                 {"d", 4, "hPa", 100}});
+  attributes.finish();
+  const auto reader = open_series(inputs({s.path("a.nc")}));
+  const SeriesDescription& d = reader->description();
+  ASSERT_EQ(d.dims, (std::array<uint64_t, 4>{2, 3, 4, 5}));
+  EXPECT_EQ(d.times.values, (std::vector<double>{0, 6, 12, 18, 24}));
+  EXPECT_EQ(d.times.unit, "hours");
+  EXPECT_EQ(d.affine, (std::array<double, 16>{2.5, 0, 0, 0, 0, -1, 0, 0, 0, 0, 100, 0, 0, 0, 0, 1}));
+  const std::vector<double> frame = dense(*reader, 2);
+  for (size_t x = 0; x < 2; ++x)
+    for (size_t y = 0; y < 3; ++y)
+      for (size_t z = 0; z < 4; ++z)
+        EXPECT_EQ(frame[x + 2 * (y + 3 * z)], static_cast<double>(z + 4 * (y + 3 * (2 + 5 * x))));
+
+  Nc places(s.path("b.nc"), {{"p", 5}, {"q", 4}, {"r", 3}, {"s", 2}});
+  places.finish();
+  EXPECT_EQ(open_series(inputs({s.path("b.nc")}))->description().dims, (std::array<uint64_t, 4>{2, 3, 4, 5}));
+  ReaderOptions letters = inputs({s.path("b.nc")});
+  letters.axes = "tzyx";
+  EXPECT_EQ(open_series(letters)->description().dims, (std::array<uint64_t, 4>{5, 4, 3, 2}));
+
+  Nc twice(s.path("c.nc"), {{"t", 5}, {"a", 4, "degrees_north"}, {"b", 3, "degrees_north"}, {"x", 2}});
+  twice.finish();
+  EXPECT_REFUSED(refusal(inputs({s.path("c.nc")})), Exit::bad_input, "--axes");
+}
+
+TEST(NetcdfReader, UnpacksValuesAndMarksHoles) {
+  Scratch s;
+  Nc nc(s.path("a.nc"), plain, NC_SHORT);
+  const double scale = 0.5, offset = 10;
+  const short fill = 7, range[2] = {2, 100};
+  check(nc_put_att_double(nc.id, nc.variable, "scale_factor", NC_DOUBLE, 1, &scale));
+  check(nc_put_att_double(nc.id, nc.variable, "add_offset", NC_DOUBLE, 1, &offset));
+  check(nc_put_att_short(nc.id, nc.variable, "_FillValue", NC_SHORT, 1, &fill));
+  check(nc_put_att_short(nc.id, nc.variable, "valid_range", NC_SHORT, 2, range));
+  check(nc_put_att_text(nc.id, nc.variable, "units", 1, "K"));
+  nc.finish();
+  const auto reader = open_series(inputs({s.path("a.nc")}));
+  const Channel& channel = reader->description().channels[0];
+  EXPECT_TRUE(channel.has_fill);
+  EXPECT_EQ(channel.unit, "K");
+  const std::vector<double> first = dense(*reader, 0), last = dense(*reader, 4);
+  EXPECT_TRUE(std::isnan(first[7]) && std::isnan(first[1]) &&
+              std::isnan(last[5])); // fill, below, above the range
+  EXPECT_EQ(first[2], 11);
+  EXPECT_EQ(last[4], 60);
+}
+
+TEST(NetcdfReader, JoinsFilesAlongTime) {
+  Scratch s;
+  for (int i = 0; i < 3; ++i) {
+    Nc nc(s.path("day" + std::to_string(i) + ".nc"),
+          {{"time", 2, "hours since 2000-01-01", 12}, {"z", 4}, {"y", 3}, {"x", 2}}, NC_FLOAT, 0, 24.0 * i);
+    nc.finish();
+  }
+  const auto reader = open_series(inputs({s.path("day#.nc")}));
+  EXPECT_EQ(reader->description().dims, (std::array<uint64_t, 4>{2, 3, 4, 6}));
+  EXPECT_EQ(reader->description().times.values, (std::vector<double>{0, 12, 24, 36, 48, 60}));
+  EXPECT_EQ(dense(*reader, 5)[0], 24);
+  EXPECT_EQ(dense(*reader, 2)[0], 0);
+  EXPECT_NE(reader->frame_name(2).find("day1"), std::string::npos);
+}
+
+TEST(NetcdfReader, WarnsOfUnevenLevelsAndNeedsNoTime) {
+  Scratch s;
+  Nc nc(s.path("a.nc"), {{"time", 3}, {"level", 4, "hPa"}, {"y", 3}, {"x", 2}});
+  check(nc_enddef(nc.id));
+  const double uneven[] = {1000, 850, 500, 100};
+  check(nc_put_var_double(nc.id, nc.axes[0].first, uneven));
+  check(nc_close(nc.id));
+  const auto reader = open_series(inputs({s.path("a.nc")}));
+  ASSERT_EQ(reader->description().warnings.size(), 1u);
+  EXPECT_NE(reader->description().warnings[0].find("level is not evenly spaced"), std::string::npos);
+  EXPECT_EQ(reader->description().times.values, (std::vector<double>{0, 1, 2}));
+  // Never written: the default fill value of floats is no data.
+  EXPECT_TRUE(std::isnan(dense(*reader, 1)[3]));
+}
+
+TEST(NetcdfReader, AsksWhichVariableAndRefusesDamage) {
+  Scratch s;
+  Nc nc(s.path("a.nc"), plain);
+  int ids[4], other = 0;
+  for (int d = 0; d < 4; ++d) check(nc_inq_dimid(nc.id, plain[static_cast<size_t>(d)].name, &ids[d]));
+  check(nc_def_var(nc.id, "w", NC_FLOAT, 4, ids, &other));
+  nc.finish();
+  EXPECT_REFUSED(refusal(inputs({s.path("a.nc")})), Exit::usage, "v and w");
+  ReaderOptions o = inputs({s.path("a.nc")});
+  o.channels = {"u"};
+  EXPECT_REFUSED(refusal(o), Exit::usage, "no variable \"u\"");
+  o.channels = {"w", "v"};
+  EXPECT_EQ(open_series(o)->description().channels[1].name, "v");
+  o.channels = {"v"};
+  o.max_memory = 95; // a frame has 96 bytes
+  EXPECT_REFUSED(refusal(o), Exit::no_resources, "--max-mem");
+  std::ifstream whole(s.path("a.nc"), std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(whole)), {});
+  for (const size_t cut : {size_t{3}, size_t{40}, bytes.size() / 2, bytes.size() - 1}) {
+    ReaderOptions broken = inputs({s.file("b.nc", bytes.substr(0, cut))});
+    broken.channels = {"v"};
+    EXPECT_NE(static_cast<int>(refusal(broken).exit), static_cast<int>(Exit::ok)) << cut;
+  }
+}
+
+} // namespace
+} // namespace bcc4::test

@@ -1,0 +1,134 @@
+#include "readers/nifti/nifti_reader.h"
+
+#include <cmath>
+#include <numeric>
+
+#include "scratch.h"
+
+namespace bcc4::test {
+namespace {
+
+// A NIfTI-1 header with the fields the reader looks at; i16 voxels 2 x 3 x 4 x `frames`.
+class Nifti1 {
+ public:
+  explicit Nifti1(bool swapped = false, int16_t frames = 5) : swapped_(swapped), bytes_(352, '\0') {
+    put<int32_t>(0, 348);
+    for (const int16_t n :
+         {int16_t{4}, int16_t{2}, int16_t{3}, int16_t{4}, frames, int16_t{1}, int16_t{1}, int16_t{1}})
+      put<int16_t>(40 + 2 * next_dim_++, n);
+    put<int16_t>(70, 4);
+    put<int16_t>(72, 16);
+    for (size_t i = 0; i < 8; ++i)
+      put<float>(76 + 4 * i, std::array{1.0f, 2.0f, 3.0f, 4.0f, 2.5f, 0.f, 0.f, 0.f}[i]);
+    put<float>(108, 352);
+    bytes_[123] = 2 | 16; // mm, ms
+    std::memcpy(bytes_.data() + 344, "n+1", 4);
+  }
+  template<class T> void put(size_t at, T value) {
+    char raw[sizeof(T)];
+    std::memcpy(raw, &value, sizeof(T));
+    if (swapped_) std::reverse(raw, raw + sizeof(T));
+    std::copy(raw, raw + sizeof(T), bytes_.begin() + static_cast<std::ptrdiff_t>(at));
+  }
+  [[nodiscard]] std::string file(size_t voxels = 120) const {
+    std::vector<int16_t> v(voxels);
+    std::iota(v.begin(), v.end(), int16_t{0});
+    return bytes_ + bytes_of(v, swapped_);
+  }
+  std::string& bytes() { return bytes_; }
+
+ private:
+  bool swapped_;
+  std::string bytes_;
+  size_t next_dim_ = 0;
+};
+
+TEST(NiftiReader, ReadsBothByteOrdersPlainAndGzip) {
+  Scratch s;
+  for (const bool swapped : {false, true}) {
+    const std::string file = Nifti1(swapped).file();
+    for (const std::string& path : {s.file("a.nii", file), s.file("b.nii.gz", gzipped(file))}) {
+      const auto reader = open_series(inputs({path}));
+      const SeriesDescription& d = reader->description();
+      ASSERT_EQ(d.dims, (std::array<uint64_t, 4>{2, 3, 4, 5}));
+      EXPECT_EQ(d.times.unit, "ms");
+      EXPECT_EQ(d.times.values, (std::vector<double>{0, 2.5, 5, 7.5, 10}));
+      EXPECT_EQ(d.spatial_unit, "mm");
+      EXPECT_EQ(d.affine, (std::array<double, 16>{2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0, 0, 0, 0, 1}));
+      EXPECT_EQ(dense(*reader, 3)[23], 95);
+    }
+  }
+}
+
+TEST(NiftiReader, ScalesUnlessTheSlopeIsZero) {
+  Scratch s;
+  Nifti1 n;
+  n.put<float>(112, 0);
+  n.put<float>(116, 7);
+  EXPECT_EQ(dense(*open_series(inputs({s.file("a.nii", n.file())})), 0)[3], 3);
+  n.put<float>(112, 0.5f);
+  const auto reader = open_series(inputs({s.file("a.nii", n.file())}));
+  EXPECT_EQ(dense(*reader, 0)[3], 8.5);
+  EXPECT_EQ(reader->description().channels[0].type, Type::f32);
+}
+
+TEST(NiftiReader, TakesTheSformThenTheQform) {
+  Scratch s;
+  Nifti1 n;
+  n.put<int16_t>(252, 1); // a quarter turn about z: x -> y
+  n.put<float>(264, std::sqrt(0.5f));
+  n.put<float>(268, 10);
+  const auto turned = open_series(inputs({s.file("q.nii", n.file())}))->description().affine;
+  const std::array<double, 16> expected{0, -3, 0, 10, 2, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 1};
+  for (size_t i = 0; i < 16; ++i) EXPECT_NEAR(turned[i], expected[i], 1e-6) << i;
+  n.put<int16_t>(254, 1);
+  for (size_t i = 0; i < 12; ++i) n.put<float>(280 + 4 * i, i % 5 == 0 ? 9.0f : 0.0f);
+  EXPECT_EQ(open_series(inputs({s.file("s.nii", n.file())}))->description().affine[5], 9);
+}
+
+TEST(NiftiReader, DoesNotGuessTimes) {
+  Scratch s;
+  Nifti1 n;
+  n.put<float>(76 + 16, 0); // pixdim[4]
+  const auto reader = open_series(inputs({s.file("a.nii", n.file())}));
+  EXPECT_EQ(reader->description().times.values[4], 4);
+  EXPECT_NE(reader->description().times.origin.find("none given"), std::string::npos);
+  n.bytes()[123] = 32; // hertz
+  EXPECT_REFUSED(refusal(inputs({s.file("a.nii", n.file())})), Exit::bad_input, "hertz");
+}
+
+TEST(NiftiReader, RefusesDamage) {
+  Scratch s;
+  const auto refused = [&](const std::string& text) { return refusal(inputs({s.file("a.nii", text)})); };
+  EXPECT_REFUSED(refused(Nifti1().file(119)), Exit::bad_input, "are expected");
+  EXPECT_REFUSED(refused(Nifti1(false, 0).file()), Exit::bad_input, "dim[4] is 0");
+  EXPECT_REFUSED(refused(Nifti1(false, -1).file()), Exit::bad_input, "dim[4] is -1");
+  Nifti1 vectors;
+  vectors.put<int16_t>(40, 5);
+  vectors.put<int16_t>(50, 3);
+  EXPECT_REFUSED(refused(vectors.file()), Exit::bad_input, "3 values per voxel");
+  Nifti1 complex;
+  complex.put<int16_t>(70, 32);
+  EXPECT_REFUSED(refused(complex.file()), Exit::bad_input, "data type 32");
+  Nifti1 offset;
+  offset.put<float>(108, -1);
+  EXPECT_REFUSED(refused(offset.file()), Exit::bad_input, "vox_offset");
+  EXPECT_REFUSED(refused(Nifti1().file().substr(0, 200)), Exit::bad_input, "does not begin as a .nii");
+}
+
+TEST(NiftiReader, SurvivesMutations) {
+  Scratch s;
+  const std::string good = Nifti1().file();
+  size_t refused = 0;
+  for (size_t i = 0; i < 352; ++i)
+    for (const char c : {'\0', '\1', '\x7f', '\xff'}) {
+      if ((i + static_cast<uint8_t>(c)) % 3 != 0) continue; // a third of them keeps the test short
+      std::string bad = good;
+      bad[i] = c;
+      refused += refusal(inputs({s.file("m.nii", bad)})).exit != Exit::ok;
+    }
+  EXPECT_GT(refused, 20u);
+}
+
+} // namespace
+} // namespace bcc4::test

@@ -1,0 +1,217 @@
+#include "readers/raw/raw_reader.h"
+
+#include <cmath>
+#include <numeric>
+
+#include "readers/decoders.h"
+#include "scratch.h"
+
+namespace bcc4::test {
+namespace {
+
+constexpr std::array<uint64_t, 4> kDims{3, 4, 5, 6};
+
+// A value that tells its place.
+double value_at(uint64_t x, uint64_t y, uint64_t z, uint64_t t) {
+  return static_cast<double>(x + 10 * y + 100 * z + 1000 * t);
+}
+
+// All samples in the file order of `axes`, fastest first.
+template<class T>
+std::vector<T> file_values(const std::string& axes, const std::array<uint64_t, 4>& dims = kDims) {
+  std::vector<T> out;
+  std::array<uint64_t, 4> i{}; // along the file's axes
+  std::array<size_t, 4> axis{0, 1, 2, 3};
+  for (size_t a = 0; a < axes.size(); ++a) axis[a] = std::string("xyzt").find(axes[a]);
+  const auto n = [&](size_t a) { return a < axes.size() ? dims[axis[a]] : 1; };
+  for (i[3] = 0; i[3] < n(3); ++i[3])
+    for (i[2] = 0; i[2] < n(2); ++i[2])
+      for (i[1] = 0; i[1] < n(1); ++i[1])
+        for (i[0] = 0; i[0] < n(0); ++i[0]) {
+          std::array<uint64_t, 4> p{};
+          for (size_t a = 0; a < axes.size(); ++a) p[axis[a]] = i[a];
+          out.push_back(static_cast<T>(value_at(p[0], p[1], p[2], p[3])));
+        }
+  return out;
+}
+
+void expect_series(const ReaderOptions& options) {
+  const auto reader = open_series(options);
+  ASSERT_EQ(reader->description().dims, kDims);
+  for (const uint64_t t : {0, 1, 2, 3, 4, 5, 2, 0}) { // back in time, too
+    const auto values = dense(*reader, t);
+    size_t i = 0;
+    for (uint64_t z = 0; z < kDims[2]; ++z)
+      for (uint64_t y = 0; y < kDims[1]; ++y)
+        for (uint64_t x = 0; x < kDims[0]; ++x)
+          ASSERT_EQ(values[i++], value_at(x, y, z, t)) << x << y << z << t;
+  }
+}
+
+ReaderOptions raw(const std::string& path, Type type) {
+  ReaderOptions o = inputs({path});
+  o.dims = kDims;
+  o.dtype = type;
+  return o;
+}
+
+TEST(RawReader, ReadsEveryAxisOrder) {
+  Scratch s;
+  std::string order = "xyzt";
+  std::sort(order.begin(), order.end());
+  do {
+    ReaderOptions o = raw(s.file("a.raw", bytes_of(file_values<uint16_t>(order))), Type::u16);
+    o.axes = order;
+    expect_series(o);
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
+TEST(RawReader, NeedsNoMoreMemoryThanItIsGiven) {
+  Scratch s;
+  for (const char* order : {"txyz", "xtyz", "xytz"}) {
+    ReaderOptions o = raw(s.file("a.raw", bytes_of(file_values<uint16_t>(order))), Type::u16);
+    o.axes = order;
+    o.max_memory = 2 * 3 * 4 * 5 * 2 * 2; // two frames in half of it: three passes over the file
+    expect_series(o);
+    o.max_memory = 3 * 4 * 5 * 2 - 1;
+    EXPECT_REFUSED(refusal(o), Exit::no_resources, "--max-mem");
+  }
+}
+
+TEST(RawReader, ReadsTypesAndByteOrders) {
+  Scratch s;
+  const auto both = [&]<class T>(T, Type type) {
+    for (const bool big : {false, true}) {
+      ReaderOptions o = raw(s.file("a.raw", bytes_of(file_values<T>("xyzt"), big)), type);
+      o.big_endian = big;
+      expect_series(o);
+    }
+  };
+  both(uint16_t{}, Type::u16);
+  both(int16_t{}, Type::i16);
+  both(int32_t{}, Type::i32);
+  both(uint32_t{}, Type::u32);
+  both(int64_t{}, Type::i64);
+  both(float{}, Type::f32);
+  both(double{}, Type::f64);
+}
+
+TEST(RawReader, ReadsGzipSkipsAndFilesPerFrame) {
+  Scratch s;
+  const std::string bytes = bytes_of(file_values<float>("xyzt")), head = "header!";
+  ReaderOptions o = raw(s.file("a.raw", head + bytes), Type::f32);
+  o.skip = head.size();
+  expect_series(o);
+  o.inputs = {s.file("a.raw.gz", gzipped(head + bytes))};
+  expect_series(o);
+  o.inputs = {s.file("members.gz", gzipped(head + bytes.substr(0, 100)) + gzipped(bytes.substr(100)))};
+  expect_series(o);
+  const size_t frame = bytes.size() / kDims[3];
+  for (uint64_t t = 0; t < kDims[3]; ++t) {
+    s.file(concat("f.", t, ".raw"), bytes.substr(t * frame, frame));
+    s.file(concat("g.", t, ".gz"), gzipped(bytes.substr(t * frame, frame)));
+  }
+  o.skip.reset();
+  o.dims = {kDims[0], kDims[1], kDims[2], 0};
+  o.inputs = {s.path("f.%d.raw")};
+  expect_series(o);
+  o.inputs = {s.path("g.*.gz")};
+  expect_series(o);
+}
+
+TEST(RawReader, SelectsFramesOfOneFile) {
+  Scratch s;
+  ReaderOptions o = raw(s.file("a.raw", bytes_of(file_values<float>("xyzt"))), Type::f32);
+  o.frames = parse_frame_selection("1-5x2");
+  const auto reader = open_series(o);
+  EXPECT_EQ(reader->description().dims[3], 3u);
+  EXPECT_EQ(reader->description().times.values, (std::vector<double>{0, 2, 4}));
+  EXPECT_EQ(dense(*reader, 1)[0], value_at(0, 0, 0, 3));
+  o.frames = parse_frame_selection("4-6");
+  EXPECT_REFUSED(refusal(o), Exit::usage, "frames 0 to 5");
+}
+
+TEST(RawReader, ShowsTheArithmeticOfAWrongSize) {
+  Scratch s;
+  const std::string path = s.file("a.raw", std::string(3 * 4 * 5 * 6 * 2 - 1, 'x'));
+  EXPECT_REFUSED(refusal(raw(path, Type::u16)), Exit::bad_input,
+                 "719 bytes, but 3 x 4 x 5 x 6 frames x 2 bytes (u16) = 720");
+  s.file("a.raw", std::string(3 * 4 * 5 * 7 * 2, 'x'));
+  EXPECT_REFUSED(refusal(raw(path, Type::u16)), Exit::bad_input, "would fit 7 frame(s)");
+  s.file("a.raw", "");
+  EXPECT_REFUSED(refusal(raw(path, Type::u16)), Exit::bad_input, "0 bytes");
+}
+
+TEST(RawReader, RefusesMissingAndOverflowingThings) {
+  Scratch s;
+  const std::string path = s.file("a.raw", "12345678");
+  EXPECT_REFUSED(refusal(inputs({path})), Exit::usage, "--dims");
+  EXPECT_REFUSED(refusal(inputs({s.path("none.raw")})), Exit::bad_input, "no such file");
+  EXPECT_REFUSED(refusal(inputs({s.path(".")})), Exit::bad_input, "not a regular file");
+  ReaderOptions huge = raw(path, Type::f64);
+  huge.dims = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
+  EXPECT_REFUSED(refusal(huge), Exit::bad_input, "too many");
+  ReaderOptions o = raw(path, Type::u8);
+  o.axes = "xxyz";
+  EXPECT_REFUSED(refusal(o), Exit::usage, "--axes");
+  o.axes = "xyz";
+  EXPECT_REFUSED(refusal(o), Exit::usage, "has no t");
+  o.axes = "xyt";
+  EXPECT_REFUSED(refusal(o), Exit::usage, "z is missing");
+}
+
+TEST(RawReader, StopsAtDamagedAndExplodingGzip) {
+  Scratch s;
+  const std::string good = gzipped(bytes_of(file_values<float>("xyzt")));
+  EXPECT_REFUSED(refusal(raw(s.file("cut.gz", good.substr(0, good.size() / 2)), Type::f32)), Exit::bad_input,
+                 "end too early");
+  std::string bad = good;
+  bad[good.size() - 6] = static_cast<char>(bad[good.size() - 6] ^ 1); // in the check sum
+  EXPECT_REFUSED(refusal(raw(s.file("bad.gz", bad), Type::f32)), Exit::bad_input, "damaged compressed data");
+  EXPECT_REFUSED(refusal(raw(s.file("short.gz", gzipped("few")), Type::f32)), Exit::bad_input,
+                 "1440 are expected");
+  // 64 MiB of zeros in 64 KiB: more than declared is not unpacked, less cannot be declared beyond what
+  // deflate can do.
+  const std::string bomb = s.file("bomb.gz", gzipped(std::string(64 << 20, '\0')));
+  ReaderOptions o = raw(bomb, Type::f32);
+  EXPECT_REFUSED(refusal(o), Exit::bad_input, "more than the 1440 bytes");
+  o.dims = {100000, 100000, 100, 1};
+  EXPECT_REFUSED(refusal(o), Exit::bad_input, "cannot hold more than");
+}
+
+TEST(RawReader, WarnsOfWrongByteOrderAndSwappedAxes) {
+  Scratch s;
+  constexpr std::array<uint64_t, 4> dims{20, 33, 48, 1};
+  std::vector<uint16_t> smooth;
+  for (uint64_t z = 0; z < dims[2]; ++z)
+    for (uint64_t y = 0; y < dims[1]; ++y)
+      for (uint64_t x = 0; x < dims[0]; ++x)
+        smooth.push_back(static_cast<uint16_t>(2000 + 900 * std::sin(0.2 * static_cast<double>(x)) +
+                                               700 * std::cos(0.15 * static_cast<double>(y + z))));
+  ReaderOptions o = raw(s.file("a.raw", bytes_of(smooth)), Type::u16);
+  o.dims = dims;
+  EXPECT_TRUE(open_series(o)->description().warnings.empty()) << open_series(o)->description().warnings[0];
+  o.big_endian = true;
+  ASSERT_EQ(open_series(o)->description().warnings.size(), 1u);
+  EXPECT_NE(open_series(o)->description().warnings[0].find("--endian"), std::string::npos);
+  o.big_endian = false;
+  o.dims = {48, 33, 20, 1};
+  ASSERT_EQ(open_series(o)->description().warnings.size(), 1u);
+  EXPECT_NE(open_series(o)->description().warnings[0].find("20,33,48"), std::string::npos);
+}
+
+TEST(Decoders, ReadNumbersAsText) {
+  Scratch s;
+  const std::string path = s.file("a.txt", "1 2,3\n\t-4.5e1\r\n+6 ");
+  auto stream = open_ascii(std::make_unique<InputFile>(path), 0, Type::f32);
+  std::vector<float> values(8, 0);
+  EXPECT_EQ(stream->read(std::as_writable_bytes(std::span(values))), 5 * sizeof(float));
+  EXPECT_EQ(values[3], -45.0f);
+  EXPECT_EQ(values[4], 6.0f);
+  stream = open_ascii(std::make_unique<InputFile>(s.file("b.txt", "1 256")), 0, Type::u8);
+  EXPECT_REFUSED(refusal([&] { (void)stream->read(std::as_writable_bytes(std::span(values))); }),
+                 Exit::bad_input, "256");
+}
+
+} // namespace
+} // namespace bcc4::test

@@ -1,0 +1,230 @@
+#include "readers/vti/vti_reader.h"
+
+#include <numeric>
+
+#include "readers/vti/base64.h"
+#include "readers/vti/vti_file.h"
+#include "scratch.h"
+
+namespace bcc4::test {
+namespace {
+
+std::string base64(const std::string& bytes) {
+  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    uint32_t group = 0;
+    for (size_t k = 0; k < 3; ++k)
+      group = group << 8 | (i + k < bytes.size() ? static_cast<uint8_t>(bytes[i + k]) : 0u);
+    for (size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? digits[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return out;
+}
+
+std::string u32(std::vector<uint32_t> values, bool swapped = false) { return bytes_of(values, swapped); }
+
+// 2 x 3 x 4 floats, each its own index.
+std::vector<float> counting() {
+  std::vector<float> v(24);
+  std::iota(v.begin(), v.end(), 0.0f);
+  return v;
+}
+
+// zlib blocks of `block` bytes as VTK lays them out.
+std::string blocks(const std::string& data, size_t block, std::string& sizes) {
+  std::string out;
+  std::vector<uint32_t> head{static_cast<uint32_t>((data.size() + block - 1) / block),
+                             static_cast<uint32_t>(block), static_cast<uint32_t>(data.size() % block)};
+  for (size_t at = 0; at < data.size(); at += block) {
+    const std::string part = data.substr(at, block);
+    uLongf size = compressBound(static_cast<uLong>(part.size()));
+    std::string packed(size, '\0');
+    compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(part.data()),
+             static_cast<uLong>(part.size()));
+    packed.resize(size);
+    head.push_back(static_cast<uint32_t>(size));
+    out += packed;
+  }
+  sizes = u32(head);
+  return out;
+}
+
+std::string vti(const std::string& array, const std::string& root = "", const std::string& after = "") {
+  return "<?xml version=\"1.0\"?>\n<!-- made by hand -->\n<VTKFile type=\"ImageData\" version=\"0.1\" " +
+         root +
+         ">\n<ImageData WholeExtent=\"0 1 0 2 0 3\" Origin=\"1 2 3\" Spacing=\"0.5 1 2\">\n<Piece Extent=\"0 "
+         "1 0 2 0 3\">\n"
+         "<PointData Scalars=\"d\">" +
+         array + "</PointData>\n<CellData></CellData>\n</Piece>\n</ImageData>\n" + after + "</VTKFile>\n";
+}
+
+void expect_counting(const std::string& path) {
+  const auto reader = open_series(inputs({path}));
+  ASSERT_EQ(reader->description().dims, (std::array<uint64_t, 4>{2, 3, 4, 1}));
+  const auto v = dense(*reader, 0);
+  for (size_t i = 0; i < v.size(); ++i) ASSERT_EQ(v[i], static_cast<double>(i));
+  EXPECT_EQ(reader->description().affine,
+            (std::array<double, 16>{.5, 0, 0, 1, 0, 1, 0, 2, 0, 0, 2, 3, 0, 0, 0, 1}));
+}
+
+TEST(VtiReader, ReadsEveryKindOfData) {
+  Scratch s;
+  std::string text;
+  for (const float v : counting()) text += concat(v, " ");
+  expect_counting(s.file("ascii.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"ascii\">\n" +
+                                          text + "</DataArray>")));
+
+  const std::string data = bytes_of(counting());
+  const std::string plain = u32({96}) + data;
+  expect_counting(s.file("binary.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">\n " +
+                                           base64(plain) + "\n</DataArray>")));
+  const std::string wide = bytes_of(std::vector<uint64_t>{96}) + data;
+  expect_counting(s.file("wide.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">" +
+                                             base64(wide) + "</DataArray>",
+                                         "byte_order=\"LittleEndian\" header_type=\"UInt64\"")));
+  const std::string big = u32({96}, true) + bytes_of(counting(), true);
+  const std::string reference = "<DataArray type=\"Float32\" Name=\"d\" format=\"appended\" offset=\"0\"/>";
+  expect_counting(s.file("big.vti", vti(reference, "byte_order=\"BigEndian\"",
+                                        "<AppendedData encoding=\"raw\">\n _" + big + "\n</AppendedData>")));
+  expect_counting(s.file(
+      "appended64.vti",
+      vti(reference, "", "<AppendedData encoding=\"base64\">\n_" + base64(plain) + "\n</AppendedData>")));
+
+  std::string sizes;
+  const std::string packed = blocks(data, 40, sizes);
+  const std::string zlib = "compressor=\"vtkZLibDataCompressor\"";
+  expect_counting(
+      s.file("zlib.vti",
+             vti(reference, zlib, "<AppendedData encoding=\"raw\">_" + sizes + packed + "</AppendedData>")));
+  expect_counting(s.file("zlib64.vti", vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">" +
+                                               base64(sizes) + base64(packed) + "</DataArray>",
+                                           zlib)));
+}
+
+TEST(VtiReader, PlacesCellsAtTheirCentres) {
+  Scratch s;
+  std::string file = vti("", "");
+  file.replace(
+      file.find("<CellData></CellData>"), 21,
+      "<CellData><DataArray type=\"UInt8\" Name=\"c\" format=\"ascii\">0 1 2 3 4 5</DataArray></CellData>");
+  const auto reader = open_series(inputs({s.file("cells.vti", file)}));
+  EXPECT_EQ(reader->description().dims, (std::array<uint64_t, 4>{1, 2, 3, 1}));
+  EXPECT_EQ(reader->description().affine[3], 1.25);
+  EXPECT_EQ(reader->description().affine[11], 4);
+}
+
+TEST(VtiReader, ReadsSeriesWithTheirTimes) {
+  Scratch s;
+  const auto frame = [](double time, int value) {
+    std::string text;
+    for (int i = 0; i < 24; ++i) text += concat(value, " ");
+    std::string file = vti("<DataArray type=\"Int16\" Name=\"d\" format=\"ascii\">" + text + "</DataArray>");
+    return file.insert(file.find("<Piece"),
+                       concat("<FieldData><DataArray type=\"Float64\" Name=\"TimeValue\" "
+                              "NumberOfTuples=\"1\" format=\"ascii\">",
+                              time, "</DataArray></FieldData>"));
+  };
+  s.file("f_8.vti", frame(0.5, 8));
+  s.file("f_9.vti", frame(0.75, 9));
+  s.file("f_10.vti", frame(1.5, 10));
+  const auto reader = open_series(inputs({s.path("f_%d.vti")}));
+  EXPECT_EQ(reader->description().times.values, (std::vector<double>{0.5, 0.75, 1.5}));
+  EXPECT_EQ(dense(*reader, 2)[0], 10);
+
+  s.file("all.pvd",
+         "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"3\" part=\"0\" file=\"f_8.vti\"/>"
+         "<DataSet timestep=\"1\" file=\"f_10.vti\"/></Collection></VTKFile>");
+  const auto collection = open_series(inputs({s.path("all.pvd")}));
+  EXPECT_EQ(collection->description().times.values, (std::vector<double>{1, 3}));
+  EXPECT_EQ(dense(*collection, 0)[0], 10);
+  s.file("sub/out.pvd", "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"3\" "
+                        "file=\"../f_8.vti\"/></Collection></VTKFile>");
+  EXPECT_REFUSED(refusal(inputs({s.path("sub/out.pvd")})), Exit::bad_input, "own folder");
+}
+
+TEST(VtiReader, ChoosesArrays) {
+  Scratch s;
+  std::string a, b;
+  for (int i = 0; i < 24; ++i) {
+    a += "1 ";
+    b += "2 3 ";
+  }
+  std::string file =
+      vti("<DataArray type=\"UInt8\" Name=\"mass\" format=\"ascii\">" + a +
+          "</DataArray><DataArray type=\"UInt8\" Name=\"flow\" NumberOfComponents=\"2\" format=\"ascii\">" +
+          b + "</DataArray>");
+  ReaderOptions o = inputs({s.file("a.vti", file)});
+  EXPECT_REFUSED(refusal(o), Exit::usage, "no array \"d\""); // the active scalars are none of them
+  o.channels = {"flow"};
+  const auto reader = open_series(o);
+  ASSERT_EQ(reader->description().channels.size(), 2u);
+  EXPECT_EQ(dense(*reader, 0, 0)[5], 2);
+  EXPECT_EQ(dense(*reader, 0, 1)[5], 3);
+  o.channels = {"mas"};
+  EXPECT_REFUSED(refusal(o), Exit::usage, "did you mean mass?");
+}
+
+TEST(VtiReader, RefusesDamage) {
+  Scratch s;
+  const auto refused = [&](const std::string& text) { return refusal(inputs({s.file("a.vti", text)})); };
+  const std::string reference = "<DataArray type=\"Float32\" Name=\"d\" format=\"appended\" offset=\"0\"/>";
+  const auto appended = [&](const std::string& data, const std::string& root = "") {
+    return refused(vti(reference, root, "<AppendedData encoding=\"raw\">_" + data));
+  };
+  const std::string data = bytes_of(counting());
+  EXPECT_REFUSED(appended(u32({96}) + data.substr(0, 50)), Exit::bad_input, "are expected");
+  EXPECT_REFUSED(appended(u32({92}) + data), Exit::bad_input, "holds 92 bytes");
+  const std::string zlib = "compressor=\"vtkZLibDataCompressor\"";
+  std::string sizes;
+  std::string packed = blocks(data, 40, sizes);
+  EXPECT_REFUSED(appended(u32({4000000000u, 40, 16}) + data, zlib), Exit::bad_input, "declares");
+  EXPECT_REFUSED(appended(sizes + packed.substr(0, 10), zlib), Exit::bad_input, "cut off");
+  packed[5] = static_cast<char>(packed[5] ^ 0x55);
+  EXPECT_REFUSED(appended(sizes + packed, zlib), Exit::bad_input, "damaged");
+  EXPECT_REFUSED(appended(data, "compressor=\"vtkLZ4DataCompressor\""), Exit::bad_input,
+                 "vtkLZ4DataCompressor");
+  std::string huge = vti(reference, "", "<AppendedData encoding=\"raw\">_xx");
+  for (size_t at = huge.find("0 1 0 2 0 3"); at != std::string::npos; at = huge.find("0 1 0 2 0 3"))
+    huge.replace(at, 11, "0 99999 0 99999 0 99999");
+  EXPECT_REFUSED(refused(huge), Exit::bad_input, "cannot fit");
+  EXPECT_REFUSED(refused("<VTKFile type=\"PolyData\"></VTKFile>"), Exit::bad_input, "ImageData");
+  EXPECT_REFUSED(refused("<VTKFile type=\"ImageData\">"), Exit::bad_input, "does not end");
+  std::string deep = "<VTKFile>";
+  for (int i = 0; i < 1000; ++i) deep += "<a>";
+  EXPECT_REFUSED(refused(deep), Exit::bad_input, "inside each other");
+}
+
+TEST(VtiReader, SurvivesMutations) {
+  Scratch s;
+  const std::string good = vti("<DataArray type=\"Float32\" Name=\"d\" format=\"binary\">" +
+                               base64(u32({96}) + bytes_of(counting())) + "</DataArray>");
+  size_t refused = 0;
+  for (size_t i = 0; i < good.size(); ++i)
+    for (const char c : {'\0', '<', '"', '-', '9', '='}) {
+      if ((i + static_cast<uint8_t>(c)) % 3 != 0) continue; // a third of them keeps the test short
+      std::string bad = good;
+      bad[i] = c;
+      refused += refusal(inputs({s.file("m.vti", bad)})).exit != Exit::ok;
+    }
+  EXPECT_GT(refused, 100u);
+}
+
+TEST(Base64, RoundTrips) {
+  for (size_t n = 0; n < 9; ++n) {
+    std::string bytes;
+    for (size_t i = 0; i < n; ++i) bytes += static_cast<char>(37 * i + 200);
+    const std::string text = base64(bytes) + base64("next");
+    std::string_view rest = text;
+    const Bytes out = take_base64(rest, n, "test");
+    EXPECT_TRUE(std::equal(out.begin(), out.end(), std::as_bytes(std::span(bytes)).begin(),
+                           std::as_bytes(std::span(bytes)).end()));
+    if (n % 3 != 0) {
+      EXPECT_EQ(rest, base64("next"));
+    }
+  }
+  std::string_view bad = "AB*D";
+  EXPECT_REFUSED(refusal([&] { (void)take_base64(bad, 3, "test"); }), Exit::bad_input, "base64");
+}
+
+} // namespace
+} // namespace bcc4::test

@@ -1,0 +1,281 @@
+// Prefiltered layers: against the stages' formula, and whatever the memory.
+#include "field/coefficients/coefficients.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "kernel/cc_kernel.h"
+#include "slice/time_slice.h"
+#include "tests/support/fields.h"
+#include "tests/support/targets.h"
+
+namespace bccsplat {
+namespace {
+
+using test::TestContext;
+
+constexpr uint64_t large_cache = 1u << 30;
+
+// A series of noise in [-1, 1] in which whole blocks are air.
+MemorySamples noise_samples(const Lattice4& lattice, uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> value(-1, 1);
+  std::vector<BrickLayer> layers;
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    const int c = lattice.coset(m);
+    std::vector<float> dense(static_cast<size_t>(lattice.space.sites(c)));
+    for (float& v : dense) v = value(random);
+    layers.push_back(layer_from_dense(lattice.space, c, dense));
+    for (size_t s = 0; s < layers.back().brick_slots() && layers.back().brick_slots() > 1; ++s)
+      if (random() % 3 == 0) layers.back().set(s, nullptr);
+  }
+  std::vector<std::vector<BrickLayer>> channels;
+  channels.push_back(std::move(layers));
+  return {lattice, {0}, std::move(channels)};
+}
+
+// All layers of a series as dense arrays of doubles.
+using Series = std::vector<std::vector<double>>;
+
+Series dense_series(const MemorySamples& samples, const Context& context) {
+  Series s;
+  for (int32_t m = 0; m < samples.lattice().layers(); ++m) {
+    const auto dense = layer_to_dense(samples.read_layer(0, m, {}, context));
+    s.emplace_back(dense.begin(), dense.end());
+  }
+  return s;
+}
+
+// One stage as kernel.h writes it, every neighbour by its mirror image.
+Series stage_reference(const Lattice4& lattice, const PrefilterStage& stage, const Series& c,
+                       const Series& f) {
+  const auto at = [&](const Series& s, int32_t layer, const Int3& i) {
+    const int32_t m = lattice.mirror_layer(layer);
+    const int coset = lattice.coset(m);
+    const Int3 n = lattice.space.dims(coset);
+    size_t index = 0;
+    for (size_t a = 3; a-- > 0;)
+      index = index * static_cast<size_t>(n[a]) + static_cast<size_t>(lattice.space.mirror(a, coset, i[a]));
+    return s[static_cast<size_t>(m)][index];
+  };
+  const auto spatial = [&](const Series& s, int32_t m, const Int3& i) {
+    double sum = 0;
+    for (size_t a = 0; a < 3; ++a)
+      for (const int d : {-1, 1}) {
+        Int3 j = i;
+        j[a] += d;
+        sum += at(s, m, j);
+      }
+    return sum;
+  };
+  const auto own = [&](const Series& s, int32_t m, const Int3& i, double w, double ws, double wt, double wm) {
+    double sum = w * at(s, m, i) + ws * spatial(s, m, i);
+    if (lattice.is_static()) return sum;
+    for (const int d : {-lattice.layer_period(), lattice.layer_period()})
+      sum += wt * at(s, m + d, i) + wm * spatial(s, m + d, i);
+    return sum;
+  };
+  Series out = c;
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    const int coset = lattice.coset(m);
+    const Int3 n = lattice.space.dims(coset);
+    size_t index = 0;
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y)
+        for (int x = 0; x < n[0]; ++x, ++index) {
+          const Int3 i{x, y, z};
+          double sum =
+              own(c, m, i, stage.self, stage.spatial, stage.temporal, stage.mixed) +
+              own(f, m, i, stage.source, stage.source_spatial, stage.source_temporal, stage.source_mixed);
+          if (stage.cross != 0 && !lattice.space.bcc)
+            for (int k = 0; k < 8; ++k)
+              sum += stage.cross * at(f, m, {x + 2 * (k & 1) - 1, y + (k & 2) - 1, z + 2 * (k >> 2) - 1});
+          else if (stage.cross != 0)
+            for (const int d : {-1, 1}) {
+              if (lattice.is_static() && d < 0) continue;
+              // Sites i - 1 and i of coset 1 surround site i of coset 0; i and i + 1 the other way round.
+              for (int k = 0; k < 8; ++k)
+                sum += stage.cross *
+                       at(c, m + d,
+                          {x + (k & 1) - 1 + coset, y + (k >> 1 & 1) - 1 + coset, z + (k >> 2) - 1 + coset});
+            }
+          out[static_cast<size_t>(m)][index] = sum;
+        }
+  }
+  return out;
+}
+
+// Every target's layers against `expected`.
+void expect_layers(const MemorySamples& samples, const Kernel& kernel, const Series& expected, double largest,
+                   const Context& context) {
+  test::for_targets([&] {
+    const Coefficients made(samples, 0, kernel, 0, large_cache);
+    for (int32_t m = 0; m < samples.lattice().layers(); ++m) {
+      const auto dense = layer_to_dense(*made.layer(m, context));
+      for (size_t i = 0; i < dense.size(); ++i)
+        ASSERT_NEAR(static_cast<double>(dense[i]), expected[static_cast<size_t>(m)][i], 2e-6 * largest)
+            << kernel.name << " layer " << m << " site " << i;
+    }
+  });
+}
+
+double largest_of(const Series& s) {
+  double largest = 1;
+  for (const auto& layer : s)
+    for (const double v : layer) largest = std::max(largest, std::fabs(v));
+  return largest;
+}
+
+// Sizes at which bricks end in the middle, one coset has a brick more than the other, and mirrors fall in
+// different bricks; and the smallest.
+constexpr std::array<uint32_t, 4> awkward_sizes[] = {{24, 25, 12, 5}, {47, 24, 4, 3}, {46, 3, 23, 1},
+                                                     {2, 1, 3, 2},    {70, 9, 9, 1},  {33, 17, 16, 4}};
+
+TEST(Coefficients, AreTheStagesFormulaOnEveryTarget) {
+  TestContext context;
+  for (const auto& dims : awkward_sizes) {
+    const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
+    const auto samples = noise_samples(lattice, dims[0]);
+    for (const char* name : {"default", "fast", "gauss09"}) {
+      const Kernel kernel = make_kernel(name);
+      Series c = dense_series(samples, context.get());
+      const Series f = c;
+      double largest = 1;
+      for (const PrefilterStage& stage : lattice.is_static() ? kernel.prefilter3 : kernel.prefilter4) {
+        c = stage_reference(lattice, stage, c, f);
+        largest = std::max(largest, largest_of(c));
+      }
+      expect_layers(samples, kernel, c, largest, context.get());
+    }
+  }
+}
+
+TEST(Coefficients, OnCcAreTheStagesInSpaceAndThenInTime) {
+  TestContext context;
+  for (const auto& dims : awkward_sizes) {
+    const auto lattice = Lattice4::fit(LatticeKind::cc, dims);
+    const auto samples = noise_samples(lattice, dims[0]);
+    for (const char* name : {"default", "radial18+b4"}) {
+      const CcKernel kernel = make_cc_kernel(name);
+      Series c = dense_series(samples, context.get());
+      double largest = 1;
+      const auto apply = [&](const std::vector<PrefilterStage>& stages) {
+        const Series f = c;
+        for (const PrefilterStage& stage : stages) {
+          c = stage_reference(lattice, stage, c, f);
+          largest = std::max(largest, largest_of(c));
+        }
+      };
+      apply(kernel.kernel.prefilter3);
+      if (!lattice.is_static()) apply(kernel.time);
+      expect_layers(samples, make_kernel(name), c, largest, context.get());
+    }
+  }
+}
+
+TEST(Coefficients, BeyondTheLatticeAndBelowThePruningIsAir) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::d4star, {30, 26, 20, 4});
+  const auto samples = noise_samples(lattice, 5);
+  const float prune = 0.4f;
+  const Coefficients all(samples, 0, make_kernel("default"), 0, large_cache);
+  const Coefficients some(samples, 0, make_kernel("default"), prune, large_cache);
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    const auto a = all.layer(m, context.get()), b = some.layer(m, context.get());
+    const Int3 n = a->dims();
+    for (size_t s = 0; s < a->brick_slots(); ++s) {
+      if (!b->brick(s)) continue;
+      ASSERT_TRUE(a->brick(s));
+      const Int3 at = a->slot_position(s);
+      for (int i = 0; i < brick_sites; ++i) {
+        const Int3 site{at[0] * 16 + i % 16, at[1] * 16 + i / 16 % 16, at[2] * 16 + i / 256};
+        const bool inside = site[0] < n[0] && site[1] < n[1] && site[2] < n[2];
+        const auto k = static_cast<size_t>(i);
+        const float v = a->brick(s)->value[k];
+        const bool kept = inside && std::fabs(v) > prune;
+        ASSERT_EQ(b->brick(s)->value[k], kept ? v : 0.0f);
+        ASSERT_EQ(b->brick(s)->kept[k / 16] >> (i % 16) & 1, kept);
+        if (!inside) {
+          ASSERT_EQ(v, 0.0f);
+        }
+      }
+    }
+  }
+}
+
+// Counts the bricks that are asked for.
+struct Counting final : SampleSource {
+  const MemorySamples& inner;
+  mutable std::atomic<int64_t> bricks{0};
+  explicit Counting(const MemorySamples& s) : inner(s) {}
+  const Lattice4& lattice() const override { return inner.lattice(); }
+  int channels() const override { return 1; }
+  float air(int c) const override { return inner.air(c); }
+  const std::string& coefficient_kernel() const override { return inner.coefficient_kernel(); }
+  BrickLayer read_layer(int c, int32_t m, const BrickBox& region, const Context& context) const override {
+    const BrickLayer whole = inner.read_layer(c, m, region, context);
+    BrickLayer part(whole.lattice(), whole.coset());
+    for (size_t s = 0; s < whole.brick_slots(); ++s)
+      if (region.contains(whole.slot_position(s))) part.set(s, whole.share(s)), ++bricks;
+    return part;
+  }
+};
+
+TEST(Coefficients, SmallCacheMeansMoreWorkButNotAgainAndAgain) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::d4star, {20, 20, 150, 30});
+  const auto samples = noise_samples(lattice, 3);
+  const int64_t height = 7; // bricks along z
+  for (const char* name : {"default", "fine"}) {
+    const Kernel kernel = make_kernel(name);
+    const Coefficients roomy(samples, 0, kernel, 0, large_cache);
+    for (const uint64_t cache : {uint64_t{0}, uint64_t{3} << 20}) {
+      const Counting source(samples);
+      const Coefficients tight(source, 0, kernel, 0, cache);
+      for (int32_t m = 10; m < 20; ++m)
+        ASSERT_EQ(layer_to_dense(*tight.layer(m, context.get())),
+                  layer_to_dense(*roomy.layer(m, context.get())))
+            << name << " layer " << m;
+      // Per layer: itself once to see how large it is, and its reach of 2 * 2 + stages - 1 layers on either
+      // side, each brick in at most three slabs.
+      const auto reach = prefilter_reach(kernel.prefilter4).time;
+      EXPECT_LE(source.bricks, 10 * height * (1 + 3 * (2 * reach + 1))) << name << " cache " << cache;
+      EXPECT_EQ(time_slice(tight, 9.3, {0, 0}, {}, context.get()).bounds,
+                time_slice(roomy, 9.3, {0, 0}, {}, context.get()).bounds);
+    }
+  }
+}
+
+TEST(Coefficients, SlabsStayWithinTheCacheAndTheResult) {
+  const auto lattice = Lattice4::fit(LatticeKind::d4star, {20, 20, 450, 20});
+  const auto samples = noise_samples(lattice, 4);
+  TestContext all;
+  const Coefficients roomy(samples, 0, make_kernel("default"), 0, large_cache);
+  const Slice expected = time_slice(roomy, 7.2, {0, 0}, {}, all.get());
+  const uint64_t six = 6 * expected.coset[0].bytes(); // layers in the hands of the slice
+  for (const uint64_t cache : {uint64_t{4} << 20, uint64_t{2} << 20}) {
+    TestContext context;
+    const Coefficients tight(samples, 0, make_kernel("default"), 0, cache);
+    const Slice slice = time_slice(tight, 7.2, {0, 0}, {}, context.get());
+    for (size_t c = 0; c < 2; ++c)
+      EXPECT_EQ(layer_to_dense(slice.coset[c]), layer_to_dense(expected.coset[c]));
+    EXPECT_LE(context.memory.peak(), six + 2 * cache);
+    EXPECT_GT(all.memory.peak(), six + 2 * cache); // it would have been more
+    EXPECT_LE(context.memory.used(), cache);
+  }
+}
+
+TEST(Coefficients, EachStageOfEachLayerIsMadeOnceWhileTimeAdvances) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::d4star, {20, 20, 20, 40});
+  const auto samples = noise_samples(lattice, 6);
+  const Counting source(samples);
+  const Coefficients c(source, 0, make_kernel("default"), 0, 64u << 20);
+  for (int32_t m = 10; m < 40; ++m) (void)c.layer(m, context.get());
+  const int reach = prefilter_reach(c.kernel().prefilter4).time;
+  EXPECT_EQ(source.bricks, 30 + 2 * reach); // one brick per layer
+}
+
+} // namespace
+} // namespace bccsplat

@@ -1,0 +1,27 @@
+// Every instruction set this machine has computes the same resampling.
+#include <gtest/gtest.h>
+
+#include "tests/support/targets.h"
+#include "tests/unit/fit/fit_series.h"
+
+namespace bccsplat::test {
+namespace {
+
+TEST(ResampleTargets, AgreeWithTheReference) {
+  const Series s = noise({41, 19, 22, 9}, 6);
+  for (const double scale : {1.0, 2.5}) {
+    FitOptions o = options_for(s);
+    o.scale = scale;
+    const Lattice4 lattice = Lattice4::fit(o.lattice, o.dims, o.scale);
+    const auto reference = reference_layers(lattice, s, o.filter);
+    int targets = 0;
+    for_targets([&] {
+      EXPECT_LT(worst_difference(run_fit(o, s), reference), 2e-6);
+      ++targets;
+    });
+    EXPECT_GE(targets, 1);
+  }
+}
+
+} // namespace
+} // namespace bccsplat::test

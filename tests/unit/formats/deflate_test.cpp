@@ -1,0 +1,54 @@
+#include "formats/bcc4/coding/deflate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace bccsplat {
+namespace {
+
+// Low bytes without any order, middle bytes of a narrow distribution, high bytes mostly 0.
+struct Planes {
+  std::vector<std::byte> bytes;
+  std::vector<size_t> ends;
+};
+Planes planes(size_t count) {
+  std::mt19937 random(4);
+  std::geometric_distribution<int> narrow(0.3);
+  Planes p;
+  for (int plane = 0; plane < 3; ++plane) {
+    for (size_t i = 0; i < count; ++i)
+      p.bytes.push_back(static_cast<std::byte>(plane == 0   ? random() & 255
+                                               : plane == 1 ? static_cast<unsigned>(narrow(random)) & 255
+                                               : i % 97     ? 0
+                                                            : 1));
+    p.ends.push_back(p.bytes.size());
+  }
+  return p;
+}
+
+TEST(Bcc4Deflate, PartsAreOneStream) {
+  for (const size_t count : {1, 2, 100, 5000, 70000})
+    for (const int level : {1, 6, 9}) {
+      const Planes p = planes(count);
+      const auto stream = deflate_parts(p.bytes, p.ends, level);
+      std::vector<std::byte> back(p.bytes.size());
+      ASSERT_TRUE(inflate_bytes(stream, back)) << count << " level " << level;
+      EXPECT_EQ(back, p.bytes);
+    }
+}
+
+// Blocks that follow the parts need little more than what the parts hold.
+TEST(Bcc4Deflate, PartsTakeTheirEntropy) {
+  const size_t count = 20000;
+  const Planes p = planes(count);
+  const double middle = -(std::log2(0.3) + 0.7 / 0.3 * std::log2(0.7)); // bits, of the geometric distribution
+  const double entropy = static_cast<double>(count) * (8 + middle + 1.0 / 97 * (std::log2(97) + 1.44)) / 8;
+  const double size = static_cast<double>(deflate_parts(p.bytes, p.ends, 6).size());
+  EXPECT_LT(size, 1.02 * entropy + 200);
+  EXPECT_LT(size, 0.98 * static_cast<double>(deflate_bytes(p.bytes, 6, DeflateKind::noise).size()));
+}
+
+} // namespace
+} // namespace bccsplat

@@ -1,0 +1,147 @@
+// Files of every released version stay readable: samples and account as the second reader printed them when
+// the file was made (tests/spec_reader), bad files refused with the code they were made for.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+#include "base/bytes.h"
+#include "formats/bcc4/coding/deflate.h"
+#include "tests/unit/formats/test_data.h"
+
+namespace bccsplat {
+namespace {
+
+using namespace test;
+
+const std::filesystem::path folder = BCCSPLAT_GOLDEN_DIR;
+
+std::shared_ptr<Bcc4Reader> open(const std::string& name) {
+  return Bcc4Reader::open(open_file_source((folder / (name + ".bcc4")).string()));
+}
+
+std::vector<std::string> names(const std::string& prefix) {
+  std::vector<std::string> found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().extension() == ".bcc4" && entry.path().stem().string().starts_with(prefix))
+      found.push_back(entry.path().stem().string());
+  return found;
+}
+
+// The lines `channel` and `layer` of the second reader.
+std::string describe(const std::shared_ptr<Bcc4Reader>& reader) {
+  Bench bench;
+  const Layers all = read_all(reader, bench);
+  std::string text;
+  for (size_t c = 0; c < all.size(); ++c) {
+    const ChannelInfo& info = reader->info().channels[c];
+    char air[32];
+    std::snprintf(air, sizeof air, "%.9g", static_cast<double>(info.air));
+    text += concat("channel ", c, " ", info.name, " type ", static_cast<int>(info.type), " air ", air,
+                   " kept ", info.sites_kept, " holes ", info.holes, "\n");
+    for (size_t m = 0; m < all[c].size(); ++m) {
+      const BrickLayer& layer = all[c][m];
+      const Int3 n = layer.dims();
+      ByteWriter bytes;
+      for (int z = 0; z < n[2]; ++z)
+        for (int y = 0; y < n[1]; ++y)
+          for (int x = 0; x < n[0]; ++x) {
+            const Brick* b = layer.brick(x / 16, y / 16, z / 16);
+            const int site = (z % 16 * 16 + y % 16) * 16 + x % 16;
+            const bool kept = b && b->kept[static_cast<size_t>(site / 16)] >> (site % 16) & 1;
+            bytes.write(static_cast<uint8_t>(!kept ? 0 : b->is_hole(site) ? 2 : 1));
+            bytes.write(layer.value(x, y, z));
+          }
+      char crc[16];
+      std::snprintf(crc, sizeof crc, "%08x", crc32_of(bytes.bytes()));
+      text += concat("layer ", m, " sites ", n[0], " ", n[1], " ", n[2], " crc ", crc, "\n");
+    }
+  }
+  return text;
+}
+
+TEST(Bcc4Golden, GoodFilesHoldTheirSamples) {
+  const auto files = names("v");
+  EXPECT_GE(files.size(), 12u);
+  for (const std::string& name : files) {
+    std::ifstream in(folder / (name + ".txt"));
+    ASSERT_TRUE(in) << name;
+    std::string expected, line;
+    while (std::getline(in, line))
+      if (line.starts_with("channel ") || line.starts_with("layer ")) expected += line + "\n";
+    EXPECT_EQ(describe(open(name)), expected) << name;
+  }
+}
+
+TEST(Bcc4Golden, GoodFilesVerify) {
+  Bench bench;
+  for (const std::string& name : names("v")) {
+    const auto result = open(name)->verify_all(bench.context);
+    EXPECT_GT(result.chunks, 0u) << name;
+    for (const auto& d : result.damage) ADD_FAILURE() << name << ": " << d.message;
+  }
+}
+
+TEST(Bcc4Golden, GoodFilesUseEverythingTheFormatHas) {
+  std::set<int> types, predictors, value_codings, run_codings, kinds, depths;
+  for (const std::string& name : names("v")) {
+    const auto reader = open(name);
+    const VolumeInfo& info = reader->info();
+    kinds.insert(static_cast<int>(info.lattice.kind));
+    depths.insert(info.slab_layers);
+    for (size_t c = 0; c < info.channels.size(); ++c) {
+      types.insert(static_cast<int>(info.channels[c].type));
+      for (int32_t s = 0; s < info.slabs(); ++s)
+        for (const Bcc4Chunk& chunk : reader->chunks(static_cast<int>(c), s)) {
+          predictors.insert(chunk.predictor);
+          value_codings.insert(chunk.coding & 15), run_codings.insert(chunk.coding >> 4);
+        }
+    }
+  }
+  EXPECT_EQ(types, (std::set<int>{1, 2, 3, 4}));
+  EXPECT_EQ(predictors, (std::set<int>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(value_codings, (std::set<int>{0, 1}));
+  EXPECT_EQ(run_codings, (std::set<int>{0, 1}));
+  EXPECT_EQ(kinds, (std::set<int>{1, 2, 3}));
+  EXPECT_EQ(depths, (std::set<int>{3, 8}));
+}
+
+TEST(Bcc4Golden, UnevenTimes) {
+  const TimeMap t = open("v1_d4star_f32_uneven_times")->info().time;
+  EXPECT_FALSE(t.uniform);
+  EXPECT_EQ(t.times, (std::vector<double>{0, 6, 12, 24, 36.5}));
+  EXPECT_EQ(t.unit, "h");
+}
+
+TEST(Bcc4Golden, BadFilesAreRefused) {
+  const std::map<std::string, Code> expected = {{"bad_truncated", Code::truncated},
+                                                {"bad_seven_bits", Code::corrupt},
+                                                {"bad_text_mode", Code::corrupt},
+                                                {"bad_newer_version", Code::unsupported_version},
+                                                {"bad_both_roots", Code::checksum_mismatch},
+                                                {"bad_metadata", Code::checksum_mismatch},
+                                                {"bad_directory", Code::checksum_mismatch},
+                                                {"bad_padding", Code::corrupt},
+                                                {"bad_chunk", Code::checksum_mismatch},
+                                                {"bad_run_list", Code::corrupt}};
+  std::set<std::string> seen;
+  for (const std::string& name : names("bad")) {
+    seen.insert(name);
+    ASSERT_TRUE(expected.contains(name)) << name;
+    try {
+      Bench bench;
+      const auto reader = open(name);
+      static_cast<void>(read_all(reader, bench));
+      ADD_FAILURE() << name << " was read";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), expected.at(name)) << name << ": " << e.message();
+    }
+  }
+  EXPECT_EQ(seen.size(), expected.size());
+}
+
+} // namespace
+} // namespace bccsplat

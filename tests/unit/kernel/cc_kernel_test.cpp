@@ -1,0 +1,265 @@
+// The Cartesian twin: kernels on CC, and slices and evaluation of 4D CC series.
+#include "kernel/cc_kernel.h"
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "field/evaluate.h"
+#include "field/sample_grid.h"
+#include "kernel/radial.h"
+#include "slice/plane_slice.h"
+#include "slice/time_slice.h"
+#include "tests/support/fields.h"
+#include "tests/unit/field/evaluated.h"
+
+namespace bccsplat {
+namespace {
+
+using test::evaluate_values;
+using test::PlaneWaves;
+using test::random_points;
+using test::sample_field;
+using test::snr_db;
+using test::TestContext;
+
+constexpr uint64_t large_cache = 1u << 30;
+
+double site_sum(const RadialKernel& phi, const Vec3& p) {
+  double sum = 0;
+  for (int z = -4; z <= 4; ++z)
+    for (int y = -4; y <= 4; ++y)
+      for (int x = -4; x <= 4; ++x) {
+        const Vec3 v = p - Vec3{double(x), double(y), double(z)};
+        sum += phi.value(dot(v, v));
+      }
+  return sum;
+}
+
+TEST(CcKernel, SumsToOneInTheMeanWithASmallRipple) {
+  // The bound that slices give for their values allows 2 %.
+  for (const auto& [name, ripple] :
+       {std::pair{"radial16+b3", 0.02}, {"radial18+b3", 0.01}, {"radial20+b3", 0.004}}) {
+    const CcKernel cc = make_cc_kernel(name);
+    EXPECT_NEAR(radial_integral(cc.kernel.space), 1, 1e-9);
+    for (int i = 0; i < 125; ++i) {
+      const Vec3 p{0.125 * (i % 5), 0.125 * (i / 5 % 5), 0.125 * (i / 25)};
+      EXPECT_NEAR(site_sum(cc.kernel.space, p), 1, ripple) << name;
+    }
+  }
+}
+
+TEST(CcKernel, PaperLatticeSumIsTheSumOfTheWeights) {
+  const Kernel paper = make_cc_kernel("paper").kernel;
+  EXPECT_TRUE(paper.normalised);
+  EXPECT_EQ(paper.time.shape, TemporalKernel::Shape::bspline);
+  EXPECT_EQ(paper.time.order, 2); // linear in time
+  for (int i = 0; i < 64; ++i) {
+    const Vec3 p{0.2 * (i % 4), 0.17 * (i / 4 % 4), 0.13 * (i / 16)};
+    EXPECT_NEAR(cc_lattice_sum(paper, p[0], p[1], p[2]), site_sum(paper.space, p), 2.5e-3); // cut at 2 T
+  }
+  EXPECT_EQ(cc_lattice_sum(make_cc_kernel("default").kernel, 0.3, 0.4, 0.1), 1);
+}
+
+TEST(CcKernel, WiderKernelsAreRefused) {
+  for (const char* name : {"fine", "gauss09", "radial24+b2"}) {
+    try {
+      (void)make_cc_kernel(name);
+      ADD_FAILURE() << name;
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), Code::unsupported);
+    }
+  }
+}
+
+class CcVolume : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Cc, CcVolume, testing::Values("fast", "default", "paper", "radial20+b4"),
+                         [](const auto& instance) {
+                           std::string name = instance.param;
+                           std::replace(name.begin(), name.end(), '+', '_');
+                           return name;
+                         });
+
+TEST_P(CcVolume, ConstantStaysConstantUpToTheEnds) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {19, 14, 23, 9});
+  ASSERT_EQ(lattice.layers(), 9);
+  const auto samples = sample_field(lattice, [](const Vec4&) { return 7.0; });
+  const Coefficients c(samples, 0, make_kernel(GetParam()), 0, large_cache);
+  for (const float v : evaluate_values(c, random_points(lattice, 2000, 1), context.get()))
+    ASSERT_NEAR(v, 7, 7 * 0.02);
+}
+
+TEST_P(CcVolume, IsLinearInTheSamples) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {12, 13, 14, 8});
+  const PlaneWaves f(5, 0.6, 3), g(5, 0.6, 4);
+  const auto a = sample_field(lattice, f), b = sample_field(lattice, g),
+             both = sample_field(lattice, [&](const Vec4&p) { return 2 * f(p) - 0.5 * g(p); });
+  const auto points = random_points(lattice, 500, 5);
+  const Kernel kernel = make_kernel(GetParam());
+  const auto va = evaluate_values({a, 0, kernel, 0, large_cache}, points, context.get());
+  const auto vb = evaluate_values({b, 0, kernel, 0, large_cache}, points, context.get());
+  const auto v = evaluate_values({both, 0, kernel, 0, large_cache}, points, context.get());
+  for (size_t i = 0; i < v.size(); ++i) ASSERT_NEAR(v[i], 2 * va[i] - 0.5f * vb[i], 2e-5);
+}
+
+TEST_P(CcVolume, SliceAgreesWithTheVolume) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {20, 17, 35, 12});
+  const auto samples = sample_field(lattice, PlaneWaves(8, 0.6, 3));
+  const Coefficients c(samples, 0, make_kernel(GetParam()), 0, large_cache);
+  for (const double frame : {0.0, 0.3, 5.0, 7.77, 11.0}) {
+    auto points = random_points(lattice, 300, 5);
+    std::vector<Vec3> at;
+    for (Vec4& p : points) p[3] = frame, at.push_back({p[0], p[1], p[2]});
+    std::vector<float> volume(points.size()), slice_values(points.size());
+    std::vector<std::array<float, 4>> volume_gradient(points.size());
+    std::vector<std::array<float, 3>> slice_gradient(points.size());
+    evaluate4(c, points, volume, volume_gradient, context.get());
+    const Slice slice = time_slice(c, frame, {0, 0}, {}, context.get());
+    ASSERT_FALSE(slice.lattice.bcc);
+    evaluate(slice, at, slice_values, slice_gradient);
+    for (size_t i = 0; i < points.size(); ++i) {
+      ASSERT_NEAR(volume[i], slice_values[i], 2e-5);
+      Vec3 gradient;
+      ASSERT_NEAR(evaluate_reference(slice, at[i], &gradient), slice_values[i], 2e-5);
+      for (size_t a = 0; a < 3; ++a) {
+        ASSERT_NEAR(slice_gradient[i][a], gradient[a], 1e-4);
+        ASSERT_NEAR(volume_gradient[i][a], gradient[a], 1e-4);
+      }
+      ASSERT_GE(slice_values[i], slice.bounds[0]);
+      ASSERT_LE(slice_values[i], slice.bounds[1]);
+    }
+    // And the dense way.
+    std::vector<float> grid(20 * 17 * 35);
+    sample_grid(slice, {{0, 0, 0}, {1, 1, 1}, {20, 17, 35}}, grid.data(), context.get());
+    for (size_t i = 0; i < grid.size(); i += 97) {
+      const Vec3 p{double(i % 20), double(i / 20 % 17), double(i / 340)};
+      ASSERT_NEAR(grid[i], evaluate_reference(slice, p, nullptr), 2e-5);
+    }
+  }
+}
+
+TEST_P(CcVolume, GradientIsTheDerivative) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {14, 15, 16, 10});
+  const auto samples = sample_field(lattice, PlaneWaves(6, 0.5, 9));
+  const Coefficients c(samples, 0, make_kernel(GetParam()), 0, large_cache);
+  const auto points = random_points(lattice, 100, 11, 0.1);
+  // The truncated Gaussians jump by 7e-4 of their peak at the cut, and a hat has corners: a few points
+  // straddle them.
+  for (const size_t misses : test::gradient_misses(c, points, 0.01, context.get())) EXPECT_LE(misses, 30u);
+}
+
+TEST(CcVolume, PlaneWavesReachTheKernelsAccuracy) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {40, 40, 40, 40});
+  struct Asked {
+    const char* kernel;
+    std::array<double, 3> snr; // dB at rho .5, .7, .9
+  };
+  for (const Asked& asked : {Asked{"default", {43, 31.5, 19}}, Asked{"radial20+b4", {53, 37, 21}}}) {
+    size_t i = 0;
+    for (const double rho : {0.5, 0.7, 0.9}) {
+      const PlaneWaves f(24, rho, 17);
+      const auto samples = sample_field(lattice, f);
+      const auto points = random_points(lattice, 4000, 19, 10);
+      const double snr = snr_db(
+          evaluate_values({samples, 0, make_kernel(asked.kernel), 0, large_cache}, points, context.get()),
+          points, f);
+      EXPECT_GE(snr, asked.snr[i++]) << asked.kernel << " at rho " << rho;
+    }
+  }
+}
+
+TEST(CcVolume, SamplesComeBackAtTheSites) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {24, 24, 24, 16});
+  const PlaneWaves f(12, 0.6, 23);
+  const auto samples = sample_field(lattice, f);
+  std::vector<Vec4> sites;
+  for (int i = 0; i < 2000; ++i)
+    sites.push_back(
+        {double(6 + i % 12), double(6 + i / 12 % 12), double(6 + i / 144 % 12), double(5 + i % 6)});
+  // Far better than between the sites, where the kernel itself limits.
+  EXPECT_GE(
+      snr_db(evaluate_values({samples, 0, make_kernel("radial20+b4"), 0, large_cache}, sites, context.get()),
+             sites, f),
+      48);
+}
+
+TEST(CcVolume, StaticVolumesAreThreeDimensional) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {33, 33, 33, 1});
+  ASSERT_EQ(lattice.layers(), 1);
+  const PlaneWaves f(12, 0.5, 71, 3);
+  const auto samples = sample_field(lattice, f);
+  const auto points = random_points(lattice, 2000, 73, 6);
+  EXPECT_GE(
+      snr_db(evaluate_values({samples, 0, make_kernel("default"), 0, large_cache}, points, context.get()),
+             points, f),
+      51);
+}
+
+TEST(CcVolume, PaperIsTheGaussianOfThePaper) {
+  // One site of value 1: the normalised Gaussian in space, the hat in time.
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {13, 13, 13, 9});
+  const auto samples = sample_field(lattice, [](const Vec4& p) { return p == Vec4{6, 6, 6, 4} ? 1.0 : 0.0; });
+  const Coefficients c(samples, 0, make_kernel("paper"), 0, large_cache);
+  std::vector<Vec4> points;
+  for (int i = 0; i < 60; ++i) points.push_back({5 + 0.03 * i, 6.2, 5.9, 3.1 + 0.03 * i});
+  const auto values = evaluate_values(c, points, context.get());
+  for (size_t n = 0; n < points.size(); ++n) {
+    const Vec4& p = points[n];
+    const auto weight = [&](double x, double y, double z) {
+      const double r2 = (p[0] - x) * (p[0] - x) + (p[1] - y) * (p[1] - y) + (p[2] - z) * (p[2] - z);
+      return r2 < 4 ? std::exp(-2 * r2) : 0;
+    };
+    double sum = 0;
+    for (int x = 3; x <= 9; ++x)
+      for (int y = 3; y <= 9; ++y)
+        for (int z = 3; z <= 9; ++z) sum += weight(x, y, z);
+    const double expected = weight(6, 6, 6) / sum * std::max(0.0, 1 - std::fabs(p[3] - 4));
+    EXPECT_NEAR(static_cast<double>(values[n]), expected, 2e-3 * expected + 1e-6);
+  }
+}
+
+TEST(CcVolume, PlaneSlicesOfEitherLatticeOntoEither) {
+  TestContext context;
+  const PlaneWaves f(12, 0.5, 3);
+  const std::array<double, 5> h{0.5, 0.5, 0.5, 0.5, -31};
+  for (const LatticeKind source : {LatticeKind::cc, LatticeKind::d4star})
+    for (const LatticeKind target : {LatticeKind::cc, LatticeKind::bcc}) {
+      const auto lattice = Lattice4::fit(source, {32, 32, 32, 32});
+      const auto samples = sample_field(lattice, f);
+      const Coefficients c(samples, 0, make_kernel("default"), 0, large_cache);
+      PlaneOptions options;
+      options.target = target;
+      const Slice slice = plane_slice(c, h, options, {}, context.get());
+      EXPECT_EQ(slice.lattice.bcc, target == LatticeKind::bcc);
+      std::mt19937 random(5);
+      std::vector<Vec3> uvw;
+      std::vector<Vec4> points;
+      while (points.size() < 1000) {
+        Vec3 u;
+        Vec4 p = slice.origin;
+        for (size_t k = 0; k < 3; ++k) {
+          u[k] = slice.lattice_to_slice.offset[k] +
+                 std::uniform_real_distribution<double>(0, slice.domain_end[k])(random) *
+                     slice.lattice_to_slice.linear[k][k];
+          for (size_t i = 0; i < 4; ++i) p[i] += u[k] * slice.basis[k][i];
+        }
+        bool inside = true;
+        for (const double v : p) inside = inside && v > 9 && v < 22;
+        if (inside) uvw.push_back(u), points.push_back(p);
+      }
+      std::vector<float> values(points.size());
+      EXPECT_EQ(sample_points(slice, uvw, values, {}, context.get()).outside, 0u);
+      EXPECT_GE(snr_db(values, points, f), 39)
+          << static_cast<int>(source) << " onto " << static_cast<int>(target);
+    }
+}
+
+} // namespace
+} // namespace bccsplat

@@ -1,0 +1,122 @@
+// The paper's extraction against its formula, summed the slow way.
+#include "slice/extraction.h"
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "kernel/kernel_time.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat {
+namespace {
+
+using test::PlaneWaves;
+using test::sample_field;
+using test::TestContext;
+
+Hyperplane through(const Vec4& normal, const Vec4& point) {
+  Hyperplane h{normal[0], normal[1], normal[2], normal[3], -dot4(normal, point)};
+  return normalised_hyperplane(h);
+}
+
+class ExtractionTest : public testing::Test {
+ protected:
+  TestContext context;
+  Lattice4 lattice = Lattice4::fit(LatticeKind::d4star, {20, 18, 19, 17}, 1, 1.1);
+
+  // Points of slice space, `margin` inside the domain.
+  std::vector<Vec3> points_of(const PlaneFrame& frame, double margin, size_t count) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> uniform(-30, 30);
+    std::vector<Vec3> points;
+    while (points.size() < count) {
+      const Vec3 uvw{uniform(random), uniform(random), uniform(random)};
+      bool inside = true;
+      for (size_t i = 0; i < 4; ++i) {
+        double p = frame.origin[i];
+        for (size_t k = 0; k < 3; ++k) p += uvw[k] * frame.basis[k][i];
+        inside = inside && p >= margin && p <= lattice.dims[i] - 1.0 - margin;
+      }
+      if (inside) points.push_back(uvw);
+    }
+    return points;
+  }
+};
+
+TEST_F(ExtractionTest, IsTheSumOverThe4DGaussian) {
+  const PlaneWaves f(6, 0.5, 3);
+  const auto samples = sample_field(
+      lattice, [&](const Vec4& p) { return f(p) + 5; }, 5);
+  for (const Vec4& normal : {Vec4{0, 0, 0, 1}, Vec4{1, 0, 0, 0}, Vec4{1, -2, 0.5, 1}}) {
+    const Hyperplane h = through(normal, {9, 8.6, 9.2, 8});
+    const PlaneFrame frame = plane_frame(h);
+    const Extraction extraction(samples, 0, h, frame, context.get());
+    const auto points = points_of(frame, 3.2, 60);
+    std::vector<float> values(points.size());
+    EXPECT_EQ(extraction.sample(points, values, context.get()), 0u);
+    const Vec3 unit = lattice.lattice_unit();
+    for (size_t n = 0; n < points.size(); ++n) {
+      Vec4 q = frame.origin;
+      for (size_t i = 0; i < 4; ++i)
+        for (size_t k = 0; k < 3; ++k) q[i] += points[n][k] * frame.basis[k][i];
+      double sum = 0, weights = 0;
+      for (int32_t m = 0; m < lattice.layers(); ++m) {
+        const int c = lattice.coset(m);
+        const Int3 sites = lattice.space.dims(c);
+        for (int z = 0; z < sites[2]; ++z)
+          for (int y = 0; y < sites[1]; ++y)
+            for (int x = 0; x < sites[0]; ++x) {
+              const Vec3 s = lattice.site_position(c, {x, y, z});
+              const double t = (q[3] - lattice.layer_frame(m)) * kernel_time_per_frame(lattice);
+              double r2 = t * t;
+              for (size_t a = 0; a < 3; ++a) r2 += std::pow((q[a] - s[a]) / unit[a], 2);
+              if (!(r2 < 4)) continue;
+              weights += std::exp(-2 * r2);
+              sum += std::exp(-2 * r2) * f({s[0], s[1], s[2], lattice.layer_frame(m)});
+            }
+      }
+      ASSERT_NEAR(values[n], 5 + sum / weights, 0.01 * std::fabs(sum / weights) + 1e-3);
+    }
+  }
+}
+
+TEST_F(ExtractionTest, ListsThePointsInReach) {
+  const auto samples = sample_field(lattice, [](const Vec4&) { return 3.0; });
+  const Hyperplane h = through({1, 1, 0, 1}, {9, 8.6, 9.2, 8});
+  const PlaneFrame frame = plane_frame(h);
+  const Extraction extraction(samples, 0, h, frame, context.get());
+  std::vector<float> uvw(3 * extraction.points()), weighted(extraction.points());
+  ASSERT_EQ(extraction.list(extraction.points(), uvw.data(), weighted.data()), extraction.points());
+  // The volume of the slab around the hyperplane's part of the domain times the density of D4*.
+  double high = 0, low = 10;
+  for (size_t n = 0; n < weighted.size(); ++n) {
+    high = std::max<double>(high, weighted[n]), low = std::min<double>(low, weighted[n]);
+    for (size_t i = 0; i < 4; ++i) { // in the domain, but for the projection along the normal
+      double p = frame.origin[i];
+      for (size_t k = 0; k < 3; ++k) p += uvw[3 * n + k] * frame.basis[k][i];
+      ASSERT_GE(p, -2);
+      ASSERT_LE(p, lattice.dims[i] + 1.0);
+    }
+  }
+  EXPECT_LE(high, 3.0001);
+  EXPECT_GE(low, 3 * std::exp(-8.0) * 0.999);
+  EXPECT_GT(high, 2.9);
+  EXPECT_LT(low, 0.01);
+}
+
+TEST_F(ExtractionTest, OutsideAndUnsupported) {
+  const auto samples = sample_field(lattice, [](const Vec4&) { return 3.0; });
+  const Hyperplane far = normalised_hyperplane({1, 0, 0, 0, 99});
+  const Extraction none(samples, 0, far, plane_frame(far), context.get());
+  EXPECT_EQ(none.points(), 0u);
+  const std::vector<Vec3> at{{5, 5, 5}};
+  std::vector<float> v(1);
+  EXPECT_EQ(none.sample(at, v, context.get()), 1u);
+  EXPECT_TRUE(std::isnan(v[0]));
+  const auto cc = sample_field(Lattice4::fit(LatticeKind::cc, {8, 8, 8, 8}), [](const Vec4&) { return 1.0; });
+  const Hyperplane h{0, 0, 0, 1, -4};
+  EXPECT_THROW(Extraction(cc, 0, h, plane_frame(h), context.get()), Error);
+}
+
+} // namespace
+} // namespace bccsplat

@@ -1,0 +1,438 @@
+#include "slice/plane_slice.h"
+
+#include <algorithm>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "field/evaluate.h"
+#include "field/sample_grid.h"
+#include "slice/hyperslice.h"
+#include "slice/time_slice.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat {
+namespace {
+
+using test::PlaneWaves;
+using test::sample_field;
+using test::TestContext;
+
+constexpr uint64_t large_cache = 1u << 30;
+
+std::array<double, 5> through(const Vec4& normal, const Vec4& point) {
+  double length = 0;
+  for (const double v : normal) length += v * v;
+  length = std::sqrt(length);
+  std::array<double, 5> h{};
+  for (size_t i = 0; i < 4; ++i) h[i] = normal[i] / length, h[4] -= h[i] * point[i];
+  return h;
+}
+
+Vec4 index_point(const Slice& s, const Vec3& uvw) {
+  Vec4 p = s.origin;
+  for (size_t k = 0; k < 3; ++k)
+    for (size_t i = 0; i < 4; ++i) p[i] += uvw[k] * s.basis[k][i];
+  return p;
+}
+
+// SNR of the slice against f at random points at least `margin` inside the domain.
+double slice_snr(const Slice& s, const Lattice4& lattice, const test::Field4& f, double margin,
+                 const Context& context) {
+  std::mt19937 random(5);
+  std::vector<Vec3> points;
+  for (int tries = 0; tries < 200000 && points.size() < 2000; ++tries) {
+    Vec3 p;
+    for (size_t a = 0; a < 3; ++a)
+      p[a] =
+          s.lattice_to_slice.offset[a] + std::uniform_real_distribution<double>(0, s.domain_end[a])(random) *
+                                             s.lattice_to_slice.linear[a][a];
+    const Vec4 q = index_point(s, p);
+    bool inside = true;
+    for (size_t i = 0; i < 4; ++i)
+      inside = inside && q[i] >= margin && q[i] <= lattice.dims[i] - 1.0 - margin;
+    if (inside) points.push_back(p);
+  }
+  EXPECT_GE(points.size(), 200u);
+  std::vector<float> values(points.size());
+  sample_points(s, points, values, {}, context);
+  double signal = 0, error = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const double truth = f(index_point(s, points[i]));
+    signal += truth * truth, error += (values[i] - truth) * (values[i] - truth);
+  }
+  return 10 * std::log10(signal / error);
+}
+
+class PlaneSlice : public testing::Test {
+ protected:
+  TestContext context;
+  Lattice4 lattice = Lattice4::fit(LatticeKind::d4star, {32, 32, 32, 32});
+  PlaneWaves waves{12, 0.5, 3};
+  MemorySamples samples = sample_field(lattice, waves);
+  Coefficients coefficients{samples, 0, make_kernel("default"), 0, large_cache};
+
+  double evaluate_snr() {
+    const auto points = test::random_points(lattice, 4000, 7, 9);
+    std::vector<float> v(points.size());
+    evaluate4(coefficients, points, v, {}, context.get());
+    double signal = 0, error = 0;
+    for (size_t i = 0; i < v.size(); ++i) {
+      const double f = waves(points[i]);
+      signal += f * f, error += (v[i] - f) * (v[i] - f);
+    }
+    return 10 * std::log10(signal / error);
+  }
+  Slice cut(const std::array<double, 5>& h) { return hyperslice(coefficients, h, {}, {}, context.get()); }
+};
+
+TEST_F(PlaneSlice, ObliqueWithinFourDecibelsOfTheVolume) {
+  const double best = evaluate_snr();
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 20; ++k) {
+    const Vec4 n{normal(random), normal(random), normal(random), normal(random)};
+    EXPECT_GE(slice_snr(cut(through(n, {15.5, 16, 15, 15.7})), lattice, waves, 9, context.get()), best - 4)
+        << "plane " << k;
+  }
+}
+
+TEST_F(PlaneSlice, AxisSlicesWithinOneDecibel) {
+  const double best = evaluate_snr();
+  for (size_t axis = 0; axis < 3; ++axis) {
+    Vec4 n{};
+    n[axis] = -2; // any length and sign
+    const Slice s = cut(through(n, {14.3, 16.1, 15.9, 0}));
+    EXPECT_GE(slice_snr(s, lattice, waves, 9, context.get()), best - 1) << "axis " << axis;
+    for (size_t k = 0; k < 3; ++k) // coordinates of the slice are those of the remaining axes
+      EXPECT_NEAR(s.basis[k][k < axis ? k : k + 1], 1, 1e-12);
+    EXPECT_NEAR(s.origin[axis], (std::array{14.3, 16.1, 15.9})[axis], 1e-12);
+  }
+}
+
+TEST_F(PlaneSlice, EveryTargetLattice) {
+  const double best = evaluate_snr();
+  const auto snr = [&](const HypersliceOptions& o, const Hyperplane& h) {
+    const Slice s = hyperslice(coefficients, h, o, {}, context.get());
+    if (o.target) {
+      EXPECT_EQ(s.lattice.bcc, *o.target == LatticeKind::bcc);
+    }
+    return slice_snr(s, lattice, waves, 9, context.get());
+  };
+  HypersliceOptions cc, dense, coarse;
+  cc.target = LatticeKind::cc;
+  dense.spacing = 0.7;
+  coarse.spacing = 3;
+  for (const Hyperplane& h : {Hyperplane{0, 0, 0, 1, -14.4}, through({0, 1, 0, 0}, {0, 14.4, 0, 0}),
+                              through({1, 2, -1, 2}, {15.5, 16, 15, 15.7})}) {
+    EXPECT_GE(snr(cc, h), best - 3);
+    EXPECT_GE(snr(dense, h), best - 1.5);
+    EXPECT_LT(snr(coarse, h), best - 10); // the field is beyond its band
+  }
+}
+
+TEST_F(PlaneSlice, PointAndBasis) {
+  const Vec4 point{15, 16.5, 14, 15.2};
+  const std::array<Vec4, 3> directions{Vec4{2, 0, 0, 1}, Vec4{1, 1, 0, 0}, Vec4{0, 0.5, 3, -1}};
+  HypersliceOptions o;
+  o.frame = plane_frame(point, directions);
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t j = 0; j < 3; ++j) EXPECT_NEAR(dot4(o.frame->basis[i], o.frame->basis[j]), i == j, 1e-14);
+    EXPECT_GT(dot4(o.frame->basis[i], directions[i]), 0);
+  }
+  const Hyperplane h = hyperplane_of(*o.frame);
+  EXPECT_NEAR(h[0] * h[0] + h[1] * h[1] + h[2] * h[2] + h[3] * h[3], 1, 1e-14);
+  for (const Vec4& d : directions) {
+    Vec4 p = point;
+    for (size_t i = 0; i < 4; ++i) p[i] += 2.5 * d[i];
+    EXPECT_NEAR(height(h, p), 0, 1e-12);
+  }
+  const Slice s = hyperslice(coefficients, h, o, {}, context.get());
+  EXPECT_EQ(s.origin, point);
+  EXPECT_GE(slice_snr(s, lattice, waves, 9, context.get()), evaluate_snr() - 3);
+  // Directions within a time slice turn its lattice, and the field is the same.
+  o.frame = plane_frame({15, 15, 15, 15.2}, {Vec4{1, 1, 0, 0}, Vec4{-1, 1, 0, 0}, Vec4{0, 0, 1, 0}});
+  EXPECT_GE(slice_snr(hyperslice(coefficients, hyperplane_of(*o.frame), o, {}, context.get()), lattice, waves,
+                      9, context.get()),
+            evaluate_snr() - 3);
+  EXPECT_THROW((void)plane_frame(point, {directions[0], directions[1], directions[0]}), Error);
+  EXPECT_THROW((void)plane_frame(point, {directions[0], directions[1], Vec4{}}), Error);
+  EXPECT_THROW((void)plane_frame({std::nan(""), 0, 0, 0}, directions), Error);
+}
+
+TEST_F(PlaneSlice, ConstantFieldIsConstant) {
+  const auto flat = sample_field(lattice, [](const Vec4&) { return 4.0; });
+  const Coefficients c(flat, 0, make_kernel("default"), 0, large_cache);
+  const Slice s = hyperslice(c, through({1, 2, -1, 3}, {15, 15, 15, 15}), {}, {}, context.get());
+  std::vector<float> v(30 * 30 * 30);
+  Grid grid;
+  for (size_t a = 0; a < 3; ++a) {
+    grid.origin[a] = s.lattice_to_slice.offset[a];
+    grid.dims[a] = 30;
+    grid.step[a] = s.domain_end[a] * s.lattice_to_slice.linear[a][a] / 29;
+  }
+  sample_grid(s, grid, v.data(), context.get());
+  size_t inside = 0;
+  for (const float x : v)
+    if (!std::isnan(x)) {
+      ++inside;
+      ASSERT_NEAR(x, 4, 0.02); // the ripple of two reconstructions
+    }
+  EXPECT_GT(inside, v.size() / 20);
+}
+
+TEST_F(PlaneSlice, NearlyAxisAlignedAgreesWithTheAxis) {
+  const Slice a = cut({1, 0, 0, 0, -12.25});
+  const Slice b = cut(through({1, 1e-9, -1e-9, 1e-9}, {12.25, 0, 0, 0}));
+  std::vector<float> va(1000), vb(1000);
+  Grid grid;
+  grid.origin = {2, 3, 4}, grid.step = {2.5, 2.5, 2.5}, grid.dims = {10, 10, 10};
+  sample_grid(a, grid, va.data(), context.get());
+  sample_grid(b, grid, vb.data(), context.get());
+  for (size_t i = 0; i < va.size(); ++i) ASSERT_NEAR(va[i], vb[i], 1e-5);
+}
+
+TEST_F(PlaneSlice, OutsideTheDomainIsEmpty) {
+  const auto check = [&](const Slice& s) {
+    EXPECT_TRUE(s.empty());
+    EXPECT_EQ(s.points(), 0);
+    EXPECT_EQ(list_points(s, 0, nullptr, nullptr), 0u);
+    Grid grid; // around every point that the slice could stand at
+    grid.origin = {-5, -5, -5}, grid.dims = {11, 11, 11};
+    std::vector<float> v(11 * 11 * 11);
+    sample_grid(s, grid, v.data(), context.get());
+    for (const float x : v) ASSERT_TRUE(std::isnan(x));
+    const std::vector<Vec3> point{{0, 0, 0}};
+    EXPECT_EQ(sample_points(s, point, std::span(v).first(1), {}, context.get()).outside, 1u);
+    EXPECT_TRUE(std::isnan(v[0]));
+  };
+  for (size_t axis = 0; axis < 3; ++axis)
+    for (const double at : {-3.0, -1e-3, 31.001, 40.0}) {
+      std::array<double, 5> h{};
+      h[axis] = 1, h[4] = -at;
+      check(cut(h));
+    }
+  check(cut(through({1, 1, 1, 1}, {31.0001, 31, 31, 31})));
+  EXPECT_FALSE(cut({1, 0, 0, 0, -31}).empty()); // the faces belong to the domain
+  EXPECT_FALSE(cut({1, 0, 0, 0, 0}).empty());
+}
+
+TEST_F(PlaneSlice, AxisSlicesAreTimeSlicesOfTheTurnedField) {
+  // Bit for bit, on both lattices, whatever the axis; also near the ends, where planes are mirrored.
+  const std::array<uint32_t, 4> dims{19, 17, 21, 14};
+  const PlaneWaves f(6, 0.6, 71);
+  for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc})
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const auto straight = Lattice4::fit(kind, dims);
+      std::array<size_t, 4> axes{0, 1, 2, 3};
+      std::rotate(axes.begin() + static_cast<std::ptrdiff_t>(axis),
+                  axes.begin() + static_cast<std::ptrdiff_t>(axis) + 1, axes.end());
+      Lattice4 turned = straight; // the same sites with the axis last
+      for (size_t a = 0; a < 3; ++a) {
+        turned.dims[a] = dims[axes[a]];
+        turned.space.last[a] = axes[a] == 3 ? straight.last_layer : straight.space.last[axes[a]];
+        turned.space_step[a] = axes[a] == 3 ? straight.time_step : straight.space_step[axes[a]];
+      }
+      turned.dims[3] = dims[axis];
+      turned.last_layer = straight.space.last[axis], turned.time_step = straight.space_step[axis];
+      const auto source = sample_field(straight, f);
+      const auto other = sample_field(turned, [&](const Vec4& p) {
+        Vec4 q;
+        for (size_t a = 0; a < 4; ++a) q[axes[a]] = p[a];
+        return f(q);
+      });
+      const Coefficients c(source, 0, make_kernel("default"), 0, large_cache);
+      const Coefficients d(other, 0, make_kernel("default"), 0, large_cache);
+      for (const double at : {0.0, 0.4, 8.3, dims[axis] - 1.2, dims[axis] - 1.0}) {
+        Hyperplane h{};
+        h[axis] = 1, h[4] = -at;
+        const Slice a = hyperslice(c, h, {}, {}, context.get());
+        const Slice b = time_slice(d, at, {0, 0}, {}, context.get());
+        for (size_t k = 0; k < static_cast<size_t>(a.lattice.cosets()); ++k)
+          ASSERT_EQ(layer_to_dense(a.coset[k]), layer_to_dense(b.coset[k])) << axis << " at " << at;
+        ASSERT_EQ(a.domain_end, b.domain_end);
+      }
+    }
+}
+
+TEST_F(PlaneSlice, AxisSlicesKeepHoles) {
+  const auto small = Lattice4::fit(LatticeKind::d4star, {12, 12, 12, 12});
+  std::vector<BrickLayer> layers;
+  for (int32_t m = 0; m < small.layers(); ++m) {
+    BrickLayer layer(small.space, small.coset(m));
+    auto brick = std::make_shared<Brick>();
+    brick->value[0] = 1, brick->kept[0] = 1;
+    if (m == 6) { // site (3, 4, 5) of coset 0
+      brick->hole = std::make_unique<BrickMask>();
+      (*brick->hole)[5 * brick_edge + 4] = 1 << 3;
+    }
+    layer.set(0, std::move(brick));
+    layers.push_back(std::move(layer));
+  }
+  std::vector<std::vector<BrickLayer>> channels;
+  channels.push_back(std::move(layers));
+  const MemorySamples holes(small, {0}, std::move(channels));
+  const Coefficients c(holes, 0, make_kernel("default"), 0, large_cache);
+  const Vec3 p = small.site_position(0, {3, 4, 5});
+  const double t = small.layer_frame(6);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    Hyperplane h{};
+    h[axis] = 1, h[4] = -p[axis];
+    const Slice s = hyperslice(c, h, {}, {}, context.get());
+    EXPECT_TRUE(s.has_holes);
+    Vec3 at{p[axis == 0 ? 1 : 0], p[axis == 2 ? 1 : 2], t}, beside = at;
+    beside[2] += 1.5;
+    std::vector<float> v(2);
+    EXPECT_EQ(sample_points(s, std::vector{at, beside}, v, {}, context.get()).holes, 1u) << axis;
+    EXPECT_TRUE(std::isnan(v[0]) && !std::isnan(v[1])) << axis;
+  }
+}
+
+// A source that counts what is read of it, and spoils what is not.
+struct Watching final : SampleSource {
+  const MemorySamples& inner;
+  mutable std::set<std::pair<int32_t, size_t>> seen; // layer, slot
+  explicit Watching(const MemorySamples& s) : inner(s) {}
+  const Lattice4& lattice() const override { return inner.lattice(); }
+  int channels() const override { return 1; }
+  float air(int c) const override { return inner.air(c); }
+  const std::string& coefficient_kernel() const override { return inner.coefficient_kernel(); }
+  BrickLayer read_layer(int c, int32_t layer, const BrickBox& region, const Context& ctx) const override {
+    const BrickLayer whole = inner.read_layer(c, layer, region, ctx);
+    BrickLayer part(whole.lattice(), whole.coset());
+    for (size_t s = 0; s < whole.brick_slots(); ++s)
+      if (region.contains(whole.slot_position(s))) part.set(s, whole.share(s)), seen.insert({layer, s});
+    return part;
+  }
+  [[nodiscard]] double fraction() const {
+    size_t all = 0;
+    for (int32_t m = 0; m < lattice().layers(); ++m)
+      all += BrickLayer(lattice().space, lattice().coset(m)).brick_slots();
+    return static_cast<double>(seen.size()) / static_cast<double>(all);
+  }
+};
+
+TEST_F(PlaneSlice, ReadsOnlyTheBricksItTouches) {
+  const auto large = Lattice4::fit(LatticeKind::d4star, {96, 70, 24, 60});
+  const auto field = sample_field(large, PlaneWaves(6, 0.5, 13));
+  const Coefficients whole(field, 0, make_kernel("default"), 0, large_cache);
+  const struct {
+    Hyperplane h;
+    double most;                                              // of all bricks
+  } cases[] = {{{1, 0, 0, 0, -50.2}, 0.41},                   // 2 bricks of 5
+               {through({1, 0, 0, 1}, {48, 0, 0, 30}), 0.55}, // moves with time
+               {through({2, 1, 0.3, 2}, {48, 35, 12, 30}), 0.65}};
+  for (const auto& [h, most] : cases) {
+    const Watching source(field);
+    const Coefficients partial(source, 0, make_kernel("default"), 0, large_cache);
+    const Slice s = hyperslice(partial, h, {}, {}, context.get());
+    EXPECT_LT(source.fraction(), most);
+    std::vector<Vec4> points;
+    std::vector<Vec3> uvw;
+    std::mt19937 random(17);
+    while (points.size() < 500) {
+      Vec3 p;
+      for (size_t a = 0; a < 3; ++a)
+        p[a] = std::uniform_real_distribution<double>(0, s.domain_end[a])(random);
+      if (!s.inside(p)) continue;
+      uvw.push_back(s.lattice_to_slice.point(p));
+      points.push_back(index_point(s, uvw.back()));
+      for (size_t a = 0; a < 4; ++a) // rounding at the faces
+        points.back()[a] = std::clamp(points.back()[a], 0.0, large.dims[a] - 1.0);
+    }
+    std::vector<float> got(points.size()), wanted(points.size());
+    sample_points(s, uvw, got, {}, context.get());
+    evaluate4(whole, points, wanted, {}, context.get());
+    double error = 0;
+    for (size_t i = 0; i < points.size(); ++i) error += std::pow(got[i] - wanted[i], 2);
+    // Plane waves do not mirror at the faces, so both reconstructions are rough there, but equally so.
+    EXPECT_LT(std::sqrt(error / static_cast<double>(points.size())), 0.1);
+  }
+}
+
+TEST_F(PlaneSlice, BricksThatAreNotReadDoNotMatter) {
+  // The same slice from a volume whose other bricks hold something else.
+  const auto large = Lattice4::fit(LatticeKind::d4star, {96, 40, 24, 40});
+  const Hyperplane h = through({1, 0.2, 0.1, 1}, {48, 20, 12, 20});
+  const auto field = sample_field(large, PlaneWaves(6, 0.5, 13));
+  const Watching watch(field);
+  const Slice a =
+      hyperslice(Coefficients(watch, 0, make_kernel("default"), 0, large_cache), h, {}, {}, context.get());
+  std::vector<std::vector<BrickLayer>> channels(1);
+  auto junk = std::make_shared<Brick>();
+  junk->value.fill(1e6);
+  junk->kept.fill(0xffff);
+  for (int32_t m = 0; m < large.layers(); ++m) {
+    BrickLayer layer = field.read_layer(0, m, {}, context.get());
+    for (size_t s = 0; s < layer.brick_slots(); ++s)
+      if (!watch.seen.contains({m, s})) layer.set(s, junk);
+    channels[0].push_back(std::move(layer));
+  }
+  ASSERT_LT(watch.fraction(), 0.6);
+  // Now with the whole volume in view: no region is cut, all bricks are there for the asking.
+  const MemorySamples spoiled(large, {0}, std::move(channels));
+  const Coefficients all(spoiled, 0, make_kernel("default"), 0, large_cache);
+  const Coefficients clean(field, 0, make_kernel("default"), 0, large_cache);
+  std::vector<Vec4> points;
+  std::mt19937 random(19);
+  while (points.size() < 500) {
+    Vec3 p;
+    for (size_t k = 0; k < 3; ++k) p[k] = std::uniform_real_distribution<double>(0, a.domain_end[k])(random);
+    if (!a.inside(p)) continue;
+    points.push_back(index_point(a, a.lattice_to_slice.point(p)));
+    for (size_t k = 0; k < 4; ++k) points.back()[k] = std::clamp(points.back()[k], 0.0, large.dims[k] - 1.0);
+  }
+  std::vector<float> v(points.size()), w(points.size());
+  evaluate4(all, points, v, {}, context.get());
+  evaluate4(clean, points, w, {}, context.get());
+  EXPECT_EQ(v, w);
+}
+
+TEST_F(PlaneSlice, ThreadsDoNotChangeABit) {
+  TestContext one(1), four(4);
+  for (const Hyperplane& h : {Hyperplane{0, 0, 1, 0, -12.3}, through({1, 2, -1, 2}, {15.5, 16, 15, 15.7})})
+    for (const SlabKind kind : {SlabKind::mean, SlabKind::maximum}) {
+      HypersliceOptions o;
+      o.slab = {2, kind};
+      const Slice a = hyperslice({samples, 0, make_kernel("fast"), 0, large_cache}, h, o, {}, one.get());
+      const Slice b = hyperslice({samples, 0, make_kernel("fast"), 0, large_cache}, h, o, {}, four.get());
+      for (size_t c = 0; c < 2; ++c) EXPECT_EQ(layer_to_dense(a.coset[c]), layer_to_dense(b.coset[c]));
+    }
+}
+
+TEST_F(PlaneSlice, BudgetIsKept) {
+  for (const Hyperplane& h : {Hyperplane{0, 0, 1, 0, -12.3}, through({1, 2, -1, 2}, {15.5, 16, 15, 15.7})}) {
+    TestContext small(2, 200'000);
+    try {
+      (void)hyperslice(coefficients, h, {}, {}, small.get());
+      ADD_FAILURE() << "a budget smaller than the planes was accepted";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), Code::memory_budget);
+    }
+    EXPECT_LE(small.memory.peak(), 200'000u);
+    EXPECT_EQ(small.memory.used(), 0u);
+  }
+}
+
+TEST_F(PlaneSlice, DisplayKeepsLengthsAndAngles) {
+  Affine3 world; // anisotropic and sheared
+  world.linear = {Vec3{2, 0.5, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 0.7}};
+  PlaneOptions options;
+  options.time_length = 5;
+  const Slice s = plane_slice(coefficients, through({1, 0.3, -0.2, 0.5}, {15, 15, 15, 15}), options, world,
+                              context.get());
+  const auto metric = [&](const Vec4& a, const Vec4& b) {
+    return dot(world.vector({a[0], a[1], a[2]}), world.vector({b[0], b[1], b[2]})) + 25 * a[3] * b[3];
+  };
+  for (size_t i = 0; i < 3; ++i)
+    for (size_t j = 0; j < 3; ++j) {
+      Vec3 ei{}, ej{};
+      ei[i] = 1, ej[j] = 1;
+      EXPECT_NEAR(dot(s.slice_to_world.vector(ei), s.slice_to_world.vector(ej)),
+                  metric(s.basis[i], s.basis[j]), 1e-9);
+    }
+}
+
+} // namespace
+} // namespace bccsplat

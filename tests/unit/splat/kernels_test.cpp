@@ -1,0 +1,259 @@
+// Every SIMD target this machine has against the plain loops.
+#include "splat/loop/kernels.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "base/aligned.h"
+#include "splat/plan/plan.h"
+#include "splat/sheet/sheet.h"
+#include "tests/support/splat_scene.h"
+#include "tests/support/targets.h"
+
+namespace bccsplat {
+namespace {
+
+using namespace test;
+
+struct SplatCase {
+  const char* name;
+  const char* kernel;
+  bool isotropic, gradient;
+  int sheets;
+  double pixels; // per lattice unit
+  bool spare = false;
+  KernelForm form = KernelForm::exact;
+};
+
+class SplatLoop : public testing::TestWithParam<SplatCase> {};
+INSTANTIATE_TEST_SUITE_P(
+    Kernels, SplatLoop,
+    testing::Values(SplatCase{"plain", "default", true, false, 4, 1.1},
+                    SplatCase{"plain_gradient", "default", true, true, 8, 2.3},
+                    SplatCase{"general", "radial18+b3", false, false, 4, 1.7},
+                    SplatCase{"general_gradient", "fine", false, true, 12, 0.8},
+                    SplatCase{"gauss", "gauss09", true, false, 8, 1},
+                    SplatCase{"gauss_gradient", "paper", false, true, 8, 2},
+                    SplatCase{"large", "default", true, true, 4, 17},
+                    SplatCase{"large_general", "default", false, false, 16, 9},
+                    SplatCase{"small", "default", true, false, 8, 1, true},
+                    SplatCase{"small_pair", "fine", true, false, 4, 1.2, true},
+                    SplatCase{"blocks_gradient", "radial18+b3", true, true, 4, 1.3},
+                    SplatCase{"short_small", "default", true, false, 4, 1, true, KernelForm::brief},
+                    SplatCase{"short_blocks", "default", true, false, 8, 1.3, false, KernelForm::brief},
+                    SplatCase{"short_gradient", "default", true, true, 4, 1.3, false, KernelForm::brief},
+                    SplatCase{"short_large", "default", true, false, 8, 4, false, KernelForm::brief},
+                    SplatCase{"short_general", "default", false, false, 4, 3, false, KernelForm::brief},
+                    SplatCase{"short_general_gradient", "default", false, true, 4, 2, false,
+                              KernelForm::brief},
+                    SplatCase{"flat_small", "default", true, false, 8, 1, true, KernelForm::flat},
+                    SplatCase{"flat_small_five", "default", true, false, 4, 1.15, true, KernelForm::flat},
+                    SplatCase{"flat_small_six", "default", true, false, 8, 1.49, true, KernelForm::flat},
+                    SplatCase{"flat_blocks", "default", true, false, 4, 2.3, false, KernelForm::flat},
+                    SplatCase{"flat_gradient", "default", true, true, 4, 1.3, false, KernelForm::flat},
+                    SplatCase{"flat_general", "default", false, true, 4, 2, false, KernelForm::flat}),
+    [](const auto& instance) { return instance.param.name; });
+
+TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
+  const SplatCase& c = GetParam();
+  const RadialKernel phi = make_kernel(c.kernel).space;
+  const KernelPolynomial kernel = kernel_polynomial(phi, c.form);
+  ASSERT_EQ(kernel.form == KernelPolynomial::Form::short_5, c.form == KernelForm::brief);
+  ASSERT_EQ(kernel.form == KernelPolynomial::Form::even_4, c.form == KernelForm::flat);
+  std::mt19937 random(7);
+  const auto uniform = [&](double a, double b) {
+    return static_cast<float>(std::uniform_real_distribution<double>(a, b)(random));
+  };
+
+  const double radius = phi.radius * c.pixels, step = 2 * phi.radius / (c.sheets - 0.5);
+  std::vector<float> lanes(6 * static_cast<size_t>(c.sheets));
+  const float metric = static_cast<float>(1 / (radius * radius));
+  for (int slot = 0; slot < c.sheets; ++slot) {
+    const auto n = static_cast<size_t>(slot), size = static_cast<size_t>(c.sheets);
+    lanes[n] = static_cast<float>((slot + 3) % c.sheets - c.sheets / 2 + 1);
+    lanes[size + n] = c.isotropic ? 0 : 0.01f * lanes[n];
+    lanes[2 * size + n] = c.isotropic ? metric : metric * (1 + 0.02f * lanes[n]);
+    lanes[3 * size + n] = c.isotropic ? 0 : 0.4f * metric;
+    lanes[4 * size + n] = c.isotropic ? metric : 1.3f * metric;
+    lanes[5 * size + n] =
+        lanes[2 * size + n] - lanes[3 * size + n] * lanes[3 * size + n] / (4 * lanes[4 * size + n]);
+  }
+  const auto s = static_cast<size_t>(c.sheets);
+  const float* l = lanes.data();
+  const SlabLanes table{l, l + s, l + 2 * s, l + 3 * s, l + 4 * s, l + 5 * s};
+
+  SplatArgs args;
+  const int spare = c.spare ? 12 : 0; // rows and columns around the ring
+  args.width = 29, args.height = 23, args.pitch = 32 + 8 + 2 * spare;
+  args.groups = c.sheets / 4;
+  args.group_floats = static_cast<size_t>(args.pitch * (args.height + 2 * spare) * 4) + 64;
+  args.spare = c.spare;
+  args.lanes = &table, args.kernel = &kernel;
+  args.depth2 = static_cast<float>(step * step / (phi.radius * phi.radius));
+  args.isotropic = c.isotropic;
+  // Windows without spare room are larger than they need be.
+  args.columns = args.rows =
+      static_cast<int>(std::ceil(2 * radius * (c.spare ? 1 : 1.15)) + (c.spare ? 0 : 0.4 * c.sheets + 2));
+  args.half = static_cast<float>(radius);
+  std::vector<SplatRecord> records;
+  for (int n = 0; n < 60; ++n) {
+    const auto centre = static_cast<float>(0.5 * args.columns - 1);
+    records.push_back({centre + uniform(0, 1), centre + uniform(0, 1), uniform(0, 1), uniform(-1, 1),
+                       static_cast<int>(uniform(-args.columns + 1, args.width)),
+                       static_cast<int>(uniform(-args.rows + 1, args.height)),
+                       c.isotropic ? 0 : uniform(-20, 20), c.isotropic ? 0 : uniform(-20, 20)});
+  }
+  args.record = records.data(), args.count = records.size();
+
+  const size_t floats = args.group_floats * static_cast<size_t>(args.groups) + 96;
+  const auto origin = static_cast<size_t>(16 + 4 * (spare * args.pitch + spare));
+  const auto run = [&](void (*splat)(const SplatArgs&)) {
+    std::array<AlignedArray<float>, 4> memory;
+    std::array<std::vector<float>, 4> ring;
+    for (size_t q = 0; q < (c.gradient ? 4u : 1u); ++q) {
+      memory[q].reserve(floats);
+      std::fill_n(memory[q].data(), floats, 0.0f);
+      args.ring[q] = memory[q].data() + origin;
+    }
+    splat(args);
+    for (size_t q = 0; q < (c.gradient ? 4u : 1u); ++q)
+      ring[q].assign(memory[q].data(), memory[q].data() + floats);
+    return ring;
+  };
+  const auto expected = run(scalar_kernels().splat);
+  double most = 0;
+  for (const float v : expected[0]) most = std::max(most, std::fabs(static_cast<double>(v)));
+  ASSERT_GT(most, 0.2 * phi.value(0));
+  for_targets([&] {
+    const auto got = run(simd_kernels().splat);
+    for (size_t q = 0; q < (c.gradient ? 4u : 1u); ++q) {
+      double scale = 0, error = 0;
+      for (int g = 0; g < args.groups; ++g)
+        for (int y = 0; y < args.height; ++y)
+          for (int x = 0; x < args.width * 4; ++x) { // not the spare pixels
+            const size_t at = origin + static_cast<size_t>(g) * args.group_floats +
+                              static_cast<size_t>(y * args.pitch * 4 + x);
+            scale = std::max(scale, std::fabs(static_cast<double>(expected[q][at])));
+            error = std::max(
+                error, std::fabs(static_cast<double>(expected[q][at]) - static_cast<double>(got[q][at])));
+          }
+      EXPECT_LT(error, 4e-6 * scale) << "quantity " << q;
+    }
+  });
+}
+
+TEST(Kernels, ExtractTakesOneLaneAndClearsIt) {
+  const int width = 37, height = 5, pitch = 48 + 8;
+  for (int lane = 0; lane < 4; ++lane) {
+    for_targets([&] {
+      std::vector<float> ring(static_cast<size_t>(pitch * height * 4) + 128), plane(64 * height);
+      for (size_t n = 0; n < ring.size(); ++n) ring[n] = static_cast<float>(n);
+      const auto before = ring;
+      ExtractArgs e{ring.data() + 16, lane, pitch, width, height, plane.data(), 64};
+      simd_kernels().extract(e);
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+          for (int l = 0; l < 4; ++l) {
+            const auto at = static_cast<size_t>(16 + (y * pitch + x) * 4 + l);
+            ASSERT_EQ(ring[at], l == lane ? 0 : before[at]);
+            if (l == lane) {
+              ASSERT_EQ(plane[static_cast<size_t>(y * 64 + x)], before[at]);
+            }
+          }
+    });
+  }
+}
+
+// A picture is the same on every target and with the plain loops, up to rounding.
+TEST(Kernels, PicturesAgreeOnEveryTarget) {
+  const Slice slice = make_slice({24, 20, 22}, marschner_lobb(24, 2));
+  TestContext context(1);
+  const SplatPoints points = make_points(slice, context.get());
+  Lights lights;
+  lights.lights = {Light{}, Light{{1, 2, -1}, {0.3, 0.4, 0.5}}};
+  for (const double shininess : {20.0, 7.5})
+    for (const bool perspective : {false, true})
+      for (const auto mode : {RenderMode::composite, RenderMode::xray, RenderMode::maximum}) {
+        lights.shininess = shininess;
+        const SheetView view =
+            make_view(slice, resolve_camera(fit_camera(slice, perspective, 20, 30, 50, 40)), 50, 40, 0.5);
+        const ClassTable table =
+            make_class_table(ramp_function(0.3, 1, 0.6), slice.bounds[0], slice.bounds[1], 0, 1, 2048);
+        const SplatScene scene{&slice, &points, &view, &table, &lights};
+        SplatOptions o;
+        o.mode = mode;
+        o.shading = mode == RenderMode::composite;
+        o.gradient = !perspective      ? GradientMethod::analytic
+                     : shininess == 20 ? GradientMethod::central
+                                       : GradientMethod::fourth_order;
+        o.with_value = o.with_time = true;
+        if (perspective && shininess != 20) {
+          o.raise = RaiseFilter{6, 1, 1, 1, 0, 1};
+          SplatStats unused;
+          ASSERT_GT(make_plan(scene, o, context.get().tasks, unused).fan.taps, 0);
+        }
+        const auto draw_planes = [&] {
+          std::vector<float> out(5 * 50 * 40);
+          splat(scene, o, context.get(), [&](const TilePixels& t) {
+            for (int y = 0; y < t.height; ++y)
+              for (int x = 0; x < t.width; ++x) {
+                const float* planes[] = {t.red, t.alpha, t.depth, t.value, t.time};
+                for (size_t q = 0; q < 5; ++q)
+                  out[q * 2000 + static_cast<size_t>((t.y + y) * 50 + t.x + x)] = planes[q][y * t.pitch + x];
+              }
+          });
+          return out;
+        };
+        o.scalar = true;
+        const auto expected = draw_planes();
+        o.scalar = false;
+        for_targets([&] {
+          const auto got = draw_planes();
+          double sum[5] = {}, most[5] = {};
+          for (size_t n = 0; n < got.size(); ++n) {
+            ASSERT_EQ(std::isfinite(got[n]), std::isfinite(expected[n])) << n;
+            if (!std::isfinite(got[n])) continue;
+            const double e = std::fabs(static_cast<double>(got[n]) - static_cast<double>(expected[n]));
+            sum[n / 2000] += e / 2000, most[n / 2000] = std::max(most[n / 2000], e);
+          }
+          // A value at the edge of a table entry may fall on either side; gradients near zero may turn.
+          for (size_t q = 0; q < 5; ++q) {
+            EXPECT_LT(sum[q], 1e-4) << "plane " << q;
+            if (!(q == 2 &&
+                  mode == RenderMode::maximum)) { // the sheet of equal maxima is a matter of rounding
+              EXPECT_LT(most[q], 0.02) << "plane " << q;
+            }
+          }
+        });
+      }
+}
+
+TEST(Kernels, AbsorptionIsExactForThinAndThickSlabs) {
+  // Through the composite loop: one sheet, extinction x.
+  ClassTable table;
+  for (const float x : {0.0f, 1e-7f, 1e-5f, 0.01f, 0.3f, 0.7f, 3.0f, 20.0f, 1e9f}) {
+    table.entry = {{1, 1, 1, x}};
+    index_visible(table);
+    std::vector<float> planes(16 * 11, 0.0f), value(48, 0.0f);
+    SheetArgs s;
+    s.width = 16, s.height = 1, s.pitch = 16, s.plane_pitch = 48;
+    s.value = value.data() + 16, s.stop = 2, s.table = &table;
+    float* p = planes.data();
+    s.pixel.red = p, s.pixel.green = p + 16, s.pixel.blue = p + 32, s.pixel.alpha = p + 48,
+    s.pixel.depth = p + 64;
+    std::fill_n(p + 80, 16, -10.0f), std::fill_n(p + 96, 16, 10.0f), std::fill_n(p + 112, 16, 1.0f);
+    s.pixel.enter = p + 80, s.pixel.leave = p + 96, s.pixel.path = p + 112;
+    s.pixel.view_x = s.pixel.view_y = s.pixel.view_z = p + 128;
+    const double exact = -std::expm1(-static_cast<double>(x));
+    for_targets([&] {
+      std::fill_n(p, 80, 0.0f);
+      simd_sheet_kernels().composite({&s, 1});
+      for (int n = 0; n < 16; ++n) EXPECT_NEAR(p[48 + n], exact, 3e-7 * exact) << x;
+    });
+  }
+}
+
+} // namespace
+} // namespace bccsplat

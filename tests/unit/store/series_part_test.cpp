@@ -1,0 +1,117 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "formats/bcc4/part.h"
+#include "store/series_part.h"
+
+namespace bccsplat {
+namespace {
+
+PartInfo example() {
+  PartInfo part;
+  part.first = 3, part.end = 7, part.series = 0x1234;
+  part.writes = {{5, 0, 1, PartWrite::chunks}, {6, 1, 1, PartWrite::chunks}, {9, 1, 2, 6}};
+  part.statistics = {std::byte{1}, std::byte{2}};
+  return part;
+}
+
+TEST(Bcc4Part, ComesBack) {
+  ByteWriter out;
+  write_part(out, example());
+  ByteReader in(out.bytes(), "part");
+  EXPECT_EQ(read_part(in, 9, 2), example());
+  in.expect_end();
+}
+
+TEST(Bcc4Part, CutShortOrWrongIsRefused) {
+  ByteWriter out;
+  write_part(out, example());
+  for (size_t n = 0; n < out.size(); ++n) {
+    ByteReader in(out.bytes().first(n), "part");
+    EXPECT_THROW(static_cast<void>(read_part(in, 9, 2)), Error) << n << " bytes";
+  }
+  const auto refused = [](const PartInfo& part, uint32_t frames, size_t channels) {
+    ByteWriter bytes;
+    write_part(bytes, part);
+    ByteReader in(bytes.bytes(), "part");
+    EXPECT_THROW(static_cast<void>(read_part(in, frames, channels)), Error);
+  };
+  refused(example(), 6, 2); // end beyond the series
+  refused(example(), 8, 2); // a trigger beyond its end
+  refused(example(), 9, 1); // no such channel
+  PartInfo part = example();
+  part.end = part.first;
+  refused(part, 9, 2);
+  part = example();
+  part.writes[0].slab = -1;
+  refused(part, 9, 2);
+  part = example();
+  part.writes[2].frame = 9;
+  refused(part, 9, 2);
+}
+
+// Borders at every frame: slabs and layers of the parts tile those of the series, frames within reach are
+// asked for.
+TEST(SeriesPart, PartsTileTheSeries) {
+  FitOptions options;
+  options.dims = {20, 20, 20, 33};
+  for (const double time_scale : {0.3, 1.0, 2.5})
+    for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc})
+      for (uint32_t border = 1; border < 33; ++border) {
+        const Lattice4 lattice = Lattice4::fit(kind, options.dims, 1, time_scale);
+        options.lattice = kind, options.time_scale = time_scale;
+        const SeriesPart a = part_of_series(lattice, options, {}, 0, border);
+        const SeriesPart b = part_of_series(lattice, options, {}, border, 33);
+        EXPECT_EQ(a.first_slab, 0);
+        EXPECT_EQ(a.end_slab, b.first_slab);
+        EXPECT_EQ(b.end_slab, (lattice.layers() + 7) / 8);
+        EXPECT_EQ(a.fit.end_own, b.fit.first_own) << border;
+        EXPECT_EQ(b.fit.end_own, lattice.layers());
+        EXPECT_EQ(a.fit.first_given, 0u);
+        EXPECT_EQ(b.fit.end_given, 33u);
+        if (a.first_slab < a.end_slab) {
+          EXPECT_GE(a.fit.end_given, std::min(33.0, lattice.layer_frame(a.fit.end_own - 1) + 4));
+          EXPECT_GE(lattice.layer_frame((a.end_slab - 1) * 8), 0);
+          EXPECT_LT(lattice.layer_frame((a.end_slab - 1) * 8), border);
+        }
+      }
+  EXPECT_THROW(
+      static_cast<void>(part_of_series(Lattice4::fit(LatticeKind::d4star, {9, 9, 9, 1}), options, {}, 0, 1)),
+      Error);
+}
+
+TEST(SeriesPart, ReportsComeBackAndAddUp) {
+  const auto report = [](uint32_t first, double low) {
+    PartReport r;
+    r.psnr = 50;
+    PartChannelReport& c = r.channels.emplace_back();
+    c.fit.samples = SampleHistogram(quantiser_of_range(ValueType::u8, {0, 255}, 0));
+    c.fit.source_range = {low, low + 2}, c.fit.any_finite = true;
+    c.fit.frames = {{low, low + 1}, {low, low + 2}};
+    c.fit.sites_total = 10, c.fit.coding_rmse = low, c.fit.cc_relevant = 7;
+    c.bound = .5;
+    c.measured = {first, first + 1};
+    c.errors.resize(2);
+    c.errors[1].all.add(low);
+    return r;
+  };
+  const std::vector<std::byte> bytes = write_part_report(report(0, 1));
+  PartReport sum = read_part_report(bytes, 1);
+  EXPECT_EQ(write_part_report(sum), bytes);
+  for (size_t n = 0; n < bytes.size(); ++n)
+    EXPECT_THROW(static_cast<void>(read_part_report(std::span(bytes).first(n), 1)), Error) << n << " bytes";
+  add_part_report(sum, report(2, -3));
+  const PartChannelReport& c = sum.channels[0];
+  EXPECT_EQ(c.fit.source_range, (Range{-3, 3}));
+  EXPECT_EQ(c.fit.frames.size(), 4u);
+  EXPECT_EQ(c.fit.cc_relevant, 14u);
+  EXPECT_NEAR(c.fit.coding_rmse, std::sqrt((1 + 9) / 2.0), 1e-12);
+  EXPECT_EQ(c.measured, (std::vector<uint32_t>{0, 1, 2, 3}));
+  EXPECT_EQ(c.errors[3].all.largest, 3);
+}
+
+} // namespace
+} // namespace bccsplat
