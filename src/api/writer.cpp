@@ -1,22 +1,41 @@
 #include "api/writer.h"
 
+#include <cmath>
+
+#include "api/structs.h"
+#include "store/join.h"
+
 using namespace bccsplat;
 using namespace bccsplat::api;
 
 namespace {
 
-template<class MakeSink>
-bccsplat_status create(bccsplat_device* device, const bccsplat_writer_options* options,
-                       bccsplat_writer** writer, const MakeSink& make_sink) {
+// make_stream: null for a file at `path`.
+template<class MakeStream>
+bccsplat_status create(bccsplat_device* device, const char* path, const bccsplat_writer_options* options,
+                       bccsplat_writer** writer, const MakeStream& make_stream) {
   return guard([&] {
     require(writer, "writer");
     *writer = nullptr;
     require(device, "device"), require(options, "options");
     const auto o = read_struct(options, "bccsplat_writer_options");
-    auto result = std::make_unique<bccsplat_writer>(device, o);
-    result->sink = make_sink(o, *result);
-    *writer = result.release();
+    WriterSettings settings = read_writer_settings(o, path);
+    std::unique_ptr<ByteSink> stream = make_stream(settings);
+    *writer = std::make_unique<bccsplat_writer>(device, o, std::move(settings), std::move(stream)).release();
   });
+}
+
+FrameBox read_box(const bccsplat_box* boxes, uint64_t i) {
+  const auto box = read_struct(element(boxes, i), "bccsplat_box");
+  if (box.type < 1 || box.type > 9)
+    fail(Code::invalid_argument, "box ", i, ": type ", box.type, " is not a type of values");
+  require(box.data, "box.data");
+  FrameBox out;
+  out.type = static_cast<SourceType>(box.type);
+  out.data = box.data;
+  for (size_t a = 0; a < 3; ++a)
+    out.begin[a] = box.begin[a], out.dims[a] = box.dims[a], out.stride[a] = box.stride_bytes[a];
+  return out;
 }
 
 } // namespace
@@ -25,27 +44,18 @@ extern "C" {
 
 bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
                                        const bccsplat_writer_options* options, bccsplat_writer** writer) {
-  return create(device, options, writer, [&](const bccsplat_writer_options& o, bccsplat_writer& result) {
+  return create(device, path, options, writer, [&](const WriterSettings&) -> std::unique_ptr<ByteSink> {
     require(path, "path");
-    result.path = path;
-    if (o.partial == BCCSPLAT_PARTIAL_APPEND) {
-      if (!file_exists(path)) fail(Code::file_not_found, path, ": no file to append to");
-      if (o.part) result.begin_continued(read_struct(o.part, "bccsplat_series_part"));
-      return create_file_sink(path, true);
-    }
-    return create_file_sink(path, o.overwrite != 0,
-                            o.partial == BCCSPLAT_PARTIAL_DEFAULT ? Partial::removed
-                            : o.partial == BCCSPLAT_PARTIAL_KEEP  ? Partial::kept
-                                                                  : Partial::taken_over);
+    return nullptr;
   });
 }
 
 bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device, const bccsplat_write_stream* stream,
                                               const bccsplat_writer_options* options,
                                               bccsplat_writer** writer) {
-  return create(device, options, writer, [&](const bccsplat_writer_options& o, bccsplat_writer&) {
+  return create(device, nullptr, options, writer, [&](const WriterSettings& settings) {
     require(stream, "stream");
-    if (o.partial != BCCSPLAT_PARTIAL_DEFAULT)
+    if (settings.continuity != Continuity::none)
       fail(Code::unsupported,
            "writer: a stream's unfinished work is the host's own; partial must be DEFAULT");
     const auto s = read_struct(stream, "bccsplat_write_stream");
@@ -62,8 +72,16 @@ bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t chan
   return guard([&] {
     require(writer, "writer");
     if (count > 0) require(boxes, "boxes");
-    writer->check_channel(channel);
-    writer->step([&] { writer->add_frame(channel, time, boxes, count); });
+    writer->writer.require_channel(channel);
+    std::vector<FrameBox> frame;
+    try {
+      frame.reserve(count);
+      for (uint64_t i = 0; i < count; ++i) frame.push_back(read_box(boxes, i));
+    } catch (...) {
+      writer->writer.abandon();
+      throw;
+    }
+    writer->writer.add_frame(channel, time, frame);
   });
 }
 
@@ -71,23 +89,13 @@ bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_writer* writer
                                                    bccsplat_layer_geometry* geometry) {
   return guard([&] {
     require(writer, "writer");
-    if (writer->fit_options.dims[3] == 0)
-      fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
-    const Lattice4 lattice = writer->fit_options.part
-                                 ? writer->initial.lattice
-                                 : Lattice4::fit(writer->fit_options.lattice, writer->fit_options.dims,
-                                                 writer->fit_options.scale, writer->fit_options.time_scale);
-    if (layer < 0 || layer >= lattice.layers())
-      fail(Code::not_found, "layer ", layer, " of ", lattice.layers());
+    const LayerGeometry g = writer->writer.layer_geometry(layer);
     bccsplat_layer_geometry out{};
-    out.coset = lattice.coset(static_cast<int32_t>(layer));
-    const Int3 n = lattice.space.dims(out.coset);
-    const Vec3 origin = lattice.site_position(out.coset, {0, 0, 0}),
-               next = lattice.site_position(out.coset, {1, 1, 1});
+    out.coset = g.coset;
     for (size_t a = 0; a < 3; ++a)
-      out.dims[a] = n[a], out.origin[a] = origin[a], out.step[a] = next[a] - origin[a];
-    out.frame = lattice.is_static() ? 0 : lattice.layer_frame(static_cast<int32_t>(layer));
-    out.layer_count = lattice.layers();
+      out.dims[a] = g.sites.dims[a], out.origin[a] = g.sites.origin[a], out.step[a] = g.sites.step[a];
+    out.frame = g.sites.frame;
+    out.layer_count = g.layers;
     write_struct(geometry, out, "geometry");
   });
 }
@@ -96,8 +104,7 @@ bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t chan
                                           const float* samples, uint64_t count) {
   return guard([&] {
     require(writer, "writer"), require(samples, "samples");
-    writer->check_channel(channel);
-    writer->step([&] { writer->add_layer(channel, layer, {samples, count}); });
+    writer->writer.add_layer(channel, layer, {samples, count});
   });
 }
 
@@ -106,8 +113,9 @@ bccsplat_status bccsplat_writer_add_field(bccsplat_writer* writer, uint32_t chan
   return guard([&] {
     require(writer, "writer");
     if (!field) fail(Code::invalid_argument, "field is NULL");
-    writer->check_channel(channel);
-    writer->step([&] { writer->add_field(channel, field, user); });
+    writer->writer.add_field(channel, [&](std::span<const double> points, std::span<float> values) {
+      return field(user, values.size(), points.data(), values.data()) == 0;
+    });
   });
 }
 
@@ -115,18 +123,10 @@ bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_
                                           bccsplat_error_report* error) {
   return guard([&] {
     require(writer, "writer");
-    writer->check_channel(channel);
-    if (!writer->finished) fail(Code::wrong_state, "writer: errors are known after finish");
-    const RoundTrip* r = writer->round_trip.get();
-    if (!r || measured < -1 || measured >= static_cast<int64_t>(r->frames().size()))
-      fail(Code::not_found, "measured frame ", measured, " of ", r ? r->frames().size() : 0);
-    const auto index = static_cast<int>(channel);
-    const SampleErrors& e =
-        measured < 0 ? r->errors(index) : r->frame_errors(index, static_cast<size_t>(measured));
-    const Range& range = writer->source_ranges[channel];
+    const auto [frame, peak, e] = writer->writer.measured(channel, measured);
     bccsplat_error_report out{};
-    out.frame = measured < 0 ? e.frame : r->frames()[static_cast<size_t>(measured)];
-    out.peak = range.high - range.low;
+    out.frame = frame;
+    out.peak = peak;
     out.samples = e.all.count, out.max_abs = e.all.largest, out.rmse = e.all.rms();
     out.psnr = e.all.psnr(out.peak);
     out.non_air_samples = e.non_air.count, out.non_air_max_abs = e.non_air.largest;
@@ -144,8 +144,7 @@ bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first,
     require(writer, "writer");
     if (!std::isfinite(first) || !(step > 0 && std::isfinite(step)))
       fail(Code::invalid_argument, "times: first must be finite and step > 0");
-    writer->require_open();
-    writer->initial.time.first = first, writer->initial.time.step = step;
+    writer->writer.set_times(first, step);
   });
 }
 
@@ -153,14 +152,7 @@ bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const cha
   return guard([&] {
     require(writer, "writer"), require(key, "key"), require(value, "value");
     if (!*key) fail(Code::invalid_argument, "the key is empty");
-    writer->require_open();
-    auto& attributes = writer->initial.attributes;
-    const auto it =
-        std::find_if(attributes.begin(), attributes.end(), [&](const auto& a) { return a.first == key; });
-    if (it != attributes.end())
-      it->second = value;
-    else
-      attributes.emplace_back(key, value);
+    writer->writer.set_attribute(key, value);
   });
 }
 
@@ -168,8 +160,7 @@ bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* 
                                            uint32_t crc32) {
   return guard([&] {
     require(writer, "writer"), require(name, "name");
-    writer->require_open();
-    writer->initial.sources.push_back({name, bytes, crc32});
+    writer->writer.add_source({name, bytes, crc32});
   });
 }
 
@@ -177,13 +168,38 @@ bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_
   return guard([&] {
     require(writer, "writer");
     check_output(report, "report");
-    bccsplat_writer_report out{};
-    writer->step([&] { out = writer->finish(); });
-    if (report) write_struct(report, out, "report");
+    write_report(report, writer->writer.finish());
+  });
+}
+
+bccsplat_status bccsplat_writer_get_part_frames(const bccsplat_writer* writer, uint64_t* begin,
+                                                uint64_t* end) {
+  return guard([&] {
+    require(writer, "writer"), require(begin, "begin"), require(end, "end");
+    const auto frames = writer->writer.given_frames();
+    *begin = frames[0], *end = frames[1];
   });
 }
 
 void bccsplat_writer_retain(bccsplat_writer* writer) { retain(writer); }
 void bccsplat_writer_release(bccsplat_writer* writer) { release(writer); }
+
+bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count, const char* const* parts,
+                                    const char* path, const bccsplat_join_options* options,
+                                    bccsplat_writer_report* report) {
+  return guard([&] {
+    require(device, "device"), require(path, "path");
+    if (count > 0) require(parts, "parts");
+    check_output(report, "report");
+    const auto o = read_struct(options, "bccsplat_join_options");
+    std::vector<std::string> paths;
+    for (uint64_t i = 0; i < count; ++i) {
+      require(parts[i], "parts[i]");
+      paths.emplace_back(parts[i]);
+    }
+    Progress progress(progress_callback(o.progress, o.progress_user));
+    write_report(report, join_parts(open_parts(paths), path, o.overwrite != 0, device->context(progress)));
+  });
+}
 
 } // extern "C"

@@ -1,12 +1,14 @@
+// Options and reports of writers, between the C ABI and the core.
 #include <algorithm>
 #include <cmath>
 
+#include "api/structs.h"
 #include "api/writer.h"
 
-using namespace bccsplat;
-using namespace bccsplat::api;
-
+namespace bccsplat::api {
 namespace {
+
+constexpr uint32_t most_channels = 1024; // as readers take
 
 std::string text_or(const char* text, const char* otherwise) { return text ? text : otherwise; }
 
@@ -31,92 +33,88 @@ Affine3 read_affine(const double (&m)[16]) {
   return a;
 }
 
+PartSettings read_part(const bccsplat_series_part& part, uint32_t frames) {
+  require_zero(part.reserved, "bccsplat_series_part.reserved");
+  PartSettings out{part.first, part.end, part.lead, {}};
+  if (frames > 0) {
+    require(part.times, "part.times");
+    out.times.assign(part.times, part.times + frames);
+  }
+  return out;
+}
+
+ChannelSettings read_channel(const bccsplat_channel_options& in) {
+  ChannelSettings out;
+  out.name = text_or(in.name, "value");
+  out.unit = text_or(in.unit, "");
+  if (in.set_mask & ~3u) fail(Code::invalid_argument, "channel ", out.name, ": unknown bits in set_mask");
+  if (in.source_type < 0 || in.source_type > 9)
+    fail(Code::invalid_argument, "channel ", out.name, ": source_type ", in.source_type);
+  if (in.value_type < 0 || in.value_type > 4)
+    fail(Code::invalid_argument, "channel ", out.name, ": value_type must be U8, U16, F16 or F32");
+  if (in.source_type != 0) out.source_type = static_cast<SourceType>(in.source_type);
+  if (in.value_type != 0) out.value_type = static_cast<ValueType>(in.value_type);
+  if (!std::isfinite(in.air))
+    fail(Code::invalid_argument, "channel ", out.name,
+         ": air and air_threshold must be finite, the threshold >= 0");
+  out.air = in.set_mask & BCCSPLAT_CHANNEL_SET_AIR ? static_cast<float>(in.air) : 0;
+  out.threshold = static_cast<float>(in.air_threshold);
+  if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) out.range = Range{in.range[0], in.range[1]};
+  out.value_step = in.value_step;
+  return out;
+}
+
 } // namespace
 
-bccsplat_writer::bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_options& o)
-    : device(owner), progress(progress_callback(o.progress, o.progress_user)) {
+WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char* path) {
   require_zero(o.set_mask, "bccsplat_writer_options.set_mask");
-  for (size_t a = 0; a < 3; ++a)
-    if (o.dims[a] == 0) fail(Code::invalid_argument, "writer: dims[", a, "] is 0");
-  const double scale = o.scale == 0 ? 1 : o.scale, time_scale = o.time_scale == 0 ? 1 : o.time_scale;
-  fit_options.lattice = choose(o.lattice, LatticeKind::d4star, 3, "lattice");
-  fit_options.dims = {o.dims[0], o.dims[1], o.dims[2], o.dims[3]};
-  fit_options.scale = scale, fit_options.time_scale = time_scale;
-  fit_options.filter = choose(o.filter, Filter::kaiser8, 3, "filter");
   require_zero(o.reserved, "bccsplat_writer_options.reserved");
   require_zero(o.reserved_end, "bccsplat_writer_options.reserved_end");
-  ends = choose(o.ends, int32_t{BCCSPLAT_ENDS_DEFAULT}, 2, "ends");
-  fit_options.lowpass = o.lowpass != 0;
-  if (fit_options.lowpass && fit_options.lattice == LatticeKind::cc)
-    fail(Code::invalid_argument, "writer: a low-pass is of use on D4* and BCC only");
-  fit_options.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
-  fit_options.slab_layers = initial.slab_layers;
-  const int32_t store = choose(o.store, BCCSPLAT_STORE_SAMPLES, 2, "store");
-  coefficients = store == BCCSPLAT_STORE_COEFFICIENTS;
-  if (o.partial < 0 || o.partial > BCCSPLAT_PARTIAL_APPEND)
-    fail(Code::invalid_argument, "partial ", o.partial, " is not one of 0 .. 3");
-  partial = o.partial;
-  abs_error = o.abs_error, psnr = o.psnr, measure = o.measure;
-  if (!(abs_error >= 0 && std::isfinite(abs_error)) || !(psnr >= 0 && std::isfinite(psnr)))
-    fail(Code::invalid_argument, "writer: abs_error and psnr must be finite and not negative");
-  if (measure < 0 || measure > BCCSPLAT_MEASURE_ALL)
-    fail(Code::invalid_argument, "measure ", measure, " is not one of 0 .. 2");
-  const bool bounded = abs_error > 0 || psnr > 0;
-  if ((bounded || coefficients || measure == BCCSPLAT_MEASURE_ALL) && o.dims[3] == 0)
-    fail(Code::invalid_argument,
-         "writer: a bound, measuring, or coefficients need the number of frames in dims[3]");
-  // Refuses impossible sizes before anything is written.
-  initial.lattice = Lattice4::fit(
-      fit_options.lattice, {o.dims[0], o.dims[1], o.dims[2], std::max(o.dims[3], 1u)}, scale, time_scale);
-  if (o.lattice == BCCSPLAT_LATTICE_BCC && o.dims[3] != 1)
-    fail(Code::invalid_argument, "writer: lattice BCC holds one frame; set dims[3] to 1 or choose D4STAR");
-  initial.scale = scale, initial.time_scale = time_scale;
-  initial.affine = read_affine(o.affine);
-  initial.spatial_unit = text_or(o.spatial_unit, "");
-  initial.time.unit = text_or(o.time_unit, "");
-  if (o.recommended_kernel && *o.recommended_kernel)
-    initial.recommended_kernel = make_kernel(o.recommended_kernel).name;
-  else if (bounded || coefficients) // which must not depend on what a reader takes for the default
-    initial.recommended_kernel = make_kernel("").name;
-  if (coefficients) {
-    const Kernel kernel = make_kernel(initial.recommended_kernel);
-    initial.coefficient_parameters = kernel_parameters(kernel);
-    initial.coefficient_kernel = kernel.name;
-  }
-
-  const uint32_t count = std::max(o.channel_count, 1u);
+  WriterSettings s;
+  s.path = text_or(path, "");
+  s.overwrite = o.overwrite != 0;
+  s.continuity = choose(o.partial, Continuity::none, BCCSPLAT_PARTIAL_APPEND, "partial");
+  std::copy(std::begin(o.dims), std::end(o.dims), s.dims.begin());
+  s.lattice = choose(o.lattice, LatticeKind::d4star, 3, "lattice");
+  if (o.scale != 0) s.scale = o.scale;
+  if (o.time_scale != 0) s.time_scale = o.time_scale;
+  s.filter = choose(o.filter, Filter::kaiser8, 3, "filter");
+  s.lowpass = o.lowpass != 0;
+  s.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
+  s.ends = choose(o.ends, Ends::automatic, BCCSPLAT_ENDS_MIRROR, "ends");
+  s.coefficients = choose(o.store, BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS, "store") ==
+                   BCCSPLAT_STORE_COEFFICIENTS;
+  s.abs_error = o.abs_error, s.psnr = o.psnr;
+  s.measure = choose(o.measure, Measure::bounded, BCCSPLAT_MEASURE_ALL, "measure");
+  s.affine = read_affine(o.affine);
+  s.spatial_unit = text_or(o.spatial_unit, "");
+  s.time_unit = text_or(o.time_unit, "");
+  s.recommended_kernel = text_or(o.recommended_kernel, "");
   if (o.channel_count > 0) require(o.channels, "channels");
-  if (count > 1024) fail(Code::invalid_argument, "writer: ", count, " channels; at most 1024");
-  for (uint32_t c = 0; c < count; ++c) {
-    const auto in =
-        read_struct(o.channel_count > 0 ? element(o.channels, c) : nullptr, "bccsplat_channel_options");
-    ChannelInfo info;
-    info.name = text_or(in.name, "value");
-    info.unit = text_or(in.unit, "");
-    if (info.name.empty()) fail(Code::invalid_argument, "channel ", c, ": the name is empty");
-    for (const ChannelInfo& other : initial.channels)
-      if (other.name == info.name) fail(Code::invalid_argument, "two channels are named ", info.name);
-    if (in.set_mask & ~3u) fail(Code::invalid_argument, "channel ", info.name, ": unknown bits in set_mask");
-    if (in.source_type < 0 || in.source_type > 9)
-      fail(Code::invalid_argument, "channel ", info.name, ": source_type ", in.source_type);
-    if (in.value_type < 0 || in.value_type > 4)
-      fail(Code::invalid_argument, "channel ", info.name, ": value_type must be U8, U16, F16 or F32");
-    if (!(in.air_threshold >= 0 && std::isfinite(in.air_threshold)) || !std::isfinite(in.air))
-      fail(Code::invalid_argument, "channel ", info.name,
-           ": air and air_threshold must be finite, the threshold >= 0");
-    if ((in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) &&
-        !(in.range[0] < in.range[1] && std::isfinite(in.range[0]) && std::isfinite(in.range[1])))
-      fail(Code::invalid_argument, "channel ", info.name, ": range must be finite and rise");
-    info.air = in.set_mask & BCCSPLAT_CHANNEL_SET_AIR ? static_cast<float>(in.air) : 0;
-    info.threshold = static_cast<float>(in.air_threshold);
-    initial.channels.push_back(std::move(info));
-    channels.push_back(in);
-  }
-  added.assign(count, 0);
-  if (o.part && partial != BCCSPLAT_PARTIAL_APPEND) begin_part(read_struct(o.part, "bccsplat_series_part"));
+  if (o.channel_count > most_channels)
+    fail(Code::invalid_argument, "writer: ", o.channel_count, " channels; at most ", most_channels);
+  s.channels.clear();
+  for (uint32_t c = 0; c < o.channel_count; ++c)
+    s.channels.push_back(read_channel(read_struct(element(o.channels, c), "bccsplat_channel_options")));
+  if (o.channel_count == 0) s.channels.resize(1);
+  if (o.part) s.part = read_part(read_struct(o.part, "bccsplat_series_part"), s.dims[3]);
+  return s;
 }
 
-void bccsplat_writer::check_channel(uint32_t channel) const {
-  if (channel >= channels.size())
-    fail(Code::not_found, "channel ", channel, " of a writer with ", channels.size());
+void write_report(bccsplat_writer_report* out, const WriteReport& r) {
+  if (!out) return;
+  bccsplat_writer_report report{};
+  report.slabs_reused = static_cast<uint32_t>(std::min<uint64_t>(r.slabs_reused, UINT32_MAX));
+  report.frames = r.frames;
+  report.cc_samples = r.cc_samples, report.cc_relevant = r.cc_relevant;
+  report.sites_total = r.sites_total, report.sites_kept = r.sites_kept, report.holes = r.holes;
+  report.clamped = r.clamped, report.nonfinite = r.nonfinite;
+  report.bytes_source = r.bytes_source, report.bytes_file = r.bytes.file;
+  report.bytes_runs = r.bytes.runs, report.bytes_values = r.bytes.values, report.bytes_index = r.bytes.index;
+  report.frames_measured = r.frames_measured, report.corrected = r.corrected;
+  report.bytes_corrections = r.bytes_corrections;
+  report.coding_max = r.coding_max, report.coding_rmse = r.coding_rmse;
+  write_struct(out, report, "report");
 }
+
+} // namespace bccsplat::api

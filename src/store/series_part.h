@@ -1,16 +1,13 @@
-// A part of a series that several processes write: what it must be given, what it makes, and how the reports
-// of all parts become that of the series.
+// A part of a series that several processes write, or that continues a file: what it must be given, and what
+// it makes.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "fit/fit.h"
-#include "store/round_trip.h"
 
 namespace bccsplat {
 
@@ -35,31 +32,13 @@ struct SeriesPart {
 // Slabs of a series of `frames` frames that stay as they are when more follow; lattice: of either.
 [[nodiscard]] int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, uint32_t frames);
 // What is left to do when a series of which `done` frames are in a file goes on: the slabs behind
-// lasting_slabs, from as many frames as they hang on. lattice, options: of the longer series.
+// lasting_slabs, from as many frames as they depend on. lattice, options: of the longer series.
 [[nodiscard]] FitPart rest_of_series(const Lattice4& lattice, const FitOptions& options, uint32_t done);
+// Begins a part `lead` frames earlier: those that come before the first one it needs.
+void give_lead(uint64_t lead, FitPart& part);
 
 // What a writer that continues a whole series will ask for; none: nothing was clamped. lasting: of its slabs.
 [[nodiscard]] std::optional<TailInfo> tail_of_series(int32_t lasting,
                                                      std::span<const FitChannelReport> channels);
-
-// What a channel of a part counted and measured.
-struct PartChannelReport {
-  FitChannelReport fit;
-  double bound = 0;                 // of its corrections; 0: none
-  std::vector<uint32_t> measured;   // frames
-  std::vector<SampleErrors> errors; // theirs
-};
-struct PartReport {
-  double psnr = 0;     // asked of the series; 0: none
-  int32_t lasting = 0; // slabs of the series, see lasting_slabs
-  std::vector<PartChannelReport> channels;
-};
-
-// Private to one version of the library, as is what refers to it in a part's file.
-[[nodiscard]] std::vector<std::byte> write_part_report(const PartReport& report);
-// Throws corrupt, truncated, unsupported_version.
-[[nodiscard]] PartReport read_part_report(std::span<const std::byte> bytes, size_t channels);
-// Adds the report of the next frames of the series.
-void add_part_report(PartReport& series, PartReport next);
 
 } // namespace bccsplat

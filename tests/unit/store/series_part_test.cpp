@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "formats/bcc4/part.h"
+#include "store/part_report.h"
 #include "store/series_part.h"
 
 namespace bccsplat {

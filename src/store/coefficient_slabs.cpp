@@ -1,0 +1,30 @@
+#include "store/coefficient_slabs.h"
+
+namespace bccsplat {
+
+CoefficientSlabs::CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& info, const SeriesPart* part)
+    : layers_(lattice.layers()), slab_layers_(info.slab_layers) {
+  for (const ChannelInfo& c : info.channels) {
+    const Quantiser quantiser{c.type, c.scale, c.offset, c.air};
+    const int32_t samples = part ? part->fit.first_layer : 0, first = part ? part->first_layer : 0,
+                  end = part ? part->end_layer : layers_;
+    channels_.push_back(std::unique_ptr<Channel>(new Channel{
+        CoefficientLayers(lattice, quantiser, c.threshold, info.coefficient_kernel, samples, first, end),
+        first / slab_layers_,
+        {}}));
+  }
+}
+
+void CoefficientSlabs::add_layers(int channel, std::span<const BrickLayer> samples, const Context& context,
+                                  const FitSink& store) {
+  Channel& c = *channels_[static_cast<size_t>(channel)];
+  for (BrickLayer& layer : c.maker.add(samples, context)) {
+    c.slab.push_back(std::move(layer));
+    const auto count = static_cast<int32_t>(c.slab.size());
+    if (count < slab_layers_ && c.next_slab * slab_layers_ + count < layers_) continue;
+    store(c.next_slab++, channel, c.slab);
+    c.slab.clear();
+  }
+}
+
+} // namespace bccsplat

@@ -1,0 +1,36 @@
+// Slabs of samples in, slabs of prefiltered coefficients out: the stage between fit and file of a volume that
+// stores coefficients.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/context.h"
+#include "fit/coefficient_layers.h"
+#include "fit/fit.h"
+#include "store/series_part.h"
+
+namespace bccsplat {
+
+class CoefficientSlabs {
+ public:
+  // info: says how each channel is coded, and of which kernel the coefficients are. part: null for a whole
+  // series.
+  CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& info, const SeriesPart* part);
+
+  // The next layers of samples of a channel; `store` is called for each slab that is complete with them.
+  void add_layers(int channel, std::span<const BrickLayer> samples, const Context& context,
+                  const FitSink& store);
+
+ private:
+  struct Channel {
+    CoefficientLayers maker;
+    int32_t next_slab;
+    std::vector<BrickLayer> slab; // layers made and not stored
+  };
+  int32_t layers_, slab_layers_;
+  std::vector<std::unique_ptr<Channel>> channels_;
+};
+
+} // namespace bccsplat

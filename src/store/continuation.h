@@ -1,0 +1,46 @@
+// A finished file whose series goes on: what new frames must agree with, and what of the old file stays.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "base/context.h"
+#include "fit/fit.h"
+#include "formats/bcc4/bcc4.h"
+#include "store/settings.h"
+
+namespace bccsplat {
+
+// Throws wrong_state unless new frames can follow those of the file at `path`, which says `was` of itself.
+// frames: of the series that goes on; 0: not known yet.
+void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t frames,
+                         const std::string& path);
+
+// A file that is continued without its frames being given again: only the frames come that the slabs behind
+// its lasting ones depend on, and what is said about the series is put together from the old file and these.
+class Continuation {
+ public:
+  // Opens the file at settings.path. Throws, saying why, where it cannot be continued by settings.part alone.
+  // options: of the longer series.
+  Continuation(const WriterSettings& settings, FitOptions options);
+
+  [[nodiscard]] const VolumeInfo& info() const { return old_->info(); }
+  [[nodiscard]] const Lattice4& lattice() const { return lattice_; } // of the longer series
+  [[nodiscard]] const FitPart& rest() const { return rest_; }        // what is left to fit
+  [[nodiscard]] int32_t slabs() const { return slabs_; }             // of a channel that are copied
+
+  // Puts the slabs that stay where a writer of all frames puts them: in the order of the old file.
+  void copy_slabs(Bcc4Writer& container, Progress& progress) const;
+  // Adds what the old file tells of its frames, and of the slabs that were copied, to the report of the rest.
+  void add_to(FitReport& report, const Context& context) const;
+
+ private:
+  std::shared_ptr<const Bcc4Reader> old_;
+  Lattice4 lattice_;
+  FitPart rest_;
+  int32_t slabs_ = 0;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,45 @@
+#include "store/fingerprint.h"
+
+#include <array>
+#include <span>
+#include <string>
+
+#include "base/text.h"
+#include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/metadata.h"
+
+namespace bccsplat {
+
+uint32_t options_checksum(const FitOptions& options, double abs_error, std::optional<double> psnr) {
+  std::string text =
+      concat(static_cast<int>(options.filter), " ", static_cast<int>(options.nonfinite), " ", abs_error);
+  if (options.lowpass) text += " lowpass";
+  if (psnr) text += concat(" psnr ", *psnr);
+  if (options.lead > 0) text += concat(" lead ", options.lead);
+  for (const FitChannel& c : options.channels) {
+    text += concat(" ", c.threshold, " ", c.ringing);
+    if (c.range) text += concat(" ", c.range->low, " ", c.range->high);
+  }
+  return crc32_of(std::as_bytes(std::span(text)));
+}
+
+uint32_t part_checksum(uint32_t options, const FitPart& part) {
+  const std::array<uint32_t, 3> sums{options, part.first_counted, part.end_counted};
+  return crc32_of(std::as_bytes(std::span(sums)));
+}
+
+uint32_t series_checksum(VolumeInfo info, uint32_t options) {
+  info.part.reset();
+  for (ChannelInfo& c : info.channels) {
+    ChannelInfo fixed;
+    fixed.name = c.name, fixed.quantity = c.quantity, fixed.unit = c.unit, fixed.type = c.type;
+    fixed.scale = c.scale, fixed.offset = c.offset, fixed.air = c.air, fixed.threshold = c.threshold;
+    fixed.source_type = c.source_type;
+    c = std::move(fixed);
+  }
+  tidy(info);
+  const std::array<uint32_t, 2> sums{crc32_of(write_metadata(info)), options};
+  return crc32_of(std::as_bytes(std::span(sums)));
+}
+
+} // namespace bccsplat

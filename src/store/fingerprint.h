@@ -1,0 +1,24 @@
+// Checksums that tell whether two writers would make the same samples.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "fit/fit.h"
+#include "formats/bcc4/info.h"
+
+namespace bccsplat {
+
+// Returns the checksum of every option that changes the samples but is not stored in the file. psnr: of a
+// part of a series, which is checked when the parts are joined.
+[[nodiscard]] uint32_t options_checksum(const FitOptions& options, double abs_error,
+                                        std::optional<double> psnr);
+
+// Returns the checksum of the same options for one part of the series.
+[[nodiscard]] uint32_t part_checksum(uint32_t options, const FitPart& part);
+
+// Returns the checksum of everything that must be equal for the parts of a series to fit together. options:
+// their options_checksum.
+[[nodiscard]] uint32_t series_checksum(VolumeInfo info, uint32_t options);
+
+} // namespace bccsplat

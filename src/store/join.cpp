@@ -1,0 +1,82 @@
+#include "store/join.h"
+
+#include <algorithm>
+
+#include "formats/bcc4/part.h"
+#include "store/part_report.h"
+#include "store/series_part.h"
+
+namespace bccsplat {
+namespace {
+
+PartReport add_reports(const SeriesParts& parts) {
+  PartReport sum;
+  for (const auto& part : parts)
+    add_part_report(sum, read_part_report(part->info().part->statistics, part->info().channels.size()));
+  return sum;
+}
+
+// What the whole series says about itself. Throws bound_not_met.
+VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
+                       std::span<const FitChannelReport> fits) {
+  VolumeInfo info = parts.front()->info();
+  info.part.reset();
+  for (size_t c = 0; c < info.channels.size(); ++c) {
+    ChannelInfo& channel = info.channels[c];
+    const PartChannelReport& r = sum.channels.at(c);
+    describe(r.fit, channel);
+    channel.clamped = 0;
+    for (const auto& part : parts) channel.clamped += part->info().channels[c].clamped;
+    channel.residuals.frames.clear();
+    channel.residuals.bound = r.bound;
+    SampleErrors errors;
+    for (const SampleErrors& e : r.errors) errors.add(e);
+    if (sum.psnr > 0) require_psnr(channel.name, errors, r.fit.source_range, sum.psnr);
+  }
+  if (info.coefficient_kernel.empty()) info.tail = tail_of_series(sum.lasting, fits);
+  return info;
+}
+
+} // namespace
+
+SeriesParts open_parts(const std::vector<std::string>& paths) {
+  SeriesParts parts;
+  for (const std::string& path : paths) parts.push_back(Bcc4Reader::open(open_file_source(path)));
+  return order_parts(std::move(parts), paths);
+}
+
+WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool overwrite,
+                       const Context& context) {
+  const PartReport sum = add_reports(parts);
+  std::vector<FitChannelReport> fits;
+  for (const PartChannelReport& channel : sum.channels) fits.push_back(channel.fit);
+  const VolumeInfo joined = joined_info(parts, sum, fits);
+  Bcc4Writer writer(create_file_sink(path, overwrite), joined);
+  const std::vector<JoinedWrite> writes = joined_writes(parts);
+  WriteReport report;
+  uint64_t done = 0;
+  for (const auto& [write, part] : writes) {
+    const auto channel = static_cast<int>(write.channel);
+    if (write.frame == PartWrite::chunks) {
+      writer.copy_slab(write.slab, channel, *parts[part]);
+      ++report.slabs_reused;
+    } else {
+      writer.copy_residuals(channel, static_cast<uint32_t>(write.frame), *parts[part]);
+    }
+    context.progress.report(0.99 * static_cast<double>(++done) / static_cast<double>(writes.size()));
+    context.progress.check();
+  }
+  const Bcc4Report written = writer.finish(context);
+  const VolumeInfo& info = writer.info();
+  report.frames = info.lattice.dims[3];
+  for (size_t c = 0; c < fits.size(); ++c) {
+    report.add(fits[c], info.cc_samples(), info.channels[c].source_type);
+    for (const SampleErrors& e : sum.channels[c].errors) report.corrected += e.corrected;
+    report.frames_measured = std::max<uint64_t>(report.frames_measured, sum.channels[c].errors.size());
+  }
+  report.coding_rmse = coding_rmse(fits);
+  report.set_file(info, written);
+  return report;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,54 @@
+// The comparison with the source while a file is written: which frames take part, and what happens where it
+// cannot be had. A bound insists on it; else it is given up where memory is short or the lattice has no such
+// kernel.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/error.h"
+#include "store/round_trip.h"
+#include "store/settings.h"
+
+namespace bccsplat {
+
+class Measuring {
+ public:
+  explicit Measuring(const WriterSettings& settings)
+      : required_(settings.abs_error > 0 || settings.psnr > 0 || settings.measure == Measure::all),
+        wanted_(required_ || settings.measure == Measure::some) {}
+
+  [[nodiscard]] bool required() const { return required_; }
+  // Whether measuring is asked for and has neither begun nor been given up.
+  [[nodiscard]] bool due() const { return wanted_ && !given_up_ && !round_trip_; }
+  // Those of the frames first .. end - 1 that are to be measured.
+  [[nodiscard]] std::vector<uint32_t> choose_frames(uint32_t first, uint32_t end) const;
+
+  // Runs a step of measuring; false where it has been given up, with this step at the latest.
+  template<class Step> bool attempt(const Step& step) {
+    if (given_up_) return false;
+    try {
+      step();
+      return true;
+    } catch (const Error& e) {
+      if (required_ || (e.code() != Code::memory_budget && e.code() != Code::unsupported)) throw;
+      round_trip_.reset();
+      given_up_ = true;
+      return false;
+    }
+  }
+  // Hands the round trip, where there is one, to a step.
+  template<class Step> void with_round_trip(const Step& step) {
+    if (round_trip_) attempt([&] { step(*round_trip_); });
+  }
+  void begin(std::unique_ptr<RoundTrip> round_trip) { round_trip_ = std::move(round_trip); }
+  // Null: nothing is measured.
+  [[nodiscard]] RoundTrip* round_trip() const { return round_trip_.get(); }
+
+ private:
+  bool required_, wanted_, given_up_ = false;
+  std::unique_ptr<RoundTrip> round_trip_;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,138 @@
+#include "store/part_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/bytes.h"
+#include "base/error.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr uint32_t report_version = 2;
+
+void write_range(ByteWriter& out, const Range& r) { out.write(r.low), out.write(r.high); }
+Range read_range(ByteReader& in) {
+  const auto low = in.read<double>();
+  return {low, in.read<double>()};
+}
+
+void write_sum(ByteWriter& out, const ErrorSum& e) {
+  out.write(e.largest), out.write(e.squares), out.write(e.count);
+}
+ErrorSum read_sum(ByteReader& in) {
+  ErrorSum e;
+  e.largest = in.read<double>(), e.squares = in.read<double>(), e.count = in.read<uint64_t>();
+  return e;
+}
+
+void write_errors(ByteWriter& out, const SampleErrors& e) {
+  write_sum(out, e.all), write_sum(out, e.non_air);
+  out.write(e.lost), out.write(e.corrected), out.write(e.uncorrected), out.write(e.frame);
+  for (const uint64_t v : e.voxel) out.write(v);
+  out.write(e.expected), out.write(e.got);
+}
+SampleErrors read_errors(ByteReader& in) {
+  SampleErrors e;
+  e.all = read_sum(in), e.non_air = read_sum(in);
+  e.lost = in.read<uint64_t>(), e.corrected = in.read<uint64_t>();
+  e.uncorrected = in.read<double>(), e.frame = in.read<uint64_t>();
+  for (uint64_t& v : e.voxel) v = in.read<uint64_t>();
+  e.expected = in.read<double>(), e.got = in.read<double>();
+  return e;
+}
+
+uint32_t read_count(ByteReader& in, size_t bytes_each) {
+  const auto n = in.read<uint32_t>();
+  if (n > in.remaining() / bytes_each) fail(Code::corrupt, "part: ", n, " entries do not fit");
+  return n;
+}
+
+} // namespace
+
+std::vector<std::byte> write_part_report(const PartReport& report) {
+  ByteWriter out;
+  out.write(report_version);
+  out.write(report.psnr), out.write(report.lasting);
+  for (const PartChannelReport& c : report.channels) {
+    const FitChannelReport& f = c.fit;
+    write_range(out, f.source_range);
+    out.write(static_cast<uint32_t>(f.any_finite));
+    out.write(static_cast<uint32_t>(f.frames.size()));
+    for (const Range& r : f.frames) write_range(out, r);
+    for (const uint64_t n :
+         {f.source_samples, f.cc_relevant, f.nonfinite, f.sites_total, f.sites_kept, f.holes, f.clamped})
+      out.write(n);
+    out.write(static_cast<uint32_t>(f.clamped_slabs.size()));
+    for (const uint64_t n : f.clamped_slabs) out.write(n);
+    f.samples.write(out);
+    out.write(f.coding_max), out.write(f.coding_rmse), out.write(c.bound);
+    out.write(static_cast<uint32_t>(c.measured.size()));
+    for (size_t i = 0; i < c.measured.size(); ++i) {
+      out.write(c.measured[i]);
+      write_errors(out, c.errors[i]);
+    }
+  }
+  return out.release();
+}
+
+PartReport read_part_report(std::span<const std::byte> bytes, size_t channels) {
+  ByteReader in(bytes, "part");
+  if (in.read<uint32_t>() != report_version)
+    fail(Code::unsupported_version,
+         "a part written by another version of bccsplat; write all parts with one");
+  PartReport report;
+  report.psnr = in.read<double>(), report.lasting = in.read<int32_t>();
+  report.channels.resize(channels);
+  for (PartChannelReport& c : report.channels) {
+    FitChannelReport& f = c.fit;
+    f.source_range = read_range(in);
+    f.any_finite = in.read<uint32_t>() != 0;
+    f.frames.resize(read_count(in, 16));
+    for (Range& r : f.frames) r = read_range(in);
+    for (uint64_t* n : {&f.source_samples, &f.cc_relevant, &f.nonfinite, &f.sites_total, &f.sites_kept,
+                        &f.holes, &f.clamped})
+      *n = in.read<uint64_t>();
+    f.clamped_slabs.resize(read_count(in, 8));
+    for (uint64_t& n : f.clamped_slabs) n = in.read<uint64_t>();
+    f.samples = SampleHistogram::read(in);
+    f.coding_max = in.read<double>(), f.coding_rmse = in.read<double>(), c.bound = in.read<double>();
+    c.measured.resize(read_count(in, 4));
+    for (uint32_t& frame : c.measured) {
+      frame = in.read<uint32_t>();
+      c.errors.push_back(read_errors(in));
+    }
+  }
+  in.expect_end();
+  return report;
+}
+
+void add_part_report(PartReport& series, PartReport next) {
+  if (series.channels.empty()) {
+    series = std::move(next);
+    return;
+  }
+  for (size_t i = 0; i < series.channels.size(); ++i) {
+    PartChannelReport &s = series.channels[i], &n = next.channels.at(i);
+    FitChannelReport &a = s.fit, &b = n.fit;
+    if (b.any_finite)
+      a.source_range = a.any_finite ? Range{std::min(a.source_range.low, b.source_range.low),
+                                            std::max(a.source_range.high, b.source_range.high)}
+                                    : b.source_range;
+    a.any_finite = a.any_finite || b.any_finite;
+    a.frames.insert(a.frames.end(), b.frames.begin(), b.frames.end());
+    const double squares = a.coding_rmse * a.coding_rmse * static_cast<double>(a.sites_total) +
+                           b.coding_rmse * b.coding_rmse * static_cast<double>(b.sites_total);
+    a.source_samples += b.source_samples, a.cc_relevant += b.cc_relevant, a.nonfinite += b.nonfinite;
+    a.sites_total += b.sites_total, a.sites_kept += b.sites_kept;
+    a.holes += b.holes, a.clamped += b.clamped;
+    a.clamped_slabs.insert(a.clamped_slabs.end(), b.clamped_slabs.begin(), b.clamped_slabs.end());
+    a.samples.merge(b.samples);
+    a.coding_max = std::max(a.coding_max, b.coding_max);
+    if (a.sites_total > 0) a.coding_rmse = std::sqrt(squares / static_cast<double>(a.sites_total));
+    s.measured.insert(s.measured.end(), n.measured.begin(), n.measured.end());
+    s.errors.insert(s.errors.end(), n.errors.begin(), n.errors.end());
+  }
+}
+
+} // namespace bccsplat

@@ -1,0 +1,85 @@
+// What the writer of a volume is asked for. The options of the C ABI are translated into it once; from here
+// on nothing knows of them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/vec.h"
+#include "fit/filter.h"
+#include "fit/frame.h"
+#include "formats/bcc4/info.h"
+#include "lattice/lattice.h"
+
+namespace bccsplat {
+
+// How the field goes on beyond the ends of time. Numbers of the C ABI, as those of the next two.
+enum class Ends : uint8_t {
+  automatic = 0, // predicted where a series is long enough to pay for the layers
+  predict = 1,
+  mirror = 2
+};
+
+// Which source frames are compared with what a reader of the file gets.
+enum class Measure : uint8_t {
+  bounded = 0, // all where an error bound is asked for, else none
+  some = 1,    // a few, where that costs nothing the host insists on
+  all = 2
+};
+
+// What becomes of unfinished work, and of a file that is there already.
+enum class Continuity : uint8_t {
+  none = 0,    // unfinished work is removed
+  journal = 1, // it stays, and so does a journal that tells how far it is whole
+  resume = 2,  // as journal, and what an earlier writer left is not coded again
+  append = 3   // the series of a finished file goes on
+};
+
+struct ChannelSettings {
+  std::string name = "value", unit;
+  std::optional<SourceType> source_type; // none: that of the first box given to the writer, else f32
+  std::optional<ValueType> value_type;   // none: what holds the source
+  float air = 0, threshold = 0;
+  std::optional<Range> range; // of the values
+  double value_step = 0;      // value of one integer code; 0: what spreads the range over the codes
+};
+
+// The frames of a series that one of several processes writes, or those that continue a file.
+struct PartSettings {
+  uint64_t first = 0, end = 0; // frames first .. end - 1
+  uint64_t lead = 0;           // frames given before the first one needed
+  std::vector<double> times;   // of all frames of the series
+};
+
+// Throws invalid_argument unless the times of a series are finite and rise.
+void require_rising(std::span<const double> times);
+
+struct WriterSettings {
+  std::string path; // of the file; empty: a stream
+  bool overwrite = false;
+  Continuity continuity = Continuity::none;
+
+  std::array<uint32_t, 4> dims{1, 1, 1, 0}; // source samples; dims[3] = 0: as many frames as are given
+  LatticeKind lattice = LatticeKind::d4star;
+  double scale = 1, time_scale = 1;
+  Filter filter = Filter::kaiser8;
+  bool lowpass = false;
+  NonFinite nonfinite = NonFinite::error;
+  Ends ends = Ends::automatic;
+  bool coefficients = false; // stored in place of samples
+  std::optional<PartSettings> part;
+
+  double abs_error = 0, psnr = 0; // bounds of the error at source samples; 0: none
+  Measure measure = Measure::bounded;
+
+  Affine3 affine; // source index -> world
+  std::string spatial_unit, time_unit;
+  std::string recommended_kernel; // may be empty
+  std::vector<ChannelSettings> channels{1};
+};
+
+} // namespace bccsplat

@@ -1,0 +1,315 @@
+// What a writer settles before its first data, and what finish() adds to the file.
+#include "store/volume_writer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "store/fingerprint.h"
+#include "store/part_report.h"
+
+namespace bccsplat {
+namespace {
+
+// Layers beyond each end of a predicted series: more than a kernel's reach.
+constexpr int32_t end_layers = 4;
+// Layers of a series that is predicted unasked: the ends then add at most a quarter.
+constexpr int32_t fewest_layers = 8 * end_layers;
+
+FitOptions fit_options_of(const WriterSettings& s, int32_t slab_layers) {
+  FitOptions options;
+  options.lattice = s.lattice;
+  options.dims = s.dims;
+  options.scale = s.scale, options.time_scale = s.time_scale;
+  options.filter = s.filter;
+  options.lowpass = s.lowpass;
+  options.nonfinite = s.nonfinite;
+  options.slab_layers = slab_layers;
+  return options;
+}
+
+} // namespace
+
+VolumeWriter::VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> stream, const Context& context)
+    : settings_(std::move(settings)), context_(context), sink_(std::move(stream)),
+      fit_options_(fit_options_of(settings_, initial_.slab_layers)), added_(settings_.channels.size()),
+      measuring_(settings_) {
+  check_settings();
+  begin_info();
+  const bool appends = settings_.continuity == Continuity::append;
+  if (appends && !file_exists(settings_.path))
+    fail(Code::file_not_found, settings_.path, ": no file to append to");
+  if (settings_.part) begin_part();
+  if (!sink_)
+    sink_ = create_file_sink(settings_.path, settings_.overwrite || appends,
+                             settings_.continuity == Continuity::none      ? Partial::removed
+                             : settings_.continuity == Continuity::journal ? Partial::kept
+                             : appends                                     ? Partial::removed
+                                                                           : Partial::taken_over);
+}
+
+void VolumeWriter::check_settings() const {
+  const WriterSettings& s = settings_;
+  for (size_t a = 0; a < 3; ++a)
+    if (s.dims[a] == 0) fail(Code::invalid_argument, "writer: dims[", a, "] is 0");
+  if (s.lowpass && s.lattice == LatticeKind::cc)
+    fail(Code::invalid_argument, "writer: a low-pass is of use on D4* and BCC only");
+  if (!(s.abs_error >= 0 && std::isfinite(s.abs_error)) || !(s.psnr >= 0 && std::isfinite(s.psnr)))
+    fail(Code::invalid_argument, "writer: abs_error and psnr must be finite and not negative");
+  if ((measuring_.required() || s.coefficients) && s.dims[3] == 0)
+    fail(Code::invalid_argument,
+         "writer: a bound, measuring, or coefficients need the number of frames in dims[3]");
+  if (s.lattice == LatticeKind::bcc && s.dims[3] != 1)
+    fail(Code::invalid_argument, "writer: lattice BCC holds one frame; set dims[3] to 1 or choose D4STAR");
+  for (size_t c = 0; c < s.channels.size(); ++c) {
+    const ChannelSettings& channel = s.channels[c];
+    if (channel.name.empty()) fail(Code::invalid_argument, "channel ", c, ": the name is empty");
+    for (size_t other = 0; other < c; ++other)
+      if (s.channels[other].name == channel.name)
+        fail(Code::invalid_argument, "two channels are named ", channel.name);
+    if (!(channel.threshold >= 0 && std::isfinite(channel.threshold)) || !std::isfinite(channel.air))
+      fail(Code::invalid_argument, "channel ", channel.name,
+           ": air and air_threshold must be finite, the threshold >= 0");
+    if (channel.range && !(channel.range->low < channel.range->high && std::isfinite(channel.range->low) &&
+                           std::isfinite(channel.range->high)))
+      fail(Code::invalid_argument, "channel ", channel.name, ": range must be finite and rise");
+  }
+}
+
+void VolumeWriter::begin_info() {
+  const WriterSettings& s = settings_;
+  // Refuses impossible sizes before anything is written.
+  initial_.lattice = Lattice4::fit(s.lattice, {s.dims[0], s.dims[1], s.dims[2], std::max(s.dims[3], 1u)},
+                                   s.scale, s.time_scale);
+  initial_.scale = s.scale, initial_.time_scale = s.time_scale;
+  initial_.affine = s.affine;
+  initial_.spatial_unit = s.spatial_unit;
+  initial_.time.unit = s.time_unit;
+  if (!s.recommended_kernel.empty())
+    initial_.recommended_kernel = make_kernel(s.recommended_kernel).name;
+  else if (s.abs_error > 0 || s.psnr > 0 || s.coefficients) // must not depend on a reader's default
+    initial_.recommended_kernel = make_kernel("").name;
+  if (s.coefficients) {
+    const Kernel kernel = make_kernel(initial_.recommended_kernel);
+    initial_.coefficient_parameters = kernel_parameters(kernel);
+    initial_.coefficient_kernel = kernel.name;
+  }
+  for (const ChannelSettings& channel : s.channels) {
+    ChannelInfo& info = initial_.channels.emplace_back();
+    info.name = channel.name, info.unit = channel.unit;
+    info.air = channel.air, info.threshold = channel.threshold;
+  }
+}
+
+void VolumeWriter::begin_part() {
+  const PartSettings& asked = *settings_.part;
+  if (settings_.dims[3] == 0)
+    fail(Code::invalid_argument, "a part needs the number of frames of the series in dims[3]");
+  if (settings_.continuity == Continuity::append) {
+    continued_.emplace(settings_, fit_options_);
+    initial_.lattice = continued_->lattice();
+    fit_options_.part = continued_->rest();
+  } else {
+    const uint32_t frames = settings_.dims[3];
+    if (asked.first >= asked.end || asked.end > frames)
+      fail(Code::invalid_argument, "a part of frames ", asked.first, " to ", asked.end,
+           " (excluded): the series has ", frames, ", and a part has at least one");
+    for (const ChannelSettings& channel : settings_.channels)
+      if (settings_.nonfinite == NonFinite::clamp && !channel.range)
+        fail(Code::invalid_argument, "channel ", channel.name,
+             ": what a part clamps to is the range of the series, which it must be told");
+    require_rising(asked.times);
+    fit_options_.lead = predicted_layers();
+    initial_.lattice = Lattice4::fit(settings_.lattice, settings_.dims, settings_.scale, settings_.time_scale,
+                                     fit_options_.lead);
+    const auto plan = [&](std::span<const uint32_t> measured) {
+      part_ = part_of_series(initial_.lattice, fit_options_,
+                             {settings_.coefficients, initial_.recommended_kernel, measured},
+                             static_cast<uint32_t>(asked.first), static_cast<uint32_t>(asked.end));
+    };
+    const std::vector<uint32_t> measured = measuring_.choose_frames(0, frames);
+    if (!measuring_.attempt([&] { plan(measured); })) plan({});
+    give_lead(asked.lead, part_->fit);
+    fit_options_.part = part_->fit;
+  }
+  fit_options_.lead = initial_.lattice.lead;
+  times_ = asked.times;
+  added_.assign(added_.size(), fit_options_.part->first_given);
+}
+
+// A series that is appended to keeps the layers it has.
+int32_t VolumeWriter::predicted_layers() const {
+  const WriterSettings& s = settings_;
+  if (s.dims[3] == 1) return 0;
+  if (s.continuity == Continuity::append)
+    return Bcc4Reader::open(open_file_source(s.path))->info().lattice.lead;
+  if (s.ends != Ends::automatic) return s.ends == Ends::mirror ? 0 : end_layers;
+  if (s.lattice == LatticeKind::cc || s.dims[3] == 0) return 0;
+  const Lattice4 lattice = Lattice4::fit(s.lattice, s.dims, s.scale, s.time_scale);
+  return lattice.layers() < fewest_layers ? 0 : end_layers;
+}
+
+void VolumeWriter::set_times(double first, double step) {
+  require_open();
+  initial_.time.first = first, initial_.time.step = step;
+}
+
+void VolumeWriter::set_attribute(const std::string& key, const std::string& value) {
+  require_open();
+  auto& attributes = initial_.attributes;
+  const auto it =
+      std::find_if(attributes.begin(), attributes.end(), [&](const auto& a) { return a.first == key; });
+  if (it != attributes.end())
+    it->second = value;
+  else
+    attributes.emplace_back(key, value);
+}
+
+void VolumeWriter::add_source(SourceInfo source) {
+  require_open();
+  initial_.sources.push_back(std::move(source));
+}
+
+void VolumeWriter::require_channel(uint32_t channel) const {
+  if (channel >= added_.size())
+    fail(Code::not_found, "channel ", channel, " of a writer with ", added_.size());
+}
+
+LayerGeometry VolumeWriter::layer_geometry(int64_t number) const {
+  if (settings_.dims[3] == 0) fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
+  const Lattice4& lattice = initial_.lattice;
+  if (number < 0 || number >= lattice.layers())
+    fail(Code::not_found, "layer ", number, " of ", lattice.layers());
+  const auto layer = static_cast<int32_t>(number);
+  const int coset = lattice.coset(layer);
+  const Vec3 origin = lattice.site_position(coset, {0, 0, 0});
+  return {coset,
+          {origin, lattice.site_position(coset, {1, 1, 1}) - origin, lattice.space.dims(coset),
+           lattice.is_static() ? 0 : lattice.layer_frame(layer)},
+          lattice.layers()};
+}
+
+std::array<uint64_t, 2> VolumeWriter::given_frames() const {
+  const auto& part = fit_options_.part;
+  return {part ? part->first_given : 0, part ? part->end_given : settings_.dims[3]};
+}
+
+MeasuredErrors VolumeWriter::measured(uint32_t channel, int64_t index) const {
+  require_channel(channel);
+  if (state_ != State::finished) fail(Code::wrong_state, "writer: errors are known after finish");
+  const RoundTrip* const r = measuring_.round_trip();
+  if (!r || index < -1 || index >= static_cast<int64_t>(r->frames().size()))
+    fail(Code::not_found, "measured frame ", index, " of ", r ? r->frames().size() : 0);
+  const Range& range = source_ranges_[channel];
+  const auto c = static_cast<int>(channel);
+  MeasuredErrors out{0, range.high - range.low, {}};
+  if (index < 0) {
+    out.errors = r->errors(c);
+    out.frame = out.errors.frame;
+  } else {
+    out.errors = r->frame_errors(c, static_cast<size_t>(index));
+    out.frame = r->frames()[static_cast<size_t>(index)];
+  }
+  return out;
+}
+
+WriteReport VolumeWriter::finish() {
+  WriteReport report;
+  run_step([&] {
+    if (!fit_) fail(Code::wrong_state, "writer: nothing was added");
+    now_.trigger = settings_.dims[3];
+    FitReport result = fit_->finish();
+    make_container();
+    // The error of coding is known of what was coded.
+    report.coding_rmse = coding_rmse(result.channels);
+    if (continued_) continued_->add_to(result, context_);
+    complete_info(result);
+
+    const VolumeInfo& info = container_->info();
+    report.frames = part_ ? part_->fit.end_counted - part_->fit.first_counted : result.lattice.dims[3];
+    for (size_t c = 0; c < result.channels.size(); ++c) {
+      const FitChannelReport& r = result.channels[c];
+      report.add(r, part_ ? r.source_samples : info.cc_samples(), info.channels[c].source_type);
+      source_ranges_.push_back(r.source_range);
+      if (const RoundTrip* const measured = measuring_.round_trip())
+        report.corrected += measured->errors(static_cast<int>(c)).corrected;
+    }
+    if (const RoundTrip* const measured = measuring_.round_trip())
+      report.frames_measured = measured->frames().size();
+    if (continued_) report.slabs_reused = static_cast<uint64_t>(continued_->slabs()) * added_.size();
+    const Bcc4Report written = container_->finish(context_);
+    report.set_file(info, written);
+  });
+  state_ = State::finished;
+  try {
+    context_.progress.report(1);
+  } catch (const Error&) {
+    // Too late to cancel: the file has its name.
+  }
+  return report;
+}
+
+void VolumeWriter::complete_info(const FitReport& result) {
+  VolumeInfo& info = container_->info();
+  info.lattice = result.lattice;
+  info.time = input_ == Input::frames ? time_map() : initial_.time;
+  require_bounds(result);
+  info.sources = initial_.sources;
+  info.attributes = initial_.attributes;
+  for (size_t c = 0; c < result.channels.size(); ++c) describe(result.channels[c], info.channels[c]);
+  if (part_)
+    describe_part(result);
+  else if (!settings_.coefficients && input_ == Input::frames)
+    info.tail =
+        tail_of_series(lasting_slabs(result.lattice, fit_options_, result.lattice.dims[3]), result.channels);
+}
+
+// Times of frames, in the short form where they are evenly spaced.
+TimeMap VolumeWriter::time_map() const {
+  TimeMap map{.uniform = true,
+              .first = times_.front(),
+              .step = 1,
+              .times = {},
+              .unit = container_->info().time.unit,
+              .epoch = {}};
+  if (times_.size() > 1) map.step = (times_.back() - times_.front()) / static_cast<double>(times_.size() - 1);
+  for (size_t i = 0; i < times_.size() && map.uniform; ++i)
+    map.uniform = std::fabs(times_[i] - map.at(i)) <= 1e-9 * map.step;
+  if (!map.uniform) map.times = times_;
+  return map;
+}
+
+void VolumeWriter::require_bounds(const FitReport& result) const {
+  if (!(settings_.psnr > 0) || part_) return; // a part knows nothing of the rest of the series
+  for (size_t c = 0; c < added_.size(); ++c)
+    require_psnr(settings_.channels[c].name, measuring_.round_trip()->errors(static_cast<int>(c)),
+                 result.channels[c].source_range, settings_.psnr);
+}
+
+// Turns what is said about the series into what a part says.
+void VolumeWriter::describe_part(const FitReport& result) {
+  VolumeInfo& info = container_->info();
+  PartInfo out;
+  out.first = part_->fit.first_counted, out.end = part_->fit.end_counted;
+  out.series = series_checksum(info, options_checksum(fit_options_, settings_.abs_error, settings_.psnr));
+  out.writes = std::move(writes_);
+  PartReport report;
+  report.psnr = settings_.psnr;
+  report.lasting = lasting_slabs(result.lattice, fit_options_, result.lattice.dims[3]);
+  for (size_t c = 0; c < info.channels.size(); ++c) {
+    PartChannelReport& channel = report.channels.emplace_back();
+    channel.fit = result.channels[c];
+    channel.bound = info.channels[c].residuals.bound;
+    if (const RoundTrip* const measured = measuring_.round_trip())
+      for (size_t i = 0; i < measured->frames().size(); ++i) {
+        channel.measured.push_back(measured->frames()[i]);
+        channel.errors.push_back(measured->frame_errors(static_cast<int>(c), i));
+      }
+    // Nothing is said about frames of other parts.
+    info.channels[c].residuals.bound = 0;
+    info.channels[c].frames.clear();
+  }
+  out.statistics = write_part_report(report);
+  info.part = std::move(out);
+}
+
+} // namespace bccsplat

@@ -1,0 +1,141 @@
+// A volume in, a file out: the pipeline of a writer, which owns the order of its calls.
+//
+//   frames, or layers, or a field
+//     -> Fit               slabs of lattice samples
+//     -> CoefficientSlabs  slabs of coefficients, where those are stored
+//     -> Bcc4Writer        the file, with a journal, as a part, or behind the slabs of an older one
+//     -> Measuring         what a reader will get, against the frames; corrections back into the file
+//
+// Files: volume_writer.cpp has what is settled before the first data and what finish() adds,
+// volume_writer_input.cpp the ways in, volume_writer_output.cpp the way from the fit into the file.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/context.h"
+#include "fit/fit.h"
+#include "formats/bcc4/bcc4.h"
+#include "store/coefficient_slabs.h"
+#include "store/continuation.h"
+#include "store/field_samples.h"
+#include "store/measuring.h"
+#include "store/series_part.h"
+#include "store/settings.h"
+#include "store/write_report.h"
+
+namespace bccsplat {
+
+// Where the sites of a layer are: origin + step * (i, j, k) in index space, at a frame index.
+struct LayerGeometry {
+  int coset = 0;
+  FieldGrid sites;
+  int64_t layers = 0; // of the series
+};
+
+// The errors of a measured frame, or of the series.
+struct MeasuredErrors {
+  uint64_t frame = 0; // of the series: the one of the largest difference
+  double peak = 0;    // range of the channel's source
+  SampleErrors errors;
+};
+
+class VolumeWriter {
+ public:
+  // Throws where the settings contradict each other, or what is there already. stream: null for a file at
+  // settings.path. The context outlives the writer.
+  VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> stream, const Context& context);
+  VolumeWriter(const VolumeWriter&) = delete;
+  VolumeWriter& operator=(const VolumeWriter&) = delete;
+
+  // Data of a channel, in order: frames, or layers, or a field. After a failure the writer is of no use.
+  void add_frame(uint32_t channel, double time, std::span<const FrameBox> boxes);
+  void add_layer(uint32_t channel, int64_t layer, std::span<const float> samples);
+  void add_field(uint32_t channel, const Field& field);
+  // Completes the file and gives it its name.
+  WriteReport finish();
+  // As after a failure: for a caller whose data could not even be read.
+  void abandon() noexcept {
+    if (state_ == State::open) state_ = State::failed;
+  }
+
+  // What a file says of itself; at any time before finish.
+  void set_times(double first, double step);
+  void set_attribute(const std::string& key, const std::string& value);
+  void add_source(SourceInfo source);
+
+  // Throws not_found.
+  void require_channel(uint32_t channel) const;
+  [[nodiscard]] LayerGeometry layer_geometry(int64_t layer) const;
+  // The frames that must be given, begin and end.
+  [[nodiscard]] std::array<uint64_t, 2> given_frames() const;
+  // After finish; index -1: of the series, else of the frame measured as that one.
+  [[nodiscard]] MeasuredErrors measured(uint32_t channel, int64_t index) const;
+
+ private:
+  enum class Input : uint8_t { none, frames, layers };
+  enum class State : uint8_t { open, failed, finished };
+
+  // Settled before the first data.
+  void check_settings() const;
+  void begin_info();
+  void begin_part();
+  [[nodiscard]] int32_t predicted_layers() const;
+
+  // The ways in.
+  void require_open() const;
+  // A step that fails leaves the writer failed.
+  template<class Step> void run_step(const Step& step) {
+    require_open();
+    state_ = State::failed;
+    step();
+    state_ = State::open;
+  }
+  void begin_input(Input input, uint32_t channel, SourceType first_type);
+  void begin_measuring(bool frames_known);
+  void take_time(uint64_t frame, double time);
+  void check_boxes(uint64_t frame, std::span<const FrameBox> boxes) const;
+  void report_added(uint64_t first, uint64_t end);
+
+  // From the fit into the file.
+  void take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
+  void store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
+  void store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
+  void make_container();
+  [[nodiscard]] Bcc4WriterOptions container_options(const VolumeInfo& info) const;
+  [[nodiscard]] uint32_t writer_checksum() const;
+
+  // What finish() adds.
+  void complete_info(const FitReport& result);
+  void describe_part(const FitReport& result);
+  void require_bounds(const FitReport& result) const;
+  [[nodiscard]] TimeMap time_map() const;
+
+  WriterSettings settings_;
+  Context context_;
+  std::unique_ptr<ByteSink> sink_; // until the container takes it
+  VolumeInfo initial_;             // what is known before the fit begins
+  FitOptions fit_options_;
+  State state_ = State::open;
+  Input input_ = Input::none;
+  std::vector<double> times_;
+  std::vector<uint64_t> added_; // frames or layers, per channel
+
+  std::unique_ptr<Fit> fit_;
+  std::unique_ptr<CoefficientSlabs> coefficients_; // null: samples are stored
+  std::unique_ptr<Bcc4Writer> container_;
+  Measuring measuring_;
+  std::vector<Range> source_ranges_; // once finished
+
+  std::optional<SeriesPart> part_; // none: the whole series, or what continues a file
+  std::optional<Continuation> continued_;
+  std::vector<PartWrite> writes_; // of a part
+  PartWrite now_;                 // what is under way, but for the frame
+};
+
+} // namespace bccsplat

@@ -1,0 +1,197 @@
+// The ways into a writer: frames, layers, or a field of the host.
+#include <algorithm>
+#include <cmath>
+
+#include "store/channel_coding.h"
+#include "store/volume_writer.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr double share_of_data = 0.99; // of the progress; the rest is left for the tables
+
+FieldGrid grid_of_frame(const std::array<uint32_t, 4>& dims, uint32_t frame) {
+  return {{},
+          {1, 1, 1},
+          {static_cast<int32_t>(dims[0]), static_cast<int32_t>(dims[1]), static_cast<int32_t>(dims[2])},
+          static_cast<double>(frame)};
+}
+
+} // namespace
+
+void VolumeWriter::require_open() const {
+  if (state_ == State::finished) fail(Code::wrong_state, "writer: finished already");
+  if (state_ == State::failed) fail(Code::wrong_state, "writer: an earlier call failed; release it");
+}
+
+void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const FrameBox> boxes) {
+  require_channel(channel);
+  run_step([&] {
+    if (input_ == Input::layers) // `added_` counts layers then
+      fail(Code::wrong_state, "writer: frames and layers do not mix");
+    const uint64_t frame = added_[channel];
+    take_time(frame, time);
+    check_boxes(frame, boxes);
+    now_.trigger = static_cast<uint32_t>(frame);
+    begin_input(Input::frames, channel, boxes.empty() ? SourceType::f32 : boxes.front().type);
+    begin_measuring(true);
+    measuring_.with_round_trip(
+        [&](RoundTrip& r) { r.add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), boxes); });
+    fit_->add_frame(static_cast<int>(channel), boxes);
+    ++added_[channel];
+    const auto [first, end] = given_frames();
+    if (end > 0) report_added(first, end);
+    context_.progress.check();
+  });
+}
+
+void VolumeWriter::add_layer(uint32_t channel, int64_t layer, std::span<const float> samples) {
+  require_channel(channel);
+  run_step([&] {
+    if (fit_options_.part) fail(Code::unsupported, "a part of a series is made of frames");
+    if (settings_.dims[3] == 0) fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
+    if (layer != static_cast<int64_t>(added_[channel]))
+      fail(Code::wrong_state, "layer ", layer, " given, ", added_[channel], " is next");
+    begin_input(Input::layers, channel, SourceType::f32);
+    begin_measuring(false);
+    fit_->add_layer(static_cast<int>(channel), static_cast<int32_t>(layer), samples);
+    ++added_[channel];
+    report_added(0, static_cast<uint64_t>(fit_->lattice().layers()));
+    context_.progress.check();
+  });
+}
+
+void VolumeWriter::add_field(uint32_t channel, const Field& field) {
+  require_channel(channel);
+  run_step([&] {
+    if (fit_options_.part) fail(Code::unsupported, "a part of a series is made of frames");
+    if (settings_.dims[3] == 0) fail(Code::wrong_state, "a field needs the number of frames: set dims[3]");
+    if (added_[channel] != 0) fail(Code::wrong_state, "channel ", channel, " has data already");
+    begin_input(Input::layers, channel, SourceType::f32);
+    begin_measuring(true);
+    const std::string what = concat("channel ", channel);
+    const int32_t layers = fit_->lattice().layers();
+    size_t measured = 0;
+    for (int32_t layer = 0; layer < layers; ++layer) {
+      const FieldGrid sites = layer_geometry(layer).sites;
+      // Frames are measured once the layers a little behind them are there.
+      const auto due = [&] {
+        const RoundTrip* const r = measuring_.round_trip();
+        return r && measured < r->frames().size() && r->frames()[measured] <= sites.frame + 1;
+      };
+      for (; due(); ++measured) {
+        const uint32_t frame = measuring_.round_trip()->frames()[measured];
+        const std::vector<float> values =
+            sample_field(field, grid_of_frame(settings_.dims, frame), what, context_);
+        FrameBox box;
+        box.data = values.data();
+        box.dims = {settings_.dims[0], settings_.dims[1], settings_.dims[2]};
+        measuring_.with_round_trip([&](RoundTrip& r) {
+          r.add_frame(static_cast<int>(channel), frame, {&box, 1});
+        });
+      }
+      fit_->add_layer(static_cast<int>(channel), layer, sample_field(field, sites, what, context_));
+      ++added_[channel];
+      report_added(0, static_cast<uint64_t>(layers));
+    }
+  });
+}
+
+// Checks the time of a channel's next frame against those known, and keeps it where it is new.
+void VolumeWriter::take_time(uint64_t frame, double time) {
+  if (!std::isfinite(time)) fail(Code::invalid_argument, "frame ", frame, ": the time is not finite");
+  if (part_ && frame >= part_->fit.end_given)
+    fail(Code::wrong_state, "frame ", frame, ": the part takes frames ", part_->fit.first_given, " to ",
+         part_->fit.end_given - 1);
+  if (settings_.dims[3] > 0 && frame >= settings_.dims[3])
+    fail(Code::wrong_state, "frame ", frame, ": the writer was made for ", settings_.dims[3], " frames");
+  if (frame < times_.size()) {
+    if (times_[frame] != time)
+      fail(Code::invalid_argument, "frame ", frame, ": time ", time, " differs from ", times_[frame],
+           fit_options_.part ? " of the part's times" : " of another channel");
+    return;
+  }
+  if (!times_.empty() && !(time > times_.back()))
+    fail(Code::invalid_argument, "frame ", frame, ": time ", time, " does not rise above ", times_.back(),
+         " of the frame before");
+  times_.push_back(time);
+}
+
+void VolumeWriter::check_boxes(uint64_t frame, std::span<const FrameBox> boxes) const {
+  for (size_t i = 0; i < boxes.size(); ++i)
+    for (size_t a = 0; a < 3; ++a) {
+      const int64_t n = settings_.dims[a], begin = boxes[i].begin[a], length = boxes[i].dims[a];
+      if (begin < 0 || length < 1 || begin > n || length > n - begin)
+        fail(Code::invalid_argument, "box ", i, " of frame ", frame, ": begin ", begin, " and dims ", length,
+             " along axis ", a, " do not fit into 0 .. ", n);
+    }
+}
+
+// Settles, with the first data, how each channel is coded and what the fit has to do.
+void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType first_type) {
+  if (input_ != Input::none && input_ != input)
+    fail(Code::wrong_state, "writer: frames and layers do not mix");
+  if (fit_) return;
+  input_ = input;
+  fit_options_.channels.clear();
+  for (size_t c = 0; c < added_.size(); ++c)
+    fit_options_.channels.push_back(code_channel(settings_.channels[c],
+                                                 c == first_channel ? first_type : SourceType::f32,
+                                                 settings_.coefficients, initial_.channels[c]));
+  if (input == Input::frames && !continued_) fit_options_.lead = predicted_layers();
+  fit_ = std::make_unique<Fit>(
+      fit_options_,
+      [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
+        take_slab(slab, channel, layers);
+      },
+      context_);
+  if (settings_.coefficients)
+    coefficients_ = std::make_unique<CoefficientSlabs>(fit_->lattice(), initial_, part_ ? &*part_ : nullptr);
+}
+
+// Once the fit is there. frames_known: source samples will be, too.
+void VolumeWriter::begin_measuring(bool frames_known) {
+  if (!measuring_.due()) return;
+  if (!frames_known || settings_.dims[3] == 0) {
+    if (measuring_.required())
+      fail(Code::wrong_state,
+           "writer: layers alone do not tell the source samples that a bound or measuring needs; "
+           "give frames or a field");
+    return;
+  }
+  const double bound = settings_.abs_error;
+  std::vector<RoundTripChannel> channels;
+  for (ChannelInfo& c : initial_.channels) {
+    channels.push_back({c.name, c.air, c.threshold, bound});
+    if (bound > 0) c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
+  }
+  std::vector<uint32_t> frames =
+      measuring_.choose_frames(continued_ ? fit_options_.part->first_counted : 0, settings_.dims[3]);
+  if (part_)
+    std::erase_if(frames,
+                  [&](uint32_t f) { return f < part_->fit.first_counted || f >= part_->fit.end_counted; });
+  const int32_t first_layer = continued_ ? fit_options_.part->first_layer : part_ ? part_->first_layer : 0;
+  if (continued_)
+    std::erase_if(frames, [&](uint32_t f) {
+      return layers_to_measure(fit_->lattice(), initial_.recommended_kernel, settings_.coefficients, f)
+                 .begin < first_layer;
+    });
+  measuring_.attempt([&] {
+    measuring_.begin(std::make_unique<RoundTrip>(
+        fit_->lattice(), std::move(channels), initial_.recommended_kernel, settings_.coefficients,
+        std::move(frames),
+        [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
+          store_residuals(channel, frame, residuals);
+        },
+        context_, first_layer));
+  });
+}
+
+// first, end: of the frames or layers that a channel is given.
+void VolumeWriter::report_added(uint64_t first, uint64_t end) {
+  const uint64_t added = *std::min_element(added_.begin(), added_.end());
+  context_.progress.report(share_of_data * static_cast<double>(added - first) /
+                           static_cast<double>(end - first));
+}
+
+} // namespace bccsplat

@@ -1,0 +1,70 @@
+// The way of slabs from the fit into the file.
+#include "formats/bcc4/journal.h"
+#include "store/fingerprint.h"
+#include "store/volume_writer.h"
+
+namespace bccsplat {
+
+void VolumeWriter::take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
+  if (!coefficients_) return store_slab(slab, channel, layers);
+  coefficients_->add_layers(channel, layers, context_,
+                            [this](int32_t made, int of, std::span<const BrickLayer> coefficients) {
+                              store_slab(made, of, coefficients);
+                            });
+}
+
+void VolumeWriter::store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
+  now_.slab = slab, now_.channel = static_cast<uint32_t>(channel);
+  if (!part_ || (slab >= part_->first_slab && slab < part_->end_slab)) {
+    make_container();
+    container_->write_slab(slab, channel, layers, context_);
+    if (part_) writes_.push_back(now_);
+  }
+  measuring_.with_round_trip([&](RoundTrip& r) { r.add_layers(channel, layers); });
+}
+
+void VolumeWriter::store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
+  make_container();
+  container_->write_residuals(channel, frame, residuals);
+  if (!part_) return;
+  writes_.push_back(now_);
+  writes_.back().frame = frame;
+}
+
+// The container is made as late as it can be: what the host says before that is in its first records.
+void VolumeWriter::make_container() {
+  if (container_) return;
+  VolumeInfo info = initial_;
+  info.lattice = fit_->lattice();
+  const Bcc4WriterOptions options = container_options(info);
+  container_ = std::make_unique<Bcc4Writer>(std::move(sink_), info, options);
+  if (continued_) continued_->copy_slabs(*container_, context_.progress);
+}
+
+Bcc4WriterOptions VolumeWriter::container_options(const VolumeInfo& info) const {
+  Bcc4WriterOptions options;
+  if (continued_) {
+    require_continuable(continued_->info(), info, settings_.dims[3], settings_.path);
+  } else if (settings_.continuity == Continuity::append) {
+    // All frames come again; the slabs that new ones leave as they are need not be coded.
+    options.earlier = Bcc4Reader::open(open_file_source(settings_.path));
+    const VolumeInfo& was = options.earlier->info();
+    require_continuable(was, info, settings_.dims[3], settings_.path);
+    // Coefficients depend on samples beyond the reach of the filter.
+    if (!settings_.coefficients)
+      options.earlier_slabs = lasting_slabs(was.lattice, fit_options_, was.lattice.dims[3]);
+  } else if (settings_.continuity != Continuity::none) {
+    options.journal = std::make_shared<Bcc4Journal>(settings_.path + ".journal",
+                                                    settings_.continuity == Continuity::resume);
+    options.fingerprint = writer_checksum();
+  }
+  return options;
+}
+
+// Of what must be equal for a writer to take over what an earlier one left.
+uint32_t VolumeWriter::writer_checksum() const {
+  if (!part_) return options_checksum(fit_options_, settings_.abs_error, {});
+  return part_checksum(options_checksum(fit_options_, settings_.abs_error, settings_.psnr), part_->fit);
+}
+
+} // namespace bccsplat
