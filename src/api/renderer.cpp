@@ -339,15 +339,16 @@ bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, b
     require(renderer, "renderer");
     if (!renderer->stats) fail(Code::wrong_state, "renderer: nothing was rendered yet");
     const RenderStats& s = *renderer->stats;
+    const SplatStats& drawn = s.drawn;
     bccsplat_render_stats out{};
     out.threads = static_cast<uint32_t>(s.threads);
-    out.ms_transform = s.ms_transform, out.ms_splat = s.ms_splat, out.ms_shade = s.ms_shade;
-    out.ms_total = s.ms_total, out.cpu_ms = s.cpu_ms;
-    out.points_total = s.points_total, out.points_after_cull = s.points_after_cull;
-    out.points_splatted = s.points_splatted, out.points_occluded = s.points_occluded;
-    out.tiles = s.tiles, out.sheets = s.sheets, out.sheet_step = s.sheet_step;
+    out.ms_transform = drawn.ms_transform, out.ms_splat = drawn.ms_splat, out.ms_shade = drawn.ms_shade;
+    out.ms_total = s.ms_total, out.cpu_ms = drawn.ms();
+    out.points_total = s.points_total, out.points_after_cull = drawn.points_after_cull;
+    out.points_splatted = drawn.points_splatted, out.points_occluded = drawn.points_occluded;
+    out.tiles = drawn.tiles, out.sheets = drawn.sheets, out.sheet_step = s.sheet_step;
     out.coarse_level = s.level, out.preintegrated = s.preintegrated;
-    out.sheets_reused = s.sheets_taken;
+    out.sheets_reused = drawn.sheets_taken;
     write_struct(stats, out, "stats");
   });
 }

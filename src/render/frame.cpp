@@ -112,10 +112,10 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
     write_tile(tile, view, image);
     if (tile.deep) deep.add(tile, view);
   };
-  SplatStats drawn;
-  uint64_t points_total = points->count;
+  RenderStats stats;
+  stats.points_total = points->count;
   if (!with_trail) {
-    drawn = splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
+    stats.drawn = splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
   } else {
     const Trail& trail = *scene.trail;
     std::vector<ClassTable> tables;
@@ -130,26 +130,16 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
       if (!same_place(*scene.slice, source.slice))
         of_source = &moved.emplace_back(move_view(view, *scene.slice, source.slice));
       sources.push_back({&source.slice, &source.points, of_source, &tables.front(), &scene.lights});
-      points_total += source.points.count;
+      stats.points_total += source.points.count;
     }
     std::vector<TrailStill> stills;
     for (const TrailMoment& m : trail.moments)
       stills.push_back({m.shares, &tables[std::min(static_cast<size_t>(m.interval), tables.size() - 1)],
                         static_cast<float>(m.weight), m.frame});
-    drawn = splat_with_trail(s, sources, stills, scene.combine, o, context, emit);
+    stats.drawn = splat_with_trail(s, sources, stills, scene.combine, o, context, emit);
   }
   if (image.deep) *image.deep = deep.collect(image.width, image.height);
 
-  RenderStats stats;
-  stats.ms_transform = drawn.ms_transform, stats.ms_splat = drawn.ms_splat, stats.ms_shade = drawn.ms_shade;
-  stats.cpu_ms = drawn.ms_transform + drawn.ms_splat + drawn.ms_shade;
-  stats.points_total = points_total;
-  stats.points_after_cull = drawn.points_after_cull;
-  stats.points_splatted = drawn.points_splatted, stats.points_occluded = drawn.points_occluded;
-  stats.points_invisible = drawn.points_invisible;
-  stats.bricks_invisible = drawn.bricks_invisible, stats.bricks_outside = drawn.bricks_outside;
-  stats.sheets_skipped = drawn.sheets_skipped, stats.sheets_taken = drawn.sheets_taken;
-  stats.tiles = drawn.tiles, stats.sheets = drawn.sheets, stats.contributions = drawn.contributions;
   stats.sheet_step = std::ldexp(step, level);
   stats.level = level;
   stats.preintegrated = o.preintegrate;

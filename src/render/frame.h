@@ -57,14 +57,10 @@ struct Scene {
 };
 
 struct RenderStats {
+  SplatStats drawn; // of the points; zero from the reference integrator
+  uint64_t points_total = 0;
   int threads = 0;
-  double ms_transform = 0, ms_splat = 0, ms_shade = 0; // summed over threads
-  double ms_total = 0;                                 // wall
-  double cpu_ms = 0;
-  uint64_t points_total = 0, points_after_cull = 0, points_splatted = 0, points_occluded = 0;
-  uint64_t points_invisible = 0, bricks_invisible = 0, bricks_outside = 0, sheets_skipped = 0;
-  uint64_t sheets_taken = 0;
-  uint64_t tiles = 0, sheets = 0, contributions = 0;
+  double ms_total = 0;   // wall
   double sheet_step = 0; // T
   int level = 0;         // of the slice that was drawn; 0: the scene's own
   bool preintegrated = false;

@@ -10,18 +10,6 @@
 
 namespace bccsplat {
 
-void add(SplatStats& sum, const SplatStats& part) {
-  sum.ms_transform += part.ms_transform;
-  sum.ms_splat += part.ms_splat;
-  sum.ms_shade += part.ms_shade;
-  sum.points_splatted += part.points_splatted;
-  sum.points_occluded += part.points_occluded;
-  sum.points_invisible += part.points_invisible;
-  sum.sheets_skipped += part.sheets_skipped;
-  sum.sheets_taken += part.sheets_taken;
-  sum.contributions += part.contributions;
-}
-
 SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Context& context,
                  const std::function<void(const TilePixels&)>& emit, KeptSheets* kept) {
   SplatStats stats;
@@ -62,7 +50,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Conte
     {
       const std::scoped_lock lock(mutex);
       idle.push_back(std::move(memory));
-      add(stats, mine);
+      stats += mine;
       fraction = static_cast<double>(++done) / static_cast<double>(plan.tiles.size());
     }
     context.progress.report(fraction);

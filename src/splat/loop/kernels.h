@@ -17,7 +17,6 @@
 #include "base/vec.h"
 #include "kernel/kernel.h"
 #include "splat/raise/raise.h"
-#include "splat/shade/class_table.h"
 
 namespace bccsplat {
 

@@ -7,7 +7,7 @@
 #include "splat/plan/plan_cells.h"
 #include "splat/plan/plan_fan.h"
 #include "splat/plan/plan_points.h"
-#include "splat/sheet/sheet.h"
+#include "splat/shade/absorption.h"
 #include "splat/sheet/sheet_args.h"
 
 namespace bccsplat {

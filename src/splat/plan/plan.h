@@ -8,10 +8,11 @@
 #include "base/aligned.h"
 #include "base/tasks.h"
 #include "splat/loop/kernels.h"
+#include "splat/plan/scene.h"
+#include "splat/plan/stats.h"
 #include "splat/points/inside_cells.h"
 #include "splat/raise/raise.h"
 #include "splat/raise/raise_fan.h"
-#include "splat/splat.h"
 
 namespace bccsplat {
 

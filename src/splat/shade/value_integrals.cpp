@@ -1,8 +1,8 @@
 // The plain form of pre-integrated classification.
 #include "splat/shade/value_integrals.h"
 
+#include "splat/shade/absorption.h"
 #include "splat/shade/class_table.h"
-#include "splat/sheet/sheet.h"
 
 namespace bccsplat {
 

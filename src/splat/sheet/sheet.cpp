@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "splat/shade/absorption.h"
+
 namespace bccsplat {
 float slab_weight(const SheetArgs& s, size_t p) {
   const float w = std::min(s.k + 0.5f, s.pixel.leave[p]) - std::max(s.k - s.front, s.pixel.enter[p]);
@@ -188,8 +190,6 @@ void maximum(const SheetArgs& s) {
 }
 
 } // namespace
-
-float absorbed(float x) { return -std::expm1(-x); }
 
 const SheetKernels& scalar_sheet_kernels() {
   static constexpr SheetKernels kernels{composite, integrate, crossings, maximum};

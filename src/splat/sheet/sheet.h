@@ -115,7 +115,4 @@ struct SheetKernels {
 [[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y); // of any length
 [[nodiscard]] const SheetKernels& simd_sheet_kernels();                  // best target of this machine
 
-// 1 - exp(-x), x >= 0.
-[[nodiscard]] float absorbed(float x);
-
 } // namespace bccsplat

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "base/context.h"
-#include "splat/splat.h"
+#include "splat/plan/scene.h"
 #include "splat/view/pixel_rect.h"
 
 namespace bccsplat {

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "splat/splat.h"
 #include "splat/tile/kept_sheets.h"
 #include "splat/tile/open_pixels.h"
 #include "splat/tile/tile_memory.h"

@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "splat/shade/absorption.h"
 #include "splat/shade/surface.h"
 #include "splat/sheet/sheet.h"
 #include "splat/sheet/sheet_args.h"

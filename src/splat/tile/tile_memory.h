@@ -9,7 +9,7 @@
 #include "splat/loop/kernels.h"
 #include "splat/plan/plan.h"
 #include "splat/sheet/sheet.h"
-#include "splat/tile/deep.h"
+#include "splat/tile/tile_pixels.h"
 
 namespace bccsplat {
 

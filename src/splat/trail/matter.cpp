@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "splat/shade/absorption.h"
+
 namespace bccsplat {
 namespace {
 

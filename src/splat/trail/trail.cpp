@@ -36,13 +36,7 @@ PlannedTrail plan_trail(const SplatScene& slice, std::span<const SplatScene> sou
                           kernel_polynomial(scene.slice->kernel.space, options.kernel_form),
                           !same_domain(scene, slice)};
   });
-  for (const SplatStats& s : stats) {
-    planned.stats.points_after_cull += s.points_after_cull;
-    planned.stats.points_invisible += s.points_invisible;
-    planned.stats.bricks_invisible += s.bricks_invisible;
-    planned.stats.bricks_outside += s.bricks_outside;
-    planned.stats.sheets = std::max(planned.stats.sheets, s.sheets);
-  }
+  for (const SplatStats& s : stats) planned.stats += s;
   return planned;
 }
 
@@ -113,7 +107,6 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
     plan(small_trail_tile, nullptr);
   SplatStats stats = planned.stats;
   const std::vector<PlannedTile>& tiles = planned.objects[0].plan.tiles;
-  stats.tiles = tiles.size();
   const TileJob alone_job{&slice, &alone, &planned.objects[0].plan, &planned.objects[0].kernel, &context};
 
   std::mutex mutex;
@@ -138,7 +131,7 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
     double fraction;
     {
       const std::scoped_lock lock(mutex);
-      add(stats, mine);
+      stats += mine;
       fraction = static_cast<double>(++done) / static_cast<double>(tiles.size());
     }
     context.progress.report(fraction);

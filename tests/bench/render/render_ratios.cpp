@@ -177,24 +177,25 @@ void stages(const Report& report, const FieldScene& field, int samples_per_side)
         if (iso) o.mode = RenderMode::isosurface, o.iso_value = field.iso_value;
         ImageStorage out(size, size);
         RenderStats best;
-        best.ms_transform = best.ms_splat = best.ms_shade = 1e300;
+        best.drawn.ms_transform = best.drawn.ms_splat = best.drawn.ms_shade = 1e300;
         for (int r = 0; r < (report.quick ? 2 : 8); ++r) {
           const RenderStats s = render(scene, o, one.get(), out.image);
           // Stages are timed by the wall clock: the least of each is the least disturbed.
-          best.ms_transform = std::min(best.ms_transform, s.ms_transform);
-          best.ms_splat = std::min(best.ms_splat, s.ms_splat),
-          best.ms_shade = std::min(best.ms_shade, s.ms_shade);
-          best.points_splatted = s.points_splatted, best.points_total = s.points_total;
-          best.contributions = s.contributions;
+          best.drawn.ms_transform = std::min(best.drawn.ms_transform, s.drawn.ms_transform);
+          best.drawn.ms_splat = std::min(best.drawn.ms_splat, s.drawn.ms_splat),
+          best.drawn.ms_shade = std::min(best.drawn.ms_shade, s.drawn.ms_shade);
+          best.drawn.points_splatted = s.drawn.points_splatted, best.points_total = s.points_total;
+          best.drawn.contributions = s.drawn.contributions;
         }
         rows.push_back(
             {word("mode", iso ? "isosurface" : "semi-transparent"), word("quality", quality_name(q)),
-             figure("px per T", pixels, 0), figure("transform ms", best.ms_transform, 1),
-             figure("splat ms", best.ms_splat, 1), figure("shade ms", best.ms_shade, 1),
+             figure("px per T", pixels, 0), figure("transform ms", best.drawn.ms_transform, 1),
+             figure("splat ms", best.drawn.ms_splat, 1), figure("shade ms", best.drawn.ms_shade, 1),
              figure("visits / point",
-                    static_cast<double>(best.points_splatted) / static_cast<double>(best.points_total), 2),
-             figure("Gsamples/s splatted", static_cast<double>(best.contributions) / best.ms_splat * 1e-6,
-                    1)});
+                    static_cast<double>(best.drawn.points_splatted) / static_cast<double>(best.points_total),
+                    2),
+             figure("Gsamples/s splatted",
+                    static_cast<double>(best.drawn.contributions) / best.drawn.ms_splat * 1e-6, 1)});
       }
   report.table(concat(field.name, ' ', field.samples, "^3, shaded: stages of a frame, one thread"), rows);
 }

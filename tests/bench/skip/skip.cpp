@@ -13,15 +13,16 @@ struct Skip {
   uint64_t (*count)(const RenderStats&);
 };
 
-constexpr Skip skips[] = {
-    {"transfer function", skip_transfer_function, "bricks invisible",
-     [](const RenderStats& s) { return s.bricks_invisible; }},
-    {"view frustum", skip_frustum, "bricks outside", [](const RenderStats& s) { return s.bricks_outside; }},
-    {"occlusion", skip_occlusion, "point visits", [](const RenderStats& s) { return s.points_occluded; }},
-    {"empty sheets", skip_empty_sheets, "sheets of tiles",
-     [](const RenderStats& s) { return s.sheets_skipped; }},
-    {"all of them", 15, "points never looked at",
-     [](const RenderStats& s) { return s.points_total - s.points_after_cull; }}};
+constexpr Skip skips[] = {{"transfer function", skip_transfer_function, "bricks invisible",
+                           [](const RenderStats& s) { return s.drawn.bricks_invisible; }},
+                          {"view frustum", skip_frustum, "bricks outside",
+                           [](const RenderStats& s) { return s.drawn.bricks_outside; }},
+                          {"occlusion", skip_occlusion, "point visits",
+                           [](const RenderStats& s) { return s.drawn.points_occluded; }},
+                          {"empty sheets", skip_empty_sheets, "sheets of tiles",
+                           [](const RenderStats& s) { return s.drawn.sheets_skipped; }},
+                          {"all of them", 15, "points never looked at",
+                           [](const RenderStats& s) { return s.points_total - s.drawn.points_after_cull; }}};
 
 void one_scene(const std::string& name, const Scene& scene, RenderOptions options, int size, int rounds,
                std::vector<Row>& rows) {
@@ -37,8 +38,8 @@ void one_scene(const std::string& name, const Scene& scene, RenderOptions option
     const std::vector<double> ms = least_ms(std::array{with, without}, size, rounds);
     rows.push_back({word("scene", name), word("skip", skip.name), word("counted", skip.counted),
                     figure("skipped", static_cast<double>(skip.count(on)), 0),
-                    figure("visits with", static_cast<double>(on.points_splatted), 0),
-                    figure("visits without", static_cast<double>(off.points_splatted), 0),
+                    figure("visits with", static_cast<double>(on.drawn.points_splatted), 0),
+                    figure("visits without", static_cast<double>(off.drawn.points_splatted), 0),
                     figure("ms with", ms[0], 1), figure("ms without", ms[1], 1),
                     figure("with / without", ms[0] / ms[1], 2),
                     figure("largest change", image_error(a.image, b.image).most, 7)});

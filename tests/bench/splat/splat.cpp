@@ -191,18 +191,19 @@ void frame_table(const Report& report, const Slice& slice, const SplatPoints& po
       const double ms = 1e3 * cpu_seconds([&] { stats = render(scene, o, context.get(), out.image); });
       if (repeat == 0) best = stats;
       // Stages are walls: what other programs took of one repeat is not in the least of all.
-      best.ms_transform = std::min(best.ms_transform, stats.ms_transform);
-      best.ms_splat = std::min(best.ms_splat, stats.ms_splat);
-      best.ms_shade = std::min(best.ms_shade, stats.ms_shade);
+      best.drawn.ms_transform = std::min(best.drawn.ms_transform, stats.drawn.ms_transform);
+      best.drawn.ms_splat = std::min(best.drawn.ms_splat, stats.drawn.ms_splat);
+      best.drawn.ms_shade = std::min(best.drawn.ms_shade, stats.drawn.ms_shade);
       total = std::min(total, ms);
     }
-    const double splat = static_cast<double>(best.contributions) / (1e-3 * best.ms_splat);
-    rows.push_back({word("frame", c.name), figure("pixels", pixels, 0), figure("ms", total, 1),
-                    figure("transform and bin", best.ms_transform, 1), figure("splat", best.ms_splat, 1),
-                    figure("classify, shade", best.ms_shade, 1),
-                    figure("rest", total - best.ms_transform - best.ms_splat - best.ms_shade, 1),
-                    figure("M visits", static_cast<double>(best.points_splatted) / 1e6, 2),
-                    figure("window samples, of peak", splat / peak, 3)});
+    const double splat = static_cast<double>(best.drawn.contributions) / (1e-3 * best.drawn.ms_splat);
+    rows.push_back(
+        {word("frame", c.name), figure("pixels", pixels, 0), figure("ms", total, 1),
+         figure("transform and bin", best.drawn.ms_transform, 1), figure("splat", best.drawn.ms_splat, 1),
+         figure("classify, shade", best.drawn.ms_shade, 1),
+         figure("rest", total - best.drawn.ms_transform - best.drawn.ms_splat - best.drawn.ms_shade, 1),
+         figure("M visits", static_cast<double>(best.drawn.points_splatted) / 1e6, 2),
+         figure("window samples, of peak", splat / peak, 3)});
   }
   report.table(
       concat("Where a frame's time goes, one thread, ms; ", points.count, " points with mirror images"),

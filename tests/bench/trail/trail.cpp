@@ -112,11 +112,12 @@ int run_trail_suite(std::span<const std::string> args, const Report& report) {
             paired_cpu_seconds([&] { (void)bench.draw({}, image.image); },
                                [&] { last = bench.draw(trail, image.image); }, report.quick ? 1 : 3);
         const auto scale = [&](double ms) { return ms / 1000 / one; };
-        rows.push_back(
-            {word("shading", shading ? "on" : "off"), figure("frames", span, 0), figure("stills", stills, 0),
-             figure("frame ms", 1000 * one, 1), figure("trail / frame", all / one, 2),
-             figure("transform", scale(last.ms_transform), 2), figure("splat", scale(last.ms_splat), 2),
-             figure("shade", scale(last.ms_shade), 2), figure("slicing", make / one, 2)});
+        rows.push_back({word("shading", shading ? "on" : "off"), figure("frames", span, 0),
+                        figure("stills", stills, 0), figure("frame ms", 1000 * one, 1),
+                        figure("trail / frame", all / one, 2),
+                        figure("transform", scale(last.drawn.ms_transform), 2),
+                        figure("splat", scale(last.drawn.ms_splat), 2),
+                        figure("shade", scale(last.drawn.ms_shade), 2), figure("slicing", make / one, 2)});
       }
   report.table("A trail's picture, in pictures without", rows);
   compare_errors(bench, report);

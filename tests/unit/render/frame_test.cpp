@@ -311,27 +311,27 @@ TEST(Render, SkipsChangeNothing) {
     o.tile_size = 16;
     ImageStorage all(80, 80, true, true, true);
     const RenderStats skipped = draw(scene, o, all);
-    EXPECT_GT(skipped.bricks_invisible, 0u);
-    EXPECT_GT(skipped.points_occluded, 0u);
-    EXPECT_GT(skipped.sheets_skipped, 0u);
-    EXPECT_GT(skipped.points_invisible, 0u);
+    EXPECT_GT(skipped.drawn.bricks_invisible, 0u);
+    EXPECT_GT(skipped.drawn.points_occluded, 0u);
+    EXPECT_GT(skipped.drawn.sheets_skipped, 0u);
+    EXPECT_GT(skipped.drawn.points_invisible, 0u);
     for (const uint32_t bit : {1u, 2u, 4u, 8u, 64u, 79u}) {
       o.disable_skips = bit;
       ImageStorage other(80, 80, true, true, true);
       const RenderStats full = draw(scene, o, other);
       EXPECT_TRUE(same_bits(all, other)) << "skip " << bit << " mode " << static_cast<int>(mode);
       if (bit & 1) {
-        EXPECT_EQ(full.bricks_invisible, 0u);
-        EXPECT_GT(full.bricks_outside, 0u);
+        EXPECT_EQ(full.drawn.bricks_invisible, 0u);
+        EXPECT_GT(full.drawn.bricks_outside, 0u);
       }
       if (bit & 17) {
-        EXPECT_EQ(full.points_invisible, 0u);
+        EXPECT_EQ(full.drawn.points_invisible, 0u);
       }
       if (bit & 4) {
-        EXPECT_EQ(full.points_occluded, 0u);
+        EXPECT_EQ(full.drawn.points_occluded, 0u);
       }
       if (bit & 8) {
-        EXPECT_EQ(full.sheets_skipped, 0u);
+        EXPECT_EQ(full.drawn.sheets_skipped, 0u);
       }
     }
   }
@@ -356,8 +356,8 @@ TEST(Render, PointsBeyondASurfaceAreLeftOut) {
           o.disable_skips = 0;
           const RenderStats skipped = draw(scene, o, other);
           EXPECT_TRUE(same_bits(all, other)) << perspective << ' ' << turn << ' ' << iso << ' ' << step;
-          EXPECT_EQ(full.points_invisible, 0u);
-          EXPECT_GT(skipped.points_invisible, 0u);
+          EXPECT_EQ(full.drawn.points_invisible, 0u);
+          EXPECT_GT(skipped.drawn.points_invisible, 0u);
         }
 }
 
@@ -448,8 +448,8 @@ TEST(Render, ReportsAndCancels) {
   ImageStorage out(48, 48);
   const RenderStats stats = draw(scene, {}, out);
   EXPECT_GT(stats.points_total, static_cast<uint64_t>(slice.points())); // with mirror images
-  EXPECT_LE(stats.points_after_cull, stats.points_total);
-  EXPECT_GT(stats.points_splatted, 0u);
+  EXPECT_LE(stats.drawn.points_after_cull, stats.points_total);
+  EXPECT_GT(stats.drawn.points_splatted, 0u);
   EXPECT_EQ(stats.sheet_step, 0.5);
   TestContext context;
   context.progress.cancel();

@@ -150,7 +150,7 @@ TEST(Minify, AStepAskedForStaysTheSameLength) {
   EXPECT_DOUBLE_EQ(coarse.sheet_step, 0.8);
   o.disable_skips = skip_fine_detail;
   const RenderStats full = small.draw(o, out);
-  EXPECT_NEAR(static_cast<double>(coarse.sheets), static_cast<double>(full.sheets), 2);
+  EXPECT_NEAR(static_cast<double>(coarse.drawn.sheets), static_cast<double>(full.drawn.sheets), 2);
 }
 
 } // namespace

@@ -354,9 +354,9 @@ TEST(Preintegrate, NeitherThreadsNorTilesNorSkipsChangeABit) {
       o.tile_size = 16;
       ImageStorage all(80, 80, true, true, true);
       const RenderStats skipped = draw(scene, o, all, 1);
-      EXPECT_GT(skipped.points_occluded, 0u);
-      EXPECT_GT(skipped.sheets_skipped, 0u);
-      EXPECT_GT(skipped.bricks_invisible + skipped.points_invisible, 0u);
+      EXPECT_GT(skipped.drawn.points_occluded, 0u);
+      EXPECT_GT(skipped.drawn.sheets_skipped, 0u);
+      EXPECT_GT(skipped.drawn.bricks_invisible + skipped.drawn.points_invisible, 0u);
       for (const uint32_t bits : {1u, 4u, 8u, 64u, 79u}) {
         o.disable_skips = bits;
         ImageStorage other(80, 80, true, true, true);

@@ -92,11 +92,11 @@ TEST_P(KeptSheetsOf, PicturesAreTheSame) {
     scene.kept = &kept;
     const RenderStats stats = draw(context, scene, options, image);
     EXPECT_TRUE(same(fresh, image)) << n;
-    EXPECT_EQ(stats.sheets_taken > 0, n >= 2) << n;
-    EXPECT_EQ(stats.points_splatted > 0, n < 2) << n;
-    EXPECT_GT(all.points_splatted, 0u);
+    EXPECT_EQ(stats.drawn.sheets_taken > 0, n >= 2) << n;
+    EXPECT_EQ(stats.drawn.points_splatted > 0, n < 2) << n;
+    EXPECT_GT(all.drawn.points_splatted, 0u);
     if (n == 1) {
-      EXPECT_EQ(stats.points_occluded, 0u); // whole
+      EXPECT_EQ(stats.drawn.points_occluded, 0u); // whole
     }
   }
 }
@@ -109,7 +109,9 @@ TEST(KeptSheets, EveryChangeOfTheViewDrawsAnew) {
   scene.kept = &kept;
   RenderOptions options;
   ImageStorage image(size, size), smaller(size - 20, size);
-  const auto taken = [&](ImageStorage& out) { return draw(context, scene, options, out).sheets_taken > 0; };
+  const auto taken = [&](ImageStorage& out) {
+    return draw(context, scene, options, out).drawn.sheets_taken > 0;
+  };
   const auto settle = [&] {
     for (int n = 0; n < 2; ++n) EXPECT_FALSE(taken(image));
     EXPECT_TRUE(taken(image));
@@ -160,7 +162,7 @@ TEST(KeptSheets, StayWithinTheBudget) {
     for (int n = 0; n < 4; ++n) {
       const RenderStats stats = render(scene, options, {tasks, memory, progress}, image.image);
       EXPECT_TRUE(same(fresh, image));
-      EXPECT_EQ(stats.sheets_taken > 0, n > 1 && limit > 0) << limit;
+      EXPECT_EQ(stats.drawn.sheets_taken > 0, n > 1 && limit > 0) << limit;
     }
     EXPECT_EQ(memory.used() > 0, limit > 0);
     if (needed == 0) needed = memory.used();
@@ -190,10 +192,10 @@ TEST(KeptSheets, CancelledPicturesKeepNothing) {
   };
   (void)picture(false);
   EXPECT_THROW((void)picture(true), Error);
-  EXPECT_EQ(picture(false).sheets_taken, 0u); // keeps
+  EXPECT_EQ(picture(false).drawn.sheets_taken, 0u); // keeps
   EXPECT_TRUE(same(fresh, image));
   EXPECT_THROW((void)picture(true), Error); // while it takes
-  EXPECT_GT(picture(false).sheets_taken, 0u);
+  EXPECT_GT(picture(false).drawn.sheets_taken, 0u);
   EXPECT_TRUE(same(fresh, image));
 }
 

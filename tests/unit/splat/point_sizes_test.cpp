@@ -137,7 +137,7 @@ TEST(PointSizes, CopiesStayWithinTheBudget) {
     MemoryBudget memory(limit);
     const RenderStats stats = render(scene, o, {tasks, memory, progress}, image.image);
     EXPECT_EQ(memory.used(), 0u);
-    EXPECT_EQ(memory.peak() > 0, stats.points_invisible > points.count / 8);
+    EXPECT_EQ(memory.peak() > 0, stats.drawn.points_invisible > points.count / 8);
     EXPECT_LE(4 * memory.peak(), limit);
     return memory.peak();
   };
@@ -169,7 +169,7 @@ TEST(PointSizes, FarPointsChangeNothing) {
         o.gradient = GradientMethod::fourth_order, o.sheet_step = 0.5;
         ImageStorage few(60, 60, true, true, true), all(60, 60, true, true, true);
         const RenderStats some = draw(scene, o, few);
-        EXPECT_GT(some.points_invisible, some.points_total / 8);
+        EXPECT_GT(some.drawn.points_invisible, some.points_total / 8);
         EXPECT_GT(*std::max_element(few.rgba.begin(), few.rgba.end()), 0.2f);
         o.disable_skips = skip_transfer_function | skip_cells;
         draw(scene, o, all);

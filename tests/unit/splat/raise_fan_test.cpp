@@ -97,7 +97,7 @@ TEST(RaiseFan, CameraInsideTheVolume) {
   o.raise = RaiseFilter{};
   o.disable_skips = 0;
   const RenderStats many = draw(scene, o, other);
-  EXPECT_LT(few.contributions, many.contributions / 3);
+  EXPECT_LT(few.drawn.contributions, many.drawn.contributions / 3);
   double sum = 0;
   for (size_t n = 0; n < other.rgba.size(); ++n)
     sum += std::pow(static_cast<double>(raised.rgba[n]) - static_cast<double>(other.rgba[n]), 2);

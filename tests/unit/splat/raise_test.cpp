@@ -156,7 +156,7 @@ TEST(Raise, PicturesAreThoseOfSheetsAtThePixels) {
         const RenderStats few = draw(m.scene, o, raised);
         o.raise = none;
         const RenderStats many = draw(m.scene, o, direct);
-        EXPECT_LT(few.contributions, many.contributions * 4 / 5); // fewer samples, indeed
+        EXPECT_LT(few.drawn.contributions, many.drawn.contributions * 4 / 5); // fewer samples, indeed
         // X-rays are lengths, of up to 40 T.
         EXPECT_LT(difference(raised, direct), mode == RenderMode::xray ? 4e-3 : 7e-4)
             << static_cast<int>(mode) << perspective;
@@ -178,8 +178,8 @@ TEST(Raise, CloseSheetsAreThoseOfTheRing) {
         const RenderStats few = draw(m.scene, o, raised);
         o.raise = none;
         const RenderStats many = draw(m.scene, o, direct);
-        EXPECT_LT(few.contributions, many.contributions * 2 / 3);
-        EXPECT_EQ(few.sheets, many.sheets);
+        EXPECT_LT(few.drawn.contributions, many.drawn.contributions * 2 / 3);
+        EXPECT_EQ(few.drawn.sheets, many.drawn.sheets);
         EXPECT_LT(difference(raised, direct), shading ? 5e-3 : 2e-4) << step << shading;
         EXPECT_GT(difference(raised, direct), 1e-7);
       }
@@ -219,7 +219,7 @@ TEST(Raise, SurfacesAreThoseOfTheReference) {
   const RenderStats few = draw(m.scene, o, raised);
   o.raise = none;
   const RenderStats many = draw(m.scene, o, exact);
-  EXPECT_LT(few.contributions, many.contributions * 4 / 5);
+  EXPECT_LT(few.drawn.contributions, many.drawn.contributions * 4 / 5);
   o.reference = true;
   draw(m.scene, o, exact);
   EXPECT_LT(difference(raised, exact), 1e-2); // 40 dB
@@ -246,10 +246,10 @@ TEST(Raise, SkipsChangeNothing) {
     o.tile_size = 40;
     ImageStorage all(200, 200, true, true, true);
     const RenderStats skipped = draw(scene, o, all);
-    EXPECT_GT(skipped.points_occluded, 0u);
+    EXPECT_GT(skipped.drawn.points_occluded, 0u);
     // Rays that lean, raised in depth, too, look further than cells know.
     if (view == &orthographic || filter.depth == 0) {
-      EXPECT_GT(skipped.points_invisible, 0u);
+      EXPECT_GT(skipped.drawn.points_invisible, 0u);
     }
     for (const uint32_t bit : {1u, 2u, 4u, 8u, 64u, 79u}) {
       o.disable_skips = bit;

@@ -1,0 +1,54 @@
+// What a picture shows and how it is drawn.
+#pragma once
+
+#include <cstdint>
+
+#include "field/slice.h"
+#include "splat/loop/kernels.h"
+#include "splat/points/points.h"
+#include "splat/raise/raise.h"
+#include "splat/shade/class_table.h"
+#include "splat/shade/light.h"
+#include "splat/view/view.h"
+
+namespace bccsplat {
+
+enum class RenderMode : uint8_t { composite = 1, isosurface = 2, xray = 3, maximum = 4 };
+// The kernel's own gradient, or differences of the sheets' samples over one or two neighbours on either side.
+enum class GradientMethod : uint8_t { analytic, central, fourth_order };
+
+enum SkipBits : uint32_t {    // of SplatOptions::disable_skips
+  skip_transfer_function = 1, // bricks, and with them cells
+  skip_frustum = 2,
+  skip_occlusion = 4,
+  skip_empty_sheets = 8,
+  skip_unchanged = 32, // points of a view whose sheets were kept
+  skip_cells = 64,     // invisible parts of bricks that are visible
+};
+
+struct SplatOptions {
+  RenderMode mode = RenderMode::composite;
+  bool shading = true;
+  GradientMethod gradient = GradientMethod::analytic;
+  double iso_value = 0;
+  double opacity_stop = 0.995; // a pixel this opaque is finished; 1: never
+  uint32_t disable_skips = 0;
+  int tile_size = 0; // pixels; 0: chosen
+  bool with_value = false, with_time = false;
+  bool with_deep = false;                     // modes composite and isosurface
+  double deep_tolerance = 0;                  // see DeepTile
+  KernelForm kernel_form = KernelForm::exact; // how the slice's kernel is drawn
+  bool preintegrate = false; // mode composite: slabs are classified by the table's integrals, which are there
+  RaiseFilter raise;         // where sheets need fewer samples than the picture has pixels
+  bool scalar = false;       // the plain inner loops
+};
+
+struct SplatScene {
+  const Slice* slice = nullptr;
+  const SplatPoints* points = nullptr;
+  const SheetView* view = nullptr;
+  const ClassTable* table = nullptr;
+  const Lights* lights = nullptr;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,17 @@
+// The finished pixels of a tile.
+#pragma once
+
+#include "splat/tile/deep.h"
+
+namespace bccsplat {
+
+// Planes of `pitch` floats per row. depth is in sheet steps (infinity: nothing), value and
+// time are NaN where nothing is.
+struct TilePixels {
+  int x = 0, y = 0, width = 0, height = 0, pitch = 0;
+  const float *red = nullptr, *green = nullptr, *blue = nullptr, *alpha = nullptr;
+  const float *depth = nullptr, *value = nullptr, *time = nullptr;
+  const DeepTile* deep = nullptr; // null: not asked for
+};
+
+} // namespace bccsplat
