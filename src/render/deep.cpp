@@ -9,7 +9,7 @@ namespace {
 constexpr size_t sample_bytes = DeepImage::components * sizeof(float);
 using Sample = std::array<float, DeepImage::components>; // Z, ZBack, A, R, G, B
 
-// Slabs thinner than a float of world depth are points, and two points must not coincide.
+// Segments thinner than a float of world depth are points, and two points must not coincide.
 bool coincide(const Sample& a, const Sample& b) { return a[0] == b[1] && a[1] == b[0] && a[0] == a[1]; }
 
 void put_behind(float* front, const Sample& back) {
@@ -33,7 +33,7 @@ void DeepCollector::add(const TilePixels& tile, const SheetView& view) {
   const DeepSample* next = samples.data();
   for (uint32_t& count : part.counts) {
     Sample before{1, 0};
-    uint32_t kept = 0;
+    uint32_t left = 0;
     for (uint32_t n = 0; n < count; ++n) {
       const DeepSample& s = *next++;
       const Sample now{depth(s.front), depth(s.back), s.alpha, s.red, s.green, s.blue};
@@ -42,9 +42,9 @@ void DeepCollector::add(const TilePixels& tile, const SheetView& view) {
         continue;
       }
       part.samples.insert(part.samples.end(), now.begin(), now.end());
-      before = now, ++kept;
+      before = now, ++left;
     }
-    count = kept;
+    count = left;
   }
   const std::scoped_lock lock(mutex_);
   parts_.push_back(std::move(part));

@@ -44,21 +44,22 @@ bool same_place(const Slice& a, const Slice& b) {
 }
 
 KernelForm kernel_form(const SplatOptions& o, const QualitySettings& quality, double step) {
-  if (o.mode == RenderMode::composite && o.shading && step >= quality.flat_kernel) return KernelForm::flat;
+  if (o.mode == RenderMode::composite && o.shading && step >= quality.flat_kernel)
+    return KernelForm::flat_form;
   // Unshaded pictures converge faster: what shading hides shows one step earlier.
-  return step >= (o.shading ? 1 : 2) * quality.short_kernel ? KernelForm::brief : KernelForm::exact;
+  return step >= (o.shading ? 1 : 2) * quality.short_kernel ? KernelForm::short_form : KernelForm::exact;
 }
 
-// Whether slabs are classified by integrals: where the transfer function is narrower than the change of the
-// field from sheet to sheet, in any direction.
+// Whether segments are classified by integrals: where the transfer function is narrower than the change of
+// the field from sheet to sheet, in any direction.
 bool needs_integrals(const SplatScene& scene, Preintegrate choice) {
   if (choice != Preintegrate::automatic) return choice == Preintegrate::on;
   const double change = scene.view->step * change_per_unit(*scene.slice, *scene.points);
   return narrowness(*scene.table, change, scene.view->step_world) >= narrow_function;
 }
 
-RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const Context& context,
-                        Image& image) {
+RenderStats splat_picture(const Scene& scene, const RenderOptions& options, const Context& context,
+                          Image& image) {
   const QualitySettings quality = quality_settings(options.quality);
   const int level = drawn_level(scene, options, image.width, image.height);
   const Slice* slice = scene.slice;
@@ -95,7 +96,7 @@ RenderStats splat_frame(const Scene& scene, const RenderOptions& options, const 
   o.kernel_form = options.kernel_form.value_or(kernel_form(o, quality, step));
   o.raise = options.raise.value_or(o.mode == RenderMode::isosurface               ? quality.raise_surface
                                    : o.mode == RenderMode::composite && o.shading ? quality.raise
-                                                                                  : quality.raise_plain);
+                                                                                  : quality.raise_unshaded);
   o.iso_value = options.iso_value;
   o.opacity_stop = options.opacity_stop;
   o.disable_skips = options.disable_skips;
@@ -158,9 +159,9 @@ int drawn_level(const Scene& scene, const RenderOptions& options, int width, int
 }
 
 // Points of the front of error against time, `bccsplat_bench render --front --own`. Differences span pixels:
-// they know less of the field the larger a pixel is, but cost a twentieth of the frame where the kernel's
+// they know less of the field the larger a pixel is, but cost a twentieth of the picture where the kernel's
 // gradient doubles it, and smooth its ripple. Each limit is where the two meet against the truth. The short
-// kernel saves a sixth of a frame and loses up to 3.4 dB on fields near the band limit: for draft. Coarser
+// kernel saves a sixth of a picture and loses up to 3.4 dB on fields near the band limit: for draft. Coarser
 // levels lose what classification makes of fine detail, so that the two accurate settings do without; and
 // their shading shows the ripple of the exact kernel.
 //
@@ -245,7 +246,7 @@ RenderStats render(const Scene& scene, const RenderOptions& options, const Conte
                                  : ReferenceOptions{},
                              context, image);
   else
-    stats = splat_frame(scene, options, context, image);
+    stats = splat_picture(scene, options, context, image);
   stats.threads = context.tasks.threads();
   stats.ms_total =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

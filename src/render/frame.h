@@ -77,7 +77,7 @@ struct QualitySettings {
   // short_polynomial() elsewhere, twice that without shading.
   double flat_kernel, short_kernel;
   // How sheets are raised where samples are shaded, where they are not, and in isosurfaces.
-  RaiseFilter raise, raise_plain, raise_surface;
+  RaiseFilter raise, raise_unshaded, raise_surface;
 };
 [[nodiscard]] QualitySettings quality_settings(Quality quality);
 

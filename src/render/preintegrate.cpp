@@ -130,12 +130,12 @@ double narrowness(const ClassTable& table, double change, double path) {
     Emission mean;
     for (size_t c = 0; c < 4; ++c)
       mean[c] = (up_to(i + reach, c) - up_to(i - reach, c)) / static_cast<double>(2 * reach);
-    const Emission slab = shown(mean), middle = shown(of_entry(table.entry[static_cast<size_t>(i)]));
+    const Emission segment = shown(mean), middle = shown(of_entry(table.entry[static_cast<size_t>(i)]));
     opacity = std::max(opacity, middle[3]);
-    most = std::max(most, std::fabs(slab[3] - middle[3]));
+    most = std::max(most, std::fabs(segment[3] - middle[3]));
     for (size_t c = 0; c < 3; ++c) {
       color = std::max(color, middle[c]);
-      most_color = std::max(most_color, std::fabs(slab[c] - middle[c]));
+      most_color = std::max(most_color, std::fabs(segment[c] - middle[c]));
     }
   }
   return std::max(opacity > 0 ? most / opacity : 0, color > 0 ? most_color / color : 0);

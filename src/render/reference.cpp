@@ -140,8 +140,8 @@ double reference_step(const TransferFunction& function, const std::array<double,
   for (size_t n = 1; n < function.opacities.size(); ++n) {
     const OpacityPoint &a = function.opacities[n - 1], &b = function.opacities[n];
     if (a.opacity == b.opacity) continue;
-    const double gap = (b.value - a.value) / (bounds[1] - bounds[0]);
-    steepest = std::max(steepest, gap > 0 ? std::fabs(b.opacity - a.opacity) / gap : infinity);
+    const double width = (b.value - a.value) / (bounds[1] - bounds[0]);
+    steepest = std::max(steepest, width > 0 ? std::fabs(b.opacity - a.opacity) / width : infinity);
   }
   return steepest > 0 ? std::clamp(largest / steepest, 1.0 / 128, 1.0 / 16) : 1.0 / 16;
 }

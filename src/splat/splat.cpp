@@ -15,7 +15,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Conte
   SplatStats stats;
   SplatOptions options = asked;
   if (options.disable_skips & skip_unchanged) kept = nullptr;
-  const auto use = kept ? kept->begin(scene, options, context) : KeptSheets::Use::draw;
+  const auto use = kept ? kept->begin_picture(scene, options, context) : KeptSheets::Use::draw;
   // Sheets that are kept are whole.
   if (use != KeptSheets::Use::draw)
     options.disable_skips |= skip_transfer_function | skip_cells | skip_occlusion;
@@ -55,7 +55,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Conte
     }
     context.progress.report(fraction);
   });
-  if (kept) kept->finish();
+  if (kept) kept->finish_picture();
   return stats;
 }
 

@@ -2,7 +2,7 @@
 //
 // Per tile a ring of live sheets gathers the kernels of the points; a sheet that no later point can reach is
 // classified, shaded and composited. Every pixel closes by itself, every sample adds its points in one order
-// (slab, brick, place in the brick) and positions come from tile-independent integers and fractions: the
+// (gap, brick, place in the brick) and positions come from tile-independent integers and fractions: the
 // picture does not depend on tile size or threads, bit for bit. Sources: Westover 1990; Mueller, Shareef,
 // Huang, Crawfis 1999 (sheets, post-classification); Neophytou & Mueller 2002.
 #pragma once

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "splat/loop/kernels.h"
+#include "splat/loop/loops.h"
 
 namespace bccsplat {
 namespace {
@@ -74,7 +74,7 @@ KernelPolynomial short_polynomial(const RadialKernel& phi) {
     if (std::fabs(got - phi.value((1 - u) * phi.radius * phi.radius)) > 0.002 * phi.value(0)) return k;
   }
   k = from_terms(a, 6);
-  k.form = KernelPolynomial::Form::short_5;
+  k.form = KernelPolynomial::Form::short_form;
   return k;
 }
 
@@ -93,13 +93,13 @@ KernelPolynomial flat_polynomial(const RadialKernel& phi) {
   // Positive, so that bounds of the field from its coefficients hold.
   if (!(a[2] >= 0 && a[4] >= 0 && std::fabs(a[2] + a[4] - top) < 0.03 * top)) return k;
   KernelPolynomial flat = from_terms(a, 5);
-  flat.form = KernelPolynomial::Form::even_4;
+  flat.form = KernelPolynomial::Form::flat_form;
   return flat;
 }
 
 KernelPolynomial kernel_polynomial(const RadialKernel& phi, KernelForm form) {
-  if (form == KernelForm::brief) return short_polynomial(phi);
-  if (form == KernelForm::flat) return flat_polynomial(phi);
+  if (form == KernelForm::short_form) return short_polynomial(phi);
+  if (form == KernelForm::flat_form) return flat_polynomial(phi);
   return kernel_polynomial(phi);
 }
 

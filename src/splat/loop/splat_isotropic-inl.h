@@ -33,7 +33,7 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
   };
   std::array<PointRows, batch> prepared;
   alignas(64) float heights[16 * max_ring_sheets / 4];
-  const int vp = pixels_per_vector(), lanes = static_cast<int>(hn::Lanes(d));
+  const int vp = PixelsPerVector(), lanes = static_cast<int>(hn::Lanes(d));
   const auto step = static_cast<std::ptrdiff_t>(s.pitch) * 4;
   const V pixel = hn::Load(d, lane_pixel), one = hn::Set(d, 1.0f), zero = hn::Zero(d),
           depth2 = hn::Set(d, s.depth2);
@@ -74,7 +74,7 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
           hn::StoreU(hn::MulAdd(slope, dk, hn::LoadU(d, s.ring[3] + at)), d, s.ring[3] + at);
         };
         for (int g = 0; g < s.groups; ++g) {
-          const V dk = hn::Sub(repeat4(s.lanes->offset + 4 * g), z);
+          const V dk = hn::Sub(Repeat4(s.lanes->offset + 4 * g), z);
           hn::Store(hn::NegMulAdd(hn::Mul(dk, depth2), dk, one), d, heights + 16 * g);
         }
         // Two vectors of columns side by side share their rows.
@@ -103,7 +103,7 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
                 add(level_next, row_u, sum + hn::Lanes(d));
               }
             } else if constexpr (kGradient) {
-              const V dk = hn::Sub(repeat4(s.lanes->offset + 4 * g), z);
+              const V dk = hn::Sub(Repeat4(s.lanes->offset + 4 * g), z);
               for (int r = r0; r < r1; ++r, sum += step)
                 add_slopes(level, hn::Set(d, rows.u[static_cast<size_t>(r)]), di,
                            hn::Set(d, rows.j[static_cast<size_t>(r)]), dk, sum);
@@ -133,12 +133,12 @@ template<KernelPolynomial::Form kForm, bool kGradient> struct BlockRows {
     const V pixel = hn::Load(d, lane_pixel), zero = hn::Zero(d), fx = hn::Set(d, p.fx), z = hn::Set(d, p.z);
     V di[kBlocks], across[kBlocks];
     for (int b = 0; b < kBlocks; ++b) {
-      const int from = column - p.x + b * pixels_per_vector();
+      const int from = column - p.x + b * PixelsPerVector();
       di[b] = hn::Sub(hn::Add(pixel, hn::Set(d, static_cast<float>(from))), fx);
       across[b] = hn::Mul(hn::Mul(di[b], metric), di[b]);
     }
     for (int g = 0; g < s.groups; ++g) {
-      const V dk = hn::Sub(repeat4(s.lanes->offset + 4 * g), z);
+      const V dk = hn::Sub(Repeat4(s.lanes->offset + 4 * g), z);
       const V height = hn::NegMulAdd(hn::Mul(dk, depth2), dk, hn::Set(d, 1.0f));
       V level[kBlocks];
       for (int b = 0; b < kBlocks; ++b) level[b] = hn::Sub(height, across[b]);
@@ -176,7 +176,7 @@ template<KernelPolynomial::Form kForm, bool kGradient> void SplatBlocks(const Sp
   constexpr size_t batch = 8;
   constexpr int most = 16; // rows
   alignas(64) float row_u[batch][most];
-  const int lanes = static_cast<int>(hn::Lanes(d)), vp = pixels_per_vector();
+  const int lanes = static_cast<int>(hn::Lanes(d)), vp = PixelsPerVector();
   const V metric = hn::Set(d, s.lanes->xx[0]), count = hn::Iota(d, 0);
   const float half = s.half + 1e-3f;
   const BlockRows<kForm, kGradient> rows{s, static_cast<std::ptrdiff_t>(s.pitch) * 4, metric,
@@ -227,7 +227,7 @@ template<KernelPolynomial::Form kForm, bool kPair, int kRows> void SplatSmallRow
   const V pixel = hn::Load(d, lane_pixel), one = hn::Set(d, 1.0f), zero = hn::Zero(d),
           depth2 = hn::Set(d, s.depth2);
   const V metric = hn::Set(d, s.lanes->xx[0]), count = hn::Iota(d, 0);
-  const V next = hn::Set(d, static_cast<float>(pixels_per_vector()));
+  const V next = hn::Set(d, static_cast<float>(PixelsPerVector()));
   const float* const offset = s.lanes->offset;
   float* const ring = s.ring[0];
   const KernelPolynomial kernel = *s.kernel;
@@ -251,7 +251,7 @@ template<KernelPolynomial::Form kForm, bool kPair, int kRows> void SplatSmallRow
         hn::StoreU(weights.add(u, hn::LoadU(d, sum)), d, sum);
       };
       for (int g = 0; g < groups; ++g, start += group_floats) {
-        const V dk = hn::Sub(repeat4(offset + 4 * g), z);
+        const V dk = hn::Sub(Repeat4(offset + 4 * g), z);
         const V height = hn::NegMulAdd(hn::Mul(dk, depth2), dk, one);
         const V level = hn::Sub(height, across), level_next = hn::Sub(height, across_next);
         float* sum = start;

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "splat/loop/kernels.h"
+#include "splat/loop/loops.h"
 #include "splat/loop/splat_isotropic-inl.h"
 #include "splat/loop/splat_weights-inl.h"
 HWY_BEFORE_NAMESPACE();
@@ -15,17 +15,17 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-// No vectors: the plain loops.
-void Splat(const SplatArgs& s) { scalar_kernels().splat(s); }
+// No vectors: the reference loops.
+void Splat(const SplatArgs& s) { reference_loops().splat(s); }
 #else
 
 template<KernelPolynomial::Form kForm, bool kIsotropic, bool kGradient>
 void SplatGeneral(const SplatArgs& s) {
-  const int vp = pixels_per_vector();
+  const int vp = PixelsPerVector();
   const auto step = static_cast<size_t>(s.pitch) * 4;
   const V pixel = hn::Load(d, lane_pixel), one = hn::Set(d, 1.0f), zero = hn::Zero(d),
           depth2 = hn::Set(d, s.depth2);
-  const SlabLanes& lanes = *s.lanes;
+  const GapLanes& lanes = *s.lanes;
   for (size_t n = 0; n < s.count; ++n) {
     const SplatRecord& p = s.record[n];
     const int r0 = std::max(0, -p.y), r1 = std::min(s.rows, s.height - p.y);
@@ -35,16 +35,16 @@ void SplatGeneral(const SplatArgs& s) {
     const Weights<kForm> weights(*s.kernel, p.c);
     const std::ptrdiff_t start = (static_cast<std::ptrdiff_t>(p.y + r0) * s.pitch + p.x) * 4;
     for (int g = 0; g < s.groups; ++g) {
-      const V dk = hn::Sub(repeat4(lanes.offset + 4 * g), z);
+      const V dk = hn::Sub(Repeat4(lanes.offset + 4 * g), z);
       const V height = hn::NegMulAdd(hn::Mul(dk, depth2), dk, one);
-      const V xx = repeat4(lanes.xx + 4 * g), yy = repeat4(lanes.yy + 4 * g),
-              reach = repeat4(lanes.reach + 4 * g);
+      const V xx = Repeat4(lanes.xx + 4 * g), yy = Repeat4(lanes.yy + 4 * g),
+              reach = Repeat4(lanes.reach + 4 * g);
       V x_shift = fx, y_foot = hn::Set(d, p.fy), xy = zero;
       if constexpr (!kIsotropic) {
-        const V delta = repeat4(lanes.delta + 4 * g);
+        const V delta = Repeat4(lanes.delta + 4 * g);
         x_shift = hn::MulAdd(hn::Set(d, p.lateral_x), delta, fx);
         y_foot = hn::MulAdd(hn::Set(d, p.lateral_y), delta, y_foot);
-        xy = repeat4(lanes.xy + 4 * g);
+        xy = Repeat4(lanes.xy + 4 * g);
       }
       const std::ptrdiff_t base = start + g * static_cast<std::ptrdiff_t>(s.group_floats);
       for (int v = v0; v < v1; v += vp) {
@@ -79,8 +79,8 @@ template<KernelPolynomial::Form kForm> void SplatForm(const SplatArgs& s) {
   if constexpr (kForm != KernelPolynomial::Form::general) {
     if (s.isotropic && s.rows > 16)
       return gradient ? SplatIsotropic<kForm, true, true>(s) : SplatIsotropic<kForm, false, true>(s);
-    if (s.isotropic && s.spare && !gradient && s.columns <= 2 * pixels_per_vector())
-      return s.columns <= pixels_per_vector() ? SplatSmall<kForm, false>(s) : SplatSmall<kForm, true>(s);
+    if (s.isotropic && s.spare && !gradient && s.columns <= 2 * PixelsPerVector())
+      return s.columns <= PixelsPerVector() ? SplatSmall<kForm, false>(s) : SplatSmall<kForm, true>(s);
     if (s.isotropic && s.rows <= block_window && s.columns <= block_window)
       return gradient ? SplatBlocks<kForm, true>(s) : SplatBlocks<kForm, false>(s);
     if (s.isotropic)
@@ -94,10 +94,10 @@ template<KernelPolynomial::Form kForm> void SplatForm(const SplatArgs& s) {
 void Splat(const SplatArgs& s) {
   using Form = KernelPolynomial::Form;
   switch (s.kernel->form) {
-  case Form::even_4:
-    return SplatForm<Form::even_4>(s);
-  case Form::short_5:
-    return SplatForm<Form::short_5>(s);
+  case Form::flat_form:
+    return SplatForm<Form::flat_form>(s);
+  case Form::short_form:
+    return SplatForm<Form::short_form>(s);
   case Form::square_8:
     return SplatForm<Form::square_8>(s);
   case Form::general:

@@ -8,7 +8,7 @@
 
 #include <hwy/highway.h>
 
-#include "splat/loop/kernels.h"
+#include "splat/loop/loops.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
@@ -21,10 +21,10 @@ namespace {
 using D = hn::CappedTag<float, 16>; // 4 sheets x 4, 2 or 1 pixels
 using V = hn::Vec<D>;
 constexpr D d;
-HWY_INLINE int pixels_per_vector() { return static_cast<int>(hn::Lanes(d)) / 4; }
+HWY_INLINE int PixelsPerVector() { return static_cast<int>(hn::Lanes(d)) / 4; }
 
 // Four sheets, repeated for every pixel of a vector.
-HWY_INLINE V repeat4(const float* p) { return hn::LoadDup128(d, p); }
+HWY_INLINE V Repeat4(const float* p) { return hn::LoadDup128(d, p); }
 
 alignas(64) constexpr float lane_pixel[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
 
@@ -32,7 +32,7 @@ alignas(64) constexpr float lane_pixel[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2
 template<KernelPolynomial::Form> struct Weights;
 
 // u^2 (a2 + u^2 (a4 + a5 u)): four multiplications per vector.
-template<> struct Weights<KernelPolynomial::Form::short_5> {
+template<> struct Weights<KernelPolynomial::Form::short_form> {
   V a2, a4, a5;
   HWY_INLINE Weights(const KernelPolynomial& k, float c)
       : a2(hn::Set(d, c * k.a[2])), a4(hn::Set(d, c * k.a[4])), a5(hn::Set(d, c * k.a[5])) {}
@@ -50,7 +50,7 @@ template<> struct Weights<KernelPolynomial::Form::short_5> {
 };
 
 // u^2 (a2 + a4 u^2): three.
-template<> struct Weights<KernelPolynomial::Form::even_4> {
+template<> struct Weights<KernelPolynomial::Form::flat_form> {
   V a2, a4;
   HWY_INLINE Weights(const KernelPolynomial& k, float c)
       : a2(hn::Set(d, c * k.a[2])), a4(hn::Set(d, c * k.a[4])) {}

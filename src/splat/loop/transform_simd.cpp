@@ -8,16 +8,16 @@
 #include <algorithm>
 #include <cstring>
 
-#include "splat/loop/kernels.h"
+#include "splat/loop/loops.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-// No vectors: the plain loops.
-TransformCounts Transform(const TransformArgs& t) { return scalar_kernels().transform(t); }
-void Extract(const ExtractArgs& e) { scalar_kernels().extract(e); }
+// No vectors: the reference loops.
+TransformCounts Transform(const TransformArgs& t) { return reference_loops().transform(t); }
+void Extract(const ExtractArgs& e) { reference_loops().extract(e); }
 #else
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -26,14 +26,13 @@ using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 constexpr D d;
 
-// The pixels of a tile that may look at windows of samples, see fan_window() in scalar.cpp.
+// The pixels of a tile that may look at windows of samples, see fan_window() in reference.cpp.
 struct FanWindow {
   using I = hn::Vec<hn::RebindToSigned<D>>;
   const FanArgs& fan;
   V near, far;
-  HWY_INLINE FanWindow(const FanArgs& f, I slab)
-      : fan(f), near(hn::GatherIndex(d, f.inverse_near, slab)), far(hn::GatherIndex(d, f.inverse_far, slab)) {
-  }
+  HWY_INLINE FanWindow(const FanArgs& f, I gap)
+      : fan(f), near(hn::GatherIndex(d, f.inverse_near, gap)), far(hn::GatherIndex(d, f.inverse_far, gap)) {}
   HWY_INLINE void pixels(float per, float foot, int sample_foot, I start, I count, I& begin, I& end) const {
     const hn::RebindToSigned<D> di;
     const auto sample = hn::Sub(start, hn::Set(di, sample_foot + fan.around));
@@ -53,10 +52,10 @@ template<bool kIsotropic> TransformCounts TransformPoints(const TransformArgs& t
   const I di;
   const hn::Rebind<uint16_t, D> d16;
   const size_t lanes = hn::Lanes(d);
-  const BrickFrame& f = *t.frame;
-  const auto base = static_cast<int32_t>(f.k - t.base_slab);
-  const auto first = hn::Set(di, static_cast<int32_t>(t.first_slab - t.base_slab) - 1),
-             last = hn::Set(di, static_cast<int32_t>(t.last_slab - t.base_slab) + 1);
+  const BrickAxes& f = *t.axes;
+  const auto base = static_cast<int32_t>(f.k - t.base_gap);
+  const auto first = hn::Set(di, static_cast<int32_t>(t.first_gap - t.base_gap) - 1),
+             last = hn::Set(di, static_cast<int32_t>(t.last_gap - t.base_gap) + 1);
   const auto low4 = hn::Set(di, 15);
   const V limit = hn::Set(d, 1e8f), one = hn::Set(d, 1.0f);
   alignas(64) float front[64];  // fx fy z c of each point
@@ -90,10 +89,10 @@ template<bool kIsotropic> TransformCounts TransformPoints(const TransformArgs& t
                         hn::MulAdd(hn::Set(d, a[1]), y, hn::MulAdd(hn::Set(d, a[2]), z, hn::Set(d, a[3]))));
     };
     const V depth = affine(f.dk), whole = hn::Floor(depth);
-    const auto slab = hn::Add(hn::ConvertTo(di, whole), hn::Set(di, base));
-    const auto within = hn::And(hn::Gt(slab, first), hn::Lt(slab, last));
+    const auto gap = hn::Add(hn::ConvertTo(di, whole), hn::Set(di, base));
+    const auto within = hn::And(hn::Gt(gap, first), hn::Lt(gap, last));
     good = hn::And(good, within);
-    const auto safe = hn::IfThenElse(within, slab, hn::Sub(last, hn::Set(di, 1)));
+    const auto safe = hn::IfThenElse(within, gap, hn::Sub(last, hn::Set(di, 1)));
     V foot_x = affine(f.di), foot_y = affine(f.dj), half_x, half_y;
     V lateral_x = hn::Zero(d), lateral_y = hn::Zero(d);
     hn::Vec<I> columns, rows;
@@ -156,9 +155,9 @@ template<bool kIsotropic> TransformCounts TransformPoints(const TransformArgs& t
     hn::StoreInterleaved4(hn::Sub(foot_x, start_x), hn::Sub(foot_y, start_y), hn::Sub(depth, whole),
                           hn::LoadU(d, t.coefficient + n), d, front);
     hn::StoreInterleaved4(px, py, hn::BitCast(di, lateral_x), hn::BitCast(di, lateral_y), di, back);
-    hn::Store(hn::IfThenElse(good, hn::And(slab, hn::Set(di, static_cast<int32_t>(t.bin_mask))),
-                             hn::Set(di, trash)),
-              di, bin);
+    hn::Store(
+        hn::IfThenElse(good, hn::And(gap, hn::Set(di, static_cast<int32_t>(t.bin_mask))), hn::Set(di, trash)),
+        di, bin);
     for (size_t l = 0; l < lanes; ++l) {
       SplatRecord*& end = t.bin_end[bin[l]];
       std::memcpy(&end->fx, front + 4 * l, 16);
@@ -218,8 +217,8 @@ namespace bccsplat {
 HWY_EXPORT(Transform);
 HWY_EXPORT(Extract);
 
-const SplatKernels& simd_kernels() {
-  static constexpr SplatKernels kernels{
+const SplatLoops& simd_loops() {
+  static constexpr SplatLoops loops{
       splat_points,
       [](const TransformArgs& t) { return HWY_DYNAMIC_DISPATCH(Transform)(t); },
       [](const ExtractArgs& e) {
@@ -229,7 +228,7 @@ const SplatKernels& simd_kernels() {
       raise_sheet,
       blend_planes,
   };
-  return kernels;
+  return loops;
 }
 
 } // namespace bccsplat

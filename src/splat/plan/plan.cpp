@@ -36,12 +36,12 @@ bool isotropic(const SheetView& v) {
          std::fabs(drift_y) < 1e-9;
 }
 
-// Depth of a slab's reference sheet, in sheet steps from the eye: never behind the first sheet.
-double reference_depth(const SheetView& v, int64_t slab) {
-  return static_cast<double>(std::max(slab, v.first_sheet())) + v.depth;
+// Depth of a gap's reference sheet, in sheet steps from the eye: never behind the first sheet.
+double reference_depth(const SheetView& v, int64_t gap) {
+  return static_cast<double>(std::max(gap, v.first_sheet())) + v.depth;
 }
 
-void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
+void plan_gaps(const SplatScene& scene, SplatPlan& plan) {
   const SheetView& v = *scene.view;
   const double radius = scene.slice->kernel.space.radius;
   const Metric metric(v);
@@ -57,15 +57,15 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
   plan.sheets = (2 * plan.after + 3) / 4 * 4;
   plan.groups = plan.sheets / 4;
 
-  plan.first_slab = plan.ring_first - plan.after;
-  plan.last_slab = plan.ring_last + plan.before;
-  const auto slabs = static_cast<size_t>(plan.last_slab - plan.first_slab + 1);
+  plan.first_gap = plan.ring_first - plan.after;
+  plan.last_gap = plan.ring_last + plan.before;
+  const auto gaps = static_cast<size_t>(plan.last_gap - plan.first_gap + 1);
   plan.lane_period = v.perspective ? 0 : plan.sheets;
-  const size_t sets = plan.lane_period ? static_cast<size_t>(plan.lane_period) : slabs;
+  const size_t sets = plan.lane_period ? static_cast<size_t>(plan.lane_period) : gaps;
   const auto ring = static_cast<size_t>(plan.sheets);
   plan.lane_data.resize(sets * 6 * ring);
-  plan.lateral.resize(slabs), plan.half_x.resize(slabs), plan.half_y.resize(slabs);
-  plan.columns.resize(slabs), plan.rows.resize(slabs);
+  plan.lateral.resize(gaps), plan.half_x.resize(gaps), plan.half_y.resize(gaps);
+  plan.columns.resize(gaps), plan.rows.resize(gaps);
 
   // Extent of a unit ball of this metric along x and y, pixels.
   const double extent_x = std::sqrt(metric.yy / metric.determinant()),
@@ -75,10 +75,10 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
   const double halo = 2 + plan.around;
   const double far_x = std::max(std::fabs(foot_x), std::fabs(v.width - 1 - foot_x)) + halo;
   const double far_y = std::max(std::fabs(foot_y), std::fabs(v.height - 1 - foot_y)) + halo;
-  for (size_t n = 0; n < std::max(slabs, sets); ++n) {
-    // Orthographic lanes are stored by slab modulo the period.
+  for (size_t n = 0; n < std::max(gaps, sets); ++n) {
+    // Orthographic lanes are stored by gap modulo the period.
     const int64_t s =
-        plan.lane_period && n >= slabs ? static_cast<int64_t>(n) : plan.first_slab + static_cast<int64_t>(n);
+        plan.lane_period && n >= gaps ? static_cast<int64_t>(n) : plan.first_gap + static_cast<int64_t>(n);
     const double depth = reference_depth(v, s);
     double half_x = 0, half_y = 0;
     for (int64_t k = s - plan.before; k < s - plan.before + plan.sheets; ++k) {
@@ -107,7 +107,7 @@ void plan_slabs(const SplatScene& scene, SplatPlan& plan) {
       lanes[4 * ring] = exists ? static_cast<float>(metric.yy * form) : 0;
       lanes[5 * ring] = exists ? static_cast<float>(metric.determinant() / metric.yy * form) : 0;
     }
-    if (n >= slabs) continue;
+    if (n >= gaps) continue;
     plan.lateral[n] = static_cast<float>(v.perspective ? 1 / depth : static_cast<double>(n));
     plan.half_x[n] = static_cast<float>(half_x), plan.half_y[n] = static_cast<float>(half_y);
     plan.columns[n] = static_cast<int32_t>(std::clamp(std::ceil(2 * half_x), 1.0, 1e8));
@@ -177,7 +177,7 @@ void plan_rows(const SplatScene& scene, SplatPlan& plan) {
     const float* offset =
         plan.lane_data.data() + static_cast<size_t>(set) * 6 * static_cast<size_t>(plan.sheets);
     for (int g = 0; g < plan.groups; ++g) {
-      double near = 1e30; // sheets between the slab and the nearest sheet of the group
+      double near = 1e30; // sheets between the gap and the nearest sheet of the group
       for (int l = 0; l < 4; ++l) {
         const auto k = static_cast<double>(offset[4 * g + l]);
         near = std::min(near, std::max({0.0, -k, k - 1}));
@@ -205,16 +205,16 @@ void plan_spare(SplatPlan& plan) {
   plan.spare_rows = plan.rows[0];
 }
 
-BrickFrame brick_frame(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick) {
+BrickAxes brick_axes(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick) {
   const SheetView& v = *scene.view;
   const double d = scene.points->plane_distance;
   const Vec3 origin = d * Vec3{static_cast<double>(brick.plane[0]), static_cast<double>(brick.plane[1]),
                                static_cast<double>(brick.plane[2])};
-  BrickFrame f;
+  BrickAxes f;
   const double sheet = v.sheet(origin);
   f.k = static_cast<int64_t>(std::floor(sheet));
   const double X = dot(v.gx, origin - v.eye), Y = dot(v.gy, origin - v.eye);
-  // The base slab's lateral factor; feet follow from it by X (lateral[s] - m).
+  // The base gap's lateral factor; feet follow from it by X (lateral[s] - m).
   double m = 1, i, j;
   Vec3 di = d * v.gx, dj = d * v.gy;
   const auto [drift_x, drift_y] = drift(v);
@@ -230,7 +230,7 @@ BrickFrame brick_frame(const SplatScene& scene, const SplatPlan& plan, const Spl
     f.dX[3] = static_cast<float>(X), f.dY[3] = static_cast<float>(Y);
   } else {
     i = X - static_cast<double>(f.k) * drift_x, j = Y - static_cast<double>(f.k) * drift_y;
-    f.m = static_cast<float>(f.k - plan.first_slab);
+    f.m = static_cast<float>(f.k - plan.first_gap);
     f.dX[3] = static_cast<float>(-drift_x), f.dY[3] = static_cast<float>(-drift_y);
   }
   const double base_i = std::clamp(std::floor(i), -1e9, 1e9), base_j = std::clamp(std::floor(j), -1e9, 1e9);
@@ -244,7 +244,7 @@ BrickFrame brick_frame(const SplatScene& scene, const SplatPlan& plan, const Spl
   return f;
 }
 
-// Slabs and pixels that the points of a brick may touch. False when there are none in front of the eye.
+// Gaps and pixels that the points of a brick may touch. False when there are none in front of the eye.
 bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick, PlannedBrick& out) {
   const SheetView& v = *scene.view;
   const double d = scene.points->plane_distance;
@@ -261,18 +261,17 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
     const double x = dot(v.gx, c - v.eye) - shift * drift_x, y = dot(v.gy, c - v.eye) - shift * drift_y;
     x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
   }
-  out.first_slab = static_cast<int64_t>(std::floor(near - 1e-4));
-  out.last_slab = static_cast<int64_t>(std::floor(far + 1e-4));
-  const int64_t from = std::max(out.first_slab, plan.first_slab),
-                to = std::min(out.last_slab, plan.last_slab);
+  out.first_gap = static_cast<int64_t>(std::floor(near - 1e-4));
+  out.last_gap = static_cast<int64_t>(std::floor(far + 1e-4));
+  const int64_t from = std::max(out.first_gap, plan.first_gap), to = std::min(out.last_gap, plan.last_gap);
   if (from > to) return false;
   double half_x = 0, half_y = 0;
   for (int64_t s = from; s <= to; ++s) {
-    half_x = std::max<double>(half_x, plan.half_x[static_cast<size_t>(s - plan.first_slab)]);
-    half_y = std::max<double>(half_y, plan.half_y[static_cast<size_t>(s - plan.first_slab)]);
+    half_x = std::max<double>(half_x, plan.half_x[static_cast<size_t>(s - plan.first_gap)]);
+    half_y = std::max<double>(half_y, plan.half_y[static_cast<size_t>(s - plan.first_gap)]);
   }
   if (v.perspective) {
-    // Feet are X m with m between those of the first and last slab.
+    // Feet are X m with m between those of the first and last gap.
     const double m0 = 1 / reference_depth(v, from), m1 = 1 / reference_depth(v, to);
     const double foot_x = dot(v.gx, v.ez), foot_y = dot(v.gy, v.ez);
     const double fx0 = std::min(x0 * m0, x0 * m1) - foot_x, fx1 = std::max(x1 * m0, x1 * m1) - foot_x;
@@ -318,7 +317,7 @@ PlannedTile plan_tile(const SplatPlan& plan, int x, int y, int width, int height
                 {}};
   if (plan.taps == 0) return t;
   if (plan.fan.taps > 0) {
-    const Scales all = slab_scales(plan, plan.first_slab, plan.last_slab);
+    const Scales all = gap_scales(plan, plan.first_gap, plan.last_gap);
     const auto [x0, x1] = fan_samples(plan.fan, plan.fan.x, all, {x, x + width});
     const auto [y0, y1] = fan_samples(plan.fan, plan.fan.y, all, {y, y + height});
     t.ring_x = x0, t.ring_y = y0, t.ring_width = x1 - x0, t.ring_height = y1 - y0;
@@ -360,7 +359,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   const int size = [&] {
     if (plan.first_sheet <= plan.last_sheet) {
       sampled = plan_samples(scene, options, plan);
-      plan_slabs(ring, plan);
+      plan_gaps(ring, plan);
       plan_rows(ring, plan);
       plan_spare(plan);
     }
@@ -384,9 +383,9 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   std::vector<Candidate> candidates(bricks.size());
   const bool cull = !(options.disable_skips & skip_frustum);
   const int cells = useful_cells(scene, options, plan);
-  const double look = look_around(scene, options, plan);
+  const double look = look_distance(scene, options, plan);
   const WeightBounds weights(*scene.slice);
-  // What slabs look at may lie beyond the bricks around one.
+  // What segments look at may lie beyond the bricks around one.
   const bool wide =
       2 * (scene.slice->kernel.space.radius + look) > scene.points->edge * scene.points->plane_distance;
   const double looked_at = (options.preintegrate ? 2 : 1) * look; // as useful_cells()
@@ -430,8 +429,8 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
       // What lies beyond a surface only the larger cells tell.
       if (cells >= 0 && (least == 0 || inside))
         b.cells &= needed_cells(scene, options, weights, ranges(static_cast<size_t>(cells), n), inside);
-      b.first_slab = std::max(b.first_slab, plan.first_slab);
-      b.frame = brick_frame(ring, plan, brick);
+      b.first_gap = std::max(b.first_gap, plan.first_gap);
+      b.axes = brick_axes(ring, plan, brick);
     }
   });
   for (const auto& [b, place] : candidates) {
@@ -450,9 +449,9 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   if (least > 0 && copies && reserve_copies(*scene.points, *copies, plan.picked))
     pick_points(scene, looked_at, least, tasks, plan, stats);
   for (const PlannedBrick& b : plan.bricks)
-    plan.longest = std::max(plan.longest, b.last_slab - b.first_slab + 1);
+    plan.longest = std::max(plan.longest, b.last_gap - b.first_gap + 1);
   std::stable_sort(plan.bricks.begin(), plan.bricks.end(),
-                   [](const PlannedBrick& a, const PlannedBrick& b) { return a.first_slab < b.first_slab; });
+                   [](const PlannedBrick& a, const PlannedBrick& b) { return a.first_gap < b.first_gap; });
   for (uint32_t n = 0; n < plan.bricks.size(); ++n) {
     const auto& r = plan.bricks[n].rect;
     const bool fan = plan.fan.taps > 0; // rectangles of pixels, not of samples

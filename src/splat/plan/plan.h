@@ -1,4 +1,4 @@
-// What a frame needs before its tiles start: sheets and slabs, windows, the bricks that may be seen and the
+// What a picture needs before its tiles start: sheets and gaps, windows, the bricks that may be seen and the
 // order in which the front reaches them.
 #pragma once
 
@@ -7,7 +7,7 @@
 
 #include "base/aligned.h"
 #include "base/tasks.h"
-#include "splat/loop/kernels.h"
+#include "splat/loop/loops.h"
 #include "splat/plan/scene.h"
 #include "splat/plan/stats.h"
 #include "splat/points/inside_cells.h"
@@ -26,14 +26,14 @@ struct PlannedTile {
 
 struct PlannedBrick {
   uint32_t brick = 0; // into SplatPoints::bricks
-  int64_t first_slab = 0, last_slab = 0;
+  int64_t first_gap = 0, last_gap = 0;
   uint64_t cells = 0; // that are needed, see TransformArgs
   // Its points: the first ones of the brick in SplatPoints, or those picked from it in PickedPoints.
   uint32_t count = 0;
   bool picked = false;
   // Samples its points may touch: x begin, y begin, x end, y end; of a fan the pixels that may look at them.
   std::array<int, 4> rect{};
-  BrickFrame frame;
+  BrickAxes axes;
 };
 
 // The needed points of bricks, at their places in SplatPoints; nothing between the bricks.
@@ -45,7 +45,7 @@ struct PickedPoints {
 
 struct SplatPlan {
   int64_t first_sheet = 0, last_sheet = -1; // that may hold samples
-  int before = 0, after = 0;                // a slab s reaches the sheets s - before .. s + after
+  int before = 0, after = 0;                // a gap s reaches the sheets s - before .. s + after
   int sheets = 0, groups = 0;               // of the ring
   int spare_columns = 4, spare_rows = 0;    // around a tile's ring
   bool spare = false;                       // room for whole windows: nothing is clipped
@@ -65,19 +65,19 @@ struct SplatPlan {
   bool isotropic = false; // orthographic, or a fan, and the sheets' metric is a multiple of the identity
   double depth2 = 0;      // (step / R)^2
 
-  int64_t first_slab = 0, last_slab = -1;
-  int lane_period = 0; // slabs s and s + lane_period share lanes (orthographic); 0: every slab has its own
+  int64_t first_gap = 0, last_gap = -1;
+  int lane_period = 0; // gaps s and s + lane_period share lanes (orthographic); 0: every gap has its own
   std::vector<float> lane_data;
-  std::vector<int16_t> row_ranges; // SlabLanes::row_range per set of lanes; empty: none
+  std::vector<int16_t> row_ranges; // GapLanes::row_range per set of lanes; empty: none
   int row_columns = 0;
-  std::vector<float> lateral, half_x, half_y; // per slab
+  std::vector<float> lateral, half_x, half_y; // per gap
   std::vector<int32_t> columns, rows;
 
   // Isosurfaces: samples here may lack points, and are taken for what they are known to be.
   InsideCells inside;
-  std::vector<PlannedBrick> bricks; // sorted by first slab
+  std::vector<PlannedBrick> bricks; // sorted by first gap
   PickedPoints picked;
-  int64_t longest = 1; // slabs a brick spans at most
+  int64_t longest = 1; // gaps a brick spans at most
   std::vector<PlannedTile> tiles;
   bool air_visible = false;
   // Orthographic composites: SheetArgs::whole.
@@ -87,11 +87,11 @@ struct SplatPlan {
   [[nodiscard]] bool large_window() const {
     return columns.front() > block_window || rows.front() > block_window;
   }
-  [[nodiscard]] SlabLanes lanes(int64_t slab) const {
-    const int64_t n = lane_period ? ((slab % lane_period) + lane_period) % lane_period : slab - first_slab;
+  [[nodiscard]] GapLanes lanes(int64_t gap) const {
+    const int64_t n = lane_period ? ((gap % lane_period) + lane_period) % lane_period : gap - first_gap;
     const auto s = static_cast<size_t>(sheets);
     const float* p = lane_data.data() + static_cast<size_t>(n) * 6 * s;
-    SlabLanes l{p, p + s, p + 2 * s, p + 3 * s, p + 4 * s, p + 5 * s};
+    GapLanes l{p, p + s, p + 2 * s, p + 3 * s, p + 4 * s, p + 5 * s};
     if (!row_ranges.empty()) {
       const int16_t* ranges = row_ranges.data() + n * groups * row_columns * 2;
       (large_window() ? l.row_range : l.group_rows) = ranges;
@@ -101,8 +101,8 @@ struct SplatPlan {
   }
 };
 
-// Of a fan: scales of the picture's sheets that the points of slabs first .. last reach.
-[[nodiscard]] Scales slab_scales(const SplatPlan& plan, int64_t first, int64_t last);
+// Of a fan: scales of the picture's sheets that the points of gaps first .. last reach.
+[[nodiscard]] Scales gap_scales(const SplatPlan& plan, int64_t first, int64_t last);
 
 // A tile of the picture without its bricks.
 [[nodiscard]] PlannedTile plan_tile(const SplatPlan& plan, int x, int y, int width, int height);

@@ -49,7 +49,7 @@ bool shows(const SplatScene& scene, const SplatOptions& options, const WeightBou
   return true;
 }
 
-double look_around(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
+double look_distance(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
   const SheetView& v = *scene.view;
   // A crossing looks at the two sheets on either side of it.
   const int sheets = options.mode == RenderMode::isosurface ? 2 : plan.lead;
@@ -92,8 +92,8 @@ uint64_t near_cells(const SplatScene& scene, const SplatBrick& brick, double loo
 int useful_cells(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
   if (options.disable_skips & (skip_transfer_function | skip_cells)) return -1;
   if (options.mode != RenderMode::composite && options.mode != RenderMode::isosurface) return -1;
-  const double look = look_around(scene, options, plan);
-  // What a slab shows depends on samples around it, too.
+  const double look = look_distance(scene, options, plan);
+  // What a segment shows depends on samples around it, too.
   const double needed = 2 * scene.slice->kernel.space.radius + (options.preintegrate ? 2 : 1) * look;
   for (size_t n = 1; n < SplatPoints::cell_reach.size(); ++n)
     if (needed <= 4 * scene.points->plane_distance * SplatPoints::cell_reach[n]) return static_cast<int>(n);

@@ -1,4 +1,4 @@
-// Which cells of a brick, 4^3 planes of the lattice, a frame needs, by what the coefficients in and around
+// Which cells of a brick, 4^3 planes of the lattice, a picture needs, by what the coefficients in and around
 // them can amount to.
 #pragma once
 
@@ -21,7 +21,8 @@ struct WeightBounds {
                          float low, float high);
 // How far the samples that gradients or crossings of a visible sample look at may stand from it, lattice
 // units.
-[[nodiscard]] double look_around(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan);
+[[nodiscard]] double look_distance(const SplatScene& scene, const SplatOptions& options,
+                                   const SplatPlan& plan);
 // The cells of a brick that samples in the domain, up to a sheet beyond it, may look at.
 [[nodiscard]] uint64_t near_cells(const SplatScene& scene, const SplatBrick& brick, double look);
 // Which of SplatPoints::cells tells whether a cell's points are needed, -1: neither reaches far enough.

@@ -41,7 +41,7 @@ bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v) {
   return true;
 }
 
-Scales slab_scales(const SplatPlan& plan, int64_t first, int64_t last) {
+Scales gap_scales(const SplatPlan& plan, int64_t first, int64_t last) {
   const int reach = plan.depth_taps > 0 ? plan.depth_taps / 2 + 1 : 0;
   const auto scale = [&](int64_t sheet) {
     const double k = static_cast<double>(sheet) * plan.raise_z.ratio;
@@ -52,7 +52,7 @@ Scales slab_scales(const SplatPlan& plan, int64_t first, int64_t last) {
 }
 
 void fan_rect(const SplatPlan& plan, PlannedBrick& b) {
-  const Scales scales = slab_scales(plan, b.first_slab, b.last_slab);
+  const Scales scales = gap_scales(plan, b.first_gap, b.last_gap);
   const auto [x0, x1] = fan_pixels(plan.fan, plan.fan.x, scales, {b.rect[0], b.rect[2]});
   const auto [y0, y1] = fan_pixels(plan.fan, plan.fan.y, scales, {b.rect[1], b.rect[3]});
   b.rect = {x0, y0, x1, y1};

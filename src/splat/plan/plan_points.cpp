@@ -8,7 +8,7 @@ namespace bccsplat {
 namespace {
 
 // Whether some bit is set in every block of 2^3 cells of a brick of 8^3.
-bool everywhere(const FineCells& cells) {
+bool fills_every_block(const FineCells& cells) {
   for (size_t z = 0; z < 8; z += 2) {
     uint64_t any = cells[z] | cells[z + 1];
     any |= any >> 8;
@@ -19,7 +19,7 @@ bool everywhere(const FineCells& cells) {
 }
 
 // Takes out what the cells of 4^3 planes leave out.
-void cut(FineCells& fine, uint64_t cells) {
+void cut_cells(FineCells& fine, uint64_t cells) {
   for (size_t z = 0; z < 8; ++z)
     for (size_t y = 0; y < 8; ++y) {
       const uint64_t four = cells >> (16 * (z / 2) + 4 * (y / 2)) & 15;
@@ -112,12 +112,12 @@ void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, 
     PlannedBrick& b = plan.bricks[n];
     const SplatBrick& brick = points.bricks[b.brick];
     FineCells needed = all;
-    if (!everywhere(large[b.brick])) {
+    if (!fills_every_block(large[b.brick])) {
       FineCube cube;
       map.around(b.brick, [&](size_t other, const Int3& at) { cube.add(large[other], at, edge); });
       needed = cells_within(cube, ball);
     }
-    if (b.cells != ~uint64_t{0}) cut(needed, b.cells);
+    if (b.cells != ~uint64_t{0}) cut_cells(needed, b.cells);
     if (needed == all) return;
     b.picked = true;
     b.count = take_points(points, brick, needed, plan.picked.position.data() + brick.first,

@@ -1,4 +1,4 @@
-// Which points of a frame's bricks it needs, by cells of 2^3 planes.
+// Which points of its bricks a picture needs, by cells of 2^3 planes.
 #pragma once
 
 #include "splat/plan/plan.h"
@@ -14,7 +14,7 @@ void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, 
                  SplatStats& stats);
 // Room for pick_points(); false: a picture has better use for the budget.
 [[nodiscard]] bool reserve_copies(const SplatPoints& points, MemoryBudget& budget, PickedPoints& picked);
-// 0: points of any size may, or the frame looks too far around.
+// 0: points of any size may, or the picture looks too far around.
 [[nodiscard]] int least_code(const SplatScene& scene, const SplatOptions& options,
                              const WeightBounds& weights, double look, const SplatPlan& plan);
 

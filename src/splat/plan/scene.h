@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "field/slice.h"
-#include "splat/loop/kernels.h"
+#include "splat/loop/loops.h"
 #include "splat/points/points.h"
 #include "splat/raise/raise.h"
 #include "splat/shade/class_table.h"
@@ -38,9 +38,9 @@ struct SplatOptions {
   bool with_deep = false;                     // modes composite and isosurface
   double deep_tolerance = 0;                  // see DeepTile
   KernelForm kernel_form = KernelForm::exact; // how the slice's kernel is drawn
-  bool preintegrate = false; // mode composite: slabs are classified by the table's integrals, which are there
-  RaiseFilter raise;         // where sheets need fewer samples than the picture has pixels
-  bool scalar = false;       // the plain inner loops
+  bool preintegrate = false;                  // mode composite: by the table's integrals, which are there
+  RaiseFilter raise;                          // where sheets need fewer samples than the picture has pixels
+  bool reference_loops = false;               // slow ones that read like the formulae
 };
 
 struct SplatScene {

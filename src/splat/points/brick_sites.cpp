@@ -103,7 +103,7 @@ template<class Body> void each_site(const BrickSites& sites, bool bcc, const Bod
 
 } // namespace
 
-void summarise_plain(const BrickSites& sites, bool bcc, SplatBrick& brick, BrickCells& cells) {
+void summarise_reference(const BrickSites& sites, bool bcc, SplatBrick& brick, BrickCells& cells) {
   brick.count = 0, brick.low.fill(255), brick.high.fill(0);
   std::array<bool, cells_per_brick> begun{};
   cells = {};
@@ -124,7 +124,7 @@ void summarise_plain(const BrickSites& sites, bool bcc, SplatBrick& brick, Brick
   brick.coefficient[1] = std::max(0.0f, *std::max_element(cells.high.begin(), cells.high.end()));
 }
 
-void code_cells_plain(const BrickSites& sites, bool bcc, const SplatPoints& points, uint8_t* codes) {
+void code_cells_reference(const BrickSites& sites, bool bcc, const SplatPoints& points, uint8_t* codes) {
   std::fill_n(codes, SplatPoints::fine_cells, uint8_t{0});
   each_site(sites, bcc, [&](int x, int y, int z, float c) {
     uint8_t& code = codes[fine_cell(static_cast<unsigned>(x | y << 4 | z << 8))];
@@ -132,8 +132,8 @@ void code_cells_plain(const BrickSites& sites, bool bcc, const SplatPoints& poin
   });
 }
 
-void list_points_plain(const BrickSites& sites, const SiteOrder& order, uint32_t count, uint16_t* position,
-                       float* coefficient) {
+void list_points_reference(const BrickSites& sites, const SiteOrder& order, uint32_t count,
+                           uint16_t* position, float* coefficient) {
   uint32_t n = 0;
   for (size_t s = 0; n < count; ++s) {
     const float c = sites.coefficient[static_cast<size_t>(order.site[s])];

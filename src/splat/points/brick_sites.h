@@ -46,18 +46,18 @@ struct BrickCells {
   alignas(64) std::array<float, cells_per_brick> low{}, high{};
 };
 
-// count, low, high and coefficient of `brick`, and its cells; the plain loops and the best target of this
+// count, low, high and coefficient of `brick`, and its cells; the reference loops and the best target of this
 // machine.
-void summarise_plain(const BrickSites& sites, bool bcc, SplatBrick& brick, BrickCells& cells);
+void summarise_reference(const BrickSites& sites, bool bcc, SplatBrick& brick, BrickCells& cells);
 void summarise(const BrickSites& sites, bool bcc, SplatBrick& brick, BrickCells& cells);
 
 // The codes of its fine cells, SplatPoints::fine_cells of them.
-void code_cells_plain(const BrickSites& sites, bool bcc, const SplatPoints& points, uint8_t* codes);
+void code_cells_reference(const BrickSites& sites, bool bcc, const SplatPoints& points, uint8_t* codes);
 void code_cells(const BrickSites& sites, bool bcc, const SplatPoints& points, uint8_t* codes);
 
 // Its points: `count` of them as summarised.
-void list_points_plain(const BrickSites& sites, const SiteOrder& order, uint32_t count, uint16_t* position,
-                       float* coefficient);
+void list_points_reference(const BrickSites& sites, const SiteOrder& order, uint32_t count,
+                           uint16_t* position, float* coefficient);
 void list_points(const BrickSites& sites, const SiteOrder& order, uint32_t count, uint16_t* position,
                  float* coefficient);
 

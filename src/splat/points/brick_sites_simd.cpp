@@ -17,14 +17,14 @@ namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
 void Summarise(const BrickSites& sites, SplatBrick& brick, BrickCells& cells) {
-  summarise_plain(sites, true, brick, cells);
+  summarise_reference(sites, true, brick, cells);
 }
 void CodeCells(const BrickSites& sites, const SplatPoints& points, uint8_t* codes) {
-  code_cells_plain(sites, true, points, codes);
+  code_cells_reference(sites, true, points, codes);
 }
 void ListPoints(const BrickSites& sites, const SiteOrder& order, uint32_t count, uint16_t* position,
                 float* coefficient) {
-  list_points_plain(sites, order, count, position, coefficient);
+  list_points_reference(sites, order, count, position, coefficient);
 }
 #else
 
@@ -159,18 +159,18 @@ HWY_EXPORT(CodeCells);
 HWY_EXPORT(ListPoints);
 
 void summarise(const BrickSites& sites, bool bcc, SplatBrick& brick, BrickCells& cells) {
-  if (!bcc) return summarise_plain(sites, bcc, brick, cells);
+  if (!bcc) return summarise_reference(sites, bcc, brick, cells);
   HWY_DYNAMIC_DISPATCH(Summarise)(sites, brick, cells);
 }
 
 void code_cells(const BrickSites& sites, bool bcc, const SplatPoints& points, uint8_t* codes) {
-  if (!bcc) return code_cells_plain(sites, bcc, points, codes);
+  if (!bcc) return code_cells_reference(sites, bcc, points, codes);
   HWY_DYNAMIC_DISPATCH(CodeCells)(sites, points, codes);
 }
 
 void list_points(const BrickSites& sites, const SiteOrder& order, uint32_t count, uint16_t* position,
                  float* coefficient) {
-  if (!order.bcc) return list_points_plain(sites, order, count, position, coefficient);
+  if (!order.bcc) return list_points_reference(sites, order, count, position, coefficient);
   HWY_DYNAMIC_DISPATCH(ListPoints)(sites, order, count, position, coefficient);
 }
 

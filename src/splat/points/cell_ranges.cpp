@@ -35,7 +35,7 @@ void gather_cells(const std::vector<BrickCells>& cells, const SlotSet& touched, 
       }
 }
 
-void widen_cells_plain(CellCube& cube, const WidenedCells& out) {
+void widen_cells_reference(CellCube& cube, const WidenedCells& out) {
   for (size_t r = 0; r < out.size(); ++r) {
     const int reach = SplatPoints::cell_reach[r];
     for (int z = 0; z < 4; ++z)

@@ -26,9 +26,10 @@ void gather_cells(const std::vector<BrickCells>& cells, const SlotSet& touched, 
                   const Int3& at, int edge, CellCube& cube);
 
 // Per reach of SplatPoints::cell_reach (1, 2, 3): the ranges of the brick's 64 cells over those at most as
-// many cells away along every axis. Destroys the cube. The plain loops and the best target of this machine.
+// many cells away along every axis. Destroys the cube. The reference loops and the best target of this
+// machine.
 using WidenedCells = std::array<CellRange*, SplatPoints::cell_reach.size()>;
-void widen_cells_plain(CellCube& cube, const WidenedCells& out);
+void widen_cells_reference(CellCube& cube, const WidenedCells& out);
 void widen_cells(CellCube& cube, const WidenedCells& out);
 
 } // namespace bccsplat

@@ -12,7 +12,7 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-void Widen(CellCube& cube, const WidenedCells& out) { widen_cells_plain(cube, out); }
+void Widen(CellCube& cube, const WidenedCells& out) { widen_cells_reference(cube, out); }
 #else
 
 namespace hn = hwy::HWY_NAMESPACE;

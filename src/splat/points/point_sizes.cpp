@@ -8,7 +8,7 @@ namespace bccsplat {
 namespace {
 
 // Planes between the points of two cells `n` cells apart, at least.
-double gap(int n) { return n == 0 ? 0.0 : 2.0 * std::abs(n) - 1; }
+double planes_between(int n) { return n == 0 ? 0.0 : 2.0 * std::abs(n) - 1; }
 
 } // namespace
 
@@ -43,7 +43,9 @@ void FineCube::add(const FineCells& cells, const Int3& at, int edge) {
   }
 }
 
-double farthest(double plane_distance) { return gap(FineCube::margin + 1) * plane_distance * (1 - 1e-9); }
+double farthest(double plane_distance) {
+  return planes_between(FineCube::margin + 1) * plane_distance * (1 - 1e-9);
+}
 
 FineBall make_ball(double distance, double plane_distance) {
   constexpr int margin = FineCube::margin;
@@ -53,13 +55,14 @@ FineBall make_ball(double distance, double plane_distance) {
     for (int y = -margin; y <= margin; ++y) {
       int& reach = ball.reach[static_cast<size_t>((z + margin) * FineBall::side + y + margin)];
       reach = -1;
-      const double left = square - gap(z) * gap(z) - gap(y) * gap(y);
-      while (reach < margin && gap(reach + 1) * gap(reach + 1) <= left) ++reach;
+      const double left =
+          square - planes_between(z) * planes_between(z) - planes_between(y) * planes_between(y);
+      while (reach < margin && planes_between(reach + 1) * planes_between(reach + 1) <= left) ++reach;
     }
   return ball;
 }
 
-FineCells cells_within_plain(const FineCube& cube, const FineBall& ball) {
+FineCells cells_within_reference(const FineCube& cube, const FineBall& ball) {
   constexpr int margin = FineCube::margin, side = FineCube::side;
   const auto large = [&](int x, int y, int z) {
     const bool inside = x >= 0 && x < side && y >= 0 && y < side && z >= 0 && z < side;
@@ -80,8 +83,8 @@ FineCells cells_within_plain(const FineCube& cube, const FineBall& ball) {
   return cells;
 }
 
-uint32_t take_points_plain(const SplatPoints& points, const SplatBrick& brick, const FineCells& cells,
-                           uint16_t* position, float* coefficient) {
+uint32_t take_points_reference(const SplatPoints& points, const SplatBrick& brick, const FineCells& cells,
+                               uint16_t* position, float* coefficient) {
   const uint16_t* const from = points.position.data() + brick.first;
   const float* const c = points.coefficient.data() + brick.first;
   uint32_t count = 0;

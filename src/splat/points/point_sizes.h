@@ -1,5 +1,5 @@
 // How large the coefficients are, in cells of 2^3 planes: from that, which points are near enough to any
-// that a frame may show.
+// that a picture may show.
 #pragma once
 
 #include <array>
@@ -40,15 +40,15 @@ struct FineBall {
 [[nodiscard]] FineBall make_ball(double distance, double plane_distance);
 [[nodiscard]] double farthest(double plane_distance);
 
-// Cells of the brick in the middle of `cube` that a ball around some cell of the cube meets; the plain loops
-// and the best target of this machine.
-[[nodiscard]] FineCells cells_within_plain(const FineCube& cube, const FineBall& ball);
+// Cells of the brick in the middle of `cube` that a ball around some cell of the cube meets; the reference
+// loops and the best target of this machine.
+[[nodiscard]] FineCells cells_within_reference(const FineCube& cube, const FineBall& ball);
 [[nodiscard]] FineCells cells_within(const FineCube& cube, const FineBall& ball);
 
 // Copies the points of a brick in those cells, in their order, and says how many there are. There is room for
 // all points of the brick.
-uint32_t take_points_plain(const SplatPoints& points, const SplatBrick& brick, const FineCells& cells,
-                           uint16_t* position, float* coefficient);
+uint32_t take_points_reference(const SplatPoints& points, const SplatBrick& brick, const FineCells& cells,
+                               uint16_t* position, float* coefficient);
 uint32_t take_points(const SplatPoints& points, const SplatBrick& brick, const FineCells& cells,
                      uint16_t* position, float* coefficient);
 

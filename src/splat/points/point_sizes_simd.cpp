@@ -13,11 +13,11 @@ namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
 void Within(const FineCube& cube, const FineBall& ball, FineCells& out) {
-  out = cells_within_plain(cube, ball);
+  out = cells_within_reference(cube, ball);
 }
 uint32_t Take(const SplatPoints& points, const SplatBrick& brick, const FineCells& cells, uint16_t* position,
               float* coefficient) {
-  return take_points_plain(points, brick, cells, position, coefficient);
+  return take_points_reference(points, brick, cells, position, coefficient);
 }
 #else
 

@@ -69,30 +69,30 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   });
 
   uint64_t total = 0;
-  std::vector<size_t> kept; // among made
+  std::vector<size_t> listed; // among made
   for (size_t number = 0; number < made.size(); ++number) {
     if (made[number].count == 0) continue;
     made[number].first = static_cast<uint32_t>(total);
     total += made[number].count;
-    kept.push_back(number);
+    listed.push_back(number);
   }
   if (total > UINT32_MAX)
     fail(Code::limit_exceeded, "render: a slice of ", total, " points; at most 2^32 - 1 are drawn");
   points.memory =
       Reservation(context.memory,
                   total * (sizeof(float) + sizeof(uint16_t)) +
-                      kept.size() * (sizeof(SplatBrick) + 3 * cells_per_brick * sizeof(CellRange) +
-                                     SplatPoints::fine_cells),
+                      listed.size() * (sizeof(SplatBrick) + 3 * cells_per_brick * sizeof(CellRange) +
+                                       SplatPoints::fine_cells),
                   "the points of a slice");
   points.position.resize(total + vector_overhang);
   points.coefficient.resize(total + vector_overhang);
-  points.bricks.resize(kept.size());
-  for (auto& range : points.cells) range.resize(kept.size() * cells_per_brick);
-  points.codes.resize(kept.size() * SplatPoints::fine_cells);
+  points.bricks.resize(listed.size());
+  for (auto& range : points.cells) range.resize(listed.size() * cells_per_brick);
+  points.codes.resize(listed.size() * SplatPoints::fine_cells);
   const SiteOrder order(lattice.bcc);
-  context.tasks.parallel_for(kept.size(), [&](uint64_t n) {
+  context.tasks.parallel_for(listed.size(), [&](uint64_t n) {
     context.progress.check();
-    const size_t number = kept[n];
+    const size_t number = listed[n];
     const Int3 at = brick_at(number);
     SplatBrick& brick = points.bricks[n] = made[number];
     for (int z = std::max(0, at[2] - 1); z <= std::min(points.dims[2] - 1, at[2] + 1); ++z)

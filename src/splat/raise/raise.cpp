@@ -89,7 +89,7 @@ RaiseAxis make_raise_axis(double ratio, double density, int taps, int first, int
   return axis;
 }
 
-void blend_plain(const BlendArgs& a) {
+void blend_reference(const BlendArgs& a) {
   for (int y = a.y0; y < a.y1; ++y)
     for (int x = a.x0; x < a.x1; ++x) {
       float sum = 0;
@@ -99,7 +99,7 @@ void blend_plain(const BlendArgs& a) {
     }
 }
 
-void raise_plain(const RaiseArgs& a) {
+void raise_reference(const RaiseArgs& a) {
   for (int y = a.y0; y < a.y1; ++y)
     for (int x = a.x0; x < a.x1; ++x) {
       float sum = 0;

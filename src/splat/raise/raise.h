@@ -77,10 +77,10 @@ struct BlendArgs {
   int out_pitch = 0;
   int x0 = 0, x1 = 0, y0 = 0, y1 = 0;
 };
-void blend_plain(const BlendArgs& args);
+void blend_reference(const BlendArgs& args);
 void blend_planes(const BlendArgs& args); // best target of this machine
 
-void raise_plain(const RaiseArgs& args);
+void raise_reference(const RaiseArgs& args);
 void raise_sheet(const RaiseArgs& args); // best target of this machine
 
 } // namespace bccsplat

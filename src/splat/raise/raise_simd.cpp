@@ -14,8 +14,8 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-void Raise(const RaiseArgs& a) { raise_plain(a); }
-void Blend(const BlendArgs& a) { blend_plain(a); }
+void Raise(const RaiseArgs& a) { raise_reference(a); }
+void Blend(const BlendArgs& a) { blend_reference(a); }
 #else
 
 namespace hn = hwy::HWY_NAMESPACE;

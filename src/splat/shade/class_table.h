@@ -20,7 +20,7 @@ struct ClassTable {
   std::vector<std::array<float, 4>> entry;
   std::vector<uint32_t> visible_before; // entries before i that absorb; one more than entries
   int first_visible = 0, last_visible = -1;
-  ValueIntegrals integrals; // where slabs are classified by them; empty: by the entries alone
+  ValueIntegrals integrals; // where segments are classified by them; empty: by the entries alone
 
   [[nodiscard]] int size() const { return static_cast<int>(entry.size()); }
   [[nodiscard]] int index(float value) const {
@@ -33,7 +33,7 @@ struct ClassTable {
     const auto j = static_cast<size_t>(index(static_cast<float>(b)));
     return visible_before[j + 1] > visible_before[i];
   }
-  // The same for slabs whose values lie there, and by the integrals where there are any.
+  // The same for segments whose values lie there, and by the integrals where there are any.
   [[nodiscard]] bool crossed(double a, double b) const {
     const auto e = [this](double value) { return (static_cast<float>(value) - low) * scale; };
     return visible(a, b) || (!integrals.empty() && integrals.visible(e(a), e(b)));

@@ -1,4 +1,4 @@
-// The plain form of pre-integrated classification.
+// The reference form of pre-integrated classification.
 #include "splat/shade/value_integrals.h"
 
 #include "splat/shade/absorption.h"
@@ -6,9 +6,9 @@
 
 namespace bccsplat {
 
-SegmentClass classify_segment(const ClassTable& table, float e0, float e1, float length) {
+HalfClass classify_half(const ClassTable& table, float e0, float e1, float length) {
   const ValueIntegrals& t = table.integrals;
-  SegmentClass out;
+  HalfClass out;
   if (!(length > 0)) return out;
   const float span = e1 - e0;
   if (std::fabs(span) < 1) { // no more than the table tells
@@ -36,12 +36,12 @@ SegmentClass classify_segment(const ClassTable& table, float e0, float e1, float
   return out;
 }
 
-SlabClass classify_slab(const ClassTable& table, const std::array<float, 3>& e,
-                        const std::array<float, 2>& length) {
-  SlabClass out;
+SegmentClass classify_segment(const ClassTable& table, const std::array<float, 3>& e,
+                              const std::array<float, 2>& length) {
+  SegmentClass out;
   if (!table.integrals.visible(std::min({e[0], e[1], e[2]}), std::max({e[0], e[1], e[2]}))) return out;
-  const SegmentClass a = classify_segment(table, e[0], e[1], length[0]),
-                     b = classify_segment(table, e[1], e[2], length[1]);
+  const HalfClass a = classify_half(table, e[0], e[1], length[0]),
+                  b = classify_half(table, e[1], e[2], length[1]);
   const float behind = (1 - a.absorbed) * b.absorbed;
   out.front = a.absorbed, out.absorbed = a.absorbed + behind;
   if (!(out.absorbed > 0)) return out;

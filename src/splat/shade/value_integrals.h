@@ -1,4 +1,4 @@
-// Integrals of the transfer function over the value, for slabs in which the value runs through more of the
+// Integrals of the transfer function over the value, for segments in which the value runs through more of the
 // function than one entry tells (pre-integrated classification: Engel, Kraus, Ertl 2001, section 3.2, in its
 // one-dimensional form: the mean of extinction and emission between two values is the difference of two
 // integrals over the difference of the values).
@@ -43,22 +43,22 @@ struct ValueIntegrals {
   }
 };
 
-// Half a slab: the value runs linearly from e0 to e1 along `length` (world).
-struct SegmentClass {
+// Half of the segment a sheet stands for: the value runs linearly from e0 to e1 along `length` (world).
+struct HalfClass {
   std::array<float, 3> color{};
   float absorbed = 0;
   float e = 0; // mean of what absorbs
 };
 struct ClassTable;
-[[nodiscard]] SegmentClass classify_segment(const ClassTable& table, float e0, float e1, float length);
+[[nodiscard]] HalfClass classify_half(const ClassTable& table, float e0, float e1, float length);
 
-// Both halves of a slab, front to back.
-struct SlabClass {
+// Both halves of a segment, front to back.
+struct SegmentClass {
   std::array<float, 3> color{};
   float absorbed = 0, front = 0; // of them, the first half alone
   float value = 0;
 };
-[[nodiscard]] SlabClass classify_slab(const ClassTable& table, const std::array<float, 3>& e,
-                                      const std::array<float, 2>& length);
+[[nodiscard]] SegmentClass classify_segment(const ClassTable& table, const std::array<float, 3>& e,
+                                            const std::array<float, 2>& length);
 
 } // namespace bccsplat

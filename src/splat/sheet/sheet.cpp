@@ -1,4 +1,4 @@
-// The plain form of sheet.h.
+// The reference form of sheet.h.
 #include "splat/sheet/sheet.h"
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include "splat/shade/absorption.h"
 
 namespace bccsplat {
-float slab_weight(const SheetArgs& s, size_t p) {
+float segment_weight(const SheetArgs& s, size_t p) {
   const float w = std::min(s.k + 0.5f, s.pixel.leave[p]) - std::max(s.k - s.front, s.pixel.enter[p]);
   return std::max(w, 0.0f);
 }
@@ -37,18 +37,18 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y) {
 
 namespace {
 
-// What a slab absorbs, and in which part of it.
-struct Slab {
+// What a segment absorbs, and in which part of it.
+struct Segment {
   std::array<float, 3> color{};
   float absorbed = 0, value = 0;
   float begin = 0, weight = 0;       // sheets
   float front = 0, front_weight = 0; // of them before the sheet itself, where that is known apart
 };
 
-Slab classify(const SheetArgs& s, size_t p, std::ptrdiff_t at) {
-  Slab out;
+Segment classify(const SheetArgs& s, size_t p, std::ptrdiff_t at) {
+  Segment out;
   out.begin = std::max(s.k - s.front, s.pixel.enter[p]);
-  out.weight = slab_weight(s, p);
+  out.weight = segment_weight(s, p);
   out.value = s.air + s.value[at];
   const float path = s.pixel.path[p];
   if (!s.preintegrated) {
@@ -68,7 +68,7 @@ Slab classify(const SheetArgs& s, size_t p, std::ptrdiff_t at) {
               back = halfway(s.back_half, s.k + 1 <= s.pixel.leave[p] + s.known);
   const auto entry = [&](float value) { return (s.air + value - s.table->low) * s.table->scale; };
   const float e = entry(s.value[at]), e_front = entry(front), e_back = entry(back);
-  // Where the slab begins and ends, and the border of its halves, in sheets from k.
+  // Where the segment begins and ends, and the border of its halves, in sheets from k.
   const float t0 = out.begin - s.k, t1 = t0 + out.weight, tm = std::clamp(0.0f, t0, t1);
   const auto value = [&](float t) {
     if (t <= -0.5f) return e_front;
@@ -76,8 +76,8 @@ Slab classify(const SheetArgs& s, size_t p, std::ptrdiff_t at) {
     return t < 0 ? e + 2 * t * (e - e_front) : e + 2 * t * (e_back - e);
   };
   out.front_weight = tm - t0;
-  const SlabClass c =
-      classify_slab(*s.table, {value(t0), value(tm), value(t1)}, {out.front_weight * path, (t1 - tm) * path});
+  const SegmentClass c = classify_segment(*s.table, {value(t0), value(tm), value(t1)},
+                                          {out.front_weight * path, (t1 - tm) * path});
   out.color = c.color, out.absorbed = c.absorbed, out.front = c.front;
   if (c.absorbed > 0) out.value = c.value;
   return out;
@@ -90,35 +90,35 @@ int composite_sheet(const SheetArgs& s) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
       float& alpha = s.pixel.alpha[p];
       if (alpha >= s.stop || (s.hole && s.hole[p])) continue;
-      const Slab slab = classify(s, p, static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x);
-      if (!(slab.absorbed > 0)) continue;
-      const float f = (1 - alpha) * slab.absorbed;
+      const Segment segment = classify(s, p, static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x);
+      if (!(segment.absorbed > 0)) continue;
+      const float f = (1 - alpha) * segment.absorbed;
       Shading lit{{1, 1, 1}, {}};
       if (s.shading)
         lit = shade(*s.lights, world_gradient(s, x, y),
                     {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
                      static_cast<double>(s.pixel.view_z[p])});
       s.pixel.red[p] +=
-          f * (slab.color[0] * static_cast<float>(lit.scale[0]) + static_cast<float>(lit.highlight[0]));
+          f * (segment.color[0] * static_cast<float>(lit.scale[0]) + static_cast<float>(lit.highlight[0]));
       s.pixel.green[p] +=
-          f * (slab.color[1] * static_cast<float>(lit.scale[1]) + static_cast<float>(lit.highlight[1]));
+          f * (segment.color[1] * static_cast<float>(lit.scale[1]) + static_cast<float>(lit.highlight[1]));
       s.pixel.blue[p] +=
-          f * (slab.color[2] * static_cast<float>(lit.scale[2]) + static_cast<float>(lit.highlight[2]));
+          f * (segment.color[2] * static_cast<float>(lit.scale[2]) + static_cast<float>(lit.highlight[2]));
       const float before = alpha;
       alpha += f;
       if (before < 0.5f && alpha >= 0.5f) {
-        // The transmittance falls exponentially through the part of the slab inside the domain, or that of
+        // The transmittance falls exponentially through the part of the segment inside the domain, or that of
         // its halves where the opacity passes 1/2.
-        const float middle = before + (1 - before) * slab.front;
-        float from = before, to = alpha, begin = slab.begin, weight = slab.weight;
+        const float middle = before + (1 - before) * segment.front;
+        float from = before, to = alpha, begin = segment.begin, weight = segment.weight;
         if (s.preintegrated && middle >= 0.5f)
-          to = middle, weight = slab.front_weight;
+          to = middle, weight = segment.front_weight;
         else if (s.preintegrated)
-          from = middle, begin += slab.front_weight, weight -= slab.front_weight;
+          from = middle, begin += segment.front_weight, weight -= segment.front_weight;
         const float part = to < 1 ? std::log(0.5f / (1 - from)) / std::log((1 - to) / (1 - from)) : 0.0f;
         s.pixel.depth[p] = begin + part * weight;
       }
-      if (s.pixel.value) s.pixel.value[p] += f * slab.value;
+      if (s.pixel.value) s.pixel.value[p] += f * segment.value;
       if (s.pixel.time)
         s.pixel.time[p] += f * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
                                 s.time[2] * static_cast<float>(s.y + y));
@@ -138,8 +138,8 @@ void integrate(const SheetArgs& s) {
     for (int x = 0; x < s.width; ++x) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
       if (s.hole && s.hole[p]) continue;
-      const float part =
-          s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x] * slab_weight(s, p) * s.pixel.path[p];
+      const float part = s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x] * segment_weight(s, p) *
+                         s.pixel.path[p];
       s.pixel.red[p] += part;
       if (!s.pixel.time) continue;
       s.pixel.alpha[p] += std::fabs(part);
@@ -181,7 +181,7 @@ void maximum(const SheetArgs& s) {
   for (int y = 0; y < s.height; ++y)
     for (int x = 0; x < s.width; ++x) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
-      if ((s.hole && s.hole[p]) || !(slab_weight(s, p) > 0)) continue;
+      if ((s.hole && s.hole[p]) || !(segment_weight(s, p) > 0)) continue;
       const float value = s.air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
       if (!(value > s.pixel.red[p])) continue;
       s.pixel.red[p] = value;
@@ -191,9 +191,9 @@ void maximum(const SheetArgs& s) {
 
 } // namespace
 
-const SheetKernels& scalar_sheet_kernels() {
-  static constexpr SheetKernels kernels{composite, integrate, crossings, maximum};
-  return kernels;
+const SheetLoops& reference_sheet_loops() {
+  static constexpr SheetLoops loops{composite, integrate, crossings, maximum};
+  return loops;
 }
 
 } // namespace bccsplat

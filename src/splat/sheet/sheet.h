@@ -1,4 +1,6 @@
 // What happens to a finished sheet of a tile: classify, shade, composite; or integrate, or keep the maximum.
+//
+// A sheet stands for a segment of every ray: from half a step before it to half a step behind it.
 #pragma once
 
 #include <array>
@@ -40,14 +42,13 @@ struct Halfway {
 };
 
 struct SheetArgs {
-  float k = 0; // sheet number
-  float front =
-      0.5f;         // the slab begins this much before k; the first sheet in front of an eye reaches up to it
-  int x = 0, y = 0; // of the tile in the picture
+  float k = 0;        // sheet number
+  float front = 0.5f; // the segment begins this much before k, that of the first sheet at the eye
+  int x = 0, y = 0;   // of the tile in the picture
   int width = 0, height = 0, pitch = 0;
   PixelRect seen = all_pixels; // pixels of the tile outside of it are air, and air is invisible
-  const float* value =
-      nullptr; // relative to air; points at the tile's first pixel inside a plane with a border
+  // Relative to air; points at the tile's first pixel inside a plane with a border.
+  const float* value = nullptr;
   // Differences: the sheets k - 1 and k + 1, k - 2 and k + 2, with what each pair's difference counts.
   const float *before = nullptr, *after = nullptr, *before2 = nullptr, *after2 = nullptr;
   float depth_scale = 0, depth_scale2 = 0;
@@ -60,8 +61,8 @@ struct SheetArgs {
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;
   GradientBasis basis;
-  // Slabs are classified by the table's integrals, the value running linearly from half a sheet before k to
-  // k and on to half a sheet behind it. Samples more than `known` sheets outside the domain stand for
+  // Segments are classified by the table's integrals, the value running linearly from half a sheet before k
+  // to k and on to half a sheet behind it. Samples more than `known` sheets outside the domain stand for
   // nothing.
   bool preintegrated = false;
   Halfway front_half, back_half;
@@ -98,21 +99,22 @@ struct CrossingArgs {
   SheetCrossing* found = nullptr; // room for every pixel and interval; rows, columns and intervals rise
 };
 
-struct SheetKernels {
+struct SheetLoops {
   // Sheets one behind the other that differ in number, planes, basis (not where rays are alike), holes and
   // time only: pixels are read and written once for all of them. Returns the number of pixels that closed.
   int (*composite)(std::span<const SheetArgs>);
-  void (*integrate)(
-      const SheetArgs&); // mode xray: into pixel.red (integral) and pixel.time (weighted by |value - air|)
-  size_t (*crossings)(const CrossingArgs&); // number found
-  void (*maximum)(const SheetArgs&); // into pixel.red (largest value so far) and pixel.depth (its sheet)
+  // Mode xray: into pixel.red (integral) and pixel.time (weighted by |value - air|).
+  void (*integrate)(const SheetArgs&);
+  size_t (*crossings)(const CrossingArgs&); // returns how many it found
+  // Into pixel.red (largest value so far) and pixel.depth (its sheet).
+  void (*maximum)(const SheetArgs&);
 };
 
-[[nodiscard]] const SheetKernels& scalar_sheet_kernels();
+[[nodiscard]] const SheetLoops& reference_sheet_loops();
 
-// The part of the slab [k - front, k + 1/2] inside the domain at pixel p.
-[[nodiscard]] float slab_weight(const SheetArgs& sheet, size_t p);
+// The part of the segment [k - front, k + 1/2] inside the domain at pixel p.
+[[nodiscard]] float segment_weight(const SheetArgs& sheet, size_t p);
 [[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y); // of any length
-[[nodiscard]] const SheetKernels& simd_sheet_kernels();                  // best target of this machine
+[[nodiscard]] const SheetLoops& simd_sheet_loops();                      // best target of this machine
 
 } // namespace bccsplat

@@ -25,7 +25,7 @@ inline constexpr double samples_beyond = 2;
 // the line through two where four would reach beyond the points of the domain's mirror images. 2 or 1.
 [[nodiscard]] int halfway_sheets(const SheetView& view);
 
-// Sets what slabs are classified by the integrals of. `plane(k)` is as SheetSource's of values.
+// Sets what segments are classified by the integrals of. `plane(k)` is as SheetSource's of values.
 template<class Plane>
 void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, const Plane& plane) {
   // From k in the direction of the half; nothing is sampled before the first sheet in front of an eye.
@@ -44,7 +44,7 @@ void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, con
       h.weight = {0.375f, 0.75f, 0, -0.125f};
     else
       h.weight = {0.5625f, 0.5625f, -0.0625f, -0.0625f};
-    if (toward < 0) { // in the order of the sheets: both slabs that meet here get the same bits
+    if (toward < 0) { // in the order of the sheets: both segments that meet here get the same bits
       std::swap(h.plane[0], h.plane[1]), std::swap(h.plane[2], h.plane[3]);
       std::swap(h.weight[0], h.weight[1]), std::swap(h.weight[2], h.weight[3]);
     }

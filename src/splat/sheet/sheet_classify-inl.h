@@ -1,5 +1,5 @@
-// From the values of neighbouring pixels of a sheet to the colour and opacity of their slabs: by one entry of
-// the table, or by the table's integrals. Included once per target.
+// From the values of neighbouring pixels of a sheet to the colour and opacity of their segments: by one entry
+// of the table, or by the table's integrals. Included once per target.
 #include "splat/sheet/sheet_pixels-inl.h"
 
 #if defined(BCCSPLAT_SHEET_CLASSIFY_INL) == defined(HWY_TARGET_TOGGLE)
@@ -17,43 +17,43 @@ namespace {
 
 using VI = hn::Vec<hn::RebindToSigned<D>>;
 
-// The part of the slabs inside the domain, sheets.
+// The part of the segments inside the domain, sheets.
 struct Extent {
   V begin, weight;
 };
 
-struct SlabColor {
+struct SegmentColor {
   V red, green, blue, absorbed, value;
 };
 
-// Where the opacity passes 1/2: the opacities before and behind, and the part of the slab in between.
+// Where the opacity passes 1/2: the opacities before and behind, and the part of the segment in between.
 struct Passage {
   V before, after, begin, weight;
 };
 
-// One entry stands for the slab.
+// One entry stands for the segment.
 struct ByEntry {
   const ClassTable& table;
   V low, scale, top;
   VI first, last;
   explicit ByEntry(const ClassTable& t)
-      : table(t), low(set(t.low)), scale(set(t.scale)), top(set(static_cast<float>(t.size() - 1))),
+      : table(t), low(Set(t.low)), scale(Set(t.scale)), top(Set(static_cast<float>(t.size() - 1))),
         first(hn::Set(di, t.first_visible - 1)), last(hn::Set(di, t.last_visible + 1)) {}
 
   HWY_INLINE void begin() const {} // the first of the sheets at some pixels
-  // Classifies the slabs of pixels below `stop`; false when none absorbs. Sets those that do.
+  // Classifies the segments of pixels below `stop`; false when none absorbs. Sets those that do.
   HWY_INLINE bool operator()(const SheetArgs& s, const Pixels& px, V alpha, V enter, V leave, V stop,
-                             Extent& extent, SlabColor& out, M& active) const {
+                             Extent& extent, SegmentColor& out, M& active) const {
     out.value = px.value();
     const auto index =
         hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(out.value, low), scale), hn::Zero(d)), top));
     const M visible = hn::RebindMask(d, hn::And(hn::Gt(index, first), hn::Lt(index, last)));
-    extent.begin = hn::Max(set(s.k - s.front), enter);
-    extent.weight = hn::Max(hn::Sub(hn::Min(set(s.k + 0.5f), leave), extent.begin), hn::Zero(d));
+    extent.begin = hn::Max(Set(s.k - s.front), enter);
+    extent.weight = hn::Max(hn::Sub(hn::Min(Set(s.k + 0.5f), leave), extent.begin), hn::Zero(d));
     active = hn::And(hn::And(visible, hn::Lt(alpha, stop)), hn::Gt(extent.weight, hn::Zero(d)));
     if (s.hole) active = hn::And(active, px.solid());
     if (hn::AllFalse(d, active)) return false;
-    const V one = set(1.0f);
+    const V one = Set(1.0f);
     const M whole = s.whole ? hn::And(active, hn::Eq(extent.weight, one)) : hn::Lt(one, one);
     if (!hn::AllFalse(d, whole)) LookUp(s.whole, index, out.red, out.green, out.blue, out.absorbed);
     const M partial = hn::AndNot(whole, active);
@@ -70,7 +70,7 @@ struct ByEntry {
   }
 };
 
-// As classify_slab.
+// As classify_segment.
 struct ByIntegrals {
   // A value and the integrals up to it, as two terms of which the second is small.
   struct Point {
@@ -85,21 +85,21 @@ struct ByIntegrals {
   VI last;
   V low, scale, top;
   V first_visible, last_visible; // nothing absorbs below and above
-  // Of the last slabs: what the front half absorbs, and its length in sheets.
+  // Of the last segments: what the front half absorbs, and its length in sheets.
   mutable V front = hn::Zero(d), front_weight = hn::Zero(d);
-  mutable Point last_point; // where the last slab of these pixels ended
+  mutable Point last_point; // where the last segment of these pixels ended
   mutable bool known_point = false;
   ByIntegrals(const ClassTable& c, bool value)
-      : table(c), t(c.integrals), with_value(value), last(hn::Set(di, c.integrals.last())), low(set(c.low)),
-        scale(set(c.scale)), top(set(static_cast<float>(c.size() - 1))),
-        first_visible(set(c.integrals.first)), last_visible(set(c.integrals.last_end)) {}
+      : table(c), t(c.integrals), with_value(value), last(hn::Set(di, c.integrals.last())), low(Set(c.low)),
+        scale(Set(c.scale)), top(Set(static_cast<float>(c.size() - 1))),
+        first_visible(Set(c.integrals.first)), last_visible(Set(c.integrals.last_end)) {}
 
   HWY_INLINE void begin() const { known_point = false; }
-  HWY_INLINE V clamped(V e) const { return hn::Min(hn::Max(e, set(-1.0f)), hn::Add(top, set(2.0f))); }
+  HWY_INLINE V clamped(V e) const { return hn::Min(hn::Max(e, Set(-1.0f)), hn::Add(top, Set(2.0f))); }
   HWY_INLINE VI within(V interval) const {
     return hn::Min(hn::Max(hn::ConvertTo(di, interval), hn::Zero(di)), last);
   }
-  HWY_INLINE VI below(V e) const { return within(hn::Add(hn::Floor(clamped(e)), set(1.0f))); }
+  HWY_INLINE VI below(V e) const { return within(hn::Add(hn::Floor(clamped(e)), Set(1.0f))); }
 
   HWY_INLINE Point look_up(V e) const {
     Point p;
@@ -123,22 +123,22 @@ struct ByIntegrals {
     if (with_value) {
       V unused1, unused2;
       LookUp(t.moment.data(), interval, p.moment, p.moment_rest, unused1, unused2);
-      const V middle = hn::MulAdd(set(0.5f), inside, base);
+      const V middle = hn::MulAdd(Set(0.5f), inside, base);
       p.moment_rest = hn::MulAdd(middle, hn::Mul(inside, mean), p.moment_rest);
     }
     return p;
   }
 
-  // As classify_segment; out.value in entries.
-  HWY_INLINE void segment(const Point& a, const Point& b, V length, M active, SlabColor& out) const {
-    const V zero = hn::Zero(d), span = hn::Sub(b.e, a.e), middle = hn::Mul(set(0.5f), hn::Add(a.e, b.e));
+  // As classify_half; out.value in entries.
+  HWY_INLINE void classify_half(const Point& a, const Point& b, V length, M active, SegmentColor& out) const {
+    const V zero = hn::Zero(d), span = hn::Sub(b.e, a.e), middle = hn::Mul(Set(0.5f), hn::Add(a.e, b.e));
     const auto difference = [](V from, V from_rest, V to, V to_rest)
                                 HWY_ATTR { return hn::Add(hn::Sub(to, from), hn::Sub(to_rest, from_rest)); };
-    const M flat = hn::Lt(hn::Abs(span), set(1.0f));
+    const M flat = hn::Lt(hn::Abs(span), Set(1.0f));
     const V sum = difference(a.extinction, a.extinction_rest, b.extinction, b.extinction_rest);
-    V extinction = hn::Max(hn::Div(sum, hn::IfThenElse(flat, set(1.0f), span)), zero);
+    V extinction = hn::Max(hn::Div(sum, hn::IfThenElse(flat, Set(1.0f), span)), zero);
     const M some = hn::Gt(extinction, zero);
-    const V over = hn::Div(set(1.0f), hn::IfThenElse(some, sum, set(1.0f)));
+    const V over = hn::Div(Set(1.0f), hn::IfThenElse(some, sum, Set(1.0f)));
     const auto color = [&](V from, V from_rest, V to, V to_rest) HWY_ATTR {
       return hn::Max(hn::Mul(difference(from, from_rest, to, to_rest), over), zero);
     };
@@ -162,10 +162,10 @@ struct ByIntegrals {
   }
 
   HWY_INLINE bool operator()(const SheetArgs& s, const Pixels& px, V alpha, V enter, V leave, V stop,
-                             Extent& extent, SlabColor& out, M& active) const {
-    const V zero = hn::Zero(d), half = set(0.5f), k = set(s.k);
-    extent.begin = hn::Max(set(s.k - s.front), enter);
-    extent.weight = hn::Max(hn::Sub(hn::Min(set(s.k + 0.5f), leave), extent.begin), zero);
+                             Extent& extent, SegmentColor& out, M& active) const {
+    const V zero = hn::Zero(d), half = Set(0.5f), k = Set(s.k);
+    extent.begin = hn::Max(Set(s.k - s.front), enter);
+    extent.weight = hn::Max(hn::Sub(hn::Min(Set(s.k + 0.5f), leave), extent.begin), zero);
     active = hn::And(hn::Lt(alpha, stop), hn::Gt(extent.weight, zero));
     if (s.hole) active = hn::And(active, px.solid());
     if (hn::AllFalse(d, active)) return false;
@@ -173,22 +173,22 @@ struct ByIntegrals {
     const auto halfway = [&](const Halfway& h, M known) HWY_ATTR {
       const auto term = [&](size_t n) HWY_ATTR { return hn::LoadU(d, h.plane[n] + px.at); };
       const V sum =
-          hn::MulAdd(set(h.weight[0]), term(0),
-                     hn::MulAdd(set(h.weight[1]), term(1),
-                                hn::MulAdd(set(h.weight[2]), term(2), hn::Mul(set(h.weight[3]), term(3)))));
+          hn::MulAdd(Set(h.weight[0]), term(0),
+                     hn::MulAdd(Set(h.weight[1]), term(1),
+                                hn::MulAdd(Set(h.weight[2]), term(2), hn::Mul(Set(h.weight[3]), term(3)))));
       return hn::IfThenElse(known, sum, sample);
     };
-    const V known = set(s.known);
-    const V before = halfway(s.front_half, hn::Ge(set(s.k - 1), hn::Sub(enter, known))),
-            behind = halfway(s.back_half, hn::Le(set(s.k + 1), hn::Add(leave, known)));
+    const V known = Set(s.known);
+    const V before = halfway(s.front_half, hn::Ge(Set(s.k - 1), hn::Sub(enter, known))),
+            behind = halfway(s.back_half, hn::Le(Set(s.k + 1), hn::Add(leave, known)));
     const auto entry = [&](V value)
-                           HWY_ATTR { return hn::Mul(hn::Sub(hn::Add(set(s.air), value), low), scale); };
+                           HWY_ATTR { return hn::Mul(hn::Sub(hn::Add(Set(s.air), value), low), scale); };
     const V e = entry(sample), e_front = entry(before), e_back = entry(behind);
     // Beside the domain a ray begins at infinity.
     const V t0 = hn::IfThenElseZero(active, hn::Sub(extent.begin, k)),
             t1 = hn::Add(t0, hn::IfThenElseZero(active, extent.weight)), tm = hn::Min(hn::Max(zero, t0), t1);
     V e0 = e_front, em = e, e1 = e_back;
-    // Rays that begin or end in the slab.
+    // Rays that begin or end in the segment.
     if (!hn::AllTrue(d, hn::And(hn::Le(t0, hn::Neg(half)), hn::Ge(t1, half)))) {
       const auto value = [&](V t) HWY_ATTR {
         const V rise = hn::IfThenElse(hn::Lt(t, zero), hn::Sub(e, e_front), hn::Sub(e_back, e));
@@ -206,32 +206,32 @@ struct ByIntegrals {
         hn::Lt(hn::GatherIndex(di, t.next_visible.data(), from), hn::Add(to, hn::Set(di, 1)));
     active = hn::And(active, hn::RebindMask(d, visible));
     if (hn::AllFalse(d, active)) return false;
-    // The slab before often ended where this one begins.
+    // The segment before often ended where this one begins.
     const Point a = known_point && hn::AllTrue(d, hn::Eq(e0, last_point.e)) ? last_point : look_up(e0);
     const Point m = look_up(em);
     last_point = look_up(e1), known_point = true;
     const V path = hn::LoadU(d, s.pixel.path + px.p);
     front_weight = hn::Sub(tm, t0);
-    SlabColor first, second;
-    segment(a, m, hn::Mul(front_weight, path), active, first);
-    segment(m, last_point, hn::Mul(hn::Sub(t1, tm), path), active, second);
+    SegmentColor first, second;
+    classify_half(a, m, hn::Mul(front_weight, path), active, first);
+    classify_half(m, last_point, hn::Mul(hn::Sub(t1, tm), path), active, second);
     front = first.absorbed;
-    const V rest = hn::Mul(hn::Sub(set(1.0f), front), second.absorbed);
+    const V rest = hn::Mul(hn::Sub(Set(1.0f), front), second.absorbed);
     out.absorbed = hn::Add(front, rest);
     active = hn::And(active, hn::Gt(out.absorbed, zero));
     if (hn::AllFalse(d, active)) return false;
-    const V over = hn::Div(set(1.0f), hn::IfThenElse(active, out.absorbed, set(1.0f)));
+    const V over = hn::Div(Set(1.0f), hn::IfThenElse(active, out.absorbed, Set(1.0f)));
     const V fa = hn::Mul(front, over), fb = hn::Mul(rest, over);
     const auto join = [&](V x, V y) HWY_ATTR { return hn::MulAdd(fa, x, hn::Mul(fb, y)); };
     out.red = join(first.red, second.red), out.green = join(first.green, second.green);
     out.blue = join(first.blue, second.blue);
-    out.value = hn::MulAdd(join(first.value, second.value), set(1 / table.scale), low);
+    out.value = hn::MulAdd(join(first.value, second.value), Set(1 / table.scale), low);
     return true;
   }
 
   HWY_INLINE Passage passage(const Extent& extent, V before, V after) const {
-    const V middle = hn::MulAdd(hn::Sub(set(1.0f), before), front, before);
-    const M early = hn::Ge(middle, set(0.5f));
+    const V middle = hn::MulAdd(hn::Sub(Set(1.0f), before), front, before);
+    const M early = hn::Ge(middle, Set(0.5f));
     return {hn::IfThenElse(early, before, middle), hn::IfThenElse(early, middle, after),
             hn::IfThenElse(early, extent.begin, hn::Add(extent.begin, front_weight)),
             hn::IfThenElse(early, front_weight, hn::Sub(extent.weight, front_weight))};

@@ -31,21 +31,21 @@ using M = hn::Mask<D>;
 constexpr D d;
 constexpr hn::RebindToSigned<D> di;
 
-HWY_INLINE V set(float x) { return hn::Set(d, x); }
+HWY_INLINE V Set(float x) { return hn::Set(d, x); }
 
 // 1 - exp(-x), x >= 0, to a few units in the last place for small x, too: exp(-x) = 2^n e^r, |r| <= ln 2 / 2.
 HWY_INLINE V Absorbed(V x) {
-  const V y = hn::Max(hn::Neg(x), set(-80.0f));
-  const V n = hn::Round(hn::Mul(y, set(1.44269504f)));
-  const V r = hn::NegMulAdd(n, set(-2.12194440e-4f), hn::NegMulAdd(n, set(0.693359375f), y));
-  V p = hn::MulAdd(set(1.0f / 5040), r, set(1.0f / 720));
-  p = hn::MulAdd(p, r, set(1.0f / 120));
-  p = hn::MulAdd(p, r, set(1.0f / 24));
-  p = hn::MulAdd(p, r, set(1.0f / 6));
-  p = hn::MulAdd(p, r, set(0.5f));
+  const V y = hn::Max(hn::Neg(x), Set(-80.0f));
+  const V n = hn::Round(hn::Mul(y, Set(1.44269504f)));
+  const V r = hn::NegMulAdd(n, Set(-2.12194440e-4f), hn::NegMulAdd(n, Set(0.693359375f), y));
+  V p = hn::MulAdd(Set(1.0f / 5040), r, Set(1.0f / 720));
+  p = hn::MulAdd(p, r, Set(1.0f / 120));
+  p = hn::MulAdd(p, r, Set(1.0f / 24));
+  p = hn::MulAdd(p, r, Set(1.0f / 6));
+  p = hn::MulAdd(p, r, Set(0.5f));
   p = hn::MulAdd(hn::Mul(p, r), r, r); // e^r - 1
   const V scale = hn::BitCast(d, hn::ShiftLeft<23>(hn::Add(hn::ConvertTo(di, n), hn::Set(di, 127))));
-  return hn::NegMulAdd(scale, p, hn::Sub(set(1.0f), scale));
+  return hn::NegMulAdd(scale, p, hn::Sub(Set(1.0f), scale));
 }
 
 // x^power for x in [0, 1].
@@ -55,21 +55,21 @@ HWY_INLINE V Power(V x, float power) {
     return hn::Mul(x10, x10);
   }
   if (power >= 0 && power <= 1024 && power == std::floor(power)) {
-    V result = set(1.0f);
+    V result = Set(1.0f);
     for (int n = static_cast<int>(power); n > 0; n >>= 1) {
       if (n & 1) result = hn::Mul(result, x);
       x = hn::Mul(x, x);
     }
     return result;
   }
-  return hn::Exp(d, hn::Mul(set(power), hn::Log(d, hn::Max(x, set(1e-30f)))));
+  return hn::Exp(d, hn::Mul(Set(power), hn::Log(d, hn::Max(x, Set(1e-30f)))));
 }
 
 // 1 / sqrt(x), x > 0.
 HWY_INLINE V InverseRoot(V x) {
   const V y = hn::ApproximateReciprocalSqrt(x);
   // One step of Newton's method.
-  return hn::Mul(y, hn::NegMulAdd(hn::Mul(hn::Mul(set(0.5f), x), y), y, set(1.5f)));
+  return hn::Mul(y, hn::NegMulAdd(hn::Mul(hn::Mul(Set(0.5f), x), y), y, Set(1.5f)));
 }
 
 HWY_INLINE V Dot(V ax, V ay, V az, V bx, V by, V bz) {
@@ -80,16 +80,16 @@ HWY_INLINE V Dot(V ax, V ay, V az, V bx, V by, V bz) {
 struct Lit {
   V scale_r, scale_g, scale_b, shine_r, shine_g, shine_b;
   HWY_INLINE explicit Lit(float ambient)
-      : scale_r(set(ambient)), scale_g(scale_r), scale_b(scale_r), shine_r(hn::Zero(d)), shine_g(shine_r),
+      : scale_r(Set(ambient)), scale_g(scale_r), scale_b(scale_r), shine_r(hn::Zero(d)), shine_g(shine_r),
         shine_b(shine_r) {}
 
   // Adds a light of which the surface sees `facing` and mirrors `shine` (cosines); where there is no surface
   // it is lit as if it faced the light, without highlight.
   HWY_INLINE void add(V facing, V shine, M surface, float diffuse, float specular, float shininess,
                       const std::array<float, 3>& color) {
-    facing = hn::Mul(hn::IfThenElse(surface, facing, set(1.0f)), set(diffuse));
-    shine = hn::Mul(hn::IfThenElseZero(surface, Power(shine, shininess)), set(specular));
-    const V r = set(color[0]), g = set(color[1]), b = set(color[2]);
+    facing = hn::Mul(hn::IfThenElse(surface, facing, Set(1.0f)), Set(diffuse));
+    shine = hn::Mul(hn::IfThenElseZero(surface, Power(shine, shininess)), Set(specular));
+    const V r = Set(color[0]), g = Set(color[1]), b = Set(color[2]);
     scale_r = hn::MulAdd(facing, r, scale_r), scale_g = hn::MulAdd(facing, g, scale_g),
     scale_b = hn::MulAdd(facing, b, scale_b);
     shine_r = hn::MulAdd(shine, r, shine_r), shine_g = hn::MulAdd(shine, g, shine_g),
@@ -110,11 +110,11 @@ struct Pixels {
 
   HWY_INLINE V load(const float* plane) const { return hn::LoadU(d, plane + p); }
   HWY_INLINE V weight() const {
-    const V end = hn::Min(set(s.k + 0.5f), load(s.pixel.leave));
-    return hn::Max(hn::Sub(end, hn::Max(set(s.k - s.front), load(s.pixel.enter))), hn::Zero(d));
+    const V end = hn::Min(Set(s.k + 0.5f), load(s.pixel.leave));
+    return hn::Max(hn::Sub(end, hn::Max(Set(s.k - s.front), load(s.pixel.enter))), hn::Zero(d));
   }
-  HWY_INLINE V value() const { return hn::Add(set(s.air), hn::LoadU(d, s.value + at)); }
-  HWY_INLINE V column() const { return hn::Add(set(static_cast<float>(s.x + x)), hn::Iota(d, 0)); }
+  HWY_INLINE V value() const { return hn::Add(Set(s.air), hn::LoadU(d, s.value + at)); }
+  HWY_INLINE V column() const { return hn::Add(Set(static_cast<float>(s.x + x)), hn::Iota(d, 0)); }
   // Pixels that are not holes.
   HWY_INLINE M solid() const {
     if (!s.hole) return hn::Eq(hn::Zero(d), hn::Zero(d));
@@ -123,7 +123,7 @@ struct Pixels {
     return hn::Eq(hn::Load(d, hole), hn::Zero(d));
   }
   HWY_INLINE V time() const {
-    return hn::MulAdd(set(s.time[1]), column(), set(s.time[0] + s.time[2] * static_cast<float>(s.y + y)));
+    return hn::MulAdd(Set(s.time[1]), column(), Set(s.time[0] + s.time[2] * static_cast<float>(s.y + y)));
   }
 
   // The parts of the world gradient along the vectors of the sheet's basis.
@@ -132,24 +132,24 @@ struct Pixels {
       const float* v = s.value + at;
       const auto slope = [&](std::ptrdiff_t step) HWY_ATTR {
         const V near = hn::Sub(hn::LoadU(d, v + step), hn::LoadU(d, v - step));
-        if (!s.fourth_order) return hn::Mul(set(0.5f), near);
+        if (!s.fourth_order) return hn::Mul(Set(0.5f), near);
         const V far = hn::Sub(hn::LoadU(d, v + 2 * step), hn::LoadU(d, v - 2 * step));
-        return hn::MulSub(set(8.0f / 12), near, hn::Mul(set(1.0f / 12), far));
+        return hn::MulSub(Set(8.0f / 12), near, hn::Mul(Set(1.0f / 12), far));
       };
       gi = slope(1), gj = slope(s.plane_pitch);
-      gk = hn::Mul(set(s.depth_scale), hn::Sub(hn::LoadU(d, s.after + at), hn::LoadU(d, s.before + at)));
+      gk = hn::Mul(Set(s.depth_scale), hn::Sub(hn::LoadU(d, s.after + at), hn::LoadU(d, s.before + at)));
       if (s.fourth_order)
-        gk = hn::MulAdd(set(s.depth_scale2),
+        gk = hn::MulAdd(Set(s.depth_scale2),
                         hn::Sub(hn::LoadU(d, s.after2 + at), hn::LoadU(d, s.before2 + at)), gk);
       if (!s.alike || s.basis.slant_x != 0 || s.basis.slant_y != 0) {
-        const V slant_x = hn::MulAdd(set(s.basis.slant_per_x), column(), set(s.basis.slant_x));
-        const V slant_y = set(s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y);
+        const V slant_x = hn::MulAdd(Set(s.basis.slant_per_x), column(), Set(s.basis.slant_x));
+        const V slant_y = Set(s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y);
         gk = hn::NegMulAdd(slant_x, gi, hn::NegMulAdd(slant_y, gj, gk));
       }
     } else {
       gi = hn::LoadU(d, s.sum_i + at), gj = hn::LoadU(d, s.sum_j + at), gk = hn::LoadU(d, s.sum_k + at);
     }
-    const V unit = set(s.basis.unit);
+    const V unit = Set(s.basis.unit);
     gi = hn::Mul(unit, gi), gj = hn::Mul(unit, gj), gk = hn::Mul(unit, gk);
   }
 
@@ -158,8 +158,8 @@ struct Pixels {
     V gi, gj, gk;
     gradient_parts(gi, gj, gk);
     const auto axis = [&](size_t a) HWY_ATTR {
-      return hn::MulAdd(set(s.basis.x[a]), gi,
-                        hn::MulAdd(set(s.basis.y[a]), gj, hn::Mul(set(s.basis.z[a]), gk)));
+      return hn::MulAdd(Set(s.basis.x[a]), gi,
+                        hn::MulAdd(Set(s.basis.y[a]), gj, hn::Mul(Set(s.basis.z[a]), gk)));
     };
     gx = axis(0), gy = axis(1), gz = axis(2);
   }
@@ -171,25 +171,25 @@ struct Pixels {
     const V vx = load(s.pixel.view_x), vy = load(s.pixel.view_y), vz = load(s.pixel.view_z);
     const V square = Dot(gx, gy, gz, gx, gy, gz);
     // Squares below this are no gradient: lit as if facing every light, without highlight.
-    const M surface = hn::Gt(square, set(1e-36f));
-    const V inverse = InverseRoot(hn::IfThenElse(surface, square, set(1.0f)));
+    const M surface = hn::Gt(square, Set(1e-36f));
+    const V inverse = InverseRoot(hn::IfThenElse(surface, square, Set(1.0f)));
     Lit lit(static_cast<float>(s.lights->ambient));
     for (const Light& l : s.lights->lights) {
       const bool headlight = dot(l.direction, l.direction) == 0;
       V facing, shine;
       if (headlight) {
-        facing = hn::Min(hn::Mul(hn::Abs(Dot(gx, gy, gz, vx, vy, vz)), inverse), set(1.0f));
+        facing = hn::Min(hn::Mul(hn::Abs(Dot(gx, gy, gz, vx, vy, vz)), inverse), Set(1.0f));
         shine = facing;
       } else {
         const Vec3 to = normalized(l.direction);
-        const V lx = set(static_cast<float>(to[0])), ly = set(static_cast<float>(to[1])),
-                lz = set(static_cast<float>(to[2]));
-        facing = hn::Min(hn::Mul(hn::Abs(Dot(gx, gy, gz, lx, ly, lz)), inverse), set(1.0f));
+        const V lx = Set(static_cast<float>(to[0])), ly = Set(static_cast<float>(to[1])),
+                lz = Set(static_cast<float>(to[2]));
+        facing = hn::Min(hn::Mul(hn::Abs(Dot(gx, gy, gz, lx, ly, lz)), inverse), Set(1.0f));
         const V hx = hn::Add(lx, vx), hy = hn::Add(ly, vy), hz = hn::Add(lz, vz);
         const V half = Dot(hx, hy, hz, hx, hy, hz);
-        const M some = hn::Gt(half, set(1e-12f));
-        const V over = InverseRoot(hn::IfThenElse(some, half, set(1.0f)));
-        shine = hn::Min(hn::Mul(hn::Mul(hn::Abs(Dot(gx, gy, gz, hx, hy, hz)), inverse), over), set(1.0f));
+        const M some = hn::Gt(half, Set(1e-12f));
+        const V over = InverseRoot(hn::IfThenElse(some, half, Set(1.0f)));
+        shine = hn::Min(hn::Mul(hn::Mul(hn::Abs(Dot(gx, gy, gz, hx, hy, hz)), inverse), over), Set(1.0f));
         shine = hn::IfThenElseZero(some, shine);
       }
       lit.add(
@@ -252,18 +252,18 @@ struct AlikeLights {
   HWY_INLINE void shade(const Pixels& px, V& red, V& green, V& blue) const {
     V gi, gj, gk;
     px.gradient_parts(gi, gj, gk);
-    V square_i = hn::Mul(set(square[0]), gi), square_j = hn::Mul(set(square[3]), gj);
+    V square_i = hn::Mul(Set(square[0]), gi), square_j = hn::Mul(Set(square[3]), gj);
     if (square[1] != 0 || square[2] != 0 || square[4] != 0) {
-      square_i = hn::MulAdd(set(square[1]), gj, hn::MulAdd(set(square[2]), gk, square_i));
-      square_j = hn::MulAdd(set(square[4]), gk, square_j);
+      square_i = hn::MulAdd(Set(square[1]), gj, hn::MulAdd(Set(square[2]), gk, square_i));
+      square_j = hn::MulAdd(Set(square[4]), gk, square_j);
     }
     const V norm2 =
-        hn::MulAdd(square_i, gi, hn::MulAdd(square_j, gj, hn::Mul(hn::Mul(set(square[5]), gk), gk)));
-    const M surface = hn::Gt(norm2, set(1e-36f));
-    const V inverse = InverseRoot(hn::IfThenElse(surface, norm2, set(1.0f)));
+        hn::MulAdd(square_i, gi, hn::MulAdd(square_j, gj, hn::Mul(hn::Mul(Set(square[5]), gk), gk)));
+    const M surface = hn::Gt(norm2, Set(1e-36f));
+    const V inverse = InverseRoot(hn::IfThenElse(surface, norm2, Set(1.0f)));
     const auto along = [&](const std::array<float, 3>& to) HWY_ATTR {
-      const V cosine = hn::Abs(Dot(set(to[0]), set(to[1]), set(to[2]), gi, gj, gk));
-      return hn::Min(hn::Mul(cosine, inverse), set(1.0f));
+      const V cosine = hn::Abs(Dot(Set(to[0]), Set(to[1]), Set(to[2]), gi, gj, gk));
+      return hn::Min(hn::Mul(cosine, inverse), Set(1.0f));
     };
     Lit lit(ambient);
     for (size_t n = 0; n < count; ++n) {
@@ -299,7 +299,7 @@ template<class Body> HWY_INLINE auto WithLight(const SheetArgs& s, const Body& b
 }
 
 // Calls body(Pixels) for every vector of the tile. Pixels beside the tile have an empty ray.
-template<class Body> HWY_INLINE void for_pixels(const SheetArgs& s, const Body& body) {
+template<class Body> HWY_INLINE void ForPixels(const SheetArgs& s, const Body& body) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int y = 0; y < s.height; ++y)
     for (int x = 0; x < s.width; x += lanes)

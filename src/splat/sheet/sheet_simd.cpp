@@ -12,19 +12,19 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-// No vectors: the plain loops.
-int Composite(std::span<const SheetArgs> sheets) { return scalar_sheet_kernels().composite(sheets); }
-void Integrate(const SheetArgs& s) { scalar_sheet_kernels().integrate(s); }
-void Maximum(const SheetArgs& s) { scalar_sheet_kernels().maximum(s); }
-size_t Crossings(const CrossingArgs& c) { return scalar_sheet_kernels().crossings(c); }
+// No vectors: the reference loops.
+int Composite(std::span<const SheetArgs> sheets) { return reference_sheet_loops().composite(sheets); }
+void Integrate(const SheetArgs& s) { reference_sheet_loops().integrate(s); }
+void Maximum(const SheetArgs& s) { reference_sheet_loops().maximum(s); }
+size_t Crossings(const CrossingArgs& c) { return reference_sheet_loops().crossings(c); }
 #else
 
 template<class Classify, class Shade>
 int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, const Shade& shade) {
   const SheetArgs& front = sheets.front();
   const PixelPlanes& plane = front.pixel;
-  const V one = set(1.0f), half = set(0.5f), stop = set(front.stop), none = hn::Zero(d);
-  const V begins = set(front.k - front.front), ends = set(sheets.back().k + 0.5f);
+  const V one = Set(1.0f), half = Set(0.5f), stop = Set(front.stop), none = hn::Zero(d);
+  const V begins = Set(front.k - front.front), ends = Set(sheets.back().k + 0.5f);
   const int lanes = static_cast<int>(hn::Lanes(d));
   PixelRect seen;
   for (const SheetArgs& s : sheets) seen.include(s.seen);
@@ -45,31 +45,31 @@ int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, c
       for (const SheetArgs& s : sheets) {
         const Pixels px{s, x, y, p, at};
         Extent extent;
-        SlabColor slab;
+        SegmentColor segment;
         M active;
-        if (!classify(s, px, alpha, enter, leave, stop, extent, slab, active)) continue;
+        if (!classify(s, px, alpha, enter, leave, stop, extent, segment, active)) continue;
         if (!touched) {
           touched = true;
           sum_r = hn::LoadU(d, plane.red + p), sum_g = hn::LoadU(d, plane.green + p),
           sum_b = hn::LoadU(d, plane.blue + p);
         }
-        const V f = hn::IfThenElseZero(active, hn::Mul(hn::Sub(one, alpha), slab.absorbed));
-        shade(px, slab.red, slab.green, slab.blue);
-        sum_r = hn::MulAdd(f, slab.red, sum_r), sum_g = hn::MulAdd(f, slab.green, sum_g),
-        sum_b = hn::MulAdd(f, slab.blue, sum_b);
+        const V f = hn::IfThenElseZero(active, hn::Mul(hn::Sub(one, alpha), segment.absorbed));
+        shade(px, segment.red, segment.green, segment.blue);
+        sum_r = hn::MulAdd(f, segment.red, sum_r), sum_g = hn::MulAdd(f, segment.green, sum_g),
+        sum_b = hn::MulAdd(f, segment.blue, sum_b);
         const V before = alpha;
         alpha = hn::Add(before, f);
         const auto add = [&](float* to, V part)
                              HWY_ATTR { hn::StoreU(hn::MulAdd(f, part, hn::LoadU(d, to + p)), d, to + p); };
-        if (plane.value) add(plane.value, slab.value);
+        if (plane.value) add(plane.value, segment.value);
         if (plane.time) add(plane.time, px.time());
         const M passed = hn::And(hn::Lt(before, half), hn::Ge(alpha, half));
         if (!hn::AllFalse(d, passed)) {
-          // The transmittance falls exponentially through the part of the slab inside the domain.
+          // The transmittance falls exponentially through the part of the segment inside the domain.
           const Passage in = classify.passage(extent, before, alpha);
-          const V tiny = set(1e-30f), left = hn::Max(hn::Sub(one, in.before), tiny);
+          const V tiny = Set(1e-30f), left = hn::Max(hn::Sub(one, in.before), tiny);
           const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, in.after), left), tiny));
-          const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, set(-1e-20f)));
+          const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, Set(-1e-20f)));
           const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(in.after, one), part), in.weight, in.begin);
           hn::StoreU(hn::IfThenElse(passed, depth, hn::LoadU(d, plane.depth + p)), d, plane.depth + p);
         }
@@ -93,7 +93,7 @@ int Composite(std::span<const SheetArgs> sheets) {
 }
 
 void Integrate(const SheetArgs& s) {
-  for_pixels(s, [&](const Pixels& px) HWY_ATTR {
+  ForPixels(s, [&](const Pixels& px) HWY_ATTR {
     // Beside the tile and outside the domain the weight is 0 but the planes may hold anything finite.
     const V weight = hn::IfThenElseZero(px.solid(), px.weight());
     const V part = hn::Mul(hn::Mul(hn::LoadU(d, s.value + px.at), weight), px.load(s.pixel.path));
@@ -106,19 +106,19 @@ void Integrate(const SheetArgs& s) {
 }
 
 void Maximum(const SheetArgs& s) {
-  for_pixels(s, [&](const Pixels& px) HWY_ATTR {
+  ForPixels(s, [&](const Pixels& px) HWY_ATTR {
     const V value = px.value(), before = px.load(s.pixel.red);
     const M larger = hn::And(hn::And(px.solid(), hn::Gt(px.weight(), hn::Zero(d))), hn::Gt(value, before));
     if (hn::AllFalse(d, larger)) return;
     hn::StoreU(hn::IfThenElse(larger, value, before), d, s.pixel.red + px.p);
-    hn::StoreU(hn::IfThenElse(larger, set(s.k), px.load(s.pixel.depth)), d, s.pixel.depth + px.p);
+    hn::StoreU(hn::IfThenElse(larger, Set(s.k), px.load(s.pixel.depth)), d, s.pixel.depth + px.p);
   });
 }
 
 size_t Crossings(const CrossingArgs& c) {
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V target = set(c.target), one = set(1.0f), half = set(0.5f), zero = hn::Zero(d);
-  const V first = set(c.k - 1), last = set(c.k + static_cast<float>(c.count - 1));
+  const V target = Set(c.target), one = Set(1.0f), half = Set(0.5f), zero = hn::Zero(d);
+  const V first = Set(c.k - 1), last = Set(c.k + static_cast<float>(c.count - 1));
   size_t count = 0;
   uint8_t crossed[CrossingArgs::most][8] = {}, grazed[CrossingArgs::most][8] = {}; // one bit per lane
   const PixelRect seen = c.seen.within(c.width, c.height);
@@ -160,7 +160,7 @@ size_t Crossings(const CrossingArgs& c) {
         graze = hn::And(graze, hn::Ge(hn::Add(hn::Mul(d0, over), hn::Mul(s0, meet)), zero));
         graze = hn::AndNot(cross, graze);
         const float k = c.k + static_cast<float>(n);
-        const M inside = hn::And(hn::Le(enter, set(k)), hn::Le(set(k - 1), leave));
+        const M inside = hn::And(hn::Le(enter, Set(k)), hn::Le(Set(k - 1), leave));
         const M found = hn::And(hn::And(open, inside), hn::Or(cross, graze));
         any |= !hn::AllFalse(d, found);
         hn::StoreMaskBits(d, found, crossed[n]);
@@ -188,14 +188,14 @@ HWY_EXPORT(Integrate);
 HWY_EXPORT(Maximum);
 HWY_EXPORT(Crossings);
 
-const SheetKernels& simd_sheet_kernels() {
-  static constexpr SheetKernels kernels{
+const SheetLoops& simd_sheet_loops() {
+  static constexpr SheetLoops loops{
       [](std::span<const SheetArgs> sheets) { return HWY_DYNAMIC_DISPATCH(Composite)(sheets); },
       [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Integrate)(s); },
       [](const CrossingArgs& c) { return HWY_DYNAMIC_DISPATCH(Crossings)(c); },
       [](const SheetArgs& s) { return HWY_DYNAMIC_DISPATCH(Maximum)(s); },
   };
-  return kernels;
+  return loops;
 }
 
 } // namespace bccsplat

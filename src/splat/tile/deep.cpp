@@ -18,20 +18,20 @@ std::array<float, 3> colors(const DeepSample& s) { return {s.red, s.green, s.blu
 
 } // namespace
 
-void DeepTile::begin(int width, int height, int pitch, double tolerance) {
+void DeepTile::begin_tile(int width, int height, int pitch, double tolerance) {
   width_ = width, height_ = height, pitch_ = pitch;
   tolerance_ = static_cast<float>(tolerance);
   runs_.assign(static_cast<size_t>(pitch) * static_cast<size_t>(height), {});
   entries_.clear();
 }
 
-DeepSample DeepTile::between(const Sum& before, const Sum& after, float front, float back) {
+DeepSample DeepTile::sample_between(const Sum& before, const Sum& after, float front, float back) {
   const float passed = 1 - before[3];
   const auto part = [&](size_t n) { return (after[n] - before[n]) / passed; };
   return {front, back, std::min(part(3), 1.0f), part(0), part(1), part(2)};
 }
 
-void DeepTile::start(Run& run, float front) {
+void DeepTile::start_run(Run& run, float front) {
   constexpr Bounds any{-infinity, infinity};
   run.front = run.back = front;
   run.before = run.after;
@@ -39,7 +39,7 @@ void DeepTile::start(Run& run, float front) {
   run.color = {any, any, any};
 }
 
-bool DeepTile::fits(const Run& run, const DeepSample& whole) {
+bool DeepTile::fits_run(const Run& run, const DeepSample& whole) {
   const auto inside = [](const Bounds& b, float x) { return x >= b.low && x <= b.high; };
   if (!inside(run.extinction, extinction(whole))) return false;
   const auto color = colors(whole);
@@ -50,7 +50,7 @@ bool DeepTile::fits(const Run& run, const DeepSample& whole) {
 
 // A sample that goes on beyond this cut must show there what `whole` shows: half of the tolerance goes to the
 // opacity, half to the colour per opacity.
-void DeepTile::limit(Run& run, const DeepSample& whole) const {
+void DeepTile::limit_run(Run& run, const DeepSample& whole) const {
   const float off = 0.5f * tolerance_ / (1 - run.before[3]);
   const float length = whole.back - whole.front, passes = 1 - whole.alpha;
   const auto narrow = [](Bounds& b, float low, float high) {
@@ -63,12 +63,13 @@ void DeepTile::limit(Run& run, const DeepSample& whole) const {
     narrow(run.color[c], (color[c] - off) / whole.alpha, (color[c] + off) / whole.alpha);
 }
 
-void DeepTile::close(Run& run, size_t p) {
+void DeepTile::close_run(Run& run, size_t p) {
   if (run.back > run.front)
-    entries_.push_back({static_cast<uint32_t>(p), between(run.before, run.after, run.front, run.back)});
+    entries_.push_back(
+        {static_cast<uint32_t>(p), sample_between(run.before, run.after, run.front, run.back)});
 }
 
-void DeepTile::add_slab(const PixelPlanes& planes, float front, float back, const PixelRect& seen) {
+void DeepTile::add_segment(const PixelPlanes& planes, float front, float back, const PixelRect& seen) {
   const PixelRect rect = seen.within(width_, height_);
   for (int y = rect.y0; y < rect.y1; ++y)
     for (int x = rect.x0; x < rect.x1; ++x) {
@@ -82,25 +83,25 @@ void DeepTile::add_slab(const PixelPlanes& planes, float front, float back, cons
         continue;
       }
       const bool goes_on = run.back > run.front && run.back == from;
-      if (!goes_on || !fits(run, between(run.before, now, run.front, to))) {
-        close(run, p);
-        start(run, from);
+      if (!goes_on || !fits_run(run, sample_between(run.before, now, run.front, to))) {
+        close_run(run, p);
+        start_run(run, from);
       }
       run.back = to, run.after = now;
-      limit(run, between(run.before, now, run.front, to));
+      limit_run(run, sample_between(run.before, now, run.front, to));
     }
 }
 
 void DeepTile::add_surface(const PixelPlanes& planes, size_t p, float k) {
   Run& run = runs_[p];
-  close(run, p);
-  entries_.push_back({static_cast<uint32_t>(p), between(run.after, sum_of(planes, p), k, k)});
+  close_run(run, p);
+  entries_.push_back({static_cast<uint32_t>(p), sample_between(run.after, sum_of(planes, p), k, k)});
   run.after = sum_of(planes, p);
-  start(run, k);
+  start_run(run, k);
 }
 
-void DeepTile::finish() {
-  for (size_t p = 0; p < runs_.size(); ++p) close(runs_[p], p);
+void DeepTile::finish_tile() {
+  for (size_t p = 0; p < runs_.size(); ++p) close_run(runs_[p], p);
   const auto place = [&](uint32_t p) {
     const auto pitch = static_cast<size_t>(pitch_);
     return p / pitch * static_cast<size_t>(width_) + p % pitch;

@@ -24,19 +24,19 @@ struct DeepSample {
   float alpha = 0, red = 0, green = 0, blue = 0;
 };
 
-// Successive slabs become one sample while the picture cut at any sheet in between stays within `tolerance`
-// in opacity and in colours (up to 1) of the one that keeps them apart.
+// Successive segments become one sample while the picture cut at any sheet in between stays within
+// `tolerance` in opacity and in colours (up to 1) of the one that keeps them apart.
 class DeepTile {
  public:
   // Pixels of `pitch` per row, of which width x height belong to the tile; the planes are still clear.
-  void begin(int width, int height, int pitch, double tolerance);
+  void begin_tile(int width, int height, int pitch, double tolerance);
   // The planes after all that lies between two sheet numbers was composited; `seen` as SheetArgs::seen.
-  void add_slab(const PixelPlanes& planes, float front, float back, const PixelRect& seen);
+  void add_segment(const PixelPlanes& planes, float front, float back, const PixelRect& seen);
   // The planes of one pixel after an opaque surface at sheet number k.
   void add_surface(const PixelPlanes& planes, size_t p, float k);
-  void finish();
+  void finish_tile();
 
-  // After finish: samples per pixel, width x height, row by row, and the samples in the same order.
+  // After finish_tile: samples per pixel, width x height, row by row, and the samples in the same order.
   [[nodiscard]] std::span<const uint32_t> counts() const { return counts_; }
   [[nodiscard]] std::span<const DeepSample> samples() const { return samples_; }
 
@@ -46,7 +46,7 @@ class DeepTile {
   struct Bounds {
     float low = 0, high = 0;
   };
-  // Slabs that are one sample so far.
+  // Segments that are one sample so far.
   struct Run {
     float front = 0, back = 0;   // front = back: there is none
     Sum before{}, after{};       // of the planes
@@ -61,11 +61,12 @@ class DeepTile {
     return {planes.red[p], planes.green[p], planes.blue[p], planes.alpha[p]};
   }
   // What lies between two sums, by itself.
-  [[nodiscard]] static DeepSample between(const Sum& before, const Sum& after, float front, float back);
-  [[nodiscard]] static bool fits(const Run& run, const DeepSample& whole);
-  void limit(Run& run, const DeepSample& whole) const;
-  void start(Run& run, float front);
-  void close(Run& run, size_t p);
+  [[nodiscard]] static DeepSample sample_between(const Sum& before, const Sum& after, float front,
+                                                 float back);
+  [[nodiscard]] static bool fits_run(const Run& run, const DeepSample& whole);
+  void limit_run(Run& run, const DeepSample& whole) const;
+  void start_run(Run& run, float front);
+  void close_run(Run& run, size_t p);
 
   int width_ = 0, height_ = 0, pitch_ = 0;
   float tolerance_ = 0;

@@ -29,11 +29,11 @@ bool KeptView::reserve(uint64_t bytes) {
   return true;
 }
 
-KeptSheets::Use KeptSheets::begin(const SplatScene& scene, const SplatOptions& options,
-                                  const Context& context) {
+KeptSheets::Use KeptSheets::begin_picture(const SplatScene& scene, const SplatOptions& options,
+                                          const Context& context) {
   ViewKey key;
   key.slice = scene.slice, key.points = scene.points, key.view = *scene.view;
-  key.mode = options.mode, key.shading = options.shading, key.scalar = options.scalar;
+  key.mode = options.mode, key.shading = options.shading, key.reference_loops = options.reference_loops;
   key.gradient = options.gradient;
   key.preintegrate =
       options.preintegrate && !(options.shading && options.gradient == GradientMethod::fourth_order);
@@ -59,7 +59,7 @@ void KeptSheets::set_tiles(size_t count) {
     for (size_t n = 0; n < count; ++n) current_->tiles.emplace_back(*current_);
 }
 
-void KeptSheets::finish() {
+void KeptSheets::finish_picture() {
   if (use_ != Use::keep) return;
   current_->complete = !current_->too_large;
   if (!current_->complete) current_->clear();

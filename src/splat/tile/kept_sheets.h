@@ -31,9 +31,9 @@ class KeptTile {
   };
   explicit KeptTile(KeptView& view) : view_(&view) {}
 
-  void begin(int64_t first_sheet) { first_ = first_sheet, sheets_.clear(); }
+  void begin_sheets(int64_t first_sheet) { first_ = first_sheet, sheets_.clear(); }
   // The sheet after the last one.
-  Sheet& add() { return sheets_.emplace_back(); }
+  Sheet& add_sheet() { return sheets_.emplace_back(); }
   [[nodiscard]] Sheet& sheet(int64_t k) { return sheets_[static_cast<size_t>(k - first_)]; }
   // Room for `count` floats; null: the view may keep no more.
   [[nodiscard]] std::unique_ptr<float[]> room(size_t count);
@@ -50,7 +50,7 @@ struct ViewKey {
   const SplatPoints* points = nullptr;
   SheetView view;
   RenderMode mode = RenderMode::composite;
-  bool shading = false, scalar = false;
+  bool shading = false, reference_loops = false;
   GradientMethod gradient = GradientMethod::analytic;
   bool preintegrate = false; // and gradients do not look as far
   KernelForm kernel_form = KernelForm::exact;
@@ -85,12 +85,12 @@ class KeptSheets {
   enum class Use : uint8_t { draw, keep, take };
   // Begins a picture. The slices and points of earlier ones live, or forget() was called; all come with the
   // same memory budget, which outlives this.
-  Use begin(const SplatScene& scene, const SplatOptions& options, const Context& context);
+  Use begin_picture(const SplatScene& scene, const SplatOptions& options, const Context& context);
   // Before tile(), of a picture that keeps or takes.
   void set_tiles(size_t count);
   [[nodiscard]] KeptTile& tile(size_t n) { return current_->tiles[n]; }
   // The picture is done: what it kept is whole.
-  void finish();
+  void finish_picture();
   void forget() { views_ = {}, current_ = nullptr; }
 
   // Of a budget's bytes both views together take at most this part.

@@ -7,7 +7,7 @@
 
 namespace bccsplat {
 
-void lap(StageClock::time_point& from, double& sum) {
+void add_lap(StageClock::time_point& from, double& sum) {
   const auto now = StageClock::now();
   sum += std::chrono::duration<double, std::milli>(now - from).count();
   from = now;
@@ -27,113 +27,113 @@ void clear_around(const PixelRect& before, const PixelRect& now, float* plane, i
 SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory,
                          SplatStats& stats)
     : scene_(*args.scene), plan_(*args.plan), kernel_(*args.kernel),
-      kernels_(args.scalar ? scalar_kernels() : simd_kernels()), tile_(tile), m_(memory), stats_(stats),
+      loops_(args.reference_loops ? reference_loops() : simd_loops()), tile_(tile), m_(memory), stats_(stats),
       quantities_(args.gradients ? 4 : 1), kept_(args.kept), use_(args.use) {
   m_.size_planes(plan_, tile);
   ring_touched_.resize(static_cast<size_t>(plan_.sheets));
   pitch_ = m_.plane_pitch;
 }
 
-void SheetSource::begin(int64_t first_sheet, int64_t last_sheet) {
+void SheetSource::begin_sheets(int64_t first_sheet, int64_t last_sheet) {
   next_sheet_ = first_sheet;
   if (plan_.depth_taps > 0) {
     first_sheet = plan_.raise_z.at(static_cast<int>(first_sheet));
     last_sheet = plan_.raise_z.at(static_cast<int>(last_sheet)) + plan_.depth_taps - 1;
   }
-  first_slab_ = std::max(plan_.first_slab, first_sheet - plan_.after);
-  last_slab_ = std::min(plan_.last_slab, last_sheet + plan_.before);
-  next_slab_ = first_slab_;
-  if (use_ == KeptSheets::Use::keep) kept_->begin(first_slab_ - plan_.before);
+  first_gap_ = std::max(plan_.first_gap, first_sheet - plan_.after);
+  last_gap_ = std::min(plan_.last_gap, last_sheet + plan_.before);
+  next_gap_ = first_gap_;
+  if (use_ == KeptSheets::Use::keep) kept_->begin_sheets(first_gap_ - plan_.before);
 }
 
-void SheetSource::complete(int64_t k, const OpenPixels* open, StageClock::time_point& clock) {
-  const auto finish = [&](int64_t of_ring) {
-    for (; next_slab_ <= of_ring + plan_.before; ++next_slab_) slab(next_slab_, open, clock);
+void SheetSource::complete_sheets(int64_t k, const OpenPixels* open, StageClock::time_point& clock) {
+  const auto finish_ring = [&](int64_t of_ring) {
+    for (; next_gap_ <= of_ring + plan_.before; ++next_gap_) splat_gap(next_gap_, open, clock);
   };
   if (plan_.depth_taps == 0) {
-    finish(k);
+    finish_ring(k);
     return;
   }
   for (; next_sheet_ <= k; ++next_sheet_) {
-    finish(plan_.raise_z.at(static_cast<int>(next_sheet_)) + plan_.depth_taps - 1);
-    raise_depth(next_sheet_);
+    finish_ring(plan_.raise_z.at(static_cast<int>(next_sheet_)) + plan_.depth_taps - 1);
+    blend_sheet(next_sheet_);
   }
 }
 
-void SheetSource::slab(int64_t s, const OpenPixels* open, StageClock::time_point& clock) {
+void SheetSource::splat_gap(int64_t s, const OpenPixels* open, StageClock::time_point& clock) {
   if (use_ == KeptSheets::Use::take) {
-    take_kept(s - plan_.before);
+    take_kept_sheet(s - plan_.before);
     return;
   }
-  if (s <= last_slab_) {
-    while (next_brick_ < tile_.bricks.size() && plan_.bricks[tile_.bricks[next_brick_]].first_slab <= s) {
-      activate(tile_.bricks[next_brick_++], open);
-      lap(clock, stats_.ms_transform);
+  if (s <= last_gap_) {
+    while (next_brick_ < tile_.bricks.size() && plan_.bricks[tile_.bricks[next_brick_]].first_gap <= s) {
+      activate_brick(tile_.bricks[next_brick_++], open);
+      add_lap(clock, stats_.ms_transform);
     }
     if (prepared_) {
       const size_t bin = bin_of(s);
       SplatRecord* const records = m_.bins[bin].data();
       if (m_.bin_end[bin] != records) {
         auto count = static_cast<size_t>(m_.bin_end[bin] - records);
-        if (open && open->mostly_closed()) count = drop_hidden(s, records, count, *open);
+        if (open && open->mostly_closed()) count = drop_hidden_points(s, records, count, *open);
         if (count > 0) last_filled_ = s + plan_.after;
         splat_bin(s, records, count);
-        touch(s, records, count);
+        mark_touched_samples(s, records, count);
         m_.bin_end[bin] = records;
-        lap(clock, stats_.ms_splat);
+        add_lap(clock, stats_.ms_splat);
       }
     }
   }
   const int64_t k = s - plan_.before; // is complete
-  (plan_.depth_taps > 0 ? stack_filled_ : filled_)[static_cast<size_t>(k & 7)] = k <= last_filled_;
+  (plan_.depth_taps > 0 ? stack_filled_ : filled_)[k] = k <= last_filled_;
   if (use_ == KeptSheets::Use::keep) {
-    KeptTile::Sheet& sheet = kept_->add();
+    KeptTile::Sheet& sheet = kept_->add_sheet();
     sheet.filled = k <= last_filled_, sheet.touched = ring_touched_[slot(k)];
   }
-  if (k <= last_filled_) extract(k);
+  if (k <= last_filled_) extract_sheet(k);
 }
 
-// As slab() leaves sheet k, which was kept.
-void SheetSource::take_kept(int64_t k) {
+// As splat_gap() leaves sheet k, which was kept.
+void SheetSource::take_kept_sheet(int64_t k) {
   const KeptTile::Sheet& sheet = kept_->sheet(k);
-  (plan_.depth_taps > 0 ? stack_filled_ : filled_)[static_cast<size_t>(k & 7)] = sheet.filled;
+  (plan_.depth_taps > 0 ? stack_filled_ : filled_)[k] = sheet.filled;
   if (!sheet.filled) return;
-  prepare();
+  prepare_sheets();
   ring_touched_[slot(k)] = sheet.touched;
   ++stats_.sheets_taken;
-  extract(k);
+  extract_sheet(k);
 }
 
-void SheetSource::prepare() {
+void SheetSource::prepare_sheets() {
   if (std::exchange(prepared_, true)) return;
   m_.prepare_sheets(plan_, tile_, quantities_ == 4);
   if (plan_.fan.taps > 0) prepare_fan();
 }
 
-void SheetSource::activate(uint32_t planned, const OpenPixels* open) {
+void SheetSource::activate_brick(uint32_t planned, const OpenPixels* open) {
   const PlannedBrick& b = plan_.bricks[planned];
   const SplatBrick& points = scene_.points->bricks[b.brick];
   if (open && open->hidden(b.rect)) {
     stats_.points_occluded += b.count;
     return;
   }
-  prepare();
+  prepare_sheets();
   TransformArgs t;
   t.position = (b.picked ? plan_.picked.position.data() : scene_.points->position.data()) + points.first;
   t.coefficient =
       (b.picked ? plan_.picked.coefficient.data() : scene_.points->coefficient.data()) + points.first;
   t.count = b.count;
-  t.frame = &b.frame;
+  t.axes = &b.axes;
   t.isotropic = plan_.isotropic;
   t.lateral = plan_.lateral.data();
   t.half_x = plan_.half_x.data(), t.half_y = plan_.half_y.data();
   t.columns = plan_.columns.data(), t.rows = plan_.rows.data();
-  t.base_slab = plan_.first_slab;
-  t.first_slab = first_slab_, t.last_slab = last_slab_;
+  t.base_gap = plan_.first_gap;
+  t.first_gap = first_gap_, t.last_gap = last_gap_;
   t.tile_x = tile_.ring_x, t.tile_y = tile_.ring_y;
   t.width = m_.ring_width, t.height = m_.ring_height;
   t.bin_end = m_.bin_end.data(), t.bin_mask = m_.bin_mask();
-  const int64_t from = std::max(first_slab_, b.first_slab), to = std::min(last_slab_, b.last_slab);
+  const int64_t from = std::max(first_gap_, b.first_gap), to = std::min(last_gap_, b.last_gap);
   for (int64_t s = from; s <= to; ++s) m_.make_room(bin_of(s), b.count + 1);
   const size_t trash = m_.bins.size() - 1;
   m_.bin_end[trash] = m_.bins[trash].data();
@@ -141,7 +141,7 @@ void SheetSource::activate(uint32_t planned, const OpenPixels* open) {
   if (open && !open->all_open(b.rect)) t.open_sum = open->sums(), t.around = open->around();
   if (plan_.fan.taps > 0) t.fan = &fan_;
   if (!b.picked) t.cells = b.cells;
-  const TransformCounts counts = kernels_.transform(t);
+  const TransformCounts counts = loops_.transform(t);
   stats_.points_invisible += counts.invisible;
   stats_.points_splatted += counts.accepted;
   stats_.points_occluded += counts.occluded;
@@ -149,11 +149,12 @@ void SheetSource::activate(uint32_t planned, const OpenPixels* open) {
 
 // Takes out the points that only closed pixels would see: pixels have closed since the points were
 // transformed.
-size_t SheetSource::drop_hidden(int64_t s, SplatRecord* records, size_t count, const OpenPixels& open) {
-  const auto n = static_cast<size_t>(s - plan_.first_slab);
+size_t SheetSource::drop_hidden_points(int64_t s, SplatRecord* records, size_t count,
+                                       const OpenPixels& open) {
+  const auto n = static_cast<size_t>(s - plan_.first_gap);
   const int columns = plan_.columns[n], rows = plan_.rows[n];
-  const Scales scales = slab_scales(plan_, s, s);
-  size_t kept = 0;
+  const Scales scales = gap_scales(plan_, s, s);
+  size_t left = 0;
   for (size_t i = 0; i < count; ++i) {
     const SplatRecord& p = records[i];
     const int x = p.x + tile_.ring_x, y = p.y + tile_.ring_y;
@@ -163,16 +164,16 @@ size_t SheetSource::drop_hidden(int64_t s, SplatRecord* records, size_t count, c
       const auto [y0, y1] = fan_pixels(plan_.fan, plan_.fan.y, scales, {rect[1], rect[3]});
       rect = {x0, y0, x1, y1};
     }
-    if (!open.hidden(rect)) records[kept++] = p;
+    if (!open.hidden(rect)) records[left++] = p;
   }
-  stats_.points_occluded += count - kept;
-  stats_.points_splatted -= count - kept;
-  return kept;
+  stats_.points_occluded += count - left;
+  stats_.points_splatted -= count - left;
+  return left;
 }
 
 void SheetSource::splat_bin(int64_t s, const SplatRecord* records, size_t count) {
-  const auto n = static_cast<size_t>(s - plan_.first_slab);
-  const SlabLanes lanes = plan_.lanes(s);
+  const auto n = static_cast<size_t>(s - plan_.first_gap);
+  const GapLanes lanes = plan_.lanes(s);
   SplatArgs a;
   a.record = records, a.count = count;
   a.lanes = &lanes, a.kernel = &kernel_;
@@ -182,36 +183,36 @@ void SheetSource::splat_bin(int64_t s, const SplatRecord* records, size_t count)
   for (size_t q = 0; q < quantities_; ++q) a.ring[q] = m_.ring_origin(q);
   a.groups = plan_.groups, a.group_floats = m_.group_floats;
   a.pitch = m_.ring_pitch, a.width = m_.ring_width, a.height = m_.ring_height;
-  kernels_.splat(a);
+  loops_.splat(a);
   stats_.contributions += count * static_cast<uint64_t>(plan_.sheets) * static_cast<uint64_t>(a.columns) *
                           static_cast<uint64_t>(a.rows);
 }
 
-// Notes which samples of the sheets within reach the points of a slab touch.
-void SheetSource::touch(int64_t s, const SplatRecord* records, size_t count) {
+// Notes which samples of the sheets within reach the points of a gap touch.
+void SheetSource::mark_touched_samples(int64_t s, const SplatRecord* records, size_t count) {
   if (count == 0) return;
   PixelRect starts;
   for (size_t n = 0; n < count; ++n) {
     const SplatRecord& p = records[n];
     starts.include({p.x, p.y, p.x, p.y});
   }
-  const auto n = static_cast<size_t>(s - plan_.first_slab);
+  const auto n = static_cast<size_t>(s - plan_.first_gap);
   const PixelRect touched =
       PixelRect{starts.x0, starts.y0, starts.x1 + plan_.columns[n], starts.y1 + plan_.rows[n]}.within(
           m_.ring_width, m_.ring_height);
   for (int64_t k = s - plan_.before; k <= s + plan_.after; ++k) ring_touched_[slot(k)].include(touched);
 }
 
-PixelRect SheetSource::widened(const PixelRect& r) {
+PixelRect SheetSource::whole_vectors(const PixelRect& r) {
   constexpr int vector = 16;
   if (r.empty()) return {0, 0, 0, 0};
   return {r.x0 / vector * vector, r.y0, (r.x1 + vector - 1) / vector * vector, r.y1};
 }
 
 // Out of the ring into a plane that is zero outside of `holds`, and then outside of what is there now.
-void SheetSource::take_out(int64_t k, size_t quantity, float* plane, int pitch, PixelRect& holds) {
+void SheetSource::extract_plane(int64_t k, size_t quantity, float* plane, int pitch, PixelRect& holds) {
   const size_t from = slot(k);
-  const PixelRect now = widened(ring_touched_[from]);
+  const PixelRect now = whole_vectors(ring_touched_[from]);
   clear_around(std::exchange(holds, now), now, plane, pitch);
   if (use_ == KeptSheets::Use::take) {
     const float* from_kept = kept_->sheet(k).samples[quantity].get();
@@ -227,11 +228,12 @@ void SheetSource::take_out(int64_t k, size_t quantity, float* plane, int pitch, 
            (static_cast<std::ptrdiff_t>(now.y0) * m_.ring_pitch + now.x0) * 4;
   e.plane = plane + static_cast<std::ptrdiff_t>(now.y0) * pitch + now.x0;
   e.plane_pitch = pitch;
-  kernels_.extract(e);
-  if (use_ == KeptSheets::Use::keep) keep(k, quantity, plane, pitch, now);
+  loops_.extract(e);
+  if (use_ == KeptSheets::Use::keep) keep_plane(k, quantity, plane, pitch, now);
 }
 
-void SheetSource::keep(int64_t k, size_t quantity, const float* plane, int pitch, const PixelRect& rect) {
+void SheetSource::keep_plane(int64_t k, size_t quantity, const float* plane, int pitch,
+                             const PixelRect& rect) {
   const auto width = static_cast<size_t>(rect.x1 - rect.x0);
   auto& samples = kept_->sheet(k).samples[quantity];
   samples = kept_->room(width * static_cast<size_t>(rect.y1 - rect.y0));
@@ -242,28 +244,27 @@ void SheetSource::keep(int64_t k, size_t quantity, const float* plane, int pitch
 }
 
 // A finished sheet of the ring.
-void SheetSource::extract(int64_t k) {
-  const auto n = static_cast<size_t>(k & 7);
+void SheetSource::extract_sheet(int64_t k) {
   const PixelRect touched = ring_touched_[slot(k)];
   if (plan_.depth_taps > 0) {
-    take_out(k, 0, m_.stack[n].data(), m_.sample_pitch, stack_held_[n]);
-    stack_touched_[n] = touched;
+    extract_plane(k, 0, m_.stack[k].data(), m_.sample_pitch, stack_held_[k]);
+    stack_touched_[k] = touched;
   } else if (plan_.taps > 0) {
-    take_out(k, 0, m_.samples.data(), m_.sample_pitch, samples_held_);
+    extract_plane(k, 0, m_.samples.data(), m_.sample_pitch, samples_held_);
     raise_sheet(k, touched);
   } else {
-    const PixelRect before = plane_touched_[n];
+    const PixelRect before = plane_touched_[k];
     for (size_t q = 0; q < quantities_; ++q) {
-      plane_touched_[n] = before;
-      take_out(k, q, m_.plane_origin(k, q), m_.plane_pitch, plane_touched_[n]);
+      plane_touched_[k] = before;
+      extract_plane(k, q, m_.plane_origin(k, q), m_.plane_pitch, plane_touched_[k]);
     }
-    if (scene_.slice->kernel.normalised) normalise(k);
+    if (scene_.slice->kernel.normalised) normalise_sheet(k);
   }
   ring_touched_[slot(k)] = {};
 }
 
 // Divides a sheet by the lattice sum of the weights (kernels that ask for it).
-void SheetSource::normalise(int64_t k) {
+void SheetSource::normalise_sheet(int64_t k) {
   const SheetView& view = *scene_.view;
   const Slice& slice = *scene_.slice;
   float* plane = m_.plane_origin(k, 0);
@@ -278,12 +279,10 @@ void SheetSource::normalise(int64_t k) {
 }
 
 const float* SheetSource::plane(int64_t k, size_t quantity) const {
-  return filled(k) ? m_.plane_origin(k, quantity) + plan_.border * pitch_ + plan_.border : zero();
+  return filled(k) ? m_.plane_origin(k, quantity) + plan_.border * pitch_ + plan_.border : zero_plane();
 }
 
-PixelRect SheetSource::plane_touched(int64_t k) const {
-  return filled(k) ? plane_touched_[static_cast<size_t>(k & 7)] : PixelRect{};
-}
+PixelRect SheetSource::plane_touched(int64_t k) const { return filled(k) ? plane_touched_[k] : PixelRect{}; }
 
 PixelRect SheetSource::touched(int64_t k) const {
   const PixelRect r = plane_touched(k);
@@ -293,7 +292,7 @@ PixelRect SheetSource::touched(int64_t k) const {
                                                                                       tile_.height);
 }
 
-const float* SheetSource::zero() const {
+const float* SheetSource::zero_plane() const {
   return m_.zero_plane.data() + plane_margin + plan_.border * pitch_ + plan_.border;
 }
 

@@ -7,46 +7,45 @@
 namespace bccsplat {
 
 // Sheet k out of those of the ring on either side.
-void SheetSource::raise_depth(int64_t k) {
+void SheetSource::blend_sheet(int64_t k) {
   const RaiseAxis& z = plan_.raise_z;
   const auto entry = static_cast<size_t>(k - z.first);
-  const auto n = static_cast<size_t>(k & 7);
   BlendArgs b;
   PixelRect touched;
   for (size_t t = 0; t < static_cast<size_t>(plan_.depth_taps); ++t) {
-    const auto from = static_cast<size_t>((z.sample[entry] + static_cast<int64_t>(t)) & 7);
+    const int64_t from = z.sample[entry] + static_cast<int64_t>(t);
     if (!stack_filled_[from]) continue;
     b.plane[b.taps] = m_.stack[from].data();
     b.weight[b.taps++] = z.weight[t * z.pitch + entry];
     touched.include(stack_touched_[from]);
   }
-  filled_[n] = b.taps > 0;
+  filled_[k] = b.taps > 0;
   if (b.taps == 0) return;
   const bool at_pixels = plan_.taps == 0;
-  const PixelRect now = widened(touched);
+  const PixelRect now = whole_vectors(touched);
   b.pitch = m_.sample_pitch;
   b.out = at_pixels ? m_.plane_origin(k, 0) : m_.samples.data();
   b.out_pitch = at_pixels ? m_.plane_pitch : m_.sample_pitch;
   b.x0 = now.x0, b.x1 = now.x1, b.y0 = now.y0, b.y1 = now.y1;
-  clear_around(std::exchange(at_pixels ? plane_touched_[n] : samples_held_, now), now, b.out, b.out_pitch);
-  kernels_.blend(b);
+  clear_around(std::exchange(at_pixels ? plane_touched_[k] : samples_held_, now), now, b.out, b.out_pitch);
+  loops_.blend(b);
   if (!at_pixels) raise_sheet(k, touched);
 }
 
-// What a tile sees of each slab.
+// What a tile sees of each gap.
 void SheetSource::prepare_fan() {
   const RaiseFan& fan = plan_.fan;
-  const auto slabs = static_cast<size_t>(plan_.last_slab - plan_.first_slab + 1);
-  slab_rect_.resize(slabs), inverse_near_.resize(slabs), inverse_far_.resize(slabs);
-  for (size_t n = 0; n < slabs; ++n) {
-    const int64_t s = plan_.first_slab + static_cast<int64_t>(n);
-    const Scales scales = slab_scales(plan_, s, s);
+  const auto gaps = static_cast<size_t>(plan_.last_gap - plan_.first_gap + 1);
+  gap_rect_.resize(gaps), inverse_near_.resize(gaps), inverse_far_.resize(gaps);
+  for (size_t n = 0; n < gaps; ++n) {
+    const int64_t s = plan_.first_gap + static_cast<int64_t>(n);
+    const Scales scales = gap_scales(plan_, s, s);
     const auto [x0, x1] = fan_samples(fan, fan.x, scales, {tile_.x, tile_.x + tile_.width});
     const auto [y0, y1] = fan_samples(fan, fan.y, scales, {tile_.y, tile_.y + tile_.height});
-    slab_rect_[n] = {x0 - tile_.ring_x, y0 - tile_.ring_y, x1 - tile_.ring_x, y1 - tile_.ring_y};
+    gap_rect_[n] = {x0 - tile_.ring_x, y0 - tile_.ring_y, x1 - tile_.ring_x, y1 - tile_.ring_y};
     inverse_near_[n] = static_cast<float>(1 / scales[0]), inverse_far_[n] = static_cast<float>(1 / scales[1]);
   }
-  fan_.rect = slab_rect_.front().data();
+  fan_.rect = gap_rect_.front().data();
   fan_.inverse_near = inverse_near_.data(), fan_.inverse_far = inverse_far_.data();
   fan_.per_x = static_cast<float>(1 / fan.x.per), fan_.per_y = static_cast<float>(1 / fan.y.per);
   fan_.foot_x = static_cast<float>(fan.x.foot - tile_.x),
@@ -57,7 +56,7 @@ void SheetSource::prepare_fan() {
 }
 
 // Of the plane's pixels those that any of the samples `touched` reaches.
-PixelRect SheetSource::raised(const PixelRect& touched) const {
+PixelRect SheetSource::raised_pixels(const PixelRect& touched) const {
   if (touched.empty()) return {};
   const bool fan = plan_.fan.taps > 0;
   const auto range = [&](const RaiseAxis& axis, int first_pixel, int count, int low, int high) {
@@ -84,8 +83,8 @@ void SheetSource::raise_sheet(int64_t k, const PixelRect& touched) {
   }
   const RaiseAxis &across = plan_.fan.taps > 0 ? m_.fan_x : plan_.raise_x,
                   &down = plan_.fan.taps > 0 ? m_.fan_y : plan_.raise_y;
-  const PixelRect now = widened(raised(touched));
-  const PixelRect before = std::exchange(plane_touched_[static_cast<size_t>(k & 7)], now);
+  const PixelRect now = whole_vectors(raised_pixels(touched));
+  const PixelRect before = std::exchange(plane_touched_[k], now);
   clear_around(before, now, m_.plane_origin(k, 0), m_.plane_pitch);
   if (now.empty()) return;
   RaiseArgs r;
@@ -100,7 +99,7 @@ void SheetSource::raise_sheet(int64_t k, const PixelRect& touched) {
   r.weight_pitch_x = across.pitch, r.weight_pitch_y = down.pitch;
   r.origin_x = tile_.ring_x, r.origin_y = tile_.ring_y;
   r.scratch = m_.scratch.data(), r.scratch_pitch = m_.sample_pitch + 32;
-  kernels_.raise(r);
+  loops_.raise(r);
 }
 
 } // namespace bccsplat

@@ -17,19 +17,19 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-constexpr double root_tolerance = 0.01; // sheets: nearer costs a tenth of a frame and shows in no picture
+constexpr double root_tolerance = 0.01; // sheets: nearer costs a tenth of a picture and shows in no picture
 
 class Tile {
  public:
   Tile(const TileJob& job, const PlannedTile& tile, TileMemory& memory, SplatStats& stats)
       : scene_(*job.scene), options_(*job.options), plan_(*job.plan), job_(job), tile_(tile), m_(memory),
         stats_(stats), view_(*scene_.view),
-        sheet_kernels_(options_.scalar ? scalar_sheet_kernels() : simd_sheet_kernels()), time_(*scene_.slice),
-        field_(field_of(*scene_.slice)),
+        sheet_loops_(options_.reference_loops ? reference_sheet_loops() : simd_sheet_loops()),
+        time_(*scene_.slice), field_(field_of(*scene_.slice)),
         analytic_(options_.mode == RenderMode::composite && options_.shading &&
                   options_.gradient == GradientMethod::analytic),
-        source_({&scene_, &plan_, job.kernel, options_.scalar, analytic_, kept_tile(), job.use}, tile, memory,
-                stats) {
+        source_({&scene_, &plan_, job.kernel, options_.reference_loops, analytic_, kept_tile(), job.use},
+                tile, memory, stats) {
     const bool shaded = options_.mode == RenderMode::composite && options_.shading;
     differences_ = shaded && !analytic_ ? plan_.border : 0;
     around_ = std::max(differences_, plan_.halfway);
@@ -39,8 +39,8 @@ class Tile {
   }
 
   TilePixels draw() {
-    if (first_ <= last_) march();
-    return finish();
+    if (first_ <= last_) march_sheets();
+    return finish_pixels();
   }
 
  private:
@@ -62,10 +62,11 @@ class Tile {
     const size_t pixels = static_cast<size_t>(m_.pixel_pitch) * static_cast<size_t>(tile_.height);
     std::fill_n(pixel_.depth, pixels, infinity);
     if (options_.mode == RenderMode::maximum) std::fill_n(pixel_.red, pixels, -infinity);
-    if (options_.with_deep) m_.deep.begin(tile_.width, tile_.height, m_.pixel_pitch, options_.deep_tolerance);
+    if (options_.with_deep)
+      m_.deep.begin_tile(tile_.width, tile_.height, m_.pixel_pitch, options_.deep_tolerance);
     if (open_ == 0) return;
     const double low = rays.low, high = rays.high;
-    // Surfaces lie between two sheets, of which one may stand outside the domain; slabs reach half a sheet
+    // Surfaces lie between two sheets, of which one may stand outside the domain; segments reach half a sheet
     // beyond it.
     const bool surface = options_.mode == RenderMode::isosurface;
     first_ = static_cast<int64_t>(surface ? std::floor(low) : std::ceil(low - 0.5));
@@ -74,34 +75,34 @@ class Tile {
     last_ = std::min(last_, plan_.last_sheet + (surface ? 1 : plan_.lead));
   }
 
-  void march() {
-    const bool keep_empty = sees_air();
+  void march_sheets() {
+    const bool with_air = sees_air();
     // Sheets before and behind that are looked at: surfaces ask for slopes at the two on either side.
     const int around = options_.mode == RenderMode::isosurface ? 1 : around_;
-    source_.begin(std::max(first_ - around, view_.first_sheet()), last_ + around);
+    source_.begin_sheets(std::max(first_ - around, view_.first_sheet()), last_ + around);
     auto clock = StageClock::now();
     const int at_once = sheets_at_once();
     for (int64_t k = first_; k <= last_ && open_ > 0; k += at_once) {
       if (((k - first_) & 15) < at_once) job_.context->progress.check();
       const int64_t end = std::min(k + at_once, last_ + 1);
-      source_.complete(end - 1 + around, open_pixels(), clock);
+      source_.complete_sheets(end - 1 + around, open_pixels(), clock);
       if (options_.mode == RenderMode::isosurface) {
         find_surfaces(std::max(k, first_ + 1), end);
       } else {
         sheets_.clear();
         for (int64_t sheet = k; sheet < end; ++sheet)
-          if (!keep_empty && !filled(sheet))
+          if (!with_air && !filled(sheet))
             ++stats_.sheets_skipped;
           else
-            process(sheet);
-        composite();
+            classify_sheet(sheet);
+        composite_sheets();
       }
-      lap(clock, stats_.ms_shade);
+      add_lap(clock, stats_.ms_shade);
     }
-    if (job_.use == KeptSheets::Use::keep) source_.complete(last_ + around, nullptr, clock);
+    if (job_.use == KeptSheets::Use::keep) source_.complete_sheets(last_ + around, nullptr, clock);
   }
 
-  // Whether any point reaches what the slab of a sheet is classified by.
+  // Whether any point reaches what the segment of a sheet is classified by.
   [[nodiscard]] bool filled(int64_t k) const {
     bool any = false;
     for (int64_t sheet = std::max(k - plan_.halfway, view_.first_sheet()); sheet <= k + plan_.halfway;
@@ -126,7 +127,7 @@ class Tile {
   [[nodiscard]] int sheets_at_once() const {
     if (options_.mode == RenderMode::isosurface) return CrossingArgs::most;
     if (options_.mode != RenderMode::composite || scene_.slice->has_holes || options_.with_deep) return 1;
-    return std::min(4, SheetSource::kept_sheets - 2 * around_);
+    return std::min(4, static_cast<int>(finished_sheets) - 2 * around_);
   }
 
   // The pixels still open, brought up to date when enough have closed since; null: do not look.
@@ -144,7 +145,7 @@ class Tile {
 
   [[nodiscard]] float stop() const { return static_cast<float>(options_.opacity_stop); }
 
-  void process(int64_t k) {
+  void classify_sheet(int64_t k) {
     SheetArgs a;
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
     a.plane_pitch = source_.plane_pitch();
@@ -165,23 +166,23 @@ class Tile {
     }
     if (pixel_.time) a.time = sheet_time(time_, view_, k);
     if (options_.mode == RenderMode::xray) {
-      sheet_kernels_.integrate(a);
+      sheet_loops_.integrate(a);
     } else if (options_.mode == RenderMode::maximum) {
-      sheet_kernels_.maximum(a);
+      sheet_loops_.maximum(a);
     } else {
       sheets_.push_back(a);
     }
   }
 
-  void composite() {
+  void composite_sheets() {
     if (sheets_.empty()) return;
-    const int closed = sheet_kernels_.composite(sheets_);
+    const int closed = sheet_loops_.composite(sheets_);
     closed_ += closed, open_ -= closed;
     if (!options_.with_deep) return;
     PixelRect seen;
     for (const SheetArgs& s : sheets_) seen.include(s.seen);
     const SheetArgs& front = sheets_.front();
-    m_.deep.add_slab(pixel_, front.k - front.front, sheets_.back().k + 0.5f, seen);
+    m_.deep.add_segment(pixel_, front.k - front.front, sheets_.back().k + 0.5f, seen);
   }
 
   // Whether a sample is on air's side of the surface only because points beyond it are left out.
@@ -215,7 +216,7 @@ class Tile {
     const auto room = static_cast<size_t>(tile_.width * tile_.height * CrossingArgs::most);
     if (m_.crossings.size() < room) m_.crossings.resize(room);
     c.found = m_.crossings.data();
-    const std::span<const SheetCrossing> found(c.found, sheet_kernels_.crossings(c));
+    const std::span<const SheetCrossing> found(c.found, sheet_loops_.crossings(c));
     if (found.empty()) return;
     for (int n = 0; n < c.count; ++n) draw_surface(c, found, n);
   }
@@ -249,7 +250,7 @@ class Tile {
           hits[n].k > static_cast<double>(pixel_.leave[p]) + tolerance)
         continue;
       if (scene_.slice->has_holes && scene_.slice->is_hole(hits[n].position)) continue;
-      paint(p, color, 1.0f, hits[n].gradient, crossings[n].i, crossings[n].j);
+      paint_pixel(p, color, 1.0f, hits[n].gradient, crossings[n].i, crossings[n].j);
       pixel_.depth[p] = static_cast<float>(hits[n].k);
       if (pixel_.value) pixel_.value[p] = static_cast<float>(options_.iso_value);
       if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(hits[n].position));
@@ -258,7 +259,8 @@ class Tile {
     }
   }
 
-  void paint(size_t p, const std::array<float, 4>& color, float alpha, const Vec3& gradient, int i, int j) {
+  void paint_pixel(size_t p, const std::array<float, 4>& color, float alpha, const Vec3& gradient, int i,
+                   int j) {
     Shading lit{{1, 1, 1}, {}};
     if (options_.shading) lit = shade(*scene_.lights, gradient, to_viewer(view_, i, j));
     float* const out[3] = {&pixel_.red[p], &pixel_.green[p], &pixel_.blue[p]};
@@ -267,7 +269,7 @@ class Tile {
     pixel_.alpha[p] = alpha;
   }
 
-  TilePixels finish() {
+  TilePixels finish_pixels() {
     auto clock = StageClock::now();
     // Without these planes there is nothing to do for composites and surfaces.
     const bool done = !pixel_.value && !pixel_.time &&
@@ -290,9 +292,9 @@ class Tile {
         }
       }
     }
-    if (options_.with_deep) m_.deep.finish();
-    lap(clock, stats_.ms_shade);
-    return finished(tile_, m_.pixel_pitch, pixel_, options_.with_deep ? &m_.deep : nullptr);
+    if (options_.with_deep) m_.deep.finish_tile();
+    add_lap(clock, stats_.ms_shade);
+    return finished_tile(tile_, m_.pixel_pitch, pixel_, options_.with_deep ? &m_.deep : nullptr);
   }
 
   void finish_composite(size_t p) {
@@ -346,7 +348,7 @@ class Tile {
     const float alpha = absorbed(entry[3] * scene_.table->unit_distance);
     const int i = tile_.x + x, j = tile_.y + y;
     const Vec3 position = view_.sample(i, j, static_cast<double>(k));
-    paint(p, entry, alpha, gradient, i, j);
+    paint_pixel(p, entry, alpha, gradient, i, j);
     if (alpha >= 0.5f) pixel_.depth[p] = k;
     if (pixel_.value) pixel_.value[p] = value;
     if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(position));
@@ -360,14 +362,14 @@ class Tile {
   TileMemory& m_;
   SplatStats& stats_;
   const SheetView& view_;
-  const SheetKernels& sheet_kernels_;
+  const SheetLoops& sheet_loops_;
   TimeField time_;
   FootprintPlan field_;
   bool analytic_;
   SheetSource source_;
   OpenPixels open_pixels_;
   int differences_ = 0; // neighbours on either side that gradients look at
-  int around_ = 0;      // sheets on either side that gradients or slabs look at
+  int around_ = 0;      // sheets on either side that gradients or segments look at
   PixelPlanes pixel_;
   std::vector<SheetArgs> sheets_; // to be composited
   int64_t first_ = 0, last_ = -1; // sheets of this tile

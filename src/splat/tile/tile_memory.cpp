@@ -33,7 +33,7 @@ void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, 
     std::fill_n(a.data(), sample_floats, 0.0f);
   };
   if (plan.depth_taps > 0)
-    for (auto& sheet : stack) clear(sheet);
+    for (auto& sheet : stack.slot) clear(sheet);
   if (plan.taps > 0) {
     clear(samples);
     const size_t room = static_cast<size_t>(sample_pitch + 32) * raise_rows;
@@ -44,7 +44,7 @@ void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, 
     const size_t floats = group_floats * static_cast<size_t>(plan.groups) + 64;
     ring[q].reserve(floats);
     std::fill_n(ring[q].data(), floats, 0.0f);
-    for (auto& sheet : plane) {
+    for (auto& sheet : plane.slot) {
       sheet[q].reserve(plane_floats());
       std::fill_n(sheet[q].data(), plane_floats(), 0.0f);
     }
@@ -67,7 +67,7 @@ void TileMemory::prepare_pixels(int tile_width, int tile_height) {
   hole.reserve(pixel_floats);
 }
 
-TilePixels finished(const PlannedTile& tile, int pitch, const PixelPlanes& pixel, const DeepTile* deep) {
+TilePixels finished_tile(const PlannedTile& tile, int pitch, const PixelPlanes& pixel, const DeepTile* deep) {
   return {tile.x,     tile.y,      tile.width,  tile.height, pitch,      pixel.red, pixel.green,
           pixel.blue, pixel.alpha, pixel.depth, pixel.value, pixel.time, deep};
 }

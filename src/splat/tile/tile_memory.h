@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "base/aligned.h"
-#include "splat/loop/kernels.h"
+#include "splat/loop/loops.h"
 #include "splat/plan/plan.h"
 #include "splat/sheet/sheet.h"
+#include "splat/tile/finished_sheets.h"
 #include "splat/tile/tile_pixels.h"
 
 namespace bccsplat {
@@ -26,14 +27,14 @@ struct TileMemory {
   int plane_pitch = 0;   // floats
 
   std::array<AlignedArray<float>, 4> ring;
-  std::array<std::array<AlignedArray<float>, 4>, 8> plane; // [sheet & 7][value, di, dj, dk]
+  FinishedSheets<std::array<AlignedArray<float>, 4>> plane; // value, di, dj, dk
   AlignedArray<float> zero_plane;
   // Samples that pixels are raised from, rows of sample_pitch floats, and room for the raising.
   int sample_pitch = 0; // floats
   AlignedArray<float> samples, scratch;
   RaiseAxis fan_x, fan_y; // of the sheet at hand
-  std::array<AlignedArray<float>, most_taps>
-      stack; // the ring's sheets that sheets are raised from, by sheet & 7
+  static_assert(most_taps <= finished_sheets);
+  FinishedSheets<AlignedArray<float>> stack; // the ring's sheets that sheets are raised from
 
   // Pixels of the tile without its border, planes of pixel_pitch floats per row.
   int pixel_pitch = 0;
@@ -43,7 +44,7 @@ struct TileMemory {
   std::vector<SheetCrossing> crossings;
   DeepTile deep; // where the options ask for it
 
-  // Points that wait for their slab; slab modulo the number of bins, a power of two. One more takes what is
+  // Points that wait for their gap; gap modulo the number of bins, a power of two. One more takes what is
   // rejected.
   std::vector<AlignedArray<SplatRecord>> bins;
   std::vector<SplatRecord*> bin_end;
@@ -69,7 +70,7 @@ struct TileMemory {
   [[nodiscard]] float* ring_origin(size_t quantity) const { return ring[quantity].data() + ring_start; }
   // First pixel of the tile with its border.
   [[nodiscard]] float* plane_origin(int64_t sheet, size_t quantity) const {
-    return plane[static_cast<size_t>(sheet & 7)][quantity].data() + plane_margin;
+    return plane[sheet][quantity].data() + plane_margin;
   }
   [[nodiscard]] float* pixel_plane(size_t n, int tile_height) const {
     return pixels.data() + n * static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
@@ -77,7 +78,7 @@ struct TileMemory {
 };
 
 // A tile whose pixels are done; pitch: floats per row of its planes.
-[[nodiscard]] TilePixels finished(const PlannedTile& tile, int pitch, const PixelPlanes& pixel,
-                                  const DeepTile* deep);
+[[nodiscard]] TilePixels finished_tile(const PlannedTile& tile, int pitch, const PixelPlanes& pixel,
+                                       const DeepTile* deep);
 
 } // namespace bccsplat

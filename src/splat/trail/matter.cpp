@@ -1,4 +1,4 @@
-// The plain form of matter.h.
+// The reference form of matter.h.
 #include "splat/trail/matter.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
       if (s.pixel.alpha[p] >= s.stop || (s.hole && s.hole[p])) continue;
       const float value = s.air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
       const auto& [red, green, blue, extinction] = s.table->entry[static_cast<size_t>(s.table->index(value))];
-      const float depth = weight * extinction * slab_weight(s, p) * s.pixel.path[p];
+      const float depth = weight * extinction * segment_weight(s, p) * s.pixel.path[p];
       if (!(depth > 0)) continue;
       Shading lit{{1, 1, 1}, {}};
       if (s.shading)
@@ -93,9 +93,9 @@ std::array<float, 2> mix(const MixArgs& m) {
 
 } // namespace
 
-const MatterKernels& scalar_matter_kernels() {
-  static constexpr MatterKernels kernels{absorb, join, mix};
-  return kernels;
+const MatterLoops& reference_matter_loops() {
+  static constexpr MatterLoops loops{absorb, join, mix};
+  return loops;
 }
 
 } // namespace bccsplat

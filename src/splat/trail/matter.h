@@ -16,7 +16,7 @@ enum class TrailCombine : uint8_t {
   interleaved_consistent = 4 // equation (8) made independent of the step: a = 1 - sqrt((1 - a1)(1 - a2))
 };
 
-// Planes of a tile's pixels, pitched as the sheet's: optical depth of the slab along the pixel's ray, and
+// Planes of a tile's pixels, pitched as the sheet's: optical depth of the segment along the pixel's ray, and
 // shaded colour, value and frame index times it, summed over the objects of a group.
 struct MatterPlanes {
   float *red = nullptr, *green = nullptr, *blue = nullptr, *depth = nullptr;
@@ -41,7 +41,7 @@ struct MixArgs {
   int width = 0, height = 0, pitch = 0;
 };
 
-struct MatterKernels {
+struct MatterLoops {
   // Adds an object's finished sheet, its extinction times `weight`, where pixels are still open.
   void (*absorb)(const SheetArgs&, float weight, const MatterPlanes& out);
   // Composites a sheet; returns the number of pixels that closed.
@@ -49,7 +49,7 @@ struct MatterKernels {
   std::array<float, 2> (*mix)(const MixArgs&);
 };
 
-[[nodiscard]] const MatterKernels& scalar_matter_kernels();
-[[nodiscard]] const MatterKernels& simd_matter_kernels(); // best target of this machine
+[[nodiscard]] const MatterLoops& reference_matter_loops();
+[[nodiscard]] const MatterLoops& simd_matter_loops(); // best target of this machine
 
 } // namespace bccsplat

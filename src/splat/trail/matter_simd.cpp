@@ -13,20 +13,20 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-// No vectors: the plain loops.
+// No vectors: the reference loops.
 void Absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
-  scalar_matter_kernels().absorb(s, weight, out);
+  reference_matter_loops().absorb(s, weight, out);
 }
-int Join(const JoinArgs& j) { return scalar_matter_kernels().join(j); }
-std::array<float, 2> Mix(const MixArgs& m) { return scalar_matter_kernels().mix(m); }
+int Join(const JoinArgs& j) { return reference_matter_loops().join(j); }
+std::array<float, 2> Mix(const MixArgs& m) { return reference_matter_loops().mix(m); }
 #else
 
 template<class Shade>
 void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const Shade& shade) {
   const ClassTable& table = *s.table;
-  const V low = set(table.low), scale = set(table.scale), top = set(static_cast<float>(table.size() - 1));
+  const V low = Set(table.low), scale = Set(table.scale), top = Set(static_cast<float>(table.size() - 1));
   const auto first = hn::Set(di, table.first_visible - 1), last = hn::Set(di, table.last_visible + 1);
-  const V stop = set(s.stop);
+  const V stop = Set(s.stop);
   const int lanes = static_cast<int>(hn::Lanes(d));
   const PixelRect seen = s.seen.within(s.width, s.height);
   for (int y = seen.y0; y < seen.y1; ++y)
@@ -44,7 +44,7 @@ void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const 
       if (hn::AllFalse(d, active)) continue;
       V red, green, blue, extinction;
       LookUp(table.entry.data(), index, red, green, blue, extinction);
-      const V path = hn::Mul(hn::Mul(set(share), weight), px.load(s.pixel.path));
+      const V path = hn::Mul(hn::Mul(Set(share), weight), px.load(s.pixel.path));
       const V depth = hn::IfThenElseZero(active, hn::Mul(extinction, path));
       shade(px, red, green, blue);
       const auto add = [&](float* plane, V part) HWY_ATTR {
@@ -62,7 +62,7 @@ void Absorb(const SheetArgs& s, float share, const MatterPlanes& out) {
 }
 
 int Join(const JoinArgs& j) {
-  const V one = set(1.0f), half = set(0.5f), stop = set(j.stop), zero = hn::Zero(d), tiny = set(1e-30f);
+  const V one = Set(1.0f), half = Set(0.5f), stop = Set(j.stop), zero = hn::Zero(d), tiny = Set(1e-30f);
   const MatterPlanes *const slice = j.group[0], *const trail = j.group[1];
   const int lanes = static_cast<int>(hn::Lanes(d));
   int closed = 0;
@@ -100,12 +100,12 @@ int Join(const JoinArgs& j) {
       hn::StoreU(after, d, j.pixel.alpha + p);
       const M passed = hn::And(hn::Lt(before, half), hn::Ge(after, half));
       if (!hn::AllFalse(d, passed)) {
-        // As Composite does: the transmittance falls exponentially through the slab.
-        const V begin = hn::Max(set(j.k - j.front), hn::LoadU(d, j.pixel.enter + p));
-        const V end = hn::Min(set(j.k + 0.5f), hn::LoadU(d, j.pixel.leave + p));
+        // As Composite does: the transmittance falls exponentially through the segment.
+        const V begin = hn::Max(Set(j.k - j.front), hn::LoadU(d, j.pixel.enter + p));
+        const V end = hn::Min(Set(j.k + 0.5f), hn::LoadU(d, j.pixel.leave + p));
         const V left = hn::Max(hn::Sub(one, before), tiny);
         const V all = hn::Log(d, hn::Max(hn::Div(hn::Sub(one, after), left), tiny));
-        const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, set(-1e-20f)));
+        const V part = hn::Div(hn::Log(d, hn::Div(half, left)), hn::Min(all, Set(-1e-20f)));
         const V depth = hn::MulAdd(hn::IfThenElseZero(hn::Lt(after, one), part),
                                    hn::Max(hn::Sub(end, begin), zero), begin);
         hn::StoreU(hn::IfThenElse(passed, depth, hn::LoadU(d, j.pixel.depth + p)), d, j.pixel.depth + p);
@@ -121,7 +121,7 @@ template<int kVectors> HWY_INLINE void MixVectors(const MixArgs& m, std::ptrdiff
   V sum[kVectors];
   for (V& s : sum) s = hn::Zero(d);
   for (size_t i = 0; i < m.plane.size(); ++i) {
-    const V weight = set(m.weight[i]);
+    const V weight = Set(m.weight[i]);
     const float* const from = m.plane[i] + at;
     for (int n = 0; n < kVectors; ++n) sum[n] = hn::MulAdd(weight, hn::LoadU(d, from + n * lanes), sum[n]);
   }
@@ -155,15 +155,15 @@ HWY_EXPORT(Absorb);
 HWY_EXPORT(Join);
 HWY_EXPORT(Mix);
 
-const MatterKernels& simd_matter_kernels() {
-  static constexpr MatterKernels kernels{
+const MatterLoops& simd_matter_loops() {
+  static constexpr MatterLoops loops{
       [](const SheetArgs& s, float weight, const MatterPlanes& out) {
         HWY_DYNAMIC_DISPATCH(Absorb)(s, weight, out);
       },
       [](const JoinArgs& j) { return HWY_DYNAMIC_DISPATCH(Join)(j); },
       [](const MixArgs& m) { return HWY_DYNAMIC_DISPATCH(Mix)(m); },
   };
-  return kernels;
+  return loops;
 }
 
 } // namespace bccsplat

@@ -41,7 +41,7 @@ PlannedTrail plan_trail(const SplatScene& slice, std::span<const SplatScene> sou
 }
 
 // A finished picture over another, in place.
-TilePixels over(const TilePixels& front, const TilePixels& back, TrailMemory& memory) {
+TilePixels lay_over(const TilePixels& front, const TilePixels& back, TrailMemory& memory) {
   float* const base = memory.pixels.data(); // of `back`
   const auto writable = [&](const float* plane) { return plane ? base + (plane - base) : nullptr; };
   float *const red = writable(back.red), *const green = writable(back.green),
@@ -124,7 +124,7 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
     if (apart) {
       const TilePixels front = draw_tile(alone_job, tiles[n], memory->slice, mine);
       const TilePixels trail = draw_trail_tile(job, n, tiles[n], post ? nullptr : &front, *memory, mine);
-      emit(post ? over(front, trail, *memory) : trail);
+      emit(post ? lay_over(front, trail, *memory) : trail);
     } else {
       emit(draw_trail_tile(job, n, tiles[n], nullptr, *memory, mine));
     }

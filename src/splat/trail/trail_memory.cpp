@@ -16,9 +16,9 @@ uint64_t bytes_of(const RaiseAxis& axis) {
 uint64_t bytes_of(const TileMemory& m) {
   uint64_t sum = bytes_of(m.zero_plane) + bytes_of(m.pixels) + bytes_of(m.hole) + bytes_of(m.samples) +
                  bytes_of(m.scratch) + bytes_of(m.fan_x) + bytes_of(m.fan_y);
-  for (const auto& sheet : m.stack) sum += bytes_of(sheet);
+  for (const auto& sheet : m.stack.slot) sum += bytes_of(sheet);
   for (const auto& ring : m.ring) sum += bytes_of(ring);
-  for (const auto& sheet : m.plane)
+  for (const auto& sheet : m.plane.slot)
     for (const auto& plane : sheet) sum += bytes_of(plane);
   for (const auto& bin : m.bins) sum += bytes_of(bin);
   return sum;
@@ -43,7 +43,7 @@ uint64_t plane_floats(const SplatPlan& plan, const PlannedTile& tile) {
 uint64_t raise_floats(const SplatPlan& plan, const PlannedTile& tile) {
   const uint64_t pitch = rounded(tile.ring_width) + 16;
   const uint64_t sheet = pitch * static_cast<uint64_t>(tile.ring_height) + 16;
-  uint64_t sum = plan.depth_taps > 0 ? most_taps * sheet : 0;
+  uint64_t sum = plan.depth_taps > 0 ? finished_sheets * sheet : 0;
   if (plan.taps > 0) sum += sheet + (pitch + 32) * raise_rows;
   if (plan.fan.taps > 0)
     sum += static_cast<uint64_t>(tile.width + tile.height + 4 * plan.border + 32) *
@@ -66,7 +66,8 @@ uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
   while (bins < static_cast<uint64_t>(plan.longest) + 2) bins *= 2;
   for (const uint32_t b : tile.bricks)
     largest = std::max<uint64_t>(largest, object.scene->points->bricks[plan.bricks[b].brick].count + 16);
-  return (plane * (1 + 8 * quantities) + ring * quantities + raise_floats(plan, tile)) * sizeof(float) +
+  return (plane * (1 + finished_sheets * quantities) + ring * quantities + raise_floats(plan, tile)) *
+             sizeof(float) +
          (bins + 1) * 2 * largest * sizeof(SplatRecord);
 }
 
@@ -85,7 +86,10 @@ uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n) {
   // Pixels and matter (trail_tile.cpp), the slice's where it is apart, and rays.
   const uint64_t planes =
       7 + matter_planes + (apart ? TileMemory::pixel_planes : 0) + (job.sources.size() + 2) * ray_planes;
-  return sum + (planes * pixels + mixed * 11 * plane_floats(first.plan, tile)) * sizeof(float) + pixels;
+  return sum +
+         (planes * pixels + mixed * (finished_sheets + gradient_planes) * plane_floats(first.plan, tile)) *
+             sizeof(float) +
+         pixels;
 }
 
 std::unique_ptr<TrailMemoryPool::Held> TrailMemoryPool::take(uint64_t bytes) {

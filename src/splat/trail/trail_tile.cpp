@@ -15,7 +15,6 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-constexpr size_t kept_sheets = SheetSource::kept_sheets;
 
 // The slice or a still of the trail: what is classified.
 struct Drawn {
@@ -25,11 +24,11 @@ struct Drawn {
   float weight = 1;
   TimeField time;
   float* mixed = nullptr; // planes of the weighted sum, where there are several shares
-  // Of them, by sheet & 7: smallest and largest value, relative to air; where they are not zero, in pixels of
+  // Of them: smallest and largest value, relative to air; where they are not zero, in pixels of
   // the whole plane.
-  std::array<std::array<float, 2>, kept_sheets> range{};
-  std::array<PixelRect, kept_sheets> touched{};
-  std::array<bool, kept_sheets> filled{};
+  FinishedSheets<std::array<float, 2>> range{};
+  FinishedSheets<PixelRect> touched{};
+  FinishedSheets<bool> filled{};
   PixelRect gradients_touched{}; // of the planes of gradients
 };
 
@@ -38,7 +37,8 @@ class TrailTile {
   TrailTile(const TrailJob& job, size_t n, const PlannedTile& tile, const TilePixels* surface,
             TrailMemory& memory, SplatStats& stats)
       : job_(job), options_(*job.options), tile_(tile), surface_(surface), m_(memory), stats_(stats),
-        view_(*job.main->view), kernels_(options_.scalar ? scalar_matter_kernels() : simd_matter_kernels()),
+        view_(*job.main->view),
+        loops_(options_.reference_loops ? reference_matter_loops() : simd_matter_loops()),
         pitch_((tile.width + 15) / 16 * 16),
         pixels_(static_cast<size_t>(pitch_) * static_cast<size_t>(tile.height)) {
     if (job.slice) objects_.push_back(job.slice);
@@ -50,7 +50,7 @@ class TrailTile {
     sources_.reserve(objects_.size());
     for (size_t i = 0; i < objects_.size(); ++i) {
       const TrailObject& o = *objects_[i];
-      sources_.emplace_back(SheetSourceArgs{o.scene, &o.plan, &o.kernel, options_.scalar, analytic_},
+      sources_.emplace_back(SheetSourceArgs{o.scene, &o.plan, &o.kernel, options_.reference_loops, analytic_},
                             o.plan.tiles[n], m_.sheets[i], stats);
       touched_.push_back(!o.plan.tiles[n].bricks.empty());
     }
@@ -62,10 +62,10 @@ class TrailTile {
   }
 
   TilePixels draw() {
-    if (open_ > 0) march();
-    finish();
-    if (options_.with_deep) m_.deep.finish();
-    return finished(tile_, pitch_, pixel_, options_.with_deep ? &m_.deep : nullptr);
+    if (open_ > 0) march_sheets();
+    finish_pixels();
+    if (options_.with_deep) m_.deep.finish_tile();
+    return finished_tile(tile_, pitch_, pixel_, options_.with_deep ? &m_.deep : nullptr);
   }
 
  private:
@@ -88,7 +88,7 @@ class TrailTile {
         at += group_planes * pixels_;
       }
     m_.hole.reserve(pixels_);
-    if (options_.with_deep) m_.deep.begin(tile_.width, tile_.height, pitch_, options_.deep_tolerance);
+    if (options_.with_deep) m_.deep.begin_tile(tile_.width, tile_.height, pitch_, options_.deep_tolerance);
   }
 
   // Rays of the picture (set 0) and of the objects that have a domain of their own. Those of the picture then
@@ -146,7 +146,8 @@ class TrailTile {
       drawn_.push_back(std::move(d));
     }
     // Whole vectors are read: what lies between the planes must be numbers.
-    const size_t plane = sources_.front().plane_floats(), planes = analytic_ ? kept_sheets + 3 : kept_sheets;
+    const size_t plane = sources_.front().plane_floats(),
+                 planes = finished_sheets + (analytic_ ? gradient_planes : 0);
     size_t mixed = 0;
     for (const Drawn& d : drawn_) mixed += d.shares.size() > 1 ? 1u : 0u;
     if (m_.mixed.capacity() < mixed * planes * plane) {
@@ -158,7 +159,7 @@ class TrailTile {
       if (d.shares.size() == 1) continue;
       d.mixed = std::exchange(next, next + planes * plane);
       // Of the tile before.
-      d.touched.fill(d.gradients_touched = {0, 0, plane_pitch_, tile_.height + 2 * border_});
+      d.touched.slot.fill(d.gradients_touched = {0, 0, plane_pitch_, tile_.height + 2 * border_});
     }
   }
 
@@ -167,9 +168,9 @@ class TrailTile {
     return surface_->alpha[at] > 0 ? surface_->depth[at] : infinity;
   }
 
-  void march() {
+  void march_sheets() {
     for (SheetSource& s : sources_)
-      s.begin(std::max(first_ - differences_, view_.first_sheet()), last_ + differences_);
+      s.begin_sheets(std::max(first_ - differences_, view_.first_sheet()), last_ + differences_);
     next_mixed_ = first_ - differences_;
     auto clock = StageClock::now();
     for (int64_t k = first_; k <= last_ && open_ > 0; k += sheets_together) {
@@ -179,15 +180,15 @@ class TrailTile {
       used_ = {};
       for (Drawn& d : drawn_) {
         for (const SheetShare& s : d.shares)
-          if (touched_[s.source]) sources_[s.source].complete(through, open, clock);
+          if (touched_[s.source]) sources_[s.source].complete_sheets(through, open, clock);
         if (d.mixed)
-          for (int64_t sheet = next_mixed_; sheet <= through; ++sheet) mix(d, sheet);
-        for (int64_t sheet = k; sheet < end; ++sheet) add(d, sheet, sheet - k);
-        lap(clock, stats_.ms_shade);
+          for (int64_t sheet = next_mixed_; sheet <= through; ++sheet) mix_sheet(d, sheet);
+        for (int64_t sheet = k; sheet < end; ++sheet) add_sheet(d, sheet, sheet - k);
+        add_lap(clock, stats_.ms_shade);
       }
       next_mixed_ = through + 1;
-      for (int64_t sheet = k; sheet < end; ++sheet) join(sheet, sheet - k);
-      lap(clock, stats_.ms_shade);
+      for (int64_t sheet = k; sheet < end; ++sheet) join_sheet(sheet, sheet - k);
+      add_lap(clock, stats_.ms_shade);
     }
   }
 
@@ -207,14 +208,14 @@ class TrailTile {
   }
 
   [[nodiscard]] float* mixed_plane(const Drawn& d, int64_t k, size_t quantity) const {
-    const size_t n = quantity == 0 ? static_cast<size_t>(k & 7) : kept_sheets + quantity - 1;
+    const size_t n = quantity == 0 ? finished_slot(k) : finished_sheets + quantity - 1;
     return d.mixed + n * sources_.front().plane_floats() + plane_margin;
   }
   [[nodiscard]] std::ptrdiff_t border_floats() const { return border_ * plane_pitch_ + border_; }
 
   // The weighted sum of one quantity of sheet k; its plane holds nothing outside of `before`.
-  std::array<float, 2> mix(const Drawn& d, int64_t k, size_t quantity, const PixelRect& before) {
-    const PixelRect& rect = d.touched[static_cast<size_t>(k & 7)];
+  std::array<float, 2> mix_plane(const Drawn& d, int64_t k, size_t quantity, const PixelRect& before) {
+    const PixelRect& rect = d.touched[k];
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(rect.y0) * plane_pitch_ + rect.x0;
     mixed_from_.clear(), mixed_weights_.clear();
     for (const SheetShare& s : d.shares)
@@ -224,35 +225,34 @@ class TrailTile {
       }
     float* const out = mixed_plane(d, k, quantity);
     clear_around(before, rect, out, plane_pitch_);
-    return kernels_.mix(
+    return loops_.mix(
         {mixed_from_, mixed_weights_, out + first, rect.x1 - rect.x0, rect.y1 - rect.y0, plane_pitch_});
   }
 
-  void mix(Drawn& d, int64_t k) {
-    const auto slot = static_cast<size_t>(k & 7);
-    d.filled[slot] = false, d.range[slot] = {0, 0};
+  void mix_sheet(Drawn& d, int64_t k) {
+    d.filled[k] = false, d.range[k] = {0, 0};
     PixelRect touched;
     for (const SheetShare& s : d.shares) {
-      d.filled[slot] = d.filled[slot] || sources_[s.source].filled(k);
+      d.filled[k] = d.filled[k] || sources_[s.source].filled(k);
       if (const PixelRect r = sources_[s.source].plane_touched(k); !r.empty()) touched.include(r);
     }
-    if (!d.filled[slot]) return;
+    if (!d.filled[k]) return;
     if (touched.empty()) touched = {0, 0, 0, 0};
-    const PixelRect before = std::exchange(d.touched[slot], touched);
-    d.range[slot] = mix(d, k, 0, before);
+    const PixelRect before = std::exchange(d.touched[k], touched);
+    d.range[k] = mix_plane(d, k, 0, before);
   }
 
   [[nodiscard]] const float* plane(const Drawn& d, int64_t k, size_t quantity) const {
     if (!d.mixed) return sources_[d.shares.front().source].plane(k, quantity);
-    if (!d.filled[static_cast<size_t>(k & 7)]) return sources_.front().zero();
+    if (!d.filled[k]) return sources_.front().zero_plane();
     return mixed_plane(d, k, quantity) + border_floats();
   }
 
   // Pixels of the tile outside of which sheet k is air.
   [[nodiscard]] PixelRect touched(const Drawn& d, int64_t k) const {
     if (!d.mixed) return sources_[d.shares.front().source].touched(k);
-    if (!d.filled[static_cast<size_t>(k & 7)]) return {};
-    const PixelRect& r = d.touched[static_cast<size_t>(k & 7)];
+    if (!d.filled[k]) return {};
+    const PixelRect& r = d.touched[k];
     return {r.x0 - border_, r.y0 - border_, r.x1 - border_, r.y1 - border_};
   }
 
@@ -265,13 +265,12 @@ class TrailTile {
   [[nodiscard]] bool seen(const Drawn& d, float air, int64_t k) const {
     if (sees_air(d, air)) return true;
     if (!d.mixed) return sources_[d.shares.front().source].filled(k);
-    const auto slot = static_cast<size_t>(k & 7);
-    return d.filled[slot] && d.table->visible(static_cast<double>(air + d.range[slot][0]),
-                                              static_cast<double>(air + d.range[slot][1]));
+    return d.filled[k] && d.table->visible(static_cast<double>(air + d.range[k][0]),
+                                           static_cast<double>(air + d.range[k][1]));
   }
 
   // Adds sheet k, number n of those under way.
-  void add(Drawn& d, int64_t k, int64_t n) {
+  void add_sheet(Drawn& d, int64_t k, int64_t n) {
     const size_t object = d.shares.front().source, at = static_cast<size_t>(n);
     const SplatScene& scene = *objects_[object]->scene;
     if (!seen(d, scene.slice->air, k)) {
@@ -281,14 +280,14 @@ class TrailTile {
     const MatterPlanes& matter = matter_[at][d.group];
     if (!used_[at][d.group]) std::fill_n(matter.red, group_planes * pixels_, 0.0f);
     used_[at][d.group] = true;
-    if (d.mixed && analytic_ && d.filled[static_cast<size_t>(k & 7)]) {
-      for (size_t q = 1; q < 4; ++q) (void)mix(d, k, q, d.gradients_touched);
-      d.gradients_touched = d.touched[static_cast<size_t>(k & 7)];
+    if (d.mixed && analytic_ && d.filled[k]) {
+      for (size_t q = 1; q < 4; ++q) (void)mix_plane(d, k, q, d.gradients_touched);
+      d.gradients_touched = d.touched[k];
     }
-    absorb(d, scene, rays_[object], k, matter);
+    absorb_sheet(d, scene, rays_[object], k, matter);
   }
 
-  void join(int64_t k, int64_t n) {
+  void join_sheet(int64_t k, int64_t n) {
     const auto at = static_cast<size_t>(n);
     if (!used_[at][0] && !used_[at][1]) return;
     JoinArgs j;
@@ -298,13 +297,13 @@ class TrailTile {
     j.combine = job_.combine;
     j.stop = stop();
     j.pixel = pixel_;
-    const int closed = kernels_.join(j);
+    const int closed = loops_.join(j);
     closed_ += closed, open_ -= closed;
-    if (options_.with_deep) m_.deep.add_slab(pixel_, j.k - j.front, j.k + 0.5f, all_pixels);
+    if (options_.with_deep) m_.deep.add_segment(pixel_, j.k - j.front, j.k + 0.5f, all_pixels);
   }
 
-  void absorb(const Drawn& d, const SplatScene& scene, const PixelPlanes& rays, int64_t k,
-              const MatterPlanes& out) {
+  void absorb_sheet(const Drawn& d, const SplatScene& scene, const PixelPlanes& rays, int64_t k,
+                    const MatterPlanes& out) {
     SheetArgs a;
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = pitch_;
     a.plane_pitch = plane_pitch_;
@@ -321,14 +320,14 @@ class TrailTile {
       a.hole = m_.hole.data();
     }
     if (pixel_.time) a.time = sheet_time(d.time, *scene.view, k);
-    kernels_.absorb(a, d.weight, out);
+    loops_.absorb(a, d.weight, out);
   }
 
   [[nodiscard]] float stop() const {
     return options_.opacity_stop < 1 ? static_cast<float>(options_.opacity_stop) : 2.0f;
   }
 
-  void finish() {
+  void finish_pixels() {
     for (int y = 0; y < tile_.height; ++y)
       for (int x = 0; x < tile_.width; ++x) {
         const auto p = static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x);
@@ -358,7 +357,7 @@ class TrailTile {
   TrailMemory& m_;
   SplatStats& stats_;
   const SheetView& view_;
-  const MatterKernels& kernels_;
+  const MatterLoops& loops_;
   int pitch_;
   size_t pixels_;
   std::vector<const TrailObject*> objects_;

@@ -25,6 +25,9 @@ struct TrailObject {
 inline constexpr int sheets_together = 4;
 inline constexpr uint64_t group_planes = 6, matter_planes = sheets_together * 2 * group_planes;
 
+// Planes of a mixed gradient, which serve one sheet at a time.
+inline constexpr size_t gradient_planes = 3;
+
 // What a tile of a trail works in; kept from tile to tile.
 struct TrailMemory {
   TileMemory slice;               // of the slice where it is drawn apart

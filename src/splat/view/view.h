@@ -68,8 +68,8 @@ struct WorldCamera {
 [[nodiscard]] std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, double i,
                                                  double j);
 
-// Sheets that may hold samples: every slab [k - 1/2, k + 1/2] that meets the domain, first > last when there
-// is none.
+// Sheets that may hold samples: every segment [k - 1/2, k + 1/2] that meets the domain, first > last when
+// there is none.
 [[nodiscard]] std::array<int64_t, 2> sheet_range(const Slice& slice, const SheetView& view);
 
 [[nodiscard]] inline std::array<Vec3, 8> box_corners(const Vec3& low, const Vec3& high) {

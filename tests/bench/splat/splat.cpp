@@ -40,7 +40,7 @@ struct LoopRate {
   int columns = 0, rows = 0, sheets = 0;
 };
 
-// Points at random places of a 60 x 60 tile, in the middle slab of the plan.
+// Points at random places of a 60 x 60 tile, in the middle gap of the plan.
 LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double step, bool gradient,
                     bool quick) {
   const int tile = 60;
@@ -59,9 +59,9 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   TileMemory memory;
   memory.prepare(plan, plan_tile(plan, 0, 0, tile, tile), gradient);
   const KernelPolynomial kernel = flat_polynomial(slice.kernel.space);
-  const int64_t slab = (plan.first_slab + plan.last_slab) / 2;
-  const auto n = static_cast<size_t>(slab - plan.first_slab);
-  const SlabLanes lanes = plan.lanes(slab);
+  const int64_t gap = (plan.first_gap + plan.last_gap) / 2;
+  const auto n = static_cast<size_t>(gap - plan.first_gap);
+  const GapLanes lanes = plan.lanes(gap);
   SplatArgs a;
   a.lanes = &lanes, a.kernel = &kernel, a.depth2 = static_cast<float>(plan.depth2);
   a.isotropic = plan.isotropic, a.spare = plan.spare;
@@ -245,10 +245,12 @@ void error_table(const Report& report) {
                                 : gradient == GradientMethod::analytic ? "kernel's gradient"
                                                                        : "fourth order"),
                 figure("step", step, 2)};
-        for (const KernelForm form : {KernelForm::exact, KernelForm::brief, KernelForm::flat}) {
+        for (const KernelForm form : {KernelForm::exact, KernelForm::short_form, KernelForm::flat_form}) {
           o.kernel_form = form;
           render(scene, o, context.get(), got.image);
-          const char* name = form == KernelForm::exact ? "full" : form == KernelForm::flat ? "flat" : "short";
+          const char* name = form == KernelForm::exact       ? "full"
+                             : form == KernelForm::flat_form ? "flat"
+                                                             : "short";
           row.push_back(figure(concat(name, ", to the field's integral, dB"), compare(own, got).db(), 1));
           row.push_back(figure(concat(name, ", to the truth, dB"), compare(exact, got).db(), 1));
         }

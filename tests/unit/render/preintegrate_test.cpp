@@ -67,7 +67,7 @@ TEST(Preintegrate, SegmentsHoldTheExactMeanOfTheFunction) {
                              {-0.3, 0.25},
                              {0.61, 0.64}}) {
     const auto mean = mean_between(f, a, b);
-    const SegmentClass s = classify_segment(table, entry(a), entry(b), 0.7f);
+    const HalfClass s = classify_half(table, entry(a), entry(b), 0.7f);
     // Partly crossed entries hold their mean everywhere: half an entry of what lies between.
     const double part = 0.5 / (511 * std::fabs(b - a));
     EXPECT_NEAR(static_cast<double>(s.absorbed), -std::expm1(-0.7 * mean[3]), 1e-5 + 0.3 * part)
@@ -76,7 +76,7 @@ TEST(Preintegrate, SegmentsHoldTheExactMeanOfTheFunction) {
       EXPECT_NEAR(static_cast<double>(s.color[c]), mean[c] / mean[3], 1e-4 + part) << a << ' ' << b;
   }
   // Nothing between the peaks, not even rounding.
-  EXPECT_EQ(classify_segment(table, entry(0.21), entry(0.36), 1).absorbed, 0);
+  EXPECT_EQ(classify_half(table, entry(0.21), entry(0.36), 1).absorbed, 0);
   EXPECT_FALSE(table.integrals.visible(entry(0.21), entry(0.36)));
   EXPECT_TRUE(table.integrals.visible(entry(0.21), entry(0.38)));
 }
@@ -86,11 +86,11 @@ TEST(Preintegrate, SmallExtinctionsKeepTheirDigitsBesideOpaqueOnes) {
   f.opacities = {{0, 1}, {0.5, 1}, {0.5, 0.01}, {1, 0.01}};
   const ClassTable table = table_of(f, 0, 1, 4096);
   for (const float from : {2100.0f, 3000.0f, 4000.0f}) {
-    const SegmentClass s = classify_segment(table, from, from + 10, 1);
+    const HalfClass s = classify_half(table, from, from + 10, 1);
     EXPECT_NEAR(s.absorbed, 0.01, 1e-5) << from;
   }
-  EXPECT_EQ(classify_segment(table, 0, 4000, 0.5f).absorbed, 1);
-  EXPECT_EQ(classify_segment(table, 2040, 4000, 0.5f).absorbed, 1); // seven entries of opacity 1
+  EXPECT_EQ(classify_half(table, 0, 4000, 0.5f).absorbed, 1);
+  EXPECT_EQ(classify_half(table, 2040, 4000, 0.5f).absorbed, 1); // seven entries of opacity 1
 }
 
 // Sheets of a tile whose rays all look alike, as planes of any values.
@@ -109,13 +109,13 @@ struct Sheets {
       : count(sheets), plane(static_cast<size_t>(sheets) + 4, std::vector<float>(size)), enter(size, -0.5f),
         leave(size, static_cast<float>(sheets) - 0.5f), path(size, 0.5f), zero(size), hole(size) {}
 
-  int composite(const SheetKernels& kernels, int at_once) {
+  int composite(const SheetLoops& loops, int at_once) {
     for (auto& o : out) std::fill(o.begin(), o.end(), 0.0f);
     int closed = 0;
     for (int k = 0; k < count; k += at_once) {
       std::vector<SheetArgs> batch;
       for (int n = k; n < std::min(k + at_once, count); ++n) batch.push_back(sheet(n));
-      closed += kernels.composite(batch);
+      closed += loops.composite(batch);
     }
     return closed;
   }
@@ -142,7 +142,7 @@ struct Sheets {
 
 TEST(Preintegrate, LinearRaysHaveTheExactIntegral) {
   // Values that rise by .11 per sheet through a box, a peak and an edge narrower than that, and rays that
-  // begin and end anywhere inside a slab.
+  // begin and end anywhere inside a segment.
   TransferFunction f = shells({0.31}, 0.01, 0.8);
   f.opacities.insert(f.opacities.end(),
                      {{0.52, 0}, {0.52, 0.4}, {0.55, 0.4}, {0.55, 0}, {0.8, 0}, {0.8, 0.2}});
@@ -156,8 +156,8 @@ TEST(Preintegrate, LinearRaysHaveTheExactIntegral) {
     const float start = -0.02f + 0.01f * static_cast<float>(p % 13);
     for (size_t n = 0; n < s.plane.size(); ++n) s.plane[n][p] = start + 0.11f * (static_cast<float>(n) - 2);
   }
-  for (const SheetKernels* kernels : {&scalar_sheet_kernels(), &simd_sheet_kernels()}) {
-    s.composite(*kernels, 4);
+  for (const SheetLoops* loops : {&reference_sheet_loops(), &simd_sheet_loops()}) {
+    s.composite(*loops, 4);
     for (int y = 0; y < Sheets::height; ++y)
       for (int x = 0; x < Sheets::width; ++x) {
         const size_t p = static_cast<size_t>(y) * Sheets::pitch + static_cast<size_t>(x);
@@ -190,10 +190,10 @@ TEST(Preintegrate, VectorsAreThePlainLoops) {
   }
   for (const float stop : {2.0f, 0.9f}) {
     s.stop = stop;
-    const int closed = s.composite(scalar_sheet_kernels(), 1);
+    const int closed = s.composite(reference_sheet_loops(), 1);
     const auto expected = s.out;
     for (const int at_once : {1, 4}) {
-      EXPECT_EQ(s.composite(simd_sheet_kernels(), at_once), closed);
+      EXPECT_EQ(s.composite(simd_sheet_loops(), at_once), closed);
       for (size_t q = 0; q < expected.size(); ++q)
         for (size_t p = 0; p < Sheets::size; ++p) {
           if (p % Sheets::pitch >= Sheets::width) continue;
@@ -402,7 +402,7 @@ TEST(Preintegrate, IsChosenWhereTheFunctionIsNarrowerThanAStep) {
   // The same peak is wide for finer sheets.
   EXPECT_TRUE(drawn(peak(0.5, 0.2, 0.9), Quality::draft, Preintegrate::automatic, a));
   EXPECT_FALSE(drawn(peak(0.5, 0.2, 0.9), Quality::best, Preintegrate::automatic, a));
-  // Other modes do not classify slabs.
+  // Other modes do not classify segments.
   for (const RenderMode m : {RenderMode::isosurface, RenderMode::xray, RenderMode::maximum}) {
     EXPECT_FALSE(drawn(peak(0.5, 0.01, 0.9), Quality::normal, Preintegrate::on, a, m));
     EXPECT_FALSE(drawn(peak(0.5, 0.01, 0.9), Quality::normal, Preintegrate::off, b, m));
@@ -447,7 +447,7 @@ TEST(Preintegrate, ValueAndDepthAreThoseOfTheShell) {
   draw(scene, o, out);
   EXPECT_GT(out.image.rgba.at(20, 20)[3], 0.99f);
   EXPECT_NEAR(*out.image.value.at(20, 20), 0.6, 0.004);
-  // The shell's nearest point, to the half of a slab that holds it.
+  // The shell's nearest point, to the half of a segment that holds it.
   ImageStorage fine(41, 41, true, true, true);
   draw(scene, flat(0.125), fine);
   EXPECT_NEAR(*out.image.depth.at(20, 20), *fine.image.depth.at(20, 20), 0.5);

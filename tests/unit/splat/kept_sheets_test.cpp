@@ -127,7 +127,7 @@ TEST(KeptSheets, EveryChangeOfTheViewDrawsAnew) {
   EXPECT_TRUE(taken(image));
   options.sheet_step = 0.6;
   settle();
-  options.preintegrate = Preintegrate::on; // its slabs look no farther than the differences
+  options.preintegrate = Preintegrate::on; // its segments look no farther than the differences
   EXPECT_TRUE(taken(image));
   options.shading = false;
   settle();

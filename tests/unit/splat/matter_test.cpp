@@ -59,8 +59,8 @@ void expect_near(const std::vector<float>& a, const std::vector<float>& b, float
 
 TEST(Matter, AbsorbingIsTheSameInVectors) {
   for (const bool shading : {false, true}) {
-    Sheet plain, vectors;
-    for (Sheet* s : {&plain, &vectors}) {
+    Sheet reference, vectors;
+    for (Sheet* s : {&reference, &vectors}) {
       SheetArgs a;
       a.k = 5, a.width = Sheet::width, a.height = Sheet::height, a.pitch = Sheet::pitch;
       a.plane_pitch = Sheet::plane_pitch;
@@ -71,10 +71,10 @@ TEST(Matter, AbsorbingIsTheSameInVectors) {
       a.stop = 0.995f, a.table = &s->table, a.lights = &s->lights;
       a.time = {3, 0.25f, -0.5f, 0};
       a.pixel = s->planes();
-      (s == &plain ? scalar_matter_kernels() : simd_matter_kernels()).absorb(a, 0.3f, s->group(1));
+      (s == &reference ? reference_matter_loops() : simd_matter_loops()).absorb(a, 0.3f, s->group(1));
     }
-    expect_near(vectors.matter, plain.matter, 1e-5f);
-    EXPECT_NE(plain.matter, Sheet().matter);
+    expect_near(vectors.matter, reference.matter, 1e-5f);
+    EXPECT_NE(reference.matter, Sheet().matter);
   }
 }
 
@@ -82,22 +82,22 @@ TEST(Matter, JoiningIsTheSameInVectors) {
   for (const TrailCombine combine :
        {TrailCombine::physical, TrailCombine::interleaved, TrailCombine::interleaved_consistent})
     for (const unsigned groups : {1u, 2u, 3u}) {
-      Sheet plain, vectors;
+      Sheet reference, vectors;
       int closed[2];
-      for (Sheet* s : {&plain, &vectors}) {
+      for (Sheet* s : {&reference, &vectors}) {
         const MatterPlanes a = s->group(0), b = s->group(1);
         JoinArgs j;
         j.k = 5, j.width = Sheet::width, j.height = Sheet::height, j.pitch = Sheet::pitch;
         j.group = {groups & 1 ? &a : nullptr, groups & 2 ? &b : nullptr};
         j.combine = combine, j.stop = 0.995f, j.pixel = s->planes();
-        closed[s == &vectors] = (s == &plain ? scalar_matter_kernels() : simd_matter_kernels()).join(j);
+        closed[s == &vectors] = (s == &reference ? reference_matter_loops() : simd_matter_loops()).join(j);
       }
       EXPECT_EQ(closed[0], closed[1]);
       // Beside the tile vectors may leave anything.
-      for (Sheet* s : {&plain, &vectors})
+      for (Sheet* s : {&reference, &vectors})
         for (size_t p = 0; p < s->pixels.size(); ++p)
           if (p % Sheet::pitch >= Sheet::width) s->pixels[p] = 0;
-      expect_near(vectors.pixels, plain.pixels, 2e-5f);
+      expect_near(vectors.pixels, reference.pixels, 2e-5f);
     }
 }
 
@@ -109,7 +109,7 @@ TEST(Matter, ExtinctionsAdd) {
   JoinArgs j;
   j.k = 5, j.width = Sheet::width, j.height = Sheet::height, j.pitch = Sheet::pitch;
   j.group = {&a, &b}, j.stop = 2, j.pixel = s.planes();
-  (void)simd_matter_kernels().join(j);
+  (void)simd_matter_loops().join(j);
   for (int x = 0; x < Sheet::width; ++x)
     EXPECT_NEAR(j.pixel.alpha[x], 1 - std::exp(-(a.depth[x] + b.depth[x])), 1e-6);
 }
@@ -122,7 +122,7 @@ TEST(Matter, MixingIsTheSameInVectors) {
   std::array<float, 2> range[2];
   for (int form = 0; form < 2; ++form) {
     out[form].resize(s.value.size());
-    range[form] = (form ? simd_matter_kernels() : scalar_matter_kernels())
+    range[form] = (form ? simd_matter_loops() : reference_matter_loops())
                       .mix({from, weight, out[form].data(), Sheet::width, Sheet::height, Sheet::plane_pitch});
   }
   for (int y = 0; y < Sheet::height; ++y)

@@ -70,7 +70,7 @@ TEST(PointSizes, BallsMeetTheCellsThatArePossiblyNear) {
             cube.add(cells, {x, y, z}, edge);
           }
       const FineBall ball = make_ball(distance, plane);
-      const FineCells got = cells_within_plain(cube, ball);
+      const FineCells got = cells_within_reference(cube, ball);
       for_targets([&] { EXPECT_EQ(cells_within(cube, ball), got); });
       for (int z = 0; z < edge; ++z)
         for (int y = 0; y < edge; ++y)
@@ -113,7 +113,7 @@ TEST(PointSizes, PointsAreTakenInTheirOrder) {
     };
     coefficient[count] = -1, position[count] = 7;
     for_targets([&] { check(take_points(points, brick, cells, position.data(), coefficient.data())); });
-    check(take_points_plain(points, brick, cells, position.data(), coefficient.data()));
+    check(take_points_reference(points, brick, cells, position.data(), coefficient.data()));
   }
 }
 

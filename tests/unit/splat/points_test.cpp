@@ -1,4 +1,4 @@
-// The points of a slice against its sites, one by one; every loop against its plain form.
+// The points of a slice against its sites, one by one; every loop against its reference form.
 #include "splat/points/points.h"
 
 #include <gtest/gtest.h>
@@ -179,11 +179,12 @@ TEST(BrickSites, ArePlainCodeOnEveryTarget) {
     SplatBrick expected, got;
     BrickCells expected_cells, cells;
     std::array<uint8_t, SplatPoints::fine_cells> expected_codes, codes;
-    summarise_plain(sites, true, expected, expected_cells);
-    code_cells_plain(sites, true, points, expected_codes.data());
+    summarise_reference(sites, true, expected, expected_cells);
+    code_cells_reference(sites, true, points, expected_codes.data());
     std::vector<uint16_t> expected_position(expected.count), position;
     std::vector<float> expected_coefficient(expected.count), coefficient;
-    list_points_plain(sites, order, expected.count, expected_position.data(), expected_coefficient.data());
+    list_points_reference(sites, order, expected.count, expected_position.data(),
+                          expected_coefficient.data());
     for_targets([&] {
       summarise(sites, true, got, cells);
       code_cells(sites, true, points, codes.data());
@@ -212,7 +213,7 @@ TEST(CellRanges, ArePlainCodeOnEveryTarget) {
   for (size_t n = 0; n < cube.low.size(); ++n) cube.low[n] = value(random), cube.high[n] = value(random);
   std::array<std::array<CellRange, cells_per_brick>, 3> expected, got;
   const auto into = [](auto& a) { return WidenedCells{a[0].data(), a[1].data(), a[2].data()}; };
-  widen_cells_plain(cube, into(expected));
+  widen_cells_reference(cube, into(expected));
   for_targets([&] {
     CellCube work = cube;
     widen_cells(work, into(got));

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "kernel/radial.h"
-#include "splat/loop/kernels.h"
+#include "splat/loop/loops.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -30,7 +30,7 @@ RadialKernel as_radial(const KernelPolynomial& k, double radius) {
 TEST(ShortPolynomial, IsNearTheKernelAndKeepsConstants) {
   const RadialKernel phi = make_kernel("default").space;
   const KernelPolynomial k = short_polynomial(phi);
-  ASSERT_EQ(k.form, KernelPolynomial::Form::short_5);
+  ASSERT_EQ(k.form, KernelPolynomial::Form::short_form);
   EXPECT_EQ(k.a[0], 0);
   EXPECT_EQ(k.a[1], 0);
   EXPECT_EQ(k.a[3], 0);
@@ -67,7 +67,7 @@ double largest_ripple(const KernelPolynomial& k, double radius, bool bcc) {
 TEST(FlatPolynomial, ConstantsComeOutFlatter) {
   const RadialKernel phi = make_kernel("default").space;
   const KernelPolynomial k = flat_polynomial(phi);
-  ASSERT_EQ(k.form, KernelPolynomial::Form::even_4);
+  ASSERT_EQ(k.form, KernelPolynomial::Form::flat_form);
   EXPECT_NEAR(radial_integral(as_radial(k, phi.radius)), radial_integral(phi), 1e-6 * radial_integral(phi));
   EXPECT_LT(largest_ripple(k, phi.radius, true),
             0.6 * largest_ripple(kernel_polynomial(phi), phi.radius, true));
@@ -78,7 +78,7 @@ TEST(FlatPolynomial, ConstantsComeOutFlatter) {
 // What culling by coefficients relies on: no form of a radial kernel ripples by 2 % on BCC.
 TEST(KernelPolynomial, RadialKernelsHardlyRipple) {
   for (const char* name : {"radial16+b2", "radial18+b3", "radial20+b3", "radial24+b4"})
-    for (const auto form : {KernelForm::exact, KernelForm::brief, KernelForm::flat}) {
+    for (const auto form : {KernelForm::exact, KernelForm::short_form, KernelForm::flat_form}) {
       const RadialKernel phi = make_kernel(name).space;
       EXPECT_LT(largest_ripple(kernel_polynomial(phi, form), phi.radius, true), 0.01) << name;
     }
@@ -115,7 +115,7 @@ TEST(ShortPolynomial, PicturesAreAsCloseToTheFieldsOwnIntegral) {
     draw(scene, o, reference);
     o.reference = false;
     for (const auto quality : {Quality::draft, Quality::normal}) {
-      o.kernel_form = KernelForm::brief;
+      o.kernel_form = KernelForm::short_form;
       o.quality = quality;
       o.gradient = GradientMethod::fourth_order;
       draw(scene, o, got);

@@ -80,7 +80,7 @@ TEST(Raise, LoopsAgreeOnEveryTarget) {
       a.scratch = scratch.data(), a.scratch_pitch = pitch + 32;
       std::vector<float> expected(static_cast<size_t>(96 * height)), got(expected);
       a.plane = expected.data();
-      raise_plain(a);
+      raise_reference(a);
       a.plane = got.data();
       for_targets([&] {
         std::fill(got.begin(), got.end(), 9.0f);
@@ -108,7 +108,7 @@ TEST(Raise, BlendsAgreeOnEveryTarget) {
   std::vector<float> expected(96 * rows), got(96 * rows);
   for (a.taps = 1; a.taps <= most_taps; ++a.taps) {
     a.out = expected.data();
-    blend_plain(a);
+    blend_reference(a);
     a.out = got.data();
     for_targets([&] {
       blend_planes(a);
@@ -172,7 +172,7 @@ TEST(Raise, CloseSheetsAreThoseOfTheRing) {
         const Magnified m(perspective);
         RenderOptions o;
         o.shading = shading, o.opacity_stop = 1, o.sheet_step = step;
-        o.gradient = GradientMethod::fourth_order, o.kernel_form = KernelForm::flat;
+        o.gradient = GradientMethod::fourth_order, o.kernel_form = KernelForm::flat_form;
         ImageStorage raised(150, 140), direct(150, 140);
         o.raise = filter;
         const RenderStats few = draw(m.scene, o, raised);

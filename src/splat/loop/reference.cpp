@@ -1,8 +1,8 @@
-// The inner loops in plain C++, as the formulae of kernels.h read.
+// The reference loops: slow, and as the formulae of loops.h read.
 #include <algorithm>
 #include <cmath>
 
-#include "splat/loop/kernels.h"
+#include "splat/loop/loops.h"
 
 namespace bccsplat {
 namespace {
@@ -43,18 +43,18 @@ void splat(const SplatArgs& s) {
 }
 
 // The pixels of the tile that may look at `count` samples from `sample` on, counted from the fan's foot.
-void fan_window(const FanArgs& fan, size_t slab, float per, float foot, int sample, int count, int& begin,
+void fan_window(const FanArgs& fan, size_t gap, float per, float foot, int sample, int count, int& begin,
                 int& end) {
   const float low = static_cast<float>(sample - fan.around) * per,
               high = static_cast<float>(sample + count + fan.around) * per;
-  const float near = fan.inverse_near[slab], far = fan.inverse_far[slab];
+  const float near = fan.inverse_near[gap], far = fan.inverse_far[gap];
   begin = static_cast<int>(std::max(std::floor(std::min(low * near, low * far) + foot), -1e8f)) - fan.border;
   end =
       static_cast<int>(std::min(std::ceil(std::max(high * near, high * far) + foot), 1e8f)) + 1 + fan.border;
 }
 
 TransformCounts transform(const TransformArgs& t) {
-  const BrickFrame& f = *t.frame;
+  const BrickAxes& f = *t.axes;
   TransformCounts counts;
   for (size_t n = 0; n < t.count; ++n) {
     const unsigned cell = (t.position[n] >> 2 & 3u) | (t.position[n] >> 4 & 12u) | (t.position[n] >> 6 & 48u);
@@ -69,9 +69,9 @@ TransformCounts transform(const TransformArgs& t) {
     };
     const float depth = affine(f.dk);
     const float whole = std::floor(depth);
-    const int64_t slab = f.k + static_cast<int64_t>(whole);
-    if (slab < t.first_slab || slab > t.last_slab) continue;
-    const auto s = static_cast<size_t>(slab - t.base_slab);
+    const int64_t gap = f.k + static_cast<int64_t>(whole);
+    if (gap < t.first_gap || gap > t.last_gap) continue;
+    const auto s = static_cast<size_t>(gap - t.base_gap);
     float foot_x = affine(f.di), foot_y = affine(f.dj), lateral_x = 0, lateral_y = 0;
     if (!t.isotropic) {
       lateral_x = affine(f.dX), lateral_y = affine(f.dY);
@@ -124,9 +124,9 @@ void extract(const ExtractArgs& e) {
 
 } // namespace
 
-const SplatKernels& scalar_kernels() {
-  static constexpr SplatKernels kernels{splat, transform, extract, raise_plain, blend_plain};
-  return kernels;
+const SplatLoops& reference_loops() {
+  static constexpr SplatLoops loops{splat, transform, extract, raise_reference, blend_reference};
+  return loops;
 }
 
 } // namespace bccsplat

@@ -1,9 +1,9 @@
 // The inner loops of the splatter and the data they share: one body for every SIMD target (*_simd.cpp), and a
-// plain one beside it that reads like the formulae (scalar.cpp).
+// slow reference that reads like the formulae (reference.cpp).
 //
-// Vocabulary. A slab s holds the points between sheets s and s + 1. Their kernels reach the sheets first ..
-// last of that slab, a window of at most `sheets` sheets, a multiple of 4. Sheet k lives in slot k mod sheets
-// of the ring: group slot / 4, lane slot % 4, so that four neighbouring pixels of one group are 16 floats
+// Gap s holds the points between sheets s and s + 1. Their kernels reach the sheets first .. last of that
+// gap, a window of at most `sheets` sheets, a multiple of 4. Sheet k lives in slot k mod sheets of the
+// ring: group slot / 4, lane slot % 4, so that four neighbouring pixels of one group are 16 floats
 // side by side:
 //   ring[group][y][x][lane]
 // and one vector adds to 4 sheets x 4 pixels whatever the alignment in x.
@@ -28,9 +28,9 @@ inline constexpr int block_window = 16;
 struct KernelPolynomial {
   enum class Form : uint8_t {
     general,
-    square_8, // a_2 u^2 + ... + a_7 u^7
-    short_5,  // a_2 u^2 + a_4 u^4 + a_5 u^5
-    even_4    // a_2 u^2 + a_4 u^4
+    square_8,   // a_2 u^2 + ... + a_7 u^7
+    short_form, // a_2 u^2 + a_4 u^4 + a_5 u^5
+    flat_form   // a_2 u^2 + a_4 u^4
   };
   Form form = Form::general;
   int terms = 0;
@@ -39,24 +39,28 @@ struct KernelPolynomial {
 };
 [[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi);
 
-// The kernel of form short_5 nearest to phi: least mean square difference over the ball among those with the
-// same integral, so that constants are reproduced as before. It takes 4 multiplications where radial kernels
-// take 7. Where none differs by less than .002 phi(0) (radial20 has one), phi itself.
+// The kernel of the short form nearest to phi: least mean square difference over the ball among those with
+// the same integral, so that constants are reproduced as before. It takes 4 multiplications where radial
+// kernels take 7. Where none differs by less than 0.002 phi(0) (radial20 has one), phi itself.
 [[nodiscard]] KernelPolynomial short_polynomial(const RadialKernel& phi);
 
-// The kernel of form even_4 with the integral of phi whose spectrum is 0 at the lattice's first images (both
-// lattices: 1 per unit): constants, and with them gradients of smooth data, come out without ripple, which
-// shading shows before anything else. It takes 3 multiplications, and waves of more than a third of the
+// The kernel of the flat form with the integral of phi whose spectrum is 0 at the lattice's first images
+// (both lattices: 1 per unit): constants, and with them gradients of smooth data, come out without ripple,
+// which shading shows before anything else. It takes 3 multiplications, and waves of more than a third of the
 // Nyquist rate come out up to 4 % weaker. Where it is not near phi (radial20's is), phi itself.
 [[nodiscard]] KernelPolynomial flat_polynomial(const RadialKernel& phi);
 
-enum class KernelForm : uint8_t { exact, brief, flat }; // phi, short_polynomial(), flat_polynomial()
+enum class KernelForm : uint8_t {
+  exact,
+  short_form,
+  flat_form
+}; // phi, short_polynomial(), flat_polynomial()
 [[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi, KernelForm form);
 
-// Constants of one slab, per ring slot. With di, dj the pixel distances from the foot of a point on sheet k,
+// Constants of one gap, per ring slot. With di, dj the pixel distances from the foot of a point on sheet k,
 //   u = 1 - (xx di^2 + xy di dj + yy dj^2) - depth2 (offset - z)^2,   di = i - fx - X delta,  dj = j - fy - Y
 //   delta.
-struct SlabLanes {
+struct GapLanes {
   const float* offset = nullptr; // k - s
   const float* delta = nullptr;  // shift of the foot from sheet s to sheet k, per unit of X, Y
   const float *xx = nullptr, *xy = nullptr, *yy = nullptr; // 1 / (R pixel)^2
@@ -80,7 +84,7 @@ struct SplatRecord {
 struct SplatArgs {
   const SplatRecord* record = nullptr;
   size_t count = 0;
-  const SlabLanes* lanes = nullptr;
+  const GapLanes* lanes = nullptr;
   const KernelPolynomial* kernel = nullptr;
   float depth2 = 0;
   bool isotropic = false;    // xx, yy equal for all lanes, xy and delta 0
@@ -96,7 +100,7 @@ struct SplatArgs {
 
 // Moves the points of a brick to the screen. Pixel and sheet numbers are relative to integer bases, so that
 // float holds them as exactly far from the origin as near it.
-struct BrickFrame {
+struct BrickAxes {
   int32_t i = 0, j = 0;                  // base pixel
   int64_t k = 0;                         // base sheet
   std::array<float, 4> di{}, dj{}, dk{}; // per local plane x, y, z, and constant
@@ -104,11 +108,11 @@ struct BrickFrame {
   float m = 0;                           // `lateral` table at the base: foot = di.. + X (lateral[s] - m)
 };
 
-// What a tile sees of slabs that a fan is raised from.
+// What a tile sees of gaps that a fan is raised from.
 struct FanArgs {
-  const int32_t* rect = nullptr; // per slab, from base_slab: samples of the ring that it needs: x begin,
+  const int32_t* rect = nullptr; // per gap, from base_gap: samples of the ring that it needs: x begin,
                                  // y begin, x end, y end
-  // Per slab: 1 / scale of the nearest and farthest sheets its points reach.
+  // Per gap: 1 / scale of the nearest and farthest sheets its points reach.
   const float *inverse_near = nullptr, *inverse_far = nullptr;
   // Pixel of the tile that a sample of the ring stands at: foot + (sample - sample_foot) per / scale.
   float per_x = 1, per_y = 1, foot_x = 0, foot_y = 0;
@@ -122,25 +126,25 @@ struct TransformArgs {
   const uint16_t* position = nullptr;
   const float* coefficient = nullptr;
   size_t count = 0;
-  const BrickFrame* frame = nullptr;
+  const BrickAxes* axes = nullptr;
   bool isotropic = false;
-  const float* lateral = nullptr; // per slab, from base_slab
-  const float* half_x = nullptr;  // half windows per slab, pixels
+  const float* lateral = nullptr; // per gap, from base_gap
+  const float* half_x = nullptr;  // half windows per gap, pixels
   const float* half_y = nullptr;
-  const int32_t* columns = nullptr; // windows per slab, pixels
+  const int32_t* columns = nullptr; // windows per gap, pixels
   const int32_t* rows = nullptr;
-  int64_t base_slab = 0, first_slab = 0,
-          last_slab = 0;      // tables from base_slab; points outside [first, last] are dropped
-  int tile_x = 0, tile_y = 0; // pixel of ring column 0, row 0
+  int64_t base_gap = 0;                // of the tables
+  int64_t first_gap = 0, last_gap = 0; // points outside of them are dropped
+  int tile_x = 0, tile_y = 0;          // pixel of ring column 0, row 0
   int width = 0, height = 0;
   // Sums of the pixels still open over all columns and rows before (x, y), (width + 1) per row; null: all
   // are. A point is dropped when no pixel of its window, or within `around` of it, is open.
   const int32_t* open_sum = nullptr;
   int around = 0;
   const FanArgs* fan = nullptr; // then open_sum counts pixels
-  uint64_t cells =
-      ~uint64_t{0}; // bit (x >> 2 | y >> 2 << 2 | z >> 2 << 4) of the local planes: points are needed
-  // Results: accepted points are appended at bin_end[(slab - base_slab) & bin_mask]; every bin has room for
+  // Bit (x >> 2 | y >> 2 << 2 | z >> 2 << 4) of the local planes: points there are needed.
+  uint64_t cells = ~uint64_t{0};
+  // Results: accepted points are appended at bin_end[(gap - base_gap) & bin_mask]; every bin has room for
   // count + 1.
   SplatRecord** bin_end = nullptr;
   uint32_t bin_mask = 0; // bin_end[bin_mask + 1] takes what is rejected
@@ -150,7 +154,7 @@ struct TransformCounts {
   size_t accepted = 0, occluded = 0, invisible = 0; // invisible: of all points, wherever they fall
 };
 
-// One finished sheet out of the ring into plain rows, and the ring's slots cleared.
+// One finished sheet out of the ring into rows of pixels, and the ring's slots cleared.
 struct ExtractArgs {
   float* ring = nullptr; // the slot's group
   int lane = 0;
@@ -159,7 +163,7 @@ struct ExtractArgs {
   int plane_pitch = 0;
 };
 
-struct SplatKernels {
+struct SplatLoops {
   void (*splat)(const SplatArgs&);
   TransformCounts (*transform)(const TransformArgs&);
   void (*extract)(const ExtractArgs&);
@@ -170,7 +174,7 @@ struct SplatKernels {
 // Adds points to the ring with the best target of this machine.
 void splat_points(const SplatArgs& args);
 
-[[nodiscard]] const SplatKernels& scalar_kernels();
-[[nodiscard]] const SplatKernels& simd_kernels(); // best target of this machine
+[[nodiscard]] const SplatLoops& reference_loops();
+[[nodiscard]] const SplatLoops& simd_loops(); // best target of this machine
 
 } // namespace bccsplat

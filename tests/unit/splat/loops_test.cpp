@@ -1,5 +1,5 @@
-// Every SIMD target this machine has against the plain loops.
-#include "splat/loop/kernels.h"
+// Every SIMD target this machine has against the reference loops.
+#include "splat/loop/loops.h"
 
 #include <gtest/gtest.h>
 
@@ -29,39 +29,39 @@ struct SplatCase {
 
 class SplatLoop : public testing::TestWithParam<SplatCase> {};
 INSTANTIATE_TEST_SUITE_P(
-    Kernels, SplatLoop,
-    testing::Values(SplatCase{"plain", "default", true, false, 4, 1.1},
-                    SplatCase{"plain_gradient", "default", true, true, 8, 2.3},
-                    SplatCase{"general", "radial18+b3", false, false, 4, 1.7},
-                    SplatCase{"general_gradient", "fine", false, true, 12, 0.8},
-                    SplatCase{"gauss", "gauss09", true, false, 8, 1},
-                    SplatCase{"gauss_gradient", "paper", false, true, 8, 2},
-                    SplatCase{"large", "default", true, true, 4, 17},
-                    SplatCase{"large_general", "default", false, false, 16, 9},
-                    SplatCase{"small", "default", true, false, 8, 1, true},
-                    SplatCase{"small_pair", "fine", true, false, 4, 1.2, true},
-                    SplatCase{"blocks_gradient", "radial18+b3", true, true, 4, 1.3},
-                    SplatCase{"short_small", "default", true, false, 4, 1, true, KernelForm::brief},
-                    SplatCase{"short_blocks", "default", true, false, 8, 1.3, false, KernelForm::brief},
-                    SplatCase{"short_gradient", "default", true, true, 4, 1.3, false, KernelForm::brief},
-                    SplatCase{"short_large", "default", true, false, 8, 4, false, KernelForm::brief},
-                    SplatCase{"short_general", "default", false, false, 4, 3, false, KernelForm::brief},
-                    SplatCase{"short_general_gradient", "default", false, true, 4, 2, false,
-                              KernelForm::brief},
-                    SplatCase{"flat_small", "default", true, false, 8, 1, true, KernelForm::flat},
-                    SplatCase{"flat_small_five", "default", true, false, 4, 1.15, true, KernelForm::flat},
-                    SplatCase{"flat_small_six", "default", true, false, 8, 1.49, true, KernelForm::flat},
-                    SplatCase{"flat_blocks", "default", true, false, 4, 2.3, false, KernelForm::flat},
-                    SplatCase{"flat_gradient", "default", true, true, 4, 1.3, false, KernelForm::flat},
-                    SplatCase{"flat_general", "default", false, true, 4, 2, false, KernelForm::flat}),
+    Loops, SplatLoop,
+    testing::Values(
+        SplatCase{"isotropic", "default", true, false, 4, 1.1},
+        SplatCase{"plain_gradient", "default", true, true, 8, 2.3},
+        SplatCase{"general", "radial18+b3", false, false, 4, 1.7},
+        SplatCase{"general_gradient", "fine", false, true, 12, 0.8},
+        SplatCase{"gauss", "gauss09", true, false, 8, 1},
+        SplatCase{"gauss_gradient", "paper", false, true, 8, 2},
+        SplatCase{"large", "default", true, true, 4, 17},
+        SplatCase{"large_general", "default", false, false, 16, 9},
+        SplatCase{"small", "default", true, false, 8, 1, true},
+        SplatCase{"small_pair", "fine", true, false, 4, 1.2, true},
+        SplatCase{"blocks_gradient", "radial18+b3", true, true, 4, 1.3},
+        SplatCase{"short_small", "default", true, false, 4, 1, true, KernelForm::short_form},
+        SplatCase{"short_blocks", "default", true, false, 8, 1.3, false, KernelForm::short_form},
+        SplatCase{"short_gradient", "default", true, true, 4, 1.3, false, KernelForm::short_form},
+        SplatCase{"short_large", "default", true, false, 8, 4, false, KernelForm::short_form},
+        SplatCase{"short_general", "default", false, false, 4, 3, false, KernelForm::short_form},
+        SplatCase{"short_general_gradient", "default", false, true, 4, 2, false, KernelForm::short_form},
+        SplatCase{"flat_small", "default", true, false, 8, 1, true, KernelForm::flat_form},
+        SplatCase{"flat_small_five", "default", true, false, 4, 1.15, true, KernelForm::flat_form},
+        SplatCase{"flat_small_six", "default", true, false, 8, 1.49, true, KernelForm::flat_form},
+        SplatCase{"flat_blocks", "default", true, false, 4, 2.3, false, KernelForm::flat_form},
+        SplatCase{"flat_gradient", "default", true, true, 4, 1.3, false, KernelForm::flat_form},
+        SplatCase{"flat_general", "default", false, true, 4, 2, false, KernelForm::flat_form}),
     [](const auto& instance) { return instance.param.name; });
 
 TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
   const SplatCase& c = GetParam();
   const RadialKernel phi = make_kernel(c.kernel).space;
   const KernelPolynomial kernel = kernel_polynomial(phi, c.form);
-  ASSERT_EQ(kernel.form == KernelPolynomial::Form::short_5, c.form == KernelForm::brief);
-  ASSERT_EQ(kernel.form == KernelPolynomial::Form::even_4, c.form == KernelForm::flat);
+  ASSERT_EQ(kernel.form == KernelPolynomial::Form::short_form, c.form == KernelForm::short_form);
+  ASSERT_EQ(kernel.form == KernelPolynomial::Form::flat_form, c.form == KernelForm::flat_form);
   std::mt19937 random(7);
   const auto uniform = [&](double a, double b) {
     return static_cast<float>(std::uniform_real_distribution<double>(a, b)(random));
@@ -82,7 +82,7 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
   }
   const auto s = static_cast<size_t>(c.sheets);
   const float* l = lanes.data();
-  const SlabLanes table{l, l + s, l + 2 * s, l + 3 * s, l + 4 * s, l + 5 * s};
+  const GapLanes table{l, l + s, l + 2 * s, l + 3 * s, l + 4 * s, l + 5 * s};
 
   SplatArgs args;
   const int spare = c.spare ? 12 : 0; // rows and columns around the ring
@@ -122,12 +122,12 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
       ring[q].assign(memory[q].data(), memory[q].data() + floats);
     return ring;
   };
-  const auto expected = run(scalar_kernels().splat);
+  const auto expected = run(reference_loops().splat);
   double most = 0;
   for (const float v : expected[0]) most = std::max(most, std::fabs(static_cast<double>(v)));
   ASSERT_GT(most, 0.2 * phi.value(0));
   for_targets([&] {
-    const auto got = run(simd_kernels().splat);
+    const auto got = run(simd_loops().splat);
     for (size_t q = 0; q < (c.gradient ? 4u : 1u); ++q) {
       double scale = 0, error = 0;
       for (int g = 0; g < args.groups; ++g)
@@ -144,7 +144,7 @@ TEST_P(SplatLoop, AddsWhatTheFormulaSays) {
   });
 }
 
-TEST(Kernels, ExtractTakesOneLaneAndClearsIt) {
+TEST(Loops, ExtractTakesOneLaneAndClearsIt) {
   const int width = 37, height = 5, pitch = 48 + 8;
   for (int lane = 0; lane < 4; ++lane) {
     for_targets([&] {
@@ -152,7 +152,7 @@ TEST(Kernels, ExtractTakesOneLaneAndClearsIt) {
       for (size_t n = 0; n < ring.size(); ++n) ring[n] = static_cast<float>(n);
       const auto before = ring;
       ExtractArgs e{ring.data() + 16, lane, pitch, width, height, plane.data(), 64};
-      simd_kernels().extract(e);
+      simd_loops().extract(e);
       for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
           for (int l = 0; l < 4; ++l) {
@@ -166,8 +166,8 @@ TEST(Kernels, ExtractTakesOneLaneAndClearsIt) {
   }
 }
 
-// A picture is the same on every target and with the plain loops, up to rounding.
-TEST(Kernels, PicturesAgreeOnEveryTarget) {
+// A picture is the same on every target and with the reference loops, up to rounding.
+TEST(Loops, PicturesAgreeOnEveryTarget) {
   const Slice slice = make_slice({24, 20, 22}, marschner_lobb(24, 2));
   TestContext context(1);
   const SplatPoints points = make_points(slice, context.get());
@@ -206,9 +206,9 @@ TEST(Kernels, PicturesAgreeOnEveryTarget) {
           });
           return out;
         };
-        o.scalar = true;
+        o.reference_loops = true;
         const auto expected = draw_planes();
-        o.scalar = false;
+        o.reference_loops = false;
         for_targets([&] {
           const auto got = draw_planes();
           double sum[5] = {}, most[5] = {};
@@ -230,7 +230,7 @@ TEST(Kernels, PicturesAgreeOnEveryTarget) {
       }
 }
 
-TEST(Kernels, AbsorptionIsExactForThinAndThickSlabs) {
+TEST(Loops, AbsorptionIsExactForThinAndThickSegments) {
   // Through the composite loop: one sheet, extinction x.
   ClassTable table;
   for (const float x : {0.0f, 1e-7f, 1e-5f, 0.01f, 0.3f, 0.7f, 3.0f, 20.0f, 1e9f}) {
@@ -249,7 +249,7 @@ TEST(Kernels, AbsorptionIsExactForThinAndThickSlabs) {
     const double exact = -std::expm1(-static_cast<double>(x));
     for_targets([&] {
       std::fill_n(p, 80, 0.0f);
-      simd_sheet_kernels().composite({&s, 1});
+      simd_sheet_loops().composite({&s, 1});
       for (int n = 0; n < 16; ++n) EXPECT_NEAR(p[48 + n], exact, 3e-7 * exact) << x;
     });
   }
