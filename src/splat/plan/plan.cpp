@@ -4,47 +4,19 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "splat/plan/plan_cells.h"
+#include "splat/plan/plan_bricks.h"
 #include "splat/plan/plan_fan.h"
-#include "splat/plan/plan_points.h"
+#include "splat/plan/sheet_metric.h"
 #include "splat/shade/absorption.h"
 #include "splat/sheet/sheet_args.h"
 
 namespace bccsplat {
 namespace {
 
-// The quadratic form of pixel distances on a sheet at scale 1, lattice units squared.
-struct Metric {
-  double xx, xy, yy;
-  explicit Metric(const SheetView& v) : xx(dot(v.ex, v.ex)), xy(dot(v.ex, v.ey)), yy(dot(v.ey, v.ey)) {}
-  [[nodiscard]] double determinant() const { return xx * yy - xy * xy; }
-};
-
-// Shift of a foot per sheet, orthographic: zero unless the affine shears the ray off the sheets' normal.
-std::array<double, 2> drift(const SheetView& v) {
-  if (v.perspective) return {0, 0};
-  return {dot(v.gx, v.ez), dot(v.gy, v.ez)};
-}
-
-// Whether a sheet's metric is a multiple of the identity and rays run along its normal.
-bool isotropic(const SheetView& v) {
-  const Metric metric(v);
-  const auto [drift_x, drift_y] = drift(v);
-  const double largest = std::max(metric.xx, metric.yy);
-  return !v.perspective && std::fabs(metric.xy) < 1e-12 * largest &&
-         std::fabs(metric.xx - metric.yy) < 1e-12 * largest && std::fabs(drift_x) < 1e-9 &&
-         std::fabs(drift_y) < 1e-9;
-}
-
-// Depth of a gap's reference sheet, in sheet steps from the eye: never behind the first sheet.
-double reference_depth(const SheetView& v, int64_t gap) {
-  return static_cast<double>(std::max(gap, v.first_sheet())) + v.depth;
-}
-
 void plan_gaps(const SplatScene& scene, SplatPlan& plan) {
   const SheetView& v = *scene.view;
   const double radius = scene.slice->kernel.space.radius;
-  const Metric metric(v);
+  const SheetMetric metric(v);
   const auto [drift_x, drift_y] = drift(v);
   plan.isotropic = isotropic(v);
   plan.depth2 = v.step * v.step / (radius * radius);
@@ -143,7 +115,7 @@ SheetView plan_samples(const SplatScene& scene, const SplatOptions& options, Spl
     return v;
   }
   // Pixels per T where the picture shows the smallest of them: at the last sheet.
-  const Metric metric(v);
+  const SheetMetric metric(v);
   const double scale = v.scale(static_cast<double>(plan.last_sheet + plan.lead));
   const double pixels_x = std::sqrt(metric.yy / metric.determinant()) / scale,
                pixels_y = std::sqrt(metric.xx / metric.determinant()) / scale;
@@ -168,7 +140,7 @@ void plan_rows(const SplatScene& scene, SplatPlan& plan) {
   constexpr int most = 4096;
   if (!plan.isotropic || plan.rows[0] > most) return;
   const double radius = scene.slice->kernel.space.radius;
-  const double pixels = radius / std::sqrt(Metric(*scene.view).xx); // of the kernel's radius
+  const double pixels = radius / std::sqrt(SheetMetric(*scene.view).xx); // of the kernel's radius
   const auto half_x = static_cast<double>(plan.half_x[0]), half_y = static_cast<double>(plan.half_y[0]);
   const bool by_column = plan.large_window();
   plan.row_columns = by_column ? (plan.columns[0] + 3) / 4 : 1;
@@ -203,87 +175,6 @@ void plan_spare(SplatPlan& plan) {
   if (!plan.spare) return;
   plan.spare_columns = 12; // at most 7 columns to the left, 7 and the rest of a vector to the right
   plan.spare_rows = plan.rows[0];
-}
-
-BrickAxes brick_axes(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick) {
-  const SheetView& v = *scene.view;
-  const double d = scene.points->plane_distance;
-  const Vec3 origin = d * Vec3{static_cast<double>(brick.plane[0]), static_cast<double>(brick.plane[1]),
-                               static_cast<double>(brick.plane[2])};
-  BrickAxes f;
-  const double sheet = v.sheet(origin);
-  f.k = static_cast<int64_t>(std::floor(sheet));
-  const double X = dot(v.gx, origin - v.eye), Y = dot(v.gy, origin - v.eye);
-  // The base gap's lateral factor; feet follow from it by X (lateral[s] - m).
-  double m = 1, i, j;
-  Vec3 di = d * v.gx, dj = d * v.gy;
-  const auto [drift_x, drift_y] = drift(v);
-  if (v.perspective) {
-    m = 1 / reference_depth(v, f.k);
-    i = X * m - dot(v.gx, v.ez), j = Y * m - dot(v.gy, v.ez);
-    f.m = static_cast<float>(m);
-    di = m * di, dj = m * dj;
-    for (size_t a = 0; a < 3; ++a) {
-      f.dX[a] = static_cast<float>(d * v.gx[a]);
-      f.dY[a] = static_cast<float>(d * v.gy[a]);
-    }
-    f.dX[3] = static_cast<float>(X), f.dY[3] = static_cast<float>(Y);
-  } else {
-    i = X - static_cast<double>(f.k) * drift_x, j = Y - static_cast<double>(f.k) * drift_y;
-    f.m = static_cast<float>(f.k - plan.first_gap);
-    f.dX[3] = static_cast<float>(-drift_x), f.dY[3] = static_cast<float>(-drift_y);
-  }
-  const double base_i = std::clamp(std::floor(i), -1e9, 1e9), base_j = std::clamp(std::floor(j), -1e9, 1e9);
-  f.i = static_cast<int32_t>(base_i), f.j = static_cast<int32_t>(base_j);
-  for (size_t a = 0; a < 3; ++a) {
-    f.di[a] = static_cast<float>(di[a]), f.dj[a] = static_cast<float>(dj[a]);
-    f.dk[a] = static_cast<float>(d * v.normal[a] / v.step);
-  }
-  f.di[3] = static_cast<float>(i - base_i), f.dj[3] = static_cast<float>(j - base_j);
-  f.dk[3] = static_cast<float>(sheet - static_cast<double>(f.k));
-  return f;
-}
-
-// Gaps and pixels that the points of a brick may touch. False when there are none in front of the eye.
-bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick, PlannedBrick& out) {
-  const SheetView& v = *scene.view;
-  const double d = scene.points->plane_distance;
-  Vec3 low, high;
-  for (size_t a = 0; a < 3; ++a)
-    low[a] = d * (brick.plane[a] + brick.low[a]), high[a] = d * (brick.plane[a] + brick.high[a]);
-  double near = 1e300, far = -1e300;
-  double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300; // of X and Y
-  const auto [drift_x, drift_y] = drift(v);
-  for (const Vec3& c : box_corners(low, high)) {
-    const double k = v.sheet(c);
-    near = std::min(near, k), far = std::max(far, k);
-    const double shift = v.perspective ? 0 : k;
-    const double x = dot(v.gx, c - v.eye) - shift * drift_x, y = dot(v.gy, c - v.eye) - shift * drift_y;
-    x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
-  }
-  out.first_gap = static_cast<int64_t>(std::floor(near - 1e-4));
-  out.last_gap = static_cast<int64_t>(std::floor(far + 1e-4));
-  const int64_t from = std::max(out.first_gap, plan.first_gap), to = std::min(out.last_gap, plan.last_gap);
-  if (from > to) return false;
-  double half_x = 0, half_y = 0;
-  for (int64_t s = from; s <= to; ++s) {
-    half_x = std::max<double>(half_x, plan.half_x[static_cast<size_t>(s - plan.first_gap)]);
-    half_y = std::max<double>(half_y, plan.half_y[static_cast<size_t>(s - plan.first_gap)]);
-  }
-  if (v.perspective) {
-    // Feet are X m with m between those of the first and last gap.
-    const double m0 = 1 / reference_depth(v, from), m1 = 1 / reference_depth(v, to);
-    const double foot_x = dot(v.gx, v.ez), foot_y = dot(v.gy, v.ez);
-    const double fx0 = std::min(x0 * m0, x0 * m1) - foot_x, fx1 = std::max(x1 * m0, x1 * m1) - foot_x;
-    const double fy0 = std::min(y0 * m0, y0 * m1) - foot_y, fy1 = std::max(y1 * m0, y1 * m1) - foot_y;
-    x0 = fx0, x1 = fx1, y0 = fy0, y1 = fy1;
-  } else {
-    half_x += std::fabs(drift_x), half_y += std::fabs(drift_y); // the foot on the sheet before the point
-  }
-  const auto pixel = [](double p) { return static_cast<int>(std::clamp(p, -1e8, 1e8)); };
-  out.rect = {pixel(std::floor(x0 - half_x) - 1), pixel(std::floor(y0 - half_y) - 1),
-              pixel(std::ceil(x1 + half_x) + 2), pixel(std::ceil(y1 + half_y) + 2)};
-  return true;
 }
 
 int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const SheetView& view, int threads) {
@@ -330,9 +221,10 @@ PlannedTile plan_tile(const SplatPlan& plan, int x, int y, int width, int height
   return t;
 }
 
-SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks, SplatStats& stats,
-                    MemoryBudget* copies, bool with_points) {
-  SplatPlan plan;
+namespace {
+
+// The sheets of the picture, and how far gradients, crossings and segments look from them.
+void plan_sheets(const SplatScene& scene, const SplatOptions& options, SplatPlan& plan) {
   const SheetView& view = *scene.view;
   const bool shaded = options.mode == RenderMode::composite && options.shading;
   if (shaded && options.gradient == GradientMethod::central) plan.border = plan.lead = 1;
@@ -344,134 +236,88 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   }
   const auto [first, last] = sheet_range(*scene.slice, view);
   plan.first_sheet = first, plan.last_sheet = last;
+}
+
+// What is classified alike in all tiles.
+void plan_classes(const SplatScene& scene, const SplatOptions& options, SplatPlan& plan) {
+  const SheetView& view = *scene.view;
   plan.air_visible =
       options.mode == RenderMode::maximum ||
       (options.mode == RenderMode::composite && scene.table->visible(scene.slice->air, scene.slice->air));
-  if (options.mode == RenderMode::composite && !view.perspective) {
-    const auto path = static_cast<float>(length(view.lattice_to_world.vector(view.ez)));
-    plan.whole_sheet = scene.table->entry;
-    for (auto& entry : plan.whole_sheet) entry[3] = absorbed(entry[3] * path);
-  }
+  if (options.mode != RenderMode::composite || view.perspective) return;
+  const auto path = static_cast<float>(length(view.lattice_to_world.vector(view.ez)));
+  plan.whole_sheet = scene.table->entry;
+  for (auto& entry : plan.whole_sheet) entry[3] = absorbed(entry[3] * path);
+}
 
-  SheetView sampled = view;
-  SplatScene ring = scene; // as the sheets' samples see it
-  ring.view = &sampled;
-  const int size = [&] {
-    if (plan.first_sheet <= plan.last_sheet) {
-      sampled = plan_samples(scene, options, plan);
-      plan_gaps(ring, plan);
-      plan_rows(ring, plan);
-      plan_spare(plan);
-    }
-    return choose_tile_size(plan, options, view, tasks.threads());
-  }();
-  const int nx = (view.width + size - 1) / size, ny = (view.height + size - 1) / size;
-  for (int y = 0; y < ny; ++y)
-    for (int x = 0; x < nx; ++x)
-      plan.tiles.push_back(plan_tile(plan, x * size, y * size, std::min(size, view.width - x * size),
-                                     std::min(size, view.height - y * size)));
-  stats.tiles = plan.tiles.size();
-  stats.sheets = first <= last ? static_cast<uint64_t>(last - first + 1) : 0;
-  if (first > last || !with_points) return plan;
+// The picture cut into tiles of one size, row by row.
+struct TileGrid {
+  int size, columns, rows;
+  TileGrid(const SheetView& view, int tile_size)
+      : size(tile_size), columns((view.width + size - 1) / size), rows((view.height + size - 1) / size) {}
+};
 
-  const auto& bricks = scene.points->bricks;
-  enum class Place : uint8_t { kept, invisible, outside, gone };
-  struct Candidate {
-    PlannedBrick brick;
-    Place place = Place::kept;
+void cut_tiles(const SheetView& view, const TileGrid& grid, SplatPlan& plan) {
+  for (int y = 0; y < grid.rows; ++y)
+    for (int x = 0; x < grid.columns; ++x)
+      plan.tiles.push_back(plan_tile(plan, x * grid.size, y * grid.size,
+                                     std::min(grid.size, view.width - x * grid.size),
+                                     std::min(grid.size, view.height - y * grid.size)));
+}
+
+// Gives every tile the bricks whose points may reach its ring.
+void deal_bricks(const TileGrid& grid, SplatPlan& plan) {
+  const bool fan = plan.fan.taps > 0; // rectangles of pixels, not of samples
+  const int around = fan ? 0 : plan.around;
+  const auto tile = [&](int sample, double ratio, int count) {
+    const double pixel = std::clamp(sample * (fan ? 1 : ratio), -1.0, 1e9);
+    return std::clamp(static_cast<int>(std::floor(pixel / grid.size)), 0, count - 1);
   };
-  std::vector<Candidate> candidates(bricks.size());
-  const bool cull = !(options.disable_skips & skip_frustum);
-  const int cells = useful_cells(scene, options, plan);
-  const double look = look_distance(scene, options, plan);
-  const WeightBounds weights(*scene.slice);
-  // What segments look at may lie beyond the bricks around one.
-  const bool wide =
-      2 * (scene.slice->kernel.space.radius + look) > scene.points->edge * scene.points->plane_distance;
-  const double looked_at = (options.preintegrate ? 2 : 1) * look; // as useful_cells()
-  const int least = cells >= 0 ? least_code(scene, options, weights, looked_at, plan) : 0;
-  const auto ranges = [&](size_t reach, size_t brick) {
-    return scene.points->cells[reach].data() + brick * cells_per_brick;
+  const auto meet = [](int begin, int end, int from, int count) {
+    return begin < from + count && end > from;
   };
-  // A sample's own cell and those beside it hold all points it is made of.
-  const bool inside = cells >= 0 && options.mode == RenderMode::isosurface &&
-                      scene.slice->kernel.space.radius <= 4 * scene.points->plane_distance;
-  if (inside) {
-    plan.inside.points = scene.points;
-    uint64_t slots = 1;
-    for (const int n : scene.points->dims) slots *= static_cast<uint64_t>(n);
-    plan.inside.cells.resize(slots);
-  }
-  constexpr size_t share = 64;
-  tasks.parallel_for((bricks.size() + share - 1) / share, [&](uint64_t part) {
-    for (size_t n = part * share; n < std::min(bricks.size(), (part + 1) * share); ++n) {
-      const SplatBrick& brick = bricks[n];
-      PlannedBrick& b = candidates[n].brick;
-      b.brick = static_cast<uint32_t>(n);
-      b.cells = ~uint64_t{0};
-      if (!(options.disable_skips & skip_transfer_function) && !(options.preintegrate && wide) &&
-          !shows(scene, options, weights, brick.reach[0], brick.reach[1])) {
-        candidates[n].place = Place::invisible;
-        continue;
-      }
-      if (inside)
-        plan.inside.cells[scene.points->slot(brick)] =
-            inside_cells(scene, options.iso_value, weights, ranges(0, n));
-      const bool reached = bound_brick(ring, plan, brick, b);
-      if (plan.fan.taps > 0 && reached) fan_rect(plan, b);
-      if (!reached || b.rect[0] >= sampled.width + plan.around || b.rect[1] >= sampled.height + plan.around ||
-          b.rect[2] <= -plan.around || b.rect[3] <= -plan.around) {
-        candidates[n].place = cull || !reached ? Place::gone : Place::outside;
-        if (cull || !reached) continue;
-      }
-      if (!(options.disable_skips & (skip_transfer_function | skip_cells)))
-        b.cells = near_cells(scene, brick, look);
-      // What lies beyond a surface only the larger cells tell.
-      if (cells >= 0 && (least == 0 || inside))
-        b.cells &= needed_cells(scene, options, weights, ranges(static_cast<size_t>(cells), n), inside);
-      b.first_gap = std::max(b.first_gap, plan.first_gap);
-      b.axes = brick_axes(ring, plan, brick);
-    }
-  });
-  for (const auto& [b, place] : candidates) {
-    if (place == Place::invisible) ++stats.bricks_invisible;
-    if (place == Place::outside || place == Place::gone) ++stats.bricks_outside;
-    if (place == Place::invisible || place == Place::gone) continue;
-    const uint32_t count = bricks[b.brick].count;
-    stats.points_after_cull += count;
-    if (b.cells == 0) {
-      stats.points_invisible += count;
-      continue;
-    }
-    plan.bricks.push_back(b);
-    plan.bricks.back().count = count;
-  }
-  if (least > 0 && copies && reserve_copies(*scene.points, *copies, plan.picked))
-    pick_points(scene, looked_at, least, tasks, plan, stats);
-  for (const PlannedBrick& b : plan.bricks)
-    plan.longest = std::max(plan.longest, b.last_gap - b.first_gap + 1);
-  std::stable_sort(plan.bricks.begin(), plan.bricks.end(),
-                   [](const PlannedBrick& a, const PlannedBrick& b) { return a.first_gap < b.first_gap; });
+  const double rx = plan.raise_x.ratio, ry = plan.raise_y.ratio;
   for (uint32_t n = 0; n < plan.bricks.size(); ++n) {
     const auto& r = plan.bricks[n].rect;
-    const bool fan = plan.fan.taps > 0; // rectangles of pixels, not of samples
-    const int around = fan ? 0 : plan.around;
-    const auto tile = [&](int sample, double ratio, int count) {
-      const double pixel = std::clamp(sample * (fan ? 1 : ratio), -1.0, 1e9);
-      return std::clamp(static_cast<int>(std::floor(pixel / size)), 0, count - 1);
-    };
-    const auto meet = [&](int begin, int end, int from, int count) {
-      return begin < from + count && end > from;
-    };
-    const double rx = plan.raise_x.ratio, ry = plan.raise_y.ratio;
-    for (int y = tile(r[1] - around, ry, ny); y <= tile(r[3] - 1 + around, ry, ny); ++y)
-      for (int x = tile(r[0] - around, rx, nx); x <= tile(r[2] - 1 + around, rx, nx); ++x) {
-        PlannedTile& t = plan.tiles[static_cast<size_t>(y * nx + x)];
+    const int x0 = tile(r[0] - around, rx, grid.columns), x1 = tile(r[2] - 1 + around, rx, grid.columns);
+    const int y0 = tile(r[1] - around, ry, grid.rows), y1 = tile(r[3] - 1 + around, ry, grid.rows);
+    for (int y = y0; y <= y1; ++y)
+      for (int x = x0; x <= x1; ++x) {
+        PlannedTile& t = plan.tiles[static_cast<size_t>(y * grid.columns + x)];
         if (fan ? meet(r[0], r[2], t.x, t.width) && meet(r[1], r[3], t.y, t.height)
                 : meet(r[0], r[2], t.ring_x, t.ring_width) && meet(r[1], r[3], t.ring_y, t.ring_height))
           t.bricks.push_back(n);
       }
   }
+}
+
+} // namespace
+
+SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks, SplatStats& stats,
+                    MemoryBudget* copies, bool with_points) {
+  SplatPlan plan;
+  const SheetView& view = *scene.view;
+  plan_sheets(scene, options, plan);
+  plan_classes(scene, options, plan);
+  const bool empty = plan.first_sheet > plan.last_sheet;
+
+  SheetView sampled = view;
+  SplatScene ring = scene; // as the sheets' samples see it
+  ring.view = &sampled;
+  if (!empty) {
+    sampled = plan_samples(scene, options, plan);
+    plan_gaps(ring, plan);
+    plan_rows(ring, plan);
+    plan_spare(plan);
+  }
+  const TileGrid grid(view, choose_tile_size(plan, options, view, tasks.threads()));
+  cut_tiles(view, grid, plan);
+  stats.tiles = plan.tiles.size();
+  stats.sheets = empty ? 0 : static_cast<uint64_t>(plan.last_sheet - plan.first_sheet + 1);
+  if (empty || !with_points) return plan;
+
+  plan_bricks(scene, ring, options, tasks, copies, plan, stats);
+  deal_bricks(grid, plan);
   return plan;
 }
 

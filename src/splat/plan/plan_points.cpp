@@ -91,14 +91,8 @@ void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, 
                  SplatStats& stats) {
   const SplatPoints& points = *scene.points;
   const double distance = 2 * scene.slice->kernel.space.radius + look;
-  constexpr size_t share = 64;
-  const auto parallel = [&](size_t count, const auto& body) {
-    tasks.parallel_for((count + share - 1) / share, [&](uint64_t part) {
-      for (size_t n = part * share; n < std::min(count, (part + 1) * share); ++n) body(n);
-    });
-  };
   std::vector<FineCells> large(points.bricks.size());
-  parallel(large.size(), [&](size_t n) {
+  each_brick(tasks, large.size(), [&](size_t n) {
     large[n] = cells_from(points.codes.data() + n * SplatPoints::fine_cells, static_cast<uint8_t>(least));
   });
   plan.picked.position.reserve(points.count + overhang);
@@ -108,7 +102,7 @@ void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, 
   const int edge = points.edge / 2;
   FineCells all;
   all.fill(~uint64_t{0});
-  parallel(plan.bricks.size(), [&](size_t n) {
+  each_brick(tasks, plan.bricks.size(), [&](size_t n) {
     PlannedBrick& b = plan.bricks[n];
     const SplatBrick& brick = points.bricks[b.brick];
     FineCells needed = all;

@@ -1,10 +1,22 @@
 // Which points of its bricks a picture needs, by cells of 2^3 planes.
 #pragma once
 
+#include <algorithm>
+
 #include "splat/plan/plan.h"
 #include "splat/plan/plan_cells.h"
 
 namespace bccsplat {
+
+// Bricks that a thread takes at once: one alone is less work than handing it out.
+inline constexpr size_t bricks_per_task = 64;
+
+// Calls body(n) for n in [0, count) from several threads.
+template<class Body> void each_brick(Tasks& tasks, size_t count, const Body& body) {
+  tasks.parallel_for((count + bricks_per_task - 1) / bricks_per_task, [&](uint64_t part) {
+    for (size_t n = part * bricks_per_task; n < std::min(count, (part + 1) * bricks_per_task); ++n) body(n);
+  });
+}
 
 // Leaves out the points of plan.bricks farther than two kernel radii and `look` from every point whose
 // coefficient alone could make a sample visible, and bricks that lose all of them: no sample that they change

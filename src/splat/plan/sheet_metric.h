@@ -1,0 +1,41 @@
+// Distances on the sheets of a view, in pixels and in lattice units.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "splat/view/view.h"
+
+namespace bccsplat {
+
+// The quadratic form of pixel distances on a sheet at scale 1, lattice units squared.
+struct SheetMetric {
+  double xx, xy, yy;
+  explicit SheetMetric(const SheetView& v) : xx(dot(v.ex, v.ex)), xy(dot(v.ex, v.ey)), yy(dot(v.ey, v.ey)) {}
+  [[nodiscard]] double determinant() const { return xx * yy - xy * xy; }
+};
+
+// Shift of a foot per sheet, orthographic: zero unless the affine shears the ray off the sheets' normal.
+[[nodiscard]] inline std::array<double, 2> drift(const SheetView& v) {
+  if (v.perspective) return {0, 0};
+  return {dot(v.gx, v.ez), dot(v.gy, v.ez)};
+}
+
+// Whether a sheet's metric is a multiple of the identity and rays run along its normal.
+[[nodiscard]] inline bool isotropic(const SheetView& v) {
+  const SheetMetric metric(v);
+  const auto [drift_x, drift_y] = drift(v);
+  const double largest = std::max(metric.xx, metric.yy);
+  return !v.perspective && std::fabs(metric.xy) < 1e-12 * largest &&
+         std::fabs(metric.xx - metric.yy) < 1e-12 * largest && std::fabs(drift_x) < 1e-9 &&
+         std::fabs(drift_y) < 1e-9;
+}
+
+// Depth of a gap's reference sheet, in sheet steps from the eye: never behind the first sheet.
+[[nodiscard]] inline double reference_depth(const SheetView& v, int64_t gap) {
+  return static_cast<double>(std::max(gap, v.first_sheet())) + v.depth;
+}
+
+} // namespace bccsplat
