@@ -170,19 +170,55 @@ int drawn_level(const Scene& scene, const RenderOptions& options, int width, int
 // be larger than 8 x 8. Unshaded pictures and rays that graze an isosurface show the filter's error: there
 // more taps, more samples, or none. Two sheets per T hold what finer sheets of shaded pictures need.
 QualitySettings quality_settings(Quality quality) {
-  constexpr RaiseFilter coarse{6, 1.49, 1.35, 1.2}, middle{6, 1.74, 1.25, 1.2}, dense{8, 1.99, 1.35, 1.2},
-      close{8, 1.99, 1.35, 1.2, 2}, long_taps{8, 1.49, 1.35, 1.2};
+  constexpr RaiseFilter coarse{.taps = 6, .density = 1.49, .from = 1.35, .from_general = 1.2};
+  constexpr RaiseFilter middle{.taps = 6, .density = 1.74, .from = 1.25, .from_general = 1.2};
+  constexpr RaiseFilter dense{.taps = 8, .density = 1.99, .from = 1.35, .from_general = 1.2};
+  constexpr RaiseFilter close{.taps = 8, .density = 1.99, .from = 1.35, .from_general = 1.2, .depth = 2};
+  constexpr RaiseFilter long_taps{.taps = 8, .density = 1.49, .from = 1.35, .from_general = 1.2};
+  constexpr double never = 1e30; // T
   switch (quality) {
   case Quality::draft:
-    return {1, 1024, 1.1, true, 0.5, 0.5, coarse, middle, long_taps};
+    return {.sheet_step = 1,
+            .table_entries = 1024,
+            .analytic_below = 1.1,
+            .coarse_levels = true,
+            .flat_kernel = 0.5,
+            .short_kernel = 0.5,
+            .raise = coarse,
+            .raise_unshaded = middle,
+            .raise_surface = long_taps};
   case Quality::normal:
-    return {0.5, 2048, 1.1, true, 0.5, 0.5, coarse, dense, dense};
+    return {.sheet_step = 0.5,
+            .table_entries = 2048,
+            .analytic_below = 1.1,
+            .coarse_levels = true,
+            .flat_kernel = 0.5,
+            .short_kernel = 0.5,
+            .raise = coarse,
+            .raise_unshaded = dense,
+            .raise_surface = dense};
   case Quality::fine:
-    return {0.25, 4096, 1.1, false, 0, 1e30, close, {}, {}};
+    return {.sheet_step = 0.25,
+            .table_entries = 4096,
+            .analytic_below = 1.1,
+            .coarse_levels = false,
+            .flat_kernel = 0,
+            .short_kernel = never,
+            .raise = close,
+            .raise_unshaded = {},
+            .raise_surface = {}};
   case Quality::best:
     break;
   }
-  return {0.125, 8192, 1.25, false, 0, 1e30, close, {}, {}};
+  return {.sheet_step = 0.125,
+          .table_entries = 8192,
+          .analytic_below = 1.25,
+          .coarse_levels = false,
+          .flat_kernel = 0,
+          .short_kernel = never,
+          .raise = close,
+          .raise_unshaded = {},
+          .raise_surface = {}};
 }
 
 double pixels_per_unit(const SheetView& view) {

@@ -9,6 +9,15 @@
 namespace bccsplat {
 namespace {
 
+// Per unit distance: a shell of full opacity a thousandth of a step thick is opaque still.
+constexpr double most_extinction = 1e6;
+// Integrals up to this optical depth per unit distance are one float each. Beyond it half a unit in the last
+// place, spread over the one entry that a segment reaches over at least, shows beside an optical depth of 1.
+constexpr double one_float_integral = 1e4;
+// Points of the slice that are asked how fast the field changes, and the percentile taken of them: a tenth of
+// a millisecond per picture (tests/bench/notes/render.md, narrow transfer functions).
+constexpr size_t asked_points = 512, change_percentile = 95;
+
 // Values at which the function has points, rising.
 std::vector<double> knots(const TransferFunction& function) {
   std::vector<double> values;
@@ -28,7 +37,7 @@ Emission mean_inside(const TransferFunction& function, double from, double to, d
   Emission sum{};
   for (size_t n = 0; n < 3; ++n) {
     const double value = 0.5 * (from + to) + 0.5 * place[n] * (to - from);
-    const double absorbs = std::min(extinction(function.opacity(value), unit), 1e6 / unit);
+    const double absorbs = std::min(extinction(function.opacity(value), unit), most_extinction / unit);
     const Vec3 color = function.color(value);
     for (size_t c = 0; c < 3; ++c) sum[c] += weight[n] * color[c] * absorbs;
     sum[3] += weight[n] * absorbs;
@@ -68,7 +77,7 @@ ValueIntegrals integrate_values(const TransferFunction& function, const ClassTab
     t.moment.push_back({first, static_cast<float>(moment - static_cast<double>(first)), 0, 0});
   };
   const auto cut = [&](Emission mean) {
-    for (double& m : mean) m = std::min(m, 1e6 / unit);
+    for (double& m : mean) m = std::min(m, most_extinction / unit);
     return mean;
   };
   add(cut(of_entry(table.entry.front())));
@@ -88,9 +97,7 @@ ValueIntegrals integrate_values(const TransferFunction& function, const ClassTab
     moment += mean[3] * (j - 0.5);
   }
   add(cut(of_entry(table.entry.back())));
-  // Half a unit in the last place of the whole integral, spread over the one entry that segments reach over
-  // at least, against an optical depth of 1 per unit distance.
-  t.split = sum[3] * unit > 1e4;
+  t.split = sum[3] * unit > one_float_integral;
   constexpr float infinity = std::numeric_limits<float>::infinity();
   t.next_visible.assign(static_cast<size_t>(entries) + 2, entries + 1);
   t.first = infinity, t.last_end = -infinity;
@@ -142,9 +149,8 @@ double narrowness(const ClassTable& table, double change, double path) {
 }
 
 double change_per_unit(const Slice& slice, const SplatPoints& points) {
-  constexpr size_t wanted = 512;
   std::vector<Vec3> places;
-  const size_t every = std::max<size_t>(1, points.count / wanted);
+  const size_t every = std::max<size_t>(1, points.count / asked_points);
   size_t next = every / 2;
   for (const SplatBrick& b : points.bricks)
     for (; next < b.first + size_t{b.count}; next += every)
@@ -155,7 +161,7 @@ double change_per_unit(const Slice& slice, const SplatPoints& points) {
   field_at(field_of(slice), places, values, gradients);
   std::vector<double> lengths;
   for (const Vec3& g : gradients) lengths.push_back(length(g));
-  const auto at = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() * 95 / 100);
+  const auto at = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() * change_percentile / 100);
   std::nth_element(lengths.begin(), at, lengths.end());
   return *at;
 }

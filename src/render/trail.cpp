@@ -11,6 +11,11 @@
 namespace bccsplat {
 namespace {
 
+// Stills per sub-interval where the caller leaves their number open: one per layer or index unit, within
+// these. Few would show as separate pictures, many cost time (tests/bench/notes/trail.md). No measurement of
+// the limits is noted.
+constexpr int fewest_stills = 4, most_stills = 64;
+
 // A moment that is a slice of its own.
 void add_slice(Trail& trail, Slice&& slice, const Moment& m, const Context& context) {
   trail.bounds = trail.moments.empty() ? slice.bounds
@@ -39,9 +44,9 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
   const double to = std::clamp(slice.frame + options.interval[1], 0.0, end);
   if (!(from < to) || lattice.is_static()) return;
   const double part = (to - from) / options.intervals;
-  const int samples = options.samples > 0
-                          ? options.samples
-                          : std::clamp(static_cast<int>(std::ceil(part / lattice.time_step)), 4, 64);
+  const int samples = options.samples > 0 ? options.samples
+                                          : std::clamp(static_cast<int>(std::ceil(part / lattice.time_step)),
+                                                       fewest_stills, most_stills);
   const auto instant = [&](double frame) {
     return time_slice(coefficients, frame, {0, 0}, slice.slice_to_world, context);
   };
@@ -92,9 +97,10 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
     return hyperslice(coefficients, {h[0], h[1], h[2], h[3], h[4] - offset}, o, index_to_world, context);
   };
   const bool classified = options.content == TrailContent::classified;
-  const int samples = !classified           ? 1
-                      : options.samples > 0 ? options.samples
-                                            : std::clamp(static_cast<int>(std::ceil(part)), 4, 64);
+  const int samples = !classified ? 1
+                      : options.samples > 0
+                          ? options.samples
+                          : std::clamp(static_cast<int>(std::ceil(part)), fewest_stills, most_stills);
   Slab slab = like.slab;
   if (!classified) slab = {part, options.content == TrailContent::mean ? SlabKind::mean : SlabKind::maximum};
   for (const Moment& m : midpoints(from, to, options.intervals, samples))

@@ -9,6 +9,10 @@
 namespace bccsplat {
 namespace {
 
+// Layers are taken where there are this many times as many stills. A layer holds one coset's points, a still
+// all of them, but of a still more is known to be invisible (tests/bench/notes/trail.md).
+constexpr double stills_per_layer = 1.25;
+
 // Cells of the one brick and those of another: the wider ranges of both.
 void widen(BrickCells& cells, const BrickCells& by) {
   for (size_t c = 0; c < cells_per_brick; ++c) {
@@ -153,9 +157,8 @@ bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& lik
   }
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-  // A layer holds one coset's points, a still all of them, but of a still more is known to be invisible
-  // (tests/bench/notes/trail.md).
-  if (5 * wanted.size() >= 2 * moments.size() * static_cast<size_t>(lattice.space.cosets())) return false;
+  const double stills = static_cast<double>(moments.size()) * lattice.space.cosets() / 2;
+  if (stills_per_layer * static_cast<double>(wanted.size()) >= stills) return false;
   const auto layers = coefficients.layers(wanted, context);
   for (const auto& layer : layers)
     if (has_holes(*layer)) return false;

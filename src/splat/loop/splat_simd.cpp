@@ -77,7 +77,7 @@ void SplatGeneral(const SplatArgs& s) {
 template<KernelPolynomial::Form kForm> void SplatForm(const SplatArgs& s) {
   const bool gradient = s.ring[1] != nullptr;
   if constexpr (kForm != KernelPolynomial::Form::general) {
-    if (s.isotropic && s.rows > 16)
+    if (s.isotropic && s.rows > block_window)
       return gradient ? SplatIsotropic<kForm, true, true>(s) : SplatIsotropic<kForm, false, true>(s);
     if (s.isotropic && s.spare && !gradient && s.columns <= 2 * PixelsPerVector())
       return s.columns <= PixelsPerVector() ? SplatSmall<kForm, false>(s) : SplatSmall<kForm, true>(s);

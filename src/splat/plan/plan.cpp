@@ -13,6 +13,28 @@
 namespace bccsplat {
 namespace {
 
+// Sheets closer than half of what the filter asks for are raised along their normal; a little less, so that
+// 2 stands for itself after rounding. Tables are made for fewer than this many sheets.
+constexpr double least_depth_ratio = 1.9;
+constexpr int64_t most_raised_sheets = 1 << 20;
+// Larger windows have no table of rows: its entries are 16 bits wide.
+constexpr int most_table_rows = 4096;
+// Windows of up to this many pixels a side are not clipped: room around the ring, which is larger for it,
+// takes what they would lose. No measurement of the limit is noted.
+constexpr int most_unclipped = 8;
+
+// Pixels of a tile, in steps of whole vectors. Larger tiles draw fewer points twice, as long as the ring
+// stays well inside the L2 cache: tiles of up to 140 pixels took 1 to 5 % less time than those of 92, of 256
+// pixels 4 % more (tests/bench/notes/render.md, what was tried for speed).
+constexpr int largest_tile = 144, smallest_tile = 16, tile_step = 16;
+// Floats of a tile's ring; thin rings, of few sheets per pixel, may be larger. This trades points that are
+// drawn in two tiles for rings that stay in the cache. No measurement of the limits is noted.
+constexpr int thin_ring = 8, most_thin_floats = 196608, most_floats = 131072;
+// Fewer tiles would leave threads without work at the end, more draw more points twice. No measurement of the
+// limit is noted.
+constexpr int tiles_per_thread = 8;
+constexpr int most_tile_size = 4096; // that is asked for
+
 void plan_gaps(const SplatScene& scene, SplatPlan& plan) {
   const SheetView& v = *scene.view;
   const double radius = scene.slice->kernel.space.radius;
@@ -100,7 +122,7 @@ SheetView plan_samples(const SplatScene& scene, const SplatOptions& options, Spl
   if (plan_fan(filter, plan, v)) plan.taps = filter.taps;
   const double ratio_z = filter.depth > 0 ? 1 / (filter.depth * v.step) : 0;
   const int64_t sheets = plan.last_sheet - plan.first_sheet + 1 + 4 * plan.lead;
-  if (ratio_z >= 1.9 && !v.perspective && sheets < 1 << 20) {
+  if (ratio_z >= least_depth_ratio && !v.perspective && sheets < most_raised_sheets) {
     plan.depth_taps = filter.taps;
     plan.raise_z =
         make_raise_axis(ratio_z, filter.depth, plan.depth_taps,
@@ -137,8 +159,7 @@ SheetView plan_samples(const SplatScene& scene, const SplatOptions& options, Spl
 // Which rows the sheets of a group reach: in any column where the window is not large, else in each four
 // columns. The foot stands between half - 1 and half pixels from the window's start.
 void plan_rows(const SplatScene& scene, SplatPlan& plan) {
-  constexpr int most = 4096;
-  if (!plan.isotropic || plan.rows[0] > most) return;
+  if (!plan.isotropic || plan.rows[0] > most_table_rows) return;
   const double radius = scene.slice->kernel.space.radius;
   const double pixels = radius / std::sqrt(SheetMetric(*scene.view).xx); // of the kernel's radius
   const auto half_x = static_cast<double>(plan.half_x[0]), half_y = static_cast<double>(plan.half_y[0]);
@@ -170,24 +191,23 @@ void plan_rows(const SplatScene& scene, SplatPlan& plan) {
 
 // Small windows get room around the tile's ring: clipping them would cost more than it saves.
 void plan_spare(SplatPlan& plan) {
-  constexpr int small = 8;
-  plan.spare = plan.isotropic && plan.columns[0] <= small && plan.rows[0] <= small;
+  plan.spare = plan.isotropic && plan.columns[0] <= most_unclipped && plan.rows[0] <= most_unclipped;
   if (!plan.spare) return;
   plan.spare_columns = 12; // at most 7 columns to the left, 7 and the rest of a vector to the right
   plan.spare_rows = plan.rows[0];
 }
 
 int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const SheetView& view, int threads) {
-  if (options.tile_size > 0) return std::min(options.tile_size, 4096);
+  if (options.tile_size > 0) return std::min(options.tile_size, most_tile_size);
   const bool gradients = options.mode == RenderMode::composite && options.shading &&
                          options.gradient == GradientMethod::analytic;
-  // The ring of a tile should stay well inside the L2 cache; with its border it fills whole vectors.
-  int size = 144;
+  // With its border a tile fills whole vectors.
+  int size = largest_tile;
   const int floats = plan.sheets * (gradients ? 4 : 1); // per pixel
-  while (size > 16 && size * size * floats > (floats <= 8 ? 196608 : 131072)) size -= 16;
-  // Enough tiles to share out.
-  while (size > 16 && (view.width / size + 1) * (view.height / size + 1) < 8 * threads && threads > 1)
-    size -= 16;
+  const int most = floats <= thin_ring ? most_thin_floats : most_floats;
+  while (size > smallest_tile && size * size * floats > most) size -= tile_step;
+  const auto tiles = [&] { return (view.width / size + 1) * (view.height / size + 1); };
+  while (threads > 1 && size > smallest_tile && tiles() < tiles_per_thread * threads) size -= tile_step;
   size -= 2 * plan.border;
   // No narrow tiles at the end: their surroundings would be drawn once more for little.
   const int side = std::max(view.width, view.height), count = (side + size - 1) / size;
@@ -197,15 +217,10 @@ int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const S
 } // namespace
 
 PlannedTile plan_tile(const SplatPlan& plan, int x, int y, int width, int height) {
-  PlannedTile t{x,
-                y,
-                width,
-                height,
-                x - plan.border,
-                y - plan.border,
-                width + 2 * plan.border,
-                height + 2 * plan.border,
-                {}};
+  PlannedTile t;
+  t.x = x, t.y = y, t.width = width, t.height = height;
+  t.ring_x = x - plan.border, t.ring_y = y - plan.border;
+  t.ring_width = width + 2 * plan.border, t.ring_height = height + 2 * plan.border;
   if (plan.taps == 0) return t;
   if (plan.fan.taps > 0) {
     const Scales all = gap_scales(plan, plan.first_gap, plan.last_gap);

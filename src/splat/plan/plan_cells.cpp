@@ -8,6 +8,10 @@
 namespace bccsplat {
 namespace {
 
+// Bounds of how the sum of kernel weights ripples about its mean. Those of the kernel's own leave out 8 %
+// more visits of an isosurface than 0.1 for all (tests/bench/notes/render.md, what was tried for speed).
+constexpr double radial_ripple = 0.02, other_ripple = 0.1;
+
 // Whether all samples lie beyond the isosurface that lie between points of a range only (a range that ends at
 // 0 knows nothing).
 bool beyond(const SplatScene& scene, double iso_value, const WeightBounds& weights, const CellRange& range) {
@@ -29,7 +33,7 @@ double longest_ray(const SheetView& v) {
 
 WeightBounds::WeightBounds(const Slice& slice) {
   const bool radial = kernel_polynomial(slice.kernel.space).form == KernelPolynomial::Form::square_8;
-  const double ripple = slice.lattice.bcc && radial ? 0.02 : 0.1;
+  const double ripple = slice.lattice.bcc && radial ? radial_ripple : other_ripple;
   least = 1 - ripple;
   most = (1 + ripple) * std::numbers::sqrt2 / slice.lattice.cell_volume();
 }

@@ -4,6 +4,19 @@
 #include <cmath>
 
 namespace bccsplat {
+namespace {
+
+// Pixels per sample that raise_sheet() takes, at least.
+constexpr double least_ratio = 0.6;
+// Samples of the largest ring a tile may come to: a tile holds all that it shows, from the first sheet to the
+// last, so that strong perspective wants much more of them than it has pixels. Up to the first number always,
+// beyond it an eighth of the picture's pixels, up to the second: this trades memory for the time a fan saves.
+// No measurement of the limits is noted.
+constexpr double always_samples = 1 << 20, most_samples = 1 << 22, samples_per_pixel = 0.125;
+// A side of that ring beside what drifts: about the largest tile and what it looks at.
+constexpr double tile_samples = 160;
+
+} // namespace
 
 bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v) {
   if (!v.perspective) return false;
@@ -15,18 +28,16 @@ bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v) {
                last = v.scale(static_cast<double>(plan.last_sheet + 2 * plan.lead + 1));
   // Scales at which pixels are as large as samples.
   const double x = per_unit_x / filter.density, y = per_unit_y / filter.density;
-  constexpr double least = 0.6; // pixels per sample that raise_sheet() takes
   const double ratio = std::min(x, y);
-  if (!(first > 0 && ratio >= least * last && ratio >= filter.from_fan * std::sqrt(first * last)))
+  if (!(first > 0 && ratio >= least_ratio * last && ratio >= filter.from_fan * std::sqrt(first * last)))
     return false;
   const double foot_x = -dot(v.gx, v.ez), foot_y = -dot(v.gy, v.ez);
-  // A tile's ring holds all that it shows, from the first sheet to the last.
   const auto drift = [&](double foot, double count, double per) {
-    return std::max(std::fabs(foot), std::fabs(count - 1 - foot)) * (last - first) * per + 160;
+    return std::max(std::fabs(foot), std::fabs(count - 1 - foot)) * (last - first) * per + tile_samples;
   };
   const double samples = drift(foot_x, v.width, 1 / x) * drift(foot_y, v.height, 1 / y);
-  constexpr double always = 1 << 20, most = 1 << 22;
-  if (!(samples <= std::clamp(0.125 * v.width * v.height, always, most))) return false;
+  if (!(samples <= std::clamp(samples_per_pixel * v.width * v.height, always_samples, most_samples)))
+    return false;
   RaiseFan& fan = plan.fan;
   fan.x = {1 / x, foot_x}, fan.y = {1 / y, foot_y};
   fan.taps = filter.taps, fan.depth = v.depth, fan.border = plan.border;

@@ -61,13 +61,17 @@ class BrickMap {
 };
 
 constexpr size_t overhang = 16; // vectors read past the last point
+// Copies take at most this part of what the budget has left, for the rest is of better use to layers and
+// slices. They save a fifth of a draft picture of smoke (tests/bench/notes/render.md, what was tried for
+// speed).
+constexpr uint64_t copies_of_rest = 4;
 
 } // namespace
 
 bool reserve_copies(const SplatPoints& points, MemoryBudget& budget, PickedPoints& picked) {
   const uint64_t bytes = (uint64_t{points.count} + overhang) * (sizeof(uint16_t) + sizeof(float)) +
                          points.bricks.size() * sizeof(FineCells);
-  if (bytes > (budget.limit() - budget.used()) / 4 || !budget.try_reserve(bytes)) return false;
+  if (bytes > (budget.limit() - budget.used()) / copies_of_rest || !budget.try_reserve(bytes)) return false;
   picked.memory = Reservation::adopt(budget, bytes);
   return true;
 }

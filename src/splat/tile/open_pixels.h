@@ -11,6 +11,13 @@
 
 namespace bccsplat {
 
+// Sums are made anew when this part of the open pixels has closed since: they are a few percent of a picture
+// (tests/bench/notes/splat.md), older ones hide fewer points. No measurement of the part is noted.
+inline constexpr int closed_part = 16;
+// Points that were hidden since their transform are dropped where less than this part of a tile is open:
+// above it the four reads per point cost more than they save (tests/bench/notes/splat.md, skips).
+inline constexpr int mostly_closed_part = 4;
+
 class OpenPixels {
  public:
   void prepare(const PlannedTile& tile, const SplatPlan& plan);
@@ -40,8 +47,7 @@ class OpenPixels {
   [[nodiscard]] bool hidden(const std::array<int, 4>& rect) const;
   // Whether all of those pixels are open.
   [[nodiscard]] bool all_open(const std::array<int, 4>& rect) const;
-  // Whether less than a quarter of the tile is open.
-  [[nodiscard]] bool mostly_closed() const { return sum_.back() < width_ * height_ / 4; }
+  [[nodiscard]] bool mostly_closed() const { return sum_.back() < width_ * height_ / mostly_closed_part; }
   [[nodiscard]] const int32_t* sums() const { return sum_.data(); } // see TransformArgs::open_sum
   [[nodiscard]] int around() const { return around_; }
 

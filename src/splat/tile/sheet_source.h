@@ -21,6 +21,9 @@ void add_lap(StageClock::time_point& from, double& sum);
 // Sets to zero what is inside `before` and outside of `now`.
 void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch);
 
+// Whether a picture was cancelled is asked once in as many sheets of a tile.
+inline constexpr int64_t sheets_per_check = 16;
+
 struct SheetSourceArgs {
   const SplatScene* scene = nullptr;
   const SplatPlan* plan = nullptr;

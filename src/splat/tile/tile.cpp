@@ -17,7 +17,13 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-constexpr double root_tolerance = 0.01; // sheets: nearer costs a tenth of a picture and shows in no picture
+// Sheets: nearer costs a tenth of a picture and shows in none (tests/bench/notes/render.md, isosurfaces).
+constexpr double root_tolerance = 0.01;
+// A root may lie this far outside of its ray's part of the domain, sheets: rays are rounded to floats.
+constexpr double domain_tolerance = 1e-5;
+// Pixels are read and written once for all sheets composited together: 3 to 5 % less time than one by one
+// (tests/bench/notes/render.md, what was tried for speed). More would need more finished sheets.
+constexpr int most_sheets_at_once = 4;
 
 class Tile {
  public:
@@ -83,7 +89,7 @@ class Tile {
     auto clock = StageClock::now();
     const int at_once = sheets_at_once();
     for (int64_t k = first_; k <= last_ && open_ > 0; k += at_once) {
-      if (((k - first_) & 15) < at_once) job_.context->progress.check();
+      if ((k - first_) % sheets_per_check < at_once) job_.context->progress.check();
       const int64_t end = std::min(k + at_once, last_ + 1);
       source_.complete_sheets(end - 1 + around, open_pixels(), clock);
       if (options_.mode == RenderMode::isosurface) {
@@ -127,13 +133,13 @@ class Tile {
   [[nodiscard]] int sheets_at_once() const {
     if (options_.mode == RenderMode::isosurface) return CrossingArgs::most;
     if (options_.mode != RenderMode::composite || scene_.slice->has_holes || options_.with_deep) return 1;
-    return std::min(4, static_cast<int>(finished_sheets) - 2 * around_);
+    return std::min(most_sheets_at_once, static_cast<int>(finished_sheets) - 2 * around_);
   }
 
   // The pixels still open, brought up to date when enough have closed since; null: do not look.
   const OpenPixels* open_pixels() {
     if ((options_.disable_skips & skip_occlusion) || closed_ == 0) return nullptr;
-    if (summed_closed_ == 0 || (closed_ - summed_closed_) * 16 >= open_) {
+    if (summed_closed_ == 0 || (closed_ - summed_closed_) * closed_part >= open_) {
       summed_closed_ = closed_;
       open_pixels_.count(m_.pixel_pitch, [stop = stop(), alpha = pixel_.alpha, enter = pixel_.enter,
                                           leave = pixel_.leave](size_t p) {
@@ -245,9 +251,8 @@ class Tile {
     for (size_t n = 0; n < hits.size(); ++n) {
       const auto p = static_cast<size_t>(crossings[n].j - tile_.y) * static_cast<size_t>(m_.pixel_pitch) +
                      static_cast<size_t>(crossings[n].i - tile_.x);
-      const double tolerance = 1e-5;
-      if (hits[n].k < static_cast<double>(pixel_.enter[p]) - tolerance ||
-          hits[n].k > static_cast<double>(pixel_.leave[p]) + tolerance)
+      if (hits[n].k < static_cast<double>(pixel_.enter[p]) - domain_tolerance ||
+          hits[n].k > static_cast<double>(pixel_.leave[p]) + domain_tolerance)
         continue;
       if (scene_.slice->has_holes && scene_.slice->is_hole(hits[n].position)) continue;
       paint_pixel(p, color, 1.0f, hits[n].gradient, crossings[n].i, crossings[n].j);

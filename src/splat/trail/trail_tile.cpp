@@ -174,7 +174,7 @@ class TrailTile {
     next_mixed_ = first_ - differences_;
     auto clock = StageClock::now();
     for (int64_t k = first_; k <= last_ && open_ > 0; k += sheets_together) {
-      if (((k - first_) & 15) < sheets_together) job_.context->progress.check();
+      if ((k - first_) % sheets_per_check < sheets_together) job_.context->progress.check();
       const int64_t end = std::min(k + sheets_together, last_ + 1), through = end - 1 + differences_;
       const OpenPixels* open = open_pixels(k);
       used_ = {};
@@ -196,7 +196,7 @@ class TrailTile {
   // null: do not look.
   const OpenPixels* open_pixels(int64_t k) {
     if ((options_.disable_skips & skip_occlusion) || (closed_ == 0 && !surface_)) return nullptr;
-    const bool few = summed_closed_ > 0 && (closed_ - summed_closed_) * 16 < open_;
+    const bool few = summed_closed_ > 0 && (closed_ - summed_closed_) * closed_part < open_;
     if (!few || surface_) {
       summed_closed_ = closed_;
       const float front = static_cast<float>(k) - 0.5f;
