@@ -52,8 +52,8 @@ struct Scene {
   const Trail* trail = nullptr;                  // null: none
   std::vector<TransferFunction> trail_functions; // of its sub-intervals, or one for all
   TrailCombine combine = TrailCombine::physical;
-  KeptSheets* kept =
-      nullptr; // sheets of earlier pictures of this slice and these points; null: none are kept
+  // Sheets of earlier pictures of this slice and these points; null: none are kept.
+  KeptSheets* kept = nullptr;
 };
 
 struct RenderStats {

@@ -51,16 +51,13 @@ struct KernelPolynomial {
 // Nyquist rate come out up to 4 % weaker. Where it is not near phi (radial20's is), phi itself.
 [[nodiscard]] KernelPolynomial flat_polynomial(const RadialKernel& phi);
 
-enum class KernelForm : uint8_t {
-  exact,
-  short_form,
-  flat_form
-}; // phi, short_polynomial(), flat_polynomial()
+// phi itself, short_polynomial() or flat_polynomial().
+enum class KernelForm : uint8_t { exact, short_form, flat_form };
 [[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi, KernelForm form);
 
-// Constants of one gap, per ring slot. With di, dj the pixel distances from the foot of a point on sheet k,
-//   u = 1 - (xx di^2 + xy di dj + yy dj^2) - depth2 (offset - z)^2,   di = i - fx - X delta,  dj = j - fy - Y
-//   delta.
+// Constants of one gap, per ring slot. With the pixel distances from the foot of a point on sheet k,
+// di = i - fx - X delta and dj = j - fy - Y delta:
+//   u = 1 - (xx di^2 + xy di dj + yy dj^2) - depth2 (offset - z)^2
 struct GapLanes {
   const float* offset = nullptr; // k - s
   const float* delta = nullptr;  // shift of the foot from sheet s to sheet k, per unit of X, Y

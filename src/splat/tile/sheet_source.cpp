@@ -147,8 +147,7 @@ void SheetSource::activate_brick(uint32_t planned, const OpenPixels* open) {
   stats_.points_occluded += counts.occluded;
 }
 
-// Takes out the points that only closed pixels would see: pixels have closed since the points were
-// transformed.
+// Drops the points that only closed pixels would see, for pixels have closed since they were transformed.
 size_t SheetSource::drop_hidden_points(int64_t s, SplatRecord* records, size_t count,
                                        const OpenPixels& open) {
   const auto n = static_cast<size_t>(s - plan_.first_gap);
@@ -188,7 +187,7 @@ void SheetSource::splat_bin(int64_t s, const SplatRecord* records, size_t count)
                           static_cast<uint64_t>(a.rows);
 }
 
-// Notes which samples of the sheets within reach the points of a gap touch.
+// Marks the samples that the points of a gap may touch, on all sheets within their reach.
 void SheetSource::mark_touched_samples(int64_t s, const SplatRecord* records, size_t count) {
   if (count == 0) return;
   PixelRect starts;
@@ -209,7 +208,8 @@ PixelRect SheetSource::whole_vectors(const PixelRect& r) {
   return {r.x0 / vector * vector, r.y0, (r.x1 + vector - 1) / vector * vector, r.y1};
 }
 
-// Out of the ring into a plane that is zero outside of `holds`, and then outside of what is there now.
+// Takes a plane out of the ring: it is zero outside of `holds` before, and outside of what it holds
+// afterwards.
 void SheetSource::extract_plane(int64_t k, size_t quantity, float* plane, int pitch, PixelRect& holds) {
   const size_t from = slot(k);
   const PixelRect now = whole_vectors(ring_touched_[from]);
