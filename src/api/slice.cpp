@@ -31,9 +31,9 @@ HypersliceOptions read_options(const bccsplat_slice_options& o, const VolumeInfo
   if (o.method < 0 || o.method > BCCSPLAT_METHOD_EXTRACTED)
     fail(Code::invalid_argument, "slice: method ", o.method);
   r.interval = {o.interval[0], o.interval[1]};
-  r.slab.thickness = o.thickness;
-  if (o.slab == BCCSPLAT_SLAB_SUM) r.slab.kind = SlabKind::sum;
-  if (o.slab == BCCSPLAT_SLAB_MAXIMUM) r.slab.kind = SlabKind::maximum;
+  r.thickness.length = o.thickness;
+  if (o.slab == BCCSPLAT_SLAB_SUM) r.thickness.kind = ThicknessKind::sum;
+  if (o.slab == BCCSPLAT_SLAB_MAXIMUM) r.thickness.kind = ThicknessKind::maximum;
   r.spacing = o.spacing;
   r.time_length = o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(info.affine.determinant()));
   if (o.method == BCCSPLAT_METHOD_MERGED) r.method = SliceMethod::merged;
@@ -57,31 +57,31 @@ Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane, const bccsplat
   std::array<Vec4, 3> directions;
   std::copy_n(o.point, 4, point.begin());
   for (size_t k = 0; k < 3; ++k) std::copy_n(o.basis + 4 * k, 4, directions[k].begin());
-  options.frame = plane_frame(point, directions);
-  return hyperplane_of(*options.frame);
+  options.axes = plane_axes(point, directions);
+  return hyperplane_of(*options.axes);
 }
 
 // The volume's own field at an instant: what corrections belong to.
 bool is_plain_instant(const HypersliceOptions& o, const Hyperplane& h, const std::array<uint32_t, 4>& dims) {
   const auto cut = axis_cut(h, dims);
   return cut && cut->axis == 3 && o.method != SliceMethod::resampled && o.interval[0] == 0 &&
-         o.interval[1] == 0 && o.slab.thickness == 0 && (o.spacing == 0 || o.spacing == 1) && !o.target &&
-         !o.frame;
+         o.interval[1] == 0 && o.thickness.length == 0 && (o.spacing == 0 || o.spacing == 1) && !o.target &&
+         !o.axes;
 }
 
 // A slice of the paper's extracted points.
 void extract(bccsplat_slice& result, const Coefficients& coefficients, const Hyperplane& h,
              const HypersliceOptions& o, const Affine3& affine, const Context& context) {
-  if (o.slab.thickness != 0 || o.interval[0] != 0 || o.interval[1] != 0 || o.spacing != 0 || o.target)
+  if (o.thickness.length != 0 || o.interval[0] != 0 || o.interval[1] != 0 || o.spacing != 0 || o.target)
     fail(Code::unsupported, "slice: extracted points take no thickness, interval, spacing or lattice");
   const auto start = std::chrono::steady_clock::now();
   PlaneOptions plane;
   plane.time_length = o.time_length;
-  plane.frame = o.frame;
+  plane.axes = o.axes;
   result.slice = bare_plane(coefficients, h, plane, affine);
   result.extraction =
       std::make_unique<const Extraction>(coefficients.source(), coefficients.channel(), h,
-                                         PlaneFrame{result.slice.origin, result.slice.basis}, context);
+                                         PlaneAxes{result.slice.origin, result.slice.basis}, context);
   result.slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }

@@ -8,7 +8,7 @@
 
 #include "field/footprint/footprint.h"
 #include "field/footprint/hole.h"
-#include "field/point_frame.h"
+#include "field/point_axes.h"
 #include "field/point_order.h"
 #include "kernel/kernel_time.h"
 
@@ -75,18 +75,18 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
                                std::span<std::array<float, 4>> gradients, std::span<uint8_t> holes,
                                const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
-  const PointFrame frame(lattice, points.size());
+  const PointAxes axes(lattice, points.size());
   const PointOrder order = order_points(
-      points.size(), frame.cell_count,
+      points.size(), axes.cell_count,
       [&](uint64_t begin, std::span<PointPlace> places) {
-        frame.place(points.subspan(begin, places.size()), clip, places);
+        axes.place(points.subspan(begin, places.size()), clip, places);
       },
       context);
   std::atomic<uint64_t> outside{0}, in_holes{0};
   std::fill(holes.begin(), holes.end(), uint8_t{0});
   HeldLayers held;
   std::array<float, 4> per_index;
-  for (size_t a = 0; a < 4; ++a) per_index[a] = static_cast<float>(frame.scale[a]);
+  for (size_t a = 0; a < 4; ++a) per_index[a] = static_cast<float>(axes.scale[a]);
   for (const PointOrder::Group& group : order.groups) {
     const auto total = static_cast<double>(points.size()), begin = static_cast<double>(group.begin) / total,
                end = static_cast<double>(group.end) / total, middle = (begin + end) / 2;
@@ -106,7 +106,7 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
       const bool together = order.points_at(from, std::span(at).first(count));
       EvaluateMisses misses;
       misses.outside =
-          frame.scale_points(points.data(), std::span(at).first(count), clip, batch.data(), none.data());
+          axes.scale_points(points.data(), std::span(at).first(count), clip, batch.data(), none.data());
       float* const value = together ? values.data() + at[0] : sums.data();
       std::array<float, 4>* slope = nullptr;
       if (!gradients.empty()) slope = together ? gradients.data() + at[0] : slopes.data();

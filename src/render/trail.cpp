@@ -88,12 +88,12 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
   const double to = std::clamp(options.interval[1], inside[0], inside[1]);
   if (!(from < to)) return;
   const double part = (to - from) / options.intervals;
-  const auto cut = [&](double offset, const Slab& slab) {
+  const auto cut = [&](double offset, const Thickness& thickness) {
     HypersliceOptions o = like;
     o.interval = {0, 0};
-    o.slab = slab;
-    if (o.frame)
-      for (size_t i = 0; i < 4; ++i) o.frame->origin[i] += offset * h[i];
+    o.thickness = thickness;
+    if (o.axes)
+      for (size_t i = 0; i < 4; ++i) o.axes->origin[i] += offset * h[i];
     return hyperslice(coefficients, {h[0], h[1], h[2], h[3], h[4] - offset}, o, index_to_world, context);
   };
   const bool classified = options.content == TrailContent::classified;
@@ -101,10 +101,11 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
                       : options.samples > 0
                           ? options.samples
                           : std::clamp(static_cast<int>(std::ceil(part)), fewest_stills, most_stills);
-  Slab slab = like.slab;
-  if (!classified) slab = {part, options.content == TrailContent::mean ? SlabKind::mean : SlabKind::maximum};
+  Thickness thickness = like.thickness;
+  if (!classified)
+    thickness = {part, options.content == TrailContent::mean ? ThicknessKind::mean : ThicknessKind::maximum};
   for (const Moment& m : midpoints(from, to, options.intervals, samples))
-    if (Slice s = cut(m.at, slab); !s.empty()) add_slice(trail, std::move(s), m, context);
+    if (Slice s = cut(m.at, thickness); !s.empty()) add_slice(trail, std::move(s), m, context);
 }
 
 } // namespace
@@ -118,7 +119,7 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
     fail(Code::invalid_argument, "trail: at most 4096 samples in each of 1 .. 256 sub-intervals");
   Trail trail;
   const bool time = slice.hyperplane[0] == 0 && slice.hyperplane[1] == 0 && slice.hyperplane[2] == 0;
-  const bool own_lattice = like.spacing == 0 && !like.target && !like.frame && like.slab.thickness == 0;
+  const bool own_lattice = like.spacing == 0 && !like.target && !like.axes && like.thickness.length == 0;
   if (time && own_lattice)
     add_times(trail, coefficients, slice, options, context);
   else

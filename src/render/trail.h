@@ -49,7 +49,7 @@ struct Trail {
 // classified: stills at the midpoints of equal parts, each with its share (midpoint rule: second order in the
 // parts). Where it is cheaper the sources are the lattice's layers, of which stills are mixed sheet by sheet:
 // many stills then cost little more than few. mean, maximum: one slice per sub-interval; over time the mean
-// is exact, along other normals it is a Gauss-Legendre quadrature (slice/slab.h).
+// is exact, along other normals it is a Gauss-Legendre quadrature (slice/thickness.h).
 // The slice was cut with `like`, out of a volume of this spatial affine.
 [[nodiscard]] Trail make_trail(const Coefficients& coefficients, const Slice& slice,
                                const TrailOptions& options, const HypersliceOptions& like,

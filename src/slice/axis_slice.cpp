@@ -31,14 +31,14 @@ bool can_turn(const Coefficients& coefficients, size_t axis) {
          source.coefficient_kernel().empty();
 }
 
-Slice axis_slice(const Coefficients& coefficients, size_t axis, double position, const Slab& slab,
+Slice axis_slice(const Coefficients& coefficients, size_t axis, double position, const Thickness& thickness,
                  const Context& context) {
   const auto start = std::chrono::steady_clock::now();
   const Lattice4 turned = turned_lattice(coefficients.source().lattice(), axis);
-  const double end = turned.last_frame(), half = slab.thickness / 2;
+  const double end = turned.last_frame(), half = thickness.length / 2;
   position = std::clamp(position, 0.0, end);
   const double low = std::max(position - half, 0.0), high = std::min(position + half, end);
-  // Mirror images beyond an end lie no further from it than what they stand for.
+  // Mirror images beyond an end lie no further from it than what they are images of.
   const int reach = reach_planes(turned, coefficients.kernel());
   const auto plane = [&](double at) { return static_cast<int32_t>(std::floor(at / turned.time_step)); };
   const int32_t first = std::max(plane(low) - reach, 0);
@@ -48,7 +48,7 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
                               context.with(reading));
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
                             coefficients.cache_bytes());
-  Slice slice = time_slab(planes, position, {-half, half}, slab.kind, {}, context.with(cutting));
+  Slice slice = thick_time_slice(planes, position, {-half, half}, thickness.kind, {}, context.with(cutting));
   if (const Lattice4& lattice = coefficients.source().lattice(); lattice.lead > 0) { // time is the last axis
     const double unit = turned.lattice_unit()[2], first_frame = lattice.lead * lattice.time_step;
     slice.domain_begin[2] = first_frame / unit;

@@ -10,7 +10,7 @@
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
 #include "slice/plane_geometry.h"
-#include "slice/slab.h"
+#include "slice/thickness.h"
 
 namespace bccsplat {
 
@@ -18,9 +18,9 @@ namespace bccsplat {
 // axis.
 [[nodiscard]] bool can_turn(const Coefficients& coefficients, size_t axis);
 
-// position: along the axis, index units, inside the domain. Slice space is that of plane_frame; the result's
-// lattice is the source's. Slabs are as exact as those of time slices, clipped to the domain.
+// position: along the axis, index units, inside the domain. Slice space is that of plane_axes; the result's
+// lattice is the source's. Thick slices are as exact as those of time slices, clipped to the domain.
 [[nodiscard]] Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
-                               const Slab& slab, const Context& context);
+                               const Thickness& thickness, const Context& context);
 
 } // namespace bccsplat

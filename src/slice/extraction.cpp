@@ -33,9 +33,9 @@ double site_sum(const Vec4& p) {
 
 } // namespace
 
-Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane& h, const PlaneFrame& frame,
+Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane& h, const PlaneAxes& axes,
                        const Context& context)
-    : frame_(frame), air_(source.air(channel)) {
+    : axes_(axes), air_(source.air(channel)) {
   const Lattice4& lattice = source.lattice();
   if (lattice.is_static() || !lattice.space.bcc || !source.coefficient_kernel().empty())
     fail(Code::unsupported, "extraction: for series of samples on D4* only");
@@ -46,14 +46,14 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
   }
   // The hyperplane in lattice units.
   Hyperplane plane = h;
-  std::array<Vec4, 3> directions = frame.basis;
+  std::array<Vec4, 3> directions = axes.basis;
   for (size_t a = 0; a < 4; ++a) {
     plane[a] /= scale_[a];
-    origin_[a] = frame.origin[a] * scale_[a];
+    origin_[a] = axes.origin[a] * scale_[a];
     for (Vec4& d : directions) d[a] *= scale_[a];
   }
   plane = normalised_hyperplane(plane);
-  directions_ = plane_frame(origin_, directions).basis;
+  directions_ = plane_axes(origin_, directions).basis;
 
   TouchReach touch;
   for (size_t a = 0; a < 4; ++a) touch.samples[a] = reach / scale_[a];
@@ -153,10 +153,10 @@ uint64_t Extraction::sample(std::span<const Vec3> uvw, std::span<float> values,
     context.progress.check();
     uint64_t out = 0;
     for (uint64_t n = b * block; n < std::min<uint64_t>(uvw.size(), (b + 1) * block); ++n) {
-      Vec4 p = frame_.origin;
+      Vec4 p = axes_.origin;
       bool inside = true;
       for (size_t i = 0; i < 4; ++i) {
-        for (size_t k = 0; k < 3; ++k) p[i] += uvw[n][k] * frame_.basis[k][i];
+        for (size_t k = 0; k < 3; ++k) p[i] += uvw[n][k] * axes_.basis[k][i];
         const double tolerance = domain_tolerance(end_[i]);
         inside = inside && p[i] >= -tolerance && p[i] <= end_[i] + tolerance;
         p[i] *= scale_[i];
@@ -186,7 +186,7 @@ uint64_t Extraction::list(uint64_t capacity, float* uvw, float* weighted) const 
   Affine3 along;
   for (size_t k = 0; k < 3; ++k)
     for (size_t j = 0; j < 3; ++j) {
-      Vec4 d = frame_.basis[j];
+      Vec4 d = axes_.basis[j];
       for (size_t a = 0; a < 4; ++a) d[a] *= scale_[a];
       along.linear[k][j] = dot4(d, directions_[k]);
     }

@@ -18,8 +18,8 @@ namespace bccsplat {
 
 class Extraction {
  public:
-  // Of a D4* volume that holds samples. frame: slice space, in the hyperplane.
-  Extraction(const SampleSource& source, int channel, const Hyperplane& hyperplane, const PlaneFrame& frame,
+  // Of a D4* volume that holds samples. axes: slice space, in the hyperplane.
+  Extraction(const SampleSource& source, int channel, const Hyperplane& hyperplane, const PlaneAxes& axes,
              const Context& context);
 
   [[nodiscard]] uint64_t points() const { return points_.size(); }
@@ -42,7 +42,7 @@ class Extraction {
   [[nodiscard]] size_t cell(const std::array<float, 3>& at) const;
   [[nodiscard]] float value(const Vec4& lattice_point) const;
 
-  PlaneFrame frame_;
+  PlaneAxes axes_;
   Vec4 end_{};   // of the domain, index space
   Vec4 scale_{}; // index units -> lattice units
   Vec4 origin_{};

@@ -12,16 +12,16 @@ namespace bccsplat {
 namespace {
 
 void check(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice) {
-  if (!(o.slab.thickness >= 0 && std::isfinite(o.slab.thickness)))
+  if (!(o.thickness.length >= 0 && std::isfinite(o.thickness.length)))
     fail(Code::invalid_argument, "slice: the thickness must be 0 or positive");
   if (!(o.spacing >= 0 && std::isfinite(o.spacing)))
     fail(Code::invalid_argument, "slice: the spacing must be 0 or positive");
   const bool interval = o.interval[0] != 0 || o.interval[1] != 0;
   if (interval && !time_slice)
     fail(Code::unsupported, "slice: an interval belongs to time slices (a = b = c = 0) only");
-  if (interval && o.slab.thickness > 0)
+  if (interval && o.thickness.length > 0)
     fail(Code::invalid_argument, "slice: interval and thickness exclude each other");
-  if (lattice.is_static() && o.slab.thickness > 0)
+  if (lattice.is_static() && o.thickness.length > 0)
     fail(Code::unsupported, "slice: a static volume has no thickness in time");
 }
 
@@ -39,7 +39,7 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
   if (is_time && !inside && !lattice.is_static())
     fail(Code::out_of_domain, "time slice: frame ", cut->position, " is outside the series, 0 to ", end);
   const bool own_density = options.spacing == 0 || (is_time && options.spacing == 1);
-  const bool own_lattice = own_density && !options.frame &&
+  const bool own_lattice = own_density && !options.axes &&
                            (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);
   const bool instant = options.interval[0] == 0 && options.interval[1] == 0;
   const bool can_merge = own_lattice && cut && (is_time || can_turn(coefficients, cut->axis));
@@ -51,16 +51,17 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
   if (!instant && (!can_merge || options.method == SliceMethod::resampled))
     fail(Code::unsupported, "slice: with an interval the slice is merged; use a thickness");
   if (can_merge && !misses && options.method != SliceMethod::resampled) {
-    const double half = options.slab.thickness / 2;
+    const double half = options.thickness.length / 2;
     if (is_time)
-      return time_slab(
-          coefficients, lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
-          instant ? std::array{-half, half} : options.interval, options.slab.kind, index_to_world, context);
-    Slice slice = axis_slice(coefficients, cut->axis, cut->position, options.slab, context);
+      return thick_time_slice(coefficients,
+                              lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
+                              instant ? std::array{-half, half} : options.interval, options.thickness.kind,
+                              index_to_world, context);
+    Slice slice = axis_slice(coefficients, cut->axis, cut->position, options.thickness, context);
     slice.hyperplane = h;
     slice.origin = {};
     slice.origin[cut->axis] = cut->position;
-    slice.basis = plane_frame(h).basis;
+    slice.basis = plane_axes(h).basis;
     slice.frame = 0;
     slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);
     return slice;
@@ -69,8 +70,8 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
   if (options.spacing > 0) plane.spacing = options.spacing;
   plane.time_length = options.time_length;
   plane.target = options.target.value_or(LatticeKind::bcc);
-  plane.slab = options.slab;
-  plane.frame = options.frame;
+  plane.thickness = options.thickness;
+  plane.axes = options.axes;
   return plane_slice(coefficients, h, plane, index_to_world, context);
 }
 

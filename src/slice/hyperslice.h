@@ -7,7 +7,7 @@
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
 #include "slice/plane_geometry.h"
-#include "slice/slab.h"
+#include "slice/thickness.h"
 
 namespace bccsplat {
 
@@ -15,13 +15,13 @@ enum class SliceMethod : uint8_t { best, merged, resampled };
 
 struct HypersliceOptions {
   SliceMethod method = SliceMethod::best;
-  std::array<double, 2> interval{0, 0}; // mean over these frames around a time slice; excludes a slab
-  Slab slab;
+  std::array<double, 2> interval{0, 0}; // mean over these frames around a time slice; excludes a thickness
+  Thickness thickness;
   double spacing = 0;                // T of the target lattice; 0: the source density
   std::optional<LatticeKind> target; // bcc or cc; none: the volume's own where it fits, else BCC
   double time_length = 1;            // world units that one frame is drawn as
   // Slice space, lying in the hyperplane: resampled on a lattice along its axes.
-  std::optional<PlaneFrame> frame;
+  std::optional<PlaneAxes> axes;
 };
 
 // hyperplane: any length. A hyperplane that misses the domain gives an empty slice; a time slice outside the

@@ -39,10 +39,10 @@ Hyperplane normalised_hyperplane(const Hyperplane& h) {
   return r;
 }
 
-PlaneFrame plane_frame(const Hyperplane& h) {
-  PlaneFrame frame;
+PlaneAxes plane_axes(const Hyperplane& h) {
+  PlaneAxes axes;
   const Vec4 normal{h[0], h[1], h[2], h[3]};
-  for (size_t i = 0; i < 4; ++i) frame.origin[i] = -h[4] * normal[i];
+  for (size_t i = 0; i < 4; ++i) axes.origin[i] = -h[4] * normal[i];
   size_t left_out = 0;
   for (size_t a = 1; a < 4; ++a)
     if (std::fabs(normal[a]) > std::fabs(normal[left_out])) left_out = a;
@@ -55,14 +55,14 @@ PlaneFrame plane_frame(const Hyperplane& h) {
     (void)orthonormalise(v, directions.data(), count); // never short: `a` is not the normal's main axis
     directions[count++] = v;
   }
-  std::copy(directions.begin() + 1, directions.end(), frame.basis.begin());
-  return frame;
+  std::copy(directions.begin() + 1, directions.end(), axes.basis.begin());
+  return axes;
 }
 
-PlaneFrame plane_frame(const Vec4& point, const std::array<Vec4, 3>& directions) {
-  PlaneFrame frame{point, directions};
+PlaneAxes plane_axes(const Vec4& point, const std::array<Vec4, 3>& directions) {
+  PlaneAxes axes{point, directions};
   for (size_t k = 0; k < 3; ++k) {
-    Vec4& v = frame.basis[k];
+    Vec4& v = axes.basis[k];
     double largest = 0;
     for (size_t i = 0; i < 4; ++i) {
       if (!std::isfinite(v[i]) || !std::isfinite(point[i]))
@@ -71,15 +71,15 @@ PlaneFrame plane_frame(const Vec4& point, const std::array<Vec4, 3>& directions)
     }
     if (largest > 0)
       for (double& c : v) c /= largest;
-    if (largest == 0 || !(orthonormalise(v, frame.basis.data(), k) > 1e-9))
+    if (largest == 0 || !(orthonormalise(v, axes.basis.data(), k) > 1e-9))
       fail(Code::invalid_argument, "hyperplane: direction ", k, " of the basis depends on those before it");
   }
-  return frame;
+  return axes;
 }
 
-Hyperplane hyperplane_of(const PlaneFrame& frame) {
+Hyperplane hyperplane_of(const PlaneAxes& axes) {
   // What is left of the coordinate axis furthest from the basis: the normal's largest component is positive.
-  const auto& basis = frame.basis;
+  const auto& basis = axes.basis;
   size_t axis = 0;
   double best = 2;
   for (size_t a = 0; a < 4; ++a) {
@@ -89,7 +89,7 @@ Hyperplane hyperplane_of(const PlaneFrame& frame) {
   Vec4 normal{};
   normal[axis] = 1;
   (void)orthonormalise(normal, basis.data(), 3);
-  return {normal[0], normal[1], normal[2], normal[3], -dot4(normal, frame.origin)};
+  return {normal[0], normal[1], normal[2], normal[3], -dot4(normal, axes.origin)};
 }
 
 std::optional<AxisCut> axis_cut(const Hyperplane& h, const std::array<uint32_t, 4>& dims) {
@@ -108,13 +108,13 @@ std::optional<AxisCut> axis_cut(const Hyperplane& h, const std::array<uint32_t, 
   return AxisCut{axis, centre + 0.0};
 }
 
-PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const PlaneFrame& frame) {
+PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const PlaneAxes& axes) {
   PlaneExtent e;
   const auto include = [&](const Vec4& p) {
     Vec4 d;
-    for (size_t i = 0; i < 4; ++i) d[i] = p[i] - frame.origin[i];
+    for (size_t i = 0; i < 4; ++i) d[i] = p[i] - axes.origin[i];
     for (size_t k = 0; k < 3; ++k) {
-      const double u = dot4(d, frame.basis[k]);
+      const double u = dot4(d, axes.basis[k]);
       e.low[k] = e.empty ? u : std::min(e.low[k], u);
       e.high[k] = e.empty ? u : std::max(e.high[k], u);
     }

@@ -13,7 +13,7 @@ namespace bccsplat {
 using Hyperplane = std::array<double, 5>;
 
 // Where slice space lies in index space: its origin and orthonormal directions of u, v, w.
-struct PlaneFrame {
+struct PlaneAxes {
   Vec4 origin{};
   std::array<Vec4, 3> basis{};
 };
@@ -28,13 +28,13 @@ struct PlaneFrame {
 // Throws invalid_argument for a normal that is zero or not finite.
 [[nodiscard]] Hyperplane normalised_hyperplane(const Hyperplane& h);
 
-// The usual frame: the origin is the foot of the index origin, the basis are the coordinate axes without the
+// The usual axes: the origin is the foot of the index origin, the basis are the coordinate axes without the
 // one closest to the normal, projected and orthonormalised in order.
-[[nodiscard]] PlaneFrame plane_frame(const Hyperplane& h);
+[[nodiscard]] PlaneAxes plane_axes(const Hyperplane& h);
 // Through `point` along three directions, which are orthonormalised in order; invalid_argument when they are
 // not finite or nearly dependent. The normal is their cross product.
-[[nodiscard]] PlaneFrame plane_frame(const Vec4& point, const std::array<Vec4, 3>& directions);
-[[nodiscard]] Hyperplane hyperplane_of(const PlaneFrame& frame);
+[[nodiscard]] PlaneAxes plane_axes(const Vec4& point, const std::array<Vec4, 3>& directions);
+[[nodiscard]] Hyperplane hyperplane_of(const PlaneAxes& axes);
 
 // An axis (0 to 3) of index space that the hyperplane is normal to, tilted by less than 1e-6 index units over
 // the domain, and where it cuts it.
@@ -50,7 +50,7 @@ struct PlaneExtent {
   Vec4 box_low{}, box_high{};
   bool empty = true;
 };
-[[nodiscard]] PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const PlaneFrame& frame);
+[[nodiscard]] PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const PlaneAxes& axes);
 
 // Lengths and angles that the directions of slice space have in the volume's world, with time as a fourth,
 // orthogonal axis of `time_length` world units per frame, as an affine.

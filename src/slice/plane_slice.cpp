@@ -17,8 +17,8 @@
 namespace bccsplat {
 namespace {
 
-// About where, of the whole work, the samples are read, the volume's coefficients made and the slice's
-// samples made; filtering these is the rest.
+// About where, in the whole work, reading the samples ends, making the volume's coefficients, and making the
+// slice's samples; filtering these is the rest. Progress reports show it, nothing else depends on it.
 constexpr double read_end = 0.1, make_end = 0.4, sample_end = 0.97;
 
 // Sites this far beyond the ends of the domain, index units, are filled in: the slice's filter and kernel.
@@ -38,7 +38,7 @@ Vec4 kernel_reach(const Coefficients& coefficients) {
 }
 
 // Kernel and prefilter of the volume, and a site for rounding.
-TouchReach touch_reach(const Coefficients& coefficients, double margin, double slab) {
+TouchReach touch_reach(const Coefficients& coefficients, double margin, double thickness) {
   const Lattice4& lattice = coefficients.source().lattice();
   const Kernel& kernel = coefficients.kernel();
   Reach filter = prefilter_reach(kernel.prefilter4);
@@ -48,7 +48,7 @@ TouchReach touch_reach(const Coefficients& coefficients, double margin, double s
   for (size_t a = 0; a < 3; ++a) reach.samples[a] += (filter.space + 1) * lattice.space_step[a];
   reach.samples[3] += (filter.time + 1) * lattice.time_step;
   reach.mirrored.fill(margin);
-  reach.slab = slab / 2;
+  reach.half_thickness = thickness / 2;
   return reach;
 }
 
@@ -57,7 +57,7 @@ BrickBox bricks_around(const Lattice4& lattice, const PlaneExtent& extent, const
   BrickBox box;
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 3; ++a) {
-    const double pitch = coset_pitch(lattice.space) * unit[a], r = touch.samples[a] + touch.slab;
+    const double pitch = coset_pitch(lattice.space) * unit[a], r = touch.samples[a] + touch.half_thickness;
     box.begin[a] =
         std::max(0, static_cast<int32_t>(std::floor((extent.box_low[a] - r) / pitch)) - 1) / brick_edge;
     box.end[a] = (static_cast<int32_t>(std::ceil((extent.box_high[a] + r) / pitch)) + 1) / brick_edge + 1;
@@ -100,31 +100,33 @@ std::vector<HalfSpace> domain_faces(const Lattice4& lattice, const Slice& slice,
   return faces;
 }
 
-// Values at points of the hyperplane, relative to the slice's air: those of the field, or of a slab of it.
-class SlabField {
+// Values at points of the hyperplane, relative to the slice's air: those of the field, or what it holds along
+// the normal over a thickness.
+class ThickField {
  public:
-  SlabField(const Coefficients& coefficients, const Hyperplane& h, const Slab& slab)
-      : coefficients_(coefficients), normal_{h[0], h[1], h[2], h[3]}, slab_(slab) {
+  ThickField(const Coefficients& coefficients, const Hyperplane& h, const Thickness& thickness)
+      : coefficients_(coefficients), normal_{h[0], h[1], h[2], h[3]}, thickness_(thickness) {
     const Lattice4& lattice = coefficients.source().lattice();
     double diagonal = 0; // no line through the domain is longer
     for (size_t i = 0; i < 4; ++i) {
       end_[i] = lattice.dims[i] - 1.0;
       diagonal = std::hypot(diagonal, end_[i]);
     }
-    if (slab.thickness > 0) nodes_ = gauss_legendre(slab_nodes(std::min(slab.thickness, diagonal)));
+    if (thickness.length > 0) nodes_ = gauss_legendre(thickness_nodes(std::min(thickness.length, diagonal)));
   }
   [[nodiscard]] float air() const {
     const float air = coefficients_.air();
-    return slab_.kind == SlabKind::sum && slab_.thickness > 0 ? static_cast<float>(air * slab_.thickness)
-                                                              : air;
+    return thickness_.kind == ThicknessKind::sum && thickness_.length > 0
+               ? static_cast<float>(air * thickness_.length)
+               : air;
   }
   // About what a point takes while values() runs: itself and its place, value and hole; order and keys
-  // (point_order.cpp); for slabs its line and sums.
+  // (point_order.cpp); of thick slices its line and sums.
   [[nodiscard]] uint64_t bytes_per_point() const { return nodes_.node.empty() ? 68 : 160; }
   void values(std::span<const Vec4> points, std::span<float> out, std::span<uint8_t> holes,
               const Context& context) const {
     if (nodes_.node.empty()) return evaluate4_mirrored(coefficients_, points, out, {}, holes, context);
-    // Points beyond the ends stand for their mirror images, whose lines run inside.
+    // Points beyond the ends are moved to their mirror images, whose lines run inside.
     std::vector<Vec4> inside(points.begin(), points.end()), at(points.size());
     std::vector<std::array<double, 2>> stretch(points.size());
     for (size_t n = 0; n < points.size(); ++n) stretch[n] = clip(inside[n]);
@@ -151,16 +153,16 @@ class SlabField {
     const double air = coefficients_.air();
     for (size_t n = 0; n < points.size(); ++n) {
       const double length = stretch[n][1] - stretch[n][0];
-      if (slab_.kind == SlabKind::mean) out[n] = static_cast<float>(sum[n]);
-      if (slab_.kind == SlabKind::sum)
-        out[n] = static_cast<float>(sum[n] * length + air * (length - slab_.thickness));
+      if (thickness_.kind == ThicknessKind::mean) out[n] = static_cast<float>(sum[n]);
+      if (thickness_.kind == ThicknessKind::sum)
+        out[n] = static_cast<float>(sum[n] * length + air * (length - thickness_.length));
     }
   }
 
  private:
-  // Moves a point into the domain and gives the part of its line that lies in slab and domain.
+  // Moves a point into the domain and returns the part of its line that lies in thickness and domain.
   std::array<double, 2> clip(Vec4& p) const {
-    std::array<double, 2> s{-slab_.thickness / 2, slab_.thickness / 2};
+    std::array<double, 2> s{-thickness_.length / 2, thickness_.length / 2};
     for (size_t i = 0; i < 4; ++i) {
       p[i] = std::fabs(p[i]);
       if (p[i] > end_[i]) p[i] = std::max(0.0, 2 * end_[i] - p[i]);
@@ -173,12 +175,12 @@ class SlabField {
 
   const Coefficients& coefficients_;
   Vec4 normal_, end_{};
-  Slab slab_;
+  Thickness thickness_;
   Quadrature nodes_;
 };
 
-// Which sites of the target lattice are evaluated: those near the domain and near coefficients that are not
-// 0.
+// Decides which sites of the target lattice are evaluated: those near the domain and near coefficients that
+// are not 0.
 struct Wanted {
   const Lattice4& lattice;    // the volume's
   const Occupancy* occupancy; // null: unknown
@@ -203,7 +205,7 @@ constexpr int block_edge = 4; // sites that are looked up together
 constexpr int brick_blocks = brick_edge / block_edge;
 
 // The slice's samples on one coset of its lattice.
-BrickLayer sample_coset(const SlabField& field, Slice& slice, const Lattice4& target, int coset,
+BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& target, int coset,
                         const Placement& placed, const Wanted& wanted, const Context& context) {
   BrickLayer layer(target.space, coset);
   const Int3 n = layer.dims(), bricks = layer.brick_dims();
@@ -213,7 +215,7 @@ BrickLayer sample_coset(const SlabField& field, Slice& slice, const Lattice4& ta
     half[i] = 0;
     for (const double x : placed.along[i]) half[i] += half_block * std::fabs(x);
   }
-  // A sheet of bricks at a time, or as many rows of it as the budget lets stand at once.
+  // One z of bricks at a time, or as many rows of it as the budget has room for at once.
   const auto row_sites = static_cast<uint64_t>(bricks[0]) * brick_sites;
   int rows = bricks[1];
   Reservation memory;
@@ -274,8 +276,7 @@ BrickLayer sample_coset(const SlabField& field, Slice& slice, const Lattice4& ta
   return layer;
 }
 
-// The target lattice as a static volume of its own: mirrored at the ends of the bounding box, stretched to
-// fit.
+// The target lattice as a static volume: mirrored at the ends of the bounding box and stretched to fit.
 Lattice4 target_lattice(const PlaneOptions& options, const PlaneExtent& extent) {
   Lattice4 target;
   target.kind = options.target;
@@ -313,10 +314,10 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
   if (bcc != lattice.space.bcc) // the same kernel's form for the other lattice
     slice.kernel = bcc ? make_kernel(slice.kernel.name) : make_cc_kernel(slice.kernel.name).kernel;
   slice.hyperplane = h;
-  const PlaneFrame frame = options.frame.value_or(plane_frame(h));
-  slice.origin = frame.origin, slice.basis = frame.basis;
+  const PlaneAxes axes = options.axes.value_or(plane_axes(h));
+  slice.origin = axes.origin, slice.basis = axes.basis;
   slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);
-  const PlaneExtent extent = plane_extent(lattice, h, frame);
+  const PlaneExtent extent = plane_extent(lattice, h, axes);
   const Lattice4 target = target_lattice(options, extent);
   slice.lattice = target.space;
   const Vec3 unit = target.lattice_unit();
@@ -344,7 +345,7 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const Lattice4 target = target_lattice(options, extent);
   const Placement placed(slice);
   const double margin = margin_of(slice, options.spacing);
-  const TouchReach reach = touch_reach(coefficients, margin, options.slab.thickness);
+  const TouchReach reach = touch_reach(coefficients, margin, options.thickness.length);
   const TouchedSamples touched(coefficients.source(), h, reach);
   const BrickBox region = bricks_around(lattice, extent, reach);
   const int channel = coefficients.channel();
@@ -354,13 +355,13 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const SampleSource& source = held ? static_cast<const SampleSource&>(*held) : touched;
   const Coefficients local(source, channel, coefficients.kernel(), coefficients.prune(),
                            coefficients.cache_bytes(), region);
-  const SlabField field(local, h, options.slab);
+  const ThickField field(local, h, options.thickness);
   slice.air = field.air();
   Wanted wanted{lattice, nullptr, margin, kernel_reach(coefficients)};
-  for (size_t i = 0; i < 4; ++i) wanted.reach[i] += reach.slab * std::fabs(h[i]);
+  for (size_t i = 0; i < 4; ++i) wanted.reach[i] += reach.half_thickness * std::fabs(h[i]);
   // The sum over a line that the domain cuts short lacks some air, which is not nothing.
   std::optional<Occupancy> occupancy;
-  if (held && (options.slab.kind != SlabKind::sum || coefficients.air() == 0)) {
+  if (held && (options.thickness.kind != ThicknessKind::sum || coefficients.air() == 0)) {
     occupancy.emplace(lattice);
     const double beyond = margin + wanted.reach[3], part = (make_end - read_end) / lattice.layers();
     for (int32_t m = 0; m < lattice.layers(); ++m) {

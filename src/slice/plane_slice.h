@@ -8,7 +8,7 @@
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
 #include "slice/plane_geometry.h"
-#include "slice/slab.h"
+#include "slice/thickness.h"
 
 namespace bccsplat {
 
@@ -17,14 +17,14 @@ struct PlaneOptions {
   double time_length = 1;                // world units that one frame is drawn as
   LatticeKind target = LatticeKind::bcc; // or cc
   // Means, sums and maxima by Gauss-Legendre quadrature along the normal at each site, clipped to the domain.
-  Slab slab;
-  std::optional<PlaneFrame> frame; // slice space; none: plane_frame of the hyperplane
+  Thickness thickness;
+  std::optional<PlaneAxes> axes; // slice space; none: plane_axes of the hyperplane
 };
 
 // hyperplane: unit normal (a, b, c, d) and e, index space (t in frames). World space of the slice keeps the
 // lengths and angles that directions have in the volume's world with time as a fourth, orthogonal axis. A
-// hyperplane that misses the domain gives an empty slice. Only bricks that the slab around the hyperplane
-// touches are read.
+// hyperplane that misses the domain gives an empty slice. Only bricks in reach of the thickness around the
+// hyperplane are read.
 [[nodiscard]] Slice plane_slice(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                 const PlaneOptions& options, const Affine3& index_to_world,
                                 const Context& context);

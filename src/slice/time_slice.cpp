@@ -202,11 +202,11 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
 
 Slice time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
                  const Affine3& index_to_world, const Context& context) {
-  return time_slab(coefficients, frame, interval, SlabKind::mean, index_to_world, context);
+  return thick_time_slice(coefficients, frame, interval, ThicknessKind::mean, index_to_world, context);
 }
 
-Slice time_slab(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
-                SlabKind kind, const Affine3& index_to_world, const Context& context) {
+Slice thick_time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
+                       ThicknessKind kind, const Affine3& index_to_world, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
   const auto [t0, t1] = clipped_interval(lattice, frame, interval);
   const auto instant = [&](double at, const Context& with) {
@@ -214,9 +214,9 @@ Slice time_slab(const Coefficients& coefficients, double frame, const std::array
                         index_to_world, with);
   };
   if (!(t1 > t0)) return instant(t0, context);
-  if (kind == SlabKind::maximum) {
+  if (kind == ThicknessKind::maximum) {
     SiteMaxima maxima;
-    const std::vector<double> node = gauss_legendre(slab_nodes(t1 - t0)).node;
+    const std::vector<double> node = gauss_legendre(thickness_nodes(t1 - t0)).node;
     const double part = 1 / static_cast<double>(node.size() + 1);
     for (size_t k = 0; k < node.size(); ++k) {
       const double begin = static_cast<double>(k) * part;
@@ -228,7 +228,7 @@ Slice time_slab(const Coefficients& coefficients, double frame, const std::array
     return maxima.finish(context.with(filtering));
   }
   return merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), t0, t1),
-                      kind == SlabKind::sum ? t1 - t0 : 1, index_to_world, context);
+                      kind == ThicknessKind::sum ? t1 - t0 : 1, index_to_world, context);
 }
 
 } // namespace bccsplat

@@ -9,7 +9,7 @@
 #include "base/vec.h"
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
-#include "slice/slab.h"
+#include "slice/thickness.h"
 
 namespace bccsplat {
 
@@ -32,12 +32,12 @@ struct LayerWeight {
                                const std::array<double, 2>& interval, const Affine3& index_to_world,
                                const Context& context);
 
-// The same with another kind of slab than the mean. Sum: the integral over the interval, in value times
+// The same with what else a thickness can hold. Sum: the integral over the interval, in value times
 // frames, exact as the mean is; air is that of the air value. Maximum: at the sites the largest value at the
-// nodes of a quadrature over the interval (slab.h), interpolated between them; it is nowhere less than the
-// mean at a site but for rounding. An empty interval is the instant, whatever the kind.
-[[nodiscard]] Slice time_slab(const Coefficients& coefficients, double frame,
-                              const std::array<double, 2>& interval, SlabKind kind,
-                              const Affine3& index_to_world, const Context& context);
+// nodes of a quadrature over the interval (thickness.h), interpolated between them; it is nowhere less than
+// the mean at a site but for rounding. An empty interval is the instant, whatever the kind.
+[[nodiscard]] Slice thick_time_slice(const Coefficients& coefficients, double frame,
+                                     const std::array<double, 2>& interval, ThicknessKind kind,
+                                     const Affine3& index_to_world, const Context& context);
 
 } // namespace bccsplat

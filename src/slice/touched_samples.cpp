@@ -44,12 +44,12 @@ bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) 
       mirrors = {lattice.layer_frame(0), lattice.layer_frame(lattice.last_layer)};
     }
     own.low -= reach_.samples[a], own.high += reach_.samples[a];
-    const double beyond = reach_.mirrored[a] + reach_.slab * std::fabs(hyperplane_[a]);
+    const double beyond = reach_.mirrored[a] + reach_.half_thickness * std::fabs(hyperplane_[a]);
     axes[a] = images(own, mirrors, -beyond, lattice.dims[a] - 1.0 + beyond);
   }
   // The hyperplane's height over a box has its extremes at corners: centre +- half widths.
   for (int i = 0; i < axes[0].count * axes[1].count * axes[2].count * axes[3].count; ++i) {
-    double centre = hyperplane_[4], half = reach_.slab + 1e-9;
+    double centre = hyperplane_[4], half = reach_.half_thickness + 1e-9;
     int rest = i;
     for (size_t a = 0; a < 4; ++a) {
       const Interval& at = axes[a].at[static_cast<size_t>(rest % axes[a].count)];

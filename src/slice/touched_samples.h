@@ -1,5 +1,5 @@
-// The part of a volume that a slice depends on: of every layer only the bricks that the slab around its
-// hyperplane touches are read; the others count as air.
+// The part of a volume that a slice depends on: of every layer only the bricks in reach of its hyperplane, or
+// of the thickness around it, are read; the others count as air.
 #pragma once
 
 #include "points/sample_source.h"
@@ -11,7 +11,7 @@ namespace bccsplat {
 // far beyond the ends of the domain the slice looks at mirror images.
 struct TouchReach {
   Vec4 samples{}, mirrored{};
-  double slab = 0; // half the thickness
+  double half_thickness = 0;
 };
 
 class TouchedSamples final : public SampleSource {
@@ -27,8 +27,7 @@ class TouchedSamples final : public SampleSource {
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
 
-  // Whether samples of bricks begin .. end - 1 of a layer, or their mirror images, may lie in reach of the
-  // slab.
+  // Whether samples of bricks begin .. end - 1 of a layer, or their mirror images, may lie in reach.
   [[nodiscard]] bool touches(int32_t layer, const Int3& begin, const Int3& end) const;
 
  private:

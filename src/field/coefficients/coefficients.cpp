@@ -10,8 +10,8 @@
 namespace bccsplat {
 namespace {
 
-// Bricks beside a slab that its coefficients may depend on: no prefilter reaches 16 sites.
-constexpr int slab_margin = 1;
+// Rows of bricks beside a stretch that its coefficients may depend on: no prefilter reaches 16 sites.
+constexpr int stretch_margin = 1;
 
 } // namespace
 
@@ -60,15 +60,15 @@ std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<co
   }
   if (missing.empty()) context.progress.advance(1, 1);
   Work all = work(missing, context);
-  const double thickness = slab_bricks(missing, all, context);
-  if (thickness < 1 && missing.size() > 1) // even the thinnest slabs of all at once would not fit
+  const double rows = stretch_rows(missing, all, context);
+  if (rows < 1 && missing.size() > 1) // even one row of bricks of all layers at once would not fit
     for (size_t i = 0; i < missing.size(); ++i) {
       const auto n = static_cast<double>(missing.size()), at = static_cast<double>(i);
       Progress share(context.progress, at / n, (at + 1) / n);
       found[missing[i]] = layer(missing[i], context.with(share));
     }
-  else if (thickness < std::numeric_limits<double>::infinity())
-    for (auto& [at, layer] : make_by_slabs(missing, std::max(1, static_cast<int>(thickness)), context))
+  else if (rows < std::numeric_limits<double>::infinity())
+    for (auto& [at, layer] : make_by_stretches(missing, std::max(1, static_cast<int>(rows)), context))
       found[at] = std::move(layer);
   else
     for (const int32_t at : missing) found[at] = stage(last_stage(), at, all, context);
@@ -106,24 +106,24 @@ Coefficients::Work Coefficients::work(std::span<const int32_t> layers, const Con
   return work;
 }
 
-double Coefficients::slab_bricks(const std::vector<int32_t>& layers, Work& work,
-                                 const Context& context) const {
-  constexpr double no_slabs = std::numeric_limits<double>::infinity();
-  if (layers.empty() || steps_.empty() || source_.lattice().is_static()) return no_slabs;
+double Coefficients::stretch_rows(const std::vector<int32_t>& layers, Work& work,
+                                  const Context& context) const {
+  constexpr double unlimited = std::numeric_limits<double>::infinity();
+  if (layers.empty() || steps_.empty() || source_.lattice().is_static()) return unlimited;
   size_t total = 0;
   for (const auto& stage : needed(layers, false)) total += stage.size();
   // Coefficients spread a few sites beyond the samples: half as many bricks again, at most all.
   const auto one = stage(0, layers.front(), work, context);
   const uint64_t dense = one->brick_slots() * sizeof(Brick);
   const uint64_t bytes = std::min(dense, one->bytes() + one->bytes() / 2) * total;
-  if (bytes <= limit_) return no_slabs;
+  if (bytes <= limit_) return unlimited;
   const int height = one->brick_dims()[2];
   const double per_brick = static_cast<double>(bytes) / height;
-  return std::min<double>(static_cast<double>(limit_ / 2) / per_brick - 2 * slab_margin, height);
+  return std::min<double>(static_cast<double>(limit_ / 2) / per_brick - 2 * stretch_margin, height);
 }
 
 std::map<int32_t, std::shared_ptr<const BrickLayer>>
-Coefficients::make_by_slabs(const std::vector<int32_t>& layers, int thickness, const Context& context) const {
+Coefficients::make_by_stretches(const std::vector<int32_t>& layers, int rows, const Context& context) const {
   const Lattice4& lattice = source_.lattice();
   std::map<int32_t, BrickLayer> made;
   int height = 0;
@@ -135,20 +135,20 @@ Coefficients::make_by_slabs(const std::vector<int32_t>& layers, int thickness, c
     const std::scoped_lock lock(mutex_);
     evict_locked(limit_ / 2);
   }
-  std::vector<Reservation> parts; // of the bricks that stay when a slab's own store goes
-  for (int z = region_.begin[2]; z < std::min(height, region_.end[2]); z += thickness) {
-    BrickBox slab = region_;
-    slab.begin[2] = std::max(slab.begin[2], z - slab_margin);
-    slab.end[2] = std::min(slab.end[2], z + thickness + slab_margin);
-    const Coefficients local(source_, channel_, kernel_, prune_, UINT64_MAX, slab);
+  std::vector<Reservation> parts; // of the bricks that stay when a stretch's own store goes
+  for (int z = region_.begin[2]; z < std::min(height, region_.end[2]); z += rows) {
+    BrickBox stretch = region_;
+    stretch.begin[2] = std::max(stretch.begin[2], z - stretch_margin);
+    stretch.end[2] = std::min(stretch.end[2], z + rows + stretch_margin);
+    const Coefficients local(source_, channel_, kernel_, prune_, UINT64_MAX, stretch);
     uint64_t bytes = 0;
-    Progress share(context.progress, 1.0 * z / height, std::min(1.0, 1.0 * (z + thickness) / height));
+    Progress share(context.progress, 1.0 * z / height, std::min(1.0, 1.0 * (z + rows) / height));
     Work all = local.work(layers, context.with(share));
     for (auto& [m, layer] : made) {
       const auto part = local.stage(last_stage(), m, all, context);
       for (size_t s = 0; s < layer.brick_slots(); ++s) {
         const int at = layer.slot_position(s)[2];
-        if (at < z || at >= z + thickness || !part->brick(s)) continue;
+        if (at < z || at >= z + rows || !part->brick(s)) continue;
         layer.set(s, part->share(s));
         bytes += sizeof(Brick);
       }

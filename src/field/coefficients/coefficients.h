@@ -4,8 +4,8 @@
 // A coefficient is a fixed linear function of the samples in its reach: stage j of layer m reads stage j-1
 // and the samples of layers m-2 .. m+2. So it does not depend on what is cached, in which order layers are
 // asked for, or how the file is chunked; and while time advances each stage of each layer is computed once.
-// Where the cache is too small for all that a layer depends on, layers are made slab by slab instead: up to
-// three times the work, but never the same stage again and again.
+// Where the cache is too small for all that a layer depends on, layers are made in stretches, some rows of
+// bricks along z at a time: up to three times the work, but never the same stage again and again.
 #pragma once
 
 #include <cstdint>
@@ -57,21 +57,21 @@ class Coefficients {
 
   [[nodiscard]] int last_stage() const { return static_cast<int>(steps_.size()); }
 
-  // Which layers of each stage the last one's depend on. missing: only what is not in the cache, and what
-  // that depends on.
+  // Returns which layers of each stage the last one's depend on. missing: only what is not in the cache, and
+  // what that depends on.
   std::vector<std::set<int32_t>> needed(std::span<const int32_t> layers, bool missing) const;
-  // How much of that is made.
+  // How much of that has been made.
   struct Work {
     Progress& progress;
     uint64_t done = 0, total = 1; // layers of stages
   };
   Work work(std::span<const int32_t> layers, const Context& context) const;
   std::shared_ptr<const BrickLayer> stage(int stage, int32_t layer, Work& work, const Context& context) const;
-  // How thick, in bricks along z, slabs may be for the layers to fit the cache; infinite where no slabs are
-  // needed.
-  double slab_bricks(const std::vector<int32_t>& layers, Work& work, const Context& context) const;
+  // Returns how many rows of bricks along z a stretch may have for the layers to fit the cache; infinite
+  // where the layers need not be cut.
+  double stretch_rows(const std::vector<int32_t>& layers, Work& work, const Context& context) const;
   std::map<int32_t, std::shared_ptr<const BrickLayer>>
-  make_by_slabs(const std::vector<int32_t>& layers, int thickness, const Context& context) const;
+  make_by_stretches(const std::vector<int32_t>& layers, int rows, const Context& context) const;
   std::shared_ptr<const BrickLayer> find(const Key& key) const;
   bool holds(const Key& key) const;
   std::shared_ptr<const BrickLayer> insert(const Key& key, BrickLayer layer, const Context& context) const;

@@ -16,7 +16,7 @@
 #define BCCSPLAT_PREFILTER_PLANES
 namespace bccsplat {
 
-// Planes of a brick with a margin of one site. Site x of a row stands at row_start + x, so that rows of 16
+// Planes of a brick with a margin of one site. Site x of a row lies at row_start + x, so that rows of 16
 // are aligned; the site after the last one lies in the next row's margin.
 inline constexpr int plane_row = 32, row_start = 16;
 inline constexpr int plane_rows = brick_edge + 2;

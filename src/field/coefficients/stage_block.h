@@ -25,7 +25,7 @@ struct StageCross {
     // Of site i + shift: which of three bricks (0: the one with the brick's own number), and its place there.
     std::array<uint8_t, brick_edge + 2> third, site;
   };
-  // A site along x that stands in another brick, or is a mirror image: it replaces what the row holds.
+  // A site along x that lies in another brick, or is a mirror image: it replaces what the row holds.
   struct Patch {
     int index, third, site; // i of site i + shift
   };

@@ -75,8 +75,8 @@ std::vector<Case> cases(const std::array<uint32_t, 4>& dims) {
   add("x resampled", 1, [](auto& o) { o.method = SliceMethod::resampled; });
   add(all[last].name + ", CC target", last, [](auto& o) { o.target = LatticeKind::cc; });
   for (const size_t plane : {size_t{0}, size_t{1}, last}) {
-    add(all[plane].name + ", slab 4, mean", plane, [](auto& o) { o.slab = {4, SlabKind::mean}; });
-    add(all[plane].name + ", slab 4, max", plane, [](auto& o) { o.slab = {4, SlabKind::maximum}; });
+    add(all[plane].name + ", slab 4, mean", plane, [](auto& o) { o.thickness = {4, ThicknessKind::mean}; });
+    add(all[plane].name + ", slab 4, max", plane, [](auto& o) { o.thickness = {4, ThicknessKind::maximum}; });
   }
   return all;
 }
@@ -101,7 +101,7 @@ void report_kinds(const Report& report) {
       const auto make = [&] { slice = hyperslice(coefficients, c.h, c.options, {}, context.get()); };
       make();
       const double seconds = median_cpu_seconds(make, report.quick ? 1 : 3);
-      const bool field = c.options.slab.thickness == 0;
+      const bool field = c.options.thickness.length == 0;
       const auto count = static_cast<double>(slice.points());
       rows.push_back(
           {word("volume", kind == LatticeKind::cc ? "CC" : "D4*"), word("slice", c.name),

@@ -238,7 +238,7 @@ TEST(Coefficients, SmallCacheMeansMoreWorkButNotAgainAndAgain) {
                   layer_to_dense(*roomy.layer(m, context.get())))
             << name << " layer " << m;
       // Per layer: itself once to see how large it is, and its reach of 2 * 2 + stages - 1 layers on either
-      // side, each brick in at most three slabs.
+      // side, each brick in at most three stretches.
       const auto reach = prefilter_reach(kernel.prefilter4).time;
       EXPECT_LE(source.bricks, 10 * height * (1 + 3 * (2 * reach + 1))) << name << " cache " << cache;
       EXPECT_EQ(time_slice(tight, 9.3, {0, 0}, {}, context.get()).bounds,
@@ -247,7 +247,7 @@ TEST(Coefficients, SmallCacheMeansMoreWorkButNotAgainAndAgain) {
   }
 }
 
-TEST(Coefficients, SlabsStayWithinTheCacheAndTheResult) {
+TEST(Coefficients, StretchesStayWithinTheCacheAndTheResult) {
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {20, 20, 450, 20});
   const auto samples = noise_samples(lattice, 4);
   TestContext all;

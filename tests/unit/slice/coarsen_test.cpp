@@ -65,7 +65,7 @@ TEST_P(Coarsen, PassesLongWavesAndStopsShortOnes) {
     const auto slow = static_cast<int>(n) / 10,
                fast = static_cast<int>(n) - 4; // of the old Nyquist rate: .1, .9
     EXPECT_LT(deviation(coarsen(make({n, n, n}, wave(slow)), context_.get()), wave(slow)), 0.06);
-    // What is left of short waves may stand anywhere.
+    // What is left of short waves may be anywhere.
     const Slice rest = coarsen(make({n, n, n}, wave(fast)), context_.get());
     EXPECT_LT(deviation(rest, [](double, double, double) { return 0; }), 0.2);
   }

@@ -25,7 +25,7 @@ class ExtractionTest : public testing::Test {
   Lattice4 lattice = Lattice4::fit(LatticeKind::d4star, {20, 18, 19, 17}, 1, 1.1);
 
   // Points of slice space, `margin` inside the domain.
-  std::vector<Vec3> points_of(const PlaneFrame& frame, double margin, size_t count) {
+  std::vector<Vec3> points_of(const PlaneAxes& axes, double margin, size_t count) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(-30, 30);
     std::vector<Vec3> points;
@@ -33,8 +33,8 @@ class ExtractionTest : public testing::Test {
       const Vec3 uvw{uniform(random), uniform(random), uniform(random)};
       bool inside = true;
       for (size_t i = 0; i < 4; ++i) {
-        double p = frame.origin[i];
-        for (size_t k = 0; k < 3; ++k) p += uvw[k] * frame.basis[k][i];
+        double p = axes.origin[i];
+        for (size_t k = 0; k < 3; ++k) p += uvw[k] * axes.basis[k][i];
         inside = inside && p >= margin && p <= lattice.dims[i] - 1.0 - margin;
       }
       if (inside) points.push_back(uvw);
@@ -49,16 +49,16 @@ TEST_F(ExtractionTest, IsTheSumOverThe4DGaussian) {
       lattice, [&](const Vec4& p) { return f(p) + 5; }, 5);
   for (const Vec4& normal : {Vec4{0, 0, 0, 1}, Vec4{1, 0, 0, 0}, Vec4{1, -2, 0.5, 1}}) {
     const Hyperplane h = through(normal, {9, 8.6, 9.2, 8});
-    const PlaneFrame frame = plane_frame(h);
-    const Extraction extraction(samples, 0, h, frame, context.get());
-    const auto points = points_of(frame, 3.2, 60);
+    const PlaneAxes axes = plane_axes(h);
+    const Extraction extraction(samples, 0, h, axes, context.get());
+    const auto points = points_of(axes, 3.2, 60);
     std::vector<float> values(points.size());
     EXPECT_EQ(extraction.sample(points, values, context.get()), 0u);
     const Vec3 unit = lattice.lattice_unit();
     for (size_t n = 0; n < points.size(); ++n) {
-      Vec4 q = frame.origin;
+      Vec4 q = axes.origin;
       for (size_t i = 0; i < 4; ++i)
-        for (size_t k = 0; k < 3; ++k) q[i] += points[n][k] * frame.basis[k][i];
+        for (size_t k = 0; k < 3; ++k) q[i] += points[n][k] * axes.basis[k][i];
       double sum = 0, weights = 0;
       for (int32_t m = 0; m < lattice.layers(); ++m) {
         const int c = lattice.coset(m);
@@ -83,17 +83,17 @@ TEST_F(ExtractionTest, IsTheSumOverThe4DGaussian) {
 TEST_F(ExtractionTest, ListsThePointsInReach) {
   const auto samples = sample_field(lattice, [](const Vec4&) { return 3.0; });
   const Hyperplane h = through({1, 1, 0, 1}, {9, 8.6, 9.2, 8});
-  const PlaneFrame frame = plane_frame(h);
-  const Extraction extraction(samples, 0, h, frame, context.get());
+  const PlaneAxes axes = plane_axes(h);
+  const Extraction extraction(samples, 0, h, axes, context.get());
   std::vector<float> uvw(3 * extraction.points()), weighted(extraction.points());
   ASSERT_EQ(extraction.list(extraction.points(), uvw.data(), weighted.data()), extraction.points());
-  // The volume of the slab around the hyperplane's part of the domain times the density of D4*.
+  // The volume within reach of the hyperplane's part of the domain times the density of D4*.
   double high = 0, low = 10;
   for (size_t n = 0; n < weighted.size(); ++n) {
     high = std::max<double>(high, weighted[n]), low = std::min<double>(low, weighted[n]);
     for (size_t i = 0; i < 4; ++i) { // in the domain, but for the projection along the normal
-      double p = frame.origin[i];
-      for (size_t k = 0; k < 3; ++k) p += uvw[3 * n + k] * frame.basis[k][i];
+      double p = axes.origin[i];
+      for (size_t k = 0; k < 3; ++k) p += uvw[3 * n + k] * axes.basis[k][i];
       ASSERT_GE(p, -2);
       ASSERT_LE(p, lattice.dims[i] + 1.0);
     }
@@ -107,7 +107,7 @@ TEST_F(ExtractionTest, ListsThePointsInReach) {
 TEST_F(ExtractionTest, OutsideAndUnsupported) {
   const auto samples = sample_field(lattice, [](const Vec4&) { return 3.0; });
   const Hyperplane far = normalised_hyperplane({1, 0, 0, 0, 99});
-  const Extraction none(samples, 0, far, plane_frame(far), context.get());
+  const Extraction none(samples, 0, far, plane_axes(far), context.get());
   EXPECT_EQ(none.points(), 0u);
   const std::vector<Vec3> at{{5, 5, 5}};
   std::vector<float> v(1);
@@ -115,7 +115,7 @@ TEST_F(ExtractionTest, OutsideAndUnsupported) {
   EXPECT_TRUE(std::isnan(v[0]));
   const auto cc = sample_field(Lattice4::fit(LatticeKind::cc, {8, 8, 8, 8}), [](const Vec4&) { return 1.0; });
   const Hyperplane h{0, 0, 0, 1, -4};
-  EXPECT_THROW(Extraction(cc, 0, h, plane_frame(h), context.get()), Error);
+  EXPECT_THROW(Extraction(cc, 0, h, plane_axes(h), context.get()), Error);
 }
 
 } // namespace

@@ -72,10 +72,10 @@ TEST(Occupancy, SkippingChangesNothing) {
     return ball(8 + 0.5 * p[3], 20, 18) + ball(36, 3, 30 - 0.5 * p[3]);
   });
   for (const Hyperplane& h : {Hyperplane{0.7, 0.1, 0.2, 0.6, -24}, Hyperplane{0.5, 0.5, 0.5, 0.5, -42}})
-    for (const SlabKind kind : {SlabKind::mean, SlabKind::sum, SlabKind::maximum})
+    for (const ThicknessKind kind : {ThicknessKind::mean, ThicknessKind::sum, ThicknessKind::maximum})
       for (const double thickness : {0.0, 5.0}) {
         HypersliceOptions o;
-        o.slab = {thickness, kind};
+        o.thickness = {thickness, kind};
         const Coefficients c(samples, 0, make_kernel("default"), 0, 1u << 30);
         const Coefficients small(samples, 0, make_kernel("default"), 0, 1u << 16);
         const Slice a = hyperslice(c, h, o, {}, context.get()),

@@ -136,12 +136,12 @@ TEST_F(PlaneSlice, PointAndBasis) {
   const Vec4 point{15, 16.5, 14, 15.2};
   const std::array<Vec4, 3> directions{Vec4{2, 0, 0, 1}, Vec4{1, 1, 0, 0}, Vec4{0, 0.5, 3, -1}};
   HypersliceOptions o;
-  o.frame = plane_frame(point, directions);
+  o.axes = plane_axes(point, directions);
   for (size_t i = 0; i < 3; ++i) {
-    for (size_t j = 0; j < 3; ++j) EXPECT_NEAR(dot4(o.frame->basis[i], o.frame->basis[j]), i == j, 1e-14);
-    EXPECT_GT(dot4(o.frame->basis[i], directions[i]), 0);
+    for (size_t j = 0; j < 3; ++j) EXPECT_NEAR(dot4(o.axes->basis[i], o.axes->basis[j]), i == j, 1e-14);
+    EXPECT_GT(dot4(o.axes->basis[i], directions[i]), 0);
   }
-  const Hyperplane h = hyperplane_of(*o.frame);
+  const Hyperplane h = hyperplane_of(*o.axes);
   EXPECT_NEAR(h[0] * h[0] + h[1] * h[1] + h[2] * h[2] + h[3] * h[3], 1, 1e-14);
   for (const Vec4& d : directions) {
     Vec4 p = point;
@@ -152,13 +152,13 @@ TEST_F(PlaneSlice, PointAndBasis) {
   EXPECT_EQ(s.origin, point);
   EXPECT_GE(slice_snr(s, lattice, waves, 9, context.get()), evaluate_snr() - 3);
   // Directions within a time slice turn its lattice, and the field is the same.
-  o.frame = plane_frame({15, 15, 15, 15.2}, {Vec4{1, 1, 0, 0}, Vec4{-1, 1, 0, 0}, Vec4{0, 0, 1, 0}});
-  EXPECT_GE(slice_snr(hyperslice(coefficients, hyperplane_of(*o.frame), o, {}, context.get()), lattice, waves,
+  o.axes = plane_axes({15, 15, 15, 15.2}, {Vec4{1, 1, 0, 0}, Vec4{-1, 1, 0, 0}, Vec4{0, 0, 1, 0}});
+  EXPECT_GE(slice_snr(hyperslice(coefficients, hyperplane_of(*o.axes), o, {}, context.get()), lattice, waves,
                       9, context.get()),
             evaluate_snr() - 3);
-  EXPECT_THROW((void)plane_frame(point, {directions[0], directions[1], directions[0]}), Error);
-  EXPECT_THROW((void)plane_frame(point, {directions[0], directions[1], Vec4{}}), Error);
-  EXPECT_THROW((void)plane_frame({std::nan(""), 0, 0, 0}, directions), Error);
+  EXPECT_THROW((void)plane_axes(point, {directions[0], directions[1], directions[0]}), Error);
+  EXPECT_THROW((void)plane_axes(point, {directions[0], directions[1], Vec4{}}), Error);
+  EXPECT_THROW((void)plane_axes({std::nan(""), 0, 0, 0}, directions), Error);
 }
 
 TEST_F(PlaneSlice, ConstantFieldIsConstant) {
@@ -198,7 +198,7 @@ TEST_F(PlaneSlice, OutsideTheDomainIsEmpty) {
     EXPECT_TRUE(s.empty());
     EXPECT_EQ(s.points(), 0);
     EXPECT_EQ(list_points(s, 0, nullptr, nullptr), 0u);
-    Grid grid; // around every point that the slice could stand at
+    Grid grid; // around every point that the slice could have
     grid.origin = {-5, -5, -5}, grid.dims = {11, 11, 11};
     std::vector<float> v(11 * 11 * 11);
     sample_grid(s, grid, v.data(), context.get());
@@ -392,9 +392,9 @@ TEST_F(PlaneSlice, BricksThatAreNotReadDoNotMatter) {
 TEST_F(PlaneSlice, ThreadsDoNotChangeABit) {
   TestContext one(1), four(4);
   for (const Hyperplane& h : {Hyperplane{0, 0, 1, 0, -12.3}, through({1, 2, -1, 2}, {15.5, 16, 15, 15.7})})
-    for (const SlabKind kind : {SlabKind::mean, SlabKind::maximum}) {
+    for (const ThicknessKind kind : {ThicknessKind::mean, ThicknessKind::maximum}) {
       HypersliceOptions o;
-      o.slab = {2, kind};
+      o.thickness = {2, kind};
       const Slice a = hyperslice({samples, 0, make_kernel("fast"), 0, large_cache}, h, o, {}, one.get());
       const Slice b = hyperslice({samples, 0, make_kernel("fast"), 0, large_cache}, h, o, {}, four.get());
       for (size_t c = 0; c < 2; ++c) EXPECT_EQ(layer_to_dense(a.coset[c]), layer_to_dense(b.coset[c]));

@@ -1,4 +1,4 @@
-#include "slice/slab.h"
+#include "slice/thickness.h"
 
 #include <cmath>
 #include <numbers>
@@ -33,7 +33,7 @@ Quadrature gauss_legendre(int count) {
   return q;
 }
 
-int slab_nodes(double length) {
+int thickness_nodes(double length) {
   if (!(length < 2000)) fail(Code::limit_exceeded, "slab: thicker than 2000 samples");
   return static_cast<int>(std::ceil(1.5 * length)) + 3;
 }

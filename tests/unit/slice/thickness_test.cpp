@@ -1,4 +1,4 @@
-// Slabs: means, sums and maxima along the normal, of time, axis and oblique slices.
+// Thick slices: means, sums and maxima along the normal, of time, axis and oblique slices.
 #include <gtest/gtest.h>
 
 #include "base/error.h"
@@ -24,12 +24,12 @@ TEST(Quadrature, GaussLegendreIntegratesPolynomials) {
       EXPECT_NEAR(sum, 1.0 / (power + 1), 1e-13) << n << " nodes, power " << power;
     }
   }
-  EXPECT_THROW((void)slab_nodes(1e6), Error);
+  EXPECT_THROW((void)thickness_nodes(1e6), Error);
 }
 
-TEST(Quadrature, SlabNodesResolveTheNyquistFrequency) {
+TEST(Quadrature, NodesResolveTheNyquistFrequency) {
   for (const double length : {0.3, 2.0, 7.5, 40.0}) {
-    const Quadrature q = gauss_legendre(slab_nodes(length));
+    const Quadrature q = gauss_legendre(thickness_nodes(length));
     double sum = 0;
     for (size_t i = 0; i < q.node.size(); ++i)
       sum += q.weight[i] * std::cos(std::numbers::pi * length * q.node[i] + 0.3);
@@ -48,21 +48,21 @@ const Plane planes[] = {{"time", {0, 0, 0, 1, -8.3}, 2e-4, 1e-4},
                         {"axis", {0, -1, 0, 0, 9.4}, 2e-4, 1e-4},
                         {"oblique", {0.5, 0.5, -0.5, 0.5, -9.2}, 0.02, 0.03}};
 
-class SliceSlab : public testing::TestWithParam<Plane> {
+class ThickSlice : public testing::TestWithParam<Plane> {
  protected:
   TestContext context;
   Lattice4 lattice = Lattice4::fit(LatticeKind::d4star, {18, 20, 19, 17});
 
-  Slice cut(const Coefficients& c, const Hyperplane& h, double thickness, SlabKind kind) {
+  Slice cut(const Coefficients& c, const Hyperplane& h, double thickness, ThicknessKind kind) {
     HypersliceOptions options;
-    options.slab = {thickness, kind};
+    options.thickness = {thickness, kind};
     return hyperslice(c, h, options, {}, context.get());
   }
-  Slice cut(const MemorySamples& samples, double thickness, SlabKind kind) {
+  Slice cut(const MemorySamples& samples, double thickness, ThicknessKind kind) {
     return cut(Coefficients(samples, 0, make_kernel("default"), 0, large_cache), GetParam().h, thickness,
                kind);
   }
-  // Points of slice space whose slab of `thickness` lies inside the domain.
+  // Points of slice space whose line of length `thickness` lies inside the domain.
   std::vector<Vec3> inner_points(const Slice& s, double thickness, size_t count) {
     std::mt19937 random(3);
     std::vector<Vec3> points;
@@ -90,16 +90,17 @@ class SliceSlab : public testing::TestWithParam<Plane> {
     return v;
   }
 };
-INSTANTIATE_TEST_SUITE_P(Planes, SliceSlab, testing::ValuesIn(planes),
+INSTANTIATE_TEST_SUITE_P(Planes, ThickSlice, testing::ValuesIn(planes),
                          [](const auto& p) { return std::string(p.param.name); });
 
-TEST_P(SliceSlab, OfAConstant) {
+TEST_P(ThickSlice, OfAConstant) {
   for (const double air : {0.0, 1.0}) {
     const auto flat = sample_field(
         lattice, [](const Vec4&) { return 4.0; }, air);
     const double thickness = 2.5;
-    const Slice mean = cut(flat, thickness, SlabKind::mean), sum = cut(flat, thickness, SlabKind::sum),
-                maximum = cut(flat, thickness, SlabKind::maximum);
+    const Slice mean = cut(flat, thickness, ThicknessKind::mean),
+                sum = cut(flat, thickness, ThicknessKind::sum),
+                maximum = cut(flat, thickness, ThicknessKind::maximum);
     const auto points = inner_points(mean, thickness, 300);
     const auto a = values(mean, points), b = values(sum, points), c = values(maximum, points);
     for (size_t i = 0; i < points.size(); ++i) { // the ripples of two reconstructions
@@ -110,24 +111,25 @@ TEST_P(SliceSlab, OfAConstant) {
   }
 }
 
-TEST_P(SliceSlab, Linear) {
+TEST_P(ThickSlice, Linear) {
   const PlaneWaves f(5, 0.6, 29), g(5, 0.6, 31);
-  const auto a = cut(sample_field(lattice, f), 3, SlabKind::sum);
-  const auto b = cut(sample_field(lattice, g), 3, SlabKind::sum);
+  const auto a = cut(sample_field(lattice, f), 3, ThicknessKind::sum);
+  const auto b = cut(sample_field(lattice, g), 3, ThicknessKind::sum);
   const auto both =
-      cut(sample_field(lattice, [&](const Vec4& p) { return 2 * f(p) - 3 * g(p); }), 3, SlabKind::sum);
+      cut(sample_field(lattice, [&](const Vec4& p) { return 2 * f(p) - 3 * g(p); }), 3, ThicknessKind::sum);
   const auto points = inner_points(a, 3, 200);
   const auto va = values(a, points), vb = values(b, points), v = values(both, points);
   for (size_t i = 0; i < points.size(); ++i) ASSERT_NEAR(v[i], 2 * va[i] - 3 * vb[i], 2e-4);
 }
 
-TEST_P(SliceSlab, MeanIsTheMeanOfThinSlices) {
+TEST_P(ThickSlice, MeanIsTheMeanOfThinSlices) {
   const auto samples = sample_field(lattice, PlaneWaves(6, 0.4, 61));
   const Coefficients c(samples, 0, make_kernel("default"), 0, large_cache);
   const double thickness = 3;
   const Hyperplane h = GetParam().h;
-  const Slice mean = cut(c, h, thickness, SlabKind::mean), sum = cut(c, h, thickness, SlabKind::sum),
-              maximum = cut(c, h, thickness, SlabKind::maximum);
+  const Slice mean = cut(c, h, thickness, ThicknessKind::mean),
+              sum = cut(c, h, thickness, ThicknessKind::sum),
+              maximum = cut(c, h, thickness, ThicknessKind::maximum);
   const auto points = inner_points(mean, thickness, 100);
   constexpr int count = 64;
   std::vector<double> expected(points.size()), largest(points.size(), -1e9);
@@ -135,7 +137,7 @@ TEST_P(SliceSlab, MeanIsTheMeanOfThinSlices) {
     const double shift = thickness * ((k + 0.5) / count - 0.5);
     Hyperplane moved = h;
     moved[4] -= shift;
-    const auto v = values(cut(c, moved, 0, SlabKind::mean), points);
+    const auto v = values(cut(c, moved, 0, ThicknessKind::mean), points);
     for (size_t i = 0; i < v.size(); ++i) {
       expected[i] += v[i] / double{count};
       largest[i] = std::max<double>(largest[i], v[i]);
@@ -151,9 +153,9 @@ TEST_P(SliceSlab, MeanIsTheMeanOfThinSlices) {
   EXPECT_LT(std::sqrt(crease), 0.1); // maxima have creases, which the lattice cannot follow
 }
 
-TEST_P(SliceSlab, MaximumIsNoLessThanTheMean) {
+TEST_P(ThickSlice, MaximumIsNoLessThanTheMean) {
   const auto samples = sample_field(lattice, PlaneWaves(6, 0.7, 67));
-  const Slice mean = cut(samples, 3, SlabKind::mean), maximum = cut(samples, 3, SlabKind::maximum);
+  const Slice mean = cut(samples, 3, ThicknessKind::mean), maximum = cut(samples, 3, ThicknessKind::maximum);
   const auto points = inner_points(mean, 3, 300);
   const auto a = values(mean, points), b = values(maximum, points);
   double gain = 0;
@@ -164,11 +166,11 @@ TEST_P(SliceSlab, MaximumIsNoLessThanTheMean) {
   EXPECT_GT(gain, 0.3);
 }
 
-TEST_P(SliceSlab, IsClippedToTheDomain) {
+TEST_P(ThickSlice, IsClippedToTheDomain) {
   // Far thicker than the volume: the mean of a field that is level along the normal's axes stays what it is
   // only if nothing beyond the ends counts.
   const auto flat = sample_field(lattice, [](const Vec4&) { return 2.0; });
-  const Slice mean = cut(flat, 500, SlabKind::mean), sum = cut(flat, 500, SlabKind::sum);
+  const Slice mean = cut(flat, 500, ThicknessKind::mean), sum = cut(flat, 500, ThicknessKind::sum);
   const auto points = inner_points(mean, 0, 100);
   const auto a = values(mean, points), b = values(sum, points);
   for (size_t i = 0; i < points.size(); ++i) {
@@ -186,7 +188,7 @@ TEST_P(SliceSlab, IsClippedToTheDomain) {
   }
 }
 
-TEST(SliceSlabOptions, AreChecked) {
+TEST(ThicknessOptions, AreChecked) {
   TestContext context;
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {8, 8, 8, 8});
   const auto samples = sample_field(lattice, [](const Vec4&) { return 1.0; });
@@ -200,12 +202,12 @@ TEST(SliceSlabOptions, AreChecked) {
     return Code::ok;
   };
   HypersliceOptions o;
-  o.slab.thickness = -1;
+  o.thickness.length = -1;
   EXPECT_EQ(refused({0, 0, 0, 1, -2}, o), Code::invalid_argument);
-  o.slab.thickness = 1;
+  o.thickness.length = 1;
   o.interval = {-1, 0};
   EXPECT_EQ(refused({0, 0, 0, 1, -2}, o), Code::invalid_argument);
-  o.slab.thickness = 0;
+  o.thickness.length = 0;
   EXPECT_EQ(refused({0, 0, 0, 1, -2}, o), Code::ok);
   EXPECT_EQ(refused({0, 0, 1, 0, -2}, o), Code::unsupported);
   o.interval = {0, 0};

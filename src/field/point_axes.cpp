@@ -1,5 +1,5 @@
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "field/point_frame.cpp"
+#define HWY_TARGET_INCLUDE "field/point_axes.cpp"
 #include <hwy/foreach_target.h>
 // Highway's target list must come before anything it guards.
 #include <hwy/cache_control.h>
@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "field/point_frame.h"
+#include "field/point_axes.h"
 #include "kernel/kernel_time.h"
 #include "points/brick.h"
 
@@ -24,7 +24,7 @@ inline constexpr size_t step = hn::MaxLanes(Numbers());
 
 } // namespace
 
-void PlacePoints(const PointFrame& frame, const Vec4* points, size_t count, bool clip, PointPlace* places) {
+void PlacePoints(const PointAxes& axes, const Vec4* points, size_t count, bool clip, PointPlace* places) {
   const Numbers d;
   const Integers di;
   const auto zero = hn::Zero(d);
@@ -38,16 +38,16 @@ void PlacePoints(const PointFrame& frame, const Vec4* points, size_t count, bool
     hn::Vec<Numbers> p[4];
     hn::LoadInterleaved4(d, from, p[0], p[1], p[2], p[3]);
     const auto clamped = [&](size_t a) HWY_ATTR {
-      const auto end = hn::Set(d, frame.end[a]);
+      const auto end = hn::Set(d, axes.end[a]);
       return hn::Max(hn::IfThenElse(hn::Lt(p[a], end), p[a], end), zero);
     };
     auto cell = hn::Zero(di), window = cell;
-    if (frame.cell_count > 1)
+    if (axes.cell_count > 1)
       for (size_t a = 3; a-- > 0;)
-        cell = hn::Add(hn::Mul(cell, hn::Set(di, frame.cells[a])),
-                       hn::DemoteTo(di, hn::Mul(clamped(a), hn::Set(d, frame.per_cell[a]))));
-    if (frame.per_layer != 0) {
-      const auto layers = hn::Mul(clip ? clamped(3) : p[3], hn::Set(d, frame.per_layer));
+        cell = hn::Add(hn::Mul(cell, hn::Set(di, axes.cells[a])),
+                       hn::DemoteTo(di, hn::Mul(clamped(a), hn::Set(d, axes.per_cell[a]))));
+    if (axes.per_layer != 0) {
+      const auto layers = hn::Mul(clip ? clamped(3) : p[3], hn::Set(d, axes.per_layer));
       window = hn::DemoteTo(di, hn::Floor(layers));
     }
     alignas(32) std::array<int32_t, step> windows, cells;
@@ -58,14 +58,14 @@ void PlacePoints(const PointFrame& frame, const Vec4* points, size_t count, bool
   }
 }
 
-size_t ScalePoints(const PointFrame& frame, const Vec4* points, const uint64_t* at, size_t count, bool clip,
+size_t ScalePoints(const PointAxes& axes, const Vec4* points, const uint64_t* at, size_t count, bool clip,
                    Vec4* scaled, uint8_t* outside) {
   const hn::CappedTag<double, 4> d;
   constexpr size_t ahead = 24; // points that are being fetched
   constexpr double infinity = std::numeric_limits<double>::infinity();
   // Whatever t is, it is within where there is no time.
-  const Vec4 take{1, 1, 1, frame.per_layer != 0 ? 1.0 : 0.0};
-  Vec4 low{}, high = frame.end;
+  const Vec4 take{1, 1, 1, axes.per_layer != 0 ? 1.0 : 0.0};
+  Vec4 low{}, high = axes.end;
   if (!clip) low.fill(-infinity), high.fill(infinity);
   size_t misses = 0;
   for (size_t i = 0; i < count; ++i) {
@@ -77,7 +77,7 @@ size_t ScalePoints(const PointFrame& frame, const Vec4* points, const uint64_t* 
       const auto within =
           hn::And(hn::Ge(v, hn::LoadU(d, low.data() + k)), hn::Le(v, hn::LoadU(d, high.data() + k)));
       in = in && hn::AllTrue(d, hn::Or(within, hn::Eq(taken, hn::Zero(d))));
-      hn::StoreU(hn::Mul(v, hn::LoadU(d, frame.scale.data() + k)), d, scaled[i].data() + k);
+      hn::StoreU(hn::Mul(v, hn::LoadU(d, axes.scale.data() + k)), d, scaled[i].data() + k);
     }
     const bool miss = clip && !in;
     outside[i] = miss;
@@ -97,7 +97,7 @@ namespace bccsplat {
 HWY_EXPORT(PlacePoints);
 HWY_EXPORT(ScalePoints);
 
-PointFrame::PointFrame(const Lattice4& lattice, size_t points) {
+PointAxes::PointAxes(const Lattice4& lattice, size_t points) {
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 4; ++a) end[a] = lattice.dims[a] - 1.0;
   for (size_t a = 0; a < 3; ++a) scale[a] = 1 / unit[a];
@@ -120,12 +120,12 @@ PointFrame::PointFrame(const Lattice4& lattice, size_t points) {
   }
 }
 
-void PointFrame::place(std::span<const Vec4> points, bool clip, std::span<PointPlace> places) const {
+void PointAxes::place(std::span<const Vec4> points, bool clip, std::span<PointPlace> places) const {
   HWY_DYNAMIC_DISPATCH(PlacePoints)(*this, points.data(), points.size(), clip, places.data());
 }
 
-size_t PointFrame::scale_points(const Vec4* points, std::span<const uint64_t> at, bool clip, Vec4* scaled,
-                                uint8_t* outside) const {
+size_t PointAxes::scale_points(const Vec4* points, std::span<const uint64_t> at, bool clip, Vec4* scaled,
+                               uint8_t* outside) const {
   return HWY_DYNAMIC_DISPATCH(ScalePoints)(*this, points, at.data(), at.size(), clip, scaled, outside);
 }
 

@@ -13,7 +13,7 @@
 namespace bccsplat {
 
 // The volume's domain, and the way from index units to lattice units and kernel time.
-struct PointFrame {
+struct PointAxes {
   Vec4 end{};           // of the domain, per axis; infinite where there is no time
   Vec4 scale{};         // index units -> lattice units, kernel time
   double per_layer = 0; // layers per frame; 0 where there is no time
@@ -21,7 +21,7 @@ struct PointFrame {
   Vec3 per_cell{};         // cells per index unit
   uint32_t cell_count = 1; // 1: points are not told apart by cells
 
-  PointFrame(const Lattice4& lattice, size_t points);
+  PointAxes(const Lattice4& lattice, size_t points);
 
   // Of the nearest point of the domain; NaN stands for its end. clip: in time as well.
   void place(std::span<const Vec4> points, bool clip, std::span<PointPlace> places) const;

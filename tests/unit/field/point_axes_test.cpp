@@ -1,5 +1,5 @@
 // Points of a caller to points of the inner loop, on every instruction set against plain code.
-#include "field/point_frame.h"
+#include "field/point_axes.h"
 
 #include <gtest/gtest.h>
 
@@ -30,33 +30,33 @@ std::vector<Vec4> points_around(const std::array<uint32_t, 4>& dims) {
   return points;
 }
 
-TEST(PointFrame, IsPlainCodeOnEveryTarget) {
+TEST(PointAxes, IsPlainCodeOnEveryTarget) {
   for (const std::array<uint32_t, 4>& dims : {std::array<uint32_t, 4>{60, 47, 33, 12}, {60, 47, 33, 1}}) {
     const Lattice4 lattice = Lattice4::fit(dims[3] > 1 ? LatticeKind::d4star : LatticeKind::bcc, dims);
     ASSERT_EQ(lattice.is_static(), dims[3] == 1);
     const std::vector<Vec4> points = points_around(dims);
-    const PointFrame frame(lattice, points.size());
+    const PointAxes axes(lattice, points.size());
     std::vector<uint64_t> at(points.size());
     for (size_t n = 0; n < at.size(); ++n) at[n] = at.size() - 1 - n;
     test::for_targets([&] {
       std::vector<PointPlace> places(points.size());
-      frame.place(points, true, places);
+      axes.place(points, true, places);
       for (size_t n = 0; n < points.size(); ++n) {
         Vec4 p = points[n];
-        for (size_t a = 0; a < 4; ++a) p[a] = std::max(p[a] < frame.end[a] ? p[a] : frame.end[a], 0.0);
+        for (size_t a = 0; a < 4; ++a) p[a] = std::max(p[a] < axes.end[a] ? p[a] : axes.end[a], 0.0);
         std::array<int32_t, 3> cell;
-        for (size_t a = 0; a < 3; ++a) cell[a] = static_cast<int32_t>(p[a] * frame.per_cell[a]);
-        const int32_t expected = (cell[2] * frame.cells[1] + cell[1]) * frame.cells[0] + cell[0];
+        for (size_t a = 0; a < 3; ++a) cell[a] = static_cast<int32_t>(p[a] * axes.per_cell[a]);
+        const int32_t expected = (cell[2] * axes.cells[1] + cell[1]) * axes.cells[0] + cell[0];
         EXPECT_EQ(places[n].cell, static_cast<uint32_t>(expected)) << n;
-        EXPECT_LT(places[n].cell, frame.cell_count);
-        const double layers = lattice.is_static() ? 0 : std::floor(p[3] * frame.per_layer);
+        EXPECT_LT(places[n].cell, axes.cell_count);
+        const double layers = lattice.is_static() ? 0 : std::floor(p[3] * axes.per_layer);
         EXPECT_EQ(places[n].window, static_cast<int32_t>(layers)) << n;
       }
       for (const bool clip : {true, false}) {
         std::vector<Vec4> scaled(points.size());
         std::vector<uint8_t> outside(points.size(), 7);
         size_t misses = 0;
-        const size_t told = frame.scale_points(points.data(), at, clip, scaled.data(), outside.data());
+        const size_t told = axes.scale_points(points.data(), at, clip, scaled.data(), outside.data());
         for (size_t n = 0; n < points.size(); ++n) {
           const Vec4& p = points[at[n]];
           bool in = true;
@@ -66,7 +66,7 @@ TEST(PointFrame, IsPlainCodeOnEveryTarget) {
           misses += miss;
           ASSERT_EQ(outside[n], miss) << n;
           for (size_t a = 0; a < 4; ++a) {
-            const double expected = miss ? 0 : p[a] * frame.scale[a];
+            const double expected = miss ? 0 : p[a] * axes.scale[a];
             if (std::isnan(expected))
               EXPECT_TRUE(std::isnan(scaled[n][a]));
             else
