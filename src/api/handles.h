@@ -1,4 +1,4 @@
-// What stands behind the opaque handles. Each is reference counted and keeps its parents alive.
+// What the opaque handles point to. Each is reference counted and keeps its parents alive.
 #pragma once
 
 #include <atomic>
@@ -116,7 +116,7 @@ struct bccsplat_slice : bccsplat::api::Counted {
   bccsplat::Slice slice;           // without points where they are extracted
   bccsplat::HypersliceOptions cut; // what it was cut with
   std::unique_ptr<const bccsplat::Extraction> extraction;
-  const bccsplat::Corrections* corrections = nullptr; // the volume's; of instants only
+  const bccsplat::Corrections* corrections = nullptr; // the volume's, if the slice is an instant
   bccsplat::Reservation memory;
   bccsplat::CoarseLevels levels; // for small pictures: made when first drawn, kept with the slice
 

@@ -100,7 +100,8 @@ void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context
 std::vector<std::pair<std::string, std::string>> describe_picture(const bccsplat_slice& slice,
                                                                   const RenderStats& stats) {
   std::string plane;
-  for (const double v : slice.slice.hyperplane) plane += (plane.empty() ? "" : " ") + concat(v);
+  for (const double v : slice.slice.hyperplane.coefficients())
+    plane += (plane.empty() ? "" : " ") + concat(v);
   return {{"bccsplat/version",
            concat(BCCSPLAT_VERSION_MAJOR, '.', BCCSPLAT_VERSION_MINOR, '.', BCCSPLAT_VERSION_PATCH)},
           {"bccsplat/hyperplane", plane},

@@ -47,7 +47,7 @@ Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane, const bccsplat
   if (!o.point && !o.basis) {
     require(hyperplane, "hyperplane");
     const auto h = read_struct(hyperplane, "bccsplat_hyperplane");
-    return normalised_hyperplane({h.a, h.b, h.c, h.d, h.e});
+    return {h.a, h.b, h.c, h.d, h.e};
   }
   require(o.point, "bccsplat_slice_options.point"), require(o.basis, "bccsplat_slice_options.basis");
   if (hyperplane)
@@ -59,14 +59,6 @@ Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane, const bccsplat
   for (size_t k = 0; k < 3; ++k) std::copy_n(o.basis + 4 * k, 4, directions[k].begin());
   options.axes = plane_axes(point, directions);
   return hyperplane_of(*options.axes);
-}
-
-// The volume's own field at an instant: what corrections belong to.
-bool is_plain_instant(const HypersliceOptions& o, const Hyperplane& h, const std::array<uint32_t, 4>& dims) {
-  const auto cut = axis_cut(h, dims);
-  return cut && cut->axis == 3 && o.method != SliceMethod::resampled && o.interval[0] == 0 &&
-         o.interval[1] == 0 && o.thickness.length == 0 && (o.spacing == 0 || o.spacing == 1) && !o.target &&
-         !o.axes;
 }
 
 // A slice of the paper's extracted points.
@@ -130,8 +122,7 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
       extract(*result, coefficients, h, cut, info.affine, context);
     else
       result->slice = hyperslice(coefficients, h, cut, info.affine, context);
-    if (!result->extraction && is_plain_instant(cut, h, info.lattice.dims))
-      result->corrections = volume->corrections(o.channel, o.kernel);
+    if (result->slice.instant) result->corrections = volume->corrections(o.channel, o.kernel);
     result->cut = cut;
     result->slice.bytes_read = volume->reader->bytes_read() - read_before;
     const uint64_t bytes = result->extraction ? result->extraction->bytes() : result->slice.bytes();
@@ -150,7 +141,7 @@ bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_sl
     const Slice& s = slice->slice;
     bccsplat_slice_info out{};
     out.lattice = s.lattice.bcc ? BCCSPLAT_LATTICE_BCC : BCCSPLAT_LATTICE_CC;
-    std::copy(s.hyperplane.begin(), s.hyperplane.end(), out.hyperplane);
+    std::copy_n(s.hyperplane.coefficients().begin(), 5, out.hyperplane);
     std::copy(s.origin.begin(), s.origin.end(), out.origin);
     const auto extent = extent_of(s);
     for (size_t a = 0; a < 3; ++a) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "field/hyperplane.h"
 #include "kernel/kernel.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
@@ -44,11 +45,13 @@ struct Slice {
 
   Affine3 lattice_to_slice; // lattice units -> slice space (u, v, w)
   Affine3 slice_to_world;
-  std::array<double, 5> hyperplane{0, 0, 0, 1, 0}; // normalised, index space
-  Vec4 origin{};                                   // index space of slice space (0, 0, 0)
-  std::array<Vec4, 3> basis{};                     // index-space directions of u, v, w
+  Hyperplane hyperplane{0, 0, 0, 1, 0};
+  Vec4 origin{};               // index space of slice space (0, 0, 0)
+  std::array<Vec4, 3> basis{}; // index-space directions of u, v, w
 
   double frame = 0; // frame index of a time slice
+  // The volume's own field at `frame`: only to such a slice the corrections of a file apply.
+  bool instant = false;
   uint64_t bytes_read = 0;
   double milliseconds = 0;
 
@@ -57,6 +60,9 @@ struct Slice {
     const double d = lattice.plane_distance();
     return {d * lattice.plane(coset_index, i[0]), d * lattice.plane(coset_index, i[1]),
             d * lattice.plane(coset_index, i[2])};
+  }
+  [[nodiscard]] bool is_time_slice() const {
+    return hyperplane[0] == 0 && hyperplane[1] == 0 && hyperplane[2] == 0;
   }
   [[nodiscard]] Vec3 centre() const { return 0.5 * (domain_begin + domain_end); }
   [[nodiscard]] bool empty() const { return domain_end[0] < 0; }

@@ -94,7 +94,7 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
     o.thickness = thickness;
     if (o.axes)
       for (size_t i = 0; i < 4; ++i) o.axes->origin[i] += offset * h[i];
-    return hyperslice(coefficients, {h[0], h[1], h[2], h[3], h[4] - offset}, o, index_to_world, context);
+    return hyperslice(coefficients, h.moved(offset), o, index_to_world, context);
   };
   const bool classified = options.content == TrailContent::classified;
   const int samples = !classified ? 1
@@ -118,9 +118,8 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
   if (options.samples < 0 || options.samples > 4096 || options.intervals < 1 || options.intervals > 256)
     fail(Code::invalid_argument, "trail: at most 4096 samples in each of 1 .. 256 sub-intervals");
   Trail trail;
-  const bool time = slice.hyperplane[0] == 0 && slice.hyperplane[1] == 0 && slice.hyperplane[2] == 0;
   const bool own_lattice = like.spacing == 0 && !like.target && !like.axes && like.thickness.length == 0;
-  if (time && own_lattice)
+  if (slice.is_time_slice() && own_lattice)
     add_times(trail, coefficients, slice, options, context);
   else
     add_planes(trail, coefficients, slice, options, like, index_to_world, context);

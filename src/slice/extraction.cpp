@@ -44,15 +44,13 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
     scale_[a] = a < 3 ? 1 / unit[a] : kernel_time_per_frame(lattice);
     end_[a] = lattice.dims[a] - 1.0;
   }
-  // The hyperplane in lattice units.
-  Hyperplane plane = h;
+  // Hyperplane and directions in lattice units.
+  const Hyperplane plane(h[0] / scale_[0], h[1] / scale_[1], h[2] / scale_[2], h[3] / scale_[3], h[4]);
   std::array<Vec4, 3> directions = axes.basis;
   for (size_t a = 0; a < 4; ++a) {
-    plane[a] /= scale_[a];
     origin_[a] = axes.origin[a] * scale_[a];
     for (Vec4& d : directions) d[a] *= scale_[a];
   }
-  plane = normalised_hyperplane(plane);
   directions_ = plane_axes(origin_, directions).basis;
 
   TouchReach touch;

@@ -27,10 +27,9 @@ void check(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice)
 
 } // namespace
 
-Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
-                 const HypersliceOptions& options, const Affine3& index_to_world, const Context& context) {
+Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options,
+                 const Affine3& index_to_world, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
-  const Hyperplane h = normalised_hyperplane(hyperplane);
   const auto cut = axis_cut(h, lattice.dims);
   const bool is_time = cut && cut->axis == 3;
   check(options, is_time, lattice);
@@ -41,22 +40,25 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
   const bool own_density = options.spacing == 0 || (is_time && options.spacing == 1);
   const bool own_lattice = own_density && !options.axes &&
                            (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);
-  const bool instant = options.interval[0] == 0 && options.interval[1] == 0;
+  const bool has_interval = options.interval[0] != 0 || options.interval[1] != 0;
   const bool can_merge = own_lattice && cut && (is_time || can_turn(coefficients, cut->axis));
   const bool misses = cut && !is_time && !inside; // an empty slice, whatever the method
   if (options.method == SliceMethod::merged && !can_merge && !misses)
     fail(Code::unsupported,
          "slice: merged slices are those at t, x, y or z = constant, on the volume's lattice, "
          "of files that store samples");
-  if (!instant && (!can_merge || options.method == SliceMethod::resampled))
+  if (has_interval && (!can_merge || options.method == SliceMethod::resampled))
     fail(Code::unsupported, "slice: with an interval the slice is merged; use a thickness");
   if (can_merge && !misses && options.method != SliceMethod::resampled) {
-    const double half = options.thickness.length / 2;
-    if (is_time)
-      return thick_time_slice(coefficients,
-                              lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
-                              instant ? std::array{-half, half} : options.interval, options.thickness.kind,
-                              index_to_world, context);
+    if (is_time) {
+      const double half = options.thickness.length / 2;
+      Slice slice = thick_time_slice(
+          coefficients, lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
+          has_interval ? options.interval : std::array{-half, half}, options.thickness.kind, index_to_world,
+          context);
+      slice.instant = !has_interval && options.thickness.length == 0 && !options.target;
+      return slice;
+    }
     Slice slice = axis_slice(coefficients, cut->axis, cut->position, options.thickness, context);
     slice.hyperplane = h;
     slice.origin = {};

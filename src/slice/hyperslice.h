@@ -24,9 +24,10 @@ struct HypersliceOptions {
   std::optional<PlaneAxes> axes;
 };
 
-// hyperplane: any length. A hyperplane that misses the domain gives an empty slice; a time slice outside the
-// series throws out_of_domain, a degenerate normal invalid_argument, a method that the hyperplane or the
-// options do not allow unsupported.
+// A hyperplane that misses the domain gives an empty slice; a time slice outside the series throws
+// out_of_domain, a method that the hyperplane or the options do not allow unsupported. What is an instant of
+// the volume's own field is decided here and told by Slice::instant: a merged time slice without interval,
+// thickness or a lattice that was asked for.
 [[nodiscard]] Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                const HypersliceOptions& options, const Affine3& index_to_world,
                                const Context& context);

@@ -25,23 +25,9 @@ double orthonormalise(Vec4& v, const Vec4* before, size_t count) {
 
 } // namespace
 
-Hyperplane normalised_hyperplane(const Hyperplane& h) {
-  Hyperplane r = h;
-  for (const double v : r)
-    if (!std::isfinite(v)) fail(Code::invalid_argument, "hyperplane: every coefficient must be finite");
-  // Scaled first, so that neither huge nor tiny normals overflow.
-  const double largest = std::max({std::fabs(r[0]), std::fabs(r[1]), std::fabs(r[2]), std::fabs(r[3])});
-  if (largest == 0) fail(Code::invalid_argument, "hyperplane: the normal (a, b, c, d) is zero");
-  for (double& v : r) v /= largest;
-  const double length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]);
-  for (double& v : r) v /= length;
-  if (!std::isfinite(r[4])) fail(Code::invalid_argument, "hyperplane: the normal is too short for e");
-  return r;
-}
-
 PlaneAxes plane_axes(const Hyperplane& h) {
   PlaneAxes axes;
-  const Vec4 normal{h[0], h[1], h[2], h[3]};
+  const Vec4 normal = h.normal();
   for (size_t i = 0; i < 4; ++i) axes.origin[i] = -h[4] * normal[i];
   size_t left_out = 0;
   for (size_t a = 1; a < 4; ++a)

@@ -1,16 +1,14 @@
-// Hyperplanes of index space: normal form, bases, and their part of the domain.
+// Hyperplanes of index space: bases, axes they are normal to, and their part of the domain.
 #pragma once
 
 #include <array>
 #include <optional>
 
 #include "base/vec.h"
+#include "field/hyperplane.h"
 #include "lattice/lattice.h"
 
 namespace bccsplat {
-
-// a, b, c, d (the unit normal) and e.
-using Hyperplane = std::array<double, 5>;
 
 // Where slice space lies in index space: its origin and orthonormal directions of u, v, w.
 struct PlaneAxes {
@@ -21,12 +19,6 @@ struct PlaneAxes {
 [[nodiscard]] inline double dot4(const Vec4& a, const Vec4& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
 }
-[[nodiscard]] inline double height(const Hyperplane& h, const Vec4& p) {
-  return h[0] * p[0] + h[1] * p[1] + h[2] * p[2] + h[3] * p[3] + h[4];
-}
-
-// Throws invalid_argument for a normal that is zero or not finite.
-[[nodiscard]] Hyperplane normalised_hyperplane(const Hyperplane& h);
 
 // The usual axes: the origin is the foot of the index origin, the basis are the coordinate axes without the
 // one closest to the normal, projected and orthonormalised in order.

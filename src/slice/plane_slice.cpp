@@ -105,7 +105,7 @@ std::vector<HalfSpace> domain_faces(const Lattice4& lattice, const Slice& slice,
 class ThickField {
  public:
   ThickField(const Coefficients& coefficients, const Hyperplane& h, const Thickness& thickness)
-      : coefficients_(coefficients), normal_{h[0], h[1], h[2], h[3]}, thickness_(thickness) {
+      : coefficients_(coefficients), normal_(h.normal()), thickness_(thickness) {
     const Lattice4& lattice = coefficients.source().lattice();
     double diagonal = 0; // no line through the domain is longer
     for (size_t i = 0; i < 4; ++i) {

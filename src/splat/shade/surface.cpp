@@ -131,8 +131,7 @@ std::vector<Crossing> find_grazes(const FootprintPlan& field, const SheetView& v
 }
 
 TimeField::TimeField(const Slice& slice) {
-  const bool time_slice = slice.hyperplane[0] == 0 && slice.hyperplane[1] == 0 && slice.hyperplane[2] == 0;
-  if (time_slice) {
+  if (slice.is_time_slice()) {
     offset = slice.origin[3];
     return;
   }

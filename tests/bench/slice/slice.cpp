@@ -217,8 +217,7 @@ void report_growth(const Report& report) {
     const std::array<uint32_t, 4> dims{n, 24, 24, 24};
     const auto lattice = Lattice4::fit(LatticeKind::d4star, dims);
     const MemorySamples samples = sample_field(lattice, test::PlaneWaves(2, 0.5, 3));
-    const std::array<Hyperplane, 2> planes{Hyperplane{1, 0, 0, 0, -24.2},
-                                           normalised_hyperplane({1, 0.3, 0.2, 0.4, -32})};
+    const std::array<Hyperplane, 2> planes{Hyperplane{1, 0, 0, 0, -24.2}, Hyperplane{1, 0.3, 0.2, 0.4, -32}};
     for (size_t i = 0; i < planes.size(); ++i) {
       const Counting source(samples);
       const Coefficients coefficients(source, 0, make_kernel("default"), 0, large_cache);

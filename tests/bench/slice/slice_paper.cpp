@@ -70,9 +70,9 @@ constexpr const char* counts_title = "Points of a time slice, mean of 5 instants
 
 std::vector<NamedPlane> planes_through_centre(const std::array<uint32_t, 4>& dims) {
   const auto through = [&](const char* name, const Vec4& n) {
-    Hyperplane h{n[0], n[1], n[2], n[3], 0};
-    for (size_t i = 0; i < 4; ++i) h[4] -= n[i] * ((dims[i] - 1.0) / 2 + 0.21);
-    return NamedPlane{name, normalised_hyperplane(h)};
+    double e = 0;
+    for (size_t i = 0; i < 4; ++i) e -= n[i] * ((dims[i] - 1.0) / 2 + 0.21);
+    return NamedPlane{name, {n[0], n[1], n[2], n[3], e}};
   };
   return {through("t = const", {0, 0, 0, 1}), through("x = const", {1, 0, 0, 0}),
           through("oblique in x, t", {1, 0, 0, 1}), through("oblique", {1, -0.7, 0.4, 0.8})};

@@ -228,7 +228,7 @@ TEST(CcVolume, PaperIsTheGaussianOfThePaper) {
 TEST(CcVolume, PlaneSlicesOfEitherLatticeOntoEither) {
   TestContext context;
   const PlaneWaves f(12, 0.5, 3);
-  const std::array<double, 5> h{0.5, 0.5, 0.5, 0.5, -31};
+  const Hyperplane h{0.5, 0.5, 0.5, 0.5, -31};
   for (const LatticeKind source : {LatticeKind::cc, LatticeKind::d4star})
     for (const LatticeKind target : {LatticeKind::cc, LatticeKind::bcc}) {
       const auto lattice = Lattice4::fit(source, {32, 32, 32, 32});

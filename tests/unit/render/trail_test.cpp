@@ -145,8 +145,7 @@ TEST_F(TrailPicture, AnyHyperplane) {
       double seen = 0;
       for (size_t m = 0; m < t.moments.size(); ++m) {
         const double offset = interval[0] + (static_cast<double>(m) + 0.5) / 5 * (interval[1] - interval[0]);
-        const Slice moved =
-            hyperslice(coefficients, {h[0], h[1], h[2], h[3], h[4] - offset}, {}, {}, context.get());
+        const Slice moved = hyperslice(coefficients, h.moved(offset), {}, {}, context.get());
         const auto picture = draw(moved, thin);
         for (size_t p = 3; p < picture.size(); p += 4) {
           sum[p] += std::log1p(-std::min(static_cast<double>(picture[p]), 0.999999)) / 5;

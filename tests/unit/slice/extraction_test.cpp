@@ -15,8 +15,7 @@ using test::sample_field;
 using test::TestContext;
 
 Hyperplane through(const Vec4& normal, const Vec4& point) {
-  Hyperplane h{normal[0], normal[1], normal[2], normal[3], -dot4(normal, point)};
-  return normalised_hyperplane(h);
+  return {normal[0], normal[1], normal[2], normal[3], -dot4(normal, point)};
 }
 
 class ExtractionTest : public testing::Test {
@@ -106,7 +105,7 @@ TEST_F(ExtractionTest, ListsThePointsInReach) {
 
 TEST_F(ExtractionTest, OutsideAndUnsupported) {
   const auto samples = sample_field(lattice, [](const Vec4&) { return 3.0; });
-  const Hyperplane far = normalised_hyperplane({1, 0, 0, 0, 99});
+  const Hyperplane far{1, 0, 0, 0, 99};
   const Extraction none(samples, 0, far, plane_axes(far), context.get());
   EXPECT_EQ(none.points(), 0u);
   const std::vector<Vec3> at{{5, 5, 5}};

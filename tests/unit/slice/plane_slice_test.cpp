@@ -21,13 +21,11 @@ using test::TestContext;
 
 constexpr uint64_t large_cache = 1u << 30;
 
-std::array<double, 5> through(const Vec4& normal, const Vec4& point) {
-  double length = 0;
-  for (const double v : normal) length += v * v;
-  length = std::sqrt(length);
-  std::array<double, 5> h{};
-  for (size_t i = 0; i < 4; ++i) h[i] = normal[i] / length, h[4] -= h[i] * point[i];
-  return h;
+Hyperplane through(const Vec4& normal, const Vec4& point) {
+  return {normal[0], normal[1], normal[2], normal[3], -dot4(normal, point)};
+}
+Hyperplane across(size_t axis, double at) {
+  return {1.0 * (axis == 0), 1.0 * (axis == 1), 1.0 * (axis == 2), 0, -at};
 }
 
 Vec4 index_point(const Slice& s, const Vec3& uvw) {
@@ -84,7 +82,7 @@ class PlaneSlice : public testing::Test {
     }
     return 10 * std::log10(signal / error);
   }
-  Slice cut(const std::array<double, 5>& h) { return hyperslice(coefficients, h, {}, {}, context.get()); }
+  Slice cut(const Hyperplane& h) { return hyperslice(coefficients, h, {}, {}, context.get()); }
 };
 
 TEST_F(PlaneSlice, ObliqueWithinFourDecibelsOfTheVolume) {
@@ -208,11 +206,7 @@ TEST_F(PlaneSlice, OutsideTheDomainIsEmpty) {
     EXPECT_TRUE(std::isnan(v[0]));
   };
   for (size_t axis = 0; axis < 3; ++axis)
-    for (const double at : {-3.0, -1e-3, 31.001, 40.0}) {
-      std::array<double, 5> h{};
-      h[axis] = 1, h[4] = -at;
-      check(cut(h));
-    }
+    for (const double at : {-3.0, -1e-3, 31.001, 40.0}) check(cut(across(axis, at)));
   check(cut(through({1, 1, 1, 1}, {31.0001, 31, 31, 31})));
   EXPECT_FALSE(cut({1, 0, 0, 0, -31}).empty()); // the faces belong to the domain
   EXPECT_FALSE(cut({1, 0, 0, 0, 0}).empty());
@@ -245,9 +239,7 @@ TEST_F(PlaneSlice, AxisSlicesAreTimeSlicesOfTheTurnedField) {
       const Coefficients c(source, 0, make_kernel("default"), 0, large_cache);
       const Coefficients d(other, 0, make_kernel("default"), 0, large_cache);
       for (const double at : {0.0, 0.4, 8.3, dims[axis] - 1.2, dims[axis] - 1.0}) {
-        Hyperplane h{};
-        h[axis] = 1, h[4] = -at;
-        const Slice a = hyperslice(c, h, {}, {}, context.get());
+        const Slice a = hyperslice(c, across(axis, at), {}, {}, context.get());
         const Slice b = time_slice(d, at, {0, 0}, {}, context.get());
         for (size_t k = 0; k < static_cast<size_t>(a.lattice.cosets()); ++k)
           ASSERT_EQ(layer_to_dense(a.coset[k]), layer_to_dense(b.coset[k])) << axis << " at " << at;
@@ -277,9 +269,7 @@ TEST_F(PlaneSlice, AxisSlicesKeepHoles) {
   const Vec3 p = small.site_position(0, {3, 4, 5});
   const double t = small.layer_frame(6);
   for (size_t axis = 0; axis < 3; ++axis) {
-    Hyperplane h{};
-    h[axis] = 1, h[4] = -p[axis];
-    const Slice s = hyperslice(c, h, {}, {}, context.get());
+    const Slice s = hyperslice(c, across(axis, p[axis]), {}, {}, context.get());
     EXPECT_TRUE(s.has_holes);
     Vec3 at{p[axis == 0 ? 1 : 0], p[axis == 2 ? 1 : 2], t}, beside = at;
     beside[2] += 1.5;

@@ -135,9 +135,7 @@ TEST_P(ThickSlice, MeanIsTheMeanOfThinSlices) {
   std::vector<double> expected(points.size()), largest(points.size(), -1e9);
   for (int k = 0; k < count; ++k) {
     const double shift = thickness * ((k + 0.5) / count - 0.5);
-    Hyperplane moved = h;
-    moved[4] -= shift;
-    const auto v = values(cut(c, moved, 0, ThicknessKind::mean), points);
+    const auto v = values(cut(c, h.moved(shift), 0, ThicknessKind::mean), points);
     for (size_t i = 0; i < v.size(); ++i) {
       expected[i] += v[i] / double{count};
       largest[i] = std::max<double>(largest[i], v[i]);
@@ -213,9 +211,31 @@ TEST(ThicknessOptions, AreChecked) {
   o.interval = {0, 0};
   o.spacing = std::nan("");
   EXPECT_EQ(refused({0, 0, 1, 0, -2}, o), Code::invalid_argument);
-  EXPECT_EQ(refused({0, 0, 0, 0, -2}, {}), Code::invalid_argument);
   EXPECT_EQ(refused({0, 0, 0, 1, -9}, {}), Code::out_of_domain);
   EXPECT_EQ(refused({0, 0, 1, 0, -9}, {}), Code::ok); // empty
+}
+
+TEST(Hyperslice, IsAnInstantOnlyWhereItIsTheFieldItself) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::d4star, {8, 8, 8, 8});
+  const auto samples = sample_field(lattice, [](const Vec4&) { return 1.0; });
+  const Coefficients c(samples, 0, make_kernel("default"), 0, large_cache);
+  const auto instant = [&](const Hyperplane& h, auto change) {
+    HypersliceOptions o;
+    change(o);
+    return hyperslice(c, h, o, {}, context.get()).instant;
+  };
+  const Hyperplane now{0, 0, 0, 3, -6.6};
+  EXPECT_TRUE(instant(now, [](auto&) {}));
+  EXPECT_TRUE(instant(now, [](auto& o) { o.spacing = 1; }));
+  EXPECT_TRUE(instant(now, [](auto& o) { o.method = SliceMethod::merged; }));
+  EXPECT_FALSE(instant({0, 0, 1, 0, -2.2}, [](auto&) {}));
+  EXPECT_FALSE(instant(now, [](auto& o) { o.method = SliceMethod::resampled; }));
+  EXPECT_FALSE(instant(now, [](auto& o) { o.interval = {-1, 0}; }));
+  EXPECT_FALSE(instant(now, [](auto& o) { o.thickness.length = 1; }));
+  EXPECT_FALSE(instant(now, [](auto& o) { o.spacing = 2; }));
+  EXPECT_FALSE(instant(now, [](auto& o) { o.target = LatticeKind::bcc; }));
+  EXPECT_FALSE(instant(now, [&](auto& o) { o.axes = plane_axes(now); }));
 }
 
 } // namespace
