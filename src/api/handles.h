@@ -87,7 +87,7 @@ struct bccsplat_volume : bccsplat::api::Counted {
                   const bccsplat_volume_options& options);
   // Coefficients of a channel under a kernel; NULL or "": the volume's. Made once, kept with the volume.
   [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name) const;
-  // Of the samples of a channel as that kernel reconstructs them; null when there are none.
+  // Corrections of a channel's samples as that kernel reconstructs them; null when there are none.
   [[nodiscard]] const bccsplat::Corrections* corrections(uint32_t channel, const char* kernel_name) const;
   [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
   [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;

@@ -9,7 +9,7 @@ namespace {
 constexpr size_t frames_kept = 8;
 constexpr double same_place = 1e-6; // index units: a point this close to a source sample is meant to be it
 
-// Samples of one axis of a grid by the cell between two voxels in which they stand.
+// Samples of one axis of a grid by the cell between two voxels in which they lie.
 struct CellSamples {
   CellSamples(const Grid& grid, size_t axis, int64_t voxels) : cells(static_cast<size_t>(voxels)) {
     for (int32_t i = 0; i < grid.dims[axis]; ++i) {

@@ -23,8 +23,8 @@ class Corrections {
 
   // Adds to the samples of `grid`, index space at `frame`, what sample_grid made of them.
   void add_to_grid(double frame, const Grid& grid, float* values) const;
-  // The same for points (x, y, z, t) of index space; NaN are left alone but at source samples that the file
-  // has in spite of a hole. Returns how many of these there were.
+  // Adds to values at points (x, y, z, t) of index space. NaN stay, but at source samples that the file has
+  // in spite of a hole. Returns how many of these there were.
   uint64_t add_to_points(std::span<const Vec4> points, std::span<float> values) const;
   // Smallest and largest correction near `frame`, 0 included.
   [[nodiscard]] std::array<float, 2> range(double frame) const;

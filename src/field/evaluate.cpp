@@ -56,7 +56,7 @@ struct Window {
     }
   }
 
-  // As in a time slice: of each coset the layer nearest in time decides.
+  // Of each coset the layer nearest in time decides, as it does in a time slice.
   [[nodiscard]] bool is_hole(const Vec4& p) const {
     std::array<const FieldLayer*, 2> nearest{};
     for (const FieldLayer& l : layers) {

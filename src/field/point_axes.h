@@ -1,5 +1,5 @@
-// From the points of a caller to those of the inner loop: whether they lie in the volume, where they belong
-// in a batch, and their places in lattice units.
+// The way from the points of a caller to those of the inner loop: whether they lie in the volume, where they
+// belong in a batch, and their places in lattice units.
 #pragma once
 
 #include <array>
@@ -23,7 +23,8 @@ struct PointAxes {
 
   PointAxes(const Lattice4& lattice, size_t points);
 
-  // Of the nearest point of the domain; NaN stands for its end. clip: in time as well.
+  // Finds window and cell of each point, or of the point of the domain nearest to it; NaN counts as the end
+  // of the domain. clip: in time as well.
   void place(std::span<const Vec4> points, bool clip, std::span<PointPlace> places) const;
 
   // scaled[i] = points[at[i]] * scale, outside[i] = 0; where `clip` is set points outside the domain, or not

@@ -18,7 +18,7 @@ struct Stretch {
   size_t begin, count;
 };
 
-// One axis of the grid: where its samples stand against the lattice, and how they are cut into tiles.
+// One axis of the grid: where its samples lie on the lattice, and how they are cut into tiles.
 struct GridAxis {
   std::vector<double> position; // lattice units; those outside are moved to the end of the domain
   std::vector<uint8_t> outside;

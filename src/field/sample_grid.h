@@ -15,15 +15,15 @@ struct Grid {
   Int3 dims{1, 1, 1};
 };
 
-// As evaluate(), in slice space, over all threads.
+// Does what evaluate() does, at points of slice space and over all threads.
 EvaluateMisses sample_points(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
                              std::span<std::array<float, 3>> gradients, const Context& context);
 
 // Fills values (x fastest); NaN outside the domain and in holes.
 void sample_grid(const Slice& slice, const Grid& grid, float* values, const Context& context);
 
-// Kept points in brick order: positions (slice space, 3 floats each) and coefficients of the first
-// `capacity`; either may be null. Returns how many there are.
+// Writes positions (slice space, 3 floats each) and coefficients of the first `capacity` kept points in brick
+// order; either may be null. Returns how many points there are.
 uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, float* coefficients);
 
 } // namespace bccsplat

@@ -22,8 +22,8 @@ class CoefficientLayers {
   CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
                     const std::string& kernel)
       : CoefficientLayers(lattice, quantiser, threshold, kernel, 0, 0, lattice.layers()) {}
-  // Only layers first .. end - 1 of coefficients; the first layer of samples is `samples`, as far before
-  // `first` as the prefilter reaches.
+  // Makes only layers first .. end - 1 of coefficients; the first layer of samples is `samples`, as far
+  // before `first` as the prefilter reaches.
   CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
                     const std::string& kernel, int32_t samples, int32_t first, int32_t end);
 

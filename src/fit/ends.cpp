@@ -15,7 +15,7 @@ constexpr double frames_used = 6; // per widening
 struct Ball {
   double rho, power;
 };
-// Chosen among some ten mixtures (tests/bench/notes/fit.md): slow waves are foretold well, fast ones and
+// Chosen among some ten mixtures (tests/bench/notes/fit.md): slow waves are predicted well, fast ones and
 // noise are not made much worse.
 constexpr std::array<Ball, 5> field{{{0.2, 1}, {0.3, 0.3}, {0.5, 0.1}, {0.7, 0.02}, {0.9, 0.003}}};
 constexpr double noise = 3e-5; // times widening^2: weights stay small where frames are close

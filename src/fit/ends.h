@@ -1,4 +1,4 @@
-// What a series would go on with beyond its ends.
+// Predicts the frames beyond the ends of a series.
 //
 // The mirror image of a moving field has a kink at the end of time, and the interpolants of the first and
 // last few frames ring with it. So frames beyond an end are predicted instead, each a fixed weighted sum of

@@ -28,10 +28,10 @@ struct FilterTable {
 // A value depends on samples less than this far from its position. `widening` >= 1 stretches the filter, so
 // that it passes only what a lattice coarser than the source by that factor can hold.
 [[nodiscard]] int filter_reach(Filter filter, double widening);
-// Positions in source samples; one that is a sample to within 1e-9 takes that sample as it is (unless
+// positions: in source samples; one that is a sample to within 1e-9 takes that sample as it is (unless
 // widened).
 [[nodiscard]] FilterTable filter_table(Filter filter, double widening, std::span<const double> positions);
-// Where the mirror image puts index i of an axis of n samples: -i -> i, n-1+i -> n-1-i, as often as needed.
+// Returns where mirroring puts index i of an axis of n samples: -i -> i, n-1+i -> n-1-i, as often as needed.
 [[nodiscard]] int64_t mirror_index(int64_t i, int64_t n);
 
 } // namespace bccsplat

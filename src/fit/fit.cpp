@@ -197,7 +197,7 @@ struct Fit::State {
     take_frame(c, index, frame, scan, holes);
   }
 
-  // What becomes of a frame from the low-pass.
+  // Takes a frame from the low-pass.
   Lowpass::Sink filtered(Channel& c, int index) {
     return [this, &c, index](const Frame& frame, const HoleMap& holes) {
       take_frame(c, index, frame, scan_frame(frame, 0, context), holes);
@@ -261,7 +261,8 @@ struct Fit::State {
     forget_frames(c, widening);
   }
 
-  // What a layer is made of, frames beyond the ends of a series of n replaced by what stands for them.
+  // What a layer is made of, frames beyond the ends of a series of n replaced by what they are predicted
+  // from.
   std::vector<std::pair<int64_t, float>> weighted_frames(const FilterTable& table, int64_t n) {
     std::vector<std::pair<int64_t, float>> list;
     if (options.lead == 0) {
@@ -287,7 +288,7 @@ struct Fit::State {
     return list;
   }
 
-  // Frames that no further layer needs: neither directly nor for what stands for those beyond the last one.
+  // Frames that no further layer needs: neither directly nor to predict those beyond the last one.
   void forget_frames(Channel& c, double widening) {
     const int reach = filter_reach(options.filter, widening);
     const auto direct = static_cast<int64_t>(std::floor(lattice.layer_frame(c.next_layer))) - reach;

@@ -27,11 +27,11 @@ struct FitChannel {
   Quantiser quantiser;
   // A site within this of air is dropped; 0: only where the stored code is that of air.
   float threshold = 0;
-  // What the filter leaves next to samples that are air is dropped up to this fraction of the largest
+  // Ringing of the filter next to samples that are air is dropped up to this fraction of the largest
   // departure from air in its reach (relevance.h says why); 0: it is kept like anything else. Integers lose
   // little by it, floats half.
   float ringing = 1.0f / 512;
-  // What NonFinite::clamp makes of infinities; none: the range of the source so far.
+  // NonFinite::clamp makes infinities the ends of this range; none: of the source's range so far.
   std::optional<Range> range;
 };
 

@@ -21,7 +21,7 @@ struct FrameBox {
   std::array<int64_t, 3> stride{0, 0, 0}; // bytes between neighbours; all 0: packed, x fastest
 };
 
-// What a NaN or infinity of the source does. Numbers of the C ABI.
+// What becomes of a NaN or infinity of the source. The numbers are those of the C ABI.
 enum class NonFinite : uint8_t {
   error = 1, // Code::nonfinite_value, with frame and voxel in the text
   hole = 2,  // missing data: filled smoothly, marked as a hole on the lattice
@@ -41,7 +41,7 @@ struct Region {
   [[nodiscard]] Region cut(const Region& other) const;
 };
 
-// The boxes of one frame, with the air value and what stands in for NaN and infinities.
+// The boxes of one frame, with the air value and what replaces NaN and infinities.
 class Frame {
  public:
   // Throws invalid_argument, naming `what`, when a box does not fit the frame.
@@ -54,9 +54,9 @@ class Frame {
   [[nodiscard]] Region region(const FrameBox& box) const;
   [[nodiscard]] const std::byte* sample(const FrameBox& box, int64_t x, int64_t y, int64_t z) const;
 
-  // From now on NaN reads as air and infinities as `low` and `high`, all relative to air.
+  // Makes NaN read as air from now on, and infinities as `low` and `high`, all relative to air.
   void clamp(float low, float high);
-  // From now on `values` (relative to air, x fastest) stand in `region`.
+  // Replaces the samples of `region` by `values` (relative to air, x fastest) from now on.
   void patch(const Region& region, std::vector<float> values);
 
   // The boxes that touch a region, rising.

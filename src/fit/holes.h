@@ -14,7 +14,7 @@
 
 namespace bccsplat {
 
-// Which samples of a region of a frame are missing.
+// Tells which samples of a region of a frame are missing.
 struct HoleMap {
   Region region;
   std::vector<uint8_t> missing; // 1 where missing, x fastest; empty: none

@@ -15,13 +15,13 @@
 
 namespace bccsplat {
 
-// What has been counted about the sites of a channel; threads count apart.
+// Counts of the sites of a channel; each thread has its own.
 struct SiteCounts {
   KeptCounts sites;
   SampleHistogram samples;
 };
 
-// How far stored values are from those the filter made: rounding, clamping, and what was dropped as air.
+// Distances of stored values from those the filter made: by rounding, clamping, and dropping as air.
 struct CodingError {
   double largest = 0, squares = 0; // over all sites of the bricks that are not air throughout
 };

@@ -37,12 +37,12 @@ class LayerWindow final : public SampleSource {
   int32_t first_; // number of the front
 };
 
-// Layers on either side of an instant whose stored values matter when `kernel` reads `source`.
+// Returns how many layers on either side of an instant matter when `kernel` reads `source`.
 [[nodiscard]] int32_t layers_in_reach(const SampleSource& source, const std::string& kernel);
-// The same for one layer of coefficients made of samples.
+// Returns how many layers of samples on either side of a layer its coefficients depend on.
 [[nodiscard]] int32_t prefilter_layers(const Lattice4& lattice, const std::string& kernel);
-// Bytes that coefficients of the layers in reach take when nothing is air: a cache that never makes them
-// twice.
+// Returns how many bytes the coefficients of the layers in reach take when nothing is air: a cache of this
+// size never makes them twice.
 [[nodiscard]] uint64_t coefficient_cache_bytes(const SampleSource& source, const std::string& kernel);
 
 } // namespace bccsplat

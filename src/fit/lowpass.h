@@ -40,14 +40,14 @@ struct LowpassPair {
 // Frames that a filtered frame depends on, in either direction of time.
 [[nodiscard]] int32_t lowpass_time_reach(const Lattice4& lattice);
 
-// What a frame brings along: needed again when it leaves.
+// The part of a frame that the filter does not touch and that is needed again when the frame leaves.
 struct LowpassOrigin {
   std::vector<uint8_t> air; // a bit for each sample, x fastest
   HoleMap holes;
   Reservation memory;
 };
 
-// A dense frame relative to air: rows of `pitch` floats whose first sample stands at `margin`.
+// A dense frame relative to air: rows of `pitch` floats whose first sample is at `margin`.
 struct LowpassFrame {
   std::vector<float> value;
   std::vector<uint8_t> empty; // by row z * ny + y: nothing but air

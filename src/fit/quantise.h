@@ -1,5 +1,5 @@
-// From real values to the values a file can hold. The fit hands out rounded values, so that what is kept,
-// what is counted and what a reader gets back agree; the container's own rounding then changes nothing.
+// Rounds real values to those a file can hold. The fit hands out rounded values, so that what is kept, what
+// is counted and what a reader gets back agree; the container's own rounding then changes nothing.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct Quantiser {
   float air = 0; // all other floats of the fit are relative to it
 };
 
-// Of the integer types; 0 for the others.
+// The largest code of an integer type; 0 for the other types.
 [[nodiscard]] constexpr uint32_t largest_code(ValueType type) {
   return type == ValueType::u8 ? 255u : type == ValueType::u16 ? 65535u : 0u;
 }

@@ -1,4 +1,4 @@
-// Which sites are worth storing, in the precision in which they are stored.
+// Decides which sites are worth storing, in the precision in which they are stored.
 //
 // A site is kept when its stored value differs from air by more than the threshold; with threshold 0 when its
 // stored code is not that of air. An absent site is then wrong by no more than the threshold and half a step
@@ -39,7 +39,7 @@ class Relevance {
   // clamped: sites the stored type cannot hold.
   KeptCounts select(const float* values, const Int3& size, const SiteEvidence& evidence, Brick& brick) const;
 
-  // How values become codes.
+  // The way from values to codes.
   struct Rounding {
     enum class Kind : uint8_t {
       none,          // f32

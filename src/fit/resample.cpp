@@ -10,7 +10,7 @@ namespace bccsplat {
 
 namespace {
 
-// The samples of an axis of n that indices begin .. end - 1 stand for; half-open.
+// The samples of an axis of n that indices begin .. end - 1 mean; half-open.
 std::array<int64_t, 2> samples_of(const std::array<int64_t, 2>& extended, int64_t n) {
   int64_t first = std::clamp<int64_t>(extended[0], 0, n - 1),
           last = std::clamp<int64_t>(extended[1] - 1, 0, n - 1);

@@ -21,8 +21,8 @@ class SpatialResampler {
  public:
   SpatialResampler(const Lattice4& lattice, Filter filter);
 
-  // Where all samples within reach of a brick are air, the brick is null. The same bits for any number of
-  // threads and however the frame is divided into boxes.
+  // Returns null for a brick where all samples within its reach are air. The result has the same bits for any
+  // number of threads and however the frame is divided into boxes.
   [[nodiscard]] FrameSites resample(const Frame& frame, const CellRanges& cells, SiteBlockPool& pool,
                                     const Context& context) const;
 
@@ -30,12 +30,12 @@ class SpatialResampler {
   // One axis of one coset.
   struct Axis {
     FilterTable table;
-    // By brick: the source samples its sites depend on, mirrored ones beyond the ends included, and those of
-    // the frame that this takes; half-open.
+    // For each brick, half-open: the source samples its sites depend on, mirrored ones beyond the ends
+    // included, and those of the frame that this takes.
     std::vector<std::array<int64_t, 2>> extended, inside;
     std::vector<int64_t> nearest; // sample of each site
   };
-  // Along x by bricks: sixteen sites at a time.
+  // One brick along x: sixteen sites at a time.
   struct BrickX {
     int64_t base = 0;
     std::array<int32_t, 16> index{};

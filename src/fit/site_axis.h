@@ -1,4 +1,4 @@
-// Where the sites of a coset stand along one axis, in source samples.
+// Positions of the sites of a coset along one axis, in source samples.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace bccsplat {
 
-// Not plane * space_step: the last plane is to fall on the last sample exactly.
+// They are not plane * space_step, so that the last plane falls on the last sample exactly.
 [[nodiscard]] std::vector<double> site_positions(const Lattice4& lattice, int coset, size_t axis);
 // The source sample nearest to a position on an axis of n samples; the later one of two at equal distance.
 [[nodiscard]] int64_t nearest_sample(double position, int64_t n);

@@ -14,7 +14,7 @@ namespace bccsplat {
   return type == SourceType::i32 || type == SourceType::u32 || type == SourceType::f64;
 }
 
-// out[i] = sample i minus air, for `count` samples that stand `stride` bytes apart (any alignment).
+// out[i] = sample i minus air, for `count` samples that are `stride` bytes apart (any alignment).
 void unpack_row(SourceType type, const std::byte* data, int64_t stride, size_t count, float air, float* out);
 
 } // namespace bccsplat

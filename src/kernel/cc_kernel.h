@@ -18,15 +18,15 @@ struct CcKernel {
   std::vector<PrefilterStage> time;
 };
 
-// Of a canonical name as make_kernel gives it. paper: the Gaussian exp(-2 r^2), normalised by the lattice
-// sum, and linear weights in time (Neophytou & Mueller 2002, section 4.1). Throws unsupported for kernels
-// that reach further than 2 T: radial24 and gauss09.
+// Makes the Cartesian form of the kernel that make_kernel gives this name. paper: the Gaussian exp(-2 r^2),
+// normalised by the lattice sum, and linear weights in time (Neophytou & Mueller 2002, section 4.1). Throws
+// unsupported for kernels that reach further than 2 T: radial24 and gauss09.
 [[nodiscard]] CcKernel make_cc_kernel(std::string_view name);
 
 // lattice_sum of a CC kernel: relative to its mean 1, closed form for the Gaussian.
 [[nodiscard]] double cc_lattice_sum(const Kernel& kernel, double x, double y, double z);
 
-// Of the kernel of a slice, on its lattice.
+// lattice_sum of the kernel of a slice, on the slice's lattice.
 [[nodiscard]] inline double lattice_sum(const Kernel& kernel, bool bcc, double x, double y, double z) {
   return bcc ? lattice_sum(kernel, x, y, z) : cc_lattice_sum(kernel, x, y, z);
 }

@@ -13,7 +13,7 @@ struct PrefilterTable {
   double gain = 1;                              // the larger sum of |taps| of the two
 };
 
-// Of a canonical name that make_kernel gives a prefilter. Throws internal for any other.
+// Returns the prefilters of a canonical kernel name. Throws internal for a name that has none.
 [[nodiscard]] PrefilterTable shipped_prefilters(std::string_view kernel_name);
 
 } // namespace bccsplat

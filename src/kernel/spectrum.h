@@ -19,7 +19,8 @@ struct NeighbourMeans {
 [[nodiscard]] NeighbourMeans neighbour_means4(const std::array<double, 4>& frequency);
 [[nodiscard]] NeighbourMeans neighbour_means3(const std::array<double, 3>& frequency);
 
-// What all stages multiply a plane wave by. cross_neighbours: 16 on D4*, 8 on BCC.
+// Returns the factor by which all stages together multiply a plane wave. cross_neighbours: 16 on D4*, 8 on
+// BCC.
 [[nodiscard]] double prefilter_symbol(std::span<const PrefilterStage> stages, const NeighbourMeans& means,
                                       int cross_neighbours);
 // The symbols of A and B of one stage, c <- A c + B f.

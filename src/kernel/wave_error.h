@@ -19,8 +19,8 @@ struct WaveSample {
   double pass = 1;   // Phi(xi)
   double alias2 = 0; // sum of Phi(xi + k)^2 over k != 0
   double symbol = 1; // sum of Phi(xi + k) over all k: what the kernel makes of the wave at the sites
-  // The same for the gradient in space: |xi|^2 and the sum of |xi + k|^2 Phi(xi + k)^2 over k != 0, spatial
-  // parts.
+  // Returns the same for the gradient in space: |xi|^2 and the sum of |xi + k|^2 Phi(xi + k)^2 over k != 0,
+  // spatial parts.
   double space2 = 0;
   double alias_gradient2 = 0;
 };

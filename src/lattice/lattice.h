@@ -1,6 +1,6 @@
 // The lattices: BCC and CC in space, D4* and CC in space-time.
 //
-// A lattice is described by its mirror planes. Along each axis planes h = 0 .. last stand at equal distance;
+// A lattice is described by its mirror planes. Along each axis planes h = 0 .. last lie at equal distances;
 // planes 0 and `last` are the two ends of the domain, and the field continues beyond them as its mirror
 // image.
 //   BCC, D4*: sites are the points whose plane numbers h all have the same parity (coset 0: even, coset 1:
@@ -9,8 +9,8 @@
 //   CC:       every plane holds sites; planes are 1 apart in lattice units.
 // Lattice units are the T of the kernels. In space a lattice is stretched by less than one part in `last` so
 // that plane `last` falls exactly on the last source sample: no overhang, and both ends mirror the same way.
-// In time the distance is exact (a series can grow) and plane `last` stands at or beyond the last frame. So
-// that the mirrors are out of sight, `lead` layers may stand before the first frame and about as many after
+// In time the distance is exact (a series can grow) and plane `last` lies at or beyond the last frame. So
+// that the mirrors are out of sight, `lead` layers may lie before the first frame and about as many after
 // the last one: a moving field is not its own mirror image.
 // Sources: Conway & Sloane, Sphere Packings, ch. 4; Neophytou & Mueller 2002, section 3.
 #pragma once
@@ -46,7 +46,7 @@ struct Lattice3 {
   }
   // Plane number of site i of a coset, along any axis.
   [[nodiscard]] int32_t plane(int coset, int32_t i) const { return bcc ? 2 * i + coset : i; }
-  // The site of the coset, along `axis`, whose value stands at i by mirroring; i may be any integer.
+  // The site of the coset, along `axis`, whose value i has by mirroring; i may be any integer.
   [[nodiscard]] int32_t mirror(size_t axis, int coset, int32_t i) const;
 
   bool operator==(const Lattice3&) const = default;
@@ -61,7 +61,7 @@ struct Lattice4 {
   Vec3 space_step{1, 1, 1}; // distance of planes in source index units, per axis
   int32_t last_layer = 0;   // time planes 0 .. last_layer; a static lattice has one layer per coset
   double time_step = 1;     // distance of layers in frames; 0 for a static lattice
-  int32_t lead = 0;         // layers before frame 0, even: layer `lead` stands at frame 0; 0 when static
+  int32_t lead = 0;         // layers before frame 0, even: layer `lead` is at frame 0; 0 when static
 
   // scale: lattice distance in units of the source spacing; time_scale likewise in frames.
   // A series of one step becomes BCC (kind d4star or bcc) or 3D CC. lead: layers beyond each end of time.
@@ -72,12 +72,12 @@ struct Lattice4 {
   [[nodiscard]] int32_t layers() const { return last_layer + 1; }
   // The coset a layer belongs to.
   [[nodiscard]] int coset(int32_t layer) const { return space.bcc ? layer & 1 : 0; }
-  // Layers of one coset stand this many layers apart.
+  // Layers of one coset are this many layers apart.
   [[nodiscard]] int32_t layer_period() const { return space.bcc ? 2 : 1; }
   [[nodiscard]] double layer_frame(int32_t layer) const { return (layer - lead) * time_step; }
   // Layer distance in lattice units, the unit of the temporal kernels.
   [[nodiscard]] double layer_distance() const { return space.plane_distance(); }
-  // The layer whose values stand at `layer` by mirroring; any integer. A static lattice maps onto its cosets.
+  // The layer whose values `layer` has by mirroring; any integer. A static lattice maps onto its cosets.
   [[nodiscard]] int32_t mirror_layer(int32_t layer) const;
   // Last frame index: the domain in time is [0, last_frame].
   [[nodiscard]] double last_frame() const { return dims[3] - 1.0; }

@@ -1,4 +1,4 @@
-// Where the samples of a 4D volume come from: a .bcc4 file, or memory.
+// A source of the samples of a 4D volume: a .bcc4 file, or memory.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@
 namespace bccsplat {
 namespace {
 
-// About the share of reading the samples in a slice's work.
+// Reading the samples is about this share of a slice's work, for reports of progress.
 constexpr double read_end = 0.5;
 
 // Planes on either side of a position whose samples matter: kernel and prefilter.

@@ -14,8 +14,8 @@
 
 namespace bccsplat {
 
-// Whether the volume can be turned: it has time, samples rather than coefficients, and an extent along the
-// axis.
+// Returns whether the volume can be turned: it has time, samples rather than coefficients, and an extent
+// along the axis.
 [[nodiscard]] bool can_turn(const Coefficients& coefficients, size_t axis);
 
 // position: along the axis, index units, inside the domain. Slice space is that of plane_axes; the result's

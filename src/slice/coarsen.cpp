@@ -14,7 +14,7 @@ namespace {
 
 constexpr int taps = 4;
 
-// Which sites of a coset a new site averages along one axis.
+// The sites of a coset that a new site averages along one axis.
 struct Average {
   int32_t first = 0;
   std::array<float, taps> weight{};

@@ -18,7 +18,7 @@ namespace bccsplat {
 
 class Extraction {
  public:
-  // Of a D4* volume that holds samples. axes: slice space, in the hyperplane.
+  // source: a D4* volume that holds samples. axes: slice space, in the hyperplane.
   Extraction(const SampleSource& source, int channel, const Hyperplane& hyperplane, const PlaneAxes& axes,
              const Context& context);
 
@@ -29,8 +29,8 @@ class Extraction {
   // form); beyond the domain NaN. Returns how many lay there.
   uint64_t sample(std::span<const Vec3> uvw, std::span<float> values, const Context& context) const;
   void sample(const Grid& grid, float* values, const Context& context) const; // x fastest
-  // Positions (slice space, 3 floats each) and weighted samples relative to air of the first `capacity`;
-  // either may be null. Returns how many there are.
+  // Writes positions (slice space, 3 floats each) and weighted samples relative to air of the first
+  // `capacity` points; either may be null. Returns how many points there are.
   uint64_t list(uint64_t capacity, float* uvw, float* weighted) const;
 
  private:

@@ -1,5 +1,5 @@
-// Where a volume holds points at all, in cells of 4 sites per axis of each layer: what lies far from any
-// point is air and need not be evaluated.
+// Tells where a volume holds points at all, in cells of 4 sites per axis of each layer: what lies far from
+// any point is air and need not be evaluated.
 #pragma once
 
 #include <optional>
@@ -31,7 +31,8 @@ class Occupancy {
 // Samples of a part of a volume, read once and held in memory.
 class HeldSamples final : public SampleSource {
  public:
-  // Nothing when they take more than `limit` bytes or what the budget has left. The source must outlive this.
+  // Returns nothing when they take more than `limit` bytes or than the budget has left. The source must
+  // outlive this.
   static std::optional<HeldSamples> read(const SampleSource& source, int channel, const BrickBox& region,
                                          uint64_t limit, const Context& context);
 

@@ -23,8 +23,8 @@ struct PlaneAxes {
 // The usual axes: the origin is the foot of the index origin, the basis are the coordinate axes without the
 // one closest to the normal, projected and orthonormalised in order.
 [[nodiscard]] PlaneAxes plane_axes(const Hyperplane& h);
-// Through `point` along three directions, which are orthonormalised in order; invalid_argument when they are
-// not finite or nearly dependent. The normal is their cross product.
+// Axes through `point` along three directions, which are orthonormalised in order; throws invalid_argument
+// when they are not finite or nearly dependent. The normal is their cross product.
 [[nodiscard]] PlaneAxes plane_axes(const Vec4& point, const std::array<Vec4, 3>& directions);
 [[nodiscard]] Hyperplane hyperplane_of(const PlaneAxes& axes);
 

@@ -27,7 +27,7 @@ double margin_of(const Slice& slice, double unit) {
                  (prefilter_reach(slice.kernel.prefilter3).space + 2) / std::numbers::sqrt2);
 }
 
-// How far, in index units and frames, the volume's kernel looks.
+// The reach of the volume's kernel in index units and frames.
 Vec4 kernel_reach(const Coefficients& coefficients) {
   const Lattice4& lattice = coefficients.source().lattice();
   const Kernel& kernel = coefficients.kernel();

@@ -29,7 +29,7 @@ struct PlaneOptions {
                                 const PlaneOptions& options, const Affine3& index_to_world,
                                 const Context& context);
 
-// Its place, domain and lattice without any points.
+// Returns the place, domain and lattice of such a slice without any points.
 [[nodiscard]] Slice bare_plane(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                const PlaneOptions& options, const Affine3& index_to_world);
 

@@ -6,7 +6,7 @@
 
 namespace bccsplat {
 
-// Of the field along the normal: its mean, its integral (value times index units), or its largest value.
+// The field along the normal becomes its mean, its integral (value times index units), or its largest value.
 enum class ThicknessKind : uint8_t { mean, sum, maximum };
 
 struct Thickness {
@@ -20,8 +20,9 @@ struct Quadrature {
 };
 [[nodiscard]] Quadrature gauss_legendre(int count);
 
-// Enough for a field that holds what a lattice of density 1 can hold, over a length in index units: a wave
-// exp(iwx) over length L converges from w L / 4 nodes on, which is 0.79 L at the Nyquist frequency.
+// Returns how many nodes are enough over a length in index units, of a field that a lattice of density 1 can
+// hold: a wave exp(iwx) over length L converges from w L / 4 nodes on, which is 0.79 L at the Nyquist
+// frequency.
 [[nodiscard]] int thickness_nodes(double length);
 
 } // namespace bccsplat

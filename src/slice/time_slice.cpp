@@ -149,7 +149,7 @@ std::array<double, 2> clipped_interval(const Lattice4& lattice, double frame,
   return {std::clamp(frame + interval[0], 0.0, end), std::clamp(frame + interval[1], 0.0, end)};
 }
 
-// About the share of making layers in a slice's work; merging them is the rest.
+// Making layers is about this share of a slice's work, for reports of progress; merging them is the rest.
 constexpr double merge_begin = 0.9;
 
 // Weighted layers become a slice at `frame`; `length` multiplies what they add up to.

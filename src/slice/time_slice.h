@@ -32,7 +32,7 @@ struct LayerWeight {
                                const std::array<double, 2>& interval, const Affine3& index_to_world,
                                const Context& context);
 
-// The same with what else a thickness can hold. Sum: the integral over the interval, in value times
+// Cuts what else than the mean a thickness can hold. Sum: the integral over the interval, in value times
 // frames, exact as the mean is; air is that of the air value. Maximum: at the sites the largest value at the
 // nodes of a quadrature over the interval (thickness.h), interpolated between them; it is nowhere less than
 // the mean at a site but for rounding. An empty interval is the instant, whatever the kind.

@@ -7,8 +7,8 @@
 
 namespace bccsplat {
 
-// How far, in index units and frames, a point of the slice may lie from samples that matter to it, and how
-// far beyond the ends of the domain the slice looks at mirror images.
+// A point of the slice depends on samples up to this far from it, in index units and frames, and the slice
+// looks at mirror images up to this far beyond the ends of the domain.
 struct TouchReach {
   Vec4 samples{}, mirrored{};
   double half_thickness = 0;
@@ -27,7 +27,7 @@ class TouchedSamples final : public SampleSource {
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
 
-  // Whether samples of bricks begin .. end - 1 of a layer, or their mirror images, may lie in reach.
+  // Returns whether samples of bricks begin .. end - 1 of a layer, or their mirror images, may lie in reach.
   [[nodiscard]] bool touches(int32_t layer, const Int3& begin, const Int3& end) const;
 
  private:

@@ -60,7 +60,7 @@ class Coefficients {
   // Returns which layers of each stage the last one's depend on. missing: only what is not in the cache, and
   // what that depends on.
   std::vector<std::set<int32_t>> needed(std::span<const int32_t> layers, bool missing) const;
-  // How much of that has been made.
+  // Counts how much of that has been made.
   struct Work {
     Progress& progress;
     uint64_t done = 0, total = 1; // layers of stages

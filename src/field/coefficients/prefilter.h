@@ -22,8 +22,8 @@ struct StageInput {
   const BrickLayer* cross_after = nullptr;
 };
 
-// What the last stage does as well: it keeps coefficients that matter (|c| > prune, in value units), clears
-// the others, and takes over the holes of the samples.
+// The last stage also keeps coefficients that matter (|c| > prune, in value units), clears the others, and
+// takes over the holes of the samples.
 struct StageFinish {
   const BrickLayer* samples;
   float prune;

@@ -1,4 +1,4 @@
-// What a prefilter stage needs of the bricks around one brick: where every row lies, mirrors resolved.
+// Tells a prefilter stage where every row of the bricks around one brick lies, mirrors resolved.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct StageTerm {
 // +-1) of the layer itself, shift -1, gap 2.
 struct StageCross {
   struct Axis {
-    // Of site i + shift: which of three bricks (0: the one with the brick's own number), and its place there.
+    // In which of three bricks site i + shift lies (0: the one with the brick's own number), and where there.
     std::array<uint8_t, brick_edge + 2> third, site;
   };
   // A site along x that lies in another brick, or is a mirror image: it replaces what the row holds.

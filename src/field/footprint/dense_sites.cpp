@@ -6,7 +6,7 @@
 namespace bccsplat {
 namespace {
 
-// Sites along an axis that lie in one brick and rise by one; mirror images stand alone.
+// Sites along an axis that lie in one brick and rise by one; mirror images are runs of one site.
 struct Run {
   int start, length, brick, place;
 };

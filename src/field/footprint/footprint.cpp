@@ -90,7 +90,7 @@ template<class T> Extent<T> ExtentOf(const T* v, const Range& range) {
   return {hn::GetLane(hn::MinOfLanes(d, low)), hn::GetLane(hn::MaxOfLanes(d, high))};
 }
 
-// Whether the points stand at one instant; then `box` holds their patches.
+// Returns whether all points are at one instant; then `box` holds their patches.
 bool FindBox(const FootprintPlan& plan, const Spans& spans, const Range& range, SiteBox& box) {
   const auto layer = ExtentOf(spans.first[3].data(), range);
   const auto time = ExtentOf(spans.from[3].data(), range);
@@ -190,7 +190,7 @@ struct LookUp {
   LanePatches single;
 };
 
-// The sites of a vector of points that stand in several patches, from bricks. False where all is air.
+// Reads the sites of a vector of points that lie in several patches from bricks. False where all is air.
 template<int edge, bool timed>
 bool LookUpBricks(const FootprintPlan& plan, const FootprintPlan::Coset& coset, const Spans& spans, size_t n,
                   const LayerWeights& weights, std::span<const LaneRun> runs, PatchSites& patch,

@@ -18,7 +18,7 @@ struct FieldLayer {
   double time = 0;
 };
 
-// Layers of the cosets of one lattice, with the kernel that weighs them. Within a coset they stand in order
+// Layers of the cosets of one lattice, with the kernel that weighs them. Within a coset they are in order
 // of time, one pitch apart. Kernel time is measured so that this pitch is sqrt2, on every lattice.
 struct FieldLayers {
   std::span<const FieldLayer> layers;
@@ -28,14 +28,14 @@ struct FieldLayers {
 
 inline constexpr int max_stack = 4; // layers of a coset within reach of an instant: no kernel has more
 
-// What the inner loop needs to know of a field, made once and used for any number of points. Lengths are in
-// coset pitches. The layers and the kernel must outlive it.
+// A field as the inner loop needs it, made once and used for any number of points. Lengths are in coset
+// pitches. The layers and the kernel must outlive it.
 struct FootprintPlan {
   struct Coset {
     std::vector<const BrickLayer*> layer;
     std::vector<const std::shared_ptr<const Brick>*> bricks; // of each layer, by slot
     Int3 dims{}, brick_dims{};
-    alignas(32) Vec4 origin{}; // a point at p stands at p * per_pitch + origin
+    alignas(32) Vec4 origin{}; // a point at p lies at p * per_pitch + origin
   };
   std::array<Coset, 2> coset;
   int cosets = 0;
@@ -62,8 +62,8 @@ void weigh_by_kernel(const FootprintPlan& plan, float from, std::array<float, ma
 void divide_by_lattice_sum(const FootprintPlan& plan, const Vec4& p, float& value,
                            std::array<float, 4>* gradient);
 
-// At each point p (x, y, z in lattice units, kernel time; inside the domain): values = sum of coefficients
-// times kernel, relative to air, divided by the lattice sum for normalised kernels. gradients (may be null):
+// Sums coefficients times kernel at each point p (x, y, z in lattice units, kernel time; inside the domain):
+// values are relative to air, divided by the lattice sum for normalised kernels; gradients (may be null) are
 // the four derivatives per unit of p.
 void sum_footprints(const FootprintPlan& plan, std::span<const Vec4> points, float* values,
                     std::array<float, 4>* gradients);

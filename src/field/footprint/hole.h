@@ -1,4 +1,4 @@
-// Whether a point of space falls on missing data: the nearest site, of either coset, decides.
+// Tells whether a point of space falls on missing data: the nearest site, of either coset, decides.
 #pragma once
 
 #include <array>

@@ -101,7 +101,7 @@ void copy_patch(const FootprintPlan& plan, const FootprintPlan::Coset& coset, Pa
   patch.row = copy_row, patch.plane = copy_plane;
   const size_t slot = any.slot(x.low, y.low, z.low), step_y = static_cast<size_t>(coset.brick_dims[0]),
                step_z = step_y * static_cast<size_t>(coset.brick_dims[1]);
-  // Where there is one brick along an axis it stands for both.
+  // Where there is one brick along an axis it is used for both.
   const size_t up_x = x.bricks == 2 ? 1 : 0, up_y = y.bricks == 2 ? step_y : 0,
                up_z = z.bricks == 2 ? step_z : 0;
   const std::array<size_t, 4> quarter{slot, slot + up_y, slot + up_z, slot + up_z + up_y};

@@ -1,4 +1,4 @@
-// Where the sites of a patch stand in memory: in one brick, or copied where bricks or mirrors meet.
+// Finds the sites of a patch in memory: in one brick, or copied where bricks or mirrors meet.
 #pragma once
 
 #include <hwy/cache_control.h>

@@ -52,13 +52,13 @@ template<int edge, bool slopes> HWY_INLINE Sums<edge, slopes> NoSums() {
   }
   return s;
 }
-// Of the lanes along x.
+// The sum over the lanes along x.
 template<int edge> HWY_INLINE Floats Total(const Floats (&v)[edge]) {
   const auto low = hn::Add(v[0], v[1]);
   return hn::Add(low, edge == 3 ? v[2] : hn::Add(v[2], v[edge - 1]));
 }
 
-// Where the points of a vector stand: how far from the first site of their patches, in coset pitches.
+// How far the points of a vector are from the first site of their patches, in coset pitches.
 struct Place {
   const float *x, *y, *z;
 };
@@ -103,7 +103,7 @@ HWY_INLINE void AddPatches(const FootprintPlan& plan, const Curve<contact>& curv
     [[maybe_unused]] Floats plane = zero;
     for (int y = 0; y < edge; ++y) {
       const auto away = hn::Add(part_y[y], part_z);
-      // Out of reach of all: where points stand in rows, that is one row of sites in three.
+      // Out of reach of all: where points lie in rows, that is one row of sites in three.
       if (hn::AllFalse(d, hn::Lt(away, one))) continue;
       Floats value[edge], rate[edge];
       rows(static_cast<size_t>(z), static_cast<size_t>(y), value, rate);

@@ -180,7 +180,7 @@ TEST_P(FootprintKernel, CompanyInABatchChangesNoBit) {
   }
 }
 
-// Paths through a batch are copied each for itself, what stands between them is looked up.
+// Paths through a batch are copied each for itself, what lies between them is looked up.
 TEST_P(FootprintKernel, PathsInABatchChangeNoBit) {
   const Kernel kernel = make_kernel(GetParam());
   const Noise noise(10);

@@ -81,7 +81,7 @@ TEST(FitEnds, PredictionsKeepConstantsAndFollowWhatIsSlow) {
         for (const double v : w) squares += v * v;
         EXPECT_LT(squares, widening == 1 ? 130 : 600);
       }
-    // A wave of .3 of the Nyquist frequency, one frame on (of the lattice): most of it is foretold.
+    // A wave of 0.3 of the Nyquist frequency, one frame on (of the lattice): most of it is predicted.
     const std::vector<double>& w = ends.weights(1, 100);
     double worst = 0;
     for (int k = 0; k < 24; ++k) {

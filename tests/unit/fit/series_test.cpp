@@ -92,7 +92,7 @@ TEST(FitSeries, OffsetCostsNoPrecision) {
 }
 
 TEST(FitSeries, SitesOnSamplesTakeThem) {
-  // Layer 0, coset 0: the corner sites stand on the corner samples, along edges whatever the filter.
+  // Layer 0, coset 0: the corner sites lie on the corner samples, along edges whatever the filter.
   const Series s = noise({10, 15, 12, 9}, 3);
   for (const Filter filter : filters) {
     FitOptions o = options_for(s);
