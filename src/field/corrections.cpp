@@ -1,3 +1,4 @@
+// Loads the corrections of single frames and adds their tents to grids and points.
 #include "field/corrections.h"
 
 #include <algorithm>
@@ -6,8 +7,10 @@
 namespace bccsplat {
 namespace {
 
+// Lists of frames that stay in memory: a picture needs two, a trail over time goes through them in order.
 constexpr size_t frames_kept = 8;
 constexpr double same_place = 1e-6; // index units: a point this close to a source sample is meant to be it
+constexpr double rounding = 1e-9;   // index units: sums of steps miss a whole index by less
 
 // Samples of one axis of a grid by the cell between two voxels in which they lie.
 struct CellSamples {
@@ -15,7 +18,7 @@ struct CellSamples {
     for (int32_t i = 0; i < grid.dims[axis]; ++i) {
       double p = grid.origin[axis] + grid.step[axis] * i;
       const double near = std::nearbyint(p);
-      if (std::fabs(p - near) < 1e-9) p = near; // a whole index, whatever its sum rounded to
+      if (std::fabs(p - near) < rounding) p = near; // a whole index, whatever its sum rounded to
       const double cell = std::floor(p);
       if (cell < 0 || cell >= static_cast<double>(voxels)) continue;
       cells[static_cast<size_t>(cell)].push_back({static_cast<size_t>(i), p});
@@ -73,7 +76,7 @@ std::shared_ptr<const Corrections::FrameList> Corrections::load(int64_t frame) c
 
 std::vector<Corrections::Part> Corrections::parts(double frame) const {
   if (n_[3] == 1) frame = 0;
-  if (const double near = std::nearbyint(frame); std::fabs(frame - near) < 1e-9) frame = near;
+  if (const double near = std::nearbyint(frame); std::fabs(frame - near) < rounding) frame = near;
   std::vector<Part> result;
   const auto first = static_cast<int64_t>(std::floor(frame));
   for (int64_t f = first; f <= first + 1; ++f) {

@@ -1,3 +1,5 @@
+// Evaluates slices and volumes at arbitrary points: points are ordered by what they share, handed to the
+// inner loop in blocks, and marked where they lie outside or in holes.
 #include "field/evaluate.h"
 
 #include <algorithm>
@@ -16,7 +18,7 @@ namespace bccsplat {
 namespace {
 
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-constexpr size_t block = 512; // points handed to the inner loop at a time
+constexpr size_t block = 512; // points handed to the inner loop at a time: one of its batches
 
 struct HeldLayer {
   std::shared_ptr<const BrickLayer> layer;

@@ -1,3 +1,4 @@
+// Places and scales the points of a caller, vector by vector.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "field/point_axes.cpp"
 #include <hwy/foreach_target.h>

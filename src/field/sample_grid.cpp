@@ -1,3 +1,5 @@
+// Samples a slice on a dense grid in tiles: sites are copied once per tile, weights along an axis are shared
+// by all its rows.
 #include "field/sample_grid.h"
 
 #include <algorithm>
@@ -35,6 +37,8 @@ struct GridAxis {
 };
 
 GridAxis grid_axis(const Slice& slice, const FootprintPlan& plan, const Grid& grid, size_t axis) {
+  // Tiles are long in x, where weights are found once for all rows, and so small that the sites under them
+  // fit a box that gather_box copies.
   constexpr size_t tile_samples[] = {256, 8, 1};
   constexpr int tile_sites[] = {480, 32, 32};
   const double unit = slice.lattice_to_slice.linear[axis][axis];
@@ -151,7 +155,7 @@ bool axes_aligned(const Affine3& a) {
 
 EvaluateMisses sample_points(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
                              std::span<std::array<float, 3>> gradients, const Context& context) {
-  constexpr uint64_t block = 4096;
+  constexpr uint64_t block = 4096; // points of a task
   const Affine3 to_lattice = slice.lattice_to_slice.inverse();
   std::atomic<uint64_t> outside{0}, holes{0};
   context.tasks.parallel_for((points.size() + block - 1) / block, [&](uint64_t b) {

@@ -9,7 +9,9 @@
 namespace bccsplat {
 namespace {
 
-constexpr double frames_used = 6; // per widening
+// Frames next to an end that a prediction looks at, per widening. More hold up the first layers
+// longer (tests/bench/notes/fit.md).
+constexpr double frames_used = 6;
 
 // Power of the waves whose frequencies fill the ball of radius rho times Nyquist, in 4D.
 struct Ball {
@@ -18,7 +20,9 @@ struct Ball {
 // Chosen among some ten mixtures (tests/bench/notes/fit.md): slow waves are predicted well, fast ones and
 // noise are not made much worse.
 constexpr std::array<Ball, 5> field{{{0.2, 1}, {0.3, 0.3}, {0.5, 0.1}, {0.7, 0.02}, {0.9, 0.003}}};
-constexpr double noise = 3e-5; // times widening^2: weights stay small where frames are close
+// Times widening^2: weights stay small where frames are close. The sum of their squares is 30 one frame
+// beyond the end and 94 at most.
+constexpr double noise = 3e-5;
 
 // Correlation of two frames `distance` apart. A ball in 4D has the density (1 - u^2)^(3/2) along an axis,
 // whose transform is 8 J2(x) / x^2.

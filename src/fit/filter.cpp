@@ -1,3 +1,4 @@
+// The resampling filters as functions, and tables of their weights at given positions.
 #include "fit/filter.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Keeps the frames within reach of the next layer, makes each layer as soon as its frames are there, and
+// hands finished slabs to the sink.
 #include "fit/fit.h"
 
 #include <algorithm>
@@ -21,7 +23,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr uint64_t largest_layer = 16 << 20; // bricks
+constexpr uint64_t largest_layer = 16 << 20; // bricks: 4096^3 sites
 // Largest departure from air: filters and prefilters multiply it by up to some hundred in 32-bit floats.
 constexpr double largest_value = 1e36;
 

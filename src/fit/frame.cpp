@@ -1,3 +1,4 @@
+// Checks the boxes of a frame and reads rows of it, finding boxes by the cells of a coarse grid.
 #include "fit/frame.h"
 
 #include <algorithm>
@@ -10,7 +11,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr int64_t cell_edge = 32; // of the grid that finds boxes
+constexpr int64_t cell_edge = 32; // samples, of the grid that finds boxes: a finer one has more cells to fill
 
 // Calls body(cell) for the cells that `region` touches.
 template<class Body>

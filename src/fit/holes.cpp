@@ -1,3 +1,5 @@
+// Fills missing samples by a pyramid of means, relaxed on every level, and carries the holes over to the
+// sites.
 #include "fit/holes.h"
 
 #include <algorithm>
@@ -11,8 +13,10 @@ namespace {
 
 using Dims = std::array<int64_t, 3>;
 
-constexpr int64_t margin = 4;   // known samples around the missing ones that the fill starts from
-constexpr int relaxations = 12; // per level
+constexpr int64_t margin = 4; // known samples around the missing ones that the fill starts from
+// Steps towards the mean of the neighbours on each level: more are smoother, each passes once over what is
+// missing.
+constexpr int relaxations = 12;
 
 size_t volume(const Dims& n) {
   return static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) * static_cast<size_t>(n[2]);

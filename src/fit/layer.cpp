@@ -1,3 +1,5 @@
+// Combines frames to a layer, brick by brick: weighted differences from the nearest frame, then rounding and
+// relevance.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/layer.cpp"
 #include <hwy/foreach_target.h>

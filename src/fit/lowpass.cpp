@@ -1,3 +1,5 @@
+// Designs the filters of the six pairs of axes and runs frames through them: pairs in space one after the
+// other on a frame, pairs with time as a chain of sliding windows.
 #include "fit/lowpass.h"
 
 #include <algorithm>
@@ -14,10 +16,10 @@ namespace {
 
 // Half width of the Kaiser windows along the diagonals in lattice units, their beta, and the edge of a pair's
 // octagon, a little beyond sqrt2: a pair is within 2e-4 of 1 in the ball of half the Nyquist frequency,
-// within 6e-3 in that of .8, and below -45 dB where |f_i| + |f_j| >= 1.8.
+// within 6e-3 in that of 0.8, and below -45 dB where |f_i| + |f_j| >= 1.8 (tests/bench/notes/fit.md).
 constexpr double window = 11, beta = 6.5, edge = 1.45;
-constexpr int integration = 1024;
-constexpr size_t rows_of_task = 8;
+constexpr int integration = 1024;  // midpoints of the integral over an octagon
+constexpr size_t rows_of_task = 8; // enough work for a task, few enough for all threads to have some
 
 double kaiser(double u) { return std::fabs(u) >= 1 ? 0 : kaiser_window(u, beta); }
 

@@ -1,3 +1,4 @@
+// Rounds the sites of a brick to stored values and selects the relevant ones.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/relevance.cpp"
 #include <hwy/foreach_target.h>

@@ -1,3 +1,5 @@
+// Cuts a frame into tiles of bricks that are not all air, and resamples each from the source samples it
+// depends on.
 #include "fit/resample.h"
 
 #include <algorithm>
@@ -98,8 +100,10 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter) : cos
       }
     }
   }
-  // Wider tiles read less twice, as long as they stay in cache.
-  tile_bricks_ = std::clamp(static_cast<int>(4 / widest), 1, 4);
+  // Wider tiles read less twice, as long as they stay in cache; a widened filter reads more samples per
+  // brick.
+  constexpr int most_bricks = 4;
+  tile_bricks_ = std::clamp(static_cast<int>(most_bricks / widest), 1, most_bricks);
 }
 
 Region SpatialResampler::brick_region(const Coset& coset, const Int3& brick) const {

@@ -1,3 +1,4 @@
+// The passes along z, y and x over one tile, as loops over sixteen floats.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/resample_tile.cpp"
 #include <hwy/foreach_target.h>

@@ -1,3 +1,4 @@
+// Scans the boxes of a frame row by row for ranges of cells and for values that are not finite.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/scan.cpp"
 #include <hwy/foreach_target.h>
@@ -208,8 +209,9 @@ FrameScan scan_frame(const Frame& frame, float threshold, const Context& context
   std::vector<ScanJob> jobs;
   for (size_t b = 0; b < frame.boxes().size(); ++b) {
     const Region r = frame.region(frame.boxes()[b]);
-    for (int64_t cz = r.begin[2] / 8; cz <= (r.end[2] - 1) / 8; ++cz)
-      for (int64_t cy = r.begin[1] / 8; cy <= (r.end[1] - 1) / 8; ++cy)
+    const auto& edge = CellRanges::edge;
+    for (int64_t cz = r.begin[2] / edge[2]; cz <= (r.end[2] - 1) / edge[2]; ++cz)
+      for (int64_t cy = r.begin[1] / edge[1]; cy <= (r.end[1] - 1) / edge[1]; ++cy)
         jobs.push_back({static_cast<uint32_t>(b), cy, cz});
   }
   constexpr size_t group = 8; // jobs of a task

@@ -1,3 +1,14 @@
+// The kernels that files and hosts name, in three tables below. A new kernel needs
+//   a line in radial_entries and one in bend_entries for a new shape, or one in presets for a name of a pair
+//     (what is no radial polynomial times a spline gets a branch in make_kernel, as gauss09 has);
+//   its stages on D4* and BCC and a line of `entries` in prefilter_tables.inc, and up to a radius of 2 T a
+//     line in cc_tables.inc (until they are designed those of a neighbour will do);
+//   its name above make_kernel in kernel.h, in unknown_name() and in the list of src/api/library.cpp.
+// `bccsplat_bench kernels` designs the numbers and prints these lines: --shape NAME, then --bend NAME, then
+// --design NAME (patterns of stages: shipped_goal in tests/bench/kernels/kernel_design.cpp) and --design-cc.
+// tests/bench/notes/kernels.md says what they optimise and what was tried.
+// tests/unit/kernel covers it: names_test counts the names, accuracy_test holds each to the dB that its line
+// there states, radial_test and temporal_test look at shapes and bends.
 #include "kernel/kernel.h"
 
 #include <algorithm>
@@ -19,7 +30,7 @@ struct RadialEntry {
   std::array<double, 6> a; // a_2 .. a_7
 };
 
-// Made by `bccsplat_bench kernels --shape NAME`: best error over the band and at 0 with the best
+// Shapes, made by `bccsplat_bench kernels --shape NAME`: best error over the band and at 0 with the best
 // prefilter, phi monotone (radial18 is the set it could not beat).
 constexpr RadialEntry radial_entries[] = {
     {"radial16", 1.6, {0.712486763, -3.75225702, 12.1204175, -18.2852967, 13.3827716, -3.66374063}},

@@ -1,6 +1,6 @@
 // Reconstruction kernels K(x, t) = phi(|x|) beta(t) on BCC and D4*, and the prefilters that make them
 // interpolate. Lengths are in lattice units (T): coset pitch sqrt2, nearest sites of the two cosets sqrt(3/2)
-// apart in space.
+// apart in space. The table of kernels, and what a new one needs: kernel.cpp.
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
-// The shipped prefilters, designed by `bccsplat_bench kernels --design`.
+// The shipped prefilters, designed by `bccsplat_bench kernels --design`; kernel.cpp says what else a kernel
+// needs.
 #pragma once
 
 #include <string_view>

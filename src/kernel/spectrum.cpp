@@ -1,3 +1,4 @@
+// Fourier transforms of kernels, and responses of prefilters and of sums over the lattice sites.
 #include "kernel/spectrum.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Writes and reads run lists, and moves bits between masks.
 #include "points/runs.h"
 
 #include <algorithm>

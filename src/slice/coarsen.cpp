@@ -1,3 +1,5 @@
+// Averages a slice onto the lattice of twice the distance, axis by axis and brick by brick, and filters the
+// result back to coefficients.
 #include "slice/coarsen.h"
 
 #include <algorithm>
@@ -12,7 +14,10 @@
 namespace bccsplat {
 namespace {
 
-constexpr int taps = 4;
+constexpr int taps = 4; // of a cubic B-spline
+// Coefficients below this part of the largest are dropped: fewer points to draw for an error below that of a
+// byte.
+constexpr float dropped_part = 1.0f / 4096;
 
 // The sites of a coset that a new site averages along one axis.
 struct Average {
@@ -162,7 +167,7 @@ Slice coarsen(const Slice& slice, const Context& context) {
   std::vector<std::vector<BrickLayer>> channels;
   channels.push_back(std::move(layers));
   const MemorySamples samples(lattice, {slice.air}, std::move(channels));
-  const Coefficients coefficients(samples, 0, slice.kernel, most / 4096, UINT64_MAX);
+  const Coefficients coefficients(samples, 0, slice.kernel, most * dropped_part, UINT64_MAX);
   Slice coarse = time_slice(coefficients, 0, {0, 0}, slice.slice_to_world, context);
   coarse.lattice_to_slice = slice.lattice_to_slice;
   for (Vec3& row : coarse.lattice_to_slice.linear)

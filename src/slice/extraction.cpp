@@ -1,3 +1,5 @@
+// Collects the 4D lattice points near a hyperplane in cells of slice space, and sums their Gaussians around
+// points.
 #include "slice/extraction.h"
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr int cell_edge = 4;
+constexpr int cell_edge = 4; // sites: smaller cells leave out more and take more memory
 constexpr int brick_cells = brick_edge / cell_edge; // per axis
 
 } // namespace

@@ -1,3 +1,4 @@
+// Linear algebra of hyperplanes: bases by Gram-Schmidt, the axis one is normal to, its part of the domain.
 #include "slice/plane_geometry.h"
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// Resamples the 4D field on a lattice in the hyperplane: reads what is in reach, evaluates the field at the
+// sites that can differ from air, and filters these samples to coefficients.
 #include "slice/plane_slice.h"
 
 #include <algorithm>
@@ -20,6 +22,11 @@ namespace {
 // About where, in the whole work, reading the samples ends, making the volume's coefficients, and making the
 // slice's samples; filtering these is the rest. Progress reports show it, nothing else depends on it.
 constexpr double read_end = 0.1, make_end = 0.4, sample_end = 0.97;
+// Planes of the target lattice along an axis: a slice of more is a mistake in its spacing.
+constexpr double most_planes = 1e6;
+// The part of the coefficient cache that samples read at once may take: the rest is for the coefficients made
+// of them.
+constexpr uint64_t held_part = 4;
 
 // Sites this far beyond the ends of the domain, index units, are filled in: the slice's filter and kernel.
 double margin_of(const Slice& slice, double unit) {
@@ -201,7 +208,8 @@ struct Wanted {
   }
 };
 
-constexpr int block_edge = 4; // sites that are looked up together
+// Sites that are looked up in the occupancy together: smaller blocks leave out more sites and ask more often.
+constexpr int block_edge = 4;
 constexpr int brick_blocks = brick_edge / block_edge;
 
 // The slice's samples on one coset of its lattice.
@@ -287,7 +295,7 @@ Lattice4 target_lattice(const PlaneOptions& options, const PlaneExtent& extent) 
   for (size_t a = 0; a < 3; ++a) {
     const double size = extent.high[a] - extent.low[a];
     const double planes = std::ceil(size / distance - 1e-9);
-    if (!(planes < 1e6))
+    if (!(planes < most_planes))
       fail(Code::limit_exceeded, "plane slice: more than 1e6 planes along an axis; raise the spacing");
     target.space.last[a] = std::max(1, static_cast<int32_t>(planes));
     target.space_step[a] = size > 0 ? size / target.space.last[a] : distance;
@@ -350,8 +358,8 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const BrickBox region = bricks_around(lattice, extent, reach);
   const int channel = coefficients.channel();
   Progress reading(context.progress, 0, read_end);
-  const auto held =
-      HeldSamples::read(touched, channel, region, coefficients.cache_bytes() / 4, context.with(reading));
+  const auto held = HeldSamples::read(touched, channel, region, coefficients.cache_bytes() / held_part,
+                                      context.with(reading));
   const SampleSource& source = held ? static_cast<const SampleSource&>(*held) : touched;
   const Coefficients local(source, channel, coefficients.kernel(), coefficients.prune(),
                            coefficients.cache_bytes(), region);

@@ -6,6 +6,16 @@
 #include "base/error.h"
 
 namespace bccsplat {
+namespace {
+
+// About twice what a wave at the Nyquist frequency converges with (thickness.h), and a few more, which short
+// lengths need.
+constexpr double nodes_per_unit = 1.5;
+constexpr int more_nodes = 3;
+// A node costs an evaluation at every site of the slice, so a thicker cut is a mistake in its units.
+constexpr double thickest = 2000;
+
+} // namespace
 
 // Newton's method on the Legendre polynomial (Abramowitz & Stegun 25.4.29, with 22.7.10 for P_n).
 Quadrature gauss_legendre(int count) {
@@ -34,8 +44,8 @@ Quadrature gauss_legendre(int count) {
 }
 
 int thickness_nodes(double length) {
-  if (!(length < 2000)) fail(Code::limit_exceeded, "slab: thicker than 2000 samples");
-  return static_cast<int>(std::ceil(1.5 * length)) + 3;
+  if (!(length < thickest)) fail(Code::limit_exceeded, "slab: thicker than 2000 samples");
+  return static_cast<int>(std::ceil(nodes_per_unit * length)) + more_nodes;
 }
 
 } // namespace bccsplat

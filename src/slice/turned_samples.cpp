@@ -1,3 +1,5 @@
+// Reads the planes of a volume that lie across one spatial axis and turns them into layers of the turned
+// volume.
 #include "slice/turned_samples.h"
 
 #include <cmath>

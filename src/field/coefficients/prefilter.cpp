@@ -1,3 +1,5 @@
+// Applies one prefilter stage to a layer: sums of neighbours plane by plane within a brick, bricks in
+// parallel.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "field/coefficients/prefilter.cpp"
 #include <hwy/foreach_target.h>

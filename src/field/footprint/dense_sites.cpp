@@ -73,6 +73,10 @@ bool gather_box(const BrickLayer& layer, const SiteBox& box, float* out) {
   return any;
 }
 
+// What copying may cost, in units of what a copied point saves (measured): a row about a fifth, a vector of
+// floats a tenth of it. So copies are made while rows + floats / copied_per_row <= rows_per_point * points.
+constexpr size_t copied_per_row = 32, rows_per_point = 4;
+
 bool DenseScratch::reserve(const FootprintPlan& plan, const std::array<SiteBox, 2>& box, size_t points,
                            bool slopes) {
   constexpr size_t vector = 16; // floats: what is read or written by whole vectors must not reach further
@@ -97,9 +101,7 @@ bool DenseScratch::reserve(const FootprintPlan& plan, const std::array<SiteBox, 
   }
   if (used + largest > capacity) return false;
   single = floats.data() + used;
-  // Measured: a row costs about as much as a fifth of what a copied point saves, a vector of floats a tenth
-  // of it.
-  return rows + copied / 32 <= 4 * points;
+  return rows + copied / copied_per_row <= rows_per_point * points;
 }
 
 } // namespace bccsplat

@@ -29,7 +29,7 @@ struct DenseSites {
 };
 
 struct DenseScratch {
-  static constexpr size_t capacity = 14336; // floats: 56 KiB
+  static constexpr size_t capacity = 14336; // floats, 56 KiB: more would leave the fast caches
   std::array<DenseSites, 2> sites;
   float* single = nullptr; // room for one layer of the larger box
   alignas(64) std::array<float, capacity> floats;

@@ -1,3 +1,5 @@
+// Sums footprints of points, a lane each: sites come from copies around a batch, from bricks shared by a run
+// of points, or patch by patch (tests/bench/notes/kernels.md, "Speed").
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "field/footprint/footprint.cpp"
 #include <hwy/foreach_target.h>
@@ -17,8 +19,10 @@
 #define BCCSPLAT_FOOTPRINT_SHARED
 namespace bccsplat {
 
+// Points whose sites are copied together, and parts of a batch that spreads too far for that: larger batches
+// share more copied sites, and spread further.
 inline constexpr size_t footprint_batch = 512;
-inline constexpr size_t footprint_part = 128; // of a batch that spreads too far
+inline constexpr size_t footprint_part = 128;
 
 } // namespace bccsplat
 #endif

@@ -40,7 +40,7 @@ TEST_P(SplineOrders, WithoutBendsIsTheTextbookSpline) {
   EXPECT_DOUBLE_EQ(beta.half_width, GetParam() * pitch / 2);
 }
 
-TEST_P(SplineOrders, BendsStandWhereTheFormulaSays) {
+TEST_P(SplineOrders, BendsAreThoseOfTheFormula) {
   TemporalKernel straight = beta;
   straight.bend = {};
   const int order = GetParam();
