@@ -28,7 +28,7 @@ struct PointOrder {
   bool points_at(uint64_t begin, std::span<uint64_t> points) const;
 };
 
-// Where a point belongs: its window, and a cell of space below `cells`.
+// The place of a point in the order: its window, and a cell of space below `cells`.
 struct PointPlace {
   int32_t window;
   uint32_t cell;

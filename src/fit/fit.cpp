@@ -54,7 +54,7 @@ Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
                        options.scale, options.time_scale, options.lead);
 }
 
-// How much the filter in time is stretched.
+// Returns how much the filter in time is stretched.
 double time_widening(const Lattice4& lattice) {
   return lattice.is_static() ? 1 : std::max(1.0, lattice.time_step / lattice.layer_distance());
 }
@@ -149,7 +149,7 @@ struct Fit::State {
     r.any_finite = true;
   }
 
-  // What an infinity of a channel becomes, relative to air.
+  // Returns what an infinity of a channel becomes, relative to air.
   std::array<float, 2> clamp_range(const Channel& c) const {
     const Range range = c.options.range.value_or(c.report.source_range);
     const auto relative = [&](double v) {
@@ -263,8 +263,8 @@ struct Fit::State {
     forget_frames(c, widening);
   }
 
-  // What a layer is made of, frames beyond the ends of a series of n replaced by what they are predicted
-  // from.
+  // Returns the taps of a layer; frames beyond the ends of a series of n are replaced by those that predict
+  // them.
   std::vector<std::pair<int64_t, float>> weighted_frames(const FilterTable& table, int64_t n) {
     std::vector<std::pair<int64_t, float>> list;
     if (options.lead == 0) {

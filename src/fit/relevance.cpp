@@ -34,7 +34,7 @@ using Kind = Relevance::Rounding::Kind;
 HWY_INLINE float Nearest(float x) { return (x + 0x1.8p23f) - 0x1.8p23f; }
 HWY_INLINE double Nearest(double x) { return (x + 0x1.8p52) - 0x1.8p52; }
 
-// To the nearest binary16 value, as a float; beyond the range: 65520 or more.
+// Rounds to the nearest binary16 value, as a float; beyond the range: 65520 or more.
 HWY_INLINE float NearestHalf(float v) {
   const uint32_t bits = std::bit_cast<uint32_t>(v), magnitude = bits & 0x7fffffffu;
   const uint32_t normal = (magnitude + 0xfffu + ((magnitude >> 13) & 1u)) & ~0x1fffu;

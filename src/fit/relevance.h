@@ -23,7 +23,7 @@ struct KeptCounts {
   uint64_t kept = 0, holes = 0, clamped = 0;
 };
 
-// What is known about the sites of a brick besides their values.
+// Facts about the sites of a brick besides their values.
 struct SiteEvidence {
   const BrickMask* holes = nullptr;  // missing data; null: none
   const BrickMask* source = nullptr; // sites whose nearest source sample is not air; null: all

@@ -39,7 +39,7 @@ struct SpatialResampler::Tile {
   CellRanges::Cell range; // of the samples in the region
 };
 
-// What one thread works in.
+// The work space of one thread.
 struct SpatialResampler::Scratch {
   std::vector<float> rows, extended;
   std::array<std::vector<float>, 2> planes;

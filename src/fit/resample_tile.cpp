@@ -13,7 +13,7 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// At most one row of a brick, so that lanes never cross bricks.
+// Vectors hold at most one row of a brick, so that lanes never cross bricks.
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 

@@ -64,7 +64,7 @@ struct PrefilterStage {
   }
 };
 
-// How far coefficients look: planes (1/sqrt2) in space, layers in time.
+// The distance up to which coefficients look: planes (1/sqrt2) in space, layers in time.
 struct Reach {
   int space = 0, time = 0;
 };

@@ -21,8 +21,8 @@ double RadialKernel::slope(double r2) const {
 }
 
 double radial_integral(const RadialKernel& phi) {
-  // Of u^j over the ball: 4 pi R^3 int_0^1 s^2 (1 - s^2)^j ds; the last factor is 1/3 for j = 0, then times
-  // 2 j / (2 j + 3) per step.
+  // The integral of u^j over the ball: 4 pi R^3 int_0^1 s^2 (1 - s^2)^j ds; the last factor is 1/3 for j = 0,
+  // then times 2 j / (2 j + 3) per step.
   double sum = 0;
   double factor = 1.0 / 3;
   for (int j = 0; j < phi.terms; ++j) {

@@ -39,8 +39,8 @@ class KernelSpectrum {
   [[nodiscard]] double space(double k) const;
   [[nodiscard]] double time(double k) const;
 
-  // What summing the kernel over the sites makes of a plane wave (a sum over the dual lattice, but exact and
-  // finite). dimensions: 3 for BCC, 4 for D4*.
+  // The result of summing the kernel over the sites for a plane wave (a sum over the dual lattice, but exact
+  // and finite). dimensions: 3 for BCC, 4 for D4*.
   [[nodiscard]] double symbol(const std::array<double, 4>& xi, int dimensions) const;
 
  private:

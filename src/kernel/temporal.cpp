@@ -26,10 +26,10 @@ double spline_sum(int p, int n, double x) {
   return sum;
 }
 
-// Of the bends at x = |dt| / pitch (kernel.h): the value, its slope and its integral from x to infinity.
+// The part of the bends at x = |dt| / pitch (kernel.h): value, slope and integral from x to infinity.
 enum class Of : uint8_t { value, slope, tail };
 
-// What the outer layers of order 3 and 4 gain, at h from the end of the support.
+// The gain of the outer layers of order 3 and 4, at h from the end of the support.
 double outer_bend(const TemporalKernel& beta, Of what, double h) {
   const auto [first, second] = beta.bend;
   const double h2 = h * h, h3 = h2 * h;
@@ -43,7 +43,7 @@ double outer_bend(const TemporalKernel& beta, Of what, double h) {
   return first * h3 * (1.0 / 3 + h * (-0.5 + 0.2 * h));
 }
 
-// What bend[1] multiplies, at x < 1.
+// The factor of bend[1], at x < 1.
 double middle_bend(int m, Of what, double x) {
   const double y = 1 - 2 * x, z = 1 - y * y;
   const double power = m == 1 ? 1 : z; // z^(m - 1)
@@ -73,7 +73,7 @@ double bend_sum(const TemporalKernel& beta, Of what, double x) {
 // Integral of a centred B-spline of order p from x to infinity.
 double spline_tail(int p, double x) { return x < 0 ? 1 - spline_sum(p, p, -x) : spline_sum(p, p, x); }
 
-// The same of a spline with its bends, which add nothing to the whole.
+// The same for a spline with its bends, which add nothing to the whole.
 double tail(const TemporalKernel& beta, double x) {
   const double bent = bend_sum(beta, Of::tail, std::abs(x));
   return spline_tail(beta.order, x) + (x < 0 ? -bent : bent);

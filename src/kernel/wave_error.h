@@ -44,7 +44,7 @@ struct WaveSample {
   return miss * miss + q * q * w.alias2;
 }
 
-// Of the spatial gradient, in units of (2 pi)^2; the signal is space2.
+// The error of the spatial gradient, in units of (2 pi)^2; the signal is space2.
 [[nodiscard]] inline double wave_gradient_error(const WaveSample& w, double q) {
   const double miss = 1 - q * w.pass;
   return w.space2 * miss * miss + q * q * w.alias_gradient2;
@@ -53,7 +53,7 @@ struct WaveSample {
 // Signal-to-error in dB: -10 log10 of the mean error. Stages empty: no prefilter.
 [[nodiscard]] double snr_db(std::span<const WaveSample> waves, std::span<const PrefilterStage> stages,
                             int dimensions);
-// Of the analytic gradient in space: mean square of the signal's gradient over that of the error.
+// The SNR of the analytic gradient in space: mean square of the signal's gradient over that of the error.
 [[nodiscard]] double gradient_snr_db(std::span<const WaveSample> waves,
                                      std::span<const PrefilterStage> stages, int dimensions);
 // The first with the prefilter that interpolates exactly, Q = 1 / symbol.

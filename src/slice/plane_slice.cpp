@@ -127,8 +127,8 @@ class ThickField {
                ? static_cast<float>(air * thickness_.length)
                : air;
   }
-  // About what a point takes while values() runs: itself and its place, value and hole; order and keys
-  // (point_order.cpp); of thick slices its line and sums.
+  // Returns about what a point takes while values() runs: itself and its place, value and hole; order and
+  // keys (point_order.cpp); of thick slices its line and sums.
   [[nodiscard]] uint64_t bytes_per_point() const { return nodes_.node.empty() ? 68 : 160; }
   void values(std::span<const Vec4> points, std::span<float> out, std::span<uint8_t> holes,
               const Context& context) const {

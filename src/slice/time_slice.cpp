@@ -74,7 +74,7 @@ std::vector<LayerWeight> static_weights(const Lattice4& lattice) {
   return result;
 }
 
-// What one coset's layers add up to.
+// A layer of a coset's sum, with its weight.
 struct Part {
   std::shared_ptr<const BrickLayer> layer;
   float weight;

@@ -204,7 +204,8 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
   const bool last = stage_number == last_stage();
   const StageFinish finish{last ? get(0, m) : nullptr, prune_};
   BrickLayer made = [&] {
-    // About what it will hold, so that the budget is kept while it is made; insert() reserves what it holds.
+    // This is about what it will hold, so that the budget is kept while it is made; insert() reserves what it
+    // holds.
     const Reservation making(context.memory, input.previous.own->bytes(), "coefficients of one layer");
     const auto total = static_cast<double>(work.total), before = static_cast<double>(work.done);
     Progress share(work.progress, std::min(before / total, 1.0), static_cast<double>(next()) / total);

@@ -236,7 +236,7 @@ std::shared_ptr<Brick> stage_brick(const StageBlock& block, const StageBlock& ne
   return out;
 }
 
-// Which bricks of a row along x, in `region`, a stage may leave other than empty: those beside which, or
+// Finds the bricks of a row along x, in `region`, that a stage may leave not empty: those beside which, or
 // where, an input holds one. Mirror images lie no further away.
 class Neighbourhood {
  public:

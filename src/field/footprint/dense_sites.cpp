@@ -40,7 +40,7 @@ void copy_rows(const float* from, int rows, int planes, float* to, size_t row, s
 void copy_part(const float* from, const Run& x, const Run& y, const Run& z, float* to, size_t row,
                size_t plane) {
   const auto copy = [&](const auto& one) { copy_rows(from, y.length, z.length, to, row, plane, one); };
-  // At most a brick's row: no call, whole rows without a loop.
+  // Copies at most a brick's row: no call, whole rows without a loop.
   if (x.length == brick_edge)
     copy([](const float* f, float* t) { std::memcpy(t, f, brick_edge * sizeof(float)); });
   else

@@ -188,7 +188,7 @@ HWY_INLINE size_t FindRuns(const Spans& spans, size_t n, std::array<LaneRun, lan
   return count;
 }
 
-// What is kept from one vector of points to the next.
+// The part of the work space that is kept from one vector of points to the next.
 struct LookUp {
   std::array<PatchSites, 2> patch;
   LanePatches single;

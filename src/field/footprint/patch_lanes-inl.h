@@ -102,7 +102,7 @@ void FillRunOf(const FootprintPlan& plan, const PatchSites& patch, const LayerWe
   }
 }
 
-// The same for a whole vector of points, row by row.
+// Does the same for a whole vector of points, row by row.
 template<int edge, bool timed> struct RunRows {
   const PatchSites& patch;
   const LayerWeights& weights;

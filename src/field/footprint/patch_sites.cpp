@@ -49,7 +49,7 @@ PatchAxis place_axis(const BrickLayer& layer, size_t axis, int first, int count,
   return p;
 }
 
-// What all layers of a patch have in common.
+// The layout that all layers of a patch have in common.
 struct Rows {
   std::array<uint32_t, patch_rows> quarter; // of the bricks that a row lies in: 2 * half of z + half of y
   std::array<uint32_t, patch_rows> begin;   // of the row in its brick

@@ -26,7 +26,7 @@ constexpr double margin = 10; // from the ends, where a wave is not its own mirr
 
 struct Asked {
   const char* kernel;
-  std::array<double, 3> snr; // dB at rho .5, .7, .9
+  std::array<double, 3> snr; // dB at rho 0.5, 0.7, 0.9
 };
 std::ostream& operator<<(std::ostream& out, const Asked& a) { return out << a.kernel; }
 constexpr std::array<double, 3> rhos{0.5, 0.7, 0.9};
@@ -135,7 +135,7 @@ TEST_P(Imported, SlicesBetweenFrames) {
 // layers and cancel on them, which bends mend; see tests/bench/notes/kernels.md.
 struct Pulsing {
   const char* kernel;
-  std::array<double, 3> spread; // dB at most, at rho .5, .7, .9
+  std::array<double, 3> spread; // dB at most, at rho 0.5, 0.7, 0.9
 };
 std::ostream& operator<<(std::ostream& out, const Pulsing& p) { return out << p.kernel; }
 class Phases : public testing::TestWithParam<Pulsing> {};
@@ -178,7 +178,7 @@ TEST(EvaluateAccuracy, PaperMode) {
     EXPECT_NEAR(snr_db(values_of({samples, 0, make_kernel("paper"), 0, cache}, points), truth), stated[r],
                 0.7);
   }
-  // Without division a constant would be 1.037 on one coset and .736 on the other at the instant of a layer.
+  // Without division a constant would be 1.037 on one coset and 0.736 on the other at the instant of a layer.
   const TemporalKernel beta = make_kernel("paper").time;
   double own = 0, other = 0;
   for (int k = -3; k <= 3; ++k)
@@ -186,9 +186,9 @@ TEST(EvaluateAccuracy, PaperMode) {
   EXPECT_NEAR(own / other, 1.0366 / 0.7358, 1e-3);
 }
 
-// Marschner & Lobb on 41^3 samples of CC or 71 % of them on BCC, points in [-.9, .9]^3. CC with the
+// Marschner & Lobb on 41^3 samples of CC or 71 % of them on BCC, points in [-0.9, 0.9]^3. CC with the
 // interpolating tricubic B-spline, measured by the benchmark: 35.8 dB as published, 40.0 limited to the ball
-// of rho .9.
+// of rho 0.9.
 double marschner_lobb_psnr(const char* kernel, const MarschnerLobb& field) {
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {41, 41, 41, 1});
   const auto unit_of = [](const Vec4& p) { return Vec3{p[0] / 20 - 1, p[1] / 20 - 1, p[2] / 20 - 1}; };

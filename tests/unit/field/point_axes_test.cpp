@@ -1,4 +1,4 @@
-// Points of a caller to points of the inner loop, on every instruction set against plain code.
+// Points of a caller to points of the inner loop, on every instruction set against a reference.
 #include "field/point_axes.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ std::vector<Vec4> points_around(const std::array<uint32_t, 4>& dims) {
   return points;
 }
 
-TEST(PointAxes, IsPlainCodeOnEveryTarget) {
+TEST(PointAxes, MatchesTheReferenceOnEveryTarget) {
   for (const std::array<uint32_t, 4>& dims : {std::array<uint32_t, 4>{60, 47, 33, 12}, {60, 47, 33, 1}}) {
     const Lattice4 lattice = Lattice4::fit(dims[3] > 1 ? LatticeKind::d4star : LatticeKind::bcc, dims);
     ASSERT_EQ(lattice.is_static(), dims[3] == 1);

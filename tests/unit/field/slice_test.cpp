@@ -91,7 +91,7 @@ TEST_P(EveryKernel, GradientIsTheDerivative) {
 
 struct Accuracy {
   const char* kernel;
-  std::array<double, 3> snr; // dB at rho .5, .7, .9, less 2 dB for the few waves drawn
+  std::array<double, 3> snr; // dB at rho 0.5, 0.7, 0.9, less 2 dB for the few waves drawn
 };
 
 TEST(Slice, PlaneWavesReachTheKernelsAccuracy) {

@@ -22,7 +22,7 @@ namespace {
 constexpr uint64_t cache = 1ull << 30;
 constexpr int32_t lead = 4;
 
-// A blob that moves by .6 samples a frame, far from the borders.
+// A blob that moves by 0.6 samples a frame, far from the borders.
 double blob(double x, double y, double z, double t) {
   const double dx = x - 8 - 0.6 * t, dy = y - 12 - 0.125 * t, dz = z - 11;
   return std::exp(-(dx * dx + dy * dy + dz * dz) / (2 * 2.2 * 2.2));
@@ -37,7 +37,7 @@ Fitted fitted(const Series& s, int32_t layers, bool length_known = true) {
   return run_fit(o, s);
 }
 
-// Largest error at random points of the stretches [t, t + 1) for t = 0, .5, 1, .. of the series.
+// Largest error at random points of the stretches [t, t + 1) for t = 0, 0.5, 1, .. of the series.
 std::vector<double> worst_by_stretch(const Fitted& f, const Series& s) {
   TestContext context;
   const MemorySamples samples = samples_of(f);
@@ -112,7 +112,7 @@ TEST(FitEnds, AMovingBlobIsAsGoodInTheFirstAndLastFrames) {
 
 TEST(FitEnds, WavesOfTheBandAreAsGoodToAFewDecibels) {
   TestContext context;
-  // SNR at the ends (t = 0 and .5, and from the other end) and inside.
+  // SNR at the ends (t = 0 and 0.5, and from the other end) and inside.
   const auto snr = [&](double rho, int32_t layers) {
     const PlaneWaves field(30, rho, 11);
     const Series s({22, 22, 22, 24}, [&](double x, double y, double z, double t) {

@@ -156,7 +156,7 @@ TEST(CcVolume, PlaneWavesReachTheKernelsAccuracy) {
   const auto lattice = Lattice4::fit(LatticeKind::cc, {40, 40, 40, 40});
   struct Asked {
     const char* kernel;
-    std::array<double, 3> snr; // dB at rho .5, .7, .9
+    std::array<double, 3> snr; // dB at rho 0.5, 0.7, 0.9
   };
   for (const Asked& asked : {Asked{"default", {43, 31.5, 19}}, Asked{"radial20+b4", {53, 37, 21}}}) {
     size_t i = 0;

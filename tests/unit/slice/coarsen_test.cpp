@@ -63,7 +63,7 @@ TEST_P(Coarsen, PassesLongWavesAndStopsShortOnes) {
           [=](double x, double, double) { return std::cos(std::numbers::pi * half_periods / (n - 1) * x); };
     };
     const auto slow = static_cast<int>(n) / 10,
-               fast = static_cast<int>(n) - 4; // of the old Nyquist rate: .1, .9
+               fast = static_cast<int>(n) - 4; // of the old Nyquist rate: 0.1, 0.9
     EXPECT_LT(deviation(coarsen(make({n, n, n}, wave(slow)), context_.get()), wave(slow)), 0.06);
     // What is left of short waves may be anywhere.
     const Slice rest = coarsen(make({n, n, n}, wave(fast)), context_.get());
