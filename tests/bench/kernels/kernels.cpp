@@ -148,7 +148,7 @@ std::vector<Row> measured(int dimensions, bool quick) {
   return rows;
 }
 
-// A constant array as it stands in prefilter_tables.inc.
+// A constant array as prefilter_tables.inc holds it.
 void print_stages(std::ostream& out, const std::string& name, const std::vector<PrefilterStage>& stages) {
   out << "constexpr PrefilterStage " << name << "[] = {\n";
   for (const PrefilterStage& s : stages) {
