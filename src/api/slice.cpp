@@ -65,7 +65,7 @@ Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane, const bccsplat
 // A slice of the paper's extracted points.
 void extract(bccsplat_slice& result, const Coefficients& coefficients, const Hyperplane& h,
              const HypersliceOptions& o, const Affine3& affine, const Context& context) {
-  if (o.thickness.length != 0 || o.interval[0] != 0 || o.interval[1] != 0 || o.spacing != 0 || o.target)
+  if (o.thickness.length != 0 || o.has_interval() || o.spacing != 0 || o.target)
     fail(Code::unsupported, "slice: extracted points take no thickness, interval, spacing or lattice");
   const auto start = std::chrono::steady_clock::now();
   PlaneOptions plane;

@@ -11,15 +11,16 @@
 namespace bccsplat {
 namespace {
 
-void check(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice) {
+constexpr double rounding = 1e-9; // index units: a hyperplane this far beyond an end still touches it
+
+void check_options(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice) {
   if (!(o.thickness.length >= 0 && std::isfinite(o.thickness.length)))
     fail(Code::invalid_argument, "slice: the thickness must be 0 or positive");
   if (!(o.spacing >= 0 && std::isfinite(o.spacing)))
     fail(Code::invalid_argument, "slice: the spacing must be 0 or positive");
-  const bool interval = o.interval[0] != 0 || o.interval[1] != 0;
-  if (interval && !time_slice)
+  if (o.has_interval() && !time_slice)
     fail(Code::unsupported, "slice: an interval belongs to time slices (a = b = c = 0) only");
-  if (interval && o.thickness.length > 0)
+  if (o.has_interval() && o.thickness.length > 0)
     fail(Code::invalid_argument, "slice: interval and thickness exclude each other");
   if (lattice.is_static() && o.thickness.length > 0)
     fail(Code::unsupported, "slice: a static volume has no thickness in time");
@@ -32,31 +33,30 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
   const Lattice4& lattice = coefficients.source().lattice();
   const auto cut = axis_cut(h, lattice.dims);
   const bool is_time = cut && cut->axis == 3;
-  check(options, is_time, lattice);
+  check_options(options, is_time, lattice);
   const double end = cut ? lattice.dims[cut->axis] - 1.0 : 0;
-  const bool inside = cut && cut->position >= -1e-9 && cut->position <= end + 1e-9;
+  const bool inside = cut && cut->position >= -rounding && cut->position <= end + rounding;
   if (is_time && !inside && !lattice.is_static())
     fail(Code::out_of_domain, "time slice: frame ", cut->position, " is outside the series, 0 to ", end);
   const bool own_density = options.spacing == 0 || (is_time && options.spacing == 1);
   const bool own_lattice = own_density && !options.axes &&
                            (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);
-  const bool has_interval = options.interval[0] != 0 || options.interval[1] != 0;
   const bool can_merge = own_lattice && cut && (is_time || can_turn(coefficients, cut->axis));
   const bool misses = cut && !is_time && !inside; // an empty slice, whatever the method
   if (options.method == SliceMethod::merged && !can_merge && !misses)
     fail(Code::unsupported,
          "slice: merged slices are those at t, x, y or z = constant, on the volume's lattice, "
          "of files that store samples");
-  if (has_interval && (!can_merge || options.method == SliceMethod::resampled))
+  if (options.has_interval() && (!can_merge || options.method == SliceMethod::resampled))
     fail(Code::unsupported, "slice: with an interval the slice is merged; use a thickness");
   if (can_merge && !misses && options.method != SliceMethod::resampled) {
     if (is_time) {
       const double half = options.thickness.length / 2;
       Slice slice = thick_time_slice(
           coefficients, lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
-          has_interval ? options.interval : std::array{-half, half}, options.thickness.kind, index_to_world,
-          context);
-      slice.instant = !has_interval && options.thickness.length == 0 && !options.target;
+          options.has_interval() ? options.interval : std::array{-half, half}, options.thickness.kind,
+          index_to_world, context);
+      slice.instant = !options.has_interval() && options.thickness.length == 0 && !options.target;
       return slice;
     }
     Slice slice = axis_slice(coefficients, cut->axis, cut->position, options.thickness, context);

@@ -22,6 +22,8 @@ struct HypersliceOptions {
   double time_length = 1;            // world units that one frame is drawn as
   // Slice space, lying in the hyperplane: resampled on a lattice along its axes.
   std::optional<PlaneAxes> axes;
+
+  [[nodiscard]] bool has_interval() const { return interval[0] != 0 || interval[1] != 0; }
 };
 
 // A hyperplane that misses the domain gives an empty slice; a time slice outside the series throws
