@@ -1,7 +1,8 @@
 #!/bin/bash
-# floors.sh TOP: checks the includes below TOP against the floors of the house and prints each violation.
-# A file includes only its own floor or lower; src/api alone includes the public header; importers and examples know
-# nothing but the public header and their own files; the operating system is called in src/base only.
+# floors.sh TOP: checks the includes below TOP against the floors of the house and prints each that does not hold.
+# A room includes only its own floor or lower ones, and no circle closes among the rooms of one floor; the folders of some
+# rooms are ladders of their own. src/api alone includes the public header; importers and examples know nothing but the
+# public header and their own files; the operating system is called in src/base only.
 set -euo pipefail
 cd "${1:?usage: floors.sh TOP}"
 
@@ -12,27 +13,67 @@ done
 find "${folders[@]}" -type f \
   \( -name '*.h' -o -name '*.c' -o -name '*.cpp' -o -name '*.inc' -o -name '*.inl' \) -print0 |
   sort -z | xargs -0 -r grep -HnE '^[[:space:]]*#[[:space:]]*include[[:space:]]*[<"]' | awk '
+# The rungs of a place from the lowest to the highest; rooms on one rung stand between bars. Paths are written without
+# src/, the house itself is the place "", and a dot means the files directly in a place.
 BEGIN {
-  floor["base"] = 0
-  floor["lattice"] = floor["kernel"] = 1
-  floor["points"] = 2
-  floor["formats"] = 3
-  floor["field"] = 4
-  floor["fit"] = floor["slice"] = floor["splat"] = 5
-  floor["render"] = floor["store"] = 6
-  floor["api"] = 7
+  ladder("", "base < lattice | kernel < points < formats < field < fit | slice | splat < render | store < api")
+  ladder("formats", "bcc4 | image")
+  ladder("formats/bcc4", "coding < .")
+  ladder("field", "footprint < coefficients < .")
+  ladder("splat", "view | raise | points | loop < shade < sheet < plan < tile < . < trail")
+  apart["formats"] = 1 # rooms on one rung of it do not include each other at all
 }
-function wrong(why) { print $0; print "  -> " why; bad = 1 }
+function ladder(place, rungs, levels, rooms, i, j) {
+  order[place] = rungs
+  for (i = split(rungs, levels, / < /); i > 0; i--)
+    for (j = split(levels[i], rooms, / \| /); j > 0; j--) rung[place, rooms[j]] = i
+}
+# The room of `place` that holds `path`; none when it lies elsewhere.
+function room_of(place, path, rest) {
+  if (place != "" && index(path, place "/") != 1) return ""
+  rest = place == "" ? path : substr(path, length(place) + 2)
+  if (!index(rest, "/")) return "."
+  sub(/\/.*/, "", rest)
+  return rest
+}
+function name_of(place, room) {
+  return room == "." ? "a file directly in " place : place == "" ? room : place "/" room
+}
+function wrong(why) { print $0; print "  -> " why; bad++ }
+function check_ladder(place, from, to) {
+  from = room_of(place, path)
+  to = room_of(place, target)
+  if (from == "" || to == "" || from == to) return
+  if (!((place, from) in rung) || !((place, to) in rung))
+    wrong(name_of(place, (place, from) in rung ? to : from) " is on no rung of: " order[place])
+  else if (rung[place, to] > rung[place, from])
+    wrong(name_of(place, from) " is on rung " rung[place, from] ", " name_of(place, to) " on rung " rung[place, to] \
+      " of: " order[place])
+  else if (rung[place, to] == rung[place, from]) {
+    if (place in apart) wrong(name_of(place, from) " and " name_of(place, to) " do not know each other")
+    else beside[place, from, to] = beside[place, from, to] $0 "\n"
+  }
+}
+# Whether includes on one rung lead from a room to another in at most so many steps.
+function leads(place, from, to, steps, e, p) {
+  if ((place, from, to) in beside) return 1
+  if (steps > 1)
+    for (e in beside) {
+      split(e, p, SUBSEP)
+      if (p[1] == place && p[2] == from && leads(place, p[3], to, steps - 1)) return 1
+    }
+  return 0
+}
 {
-  file = $0; sub(/:.*/, "", file)
-  text = $0; sub(/^[^:]*:[0-9]*:[[:space:]]*#[[:space:]]*include[[:space:]]*/, "", text)
-  quoted = substr(text, 1, 1) == "\""
-  target = text; sub(/^[<"]/, "", target); sub(/[>"].*$/, "", target)
-  split(file, f, "/")
-  home = f[1] == "src" ? f[2] : f[1]
-  split(target, t, "/")
-  to = t[1] == "src" ? t[2] : t[1]
-  core = home in floor
+  path = $0; sub(/:.*/, "", path)
+  target = $0; sub(/^[^:]*:[0-9]*:[[:space:]]*#[[:space:]]*include[[:space:]]*/, "", target)
+  quoted = substr(target, 1, 1) == "\""
+  sub(/^[<"]/, "", target); sub(/[>"].*$/, "", target)
+  in_src = sub(/^src\//, "", path)
+  sub(/^src\//, "", target)
+  home = room_of("", path)
+  core = ("", home) in rung
+  ours = ("", room_of("", target)) in rung
   public = target ~ /(^|\/)bccsplat\.h$/
   checked++
 
@@ -40,19 +81,28 @@ function wrong(why) { print $0; print "  -> " why; bad = 1 }
     if (target != "stddef.h" && target != "stdint.h") wrong("the public header includes <stddef.h> and <stdint.h> only")
   } else if (core) {
     if (public && home != "api") wrong("only src/api includes the public header")
-    else if (quoted && !public && !(to in floor)) wrong("write includes from src/ or the top, as \"folder/file.h\"")
-    else if ((to in floor) && index(target, "/") && floor[to] > floor[home])
-      wrong(home " is floor " floor[home] ", " to " is floor " floor[to])
+    else if (quoted && !public && !ours) wrong("write includes from src/ or the top, as \"folder/file.h\"")
+    else if (ours) for (place in order) check_ladder(place)
     else if (target ~ /^(openvdb|nanovdb|CLI|nlohmann|tbb|netcdf|nifti)/) wrong("belongs to importers/, not to the library")
     else if (home != "base" && target ~ /^(unistd\.h|fcntl\.h|dlfcn\.h|pthread\.h|sys\/.*|thread|fstream|filesystem)$/)
       wrong("the operating system is called in src/base only")
     else if (target ~ /^(OpenEXR|Imf|Imath|ImathV|png\.h|libpng)/ && home != "formats") wrong("image files are written in formats/ only")
-  } else if ((to in floor) && index(target, "/")) {
-    wrong(file " is a client: the public header and its own files only")
+  } else if (in_src) {
+    wrong("src/" home " is on no floor of: " order[""])
+  } else if (ours) {
+    wrong(path " is a client: the public header and its own files only")
   }
 }
 END {
   if (!checked) { print "floors: no include found, wrong folder?"; exit 2 }
-  if (!bad) print "floors: " checked " includes hold"
-  exit bad
+  for (e in beside) {
+    split(e, p, SUBSEP)
+    if (!leads(p[1], p[3], p[2], 4)) continue
+    printf "%s  -> %s and %s, both on rung %d of: %s, close a circle\n", beside[e], name_of(p[1], p[2]), name_of(p[1], p[3]),
+      rung[p[1], p[2]], order[p[1]]
+    bad++
+  }
+  if (bad) print "floors: " bad " violations in " checked " includes"
+  else print "floors: " checked " includes hold"
+  exit bad > 0
 }'

@@ -1,48 +1,105 @@
 #!/bin/bash
-# floors_test.sh SCRATCH: floors.sh accepts a small house in order and reports each made-up violation.
+# floors_test.sh SCRATCH: floors.sh accepts a small house in order and reports each made-up violation, saying why.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 scratch=${1:?usage: floors_test.sh SCRATCH}
 
+file() { # PATH INCLUDED...: a file that includes these
+  local path=$scratch/$1
+  mkdir -p "${path%/*}"
+  shift
+  printf '#include %s\n' "$@" >"$path"
+}
+
 house() {
   rm -rf "$scratch"
-  mkdir -p "$scratch"/{src/{base,kernel,points,splat,render,api},formats,include,importers,examples,tests/api}
-  echo '#include <stdint.h>' >"$scratch/include/bccsplat.h"
-  printf '#include <vector>\n#include <thread>\n' >"$scratch/src/base/tasks.h"
-  printf '#include "base/tasks.h"\n#include "kernel/kernel.h"\n' >"$scratch/src/kernel/prefilter.cpp"
-  printf '#include "kernel/kernel.h"\n#include "lattice/lattice.h"\n' >"$scratch/src/points/volume.cpp"
-  printf '#include "points/brick.h"\n#include <png.h>\n' >"$scratch/formats/png.cpp"
-  printf '#include "splat/sheet.h"\n#include <hwy/highway.h>\n' >"$scratch/src/splat/sheet.cpp"
-  printf '#include <bccsplat.h>\n#include "render/frame.h"\n' >"$scratch/src/api/api.cpp"
-  printf '#include <openvdb/openvdb.h>\n#include "bccsplat.h"\n#include "raw.h"\n' >"$scratch/importers/vdb.cpp"
-  echo '#include <bccsplat.h>' >"$scratch/examples/render_frame.c"
+  file include/bccsplat.h '<stdint.h>'
+  file src/base/tasks.h '<vector>' '<thread>'
+  file src/kernel/prefilter.cpp '"base/tasks.h"' '"kernel/kernel.h"'
+  file src/lattice/lattice.cpp '"kernel/kernel.h"'
+  file src/points/volume.cpp '"kernel/kernel.h"' '"lattice/lattice.h"'
+  file formats/image/png.cpp '"points/brick.h"' '<png.h>'
+  file formats/bcc4/reader.cpp '"formats/bcc4/bcc4.h"' '"formats/bcc4/coding/chunk.h"'
+  file formats/bcc4/coding/chunk.cpp '"formats/bcc4/coding/chunk.h"' '"points/runs.h"'
+  file src/field/evaluate.cpp '"field/footprint/footprint.h"' '"field/coefficients/coefficients.h"'
+  file src/field/coefficients/prefilter.cpp '"field/footprint/hole.h"' '"formats/bcc4/bcc4.h"'
+  file src/field/footprint/footprint.cpp '"points/brick.h"'
+  file src/fit/layer.cpp '"field/evaluate.h"'
+  file src/slice/time_slice.cpp '"fit/layer.h"'
+  file src/splat/loop/loops.h '"splat/view/view.h"'
+  file src/splat/raise/raise.cpp '"splat/view/view.h"'
+  file src/splat/view/view.cpp '"splat/points/points.h"'
+  file src/splat/shade/surface.cpp '"splat/loop/loops.h"'
+  file src/splat/sheet/sheet.cpp '"splat/shade/surface.h"' '<hwy/highway.h>'
+  file src/splat/plan/plan.h '"splat/sheet/sheet.h"'
+  file src/splat/tile/tile.cpp '"splat/plan/plan.h"'
+  file src/splat/splat.cpp '"splat/tile/tile.h"' '"slice/time_slice.h"'
+  file src/splat/trail/trail.cpp '"splat/splat.h"'
+  file src/render/frame.cpp '"splat/trail/trail.h"' '"formats/image/png.h"'
+  file src/store/pipeline.cpp '"fit/fit.h"' '"render/image.h"'
+  file src/api/api.cpp '<bccsplat.h>' '"render/frame.h"' '"store/pipeline.h"'
+  file importers/vdb.cpp '<openvdb/openvdb.h>' '"bccsplat.h"' '"raw.h"'
+  file examples/render_frame.c '<bccsplat.h>'
 }
 
 house
 bash "$here/floors.sh" "$scratch"
 
 failures=0
-violation() { # FILE INCLUDE-LINE
+violation() { # FILE INCLUDE-LINE [WHY]: the report names the file, its line and why
   house
+  mkdir -p "$(dirname "$scratch/$1")"
   echo "$2" >>"$scratch/$1"
+  local line
+  line=$1:$(wc -l <"$scratch/$1"):$2
   if out=$(bash "$here/floors.sh" "$scratch"); then
     echo "FAILED: $1 may not say: $2" && failures=$((failures + 1))
-  elif [[ $out != *"$1"* ]]; then
-    echo "FAILED: the report does not name $1: $out" && failures=$((failures + 1))
+  elif [[ $out != *"$line"*"${3:-}"* ]]; then
+    echo "FAILED: the report does not say \"$line ... ${3:-}\": $out" && failures=$((failures + 1))
   fi
 }
-violation src/base/tasks.h '#include "kernel/kernel.h"'
+# From floor to floor.
+violation src/base/tasks.h '#include "kernel/kernel.h"' 'base is on rung 1, kernel on rung 2'
 violation src/kernel/prefilter.cpp '#include "points/brick.h"'
 violation src/kernel/prefilter.cpp '  #  include "src/points/brick.h"'
 violation src/kernel/prefilter.cpp '#include <points/brick.h>'
 violation src/points/volume.cpp '#include "slice/slice.h"'
-violation formats/png.cpp '#include "render/frame.h"'
-violation src/splat/sheet.cpp '#include "render/frame.h"'
-violation src/splat/sheet.cpp '#include "../render/frame.h"'
-violation src/splat/sheet.cpp '#include <bccsplat.h>'
-violation src/splat/sheet.cpp '#include <thread>'
-violation src/splat/sheet.cpp '#include <png.h>'
-violation formats/png.cpp '#include <openvdb/openvdb.h>'
+violation src/points/volume.cpp '#include "formats/bcc4/info.h"' 'points is on rung 3, formats on rung 4'
+violation formats/image/png.cpp '#include "render/frame.h"'
+violation formats/bcc4/reader.cpp '#include "field/evaluate.h"'
+violation src/field/evaluate.cpp '#include "slice/time_slice.h"' 'field is on rung 5, slice on rung 6'
+violation src/splat/sheet/sheet.cpp '#include "render/frame.h"'
+violation src/splat/sheet/sheet.cpp '#include "../render/frame.h"' 'write includes from src/ or the top'
+violation src/store/pipeline.cpp '#include "api/handles.h"' 'store is on rung 7, api on rung 8'
+violation src/render/frame.cpp '#include "api/handles.h"' 'render is on rung 7, api on rung 8'
+violation src/cellar/wine.cpp '#include "base/tasks.h"' 'src/cellar is on no floor'
+# Circles on one floor, of two rooms or more.
+violation src/fit/layer.cpp '#include "slice/time_slice.h"' 'close a circle'
+violation src/fit/layer.cpp '#include "splat/splat.h"' 'close a circle'
+violation src/render/frame.cpp '#include "store/pipeline.h"' 'close a circle'
+violation src/splat/points/points.cpp '#include "splat/raise/raise.h"' 'close a circle'
+violation src/kernel/prefilter.cpp '#include "lattice/lattice.h"' 'close a circle'
+# Ladders inside rooms.
+violation src/splat/loop/loops.h '#include "splat/shade/class_table.h"' 'splat/loop is on rung 1, splat/shade on rung 2'
+violation src/splat/shade/surface.cpp '#include "splat/sheet/sheet.h"'
+violation src/splat/sheet/sheet.cpp '#include "splat/plan/plan.h"'
+violation src/splat/plan/plan.h '#include "splat/tile/tile.h"'
+violation src/splat/plan/plan.h '#include "splat/splat.h"' 'splat/plan is on rung 4, a file directly in splat on rung 6'
+violation src/splat/tile/tile.cpp '#include "splat/trail/trail.h"'
+violation src/splat/splat.cpp '#include "splat/trail/trail.h"'
+violation src/splat/splat.cpp '#include "splat/attic/box.h"' 'splat/attic is on no rung'
+violation src/field/footprint/footprint.cpp '#include "field/coefficients/coefficients.h"'
+violation src/field/footprint/footprint.cpp '#include "field/evaluate.h"'
+violation src/field/coefficients/prefilter.cpp '#include "field/evaluate.h"'
+violation formats/bcc4/coding/chunk.cpp '#include "formats/bcc4/info.h"' \
+  'formats/bcc4/coding is on rung 1, a file directly in formats/bcc4 on rung 2'
+violation formats/bcc4/reader.cpp '#include "formats/image/png.h"' 'do not know each other'
+violation formats/image/png.cpp '#include "formats/bcc4/bcc4.h"' 'do not know each other'
+# The public header, its clients and the libraries of others.
+violation src/splat/sheet/sheet.cpp '#include <bccsplat.h>'
+violation src/splat/sheet/sheet.cpp '#include <thread>'
+violation src/splat/sheet/sheet.cpp '#include <png.h>'
+violation formats/image/png.cpp '#include <openvdb/openvdb.h>'
 violation include/bccsplat.h '#include <stdbool.h>'
 violation include/bccsplat.h '#include <openvdb/openvdb.h>'
 violation importers/vdb.cpp '#include "formats/bcc4.h"'
