@@ -1,6 +1,7 @@
 // What a .bcc4 file says about itself: everything but the samples and their index.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,33 +12,9 @@
 #include "formats/bcc4/layout.h"
 #include "formats/bcc4/part.h"
 #include "lattice/lattice.h"
+#include "points/values.h"
 
 namespace bccsplat {
-
-// How samples are stored: stored integers or bit patterns.
-enum class ValueType : uint8_t { u8 = 1, u16 = 2, f16 = 3, f32 = 4 };
-// Precision of the source.
-enum class SourceType : uint8_t {
-  unknown = 0,
-  u8 = 1,
-  u16 = 2,
-  f16 = 3,
-  f32 = 4,
-  i16 = 5,
-  i32 = 6,
-  f64 = 7,
-  i8 = 8,
-  u32 = 9
-};
-
-[[nodiscard]] constexpr uint32_t value_bytes(ValueType type) {
-  return type == ValueType::u8 ? 1 : type == ValueType::f32 ? 4 : 2;
-}
-
-struct Range {
-  double low = 0, high = 0; // closed
-  bool operator==(const Range&) const = default;
-};
 
 struct Percentile {
   double percent = 0; // in [0, 100]
@@ -53,18 +30,11 @@ struct ResidualInfo {
   bool operator==(const ResidualInfo&) const = default;
 };
 
-struct ChannelInfo {
+struct ChannelInfo : Quantiser {
   std::string name = "value"; // unique in the file, not empty
   std::string quantity;       // what it is, such as "density"; may be empty
   std::string unit;           // of the values; may be empty
-  ValueType type = ValueType::f32;
-  // value = stored * scale + offset. Integers: scale > 0, and |air - offset| <= 2^22 scale, so that samples
-  // relative to air survive as floats. Floats: scale 1; offset = air stores samples relative to air as they
-  // stand in the bricks (f32: always, exact); f16 may have offset 0 to store values themselves (f16 sources:
-  // exact).
-  double scale = 1, offset = 0;
-  float air = 0;       // value of sites that are not kept
-  float threshold = 0; // samples within this of air were dropped
+  float threshold = 0;        // samples within this of air were dropped
   SourceType source_type = SourceType::unknown;
 
   // Known when the source has been seen: set before Bcc4Writer::finish.
@@ -134,6 +104,9 @@ struct VolumeInfo {
   }
   [[nodiscard]] int32_t slabs() const { return (lattice.layers() + slab_layers - 1) / slab_layers; }
   [[nodiscard]] int32_t slab_of(int32_t layer) const { return layer / slab_layers; }
+  [[nodiscard]] int32_t layers_of(int32_t slab) const { // fewer than slab_layers only in the last slab
+    return std::min(slab_layers, lattice.layers() - slab * slab_layers);
+  }
 
   bool operator==(const VolumeInfo&) const = default;
 };

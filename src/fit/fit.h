@@ -19,6 +19,7 @@
 #include "formats/bcc4/info.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
+#include "points/values.h"
 
 namespace bccsplat {
 

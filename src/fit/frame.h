@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/bcc4/info.h"
+#include "points/values.h"
 
 namespace bccsplat {
 

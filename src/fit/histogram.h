@@ -7,8 +7,8 @@
 
 #include "base/bytes.h"
 #include "fit/quantise.h"
-#include "formats/bcc4/info.h"
 #include "points/brick.h"
+#include "points/values.h"
 
 namespace bccsplat {
 

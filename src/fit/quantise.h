@@ -4,16 +4,9 @@
 
 #include <cstdint>
 
-#include "formats/bcc4/info.h"
+#include "points/values.h"
 
 namespace bccsplat {
-
-// value = code * scale + offset; see ChannelInfo for what the float types allow.
-struct Quantiser {
-  ValueType type = ValueType::f32;
-  double scale = 1, offset = 0;
-  float air = 0; // all other floats of the fit are relative to it
-};
 
 // The largest code of an integer type; 0 for the other types.
 [[nodiscard]] constexpr uint32_t largest_code(ValueType type) {

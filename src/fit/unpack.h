@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "formats/bcc4/info.h"
+#include "points/values.h"
 
 namespace bccsplat {
 

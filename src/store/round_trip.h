@@ -17,7 +17,7 @@
 #include "field/coefficients/coefficients.h"
 #include "fit/layer_window.h"
 #include "formats/bcc4/coding/residuals.h"
-#include "formats/bcc4/info.h"
+#include "points/values.h"
 #include "store/held_frame.h"
 
 namespace bccsplat {
