@@ -15,6 +15,7 @@
 
 #include "base/context.h"
 #include "base/files.h"
+#include "formats/bcc4/coding/chunk_entry.h"
 #include "formats/bcc4/coding/residuals.h"
 #include "formats/bcc4/info.h"
 #include "points/brick.h"
@@ -94,21 +95,6 @@ struct Bcc4Limits {
   // Chunks that do not check out read as holes, and so do all that a damaged index page may have listed,
   // instead of failing.
   bool salvage = false;
-};
-
-// Index entry of a chunk.
-struct Bcc4Chunk {
-  int32_t slab = 0;
-  uint32_t slot = 0;                         // (bz * ny + by) * nx + bx, brick dims of coset 0
-  uint64_t offset = 0;                       // of its bytes: values, runs, zeros up to a multiple of 8
-  uint32_t values_bytes = 0, runs_bytes = 0; // stored
-  uint32_t runs_decoded = 0;
-  uint32_t kept = 0, holes = 0;        // sites; holes are kept too
-  uint32_t min_code = 0, max_code = 0; // of the samples, ordered codes
-  uint32_t crc = 0;
-  uint8_t coding = 0, predictor = 0;
-  [[nodiscard]] uint64_t stored() const { return (uint64_t{values_bytes} + runs_bytes + 7) / 8 * 8; }
-  bool operator==(const Bcc4Chunk&) const = default;
 };
 
 struct ChunkData; // a decoded chunk, chunk.h

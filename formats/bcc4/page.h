@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/layout.h"
 
 namespace bccsplat {
@@ -33,6 +34,11 @@ struct PageRef {
   const auto nx = static_cast<uint32_t>(dims[0]), ny = static_cast<uint32_t>(dims[1]);
   return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny),
           static_cast<int32_t>(slot / nx / ny)};
+}
+
+// The chunk of a slab at a brick position.
+[[nodiscard]] inline ChunkShape chunk_shape(const VolumeInfo& info, int32_t slab, const Int3& brick) {
+  return chunk_shape(info.lattice, slab * info.slab_layers, info.layers_of(slab), brick);
 }
 
 [[nodiscard]] std::vector<std::byte> write_page(std::span<const Bcc4Chunk> chunks);

@@ -36,11 +36,8 @@ struct ChannelState {
       !(a.lattice.space == b.lattice.space) || a.lattice.time_step != b.lattice.time_step ||
       a.lattice.lead != b.lattice.lead || a.channels.size() != b.channels.size())
     return false;
-  for (size_t c = 0; c < a.channels.size(); ++c) {
-    const ChannelInfo &x = a.channels[c], &y = b.channels[c];
-    if (x.type != y.type || x.scale != y.scale || x.offset != y.offset || x.air != y.air) return false;
-  }
-  return true;
+  return std::equal(a.channels.begin(), a.channels.end(), b.channels.begin(),
+                    [](const Quantiser& x, const Quantiser& y) { return x == y; });
 }
 
 } // namespace
@@ -215,7 +212,8 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<
     context.tasks.parallel_for(results.size(), [&](uint64_t i) {
       context.progress.check();
       const Int3 brick = slot_brick(dims, slots[first + i]);
-      const ChunkShape shape = chunk_shape(info, slab, static_cast<int32_t>(layers.size()), brick);
+      const ChunkShape shape =
+          chunk_shape(info.lattice, slab * info.slab_layers, static_cast<int32_t>(layers.size()), brick);
       ChunkSites sites = collect(shape, layers, brick, c.coder, results[i].clamped);
       keep_scattered_air(sites, c.coder.codes());
       if (!sites.codes.empty()) results[i].chunk = encode_chunk(sites, c.coder.codes(), options.level);
@@ -294,8 +292,7 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   for (size_t i = 0; i < channels.size(); ++i) {
     const ChannelState& c = channels[i];
     if (c.last_slab < 0) continue;
-    const int32_t left = info.lattice.layers() - c.last_slab * info.slab_layers;
-    if (c.last_slab_layers != std::min(left, info.slab_layers))
+    if (c.last_slab_layers != info.layers_of(c.last_slab))
       fail(Code::wrong_state, "writer: channel ", i, " ends after ", c.last_slab_layers, " layers of slab ",
            c.last_slab, ", the lattice has ", info.lattice.layers(), " layers");
   }
@@ -370,7 +367,7 @@ void Bcc4Writer::copy_slab(int32_t slab, int channel, const Bcc4Reader& from) {
   static_cast<void>(s.copy_chunks(slab, channel, from));
   ChannelState& c = s.channels[static_cast<size_t>(channel)];
   c.last_slab = slab;
-  c.last_slab_layers = std::min(s.info.lattice.layers() - slab * s.info.slab_layers, s.info.slab_layers);
+  c.last_slab_layers = s.info.layers_of(slab);
   s.closed = false;
 }
 

@@ -245,14 +245,12 @@ uint64_t ChunkShape::sites() const {
   return n;
 }
 
-ChunkShape chunk_shape(const VolumeInfo& info, int32_t slab, int32_t layers, const Int3& brick) {
-  const Lattice4& lattice = info.lattice;
+ChunkShape chunk_shape(const Lattice4& lattice, int32_t first_layer, int32_t layers, const Int3& brick) {
   ChunkShape shape;
-  const int32_t first = slab * info.slab_layers;
   shape.layers = layers;
   shape.period = lattice.layer_period();
   shape.still = lattice.is_static();
-  shape.first_coset = lattice.coset(first);
+  shape.first_coset = lattice.coset(first_layer);
   for (int m = 0; m < shape.layers; ++m) {
     const Int3 dims = lattice.space.dims(shape.coset(m));
     Int3 n;

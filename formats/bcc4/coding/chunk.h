@@ -1,14 +1,15 @@
 // One chunk: the sites of a 4D brick as codes, and its two coded parts (bcc4.md, sections 5 to 7).
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/coding/chunk_entry.h"
+#include "lattice/lattice.h"
 #include "points/brick.h"
+#include "points/values.h"
 
 namespace bccsplat {
 
@@ -32,12 +33,9 @@ struct ChunkShape {
   [[nodiscard]] uint64_t sites() const;
 };
 
-// `layers`: how many the slab has.
-[[nodiscard]] ChunkShape chunk_shape(const VolumeInfo& info, int32_t slab, int32_t layers, const Int3& brick);
-[[nodiscard]] inline ChunkShape chunk_shape(const VolumeInfo& info, int32_t slab, const Int3& brick) {
-  return chunk_shape(info, slab, std::min(info.slab_layers, info.lattice.layers() - slab * info.slab_layers),
-                     brick);
-}
+// The chunk at a brick position in the layers first_layer .. first_layer + layers - 1.
+[[nodiscard]] ChunkShape chunk_shape(const Lattice4& lattice, int32_t first_layer, int32_t layers,
+                                     const Int3& brick);
 
 // Kept sites of a chunk. Codes are ordered codes: unsigned integers in the order of the values they stand
 // for.

@@ -8,9 +8,9 @@
 
 namespace bccsplat {
 
-SampleCoder::SampleCoder(const ChannelInfo& channel)
-    : scale_(channel.scale), bias_(channel.offset - static_cast<double>(channel.air)), air_(channel.air) {
-  codes_.type = channel.type;
+SampleCoder::SampleCoder(const Quantiser& q)
+    : scale_(q.scale), bias_(q.offset - static_cast<double>(q.air)), air_(q.air) {
+  codes_.type = q.type;
   uint64_t clamped = 0;
   codes_.air = encode(0, clamped);
 }

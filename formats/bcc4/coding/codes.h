@@ -8,13 +8,13 @@
 #include <cstdint>
 
 #include "formats/bcc4/coding/chunk.h"
-#include "formats/bcc4/info.h"
+#include "points/values.h"
 
 namespace bccsplat {
 
 class SampleCoder {
  public:
-  explicit SampleCoder(const ChannelInfo& channel);
+  explicit SampleCoder(const Quantiser& q);
 
   [[nodiscard]] const ChunkCodes& codes() const { return codes_; }
   // Nearest code, halves upwards for integers; `clamped` counts values outside the type. The value is finite.

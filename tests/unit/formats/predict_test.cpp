@@ -7,6 +7,7 @@
 #include <cstring>
 #include <random>
 
+#include "formats/bcc4/page.h"
 #include "tests/support/targets.h"
 #include "tests/unit/formats/test_data.h"
 
