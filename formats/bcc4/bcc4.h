@@ -27,8 +27,7 @@ struct Bcc4Bytes {
   uint64_t file = 0;
   uint64_t runs = 0;   // which sites are kept, and holes
   uint64_t values = 0; // samples
-  uint64_t index =
-      0; // all the rest: tables, metadata, roots and padding; file = runs + values + index + unused
+  uint64_t index = 0;  // tables, metadata, roots and padding; file = runs + values + index + unused
   uint64_t unused = 0; // referenced by nothing
 };
 
@@ -46,10 +45,10 @@ class Bcc4Reader;
 struct Bcc4WriterOptions {
   int level = 6;            // of deflate, 1 (fast) .. 9 (small); 0: raw chunks, usable from a mapping
   uint64_t data_offset = 0; // where the first chunk may go at the earliest; what lies before stays unused
-  // What has been written, for a writer that comes after a crash; slabs an earlier one left there are not
-  // coded again. The sink must be the earlier one's file (Partial::taken_over).
+  // Records what has been written, for a writer that comes after a crash: slabs that an earlier one recorded
+  // are not coded again. The sink must be the file of the earlier one (Partial::taken_over).
   std::shared_ptr<Bcc4Journal> journal{};
-  uint32_t fingerprint = 0; // of what decides the samples beyond the VolumeInfo
+  uint32_t fingerprint = 0; // of what decides the samples but is not in the VolumeInfo
   // A finished file whose first slabs are those to be written: their chunks are copied.
   std::shared_ptr<const Bcc4Reader> earlier{};
   int32_t earlier_slabs = 0;
@@ -63,19 +62,20 @@ class Bcc4Writer {
   Bcc4Writer(const Bcc4Writer&) = delete;
   Bcc4Writer& operator=(const Bcc4Writer&) = delete;
 
-  // The layers slab * slab_layers .. of one channel, in order: slab_layers of them, fewer only at the end of
-  // the series. Bricks hold values minus air; a hole counts as kept. Slabs of one channel rise; one left out
-  // is air. Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value).
+  // Writes the layers of one slab of one channel, in order: slab_layers of them, fewer only at the end of the
+  // series. Bricks hold values minus air; a hole counts as kept. The slabs of a channel come in rising order;
+  // one left out is air. Integer types round to nearest and clamp. Values must be finite
+  // (Code::nonfinite_value).
   void write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers, const Context& context);
 
-  // The same with the chunks of a file of equal coding, as they stand there.
+  // Writes a slab by copying its chunks, undecoded, from a file of equal coding.
   void copy_slab(int32_t slab, int channel, const Bcc4Reader& from);
 
-  // Corrections of one frame, of any channel and in any order; a frame that gets none has none.
+  // Write the corrections of one frame, in any order of channels and frames; a frame that gets none has none.
   void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
   void copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from);
-  // To be completed before finish: dims[3], last_layer, times, statistics. What decides how samples are coded
-  // is fixed.
+  // The caller completes dims[3], last_layer, times and statistics before finish; what decides how samples
+  // are coded may not change any more.
   [[nodiscard]] VolumeInfo& info();
   // Writes index, metadata and roots and commits the sink.
   Bcc4Report finish(const Context& context);
@@ -85,7 +85,7 @@ class Bcc4Writer {
   std::unique_ptr<State> state_;
 };
 
-// What exceeds them is refused before anything is allocated: Code::limit_exceeded.
+// A file that exceeds one of them is refused before anything is allocated: Code::limit_exceeded.
 struct Bcc4Limits {
   uint64_t metadata_bytes = 64 << 20; // decoded
   uint64_t directory_bytes = 256 << 20;
@@ -99,12 +99,12 @@ struct Bcc4Limits {
 
 struct ChunkData; // a decoded chunk, chunk.h
 
-// A place that does not check out.
+// A place in the file that failed a check.
 struct Bcc4Damage {
   Code code = Code::corrupt;
   std::string message;
   uint64_t offset = 0;
-  int channel = -1;                         // -1: of the whole file
+  int channel = -1;                         // -1: the whole file
   int32_t first_layer = 0, last_layer = -1; // layers that cannot be read; none when last < first
   bool whole_layers = false;                // else only `brick`
   Int3 brick{};
@@ -118,7 +118,7 @@ struct Bcc4VerifyResult {
   std::string survivors; // what is whole, in words; empty without damage
 };
 
-// An open file. Immutable but for its page cache; all calls may run concurrently.
+// An open file. It is immutable but for its page cache; all calls may run concurrently.
 class Bcc4Reader {
  public:
   // Reads the roots, the directory of index pages and the metadata.
@@ -129,29 +129,29 @@ class Bcc4Reader {
   [[nodiscard]] const VolumeInfo& info() const;
   [[nodiscard]] const Bcc4Bytes& bytes() const;
   [[nodiscard]] uint64_t chunk_count() const;
-  // Bytes taken from the source so far.
+  // Bytes read from the source so far.
   [[nodiscard]] uint64_t bytes_read() const;
-  // A root record is damaged: an interrupted append, or harm; verify_all tells.
+  // Whether a root record is damaged, by an interrupted append or otherwise; verify_all tells.
   [[nodiscard]] bool root_damaged() const;
 
-  // The chunks of one slab in `region`, by rising slot. Reads the index pages of the slab when they are not
-  // at hand.
+  // The chunks of one slab in `region`, by rising slot. Reads the index pages of the slab that are not
+  // cached.
   [[nodiscard]] std::vector<Bcc4Chunk> chunks(int channel, int32_t slab, const BrickBox& region = {}) const;
-  // Position in bricks, as for BrickLayer of coset 0.
+  // The position of a slot in bricks, as in a BrickLayer of coset 0.
   [[nodiscard]] Int3 brick_position(uint32_t slot) const;
-  // Smallest and largest sample of a chunk, relative to air, kept sites only.
+  // The smallest and the largest kept sample of a chunk, relative to air.
   [[nodiscard]] Range sample_range(int channel, const Bcc4Chunk& chunk) const;
 
-  // The bytes of a chunk as they stand in the file, padding included; their checksum is right.
+  // The bytes of a chunk as the file holds them, padding included; their checksum has been verified.
   [[nodiscard]] std::vector<std::byte> stored_bytes(const Bcc4Chunk& chunk) const;
   // Decodes chunks of one channel in parallel; neighbours in the file are read together.
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const;
-  // Corrections at the samples of a source frame; empty where there are none. Not cached.
+  // The corrections at the samples of a source frame, empty where there are none. They are not cached.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
-  // The same as they stand in the file, with zeros up to a multiple of 8; their checksum is right.
+  // The same as the file holds them, with zeros up to a multiple of 8; their checksum has been verified.
   [[nodiscard]] std::vector<std::byte> stored_residuals(int channel, uint64_t frame) const;
-  // The brick of one layer of a chunk, 0 .. slab_layers - 1; null: air throughout.
+  // The brick of one layer of a chunk, 0 .. slab_layers - 1; null where all of it is air.
   [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data,
                                                    int layer_of_slab) const;
 
@@ -180,7 +180,7 @@ class Bcc4Samples final : public SampleSource {
   const std::string& coefficient_kernel() const override;
 
   [[nodiscard]] const Bcc4Reader& reader() const;
-  // Chunks decoded so far.
+  // The number of chunks decoded so far.
   [[nodiscard]] uint64_t chunks_decoded() const;
 
  private:

@@ -1,4 +1,5 @@
-// Least recently used values first out, by weight; safe to use from many threads.
+// A cache that drops the least recently used values when their weights exceed its capacity; safe to use from
+// many threads.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,7 @@ template<class Key, class Value> class LruCache {
     return it->second->value;
   }
 
-  // `hold` is released with the entry. A key that is there already stays.
+  // Releases `hold` with the entry. A value that is already there stays.
   template<class Hold>
   void insert(const Key& key, std::shared_ptr<const Value> value, uint64_t weight, Hold hold) {
     const std::scoped_lock lock(mutex_);

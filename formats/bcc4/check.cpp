@@ -1,4 +1,4 @@
-// The rules a VolumeInfo keeps, the same for a caller's and for a file's.
+// Checks the rules that a VolumeInfo keeps, which are the same for a caller's and for a file's.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -11,7 +11,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr int32_t max_planes = 1'000'000'000; // per axis, as Lattice4::fit
+constexpr int32_t max_planes = 1'000'000'000; // per axis, as in Lattice4::fit
 constexpr int32_t max_lead = 254;
 
 [[nodiscard]] bool positive(double v) { return v > 0 && std::isfinite(v); }

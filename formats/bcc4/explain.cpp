@@ -1,4 +1,4 @@
-// Damage of a file in words: what is lost, and what is not.
+// Puts the damage of a file into words: what is lost, and what is not.
 #include <algorithm>
 #include <cmath>
 
@@ -8,8 +8,8 @@
 namespace bccsplat {
 namespace {
 
-// Layers on either side of an instant that the file's own kernel reads; a kernel this version does not know
-// counts as the default one.
+// The number of layers on either side of an instant that the file's own kernel reads; a kernel that this
+// version does not know counts as the default one.
 int reach_of(const VolumeInfo& info) {
   const std::string& name =
       info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel;
@@ -24,12 +24,12 @@ struct Frames {
   int64_t first, last; // closed
 };
 
-// Source frames that a reader of layers first .. last needs.
+// The source frames that depend on the layers first .. last.
 Frames frames_of(const VolumeInfo& info, int32_t first, int32_t last, int reach) {
   const Lattice4& l = info.lattice;
   const int64_t end = int64_t{l.dims[3]} - 1;
   if (l.is_static()) return {0, end};
-  // Strictly within reach: a layer at the end of the kernel has weight 0.
+  // Frames are strictly within reach, as a layer at the end of the kernel has weight 0.
   const auto low = static_cast<int64_t>(std::floor(l.layer_frame(first - reach))) + 1;
   const auto high = static_cast<int64_t>(std::ceil(l.layer_frame(last + reach))) - 1;
   return {std::clamp<int64_t>(low, 0, end), std::clamp<int64_t>(high, 0, end)};

@@ -22,11 +22,11 @@ struct Percentile {
   bool operator==(const Percentile&) const = default;
 };
 
-// Corrections at source samples (residuals.h), which hold for the recommended kernel alone.
+// Corrections at source samples (residuals.h); they are right for the recommended kernel alone.
 struct ResidualInfo {
   double step = 0;              // value of one step; 0: no corrections
   double bound = 0;             // with them, no finite source sample is wrong by more; 0: nothing is promised
-  std::vector<BlockRef> frames; // by source frame, stored 0 where there is none; empty: none at all
+  std::vector<BlockRef> frames; // one per source frame, stored == 0 where there is none; empty: none at all
   bool operator==(const ResidualInfo&) const = default;
 };
 
@@ -37,7 +37,7 @@ struct ChannelInfo : Quantiser {
   float threshold = 0;        // samples within this of air were dropped
   SourceType source_type = SourceType::unknown;
 
-  // Known when the source has been seen: set before Bcc4Writer::finish.
+  // The caller knows these when all of the source has been seen, and sets them before Bcc4Writer::finish.
   Range source_range;                  // of the finite source values
   Range histogram_range;               // of `histogram`; the last bin is closed
   std::vector<uint64_t> histogram;     // 256 bins, or empty
@@ -45,7 +45,7 @@ struct ChannelInfo : Quantiser {
   std::vector<Range> frames;           // of each source frame, dims[3] of them, or empty
   uint64_t cc_relevant = 0;            // source samples further than `threshold` from air
 
-  // Counted by the writer.
+  // The writer counts these.
   uint64_t sites_kept = 0;
   uint64_t holes = 0;     // kept sites that are missing data
   uint64_t clamped = 0;   // samples outside the range of the stored type
@@ -55,7 +55,7 @@ struct ChannelInfo : Quantiser {
   bool operator==(const ChannelInfo&) const = default;
 };
 
-// Times of the source frames.
+// The times of the source frames.
 struct TimeMap {
   bool uniform = true;
   double first = 0, step = 1; // uniform: frame i is at first + i * step
@@ -77,13 +77,13 @@ struct SourceInfo {
 
 // What a writer that continues the series cannot see in the file.
 struct TailInfo {
-  int32_t slabs = 0;             // the first ones, which more frames leave as they are
+  int32_t slabs = 0;             // how many of the first ones more frames leave as they are
   std::vector<uint64_t> clamped; // per channel, samples in them outside the range of the stored type
   bool operator==(const TailInfo&) const = default;
 };
 
 struct VolumeInfo {
-  // Fixed once samples are written, but for dims[3] and last_layer.
+  // Fixed once samples are written, except dims[3] and last_layer.
   Lattice4 lattice;
   double scale = 1, time_scale = 1; // as asked for when the lattice was fitted
   int32_t slab_layers = 8;          // layers per chunk, 1 .. 32
@@ -92,7 +92,7 @@ struct VolumeInfo {
   TimeMap time;
   std::vector<ChannelInfo> channels;
   std::string coefficient_kernel;             // the kernel whose coefficients are stored; empty: samples
-  std::vector<double> coefficient_parameters; // the numbers that define it, should its name ever mean another
+  std::vector<double> coefficient_parameters; // the numbers that define it, as its name may be redefined
   std::string recommended_kernel;             // may be empty
   std::vector<SourceInfo> sources;
   std::vector<std::pair<std::string, std::string>> attributes; // UTF-8, keys unique; order is kept

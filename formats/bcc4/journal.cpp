@@ -1,3 +1,4 @@
+// Writes and reads the journal of an unfinished file (journal.h has its layout).
 #include "formats/bcc4/journal.h"
 
 #include <array>
@@ -72,7 +73,7 @@ void Bcc4Journal::read(std::span<const std::byte> bytes) {
   end_ = head_bytes;
   while (in.remaining() >= 8) {
     const auto size = in.read<uint32_t>(), crc = in.read<uint32_t>();
-    if (size > in.remaining()) return; // cut short
+    if (size > in.remaining()) return; // the record was cut short
     const auto payload = in.take(size);
     if (crc32_of(payload) != crc) return;
     WrittenSlab s = slab_of(payload);

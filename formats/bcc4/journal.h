@@ -1,8 +1,9 @@
-// What a writer under way has finished, beside its file: an interrupted import goes on from there.
+// A record of what an unfinished writer has written, in a file beside its own: an interrupted import goes on
+// from there.
 //
 // The journal is private to one version of the library: "BCC4JRNL", u32 version, u32 fingerprint of what the
 // file is made of; then records: u32 bytes, u32 CRC-32, payload. A record is written when the chunks it lists
-// are safe on disk; the first one that does not check out ends the journal.
+// are safe on disk; the first one that fails its checks ends the journal.
 #pragma once
 
 #include <chrono>
@@ -19,7 +20,7 @@
 
 namespace bccsplat {
 
-// One slab of one channel as it stands in the file; no chunks: all air.
+// One slab of one channel as the file holds it; without chunks all of it is air.
 struct WrittenSlab {
   int32_t slab = 0, channel = 0, layers = 0;
   uint64_t clamped = 0; // samples
@@ -28,30 +29,30 @@ struct WrittenSlab {
 
 class Bcc4Journal {
  public:
-  // Chunk bytes between two commits, or a second: what a crash loses at most, and what waiting for the disk
-  // is spread over.
+  // A commit is due after so many bytes of chunks, or after a second: a crash loses no more than that, and
+  // the cost of waiting for the disk is spread over as much.
   static constexpr uint64_t default_interval = 1u << 18;
-  // `take_over`: with the records of an earlier writer, when there is a journal.
+  // With `take_over` the records of an earlier writer are read, if there is a journal.
   Bcc4Journal(std::string path, bool take_over, uint64_t interval = default_interval);
 
-  // Before anything else: what the file is made of. A journal taken over must be of the same
+  // Says before anything else what the file is made of. A journal that is taken over must agree
   // (Code::wrong_state).
   void start(uint32_t fingerprint);
-  // Of an earlier writer; null: to be written.
+  // The slab as an earlier writer left it; null where it is still to be written.
   [[nodiscard]] const WrittenSlab* find(int32_t slab, int32_t channel) const;
   void add(const WrittenSlab& slab); // written by commit
   [[nodiscard]] bool commit_is_due() const;
-  // The chunks are safe on disk: now their records.
+  // Writes the records of all slabs added; their chunks must be safe on disk.
   void commit();
-  // The file has its name.
+  // Removes the journal; the file has its final name.
   void remove();
 
  private:
   void read(std::span<const std::byte> bytes);
   std::string path_;
   std::unique_ptr<ByteSink> sink_;
-  bool found_ = false;                                         // an earlier writer's
-  uint32_t fingerprint_ = 0;                                   // its
+  bool found_ = false;                                         // there was a journal to take over
+  uint32_t fingerprint_ = 0;                                   // of that journal
   std::map<std::pair<int32_t, int32_t>, WrittenSlab> earlier_; // by slab, channel
   std::vector<std::byte> pending_;
   uint64_t end_ = 0, pending_bytes_ = 0, interval_;

@@ -1,3 +1,4 @@
+// Writes and reads the header, the root records and the blocks of a file.
 #include "formats/bcc4/layout.h"
 
 #include <algorithm>
@@ -9,8 +10,8 @@
 namespace bccsplat {
 namespace {
 
-// Like PNG's: the high bit falls to 7-bit transfers, the line ends to text mode, 0x1a ends DOS listings, the
-// zero ends C strings.
+// A mark like that of PNG: a 7-bit transfer clears the high bit, text mode changes the line ends, 0x1a ends
+// DOS listings and the zero ends C strings.
 constexpr std::array<uint8_t, 12> magic{0x89, 'B', 'C', 'C', '4', 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0xff, 0xfe};
 constexpr std::array<char, 8> root_magic{'B', 'C', 'C', '4', 'R', 'O', 'O', 'T'};
 
@@ -34,7 +35,7 @@ void write_root(ByteWriter& out, const Root& root) {
   out.write_bytes(record.bytes());
 }
 
-// Throws when the record does not check out.
+// Reads a root record; throws when it fails a check.
 [[nodiscard]] Root read_root(std::span<const std::byte> bytes, uint64_t offset) {
   if (crc32_of(bytes.first(root_bytes - 4)) !=
       ByteReader(bytes.subspan(root_bytes - 4), "root").read<uint32_t>())
@@ -101,7 +102,7 @@ void check_block_ref(const BlockRef& ref, std::string_view what, uint64_t file_b
     fail(Code::corrupt, what, ": ", ref.stored, " bytes at offset ", ref.offset,
          " do not lie in the file of ", file_bytes, " bytes");
   if (ref.coding > 1) fail(Code::corrupt, what, " at offset ", ref.offset, ": unknown coding ", ref.coding);
-  // Deflate makes at most 1032 bytes of one.
+  // Deflate makes at most 1032 bytes out of one.
   if (ref.coding == 0 ? ref.stored != ref.decoded
                       : ref.stored >= ref.decoded || uint64_t{ref.stored} * 1032 < ref.decoded)
     fail(Code::corrupt, what, " at offset ", ref.offset, ": ", ref.stored, " bytes cannot stand for ",

@@ -1,4 +1,4 @@
-// Fixed records at the head of a .bcc4 file, and blocks (bcc4.md, sections 2 to 4).
+// The fixed records at the head of a .bcc4 file, and blocks (bcc4.md, sections 2 to 4).
 #pragma once
 
 #include <array>
@@ -40,7 +40,8 @@ struct Root {
 
 void write_block_ref(ByteWriter& out, const BlockRef& ref);
 [[nodiscard]] BlockRef read_block_ref(ByteReader& in);
-// Where it may lie, and that its sizes agree. `what` for error texts, `file_bytes` of the root.
+// Checks that a block lies where it may and that its sizes agree. `what` names it in error texts,
+// `file_bytes` is that of the root.
 void check_block_ref(const BlockRef& ref, std::string_view what, uint64_t file_bytes);
 
 struct PackedBlock {
@@ -48,11 +49,11 @@ struct PackedBlock {
   std::vector<std::byte> bytes; // ref.padded() of them
 };
 [[nodiscard]] PackedBlock pack_block(std::span<const std::byte> decoded);
-// `bytes`: ref.padded() of them. Checks checksum, padding and size.
+// Decodes a block after checking its checksum, padding and size. `bytes` are ref.padded() of them.
 [[nodiscard]] std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::byte> bytes,
                                                   std::string_view what);
 
-// The whole preamble; lowest_reader: the version that a reader of the file needs.
+// Returns the whole preamble. lowest_reader is the version that a reader of the file needs.
 [[nodiscard]] std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots,
                                                     uint16_t lowest_reader = 1);
 
@@ -62,7 +63,8 @@ struct Preamble {
   bool root_damaged = false; // the other one is neither valid nor unused
   std::string problem;       // of the first root that is not valid
 };
-// `bytes`: the preamble, or all of a shorter file. Throws not_bcc4, unsupported_version, corrupt, truncated.
+// Reads the preamble from its bytes, or from all bytes of a shorter file. Throws not_bcc4,
+// unsupported_version, corrupt, truncated.
 [[nodiscard]] Preamble read_preamble(std::span<const std::byte> bytes, std::string_view file);
 
 } // namespace bccsplat

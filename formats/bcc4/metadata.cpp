@@ -1,3 +1,4 @@
+// Writes a VolumeInfo as records and reads it back, with a check of every count before anything is allocated.
 #include "formats/bcc4/metadata.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 namespace bccsplat {
 namespace {
 
-// Record types rise in a file; channel repeats. Readers skip unknown ones from `optional_record` on.
+// Record types rise in a file, and only channel repeats. Readers skip unknown ones from `optional_record` on.
 enum RecordType : uint16_t {
   lattice = 1,
   world = 2,
@@ -48,7 +49,7 @@ void write_range(ByteWriter& out, const Range& r) {
 }
 [[nodiscard]] std::string read_text(ByteReader& in) { return in.read_string(in.remaining()); }
 
-// A count that the bytes left can hold, `each` bytes at least for one.
+// Reads a count of elements of at least `each` bytes; fails when the bytes left cannot hold so many.
 [[nodiscard]] size_t read_count(ByteReader& in, uint64_t each) {
   const auto count = in.read<uint32_t>();
   if (count > in.remaining() / each)
@@ -140,7 +141,7 @@ void write_channel(ByteWriter& out, const ChannelInfo& c) {
   out.write(static_cast<uint32_t>(c.frames.size()));
   for (const Range& r : c.frames) write_range(out, r);
 }
-// The air code is returned: it can be checked once the rest is known to be sound.
+// Returns the code of air, which can be checked once the rest is known to be sound.
 [[nodiscard]] uint32_t read_channel(ByteReader& in, ChannelInfo& c) {
   c.type = static_cast<ValueType>(in.read<uint8_t>());
   c.source_type = static_cast<SourceType>(in.read<uint8_t>());

@@ -11,21 +11,21 @@
 
 namespace bccsplat {
 
-// Rules that hold from the first sample on; breaking one fails with `code`: invalid_argument for a caller's
-// info, corrupt for a file's.
+// Checks the rules that hold from the first sample on; a broken one fails with `code`: invalid_argument for a
+// caller's info, corrupt for a file's.
 void check_fixed(const VolumeInfo& info, Code code);
-// Rules of the rest: times, ranges, texts. Implies check_fixed.
+// Checks these and the rules for the rest: times, ranges, texts.
 void check_info(const VolumeInfo& info, Code code);
-// Mends what must not spoil a finished file: ranges of nothing become 0 .. 0, bytes that are no UTF-8 the
-// replacement character, and of attributes with one key the last stays.
+// Mends what must not spoil a finished file: ranges of nothing become 0 .. 0, bytes that are no UTF-8 become
+// the replacement character, and of attributes with one key only the last stays.
 void tidy(VolumeInfo& info);
 
 [[nodiscard]] std::vector<std::byte> write_metadata(const VolumeInfo& info);
-// Checked, and within `limits`.
+// Reads an info, checks it, and refuses what exceeds `limits`. `offset` of the block is for error texts.
 [[nodiscard]] VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset,
                                        const Bcc4Limits& limits);
 
-// The lowest version of the format that knows all of it.
+// The lowest version of the format that knows all that the info says.
 [[nodiscard]] inline uint16_t lowest_reader(const VolumeInfo& info) { return info.lattice.lead > 0 ? 2 : 1; }
 
 [[nodiscard]] bool is_utf8(std::string_view text); // without zero bytes

@@ -1,3 +1,4 @@
+// Writes and reads index pages, column by column, and their directory; every entry that is read is checked.
 #include "formats/bcc4/page.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 namespace bccsplat {
 namespace {
 
-// Columns of a page. A reader skips columns it does not know from 128 on, and must refuse others.
+// The columns of a page. A reader skips columns from 128 on that it does not know, and must refuse others.
 struct Column {
   uint8_t id, width;
 };
@@ -105,8 +106,8 @@ void set_column(Bcc4Chunk& c, uint8_t id, uint64_t value) {
   }
 }
 
-// What an entry of the column is stored as a difference to: the entry before; for offsets, where that one
-// ends.
+// Entries of some columns are stored as differences: slabs and slots to those of the entry before, offsets to
+// where that one ends.
 [[nodiscard]] uint64_t column_base(const Bcc4Chunk& before, uint8_t id) {
   if (id == 1 || id == 2) return get_column(before, id);
   return id == 5 ? before.offset + before.stored() : 0;

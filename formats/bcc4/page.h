@@ -1,4 +1,4 @@
-// Index pages and their directory (bcc4.md, section 4).
+// The pages of the index and their directory (bcc4.md, section 4).
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,14 @@
 
 namespace bccsplat {
 
-inline constexpr uint32_t page_entries = 4096;      // as written
-inline constexpr uint32_t max_page_entries = 65536; // as read
+inline constexpr uint32_t page_entries = 4096;      // of a page as this library writes it
+inline constexpr uint32_t max_page_entries = 65536; // of a page that a reader accepts
 inline constexpr uint64_t page_ref_bytes = 64;
-// Decoded bytes of the largest page: the known columns and as many bytes again for columns of later versions.
+// The decoded bytes of the largest page: the known columns, and about as many bytes again for columns of
+// later versions.
 inline constexpr uint64_t max_page_bytes = uint64_t{max_page_entries} * 128;
 
-// A page: entries of one channel with rising (slab, slot).
+// A page of the index: entries of one channel with rising (slab, slot).
 struct PageRef {
   uint32_t channel = 0;
   int32_t first_slab = 0, last_slab = 0;
@@ -27,7 +28,7 @@ struct PageRef {
   uint32_t min_code = 0, max_code = 0; // of all its chunks
 };
 
-// Brick columns along x, y, z of a layer: those of coset 0.
+// The number of bricks along x, y, z of a layer of coset 0.
 [[nodiscard]] Int3 slot_dims(const Lattice4& lattice);
 [[nodiscard]] uint64_t slot_count(const Lattice4& lattice);
 [[nodiscard]] inline Int3 slot_brick(const Int3& dims, uint32_t slot) {
@@ -42,14 +43,14 @@ struct PageRef {
 }
 
 [[nodiscard]] std::vector<std::byte> write_page(std::span<const Bcc4Chunk> chunks);
-// Everything but its block.
+// Describes a page but for its block, which is not written yet.
 [[nodiscard]] PageRef describe_page(uint32_t channel, std::span<const Bcc4Chunk> chunks);
-// Checks every entry against the lattice, the channel and the directory.
+// Reads a page and checks every entry against the lattice, the channel and the directory.
 [[nodiscard]] std::vector<Bcc4Chunk> read_page(std::span<const std::byte> decoded, const PageRef& ref,
                                                const VolumeInfo& info, uint64_t file_bytes);
 
 [[nodiscard]] std::vector<std::byte> write_directory(std::span<const PageRef> pages);
-// Pages rise by (channel, slab, slot).
+// Reads the directory; its pages rise by (channel, slab, slot).
 [[nodiscard]] std::vector<PageRef> read_directory(std::span<const std::byte> decoded, const VolumeInfo& info,
                                                   const Root& root, uint64_t offset);
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t write_record_bytes = 16;
 
-// The first thing in which two series differ; empty: none that has a name.
+// Names the first thing in which two series differ; empty when none has a name.
 std::string difference(const VolumeInfo& a, const VolumeInfo& b) {
   if (a.lattice.dims != b.lattice.dims) return "the numbers of samples or frames differ";
   if (a.lattice != b.lattice || a.slab_layers != b.slab_layers) return "the lattices differ";

@@ -13,11 +13,12 @@
 
 namespace bccsplat {
 
-// One thing a writer put into its file: the chunks of a slab, or the corrections of a frame. Sorted by
-// (trigger, channel, slab, frame) those of all parts stand as one writer of the whole series puts them.
+// One thing that a writer put into its file: the chunks of a slab, or the corrections of a frame. Sorted by
+// (trigger, channel, slab, frame), those of all parts have the order in which one writer of the whole series
+// writes them.
 struct PartWrite {
   static constexpr int64_t chunks = -1;
-  uint32_t trigger = 0; // frame with which it was complete; the number of frames: at the end
+  uint32_t trigger = 0; // the frame with which it was complete; the number of frames: at the end
   uint32_t channel = 0;
   int32_t slab = 0;       // the slab itself, or the one that completed what the corrections depend on
   int64_t frame = chunks; // of the corrections
@@ -26,25 +27,25 @@ struct PartWrite {
 
 struct PartInfo {
   uint32_t first = 0, end = 0; // source frames
-  uint32_t series = 0;         // the same for all parts of a series: checksum of what decides its samples
+  uint32_t series = 0;         // checksum of what decides the samples, the same for all parts of a series
   std::vector<PartWrite> writes;
-  // Of the frames and slabs, to be summed: private to one version of the library.
+  // What is summed over frames and slabs; private to one version of the library.
   std::vector<std::byte> statistics;
   bool operator==(const PartInfo&) const = default;
 };
 
 void write_part(ByteWriter& out, const PartInfo& part);
-// frames, channels: of the series. Throws corrupt, truncated.
+// `frames` and `channels` are those of the series. Throws corrupt, truncated.
 [[nodiscard]] PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels);
 
 class Bcc4Reader;
 
-// Parts by rising frames. Throws invalid_argument unless they are all of one series and hold each of its
-// frames once; `names` for the text.
+// Sorts parts by their frames. Throws invalid_argument unless all are of one series and hold each of its
+// frames once; `names` are for the text.
 [[nodiscard]] std::vector<std::shared_ptr<const Bcc4Reader>>
 order_parts(std::vector<std::shared_ptr<const Bcc4Reader>> parts, std::span<const std::string> names);
 
-// The writes of all parts, in order: which part, and what.
+// One of the writes of all parts, which joined_writes returns in order.
 struct JoinedWrite {
   PartWrite write;
   size_t part = 0;

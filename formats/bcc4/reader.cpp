@@ -1,3 +1,5 @@
+// Opens a file, finds the chunks of a slab in its index, reads and decodes them; when salvaging, what is
+// damaged becomes holes.
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -13,9 +15,9 @@
 namespace bccsplat {
 namespace {
 
-constexpr uint64_t group_bytes = 256 << 10; // read and decoded by one task
-constexpr uint64_t group_gap = 4 << 10;     // unwanted bytes read rather than asked around
-constexpr size_t most_lost = 1 << 20;       // chunks of one damaged page
+constexpr uint64_t group_bytes = 256 << 10; // of chunks that one task reads and decodes
+constexpr uint64_t group_gap = 4 << 10;     // unwanted bytes between two chunks that are read along
+constexpr size_t most_lost = 1 << 20;       // chunks that one damaged page may have listed
 
 } // namespace
 
@@ -120,7 +122,7 @@ ChunkData Bcc4Reader::State::decode_or_lose(int channel, const Bcc4Chunk& chunk,
   try {
     if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(channel, chunk, stored, scratch);
   } catch (const Error&) {
-    // Lost.
+    // The chunk is lost.
   }
   return lost_chunk(channel, chunk);
 }

@@ -1,4 +1,4 @@
-// What an open file holds; shared by reading and verifying.
+// What an open file holds; reading and verifying share it.
 #pragma once
 
 #include <atomic>
@@ -19,6 +19,8 @@ namespace bccsplat {
 using Page = std::vector<Bcc4Chunk>;
 
 struct Bcc4Reader::State {
+  struct Verification; // verify.cpp
+
   State(std::unique_ptr<ByteSource> s, const Bcc4Limits& l)
       : source(std::move(s)), limits(l), cached(l.cached_pages) {}
 
@@ -35,16 +37,16 @@ struct Bcc4Reader::State {
   mutable std::atomic<uint64_t> bytes_read{0};
 
   void open();
-  // Counted.
+  // Reads from the source and counts the bytes.
   void read(uint64_t offset, std::span<std::byte> out) const;
-  // False for bytes that cannot be read, when salvaging.
+  // The same; when salvaging, returns false for bytes that cannot be read instead of throwing.
   [[nodiscard]] bool read_or_lose(uint64_t offset, std::span<std::byte> out) const;
   [[nodiscard]] std::vector<std::byte> read_block(const BlockRef& ref, std::string_view what) const;
   [[nodiscard]] std::shared_ptr<const Page> load_page(size_t index) const; // not cached
   [[nodiscard]] std::shared_ptr<const Page> page(size_t index) const;
-  // The chunks a damaged page may have listed, kept 0: lost.
+  // The chunks that a damaged page may have listed; a chunk that is lost has kept == 0.
   [[nodiscard]] Page lost_page(const PageRef& ref) const;
-  // A chunk whose sites are all holes.
+  // A chunk whose sites are all holes, for one that is lost.
   [[nodiscard]] ChunkData lost_chunk(int channel, const Bcc4Chunk& chunk) const;
   [[nodiscard]] ChunkData decode_or_lose(int channel, const Bcc4Chunk& chunk,
                                          std::span<const std::byte> stored, ChunkScratch& scratch) const;
@@ -52,7 +54,7 @@ struct Bcc4Reader::State {
                                  ChunkScratch& scratch) const;
 };
 
-// Chunks that are read together: indices into a list, in the order of the file.
+// Chunks that are read together, as indices into a list, in the order of the file.
 struct ChunkGroup {
   uint64_t offset = 0, bytes = 0;
   std::vector<size_t> members;

@@ -9,7 +9,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr size_t batch_chunks = 256; // decoded at once, or fewer where the budget is short
+constexpr size_t batch_chunks = 256; // decoded at once; fewer where the budget is short
 
 using ChunkKey = std::tuple<int, int32_t, uint32_t>; // channel, slab, slot
 
@@ -21,7 +21,7 @@ struct Bcc4Samples::Cache {
   LruCache<ChunkKey, ChunkData> chunks;
   std::atomic<uint64_t> decoded{0};
 
-  // Makes room in the budget by dropping what is oldest; without room the chunk is not kept.
+  // Keeps a chunk, dropping the oldest ones to make room in the budget; without room it is not kept.
   void keep(const ChunkKey& key, std::shared_ptr<const ChunkData> data) {
     const uint64_t bytes = data->bytes();
     while (budget.limit() - budget.used() < bytes && chunks.drop_oldest()) {
@@ -55,7 +55,8 @@ BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& r
   const int m = layer % info.slab_layers;
   BrickLayer out(info.lattice.space, info.lattice.coset(layer));
   const std::vector<Bcc4Chunk> wanted = reader_->chunks(channel, slab, region);
-  // Beyond the cache there is one layer and a batch of chunks: few of them where the budget is short.
+  // One layer and a batch of chunks are in memory beyond the cache, so that a batch is small where the budget
+  // is short.
   const uint64_t chunk_bytes = static_cast<uint64_t>(info.slab_layers) * sizeof(Brick);
   const uint64_t room = cache_->budget.limit() - cache_->budget.used();
   const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
@@ -83,7 +84,7 @@ BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& r
       cache_->keep({channel, slab, missing[i].slot}, decoded[i]);
       data[missing_at[i]] = std::move(decoded[i]);
     }
-    // Different bricks: each task sets its own slot.
+    // Each task sets the slot of its own brick.
     context.tasks.parallel_for(batch.size(), [&](uint64_t i) { place(batch[i], *data[i]); });
   }
   return out;

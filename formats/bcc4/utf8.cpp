@@ -3,7 +3,8 @@
 namespace bccsplat {
 namespace {
 
-// Bytes of the well-formed sequence at the start of `s`, 0 if there is none (Unicode 15, table 3-7).
+// The number of bytes of the well-formed sequence at the start of `s`, 0 if there is none (Unicode 15, table
+// 3-7).
 [[nodiscard]] size_t sequence(std::string_view s) {
   const auto at = [&](size_t i) { return i < s.size() ? static_cast<unsigned char>(s[i]) : 0u; };
   const auto tail = [&](size_t i, unsigned low = 0x80, unsigned high = 0xbf) {

@@ -1,3 +1,5 @@
+// Writes a file in one pass: chunks slab by slab, each page of the index when it is full, and at the end
+// directory, metadata and roots. Slabs of an earlier writer or file are taken over without coding them again.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,7 +18,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr size_t batch_chunks = 256;     // encoded together; bounds the memory of a slab
+constexpr size_t batch_chunks = 256;     // encoded together, which bounds the memory of a slab
 constexpr size_t write_bytes = 1u << 20; // handed to the sink together
 
 struct ChannelState {
@@ -30,7 +32,7 @@ struct ChannelState {
   std::vector<BlockRef> residuals; // by frame
 };
 
-// What may not change once samples are written.
+// Whether two infos agree in what may not change once samples are written.
 [[nodiscard]] bool same_coding(const VolumeInfo& a, const VolumeInfo& b) {
   if (a.slab_layers != b.slab_layers || a.lattice.kind != b.lattice.kind ||
       !(a.lattice.space == b.lattice.space) || a.lattice.time_step != b.lattice.time_step ||
@@ -54,7 +56,7 @@ struct Bcc4Writer::State {
 
   std::unique_ptr<ByteSink> sink;
   Bcc4WriterOptions options;
-  VolumeInfo info, fixed; // fixed: as the first samples found it
+  VolumeInfo info, fixed; // fixed: as it was when the first samples came
   std::vector<ChannelState> channels;
   uint64_t position = 0; // where the next bytes go, those in `buffer` included
   std::vector<std::byte> buffer;
@@ -103,7 +105,7 @@ struct Bcc4Writer::State {
     }
   }
 
-  // Whether it is the next one may be.
+  // Fails unless the slab may be the next one of its channel.
   void check_slab(int32_t slab, int channel) const {
     const auto bad = [&](const auto&... why) {
       fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", channel, ": ", why...);
@@ -133,7 +135,7 @@ struct Bcc4Writer::State {
                           const Context& context);
   [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, int channel, int32_t layers);
   WrittenSlab copy_chunks(int32_t slab, int channel, const Bcc4Reader& from);
-  void enter(uint32_t channel, const Bcc4Chunk& entry);
+  void enter_chunk(uint32_t channel, const Bcc4Chunk& entry);
   void commit_journal(const WrittenSlab& written);
   [[nodiscard]] BlockRef& residuals_of(int channel, uint32_t frame);
   [[nodiscard]] Bcc4Report finish(const Context& context);
@@ -146,9 +148,9 @@ namespace {
   return b[0] < n[0] && b[1] < n[1] && b[2] < n[2] ? layer.brick(b[0], b[1], b[2]) : nullptr;
 }
 
-// Sites of one chunk; no codes where all of it is air.
-[[nodiscard]] ChunkSites collect(const ChunkShape& shape, std::span<const BrickLayer> layers,
-                                 const Int3& position, const SampleCoder& coder, uint64_t& clamped) {
+// Collects the sites of one chunk; there are no codes where all of it is air.
+[[nodiscard]] ChunkSites collect_sites(const ChunkShape& shape, std::span<const BrickLayer> layers,
+                                       const Int3& position, const SampleCoder& coder, uint64_t& clamped) {
   ChunkSites sites;
   sites.shape = shape;
   sites.kept.assign(layers.size(), BrickMask{});
@@ -183,8 +185,8 @@ namespace {
 
 } // namespace
 
-// A chunk whose bytes are in their place.
-void Bcc4Writer::State::enter(uint32_t channel, const Bcc4Chunk& entry) {
+// Lists a chunk whose bytes are in their place.
+void Bcc4Writer::State::enter_chunk(uint32_t channel, const Bcc4Chunk& entry) {
   ChannelState& c = channels[channel];
   c.kept += entry.kept, c.holes += entry.holes;
   c.min_code = std::min(c.min_code, entry.min_code), c.max_code = std::max(c.max_code, entry.max_code);
@@ -214,7 +216,7 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<
       const Int3 brick = slot_brick(dims, slots[first + i]);
       const ChunkShape shape =
           chunk_shape(info.lattice, slab * info.slab_layers, static_cast<int32_t>(layers.size()), brick);
-      ChunkSites sites = collect(shape, layers, brick, c.coder, results[i].clamped);
+      ChunkSites sites = collect_sites(shape, layers, brick, c.coder, results[i].clamped);
       keep_scattered_air(sites, c.coder.codes());
       if (!sites.codes.empty()) results[i].chunk = encode_chunk(sites, c.coder.codes(), options.level);
     });
@@ -226,14 +228,14 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<
       entry.slot = slots[first + i];
       entry.offset = position;
       append(results[i].chunk->bytes);
-      enter(static_cast<uint32_t>(channel), entry);
+      enter_chunk(static_cast<uint32_t>(channel), entry);
       written.chunks.push_back(entry);
     }
   }
   return written;
 }
 
-// From an earlier writer, whose chunks stand where they would go, or from an earlier file.
+// Takes a slab over from an earlier writer, whose chunks are where they would go, or from an earlier file.
 std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, int channel, int32_t layers) {
   if (options.journal) {
     const WrittenSlab* found = options.journal->find(slab, channel);
@@ -245,7 +247,7 @@ std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, int chann
           fail(Code::wrong_state, "writer: the unfinished file has slab ", slab, " at offset ", entry.offset,
                " instead of ", position, "; start anew without resuming");
         position += entry.stored();
-        enter(static_cast<uint32_t>(channel), entry);
+        enter_chunk(static_cast<uint32_t>(channel), entry);
       }
       return *found;
     }
@@ -260,7 +262,7 @@ WrittenSlab Bcc4Writer::State::copy_chunks(int32_t slab, int channel, const Bcc4
     const std::vector<std::byte> bytes = from.stored_bytes(entry);
     entry.offset = position;
     append(bytes);
-    enter(static_cast<uint32_t>(channel), entry);
+    enter_chunk(static_cast<uint32_t>(channel), entry);
   }
   return written;
 }
@@ -322,7 +324,7 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   root.index_bytes = position - unused - runs_bytes - values_bytes;
   flush();
   sink->flush();
-  // Both roots tell the same, so that damage to one is survived.
+  // Both roots say the same, so that the file survives damage to one of them.
   std::array<Root, 2> roots{root, root};
   roots[0].sequence = 1, roots[1].sequence = 2;
   sink->write_at(0, write_preamble(roots, lowest_reader(info)));

@@ -1,3 +1,4 @@
+// Writes pictures and deep pictures with OpenEXR, through a sink that only a finished file leaves behind.
 #include "formats/image/exr.h"
 
 #include "base/error.h"
@@ -29,7 +30,7 @@ Imath::M44f matrix(const std::array<double, 16>& rows) {
   return m;
 }
 
-// OpenEXR's stream on top of a sink.
+// A stream for OpenEXR on top of a sink.
 class SinkStream : public Imf::OStream {
  public:
   SinkStream(ByteSink& sink, const char* name) : Imf::OStream(name), sink_(sink) {}
@@ -61,7 +62,8 @@ Imf::Header make_header(int width, int height, const ExrOptions& options) {
   return header;
 }
 
-// `write` fills the stream and closes its file, whose destructor writes the table of lines.
+// Writes a file: `write` fills the stream and closes OpenEXR's file, whose destructor writes the table of
+// lines.
 template<class Write>
 void write_file(const std::string& path, const ExrOptions& options, const Write& write) {
   const auto sink = create_file_sink(path, options.overwrite);
@@ -86,7 +88,7 @@ void write_exr(const std::string& path, int width, int height, std::span<const E
     Imf::FrameBuffer frame;
     for (const ExrChannel& c : channels) {
       header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
-      // OpenEXR only reads through this pointer.
+      // OpenEXR does not write through this pointer.
       auto* pixels = reinterpret_cast<char*>(const_cast<float*>(c.pixels));
       frame.insert(c.name, Imf::Slice(Imf::FLOAT, pixels, c.pixel_floats * sizeof(float),
                                       c.row_floats * sizeof(float)));
@@ -106,7 +108,7 @@ void write_deep_exr(const std::string& path, int width, int height, std::span<co
     header.setType(Imf::DEEPSCANLINE);
     Imf::addDeepImageState(header, Imf::DIS_TIDY);
     for (const char* name : names) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-    // One row at a time through tables of a row: a step of 0 bytes from row to row.
+    // One row is written at a time, from tables of one row: the step from row to row is 0 bytes.
     const auto columns = static_cast<size_t>(width);
     std::vector<uint32_t> counts(columns);
     std::array<std::vector<const float*>, names.size()> row;

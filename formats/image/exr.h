@@ -1,4 +1,4 @@
-// OpenEXR output: scanlines, 32-bit float, ZIP; deep scanlines ZIPS.
+// Writes OpenEXR files: scan lines of 32-bit floats with ZIP compression, deep ones with ZIPS.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct ExrChannel {
 struct ExrView {
   std::array<double, 16> world_to_camera{}; // camera space: x right, y up, z forward (left-handed)
   std::array<double, 16> world_to_ndc{};    // (0, 0) the upper left, (1, 1) the lower right corner
-  double screen_width = 1;                  // of the picture at distance 1; 1 where it is no perspective
+  double screen_width = 1;                  // of the picture at distance 1; 1 without perspective
 };
 
 struct ExrOptions {
@@ -41,8 +41,8 @@ struct ExrOptions {
 void write_exr(const std::string& path, int width, int height, std::span<const ExrChannel> channels,
                const ExrOptions& options);
 
-// Samples of pixel p = y width + x: first[p] .. first[p + 1] - 1, six floats each: Z, ZBack, A, R, G, B, in
-// order of depth and not overlapping ("tidy"). Throws as write_exr.
+// Pixel p = y width + x has the samples first[p] .. first[p + 1] - 1 of six floats each: Z, ZBack, A, R, G,
+// B, in order of depth and not overlapping ("tidy"). Throws what write_exr throws.
 void write_deep_exr(const std::string& path, int width, int height, std::span<const uint64_t> first,
                     std::span<const float> samples, const ExrOptions& options);
 

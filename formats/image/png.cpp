@@ -1,3 +1,4 @@
+// Writes pictures with libpng, whose errors are long jumps and become exceptions here.
 #include "formats/image/png.h"
 
 #include <cmath>
@@ -30,7 +31,7 @@ namespace {
 struct Writer {
   ByteSink* sink;
   uint64_t position = 0;
-  std::exception_ptr error; // libpng is C: what a callback threw is kept until the frames of C are left
+  std::exception_ptr error; // what a callback threw, kept until the frames of libpng, which is C, are left
   std::string message;
 };
 
@@ -51,7 +52,7 @@ void on_error(png_structp png, png_const_charp message) {
 }
 void on_warning(png_structp, png_const_charp) {}
 
-// Everything between setjmp and the calls that may jump: no object with a destructor lives here.
+// Makes all calls that may jump back to setjmp: no object with a destructor lives here.
 bool write_rows(png_structp png, png_infop info, int width, int height, int channels,
                 const unsigned char* pixels) {
   if (setjmp(png_jmpbuf(png))) return false;

@@ -1,5 +1,5 @@
-// Seeds for bcc4_file_fuzz out of .bcc4 files: make_seeds FOLDER FILE... Blocks of the index are stored raw,
-// so that mutations reach their fields.
+// make_seeds FOLDER FILE...: seeds of bcc4_file_fuzz from .bcc4 files, to be packed by seeds.sh. Blocks of
+// the index are stored raw, so that mutations reach their fields.
 #include <gtest/gtest.h> // for the helpers
 
 #include <cstdio>
@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
       edit.raw_blocks = true;
       bytes = test::rebuild(bytes, edit);
     } catch (const Error&) {
-      // A bad file is a seed as it stands.
+      // A bad file is a seed as it is.
     }
     if (bytes.size() < preamble_bytes) continue;
     const std::vector<uint8_t> seed = fuzz::unsealed(bytes);

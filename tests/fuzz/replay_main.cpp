@@ -1,5 +1,5 @@
-// Runs a fuzz target on files, or on all files of folders: what libFuzzer found stays found, with any
-// compiler.
+// Runs a fuzz target on files, or on all files of folders, so that what libFuzzer found stays found with any
+// compiler. Prints the number of inputs; fails without any.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>

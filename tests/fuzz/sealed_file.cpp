@@ -27,14 +27,14 @@ template<class T> void put(std::span<std::byte> bytes, size_t at, T v) {
   std::memcpy(bytes.data() + at, &v, sizeof v);
 }
 
-// The part of a file, or nothing when it does not lie in it.
+// A part of a file, or nothing when it does not lie in the file.
 std::span<std::byte> part(File& file, uint64_t offset, uint64_t bytes) {
   if (offset < preamble_bytes || offset > file.size() || bytes > file.size() - offset) return {};
   return std::span(file).subspan(offset, bytes);
 }
 
-// The chunks of a raw page as written: no columns but the known ones. Column bytes stand one plane after the
-// other.
+// Seals the chunks of a raw page as it is written, with no columns but the known ones: the bytes of a column
+// come plane by plane.
 void seal_page(File& file, std::span<std::byte> page) {
   if (page.size() < 8) return;
   const auto n = get<uint32_t>(page, 0), k = get<uint32_t>(page, 4);
@@ -65,7 +65,7 @@ void seal_page(File& file, std::span<std::byte> page) {
   }
 }
 
-// Sets the checksum of the block whose reference stands at `ref`; raw blocks are sealed inside first.
+// Sets the checksum of the block whose reference is at `ref`; raw blocks are sealed inside first.
 template<class Inside> void seal_block(File& file, std::span<std::byte> ref, const Inside& inside) {
   const uint64_t stored = get<uint32_t>(ref, 8);
   const auto bytes = part(file, get<uint64_t>(ref, 0), (stored + 7) / 8 * 8);

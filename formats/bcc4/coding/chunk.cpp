@@ -1,3 +1,5 @@
+// Codes one chunk: run lists of its kept sites and holes, and its codes by the predictor that promises the
+// fewest bits; and decodes it again.
 #include "formats/bcc4/coding/chunk.h"
 
 #include <algorithm>
@@ -20,8 +22,15 @@ namespace {
 
 constexpr uint8_t raw = 0, deflated = 1;
 
+// Weights with chains are chosen where they save more than 1/32. Without chains decoding takes 0.7 to 0.8 of
+// the time; files grow by 1 to 2 %, and by 3 to 9 % where values are coarse (tests/bench/notes/storage.md).
+constexpr uint64_t least_saved_by_chains = 32;
+// Chunks of fewer codes than that are also tried as one stream; larger ones only from exhaustive_level on.
+constexpr size_t few_codes = 1024;
+
 [[nodiscard]] int count_bits(const BrickMask& mask) {
-  // Sums of growing groups of bits, in vectors: not every target has an instruction for it.
+  // Adds up growing groups of bits, which the compiler does in vectors: not every target counts bits in
+  // hardware.
   unsigned n = 0;
   for (const uint16_t row : mask) {
     unsigned v = row;
@@ -59,7 +68,7 @@ template<class Body> void for_rows(const ChunkShape& shape, Body&& body) {
   return out.release();
 }
 
-// The masks of all layers, from the rows inside the domain in coding order.
+// Reads the masks of all layers from the rows inside the domain, in coding order.
 void read_masks(const ChunkShape& shape, RunDecoder& runs, std::vector<BrickMask>& masks) {
   masks.assign(static_cast<size_t>(shape.layers), BrickMask{});
   for (size_t m = 0; m < masks.size(); ++m) {
@@ -94,7 +103,7 @@ void read_runs(ChunkData& data, const Bcc4Chunk& parts, std::span<const std::byt
   in.expect_end();
 }
 
-// All lowest bytes, then all second bytes, ...
+// Writes all lowest bytes, then all second bytes, and so on.
 void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t bytes) {
   std::vector<std::byte> plane(values.size());
   for (uint32_t b = 0; b < bytes; ++b) {
@@ -109,8 +118,8 @@ void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t by
   return {low, high};
 }
 
-// Bits the byte planes need at their own frequencies, times 256.
-[[nodiscard]] uint64_t estimate(std::span<const uint32_t> residuals, uint32_t bytes) {
+// The bits that the byte planes need at their own frequencies, times 256.
+[[nodiscard]] uint64_t estimate_bits(std::span<const uint32_t> residuals, uint32_t bytes) {
   uint64_t cost = 0;
   for (uint32_t b = 0; b < bytes; ++b) {
     std::array<uint32_t, 256> count{};
@@ -144,14 +153,14 @@ struct CodedValues {
     write_planes(planes, residuals, codes.bytes());
     return planes.release();
   };
-  // The predictor of the lowest estimate is coded; unpredicted codes as well, for values that repeat.
+  // The predictor of the lowest estimate is coded. Unpredicted codes are coded as well, as values may repeat.
   Predictor choice = Predictor::none;
   std::vector<uint32_t> residuals = sites.codes;
   std::vector<int16_t> weights;
-  uint64_t lowest = estimate(residuals, codes.bytes());
+  uint64_t lowest = estimate_bits(residuals, codes.bytes());
   const auto try_predictor = [&](Predictor predictor, std::vector<int16_t> w, uint64_t handicap) {
     std::vector<uint32_t> r = predict(sites, codes, predictor, w);
-    const uint64_t cost = estimate(r, codes.bytes()) + w.size() * 16 * 256;
+    const uint64_t cost = estimate_bits(r, codes.bytes()) + w.size() * 16 * 256;
     if (cost + handicap >= lowest) return;
     lowest = cost;
     choice = predictor;
@@ -161,25 +170,25 @@ struct CodedValues {
   for (uint8_t id = 1; id < predictor_count; ++id)
     if (const auto predictor = static_cast<Predictor>(id); predictor != Predictor::fitted)
       try_predictor(predictor, {}, 0);
-  // Rows without chains decode side by side: chains must be worth it, but at the level that is for size only.
+  // Rows without chains decode side by side, so that chains must save something, but at level 9, where only
+  // size counts.
   FittedWeights fitted = fit_weights(sites, codes);
   if (level < 9) try_predictor(Predictor::fitted, std::move(fitted.unchained), 0);
-  try_predictor(Predictor::fitted, std::move(fitted.chained), level < 9 ? lowest / 32 : 0);
+  try_predictor(Predictor::fitted, std::move(fitted.chained), level < 9 ? lowest / least_saved_by_chains : 0);
   const std::vector<std::byte> planes = planes_of(weights, residuals);
-  // One stream for all planes is smaller only where tables outweigh what they save.
-  constexpr size_t few = 1024;
-  if (codes.bytes() == 1 || sites.codes.size() < few || level >= 7)
+  // One stream for all planes is smaller only where the tables of separate ones outweigh what they save.
+  if (codes.bytes() == 1 || sites.codes.size() < few_codes || level >= exhaustive_level)
     keep_smaller(choice, deflate_bytes(planes, level, DeflateKind::noise));
   std::vector<size_t> ends;
   for (size_t b = 1; b <= codes.bytes(); ++b)
     ends.push_back(weights.size() * sizeof(int16_t) + b * sites.codes.size());
   if (ends.size() > 1) keep_smaller(choice, deflate_parts(planes, ends, level));
-  if (level >= 7)
+  if (level >= exhaustive_level)
     keep_smaller(Predictor::none, deflate_bytes(planes_of({}, sites.codes), level, DeflateKind::text));
   return best;
 }
 
-// The part itself, or its deflated form in `room`, with `slack` bytes more on both sides.
+// Returns a part that is stored raw, or inflates it into `room`, which has `slack` bytes more on both sides.
 [[nodiscard]] std::span<const std::byte> open_part(std::span<const std::byte> part, uint8_t coding,
                                                    size_t decoded, Inflater& inflater,
                                                    std::vector<std::byte>& room, std::string_view what,
@@ -267,7 +276,10 @@ uint32_t ChunkSites::holes() const {
 }
 
 void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes) {
-  constexpr uint64_t least_gaps = 16, most_share = 8; // an eighth of the sites
+  // A gap costs 9.7 bits and a sample 5.4 (tests/bench/notes/storage.md), so that gaps of up to 1.25 sites in
+  // the mean are filled. Fewer than 16 gaps do not matter; where more than 1/8 of the sites are air it is not
+  // scattered.
+  constexpr uint64_t least_gaps = 16, most_share = 8;
   const uint64_t all = sites.shape.sites(), missing = all - sites.codes.size();
   if (codes.bytes() > 1 || !sites.hole.empty() || missing < least_gaps || missing > all / most_share) return;
   uint64_t gaps = 0;
@@ -304,7 +316,7 @@ EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int 
   entry.runs_decoded = static_cast<uint32_t>(runs.size());
   uint8_t runs_coding = raw;
   if (level > 0) {
-    // Runs of objects repeat from row to row; single sites left out here and there do not.
+    // Runs of an object repeat from row to row; single sites that are left out here and there do not.
     std::vector<std::byte> stream = deflate_bytes(runs, level, DeflateKind::text);
     std::vector<std::byte> other = deflate_bytes(runs, level, DeflateKind::noise);
     if (other.size() < stream.size()) stream = std::move(other);

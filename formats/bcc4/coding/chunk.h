@@ -19,16 +19,16 @@ inline constexpr int32_t max_slab_layers = 32;
 struct ChunkShape {
   int layers = 0;
   int period = 1;     // layers between layers of one coset
-  bool still = false; // a static lattice: layers of one coset do not follow each other
+  bool still = false; // of a static lattice, where layers of one coset do not follow each other in time
   int first_coset = 0;
-  std::array<Int3, max_slab_layers>
-      box{}; // sites per axis, 0 .. 16; all zero where the coset has no such brick
+  // Sites per axis, 0 .. 16; all zero where the coset has no such brick.
+  std::array<Int3, max_slab_layers> box{};
 
   [[nodiscard]] int coset(int layer) const { return period == 2 ? (first_coset + layer) & 1 : 0; }
   [[nodiscard]] bool empty(int layer) const { return box[static_cast<size_t>(layer)][0] == 0; }
-  // The layer before, of the same coset.
+  // Whether a layer of the same coset comes before.
   [[nodiscard]] bool has_previous(int layer) const { return !still && layer >= period; }
-  // The layer before, of the other coset.
+  // Whether the layer before exists and is of the other coset.
   [[nodiscard]] bool has_cross(int layer) const { return period == 2 && layer >= 1 && !empty(layer - 1); }
   [[nodiscard]] uint64_t sites() const;
 };
@@ -37,8 +37,7 @@ struct ChunkShape {
 [[nodiscard]] ChunkShape chunk_shape(const Lattice4& lattice, int32_t first_layer, int32_t layers,
                                      const Int3& brick);
 
-// Kept sites of a chunk. Codes are ordered codes: unsigned integers in the order of the values they stand
-// for.
+// The kept sites of a chunk. Codes are ordered codes: unsigned integers in the order of their values.
 struct ChunkSites {
   ChunkShape shape;
   std::vector<BrickMask> kept; // one per layer
@@ -50,15 +49,15 @@ struct ChunkSites {
 // How samples of one channel become codes.
 struct ChunkCodes {
   ValueType type = ValueType::f32;
-  uint32_t air = 0; // what absent sites count as when neighbours are predicted
+  uint32_t air = 0; // sites that are not kept count as this code when neighbours are predicted
   [[nodiscard]] uint32_t bytes() const { return value_bytes(type); }
   [[nodiscard]] uint32_t mask() const {
     return type == ValueType::f32 ? UINT32_MAX : (1u << (8 * bytes())) - 1;
   }
 };
 
-// Keeps all sites of a chunk of single bytes in which air is scattered: a field through air, whose values
-// pass the air's now and then. Gaps between runs cost more there than samples do.
+// Keeps all sites of a chunk of single bytes in which air is scattered: in a field whose values pass through
+// that of air now and then, the gaps between runs cost more than samples.
 void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes);
 
 struct EncodedChunk {
@@ -66,7 +65,7 @@ struct EncodedChunk {
   std::vector<std::byte> bytes; // entry.stored() of them
 };
 
-// level: see Bcc4WriterOptions.
+// `level` is that of Bcc4WriterOptions.
 [[nodiscard]] EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level);
 
 // A decoded chunk as it is cached: codes in as many bytes as their type has.
@@ -81,7 +80,7 @@ struct ChunkData {
   }
 };
 struct ChunkScratch; // scratch.h
-// `bytes` as stored, padding included. The entry keeps the rules of its page (page.h).
+// Decodes the stored bytes of a chunk, padding included. The entry keeps the rules of its page (page.h).
 [[nodiscard]] ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
                                      std::span<const std::byte> bytes, ChunkScratch& scratch);
 // A chunk whose sites are all holes.

@@ -1,4 +1,4 @@
-// Samples of one channel as codes and back (bcc4.md, section 6).
+// Turns samples of one channel into codes and back (bcc4.md, section 6).
 //
 // Samples are relative to air. Ordered codes are unsigned integers that rise with the value: stored integers
 // as they are, the bit patterns of floats with the sign folded in.
@@ -17,15 +17,16 @@ class SampleCoder {
   explicit SampleCoder(const Quantiser& q);
 
   [[nodiscard]] const ChunkCodes& codes() const { return codes_; }
-  // Nearest code, halves upwards for integers; `clamped` counts values outside the type. The value is finite.
+  // The nearest code, halves upwards for integers, of a finite value; `clamped` counts values outside the
+  // type.
   [[nodiscard]] uint32_t encode(float relative, uint64_t& clamped) const;
   [[nodiscard]] float decode(uint32_t code) const;
-  // Of integers: relative = stored * scale + bias.
+  // For integers, relative = stored * scale + bias.
   [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] double bias() const { return bias_; }
-  // In the units of the channel, not relative to air.
+  // The value in the units of the channel, not relative to air.
   [[nodiscard]] double value(uint32_t code) const { return static_cast<double>(decode(code)) + air_; }
-  // Codes of finite values.
+  // The lowest and the highest code of a finite value.
   [[nodiscard]] uint32_t lowest() const;
   [[nodiscard]] uint32_t highest() const { return codes_.mask() - lowest(); }
 
@@ -34,7 +35,7 @@ class SampleCoder {
   double scale_, bias_, air_;
 };
 
-// Bit pattern of an ordered code and back.
+// The bit pattern of an ordered code and the reverse.
 [[nodiscard]] inline uint32_t pattern_of(uint32_t code, const ChunkCodes& codes) {
   if (codes.type == ValueType::u8 || codes.type == ValueType::u16) return code;
   const uint32_t sign = codes.mask() / 2 + 1;

@@ -7,8 +7,8 @@
 namespace bccsplat {
 namespace {
 
-// RFC 1951, 3.2.5: the symbol of a match's length, 3 .. 258, counted from that of length 3, and its extra
-// bits.
+// The symbol of the length of a match, 3 .. 258, counted from that of length 3, and its extra bits (RFC 1951,
+// 3.2.5).
 struct LengthSymbol {
   size_t symbol;
   uint32_t extra;
@@ -43,7 +43,7 @@ uint64_t huffman_bits_256(std::span<const uint32_t> counts) {
     all += n;
     if (n > 1) bits += n * log2_256(n);
   }
-  // A symbol that is half of all has one bit; what is left has one more each.
+  // A symbol that makes up half of all has one bit; each of the others has one bit more.
   uint64_t decided = 0;
   for (uint32_t last = UINT32_MAX; all > 0;) {
     uint32_t largest = 0;

@@ -1,5 +1,5 @@
-// What bytes will take before they are coded: a fraction of a coder's time. In integers, so that choices do
-// not hang on a machine's libm.
+// Estimates how many bits a coder will need, in a fraction of its time. All in integers, so that choices do
+// not depend on the libm of a machine.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,14 @@ namespace bccsplat {
 // About 256 log2(n), n at least 1.
 [[nodiscard]] uint64_t log2_256(uint64_t n);
 
-// Bits of symbols that occur so often at their own frequencies, times 256.
+// The entropy of symbols that occur `counts` times each, in bits times 256.
 [[nodiscard]] uint64_t entropy_bits_256(std::span<const uint32_t> counts);
-// The same with a Huffman code, in which no symbol has less than one bit: near what the best one takes,
-// without its table.
+// The same for a Huffman code, in which no symbol has less than one bit: close to the best one, without its
+// table.
 [[nodiscard]] uint64_t huffman_bits_256(std::span<const uint32_t> counts);
 
-// Of bytes as deflate codes them, tables left out: each by itself, and with runs of one byte as matches
-// (zlib's Z_HUFFMAN_ONLY and Z_RLE).
+// The bits of bytes as deflate codes them, without tables: each byte by itself, and with runs of one byte as
+// matches (Z_HUFFMAN_ONLY and Z_RLE of zlib).
 struct DeflateBits {
   uint64_t alone_256 = 0, with_runs_256 = 0;
 };

@@ -1,4 +1,5 @@
-// Weights of predictor 5, by least squares (bcc4.md, section 7).
+// Fits the weights of predictor 5 to a chunk by least squares (bcc4.md, section 7): sums products of
+// neighbours over a sample of the sites, class by class, and solves the normal equations.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -13,17 +14,21 @@
 namespace bccsplat {
 namespace {
 
-// Normal equations of one class.
+// Sites that are looked at, more or less: a larger sample did not make chunks smaller.
+constexpr uint32_t sample_sites = 6144;
+// This share of the diagonal is added to it, so that weights which the sample does not determine shrink to 0.
+constexpr double ridge = 1e-4;
+
+// The normal equations of one class.
 struct Fit {
   size_t rows = 0;
   std::array<std::array<double, max_taps>, max_taps> a{};
   std::array<double, max_taps> b{};
 };
 
-// Solves by Cholesky with a ridge that shrinks weights the sample does not determine. Returns weights in
-// 1/4096.
+// Solves the equations by Cholesky's method. Returns weights in units of 1/4096.
 [[nodiscard]] Weights solve(Fit& fit, size_t n) {
-  for (size_t i = 0; i < n; ++i) fit.a[i][i] += 1e-4 * fit.a[i][i] + 1;
+  for (size_t i = 0; i < n; ++i) fit.a[i][i] += ridge * fit.a[i][i] + 1;
   for (size_t j = 0; j < n; ++j) {
     for (size_t k = 0; k < j; ++k) fit.a[j][j] -= fit.a[j][k] * fit.a[j][k];
     fit.a[j][j] = std::sqrt(std::max(fit.a[j][j], 1e-300));
@@ -52,13 +57,13 @@ struct Fit {
   return q;
 }
 
-// The ridge leaves a weight of 0.
+// Clears what is known about the site at x - 1, so that the ridge makes its weight 0.
 void leave_out_west(Fit& fit, size_t n) {
   for (size_t i = 0; i < n; ++i) fit.a[0][i] = fit.a[i][0] = 0;
   fit.b[0] = 0;
 }
 
-// Sites of one class and their neighbours, summed up when there are some.
+// Collects sites of one class with their neighbours and sums their products up, 64 sites at a time.
 class Samples {
  public:
   template<class D> void add(const std::array<const D*, max_taps>& taps, size_t n, int x, D value) {
@@ -92,13 +97,12 @@ class Samples {
 };
 
 template<class D> FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
-  constexpr uint32_t sample = 6144; // sites; more did not make chunks smaller
-  const auto every = std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample);
+  const auto every = std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample_sites);
   const auto samples = std::make_unique<std::array<Samples, classes>>();
   const uint32_t* code = sites.codes.data();
   uint32_t index = 0;
   CellRing<D> ring;
-  walk<D>(sites.shape, sites.kept, ring, [&](const Row<D>& row) {
+  walk_rows<D>(sites.shape, sites.kept, ring, [&](const Row<D>& row) {
     unsigned bits = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
     std::array<const D*, max_taps> taps;
     const size_t n = gather_taps(row, taps);
@@ -106,7 +110,7 @@ template<class D> FittedWeights fit_weights_of(const ChunkSites& sites, const Ch
     for (; bits; bits &= bits - 1, ++code, ++index) {
       const int x = std::countr_zero(bits);
       const D value = static_cast<D>(*code) - static_cast<D>(codes.air);
-      // A scattered choice: a regular one would meet the same columns in every row.
+      // The choice is scattered, as a regular one would meet the same columns in every row.
       if ((index * 2654435761u >> 16) % every == 0) chosen.add(taps, n, x, value);
       row.own[x] = value;
     }

@@ -12,7 +12,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Four rows of the sums at a time stay in registers.
+// Four rows of the sums at a time are kept in registers.
 void AddSamples(NormalEquations& equations, std::span<const double> samples, size_t n) {
   constexpr size_t columns = NormalEquations::columns;
   const hn::CappedTag<double, columns> d;

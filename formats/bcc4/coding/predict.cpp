@@ -59,7 +59,7 @@ namespace {
       fitted = fitted.subspan(n);
       int sum = 0;
       for (const int16_t v : w) sum += std::abs(int{v});
-      // Keeps 32-bit sums from overflowing.
+      // This rule keeps 32-bit sums from overflowing.
       if (sum > INT16_MAX)
         fail(Code::corrupt, "chunk: prediction weights sum to ", sum, ", more than ", INT16_MAX);
     }
@@ -67,7 +67,7 @@ namespace {
   return all;
 }
 
-template<class Stored> void join(const std::byte* planes, size_t count, std::byte* packed) {
+template<class Stored> void join_bytes(const std::byte* planes, size_t count, std::byte* packed) {
   for (size_t i = 0; i < count; ++i) {
     Stored v = 0;
     for (size_t b = 0; b < sizeof v; ++b)
@@ -81,9 +81,9 @@ void join_planes(std::span<const std::byte> planes, uint32_t bytes, std::byte* p
   if (bytes == 1)
     std::copy(planes.begin(), planes.end(), packed);
   else if (bytes == 2)
-    join<uint16_t>(planes.data(), count, packed);
+    join_bytes<uint16_t>(planes.data(), count, packed);
   else
-    join<uint32_t>(planes.data(), count, packed);
+    join_bytes<uint32_t>(planes.data(), count, packed);
 }
 
 } // namespace

@@ -20,27 +20,27 @@ enum class Predictor : uint8_t {
 };
 inline constexpr uint8_t predictor_count = 6;
 
-// Folded differences to the prediction, one per kept site; predictor none: the codes.
+// Returns the folded differences to the predictions, one per kept site, or the codes for Predictor::none.
 // `weights` are those of Predictor::fitted, else empty.
 [[nodiscard]] std::vector<uint32_t> predict(const ChunkSites& sites, const ChunkCodes& codes,
                                             Predictor predictor, std::span<const int16_t> weights);
-// The reverse. `planes` are the residuals as byte planes, all lowest bytes first; `packed` gets the codes, of
-// codes.bytes() bytes each. unpredict_slack bytes before and behind the planes are read, and as many behind
-// the codes written. `ring`: room to work in, from any call before or empty.
+// Does the reverse. `planes` are the residuals as byte planes, all lowest bytes first; `packed` receives the
+// codes, of codes.bytes() bytes each. unpredict_slack bytes before and behind the planes are read, and as
+// many behind the codes are written. `ring` is room to work in, empty or from any earlier call.
 inline constexpr size_t unpredict_slack = 64;
 void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                Predictor predictor, std::span<const int16_t> weights, std::span<const std::byte> planes,
                std::byte* packed, CellRing<int32_t>& ring);
 
-// Number of weights a chunk of this shape holds for Predictor::fitted.
+// The number of weights that a chunk of this shape holds for Predictor::fitted.
 [[nodiscard]] size_t fitted_weights(const ChunkShape& shape);
-// Least squares on a sample of the sites. Without chains, layers that have a layer before of the other coset
-// leave the site at x - 1 out: sites of a row then do not depend on each other and are decoded side by side,
-// for about a per cent of size, and up to a tenth where values are coarse.
+// Weights by least squares on a sample of the sites. Unchained ones leave out the site at x - 1 in layers
+// that come after a layer of the other coset: the sites of a row then do not depend on each other and are
+// decoded side by side, at the price of about one per cent of size, and of a tenth where values are coarse.
 struct FittedWeights {
   std::vector<int16_t> chained, unchained;
 };
-// Weights of the other predictors, and of a class that has too few sites to fit any.
+// The weights of the other predictors, and of a class that has too few sites to fit any.
 [[nodiscard]] Weights constant_weights(Predictor predictor, int c);
 [[nodiscard]] FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes);
 

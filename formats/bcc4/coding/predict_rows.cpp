@@ -9,8 +9,8 @@
 #include "formats/bcc4/coding/predict_rows.h"
 #include "formats/bcc4/coding/predict_taps-inl.h"
 
-// Exact integers: every target computes the same. D is int32_t for codes of up to 16 bits, whose sums fit it
-// by the rule for weights, else int64_t.
+// All of it is exact in integers, so that every target computes the same. D is int32_t for codes of up to 16
+// bits, whose sums fit it by the rule for weights, else int64_t.
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
@@ -27,7 +27,7 @@ void Predict(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeight
   const uint32_t mask = codes.mask();
   const D air = static_cast<D>(codes.air), low = -air, high = static_cast<D>(mask) - air;
   CellRing<D> ring;
-  walk<D>(sites.shape, sites.kept, ring, [&](const Row<D>& row) HWY_ATTR {
+  walk_rows<D>(sites.shape, sites.kept, ring, [&](const Row<D>& row) HWY_ATTR {
     const unsigned kept = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
     for (unsigned bits = kept; bits; bits &= bits - 1)
       row.own[std::countr_zero(bits)] = static_cast<D>(*code++) - air;

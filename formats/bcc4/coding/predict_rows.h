@@ -1,4 +1,4 @@
-// Prediction with given weights, row by row; compiled once for each instruction set.
+// Prediction with given weights, row by row, in loops that are compiled once for each instruction set.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace bccsplat {
 
-// `residuals`: one per kept site.
+// Writes one residual per kept site.
 void predict_rows(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeights& weights,
                   uint32_t* residuals);
-// See unpredict.
+// Does the reverse; the arguments are those of unpredict.
 void unpredict_rows(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                     const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
                     CellRing<int32_t>& ring);

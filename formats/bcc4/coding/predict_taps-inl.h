@@ -1,4 +1,4 @@
-// The weighted neighbours of a row of sites, for the target being compiled: included once per target.
+// The weighted neighbours of a row of sites. This file is included once per target.
 #if defined(BCCSPLAT_PREDICT_TAPS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef BCCSPLAT_PREDICT_TAPS_INL_H
 #undef BCCSPLAT_PREDICT_TAPS_INL_H
@@ -35,7 +35,7 @@ struct Taps {
     }
   };
   List own, cross, previous;
-  List near, far;                                            // of `own`: those in the row before, the others
+  List near, far;                                            // `own`: in the row before, and the others
   int32_t west = 0, north = 0, northwest = 0, northeast = 0; // x - 1, and in the row before: x, x - 1, x + 1
   bool whole = true;                                         // every weight is a multiple of 1, west is 1
 };
@@ -70,8 +70,8 @@ HWY_INLINE bool OneRun(unsigned kept) {
   return (run & (run + 1)) == 0;
 }
 
-// Half of a unit and the weighted sums of the given taps of the own layer and all of the others, for the
-// sixteen sites of a row.
+// Computes, for the sixteen sites of a row, half of a unit plus the weighted sums of the given taps of the
+// own layer and of all taps of the other layers.
 HWY_INLINE void Sums(const Row<int32_t>& row, const Taps& taps, const Taps::List& own,
                      int32_t* HWY_RESTRICT sum) {
   const hn::CappedTag<int32_t, brick_edge> d;

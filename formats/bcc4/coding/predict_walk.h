@@ -1,4 +1,4 @@
-// Rows of sites in coding order with the cells they are predicted from (bcc4.md, section 7).
+// Visits rows of sites in coding order, with the cells they are predicted from (bcc4.md, section 7).
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace bccsplat {
 
-// A layer of cells with a border of one: cell (x, y, z) is code minus air, x fastest, 0 where not kept. Rows
-// have room for half a row behind their last site, which means nothing.
+// A layer of cells has a border of one: cell (x, y, z) is code minus air, x fastest, 0 where not kept. The
+// half row of room behind the last site of a row has no meaning.
 inline constexpr int stride_y = 24, stride_z = 18 * stride_y, layer_cells = 18 * stride_z;
 inline constexpr int fraction_bits = 12; // of weights
 
@@ -34,7 +34,7 @@ inline constexpr std::array<int, own_taps> own_offset = {-1,
 inline constexpr std::array<int, previous_taps> previous_offset = {0,        -1,        1,       -stride_y,
                                                                    stride_y, -stride_z, stride_z};
 
-// From the lowest of the 8 neighbours in the cross layer.
+// The offset of a neighbour in the cross layer from the lowest of the 8.
 [[nodiscard]] constexpr int cross_offset(int tap) {
   return (tap & 1) + (tap >> 1 & 1) * stride_y + (tap >> 2) * stride_z;
 }
@@ -59,7 +59,7 @@ inline constexpr int classes = 4;
 using Weights = std::array<int16_t, max_taps>;
 using ClassWeights = std::array<Weights, classes>;
 
-// The cells a row of sites is predicted from; each pointer stands at the cell of its first site.
+// The cells that a row of sites is predicted from; each pointer is at the cell of the first site.
 template<class D> struct Row {
   int layer, index, width; // index = z*16 + y
   D* own;
@@ -72,7 +72,7 @@ using Planes = uint32_t;
 inline constexpr Planes all_planes = (Planes{1} << 18) - 1;
 [[nodiscard]] constexpr Planes plane_bit(int z) { return Planes{1} << (z + 1); }
 
-// The cells around the sites of a layer, from the layer before; `planes`: those of it that are not all 0.
+// Copies the cells around the sites of a layer from the layer before, of which only `planes` are not all 0.
 template<class D> void copy_border(D* to, const D* from, const Int3& n, Planes planes) {
   const auto [nx, ny, nz] = n;
   const auto copy = [&](std::ptrdiff_t at, int count) { std::copy_n(from + at, count, to + at); };
@@ -89,29 +89,29 @@ template<class D> void copy_border(D* to, const D* from, const Int3& n, Planes p
   }
 }
 
-// No site of plane z is kept.
+// Whether no site of plane z is kept.
 [[nodiscard]] inline bool plane_empty(const BrickMask& kept, int z) {
   std::array<uint64_t, brick_edge / 4> rows;
   std::memcpy(rows.data(), kept.data() + z * brick_edge, sizeof rows);
   return (rows[0] | rows[1] | rows[2] | rows[3]) == 0;
 }
 
-// The cells of three layers and, by bit, their planes that may hold other than 0. One ring serves any number
-// of walks.
+// The cells of three layers and, by bit, those planes of them that may hold other than 0. One ring serves any
+// number of walks.
 template<class D> struct CellRing {
   std::unique_ptr<D[]> cells;
   std::array<Planes, 3> used{all_planes, all_planes, all_planes};
 };
 
-// Visits the rows of a chunk that have kept sites in coding order and keeps the borders. While a layer is
-// under way its border is that of the layer before, or without one repeats what is known so far; afterwards
-// it repeats the nearest cell. `kept`: one mask per layer. `body` fills the sites of a row. `pair` may fill
-// those of two rows at once and answers whether it did; it is told whether the cell before the second row
-// repeats the first site of the first one, else that cell is in its place. The cell behind the first row
-// repeats its last site.
+// Visits the rows of a chunk that have kept sites, in coding order, and keeps the borders. While a layer is
+// being filled its border is that of the layer before, or, where there is none, repeats what is known so far;
+// afterwards it repeats the nearest cell. `kept` has one mask per layer. `body` fills the sites of a row.
+// `pair` may fill those of two rows at once and returns whether it did; its last argument says whether the
+// cell before the second row is to repeat the first site of the first row, else that cell is already in
+// place. The cell behind the first row repeats its last site.
 template<class D, class Body, class Pair>
-void walk(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>& ring, const Body& body,
-          const Pair& pair) {
+void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>& ring, const Body& body,
+               const Pair& pair) {
   if (!ring.cells) {
     ring.cells = std::make_unique_for_overwrite<D[]>(3 * layer_cells + brick_edge);
     std::fill_n(ring.cells.get() + 3 * layer_cells, brick_edge, D{0});
@@ -128,7 +128,7 @@ void walk(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>&
     }
     if (shape.empty(m)) continue;
     const Int3& box = shape.box[static_cast<size_t>(m)];
-    const int nx = box[0], ny = box[1], nz = box[2]; // lambdas of C++20 take no bindings in clang 14
+    const int nx = box[0], ny = box[1], nz = box[2]; // clang 14 captures no structured bindings
     const D* previous = shape.has_previous(m) ? layer_at(m - shape.period) : nullptr;
     const D* cross = shape.has_cross(m) ? layer_at(m - 1) : nullptr;
     const D* before = previous ? previous : cross;
@@ -203,11 +203,12 @@ void walk(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>&
 }
 
 template<class D, class Body>
-void walk(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>& ring, const Body& body) {
-  walk<D>(shape, kept, ring, body, [](const Row<D>&, const Row<D>&, bool) { return false; });
+void walk_rows(const ChunkShape& shape, std::span<const BrickMask> kept, CellRing<D>& ring,
+               const Body& body) {
+  walk_rows<D>(shape, kept, ring, body, [](const Row<D>&, const Row<D>&, bool) { return false; });
 }
 
-// Taps of a class in order, as pointers to the cells of the first site of the row.
+// Collects the taps of a class in order, as pointers to the cells of the first site of the row.
 template<class D> size_t gather_taps(const Row<D>& row, std::array<const D*, max_taps>& taps) {
   size_t n = 0;
   for (const int o : own_offset) taps[n++] = row.own + o;

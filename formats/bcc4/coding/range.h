@@ -8,7 +8,8 @@
 
 namespace bccsplat {
 
-// `packed`: codes of 1, 2 or 4 bytes each. Without codes the first is all ones and the second 0.
+// `packed` holds codes of 1, 2 or 4 bytes each. Without any code the first number is all ones and the second
+// 0.
 [[nodiscard]] std::array<uint32_t, 2> packed_range(std::span<const std::byte> packed, uint32_t bytes);
 
 } // namespace bccsplat

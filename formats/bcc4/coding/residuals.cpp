@@ -5,7 +5,7 @@
 namespace bccsplat {
 namespace {
 
-// Signed as unsigned, small magnitudes first: 0 -1 1 -2 2 ...
+// Signed numbers as unsigned ones, small magnitudes first: 0 -1 1 -2 2 ...
 uint64_t zigzag(int64_t v) { return static_cast<uint64_t>(v) << 1 ^ static_cast<uint64_t>(v >> 63); }
 int64_t unzigzag(uint64_t v) { return static_cast<int64_t>(v >> 1) ^ -static_cast<int64_t>(v & 1); }
 

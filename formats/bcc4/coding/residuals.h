@@ -1,4 +1,4 @@
-// Corrections at source samples: what makes a stated error bound hold where the lattice alone misses it
+// Corrections at source samples, by which a stated error bound holds where the lattice alone misses it
 // (bcc4.md, section 10).
 #pragma once
 
@@ -16,7 +16,7 @@ struct ResidualSample {
   bool operator==(const ResidualSample&) const = default;
 };
 
-// Of one channel at one frame; both lists by rising voxel.
+// The corrections of one channel at one frame; both lists have rising voxels.
 struct FrameResiduals {
   std::vector<ResidualSample> add; // steps to add to the reconstructed value
   std::vector<ResidualSample> set; // data where the lattice has a hole: the value is air plus the steps
@@ -25,7 +25,7 @@ struct FrameResiduals {
 };
 
 [[nodiscard]] std::vector<std::byte> write_residuals(const FrameResiduals& residuals);
-// voxels: of a frame. `offset` of the block, for error texts. Throws corrupt, truncated.
+// `voxels` is their number in a frame; `offset` of the block is for error texts. Throws corrupt, truncated.
 [[nodiscard]] FrameResiduals read_residuals(std::span<const std::byte> decoded, uint64_t voxels,
                                             uint64_t offset);
 

@@ -1,4 +1,4 @@
-// Memory that decoding chunks one after the other uses again.
+// Memory that is used again for chunk after chunk.
 #pragma once
 
 #include <cstddef>

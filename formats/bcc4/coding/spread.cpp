@@ -1,3 +1,5 @@
+// Turns packed codes into the values of a brick, a vector at a time where the kept sites of a row are one
+// run.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "formats/bcc4/coding/spread.cpp"
 #include <hwy/foreach_target.h>
@@ -16,8 +18,8 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Values of as many codes as a vector of doubles has lanes: integers as SampleCoder::decode has them, each
-// operation rounded, and floats from the order of their codes.
+// Returns the values of as many codes as a vector of doubles has lanes: those of integers by the operations
+// of SampleCoder::decode, each rounded, and those of floats by undoing the order of their codes.
 template<class Stored> struct Values {
   double scale, bias;
 
@@ -53,7 +55,7 @@ void Spread(const SampleCoder& coder, const BrickMask& kept, std::span<const std
     if (row == 0) {
       std::fill_n(brick, brick_edge, 0.0f);
     } else if ((run & (run + 1)) == 0 && next >= before && next - before + brick_edge <= count) {
-      // One run: sixteen values, those beside it cleared.
+      // The row is one run: sixteen values are made and those beside it are cleared.
       const auto* from = reinterpret_cast<const Stored*>(codes.data()) + next - before;
       for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
         const auto here = hn::TestBit(hn::Set(di, static_cast<int32_t>(row)), hn::Load(di, bit + x));

@@ -1,4 +1,4 @@
-// Codes of kept sites to values at their places in a brick.
+// Puts the values of kept sites at their places in a brick.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace bccsplat {
 
-// `codes`: packed codes of a chunk, of which those of this brick's kept sites start at index `first`. All of
-// `brick` is written, 0 where no site is kept.
+// `codes` are the packed codes of a chunk, of which those of this brick's kept sites start at index `first`.
+// All of `brick` is written, 0 where no site is kept.
 void spread_codes(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes,
                   size_t first, std::span<float, brick_sites> brick);
 

@@ -1,4 +1,4 @@
-// Rows in which a site is predicted from the one before: included once per target.
+// Decodes rows in which each site is predicted from the one before. This file is included once per target.
 #if defined(BCCSPLAT_UNPREDICT_CHAINS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef BCCSPLAT_UNPREDICT_CHAINS_INL_H
 #undef BCCSPLAT_UNPREDICT_CHAINS_INL_H
@@ -19,9 +19,9 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace {
 
-// A run of sites whose predictions are the cell before plus `sum`, units and their half included: sums along
-// the row, as long as nothing is clamped and nothing wraps. False if something does.
-HWY_INLINE bool Accumulate(const int32_t* HWY_RESTRICT sum, unsigned kept, const CodeLimits& limits,
+// Decodes a run of sites whose predictions are the cell before plus `sum`, half of a unit included. They are
+// sums along the row as long as nothing is clamped and nothing wraps; returns false if something does.
+HWY_INLINE bool DecodeSums(const int32_t* HWY_RESTRICT sum, unsigned kept, const CodeLimits& limits,
                            int32_t* own, RowCodes& q) {
   const auto first = static_cast<size_t>(std::countr_zero(kept));
   const auto end = static_cast<size_t>(std::bit_width(kept));
@@ -36,7 +36,7 @@ HWY_INLINE bool Accumulate(const int32_t* HWY_RESTRICT sum, unsigned kept, const
     g += static_cast<uint32_t>(units[x]) + static_cast<uint32_t>(step[x]);
     cell[x] = static_cast<int32_t>(g);
   }
-  // Negative if anything is outside; 0, which stands beside the run, is inside.
+  // Negative if anything is outside; the zeros beside the run are inside.
   int32_t outside = 0;
   for (size_t x = 0; x < brick_edge; ++x)
     outside |= (cell[x] - limits.low) | (limits.high - cell[x]) | (prediction[x] - limits.low) |
@@ -49,7 +49,7 @@ HWY_INLINE bool Accumulate(const int32_t* HWY_RESTRICT sum, unsigned kept, const
   return true;
 }
 
-// Rows of a chunk of codes of up to 16 bits whose weight of x - 1 is not 0.
+// Decodes those rows of a chunk of codes of up to 16 bits whose weight of x - 1 is not 0.
 template<class Stored> struct ChainedRows {
   std::span<const BrickMask> kept;
   std::array<Taps, classes> all;
@@ -67,20 +67,20 @@ template<class Stored> struct ChainedRows {
     return kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
   }
 
-  HWY_INLINE void One(const Row<int32_t>& row, const Taps& taps) {
+  HWY_INLINE void DecodeRow(const Row<int32_t>& row, const Taps& taps) {
     const unsigned here = Kept(row);
     const uint32_t mask = limits.mask, air = limits.air;
     const int32_t low = limits.low, high = limits.high;
     RowCodes q;
-    rows.Get(here, q.residual);
+    rows.GetResiduals(here, q.residual);
     int32_t sum[brick_edge];
     Sums(row, taps, taps.own, sum);
-    if (taps.whole && OneRun(here) && Accumulate(sum, here, limits, row.own, q)) {
-      rows.Put(here, q.code);
+    if (taps.whole && OneRun(here) && DecodeSums(sum, here, limits, row.own, q)) {
+      rows.PutCodes(here, q.code);
       return;
     }
-    // From code to code: the air in x - 1 goes into the sum beforehand, so that the chain is short. The
-    // step is the difference to the prediction, and air, which the prediction lacks.
+    // The chain goes from code to code and is short, as the air in x - 1 is part of the sum beforehand. The
+    // step is the difference to the prediction, plus air, which the prediction lacks.
     const auto west = static_cast<uint32_t>(taps.west);
     uint32_t step[brick_edge];
     for (size_t x = 0; x < brick_edge; ++x) {
@@ -96,12 +96,12 @@ template<class Stored> struct ChainedRows {
       q.code[x] = code;
       row.own[x] = static_cast<int32_t>(code - air);
     }
-    rows.Put(here, q.code);
+    rows.PutCodes(here, q.code);
   }
 
-  // Two full rows at once, the second one two sites behind, when it has all it is predicted from: two chains
-  // from code to code that do not wait for each other. Did nothing: false.
-  HWY_INLINE bool Pair(const Row<int32_t>& a, const Row<int32_t>& b, bool repeats) {
+  // Decodes two full rows at once, the second one two sites behind, where all it is predicted from is known:
+  // the two chains do not wait for each other. Returns false when it did nothing.
+  HWY_INLINE bool DecodePair(const Row<int32_t>& a, const Row<int32_t>& b, bool repeats) {
     const auto width = static_cast<size_t>(a.width);
     const unsigned full = (1u << width) - 1;
     if (width < 2 || Kept(a) != full || Kept(b) != full) return false;
@@ -114,9 +114,9 @@ template<class Stored> struct ChainedRows {
     Sums(b, taps, taps.far, sum_b);
     const auto west = static_cast<uint32_t>(taps.west);
     RowCodes row_a, row_b;
-    rows.Get(full, row_a.residual);
+    rows.GetResiduals(full, row_a.residual);
     rows.at += a.width;
-    rows.Get(full, row_b.residual);
+    rows.GetResiduals(full, row_b.residual);
     rows.at -= a.width;
     uint32_t step_a[brick_edge], step_b[brick_edge];
     for (size_t x = 0; x < brick_edge; ++x) {
@@ -158,8 +158,8 @@ template<class Stored> struct ChainedRows {
       a.own[x] = above[x + 1];
       b.own[x] = static_cast<int32_t>(row_b.code[x] - air);
     }
-    rows.Put(full, row_a.code);
-    rows.Put(full, row_b.code);
+    rows.PutCodes(full, row_a.code);
+    rows.PutCodes(full, row_b.code);
     return true;
   }
 };

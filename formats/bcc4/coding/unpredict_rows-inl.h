@@ -1,5 +1,5 @@
-// Rows of residuals in, rows of codes out, and rows whose sites do not depend on each other: included once
-// per target.
+// Reads rows of residuals, writes rows of codes, and decodes rows whose sites do not depend on each other.
+// This file is included once per target.
 #if defined(BCCSPLAT_UNPREDICT_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef BCCSPLAT_UNPREDICT_ROWS_INL_H
 #undef BCCSPLAT_UNPREDICT_ROWS_INL_H
@@ -25,16 +25,17 @@ HWY_INLINE uint32_t Unfold(uint32_t f, uint32_t mask) { return (f >> 1 ^ (0 - (f
 
 struct CodeLimits {
   uint32_t mask, air;
-  int32_t low, high; // of predictions, relative to air; of codes of up to 16 bits
+  int32_t low, high; // of predictions, relative to air, for codes of up to 16 bits
 };
 
-// Codes of one row at the places of its sites, anything where none is kept, and what they are made from.
+// The codes of one row at the places of its sites, undefined where none is kept, and the residuals they come
+// from.
 struct RowCodes {
   alignas(64) uint32_t residual[brick_edge], code[brick_edge]{};
 };
 
-// Reads the residuals of a row from byte planes and writes its codes packed. Rows of one run are moved as
-// sixteen sites; what lies beside the run is read for nothing and overwritten by the rows that follow.
+// Reads the residuals of a row from byte planes and writes its codes packed. A row of one run is moved as
+// sixteen sites; what is written beside the run, the rows that follow overwrite.
 template<class Stored> struct PackedRows {
   const std::byte* planes;
   std::ptrdiff_t count; // of kept sites, in each plane
@@ -47,7 +48,7 @@ template<class Stored> struct PackedRows {
       r |= static_cast<uint32_t>(planes[static_cast<std::ptrdiff_t>(b) * count + i]) << (8 * b);
     return r;
   }
-  HWY_INLINE void Get(unsigned kept, uint32_t* HWY_RESTRICT residual) const {
+  HWY_INLINE void GetResiduals(unsigned kept, uint32_t* HWY_RESTRICT residual) const {
     if (!OneRun(kept)) {
       std::fill_n(residual, brick_edge, 0u);
       std::ptrdiff_t i = at;
@@ -68,7 +69,7 @@ template<class Stored> struct PackedRows {
       hn::StoreU(r, d, residual + x);
     }
   }
-  HWY_INLINE void Put(unsigned kept, const uint32_t* HWY_RESTRICT code) {
+  HWY_INLINE void PutCodes(unsigned kept, const uint32_t* HWY_RESTRICT code) {
     std::byte* const to = packed + at * static_cast<std::ptrdiff_t>(sizeof(Stored));
     if (OneRun(kept)) {
       Stored row[2 * brick_edge];
@@ -87,7 +88,7 @@ template<class Stored> struct PackedRows {
 };
 
 // All taps of the rows of one layer but x - 1, as differences to the cell of the own site. The row before
-// comes last: its cells have just been written.
+// comes last, because its cells have just been written.
 struct LayerTaps {
   int layer = -1;
   size_t count = 0;
@@ -111,8 +112,8 @@ struct LayerTaps {
   }
 };
 
-// Codes of the sites from x on, as many as a vector has; their cells become code minus air where kept, else
-// 0.
+// Returns the codes of the sites from x on, as many as a vector has lanes; their cells become code minus air
+// where a site is kept, else 0.
 template<class D, class DU = hn::RebindToUnsigned<D>>
 HWY_INLINE hn::Vec<D> CodesFrom(D d, int32_t* own, const LayerTaps& taps, unsigned kept,
                                 const CodeLimits& limits, size_t x, hn::Vec<DU> residual) {
@@ -138,11 +139,11 @@ HWY_INLINE hn::Vec<D> CodesFrom(D d, int32_t* own, const LayerTaps& taps, unsign
   return code;
 }
 
-// A row of one run, from its first site on: residuals and codes stand as they do in the planes and among the
-// codes.
+// Decodes a row of one run from its first site on: residuals and codes have the order of the planes and of
+// the packed codes.
 template<class D, class Stored>
-HWY_INLINE void OneRunFrom(D d, int32_t* own, const LayerTaps& taps, unsigned kept, size_t first,
-                           size_t length, const CodeLimits& limits, const PackedRows<Stored>& rows) {
+HWY_INLINE void DecodeRun(D d, int32_t* own, const LayerTaps& taps, unsigned kept, size_t first,
+                          size_t length, const CodeLimits& limits, const PackedRows<Stored>& rows) {
   const hn::RebindToUnsigned<D> du;
   const hn::Rebind<uint8_t, D> d8;
   const hn::Rebind<Stored, D> packed;
@@ -159,10 +160,10 @@ HWY_INLINE void OneRunFrom(D d, int32_t* own, const LayerTaps& taps, unsigned ke
   }
 }
 
-// A row whose sites do not depend on each other.
+// Decodes a row whose sites do not depend on each other.
 template<class Stored>
-HWY_INLINE void Parallel(const Row<int32_t>& row, const Taps& all, LayerTaps& taps, unsigned kept,
-                         const CodeLimits& limits, PackedRows<Stored>& rows) {
+HWY_INLINE void DecodeParallel(const Row<int32_t>& row, const Taps& all, LayerTaps& taps, unsigned kept,
+                               const CodeLimits& limits, PackedRows<Stored>& rows) {
   const hn::CappedTag<int32_t, brick_edge> d;
   const hn::CappedTag<int32_t, brick_edge / 2> half;
   taps.Set(row, all);
@@ -170,20 +171,20 @@ HWY_INLINE void Parallel(const Row<int32_t>& row, const Taps& all, LayerTaps& ta
     const auto first = static_cast<size_t>(std::countr_zero(kept));
     const auto length = static_cast<size_t>(std::bit_width(kept)) - first;
     if (length > brick_edge / 2)
-      OneRunFrom(d, row.own, taps, kept, first, length, limits, rows);
+      DecodeRun(d, row.own, taps, kept, first, length, limits, rows);
     else
-      OneRunFrom(half, row.own, taps, kept, first, length, limits, rows);
+      DecodeRun(half, row.own, taps, kept, first, length, limits, rows);
     rows.at += static_cast<std::ptrdiff_t>(length);
     return;
   }
   const hn::RebindToUnsigned<decltype(d)> du;
   RowCodes q;
-  rows.Get(kept, q.residual);
+  rows.GetResiduals(kept, q.residual);
   for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
     const auto code = CodesFrom(d, row.own, taps, kept, limits, x, hn::Load(du, q.residual + x));
     hn::Store(hn::BitCast(du, code), du, q.code + x);
   }
-  rows.Put(kept, q.code);
+  rows.PutCodes(kept, q.code);
 }
 } // namespace
 } // namespace HWY_NAMESPACE

@@ -8,28 +8,28 @@
 #include "formats/bcc4/coding/unpredict_chains-inl.h"
 #include "formats/bcc4/coding/unpredict_wide-inl.h"
 
-// Exact integers: every target computes the same.
+// All of it is exact in integers, so that every target computes the same.
 HWY_BEFORE_NAMESPACE();
 namespace bccsplat {
 namespace HWY_NAMESPACE {
 
-// Codes of up to 16 bits: all sums fit 32 bits by the rule for weights.
+// Decodes codes of up to 16 bits, whose sums all fit 32 bits by the rule for weights.
 template<class Stored>
 void Unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,
                CellRing<int32_t>& ring) {
   ChainedRows<Stored> chained(kept, codes, weights, planes, packed);
-  walk<int32_t>(
+  walk_rows<int32_t>(
       shape, kept, ring,
       [&](const Row<int32_t>& row) HWY_ATTR {
         const Taps& taps = TapsFor(chained.all, row);
         if (taps.west == 0)
-          Parallel(row, taps, chained.layer_taps, chained.Kept(row), chained.limits, chained.rows);
+          DecodeParallel(row, taps, chained.layer_taps, chained.Kept(row), chained.limits, chained.rows);
         else
-          chained.One(row, taps);
+          chained.DecodeRow(row, taps);
       },
       [&](const Row<int32_t>& a, const Row<int32_t>& b, bool repeats)
-          HWY_ATTR { return chained.Pair(a, b, repeats); });
+          HWY_ATTR { return chained.DecodePair(a, b, repeats); });
 }
 
 void Unpredict8(const ChunkShape& s, std::span<const BrickMask> k, const ChunkCodes& c, const ClassWeights& w,
@@ -45,7 +45,7 @@ void Unpredict32(const ChunkShape& s, std::span<const BrickMask> k, const ChunkC
                  const ClassWeights& w, std::span<const std::byte> planes, std::byte* packed,
                  CellRing<int32_t>& ring) {
   WideRows wide(k, c, w, planes, packed);
-  walk<int32_t>(s, k, ring, [&](const Row<int32_t>& row) HWY_ATTR { wide.One(row); });
+  walk_rows<int32_t>(s, k, ring, [&](const Row<int32_t>& row) HWY_ATTR { wide.DecodeRow(row); });
 }
 
 } // namespace HWY_NAMESPACE

@@ -1,5 +1,5 @@
-// Codes of 32 bits: cells are kept modulo 2^32, so that they take no more room than those of other types.
-// Included once per target.
+// Decodes codes of 32 bits. Their cells are kept modulo 2^32, so that they take no more room than those of
+// other types. This file is included once per target.
 #if defined(BCCSPLAT_UNPREDICT_WIDE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef BCCSPLAT_UNPREDICT_WIDE_INL_H
 #undef BCCSPLAT_UNPREDICT_WIDE_INL_H
@@ -22,7 +22,7 @@ namespace {
 
 // Taps of the rows of one layer but x - 1 whose weights are whole units, each as often as its weight says.
 struct UnitTaps {
-  static constexpr size_t most = 8; // the magnitudes of all weights sum to less
+  static constexpr size_t most = 8; // the magnitudes of all weights sum to less than 8 units
   size_t plus_count = 0, minus_count = 0;
   std::array<std::ptrdiff_t, most> plus, minus;
 
@@ -38,12 +38,11 @@ struct UnitTaps {
   }
 };
 
-// Air in the middle of the codes, as that of floats is: a cell is the code minus air itself, not modulo
-// anything.
+// The air of floats is in the middle of the codes: a cell then is the code minus air itself, not modulo 2^32.
 constexpr uint32_t middle = uint32_t{1} << 31;
 
 #if HWY_TARGET != HWY_SCALAR
-// Sums of the taps modulo 2^32, and of the taps divided by 16, for the sites from own + x on.
+// Sums the taps modulo 2^32, and the taps divided by 16, for the sites from `own` on.
 template<class D>
 HWY_INLINE void UnitSums(D d, const int32_t* own, const UnitTaps& taps, size_t length,
                          int32_t* HWY_RESTRICT sum, int32_t* HWY_RESTRICT rough) {
@@ -64,11 +63,11 @@ HWY_INLINE void UnitSums(D d, const int32_t* own, const UnitTaps& taps, size_t l
   }
 }
 
-// A run of sites whose predictions are the cell before plus whole multiples of others: sums along the row,
-// four sites at a time. Nothing is clamped as long as each prediction lies well within 32 bits; its terms
-// divided by 16, each rounded down, tell that to within 7 times 15. False if one does not: the row is to be
-// done again.
-HWY_INLINE bool AccumulateWide(int32_t* own, const UnitTaps& taps, unsigned kept,
+// Decodes a run of sites whose predictions are the cell before plus whole multiples of others, as sums along
+// the row, four sites at a time. Nothing is clamped as long as each prediction lies well within 32 bits; its
+// terms divided by 16, each rounded down, tell that to within 7 times 15. Returns false if one does not, and
+// the row must be decoded exactly.
+HWY_INLINE bool DecodeWideSums(int32_t* own, const UnitTaps& taps, unsigned kept,
                                PackedRows<uint32_t>& rows) {
   const auto first = static_cast<size_t>(std::countr_zero(kept));
   const auto length = static_cast<size_t>(std::bit_width(kept)) - first;
@@ -110,7 +109,7 @@ HWY_INLINE bool AccumulateWide(int32_t* own, const UnitTaps& taps, unsigned kept
 }
 #endif
 
-// Rows of a chunk.
+// Decodes the rows of a chunk.
 struct WideRows {
   std::span<const BrickMask> kept;
   std::array<Taps, classes> all;
@@ -126,28 +125,28 @@ struct WideRows {
         air(codes.air), rows{planes.data(), static_cast<std::ptrdiff_t>(planes.size() / sizeof(uint32_t)),
                              packed} {}
 
-  // Code minus air.
+  // The code minus air, not modulo 2^32.
   [[nodiscard]] HWY_INLINE int64_t Exact(int32_t cell) const {
     return static_cast<int64_t>(static_cast<uint32_t>(cell) + static_cast<uint32_t>(air)) - air;
   }
 
-  HWY_INLINE void One(const Row<int32_t>& row) {
+  HWY_INLINE void DecodeRow(const Row<int32_t>& row) {
     const Taps& taps = TapsFor(all, row);
     const unsigned here = kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
     layer_taps.Set(row, taps);
 #if HWY_TARGET != HWY_SCALAR
     if (taps.whole && air == middle && OneRun(here)) {
       if (units_layer != row.layer) units.Set(layer_taps), units_layer = row.layer;
-      if (AccumulateWide(row.own, units, here, rows)) return;
+      if (DecodeWideSums(row.own, units, here, rows)) return;
     }
 #endif
-    Exactly(row, taps, here);
+    DecodeExactly(row, taps, here);
   }
 
-  void Exactly(const Row<int32_t>& row, const Taps& taps, unsigned here) {
+  void DecodeExactly(const Row<int32_t>& row, const Taps& taps, unsigned here) {
     constexpr int64_t most = UINT32_MAX;
     RowCodes q;
-    rows.Get(here, q.residual);
+    rows.GetResiduals(here, q.residual);
     int64_t sum[brick_edge];
     std::fill_n(sum, brick_edge, int64_t{1} << (fraction_bits - 1));
     for (size_t t = 0; t < layer_taps.count; ++t) {
@@ -170,7 +169,7 @@ struct WideRows {
       before = int64_t{q.code[x]} - air;
       row.own[x] = static_cast<int32_t>(q.code[x] - static_cast<uint32_t>(air));
     }
-    rows.Put(here, q.code);
+    rows.PutCodes(here, q.code);
   }
 };
 

@@ -22,7 +22,7 @@ std::vector<ChannelInfo> channels() {
   return {bytes, words, test::channel("f16", ValueType::f16, 3), test::channel("f32", ValueType::f32, 1.5f)};
 }
 
-// Rows that are empty, full, one run or anything; at the ends of the codes or in their midst.
+// Rows that are empty, full, one run or anything, at the ends of the codes or between them.
 TEST(Bcc4Spread, EveryValueToItsPlaceAndZeroElsewhere) {
   std::mt19937 random(3);
   for (const ChannelInfo& channel : channels())
