@@ -97,8 +97,8 @@ struct Fit::State {
   SpatialResampler resampler;
   EndFrames ends;
   std::vector<std::unique_ptr<Channel>> channels;
-  enum class Input : uint8_t { none, frames, layers } input = Input::none;
-  bool failed = false, finished = false;
+  bool layers_given = false; // instead of frames
+  bool finished = false;
 
   void begin_part(Channel& c, const FitPart& part) const {
     c.given = c.frames = c.window_first = part.first_given;
@@ -116,18 +116,6 @@ struct Fit::State {
   }
 
   [[nodiscard]] bool length_known() const { return options.dims[3] > 0 || finished; }
-
-  // Runs one call; after a failure the fit is of no use.
-  template<class Body> void call(Input kind, const Body& body) {
-    if (failed || finished)
-      fail(Code::wrong_state, "fit: it has ", failed ? "failed" : "ended", "; start a new one");
-    if (kind != Input::none && input != Input::none && input != kind)
-      fail(Code::wrong_state, "fit: frames and layers cannot be mixed");
-    if (kind != Input::none) input = kind;
-    failed = true;
-    body();
-    failed = false;
-  }
 
   Channel& channel(int index) {
     if (index < 0 || static_cast<size_t>(index) >= channels.size())
@@ -162,9 +150,6 @@ struct Fit::State {
 
   void add_frame(int index, std::span<const FrameBox> boxes) {
     Channel& c = channel(index);
-    if (options.dims[3] > 0 && c.given == options.dims[3])
-      fail(Code::wrong_state, "fit: channel '", c.options.name, "' has had all its ", options.dims[3],
-           " frames");
     if (c.given == INT32_MAX) fail(Code::limit_exceeded, "fit: too many frames");
     const std::string what = concat("channel '", c.options.name, "', frame ", c.given);
     Frame frame(boxes, {options.dims[0], options.dims[1], options.dims[2]}, c.options.quantiser.air, what);
@@ -335,12 +320,10 @@ struct Fit::State {
     c.slab_memory.clear();
   }
 
-  void add_layer(int index, int32_t layer, std::span<const float> samples) {
+  void add_layer(int index, std::span<const float> samples) {
     Channel& c = channel(index);
-    if (options.dims[3] == 0) fail(Code::wrong_state, "fit: layers need the number of frames");
-    if (layer != c.next_layer || layer >= lattice.layers())
-      fail(Code::wrong_state, "fit: channel '", c.options.name, "' was given layer ", layer,
-           ", the next of its ", lattice.layers(), " layers is ", c.next_layer);
+    const int32_t layer = c.next_layer;
+    layers_given = true;
     const int coset = lattice.coset(layer);
     const BrickLayer shape(lattice.space, coset);
     const Int3 n = shape.dims();
@@ -370,7 +353,7 @@ struct Fit::State {
   FitReport finish() {
     uint32_t frames = options.dims[3];
     for (const auto& c : channels) {
-      if (input == Input::layers) {
+      if (layers_given) {
         if (c->next_layer != lattice.layers())
           fail(Code::wrong_state, "fit: channel '", c->options.name, "' was given ", c->next_layer,
                " of its ", lattice.layers(), " layers");
@@ -393,7 +376,7 @@ struct Fit::State {
       Channel& c = *channels[i];
       // A part has made its layers by now, unless it ends with the series.
       const bool more = !options.part || options.part->end_given == frames;
-      if (input != Input::layers && more) make_layers(c, static_cast<int>(i));
+      if (!layers_given && more) make_layers(c, static_cast<int>(i));
       if (c.next_layer != end_layer())
         fail(Code::internal, "fit: layer ", c.next_layer, " of ", end_layer(), " could not be made");
       hand_out(c, static_cast<int>(i));
@@ -418,32 +401,12 @@ Fit::Fit(const FitOptions& options, FitSink sink, const Context& context)
 
 Fit::~Fit() = default;
 
-void Fit::add_frame(int channel, std::span<const FrameBox> boxes) {
-  state_->call(State::Input::frames, [&] { state_->add_frame(channel, boxes); });
-}
+void Fit::add_frame(int channel, std::span<const FrameBox> boxes) { state_->add_frame(channel, boxes); }
 
-void Fit::add_layer(int channel, int32_t layer, std::span<const float> samples) {
-  state_->call(State::Input::layers, [&] { state_->add_layer(channel, layer, samples); });
-}
+void Fit::add_layer(int channel, std::span<const float> samples) { state_->add_layer(channel, samples); }
 
-FitReport Fit::finish() {
-  FitReport report;
-  state_->call(State::Input::none, [&] { report = state_->finish(); });
-  return report;
-}
+FitReport Fit::finish() { return state_->finish(); }
 
 const Lattice4& Fit::lattice() const { return state_->lattice; }
-
-void describe(const FitChannelReport& report, ChannelInfo& info) {
-  info.source_range = report.source_range;
-  info.histogram_range = report.samples.range();
-  info.histogram = report.samples.bins(256);
-  info.percentiles.clear();
-  for (const double percent : {0.1, 1.0, 2.0, 5.0, 25.0, 50.0, 75.0, 95.0, 98.0, 99.0, 99.8, 99.9})
-    info.percentiles.push_back({percent, report.samples.percentile(percent / 100)});
-  info.frames = report.frames;
-  info.cc_relevant = report.cc_relevant;
-  info.clamped = report.clamped;
-}
 
 } // namespace bccsplat

@@ -16,7 +16,6 @@
 #include "fit/frame.h"
 #include "fit/histogram.h"
 #include "fit/quantise.h"
-#include "formats/bcc4/info.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
 #include "points/values.h"
@@ -85,6 +84,8 @@ struct FitReport {
   std::vector<FitChannelReport> channels;
 };
 
+// The order of calls is the caller's (store/volume_writer.h): a fit takes frames or layers, no more of them
+// than the series has, and nothing after finish or a failure.
 class Fit {
  public:
   Fit(const FitOptions& options, FitSink sink, const Context& context);
@@ -95,8 +96,8 @@ class Fit {
   // The next frame of a channel; no boxes: all air. Calls the sink when layers are complete.
   void add_frame(int channel, std::span<const FrameBox> boxes);
   // The next layer of a channel as samples (absolute values, x fastest, dims of lattice().space of the
-  // layer's coset). Needs dims[3] > 0; a fit takes frames or layers.
-  void add_layer(int channel, int32_t layer, std::span<const float> samples);
+  // layer's coset). Needs dims[3] > 0.
+  void add_layer(int channel, std::span<const float> samples);
   // Emits what is left. Every channel must have got the same number of frames, dims[3] of them when that was
   // given.
   [[nodiscard]] FitReport finish();
@@ -108,9 +109,5 @@ class Fit {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-// Completes what ChannelInfo says about the source: ranges, histogram, percentiles, frames, cc_relevant,
-// clamped.
-void describe(const FitChannelReport& report, ChannelInfo& info);
 
 } // namespace bccsplat

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "formats/bcc4/part.h"
+#include "store/channel_info.h"
 #include "store/part_report.h"
 #include "store/series_part.h"
 
@@ -24,7 +25,7 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
   for (size_t c = 0; c < info.channels.size(); ++c) {
     ChannelInfo& channel = info.channels[c];
     const PartChannelReport& r = sum.channels.at(c);
-    describe(r.fit, channel);
+    describe_channel(r.fit, channel);
     channel.clamped = 0;
     for (const auto& part : parts) channel.clamped += part->info().channels[c].clamped;
     channel.residuals.frames.clear();

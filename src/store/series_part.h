@@ -8,6 +8,7 @@
 #include <string>
 
 #include "fit/fit.h"
+#include "formats/bcc4/info.h"
 
 namespace bccsplat {
 

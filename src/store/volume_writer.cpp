@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "store/channel_info.h"
 #include "store/fingerprint.h"
 #include "store/part_report.h"
 
@@ -255,7 +256,7 @@ void VolumeWriter::complete_info(const FitReport& result) {
   require_bounds(result);
   info.sources = initial_.sources;
   info.attributes = initial_.attributes;
-  for (size_t c = 0; c < result.channels.size(); ++c) describe(result.channels[c], info.channels[c]);
+  for (size_t c = 0; c < result.channels.size(); ++c) describe_channel(result.channels[c], info.channels[c]);
   if (part_)
     describe_part(result);
   else if (!settings_.coefficients && input_ == Input::frames)

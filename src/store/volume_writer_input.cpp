@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "store/channel_coding.h"
+#include "store/channel_info.h"
 #include "store/volume_writer.h"
 
 namespace bccsplat {
@@ -52,9 +52,11 @@ void VolumeWriter::add_layer(uint32_t channel, int64_t layer, std::span<const fl
     if (settings_.dims[3] == 0) fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
     if (layer != static_cast<int64_t>(added_[channel]))
       fail(Code::wrong_state, "layer ", layer, " given, ", added_[channel], " is next");
+    if (layer >= initial_.lattice.layers())
+      fail(Code::wrong_state, "layer ", layer, ": the series has ", initial_.lattice.layers(), " layers");
     begin_input(Input::layers, channel, SourceType::f32);
     begin_measuring(false);
-    fit_->add_layer(static_cast<int>(channel), static_cast<int32_t>(layer), samples);
+    fit_->add_layer(static_cast<int>(channel), samples);
     ++added_[channel];
     report_added(0, static_cast<uint64_t>(fit_->lattice().layers()));
     context_.progress.check();
@@ -90,7 +92,7 @@ void VolumeWriter::add_field(uint32_t channel, const Field& field) {
           r.add_frame(static_cast<int>(channel), frame, {&box, 1});
         });
       }
-      fit_->add_layer(static_cast<int>(channel), layer, sample_field(field, sites, what, context_));
+      fit_->add_layer(static_cast<int>(channel), sample_field(field, sites, what, context_));
       ++added_[channel];
       report_added(0, static_cast<uint64_t>(layers));
     }

@@ -76,7 +76,7 @@ MemorySamples sampled_on_d4star(const PlaneWaves& field, uint32_t edge, const Co
     const Lattice4 lattice = fit.lattice();
     for (int32_t m = 0; m < lattice.layers(); ++m) {
       const std::vector<double> v = field.on_grid(test::layer_grid(lattice, m));
-      fit.add_layer(0, m, std::vector<float>(v.begin(), v.end()));
+      fit.add_layer(0, std::vector<float>(v.begin(), v.end()));
     }
   };
   return through_fit(edge, feed, context);

@@ -12,6 +12,7 @@
 #include "field/evaluate.h"
 #include "kernel/kernel.h"
 #include "points/sample_source.h"
+#include "store/channel_info.h"
 #include "tests/bench/report.h"
 
 namespace bccsplat::bench {
@@ -182,7 +183,7 @@ StoredSeries store(const FitSeries& series, const StoreOptions& o) {
                         std::span(fitted.layers).subspan(m, std::min(slab, fitted.layers.size() - m)),
                         context);
   });
-  describe(fitted.report.channels[0], writer.info().channels[0]);
+  describe_channel(fitted.report.channels[0], writer.info().channels[0]);
   out.report = writer.finish(context);
   if (!o.kernel.empty()) {
     Quantiser exact;

@@ -116,7 +116,12 @@ TEST_F(VolumeWriterOrder, LayersComeOneByOne) {
     return true;
   };
   twice.writer().add_field(0, constant);
-  EXPECT_EQ(code_of([&] { twice.writer().add_field(0, constant); }), Code::wrong_state);
+  const int64_t layers = twice.writer().layer_geometry(0).layers;
+  EXPECT_EQ(twice.add_layer(layers), Code::wrong_state); // one too many
+  Writing again(series);
+  again.writer().add_field(0, constant);
+  EXPECT_EQ(code_of([&] { again.writer().add_field(0, constant); }), Code::wrong_state);
+  EXPECT_EQ(code_of([&] { (void)again.writer().layer_geometry(layers); }), Code::not_found);
   Writing unknown(series);
   unknown.settings.dims[3] = 0;
   EXPECT_EQ(unknown.add_layer(0), Code::wrong_state);

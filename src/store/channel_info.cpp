@@ -1,4 +1,4 @@
-#include "store/channel_coding.h"
+#include "store/channel_info.h"
 
 #include <algorithm>
 #include <cmath>
@@ -68,6 +68,18 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
   info.type = channel.quantiser.type, info.scale = channel.quantiser.scale;
   info.offset = channel.quantiser.offset;
   return channel;
+}
+
+void describe_channel(const FitChannelReport& report, ChannelInfo& info) {
+  info.source_range = report.source_range;
+  info.histogram_range = report.samples.range();
+  info.histogram = report.samples.bins(256);
+  info.percentiles.clear();
+  for (const double percent : {0.1, 1.0, 2.0, 5.0, 25.0, 50.0, 75.0, 95.0, 98.0, 99.0, 99.8, 99.9})
+    info.percentiles.push_back({percent, report.samples.percentile(percent / 100)});
+  info.frames = report.frames;
+  info.cc_relevant = report.cc_relevant;
+  info.clamped = report.clamped;
 }
 
 } // namespace bccsplat

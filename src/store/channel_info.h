@@ -1,5 +1,5 @@
-// How the samples of a channel are stored: the type, scale and offset that its settings and its source lead
-// to.
+// What a file says of a channel: how its samples are stored, which its settings and its source lead to, and
+// what the fit found in them.
 #pragma once
 
 #include "fit/fit.h"
@@ -12,5 +12,8 @@ namespace bccsplat {
 // contradict each other.
 [[nodiscard]] FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool coefficients,
                                       ChannelInfo& info);
+
+// Completes what `info` says about the source: ranges, histogram, percentiles, frames, cc_relevant, clamped.
+void describe_channel(const FitChannelReport& report, ChannelInfo& info);
 
 } // namespace bccsplat
