@@ -32,7 +32,7 @@ INSTANTIATE_TEST_SUITE_P(
     Loops, SplatLoop,
     testing::Values(
         SplatCase{"isotropic", "default", true, false, 4, 1.1},
-        SplatCase{"plain_gradient", "default", true, true, 8, 2.3},
+        SplatCase{"isotropic_gradient", "default", true, true, 8, 2.3},
         SplatCase{"general", "radial18+b3", false, false, 4, 1.7},
         SplatCase{"general_gradient", "fine", false, true, 12, 0.8},
         SplatCase{"gauss", "gauss09", true, false, 8, 1},
