@@ -5,13 +5,15 @@
 #include <string>
 #include <vector>
 
+#include "readers/frame_reader.h"
 #include "readers/reader_options.h"
 
 namespace bcc4 {
 
-// All of `count` components, or those that --channel names by number or as c0, c1 ... Throws for more than 16
-// without a choice.
-[[nodiscard]] std::vector<uint64_t> wanted_components(const ReaderOptions& options, const std::string& path,
-                                                      uint64_t count);
+// Adds a channel like `kind` for each of `count` components, or for those that --channel names by number or
+// as c0, c1 ..., and returns their numbers. Throws for more than 16 without a choice, and for a choice where
+// there is but one component.
+std::vector<uint64_t> add_channels(SeriesDescription& d, const ReaderOptions& options,
+                                   const std::string& path, uint64_t count, const Channel& kind);
 
 } // namespace bcc4

@@ -139,6 +139,17 @@ std::unique_ptr<ByteStream> open_ascii(std::unique_ptr<InputFile> file, uint64_t
   return std::make_unique<AsciiStream>(std::move(file), offset, type);
 }
 
+FileStart read_start(const std::string& path, size_t count) {
+  auto file = std::make_unique<InputFile>(path);
+  FileStart start{std::string(count, '\0')};
+  start.bytes.resize(file->read_some(0, std::as_writable_bytes(std::span(start.bytes))));
+  start.gzip = start.bytes.starts_with("\x1f\x8b");
+  if (!start.gzip) return start;
+  start.bytes.assign(count, '\0');
+  start.bytes.resize(open_gzip(std::move(file), 0)->read(std::as_writable_bytes(std::span(start.bytes))));
+  return start;
+}
+
 bool inflate_block(std::span<const std::byte> compressed, std::span<std::byte> out) {
   uLongf size = static_cast<uLongf>(out.size());
   return uncompress(reinterpret_cast<Bytef*>(out.data()), &size,

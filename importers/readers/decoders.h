@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "readers/byte_stream.h"
 
@@ -15,6 +16,13 @@ namespace bcc4 {
 // Numbers separated by white space or commas.
 [[nodiscard]] std::unique_ptr<ByteStream> open_ascii(std::unique_ptr<InputFile> file, uint64_t offset,
                                                      Type type);
+
+// The first bytes of a file, unpacked when it is gzip; fewer than asked for only where it ends.
+struct FileStart {
+  std::string bytes;
+  bool gzip = false;
+};
+[[nodiscard]] FileStart read_start(const std::string& path, size_t count);
 
 // One zlib stream of exactly out.size() bytes; false when it is damaged or of another size.
 [[nodiscard]] bool inflate_block(std::span<const std::byte> compressed, std::span<std::byte> out);

@@ -4,8 +4,15 @@
 #include <utility>
 
 #include "readers/dense_series.h"
+#include "readers/sequence.h"
 
 namespace bcc4 {
+
+// One frame per file: the files, one after the other, are the slowest axis, time.
+inline void stack_files(DenseLayout& layout, const Sequence& sequence) {
+  std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
+  layout.axes.push_back({AxisRole::t, sequence.files.size()});
+}
 
 class DenseReader : public FrameReader {
  public:

@@ -57,6 +57,14 @@ std::vector<FileAxis> axes_from_letters(const std::string& letters, const std::a
   return axes;
 }
 
+std::vector<AxisRole> roles_from_letters(const std::string& letters, size_t count, const std::string& owner) {
+  if (letters.size() != count)
+    fail_usage("--axes ", letters, " names ", letters.size(), " axes, but ", owner, " has ", count);
+  std::vector<AxisRole> roles;
+  for (const FileAxis& axis : axes_from_letters(letters, {1, 1, 1, 1})) roles.push_back(axis.role);
+  return roles;
+}
+
 DenseSeries::DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint64_t memory_limit)
     : bytes_(std::move(segments)), layout_(std::move(layout)), frame_type_(layout_.value_type()),
       inner_(type_size(layout_.type)) {
@@ -119,24 +127,7 @@ void DenseSeries::fetch(uint64_t t) {
 
 Frame DenseSeries::read(uint64_t t, uint64_t component) {
   if (held_.empty() || t < first_ || t >= first_ + held_.size()) fetch(t);
-  const std::shared_ptr<const Bytes>& bytes = held_[t - first_];
-  Frame frame;
-  Box box{.type = frame_type_, .data = bytes->data(), .dims = {1, 1, 1}};
-  auto stride = static_cast<int64_t>(type_size(frame_type_));
-  box.stride_bytes = {stride, stride, stride};
-  for (const FileAxis& axis : layout_.axes) {
-    if (axis.role == AxisRole::t) continue;
-    if (axis.role == AxisRole::component) {
-      box.data += static_cast<int64_t>(component) * stride;
-    } else {
-      box.dims[static_cast<size_t>(axis.role)] = static_cast<int64_t>(axis.size);
-      box.stride_bytes[static_cast<size_t>(axis.role)] = stride;
-    }
-    stride *= static_cast<int64_t>(axis.size);
-  }
-  frame.boxes.push_back(box);
-  frame.storage.push_back(bytes);
-  return frame;
+  return dense_frame(frame_type_, held_[t - first_], layout_.axes, component);
 }
 
 } // namespace bcc4

@@ -13,13 +13,6 @@
 
 namespace bcc4 {
 
-enum class AxisRole : uint8_t { x, y, z, t, component };
-
-struct FileAxis {
-  AxisRole role;
-  uint64_t size;
-};
-
 struct DenseLayout : StoredValues {
   bool swap = false;          // the bytes are not in native order
   std::vector<FileAxis> axes; // fastest first; each role at most once
@@ -35,6 +28,10 @@ struct DenseLayout : StoredValues {
 // Axes from letters such as "zyxt" or "xyz" with sizes by letter; throws for other letters or a letter twice.
 [[nodiscard]] std::vector<FileAxis> axes_from_letters(const std::string& letters,
                                                       const std::array<uint64_t, 4>& sizes);
+// The roles that --axes gives to the `count` axes of a file, fastest first; `owner` has the axes, for the
+// error.
+[[nodiscard]] std::vector<AxisRole> roles_from_letters(const std::string& letters, size_t count,
+                                                       const std::string& owner);
 
 // Where time is not the slowest axis, frames are collected in passes over the array: as many per pass as fit
 // in half of the memory limit, so memory does not grow with the number of frames.

@@ -33,7 +33,8 @@ class PlannedReader : public FrameReader {
       for (uint64_t i = 0; i < plane; ++i)
         out[z * plane + i] = static_cast<float>((1 - p.weight) * from[i] + p.weight * to[i]);
     }
-    return dense_frame(Type::f32, std::move(bytes), dims);
+    return dense_frame(Type::f32, std::move(bytes),
+                       {{AxisRole::x, dims[0]}, {AxisRole::y, dims[1]}, {AxisRole::z, dims[2]}});
   }
 
  private:
@@ -134,6 +135,12 @@ FramePlan plan_files(const Sequence& sequence, const ReaderOptions& options) {
           concat(range_text(outer, sequence.stride), ": outside the files there are, left out"));
   }
   return plan;
+}
+
+FramePlan plan_frames(const Sequence& sequence, uint64_t count, const ReaderOptions& options) {
+  const uint64_t files = sequence.files.size();
+  return files > 1 && count == files ? plan_files(sequence, options)
+                                     : plan_selection(count, options.frames, sequence.files.front().path);
 }
 
 void check_frame_count(uint64_t count, const std::string& path) {

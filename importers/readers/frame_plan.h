@@ -34,6 +34,9 @@ void check_frame_count(uint64_t count, const std::string& path);
 [[nodiscard]] FramePlan plan_selection(uint64_t count, const FrameSelection& selection,
                                        const std::string& path);
 
+// `count` frames of one file, or of several files that hold as many: then each is known by its file's number.
+[[nodiscard]] FramePlan plan_frames(const Sequence& sequence, uint64_t count, const ReaderOptions& options);
+
 // The series as planned. A source whose description has no times gets dt * number, the user's times, or the
 // frame index; the times rise strictly or it throws. --spacing replaces the affine.
 [[nodiscard]] std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source, FramePlan plan,

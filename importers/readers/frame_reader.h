@@ -14,14 +14,17 @@ namespace bcc4 {
 
 using Bytes = std::vector<std::byte>;
 
-// A dense box of a frame. Sample (i, j, k) of the box stands at data + i sx + j sy + k sz bytes; native byte
-// order.
-struct Box {
+// A box of samples of one frame.
+struct SampleBox {
+  std::array<uint64_t, 3> begin{}, dims{};
+  [[nodiscard]] uint64_t samples() const { return dims[0] * dims[1] * dims[2]; }
+};
+
+// A box with its values: sample (i, j, k) of it is at data + i sx + j sy + k sz bytes, in native byte order.
+struct Box : SampleBox {
   Type type = Type::f32;
   const std::byte* data = nullptr;
-  std::array<int64_t, 3> begin{};
-  std::array<int64_t, 3> dims{};
-  std::array<int64_t, 3> stride_bytes{};
+  std::array<uint64_t, 3> stride_bytes{};
 };
 
 // Boxes do not overlap; what none covers is air. `storage` keeps their bytes alive.
@@ -63,7 +66,7 @@ struct SeriesDescription {
   std::vector<Channel> channels;
   std::vector<SourceFile> files;
   std::vector<int64_t> frame_numbers; // as the user counts them: from file names, or 0, 1, 2 ...
-  std::vector<std::string> gaps;      // what was missing and what stands in its place
+  std::vector<std::string> gaps;      // what was missing and what is in its place
   std::vector<std::string> notes;     // what a careful user wants to know
   std::vector<std::string> warnings;  // what is probably wrong
   std::vector<std::pair<std::string, std::string>> attributes; // free text to keep
@@ -85,12 +88,27 @@ class FrameReader {
   return d.dims[0] * d.dims[1] * d.dims[2] * type_size(d.channels[channel].precision);
 }
 
+// Bytes of the values of all frames and channels when dense.
+[[nodiscard]] inline uint64_t source_bytes(const SeriesDescription& d) {
+  uint64_t bytes = 0;
+  for (size_t c = 0; c < d.channels.size(); ++c) bytes += frame_bytes(d, c) * d.dims[3];
+  return bytes;
+}
+
 // The plane z of a frame as doubles, x fastest: nx * ny values, `air` where no box is.
 void gather_plane(const Frame& frame, const std::array<uint64_t, 4>& dims, uint64_t z, double air,
                   double* plane);
 
-// One dense box over `bytes`, which holds product(dims) values, x fastest.
+enum class AxisRole : uint8_t { x, y, z, t, component };
+
+struct FileAxis {
+  AxisRole role;
+  uint64_t size;
+};
+
+// One dense box over `bytes`, the values of one frame along `axes`, fastest first: an axis of time does not
+// count, and of an axis of components the one asked for is taken.
 [[nodiscard]] Frame dense_frame(Type type, std::shared_ptr<const Bytes> bytes,
-                                const std::array<uint64_t, 4>& dims);
+                                const std::vector<FileAxis>& axes, uint64_t component = 0);
 
 } // namespace bcc4

@@ -1,10 +1,11 @@
+// Which reader reads what. A new format takes three places:
+//   - readers/NAME/NAME_reader.{h,cpp} with open_NAME, after the model of metaimage (the build finds them),
+//   - a line of the table below,
+//   - tests/tool/readers/NAME_reader_test.cpp, which opens its files by open_series.
 #include "readers/open_series.h"
 
-#include <array>
-#include <cstring>
-#include <functional>
+#include <vector>
 
-#include "readers/byte_stream.h"
 #include "readers/decoders.h"
 #include "readers/error.h"
 #include "readers/metaimage/metaimage_reader.h"
@@ -23,17 +24,27 @@
 namespace bcc4 {
 namespace {
 
-// The first bytes of a file, unpacked when it is gzip.
-std::string first_bytes(const std::string& path, size_t count) {
-  auto file = std::make_unique<InputFile>(path);
-  std::string bytes(count, '\0');
-  const auto into = std::as_writable_bytes(std::span(bytes));
-  bytes.resize(file->read_some(0, into));
-  if (!bytes.starts_with("\x1f\x8b")) return bytes;
-  bytes.assign(count, '\0');
-  bytes.resize(open_gzip(std::move(file), 0)->read(std::as_writable_bytes(std::span(bytes))));
-  return bytes;
-}
+constexpr size_t kStartBytes = 352; // of a file, to recognise it by: a NIfTI-1 header and what follows it
+
+using Open = std::unique_ptr<FrameReader>(const Sequence& sequence, const ReaderOptions& options);
+
+#if !BCCSPLAT_WITH_NETCDF
+constexpr Open* open_netcdf = nullptr;
+std::string netcdf_version() { return "BCCSPLAT_WITH_NETCDF is off"; }
+#endif
+#if !BCCSPLAT_WITH_OPENVDB
+constexpr Open* open_vdb = nullptr;
+std::string openvdb_version() { return "BCCSPLAT_WITH_OPENVDB is off"; }
+#endif
+
+struct Format {
+  const char* name;
+  std::vector<const char*> extensions;
+  bool (*begins)(std::string_view start); // is this the start of such a file, unpacked when gzip?
+  Open* open;                             // null: this build left it out
+  std::string detail;                     // in the list of readers
+  const char* absent = "";                // what is told of a file that this build cannot open
+};
 
 bool is_vdb(std::string_view start) {
   return start.starts_with(std::string_view("\x20\x42\x44\x56\0\0\0\0", 8));
@@ -45,59 +56,65 @@ bool is_netcdf(std::string_view start) {
   return false;
 }
 
+bool is_nrrd(std::string_view start) { return start.starts_with("NRRD000"); }
+
+bool is_vtk(std::string_view start) { return start.find("<VTKFile") != std::string_view::npos; }
+
+// In the order of the list of readers. Raw is what none of the others recognises.
+const std::vector<Format>& formats() {
+  static const std::vector<Format> table{
+      {"raw", {}, nullptr, open_raw, "plain or gzip"},
+      {"nrrd", {".nrrd", ".nhdr"}, is_nrrd, open_nrrd, "attached and detached; raw, gzip, ascii"},
+      {"vti", {".vti", ".pvd"}, is_vtk, open_vti, "VTK ImageData and .pvd; ascii, binary, appended, zlib"},
+      {"nifti", {".nii", ".nii.gz"}, is_nifti, open_nifti, "NIfTI-1 and -2, plain or gzip"},
+      {"metaimage", {".mha", ".mhd"}, is_metaimage, open_metaimage, ".mha and .mhd; raw, zlib, text"},
+      {"netcdf",
+       {".nc"},
+       is_netcdf,
+       open_netcdf,
+       netcdf_version(),
+       "a NetCDF or HDF5 file, but this bcc4 was built without NetCDF (BCCSPLAT_WITH_NETCDF)"},
+      {"openvdb",
+       {".vdb"},
+       is_vdb,
+       open_vdb,
+       openvdb_version(),
+       "an OpenVDB file, but this bcc4 was built without OpenVDB (BCCSPLAT_WITH_OPENVDB)"},
+  };
+  return table;
+}
+
+// What begins like none of the formats is raw, unless its name or its first bytes promise something else.
+void check_raw(const std::string& path, std::string_view start) {
+  const std::string name = lower(path);
+  if (start.starts_with("NanoVDB"))
+    fail_input(path, ": a NanoVDB file, which no reader knows; convert it with nanovdb_convert to OpenVDB");
+  if (start.starts_with("BCC4") || name.ends_with(".bcc4")) fail_input(path, ": is a .bcc4 file already");
+  for (const Format& format : formats())
+    for (const char* extension : format.extensions)
+      if (name.ends_with(extension))
+        fail_input(path, ": does not begin as a ", extension, " file does: damaged or misnamed");
+}
+
 } // namespace
 
 std::unique_ptr<FrameReader> open_series(const ReaderOptions& options) {
   if (options.inputs.empty()) fail_usage("no input given");
-  const std::string path = find_sequence(options.inputs, options.frames).files.front().path;
-  const std::string start = first_bytes(path, 352);
-  const std::string name = lower(path);
-  if (start.starts_with("NRRD000")) return open_nrrd(options);
-  if (is_vdb(start)) {
-#if BCCSPLAT_WITH_OPENVDB
-    return open_vdb(options);
-#else
-    fail_input(path, ": an OpenVDB file, but this bcc4 was built without OpenVDB (BCCSPLAT_WITH_OPENVDB)");
-#endif
+  const Sequence sequence = find_sequence(options.inputs, options.frames);
+  const std::string& path = sequence.files.front().path;
+  const std::string start = read_start(path, kStartBytes).bytes;
+  for (const Format& format : formats()) {
+    if (!format.begins || !format.begins(start)) continue;
+    if (!format.open) fail_input(path, ": ", format.absent);
+    return format.open(sequence, options);
   }
-  if (is_nifti(start)) return open_nifti(options);
-  if (start.find("<VTKFile") != std::string::npos)
-    return name.ends_with(".pvd") ? open_pvd(options) : open_vti(options);
-  if (start.starts_with("NanoVDB"))
-    fail_input(path, ": a NanoVDB file, which no reader knows; convert it with nanovdb_convert to OpenVDB");
-  if (is_netcdf(start)) {
-#if BCCSPLAT_WITH_NETCDF
-    return open_netcdf(options);
-#else
-    fail_input(path,
-               ": a NetCDF or HDF5 file, but this bcc4 was built without NetCDF (BCCSPLAT_WITH_NETCDF)");
-#endif
-  }
-  if (is_metaimage(start)) return open_metaimage(options);
-  if (start.starts_with("BCC4") || name.ends_with(".bcc4")) fail_input(path, ": is a .bcc4 file already");
-  for (const char* known :
-       {".nrrd", ".nhdr", ".vdb", ".vti", ".nii", ".nii.gz", ".pvd", ".mha", ".mhd", ".nc"})
-    if (name.ends_with(known))
-      fail_input(path, ": does not begin as a ", known, " file does: damaged or misnamed");
-  return open_raw(options);
+  check_raw(path, start);
+  return open_raw(sequence, options);
 }
 
 std::vector<ReaderInfo> reader_list() {
-  std::vector<ReaderInfo> list{{"raw", true, "plain or gzip"},
-                               {"nrrd", true, "attached and detached; raw, gzip, ascii"},
-                               {"vti", true, "VTK ImageData and .pvd; ascii, binary, appended, zlib"},
-                               {"nifti", true, "NIfTI-1 and -2, plain or gzip"},
-                               {"metaimage", true, ".mha and .mhd; raw, zlib, text"}};
-#if BCCSPLAT_WITH_NETCDF
-  list.push_back({"netcdf", true, netcdf_version()});
-#else
-  list.push_back({"netcdf", false, "BCCSPLAT_WITH_NETCDF is off"});
-#endif
-#if BCCSPLAT_WITH_OPENVDB
-  list.push_back({"openvdb", true, openvdb_version()});
-#else
-  list.push_back({"openvdb", false, "BCCSPLAT_WITH_OPENVDB is off"});
-#endif
+  std::vector<ReaderInfo> list;
+  for (const Format& format : formats()) list.push_back({format.name, format.open != nullptr, format.detail});
   return list;
 }
 

@@ -10,7 +10,8 @@
 
 namespace bcc4 {
 
-// By the first bytes of the first file; what no reader knows is raw and needs --dims and --dtype.
+// Finds the files and asks the reader that knows the first bytes of the first one; what no reader knows is
+// raw and needs --dims and --dtype.
 [[nodiscard]] std::unique_ptr<FrameReader> open_series(const ReaderOptions& options);
 
 struct ReaderInfo {

@@ -249,11 +249,6 @@ std::string range_text(const std::vector<int64_t>& numbers, int64_t stride) {
   return join(ranges);
 }
 
-std::string single_file(const std::vector<std::string>& inputs) {
-  std::error_code ignored;
-  return inputs.size() == 1 && fs::exists(inputs[0], ignored) ? inputs[0] : "";
-}
-
 bool has_frame_pattern(const std::string& name) { return find_pattern(name).has_value(); }
 
 std::string apply_frame_pattern(const std::string& name, int64_t number) {

@@ -32,9 +32,6 @@ struct Sequence {
 // "3, 7-9 and 12": numbers of a missing list as ranges of the stride.
 [[nodiscard]] std::string range_text(const std::vector<int64_t>& numbers, int64_t stride);
 
-// The one path of an input list that names a single plain file, or "".
-[[nodiscard]] std::string single_file(const std::vector<std::string>& inputs);
-
 // Does `name` hold a frame pattern? Then replaces it by the number, padded as asked for.
 [[nodiscard]] bool has_frame_pattern(const std::string& name);
 [[nodiscard]] std::string apply_frame_pattern(const std::string& name, int64_t number);

@@ -74,6 +74,10 @@ template<class T> void store_as(double value, std::byte* at);
 }
 void widen(std::span<std::byte> values, Type type);
 
+// Are values of that byte order to be swapped on this machine?
+[[nodiscard]] inline bool needs_swap(bool big_endian) {
+  return big_endian != (std::endian::native == std::endian::big);
+}
 // Reverses the bytes of each element of `size` bytes.
 void swap_bytes(std::span<std::byte> bytes, size_t size);
 

@@ -14,14 +14,8 @@ namespace bcc4 {
 namespace {
 
 std::vector<AxisRole> find_roles(const MetaImageHeader& h, const std::optional<std::string>& letters) {
-  if (letters && letters->size() != h.sizes.size())
-    fail_usage("--axes ", *letters, " names ", letters->size(), " axes, but ", h.path, " has ",
-               h.sizes.size());
+  if (letters) return roles_from_letters(*letters, h.sizes.size(), h.path);
   std::vector<AxisRole> roles;
-  if (letters) {
-    for (const FileAxis& axis : axes_from_letters(*letters, {1, 1, 1, 1})) roles.push_back(axis.role);
-    return roles;
-  }
   for (size_t a = 0; a < h.sizes.size(); ++a) {
     if (a > 3 && h.sizes[a] > 1) fail_input(h.path, ": ", h.sizes.size(), " axes; four can be read");
     roles.push_back(static_cast<AxisRole>(std::min<size_t>(a, 3)));
@@ -33,7 +27,7 @@ std::vector<AxisRole> find_roles(const MetaImageHeader& h, const std::optional<s
 DenseLayout layout_of(const MetaImageHeader& h, const std::vector<AxisRole>& roles) {
   DenseLayout layout;
   layout.type = h.type;
-  layout.swap = h.encoding != Encoding::ascii && h.big_endian != (std::endian::native == std::endian::big);
+  layout.swap = h.encoding != Encoding::ascii && needs_swap(h.big_endian);
   if (h.channels > 1) layout.axes.push_back({AxisRole::component, h.channels});
   for (size_t a = 0; a < roles.size(); ++a) layout.axes.push_back({roles[a], h.sizes[a]});
   return layout;
@@ -82,8 +76,7 @@ bool is_metaimage(std::string_view start) {
   return false;
 }
 
-std::unique_ptr<FrameReader> open_metaimage(const ReaderOptions& options) {
-  const Sequence sequence = find_sequence(options.inputs, options.frames);
+std::unique_ptr<FrameReader> open_metaimage(const Sequence& sequence, const ReaderOptions& options) {
   const std::string& path = sequence.files.front().path;
   refuse_raw_options(options, path, "MetaImage", true);
   refuse_grid_option(options, path, "MetaImage");
@@ -95,42 +88,40 @@ std::unique_ptr<FrameReader> open_metaimage(const ReaderOptions& options) {
 
   SeriesDescription d;
   std::vector<Segment> segments;
-  for (const SequenceFile& f : sequence.files) {
-    const MetaImageHeader h = read_metaimage_header(f.path);
-    if (file_per_frame && frames > 1) fail_usage(f.path, " is a series of its own: give it alone");
+  const auto add_file = [&](const MetaImageHeader& h) {
+    if (file_per_frame && frames > 1) fail_usage(h.path, " is a series of its own: give it alone");
     if (h.type != first.type || h.big_endian != first.big_endian || h.sizes != first.sizes ||
         h.channels != first.channels)
-      fail_input(f.path, ": its sizes or type differ from those of ", path);
-    for (Segment& s : metaimage_segments(h, layout_bytes(layout, f.path))) {
+      fail_input(h.path, ": its sizes or type differ from those of ", path);
+    for (Segment& s : metaimage_segments(h, layout_bytes(layout, h.path))) {
       check_segment(s);
       segments.push_back(std::move(s));
     }
-    d.files.push_back({f.path, file_size(f.path)});
+    d.files.push_back({h.path, file_size(h.path)});
     for (const std::string& data : h.data_files)
-      if (data != f.path) d.files.push_back({data, file_size(data)});
-  }
+      if (data != h.path) d.files.push_back({data, file_size(data)});
+  };
+  add_file(first);
+  for (size_t i = 1; i < sequence.files.size(); ++i) add_file(read_metaimage_header(sequence.files[i].path));
+
   d.format = "MetaImage";
   d.axes = layout_text(layout);
   set_affine(d, first, roles);
   if (file_per_frame) {
     frames = sequence.files.size();
-    std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
-    layout.axes.push_back({AxisRole::t, frames});
+    stack_files(layout, sequence);
     d.notes.push_back(sequence.note);
   } else {
     check_frame_count(frames, path);
     set_times(d, first, roles);
   }
   d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
-  if (first.channels == 1) refuse_channel_option(options, path, "MetaImage");
-  const std::vector<uint64_t> wanted = wanted_components(options, path, first.channels);
-  for (const uint64_t c : wanted)
-    d.channels.push_back({.name = first.channels > 1 ? concat("c", c) : "value", .precision = layout.type});
+  const std::vector<uint64_t> wanted =
+      add_channels(d, options, path, first.channels, {.precision = layout.type});
   if (first.encoding != Encoding::raw)
     d.notes.push_back(first.encoding == Encoding::gzip ? "zlib compression" : "values as text");
 
-  FramePlan plan =
-      file_per_frame ? plan_files(sequence, options) : plan_selection(frames, options.frames, path);
+  FramePlan plan = plan_frames(sequence, frames, options);
   DenseSeries series(std::move(segments), layout, memory_limit(options));
   return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series), wanted),
                         std::move(plan), options);

@@ -6,6 +6,7 @@
 
 #include "readers/frame_reader.h"
 #include "readers/reader_options.h"
+#include "readers/sequence.h"
 
 namespace bcc4 {
 
@@ -15,6 +16,7 @@ namespace bcc4 {
 // The fourth axis is time, its ElementSpacing the time step; or one file per frame. Elements of several
 // channels become channels c0, c1 ... Data: raw, zlib, or text; attached, in a file, a list or a numbered
 // series of files.
-[[nodiscard]] std::unique_ptr<FrameReader> open_metaimage(const ReaderOptions& options);
+[[nodiscard]] std::unique_ptr<FrameReader> open_metaimage(const Sequence& sequence,
+                                                          const ReaderOptions& options);
 
 } // namespace bcc4

@@ -56,11 +56,8 @@ NetcdfAxes find_axes(const NetcdfFile& file, const NetcdfVariable& variable, con
   NetcdfAxes axes;
   axes.roles.resize(n);
   if (!letters.empty()) {
-    if (letters.size() != n)
-      fail_usage("--axes ", letters, " names ", letters.size(), " axes, but ", variable.name, " in ",
-                 file.path(), " has ", n);
-    const auto named = axes_from_letters(letters, {1, 1, 1, 1});
-    for (size_t a = 0; a < n; ++a) axes.roles[n - 1 - a] = named[a].role;
+    axes.roles = roles_from_letters(letters, n, concat(variable.name, " in ", file.path()));
+    std::reverse(axes.roles.begin(), axes.roles.end());
     axes.why = "axes by --axes";
     return axes;
   }
@@ -83,7 +80,7 @@ NetcdfAxes find_axes(const NetcdfFile& file, const NetcdfVariable& variable, con
           concat(axes.why.empty() ? "" : ", ", variable.dims[a].name, " is ",
                  "xyzt"[static_cast<size_t>(*role)], attributes ? " by its attributes" : " by its name");
     }
-  // What is left stands in the order of the convention: x fastest, then y, z, time.
+  // What is left is in the order of the convention: x fastest, then y, z, time.
   size_t next = 0;
   for (size_t a = n; a-- > 0;) {
     if (!found[a]) {

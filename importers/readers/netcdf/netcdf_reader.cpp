@@ -8,6 +8,7 @@
 #include "readers/affine.h"
 #include "readers/error.h"
 #include "readers/frame_plan.h"
+#include "readers/held_file.h"
 #include "readers/netcdf/netcdf_axes.h"
 #include "readers/netcdf/netcdf_file.h"
 #include "readers/stored_values.h"
@@ -15,7 +16,7 @@
 namespace bcc4 {
 namespace {
 
-// A coordinate variable says where the samples of a dimension of its name stand.
+// A coordinate variable says where the samples of a dimension of its name are.
 bool is_coordinate(const NetcdfVariable& v) { return v.dims.size() == 1 && v.dims[0].name == v.name; }
 
 std::vector<std::string> candidates(const NetcdfFile& file) {
@@ -77,24 +78,22 @@ struct NetcdfPart {
 class NetcdfReader : public FrameReader {
  public:
   NetcdfReader(SeriesDescription description, std::vector<NetcdfChannel> channels,
-               std::vector<AxisRole> roles, std::vector<NetcdfPart> parts)
+               std::vector<AxisRole> roles, std::vector<NetcdfPart> parts, std::unique_ptr<NetcdfFile> first)
       : description_(std::move(description)), channels_(std::move(channels)), roles_(std::move(roles)),
-        parts_(std::move(parts)) {}
+        parts_(std::move(parts)), file_(std::move(first)) {}
 
   const SeriesDescription& description() const override { return description_; }
   std::string frame_name(uint64_t frame) const override { return part_of(frame).path; }
 
   Frame read(uint64_t frame, size_t channel) override {
     const NetcdfPart& part = part_of(frame);
-    if (!file_ || file_->path() != part.path) {
-      file_.reset();
-      file_ = std::make_unique<NetcdfFile>(part.path);
-    }
+    const NetcdfFile& file = hold_file(file_, part.path);
     const NetcdfChannel& c = channels_[channel];
-    const NetcdfVariable* v = file_->find(c.variable);
+    const NetcdfVariable* v = file.find(c.variable);
     if (!v || v->type != c.values.type || v->dims.size() != roles_.size())
       fail_input(part.path, ": variable ", c.variable, " is not as in the first file");
     std::vector<size_t> start(roles_.size(), 0), count(roles_.size(), 1);
+    std::vector<FileAxis> axes;
     size_t bytes = type_size(c.values.type);
     for (size_t a = 0; a < roles_.size(); ++a) {
       const uint64_t size =
@@ -107,10 +106,11 @@ class NetcdfReader : public FrameReader {
       else
         bytes *= count[a] = size;
     }
-    auto held = std::make_shared<Bytes>(bytes);
-    file_->read(*v, start, count, *held);
-    c.values.convert(*held);
-    return as_frame(std::move(held), channel);
+    for (size_t a = roles_.size(); a-- > 0;) axes.push_back({roles_[a], count[a]});
+    auto values = std::make_shared<Bytes>(bytes);
+    file.read(*v, start, count, *values);
+    c.values.convert(*values);
+    return dense_frame(description_.channels[channel].type, std::move(values), axes);
   }
 
  private:
@@ -118,24 +118,6 @@ class NetcdfReader : public FrameReader {
     const auto next = std::upper_bound(parts_.begin(), parts_.end(), frame,
                                        [](uint64_t f, const NetcdfPart& p) { return f < p.first; });
     return *(next - 1);
-  }
-
-  Frame as_frame(std::shared_ptr<const Bytes> held, size_t channel) const {
-    const Type type = description_.channels[channel].type;
-    Box box{.type = type, .data = held->data(), .dims = {1, 1, 1}};
-    auto stride = static_cast<int64_t>(type_size(type));
-    box.stride_bytes = {stride, stride, stride};
-    for (size_t a = roles_.size(); a-- > 0;) {
-      if (roles_[a] == AxisRole::t) continue;
-      const auto r = static_cast<size_t>(roles_[a]);
-      box.dims[r] = static_cast<int64_t>(description_.dims[r]);
-      box.stride_bytes[r] = stride;
-      stride *= box.dims[r];
-    }
-    Frame frame;
-    frame.boxes.push_back(box);
-    frame.storage.push_back(std::move(held));
-    return frame;
   }
 
   SeriesDescription description_;
@@ -254,8 +236,7 @@ void describe_channels(SeriesDescription& d, const NetcdfFile& file, const Netcd
 
 } // namespace
 
-std::unique_ptr<FrameReader> open_netcdf(const ReaderOptions& options) {
-  const Sequence sequence = find_sequence(options.inputs, options.frames);
+std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence, const ReaderOptions& options) {
   const std::string& path = sequence.files.front().path;
   refuse_raw_options(options, path, "NetCDF", true);
   refuse_grid_option(options, path, "NetCDF");
@@ -265,10 +246,12 @@ std::unique_ptr<FrameReader> open_netcdf(const ReaderOptions& options) {
   std::vector<NetcdfChannel> channels;
   NetcdfAxes axes;
   std::vector<NetcdfPart> parts;
+  std::unique_ptr<NetcdfFile> first_file;
   uint64_t frames = 0;
   bool timed = true;
   for (const SequenceFile& f : sequence.files) {
-    const NetcdfFile file(f.path);
+    auto opened = std::make_unique<NetcdfFile>(f.path);
+    const NetcdfFile& file = *opened;
     const bool first = parts.empty();
     if (first)
       for (const std::string& name : chosen_variables(file, options))
@@ -292,15 +275,15 @@ std::unique_ptr<FrameReader> open_netcdf(const ReaderOptions& options) {
     d.files.push_back({f.path, file_size(f.path)});
     parts.push_back({f.path, frames, count});
     frames += count;
+    if (first) first_file = std::move(opened);
   }
   if (!timed) d.times = {};
   d.dims[3] = frames;
-  const bool many = sequence.files.size() > 1;
-  if (many) d.notes.push_back(sequence.note);
-  FramePlan plan = many && frames == sequence.files.size() ? plan_files(sequence, options)
-                                                           : plan_selection(frames, options.frames, path);
+  if (sequence.files.size() > 1) d.notes.push_back(sequence.note);
+  FramePlan plan = plan_frames(sequence, frames, options);
   return planned_series(std::make_unique<NetcdfReader>(std::move(d), std::move(channels),
-                                                       std::move(axes.roles), std::move(parts)),
+                                                       std::move(axes.roles), std::move(parts),
+                                                       std::move(first_file)),
                         std::move(plan), options);
 }
 

@@ -6,6 +6,7 @@
 
 #include "readers/frame_reader.h"
 #include "readers/reader_options.h"
+#include "readers/sequence.h"
 
 namespace bcc4 {
 
@@ -14,7 +15,8 @@ namespace bcc4 {
 // positive), then by the names of dimensions, then by their place: time, z, y, x from slowest to fastest.
 // Packed values are unpacked; _FillValue, missing_value and valid_range mark holes. Files of a sequence are
 // joined along time.
-[[nodiscard]] std::unique_ptr<FrameReader> open_netcdf(const ReaderOptions& options);
+[[nodiscard]] std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence,
+                                                       const ReaderOptions& options);
 
 // Of the library, such as "4.9.0".
 [[nodiscard]] std::string netcdf_version();

@@ -24,11 +24,12 @@ constexpr Fields kNifti2{540, 16, 12, 104, 168, 176, 184, 500, 216, 344, 348, 35
 
 class Header {
  public:
-  Header(Bytes bytes, const Fields& fields, bool swap) : bytes_(std::move(bytes)), f_(fields), swap_(swap) {}
+  Header(std::string bytes, const Fields& fields, bool swap)
+      : bytes_(std::move(bytes)), f_(fields), swap_(swap) {}
   [[nodiscard]] const Fields& fields() const { return f_; }
   [[nodiscard]] bool swapped() const { return swap_; }
   template<class T> [[nodiscard]] T at(size_t offset) const {
-    std::byte raw[sizeof(T)];
+    char raw[sizeof(T)];
     std::copy_n(bytes_.data() + offset, sizeof(T), raw);
     if (swap_) std::reverse(raw, raw + sizeof(T));
     T value;
@@ -55,7 +56,7 @@ class Header {
   }
 
  private:
-  Bytes bytes_;
+  std::string bytes_;
   Fields f_;
   bool swap_;
 };
@@ -73,16 +74,11 @@ bool magic_at(std::string_view start, size_t offset, std::string_view magic) {
   return start.size() >= offset + magic.size() && start.substr(offset, magic.size()) == magic;
 }
 
-Header read_header(const std::string& path, bool gzip) {
-  Bytes bytes(kNifti2.header);
-  auto file = std::make_unique<InputFile>(path);
-  bytes.resize(gzip ? open_gzip(std::move(file), 0)->read(bytes) : file->read_some(0, bytes));
-  const std::string_view start(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+Header parse_header(const std::string& bytes, const std::string& path) {
   if (bytes.size() >= 4) {
     for (const bool swap : {false, true})
       for (const Fields* f : {&kNifti1, &kNifti2})
-        if (size_field(start, swap) == f->header && bytes.size() >= f->header)
-          return Header(std::move(bytes), *f, swap);
+        if (size_field(bytes, swap) == f->header && bytes.size() >= f->header) return Header(bytes, *f, swap);
   }
   fail_input(path, ": the NIfTI header is cut off");
 }
@@ -166,8 +162,7 @@ bool is_nifti(std::string_view start) {
   return false;
 }
 
-std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options) {
-  const Sequence sequence = find_sequence(options.inputs, options.frames);
+std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOptions& options) {
   const std::string& path = sequence.files.front().path;
   refuse_raw_options(options, path, "NIfTI", false);
   refuse_grid_option(options, path, "NIfTI");
@@ -180,10 +175,8 @@ std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options) {
   uint64_t frames = 1;
   for (size_t i = 0; i < sequence.files.size(); ++i) {
     const std::string& name = sequence.files[i].path;
-    std::byte start[2]{};
-    const bool gzip = InputFile(name).read_some(0, start) == 2 && start[0] == std::byte{0x1f} &&
-                      start[1] == std::byte{0x8b};
-    const Header h = read_header(name, gzip);
+    const FileStart start = read_start(name, kNifti2.header);
+    const Header h = parse_header(start.bytes, name);
     if (!h.fields().wide && h.at<char>(345) == 'i')
       fail_input(name, ": header and image are two files (.hdr, .img); convert it to one .nii");
     const int64_t axes = h.dim(0);
@@ -208,8 +201,8 @@ std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options) {
     if (!(offset >= static_cast<double>(h.fields().header)) || offset > 1e15)
       fail_input(name, ": vox_offset ", offset, " is not behind the header");
     Segment s{.path = name, .bytes = layout_bytes(next, name)};
-    s.encoding = gzip ? Encoding::gzip : Encoding::raw;
-    (gzip ? s.discard : s.offset) = static_cast<uint64_t>(offset);
+    s.encoding = start.gzip ? Encoding::gzip : Encoding::raw;
+    (start.gzip ? s.discard : s.offset) = static_cast<uint64_t>(offset);
     check_segment(s);
     segments.push_back(std::move(s));
     d.files.push_back({name, file_size(name)});
@@ -230,7 +223,7 @@ std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options) {
   }
   if (file_per_frame) {
     frames = sequence.files.size();
-    layout.axes.back().size = frames;
+    stack_files(layout, sequence);
     d.notes.push_back(sequence.note);
   }
   d.format = "NIfTI";
@@ -239,8 +232,7 @@ std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options) {
   d.channels.push_back({.precision = layout.type});
   if (layout.slope != 1 || layout.intercept != 0)
     d.notes.push_back(concat("values = ", layout.slope, " x stored + ", layout.intercept));
-  FramePlan plan =
-      file_per_frame ? plan_files(sequence, options) : plan_selection(frames, options.frames, path);
+  FramePlan plan = plan_frames(sequence, frames, options);
   DenseSeries series(std::move(segments), layout, memory_limit(options));
   return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series)), std::move(plan),
                         options);

@@ -7,13 +7,14 @@
 
 #include "readers/frame_reader.h"
 #include "readers/reader_options.h"
+#include "readers/sequence.h"
 
 namespace bcc4 {
 
-// Do the (unpacked) first 352 bytes of a file look like one?
+// Do the (unpacked) first bytes of a file, 352 or all there are, look like one?
 [[nodiscard]] bool is_nifti(std::string_view start);
 
 // The fourth axis is time unless xyzt_units say hertz, ppm or radians. scl_slope 0 means no scaling.
-[[nodiscard]] std::unique_ptr<FrameReader> open_nifti(const ReaderOptions& options);
+[[nodiscard]] std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOptions& options);
 
 } // namespace bcc4

@@ -86,15 +86,6 @@ Roles find_roles(const NrrdHeader& h) {
   return out;
 }
 
-Roles roles_from_letters(const NrrdHeader& h, const std::string& letters) {
-  if (letters.size() != h.axes.size())
-    fail_usage("--axes ", letters, " names ", letters.size(), " axes, but ", h.path, " has ", h.axes.size());
-  Roles out;
-  for (const FileAxis& axis : axes_from_letters(letters, {1, 1, 1, 1})) out.roles.push_back(axis.role);
-  out.why = "axes by --axes";
-  return out;
-}
-
 void set_affine(SeriesDescription& d, const NrrdHeader& h, const std::vector<AxisRole>& roles) {
   std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<double, 3> origin{};
@@ -116,7 +107,7 @@ void set_affine(SeriesDescription& d, const NrrdHeader& h, const std::vector<Axi
     if (!axis.direction && axis.min) origin[r] = *axis.min;
     if (!axis.unit.empty() && d.spatial_unit.empty()) d.spatial_unit = axis.unit;
   }
-  if (directions && !has_z) { // a plane in space: the missing axis stands across it
+  if (directions && !has_z) { // a plane in space: the missing axis is across it
     const auto &u = columns[0], &v = columns[1];
     columns[2] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
     const double length = std::hypot(columns[2][0], columns[2][1], columns[2][2]);
@@ -168,10 +159,11 @@ struct OneNrrd {
 
 OneNrrd open_header(const ReaderOptions& options, const std::string& path) {
   OneNrrd n{.header = read_nrrd_header(path)};
-  n.roles = options.axes ? roles_from_letters(n.header, *options.axes) : find_roles(n.header);
+  n.roles = options.axes
+                ? Roles{roles_from_letters(*options.axes, n.header.axes.size(), path), "axes by --axes"}
+                : find_roles(n.header);
   n.layout.type = n.header.type;
-  n.layout.swap = n.header.encoding != Encoding::ascii &&
-                  n.header.big_endian != (std::endian::native == std::endian::big);
+  n.layout.swap = n.header.encoding != Encoding::ascii && needs_swap(n.header.big_endian);
   for (size_t a = 0; a < n.roles.roles.size(); ++a)
     n.layout.axes.push_back({n.roles.roles[a], n.header.axes[a].size});
   return n;
@@ -185,12 +177,11 @@ std::vector<uint64_t> sizes(const DenseLayout& layout) {
 
 } // namespace
 
-std::unique_ptr<FrameReader> open_nrrd(const ReaderOptions& options) {
-  const Sequence sequence = find_sequence(options.inputs, options.frames);
+std::unique_ptr<FrameReader> open_nrrd(const Sequence& sequence, const ReaderOptions& options) {
   const std::string& path = sequence.files.front().path;
   refuse_raw_options(options, path, "NRRD", true);
   refuse_grid_option(options, path, "NRRD");
-  OneNrrd first = open_header(options, path);
+  const OneNrrd first = open_header(options, path);
   const NrrdHeader& h = first.header;
   DenseLayout layout = first.layout;
   uint64_t frames = layout.size_of(AxisRole::t);
@@ -198,26 +189,27 @@ std::unique_ptr<FrameReader> open_nrrd(const ReaderOptions& options) {
 
   SeriesDescription d;
   std::vector<Segment> segments;
-  for (const SequenceFile& f : sequence.files) {
-    const OneNrrd next = open_header(options, f.path);
-    if (file_per_frame && frames > 1) fail_usage(f.path, " is a series of its own: give it alone");
-    if (next.header.type != h.type || next.layout.swap != layout.swap || sizes(next.layout) != sizes(layout))
-      fail_input(f.path, ": its sizes or type differ from those of ", path);
-    for (Segment& s : nrrd_segments(next.header, layout_bytes(next.layout, f.path))) {
+  const auto add_file = [&](const OneNrrd& file) {
+    const std::string& name = file.header.path;
+    if (file_per_frame && frames > 1) fail_usage(name, " is a series of its own: give it alone");
+    if (file.header.type != h.type || file.layout.swap != layout.swap || sizes(file.layout) != sizes(layout))
+      fail_input(name, ": its sizes or type differ from those of ", path);
+    for (Segment& s : nrrd_segments(file.header, layout_bytes(file.layout, name))) {
       check_segment(s);
       segments.push_back(std::move(s));
     }
-    d.files.push_back({f.path, file_size(f.path)});
-    for (const std::string& data : next.header.data_files) d.files.push_back({data, file_size(data)});
-  }
+    d.files.push_back({name, file_size(name)});
+    for (const std::string& data : file.header.data_files) d.files.push_back({data, file_size(data)});
+  };
+  add_file(first);
+  for (size_t i = 1; i < sequence.files.size(); ++i) add_file(open_header(options, sequence.files[i].path));
 
   d.format = "NRRD";
   d.axes = layout_text(layout) + (first.roles.why.empty() ? "" : "; " + first.roles.why);
   set_affine(d, h, first.roles.roles);
   if (file_per_frame) {
     frames = sequence.files.size();
-    std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
-    layout.axes.push_back({AxisRole::t, frames});
+    stack_files(layout, sequence);
     d.notes.push_back(sequence.note);
   } else {
     check_frame_count(frames, path);
@@ -226,16 +218,12 @@ std::unique_ptr<FrameReader> open_nrrd(const ReaderOptions& options) {
   }
   d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
   const uint64_t components = layout.size_of(AxisRole::component);
-  if (components == 1) refuse_channel_option(options, path, "NRRD");
-  const std::vector<uint64_t> wanted = wanted_components(options, path, components);
-  for (const uint64_t c : wanted)
-    d.channels.push_back(
-        {.name = components > 1 ? concat("c", c) : "value", .unit = h.sample_unit, .precision = layout.type});
+  const std::vector<uint64_t> wanted =
+      add_channels(d, options, path, components, {.unit = h.sample_unit, .precision = layout.type});
   if (h.encoding != Encoding::raw)
     d.notes.push_back(h.encoding == Encoding::gzip ? "gzip encoding" : "ascii encoding");
 
-  FramePlan plan =
-      file_per_frame ? plan_files(sequence, options) : plan_selection(frames, options.frames, path);
+  FramePlan plan = plan_frames(sequence, frames, options);
   DenseSeries series(std::move(segments), layout, memory_limit(options));
   return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series), wanted),
                         std::move(plan), options);

@@ -32,8 +32,7 @@ void check_file(const Segment& s, const DenseLayout& layout, uint64_t frames) {
 
 } // namespace
 
-std::unique_ptr<FrameReader> open_raw(const ReaderOptions& options) {
-  const Sequence sequence = find_sequence(options.inputs, options.frames);
+std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOptions& options) {
   const std::string& first = sequence.files.front().path;
   refuse_grid_option(options, first, "raw");
   refuse_channel_option(options, first, "raw");
@@ -56,7 +55,7 @@ std::unique_ptr<FrameReader> open_raw(const ReaderOptions& options) {
 
   DenseLayout layout;
   layout.type = *options.dtype;
-  layout.swap = options.big_endian.value_or(false) != (std::endian::native == std::endian::big);
+  layout.swap = needs_swap(options.big_endian.value_or(false));
   const std::string letters = options.axes.value_or(dims[3] > 1 && !file_per_frame ? "xyzt" : "xyz");
   auto file_dims = dims;
   if (file_per_frame) file_dims[3] = 1;
@@ -79,9 +78,8 @@ std::unique_ptr<FrameReader> open_raw(const ReaderOptions& options) {
     segments.push_back(s);
     d.files.push_back({f.path, file_size(f.path)});
   }
-  if (file_per_frame) { // the files themselves are the slowest axis
-    std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
-    layout.axes.push_back({AxisRole::t, files});
+  if (file_per_frame) {
+    stack_files(layout, sequence);
     dims[3] = files;
   }
 
@@ -94,9 +92,7 @@ std::unique_ptr<FrameReader> open_raw(const ReaderOptions& options) {
   d.notes.push_back(concat(type_name(layout.type), ", ",
                            options.big_endian.value_or(false) ? "big" : "little", "-endian",
                            skip > 0 ? concat(", ", skip, " bytes skipped") : ""));
-  FramePlan plan =
-      file_per_frame ? plan_files(sequence, options) : plan_selection(dims[3], options.frames, first);
-
+  FramePlan plan = plan_frames(sequence, dims[3], options);
   DenseSeries series(std::move(segments), layout, memory_limit(options));
   const Frame probe = series.read(plan.frames.front().a, 0);
   if (probe.boxes[0].type == layout.type) {

@@ -5,10 +5,11 @@
 
 #include "readers/frame_reader.h"
 #include "readers/reader_options.h"
+#include "readers/sequence.h"
 
 namespace bcc4 {
 
 // --dims and --dtype are needed. The sizes of the files must match them exactly.
-[[nodiscard]] std::unique_ptr<FrameReader> open_raw(const ReaderOptions& options);
+[[nodiscard]] std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOptions& options);
 
 } // namespace bcc4

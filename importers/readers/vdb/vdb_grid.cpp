@@ -32,13 +32,17 @@ template<class T> constexpr Type box_type() {
     return Type::f64; // double, int64
 }
 
-class VdbFile {
+} // namespace
+
+// What OpenVDB calls a file, its exceptions as ours.
+class VdbFile::Archive {
  public:
-  explicit VdbFile(const std::string& path) : path_(path), file_(path) {
+  explicit Archive(const std::string& path) : path_(path), file_(path) {
     openvdb::initialize();
     (void)file_size(path);
     guard([&] { file_.open(false); });
   }
+  [[nodiscard]] const std::string& path() const { return path_; }
   template<class F> void guard(F&& f) {
     try {
       f();
@@ -79,6 +83,8 @@ class VdbFile {
   openvdb::io::File file_;
 };
 
+namespace {
+
 bool is_points(const openvdb::GridBase& grid) {
   return grid.type().find("ptdata") != std::string::npos || grid.type().find("ptidx") != std::string::npos;
 }
@@ -115,7 +121,7 @@ template<class GridT> struct BoxCopier {
   bool level_set;
   Value background;
 
-  template<class Out> void copy(const openvdb::Coord& begin, const std::array<int64_t, 3>& dims, Out* out) {
+  template<class Out> void copy(const openvdb::Coord& begin, const openvdb::Coord& dims, Out* out) {
     for (int32_t z = 0; z < dims[2]; z += step(begin[2] + z))
       for (int32_t y = 0; y < dims[1]; y += step(begin[1] + y))
         for (int32_t x = 0; x < dims[0]; x += step(begin[0] + x)) block(begin, {x, y, z}, dims, out);
@@ -126,16 +132,15 @@ template<class GridT> struct BoxCopier {
   static int32_t step(int32_t index) { return kBlock - (index & (kBlock - 1)); }
 
   template<class Out>
-  void block(const openvdb::Coord& begin, const openvdb::Coord& at, const std::array<int64_t, 3>& dims,
-             Out* out) {
+  void block(const openvdb::Coord& begin, const openvdb::Coord& at, const openvdb::Coord& dims, Out* out) {
     const openvdb::Coord first = begin + at;
     const auto* leaf = accessor.probeConstLeaf(first);
     Value tile = background;
     if (!leaf && (!accessor.probeValue(first, tile) && !level_set)) tile = background;
-    for (int32_t z = at[2]; z < std::min<int64_t>(dims[2], at[2] + step(first[2])); ++z)
-      for (int32_t y = at[1]; y < std::min<int64_t>(dims[1], at[1] + step(first[1])); ++y) {
+    for (int32_t z = at[2]; z < std::min(dims[2], at[2] + step(first[2])); ++z)
+      for (int32_t y = at[1]; y < std::min(dims[1], at[1] + step(first[1])); ++y) {
         Out* row = out + (z * dims[1] + y) * dims[0];
-        for (int32_t x = at[0]; x < std::min<int64_t>(dims[0], at[0] + step(first[0])); ++x) {
+        for (int32_t x = at[0]; x < std::min(dims[0], at[0] + step(first[0])); ++x) {
           Value value = tile;
           if (leaf) {
             const auto offset = GridT::TreeType::LeafNodeType::coordToOffset(begin + openvdb::Coord(x, y, z));
@@ -205,24 +210,25 @@ Frame frame_of(const GridT& grid, const std::string& path, const std::array<int3
                                              (first_block[1] + b.begin[1] + b.dims[1]) * kBlock - 1,
                                              (first_block[2] + b.begin[2] + b.dims[2]) * kBlock - 1));
     voxels.intersect(domain);
-    Box box{.type = type};
-    auto stride = static_cast<int64_t>(type_size(type));
+    Box box;
+    box.type = type;
+    uint64_t stride = type_size(type);
     for (int a = 0; a < 3; ++a) {
       const auto i = static_cast<size_t>(a);
-      box.begin[i] = voxels.min()[a] - begin[a];
-      box.dims[i] = voxels.max()[a] - voxels.min()[a] + 1;
+      box.begin[i] = static_cast<uint64_t>(voxels.min()[a] - begin[a]);
+      box.dims[i] = static_cast<uint64_t>(voxels.max()[a] - voxels.min()[a] + 1);
       box.stride_bytes[i] = stride;
       stride *= box.dims[i];
     }
-    bytes += static_cast<uint64_t>(stride);
+    bytes += stride;
     if (bytes > memory_limit)
       fail(Exit::no_resources, path, ": its active voxels take more than the ",
            byte_text(static_cast<double>(memory_limit)), " allowed: raise --max-mem");
-    auto storage = std::make_shared<Bytes>(static_cast<size_t>(stride));
+    auto storage = std::make_shared<Bytes>(stride);
     visit_type(type, [&](auto zero) {
       using Out = decltype(zero);
       if constexpr (std::is_arithmetic_v<Out>)
-        copier.copy(voxels.min(), box.dims, reinterpret_cast<Out*>(storage->data()));
+        copier.copy(voxels.min(), voxels.dim(), reinterpret_cast<Out*>(storage->data()));
     });
     box.data = storage->data();
     frame.boxes.push_back(box);
@@ -243,20 +249,24 @@ void VdbBounds::unite(const VdbBounds& other) {
 
 std::string openvdb_version() { return openvdb::getLibraryVersionString(); }
 
-std::vector<std::string> vdb_grid_names(const std::string& path) { return VdbFile(path).names(); }
+VdbFile::VdbFile(const std::string& path) : archive_(std::make_unique<Archive>(path)) {}
+VdbFile::~VdbFile() = default;
 
-std::vector<std::string> vdb_scalar_names(const std::string& path) {
-  VdbFile file(path);
+const std::string& VdbFile::path() const { return archive_->path(); }
+
+std::vector<std::string> VdbFile::names() { return archive_->names(); }
+
+std::vector<std::string> VdbFile::scalar_names() {
   std::vector<std::string> out;
-  for (const std::string& name : file.names())
-    if (is_scalar(*file.metadata(name))) out.push_back(name);
+  for (const std::string& name : names())
+    if (is_scalar(*archive_->metadata(name))) out.push_back(name);
   return out;
 }
 
-VdbGridInfo read_vdb_info(const std::string& path, const std::string& name, bool with_background, bool fog) {
-  VdbFile file(path);
-  require_name(path, file.names(), name);
-  openvdb::GridBase::Ptr grid = file.metadata(name);
+VdbGridInfo VdbFile::read_info(const std::string& name, bool with_background, bool fog) {
+  const std::string& path = archive_->path();
+  require_name(path, names(), name);
+  openvdb::GridBase::Ptr grid = archive_->metadata(name);
   VdbGridInfo info;
   info.name = name;
   info.tree_type = grid->valueType();
@@ -280,9 +290,9 @@ VdbGridInfo read_vdb_info(const std::string& path, const std::string& name, bool
   if (lowest && highest) {
     info.bounds =
         bounds_of(openvdb::CoordBBox(openvdb::Coord(lowest->value()), openvdb::Coord(highest->value())));
-    if (with_background) grid = file.topology(name);
+    if (with_background) grid = archive_->topology(name);
   } else {
-    grid = file.grid(name);
+    grid = archive_->grid(name);
     info.bounds = bounds_of(grid->evalActiveVoxelBoundingBox());
   }
   grid->apply<Scalars>([&](const auto& g) {
@@ -295,12 +305,12 @@ VdbGridInfo read_vdb_info(const std::string& path, const std::string& name, bool
   return info;
 }
 
-Frame read_vdb_frame(const std::string& path, const std::string& name, const std::array<int32_t, 3>& origin,
-                     const std::array<uint64_t, 4>& dims, double background, uint64_t memory_limit,
-                     bool fog) {
-  VdbFile file(path);
-  require_name(path, file.names(), name);
-  const openvdb::GridBase::Ptr grid = file.grid(name);
+Frame VdbFile::read_frame(const std::string& name, const std::array<int32_t, 3>& origin,
+                          const std::array<uint64_t, 4>& dims, double background, uint64_t memory_limit,
+                          bool fog) {
+  const std::string& path = archive_->path();
+  require_name(path, names(), name);
+  const openvdb::GridBase::Ptr grid = archive_->grid(name);
   Frame frame;
   const bool known = grid->apply<Scalars>([&](auto& g) {
     if constexpr (std::is_floating_point_v<typename std::decay_t<decltype(g)>::ValueType>)

@@ -1,4 +1,4 @@
-// One scalar grid of an OpenVDB file: what it is, and its voxels as boxes. Only the vdb files know OpenVDB.
+// An OpenVDB file: what its scalar grids are, and their voxels as boxes. Only the vdb files know OpenVDB.
 #pragma once
 
 #include <array>
@@ -31,21 +31,31 @@ struct VdbGridInfo {
   Affine affine{};       // grid index -> world
 };
 
-// Names of the grids of a file, a name that stands twice with its number: "density[1]".
-[[nodiscard]] std::vector<std::string> vdb_grid_names(const std::string& path);
-// Names of the grids that can be read: scalars that are no points.
-[[nodiscard]] std::vector<std::string> vdb_scalar_names(const std::string& path);
+class VdbFile {
+ public:
+  explicit VdbFile(const std::string& path);
+  ~VdbFile();
+  VdbFile(const VdbFile&) = delete;
+  VdbFile& operator=(const VdbFile&) = delete;
 
-// Reads the metadata only, unless the file does not say its bounds. fog: level sets are read as fog, 1
-// inside, falling to 0 at the surface. Throws for unknown names (with the nearest), points, vectors and
-// non-linear transforms.
-[[nodiscard]] VdbGridInfo read_vdb_info(const std::string& path, const std::string& name,
-                                        bool with_background, bool fog);
+  [[nodiscard]] const std::string& path() const;
+  // Names of all grids, a name that is there twice with its number: "density[1]".
+  [[nodiscard]] std::vector<std::string> names();
+  // Names of the grids that can be read: scalars that are no points.
+  [[nodiscard]] std::vector<std::string> scalar_names();
+  // Reads the metadata only, unless the file does not say its bounds. fog: level sets are read as fog, 1
+  // inside, falling to 0 at the surface. Throws for unknown names (with the nearest), points, vectors and
+  // non-linear transforms.
+  [[nodiscard]] VdbGridInfo read_info(const std::string& name, bool with_background, bool fog);
+  // The voxels of a grid as dense boxes relative to `origin` within `dims`; at most `memory_limit` bytes.
+  // Throws when its background is another.
+  [[nodiscard]] Frame read_frame(const std::string& name, const std::array<int32_t, 3>& origin,
+                                 const std::array<uint64_t, 4>& dims, double background,
+                                 uint64_t memory_limit, bool fog);
 
-// The voxels of a grid as dense boxes relative to `origin` within `dims`; at most `memory_limit` bytes.
-// Throws when its background is another.
-[[nodiscard]] Frame read_vdb_frame(const std::string& path, const std::string& name,
-                                   const std::array<int32_t, 3>& origin, const std::array<uint64_t, 4>& dims,
-                                   double background, uint64_t memory_limit, bool fog);
+ private:
+  class Archive;
+  std::unique_ptr<Archive> archive_;
+};
 
 } // namespace bcc4

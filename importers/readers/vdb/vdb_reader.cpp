@@ -6,6 +6,7 @@
 
 #include "readers/error.h"
 #include "readers/frame_plan.h"
+#include "readers/held_file.h"
 #include "readers/vdb/vdb_grid.h"
 
 namespace bcc4 {
@@ -15,15 +16,16 @@ using Offset = std::array<int32_t, 3>;
 
 class VdbReader : public FrameReader {
  public:
-  VdbReader(SeriesDescription description, std::vector<Offset> origins, uint64_t memory_limit, bool fog)
+  VdbReader(SeriesDescription description, std::vector<Offset> origins, uint64_t memory_limit, bool fog,
+            std::unique_ptr<VdbFile> first)
       : description_(std::move(description)), origins_(std::move(origins)), memory_limit_(memory_limit),
-        fog_(fog) {}
+        fog_(fog), file_(std::move(first)) {}
   const SeriesDescription& description() const override { return description_; }
   std::string frame_name(uint64_t frame) const override { return description_.files[frame].path; }
   Frame read(uint64_t frame, size_t channel) override {
-    return read_vdb_frame(description_.files[frame].path, description_.channels[channel].name,
-                          origins_[frame], description_.dims, description_.channels[channel].air,
-                          memory_limit_, fog_);
+    const Channel& c = description_.channels[channel];
+    return hold_file(file_, description_.files[frame].path)
+        .read_frame(c.name, origins_[frame], description_.dims, c.air, memory_limit_, fog_);
   }
 
  private:
@@ -31,16 +33,17 @@ class VdbReader : public FrameReader {
   std::vector<Offset> origins_; // grid index of voxel (0, 0, 0) of the series, per file
   uint64_t memory_limit_;
   bool fog_; // level sets
+  std::unique_ptr<VdbFile> file_;
 };
 
-std::vector<std::string> chosen_grids(const ReaderOptions& options, const std::string& path,
-                                      SeriesDescription& d) {
+std::vector<std::string> chosen_grids(const ReaderOptions& options, VdbFile& file, SeriesDescription& d) {
   if (!options.grids.empty()) return options.grids;
-  const std::vector<std::string> all = vdb_grid_names(path);
-  std::vector<std::string> scalars = vdb_scalar_names(path);
+  const std::string& path = file.path();
+  const std::vector<std::string> all = file.names();
+  std::vector<std::string> scalars = file.scalar_names();
   if (scalars.empty()) {
     if (all.empty()) fail_input(path, ": holds no grids");
-    (void)read_vdb_info(path, all[0], false, false); // says why it cannot be read
+    (void)file.read_info(all[0], false, false); // says why it cannot be read
     fail_input(path, ": no scalar grid among ", join(all));
   }
   if (scalars.size() == 1) return scalars;
@@ -87,15 +90,16 @@ VdbBounds moved(VdbBounds bounds, const Offset& by) {
 
 } // namespace
 
-std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options) {
-  const Sequence sequence = find_sequence(options.inputs, options.frames);
+std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOptions& options) {
   const std::string& path = sequence.files.front().path;
   refuse_raw_options(options, path, "OpenVDB", false);
   if (!options.channels.empty()) fail_usage("--channel: grids of OpenVDB files are chosen with --grid");
   SeriesDescription d;
   d.format = "OpenVDB";
   d.sparse = true;
-  const std::vector<std::string> grids = chosen_grids(options, path, d);
+  auto first = std::make_unique<VdbFile>(path);
+  std::unique_ptr<VdbFile> other;
+  const std::vector<std::string> grids = chosen_grids(options, *first, d);
   VdbBounds bounds;
   std::vector<Offset> offsets;
   VdbGridInfo reference;
@@ -104,9 +108,10 @@ std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options) {
   bool level_sets = false;
   for (const SequenceFile& f : sequence.files) {
     d.files.push_back({f.path, std::filesystem::file_size(f.path)});
+    VdbFile& file = f.path == path ? *first : hold_file(other, f.path);
     VdbBounds frame;
     for (size_t c = 0; c < grids.size(); ++c) {
-      const VdbGridInfo info = read_vdb_info(f.path, grids[c], d.channels.size() == c, fog);
+      const VdbGridInfo info = file.read_info(grids[c], d.channels.size() == c, fog);
       level_sets = level_sets || info.level_set;
       if (d.channels.size() == c) {
         if (c == 0) reference = info;
@@ -159,9 +164,9 @@ std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options) {
                            empty_frames > 0 ? concat("; ", empty_frames, " frames have none") : ""));
   if (!sequence.note.empty()) d.notes.push_back(sequence.note);
   FramePlan plan = plan_files(sequence, options);
-  return planned_series(
-      std::make_unique<VdbReader>(std::move(d), std::move(origins), memory_limit(options), fog),
-      std::move(plan), options);
+  return planned_series(std::make_unique<VdbReader>(std::move(d), std::move(origins), memory_limit(options),
+                                                    fog, std::move(first)),
+                        std::move(plan), options);
 }
 
 } // namespace bcc4

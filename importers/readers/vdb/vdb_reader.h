@@ -6,12 +6,13 @@
 
 #include "readers/frame_reader.h"
 #include "readers/reader_options.h"
+#include "readers/sequence.h"
 
 namespace bcc4 {
 
 // The bounding boxes of the active voxels of all frames are united; transforms may differ by whole voxels.
 // Inactive voxels are background (air); level sets keep the sign inside. Each --grid is a channel.
-[[nodiscard]] std::unique_ptr<FrameReader> open_vdb(const ReaderOptions& options);
+[[nodiscard]] std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOptions& options);
 
 // "10.0.1".
 [[nodiscard]] std::string openvdb_version();

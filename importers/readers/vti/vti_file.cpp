@@ -86,7 +86,7 @@ VtiFile::VtiFile(const std::string& path) : path_(path), file_(path), text_(read
   compressed_ = !compressor.empty();
   if (compressed_ && compressor != "vtkZLibDataCompressor")
     fail_input(path, ": compressed with ", compressor, ", which cannot be read; vtkZLibDataCompressor can");
-  swap_ = (root.attribute("byte_order") == "BigEndian") != (std::endian::native == std::endian::big);
+  swap_ = needs_swap(root.attribute("byte_order") == "BigEndian");
   count_size_ = root.attribute("header_type") == "UInt64" ? 8 : 4;
   const XmlElement* image = root.child("ImageData");
   if (!image) fail_input(path, ": no ImageData element");

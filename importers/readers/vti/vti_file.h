@@ -30,6 +30,7 @@ class VtiFile {
   VtiFile(const VtiFile&) = delete;
   VtiFile& operator=(const VtiFile&) = delete;
 
+  [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::array<uint64_t, 3>& dims() const { return dims_; }
   [[nodiscard]] const Affine& affine() const { return affine_; }
   [[nodiscard]] bool cell_data() const { return cell_data_; }

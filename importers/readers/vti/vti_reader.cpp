@@ -5,6 +5,7 @@
 
 #include "readers/error.h"
 #include "readers/frame_plan.h"
+#include "readers/held_file.h"
 #include "readers/vti/vti_file.h"
 
 namespace bcc4 {
@@ -27,28 +28,29 @@ const VtiArray& find_array(const VtiFile& file, const std::string& path, const s
 
 class VtiReader : public FrameReader {
  public:
-  VtiReader(SeriesDescription description, std::vector<VtiChannel> channels, uint64_t memory_limit)
-      : description_(std::move(description)), channels_(std::move(channels)), memory_limit_(memory_limit) {}
+  VtiReader(SeriesDescription description, std::vector<VtiChannel> channels, uint64_t memory_limit,
+            std::unique_ptr<VtiFile> first)
+      : description_(std::move(description)), channels_(std::move(channels)), memory_limit_(memory_limit),
+        file_(std::move(first)) {}
 
   const SeriesDescription& description() const override { return description_; }
   std::string frame_name(uint64_t frame) const override { return description_.files[frame].path; }
 
   Frame read(uint64_t frame, size_t channel) override {
     const VtiChannel& c = channels_[channel];
-    if (!held_ || frame != frame_ || c.array != array_) load(frame, channel);
-    const Type type = description_.channels[channel].type;
-    Frame out = dense_frame(type, held_, description_.dims);
-    Box& box = out.boxes[0];
-    box.data += c.component * type_size(type);
-    for (int64_t& stride : box.stride_bytes) stride *= static_cast<int64_t>(components_);
-    return out;
+    if (!values_ || frame != frame_ || c.array != array_) load(frame, channel);
+    const auto& d = description_.dims;
+    return dense_frame(
+        description_.channels[channel].type, values_,
+        {{AxisRole::component, components_}, {AxisRole::x, d[0]}, {AxisRole::y, d[1]}, {AxisRole::z, d[2]}},
+        c.component);
   }
 
  private:
   void load(uint64_t frame, size_t channel) {
     const std::string& path = description_.files[frame].path;
     const std::string& name = channels_[channel].array;
-    VtiFile file(path);
+    VtiFile& file = hold_file(file_, path);
     const auto& d = description_.dims;
     if (file.dims() != std::array{d[0], d[1], d[2]})
       fail_input(path, ": ", file.dims()[0], " x ", file.dims()[1], " x ", file.dims()[2],
@@ -65,7 +67,7 @@ class VtiReader : public FrameReader {
            ", more than allowed: raise --max-mem");
     Bytes values = file.values(array);
     widen(values, array.type);
-    held_ = std::make_shared<const Bytes>(std::move(values));
+    values_ = std::make_shared<const Bytes>(std::move(values));
     components_ = array.components;
     frame_ = frame;
     array_ = name;
@@ -74,7 +76,8 @@ class VtiReader : public FrameReader {
   SeriesDescription description_;
   std::vector<VtiChannel> channels_;
   uint64_t memory_limit_;
-  std::shared_ptr<const Bytes> held_; // all components of one array of one frame
+  std::unique_ptr<VtiFile> file_;
+  std::shared_ptr<const Bytes> values_; // all components of one array of one frame
   uint64_t frame_ = 0;
   std::string array_;
   uint64_t components_ = 1;
@@ -105,7 +108,7 @@ void choose_channels(const ReaderOptions& options, const VtiFile& file, const st
   }
 }
 
-std::unique_ptr<FrameReader> open_files(const ReaderOptions& options, const Sequence& sequence,
+std::unique_ptr<FrameReader> open_files(const Sequence& sequence, const ReaderOptions& options,
                                         SeriesTimes times) {
   const std::string& path = sequence.files.front().path;
   refuse_raw_options(options, path, "VTK ImageData", false);
@@ -113,38 +116,31 @@ std::unique_ptr<FrameReader> open_files(const ReaderOptions& options, const Sequ
   SeriesDescription d;
   d.format = "VTK ImageData";
   for (const SequenceFile& f : sequence.files) d.files.push_back({f.path, file_size(f.path)});
-  const VtiFile first(path);
-  d.dims = {first.dims()[0], first.dims()[1], first.dims()[2], sequence.files.size()};
-  d.affine = first.affine();
+  auto first = std::make_unique<VtiFile>(path);
+  d.dims = {first->dims()[0], first->dims()[1], first->dims()[2], sequence.files.size()};
+  d.affine = first->affine();
   d.affine_origin = "Origin, Spacing and Direction";
   d.axes = concat("x ", d.dims[0], " (fastest), y ", d.dims[1], ", z ", d.dims[2]);
   if (!sequence.note.empty()) d.notes.push_back(sequence.note);
   std::vector<VtiChannel> channels;
-  choose_channels(options, first, path, d, channels);
+  choose_channels(options, *first, path, d, channels);
   if (!times.values.empty()) {
     d.times = std::move(times);
-  } else if (first.time() && !options.dt && !options.times) {
+  } else if (first->time() && !options.dt && !options.times) {
     for (const SequenceFile& f : sequence.files) {
-      const auto time = f.path == path ? first.time() : VtiFile(f.path).time();
+      const auto time = f.path == path ? first->time() : VtiFile(f.path).time();
       if (!time) fail_input(f.path, ": has no TimeValue, others do: give --dt or --times");
       d.times.values.push_back(*time);
     }
     d.times.origin = "TimeValue of the files";
   }
   FramePlan plan = plan_files(sequence, options);
-  return planned_series(std::make_unique<VtiReader>(std::move(d), std::move(channels), memory_limit(options)),
-                        std::move(plan), options);
+  return planned_series(
+      std::make_unique<VtiReader>(std::move(d), std::move(channels), memory_limit(options), std::move(first)),
+      std::move(plan), options);
 }
 
-} // namespace
-
-std::unique_ptr<FrameReader> open_vti(const ReaderOptions& options) {
-  return open_files(options, find_sequence(options.inputs, options.frames), {});
-}
-
-std::unique_ptr<FrameReader> open_pvd(const ReaderOptions& options) {
-  const std::string& path = options.inputs.front();
-  if (options.inputs.size() != 1) fail_usage(path, ": a collection stands alone, without other inputs");
+std::unique_ptr<FrameReader> open_collection(const std::string& path, const ReaderOptions& options) {
   const std::string text = read_text_file(path, 64 << 20);
   const XmlDocument document = parse_xml(text, path);
   const XmlElement* collection = document.root.child("Collection");
@@ -176,7 +172,16 @@ std::unique_ptr<FrameReader> open_pvd(const ReaderOptions& options) {
     times.values.push_back(entries[frame.a].time);
   }
   sequence.note = concat(sequence.files.size(), " files of the collection ", path);
-  return open_files(options, sequence, std::move(times));
+  return open_files(sequence, options, std::move(times));
+}
+
+} // namespace
+
+std::unique_ptr<FrameReader> open_vti(const Sequence& sequence, const ReaderOptions& options) {
+  const std::string& path = sequence.files.front().path;
+  if (!lower(path).ends_with(".pvd")) return open_files(sequence, options, {});
+  if (sequence.files.size() > 1) fail_usage(path, ": a collection stands alone, without other inputs");
+  return open_collection(path, options);
 }
 
 } // namespace bcc4

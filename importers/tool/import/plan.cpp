@@ -60,12 +60,6 @@ uint64_t cc_samples(const SeriesDescription& s) {
   return s.dims[0] * s.dims[1] * s.dims[2] * s.dims[3] * s.channels.size();
 }
 
-uint64_t source_bytes(const SeriesDescription& s) {
-  uint64_t bytes = 0;
-  for (size_t c = 0; c < s.channels.size(); ++c) bytes += frame_bytes(s, c) * s.dims[3];
-  return bytes;
-}
-
 std::string times_text(const SeriesTimes& times) {
   const auto& t = times.values;
   const std::string unit = times.unit.empty() ? "" : " " + times.unit;

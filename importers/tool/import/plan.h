@@ -33,8 +33,7 @@ struct ImportPlan {
   std::optional<CodingSearch> search; // of the coding that `settings` hold
 };
 
-[[nodiscard]] uint64_t source_bytes(const SeriesDescription& series); // of the values, uncompressed
-[[nodiscard]] uint64_t cc_samples(const SeriesDescription& series);   // all channels
+[[nodiscard]] uint64_t cc_samples(const SeriesDescription& series); // all channels
 // "0 to 98 s, 99 frames, step 1".
 [[nodiscard]] std::string times_text(const SeriesTimes& times);
 

@@ -47,19 +47,20 @@ std::vector<SampleStretch> sample_series(FrameReader& reader, const std::vector<
     SampleStretch& out = stretches[i];
     out.first = (s.dims[3] - frames) * (2 * i + 1) / (2 * count);
     out.frames = frames;
-    for (size_t a = 0; a < 3; ++a) out.dims[a] = std::min(s.dims[a], size.edge);
+    for (size_t a = 0; a < 3; ++a) out.box.dims[a] = std::min(s.dims[a], size.edge);
     out.values.resize(s.channels.size());
     std::vector<double> plane(s.dims[0] * s.dims[1]);
     for (uint64_t f = 0; f < frames; ++f)
       for (size_t c = 0; c < s.channels.size(); ++c) {
         stop_if_interrupted();
         const Frame frame = reader.read(out.first + f, c);
-        if (f == 0 && c == 0) out.begin = busy_corner(frame, s.dims, air[0], out.dims);
-        for (uint64_t z = 0; z < out.dims[2]; ++z) {
-          gather_plane(frame, s.dims, out.begin[2] + z, air[c], plane.data());
-          for (uint64_t y = 0; y < out.dims[1]; ++y) {
-            const double* row = plane.data() + (out.begin[1] + y) * s.dims[0] + out.begin[0];
-            for (uint64_t x = 0; x < out.dims[0]; ++x) out.values[c].push_back(static_cast<float>(row[x]));
+        if (f == 0 && c == 0) out.box.begin = busy_corner(frame, s.dims, air[0], out.box.dims);
+        for (uint64_t z = 0; z < out.box.dims[2]; ++z) {
+          gather_plane(frame, s.dims, out.box.begin[2] + z, air[c], plane.data());
+          for (uint64_t y = 0; y < out.box.dims[1]; ++y) {
+            const double* row = plane.data() + (out.box.begin[1] + y) * s.dims[0] + out.box.begin[0];
+            for (uint64_t x = 0; x < out.box.dims[0]; ++x)
+              out.values[c].push_back(static_cast<float>(row[x]));
           }
         }
       }
@@ -69,7 +70,7 @@ std::vector<SampleStretch> sample_series(FrameReader& reader, const std::vector<
 
 SeriesDescription describe_stretch(const SeriesDescription& series, const SampleStretch& stretch) {
   SeriesDescription s = series;
-  std::copy(stretch.dims.begin(), stretch.dims.end(), s.dims.begin());
+  std::copy(stretch.box.dims.begin(), stretch.box.dims.end(), s.dims.begin());
   s.dims[3] = stretch.frames;
   const auto first = series.times.values.begin() + static_cast<std::ptrdiff_t>(stretch.first);
   s.times.values.assign(first, first + static_cast<std::ptrdiff_t>(stretch.frames));

@@ -11,9 +11,8 @@ namespace bcc4 {
 
 struct SampleStretch {
   uint64_t first = 0, frames = 0; // of the series
-  std::array<uint64_t, 3> begin{}, dims{};
+  SampleBox box;
   std::vector<std::vector<float>> values; // by channel: x fastest, frames slowest; NaN as in the source
-  [[nodiscard]] size_t frame_samples() const { return dims[0] * dims[1] * dims[2]; }
 };
 
 struct SampleSize {

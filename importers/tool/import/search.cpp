@@ -44,8 +44,8 @@ struct Trier {
           stop_if_interrupted();
           auto box = sized<bccsplat_box>();
           box.type = BCCSPLAT_TYPE_F32;
-          box.data = stretch.values[c].data() + f * stretch.frame_samples();
-          for (size_t a = 0; a < 3; ++a) box.dims[a] = static_cast<int64_t>(stretch.dims[a]);
+          box.data = stretch.values[c].data() + f * stretch.box.samples();
+          for (size_t a = 0; a < 3; ++a) box.dims[a] = static_cast<int64_t>(stretch.box.dims[a]);
           trial.holds = took(bccsplat_writer_add_frame(writer.get(), static_cast<uint32_t>(c),
                                                        part.times.values[f], &box, 1));
         }

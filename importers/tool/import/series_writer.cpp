@@ -170,9 +170,9 @@ void add_frame(const Writer& writer, uint32_t channel, double time, const Frame&
     b.type = library_type(box.type);
     b.data = box.data;
     for (size_t a = 0; a < 3; ++a) {
-      b.begin[a] = box.begin[a];
-      b.dims[a] = box.dims[a];
-      b.stride_bytes[a] = box.stride_bytes[a];
+      b.begin[a] = static_cast<int64_t>(box.begin[a]);
+      b.dims[a] = static_cast<int64_t>(box.dims[a]);
+      b.stride_bytes[a] = static_cast<int64_t>(box.stride_bytes[a]);
     }
     boxes.push_back(b);
   }

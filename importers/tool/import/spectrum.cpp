@@ -74,7 +74,7 @@ std::string per_cent(double part) { return concat(short_number(100 * part, 2), "
 } // namespace
 
 Spectrum::Spectrum(const std::vector<SampleStretch>& sample, const std::vector<double>& air) {
-  for (size_t a = 0; a < 3; ++a) n_[a] = power_of_two_up_to(sample.front().dims[a]);
+  for (size_t a = 0; a < 3; ++a) n_[a] = power_of_two_up_to(sample.front().box.dims[a]);
   n_[3] = power_of_two_up_to(sample.front().frames);
   size_t bins = 1;
   for (const size_t n : n_) bins *= n / 2 + 1;
@@ -84,7 +84,8 @@ Spectrum::Spectrum(const std::vector<SampleStretch>& sample, const std::vector<d
   for (const SampleStretch& s : sample)
     for (size_t c = 0; c < s.values.size(); ++c) {
       // Blocks side by side, as many as fit.
-      std::array<size_t, 4> fit{s.dims[0] / n_[0], s.dims[1] / n_[1], s.dims[2] / n_[2], s.frames / n_[3]};
+      std::array<size_t, 4> fit{s.box.dims[0] / n_[0], s.box.dims[1] / n_[1], s.box.dims[2] / n_[2],
+                                s.frames / n_[3]};
       for (size_t a = 0; a < 4; ++a) fit[a] = n_[a] == 1 ? 1 : std::max<size_t>(fit[a], 1);
       const size_t blocks = std::min(kMostBlocks, fit[0] * fit[1] * fit[2] * fit[3]);
       for (size_t b = 0; b < blocks; ++b) {
@@ -98,8 +99,9 @@ Spectrum::Spectrum(const std::vector<SampleStretch>& sample, const std::vector<d
             const std::array<size_t, 4> p{i % n_[0], i / n_[0] % n_[1], i / n_[0] / n_[1] % n_[2],
                                           i / n_[0] / n_[1] / n_[2]};
             const size_t source =
-                (((at[3] + p[3]) * s.dims[2] + at[2] + p[2]) * s.dims[1] + at[1] + p[1]) * s.dims[0] + at[0] +
-                p[0];
+                (((at[3] + p[3]) * s.box.dims[2] + at[2] + p[2]) * s.box.dims[1] + at[1] + p[1]) *
+                    s.box.dims[0] +
+                at[0] + p[0];
             const auto v = static_cast<double>(s.values[c][source]);
             body(i, std::isfinite(v) ? v : air[c],
                  hann(p[0], n_[0]) * hann(p[1], n_[1]) * hann(p[2], n_[2]) * hann(p[3], n_[3]));

@@ -9,7 +9,7 @@
 namespace bcc4 {
 namespace {
 
-constexpr uint64_t kSlabValues = uint64_t{1} << 24; // sampled at a time
+constexpr uint64_t kValuesAtOnce = uint64_t{1} << 24; // sampled at a time
 
 } // namespace
 
@@ -63,7 +63,7 @@ void sample_planes(const Slice& slice, const std::function<void(uint64_t, std::s
   if (part) box = *part;
   const uint64_t plane = box.dims[0] * box.dims[1];
   if (plane == 0 || box.dims[2] == 0) return;
-  const uint64_t step = std::clamp<uint64_t>(kSlabValues / plane, 1, box.dims[2]);
+  const uint64_t step = std::clamp<uint64_t>(kValuesAtOnce / plane, 1, box.dims[2]);
   std::vector<float> values(plane * step);
   for (uint64_t z = 0; z < box.dims[2]; z += step) {
     stop_if_interrupted();

@@ -1,12 +1,12 @@
-// Slices by time, and dense samples of a slice in slabs.
+// Slices by time, and dense samples of a slice some planes at a time.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string>
 
+#include "readers/frame_reader.h"
 #include "tool/handles.h"
 
 namespace bcc4 {
@@ -23,13 +23,8 @@ struct SliceChoice {
 [[nodiscard]] Slice cut_frame(const Volume& volume, double index, const SliceChoice& choice);
 [[nodiscard]] bccsplat_slice_info slice_info(const Slice& slice);
 
-// Some of a slice's samples, counted from the first one of its box.
-struct SampleBox {
-  std::array<uint64_t, 3> begin{}, dims{};
-};
-
-// Samples the slice's box at the source's resolution, or a part of it, some planes at a time: values of
-// planes first_plane .. in order, x fastest.
+// Samples the slice's box at the source's resolution, or a part of it counted from its first sample, some
+// planes at a time: values of planes first_plane .. in order, x fastest.
 void sample_planes(const Slice& slice,
                    const std::function<void(uint64_t first_plane, std::span<const float> values)>& take,
                    const std::optional<SampleBox>& part = {});

@@ -146,8 +146,11 @@ void import_series(const bcc4::ReaderOptions& options, int threads) {
       bccsplat_box& box = boxes.emplace_back(sized<bccsplat_box>());
       box.type = BCCSPLAT_TYPE_F32;
       box.data = b.data;
-      for (size_t a = 0; a < 3; ++a)
-        box.begin[a] = b.begin[a], box.dims[a] = b.dims[a], box.stride_bytes[a] = b.stride_bytes[a];
+      for (size_t a = 0; a < 3; ++a) {
+        box.begin[a] = static_cast<int64_t>(b.begin[a]);
+        box.dims[a] = static_cast<int64_t>(b.dims[a]);
+        box.stride_bytes[a] = static_cast<int64_t>(b.stride_bytes[a]);
+      }
     }
     api(bccsplat_writer_add_frame(writer.get(), 0, static_cast<double>(f), boxes.data(), boxes.size()));
   }

@@ -44,7 +44,7 @@ TEST(Scan, CountsAirRangeAndNonFinite) {
   const float values[] = {5, std::numeric_limits<float>::quiet_NaN()};
   std::memcpy(bytes->data(), values, sizeof values);
   Frame frame;
-  frame.boxes.push_back({Type::f32, bytes->data(), {1, 0, 1}, {2, 1, 1}, {4, 8, 8}});
+  frame.boxes.push_back({{{1, 0, 1}, {2, 1, 1}}, Type::f32, bytes->data(), {4, 8, 8}});
   frame.storage.push_back(bytes);
   ChannelScan scan;
   scan_frame(frame, 3, dims, -1, 0, scan);

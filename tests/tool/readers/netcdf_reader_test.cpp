@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "scratch.h"
+#include "openings.h"
 
 namespace bcc4::test {
 namespace {
@@ -141,6 +141,17 @@ TEST(NetcdfReader, JoinsFilesAlongTime) {
   EXPECT_EQ(dense(*reader, 5)[0], 24);
   EXPECT_EQ(dense(*reader, 2)[0], 0);
   EXPECT_NE(reader->frame_name(2).find("day1"), std::string::npos);
+}
+
+TEST(NetcdfReader, ReadsTheFirstHeaderOnce) {
+  Scratch s;
+  for (int i = 0; i < 2; ++i) {
+    Nc nc(s.path("day" + std::to_string(i) + ".nc"),
+          {{"time", 2, "hours since 2000-01-01", 12}, {"z", 4}, {"y", 3}, {"x", 2}}, NC_FLOAT, 0, 24.0 * i);
+    nc.finish();
+  }
+  // Described and read through one opening; the second file is opened for each.
+  expect_opened_once(s, inputs({s.path("day#.nc")}), "day0.nc", "day1.nc", 0);
 }
 
 TEST(NetcdfReader, WarnsOfUnevenLevelsAndNeedsNoTime) {

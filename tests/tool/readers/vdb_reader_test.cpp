@@ -7,8 +7,8 @@
 
 #include <random>
 
+#include "openings.h"
 #include "readers/vdb/vdb_grid.h"
-#include "scratch.h"
 
 namespace bcc4::test {
 namespace {
@@ -70,6 +70,15 @@ TEST(VdbReader, ReadsScatteredVoxelsAndTiles) {
     EXPECT_EQ(d.affine[0], 0.5);
     EXPECT_EQ(d.affine[3], 0.5 * box.min()[0]);
   }
+}
+
+TEST(VdbReader, OpensTheFirstFileOnceToDescribeAndReadIt) {
+  Scratch s;
+  const auto grid = fog("density");
+  grid->getAccessor().setValue(Coord(2, 3, 4), 1);
+  write(s.path("f.1.vdb"), {grid});
+  write(s.path("f.2.vdb"), {grid});
+  expect_opened_once(s, inputs({s.path("f.%d.vdb")}), "f.1.vdb", "f.2.vdb", 0);
 }
 
 TEST(VdbReader, UnitesBoxesFollowsShiftsAndTakesEmptyFrames) {

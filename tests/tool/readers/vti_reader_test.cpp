@@ -137,6 +137,8 @@ TEST(VtiReader, ReadsSeriesWithTheirTimes) {
   const auto collection = open_series(inputs({s.path("all.pvd")}));
   EXPECT_EQ(collection->description().times.values, (std::vector<double>{1, 3}));
   EXPECT_EQ(dense(*collection, 0)[0], 10);
+  EXPECT_EQ(open_series(inputs({s.path("*.pvd")}))->description().dims[3], 2u); // a pattern finds it, too
+  EXPECT_REFUSED(refusal(inputs({s.path("all.pvd"), s.path("all.pvd")})), Exit::usage, "stands alone");
   s.file("sub/out.pvd", "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"3\" "
                         "file=\"../f_8.vti\"/></Collection></VTKFile>");
   EXPECT_REFUSED(refusal(inputs({s.path("sub/out.pvd")})), Exit::bad_input, "own folder");

@@ -1,0 +1,62 @@
+#include "readers/open_series.h"
+
+#include "openings.h"
+
+namespace bcc4::test {
+namespace {
+
+// The first file is opened once more than the others: to be recognised.
+TEST(OpenSeries, ReadsTheFirstHeaderOnce) {
+  const std::string voxels(24, '\1');
+  std::string nifti(352, '\0');
+  const auto put = [&](size_t at, auto value) { std::memcpy(nifti.data() + at, &value, sizeof value); };
+  put(0, int32_t{348});
+  for (size_t a = 0; a < 8; ++a) put(40 + 2 * a, std::array<int16_t, 8>{3, 2, 3, 4, 1, 1, 1, 1}[a]);
+  put(70, int16_t{2});
+  put(108, 352.0f);
+  std::memcpy(nifti.data() + 344, "n+1", 4);
+  std::string numbers;
+  for (int i = 0; i < 24; ++i) numbers += "1 ";
+
+  const std::pair<const char*, std::string> formats[] = {
+      {"raw", voxels},
+      {"nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 3 4\nencoding: raw\n\n" + voxels},
+      {"mha", "NDims = 3\nDimSize = 2 3 4\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" + voxels},
+      {"nii", nifti + voxels},
+      {"nii.gz", gzipped(nifti + voxels)},
+      {"vti", "<VTKFile type=\"ImageData\"><ImageData><Piece Extent=\"0 1 0 2 0 3\"><PointData>"
+              "<DataArray type=\"UInt8\" Name=\"d\" format=\"ascii\">" +
+                  numbers + "</DataArray></PointData></Piece></ImageData></VTKFile>"}};
+  for (const auto& [extension, content] : formats) {
+    SCOPED_TRACE(extension);
+    Scratch s;
+    const std::string first = concat("f.1.", extension), second = concat("f.2.", extension);
+    s.file(first, content);
+    s.file(second, content);
+    ReaderOptions o = inputs({s.path(concat("f.%d.", extension))});
+    if (std::string_view(extension) == "raw") {
+      o.dims = {2, 3, 4, 0};
+      o.dtype = Type::u8;
+    }
+    expect_opened_once(s, o, first, second, 1);
+  }
+}
+
+TEST(OpenSeries, NamesWhatAFileIsNot) {
+  Scratch s;
+  EXPECT_REFUSED(refusal(inputs({s.file("a.nrrd", "nothing")})), Exit::bad_input, "damaged or misnamed");
+  EXPECT_REFUSED(refusal(inputs({s.file("a.dat", "NanoVDB0")})), Exit::bad_input, "nanovdb_convert");
+  EXPECT_REFUSED(refusal(inputs({s.file("b.dat", "BCC4....")})), Exit::bad_input, "a .bcc4 file already");
+  EXPECT_REFUSED(refusal(inputs({s.file("c.dat", "nothing")})), Exit::usage, "none of the known formats");
+  EXPECT_REFUSED(refusal(inputs({})), Exit::usage, "no input");
+}
+
+TEST(OpenSeries, ListsEveryReader) {
+  std::vector<std::string> names;
+  for (const ReaderInfo& reader : reader_list()) names.emplace_back(reader.name);
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"raw", "nrrd", "vti", "nifti", "metaimage", "netcdf", "openvdb"}));
+}
+
+} // namespace
+} // namespace bcc4::test
