@@ -70,6 +70,7 @@ struct CommonOptions {
   uint64_t max_memory = 0; // bytes; 0: no limit
   bool json = false;
   bool quiet = false;
+  [[nodiscard]] bool prints_text() const { return !json && !quiet; }
 };
 void add_threads(CLI::App& app, CommonOptions& options);
 void add_max_memory(CLI::App& app, CommonOptions& options);

@@ -98,7 +98,19 @@ PlanFile read_plan(const Json& j) {
   return plan;
 }
 
+std::string absolute(const std::string& path) {
+  if (path.starts_with("@")) return "@" + absolute(path.substr(1));
+  return std::filesystem::absolute(path).string();
+}
+
 } // namespace
+
+void make_absolute(PlanFile& plan) {
+  for (std::string& input : plan.inputs) input = absolute(input);
+  std::error_code ignored;
+  for (auto& [key, text] : plan.options)
+    if (key == "times" && std::filesystem::exists(text, ignored)) text = absolute(text);
+}
 
 void write_plan_file(const std::string& path, const PlanFile& plan, bool overwrite) {
   Json j;
@@ -159,36 +171,6 @@ void check_planned(const PlanFile& plan, const std::string& path, const SeriesDe
     if (s.files[i].bytes != plan.sources[i].bytes)
       differs(name, " has ", s.files[i].bytes, " bytes instead of ", plan.sources[i].bytes);
   }
-}
-
-FrameSpan parse_part(const std::string& text, uint64_t frames) {
-  if (const size_t slash = text.find('/'); slash != std::string::npos) {
-    const auto k = option_number<uint64_t>("--part", text.substr(0, slash));
-    const auto n = option_number<uint64_t>("--part", text.substr(slash + 1));
-    if (k < 1 || k > n) fail_usage("--part ", text, ": the first of ", n, " parts is 1/", n);
-    if (n > frames) fail_usage("--part ", text, ": the series has ", frames, " frames");
-    return {frames / n * (k - 1) + frames % n * (k - 1) / n, frames / n * k + frames % n * k / n};
-  }
-  const size_t dash = text.find('-');
-  FrameSpan span;
-  span.first = option_number<uint64_t>("--part", text.substr(0, dash));
-  const uint64_t last =
-      dash == std::string::npos ? span.first : option_number<uint64_t>("--part", text.substr(dash + 1));
-  if (last < span.first || last >= frames)
-    fail_usage("--part ", text, ": frames A-B from 0 to ", frames - 1, ", or K/N");
-  span.end = last + 1;
-  return span;
-}
-
-uint64_t lead_of(const PlanFile& plan, uint64_t first) {
-  const auto missing = [&](uint64_t frame) {
-    return std::any_of(plan.scans.begin(), plan.scans.end(), [&](const ChannelScan& s) {
-      return std::binary_search(s.missing.begin(), s.missing.end(), frame);
-    });
-  };
-  uint64_t lead = 0;
-  while (lead < first && missing(first - lead)) ++lead;
-  return lead;
 }
 
 } // namespace bcc4

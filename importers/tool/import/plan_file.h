@@ -32,18 +32,11 @@ struct PlanFile {
   std::vector<ChannelScan> scans;
 };
 
+// A plan is followed from any folder: its inputs, and a file of times among its options, by absolute paths.
+void make_absolute(PlanFile& plan);
 void write_plan_file(const std::string& path, const PlanFile& plan, bool overwrite);
 [[nodiscard]] PlanFile read_plan_file(const std::string& path);
 // Refuses a series that is not the planned one.
 void check_planned(const PlanFile& plan, const std::string& path, const SeriesDescription& series);
-
-// Frames first .. end - 1.
-struct FrameSpan {
-  uint64_t first = 0, end = 0;
-};
-// "A-B" or "A": frames counted from 0; "K/N": the K-th of N parts of nearly equal length, K from 1.
-[[nodiscard]] FrameSpan parse_part(const std::string& text, uint64_t frames);
-// Frames before `first` back to one that is there in every channel.
-[[nodiscard]] uint64_t lead_of(const PlanFile& plan, uint64_t first);
 
 } // namespace bcc4

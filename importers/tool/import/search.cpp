@@ -4,14 +4,55 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include "tool/interrupt.h"
 
 namespace bcc4 {
 namespace {
 
+// Of the lattice in source samples, from coarse to fine: the search stops at the first that does not pay.
 constexpr double kScales[] = {4, 3.2, 2.5, 2, 1.6, 1.3, 1, 0.84};
-constexpr double kPsnrReserve = 0.3; // dB by which the sample must beat the series
+// dB by which the sample must beat the series: more takes a finer coding than needed, less writes more series
+// twice.
+constexpr double kPsnrReserve = 0.3;
+// The first step of values tried is the root of the mean square error that is allowed. For a largest error
+// it is a third of that: errors of the codes and of the lattice add as squares.
+constexpr double kPeakOverStep = 3;
+constexpr double kTimeScales[] = {8, 6, 4, 3, 2.5, 2, 1.5, 1.25};
+constexpr double kGoodPsnr = 45; // dB that any time scale may keep
+constexpr double kLostPsnr = 3;  // or dB that it may lose against scale 1
+
+bool same_coding(const CodingTrial& a, const CodingTrial& b) {
+  return a.scale == b.scale && a.time_scale == b.time_scale && a.lattice == b.lattice && a.step == b.step &&
+         a.abs_error == b.abs_error;
+}
+
+// A bound that cannot be kept rules a coding out; anything else is an error.
+[[nodiscard]] bool keeps_bound(bccsplat_status status) {
+  if (status == BCCSPLAT_ERROR_BOUND_NOT_MET) return false;
+  check(status, "sample");
+  return true;
+}
+
+// Gives all frames of a stretch to the writer and finishes it; nothing when it cannot keep a bound.
+std::optional<bccsplat_writer_report> write_stretch(const Writer& writer, const SeriesDescription& part,
+                                                    const SampleStretch& stretch) {
+  for (uint64_t f = 0; f < stretch.frames; ++f)
+    for (size_t c = 0; c < part.channels.size(); ++c) {
+      stop_if_interrupted();
+      auto box = sized<bccsplat_box>();
+      box.type = BCCSPLAT_TYPE_F32;
+      box.data = stretch.values[c].data() + f * stretch.box.samples();
+      for (size_t a = 0; a < 3; ++a) box.dims[a] = static_cast<int64_t>(stretch.box.dims[a]);
+      if (!keeps_bound(bccsplat_writer_add_frame(writer.get(), static_cast<uint32_t>(c), part.times.values[f],
+                                                 &box, 1)))
+        return std::nullopt;
+    }
+  auto report = sized<bccsplat_writer_report>();
+  if (!keeps_bound(bccsplat_writer_finish(writer.get(), &report))) return std::nullopt;
+  return report;
+}
 
 struct Trier {
   const Device& device;
@@ -22,14 +63,16 @@ struct Trier {
   const std::vector<ChannelScan>& scans;
   CodingSearch& search;
 
-  // Runs the sample through the writer; its place in the list.
-  size_t operator()(CodingTrial trial) const {
-    for (size_t i = 0; i < search.tried.size(); ++i) {
-      const CodingTrial& t = search.tried[i];
-      if (t.scale == trial.scale && t.time_scale == trial.time_scale && t.lattice == trial.lattice &&
-          t.step == trial.step && t.abs_error == trial.abs_error)
-        return i;
-    }
+  // Runs the sample through the writer, unless it was tried before; its place in the list.
+  size_t try_coding(const CodingTrial& coding) const {
+    for (size_t i = 0; i < search.tried.size(); ++i)
+      if (same_coding(search.tried[i], coding)) return i;
+    search.tried.push_back(measure(coding));
+    return search.tried.size() - 1;
+  }
+
+ private:
+  [[nodiscard]] CodingTrial measure(CodingTrial trial) const {
     WriterSettings s = apply_coding(settings, trial, {});
     s.abs_error = trial.abs_error;
     s.measure = BCCSPLAT_MEASURE_ALL;
@@ -39,23 +82,13 @@ struct Trier {
     for (const SampleStretch& stretch : sample) {
       const SeriesDescription part = describe_stretch(series, stretch);
       const Writer writer = create_writer(device, "", part, s, scans, stretch.frames);
-      for (uint64_t f = 0; f < stretch.frames && trial.holds; ++f)
-        for (size_t c = 0; c < part.channels.size() && trial.holds; ++c) {
-          stop_if_interrupted();
-          auto box = sized<bccsplat_box>();
-          box.type = BCCSPLAT_TYPE_F32;
-          box.data = stretch.values[c].data() + f * stretch.box.samples();
-          for (size_t a = 0; a < 3; ++a) box.dims[a] = static_cast<int64_t>(stretch.box.dims[a]);
-          trial.holds = took(bccsplat_writer_add_frame(writer.get(), static_cast<uint32_t>(c),
-                                                       part.times.values[f], &box, 1));
-        }
-      auto report = sized<bccsplat_writer_report>();
-      trial.holds = trial.holds && took(bccsplat_writer_finish(writer.get(), &report));
-      if (!trial.holds) {
+      const auto report = write_stretch(writer, part, stretch);
+      if (!report) {
+        trial.holds = false;
         trial.bytes = std::numeric_limits<uint64_t>::max();
         break;
       }
-      trial.bytes += report.bytes_file;
+      trial.bytes += report->bytes_file;
       for (uint32_t c = 0; c < part.channels.size(); ++c) {
         auto error = sized<bccsplat_error_report>();
         check(bccsplat_writer_get_error(writer.get(), c, -1, &error), "");
@@ -68,20 +101,12 @@ struct Trier {
     const double rms = samples > 0 ? std::sqrt(squares / samples) : 0;
     trial.psnr = rms > 0 ? 20 * std::log10(peak_of(scans) / rms) : std::numeric_limits<double>::infinity();
     if (bound.psnr > 0) trial.holds = trial.holds && trial.psnr >= bound.psnr + kPsnrReserve;
-    search.tried.push_back(trial);
-    return search.tried.size() - 1;
-  }
-
-  // A bound that cannot be kept rules a coding out; anything else is an error.
-  [[nodiscard]] static bool took(bccsplat_status status) {
-    if (status == BCCSPLAT_ERROR_BOUND_NOT_MET) return false;
-    check(status, "sample");
-    return true;
+    return trial;
   }
 };
 
 // The coding without what it gave.
-CodingTrial fresh(const CodingTrial& t) {
+CodingTrial forget_results(const CodingTrial& t) {
   CodingTrial out;
   out.scale = t.scale, out.time_scale = t.time_scale, out.lattice = t.lattice;
   out.step = t.step, out.abs_error = t.abs_error;
@@ -120,9 +145,9 @@ CodingSearch search_coding(const Device& device, const SeriesDescription& series
                            const ErrorBound& bound, const std::vector<ChannelScan>& scans) {
   CodingSearch search;
   for (const SampleStretch& s : sample) search.sampled_frames += s.frames;
-  const Trier trial{device, series, sample, settings, bound, scans, search};
-  // The root of the mean square that a PSNR allows, or a third of a largest error.
-  const double rms = bound.abs > 0 ? bound.abs / 3 : peak_of(scans) * std::pow(10, -bound.psnr / 20);
+  const Trier trier{device, series, sample, settings, bound, scans, search};
+  const double rms =
+      bound.abs > 0 ? bound.abs / kPeakOverStep : peak_of(scans) * std::pow(10, -bound.psnr / 20);
   const auto coding = [&](double scale, double step) {
     CodingTrial t;
     t.scale = settings.scale > 0 ? settings.scale : scale;
@@ -139,7 +164,7 @@ CodingSearch search_coding(const Device& device, const SeriesDescription& series
     return x.holds != y.holds ? x.holds : x.bytes < y.bytes;
   };
   const auto consider = [&](const CodingTrial& t) {
-    const size_t i = trial(t);
+    const size_t i = trier.try_coding(t);
     if (better(i, search.best)) search.best = i;
     return i;
   };
@@ -155,7 +180,7 @@ CodingSearch search_coding(const Device& device, const SeriesDescription& series
       const size_t best = search.best;
       CodingTrial t = search.chosen();
       t.step = step_for(rms * factor, series, settings);
-      consider(fresh(t));
+      consider(forget_results(t));
       if (search.best == best) return;
     }
   };
@@ -169,32 +194,31 @@ CodingSearch search_coding(const Device& device, const SeriesDescription& series
     t.step = search.chosen().step;
     consider(t);
   }
-  // Last resort for a PSNR: no sample off by more than 1.5 times the root of the mean square.
+  // The last resort for a PSNR is to correct samples.
   if (!search.chosen().holds && bound.psnr > 0) {
     CodingTrial t = search.chosen();
-    t.abs_error = 1.5 * rms;
-    consider(fresh(t));
+    t.abs_error = kCorrectedPeak * rms;
+    consider(forget_results(t));
   }
   return search;
 }
 
-double proven_time_scale(const Device& device, const SeriesDescription& series,
-                         const std::vector<SampleStretch>& sample, const WriterSettings& settings,
-                         double most, const std::vector<ChannelScan>& scans) {
-  constexpr double good = 45, loss = 3; // dB
+double prove_time_scale(const Device& device, const SeriesDescription& series,
+                        const std::vector<SampleStretch>& sample, const WriterSettings& settings, double most,
+                        const std::vector<ChannelScan>& scans) {
   CodingSearch search;
   const ErrorBound none;
-  const Trier trial{device, series, sample, settings, none, scans, search};
+  const Trier trier{device, series, sample, settings, none, scans, search};
   const auto psnr = [&](double time_scale) {
     CodingTrial t;
     t.scale = settings.scale > 0 ? settings.scale : 1;
     t.time_scale = time_scale;
     t.lattice = settings.lattice;
-    return search.tried[trial(t)].psnr;
+    return search.tried[trier.try_coding(t)].psnr;
   };
   if (most <= 1) return 1;
-  const double enough = std::min(good, psnr(1) - loss);
-  for (const double x : {8.0, 6.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.25})
+  const double enough = std::min(kGoodPsnr, psnr(1) - kLostPsnr);
+  for (const double x : kTimeScales)
     if (x <= most && psnr(x) >= enough) return x;
   return 1;
 }

@@ -13,6 +13,10 @@
 
 namespace bcc4 {
 
+// Where it takes corrections to reach a PSNR, no sample is left off by more than so many times the root of
+// the mean square error that it allows.
+inline constexpr double kCorrectedPeak = 1.5;
+
 // What was asked for: one of the two.
 struct ErrorBound {
   double abs = 0;  // value; 0: none
@@ -45,11 +49,12 @@ struct CodingSearch {
                                          const WriterSettings& settings, const ErrorBound& bound,
                                          const std::vector<ChannelScan>& scans);
 
-// The coarsest time scale up to `most` that the sample bears: at least 45 dB, or within 3 dB of scale 1.
-[[nodiscard]] double proven_time_scale(const Device& device, const SeriesDescription& series,
-                                       const std::vector<SampleStretch>& sample,
-                                       const WriterSettings& settings, double most,
-                                       const std::vector<ChannelScan>& scans);
+// The coarsest time scale up to `most` at which the sample keeps a PSNR that is good, or next to that of
+// scale 1.
+[[nodiscard]] double prove_time_scale(const Device& device, const SeriesDescription& series,
+                                      const std::vector<SampleStretch>& sample,
+                                      const WriterSettings& settings, double most,
+                                      const std::vector<ChannelScan>& scans);
 
 // The settings that make the writer use a coding.
 [[nodiscard]] WriterSettings apply_coding(WriterSettings settings, const CodingTrial& trial,

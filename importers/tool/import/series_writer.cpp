@@ -183,17 +183,18 @@ void add_frame(const Writer& writer, uint32_t channel, double time, const Frame&
   check(status, name);
 }
 
-std::pair<uint64_t, uint64_t> part_frames(const Device& device, const SeriesDescription& series,
-                                          const WriterSettings& settings,
-                                          const std::vector<ChannelScan>& scans, uint64_t first,
-                                          uint64_t end) {
-  auto part = sized<bccsplat_series_part>();
-  part.first = first, part.end = end;
-  part.times = series.times.values.data();
-  const Writer writer = create_writer(device, "", series, settings, scans, series.dims[3], &part);
-  std::pair<uint64_t, uint64_t> frames;
-  check(bccsplat_writer_get_part_frames(writer.get(), &frames.first, &frames.second), "");
+FrameSpan wanted_frames(const Writer& writer) {
+  FrameSpan frames;
+  check(bccsplat_writer_get_part_frames(writer.get(), &frames.first, &frames.end), "");
   return frames;
+}
+
+FrameSpan part_frames(const Device& device, const SeriesDescription& series, const WriterSettings& settings,
+                      const std::vector<ChannelScan>& scans, const FrameSpan& part) {
+  auto own = sized<bccsplat_series_part>();
+  own.first = part.first, own.end = part.end;
+  own.times = series.times.values.data();
+  return wanted_frames(create_writer(device, "", series, settings, scans, series.dims[3], &own));
 }
 
 uint64_t lattice_sites(const Writer& writer) {

@@ -9,6 +9,7 @@
 #include "readers/frame_reader.h"
 #include "readers/scan.h"
 #include "tool/handles.h"
+#include "tool/import/part.h"
 
 namespace bcc4 {
 
@@ -53,11 +54,12 @@ struct WriterSettings {
 // `name` of the file for error texts.
 void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
                const std::string& name);
-// Frames that a part is made of, first .. second - 1.
-[[nodiscard]] std::pair<uint64_t, uint64_t> part_frames(const Device& device, const SeriesDescription& series,
-                                                        const WriterSettings& settings,
-                                                        const std::vector<ChannelScan>& scans, uint64_t first,
-                                                        uint64_t end);
+// Frames that a writer is to be given: of a part some more than its own.
+[[nodiscard]] FrameSpan wanted_frames(const Writer& writer);
+// Frames that a part is made of.
+[[nodiscard]] FrameSpan part_frames(const Device& device, const SeriesDescription& series,
+                                    const WriterSettings& settings, const std::vector<ChannelScan>& scans,
+                                    const FrameSpan& part);
 // Sum over the layers of the lattice, per channel.
 [[nodiscard]] uint64_t lattice_sites(const Writer& writer);
 

@@ -22,7 +22,7 @@ uint64_t peak_memory() {
   return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-void print_errors(const SeriesDescription& s, const Import& import) {
+void print_errors(const SeriesDescription& s, const ImportResult& import) {
   const bccsplat_writer_report& r = import.report;
   std::printf("  coding error (stored sites): max %s, RMSE %s\n", short_number(r.coding_max).c_str(),
               short_number(r.coding_rmse).c_str());
@@ -53,7 +53,7 @@ void print_errors(const SeriesDescription& s, const Import& import) {
   }
 }
 
-Json errors_json(const SeriesDescription& s, const Import& import) {
+Json errors_json(const SeriesDescription& s, const ImportResult& import) {
   Json j{{"frames_measured", import.report.frames_measured},
          {"coding", {{"max_abs", import.report.coding_max}, {"rmse", import.report.coding_rmse}}}};
   j["channels"] = Json::array();
@@ -74,7 +74,7 @@ Json errors_json(const SeriesDescription& s, const Import& import) {
 
 } // namespace
 
-void print_summary(const SeriesDescription& s, const Import& import, double seconds,
+void print_summary(const SeriesDescription& s, const ImportResult& import, double seconds,
                    const std::string& output, const std::string& command_line) {
   const bccsplat_writer_report& r = import.report;
   uint64_t in = 0;
@@ -119,7 +119,7 @@ Json bytes_json(const bccsplat_writer_report& r) {
           {"values", r.bytes_values}, {"index", r.bytes_index}, {"corrections", r.bytes_corrections}};
 }
 
-Json summary_json(const SeriesDescription& s, const Import& import, double seconds) {
+Json summary_json(const SeriesDescription& s, const ImportResult& import, double seconds) {
   const bccsplat_writer_report& r = import.report;
   return {{"frames", r.frames},           {"cc_samples", r.cc_samples},
           {"cc_relevant", r.cc_relevant}, {"sites_total", r.sites_total},

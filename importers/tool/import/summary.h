@@ -4,21 +4,21 @@
 #include <string>
 
 #include "readers/frame_reader.h"
-#include "tool/import/plan_file.h"
+#include "tool/import/part.h"
 #include "tool/import/report.h"
 #include "tool/json.h"
 
 namespace bcc4 {
 
-struct Import {
+struct ImportResult {
   bccsplat_writer_report report = sized<bccsplat_writer_report>();
   FrameSpan given; // frames read: of a part more than its own
   MeasuredErrors errors;
 };
 
-void print_summary(const SeriesDescription& s, const Import& import, double seconds,
+void print_summary(const SeriesDescription& s, const ImportResult& import, double seconds,
                    const std::string& output, const std::string& command_line);
-[[nodiscard]] Json summary_json(const SeriesDescription& s, const Import& import, double seconds);
+[[nodiscard]] Json summary_json(const SeriesDescription& s, const ImportResult& import, double seconds);
 // {source, file, runs, values, index, corrections}
 [[nodiscard]] Json bytes_json(const bccsplat_writer_report& report);
 

@@ -1,0 +1,18 @@
+// What an import would cost, before it is made.
+#pragma once
+
+#include <vector>
+
+#include "readers/frame_reader.h"
+#include "readers/scan.h"
+#include "tool/import/plan.h"
+#include "tool/import/series_writer.h"
+
+namespace bcc4 {
+
+// Sends the middle frames of the series through the real writer, into nothing, and extrapolates.
+[[nodiscard]] ImportEstimate estimate_import(FrameReader& reader, const Device& device,
+                                             const WriterSettings& settings,
+                                             const std::vector<ChannelScan>& scans);
+
+} // namespace bcc4

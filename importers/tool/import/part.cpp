@@ -1,0 +1,39 @@
+#include "tool/import/part.h"
+
+#include <algorithm>
+
+#include "tool/cli.h"
+
+namespace bcc4 {
+
+FrameSpan parse_part(const std::string& text, uint64_t frames) {
+  if (const size_t slash = text.find('/'); slash != std::string::npos) {
+    const auto k = option_number<uint64_t>("--part", text.substr(0, slash));
+    const auto n = option_number<uint64_t>("--part", text.substr(slash + 1));
+    if (k < 1 || k > n) fail_usage("--part ", text, ": the first of ", n, " parts is 1/", n);
+    if (n > frames) fail_usage("--part ", text, ": the series has ", frames, " frames");
+    return {frames / n * (k - 1) + frames % n * (k - 1) / n, frames / n * k + frames % n * k / n};
+  }
+  const size_t dash = text.find('-');
+  FrameSpan span;
+  span.first = option_number<uint64_t>("--part", text.substr(0, dash));
+  const uint64_t last =
+      dash == std::string::npos ? span.first : option_number<uint64_t>("--part", text.substr(dash + 1));
+  if (last < span.first || last >= frames)
+    fail_usage("--part ", text, ": frames A-B from 0 to ", frames - 1, ", or K/N");
+  span.end = last + 1;
+  return span;
+}
+
+uint64_t lead_of(const std::vector<ChannelScan>& scans, uint64_t first) {
+  const auto missing = [&](uint64_t frame) {
+    return std::any_of(scans.begin(), scans.end(), [&](const ChannelScan& s) {
+      return std::binary_search(s.missing.begin(), s.missing.end(), frame);
+    });
+  };
+  uint64_t lead = 0;
+  while (lead < first && missing(first - lead)) ++lead;
+  return lead;
+}
+
+} // namespace bcc4

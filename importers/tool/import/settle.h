@@ -1,0 +1,23 @@
+// What an import has to find out about a series before it can write it.
+#pragma once
+
+#include "readers/frame_reader.h"
+#include "tool/import/plan.h"
+#include "tool/import/search.h"
+#include "tool/import/series_writer.h"
+
+namespace bcc4 {
+
+struct Unsettled {
+  ErrorBound bound;             // to be kept by the coarsest coding that does
+  bool auto_time_scale = false; // --time-scale auto
+  bool everything = false;      // whatever a plan can show
+  bool progress = false;        // is a line of it shown?
+};
+
+// Scans and samples the series as far as something is left to find out, and completes the settings and the
+// plan.
+void settle(FrameReader& reader, const Device& device, const Unsettled& unsettled, WriterSettings& settings,
+            ImportPlan& plan);
+
+} // namespace bcc4

@@ -1,0 +1,95 @@
+#include "tool/import/write_series.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "tool/import/read_series.h"
+#include "tool/import/resume.h"
+#include "tool/import/search.h"
+#include "tool/import/writer_choices.h"
+
+namespace bcc4 {
+namespace {
+
+void record_origin(const Writer& writer, const SeriesDescription& s, const WriterSettings& settings,
+                   const ImportScope& scope) {
+  const auto attribute = [&](const std::string& key, const std::string& value) {
+    check(bccsplat_writer_set_attribute(writer.get(), key.c_str(), value.c_str()), key);
+  };
+  attribute("import.format", s.format);
+  attribute("import.times", s.times.origin);
+  if (const std::string filtering = filtering_text(settings); !filtering.empty())
+    attribute("import.filtering", filtering);
+  for (const auto& [key, value] : s.attributes) attribute(key, value);
+  for (const auto& [key, value] : scope.attributes) attribute(key, value);
+  for (const PlannedSource& f : scope.sources)
+    check(bccsplat_writer_add_source(writer.get(), f.name.c_str(), f.bytes, f.crc32), f.name);
+}
+
+ImportResult write_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
+                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                        const CommonOptions& common) {
+  const SeriesDescription& s = reader.description();
+  auto part = sized<bccsplat_series_part>();
+  if (scope.part) {
+    part.first = scope.part->first, part.end = scope.part->end;
+    part.lead = scope.lead;
+    part.times = s.times.values.data();
+  }
+  UnfinishedImport unfinished(scope.output, common.quiet);
+  const Writer writer =
+      create_writer(device, scope.output, s, settings, scans, s.dims[3], scope.part ? &part : nullptr);
+  record_origin(writer, s, settings, scope);
+
+  ImportResult result;
+  result.given = wanted_frames(writer);
+  read_series(reader, result.given, "import", common.prints_text(),
+              [&](uint64_t f, uint32_t c, const Frame& values) {
+                add_frame(writer, c, s.times.values[f], values, reader.frame_name(f));
+              });
+  check(bccsplat_writer_finish(writer.get(), &result.report), scope.output);
+  unfinished.finished();
+  result.errors = measured_errors(writer, s.channels.size(), result.report.frames_measured);
+  return result;
+}
+
+} // namespace
+
+std::string filtering_text(const WriterSettings& settings) {
+  std::string text;
+  for (const auto& [name, filter] : kFilterChoices)
+    if (filter == settings.filter && filter != BCCSPLAT_FILTER_KAISER8) text = name;
+  return settings.lowpass ? text + (text.empty() ? "lowpass" : ", lowpass") : text;
+}
+
+ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
+                          const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                          const CommonOptions& common) {
+  try {
+    return write_once(reader, device, settings, scans, scope, common);
+  } catch (const StatusError& e) {
+    if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || settings.psnr == 0 || settings.abs_error > 0 ||
+        peak_of(scans) == 0)
+      throw;
+    if (common.prints_text()) std::printf("  %s; again with corrections\n", e.what());
+  }
+  settings.abs_error = kCorrectedPeak * peak_of(scans) * std::pow(10, -settings.psnr / 20);
+  return write_once(reader, device, settings, scans, scope, common);
+}
+
+ImportResult append_series(FrameReader& reader, const Device& device, const WriterSettings& settings,
+                           const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                           const CommonOptions& common) {
+  try {
+    return write_once(reader, device, settings, scans, scope, common);
+  } catch (const StatusError& e) {
+    if (e.status() != BCCSPLAT_ERROR_WRONG_STATE) throw;
+    if (common.prints_text()) std::printf("  %s\n  reading all frames\n", e.what());
+  }
+  ImportScope whole = scope;
+  whole.part.reset();
+  whole.lead = 0;
+  return write_once(reader, device, settings, scans, whole, common);
+}
+
+} // namespace bcc4

@@ -1,0 +1,44 @@
+// A series, or a part of it, through the library's writer into a file.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "readers/frame_reader.h"
+#include "readers/scan.h"
+#include "tool/cli.h"
+#include "tool/import/part.h"
+#include "tool/import/plan_file.h"
+#include "tool/import/series_writer.h"
+#include "tool/import/summary.h"
+
+namespace bcc4 {
+
+// What a run reads and writes.
+struct ImportScope {
+  std::string output;
+  std::vector<PlannedSource> sources;
+  std::vector<std::pair<std::string, std::string>> attributes; // how the input was read
+  std::optional<FrameSpan> part;                               // of the series; none: all of it
+  uint64_t lead = 0; // frames before the part, back to one that is there in every channel
+};
+
+// How frames become layers where it is not the usual way, as the attribute import.filtering of a file tells;
+// nothing else in a file does.
+[[nodiscard]] std::string filtering_text(const WriterSettings& settings);
+
+// Writes the series. When it does not keep the PSNR that a sample of it has promised, it is written again
+// with corrections.
+[[nodiscard]] ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
+                                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                                        const CommonOptions& common);
+// Adds a part to the file that has the frames before it. A file that does not tell all that its continuation
+// needs to know is made anew from all frames.
+[[nodiscard]] ImportResult append_series(FrameReader& reader, const Device& device,
+                                         const WriterSettings& settings,
+                                         const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                                         const CommonOptions& common);
+
+} // namespace bcc4

@@ -1,0 +1,144 @@
+#include "tool/output/exporter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tool/interrupt.h"
+#include "tool/view/time_slice.h"
+#if BCCSPLAT_WITH_OPENVDB
+#include "tool/output/vdb_output.h"
+#endif
+
+namespace bcc4 {
+namespace {
+
+// Narrow integers go back as such, everything else as f32.
+Type output_type(const bccsplat_channel_info& channel) {
+  switch (channel.source_type) {
+  case BCCSPLAT_TYPE_U8:
+    return Type::u8;
+  case BCCSPLAT_TYPE_I8:
+    return Type::i8;
+  case BCCSPLAT_TYPE_U16:
+    return Type::u16;
+  case BCCSPLAT_TYPE_I16:
+    return Type::i16;
+  default:
+    return Type::f32;
+  }
+}
+
+// Little-endian values; NaN (missing data) becomes 0 in integers and is counted.
+void append_values(OutputFile& file, std::span<const float> values, Type type, uint64_t& holes) {
+  std::vector<std::byte> bytes(values.size() * type_size(type));
+  visit_type(type, [&](auto zero) {
+    using T = decltype(zero);
+    if constexpr (std::is_same_v<T, float> || (std::is_integral_v<T> && sizeof(T) <= 2))
+      for (size_t i = 0; i < values.size(); ++i)
+        store_as<T>(static_cast<double>(values[i]), bytes.data() + i * sizeof(T));
+  });
+  if (!is_float(type))
+    holes += static_cast<uint64_t>(
+        std::count_if(values.begin(), values.end(), [](float v) { return std::isnan(v); }));
+  if constexpr (std::endian::native != std::endian::little) swap_bytes(bytes, type_size(type));
+  file.write(bytes);
+}
+
+} // namespace
+
+Exporter::Exporter(const Volume& volume, uint32_t channel, const ExportOptions& options)
+    : volume_(volume), channel_(channel), options_(options), info_(volume_info(volume)),
+      channel_info_(channel_info(volume, channel)), type_(output_type(channel_info_)) {}
+
+NrrdOutput Exporter::header(bool series) const {
+  NrrdOutput n;
+  n.type = type_;
+  const SampleBox box = region();
+  n.sizes.assign(box.dims.begin(), box.dims.end());
+  n.affine = affine();
+  n.spatial_unit = info_.spatial_unit;
+  n.time_unit = info_.time_unit;
+  const char* space = nullptr;
+  if (bccsplat_volume_find_attribute(volume_.get(), "space", &space) == BCCSPLAT_OK) n.space = space;
+  if (series) {
+    n.sizes.push_back(info_.dims[3]);
+    n.times.resize(info_.dims[3]);
+    check(bccsplat_volume_get_times(volume_.get(), n.times.data(), n.times.size(), nullptr), "");
+  }
+  return n;
+}
+
+SampleBox Exporter::region() const {
+  return options_.region.value_or(SampleBox{{0, 0, 0}, {info_.dims[0], info_.dims[1], info_.dims[2]}});
+}
+
+Affine Exporter::affine() const {
+  Affine whole;
+  std::copy(info_.affine, info_.affine + 16, whole.begin());
+  if (!options_.region) return whole;
+  std::array<double, 3> begin{};
+  for (size_t i = 0; i < 3; ++i) begin[i] = static_cast<double>(options_.region->begin[i]);
+  return moved_origin(whole, begin);
+}
+
+void Exporter::append_frame(OutputFile& file, double index) {
+  sample_planes(
+      cut_frame(volume_, index, {.channel = channel_}),
+      [&](uint64_t, std::span<const float> values) { append_values(file, values, type_, holes_); },
+      options_.region);
+}
+
+void Exporter::write_frame(const std::string& path, const Cut& where) {
+  if (options_.format == ExportFormat::vdb) {
+    write_vdb_frame(path, where);
+    return;
+  }
+  OutputFile file(path, options_.overwrite);
+  if (options_.format == ExportFormat::nrrd) {
+    NrrdOutput n = header(false);
+    n.keys = {{"time", concat(where.time)}};
+    const std::string text = nrrd_header_text(n);
+    file.write(std::as_bytes(std::span(text)));
+  }
+  append_frame(file, where.index);
+  file.finish();
+}
+
+void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path,
+                               [[maybe_unused]] const Cut& where) const {
+#if BCCSPLAT_WITH_OPENVDB
+  VdbOutput o;
+  o.grid = channel_info_.name;
+  o.dims = region().dims;
+  o.affine = affine();
+  o.air = static_cast<float>(channel_info_.air);
+  o.time = where.time;
+  o.overwrite = options_.overwrite;
+  std::vector<float> values;
+  values.reserve(region().samples());
+  sample_planes(
+      cut_frame(volume_, where.index, {.channel = channel_}),
+      [&](uint64_t, std::span<const float> planes) {
+        values.insert(values.end(), planes.begin(), planes.end());
+      },
+      options_.region);
+  write_vdb(path, o, values);
+#endif
+}
+
+void Exporter::write_series(const std::string& path, Progress& progress) {
+  const uint64_t frames = info_.dims[3];
+  OutputFile file(path, options_.overwrite);
+  if (options_.format == ExportFormat::nrrd) {
+    const std::string text = nrrd_header_text(header(true));
+    file.write(std::as_bytes(std::span(text)));
+  }
+  for (uint64_t f = 0; f < frames; ++f) {
+    stop_if_interrupted();
+    append_frame(file, static_cast<double>(f));
+    progress.update(f + 1, concat("frame ", f + 1, "/", frames));
+  }
+  file.finish();
+}
+
+} // namespace bcc4
