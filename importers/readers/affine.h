@@ -13,7 +13,7 @@ using Affine = std::array<double, 16>;
 [[nodiscard]] Affine affine_from_columns(const std::array<std::array<double, 3>, 3>& columns,
                                          const std::array<double, 3>& origin);
 [[nodiscard]] double determinant(const Affine& m);
-// The affine of a grid whose sample 0 stands at index `begin` of this one.
+// The affine of a grid whose sample 0 is at index `begin` of this one.
 [[nodiscard]] Affine moved_origin(const Affine& affine, const std::array<double, 3>& begin);
 
 } // namespace bcc4

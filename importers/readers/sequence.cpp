@@ -143,7 +143,7 @@ std::vector<std::string> read_list(const std::string& path) {
   return paths;
 }
 
-void select(Sequence& s, const FrameSelection& selection) {
+void select_frames(Sequence& s, const FrameSelection& selection) {
   if (!selection.given) return;
   const int64_t origin = selection.first == INT64_MIN ? s.files.front().number : selection.first;
   std::erase_if(s.files, [&](const SequenceFile& f) {
@@ -177,58 +177,79 @@ void find_gaps(Sequence& s, const FrameSelection& selection) {
   }
 }
 
+// The files of a single input that is a pattern, numbered by it; none when it is something else.
+std::vector<SequenceFile> find_by_pattern(const std::vector<std::string>& inputs) {
+  const auto pattern = inputs.size() == 1 ? find_pattern(inputs[0]) : std::nullopt;
+  if (!pattern || fs::exists(inputs[0])) return {};
+  return match_pattern(inputs[0], *pattern);
+}
+
+struct ListedFiles {
+  std::vector<std::string> paths;
+  bool from_glob = false; // some of them
+};
+
+// Inputs as they are, lists and globs replaced by what they name.
+ListedFiles list_files(const std::vector<std::string>& inputs) {
+  ListedFiles files;
+  for (const std::string& input : inputs) {
+    std::error_code ignored;
+    if (input.size() > 1 && input[0] == '@') {
+      for (const std::string& path : read_list(input.substr(1))) files.paths.push_back(path);
+    } else if (has_wildcard(input) && !fs::exists(input, ignored)) {
+      const std::string glob = input.substr(input.find_last_of('/') + 1);
+      const auto found = list_folder(
+          input, [&](const std::string& n) { return fnmatch(glob.c_str(), n.c_str(), FNM_PERIOD) == 0; });
+      if (found.empty()) fail_input(input, ": no file has such a name");
+      files.paths.insert(files.paths.end(), found.begin(), found.end());
+      files.from_glob = true;
+    } else {
+      if (find_pattern(input) && !fs::exists(input, ignored))
+        fail_usage(input, ": a frame pattern stands alone, without other inputs");
+      files.paths.push_back(input);
+    }
+  }
+  return files;
+}
+
+void sort_by_number(std::vector<SequenceFile>& files) {
+  std::stable_sort(files.begin(), files.end(),
+                   [](const SequenceFile& a, const SequenceFile& b) { return a.number < b.number; });
+  for (size_t i = 1; i < files.size(); ++i)
+    if (files[i].number == files[i - 1].number)
+      fail_input("frame ", files[i].number, " stands in two files: ", files[i - 1].path, " and ",
+                 files[i].path);
+}
+
+std::string sequence_note(const Sequence& s) {
+  if (s.files.size() < 2) return "";
+  if (!s.numbered)
+    return concat(s.files.size(), " files in the order given (their names do not differ in a number only)");
+  return concat(s.files.size(), " files, sorted by the number in their names: ", s.files.front().number,
+                " to ", s.files.back().number, s.stride > 1 ? concat(" by ", s.stride) : "");
+}
+
 } // namespace
 
 Sequence find_sequence(const std::vector<std::string>& inputs, const FrameSelection& selection) {
   Sequence s;
-  std::vector<std::string> paths;
-  bool from_glob = false;
-  if (inputs.size() == 1) {
-    if (const auto pattern = find_pattern(inputs[0]); pattern && !fs::exists(inputs[0])) {
-      s.files = match_pattern(inputs[0], *pattern);
-      s.numbered = true;
-    }
-  }
+  s.files = find_by_pattern(inputs);
+  s.numbered = !s.files.empty();
   if (s.files.empty()) {
-    for (const std::string& input : inputs) {
-      std::error_code ignored;
-      if (input.size() > 1 && input[0] == '@') {
-        for (const std::string& path : read_list(input.substr(1))) paths.push_back(path);
-      } else if (has_wildcard(input) && !fs::exists(input, ignored)) {
-        const std::string glob = input.substr(input.find_last_of('/') + 1);
-        const auto found = list_folder(
-            input, [&](const std::string& n) { return fnmatch(glob.c_str(), n.c_str(), FNM_PERIOD) == 0; });
-        if (found.empty()) fail_input(input, ": no file has such a name");
-        paths.insert(paths.end(), found.begin(), found.end());
-        from_glob = true;
-      } else {
-        if (find_pattern(input) && !fs::exists(input, ignored))
-          fail_usage(input, ": a frame pattern stands alone, without other inputs");
-        paths.push_back(input);
-      }
-    }
-    for (size_t i = 0; i < paths.size(); ++i) s.files.push_back({paths[i], static_cast<int64_t>(i)});
+    const ListedFiles listed = list_files(inputs);
+    for (const std::string& path : listed.paths)
+      s.files.push_back({path, static_cast<int64_t>(s.files.size())});
     if (s.files.size() > 1) s.numbered = number_files(s.files);
-    if (from_glob && s.files.size() > 1 && !s.numbered)
+    if (listed.from_glob && s.files.size() > 1 && !s.numbered)
       fail_input(inputs[0], ": the names of the ", s.files.size(),
                  " files do not differ in a number only; list the files in order");
   }
-  std::stable_sort(s.files.begin(), s.files.end(),
-                   [](const SequenceFile& a, const SequenceFile& b) { return a.number < b.number; });
-  for (size_t i = 1; i < s.files.size(); ++i)
-    if (s.files[i].number == s.files[i - 1].number)
-      fail_input("frame ", s.files[i].number, " stands in two files: ", s.files[i - 1].path, " and ",
-                 s.files[i].path);
+  sort_by_number(s.files);
   s.natural_stride = common_stride(s.files);
   if (s.numbered || s.files.size() > 1)
-    select(s, selection); // the frames of a single file are selected by its reader
+    select_frames(s, selection); // the frames of a single file are selected by its reader
   if (s.numbered) find_gaps(s, selection);
-  if (s.files.size() > 1)
-    s.note = s.numbered ? concat(s.files.size(),
-                                 " files, sorted by the number in their names: ", s.files.front().number,
-                                 " to ", s.files.back().number, s.stride > 1 ? concat(" by ", s.stride) : "")
-                        : concat(s.files.size(),
-                                 " files in the order given (their names do not differ in a number only)");
+  s.note = sequence_note(s);
   return s;
 }
 

@@ -1,4 +1,4 @@
-// From stored numbers to values: scaling, and what stands for "no data".
+// From stored numbers to values: scaling, and what means "no data".
 #pragma once
 
 #include <array>

@@ -126,7 +126,7 @@ template void store_as<int16_t>(double, std::byte*);
 template void store_as<float>(double, std::byte*);
 template void store_as<double>(double, std::byte*);
 
-void widen(std::span<std::byte> values, Type type) {
+void widen_values(std::span<std::byte> values, Type type) {
   if (widened(type) == type) return;
   visit_type(type, [&](auto zero) {
     for (size_t i = 0; i + 8 <= values.size(); i += 8)

@@ -72,7 +72,7 @@ template<class T> void store_as(double value, std::byte* at);
 [[nodiscard]] inline Type widened(Type type) {
   return type == Type::i64 || type == Type::u64 ? Type::f64 : type;
 }
-void widen(std::span<std::byte> values, Type type);
+void widen_values(std::span<std::byte> values, Type type);
 
 // Are values of that byte order to be swapped on this machine?
 [[nodiscard]] inline bool needs_swap(bool big_endian) {

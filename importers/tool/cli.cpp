@@ -61,7 +61,7 @@ void add_max_memory(CLI::App& app, CommonOptions& options) {
       ->type_name("BYTES");
 }
 
-void require(const std::string& value, const char* option, const std::string& example) {
+void require_option(const std::string& value, const char* option, const std::string& example) {
   if (value.empty()) fail_usage(option, " is missing, such as ", example);
 }
 

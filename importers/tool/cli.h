@@ -76,6 +76,6 @@ void add_threads(CLI::App& app, CommonOptions& options);
 void add_max_memory(CLI::App& app, CommonOptions& options);
 
 // Throws unless the option was given.
-void require(const std::string& value, const char* option, const std::string& example);
+void require_option(const std::string& value, const char* option, const std::string& example);
 
 } // namespace bcc4

@@ -1,4 +1,4 @@
-// The header of a NRRD file as it stands there. Format: Teem's "Definition of NRRD File Format" (NRRD0001 ..
+// The header of a NRRD file, field by field. Format: Teem's "Definition of NRRD File Format" (NRRD0001 ..
 // NRRD0005).
 #pragma once
 

@@ -97,7 +97,7 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
   const Frame probe = series.read(plan.frames.front().a, 0);
   if (probe.boxes[0].type == layout.type) {
     std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
-    d.warnings = suspicions(*probe.storage[0], layout.type, layout.axes);
+    d.warnings = find_suspicions(*probe.storage[0], layout.type, layout.axes);
   }
   return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series)), std::move(plan),
                         options);

@@ -8,7 +8,11 @@
 namespace bcc4 {
 namespace {
 
-constexpr uint64_t kProbes = 1 << 16; // pairs looked at
+constexpr uint64_t kProbes = 1 << 16; // pairs looked at: more make opening a file slower
+// A warning is given when the data are this many times smoother read in another way. Lower ones would warn of
+// noise, higher ones miss a wrong order in data with little structure.
+constexpr double kSmootherSwapped = 4, kSmootherTurned = 2;
+constexpr double kAbsurdStep = 1e30; // sum of steps: floats of the other byte order are as large
 
 double value_at(const Bytes& bytes, Type type, uint64_t i, bool swapped) {
   std::byte element[8];
@@ -32,17 +36,17 @@ double relative_step(const Bytes& bytes, Type type, uint64_t stride, bool swappe
     step += std::abs(value_at(bytes, type, i + stride, swapped) - v);
     deviation += std::abs(v - mean);
   }
-  if (!std::isfinite(step) || !std::isfinite(deviation) || step > 1e30) return HUGE_VAL;
+  if (!std::isfinite(step) || !std::isfinite(deviation) || step > kAbsurdStep) return HUGE_VAL;
   return deviation > 0 ? step / deviation : 0;
 }
 
 } // namespace
 
-std::vector<std::string> suspicions(const Bytes& bytes, Type type, const std::vector<FileAxis>& axes) {
+std::vector<std::string> find_suspicions(const Bytes& bytes, Type type, const std::vector<FileAxis>& axes) {
   std::vector<std::string> out;
   if (type_size(type) > 1) {
     const double given = relative_step(bytes, type, 1, false), swapped = relative_step(bytes, type, 1, true);
-    if (swapped < given / 4)
+    if (swapped < given / kSmootherSwapped)
       out.push_back("the values jump about as declared and are smooth with the bytes of each value reversed: "
                     "is --endian right?");
   }
@@ -65,7 +69,7 @@ std::vector<std::string> suspicions(const Bytes& bytes, Type type, const std::ve
       best = other;
     }
   } while (std::next_permutation(other.begin(), other.end()));
-  if (out.empty() && smoothest < given / 2) {
+  if (out.empty() && smoothest < given / kSmootherTurned) {
     std::string text;
     for (const uint64_t n : best) text += concat(text.empty() ? "" : ",", n);
     out.push_back(concat("the data are much smoother when the sizes, fastest first, are ", text,

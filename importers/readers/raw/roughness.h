@@ -10,7 +10,7 @@ namespace bcc4 {
 
 // `bytes`: one frame in file order, native byte order as declared, axes without time. Returns warnings,
 // mostly none.
-[[nodiscard]] std::vector<std::string> suspicions(const Bytes& bytes, Type type,
-                                                  const std::vector<FileAxis>& axes);
+[[nodiscard]] std::vector<std::string> find_suspicions(const Bytes& bytes, Type type,
+                                                       const std::vector<FileAxis>& axes);
 
 } // namespace bcc4

@@ -66,7 +66,7 @@ class VtiReader : public FrameReader {
       fail(Exit::no_resources, path, ": array ", name, " takes ", byte_text(static_cast<double>(bytes)),
            ", more than allowed: raise --max-mem");
     Bytes values = file.values(array);
-    widen(values, array.type);
+    widen_values(values, array.type);
     values_ = std::make_shared<const Bytes>(std::move(values));
     components_ = array.components;
     frame_ = frame;

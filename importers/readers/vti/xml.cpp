@@ -31,7 +31,7 @@ class XmlParser {
     if (found == std::string_view::npos) refuse("\"", end, "\" is missing");
     at_ = found + end.size();
   }
-  // Comments and declarations; false when none stands here.
+  // Comments and declarations; false when there is none here.
   bool skip_extras() {
     if (looking_at("<!--"))
       skip_past("-->");

@@ -28,7 +28,7 @@ int32_t show(void* progress, double fraction) {
 
 Exit run_concat(const ConcatArguments& a) {
   if (a.parts.empty()) fail_usage("PART... is missing, such as bcc4 concat part.*.bcc4 -o whole.bcc4");
-  require(a.output, "-o", "-o whole.bcc4");
+  require_option(a.output, "-o", "-o whole.bcc4");
   refuse_existing(a.output, a.overwrite);
   for (const std::string& part : a.parts) refuse_source_as_output(a.output, part);
   const Device device = create_device(1, 0);

@@ -107,8 +107,8 @@ void export_file(Exporter& exporter, const Volume& volume, const ExportArguments
 }
 
 Exit run_export(ExportArguments& a) {
-  require(a.file, "FILE", "bcc4 export smoke.bcc4 --all -o smoke.%04d.vdb");
-  require(a.output, "-o", "-o smoke.%04d.vdb");
+  require_option(a.file, "FILE", "bcc4 export smoke.bcc4 --all -o smoke.%04d.vdb");
+  require_option(a.output, "-o", "-o smoke.%04d.vdb");
   a.options.format = format_of(a);
 #if !BCCSPLAT_WITH_OPENVDB
   if (a.options.format == ExportFormat::vdb)
@@ -132,7 +132,7 @@ Exit run_export(ExportArguments& a) {
     else
       export_files(exporter, volume, pattern, a.options.overwrite, progress);
   } else {
-    const Cut where = resolve(volume, a.which);
+    const Cut where = resolve_cut(volume, a.which);
     exporter.write_frame(pattern.empty() ? a.output : apply_frame_pattern(pattern, std::llround(where.index)),
                          where);
   }

@@ -42,7 +42,7 @@ struct ImportArguments {
 // What cannot be written is said before the work.
 void check_outputs(const ImportArguments& a) {
   if (!a.dry_run) {
-    require(a.output, "-o", "-o out.bcc4");
+    require_option(a.output, "-o", "-o out.bcc4");
     refuse_existing(a.output, a.settings.overwrite || a.resume.append);
     require_writable_folder(a.output);
     if (!a.part.empty() && a.plan.empty())
@@ -202,8 +202,8 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     scope.sources = planned->sources;
     take_part(a, device, s, plan.scans, scope);
   } else {
-    settle(*reader, device, {bound, a.time_scale == "auto", a.dry_run, a.common.prints_text()}, a.settings,
-           plan);
+    settle_import(*reader, device, {bound, a.time_scale == "auto", a.dry_run, a.common.prints_text()},
+                  a.settings, plan);
     // A bound is checked on every frame, and coefficients depend on more of them.
     if (appended.frames > 1 && !bound.any() && a.settings.measure != BCCSPLAT_MEASURE_ALL &&
         a.settings.store != BCCSPLAT_STORE_COEFFICIENTS)

@@ -154,7 +154,7 @@ Run add_info(CLI::App& app) {
   info.add_flag("--json", a->json, "As JSON");
   info.add_flag("--histogram", a->histogram, "With the histogram of the stored values");
   return [a] {
-    require(a->file, "FILE", "bcc4 info smoke.bcc4");
+    require_option(a->file, "FILE", "bcc4 info smoke.bcc4");
     const Device device = create_device(1, 0);
     const Volume volume = open_volume(device, a->file, "");
     if (a->json)

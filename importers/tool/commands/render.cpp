@@ -103,8 +103,8 @@ std::array<double, 2> set_trail(const Renderer& renderer, const RenderArguments&
   return interval;
 }
 
-void save(const Image& image, const std::string& path, const RenderArguments& a, bool sequence,
-          double exposure) {
+void save_picture(const Image& image, const std::string& path, const RenderArguments& a, bool sequence,
+                  double exposure) {
   auto o = sized<bccsplat_image_options>();
   o.overwrite = 1; // pictures are made again and again
   if (a.background) {
@@ -153,7 +153,7 @@ struct Scene {
   RenderTimes draw(const Picture& picture) {
     RenderTimes times;
     times.open_ms = open_ms;
-    const Slice slice = cut(volume, picture.where, channel);
+    const Slice slice = cut_slice(volume, picture.where, channel);
     times.slice = slice_info(slice);
     times.kernel = times.slice.kernel;
     check(bccsplat_renderer_set_slice(renderer.get(), slice.get()), "");
@@ -165,9 +165,9 @@ struct Scene {
       planes |= BCCSPLAT_FRAME_DEEP;
     else if (lower(picture.path).ends_with(".exr"))
       planes |= BCCSPLAT_FRAME_DEPTH | BCCSPLAT_FRAME_VALUE | BCCSPLAT_FRAME_TIME;
-    bccsplat_frame* frame = nullptr;
-    check(bccsplat_frame_create(device.get(), camera.size[0], camera.size[1], planes, &frame), "");
-    const Image image(frame);
+    bccsplat_frame* created = nullptr;
+    check(bccsplat_frame_create(device.get(), camera.size[0], camera.size[1], planes, &created), "");
+    const Image image(created);
     for (int i = 0; i < a.repeat; ++i) {
       stop_if_interrupted();
       check(bccsplat_renderer_render(renderer.get(), image.get()), "render");
@@ -175,7 +175,7 @@ struct Scene {
       check(bccsplat_renderer_get_stats(renderer.get(), &stats), "");
       times.renders.push_back(stats);
     }
-    save(image, picture.path, a, sequence, exposure_seconds(volume, picture.where, trail));
+    save_picture(image, picture.path, a, sequence, exposure_seconds(volume, picture.where, trail));
     return times;
   }
 };

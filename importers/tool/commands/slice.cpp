@@ -149,7 +149,7 @@ Range write_nrrd_slice(const Slice& slice, const std::string& path, const NrrdOu
 // Cuts, writes and reports one slice; its line of JSON.
 Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel, const Cut& where,
                  const std::string& path) {
-  const Slice slice = cut(volume, where, channel);
+  const Slice slice = cut_slice(volume, where, channel);
   const bccsplat_slice_info info = slice_info(slice);
   Range range;
   if (lower(path).ends_with(".vdb")) {
@@ -169,8 +169,8 @@ Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel
 }
 
 Exit run_slice(const SliceArguments& a) {
-  require(a.file, "FILE", "bcc4 slice smoke.bcc4 --time 10 -o slice.nrrd");
-  require(a.output, "-o", "-o slice.nrrd");
+  require_option(a.file, "FILE", "bcc4 slice smoke.bcc4 --time 10 -o slice.nrrd");
+  require_option(a.output, "-o", "-o slice.nrrd");
   const bool vdb = lower(a.output).ends_with(".vdb");
   if (!vdb && !lower(a.output).ends_with(".nrrd")) fail_usage("-o ", a.output, ": must end in .nrrd or .vdb");
 #if !BCCSPLAT_WITH_OPENVDB

@@ -97,7 +97,7 @@ void refuse_failed(const Volume& volume, const VerifyArguments& a, const bccspla
 }
 
 Exit run_verify(VerifyArguments& a) {
-  require(a.file, "FILE", "bcc4 verify smoke.bcc4");
+  require_option(a.file, "FILE", "bcc4 verify smoke.bcc4");
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
   const Volume volume = open_checked(device, a);
   if (volume_info(volume).part_end > 0 && !a.reader.options.inputs.empty())

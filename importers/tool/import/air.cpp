@@ -10,6 +10,10 @@ namespace bcc4 {
 namespace {
 
 constexpr double kShareOfAir = 1.0 / 256; // of the samples; with more of it, air is what is empty
+// In standard deviations: a mean this near to air has it among the values already.
+constexpr double kNearAir = 0.5;
+// Standard deviation over mean: of a channel with less, a constant, it is not known what else there will be.
+constexpr double kConstant = 1e-6;
 
 struct Moments {
   double count = 0, air = 0, sum = 0, squares = 0; // relative to air
@@ -44,9 +48,8 @@ std::map<std::string, double> dense_air(FrameReader& reader, const WriterSetting
     if (m.count == 0 || m.air > kShareOfAir * m.count) continue;
     const double mean = m.sum / m.count, variance = m.squares / m.count - mean * mean;
     const double deviation = std::sqrt(std::max(variance, 0.0));
-    // A constant is left alone: what else there will be is not known.
-    if (!std::isfinite(m.squares) || !(std::fabs(mean) > deviation / 2) ||
-        !(deviation > 1e-6 * std::fabs(mean)))
+    if (!std::isfinite(m.squares) || !(std::fabs(mean) > kNearAir * deviation) ||
+        !(deviation > kConstant * std::fabs(mean)))
       continue;
     const double step = std::pow(10, std::floor(std::log10(deviation))); // a number to be read
     air[channel.name] = std::round((channel.air + mean) / step) * step;

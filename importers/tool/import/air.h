@@ -1,5 +1,5 @@
-// The value that stands for empty space where the source does not say: 0, or for dense data of floats a value
-// in their midst. The nearer values are to air, the less a constant among them ripples.
+// The value of empty space where the source does not say it: 0, or for dense data of floats a value among
+// theirs. The nearer values are to air, the less a constant among them ripples.
 #pragma once
 
 #include <map>

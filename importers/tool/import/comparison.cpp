@@ -83,7 +83,7 @@ std::vector<Comparison> compare_series(const Volume& volume, FrameReader& source
   const SeriesDescription& s = source.description();
   std::vector<Comparison> out(s.channels.size());
   read_series(source, {0, s.dims[3]}, "verify", progress, [&](uint64_t f, uint32_t c, const Frame& values) {
-    const Slice slice = cut_frame(volume, static_cast<double>(f), {.channel = c});
+    const Slice slice = cut_frame(volume, static_cast<double>(f), c);
     const bccsplat_channel_info info = channel_info(volume, c);
     Comparison& one = out[c].frames.emplace_back();
     one.worst.frame = f;

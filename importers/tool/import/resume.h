@@ -14,7 +14,7 @@ void add_resume_options(CLI::App& import, ResumeArguments& arguments);
 // BCCSPLAT_PARTIAL_... for the writer; refuses both at once.
 [[nodiscard]] int32_t partial_mode(const ResumeArguments& arguments);
 
-// Watches over one import. When it ends early, work worth going on from is kept and a line says how; else
+// Watches over one import. When it ends early, work worth going on from stays and a line says how; else
 // nothing stays.
 class UnfinishedImport {
  public:

@@ -15,6 +15,8 @@ struct SampleStretch {
   std::vector<std::vector<float>> values; // by channel: x fastest, frames slowest; NaN as in the source
 };
 
+// The default decides the coding: a larger sample takes longer, a smaller one is less like the file
+// (what it chose on real series: tests/bench/notes/fit.md).
 struct SampleSize {
   uint64_t edge = 64;     // at most so many samples along x, y, z
   uint64_t frames = 12;   // of a stretch

@@ -22,8 +22,8 @@ std::vector<ChannelScan> scan_series(FrameReader& reader, const WriterSettings& 
 
 } // namespace
 
-void settle(FrameReader& reader, const Device& device, const Unsettled& unsettled, WriterSettings& settings,
-            ImportPlan& plan) {
+void settle_import(FrameReader& reader, const Device& device, const Unsettled& unsettled,
+                   WriterSettings& settings, ImportPlan& plan) {
   const SeriesDescription& s = reader.description();
   const auto& [bound, auto_time_scale, everything, progress] = unsettled;
   const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
@@ -36,7 +36,7 @@ void settle(FrameReader& reader, const Device& device, const Unsettled& unsettle
   if (everything || auto_time_scale) plan.spectrum.emplace(sample_series(reader, air, kSpectrumSample), air);
   if (auto_time_scale)
     settings.time_scale = prove_time_scale(device, s, sample_series(reader, air, kTimeScaleSample), settings,
-                                           advise(*plan.spectrum, s.dims[3]).time_scale, plan.scans);
+                                           advise_lattice(*plan.spectrum, s.dims[3]).time_scale, plan.scans);
 
   if (!bound.any()) return;
   plan.search = search_coding(device, s, sample_series(reader, air, {}), settings, bound, plan.scans);

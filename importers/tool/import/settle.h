@@ -17,7 +17,7 @@ struct Unsettled {
 
 // Scans and samples the series as far as something is left to find out, and completes the settings and the
 // plan.
-void settle(FrameReader& reader, const Device& device, const Unsettled& unsettled, WriterSettings& settings,
-            ImportPlan& plan);
+void settle_import(FrameReader& reader, const Device& device, const Unsettled& unsettled,
+                   WriterSettings& settings, ImportPlan& plan);
 
 } // namespace bcc4

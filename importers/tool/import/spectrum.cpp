@@ -11,13 +11,19 @@
 namespace bcc4 {
 namespace {
 
-constexpr size_t kBlockEdge = 32, kSmallestEdge = 8;
-constexpr size_t kMostBlocks = 8; // of a stretch and channel
-constexpr double kReserve = 0.75; // of the cell: what lies in it is reconstructed well
-constexpr double kNegligible = 1e-4;
-constexpr double kMuch = 1e-2;
+constexpr size_t kBlockEdge = 32, kSmallestEdge = 8; // samples; a shorter axis is not measured
+constexpr size_t kMostBlocks = 8;                    // of a stretch and channel
+constexpr double kReserve = 0.75;                    // of the cell: what lies in it is reconstructed well
+// Parts of the energy. What lies outside the cell folds back as error: more than kMuch of it is reason to
+// advise the Cartesian lattice. A coarser lattice is advised while it leaves outside, beside what is outside
+// already, at most kMoreLost as much again and at most kInsideLost of what is still inside; kNegligible may
+// be lost in any case.
+constexpr double kMuch = 1e-2, kNegligible = 1e-4;
+constexpr double kMoreLost = 0.5, kInsideLost = 0.125;
 constexpr double kFineEnough = 0.25; // resolution of an axis to judge by
+constexpr double kFewestSteps = 2;   // along time on a coarser lattice
 constexpr double kScales[] = {1.25, 1.5, 2, 2.5, 3, 4, 6, 8};
+constexpr double kRounding = 1e-9; // of sums of frequencies: the border of the cell belongs to it
 
 using Complex = std::complex<double>;
 
@@ -156,21 +162,21 @@ double Spectrum::outside(double scale, double time_scale) const {
       rest /= count;
     }
     std::sort(f.begin(), f.end());
-    if (f[2] + f[3] > std::numbers::sqrt2 + 1e-9) sum += energy_[i];
+    if (f[2] + f[3] > std::numbers::sqrt2 + kRounding) sum += energy_[i];
   }
   return sum / total_;
 }
 
-SpectrumAdvice advise(const Spectrum& spectrum, uint64_t frames) {
+SpectrumAdvice advise_lattice(const Spectrum& spectrum, uint64_t frames) {
   SpectrumAdvice advice;
   if (spectrum.empty()) return advice;
   advice.cartesian = spectrum.outside(1, 1) > kMuch;
-  // Half as much again, but no more than an eighth of what is still inside.
   const double lost = spectrum.outside(1 / kReserve, 1 / kReserve);
-  const double allowed = std::max(kNegligible, lost + std::min(lost / 2, (1 - lost) / 8));
+  const double allowed = std::max(kNegligible, lost + std::min(kMoreLost * lost, kInsideLost * (1 - lost)));
   for (const double x : kScales) {
     if (spectrum.resolution(3) > 0 && spectrum.resolution(3) <= kFineEnough &&
-        (static_cast<double>(frames) - 1) / x >= 2 && spectrum.outside(1 / kReserve, x / kReserve) <= allowed)
+        (static_cast<double>(frames) - 1) / x >= kFewestSteps &&
+        spectrum.outside(1 / kReserve, x / kReserve) <= allowed)
       advice.time_scale = x;
     const bool fine = spectrum.resolution(0) <= kFineEnough && spectrum.resolution(1) <= kFineEnough &&
                       spectrum.resolution(2) <= kFineEnough;
@@ -194,7 +200,7 @@ std::vector<std::string> spectrum_lines(const Spectrum& spectrum, uint64_t frame
   lines.push_back(concat(text, " of Nyquist hold 90 / 99 / 99.9 % of the energy"));
   lines.push_back(
       concat(per_cent(spectrum.outside(1, 1)), " of the energy lies outside the cell of the lattice"));
-  const SpectrumAdvice advice = advise(spectrum, frames);
+  const SpectrumAdvice advice = advise_lattice(spectrum, frames);
   if (advice.cartesian) lines.push_back("advice: --lattice cc keeps it; else it folds back as error");
   if (advice.time_scale > 1)
     lines.push_back(concat("advice: the spectrum has room for --time-scale ", advice.time_scale,
@@ -215,7 +221,7 @@ Json spectrum_json(const Spectrum& spectrum, uint64_t frames) {
                                   {"p99", spectrum.percentile(a, 0.99)},
                                   {"p999", spectrum.percentile(a, 0.999)},
                                   {"resolution", spectrum.resolution(a)}};
-  const SpectrumAdvice advice = advise(spectrum, frames);
+  const SpectrumAdvice advice = advise_lattice(spectrum, frames);
   j["outside_cell"] = spectrum.outside(1, 1);
   j["advice"] = {{"scale", advice.scale},
                  {"time_scale", advice.time_scale},

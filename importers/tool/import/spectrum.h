@@ -17,7 +17,7 @@ namespace bcc4 {
 // of the source, 0 .. 1, along x, y, z, t.
 class Spectrum {
  public:
-  // Blocks of up to 32 samples along each axis, Hann windows; air stands in for what is not finite.
+  // Blocks of up to 32 samples along each axis, Hann windows; what is not finite becomes air.
   Spectrum(const std::vector<SampleStretch>& sample, const std::vector<double>& air);
 
   [[nodiscard]] bool empty() const { return total_ <= 0; }
@@ -40,7 +40,7 @@ struct SpectrumAdvice {
   double scale = 1;
   bool cartesian = false; // much energy lies where D4* folds it
 };
-[[nodiscard]] SpectrumAdvice advise(const Spectrum& spectrum, uint64_t frames);
+[[nodiscard]] SpectrumAdvice advise_lattice(const Spectrum& spectrum, uint64_t frames);
 
 [[nodiscard]] std::vector<std::string> spectrum_lines(const Spectrum& spectrum, uint64_t frames);
 [[nodiscard]] Json spectrum_json(const Spectrum& spectrum, uint64_t frames);

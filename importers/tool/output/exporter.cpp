@@ -83,7 +83,7 @@ Affine Exporter::affine() const {
 
 void Exporter::append_frame(OutputFile& file, double index) {
   sample_planes(
-      cut_frame(volume_, index, {.channel = channel_}),
+      cut_frame(volume_, index, channel_),
       [&](uint64_t, std::span<const float> values) { append_values(file, values, type_, holes_); },
       options_.region);
 }
@@ -117,7 +117,7 @@ void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path,
   std::vector<float> values;
   values.reserve(region().samples());
   sample_planes(
-      cut_frame(volume_, where.index, {.channel = channel_}),
+      cut_frame(volume_, where.index, channel_),
       [&](uint64_t, std::span<const float> planes) {
         values.insert(values.end(), planes.begin(), planes.end());
       },

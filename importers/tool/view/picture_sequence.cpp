@@ -9,7 +9,7 @@
 namespace bcc4 {
 namespace {
 
-std::vector<Picture> frames(const Volume& volume, const RenderArguments& a) {
+std::vector<Picture> pictures_of_frames(const Volume& volume, const RenderArguments& a) {
   if (a.which.time || a.which.index || a.which.plane || a.which.point)
     fail_usage("--frames excludes --time, --plane and --point");
   const double last_frame = static_cast<double>(volume_info(volume).dims[3]) - 1;
@@ -28,20 +28,20 @@ std::vector<Picture> frames(const Volume& volume, const RenderArguments& a) {
 
 } // namespace
 
-std::vector<Picture> picture_sequence(const Volume& volume, const RenderArguments& a, size_t camera_frames) {
+std::vector<Picture> picture_sequence(const Volume& volume, const RenderArguments& a, size_t cameras) {
   std::vector<Picture> pictures;
   if (a.frames)
-    pictures = frames(volume, a);
+    pictures = pictures_of_frames(volume, a);
   else
     for (const Cut& where : sweep(volume, a.which)) pictures.push_back({where, 0, 0, {}});
-  const size_t views = a.turntable ? static_cast<size_t>(*a.turntable) : camera_frames;
+  const size_t views = a.turntable ? static_cast<size_t>(*a.turntable) : cameras;
   if (pictures.size() == 1 && views > 1) pictures.assign(views, Picture(pictures.front()));
   if (a.turntable)
     for (size_t i = 0; i < pictures.size(); ++i)
       pictures[i].turn = 360.0 * static_cast<double>(i) / static_cast<double>(pictures.size());
-  if (camera_frames > 1) {
-    if (pictures.size() != camera_frames)
-      fail_usage("--camera: it has ", camera_frames, " frames for ", pictures.size(), " pictures");
+  if (cameras > 1) {
+    if (pictures.size() != cameras)
+      fail_usage("--camera: it has ", cameras, " frames for ", pictures.size(), " pictures");
     for (size_t i = 0; i < pictures.size(); ++i) pictures[i].camera = i;
   }
 

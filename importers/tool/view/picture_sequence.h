@@ -1,4 +1,4 @@
-// The pictures that one command makes: which slice, turned how far, from which of the camera's frames, and
+// The pictures that one command makes: which slice, turned how far, from which of the cameras, and
 // under which name.
 #pragma once
 
@@ -14,13 +14,13 @@ namespace bcc4 {
 struct Picture {
   Cut where;
   double turn = 0;   // degrees about the vertical, beyond the camera's own
-  size_t camera = 0; // of a camera file's frames
+  size_t camera = 0; // of a camera file
   std::string path;
 };
 
-// --frames, --turntable, --sweep or the frames of a camera file (camera_frames > 1, alone or one for each of
+// --frames, --turntable, --sweep or the cameras of a camera file (cameras > 1, alone or one for each of
 // --frames); else a single picture.
 [[nodiscard]] std::vector<Picture> picture_sequence(const Volume& volume, const RenderArguments& arguments,
-                                                    size_t camera_frames);
+                                                    size_t cameras);
 
 } // namespace bcc4

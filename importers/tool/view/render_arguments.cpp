@@ -196,8 +196,8 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
 }
 
 void check_arguments(const RenderArguments& a) {
-  require(a.file, "FILE", "bcc4 render smoke.bcc4 --time 10 -o smoke.png");
-  require(a.output, "-o", "-o picture.png");
+  require_option(a.file, "FILE", "bcc4 render smoke.bcc4 --time 10 -o smoke.png");
+  require_option(a.output, "-o", "-o picture.png");
   if (!is_picture(a.output)) fail_usage("-o ", a.output, ": must end in .png or .exr");
   if (a.background && lower(a.output).ends_with(".exr"))
     fail_usage("--background is for PNG; an EXR keeps its opacity");

@@ -93,13 +93,13 @@ void set_shape(Cut& cut, const SliceChoiceArguments& a) {
   cut.slab = a.slab, cut.method = a.method, cut.lattice = a.lattice;
 }
 
-Cut resolve(const Volume& volume, const SliceChoiceArguments& a) {
+Cut resolve_cut(const Volume& volume, const SliceChoiceArguments& a) {
   Cut cut = resolve_plane(volume, a);
   set_shape(cut, a);
   return cut;
 }
 
-Slice cut(const Volume& volume, const Cut& where, uint32_t channel) {
+Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel) {
   auto hyperplane = sized<bccsplat_hyperplane>();
   hyperplane.a = where.plane[0];
   hyperplane.b = where.plane[1];

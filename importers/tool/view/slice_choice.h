@@ -37,11 +37,11 @@ struct Cut {
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
 };
 // A file of one frame needs neither option. The sweep is not looked at.
-[[nodiscard]] Cut resolve(const Volume& volume, const SliceChoiceArguments& arguments);
+[[nodiscard]] Cut resolve_cut(const Volume& volume, const SliceChoiceArguments& arguments);
 [[nodiscard]] Cut cut_at_index(const Volume& volume, double index);
 // --thickness, --slab and the --slice- options onto a hyperplane.
 void set_shape(Cut& cut, const SliceChoiceArguments& arguments);
 // A hyperplane that misses the data is an error here.
-[[nodiscard]] Slice cut(const Volume& volume, const Cut& where, uint32_t channel);
+[[nodiscard]] Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel);
 
 } // namespace bcc4

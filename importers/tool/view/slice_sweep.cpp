@@ -61,7 +61,7 @@ void add_sweep(CLI::App& app, SliceChoiceArguments& a) {
 }
 
 std::vector<Cut> sweep(const Volume& volume, const SliceChoiceArguments& a) {
-  const Cut base = resolve(volume, a);
+  const Cut base = resolve_cut(volume, a);
   if (!a.sweep) return {base};
   const double from = (*a.sweep)[0], to = (*a.sweep)[1], count = (*a.sweep)[2];
   if (!(count >= 2 && count <= 1e6) || count != std::floor(count))

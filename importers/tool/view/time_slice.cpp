@@ -29,24 +29,16 @@ double frame_index(const Volume& volume, double time, bool index) {
   return frame;
 }
 
-Slice cut(const Volume& volume, const double (&plane)[5], const SliceChoice& choice) {
+Slice cut_frame(const Volume& volume, double index, uint32_t channel) {
   auto hyperplane = sized<bccsplat_hyperplane>();
-  hyperplane.a = plane[0];
-  hyperplane.b = plane[1];
-  hyperplane.c = plane[2];
-  hyperplane.d = plane[3];
-  hyperplane.e = plane[4];
+  hyperplane.d = 1;
+  hyperplane.e = -index;
   auto options = sized<bccsplat_slice_options>();
-  options.channel = choice.channel;
-  std::copy(choice.interval, choice.interval + 2, options.interval);
+  options.channel = channel;
   options.progress = Progress::cancel_only;
   bccsplat_slice* slice = nullptr;
   check(bccsplat_slice_create(volume.get(), &hyperplane, &options, &slice), "slice");
   return Slice(slice);
-}
-
-Slice cut_frame(const Volume& volume, double index, const SliceChoice& choice) {
-  return cut(volume, {0, 0, 0, 1, -index}, choice);
 }
 
 bccsplat_slice_info slice_info(const Slice& slice) {

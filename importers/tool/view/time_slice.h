@@ -15,12 +15,8 @@ namespace bcc4 {
 // is none.
 [[nodiscard]] double frame_index(const Volume& volume, double time, bool index);
 
-struct SliceChoice {
-  uint32_t channel = 0;
-  double interval[2] = {0, 0};
-};
-[[nodiscard]] Slice cut(const Volume& volume, const double (&plane)[5], const SliceChoice& choice);
-[[nodiscard]] Slice cut_frame(const Volume& volume, double index, const SliceChoice& choice);
+// The time slice at a frame index, fractions allowed.
+[[nodiscard]] Slice cut_frame(const Volume& volume, double index, uint32_t channel);
 [[nodiscard]] bccsplat_slice_info slice_info(const Slice& slice);
 
 // Samples the slice's box at the source's resolution, or a part of it counted from its first sample, some
