@@ -13,20 +13,22 @@ done
 find "${folders[@]}" -type f \
   \( -name '*.h' -o -name '*.c' -o -name '*.cpp' -o -name '*.inc' -o -name '*.inl' \) -print0 |
   sort -z | xargs -0 -r grep -HnE '^[[:space:]]*#[[:space:]]*include[[:space:]]*[<"]' | awk '
-# The rungs of a place from the lowest to the highest; rooms on one rung stand between bars. Paths are written without
-# src/, the house itself is the place "", and a dot means the files directly in a place.
+# The rungs of a place from the lowest to the highest. Rooms on one rung stand between bars where one may include another,
+# between slashes where they do not know each other. Paths are written without src/, the house itself is the place "", and a
+# dot means the files directly in a place.
 BEGIN {
-  ladder("", "base < lattice | kernel < points < formats < field < fit | slice | splat < render | store < api")
-  ladder("formats", "bcc4 | image")
+  ladder("", "base < lattice | kernel < points < formats < field < fit / slice / splat < render / store < api")
+  ladder("formats", "bcc4 / image")
   ladder("formats/bcc4", "coding < .")
   ladder("field", "footprint < coefficients < .")
   ladder("splat", "view | raise | points | loop < shade < sheet < plan < tile < . < trail")
-  apart["formats"] = 1 # rooms on one rung of it do not include each other at all
 }
 function ladder(place, rungs, levels, rooms, i, j) {
   order[place] = rungs
-  for (i = split(rungs, levels, / < /); i > 0; i--)
-    for (j = split(levels[i], rooms, / \| /); j > 0; j--) rung[place, rooms[j]] = i
+  for (i = split(rungs, levels, / < /); i > 0; i--) {
+    if (levels[i] ~ / \/ /) apart[place, i] = 1
+    for (j = split(levels[i], rooms, / [|\/] /); j > 0; j--) rung[place, rooms[j]] = i
+  }
 }
 # The room of `place` that holds `path`; none when it lies elsewhere.
 function room_of(place, path, rest) {
@@ -50,7 +52,7 @@ function check_ladder(place, from, to) {
     wrong(name_of(place, from) " is on rung " rung[place, from] ", " name_of(place, to) " on rung " rung[place, to] \
       " of: " order[place])
   else if (rung[place, to] == rung[place, from]) {
-    if (place in apart) wrong(name_of(place, from) " and " name_of(place, to) " do not know each other")
+    if ((place, rung[place, to]) in apart) wrong(name_of(place, from) " and " name_of(place, to) " do not know each other")
     else beside[place, from, to] = beside[place, from, to] $0 "\n"
   }
 }
