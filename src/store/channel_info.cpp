@@ -65,8 +65,7 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
     return channel;
   }
   channel.quantiser = quantiser_of_samples(settings, info.source_type);
-  info.type = channel.quantiser.type, info.scale = channel.quantiser.scale;
-  info.offset = channel.quantiser.offset;
+  static_cast<Quantiser&>(info) = channel.quantiser;
   return channel;
 }
 

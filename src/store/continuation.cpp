@@ -17,13 +17,12 @@ constexpr size_t batch_chunks = 64; // decoded together: at most 8 MiB of sample
 // Counts the samples of the slabs 0 .. end - 1 as the fit did.
 FitChannelReport count_slabs(const Bcc4Reader& file, int channel, int32_t end, const Context& context) {
   const ChannelInfo& info = file.info().channels[static_cast<size_t>(channel)];
-  const Quantiser quantiser{info.type, info.scale, info.offset, info.air};
   // Single sites of air among others may be kept: no samples.
   const SampleCoder coder(info);
   const float air = coder.decode(coder.codes().air);
   const bool air_is_none = !(info.threshold > 0 && std::fabs(air) > info.threshold);
   FitChannelReport report;
-  report.samples = SampleHistogram(quantiser);
+  report.samples = SampleHistogram(info);
   const Lattice4& lattice = file.info().lattice;
   for (int32_t layer = 0; layer < end * file.info().slab_layers; ++layer)
     report.sites_total += static_cast<uint64_t>(lattice.space.sites(lattice.coset(layer)));

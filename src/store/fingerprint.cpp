@@ -32,9 +32,9 @@ uint32_t series_checksum(VolumeInfo info, uint32_t options) {
   info.part.reset();
   for (ChannelInfo& c : info.channels) {
     ChannelInfo fixed;
-    fixed.name = c.name, fixed.quantity = c.quantity, fixed.unit = c.unit, fixed.type = c.type;
-    fixed.scale = c.scale, fixed.offset = c.offset, fixed.air = c.air, fixed.threshold = c.threshold;
-    fixed.source_type = c.source_type;
+    static_cast<Quantiser&>(fixed) = c;
+    fixed.name = c.name, fixed.quantity = c.quantity, fixed.unit = c.unit;
+    fixed.threshold = c.threshold, fixed.source_type = c.source_type;
     c = std::move(fixed);
   }
   tidy(info);
