@@ -14,6 +14,8 @@ class Hyperplane {
  public:
   // Coefficients of any length. Throws invalid_argument for a normal that is zero or not finite.
   Hyperplane(double a, double b, double c, double d, double e);
+  // Through a point, normal to a direction that has unit length up to rounding.
+  [[nodiscard]] static Hyperplane through(const Vec4& point, const Vec4& normal);
 
   [[nodiscard]] double operator[](size_t i) const { return coefficients_[i]; } // a, b, c, d, e
   [[nodiscard]] const std::array<double, 5>& coefficients() const { return coefficients_; }
@@ -28,6 +30,8 @@ class Hyperplane {
   }
 
  private:
+  explicit Hyperplane(const std::array<double, 5>& coefficients);
+
   std::array<double, 5> coefficients_;
 };
 

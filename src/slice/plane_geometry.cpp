@@ -76,7 +76,7 @@ Hyperplane hyperplane_of(const PlaneAxes& axes) {
   Vec4 normal{};
   normal[axis] = 1;
   (void)orthonormalise(normal, basis.data(), 3);
-  return {normal[0], normal[1], normal[2], normal[3], -dot4(normal, axes.origin)};
+  return Hyperplane::through(axes.origin, normal);
 }
 
 std::optional<AxisCut> axis_cut(const Hyperplane& h, const std::array<uint32_t, 4>& dims) {

@@ -26,6 +26,13 @@ TEST(Hyperplane, HeightIsTheSignedDistance) {
   EXPECT_EQ(h.moved(1.5).normal(), h.normal());
 }
 
+TEST(Hyperplane, GoesThroughItsPoint) {
+  const Vec4 normal{0.1, 0.7, -0.5, 0.5}, point{3, -8, 2.5, 40};
+  const Hyperplane h = Hyperplane::through(point, normal);
+  EXPECT_NEAR(height(h, point), 0, 1e-14);
+  for (size_t i = 0; i < 4; ++i) EXPECT_NEAR(h[i], normal[i], 1e-15);
+}
+
 TEST(Hyperplane, RefusesWhatHasNoNormal) {
   const auto refused = [](double a, double d, double e) {
     try {
