@@ -26,8 +26,8 @@ Hyperplane::Hyperplane(const std::array<double, 5>& coefficients) : coefficients
   normalise(coefficients_);
 }
 
-// Once more, as always: of oblique hyperplanes every third has other last digits after once only, and files
-// of slices hold these digits.
+// Coefficients are normalised twice: after one pass every third oblique hyperplane has other last digits than
+// after two, and files of slices hold the latter.
 Hyperplane::Hyperplane(double a, double b, double c, double d, double e)
     : Hyperplane(std::array<double, 5>{a, b, c, d, e}) {
   normalise(coefficients_);
