@@ -4,7 +4,7 @@
 
 #include "api/handles.h"
 #include "api/structs.h"
-#include "render/frame.h"
+#include "render/picture.h"
 #include "render/trail.h"
 
 using namespace bccsplat;

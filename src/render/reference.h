@@ -5,7 +5,7 @@
 
 #include <functional>
 
-#include "render/frame.h"
+#include "render/picture.h"
 
 namespace bccsplat {
 

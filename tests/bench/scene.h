@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "render/frame.h"
+#include "render/picture.h"
 #include "render/reference.h"
 #include "tests/bench/analytic.h"
 #include "tests/bench/ray_march/ray_march.h"

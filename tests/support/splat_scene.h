@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "field/coefficients/coefficients.h"
-#include "render/frame.h"
+#include "render/picture.h"
 #include "render/reference.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"

@@ -9,7 +9,7 @@
 #include "field/coefficients/coefficients.h"
 #include "formats/bcc4/coding/deflate.h"
 #include "points/runs.h"
-#include "render/frame.h"
+#include "render/picture.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat::bench {

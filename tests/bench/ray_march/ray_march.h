@@ -10,7 +10,7 @@
 #include <functional>
 #include <vector>
 
-#include "render/frame.h"
+#include "render/picture.h"
 
 namespace bccsplat::bench {
 

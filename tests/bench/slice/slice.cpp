@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 #include "field/evaluate.h"
-#include "render/frame.h"
+#include "render/picture.h"
 #include "slice/time_slice.h"
 #include "splat/points/points.h"
 #include "tests/bench/slice/slice_parts.h"

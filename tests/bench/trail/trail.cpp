@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "render/frame.h"
+#include "render/picture.h"
 #include "render/trail.h"
 #include "slice/time_slice.h"
 #include "tests/bench/image_error.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "field/slice.h"
-#include "render/frame.h"
+#include "render/picture.h"
 #include "render/trail.h"
 #include "slice/time_slice.h"
 #include "tests/support/fields.h"

@@ -1,4 +1,4 @@
-#include "render/frame.h"
+#include "render/picture.h"
 
 #include <algorithm>
 #include <chrono>

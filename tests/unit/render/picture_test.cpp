@@ -1,5 +1,5 @@
 // The renderer against closed forms and against the slow reference.
-#include "render/frame.h"
+#include "render/picture.h"
 
 #include <gtest/gtest.h>
 
