@@ -28,7 +28,7 @@ std::vector<uint64_t> wanted_components(const ReaderOptions& options, const std:
 std::vector<uint64_t> add_channels(SeriesDescription& d, const ReaderOptions& options,
                                    const std::string& path, uint64_t count, const Channel& kind) {
   if (count == 1) refuse_channel_option(options, path, d.format.c_str());
-  const std::vector<uint64_t> wanted = wanted_components(options, path, count);
+  std::vector<uint64_t> wanted = wanted_components(options, path, count);
   for (const uint64_t c : wanted) {
     d.channels.push_back(kind);
     if (count > 1) d.channels.back().name = concat("c", c);

@@ -10,7 +10,7 @@ using namespace bccsplat::api;
 
 namespace {
 
-// make_stream: null for a file at `path`.
+// make_stream returns null for a file at `path`.
 template<class MakeStream>
 bccsplat_status create(bccsplat_device* device, const char* path, const bccsplat_writer_options* options,
                        bccsplat_writer** writer, const MakeStream& make_stream) {
@@ -20,7 +20,7 @@ bccsplat_status create(bccsplat_device* device, const char* path, const bccsplat
     require(device, "device"), require(options, "options");
     const auto o = read_struct(options, "bccsplat_writer_options");
     WriterSettings settings = read_writer_settings(o, path);
-    std::unique_ptr<ByteSink> stream = make_stream(settings);
+    std::unique_ptr<ByteSink> stream = make_stream();
     *writer = std::make_unique<bccsplat_writer>(device, o, std::move(settings), std::move(stream)).release();
   });
 }
@@ -44,7 +44,7 @@ extern "C" {
 
 bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
                                        const bccsplat_writer_options* options, bccsplat_writer** writer) {
-  return create(device, path, options, writer, [&](const WriterSettings&) -> std::unique_ptr<ByteSink> {
+  return create(device, path, options, writer, [&]() -> std::unique_ptr<ByteSink> {
     require(path, "path");
     return nullptr;
   });
@@ -53,11 +53,8 @@ bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path
 bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device, const bccsplat_write_stream* stream,
                                               const bccsplat_writer_options* options,
                                               bccsplat_writer** writer) {
-  return create(device, nullptr, options, writer, [&](const WriterSettings& settings) {
+  return create(device, nullptr, options, writer, [&] {
     require(stream, "stream");
-    if (settings.continuity != Continuity::none)
-      fail(Code::unsupported,
-           "writer: a stream's unfinished work is the host's own; partial must be DEFAULT");
     const auto s = read_struct(stream, "bccsplat_write_stream");
     require_zero(s.reserved, "bccsplat_write_stream.reserved");
     if (!s.write_at) fail(Code::invalid_argument, "bccsplat_write_stream.write_at is NULL");

@@ -10,6 +10,21 @@ namespace {
 
 constexpr uint32_t most_channels = 1024; // as readers take
 
+// choose() takes the numbers of the C ABI for those of the core.
+static_assert(static_cast<int>(LatticeKind::d4star) == BCCSPLAT_LATTICE_D4STAR &&
+              static_cast<int>(LatticeKind::bcc) == BCCSPLAT_LATTICE_BCC &&
+              static_cast<int>(LatticeKind::cc) == BCCSPLAT_LATTICE_CC);
+static_assert(static_cast<int>(NonFinite::error) == BCCSPLAT_NONFINITE_ERROR &&
+              static_cast<int>(NonFinite::hole) == BCCSPLAT_NONFINITE_HOLE &&
+              static_cast<int>(NonFinite::clamp) == BCCSPLAT_NONFINITE_CLAMP);
+static_assert(static_cast<int>(Ends::predict) == BCCSPLAT_ENDS_PREDICT &&
+              static_cast<int>(Ends::mirror) == BCCSPLAT_ENDS_MIRROR);
+static_assert(static_cast<int>(Measure::some) == BCCSPLAT_MEASURE_SOME &&
+              static_cast<int>(Measure::all) == BCCSPLAT_MEASURE_ALL);
+static_assert(static_cast<int>(Continuity::journal) == BCCSPLAT_PARTIAL_KEEP &&
+              static_cast<int>(Continuity::resume) == BCCSPLAT_PARTIAL_RESUME &&
+              static_cast<int>(Continuity::append) == BCCSPLAT_PARTIAL_APPEND);
+
 std::string text_or(const char* text, const char* otherwise) { return text ? text : otherwise; }
 
 // A number of the C ABI as an enum of the core; 0 is the default.
@@ -36,7 +51,7 @@ Affine3 read_affine(const double (&m)[16]) {
 PartSettings read_part(const bccsplat_series_part& part, uint32_t frames) {
   require_zero(part.reserved, "bccsplat_series_part.reserved");
   PartSettings out{part.first, part.end, part.lead, {}};
-  if (frames > 0) {
+  if (frames > 0 && part.end <= frames) { // else it is refused, and there may be no times to read
     require(part.times, "part.times");
     out.times.assign(part.times, part.times + frames);
   }

@@ -1,5 +1,6 @@
 // The kernels that files and hosts name, in three tables below. A new kernel needs
-//   a line in radial_entries and one in bend_entries for a new shape, or one in presets for a name of a pair
+//   a line in radial_entries and one in bend_entries for a new shape, or one in presets for a short name of
+//   such a pair
 //     (what is no radial polynomial times a spline gets a branch in make_kernel, as gauss09 has);
 //   its stages on D4* and BCC and a line of `entries` in prefilter_tables.inc, and up to a radius of 2 T a
 //     line in cc_tables.inc (until they are designed those of a neighbour will do);

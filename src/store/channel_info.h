@@ -1,5 +1,5 @@
-// What a file says of a channel: how its samples are stored, which its settings and its source lead to, and
-// what the fit found in them.
+// What a file says of a channel: how its samples are stored, as its settings and its source demand, and what
+// the fit counted.
 #pragma once
 
 #include "fit/fit.h"

@@ -4,14 +4,11 @@ namespace bccsplat {
 
 CoefficientSlabs::CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& info, const SeriesPart* part)
     : layers_(lattice.layers()), slab_layers_(info.slab_layers) {
-  for (const ChannelInfo& c : info.channels) {
-    const int32_t samples = part ? part->fit.first_layer : 0, first = part ? part->first_layer : 0,
-                  end = part ? part->end_layer : layers_;
-    channels_.push_back(std::unique_ptr<Channel>(
-        new Channel{CoefficientLayers(lattice, c, c.threshold, info.coefficient_kernel, samples, first, end),
-                    first / slab_layers_,
-                    {}}));
-  }
+  const int32_t samples = part ? part->fit.first_layer : 0, first = part ? part->first_layer : 0,
+                end = part ? part->end_layer : layers_;
+  for (const ChannelInfo& c : info.channels)
+    channels_.push_back(std::make_unique<Channel>(first / slab_layers_, lattice, c, c.threshold,
+                                                  info.coefficient_kernel, samples, first, end));
 }
 
 void CoefficientSlabs::add_layers(int channel, std::span<const BrickLayer> samples, const Context& context,

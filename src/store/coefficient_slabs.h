@@ -25,6 +25,8 @@ class CoefficientSlabs {
 
  private:
   struct Channel {
+    template<class... Layers>
+    explicit Channel(int32_t first_slab, const Layers&... layers) : maker(layers...), next_slab(first_slab) {}
     CoefficientLayers maker;
     int32_t next_slab;
     std::vector<BrickLayer> slab; // layers made and not stored

@@ -17,7 +17,7 @@ constexpr size_t batch_chunks = 64; // decoded together: at most 8 MiB of sample
 // Counts the samples of the slabs 0 .. end - 1 as the fit did.
 FitChannelReport count_slabs(const Bcc4Reader& file, int channel, int32_t end, const Context& context) {
   const ChannelInfo& info = file.info().channels[static_cast<size_t>(channel)];
-  // Single sites of air among others may be kept: no samples.
+  // Single sites of air may be kept among others; they are not counted as samples.
   const SampleCoder coder(info);
   const float air = coder.decode(coder.codes().air);
   const bool air_is_none = !(info.threshold > 0 && std::fabs(air) > info.threshold);
@@ -93,7 +93,7 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options)
     fail(Code::wrong_state, settings.path, ": ", why..., "; give all frames, without a part");
   };
   const uint32_t done = was.lattice.dims[3];
-  if (part.first != done || part.end != settings.dims[3])
+  if (part.first != done || part.end != settings.dims[3] || part.end < done)
     fail(Code::invalid_argument, settings.path, ": it has ", done, " frames, and the series ",
          settings.dims[3], ": the part to be appended is ", done, " to ", settings.dims[3],
          " (excluded), not ", part.first, " to ", part.end);
@@ -116,7 +116,7 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options)
   for (const ChannelInfo& channel : was.channels)
     if (channel.clamped > 0 && !(was.tail && was.tail->slabs == slabs_))
       refuse("it does not tell where samples were clamped, as newer files do");
-  give_lead(part.lead, rest_);
+  begin_earlier(part.early_frames, rest_);
 }
 
 void Continuation::copy_slabs(Bcc4Writer& container, Progress& progress) const {

@@ -32,7 +32,7 @@ uint32_t series_checksum(VolumeInfo info, uint32_t options) {
   info.part.reset();
   for (ChannelInfo& c : info.channels) {
     ChannelInfo fixed;
-    static_cast<Quantiser&>(fixed) = c;
+    static_cast<Quantiser&>(fixed) = static_cast<const Quantiser&>(c);
     fixed.name = c.name, fixed.quantity = c.quantity, fixed.unit = c.unit;
     fixed.threshold = c.threshold, fixed.source_type = c.source_type;
     c = std::move(fixed);

@@ -17,7 +17,7 @@ PartReport add_reports(const SeriesParts& parts) {
   return sum;
 }
 
-// What the whole series says about itself. Throws bound_not_met.
+// Returns what the whole series says about itself; fits: what its channels counted. Throws bound_not_met.
 VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
                        std::span<const FitChannelReport> fits) {
   VolumeInfo info = parts.front()->info();
@@ -25,14 +25,14 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
   for (size_t c = 0; c < info.channels.size(); ++c) {
     ChannelInfo& channel = info.channels[c];
     const PartChannelReport& r = sum.channels.at(c);
-    describe_channel(r.fit, channel);
+    describe_channel(fits[c], channel);
     channel.clamped = 0;
     for (const auto& part : parts) channel.clamped += part->info().channels[c].clamped;
     channel.residuals.frames.clear();
     channel.residuals.bound = r.bound;
     SampleErrors errors;
     for (const SampleErrors& e : r.errors) errors.add(e);
-    if (sum.psnr > 0) require_psnr(channel.name, errors, r.fit.source_range, sum.psnr);
+    if (sum.psnr > 0) require_psnr(channel.name, errors, fits[c].source_range, sum.psnr);
   }
   if (info.coefficient_kernel.empty()) info.tail = tail_of_series(sum.lasting, fits);
   return info;
@@ -48,9 +48,9 @@ SeriesParts open_parts(const std::vector<std::string>& paths) {
 
 WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool overwrite,
                        const Context& context) {
-  const PartReport sum = add_reports(parts);
+  PartReport sum = add_reports(parts);
   std::vector<FitChannelReport> fits;
-  for (const PartChannelReport& channel : sum.channels) fits.push_back(channel.fit);
+  for (PartChannelReport& channel : sum.channels) fits.push_back(std::move(channel.fit));
   const VolumeInfo joined = joined_info(parts, sum, fits);
   Bcc4Writer writer(create_file_sink(path, overwrite), joined);
   const std::vector<JoinedWrite> writes = joined_writes(parts);

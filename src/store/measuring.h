@@ -1,6 +1,6 @@
 // The comparison with the source while a file is written: which frames take part, and what happens where it
-// cannot be had. A bound insists on it; else it is given up where memory is short or the lattice has no such
-// kernel.
+// is not possible. It must be possible where a bound or all errors are asked for; else it is given up when
+// memory is short or the kernel does not exist on the lattice.
 #pragma once
 
 #include <cstdint>

@@ -16,8 +16,8 @@ namespace bccsplat {
 struct PartChannelReport {
   FitChannelReport fit;
   double bound = 0;                 // of its corrections; 0: none
-  std::vector<uint32_t> measured;   // frames
-  std::vector<SampleErrors> errors; // theirs
+  std::vector<uint32_t> measured;   // frames, rising
+  std::vector<SampleErrors> errors; // of each of these
 };
 struct PartReport {
   double psnr = 0;     // asked of the series; 0: none

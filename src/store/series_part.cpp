@@ -118,11 +118,11 @@ FitPart rest_of_series(const Lattice4& lattice, const FitOptions& options, uint3
   return part;
 }
 
-void give_lead(uint64_t lead, FitPart& part) {
-  if (lead > part.first_given)
-    fail(Code::invalid_argument, "part.lead ", lead, ": only ", part.first_given,
+void begin_earlier(uint64_t frames, FitPart& part) {
+  if (frames > part.first_given)
+    fail(Code::invalid_argument, "part.lead ", frames, ": only ", part.first_given,
          " frames come before the first one needed");
-  part.first_given -= static_cast<uint32_t>(lead);
+  part.first_given -= static_cast<uint32_t>(frames);
 }
 
 std::optional<TailInfo> tail_of_series(int32_t lasting, std::span<const FitChannelReport> channels) {

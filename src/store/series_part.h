@@ -35,8 +35,8 @@ struct SeriesPart {
 // What is left to do when a series of which `done` frames are in a file goes on: the slabs behind
 // lasting_slabs, from as many frames as they depend on. lattice, options: of the longer series.
 [[nodiscard]] FitPart rest_of_series(const Lattice4& lattice, const FitOptions& options, uint32_t done);
-// Begins a part `lead` frames earlier: those that come before the first one it needs.
-void give_lead(uint64_t lead, FitPart& part);
+// Lets a part begin with `frames` more frames than it needs, those before its first one.
+void begin_earlier(uint64_t frames, FitPart& part);
 
 // What a writer that continues a whole series will ask for; none: nothing was clamped. lasting: of its slabs.
 [[nodiscard]] std::optional<TailInfo> tail_of_series(int32_t lasting,

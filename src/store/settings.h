@@ -17,7 +17,7 @@
 
 namespace bccsplat {
 
-// How the field goes on beyond the ends of time. Numbers of the C ABI, as those of the next two.
+// How the field goes on beyond the ends of time.
 enum class Ends : uint8_t {
   automatic = 0, // predicted where a series is long enough to pay for the layers
   predict = 1,
@@ -51,7 +51,7 @@ struct ChannelSettings {
 // The frames of a series that one of several processes writes, or those that continue a file.
 struct PartSettings {
   uint64_t first = 0, end = 0; // frames first .. end - 1
-  uint64_t lead = 0;           // frames given before the first one needed
+  uint64_t early_frames = 0;   // given before the first one needed
   std::vector<double> times;   // of all frames of the series
 };
 

@@ -28,6 +28,19 @@ FitOptions fit_options_of(const WriterSettings& s, int32_t slab_layers) {
   return options;
 }
 
+Partial partial_of(Continuity continuity) {
+  switch (continuity) {
+  case Continuity::journal:
+    return Partial::kept;
+  case Continuity::resume:
+    return Partial::taken_over;
+  case Continuity::none:
+  case Continuity::append:
+    break;
+  }
+  return Partial::removed;
+}
+
 } // namespace
 
 VolumeWriter::VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> stream, const Context& context)
@@ -36,20 +49,19 @@ VolumeWriter::VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> st
       measuring_(settings_) {
   check_settings();
   begin_info();
-  const bool appends = settings_.continuity == Continuity::append;
-  if (appends && !file_exists(settings_.path))
+  if (settings_.continuity == Continuity::append && !file_exists(settings_.path))
     fail(Code::file_not_found, settings_.path, ": no file to append to");
   if (settings_.part) begin_part();
   if (!sink_)
-    sink_ = create_file_sink(settings_.path, settings_.overwrite || appends,
-                             settings_.continuity == Continuity::none      ? Partial::removed
-                             : settings_.continuity == Continuity::journal ? Partial::kept
-                             : appends                                     ? Partial::removed
-                                                                           : Partial::taken_over);
+    sink_ =
+        create_file_sink(settings_.path, settings_.overwrite || settings_.continuity == Continuity::append,
+                         partial_of(settings_.continuity));
 }
 
 void VolumeWriter::check_settings() const {
   const WriterSettings& s = settings_;
+  if (sink_ && s.continuity != Continuity::none)
+    fail(Code::unsupported, "writer: a stream's unfinished work is the host's own; partial must be DEFAULT");
   for (size_t a = 0; a < 3; ++a)
     if (s.dims[a] == 0) fail(Code::invalid_argument, "writer: dims[", a, "] is 0");
   if (s.lowpass && s.lattice == LatticeKind::cc)
@@ -129,7 +141,7 @@ void VolumeWriter::begin_part() {
     };
     const std::vector<uint32_t> measured = measuring_.choose_frames(0, frames);
     if (!measuring_.attempt([&] { plan(measured); })) plan({});
-    give_lead(asked.lead, part_->fit);
+    begin_earlier(asked.early_frames, part_->fit);
     fit_options_.part = part_->fit;
   }
   fit_options_.lead = initial_.lattice.lead;

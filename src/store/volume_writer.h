@@ -47,8 +47,8 @@ struct MeasuredErrors {
 
 class VolumeWriter {
  public:
-  // Throws where the settings contradict each other, or what is there already. stream: null for a file at
-  // settings.path. The context outlives the writer.
+  // Throws where the settings contradict each other or a file that is there already. stream: null for a file
+  // at settings.path. What the context refers to outlives the writer.
   VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> stream, const Context& context);
   VolumeWriter(const VolumeWriter&) = delete;
   VolumeWriter& operator=(const VolumeWriter&) = delete;
@@ -59,12 +59,12 @@ class VolumeWriter {
   void add_field(uint32_t channel, const Field& field);
   // Completes the file and gives it its name.
   WriteReport finish();
-  // As after a failure: for a caller whose data could not even be read.
+  // Leaves the writer as a failed call does; for a caller whose own data turn out to be unreadable.
   void abandon() noexcept {
     if (state_ == State::open) state_ = State::failed;
   }
 
-  // What a file says of itself; at any time before finish.
+  // Set what the file says of itself, at any time before finish.
   void set_times(double first, double step);
   void set_attribute(const std::string& key, const std::string& value);
   void add_source(SourceInfo source);
@@ -89,6 +89,7 @@ class VolumeWriter {
 
   // The ways in.
   void require_open() const;
+  void require_input(Input input) const;
   // A step that fails leaves the writer failed.
   template<class Step> void run_step(const Step& step) {
     require_open();
@@ -98,6 +99,7 @@ class VolumeWriter {
   }
   void begin_input(Input input, uint32_t channel, SourceType first_type);
   void begin_measuring(bool frames_known);
+  [[nodiscard]] std::vector<uint32_t> frames_to_measure() const;
   void take_time(uint64_t frame, double time);
   void check_boxes(uint64_t frame, std::span<const FrameBox> boxes) const;
   void report_added(uint64_t first, uint64_t end);
@@ -135,7 +137,7 @@ class VolumeWriter {
   std::optional<SeriesPart> part_; // none: the whole series, or what continues a file
   std::optional<Continuation> continued_;
   std::vector<PartWrite> writes_; // of a part
-  PartWrite now_;                 // what is under way, but for the frame
+  PartWrite now_;                 // the write under way: trigger, channel and slab
 };
 
 } // namespace bccsplat

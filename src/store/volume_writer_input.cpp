@@ -24,11 +24,15 @@ void VolumeWriter::require_open() const {
   if (state_ == State::failed) fail(Code::wrong_state, "writer: an earlier call failed; release it");
 }
 
+void VolumeWriter::require_input(Input input) const {
+  if (input_ != Input::none && input_ != input)
+    fail(Code::wrong_state, "writer: frames and layers do not mix");
+}
+
 void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const FrameBox> boxes) {
   require_channel(channel);
   run_step([&] {
-    if (input_ == Input::layers) // `added_` counts layers then
-      fail(Code::wrong_state, "writer: frames and layers do not mix");
+    require_input(Input::frames);
     const uint64_t frame = added_[channel];
     take_time(frame, time);
     check_boxes(frame, boxes);
@@ -50,6 +54,7 @@ void VolumeWriter::add_layer(uint32_t channel, int64_t layer, std::span<const fl
   run_step([&] {
     if (fit_options_.part) fail(Code::unsupported, "a part of a series is made of frames");
     if (settings_.dims[3] == 0) fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
+    require_input(Input::layers);
     if (layer != static_cast<int64_t>(added_[channel]))
       fail(Code::wrong_state, "layer ", layer, " given, ", added_[channel], " is next");
     if (layer >= initial_.lattice.layers())
@@ -68,6 +73,7 @@ void VolumeWriter::add_field(uint32_t channel, const Field& field) {
   run_step([&] {
     if (fit_options_.part) fail(Code::unsupported, "a part of a series is made of frames");
     if (settings_.dims[3] == 0) fail(Code::wrong_state, "a field needs the number of frames: set dims[3]");
+    require_input(Input::layers);
     if (added_[channel] != 0) fail(Code::wrong_state, "channel ", channel, " has data already");
     begin_input(Input::layers, channel, SourceType::f32);
     begin_measuring(true);
@@ -131,8 +137,6 @@ void VolumeWriter::check_boxes(uint64_t frame, std::span<const FrameBox> boxes) 
 
 // Settles, with the first data, how each channel is coded and what the fit has to do.
 void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType first_type) {
-  if (input_ != Input::none && input_ != input)
-    fail(Code::wrong_state, "writer: frames and layers do not mix");
   if (fit_) return;
   input_ = input;
   fit_options_.channels.clear();
@@ -151,7 +155,27 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
     coefficients_ = std::make_unique<CoefficientSlabs>(fit_->lattice(), initial_, part_ ? &*part_ : nullptr);
 }
 
-// Once the fit is there. frames_known: source samples will be, too.
+// The frames that are measured: of the series, of a part, or of those that continue a file as far as all the
+// layers they depend on are made.
+std::vector<uint32_t> VolumeWriter::frames_to_measure() const {
+  const uint32_t frames = settings_.dims[3];
+  if (continued_) {
+    const FitPart& rest = continued_->rest();
+    std::vector<uint32_t> list = measuring_.choose_frames(rest.first_counted, frames);
+    std::erase_if(list, [&](uint32_t f) {
+      return layers_to_measure(fit_->lattice(), initial_.recommended_kernel, settings_.coefficients, f)
+                 .begin < rest.first_layer;
+    });
+    return list;
+  }
+  std::vector<uint32_t> list = measuring_.choose_frames(0, frames);
+  if (part_)
+    std::erase_if(list,
+                  [&](uint32_t f) { return f < part_->fit.first_counted || f >= part_->fit.end_counted; });
+  return list;
+}
+
+// Called when the fit has begun. frames_known: the source samples of frames will be given.
 void VolumeWriter::begin_measuring(bool frames_known) {
   if (!measuring_.due()) return;
   if (!frames_known || settings_.dims[3] == 0) {
@@ -167,17 +191,8 @@ void VolumeWriter::begin_measuring(bool frames_known) {
     channels.push_back({c.name, c.air, c.threshold, bound});
     if (bound > 0) c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
   }
-  std::vector<uint32_t> frames =
-      measuring_.choose_frames(continued_ ? fit_options_.part->first_counted : 0, settings_.dims[3]);
-  if (part_)
-    std::erase_if(frames,
-                  [&](uint32_t f) { return f < part_->fit.first_counted || f >= part_->fit.end_counted; });
-  const int32_t first_layer = continued_ ? fit_options_.part->first_layer : part_ ? part_->first_layer : 0;
-  if (continued_)
-    std::erase_if(frames, [&](uint32_t f) {
-      return layers_to_measure(fit_->lattice(), initial_.recommended_kernel, settings_.coefficients, f)
-                 .begin < first_layer;
-    });
+  const int32_t first_layer = continued_ ? continued_->rest().first_layer : part_ ? part_->first_layer : 0;
+  std::vector<uint32_t> frames = frames_to_measure();
   measuring_.attempt([&] {
     measuring_.begin(std::make_unique<RoundTrip>(
         fit_->lattice(), std::move(channels), initial_.recommended_kernel, settings_.coefficients,

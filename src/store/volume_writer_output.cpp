@@ -61,7 +61,7 @@ Bcc4WriterOptions VolumeWriter::container_options(const VolumeInfo& info) const 
   return options;
 }
 
-// Of what must be equal for a writer to take over what an earlier one left.
+// The checksum that must be equal for this writer to take over what an earlier one left.
 uint32_t VolumeWriter::writer_checksum() const {
   if (!part_) return options_checksum(fit_options_, settings_.abs_error, {});
   return part_checksum(options_checksum(fit_options_, settings_.abs_error, settings_.psnr), part_->fit);

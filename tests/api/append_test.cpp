@@ -169,6 +169,9 @@ TEST_F(Append, RefusesWhatItCannotContinue) {
     EXPECT_EQ(bytes_of(path), old);
   };
   refused(v, 29, BCCSPLAT_ERROR_INVALID_ARGUMENT, "it has 30 frames");
+  // A series shorter than the file: there are no times for the file's last frames.
+  for (const uint32_t end : {1u, 12u})
+    EXPECT_EQ(continue_file(v, path, 30, end), BCCSPLAT_ERROR_INVALID_ARGUMENT) << end;
   Variant other = v;
   other.uneven = true;
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "is at time");

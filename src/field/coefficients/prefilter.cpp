@@ -90,7 +90,7 @@ void CornerPlane(const StageBlock& b, int i, StagePlanes& planes) {
   const Line d;
   const auto iz = static_cast<size_t>(i);
   float* corners = planes.corners[iz % 3].data();
-  for (int j = 0; j < b.width[1] + cross.gap; ++j) {
+  for (int j = 0; j < b.width[1] + cross.span; ++j) {
     const auto iy = static_cast<size_t>(j);
     const auto& first = cross.brick[0][cross.z.third[iz]][cross.y.third[iy]];
     const auto& second = cross.brick[1][cross.z.third[iz]][cross.y.third[iy]];
@@ -108,13 +108,13 @@ void CornerPlane(const StageBlock& b, int i, StagePlanes& planes) {
       if (cross.layers == 2) sum += second[third][at + p.site];
       row[p.index + cross.shift] = sum;
     }
-    const float *low = row + cross.shift, *high = low + cross.gap;
+    const float *low = row + cross.shift, *high = low + cross.span;
     for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
       const auto pair = hn::Add(hn::LoadU(d, low + x), hn::LoadU(d, high + x));
       hn::Store(pair, d, planes.pairs[iy].data() + x);
-      if (j < cross.gap) continue;
-      const auto below = hn::Load(d, planes.pairs[iy - static_cast<size_t>(cross.gap)].data() + x);
-      hn::Store(hn::Add(below, pair), d, corners + (j - cross.gap) * brick_edge + x);
+      if (j < cross.span) continue;
+      const auto below = hn::Load(d, planes.pairs[iy - static_cast<size_t>(cross.span)].data() + x);
+      hn::Store(hn::Add(below, pair), d, corners + (j - cross.span) * brick_edge + x);
     }
   }
 }
@@ -156,16 +156,16 @@ bool StageBrick(const StageBlock& b, const StageBlock& next, bool finish, float 
   const bool cross = b.cross.layers > 0;
   if (b.neighbour_terms > 0)
     NeighbourPlane(b, -1, planes.neighbours[0].data()), NeighbourPlane(b, 0, planes.neighbours[1].data());
-  for (int i = 0; cross && i < b.cross.gap; ++i) CornerPlane(b, i, planes);
+  for (int i = 0; cross && i < b.cross.span; ++i) CornerPlane(b, i, planes);
   const auto w = hn::Set(d, b.cross.weight);
   unsigned any = 0;
   for (int z = 0; z < b.width[2]; ++z) {
     const auto k = static_cast<size_t>(z);
     FetchPlane(next, z);
     if (b.neighbour_terms > 0) NeighbourPlane(b, z + 1, planes.neighbours[(k + 2) % 3].data());
-    if (cross) CornerPlane(b, z + b.cross.gap, planes);
+    if (cross) CornerPlane(b, z + b.cross.span, planes);
     const float* low = planes.corners[k % 3].data();
-    const float* high = planes.corners[(k + static_cast<size_t>(b.cross.gap)) % 3].data();
+    const float* high = planes.corners[(k + static_cast<size_t>(b.cross.span)) % 3].data();
     const auto row_of = [&](size_t plane, int y) {
       return planes.neighbours[plane % 3].data() + (y + 1) * plane_row + row_start;
     };

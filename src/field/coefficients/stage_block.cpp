@@ -37,14 +37,14 @@ using Thirds = std::array<std::array<int, 3>, 3>;
 // Places the sites around those of brick b.
 Thirds place_cross(const BrickLayer& layer, bool same_lattice, const Int3& b, const Int3& width,
                    StageCross& cross) {
-  cross.gap = same_lattice ? 2 : 1;
+  cross.span = same_lattice ? 2 : 1;
   cross.shift = same_lattice || layer.coset() == 1 ? -1 : 0;
   Thirds bricks;
   for (size_t a = 0; a < 3; ++a) {
     bricks[a].fill(b[a]);
     size_t count = 1;
     StageCross::Axis axis{};
-    for (int i = 0; i < width[a] + cross.gap; ++i) {
+    for (int i = 0; i < width[a] + cross.span; ++i) {
       const int local = i + cross.shift;
       int at = b[a] * brick_edge + local;
       if (at < 0 || at >= layer.dims()[a]) at = layer.lattice().mirror(a, layer.coset(), at);

@@ -18,8 +18,8 @@ struct StageTerm {
 };
 
 // The layers whose 8 sites around each site are summed: of site i of the brick these are sites i + shift and
-// i + shift + gap per axis. BCC and D4*: the other coset, shift -1 or 0, gap 1. CC: the corners (+-1, +-1,
-// +-1) of the layer itself, shift -1, gap 2.
+// i + shift + span per axis. BCC and D4*: the other coset, shift -1 or 0, span 1. CC: the corners (+-1, +-1,
+// +-1) of the layer itself, shift -1, span 2.
 struct StageCross {
   struct Axis {
     // In which of three bricks site i + shift lies (0: the one with the brick's own number), and where there.
@@ -32,7 +32,7 @@ struct StageCross {
   using Bricks = std::array<std::array<std::array<const float*, 3>, 3>, 3>; // by third along z, y, x
   float weight = 0;
   int layers = 0; // none: nothing is summed
-  int shift = 0, gap = 1;
+  int shift = 0, span = 1;
   Axis y, z;
   int patches = 0;
   std::array<Patch, 4> patch{};

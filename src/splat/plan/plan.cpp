@@ -73,7 +73,7 @@ void plan_gaps(const SplatScene& scene, SplatPlan& plan) {
     // Orthographic lanes are stored by gap modulo the period.
     const int64_t s =
         plan.lane_period && n >= gaps ? static_cast<int64_t>(n) : plan.first_gap + static_cast<int64_t>(n);
-    const double depth = reference_depth(v, s);
+    const double depth = base_depth(v, s);
     double half_x = 0, half_y = 0;
     for (int64_t k = s - plan.before; k < s - plan.before + plan.sheets; ++k) {
       const double scale = v.perspective ? static_cast<double>(k) + v.depth : 1;

@@ -25,7 +25,7 @@ BrickAxes brick_axes(const SplatScene& scene, const SplatPlan& plan, const Splat
   Vec3 di = d * v.gx, dj = d * v.gy;
   const auto [drift_x, drift_y] = drift(v);
   if (v.perspective) {
-    m = 1 / reference_depth(v, f.k);
+    m = 1 / base_depth(v, f.k);
     i = X * m - dot(v.gx, v.ez), j = Y * m - dot(v.gy, v.ez);
     f.m = static_cast<float>(m);
     di = m * di, dj = m * dj;
@@ -78,7 +78,7 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
   }
   if (v.perspective) {
     // Feet are X m with m between those of the first and last gap.
-    const double m0 = 1 / reference_depth(v, from), m1 = 1 / reference_depth(v, to);
+    const double m0 = 1 / base_depth(v, from), m1 = 1 / base_depth(v, to);
     const double foot_x = dot(v.gx, v.ez), foot_y = dot(v.gy, v.ez);
     const double fx0 = std::min(x0 * m0, x0 * m1) - foot_x, fx1 = std::max(x1 * m0, x1 * m1) - foot_x;
     const double fy0 = std::min(y0 * m0, y0 * m1) - foot_y, fy1 = std::max(y1 * m0, y1 * m1) - foot_y;

@@ -33,8 +33,8 @@ struct SheetMetric {
          std::fabs(drift_y) < 1e-9;
 }
 
-// Depth of a gap's reference sheet, in sheet steps from the eye: never behind the first sheet.
-[[nodiscard]] inline double reference_depth(const SheetView& v, int64_t gap) {
+// Depth of a gap's first sheet, in sheet steps from the eye: never behind the first sheet.
+[[nodiscard]] inline double base_depth(const SheetView& v, int64_t gap) {
   return static_cast<double>(std::max(gap, v.first_sheet())) + v.depth;
 }
 
