@@ -23,7 +23,7 @@ void Combine(const float* HWY_RESTRICT center, const float* const* blocks, const
       const auto base = hn::Load(d, center + i);
       auto sum = hn::Zero(d); // of small numbers when little changes
       for (size_t k = 0; k < count; ++k)
-        sum = hn::MulAdd(hn::Set(d, weights[k]), hn::Sub(hn::Load(d, blocks[k] + i), base), sum);
+        sum = hn::Add(hn::Mul(hn::Set(d, weights[k]), hn::Sub(hn::Load(d, blocks[k] + i), base)), sum);
       hn::Store(hn::Add(base, sum), d, out + i);
     }
 }

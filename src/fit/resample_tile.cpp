@@ -1,4 +1,6 @@
-// The passes along z, y and x over one tile, as loops over sixteen floats.
+// The passes along z, y and x over one tile, as loops over sixteen floats. Products are rounded before they
+// are added (no fused operation), so that every target computes the same: the parts of a series may come from
+// different machines.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/resample_tile.cpp"
 #include <hwy/foreach_target.h>
@@ -24,9 +26,9 @@ HWY_INLINE void Accumulate(const float* in, const int32_t* row, size_t pitch, co
   const float* p[taps];
   for (int k = 0; k < taps; ++k) p[k] = in + static_cast<size_t>(row[k]) * pitch;
   for (size_t x = 0; x < count; x += hn::Lanes(d)) {
-    V sum = first ? hn::Mul(hn::Set(d, weight[0]), hn::LoadU(d, p[0] + x))
-                  : hn::MulAdd(hn::Set(d, weight[0]), hn::LoadU(d, p[0] + x), hn::LoadU(d, out + x));
-    for (int k = 1; k < taps; ++k) sum = hn::MulAdd(hn::Set(d, weight[k]), hn::LoadU(d, p[k] + x), sum);
+    const auto term = [&](int k) HWY_ATTR { return hn::Mul(hn::Set(d, weight[k]), hn::LoadU(d, p[k] + x)); };
+    V sum = first ? term(0) : hn::Add(term(0), hn::LoadU(d, out + x));
+    for (int k = 1; k < taps; ++k) sum = hn::Add(term(k), sum);
     hn::StoreU(sum, d, out + x);
   }
 }
@@ -93,12 +95,13 @@ HWY_INLINE void PolyphaseRow(const float* row, const TileBrickX& brick, int taps
       alignas(64) int32_t relative[16];
       for (size_t i = 0; i < lanes; ++i) relative[i] = index[i] - index[0];
       const Picker pick(relative);
-      for (int k = 0; k < taps; ++k, weight += 16) sum = hn::MulAdd(hn::LoadU(d, weight), pick(in + k), sum);
+      for (int k = 0; k < taps; ++k, weight += 16)
+        sum = hn::Add(hn::Mul(hn::LoadU(d, weight), pick(in + k)), sum);
     } else { // a lattice much coarser than the source
       alignas(64) float picked[16];
       for (int k = 0; k < taps; ++k, weight += 16) {
         for (size_t i = 0; i < lanes; ++i) picked[i] = in[index[i] - index[0] + k];
-        sum = hn::MulAdd(hn::LoadU(d, weight), hn::Load(d, picked), sum);
+        sum = hn::Add(hn::Mul(hn::LoadU(d, weight), hn::Load(d, picked)), sum);
       }
     }
     hn::StoreU(hn::Add(sum, hn::Set(d, pivot)), d, out + g);

@@ -1,5 +1,5 @@
 // Applies one prefilter stage to a layer: sums of neighbours plane by plane within a brick, bricks in
-// parallel.
+// parallel. Products are rounded before they are added, so that every target computes the same coefficients.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "field/coefficients/prefilter.cpp"
 #include <hwy/foreach_target.h>
@@ -49,7 +49,7 @@ template<class RowOf> HWY_INLINE void NeighbourRow(const StageBlock& b, const Ro
     auto sum = hn::Zero(d);
     for (int t = 0; t < b.neighbour_terms; ++t) {
       const StageTerm& term = b.term[static_cast<size_t>(t)];
-      sum = hn::MulAdd(hn::Set(d, term.neighbours), hn::Load(d, row_of(term) + x), sum);
+      sum = hn::Add(hn::Mul(hn::Set(d, term.neighbours), hn::Load(d, row_of(term) + x)), sum);
     }
     hn::Store(sum, d, to + x);
   }
@@ -175,7 +175,7 @@ bool StageBrick(const StageBlock& b, const StageBlock& next, bool finish, float 
         auto sum = hn::Zero(d);
         for (int t = 0; t < b.terms; ++t) {
           const StageTerm& term = b.term[static_cast<size_t>(t)];
-          sum = hn::MulAdd(hn::Set(d, term.centre), hn::Load(d, term.own + RowOffset(y, z) + x), sum);
+          sum = hn::Add(hn::Mul(hn::Set(d, term.centre), hn::Load(d, term.own + RowOffset(y, z) + x)), sum);
         }
         if (b.neighbour_terms > 0) {
           const float* c = row_of(k + 1, y) + x;
@@ -186,7 +186,7 @@ bool StageBrick(const StageBlock& b, const StageBlock& next, bool finish, float 
         }
         if (cross) {
           const size_t i = static_cast<size_t>(y * brick_edge) + x;
-          sum = hn::MulAdd(w, hn::Add(hn::Load(d, low + i), hn::Load(d, high + i)), sum);
+          sum = hn::Add(hn::Mul(w, hn::Add(hn::Load(d, low + i), hn::Load(d, high + i))), sum);
         }
         hn::Store(sum, d, to + x);
       }
