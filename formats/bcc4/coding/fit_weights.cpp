@@ -16,51 +16,18 @@ namespace {
 
 // Sites that are looked at, more or less: a larger sample did not make chunks smaller.
 constexpr uint32_t sample_sites = 6144;
-// This share of the diagonal is added to it, so that weights which the sample does not determine shrink to 0.
-constexpr double ridge = 1e-4;
 
 // The normal equations of one class.
 struct Fit {
   size_t rows = 0;
-  std::array<std::array<double, max_taps>, max_taps> a{};
-  std::array<double, max_taps> b{};
+  LeastSquares equations;
 };
-
-// Solves the equations by Cholesky's method. Returns weights in units of 1/4096.
-[[nodiscard]] Weights solve(Fit& fit, size_t n) {
-  for (size_t i = 0; i < n; ++i) fit.a[i][i] += ridge * fit.a[i][i] + 1;
-  for (size_t j = 0; j < n; ++j) {
-    for (size_t k = 0; k < j; ++k) fit.a[j][j] -= fit.a[j][k] * fit.a[j][k];
-    fit.a[j][j] = std::sqrt(std::max(fit.a[j][j], 1e-300));
-    for (size_t i = j + 1; i < n; ++i) {
-      for (size_t k = 0; k < j; ++k) fit.a[i][j] -= fit.a[i][k] * fit.a[j][k];
-      fit.a[i][j] /= fit.a[j][j];
-    }
-  }
-  std::array<double, max_taps> w = fit.b;
-  for (size_t i = 0; i < n; ++i) {
-    for (size_t k = 0; k < i; ++k) w[i] -= fit.a[i][k] * w[k];
-    w[i] /= fit.a[i][i];
-  }
-  for (size_t i = n; i-- > 0;) {
-    for (size_t k = i + 1; k < n; ++k) w[i] -= fit.a[k][i] * w[k];
-    w[i] /= fit.a[i][i];
-  }
-  constexpr double one = 1 << fraction_bits;
-  double sum = 0;
-  for (size_t i = 0; i < n; ++i) sum += std::fabs(w[i]) * one + 1;
-  const double scale = std::min(one, one * INT16_MAX / sum);
-  Weights q{};
-  for (size_t i = 0; i < n; ++i)
-    q[i] = static_cast<int16_t>(
-        std::clamp(std::floor(w[i] * scale + 0.5), -double{INT16_MAX}, double{INT16_MAX}));
-  return q;
-}
 
 // Clears what is known about the site at x - 1, so that the ridge makes its weight 0.
 void leave_out_west(Fit& fit, size_t n) {
-  for (size_t i = 0; i < n; ++i) fit.a[0][i] = fit.a[i][0] = 0;
-  fit.b[0] = 0;
+  LeastSquares& e = fit.equations;
+  for (size_t i = 0; i < n; ++i) e.a[0][i] = e.a[i][0] = 0;
+  e.b[0] = 0;
 }
 
 // Collects sites of one class with their neighbours and sums their products up, 64 sites at a time.
@@ -78,8 +45,8 @@ class Samples {
     Fit fit;
     fit.rows = count_;
     for (size_t i = 0; i < n; ++i) {
-      std::copy_n(equations_.sum[i].begin(), i + 1, fit.a[i].begin());
-      fit.b[i] = equations_.sum[n][i];
+      std::copy_n(equations_.sum[i].begin(), i + 1, fit.equations.a[i].begin());
+      fit.equations.b[i] = equations_.sum[n][i];
     }
     return fit;
   }
@@ -120,8 +87,8 @@ template<class D> FittedWeights fit_weights_of(const ChunkSites& sites, const Ch
   for (int c = 0; c < classes; ++c) {
     if (!(present >> c & 1)) continue;
     const auto n = static_cast<size_t>(class_taps(c));
-    const auto append = [&](std::vector<int16_t>& to, Fit fit) {
-      const Weights w = fit.rows >= 2 * n ? solve(fit, n) : constant_weights(Predictor::cross, c);
+    const auto append = [&](std::vector<int16_t>& to, const Fit& fit) {
+      const Weights w = fit.rows >= 2 * n ? solve(fit.equations, n) : constant_weights(Predictor::cross, c);
       to.insert(to.end(), w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
     };
     Fit fit = (*samples)[static_cast<size_t>(c)].fit(n);

@@ -43,12 +43,53 @@ void AddSamples(NormalEquations& equations, std::span<const double> samples, siz
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <algorithm>
+#include <cmath>
+
 namespace bccsplat {
 
 HWY_EXPORT(AddSamples);
 
+namespace {
+
+// This share of the diagonal is added to it, so that weights which the sample does not determine shrink to 0.
+constexpr double ridge = 1e-4;
+
+} // namespace
+
 void add_samples(NormalEquations& equations, std::span<const double> samples, size_t n) {
   HWY_DYNAMIC_DISPATCH(AddSamples)(equations, samples, n);
+}
+
+// Cholesky's method.
+Weights solve(LeastSquares e, size_t n) {
+  for (size_t i = 0; i < n; ++i) e.a[i][i] += ridge * e.a[i][i] + 1;
+  for (size_t j = 0; j < n; ++j) {
+    for (size_t k = 0; k < j; ++k) e.a[j][j] -= e.a[j][k] * e.a[j][k];
+    e.a[j][j] = std::sqrt(std::max(e.a[j][j], 1e-300));
+    for (size_t i = j + 1; i < n; ++i) {
+      for (size_t k = 0; k < j; ++k) e.a[i][j] -= e.a[i][k] * e.a[j][k];
+      e.a[i][j] /= e.a[j][j];
+    }
+  }
+  std::array<double, max_taps> w = e.b;
+  for (size_t i = 0; i < n; ++i) {
+    for (size_t k = 0; k < i; ++k) w[i] -= e.a[i][k] * w[k];
+    w[i] /= e.a[i][i];
+  }
+  for (size_t i = n; i-- > 0;) {
+    for (size_t k = i + 1; k < n; ++k) w[i] -= e.a[k][i] * w[k];
+    w[i] /= e.a[i][i];
+  }
+  constexpr double one = 1 << fraction_bits;
+  double sum = 0;
+  for (size_t i = 0; i < n; ++i) sum += std::fabs(w[i]) * one + 1;
+  const double scale = std::min(one, one * INT16_MAX / sum);
+  Weights q{};
+  for (size_t i = 0; i < n; ++i)
+    q[i] = static_cast<int16_t>(
+        std::clamp(std::floor(w[i] * scale + 0.5), -double{INT16_MAX}, double{INT16_MAX}));
+  return q;
 }
 
 } // namespace bccsplat

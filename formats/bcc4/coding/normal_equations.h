@@ -20,4 +20,12 @@ struct NormalEquations {
 // samples and without fused operations, so that every target gets the same bits.
 void add_samples(NormalEquations& equations, std::span<const double> samples, size_t n);
 
+// Equations a w = b, of which a is symmetric and its lower half is given.
+struct LeastSquares {
+  std::array<std::array<double, max_taps>, max_taps> a{};
+  std::array<double, max_taps> b{};
+};
+// The first n unknowns, in units of 1/4096, a little pulled to 0; their magnitudes sum to at most INT16_MAX.
+[[nodiscard]] Weights solve(LeastSquares equations, size_t n);
+
 } // namespace bccsplat
