@@ -185,6 +185,12 @@ void read_residual_info(ByteReader& in, ResidualInfo& r) {
 
 } // namespace
 
+uint16_t lowest_reader(const VolumeInfo& info) {
+  for (const ChannelInfo& c : info.channels)
+    if (c.type == ValueType::i32) return 3;
+  return info.lattice.lead > 0 ? 2 : 1;
+}
+
 std::vector<std::byte> write_metadata(const VolumeInfo& info) {
   ByteWriter out;
   const auto record = [&out](RecordType type, const auto& fill) {

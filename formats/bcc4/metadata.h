@@ -26,7 +26,7 @@ void tidy(VolumeInfo& info);
                                        const Bcc4Limits& limits);
 
 // The lowest version of the format that knows all that the info says.
-[[nodiscard]] inline uint16_t lowest_reader(const VolumeInfo& info) { return info.lattice.lead > 0 ? 2 : 1; }
+[[nodiscard]] uint16_t lowest_reader(const VolumeInfo& info);
 
 [[nodiscard]] bool is_utf8(std::string_view text); // without zero bytes
 [[nodiscard]] std::string to_utf8(std::string_view bytes);

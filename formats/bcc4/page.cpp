@@ -127,9 +127,13 @@ void check_chunk(const Bcc4Chunk& c, const VolumeInfo& info, const Int3& slots, 
   if (c.holes > c.kept) bad(c.holes, " holes in ", c.kept, " kept sites");
   const int values = c.coding & 15, runs = c.coding >> 4;
   if (values > 1 || runs > 1) bad("unknown coding ", c.coding);
-  if (c.predictor >= predictor_count || (values == 0 && c.predictor != 0))
-    bad("unknown predictor ", c.predictor);
-  const uint64_t raw_values = uint64_t{c.kept} * coder.codes().bytes();
+  const int predictor = c.predictor & 15;
+  if (predictor >= predictor_count || (values == 0 && predictor != 0)) bad("unknown predictor ", predictor);
+  const uint32_t units = (1u << c.shift()) - 1;
+  if (c.shift() > 0 && (coder.codes().type != ValueType::i32 || ((c.min_code | c.max_code) & units) != 0))
+    bad("steps that do not come in units of 2^", c.shift());
+  const uint64_t raw_values =
+      uint64_t{c.kept} * codes_of_chunk(coder.codes(), c.min_code, c.max_code, c.shift()).bytes();
   if (values == 0 ? c.values_bytes != raw_values : c.values_bytes >= raw_values)
     bad(c.values_bytes, " bytes of values for ", c.kept, " sites");
   // A run list in canonical form has at most one byte for each site and one more.

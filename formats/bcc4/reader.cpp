@@ -59,8 +59,8 @@ void Bcc4Reader::State::open() {
          limits.directory_bytes);
   info = read_metadata(read_block(root.metadata, "metadata"), root.metadata.offset, limits);
   if (lowest_reader(info) > preamble.lowest_reader)
-    fail(Code::corrupt, name, ": layers before the first frame in a file for readers of version ",
-         preamble.lowest_reader);
+    fail(Code::corrupt, name, ": it says that readers of version ", preamble.lowest_reader,
+         " can read it, but holds what came with version ", lowest_reader(info));
   pages = read_directory(read_block(root.directory, "index directory"), info, root, root.directory.offset);
   slots = slot_dims(info.lattice);
   for (const ChannelInfo& c : info.channels) coders.emplace_back(c);
@@ -241,7 +241,8 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& dat
   brick->kept = data.kept[m];
   if (!data.hole.empty() && data.hole[m] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[m]);
-  spread_codes(state_->coders.at(static_cast<size_t>(channel)), brick->kept, data.codes, first, brick->value);
+  spread_codes(state_->coders.at(static_cast<size_t>(channel)), data.coded, brick->kept, data.codes, first,
+               brick->value);
   return brick;
 }
 

@@ -218,7 +218,8 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<
           chunk_shape(info.lattice, slab * info.slab_layers, static_cast<int32_t>(layers.size()), brick);
       ChunkSites sites = collect_sites(shape, layers, brick, c.coder, results[i].clamped);
       keep_scattered_air(sites, c.coder.codes());
-      if (!sites.codes.empty()) results[i].chunk = encode_chunk(sites, c.coder.codes(), options.level);
+      if (!sites.codes.empty())
+        results[i].chunk = encode_chunk(std::move(sites), c.coder.codes(), options.level);
     });
     for (size_t i = 0; i < results.size(); ++i) {
       written.clamped += results[i].clamped;

@@ -118,6 +118,14 @@ void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t by
   return {low, high};
 }
 
+// The largest power of two, as a shift, that divides all steps of a chunk of i32.
+[[nodiscard]] int common_shift(const ChunkSites& sites, const ChunkCodes& channel) {
+  if (channel.type != ValueType::i32) return 0;
+  uint32_t all = 1u << max_shift;
+  for (const uint32_t code : sites.codes) all |= code - i32_air;
+  return std::countr_zero(all);
+}
+
 // The bits that the byte planes need at their own frequencies, times 256.
 [[nodiscard]] uint64_t estimate_bits(std::span<const uint32_t> residuals, uint32_t bytes) {
   uint64_t cost = 0;
@@ -208,14 +216,14 @@ struct CodedValues {
 void read_values(ChunkData& data, const ChunkCodes& codes, const Bcc4Chunk& parts,
                  std::span<const std::byte> part, uint64_t offset, ChunkScratch& scratch) {
   const auto coding = static_cast<uint8_t>(parts.coding & 15);
-  const auto predictor = static_cast<Predictor>(parts.predictor);
+  const auto predictor = static_cast<Predictor>(parts.predictor & 15);
   const size_t weight_count = predictor == Predictor::fitted ? fitted_weights(data.shape) : 0;
   const size_t plane_bytes = size_t{parts.kept} * codes.bytes();
   const auto bytes = open_part(part, coding, weight_count * sizeof(int16_t) + plane_bytes, scratch.inflater,
                                scratch.values, "values of the chunk", offset, unpredict_slack);
   data.codes.resize(plane_bytes + unpredict_slack);
   if (coding == raw) {
-    if (codes.type == ValueType::u8 || codes.type == ValueType::u16)
+    if (!is_float(codes.type))
       std::copy(bytes.begin(), bytes.end(), data.codes.begin());
     else
       for (size_t i = 0; i < plane_bytes; i += codes.bytes()) {
@@ -302,7 +310,18 @@ void keep_scattered_air(ChunkSites& sites, const ChunkCodes& codes) {
   sites.codes = std::move(filled);
 }
 
-EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level) {
+ChunkCodes codes_of_chunk(const ChunkCodes& channel, uint32_t smallest, uint32_t largest, int shift) {
+  if (channel.type != ValueType::i32) return channel;
+  const ChunkCodes units{ValueType::i32, i32_air, 0, shift};
+  const uint32_t low = units.of_ordered(smallest), high = units.of_ordered(largest);
+  const uint32_t base = std::min(low, i32_air), span = std::max(high, i32_air) - base;
+  const ValueType type = span <= UINT8_MAX    ? ValueType::u8
+                         : span <= UINT16_MAX ? ValueType::u16
+                                              : ValueType::i32;
+  return {type, i32_air - base, base, shift};
+}
+
+EncodedChunk encode_chunk(ChunkSites sites, const ChunkCodes& channel, int level) {
   EncodedChunk chunk;
   Bcc4Chunk& entry = chunk.entry;
   entry.kept = static_cast<uint32_t>(sites.codes.size());
@@ -310,6 +329,8 @@ EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int 
   const auto [low, high] = range_of(sites.codes);
   entry.min_code = low;
   entry.max_code = high;
+  const ChunkCodes codes = codes_of_chunk(channel, low, high, common_shift(sites, channel));
+  for (uint32_t& code : sites.codes) code = codes.of_ordered(code);
 
   CodedValues values = write_values(sites, codes, level);
   std::vector<std::byte> runs = write_runs(sites);
@@ -328,7 +349,7 @@ EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int 
   entry.values_bytes = static_cast<uint32_t>(values.bytes.size());
   entry.runs_bytes = static_cast<uint32_t>(runs.size());
   entry.coding = static_cast<uint8_t>(values.coding | runs_coding << 4);
-  entry.predictor = values.predictor;
+  entry.predictor = static_cast<uint8_t>(values.predictor | codes.shift << 4);
   chunk.bytes = std::move(values.bytes);
   chunk.bytes.insert(chunk.bytes.end(), runs.begin(), runs.end());
   chunk.bytes.resize(entry.stored());
@@ -336,7 +357,7 @@ EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int 
   return chunk;
 }
 
-ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
+ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel, const Bcc4Chunk& entry,
                        std::span<const std::byte> bytes, ChunkScratch& scratch) {
   if (crc32_of(bytes) != entry.crc)
     fail(Code::checksum_mismatch, "chunk at offset ", entry.offset, ": bad checksum");
@@ -344,6 +365,8 @@ ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const B
     if (b != std::byte{0}) fail(Code::corrupt, "chunk at offset ", entry.offset, ": padding is not zero");
   ChunkData data;
   data.shape = shape;
+  const ChunkCodes codes = data.coded =
+      codes_of_chunk(channel, entry.min_code, entry.max_code, entry.shift());
   const uint64_t runs_offset = entry.offset + entry.values_bytes;
   const auto runs =
       open_part(bytes.subspan(entry.values_bytes, entry.runs_bytes), entry.coding >> 4, entry.runs_decoded,
@@ -352,15 +375,16 @@ ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const B
   find_layers(data);
   read_values(data, codes, entry, bytes.first(entry.values_bytes), entry.offset, scratch);
   const auto [low, high] = packed_range(data.codes, codes.bytes());
-  if (low != entry.min_code || high != entry.max_code)
-    fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", low, " .. ", high, ", the index says ",
-         entry.min_code, " .. ", entry.max_code);
+  if (codes.ordered(low) != entry.min_code || codes.ordered(high) != entry.max_code)
+    fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", codes.ordered(low), " .. ",
+         codes.ordered(high), ", the index says ", entry.min_code, " .. ", entry.max_code);
   return data;
 }
 
-ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& codes) {
+ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& channel) {
   ChunkData data;
   data.shape = shape;
+  const ChunkCodes codes = data.coded = codes_of_chunk(channel, channel.air, channel.air, 0);
   data.kept.assign(static_cast<size_t>(shape.layers), BrickMask{});
   for_rows(shape, [&](size_t m, size_t r, int width) {
     data.kept[m][r] = static_cast<uint16_t>((1u << width) - 1);

@@ -46,15 +46,32 @@ struct ChunkSites {
   [[nodiscard]] uint32_t holes() const;
 };
 
-// How samples of one channel become codes.
+inline constexpr uint32_t i32_air = uint32_t{1} << 31; // the ordered code of 0 steps from air
+inline constexpr int max_shift = 15;
+
+// How samples of one channel, or of one chunk of it, become codes.
 struct ChunkCodes {
   ValueType type = ValueType::f32;
   uint32_t air = 0; // sites that are not kept count as this code when neighbours are predicted
-  [[nodiscard]] uint32_t bytes() const { return value_bytes(type); }
-  [[nodiscard]] uint32_t mask() const {
-    return type == ValueType::f32 ? UINT32_MAX : (1u << (8 * bytes())) - 1;
+  // A chunk of i32 counts from `base` and in units of 2^shift steps; all others have 0.
+  uint32_t base = 0;
+  int shift = 0;
+  // The ordered code of the channel that a code of the chunk stands for, and the reverse.
+  [[nodiscard]] uint32_t ordered(uint32_t code) const { return i32_air + ((code + base - i32_air) << shift); }
+  [[nodiscard]] uint32_t of_ordered(uint32_t code) const {
+    return i32_air + static_cast<uint32_t>(static_cast<int32_t>(code - i32_air) >> shift) - base;
   }
+  [[nodiscard]] uint32_t bytes() const { return value_bytes(type); }
+  [[nodiscard]] uint32_t mask() const { return bytes() == 4 ? UINT32_MAX : (1u << (8 * bytes())) - 1; }
 };
+
+// Those of a channel of i32.
+inline constexpr ChunkCodes i32_codes{ValueType::i32, i32_air};
+
+// The codes of a chunk whose smallest and largest ordered code are these. Those of i32 are counted from the
+// smallest, or from air where that is smaller, in one or two bytes where that is enough.
+[[nodiscard]] ChunkCodes codes_of_chunk(const ChunkCodes& channel, uint32_t smallest, uint32_t largest,
+                                        int shift);
 
 // Keeps all sites of a chunk of single bytes in which air is scattered: in a field whose values pass through
 // that of air now and then, the gaps between runs cost more than samples.
@@ -66,11 +83,12 @@ struct EncodedChunk {
 };
 
 // `level` is that of Bcc4WriterOptions.
-[[nodiscard]] EncodedChunk encode_chunk(const ChunkSites& sites, const ChunkCodes& codes, int level);
+[[nodiscard]] EncodedChunk encode_chunk(ChunkSites sites, const ChunkCodes& channel, int level);
 
 // A decoded chunk as it is cached: codes in as many bytes as their type has.
 struct ChunkData {
   ChunkShape shape;
+  ChunkCodes coded;
   std::vector<BrickMask> kept, hole; // as in ChunkSites
   std::vector<uint32_t> first;       // index of the first code of each layer, and their number
   std::vector<std::byte> codes;
@@ -81,9 +99,10 @@ struct ChunkData {
 };
 struct ChunkScratch; // scratch.h
 // Decodes the stored bytes of a chunk, padding included. The entry keeps the rules of its page (page.h).
-[[nodiscard]] ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& codes, const Bcc4Chunk& entry,
-                                     std::span<const std::byte> bytes, ChunkScratch& scratch);
+[[nodiscard]] ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel,
+                                     const Bcc4Chunk& entry, std::span<const std::byte> bytes,
+                                     ChunkScratch& scratch);
 // A chunk whose sites are all holes.
-[[nodiscard]] ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& codes);
+[[nodiscard]] ChunkData chunk_of_holes(const ChunkShape& shape, const ChunkCodes& channel);
 
 } // namespace bccsplat

@@ -32,6 +32,12 @@ uint32_t SampleCoder::encode(float relative, uint64_t& clamped) const {
     }
     return code_of(half, codes_);
   }
+  case ValueType::i32: {
+    const double steps = std::floor(static_cast<double>(relative) / scale_ + 0.5);
+    const double kept = std::clamp<double>(steps, INT32_MIN, INT32_MAX);
+    if (steps != kept) ++clamped;
+    return static_cast<uint32_t>(static_cast<int64_t>(kept) + i32_air);
+  }
   case ValueType::f32:
     break;
   }
@@ -47,6 +53,8 @@ float SampleCoder::decode(uint32_t code) const {
     const float half = half_to_float(static_cast<uint16_t>(pattern_of(code, codes_)));
     return bias_ == 0 ? half : static_cast<float>(half + bias_);
   }
+  case ValueType::i32:
+    return static_cast<float>((static_cast<double>(code) - i32_air) * scale_);
   case ValueType::f32:
     break;
   }

@@ -37,12 +37,12 @@ class SampleCoder {
 
 // The bit pattern of an ordered code and the reverse.
 [[nodiscard]] inline uint32_t pattern_of(uint32_t code, const ChunkCodes& codes) {
-  if (codes.type == ValueType::u8 || codes.type == ValueType::u16) return code;
+  if (!is_float(codes.type)) return code;
   const uint32_t sign = codes.mask() / 2 + 1;
   return (code & sign ? code ^ sign : ~code) & codes.mask();
 }
 [[nodiscard]] inline uint32_t code_of(uint32_t pattern, const ChunkCodes& codes) {
-  if (codes.type == ValueType::u8 || codes.type == ValueType::u16) return pattern;
+  if (!is_float(codes.type)) return pattern;
   const uint32_t sign = codes.mask() / 2 + 1;
   return (pattern & sign ? ~pattern : pattern ^ sign) & codes.mask();
 }

@@ -62,7 +62,7 @@ HWY_EXPORT(Predict64);
 
 void predict_rows(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeights& weights,
                   uint32_t* residuals) {
-  if (codes.type == ValueType::f32)
+  if (codes.bytes() == 4)
     HWY_DYNAMIC_DISPATCH(Predict64)(sites, codes, weights, residuals);
   else
     HWY_DYNAMIC_DISPATCH(Predict32)(sites, codes, weights, residuals);

@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // Returns the values of as many codes as a vector of doubles has lanes: those of integers by the operations
 // of SampleCoder::decode, each rounded, and those of floats by undoing the order of their codes.
 template<class Stored> struct Values {
-  double scale, bias;
+  double shift, scale, bias; // value = (code + shift) * scale + bias
 
   template<class D> HWY_INLINE hn::Vec<D> operator()(D d, const Stored* from) const {
     if constexpr (sizeof(Stored) == 4) {
@@ -32,21 +32,24 @@ template<class Stored> struct Values {
     } else {
       const hn::Rebind<double, D> wide;
       const auto code = hn::PromoteTo(hn::Rebind<int32_t, D>(), hn::LoadU(hn::Rebind<Stored, D>(), from));
-      const auto scaled = hn::Mul(hn::PromoteTo(wide, code), hn::Set(wide, scale));
+      const auto steps = hn::Add(hn::PromoteTo(wide, code), hn::Set(wide, shift)); // exact
+      const auto scaled = hn::Mul(steps, hn::Set(wide, scale));
       return hn::DemoteTo(d, hn::Add(scaled, hn::Set(wide, bias)));
     }
   }
 };
 
 template<class Stored>
-void Spread(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes, size_t first,
-            float* brick) {
+void Spread(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
+            std::span<const std::byte> codes, size_t first, float* brick) {
   constexpr size_t bytes = sizeof(Stored);
   const hn::Rebind<float, hn::CappedTag<double, brick_edge>> d;
   const hn::RebindToSigned<decltype(d)> di;
   alignas(64) static constexpr int32_t bit[brick_edge] = {1,   2,   4,    8,    16,   32,   64,    128,
                                                           256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
-  const Values<Stored> values{coder.scale(), coder.bias()};
+  const bool steps = coder.codes().type == ValueType::i32;
+  const double shift = steps ? static_cast<double>(coded.base) - i32_air : 0;
+  const Values<Stored> values{shift, coder.scale() * (1 << coded.shift), coder.bias()};
   const size_t count = codes.size() / bytes;
   size_t next = first;
   for (const unsigned row : kept) {
@@ -67,24 +70,24 @@ void Spread(const SampleCoder& coder, const BrickMask& kept, std::span<const std
       for (unsigned bits = row; bits; bits &= bits - 1) {
         Stored code;
         std::memcpy(&code, codes.data() + next++ * bytes, bytes);
-        brick[std::countr_zero(bits)] = coder.decode(code);
+        brick[std::countr_zero(bits)] = coder.decode(coded.ordered(code));
       }
     }
     brick += brick_edge;
   }
 }
 
-void Spread8(const SampleCoder& c, const BrickMask& k, std::span<const std::byte> codes, size_t first,
-             float* brick) {
-  Spread<uint8_t>(c, k, codes, first, brick);
+void Spread8(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k, std::span<const std::byte> codes,
+             size_t first, float* brick) {
+  Spread<uint8_t>(c, as, k, codes, first, brick);
 }
-void Spread16(const SampleCoder& c, const BrickMask& k, std::span<const std::byte> codes, size_t first,
-              float* brick) {
-  Spread<uint16_t>(c, k, codes, first, brick);
+void Spread16(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
+              std::span<const std::byte> codes, size_t first, float* brick) {
+  Spread<uint16_t>(c, as, k, codes, first, brick);
 }
-void Spread32(const SampleCoder& c, const BrickMask& k, std::span<const std::byte> codes, size_t first,
-              float* brick) {
-  Spread<uint32_t>(c, k, codes, first, brick);
+void Spread32(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
+              std::span<const std::byte> codes, size_t first, float* brick) {
+  Spread<uint32_t>(c, as, k, codes, first, brick);
 }
 
 } // namespace HWY_NAMESPACE
@@ -100,14 +103,16 @@ HWY_EXPORT(Spread32);
 
 namespace {
 
-void spread_halves(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes,
-                   size_t first, float* brick) {
+// For types that vectors do not turn into values.
+template<class Stored>
+void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
+                   std::span<const std::byte> codes, size_t first, float* brick) {
   for (const unsigned row : kept) {
     std::fill_n(brick, brick_edge, 0.0f);
     for (unsigned bits = row; bits; bits &= bits - 1) {
-      uint16_t code;
+      Stored code;
       std::memcpy(&code, codes.data() + first++ * sizeof code, sizeof code);
-      brick[std::countr_zero(bits)] = coder.decode(code);
+      brick[std::countr_zero(bits)] = coder.decode(coded.ordered(code));
     }
     brick += brick_edge;
   }
@@ -115,17 +120,19 @@ void spread_halves(const SampleCoder& coder, const BrickMask& kept, std::span<co
 
 } // namespace
 
-void spread_codes(const SampleCoder& coder, const BrickMask& kept, std::span<const std::byte> codes,
-                  size_t first, std::span<float, brick_sites> brick) {
-  switch (coder.codes().type) {
+void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
+                  std::span<const std::byte> codes, size_t first, std::span<float, brick_sites> brick) {
+  switch (coded.type) {
   case ValueType::u8:
-    return HWY_DYNAMIC_DISPATCH(Spread8)(coder, kept, codes, first, brick.data());
+    return HWY_DYNAMIC_DISPATCH(Spread8)(coder, coded, kept, codes, first, brick.data());
   case ValueType::u16:
-    return HWY_DYNAMIC_DISPATCH(Spread16)(coder, kept, codes, first, brick.data());
+    return HWY_DYNAMIC_DISPATCH(Spread16)(coder, coded, kept, codes, first, brick.data());
   case ValueType::f16:
-    return spread_halves(coder, kept, codes, first, brick.data());
+    return spread_singly<uint16_t>(coder, coded, kept, codes, first, brick.data());
+  case ValueType::i32:
+    return spread_singly<uint32_t>(coder, coded, kept, codes, first, brick.data());
   case ValueType::f32:
-    return HWY_DYNAMIC_DISPATCH(Spread32)(coder, kept, codes, first, brick.data());
+    return HWY_DYNAMIC_DISPATCH(Spread32)(coder, coded, kept, codes, first, brick.data());
   }
 }
 
