@@ -73,7 +73,7 @@ void extract(bccsplat_slice& result, const Coefficients& coefficients, const Hyp
   plane.axes = o.axes;
   result.slice = bare_plane(coefficients, h, plane, affine);
   result.extraction =
-      std::make_unique<const Extraction>(coefficients.source(), coefficients.channel(), h,
+      std::make_unique<const Extraction>(coefficients.samples(), coefficients.channel(), h,
                                          PlaneAxes{result.slice.origin, result.slice.basis}, context);
   result.slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -27,8 +27,7 @@ int reach_planes(const Lattice4& lattice, const Kernel& kernel) {
 
 bool can_turn(const Coefficients& coefficients, size_t axis) {
   const SampleSource& source = coefficients.source();
-  return axis < 3 && !source.lattice().is_static() && source.lattice().dims[axis] > 1 &&
-         source.coefficient_kernel().empty();
+  return axis < 3 && !source.lattice().is_static() && source.lattice().dims[axis] > 1;
 }
 
 Slice axis_slice(const Coefficients& coefficients, size_t axis, double position, const Thickness& thickness,
@@ -44,7 +43,7 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
   const int32_t first = std::max(plane(low) - reach, 0);
   const int32_t last = std::min(plane(high) + 1 + reach, turned.last_layer);
   Progress reading(context.progress, 0, read_end), cutting(context.progress, read_end, 1);
-  const TurnedSamples samples(coefficients.source(), coefficients.channel(), axis, first, last,
+  const TurnedSamples samples(coefficients.samples(), coefficients.channel(), axis, first, last,
                               context.with(reading));
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
                             coefficients.cache_bytes());

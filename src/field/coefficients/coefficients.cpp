@@ -42,10 +42,11 @@ Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kerne
     if (!lattice.is_static()) add(cc.time);
   }
   const std::string& stored = source.coefficient_kernel();
-  if (!stored.empty() && stored != kernel_.name)
-    fail(Code::unsupported, "the file holds coefficients of kernel ", stored, " and cannot be read with ",
-         kernel_.name, "; leave the kernel to the file");
-  if (!stored.empty()) steps_.clear();
+  if (stored.empty()) return;
+  const Kernel own = lattice.space.bcc ? make_kernel(stored) : make_cc_kernel(stored).kernel;
+  sampled_ = std::make_unique<const SampledField>(source, own, prune);
+  is_stored_ = stored == kernel_.name;
+  if (is_stored_) steps_.clear();
 }
 
 std::shared_ptr<const BrickLayer> Coefficients::layer(int32_t layer, const Context& context) const {
@@ -172,7 +173,7 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
   const auto next = [&] { return std::min(++work.done, work.total); };
   work.progress.check();
   if (stage_number == 0) {
-    auto samples = insert(key, source_.read_layer(channel_, m, region_, context), context);
+    auto samples = insert(key, source().read_layer(channel_, m, region_, context), context);
     work.progress.advance(next(), work.total);
     return samples;
   }

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "base/context.h"
+#include "field/coefficients/sampled_field.h"
 #include "kernel/kernel.h"
 #include "points/sample_source.h"
 
@@ -29,11 +30,15 @@ class Coefficients {
   // prune: coefficients up to this magnitude (value units) are dropped; 0 keeps all that are not zero.
   // region: only its bricks are read and made; near its faces, as far as prefilter and kernel reach, they
   // lack their neighbours and must not be used. The source must outlive the object. On a Cartesian lattice
-  // the kernel's form for it takes its place (kernel/cc_kernel.h).
+  // the kernel's form for it takes its place (kernel/cc_kernel.h). Where the source stores coefficients of
+  // another kernel, the samples they give are prefiltered.
   Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune, uint64_t cache_bytes,
                const BrickBox& region = {});
 
-  [[nodiscard]] const SampleSource& source() const { return source_; }
+  // What coefficients are made of: samples, or stored coefficients of this kernel.
+  [[nodiscard]] const SampleSource& source() const { return is_stored_ ? source_ : samples(); }
+  // The samples, also where the source stores coefficients.
+  [[nodiscard]] const SampleSource& samples() const { return sampled_ ? *sampled_ : source_; }
   [[nodiscard]] int channel() const { return channel_; }
   [[nodiscard]] const Kernel& kernel() const { return kernel_; }
   [[nodiscard]] float prune() const { return prune_; }
@@ -78,6 +83,8 @@ class Coefficients {
   void evict_locked(uint64_t room) const; // until `room` bytes fit under the cache's limit
 
   const SampleSource& source_;
+  std::unique_ptr<const SampledField> sampled_; // of stored coefficients
+  bool is_stored_ = false;                      // the source stores this kernel's coefficients
   int channel_;
   Kernel kernel_;
   std::vector<Step> steps_; // those this source needs: none when it stores coefficients

@@ -1,0 +1,41 @@
+// The samples of a volume that stores coefficients: the field of its own kernel at the sites. Other kernels
+// and axis slices, whose prefilters start from samples, read them in place of those of a file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kernel/kernel.h"
+#include "points/sample_source.h"
+
+namespace bccsplat {
+
+class SampledField final : public SampleSource {
+ public:
+  // stored: holds coefficients; it must outlive the object. kernel: the one they belong to, in its form for
+  // the lattice. prune: samples up to this magnitude (value units) are dropped; 0 keeps all that are not
+  // zero.
+  SampledField(const SampleSource& stored, const Kernel& kernel, float prune);
+
+  const Lattice4& lattice() const override { return stored_.lattice(); }
+  int channels() const override { return stored_.channels(); }
+  float air(int channel) const override { return stored_.air(channel); }
+  BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
+                        const Context& context) const override;
+  const std::string& coefficient_kernel() const override { return none_; }
+
+  // A coefficient's share of a sample: of the layer `layer` further on, at sites this many planes away.
+  struct Tap {
+    int layer;
+    Int3 planes;
+    float weight;
+  };
+
+ private:
+  const SampleSource& stored_;
+  std::vector<Tap> taps_; // by layer
+  float prune_;
+  std::string none_;
+};
+
+} // namespace bccsplat
