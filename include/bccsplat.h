@@ -208,7 +208,7 @@ enum { /* types of source values and of stored samples */
        BCCSPLAT_TYPE_F16 = 3,
        BCCSPLAT_TYPE_F32 = 4,
        BCCSPLAT_TYPE_I16 = 5, /* sources only, as all below: stored as u16 with an offset, exactly */
-       BCCSPLAT_TYPE_I32 = 6, /* stored as f32 */
+       BCCSPLAT_TYPE_I32 = 6, /* stored as f32; of coefficients in a file: steps from air */
        BCCSPLAT_TYPE_F64 = 7, /* stored as f32 */
        BCCSPLAT_TYPE_I8 = 8,  /* stored as u8 with an offset, exactly */
        BCCSPLAT_TYPE_U32 = 9  /* stored as f32 */
@@ -225,9 +225,10 @@ enum {
   BCCSPLAT_FILTER_KAISER6 = 2,
   BCCSPLAT_FILTER_BSPLINE3 = 3
 };
-/* SAMPLES: any kernel can read them. COEFFICIENTS: of the recommended kernel, which is then the only one;
- * readers skip the prefilter and read fewer layers. Needs dims[3] > 0 and value type F16 or F32 (DEFAULT: F16
- * for sources of 8 bits and F16, else F32). */
+/* SAMPLES: as the lattice has them. COEFFICIENTS: of the recommended kernel; readers skip its prefilter and
+ * read fewer layers, and other kernels see the samples that the coefficients give. Needs dims[3] > 0. Where
+ * samples would be integers, coefficients are whole steps of the same value from air; where floats, floats.
+ * Files with such steps need readers of version 3 of the format. */
 enum { BCCSPLAT_STORE_DEFAULT = 0, BCCSPLAT_STORE_SAMPLES = 1, BCCSPLAT_STORE_COEFFICIENTS = 2 };
 enum { /* what a NaN or infinity in the source does */
        BCCSPLAT_NONFINITE_DEFAULT = 0,
@@ -644,6 +645,30 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_vol
 BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume,
                                                     bccsplat_progress_fn progress, void* progress_user,
                                                     bccsplat_verify_report* report);
+
+typedef struct bccsplat_recode_options {
+  uint32_t struct_size;
+  int32_t overwrite;  /* non-zero: replace an existing file */
+  int32_t store;      /* BCCSPLAT_STORE_...; DEFAULT: as the file does */
+  int32_t value_type; /* as in bccsplat_channel_options; DEFAULT: steps of the same value as the file's */
+  double value_step;  /* value of one code of integer types; 0: that of the file */
+  const char* kernel; /* of the coefficients, and recommended; NULL: the file's */
+  int32_t format;     /* highest version of the format that the new file may need, 1 to 3; 0: any */
+  int32_t reserved;   /* 0 */
+  bccsplat_progress_fn progress; /* NULL: none */
+  void* progress_user;
+} bccsplat_recode_options;
+
+/* Writes an open file anew at `path`, without its source: samples become coefficients or the reverse, another
+ * kernel, another step, a file that older readers know. Samples become coefficients as they would at import;
+ * coefficients become samples by the value of their kernel at the sites. What the file says of its source
+ * stays; corrections and the bound they kept belong to the old numbers and are left out. UNSUPPORTED for a
+ * part of a series, for kernels whose coefficients cannot be stored, and where the format would have to be
+ * newer than asked for; INVALID_ARGUMENT where a type cannot hold the range; otherwise as for opening and
+ * writing. options and report may be NULL. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume, const char* path,
+                                                    const bccsplat_recode_options* options,
+                                                    bccsplat_writer_report* report);
 
 /* ---- Slice: the 3D field on a hyperplane ---- */
 

@@ -65,6 +65,7 @@ Exit run(int argc, char** argv) {
   for (int i = 0; i < argc; ++i) command_line += concat(i > 0 ? " " : "", i == 0 ? "bcc4" : quoted(argv[i]));
   const std::vector<std::pair<std::string, Run>> commands{{"import", add_import(app, command_line)},
                                                           {"concat", add_concat(app)},
+                                                          {"recode", add_recode(app)},
                                                           {"info", add_info(app)},
                                                           {"verify", add_verify(app)},
                                                           {"export", add_export(app)},

@@ -164,7 +164,8 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
     require(volume, "volume");
     const ChannelInfo& c = volume->channel(channel);
     bccsplat_channel_info out{};
-    out.value_type = static_cast<int32_t>(c.type);
+    // The numbers of the header and of files differ for what only coefficients have.
+    out.value_type = c.type == ValueType::i32 ? BCCSPLAT_TYPE_I32 : static_cast<int32_t>(c.type);
     out.source_type = static_cast<int32_t>(c.source_type);
     out.name = c.name.c_str(), out.unit = c.unit.c_str();
     out.air = c.air, out.air_threshold = c.threshold;

@@ -3,18 +3,29 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "fit/round_layer.h"
 
 namespace bccsplat {
+namespace {
+
+// Coefficients up to this far from air are dropped: those that are rounded to it, and those that a reader of
+// samples would drop.
+float dead_zone(const Quantiser& quantiser, float threshold) {
+  const auto step = static_cast<float>(quantiser.type == ValueType::i32 ? quantiser.scale : 0);
+  return std::max(threshold, step) / 2;
+}
+
+} // namespace
 
 CoefficientLayers::CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
                                      const std::string& kernel, int32_t samples, int32_t first, int32_t end)
     : window_(lattice, quantiser.air, {}, samples),
-      field_(window_, 0, make_kernel(kernel), threshold / 2, coefficient_cache_bytes(window_, kernel)),
-      reach_(prefilter_layers(lattice, kernel)), next_(first), end_(end), quantiser_(quantiser),
-      relevance_(quantiser, 0) {
-  if (quantiser.type != ValueType::f16 && quantiser.type != ValueType::f32)
+      field_(window_, 0, make_kernel(kernel), dead_zone(quantiser, threshold),
+             coefficient_cache_bytes(window_, kernel)),
+      reach_(prefilter_layers(lattice, kernel)), next_(first), end_(end), quantiser_(quantiser) {
+  if (!is_float(quantiser.type) && quantiser.type != ValueType::i32)
     fail(Code::invalid_argument,
-         "coefficients are stored as f16 or f32: their range is not that of the samples");
+         "coefficients are stored as i32, f16 or f32: they swing further than samples");
 }
 
 std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> samples, const Context& context) {
@@ -24,26 +35,11 @@ std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> sampl
   for (; next_ < end_; ++next_) {
     if (window_.end() < (window_.lattice().is_static() ? layers : std::min(next_ + reach_ + 1, layers)))
       break;
-    out.push_back(rounded(*field_.layer(next_, context), context));
+    const auto made = field_.layer(next_, context);
+    out.push_back(quantiser_.type == ValueType::f16 ? round_layer(*made, quantiser_, 0, context) : *made);
   }
   // A layer beyond the end mirrors one as far before it.
   if (!window_.lattice().is_static()) window_.forget(next_ - reach_ - 1);
-  return out;
-}
-
-BrickLayer CoefficientLayers::rounded(const BrickLayer& layer, const Context& context) const {
-  if (quantiser_.type == ValueType::f32) return layer;
-  BrickLayer out(layer.lattice(), layer.coset());
-  context.tasks.parallel_for(layer.brick_slots(), [&](uint64_t slot) {
-    const Brick* brick = layer.brick(slot);
-    if (!brick) return;
-    const Int3 position = layer.slot_position(slot);
-    Int3 size;
-    for (size_t a = 0; a < 3; ++a) size[a] = std::min(brick_edge, layer.dims()[a] - position[a] * brick_edge);
-    auto made = std::make_shared<Brick>();
-    if (relevance_.select(brick->value.data(), size, {brick->hole.get(), nullptr, 0}, *made).kept > 0)
-      out.set(slot, std::move(made));
-  });
   return out;
 }
 

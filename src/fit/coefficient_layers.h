@@ -11,14 +11,13 @@
 #include "field/coefficients/coefficients.h"
 #include "fit/layer_window.h"
 #include "fit/quantise.h"
-#include "fit/relevance.h"
 
 namespace bccsplat {
 
 class CoefficientLayers {
  public:
   // threshold: of the channel; coefficients up to half of it are dropped, as a reader of samples would do.
-  // quantiser: f16 or f32, relative to air.
+  // quantiser: i32, f16 or f32, relative to air.
   CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
                     const std::string& kernel)
       : CoefficientLayers(lattice, quantiser, threshold, kernel, 0, 0, lattice.layers()) {}
@@ -28,19 +27,17 @@ class CoefficientLayers {
                     const std::string& kernel, int32_t samples, int32_t first, int32_t end);
 
   // The next layers of samples; returns the layers of coefficients that are complete with them, in order and
-  // as stored. All have come out when the last layer has gone in.
+  // as stored, but for steps (i32), to which whole slabs are rounded (coefficient_steps.h). All have come out
+  // when the last layer has gone in.
   [[nodiscard]] std::vector<BrickLayer> add(std::span<const BrickLayer> samples, const Context& context);
 
   [[nodiscard]] const Kernel& kernel() const { return field_.kernel(); }
 
  private:
-  [[nodiscard]] BrickLayer rounded(const BrickLayer& layer, const Context& context) const;
-
   LayerWindow window_;
   Coefficients field_;
   int32_t reach_, next_, end_;
   Quantiser quantiser_;
-  Relevance relevance_;
 };
 
 // The numbers that define a radial kernel with a spline in time, as formats/bcc4.md stores them. Throws

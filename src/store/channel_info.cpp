@@ -8,22 +8,23 @@
 namespace bccsplat {
 namespace {
 
+// How many codes a step apart hold a range, one of them air itself.
+double codes_of_step(const Range& range, double step, float air) {
+  const auto zero = static_cast<double>(air);
+  return std::ceil((zero - std::min(range.low, zero)) / step) +
+         std::ceil((std::max(range.high, zero) - zero) / step) + 1;
+}
+
 // Codes a caller-chosen step apart, one of them air itself.
 Quantiser quantiser_of_step(ValueType type, const Range& range, double step, float air,
                             const std::string& name) {
   const auto zero = static_cast<double>(air);
   const double low = std::min(range.low, zero), high = std::max(range.high, zero);
-  const double below = std::ceil((zero - low) / step), above = std::ceil((high - zero) / step);
-  if (largest_code(type) == 0 || !(step > 0 && std::isfinite(step)) || !(below + above <= largest_code(type)))
-    fail(Code::invalid_argument, "channel ", name, ": value_step ", step, " needs ", below + above + 1,
-         " codes from ", low, " to ", high, "; the type has ", largest_code(type) + 1);
+  const double below = std::ceil((zero - low) / step), codes = codes_of_step(range, step, air);
+  if (largest_code(type) == 0 || !(step > 0 && std::isfinite(step)) || !(codes <= largest_code(type) + 1.0))
+    fail(Code::invalid_argument, "channel ", name, ": value_step ", step, " needs ", codes, " codes from ",
+         low, " to ", high, "; the type has ", largest_code(type) + 1);
   return {type, step, zero - below * step, air};
-}
-
-// Coefficients of eight bits and halves fit a half, others need a float.
-ValueType coefficient_type(SourceType source) {
-  return source == SourceType::u8 || source == SourceType::i8 || source == SourceType::f16 ? ValueType::f16
-                                                                                           : ValueType::f32;
 }
 
 bool is_integer(ValueType type) { return largest_code(type) > 0; }
@@ -55,18 +56,33 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
   channel.range = settings.range;
   if (settings.value_step != 0 && !settings.range)
     fail(Code::invalid_argument, "channel ", settings.name, ": value_step needs the range of the values");
-  if (coefficients) {
-    info.type = settings.value_type.value_or(coefficient_type(info.source_type));
-    if (is_integer(info.type))
-      fail(Code::invalid_argument, "channel ", settings.name, ": coefficients are stored as F16 or F32");
-    info.scale = 1, info.offset = static_cast<double>(settings.air);
-    // The samples they are made of are not rounded.
-    channel.quantiser = quantiser_of_range(ValueType::f32, {}, settings.air);
-    return channel;
-  }
   channel.quantiser = quantiser_of_samples(settings, info.source_type);
   static_cast<Quantiser&>(info) = channel.quantiser;
+  if (!coefficients) return channel;
+  static_cast<Quantiser&>(info) = quantiser_of_coefficients(channel.quantiser);
+  // The samples they are made of are not rounded.
+  channel.quantiser = quantiser_of_range(ValueType::f32, {}, settings.air);
   return channel;
+}
+
+Quantiser code_channel_anew(const ChannelInfo& channel, bool coefficients, std::optional<ValueType> type,
+                            double value_step) {
+  const bool whole = !is_float(type.value_or(channel.type)) || (!type && value_step > 0);
+  if (!whole) return quantiser_of_range(type.value_or(channel.type), {}, channel.air);
+  const bool spread = is_float(channel.type) && value_step == 0;
+  if (spread) {
+    const Quantiser samples = quantiser_of_range(*type, channel.source_range, channel.air);
+    return coefficients ? quantiser_of_coefficients(samples) : samples;
+  }
+  const double step = value_step > 0 ? value_step : channel.scale;
+  if (coefficients) return {ValueType::i32, step, channel.air, channel.air};
+  if (is_integer(channel.type) && step == channel.scale && type.value_or(channel.type) == channel.type)
+    return channel;
+  const double codes = codes_of_step(channel.source_range, step, channel.air);
+  const ValueType smallest = codes <= 256 ? ValueType::u8 : ValueType::u16;
+  const ValueType asked = type.value_or(channel.type);
+  return quantiser_of_step(is_integer(asked) ? asked : smallest, channel.source_range, step, channel.air,
+                           channel.name);
 }
 
 void describe_channel(const FitChannelReport& report, ChannelInfo& info) {

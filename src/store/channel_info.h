@@ -13,6 +13,12 @@ namespace bccsplat {
 [[nodiscard]] FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool coefficients,
                                       ChannelInfo& info);
 
+// How a channel is coded when its file is coded anew, as samples or coefficients: in steps of the same value,
+// unless a type or the value of a step is given. Throws invalid_argument where the type cannot hold the
+// range.
+[[nodiscard]] Quantiser code_channel_anew(const ChannelInfo& channel, bool coefficients,
+                                          std::optional<ValueType> type, double value_step);
+
 // Completes what `info` says about the source: ranges, histogram, percentiles, frames, cc_relevant, clamped.
 void describe_channel(const FitChannelReport& report, ChannelInfo& info);
 

@@ -6,9 +6,11 @@ CoefficientSlabs::CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& in
     : layers_(lattice.layers()), slab_layers_(info.slab_layers) {
   const int32_t samples = part ? part->fit.first_layer : 0, first = part ? part->first_layer : 0,
                 end = part ? part->end_layer : layers_;
-  for (const ChannelInfo& c : info.channels)
+  for (const ChannelInfo& c : info.channels) {
     channels_.push_back(std::make_unique<Channel>(first / slab_layers_, lattice, c, c.threshold,
                                                   info.coefficient_kernel, samples, first, end));
+    if (c.type == ValueType::i32) channels_.back()->steps.emplace(lattice, c, info.coefficient_kernel);
+  }
 }
 
 void CoefficientSlabs::add_layers(int channel, std::span<const BrickLayer> samples, const Context& context,
@@ -18,6 +20,7 @@ void CoefficientSlabs::add_layers(int channel, std::span<const BrickLayer> sampl
     c.slab.push_back(std::move(layer));
     const auto count = static_cast<int32_t>(c.slab.size());
     if (count < slab_layers_ && c.next_slab * slab_layers_ + count < layers_) continue;
+    if (c.steps) c.slab = c.steps->round(c.next_slab * slab_layers_, c.slab, context);
     store(c.next_slab++, channel, c.slab);
     c.slab.clear();
   }

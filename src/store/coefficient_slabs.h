@@ -3,11 +3,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "base/context.h"
 #include "fit/coefficient_layers.h"
+#include "fit/coefficient_steps.h"
 #include "fit/fit.h"
 #include "store/series_part.h"
 
@@ -30,6 +32,7 @@ class CoefficientSlabs {
     CoefficientLayers maker;
     int32_t next_slab;
     std::vector<BrickLayer> slab; // layers made and not stored
+    std::optional<CoefficientSteps> steps;
   };
   int32_t layers_, slab_layers_;
   std::vector<std::unique_ptr<Channel>> channels_;

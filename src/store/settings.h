@@ -58,6 +58,10 @@ struct PartSettings {
 // Throws invalid_argument unless the times of a series are finite and rise.
 void require_rising(std::span<const double> times);
 
+// Layers of a slab. One that is read decodes those before it in its slab: of coefficients, where a moment
+// needs six, fewer stand together (tests/bench/notes/coefficient-codes.md).
+[[nodiscard]] constexpr int32_t slab_layers_for(bool coefficients) { return coefficients ? 4 : 8; }
+
 struct WriterSettings {
   std::string path; // of the file; empty: a stream
   bool overwrite = false;

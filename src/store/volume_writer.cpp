@@ -16,7 +16,14 @@ constexpr int32_t end_layers = 4;
 // Layers of a series that is predicted unasked: the ends then add at most a quarter.
 constexpr int32_t fewest_layers = 8 * end_layers;
 
-FitOptions fit_options_of(const WriterSettings& s, int32_t slab_layers) {
+// A series that is appended to keeps the slabs it has.
+int32_t slab_layers_of(const WriterSettings& s) {
+  if (s.continuity == Continuity::append && file_exists(s.path))
+    return Bcc4Reader::open(open_file_source(s.path))->info().slab_layers;
+  return slab_layers_for(s.coefficients);
+}
+
+FitOptions fit_options_of(const WriterSettings& s) {
   FitOptions options;
   options.lattice = s.lattice;
   options.dims = s.dims;
@@ -24,7 +31,7 @@ FitOptions fit_options_of(const WriterSettings& s, int32_t slab_layers) {
   options.filter = s.filter;
   options.lowpass = s.lowpass;
   options.nonfinite = s.nonfinite;
-  options.slab_layers = slab_layers;
+  options.slab_layers = slab_layers_of(s);
   return options;
 }
 
@@ -45,8 +52,7 @@ Partial partial_of(Continuity continuity) {
 
 VolumeWriter::VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> stream, const Context& context)
     : settings_(std::move(settings)), context_(context), sink_(std::move(stream)),
-      fit_options_(fit_options_of(settings_, initial_.slab_layers)), added_(settings_.channels.size()),
-      measuring_(settings_) {
+      fit_options_(fit_options_of(settings_)), added_(settings_.channels.size()), measuring_(settings_) {
   check_settings();
   begin_info();
   if (settings_.continuity == Continuity::append && !file_exists(settings_.path))
@@ -94,6 +100,7 @@ void VolumeWriter::begin_info() {
   initial_.lattice = Lattice4::fit(s.lattice, {s.dims[0], s.dims[1], s.dims[2], std::max(s.dims[3], 1u)},
                                    s.scale, s.time_scale);
   initial_.scale = s.scale, initial_.time_scale = s.time_scale;
+  initial_.slab_layers = fit_options_.slab_layers;
   initial_.affine = s.affine;
   initial_.spatial_unit = s.spatial_unit;
   initial_.time.unit = s.time_unit;

@@ -164,11 +164,81 @@ TEST(Coefficients, KnowTheirKernelAndReadFewerLayers) {
     return static_cast<double>(info.bytes_read) / static_cast<double>(info.bytes_file);
   };
   EXPECT_LT(read(stored), 0.7 * read(samples));
-  const OpenVolume other(device, stored.bytes, "fast");
+}
+
+// What another kernel or a slice across another axis sees of stored coefficients are the samples they give.
+TEST(Coefficients, OtherKernelsAndAxesSeeTheirSamples) {
+  const TestDevice device;
+  const Source s = source_of({34, 30, 28, 24}, BCCSPLAT_TYPE_U8,
+                             [](double x, double y, double z, double t) { return 50 * wave(x, y, z, t); });
+  auto options = sized<bccsplat_writer_options>();
+  const Written samples = write_frames(device, s, options);
+  options.store = BCCSPLAT_STORE_COEFFICIENTS;
+  const Written stored = write_frames(device, s, options);
+  ASSERT_EQ(stored.status, BCCSPLAT_OK) << stored.text;
+  const auto points = random_points(s, 2000);
+  for (const char* kernel : {"fast", "fine", "radial18+b3", "paper"}) {
+    const auto a = OpenVolume(device, samples.bytes, kernel).at(points),
+               b = OpenVolume(device, stored.bytes, kernel).at(points);
+    double squares = 0;
+    for (size_t i = 0; i < points.size(); ++i) squares += std::pow(a[i] - b[i], 2);
+    EXPECT_LT(std::sqrt(squares / double(points.size())), 0.5)
+        << kernel; // of values 90 to 210, in steps of 1
+  }
+  auto across = sized<bccsplat_slice_options>();
+  across.method = BCCSPLAT_METHOD_MERGED;
   auto plane = sized<bccsplat_hyperplane>();
-  plane.d = 1;
-  bccsplat_slice* slice = nullptr;
-  EXPECT_EQ(bccsplat_slice_create(other.volume, &plane, nullptr, &slice), BCCSPLAT_ERROR_UNSUPPORTED);
+  plane.a = 1, plane.e = -17.25;
+  std::vector<std::vector<float>> cuts;
+  for (const Written* w : {&samples, &stored}) {
+    const OpenVolume volume(device, w->bytes);
+    bccsplat_slice* slice = nullptr;
+    ASSERT_EQ(bccsplat_slice_create(volume.volume, &plane, &across, &slice), BCCSPLAT_OK)
+        << bccsplat_last_error();
+    auto info = sized<bccsplat_slice_info>();
+    ASSERT_EQ(bccsplat_slice_get_info(slice, &info), BCCSPLAT_OK);
+    cuts.emplace_back(info.dims[0] * info.dims[1] * info.dims[2]);
+    ASSERT_EQ(bccsplat_slice_sample_grid(slice, nullptr, cuts.back().data()), BCCSPLAT_OK);
+    bccsplat_slice_release(slice);
+  }
+  ASSERT_EQ(cuts[0].size(), cuts[1].size());
+  double squares = 0;
+  for (size_t i = 0; i < cuts[0].size(); ++i) squares += std::pow(cuts[0][i] - cuts[1][i], 2);
+  EXPECT_LT(std::sqrt(squares / double(cuts[0].size())), 0.5);
+}
+
+// Sources of integers: whole steps from air, at the error of files of samples.
+TEST(Coefficients, OfIntegersAreSteps) {
+  const TestDevice device;
+  for (const int32_t lattice : {BCCSPLAT_LATTICE_DEFAULT, BCCSPLAT_LATTICE_CC})
+    for (const uint32_t frames : {1u, 14u})
+      for (const int32_t type : {BCCSPLAT_TYPE_U8, BCCSPLAT_TYPE_I16}) {
+        SCOPED_TRACE("type " + std::to_string(type) + ", lattice " + std::to_string(lattice) + ", frames " +
+                     std::to_string(frames));
+        Source s = source_of({20, 18, 16, frames}, type, [&](double x, double y, double z, double t) {
+          return (type == BCCSPLAT_TYPE_I16 ? -2000 : 0) + 60 * wave(x, y, z, t);
+        });
+        s.air = type == BCCSPLAT_TYPE_I16 ? -1900 : 0;
+        auto options = sized<bccsplat_writer_options>();
+        options.lattice = lattice;
+        options.measure = BCCSPLAT_MEASURE_ALL;
+        const Written samples = write_frames(device, s, options);
+        options.store = BCCSPLAT_STORE_COEFFICIENTS;
+        const Written stored = write_frames(device, s, options);
+        ASSERT_EQ(stored.status, BCCSPLAT_OK) << stored.text;
+        const OpenVolume volume(device, stored.bytes);
+        ASSERT_EQ(volume.status, BCCSPLAT_OK) << bccsplat_last_error();
+        auto info = sized<bccsplat_channel_info>();
+        ASSERT_EQ(bccsplat_volume_get_channel_info(volume.volume, 0, &info), BCCSPLAT_OK);
+        EXPECT_EQ(info.value_type, BCCSPLAT_TYPE_I32);
+        EXPECT_EQ(stored.bytes[14], 3); // lowest version of the format
+        EXPECT_LT(samples.bytes[14], 3);
+        // What was measured while writing is what a reader gets.
+        const LargestError e = largest_error(volume, s);
+        EXPECT_EQ(stored.error.max_abs, e.slices);
+        EXPECT_LT(stored.error.rmse, 1.1 * samples.error.rmse + 0.04);
+        EXPECT_EQ(stored.report.clamped, 0u);
+      }
 }
 
 TEST(Coefficients, KeepHolesAndBounds) {
@@ -210,8 +280,10 @@ TEST(Coefficients, RefuseWhatCannotHoldThem) {
   auto options = sized<bccsplat_writer_options>();
   options.store = BCCSPLAT_STORE_COEFFICIENTS;
   auto channel = sized<bccsplat_channel_options>();
-  channel.value_type = BCCSPLAT_TYPE_U8, channel.set_mask = BCCSPLAT_CHANNEL_SET_RANGE, channel.range[1] = 5;
+  channel.value_type = BCCSPLAT_TYPE_U8; // floats in steps need a range
   EXPECT_EQ(write_frames(device, s, options, channel).status, BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  channel.set_mask = BCCSPLAT_CHANNEL_SET_RANGE, channel.range[1] = 5;
+  EXPECT_EQ(write_frames(device, s, options, channel).status, BCCSPLAT_OK);
   options.recommended_kernel = "paper";
   EXPECT_EQ(write_frames(device, s, options).status, BCCSPLAT_ERROR_UNSUPPORTED);
   options.recommended_kernel = nullptr;

@@ -331,6 +331,15 @@ def parts(device, scratch):
     whole, joined = (open(name, "rb").read() for name in (names[0], names[3]))
     assert whole == joined
     raises(Error, Status.FILE_EXISTS, join_parts, device, names[1:3], names[3])
+    with Volume(device, names[0]) as volume:
+        again = names[0] + ".again"
+        report = volume.recode(again, store="coefficients", kernel="fast", overwrite=True, progress=fractions.append)
+        assert report.frames == 30
+        raises(Error, Status.FILE_EXISTS, volume.recode, again)
+        with Volume(device, again) as other:
+            assert other.info().store == abi.STORE_COEFFICIENTS
+            points = [[5, 6, 5, t] for t in range(30)]
+            assert abs(other.evaluate(points) - volume.evaluate(points)).max() < 0.05
     raises(Error, Status.INVALID_ARGUMENT, join_parts, device, names[1:2], names[3], overwrite=True, text="0 to 11")
     raises(ValueError, None, Writer, device, names[3], (13, 12, 11, 30), part=(0, 12), text="all 30 frames")
 

@@ -48,7 +48,7 @@ _bcc4; printf '%s\\n' "${{COMPREPLY[@]}}"'''
                               cwd=self.path('.')).stdout.split()
 
     def test_bash_completes_commands_options_choices_and_files(self):
-        self.assertEqual(self.complete('bcc4', 're'), ['render'])
+        self.assertEqual(self.complete('bcc4', 'rend'), ['render'])
         self.assertEqual(self.complete('bcc4', 'render', '--unit'), ['--unit-distance'])
         self.assertEqual(set(self.complete('bcc4', 'render', '--quality', '')), {'draft', 'normal', 'fine', 'best'})
         open(self.path('smoke.bcc4'), 'w').close()

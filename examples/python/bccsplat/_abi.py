@@ -413,6 +413,21 @@ class VerifyReport(Struct):
         ("damages", c_uint64)]
 
 
+class RecodeOptions(Struct):
+    overwrite: int
+    store: int
+    value_type: int
+    value_step: float
+    kernel: bytes | None
+    format: int
+    reserved: int
+    progress: Any
+    progress_user: int | None
+    _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("store", c_int32),
+        ("value_type", c_int32), ("value_step", c_double), ("kernel", c_char_p), ("format", c_int32),
+        ("reserved", c_int32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p)]
+
+
 class Hyperplane(Struct):
     reserved: int
     a: float
@@ -662,6 +677,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_evaluate_channel": (c_int32, c_void_p, c_uint32, c_uint64, c_void_p, c_void_p,
         c_void_p,),
     "bccsplat_volume_verify": (c_int32, c_void_p, bccsplat_progress_fn, c_void_p, POINTER(VerifyReport),),
+    "bccsplat_volume_recode": (c_int32, c_void_p, c_char_p, POINTER(RecodeOptions), POINTER(WriterReport),),
     "bccsplat_slice_create": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions), c_void_p,),
     "bccsplat_slice_retain": (None, c_void_p,),
     "bccsplat_slice_release": (None, c_void_p,),

@@ -133,6 +133,17 @@ class Volume(Child):
         call("volume_verify", self.pointer, watch.function, None, byref(report), watch=watch)
         return report
 
+    def recode(self, path: Union[str, "os.PathLike[str]"], *, store: str | None = None, kernel: str | None = None,
+               value_step: float = 0, format: int = 0, overwrite: bool = False,
+               progress: Progress | None = None) -> _abi.WriterReport:
+        """Writes the volume anew without its source. store: "samples" or "coefficients"; None: as it is."""
+        watch, report = Watch(progress), _abi.WriterReport()
+        options = _abi.RecodeOptions(overwrite=overwrite, store=choose("STORE", store), value_step=value_step,
+                                     kernel=encode(kernel), format=format,
+                                     progress=watch.function)
+        call("volume_recode", self.pointer, os.fsencode(path), byref(options), byref(report), watch=watch)
+        return report
+
     def slice(self, *, time: float | None = None, frame: float | None = None, plane: Sequence[float] | None = None,
               **options: Any) -> Slice:
         """At a time in the file's unit, at a frame number, or on a plane (a, b, c, d, e); options as of Slice."""

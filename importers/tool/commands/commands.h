@@ -16,6 +16,7 @@ using Run = std::function<Exit()>;
 // `command_line` is what the user typed, quoted for repeating.
 [[nodiscard]] Run add_import(CLI::App& app, std::string command_line);
 [[nodiscard]] Run add_concat(CLI::App& app);
+[[nodiscard]] Run add_recode(CLI::App& app);
 [[nodiscard]] Run add_info(CLI::App& app);
 [[nodiscard]] Run add_verify(CLI::App& app);
 [[nodiscard]] Run add_slice(CLI::App& app);

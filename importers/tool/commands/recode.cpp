@@ -1,0 +1,98 @@
+// bcc4 recode: one .bcc4 file made of another, without the source.
+#include <cstdio>
+#include <memory>
+
+#include "tool/cli.h"
+#include "tool/commands/commands.h"
+#include "tool/handles.h"
+#include "tool/import/summary.h"
+#include "tool/import/writer_choices.h"
+#include "tool/interrupt.h"
+#include "tool/json.h"
+#include "tool/output/output_file.h"
+#include "tool/progress.h"
+
+namespace bcc4 {
+namespace {
+
+struct RecodeArguments {
+  std::string file, output, kernel;
+  int32_t store = BCCSPLAT_STORE_DEFAULT, value_type = BCCSPLAT_TYPE_DEFAULT, format = 0;
+  double step = 0;
+  bool overwrite = false;
+  CommonOptions common;
+};
+
+int32_t show(void* progress, double fraction) {
+  static_cast<Progress*>(progress)->update(static_cast<uint64_t>(1000 * fraction), "layers");
+  return interrupted() ? 1 : 0;
+}
+
+Exit run_recode(const RecodeArguments& a) {
+  if (a.file.empty())
+    fail_usage("FILE is missing, such as bcc4 recode in.bcc4 -o out.bcc4 --store coefficients");
+  require_option(a.output, "-o", "-o out.bcc4");
+  refuse_existing(a.output, a.overwrite);
+  refuse_source_as_output(a.output, a.file);
+  const Device device = create_device(a.common.threads, a.common.max_memory);
+  const Volume volume = open_volume(device, a.file, "");
+  Progress progress("recode", 1000, false, a.common.quiet || a.common.json);
+  auto options = sized<bccsplat_recode_options>();
+  options.overwrite = a.overwrite ? 1 : 0;
+  options.store = a.store;
+  options.value_type = a.value_type;
+  options.value_step = a.step;
+  options.kernel = a.kernel.empty() ? nullptr : a.kernel.c_str();
+  options.format = a.format;
+  options.progress = show;
+  options.progress_user = &progress;
+  auto report = sized<bccsplat_writer_report>();
+  const bccsplat_status status = bccsplat_volume_recode(volume.get(), a.output.c_str(), &options, &report);
+  progress.clear();
+  check(status, a.file);
+  if (a.common.json) {
+    print_json({{"frames", report.frames},
+                {"sites_total", report.sites_total},
+                {"sites_kept", report.sites_kept},
+                {"clamped", report.clamped},
+                {"bytes", bytes_json(report)},
+                {"output", a.output}});
+  } else if (!a.common.quiet) {
+    std::printf("%s: %llu of %llu sites -> %s\n", a.output.c_str(),
+                static_cast<unsigned long long>(report.sites_kept),
+                static_cast<unsigned long long>(report.sites_total),
+                byte_text(static_cast<double>(report.bytes_file)).c_str());
+  }
+  return Exit::ok;
+}
+
+} // namespace
+
+Run add_recode(CLI::App& app) {
+  auto a = std::make_shared<RecodeArguments>();
+  CLI::App& recode = *app.add_subcommand(
+      "recode", "Write a .bcc4 file anew, without its source: another store, kernel, step or format version");
+  recode.add_option("FILE", a->file, "A .bcc4 file");
+  recode.add_option("-o,--output", a->output, "The .bcc4 file to write")->type_name("OUT.bcc4");
+  add_choice<int32_t>(recode, "--store", a->store, kStoreChoices,
+                      "Store samples, or coefficients of the kernel (default: as FILE does)");
+  recode
+      .add_option("--kernel", a->kernel,
+                  "Kernel of the coefficients, and recommended (default: that of FILE)")
+      ->type_name("NAME");
+  add_choice<int32_t>(recode, "--quantize", a->value_type, kTypeChoices,
+                      "Type of the stored values (default: in steps of the same value)");
+  recode.add_option("--step", a->step, "Value from code to code of integers (default: that of FILE)");
+  recode
+      .add_option("--format", a->format,
+                  "Highest version of the format that a reader may need (default: any)")
+      ->type_name("VERSION");
+  recode.add_flag("--overwrite", a->overwrite, "Replace an existing output");
+  add_threads(recode, a->common);
+  add_max_memory(recode, a->common);
+  recode.add_flag("--json", a->common.json, "Report as JSON");
+  recode.add_flag("--quiet", a->common.quiet, "Print nothing but warnings and errors");
+  return [a] { return run_recode(*a); };
+}
+
+} // namespace bcc4

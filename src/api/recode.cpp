@@ -1,0 +1,48 @@
+#include "store/recode.h"
+
+#include <cmath>
+
+#include "api/structs.h"
+#include "api/writer.h"
+#include "formats/bcc4/layout.h"
+
+using namespace bccsplat;
+using namespace bccsplat::api;
+
+namespace {
+
+RecodeSettings read_recode_settings(const bccsplat_recode_options& o, const char* path) {
+  require_zero(o.reserved, "bccsplat_recode_options.reserved");
+  RecodeSettings s;
+  s.path = path;
+  s.overwrite = o.overwrite != 0;
+  if (o.store < 0 || o.store > BCCSPLAT_STORE_COEFFICIENTS)
+    fail(Code::invalid_argument, "store ", o.store, " is not one of 0 .. ", int{BCCSPLAT_STORE_COEFFICIENTS});
+  if (o.store != BCCSPLAT_STORE_DEFAULT) s.coefficients = o.store == BCCSPLAT_STORE_COEFFICIENTS;
+  if (o.value_type < 0 || o.value_type > BCCSPLAT_TYPE_F32)
+    fail(Code::invalid_argument, "value_type must be U8, U16, F16 or F32");
+  if (o.value_type != 0) s.value_type = static_cast<ValueType>(o.value_type);
+  if (!(o.value_step >= 0 && std::isfinite(o.value_step)))
+    fail(Code::invalid_argument, "value_step must be finite and not negative");
+  s.value_step = o.value_step;
+  if (o.kernel) s.kernel = o.kernel;
+  if (o.format < 0 || o.format > bcc4_version)
+    fail(Code::invalid_argument, "format ", o.format, " is not a version from 1 to ", bcc4_version);
+  s.format = static_cast<uint16_t>(o.format);
+  return s;
+}
+
+} // namespace
+
+extern "C" bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume, const char* path,
+                                                  const bccsplat_recode_options* options,
+                                                  bccsplat_writer_report* report) {
+  return guard([&] {
+    require(volume, "volume"), require(path, "path");
+    check_output(report, "report");
+    const auto o = read_struct(options, "bccsplat_recode_options");
+    Progress progress(progress_callback(o.progress, o.progress_user));
+    const Context context = volume->device->context(progress);
+    write_report(report, recode(*volume->samples, read_recode_settings(o, path), context));
+  });
+}

@@ -1,0 +1,28 @@
+// Rounds slabs of coefficients to whole steps from air, as a file stores them.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/context.h"
+#include "formats/bcc4/coding/coefficient_codes.h"
+#include "points/values.h"
+
+namespace bccsplat {
+
+class CoefficientSteps {
+ public:
+  // steps: of type i32. kernel: of the coefficients.
+  CoefficientSteps(const Lattice4& lattice, const Quantiser& steps, const std::string& kernel);
+
+  // Rounds the layers from `first` on, all of one slab; what comes out is stored as it is.
+  [[nodiscard]] std::vector<BrickLayer> round(int32_t first, std::span<const BrickLayer> layers,
+                                              const Context& context) const;
+
+ private:
+  Lattice4 lattice_;
+  CoefficientCoding coding_;
+};
+
+} // namespace bccsplat
