@@ -44,7 +44,8 @@ std::optional<FitSource> load_paper_set(const PaperSet& set, const std::string& 
     const auto reader = bcc4::open_series(options);
     const bcc4::SeriesDescription& d = reader->description();
     const bcc4::Type precision = d.channels[0].precision;
-    const bool wide = precision == bcc4::Type::u16, real = bcc4::is_float(precision);
+    const bool wide = bcc4::type_size(precision) == 2 && !bcc4::is_float(precision),
+               real = bcc4::is_float(precision);
     FitSeries s;
     for (size_t a = 0; a < 4; ++a) s.dims[a] = static_cast<uint32_t>(d.dims[a]);
     std::vector<double> plane(d.dims[0] * d.dims[1]);
