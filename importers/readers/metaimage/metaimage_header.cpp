@@ -68,6 +68,12 @@ struct Parser {
     }
   }
 
+  double number(std::string_view value) const {
+    const std::vector<double> v = numbers(lines, value);
+    if (v.size() != 1) lines.refuse(v.size(), " numbers instead of one");
+    return v[0];
+  }
+
   // False for a key that does not say how to read the data.
   bool field(const std::string& key, std::string_view value) {
     if (key == "ObjectType") {
@@ -96,6 +102,11 @@ struct Parser {
       h.spacing = per_axis(value, axes);
     } else if (key == "ElementSize") { // the extent of a sample; the distance only where none is given
       if (h.spacing.empty()) h.spacing = per_axis(value, axes);
+    } else if (key == "ElementToIntensityFunctionSlope") {
+      h.slope = number(value);
+      if (h.slope == 0) lines.refuse("a slope of 0 makes all values one");
+    } else if (key == "ElementToIntensityFunctionOffset") {
+      h.intercept = number(value);
     } else if (key == "Offset" || key == "Origin" || key == "Position") {
       h.origin = per_axis(value, axes);
     } else if (key == "TransformMatrix" || key == "Orientation" || key == "Rotation") {

@@ -18,6 +18,7 @@ struct MetaImageHeader {
   uint64_t channels = 1;       // values per element, fastest
   bool big_endian = false;
   Encoding encoding = Encoding::raw;
+  double slope = 1, intercept = 0;          // value = slope * stored + intercept
   std::vector<double> spacing;              // one per axis; empty: not given
   std::vector<double> origin;               // likewise
   std::vector<double> direction;            // row a: the world direction of axis a; empty: not given

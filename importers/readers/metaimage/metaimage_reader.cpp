@@ -26,7 +26,7 @@ std::vector<AxisRole> find_roles(const MetaImageHeader& h, const std::optional<s
 
 DenseLayout layout_of(const MetaImageHeader& h, const std::vector<AxisRole>& roles) {
   DenseLayout layout;
-  layout.type = h.type;
+  layout.type = h.type, layout.slope = h.slope, layout.intercept = h.intercept;
   layout.swap = h.encoding != Encoding::ascii && needs_swap(h.big_endian);
   if (h.channels > 1) layout.axes.push_back({AxisRole::component, h.channels});
   for (size_t a = 0; a < roles.size(); ++a) layout.axes.push_back({roles[a], h.sizes[a]});
@@ -91,8 +91,8 @@ std::unique_ptr<FrameReader> open_metaimage(const Sequence& sequence, const Read
   const auto add_file = [&](const MetaImageHeader& h) {
     if (file_per_frame && frames > 1) fail_usage(h.path, " is a series of its own: give it alone");
     if (h.type != first.type || h.big_endian != first.big_endian || h.sizes != first.sizes ||
-        h.channels != first.channels)
-      fail_input(h.path, ": its sizes or type differ from those of ", path);
+        h.channels != first.channels || h.slope != first.slope || h.intercept != first.intercept)
+      fail_input(h.path, ": its sizes, type or scaling differ from those of ", path);
     for (Segment& s : metaimage_segments(h, layout_bytes(layout, h.path))) {
       check_segment(s);
       segments.push_back(std::move(s));
@@ -116,8 +116,9 @@ std::unique_ptr<FrameReader> open_metaimage(const Sequence& sequence, const Read
     set_times(d, first, roles);
   }
   d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
-  const std::vector<uint64_t> wanted =
-      add_channels(d, options, path, first.channels, {.precision = layout.type});
+  Channel kind;
+  layout.describe(kind, d);
+  const std::vector<uint64_t> wanted = add_channels(d, options, path, first.channels, kind);
   if (first.encoding != Encoding::raw)
     d.notes.push_back(first.encoding == Encoding::gzip ? "zlib compression" : "values as text");
 

@@ -49,6 +49,8 @@ StoredValues stored_values(const NetcdfFile& file, const NetcdfVariable& v) {
   s.type = *v.type;
   if (const auto n = file.numbers(v, "scale_factor"); n.size() == 1) s.slope = n[0];
   if (const auto n = file.numbers(v, "add_offset"); n.size() == 1) s.intercept = n[0];
+  if (s.slope == 0 || !std::isfinite(s.slope) || !std::isfinite(s.intercept))
+    fail_input(file.path(), ": ", v.name, " = ", s.slope, " x stored + ", s.intercept, " says nothing");
   for (const char* name : {"_FillValue", "missing_value"})
     for (const double fill : file.numbers(v, name))
       if (!std::isnan(fill)) s.fills.push_back(fill);
@@ -224,10 +226,8 @@ void describe_channels(SeriesDescription& d, const NetcdfFile& file, const Netcd
     d.channels.push_back({.name = own.name,
                           .unit = file.text(own, "units"),
                           .type = c.values.value_type(),
-                          .precision = widened(c.values.type),
                           .has_fill = !c.values.fills.empty() || c.values.valid.has_value()});
-    if (c.values.slope != 1 || c.values.intercept != 0)
-      d.notes.push_back(concat(own.name, " = ", c.values.slope, " x stored + ", c.values.intercept));
+    c.values.describe(d.channels.back(), d);
     if (c.values.valid)
       d.notes.push_back(concat(own.name, ": stored values outside ", short_number((*c.values.valid)[0]),
                                " to ", short_number((*c.values.valid)[1]), " are holes (valid range)"));

@@ -229,9 +229,7 @@ std::unique_ptr<FrameReader> open_nifti(const Sequence& sequence, const ReaderOp
   d.format = "NIfTI";
   d.dims = {layout.size_of(AxisRole::x), layout.size_of(AxisRole::y), layout.size_of(AxisRole::z), frames};
   d.axes = layout_text(layout);
-  d.channels.push_back({.precision = layout.type});
-  if (layout.slope != 1 || layout.intercept != 0)
-    d.notes.push_back(concat("values = ", layout.slope, " x stored + ", layout.intercept));
+  layout.describe(d.channels.emplace_back(), d);
   FramePlan plan = plan_frames(sequence, frames, options);
   DenseSeries series(std::move(segments), layout, memory_limit(options));
   return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series)), std::move(plan),

@@ -110,6 +110,12 @@ void print_histogram(const bccsplat_channel_info& c) {
   }
 }
 
+// Of integer codes that are not the values themselves.
+std::string steps_text(const bccsplat_channel_info& c) {
+  const bool integers = c.value_type == BCCSPLAT_TYPE_U8 || c.value_type == BCCSPLAT_TYPE_U16;
+  return integers && c.value_scale != 1 ? concat(" in steps of ", short_number(c.value_scale, 6)) : "";
+}
+
 void print_info(const Volume& volume, const InfoArguments& a) {
   const bccsplat_volume_info v = volume_info(volume);
   const std::string unit = *v.time_unit ? concat(" ", v.time_unit) : "";
@@ -132,10 +138,10 @@ void print_info(const Volume& volume, const InfoArguments& a) {
   for (uint32_t c = 0; c < v.channel_count; ++c) {
     const bccsplat_channel_info ch = channel_info(volume, c);
     line(c == 0 ? "channels" : "", ch.name, *ch.unit ? concat(" [", ch.unit, "]") : "", ": ",
-         value_type_name(ch.value_type), " from ", value_type_name(ch.source_type), ", range ", ch.range[0],
-         " to ", ch.range[1], ", air ", ch.air, ch.air_threshold > 0 ? concat(" +- ", ch.air_threshold) : "",
-         ", ", ch.sites_kept, " sites stored", share(ch.sites_kept, v.sites_total),
-         ch.holes > 0 ? concat(", ", ch.holes, " holes") : "");
+         value_type_name(ch.value_type), " from ", value_type_name(ch.source_type), steps_text(ch),
+         ", range ", ch.range[0], " to ", ch.range[1], ", air ", ch.air,
+         ch.air_threshold > 0 ? concat(" +- ", ch.air_threshold) : "", ", ", ch.sites_kept, " sites stored",
+         share(ch.sites_kept, v.sites_total), ch.holes > 0 ? concat(", ", ch.holes, " holes") : "");
     if (a.histogram) print_histogram(ch);
   }
   for (uint64_t i = 0; i < v.attribute_count; ++i) {

@@ -44,7 +44,8 @@ std::map<std::string, double> dense_air(FrameReader& reader, const WriterSetting
   for (size_t c = 0; c < s.channels.size(); ++c) {
     const Channel& channel = s.channels[c];
     if (!is_float(channel.type)) continue;
-    const Moments m = moments_of(reader.read(0, c), s.dims, channel.air);
+    const double empty = air_of(channel, settings);
+    const Moments m = moments_of(reader.read(0, c), s.dims, empty);
     if (m.count == 0 || m.air > kShareOfAir * m.count) continue;
     const double mean = m.sum / m.count, variance = m.squares / m.count - mean * mean;
     const double deviation = std::sqrt(std::max(variance, 0.0));
@@ -52,7 +53,7 @@ std::map<std::string, double> dense_air(FrameReader& reader, const WriterSetting
         !(deviation > kConstant * std::fabs(mean)))
       continue;
     const double step = std::pow(10, std::floor(std::log10(deviation))); // a number to be read
-    air[channel.name] = std::round((channel.air + mean) / step) * step;
+    air[channel.name] = std::round((empty + mean) / step) * step;
   }
   return air;
 }

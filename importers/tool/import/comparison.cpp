@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tool/import/read_series.h"
+#include "tool/output/export_type.h"
 #include "tool/view/time_slice.h"
 
 namespace bcc4 {
@@ -15,6 +16,7 @@ void compare_frame(const Slice& slice, const Frame& frame, uint64_t number, cons
                    const bccsplat_channel_info& channel, double uncovered, Comparison& out,
                    ChannelScan& scan) {
   const uint64_t nx = s.dims[0], ny = s.dims[1];
+  const Type written = out.export_type = export_type(channel);
   std::vector<double> expected(nx * ny);
   sample_planes(slice, [&](uint64_t first, std::span<const float> values) {
     for (uint64_t z = first; z < first + values.size() / (nx * ny); ++z) {
@@ -33,6 +35,7 @@ void compare_frame(const Slice& slice, const Frame& frame, uint64_t number, cons
         if (std::abs(difference) > out.all.max || out.all.count == 0)
           out.worst = {number, {i % nx, i / nx, z}, expected[i], static_cast<double>(got[i])};
         out.all.add(difference);
+        if (!is_float(written)) out.exported.add(exported_value(written, got[i]) - expected[i]);
         if (std::abs(expected[i] - channel.air) > channel.air_threshold) out.relevant.add(difference);
       }
     }
@@ -75,7 +78,8 @@ double Difference::psnr(double peak) const {
 
 void Comparison::add(const Comparison& other) {
   if (other.all.count > 0 && (all.count == 0 || other.all.max > all.max)) worst = other.worst;
-  all.add(other.all), relevant.add(other.relevant);
+  all.add(other.all), relevant.add(other.relevant), exported.add(other.exported);
+  export_type = other.export_type;
   holes_expected += other.holes_expected, holes_got += other.holes_got;
 }
 
@@ -102,6 +106,8 @@ Json comparison_json(const Comparison& c, double bound) {
                 {"expected", c.worst.expected},
                 {"got", c.worst.got}};
   j["non_air"] = difference_json(c.relevant, peak);
+  j["exported"] = difference_json(is_float(c.export_type) ? c.all : c.exported, peak);
+  j["exported"]["type"] = type_name(c.export_type);
   if (bound > 0) j["bound"] = {{"abs", bound}, {"held", c.all.max <= bound}};
   j["holes"] = {{"source", c.holes_expected}, {"file", c.holes_got}};
   j["frames"] = Json::array();
@@ -124,6 +130,10 @@ void print_comparison(const std::string& name, const Comparison& c) {
     std::printf("  outside air: %llu samples, max %s, RMSE %s, %s\n",
                 static_cast<unsigned long long>(c.relevant.count), short_number(c.relevant.max).c_str(),
                 short_number(c.relevant.rmse()).c_str(), psnr_text(c.relevant, peak).c_str());
+  if (c.exported.count > 0)
+    std::printf("  as export rounds them to %s: max %s, RMSE %s, %s\n", type_name(c.export_type),
+                short_number(c.exported.max).c_str(), short_number(c.exported.rmse()).c_str(),
+                psnr_text(c.exported, peak).c_str());
   if (c.all.count > 0)
     std::printf(
         "  worst: frame %llu, voxel (%llu, %llu, %llu): %s, source %s\n",

@@ -33,6 +33,8 @@ struct Worst {
 
 struct Comparison {
   Difference all, relevant; // relevant: source samples further than the threshold from air
+  Difference exported;      // of what export writes, where it rounds
+  Type export_type = Type::f32;
   Worst worst;
   std::vector<Comparison> frames; // of a series: frame by frame
   ChannelScan scan;

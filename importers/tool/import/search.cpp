@@ -113,13 +113,19 @@ CodingTrial forget_results(const CodingTrial& t) {
   return out;
 }
 
-// Whole numbers of source steps for integers; 0 where the source's own coding is as coarse.
+// From one value of a channel to the next; 0: floats.
+double source_step(const Channel& c) {
+  return c.scaled() ? std::fabs(c.step) : is_float(c.precision) ? 0 : 1;
+}
+
+// Whole numbers of source steps for integers of one step; 0 where the source's own coding is as coarse.
 double step_for(double wanted, const SeriesDescription& series, const WriterSettings& settings) {
   if (settings.quantize != BCCSPLAT_TYPE_DEFAULT || settings.store == BCCSPLAT_STORE_COEFFICIENTS) return 0;
-  const bool integers = std::none_of(series.channels.begin(), series.channels.end(),
-                                     [](const Channel& c) { return is_float(c.precision); });
-  if (!integers) return wanted;
-  return wanted < 2 ? 0 : std::floor(wanted);
+  const double unit = source_step(series.channels.front());
+  const bool one_step = std::all_of(series.channels.begin(), series.channels.end(),
+                                    [&](const Channel& c) { return source_step(c) == unit; });
+  if (!one_step || unit == 0) return wanted;
+  return wanted < 2 * unit ? 0 : std::floor(wanted / unit) * unit;
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tool/progress.h"
 
@@ -35,8 +36,51 @@ int64_t write_nowhere(void*, uint64_t, const void*, uint64_t size) { return stat
 
 } // namespace
 
+namespace {
+
+// The smallest and the largest value that a scaled source can have.
+std::array<double, 2> scaled_range(const Channel& channel) {
+  return visit_type(channel.precision, [&](auto zero) -> std::array<double, 2> {
+    using Stored = decltype(zero);
+    if constexpr (std::is_integral_v<Stored>) {
+      const double a = static_cast<double>(std::numeric_limits<Stored>::lowest());
+      const double b = static_cast<double>(std::numeric_limits<Stored>::max());
+      const auto [low, high] = std::minmax({channel.step * a, channel.step * b});
+      return {channel.offset + low, channel.offset + high};
+    } else {
+      return {-HUGE_VAL, HUGE_VAL}; // floats, and 64-bit integers read as such
+    }
+  });
+}
+
+// The value of the source nearest to `air`.
+double nearest_scaled(const Channel& channel, double air) {
+  const auto [low, high] = scaled_range(channel);
+  const double code = std::nearbyint((std::clamp(air, low, high) - channel.offset) / channel.step);
+  return channel.offset + channel.step * code;
+}
+
+} // namespace
+
+std::optional<ScaledCoding> scaled_coding(const Channel& channel, const WriterSettings& settings) {
+  if (!channel.scaled() || type_size(channel.precision) > 2 || settings.store == BCCSPLAT_STORE_COEFFICIENTS)
+    return std::nullopt;
+  Channel plain = channel;
+  plain.step = 0;
+  ScaledCoding coding{stored_type(plain, settings), std::abs(channel.step), scaled_range(channel)};
+  const double most = coding.type == BCCSPLAT_TYPE_U8 ? 255 : coding.type == BCCSPLAT_TYPE_U16 ? 65535 : 0;
+  // The ends a quarter of a step inwards have the same codes, rounded or not.
+  coding.range[0] += coding.step / 4, coding.range[1] -= coding.step / 4;
+  const double air = static_cast<float>(air_of(channel, settings)); // as the library holds it
+  const double codes = std::ceil((air - std::min(coding.range[0], air)) / coding.step) +
+                       std::ceil((std::max(coding.range[1], air) - air) / coding.step);
+  return codes <= most ? std::optional(coding) : std::nullopt;
+}
+
 int32_t stored_type(const Channel& channel, const WriterSettings& settings) {
+  if (const auto scaled = scaled_coding(channel, settings)) return scaled->type;
   if (settings.quantize != BCCSPLAT_TYPE_DEFAULT) return settings.quantize;
+  if (channel.scaled()) return BCCSPLAT_TYPE_F32;
   switch (channel.precision) {
   case Type::u8:
   case Type::i8:
@@ -72,6 +116,7 @@ int32_t stepped_type(const WriterSettings& settings, const ChannelScan& scan, do
 }
 
 bool needs_range(const Channel& channel, const WriterSettings& settings) {
+  if (scaled_coding(channel, settings)) return false;
   if (settings.nonfinite == BCCSPLAT_NONFINITE_CLAMP && is_float(channel.type)) return true;
   if (settings.quantize != BCCSPLAT_TYPE_U8 && settings.quantize != BCCSPLAT_TYPE_U16) return false;
   WriterSettings source = settings;
@@ -80,8 +125,10 @@ bool needs_range(const Channel& channel, const WriterSettings& settings) {
 }
 
 double air_of(const Channel& channel, const WriterSettings& settings) {
+  if (settings.air) return *settings.air;
   const auto own = settings.own_air.find(channel.name);
-  return settings.air.value_or(own == settings.own_air.end() ? channel.air : own->second);
+  const double air = own == settings.own_air.end() ? channel.air : own->second;
+  return channel.scaled() ? nearest_scaled(channel, air) : air;
 }
 
 Writer create_writer(const Device& device, const std::string& path, const SeriesDescription& series,
@@ -95,7 +142,8 @@ Writer create_writer(const Device& device, const std::string& path, const Series
     options.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
     options.name = channel.name.c_str();
     options.unit = channel.unit.empty() ? nullptr : channel.unit.c_str();
-    options.source_type = library_type(channel.precision);
+    // Scaled integers are no whole numbers: who gives them back gives floats.
+    options.source_type = channel.scaled() ? BCCSPLAT_TYPE_F32 : library_type(channel.precision);
     options.value_type = settings.quantize;
     options.air = air_of(channel, settings);
     options.air_threshold = settings.air_threshold;
@@ -107,6 +155,11 @@ Writer create_writer(const Device& device, const std::string& path, const Series
       options.value_step = settings.value_step;
       options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
       options.range[0] = low, options.range[1] = high;
+    } else if (const auto scaled = scaled_coding(channel, settings)) {
+      options.value_type = scaled->type;
+      options.value_step = scaled->step;
+      options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
+      options.range[0] = scaled->range[0], options.range[1] = scaled->range[1];
     } else if (needs_range(channel, settings)) {
       const ChannelScan& scan = scans[c];
       // Air must have a code of its own, and a range some width.

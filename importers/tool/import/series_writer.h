@@ -1,6 +1,7 @@
 // A series as the reader describes it -> the writer of the library.
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -34,6 +35,15 @@ struct WriterSettings {
   int32_t partial = BCCSPLAT_PARTIAL_DEFAULT; // of files
 };
 
+// Codes a step apart that are the integers of a scaled source, or lie between them where air does.
+struct ScaledCoding {
+  int32_t type = BCCSPLAT_TYPE_DEFAULT;
+  double step = 0;
+  std::array<double, 2> range{};
+};
+// None: the source is not scaled, or the settings ask for other values, or air is too far from its range.
+[[nodiscard]] std::optional<ScaledCoding> scaled_coding(const Channel& channel,
+                                                        const WriterSettings& settings);
 // The type a channel is stored in.
 [[nodiscard]] int32_t stored_type(const Channel& channel, const WriterSettings& settings);
 // The integers that hold the range of a channel in steps of settings.value_step; DEFAULT: none do, or no step
@@ -42,6 +52,7 @@ struct WriterSettings {
 // Integers of another width or floats stored as u8 or u16 need the range of the whole series, and so do
 // infinities that become its ends.
 [[nodiscard]] bool needs_range(const Channel& channel, const WriterSettings& settings);
+// Of scaled integers, unless the user says otherwise, a value the source has.
 [[nodiscard]] double air_of(const Channel& channel, const WriterSettings& settings);
 
 // `frames` replaces the number of frames of the description. `scans` may be empty unless a range is needed.

@@ -22,6 +22,13 @@ uint64_t peak_memory() {
   return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
 }
 
+// Of the source's values as its files hold them: the library counts scaled integers as the floats they are.
+uint64_t value_bytes(const SeriesDescription& s, const bccsplat_writer_report& r) {
+  uint64_t bytes = 0;
+  for (const Channel& c : s.channels) bytes += r.cc_samples / s.channels.size() * type_size(c.precision);
+  return bytes;
+}
+
 void print_errors(const SeriesDescription& s, const ImportResult& import) {
   const bccsplat_writer_report& r = import.report;
   std::printf("  coding error (stored sites): max %s, RMSE %s\n", short_number(r.coding_max).c_str(),
@@ -77,16 +84,16 @@ Json errors_json(const SeriesDescription& s, const ImportResult& import) {
 void print_summary(const SeriesDescription& s, const ImportResult& import, double seconds,
                    const std::string& output, const std::string& command_line) {
   const bccsplat_writer_report& r = import.report;
+  const uint64_t values = value_bytes(s, r);
   uint64_t in = 0;
   for (const SourceFile& f : s.files) in += f.bytes;
   const auto ratio = [](uint64_t a, uint64_t b) {
     return static_cast<double>(a) / static_cast<double>(std::max<uint64_t>(1, b));
   };
   std::printf("%s: %s of values (%s on disk) -> %s, ratio %s (%s to the source files)\n", output.c_str(),
-              byte_text(static_cast<double>(r.bytes_source)).c_str(),
-              byte_text(static_cast<double>(in)).c_str(),
+              byte_text(static_cast<double>(values)).c_str(), byte_text(static_cast<double>(in)).c_str(),
               byte_text(static_cast<double>(r.bytes_file)).c_str(),
-              short_number(ratio(r.bytes_source, r.bytes_file), 3).c_str(),
+              short_number(ratio(values, r.bytes_file), 3).c_str(),
               short_number(ratio(in, r.bytes_file), 3).c_str());
   if (import.given.first > 0 && r.frames > import.given.end - import.given.first)
     std::printf("  of %llu frames, %llu to %llu were read\n", static_cast<unsigned long long>(r.frames),
@@ -109,7 +116,7 @@ void print_summary(const SeriesDescription& s, const ImportResult& import, doubl
                 static_cast<unsigned long long>(r.clamped));
   print_errors(s, import);
   std::printf("  %s s, %s MB/s, peak memory %s\n", short_number(seconds, 3).c_str(),
-              short_number(static_cast<double>(r.bytes_source) / std::max(seconds, 1e-9) / 1e6, 3).c_str(),
+              short_number(static_cast<double>(values) / std::max(seconds, 1e-9) / 1e6, 3).c_str(),
               byte_text(static_cast<double>(peak_memory())).c_str());
   std::printf("  again: %s\n", command_line.c_str());
 }
@@ -121,12 +128,20 @@ Json bytes_json(const bccsplat_writer_report& r) {
 
 Json summary_json(const SeriesDescription& s, const ImportResult& import, double seconds) {
   const bccsplat_writer_report& r = import.report;
-  return {{"frames", r.frames},           {"cc_samples", r.cc_samples},
-          {"cc_relevant", r.cc_relevant}, {"sites_total", r.sites_total},
-          {"sites_kept", r.sites_kept},   {"holes", r.holes},
-          {"clamped", r.clamped},         {"nonfinite", r.nonfinite},
-          {"bytes", bytes_json(r)},       {"error", errors_json(s, import)},
-          {"seconds", seconds},           {"peak_memory", peak_memory()}};
+  Json bytes = bytes_json(r);
+  bytes["source"] = value_bytes(s, r);
+  return {{"frames", r.frames},
+          {"cc_samples", r.cc_samples},
+          {"cc_relevant", r.cc_relevant},
+          {"sites_total", r.sites_total},
+          {"sites_kept", r.sites_kept},
+          {"holes", r.holes},
+          {"clamped", r.clamped},
+          {"nonfinite", r.nonfinite},
+          {"bytes", bytes},
+          {"error", errors_json(s, import)},
+          {"seconds", seconds},
+          {"peak_memory", peak_memory()}};
 }
 
 } // namespace bcc4

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tool/interrupt.h"
+#include "tool/output/export_type.h"
 #include "tool/view/time_slice.h"
 #if BCCSPLAT_WITH_OPENVDB
 #include "tool/output/vdb_output.h"
@@ -11,22 +12,6 @@
 
 namespace bcc4 {
 namespace {
-
-// Narrow integers go back as such, everything else as f32.
-Type output_type(const bccsplat_channel_info& channel) {
-  switch (channel.source_type) {
-  case BCCSPLAT_TYPE_U8:
-    return Type::u8;
-  case BCCSPLAT_TYPE_I8:
-    return Type::i8;
-  case BCCSPLAT_TYPE_U16:
-    return Type::u16;
-  case BCCSPLAT_TYPE_I16:
-    return Type::i16;
-  default:
-    return Type::f32;
-  }
-}
 
 // Little-endian values; NaN (missing data) becomes 0 in integers and is counted.
 void append_values(OutputFile& file, std::span<const float> values, Type type, uint64_t& holes) {
@@ -48,7 +33,7 @@ void append_values(OutputFile& file, std::span<const float> values, Type type, u
 
 Exporter::Exporter(const Volume& volume, uint32_t channel, const ExportOptions& options)
     : volume_(volume), channel_(channel), options_(options), info_(volume_info(volume)),
-      channel_info_(channel_info(volume, channel)), type_(output_type(channel_info_)) {}
+      channel_info_(channel_info(volume, channel)), type_(export_type(channel_info_)) {}
 
 NrrdOutput Exporter::header(bool series) const {
   NrrdOutput n;

@@ -1,0 +1,14 @@
+// The type in which export gives the values of a channel back.
+#pragma once
+
+#include "bccsplat.h"
+#include "readers/value_type.h"
+
+namespace bcc4 {
+
+// Narrow integers go back as such, everything else as f32.
+[[nodiscard]] Type export_type(const bccsplat_channel_info& channel);
+// What is written for `value`.
+[[nodiscard]] double exported_value(Type type, float value);
+
+} // namespace bcc4
