@@ -43,6 +43,13 @@ class Render(ToolTest):
         self.assertEqual(png_size(self.path('p.png')), (24, 20))
         self.assertEqual(self.picture('--time', 2.5, name='p.exr')[:4], b'\x76\x2f\x31\x01')
 
+    def test_a_volume_one_sample_thick_is_drawn(self):
+        for dims in ((20, 18, 1, 6), (20, 1, 18, 6), (1, 20, 18, 1)):
+            v = self.volume(dims, lambda x, y, z, t: .5 + .4 * math.cos(.4 * x + .2 * t) * math.cos(.3 * y + .2 * z), '--quiet', '--overwrite', name='f.bcc4')
+            for more in ([], ['--mode', 'mip'], ['--mode', 'xray'], ['--trail', '2f']):
+                self.bcc4('render', v, *more, '--index', '--time', min(2, dims[3] - 1), '-o', 'f.png', '--size', '40x40', '--quiet')
+                self.assertGreater(os.path.getsize(self.path('f.png')), 400, (dims, more))  # empty ones have 158 bytes
+
     def test_deep_exr(self):
         self.picture('--time', 2, '--fps', 24, '--deep', name='d.exr')
         attributes = exr_attributes(self.path('d.exr'))

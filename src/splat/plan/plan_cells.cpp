@@ -81,11 +81,12 @@ double look_distance(const SplatScene& scene, const SplatOptions& options, const
 uint64_t near_cells(const SplatScene& scene, const SplatBrick& brick, double look) {
   const double reach = scene.slice->kernel.space.radius + look + longest_ray(*scene.view),
                d = scene.points->plane_distance;
+  const DrawnBox box = drawn_box(*scene.slice);
   std::array<std::array<bool, 4>, 3> near{};
   for (size_t a = 0; a < 3; ++a)
     for (size_t n = 0; n < 4; ++n) {
       const double low = d * (brick.plane[a] + 4 * static_cast<int>(n)), high = low + 3 * d;
-      near[a][n] = high >= -reach && low <= scene.slice->domain_end[a] + reach;
+      near[a][n] = high >= std::min(box.begin[a], 0.0) - reach && low <= box.end[a] + reach;
     }
   uint64_t cells = 0;
   for (size_t n = 0; n < cells_per_brick; ++n)

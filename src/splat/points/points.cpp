@@ -7,6 +7,7 @@
 
 #include "splat/points/brick_sites.h"
 #include "splat/points/cell_ranges.h"
+#include "splat/view/view.h"
 
 namespace bccsplat {
 namespace {
@@ -28,7 +29,9 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   SplatPoints points;
   const Lattice3& lattice = slice.lattice;
   points.plane_distance = lattice.plane_distance();
-  points.margin = static_cast<int>(std::ceil((slice.kernel.space.radius + 2) / points.plane_distance));
+  double beyond = 2;
+  for (const double begin : drawn_box(slice).begin) beyond = std::max(beyond, 2 - begin);
+  points.margin = static_cast<int>(std::ceil((slice.kernel.space.radius + beyond) / points.plane_distance));
   points.margin += points.margin & 1; // even: local planes keep their parity
   points.edge = lattice.bcc ? 16 : 8;
   Int3 planes;

@@ -67,10 +67,10 @@ struct SplatPoints {
   }
 };
 
-// Points within a kernel radius and two T (gradients look beyond the ends) of the domain's box, in an order
-// that depends on the lattice only: bricks x fastest, points of a brick in a fixed shuffle (neighbours in the
-// list then fall on different sheets and pixels, and updates of the same accumulator do not follow each
-// other).
+// Points within a kernel radius and two T (gradients look beyond the ends) of the box that is drawn, in an
+// order that depends on the lattice only: bricks x fastest, points of a brick in a fixed shuffle (neighbours
+// in the list then fall on different sheets and pixels, and updates of the same accumulator do not follow
+// each other).
 [[nodiscard]] SplatPoints make_points(const Slice& slice, const Context& context);
 
 } // namespace bccsplat

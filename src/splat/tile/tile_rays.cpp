@@ -20,11 +20,12 @@ struct PixelForm {
 class RowCuts {
  public:
   RowCuts(const Slice& slice, const SheetView& view) : perspective_(view.perspective), depth_(view.depth) {
+    const DrawnBox box = drawn_box(slice);
     for (size_t a = 0; a < 3; ++a) {
       Vec3 normal{};
       normal[a] = 1;
-      add(view, normal, -slice.domain_begin[a]);
-      add(view, -1.0 * normal, slice.domain_end[a]);
+      add(view, normal, -box.begin[a]);
+      add(view, -1.0 * normal, box.end[a]);
     }
     for (const HalfSpace& h : slice.clip) add(view, h.normal, h.offset);
   }

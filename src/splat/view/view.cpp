@@ -74,6 +74,17 @@ SheetView move_view(const SheetView& view, const Slice& from, const Slice& to) {
   return v;
 }
 
+DrawnBox drawn_box(const Slice& slice) {
+  DrawnBox box{slice.domain_begin, slice.domain_end};
+  for (size_t a = 0; a < 3; ++a) {
+    if (box.end[a] != box.begin[a]) continue;
+    const Affine3& m = slice.lattice_to_slice;
+    const double half = 0.5 / length(Vec3{m.linear[0][a], m.linear[1][a], m.linear[2][a]});
+    box.begin[a] -= half, box.end[a] += half;
+  }
+  return box;
+}
+
 std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, double i, double j) {
   // Along the ray every coordinate is origin + k * direction.
   const Vec3 direction = view.ray(i, j);
@@ -88,9 +99,10 @@ std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, do
     else if (offset < 0)
       last = -std::numeric_limits<double>::infinity();
   };
+  const DrawnBox box = drawn_box(slice);
   for (size_t a = 0; a < 3; ++a) {
-    cut(direction[a], origin[a] - slice.domain_begin[a]);
-    cut(-direction[a], slice.domain_end[a] - origin[a]);
+    cut(direction[a], origin[a] - box.begin[a]);
+    cut(-direction[a], box.end[a] - origin[a]);
   }
   for (const HalfSpace& h : slice.clip) cut(dot(h.normal, direction), dot(h.normal, origin) + h.offset);
   return {first, last};
@@ -98,7 +110,8 @@ std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, do
 
 std::array<int64_t, 2> sheet_range(const Slice& slice, const SheetView& view) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Vec3& c : box_corners(slice.domain_begin, slice.domain_end)) {
+  const DrawnBox box = drawn_box(slice);
+  for (const Vec3& c : box_corners(box.begin, box.end)) {
     low = std::min(low, view.sheet(c));
     high = std::max(high, view.sheet(c));
   }

@@ -63,6 +63,13 @@ struct WorldCamera {
 // normal of its hyperplane.
 [[nodiscard]] SheetView move_view(const SheetView& view, const Slice& from, const Slice& to);
 
+// The box of lattice units that is drawn: the domain, and along an axis of a single source sample, where that
+// is a plane without thickness, half a sample's distance to either side.
+struct DrawnBox {
+  Vec3 begin{}, end{};
+};
+[[nodiscard]] DrawnBox drawn_box(const Slice& slice);
+
 // Sheet numbers [first, last] between which the ray of pixel (i, j) runs inside the domain and in front of
 // the eye; first > last when it misses.
 [[nodiscard]] std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, double i,

@@ -66,6 +66,38 @@ TEST(Render, ConstantFieldHasTheOpacityOfItsPath) {
     }
 }
 
+TEST(Render, APlaneOfOneSampleIsAsThickAsASample) {
+  const Affine3 world = anisotropic(); // samples of 1 x 1.3 x 2
+  for (const size_t axis : {size_t{0}, size_t{2}})
+    for (const bool perspective : {false, true})
+      for (const double step : {1.0, 0.25}) {
+        std::array<uint32_t, 3> dims{12, 12, 12};
+        dims[axis] = 1;
+        Slice slice = make_slice(dims, [](double, double, double) { return 5; }, "default", {});
+        slice.slice_to_world.linear = {Vec3{1, 0, 0}, Vec3{0, 1.3, 0}, Vec3{0, 0, 2}};
+        slice.slice_to_world.offset = world.offset;
+        TransferFunction f;
+        f.colors = {{0, {0.5, 0.25, 1}}};
+        f.opacities = {{0, 0}, {1, 0.3}, {10, 0.3}};
+        f.unit_distance = 1.7;
+        const Scene scene =
+            make_scene(slice, f, fit_camera(slice, perspective, 0, axis == 0 ? 90 : 0, 33, 33));
+        ImageStorage out(33, 33, true, true, true);
+        draw(scene, flat(step), out);
+        const double thickness = axis == 0 ? 1 : 2;
+        EXPECT_NEAR(out.image.rgba.at(16, 16)[3], 1 - std::pow(1 - 0.3, thickness / 1.7), 1e-5)
+            << axis << ' ' << perspective << " step " << step;
+        EXPECT_NEAR(*out.image.value.at(16, 16), 5, 5 * 0.02);
+        // The same edges and inside as the slow integration.
+        ImageStorage slow(33, 33, true, true, true);
+        TestContext context;
+        (void)render_reference(scene, flat(step), slice_field(slice), {}, context.get(), slow.image);
+        for (int j = 0; j < 33; ++j)
+          for (int i = 0; i < 33; ++i)
+            EXPECT_NEAR(out.image.rgba.at(i, j)[3], slow.image.rgba.at(i, j)[3], 2e-3) << i << ' ' << j;
+      }
+}
+
 TEST(Render, XrayOfASingleSiteIsTheKernelsLineIntegral) {
   // One coefficient in the middle of an empty domain.
   Slice slice = make_slice({15, 15, 15}, [](double, double, double) { return 0; });
