@@ -1,5 +1,6 @@
 #include "readers/frame_plan.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "readers/error.h"
@@ -78,6 +79,14 @@ void check_rising(const SeriesTimes& times) {
       fail_input("times must rise, but frame ", i - 1, " is at ", times.values[i - 1], " and frame ", i,
                  " at ", times.values[i], " (", times.origin, "): give --dt or --times");
   }
+}
+
+std::vector<uint64_t> plan_counts(const std::vector<uint64_t>& source, const FramePlan& plan) {
+  std::vector<uint64_t> counts;
+  if (source.empty()) return counts;
+  for (const PlannedFrame& p : plan.frames)
+    counts.push_back(p.weight == 0 ? source[p.a] : std::max(source[p.a], source[p.b]));
+  return counts;
 }
 
 // A held frame has the times of its neighbours only when those come from headers.
@@ -170,6 +179,7 @@ std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source,
   d.times = plan_times(d.times, plan, options);
   if (header_times) spread_held_times(plan.frames, d.times.values);
   check_rising(d.times);
+  for (Channel& c : d.channels) c.active = plan_counts(c.active, plan);
   d.dims[3] = plan.frames.size();
   d.gaps = plan.gaps;
   d.frame_numbers.clear();

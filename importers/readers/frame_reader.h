@@ -43,6 +43,8 @@ struct Channel {
   // Values are offset + step x integers of `precision`; 0: the numbers of the source are the values.
   double step = 0, offset = 0;
 
+  std::vector<uint64_t> active{}; // samples that a sparse source sets, frame by frame; empty: not known
+
   [[nodiscard]] bool scaled() const { return step != 0; }
 };
 

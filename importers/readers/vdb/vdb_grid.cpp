@@ -269,8 +269,11 @@ VdbGridInfo VdbFile::read_info(const std::string& name, bool with_background, bo
   openvdb::GridBase::Ptr grid = archive_->metadata(name);
   VdbGridInfo info;
   info.name = name;
+  info.own_name = grid->getName();
   info.tree_type = grid->valueType();
   info.level_set = grid->getGridClass() == openvdb::GRID_LEVEL_SET;
+  info.grid_class = openvdb::GridBase::gridClassToString(fog && info.level_set ? openvdb::GRID_FOG_VOLUME
+                                                                               : grid->getGridClass());
   if (is_points(*grid))
     fail_input(path, ": grid \"", name, "\" holds points (", grid->type(),
                "), which have no values on a lattice; rasterise it first");
@@ -287,6 +290,8 @@ VdbGridInfo VdbFile::read_info(const std::string& name, bool with_background, bo
 
   const auto lowest = grid->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
   const auto highest = grid->getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);
+  const auto count = grid->getMetadata<openvdb::Int64Metadata>(openvdb::GridBase::META_FILE_VOXEL_COUNT);
+  if (count && count->value() >= 0) info.active = static_cast<uint64_t>(count->value());
   if (lowest && highest) {
     info.bounds =
         bounds_of(openvdb::CoordBBox(openvdb::Coord(lowest->value()), openvdb::Coord(highest->value())));
@@ -294,13 +299,14 @@ VdbGridInfo VdbFile::read_info(const std::string& name, bool with_background, bo
   } else {
     grid = archive_->grid(name);
     info.bounds = bounds_of(grid->evalActiveVoxelBoundingBox());
+    info.active = grid->activeVoxelCount();
   }
   grid->apply<Scalars>([&](const auto& g) {
     using Value = typename std::decay_t<decltype(g)>::ValueType;
     info.type = box_type<Value>();
     if (with_background) info.background = static_cast<double>(g.background());
   });
-  if (fog && info.level_set) info.background = 0;
+  if (fog && info.level_set) info.background = 0, info.active.reset();
   info.precision = grid->saveFloatAsHalf() && is_float(info.type) ? Type::f16 : info.type;
   return info;
 }

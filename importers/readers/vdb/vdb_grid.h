@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,13 +23,16 @@ struct VdbBounds {
 
 struct VdbGridInfo {
   std::string name;
+  std::string own_name; // without the number that tells it from others
+  std::string grid_class;
   std::string tree_type;
   Type type = Type::f32;      // of the voxels handed out
   Type precision = Type::f32; // f16 for float grids saved as halves
   bool level_set = false;
-  double background = 0; // only when asked for
-  VdbBounds bounds;      // of the active voxels
-  Affine affine{};       // grid index -> world
+  double background = 0;          // only when asked for
+  VdbBounds bounds;               // of the active voxels
+  std::optional<uint64_t> active; // how many they are
+  Affine affine{};                // grid index -> world
 };
 
 class VdbFile {

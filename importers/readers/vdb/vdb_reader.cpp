@@ -123,10 +123,13 @@ std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOpti
                                                  : "level set (signed distance)",
                                  " of ", info.tree_type, info.precision == Type::f16 ? " saved as half" : "",
                                  ", background ", info.background));
+        d.attributes.emplace_back("openvdb.name." + info.name, info.own_name);
+        d.attributes.emplace_back("openvdb.class." + info.name, info.grid_class);
         if (!(std::abs(determinant(info.affine)) > 0))
           fail_input(f.path, ": the transform of grid \"", info.name, "\" is singular");
       }
-      const Channel& channel = d.channels[c];
+      Channel& channel = d.channels[c];
+      if (info.active && channel.active.size() + 1 == d.files.size()) channel.active.push_back(*info.active);
       if (info.type != channel.type)
         fail_input(f.path, ": grid \"", info.name, "\" holds ", info.tree_type,
                    " values, in the first frame ", type_name(channel.type));
@@ -140,6 +143,8 @@ std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOpti
     empty_frames += frame.empty();
     bounds.unite(frame);
   }
+  for (Channel& channel : d.channels)
+    if (channel.active.size() < d.files.size()) channel.active.clear();
   if (options.level_set_fog && !level_sets)
     fail_usage("--level-set: ", path, " has no level set among ", join(grids));
   if (bounds.empty()) fail_input(path, ": no active voxels in any frame");

@@ -1,4 +1,5 @@
 // bcc4 slice: a hyperplane of a volume as a dense NRRD or OpenVDB box at the source's resolution.
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -13,7 +14,7 @@
 #include "tool/view/slice_sweep.h"
 #include "tool/view/time_slice.h"
 #if BCCSPLAT_WITH_OPENVDB
-#include "tool/output/vdb_output.h"
+#include "tool/output/vdb_origin.h"
 #endif
 
 namespace bcc4 {
@@ -105,7 +106,8 @@ Json slice_json(const bccsplat_slice_info& info, const Cut& where, const std::st
 }
 
 #if BCCSPLAT_WITH_OPENVDB
-Range write_vdb_slice(const Slice& slice, const std::string& path, const std::string& name, double time) {
+Range write_vdb_slice(const Volume& volume, uint32_t channel, const Slice& slice, const Cut& where,
+                      const std::string& path) {
   const bccsplat_slice_info info = slice_info(slice);
   std::vector<float> values;
   values.reserve(info.dims[0] * info.dims[1] * info.dims[2]);
@@ -114,12 +116,17 @@ Range write_vdb_slice(const Slice& slice, const std::string& path, const std::st
     values.insert(values.end(), planes.begin(), planes.end());
     range.add(planes);
   });
-  VdbOutput o;
-  o.grid = name;
+  VdbOutput o = vdb_like_source(volume, channel);
+  if (where.is_time_slice && where.thickness == 0) {
+    keep_sparsity(volume, channel, where.index, values, o);
+  } else { // of another kind than the source's frames
+    o.grid_class = VdbOutput{}.grid_class;
+    o.air = static_cast<float>(info.air);
+    o.range = {-HUGE_VALF, HUGE_VALF};
+  }
   std::copy(info.dims, info.dims + 3, o.dims.begin());
   o.affine = box_affine(info);
-  o.air = static_cast<float>(info.air);
-  o.time = time;
+  o.time = where.time;
   o.overwrite = true;
   write_vdb(path, o, values);
   return range;
@@ -154,7 +161,7 @@ Json write_slice(const Volume& volume, const SliceArguments& a, uint32_t channel
   Range range;
   if (lower(path).ends_with(".vdb")) {
 #if BCCSPLAT_WITH_OPENVDB
-    range = write_vdb_slice(slice, path, channel_info(volume, channel).name, where.time);
+    range = write_vdb_slice(volume, channel, slice, where, path);
 #endif
   } else {
     range = write_nrrd_slice(slice, path, nrrd_output(volume, info, where));

@@ -11,6 +11,12 @@
 namespace bcc4 {
 namespace {
 
+std::string counts_text(const std::vector<uint64_t>& counts) {
+  std::string text;
+  for (const uint64_t n : counts) text += concat(text.empty() ? "" : " ", n);
+  return text;
+}
+
 void record_origin(const Writer& writer, const SeriesDescription& s, const WriterSettings& settings,
                    const ImportScope& scope) {
   const auto attribute = [&](const std::string& key, const std::string& value) {
@@ -22,6 +28,8 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Write
     attribute("import.filtering", filtering);
   for (const auto& [key, value] : s.attributes) attribute(key, value);
   for (const auto& [key, value] : scope.attributes) attribute(key, value);
+  for (const Channel& c : s.channels)
+    if (!c.active.empty()) attribute("openvdb.active." + c.name, counts_text(c.active));
   for (const PlannedSource& f : scope.sources)
     check(bccsplat_writer_add_source(writer.get(), f.name.c_str(), f.bytes, f.crc32), f.name);
 }

@@ -7,7 +7,7 @@
 #include "tool/output/export_type.h"
 #include "tool/view/time_slice.h"
 #if BCCSPLAT_WITH_OPENVDB
-#include "tool/output/vdb_output.h"
+#include "tool/output/vdb_origin.h"
 #endif
 
 namespace bcc4 {
@@ -92,21 +92,22 @@ void Exporter::write_frame(const std::string& path, const Cut& where) {
 void Exporter::write_vdb_frame([[maybe_unused]] const std::string& path,
                                [[maybe_unused]] const Cut& where) const {
 #if BCCSPLAT_WITH_OPENVDB
-  VdbOutput o;
-  o.grid = channel_info_.name;
+  VdbOutput o = vdb_like_source(volume_, channel_);
+  std::vector<float> values;
+  const auto take = [&](uint64_t, std::span<const float> planes) {
+    values.insert(values.end(), planes.begin(), planes.end());
+  };
+  const Slice slice = cut_frame(volume_, where.index, channel_);
+  sample_planes(slice, take);
+  keep_sparsity(volume_, channel_, where.index, values, o);
+  if (options_.region) {
+    values.clear();
+    sample_planes(slice, take, options_.region);
+  }
   o.dims = region().dims;
   o.affine = affine();
-  o.air = static_cast<float>(channel_info_.air);
   o.time = where.time;
   o.overwrite = options_.overwrite;
-  std::vector<float> values;
-  values.reserve(region().samples());
-  sample_planes(
-      cut_frame(volume_, where.index, channel_),
-      [&](uint64_t, std::span<const float> planes) {
-        values.insert(values.end(), planes.begin(), planes.end());
-      },
-      options_.region);
   write_vdb(path, o, values);
 #endif
 }

@@ -1,0 +1,45 @@
+#include "tool/output/vdb_origin.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "readers/text.h"
+
+namespace bcc4 {
+namespace {
+
+std::optional<std::string> attribute(const Volume& volume, const std::string& key) {
+  const char* value = nullptr;
+  if (bccsplat_volume_find_attribute(volume.get(), key.c_str(), &value) != BCCSPLAT_OK) return std::nullopt;
+  return value;
+}
+
+} // namespace
+
+VdbOutput vdb_like_source(const Volume& volume, uint32_t channel) {
+  const bccsplat_channel_info info = channel_info(volume, channel);
+  VdbOutput o;
+  o.grid = attribute(volume, concat("openvdb.name.", info.name)).value_or(info.name);
+  o.grid_class = attribute(volume, concat("openvdb.class.", info.name)).value_or(o.grid_class);
+  o.air = static_cast<float>(info.air);
+  const auto [low, high] = std::minmax({info.range[0], info.range[1]});
+  o.range = {std::min(static_cast<float>(low), o.air), std::max(static_cast<float>(high), o.air)};
+  o.as_half = info.source_type == BCCSPLAT_TYPE_F16;
+  return o;
+}
+
+void keep_sparsity(const Volume& volume, uint32_t channel, double index, std::span<const float> values,
+                   VdbOutput& output) {
+  const auto text = attribute(volume, concat("openvdb.active.", channel_info(volume, channel).name));
+  if (!text) return;
+  const auto words = split(*text);
+  const auto counts = parse_numbers(words);
+  if (!counts || counts->size() != volume_info(volume).dims[3]) return;
+  const auto before = static_cast<size_t>(index);
+  const size_t after = std::min(before + 1, counts->size() - 1);
+  const double part = index - std::floor(index);
+  const double count = (1 - part) * (*counts)[before] + part * (*counts)[after];
+  output.least = least_distance(output, values, static_cast<uint64_t>(std::llround(count)));
+}
+
+} // namespace bcc4

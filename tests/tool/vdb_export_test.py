@@ -1,0 +1,94 @@
+"""OpenVDB grids there and back: what export writes is such a grid as import read."""
+import json
+import os
+import subprocess
+import sys
+
+from harness import DATA, ToolTest, main
+
+PROBE = os.environ.get('BCC4_VDB_PROBE')
+
+
+class VdbExport(ToolTest):
+    def make(self, name, kind):
+        subprocess.run([PROBE, 'make', self.path(name), str(kind)], check=True)
+        return name
+
+    def grid(self, name):
+        out = subprocess.run([PROBE, self.path(name)], capture_output=True, text=True, check=True).stdout
+        return json.loads(out)
+
+    def there_and_back(self, name):
+        self.bcc4('import', name, '-o', 'a.bcc4', '--overwrite', '--quiet')
+        self.bcc4('export', 'a.bcc4', '--all', '-o', 'a.vdb', '--overwrite', '--quiet')
+        return self.grid(name), self.grid('a.vdb')
+
+    def alike(self, source, back):
+        for key in ('name', 'class', 'background', 'half'):
+            self.assertEqual(back[key], source[key], key)
+        self.assertGreaterEqual(back['low'], source['low'])
+        self.assertLessEqual(back['high'], source['high'])
+        self.assertAlmostEqual(back['active'], source['active'], delta=.05 * source['active'])
+        for a, b in zip(back['middle'], source['middle']):
+            self.assertAlmostEqual(a, b, delta=.3)
+
+    def test_a_level_set(self):
+        source, back = self.there_and_back(self.make('s.vdb', 'sphere'))
+        self.assertEqual((source['class'], source['name'], source['inside']), ('level set', '', -source['background']))
+        source['low'] -= .02  # the band's inner edge was no voxel's value
+        source['high'] += .02
+        self.alike(source, back)
+        self.assertEqual(back['inside'], source['inside'])
+        # Read as fog it goes back as fog.
+        self.bcc4('import', 's.vdb', '--level-set', 'fog', '-o', 'f.bcc4', '--quiet')
+        self.bcc4('export', 'f.bcc4', '--all', '-o', 'f.vdb', '--quiet')
+        fog = self.grid('f.vdb')
+        self.assertEqual((fog['class'], fog['background']), ('fog volume', 0))
+        self.assertTrue(0 < fog['low'] and fog['high'] <= 1, fog)
+
+    def test_fog_with_a_sharp_edge(self):
+        self.alike(*self.there_and_back(self.make('f.vdb', 0)))
+
+    def test_real_smoke(self):
+        path = os.path.join(DATA, 'smoke.vdb')
+        if not os.path.exists(path):
+            self.skipTest('no such data')
+        os.symlink(path, self.path('smoke.vdb'))
+        self.alike(*self.there_and_back('smoke.vdb'))
+
+    def test_frames_regions_and_moments(self):
+        for f in range(6):
+            self.make(f'f.{f}.vdb', f)
+        self.bcc4('import', 'f.%d.vdb', '-o', 'f.bcc4', '--quiet')
+        self.bcc4('export', 'f.bcc4', '--all', '-o', 'e.%d.vdb', '--quiet')
+        counts = []
+        for f in range(6):
+            source, back = self.grid(f'f.{f}.vdb'), self.grid(f'e.{f}.vdb')
+            counts.append(source['active'])
+            source['low'] = min(source['low'], 1e-3)
+            source['high'] = 3.002
+            self.alike(source, back)
+        # A moment between frames has about as many voxels as they have, cut or exported; a region those it holds.
+        for command in ('export', 'slice'):
+            self.bcc4(command, 'f.bcc4', '--index', '--time', 2.5, '-o', f'{command}.vdb', '--quiet')
+            self.assertAlmostEqual(self.grid(f'{command}.vdb')['active'], (counts[2] + counts[3]) / 2, delta=.05 * counts[2])
+        dims = self.json('info', 'f.bcc4')['dims']
+        halves = []
+        for first, last in ((0, dims[0] // 2 - 1), (dims[0] // 2, dims[0] - 1)):
+            self.bcc4('export', 'f.bcc4', '--index', '--time', 2, '--roi', f'{first}-{last},0-{dims[1] - 1},0-{dims[2] - 1}', '-o',
+                      'r.vdb', '--overwrite', '--quiet')
+            halves.append(self.grid('r.vdb')['active'])
+        self.assertEqual(sum(halves), self.grid('e.2.vdb')['active'])
+        # Frames that are left out or filled in have their own counts.
+        os.remove(self.path('f.3.vdb'))
+        for gaps in ('hold', 'skip', 'interpolate'):
+            self.bcc4('import', 'f.%d.vdb', '--gaps', gaps, '-o', 'g.bcc4', '--overwrite', '--quiet')
+            known = self.json('info', 'g.bcc4')['attributes']['openvdb.active.soot'].split()
+            self.assertEqual(len(known), 5 if gaps == 'skip' else 6)
+            self.assertEqual(int(known[-1]), counts[5])
+
+
+if __name__ == '__main__':
+    if not PROBE:
+        sys.exit(77)
+    main()

@@ -1,0 +1,73 @@
+// OpenVDB grids for the end-to-end tests: vdb_probe make FILE sphere|fog|FRAMES writes one, vdb_probe FILE
+// tells of each float grid, as JSON, what a reader of the file sees.
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/LevelSetSphere.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
+
+namespace {
+
+// A ball with a sharp edge, densities from .001 in a world that is stretched; `at` moves it.
+openvdb::FloatGrid::Ptr fog(double at) {
+  const auto grid = openvdb::FloatGrid::create(0);
+  auto accessor = grid->getAccessor();
+  for (int z = -20; z <= 20; ++z)
+    for (int y = -20; y <= 20; ++y)
+      for (int x = -20; x <= 20; ++x) {
+        const double r = std::sqrt((x - at) * (x - at) + y * y + z * z);
+        if (r < 11 + at / 4)
+          accessor.setValue({x, y, z}, static_cast<float>(0.001 + 3 * std::fabs(std::sin(x + y))));
+      }
+  grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(0.25));
+  return grid;
+}
+
+void make(const std::string& path, const std::string& kind) {
+  openvdb::FloatGrid::Ptr grid;
+  if (kind == "sphere") { // without a name
+    grid = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(9.f, openvdb::Vec3f(3, -4, 5), 0.5f, 3.f);
+  } else {
+    grid = fog(std::stod(kind));
+    grid->setName("soot");
+    grid->setSaveFloatAsHalf(true);
+  }
+  openvdb::io::File(path).write({grid});
+}
+
+void tell(const std::string& path) {
+  openvdb::io::File file(path);
+  file.open();
+  const openvdb::GridPtrVecPtr grids = file.getGrids();
+  for (const auto& base : *grids) {
+    const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(base);
+    if (!grid) continue;
+    float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
+    for (auto v = grid->cbeginValueOn(); v; ++v) low = std::min(low, *v), high = std::max(high, *v);
+    const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
+    const openvdb::Vec3d middle = grid->indexToWorld(0.5 * (box.min().asVec3d() + box.max().asVec3d()));
+    std::printf(
+        "{\"name\": \"%s\", \"class\": \"%s\", \"active\": %llu, \"background\": %.9g, \"low\": %.9g, "
+        "\"high\": %.9g, \"half\": %d, \"middle\": [%.9g, %.9g, %.9g], \"inside\": %.9g}\n",
+        grid->getName().c_str(), openvdb::GridBase::gridClassToString(grid->getGridClass()).c_str(),
+        static_cast<unsigned long long>(grid->activeVoxelCount()), static_cast<double>(grid->background()),
+        static_cast<double>(low), static_cast<double>(high), grid->saveFloatAsHalf() ? 1 : 0, middle[0],
+        middle[1], middle[2],
+        static_cast<double>(
+            grid->tree().getValue(openvdb::Coord::round(0.5 * (box.min().asVec3d() + box.max().asVec3d())))));
+  }
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+  openvdb::initialize();
+  if (count == 4)
+    make(arguments[2], arguments[3]);
+  else
+    tell(arguments[1]);
+}
