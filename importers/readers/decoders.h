@@ -19,7 +19,7 @@ namespace bcc4 {
 
 // The first bytes of a file, unpacked when it is gzip; fewer than asked for only where it ends.
 struct FileStart {
-  std::string bytes;
+  std::string bytes{};
   bool gzip = false;
 };
 [[nodiscard]] FileStart read_start(const std::string& path, size_t count);

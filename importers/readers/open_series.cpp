@@ -44,6 +44,7 @@ struct Format {
   Open* open;                             // null: this build left it out
   std::string detail;                     // in the list of readers
   const char* absent = "";                // what is told of a file that this build cannot open
+  bool reads_gzip = false;
 };
 
 bool is_vdb(std::string_view start) {
@@ -66,7 +67,7 @@ const std::vector<Format>& formats() {
       {"raw", {}, nullptr, open_raw, "plain or gzip"},
       {"nrrd", {".nrrd", ".nhdr"}, is_nrrd, open_nrrd, "attached and detached; raw, gzip, ascii"},
       {"vti", {".vti", ".pvd"}, is_vtk, open_vti, "VTK ImageData and .pvd; ascii, binary, appended, zlib"},
-      {"nifti", {".nii", ".nii.gz"}, is_nifti, open_nifti, "NIfTI-1 and -2, plain or gzip"},
+      {"nifti", {".nii", ".nii.gz"}, is_nifti, open_nifti, "NIfTI-1 and -2, plain or gzip", "", true},
       {"metaimage", {".mha", ".mhd"}, is_metaimage, open_metaimage, ".mha and .mhd; raw, zlib, text"},
       {"netcdf",
        {".nc"},
@@ -102,10 +103,12 @@ std::unique_ptr<FrameReader> open_series(const ReaderOptions& options) {
   if (options.inputs.empty()) fail_usage("no input given");
   const Sequence sequence = find_sequence(options.inputs, options.frames);
   const std::string& path = sequence.files.front().path;
-  const std::string start = read_start(path, kStartBytes).bytes;
+  const auto [start, gzip] = read_start(path, kStartBytes);
   for (const Format& format : formats()) {
     if (!format.begins || !format.begins(start)) continue;
     if (!format.open) fail_input(path, ": ", format.absent);
+    if (gzip && !format.reads_gzip)
+      fail_input(path, ": a ", format.name, " file packed with gzip: unpack it first (gunzip --keep)");
     return format.open(sequence, options);
   }
   check_raw(path, start);

@@ -1,5 +1,6 @@
 #include "readers/raw/raw_reader.h"
 
+#include "readers/decoders.h"
 #include "readers/dense_reader.h"
 #include "readers/error.h"
 #include "readers/frame_plan.h"
@@ -8,6 +9,8 @@
 namespace bcc4 {
 namespace {
 
+// By its name: what begins like gzip under another name may be values. Such a file of the wrong size is
+// named.
 bool is_gzip(const std::string& path) { return lower(path).ends_with(".gz"); }
 
 // "64 x 64 x 64 x 2 bytes (u16)".
@@ -24,7 +27,9 @@ void check_file(const Segment& s, const DenseLayout& layout, uint64_t frames) {
   if (s.encoding != Encoding::raw || size == s.offset + s.bytes) return;
   const uint64_t frame = layout_bytes(layout, s.path) / layout.size_of(AxisRole::t);
   std::string hint = "check --dims, --dtype and --skip";
-  if (size > s.offset && (size - s.offset) % frame == 0)
+  if (read_start(s.path, 2).gzip)
+    hint = "it is packed with gzip: name it .gz, or unpack it";
+  else if (size > s.offset && (size - s.offset) % frame == 0)
     hint = concat("the file would fit ", (size - s.offset) / frame, " frame(s)");
   fail_input(s.path, ": ", size, " bytes, but ", arithmetic(layout, frames),
              s.offset > 0 ? concat(" + ", s.offset, " skipped") : "", " = ", s.offset + s.bytes, "; ", hint);

@@ -42,6 +42,29 @@ TEST(OpenSeries, ReadsTheFirstHeaderOnce) {
   }
 }
 
+TEST(OpenSeries, SaysWhatIsPackedWithGzip) {
+  Scratch s;
+  const std::string nrrd =
+      "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 3 4\nencoding: raw\n\n" + std::string(24, 'x');
+  const auto packed = [&](const char* name, const std::string& content) {
+    return refusal(inputs({s.file(name, gzipped(content))}));
+  };
+  EXPECT_REFUSED(packed("a.nrrd.gz", nrrd), Exit::bad_input, "a nrrd file packed with gzip: unpack it first");
+  EXPECT_REFUSED(packed("a.nrrd", nrrd), Exit::bad_input, "gunzip");
+  EXPECT_REFUSED(packed("a.mha.gz", "NDims = 3\nDimSize = 2 3 4\n"), Exit::bad_input, "gunzip");
+  EXPECT_REFUSED(packed("a.vti.gz", "<VTKFile type=\"ImageData\">"), Exit::bad_input, "gunzip");
+#if BCCSPLAT_WITH_NETCDF
+  EXPECT_REFUSED(packed("a.nc.gz", "CDF\1" + nrrd), Exit::bad_input, "gunzip");
+#endif
+#if BCCSPLAT_WITH_OPENVDB
+  EXPECT_REFUSED(packed("a.vdb.gz", std::string("\x20\x42\x44\x56\0\0\0\0", 8) + nrrd), Exit::bad_input,
+                 "gunzip");
+#endif
+  ReaderOptions o = inputs({s.file("a.raw", gzipped(nrrd.substr(1)))});
+  o.dims = {10, 10, 10, 1}, o.dtype = Type::u8;
+  EXPECT_REFUSED(refusal(o), Exit::bad_input, "packed with gzip: name it .gz");
+}
+
 TEST(OpenSeries, NamesWhatAFileIsNot) {
   Scratch s;
   EXPECT_REFUSED(refusal(inputs({s.file("a.nrrd", "nothing")})), Exit::bad_input, "damaged or misnamed");
