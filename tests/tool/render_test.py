@@ -106,6 +106,30 @@ class Render(ToolTest):
         self.picture('--time', 2, '--trail', 1, name='q.exr')
         self.assertNotIn('expTime', exr_attributes(self.path('q.exr')))
 
+    def test_views_are_named_by_their_side(self):
+        # Right and up of the picture and where it looks, in the world; front has x to the right and y up, as maps have it.
+        sides = {'front': ((1, 0, 0), (0, 1, 0), (0, 0, -1)), 'back': ((-1, 0, 0), (0, 1, 0), (0, 0, 1)),
+                 'left': ((0, 0, 1), (0, 1, 0), (1, 0, 0)), 'right': ((0, 0, -1), (0, 1, 0), (-1, 0, 0)),
+                 'top': ((1, 0, 0), (0, 0, -1), (0, -1, 0)), 'bottom': ((1, 0, 0), (0, 0, 1), (0, 1, 0))}
+        for side, axes in sides.items():
+            self.picture('--time', 1, '--view', side, name='v.exr')
+            m = struct.unpack('<16f', exr_attributes(self.path('v.exr'))['worldToCamera'])
+            for c, axis in enumerate(axes):
+                for r in range(3):
+                    self.assertAlmostEqual(m[4 * r + c], axis[r], 6, (side, c, r))
+        self.assertNotEqual(self.picture('--time', 1, '--view', 'front'), self.picture('--time', 1, '--view', 'back'))
+        self.refused(2, '--view', 'render', 'v.bcc4', '--time', 1, '--view', 'top', '--rotate-x', 3, '-o', 'x.png', output='x.png')
+        self.refused(2, 'did you mean front?', 'render', 'v.bcc4', '--time', 1, '--view', 'frnt', '-o', 'x.png', output='x.png')
+
+    def test_a_series_without_a_time_shows_its_first_frame(self):
+        first = self.picture('--time', 0)
+        _, err = self.bcc4('render', 'v.bcc4', '-o', 'p.png', '--size', '24x20', '--quiet')
+        self.assertIn('the first of 6 frames is drawn; they run 0 to 5', err)
+        with open(self.path('p.png'), 'rb') as f:
+            self.assertEqual(f.read(), first)
+        self.assertEqual(self.bcc4('render', 'v.bcc4', '--time', 0, '-o', 'p.png', '--quiet')[1], '')
+        self.bcc4('render', 'v.bcc4', '--turntable', 2, '-o', 't.%d.png', '--size', '24x20', '--quiet')
+
     def test_every_option_changes_the_picture(self):
         plain = self.picture('--time', 2)
         self.assertEqual(plain, self.picture('--time', 2), 'not repeatable')

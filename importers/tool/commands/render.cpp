@@ -39,8 +39,8 @@ CameraChoice choose_camera(const RenderArguments& a) {
   if (lower(a.camera).ends_with(".json")) {
     choice.file = read_camera_file(a.camera);
     if (choice.file->resolution) choice.size = *choice.file->resolution;
-    if (a.rotate_x || a.rotate_y)
-      fail_usage("--rotate-x and --rotate-y do not turn a camera read from a file");
+    if (a.rotate_x || a.rotate_y || a.view)
+      fail_usage("--view, --rotate-x and --rotate-y do not turn a camera read from a file");
   } else {
     choice.projection = option_choice<int32_t>(
         "--camera", a.camera,
@@ -139,12 +139,12 @@ struct Scene {
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) const {
     auto view = sized<bccsplat_camera>();
+    const auto [about_x, about_y] = rotations(a);
     if (camera.file)
       view = turned(camera.file->cameras[picture.camera], picture.turn);
     else
-      check(bccsplat_slice_fit_camera(slice.get(), camera.projection, a.rotate_x.value_or(20),
-                                      a.rotate_y.value_or(30) + picture.turn, camera.size[0], camera.size[1],
-                                      &view),
+      check(bccsplat_slice_fit_camera(slice.get(), camera.projection, about_x, about_y + picture.turn,
+                                      camera.size[0], camera.size[1], &view),
             "camera");
     return zoomed(view, a.zoom.value_or(1));
   }
@@ -186,7 +186,19 @@ void write_text(const std::string& path, const std::string& text) {
   file.finish();
 }
 
-Exit run_render(const RenderArguments& a) {
+// A series of which no moment was chosen shows its first frame, after a word on that.
+void choose_moment(const Volume& volume, RenderArguments& a) {
+  const SliceChoiceArguments& w = a.which;
+  const bccsplat_volume_info v = volume_info(volume);
+  if (v.dims[3] == 1 || w.time || w.index || w.plane || w.point || w.basis || w.sweep || a.frames) return;
+  a.which.time = 0, a.which.index = true;
+  std::fprintf(stderr,
+               "bcc4: %s: no --time given: the first of %llu frames is drawn; they run %s to %s%s%s\n",
+               a.file.c_str(), static_cast<unsigned long long>(v.dims[3]), concat(v.time_first).c_str(),
+               concat(v.time_last).c_str(), *v.time_unit ? " " : "", v.time_unit);
+}
+
+Exit run_render(RenderArguments a) {
   check_arguments(a);
   const CameraChoice camera = choose_camera(a);
   const Device device = create_device(a.common.threads, a.common.max_memory);
@@ -194,6 +206,7 @@ Exit run_render(const RenderArguments& a) {
   const Volume volume = open_volume(device, a.file, a.kernel);
   const double open_ms = milliseconds_since(start);
   const uint32_t channel = find_channel(volume, a.channel);
+  choose_moment(volume, a);
   const std::vector<Picture> pictures =
       picture_sequence(volume, a, camera.file ? camera.file->cameras.size() : 1);
   for (const Picture& p : pictures) refuse_existing(p.path, true);

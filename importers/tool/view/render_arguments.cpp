@@ -79,6 +79,10 @@ TrailInterval parse_trail(const std::string& text) {
   return t;
 }
 
+// Rotations of --view NAME. Rotated by nothing one looks along z and has x to the left: from behind.
+const Choices<std::array<double, 2>> kViews{{"front", {0, 180}}, {"back", {0, 0}},   {"left", {0, 90}},
+                                            {"right", {0, -90}}, {"top", {90, 180}}, {"bottom", {-90, 180}}};
+
 bool is_picture(const std::string& path) {
   return lower(path).ends_with(".png") || lower(path).ends_with(".exr");
 }
@@ -104,8 +108,12 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   text("--size", "WxH", "Pixels (default 512x512)", [&a](const std::string& t) { a.size = parse_size(t); });
   app.add_option("--camera", a.camera, "Fitted view, or a camera file (default ortho)")
       ->type_name("ortho|persp|FILE.json");
+  text("--view", "SIDE",
+       "front: x to the right, y up, against z, as maps have it; back, left, right, top or bottom",
+       [&a](const std::string& t) { a.view = option_choice("--view", t, kViews); });
   add_number(app, "--rotate-x", a.rotate_x, "Degrees about the horizontal axis (default 20)");
-  add_number(app, "--rotate-y", a.rotate_y, "Degrees about the vertical axis, applied first (default 30)");
+  add_number(app, "--rotate-y", a.rotate_y,
+             "Degrees about the vertical axis, applied first (default 30; 0 looks along z, from behind)");
   add_number(app, "--zoom", a.zoom, "Factor on the size of what is seen, about the middle of the picture");
   app.add_option("--tf", a.tf, "ParaView colour map (JSON)")->type_name("FILE.json");
   app.add_option("--colormap", a.colormap, concat("Built-in colours: ", join(colormap_names())))
@@ -195,6 +203,10 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_flag("--quiet", a.common.quiet, "Print warnings and errors only");
 }
 
+std::array<double, 2> rotations(const RenderArguments& a) {
+  return a.view.value_or(std::array{a.rotate_x.value_or(20), a.rotate_y.value_or(30)});
+}
+
 void check_arguments(const RenderArguments& a) {
   require_option(a.file, "FILE", "bcc4 render smoke.bcc4 --time 10 -o smoke.png");
   require_option(a.output, "-o", "-o picture.png");
@@ -219,6 +231,8 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--trail-content, --trail-mode and the like go with --trail DT");
   if (int{a.frames.has_value()} + int{a.turntable.has_value()} + int{a.which.sweep.has_value()} > 1)
     fail_usage("--frames, --turntable and --sweep exclude each other");
+  if (a.view && (a.rotate_x || a.rotate_y))
+    fail_usage("--view and --rotate-x, --rotate-y exclude each other");
   if (a.zoom && !(*a.zoom >= 1e-3 && *a.zoom <= 1e6)) fail_usage("--zoom ", *a.zoom, ": .001 to 1e6");
   if (a.step && !(*a.step > 0)) fail_usage("--step must be positive");
   for (const auto& [option, opacity] :

@@ -31,6 +31,7 @@ struct RenderArguments {
   std::optional<std::array<uint32_t, 2>> size;
   std::string camera = "ortho";
   std::optional<double> rotate_x, rotate_y, zoom;
+  std::optional<std::array<double, 2>> view; // rotations of a side; none: by rotate_x, rotate_y
   std::string tf, colormap, dump_tf, trail_tf, trail_colormap;
   std::optional<std::vector<double>> range, trail_range;
   std::optional<double> opacity, trail_opacity, iso, step, unit_distance;
@@ -52,6 +53,8 @@ struct RenderArguments {
 };
 
 void add_render_options(CLI::App& app, RenderArguments& arguments);
+// The rotations about x and y that the fitted view has.
+[[nodiscard]] std::array<double, 2> rotations(const RenderArguments& arguments);
 // What no single option can tell.
 void check_arguments(const RenderArguments& arguments);
 
