@@ -99,7 +99,10 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
                            skip > 0 ? concat(", ", skip, " bytes skipped") : ""));
   FramePlan plan = plan_frames(sequence, dims[3], options);
   DenseSeries series(std::move(segments), layout, memory_limit(options));
-  const Frame probe = series.read(plan.frames.front().a, 0);
+  // The middle frame: the first one of a simulation is often empty. What is packed is unpacked from its
+  // start.
+  const bool packed = is_gzip(first) && !file_per_frame;
+  const Frame probe = series.read(plan.frames[packed ? 0 : plan.frames.size() / 2].a, 0);
   if (probe.boxes[0].type == layout.type) {
     std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
     d.warnings = find_suspicions(*probe.storage[0], layout.type, layout.axes);

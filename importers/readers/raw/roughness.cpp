@@ -1,6 +1,8 @@
 #include "readers/raw/roughness.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include "readers/text.h"
@@ -11,7 +13,7 @@ namespace {
 constexpr uint64_t kProbes = 1 << 16; // pairs looked at: more make opening a file slower
 // A warning is given when the data are this many times smoother read in another way. Lower ones would warn of
 // noise, higher ones miss a wrong order in data with little structure.
-constexpr double kSmootherSwapped = 4, kSmootherTurned = 2;
+constexpr double kSmootherSwapped = 1.25, kSmootherTurned = 2;
 constexpr double kAbsurdStep = 1e30; // sum of steps: floats of the other byte order are as large
 
 double value_at(const Bytes& bytes, Type type, uint64_t i, bool swapped) {
@@ -40,16 +42,55 @@ double relative_step(const Bytes& bytes, Type type, uint64_t stride, bool swappe
   return deviation > 0 ? step / deviation : 0;
 }
 
+// Values that are whole multiples of what the other byte order reads as small numbers.
+bool only_high_bytes(const Bytes& bytes, Type type) {
+  if (is_float(type)) return false;
+  const size_t size = type_size(type);
+  const uint64_t count = bytes.size() / size;
+  const size_t low = std::endian::native == std::endian::little ? 0 : size - 1;
+  bool any = false;
+  for (uint64_t i = 0; i < count; ++i) {
+    if (bytes[i * size + low] != std::byte{}) return false;
+    any = any || value_at(bytes, type, i, false) != 0;
+  }
+  return any;
+}
+
+// Integers that are near both ends of their type with nothing between have another sign: those of the upper
+// half are negative, or those of the lower half large. Bytes may well be so.
+bool split_by_sign(const Bytes& bytes, Type type) {
+  if (is_float(type) || type_size(type) == 1) return false;
+  const double range = std::exp2(8.0 * static_cast<double>(type_size(type)));
+  const bool is_signed = type == Type::i16 || type == Type::i32;
+  std::array<uint64_t, 4> quarters{};
+  double first = HUGE_VAL, last = -HUGE_VAL; // of the upper quarter: a mask has one value there
+  const uint64_t count = bytes.size() / type_size(type);
+  for (uint64_t i = 0; i < count; ++i) {
+    const double v = value_at(bytes, type, i, false) + (is_signed ? range / 2 : 0);
+    const auto quarter = static_cast<size_t>(4 * v / range);
+    ++quarters[std::min<size_t>(quarter, 3)];
+    if (quarter == 3) first = std::min(first, v), last = std::max(last, v);
+  }
+  return quarters[0] > 0 && quarters[1] == 0 && quarters[2] == 0 && last - first > 1;
+}
+
+const char* other_sign(Type type) {
+  return type == Type::u16 ? "i16" : type == Type::i16 ? "u16" : type == Type::u32 ? "i32" : "u32";
+}
+
 } // namespace
 
 std::vector<std::string> find_suspicions(const Bytes& bytes, Type type, const std::vector<FileAxis>& axes) {
   std::vector<std::string> out;
   if (type_size(type) > 1) {
     const double given = relative_step(bytes, type, 1, false), swapped = relative_step(bytes, type, 1, true);
-    if (swapped < given / kSmootherSwapped)
+    if (swapped < given / kSmootherSwapped || only_high_bytes(bytes, type))
       out.push_back("the values jump about as declared and are smooth with the bytes of each value reversed: "
                     "is --endian right?");
   }
+  if (out.empty() && split_by_sign(bytes, type))
+    out.push_back(concat("the values are near both ends of ", type_name(type), " and nowhere between: as ",
+                         other_sign(type), " they would be close: is --dtype right?"));
   std::vector<uint64_t> sizes;
   for (const FileAxis& axis : axes) sizes.push_back(axis.size);
   const auto roughness = [&](const std::vector<uint64_t>& s) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <random>
 
 #include "readers/decoders.h"
 #include "scratch.h"
@@ -198,6 +199,71 @@ TEST(RawReader, WarnsOfWrongByteOrderAndSwappedAxes) {
   o.dims = {48, 33, 20, 1};
   ASSERT_EQ(open_series(o)->description().warnings.size(), 1u);
   EXPECT_NE(open_series(o)->description().warnings[0].find("20,33,48"), std::string::npos);
+}
+
+std::vector<std::string> warnings_of(Scratch& s, const std::string& bytes, Type type, bool big_endian) {
+  ReaderOptions o = raw(s.file("w.raw", bytes), type);
+  o.dims = {24, 24, 24, 1};
+  o.big_endian = big_endian;
+  return open_series(o)->description().warnings;
+}
+
+template<class T, class F> std::string cube(F&& f) {
+  std::vector<T> values;
+  for (int z = 0; z < 24; ++z)
+    for (int y = 0; y < 24; ++y)
+      for (int x = 0; x < 24; ++x) values.push_back(static_cast<T>(f(x, y, z)));
+  return bytes_of(values);
+}
+
+TEST(RawReader, WarnsOfAWrongByteOrderHoweverRoughTheDataAre) {
+  Scratch s;
+  std::minstd_rand random(1);
+  const auto noisy = [&](int x, int y, int z) {
+    return 3000 + 1500 * std::sin(.3 * x) * std::cos(.2 * (y + z)) + static_cast<double>(random() % 1400);
+  };
+  const auto few = [&](int x, int y, int z) { return (x * x + 3 * y + z) % 256; }; // fill one byte of two
+  const auto checked = [&](const std::string& bytes, Type type) {
+    const auto right = warnings_of(s, bytes, type, false), wrong = warnings_of(s, bytes, type, true);
+    EXPECT_TRUE(right.empty()) << type_name(type) << ": " << right[0];
+    ASSERT_EQ(wrong.size(), 1u) << type_name(type);
+    EXPECT_NE(wrong[0].find("--endian"), std::string::npos) << wrong[0];
+  };
+  checked(cube<uint16_t>(noisy), Type::u16);
+  checked(cube<int16_t>(noisy), Type::i16);
+  checked(cube<int32_t>(noisy), Type::i32);
+  checked(cube<float>(noisy), Type::f32);
+  checked(cube<uint16_t>(few), Type::u16);
+  checked(cube<int32_t>(few), Type::i32);
+  std::minstd_rand noise(2);
+  EXPECT_TRUE(warnings_of(s, cube<uint16_t>([&](int, int, int) { return noise() % 65536; }), Type::u16, true)
+                  .empty());
+}
+
+TEST(RawReader, LooksAtMoreThanAnEmptyFirstFrame) {
+  Scratch s;
+  const std::string smooth = cube<uint16_t>([](int x, int y, int z) { return 900 + 40 * x + 7 * y * z; });
+  ReaderOptions o = raw(s.file("e.raw", std::string(smooth.size(), '\0') + smooth), Type::u16);
+  o.dims = {24, 24, 24, 2};
+  o.big_endian = true;
+  EXPECT_EQ(open_series(o)->description().warnings.size(), 1u);
+}
+
+TEST(RawReader, WarnsOfAWrongSign) {
+  Scratch s;
+  const auto ct = [](int x, int y, int z) { return -1024 + 90 * x + 20 * (y + z); };
+  const auto warned = [&](const std::string& bytes, Type type) {
+    const auto w = warnings_of(s, bytes, type, false);
+    return w.size() == 1 && w[0].find("--dtype") != std::string::npos;
+  };
+  EXPECT_TRUE(warnings_of(s, cube<int16_t>(ct), Type::i16, false).empty());
+  EXPECT_TRUE(warned(cube<int16_t>(ct), Type::u16));
+  EXPECT_TRUE(warned(cube<int32_t>(ct), Type::u32));
+  const auto large = [](int x, int y, int z) { return 31000 + 100 * x + 20 * (y + z); };
+  EXPECT_TRUE(warnings_of(s, cube<uint16_t>(large), Type::u16, false).empty());
+  EXPECT_TRUE(warned(cube<uint16_t>(large), Type::i16));
+  // A mask has both ends and means them.
+  EXPECT_FALSE(warned(cube<uint16_t>([](int x, int y, int) { return x > y ? 65535 : 0; }), Type::u16));
 }
 
 TEST(Decoders, ReadNumbersAsText) {
