@@ -189,6 +189,10 @@ std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source,
     d.affine = {s[0], 0, 0, 0, 0, s[1], 0, 0, 0, 0, s[2], 0, 0, 0, 0, 1};
     d.affine_origin = "--spacing";
   }
+  if (options.origin) {
+    for (size_t a = 0; a < 3; ++a) d.affine[4 * a + 3] = (*options.origin)[a];
+    d.affine_origin += d.affine_origin.empty() ? "--origin" : "; --origin";
+  }
   return std::make_unique<PlannedReader>(std::move(source), std::move(plan.frames), std::move(d));
 }
 

@@ -38,7 +38,7 @@ void check_frame_count(uint64_t count, const std::string& path);
 [[nodiscard]] FramePlan plan_frames(const Sequence& sequence, uint64_t count, const ReaderOptions& options);
 
 // The series as planned. A source whose description has no times gets dt * number, the user's times, or the
-// frame index; the times rise strictly or it throws. --spacing replaces the affine.
+// frame index; the times rise strictly or it throws. --spacing replaces the affine, --origin its translation.
 [[nodiscard]] std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source, FramePlan plan,
                                                           const ReaderOptions& options);
 

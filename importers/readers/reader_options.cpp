@@ -44,6 +44,7 @@ void refuse_raw_options(const ReaderOptions& options, const std::string& path, c
                        : options.dtype                 ? "--dtype"
                        : options.big_endian            ? "--endian"
                        : options.skip                  ? "--skip"
+                       : options.count                 ? "--count"
                        : options.axes && !axes_allowed ? "--axes"
                                                        : nullptr;
   if (option)

@@ -151,6 +151,15 @@ class Import(ToolTest):
         self.bcc4('import', *args, '-o', 'a.bcc4', '--quiet')
         self.assertEqual(j['sites_total'], self.json('info', 'a.bcc4')['sites_total'])
 
+    def test_arrays_and_origin_of_a_raw_file(self):
+        self.write('a.raw', bytes([10] * 125 + [200] * 125))
+        args = ['--dims', '5,5,5', '--dtype', 'u8', '--count', 2]
+        self.bcc4('import', 'a.raw', *args, '--spacing', '1,2,3', '--origin', '10,-20,.5', '-o', 'a.bcc4', '--quiet')
+        info = self.json('info', 'a.bcc4')
+        self.assertEqual([c['range'] for c in info['channels']], [[10, 10], [200, 200]])
+        self.assertEqual([[row[i] for i in (n, 3)] for n, row in enumerate(info['affine'][:3])], [[1, 10], [2, -20], [3, .5]])
+        self.assertEqual(len(self.json('verify', 'a.bcc4', '--against', 'a.raw')['channels']), 2)  # --count is remembered
+
     def test_channels(self):
         nrrd = b'NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 5 5 5\nkinds: 2-vector space space space\nencoding: raw\n\n'
         self.write('a.nrrd', nrrd + bytes(v for i in range(125) for v in (10, 200)))

@@ -1,5 +1,8 @@
 #include "readers/raw/raw_reader.h"
 
+#include <algorithm>
+
+#include "readers/components.h"
 #include "readers/decoders.h"
 #include "readers/dense_reader.h"
 #include "readers/error.h"
@@ -35,12 +38,41 @@ void check_file(const Segment& s, const DenseLayout& layout, uint64_t frames) {
              s.offset > 0 ? concat(" + ", s.offset, " skipped") : "", " = ", s.offset + s.bytes, "; ", hint);
 }
 
+// Axes in file order: those of the letters, and of several arrays one of components where c stands, else
+// before time.
+std::vector<FileAxis> raw_axes(std::string letters, const std::array<uint64_t, 4>& dims, uint64_t arrays) {
+  const size_t c = letters.find('c');
+  if (c != std::string::npos) {
+    if (arrays == 1) fail_usage("--axes ", letters, ": c is the axis of --count N arrays");
+    letters.erase(c, 1);
+  }
+  std::vector<FileAxis> axes = axes_from_letters(letters, dims);
+  if (arrays == 1) return axes;
+  const auto time =
+      std::find_if(axes.begin(), axes.end(), [](const auto& a) { return a.role == AxisRole::t; });
+  const auto place = c == std::string::npos ? time : axes.begin() + static_cast<std::ptrdiff_t>(c);
+  axes.insert(place, {AxisRole::component, arrays});
+  return axes;
+}
+
+// What is probably wrong by the look of one frame; of several arrays the first one, where it is in one piece.
+std::vector<std::string> suspicions_of(const Frame& frame, DenseLayout layout) {
+  if (frame.boxes[0].type != layout.type) return {};
+  std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
+  const Bytes& all = *frame.storage[0];
+  const uint64_t arrays = layout.size_of(AxisRole::component);
+  if (arrays == 1) return find_suspicions(all, layout.type, layout.axes);
+  if (layout.axes.back().role != AxisRole::component) return {};
+  layout.axes.pop_back();
+  const Bytes first(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / arrays));
+  return find_suspicions(first, layout.type, layout.axes);
+}
+
 } // namespace
 
 std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOptions& options) {
   const std::string& first = sequence.files.front().path;
   refuse_grid_option(options, first, "raw");
-  refuse_channel_option(options, first, "raw");
   for (const SequenceFile& f : sequence.files)
     (void)file_size(f.path); // a missing file is the first thing to say
   if (!options.dims || !options.dtype)
@@ -64,8 +96,9 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
   const std::string letters = options.axes.value_or(dims[3] > 1 && !file_per_frame ? "xyzt" : "xyz");
   auto file_dims = dims;
   if (file_per_frame) file_dims[3] = 1;
-  layout.axes = axes_from_letters(letters, file_dims);
-  if (letters.size() == 3 && file_dims[3] > 1)
+  const uint64_t arrays = options.count.value_or(1);
+  layout.axes = raw_axes(letters, file_dims, arrays);
+  if (letters.find('t') == std::string::npos && file_dims[3] > 1)
     fail_usage("--axes ", letters, " has no t, but --dims has ", file_dims[3], " frames");
 
   const uint64_t bytes = layout_bytes(layout, first), skip = options.skip.value_or(0);
@@ -92,7 +125,7 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
   d.dims = dims;
   d.axes = layout_text(layout) + (options.axes ? " (--axes)" : "");
   d.affine_origin = "raw files have none: one unit per voxel (use --spacing)";
-  d.channels.push_back({.precision = layout.type});
+  const std::vector<uint64_t> wanted = add_channels(d, options, first, arrays, {.precision = layout.type});
   if (!sequence.note.empty()) d.notes.push_back(sequence.note);
   d.notes.push_back(concat(type_name(layout.type), ", ",
                            options.big_endian.value_or(false) ? "big" : "little", "-endian",
@@ -102,13 +135,9 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
   // The middle frame: the first one of a simulation is often empty. What is packed is unpacked from its
   // start.
   const bool packed = is_gzip(first) && !file_per_frame;
-  const Frame probe = series.read(plan.frames[packed ? 0 : plan.frames.size() / 2].a, 0);
-  if (probe.boxes[0].type == layout.type) {
-    std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
-    d.warnings = find_suspicions(*probe.storage[0], layout.type, layout.axes);
-  }
-  return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series)), std::move(plan),
-                        options);
+  d.warnings = suspicions_of(series.read(plan.frames[packed ? 0 : plan.frames.size() / 2].a, 0), layout);
+  return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series), wanted),
+                        std::move(plan), options);
 }
 
 } // namespace bcc4

@@ -55,6 +55,10 @@ void set_option(ReaderOptions& o, const std::string& key, const std::string& tex
   if (key == "dtype") o.dtype = parse_type(text);
   if (key == "endian") o.big_endian = option_choice<bool>(option, text, {{"little", false}, {"big", true}});
   if (key == "skip") o.skip = option_number<uint64_t>(option, text);
+  if (key == "count") {
+    o.count = option_number<uint64_t>(option, text);
+    if (*o.count < 1 || *o.count > 4096) fail_usage("--count ", text, ": 1 to 4096 arrays");
+  }
   if (key == "axes") o.axes = lower(text);
   if (key == "grid") o.grids = option_names(option, text);
   if (key == "level-set")
@@ -73,10 +77,14 @@ void set_option(ReaderOptions& o, const std::string& key, const std::string& tex
       if (!(v > 0)) fail_usage("--spacing ", text, ": must be positive");
     o.spacing = {s[0], s[1], s[2]};
   }
+  if (key == "origin") {
+    const auto s = option_numbers(option, text, 3);
+    o.origin = {s[0], s[1], s[2]};
+  }
 }
 
 // Options that decide which values are read; the others (times, spacing) do not matter for comparing.
-constexpr const char* kRecorded[] = {"dims", "dtype",     "endian",  "skip",   "axes",
+constexpr const char* kRecorded[] = {"dims", "dtype",     "endian",  "skip",   "count", "axes",
                                      "grid", "level-set", "channel", "frames", "gaps"};
 
 } // namespace
@@ -87,8 +95,11 @@ void add_reader_options(CLI::App& app, ReaderArguments& arguments) {
       {"dtype", "TYPE", "Raw: u8, i8, u16, i16, u32, i32, f16, f32 or f64"},
       {"endian", "little|big", "Raw: byte order (default little)"},
       {"skip", "BYTES", "Raw: bytes before the data"},
-      {"axes", "ORDER", "Raw, NRRD: axes as the file has them, fastest first, such as xyzt or zyxt"},
+      {"count", "N",
+       "Raw: arrays in each frame, one channel each, one after the other unless --axes says where (c)"},
+      {"axes", "ORDER", "Raw, NRRD: axes as the file has them, fastest first, such as xyzt, zyxt or cxyzt"},
       {"spacing", "SX,SY,SZ", "Distance of samples; replaces what the file says"},
+      {"origin", "X,Y,Z", "Where the first sample is; replaces what the file says"},
       {"dt", "TIME", "Time between neighbouring frames of the source; replaces what the file says"},
       {"times", "LIST|FILE", "Times of all frames, by commas or in a text file"},
       {"grid", "NAME[,NAME]", "OpenVDB: grids to read, one channel each"},

@@ -120,6 +120,69 @@ TEST(RawReader, ReadsGzipSkipsAndFilesPerFrame) {
   expect_series(o);
 }
 
+// Array c of frame t of a file of several arrays, every value telling its place.
+void expect_arrays(const ReaderOptions& o, const std::vector<uint64_t>& arrays, uint64_t frames) {
+  const auto reader = open_series(o);
+  const SeriesDescription& d = reader->description();
+  ASSERT_EQ(d.channels.size(), arrays.size());
+  ASSERT_EQ(d.dims, (std::array<uint64_t, 4>{4, 3, 2, frames}));
+  for (uint64_t t = 0; t < frames; ++t)
+    for (size_t c = 0; c < arrays.size(); ++c) {
+      EXPECT_EQ(d.channels[c].name, concat("c", arrays[c]));
+      for (size_t i = 0; i < 24; ++i)
+        ASSERT_EQ(dense(*reader, t, c)[i], static_cast<double>(i + 100 * arrays[c] + 1000 * t));
+    }
+}
+
+TEST(RawReader, ReadsSeveralArrays) {
+  Scratch s;
+  const auto bytes = [](const std::array<uint64_t, 3>& sizes, auto value) { // fastest first
+    std::vector<float> v;
+    for (uint64_t k = 0; k < sizes[2]; ++k)
+      for (uint64_t j = 0; j < sizes[1]; ++j)
+        for (uint64_t i = 0; i < sizes[0]; ++i) v.push_back(static_cast<float>(value(i, j, k)));
+    return bytes_of(v);
+  };
+  ReaderOptions o = inputs(
+      {s.file("a.raw", bytes({24, 3, 5}, [](auto i, auto c, auto t) { return i + 100 * c + 1000 * t; }))});
+  o.dims = {4, 3, 2, 5}, o.dtype = Type::f32, o.count = 3;
+  expect_arrays(o, {0, 1, 2}, 5);
+  o.channels = {"c2", "0"};
+  expect_arrays(o, {2, 0}, 5);
+  o.channels.clear();
+  // Interleaved, and the arrays as the slowest axis.
+  o.axes = "cxyzt";
+  o.inputs = {
+      s.file("b.raw", bytes({3, 24, 5}, [](auto c, auto i, auto t) { return i + 100 * c + 1000 * t; }))};
+  expect_arrays(o, {0, 1, 2}, 5);
+  o.axes = "xyztc";
+  o.inputs = {
+      s.file("c.raw", bytes({24, 5, 3}, [](auto i, auto t, auto c) { return i + 100 * c + 1000 * t; }))};
+  expect_arrays(o, {0, 1, 2}, 5);
+  // A file per frame.
+  o.axes.reset();
+  o.dims = {4, 3, 2, 0};
+  for (uint64_t t = 0; t < 2; ++t)
+    s.file(concat("f.", t, ".raw"),
+           bytes({24, 3, 1}, [t](auto i, auto c, auto) { return i + 100 * c + 1000 * t; }));
+  o.inputs = {s.path("f.%d.raw")};
+  expect_arrays(o, {0, 1, 2}, 2);
+  o.count = 4;
+  EXPECT_REFUSED(refusal(o), Exit::bad_input, "4 x 3 x 2 x 4 x 4 bytes (f32) = 384");
+  o.count.reset();
+  o.axes = "cxyz";
+  EXPECT_REFUSED(refusal(o), Exit::usage, "--count");
+  ReaderOptions nrrd =
+      inputs({s.file("a.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 3 4\nencoding: raw\n\n" +
+                                   std::string(24, 'x'))});
+  nrrd.count = 2;
+  EXPECT_REFUSED(refusal(nrrd), Exit::usage, "--count describes raw files");
+  nrrd.count.reset();
+  nrrd.origin = {1, -2, 3.5}, nrrd.spacing = {2, 2, 4};
+  EXPECT_EQ(open_series(nrrd)->description().affine,
+            (std::array<double, 16>{2, 0, 0, 1, 0, 2, 0, -2, 0, 0, 4, 3.5, 0, 0, 0, 1}));
+}
+
 TEST(RawReader, SelectsFramesOfOneFile) {
   Scratch s;
   ReaderOptions o = raw(s.file("a.raw", bytes_of(file_values<float>("xyzt"))), Type::f32);
@@ -238,6 +301,16 @@ TEST(RawReader, WarnsOfAWrongByteOrderHoweverRoughTheDataAre) {
   std::minstd_rand noise(2);
   EXPECT_TRUE(warnings_of(s, cube<uint16_t>([&](int, int, int) { return noise() % 65536; }), Type::u16, true)
                   .empty());
+}
+
+TEST(RawReader, LooksAtTheFirstOfSeveralArrays) {
+  Scratch s;
+  const std::string smooth = cube<uint16_t>([](int x, int y, int z) { return 900 + 40 * x + 7 * y * z; });
+  ReaderOptions o = raw(s.file("e.raw", smooth + smooth), Type::u16);
+  o.dims = {24, 24, 24, 1}, o.count = 2;
+  EXPECT_TRUE(open_series(o)->description().warnings.empty());
+  o.big_endian = true;
+  EXPECT_EQ(open_series(o)->description().warnings.size(), 1u);
 }
 
 TEST(RawReader, LooksAtMoreThanAnEmptyFirstFrame) {
