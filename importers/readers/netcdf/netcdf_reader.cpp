@@ -9,6 +9,7 @@
 #include "readers/error.h"
 #include "readers/frame_plan.h"
 #include "readers/held_file.h"
+#include "readers/netcdf/even_levels.h"
 #include "readers/netcdf/netcdf_axes.h"
 #include "readers/netcdf/netcdf_file.h"
 #include "readers/stored_values.h"
@@ -129,9 +130,20 @@ class NetcdfReader : public FrameReader {
   std::unique_ptr<NetcdfFile> file_;
 };
 
-// Even steps to a thousandth of a step become spacing and origin; uneven ones cannot and are said.
-void set_affine(SeriesDescription& d, const NetcdfFile& file, const NetcdfVariable& v,
-                const std::vector<AxisRole>& roles) {
+// Even to a thousandth of a step.
+bool evenly_spaced(const std::vector<double>& at) {
+  const double step = (at.back() - at.front()) / static_cast<double>(at.size() - 1);
+  bool even = step != 0 && std::isfinite(step);
+  for (size_t i = 0; i < at.size(); ++i)
+    even = even && std::abs(at[i] - (at[0] + static_cast<double>(i) * step)) <= 1e-3 * std::abs(step);
+  return even;
+}
+
+// Even steps become spacing and origin, in z with depths below 0. Uneven levels are to be resampled, unless
+// the user gives the spacing: returned; other uneven axes cannot and are said.
+std::optional<EvenLevels> set_affine(SeriesDescription& d, const NetcdfFile& file, const NetcdfVariable& v,
+                                     const std::vector<AxisRole>& roles, bool keep_levels) {
+  std::optional<EvenLevels> uneven;
   std::array<std::array<double, 3>, 3> columns{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::array<double, 3> origin{};
   std::vector<std::string> known, units;
@@ -141,18 +153,26 @@ void set_affine(SeriesDescription& d, const NetcdfFile& file, const NetcdfVariab
     const NetcdfVariable* coordinate = file.find(v.dims[a].name);
     if (!coordinate || !is_coordinate(*coordinate) || !coordinate->type || v.dims[a].size < 2) continue;
     const std::vector<double> at = file.line(*coordinate);
-    const double step = (at.back() - at.front()) / static_cast<double>(at.size() - 1);
-    bool even = step != 0 && std::isfinite(step);
-    for (size_t i = 0; i < at.size(); ++i)
-      even = even && std::abs(at[i] - (at[0] + static_cast<double>(i) * step)) <= 1e-3 * std::abs(step);
-    if (!even) {
-      d.warnings.push_back(concat(v.dims[a].name, " is not evenly spaced (", short_number(at[0]), " to ",
-                                  short_number(at.back()),
-                                  "): its index is the coordinate; --spacing sets another"));
-      continue;
+    double first = at[0], step = (at.back() - at.front()) / static_cast<double>(at.size() - 1);
+    if (!evenly_spaced(at)) {
+      if (r != 2 || keep_levels || !strictly_monotonic(at)) {
+        d.warnings.push_back(concat(v.dims[a].name, " is not evenly spaced (", short_number(at[0]), " to ",
+                                    short_number(at.back()),
+                                    "): its index is the coordinate; --spacing sets another"));
+        continue;
+      }
+      uneven = even_levels(at);
+      step = uneven->step;
+      d.notes.push_back(concat(v.dims[a].name, ": ", at.size(), " uneven levels, ", short_number(at[0]),
+                               " to ", short_number(at.back()), ", are sampled at ", uneven->count,
+                               " even ones, linearly between them; --spacing keeps them as they are"));
+    }
+    if (r == 2 && lower(file.text(*coordinate, "positive")) == "down") {
+      first = -first, step = -step;
+      d.notes.push_back(concat(v.dims[a].name, " counts down: z is what is above its 0"));
     }
     columns[r][r] = step;
-    origin[r] = at[0];
+    origin[r] = first;
     known.push_back(v.dims[a].name);
     if (const std::string unit = file.text(*coordinate, "units"); !unit.empty()) units.push_back(unit);
   }
@@ -162,6 +182,7 @@ void set_affine(SeriesDescription& d, const NetcdfFile& file, const NetcdfVariab
       !units.empty() && std::all_of(units.begin(), units.end(), [&](const auto& u) { return u == units[0]; });
   if (agree) d.spatial_unit = units[0];
   if (!agree && !units.empty()) d.notes.push_back("the axes have different units: " + join(units));
+  return uneven;
 }
 
 // Times of the frames of one file, appended; a file without them leaves the whole series without.
@@ -247,6 +268,7 @@ std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence, const ReaderO
   NetcdfAxes axes;
   std::vector<NetcdfPart> parts;
   std::unique_ptr<NetcdfFile> first_file;
+  std::optional<EvenLevels> uneven;
   uint64_t frames = 0;
   bool timed = true;
   for (const SequenceFile& f : sequence.files) {
@@ -264,7 +286,7 @@ std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence, const ReaderO
     if (first) {
       axes = own;
       describe_axes(d, *v, axes);
-      set_affine(d, file, *v, axes.roles);
+      uneven = set_affine(d, file, *v, axes.roles, options.spacing.has_value());
       describe_channels(d, file, *v, channels);
     } else if (own.roles != axes.roles) {
       fail_input(f.path, ": the axes of ", v->name, " are not those of the first file");
@@ -281,10 +303,10 @@ std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence, const ReaderO
   d.dims[3] = frames;
   if (sequence.files.size() > 1) d.notes.push_back(sequence.note);
   FramePlan plan = plan_frames(sequence, frames, options);
-  return planned_series(std::make_unique<NetcdfReader>(std::move(d), std::move(channels),
-                                                       std::move(axes.roles), std::move(parts),
-                                                       std::move(first_file)),
-                        std::move(plan), options);
+  std::unique_ptr<FrameReader> reader = std::make_unique<NetcdfReader>(
+      std::move(d), std::move(channels), std::move(axes.roles), std::move(parts), std::move(first_file));
+  if (uneven) reader = resample_levels(std::move(reader), *uneven);
+  return planned_series(std::move(reader), std::move(plan), options);
 }
 
 std::string netcdf_version() {

@@ -2,6 +2,7 @@
 
 #include <netcdf.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -154,11 +155,61 @@ TEST(NetcdfReader, ReadsTheFirstHeaderOnce) {
   expect_opened_once(s, inputs({s.path("day#.nc")}), "day0.nc", "day1.nc", 0);
 }
 
-TEST(NetcdfReader, WarnsOfUnevenLevelsAndNeedsNoTime) {
+// 3 x 2 samples at depths 0, 10, 20, 50 holding depth^2; a hole at 20 in column 0.
+std::string depths(const std::string& path, bool falling) {
+  Nc nc(path, {{"depth", 4, "m"}, {"y", 3}, {"x", 2}});
+  check(nc_put_att_text(nc.id, nc.axes[0].first, "positive", 4, "down"));
+  check(nc_enddef(nc.id));
+  std::vector<double> at{0, 10, 20, 50}, values;
+  if (falling) std::reverse(at.begin(), at.end());
+  for (const double depth : at)
+    for (int i = 0; i < 6; ++i) values.push_back(i == 0 && depth == 20 ? NAN : depth * depth);
+  check(nc_put_var_double(nc.id, nc.axes[0].first, at.data()));
+  check(nc_put_var_double(nc.id, nc.variable, values.data()));
+  check(nc_close(nc.id));
+  return path;
+}
+
+TEST(NetcdfReader, SamplesUnevenDepthsEvenlyBelowZero) {
+  Scratch s;
+  for (const bool falling : {false, true}) {
+    const auto reader = open_series(inputs({depths(s.path("a.nc"), falling)}));
+    const SeriesDescription& d = reader->description();
+    EXPECT_TRUE(d.warnings.empty()) << d.warnings[0];
+    ASSERT_EQ(d.dims, (std::array<uint64_t, 4>{2, 3, 6, 1}));
+    EXPECT_EQ(d.affine[10], falling ? 10 : -10); // z = -depth
+    EXPECT_EQ(d.affine[11], falling ? -50 : 0);
+    const auto values = dense(*reader, 0);
+    const double by_depth[] = {0, 100, 400, 1100, 1800, 2500}; // linear from 20 to 50
+    for (size_t k = 0; k < 6; ++k) {
+      EXPECT_NEAR(values[6 * (falling ? 5 - k : k) + 4], by_depth[k], 1e-3) << k;
+      EXPECT_EQ(std::isnan(values[6 * (falling ? 5 - k : k)]), k >= 2 && k <= 4) << k;
+    }
+    ReaderOptions o = inputs({s.path("a.nc")});
+    o.spacing = {1, 1, 2};
+    const auto kept = open_series(o);
+    EXPECT_EQ(kept->description().dims[2], 4u);
+    EXPECT_EQ(dense(*kept, 0)[6 * (falling ? 0 : 3) + 1], 2500);
+  }
+}
+
+TEST(NetcdfReader, TakesLimitedNumbersOfEvenLevels) {
+  Scratch s;
+  Nc nc(s.path("a.nc"), {{"z", 4, "m"}, {"y", 3}, {"x", 2}});
+  check(nc_enddef(nc.id));
+  const double close[] = {0, 0.001, 100, 1000};
+  check(nc_put_var_double(nc.id, nc.axes[0].first, close));
+  check(nc_close(nc.id));
+  const auto reader = open_series(inputs({s.path("a.nc")}));
+  EXPECT_EQ(reader->description().dims[2], 17u);
+  EXPECT_EQ(reader->description().affine[10], 1000.0 / 16);
+}
+
+TEST(NetcdfReader, WarnsOfLevelsOutOfOrderAndNeedsNoTime) {
   Scratch s;
   Nc nc(s.path("a.nc"), {{"time", 3}, {"level", 4, "hPa"}, {"y", 3}, {"x", 2}});
   check(nc_enddef(nc.id));
-  const double uneven[] = {1000, 850, 500, 100};
+  const double uneven[] = {1000, 850, 900, 100};
   check(nc_put_var_double(nc.id, nc.axes[0].first, uneven));
   check(nc_close(nc.id));
   const auto reader = open_series(inputs({s.path("a.nc")}));
