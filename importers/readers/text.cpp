@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 
 namespace bcc4 {
@@ -27,6 +28,10 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 } // namespace
+
+bool written_out(double value, std::string_view text) {
+  return text.find("e+") != std::string_view::npos && std::abs(value) < 1e15;
+}
 
 std::string_view trim(std::string_view text) {
   const size_t first = text.find_first_not_of(" \t\r\n");
@@ -109,8 +114,10 @@ std::string byte_text(double bytes) {
 
 std::string short_number(double value, int digits) {
   char buffer[64];
-  return {buffer,
-          std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits).ptr};
+  std::string text(
+      buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits).ptr);
+  if (!written_out(value, text)) return text;
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, 0).ptr};
 }
 
 } // namespace bcc4

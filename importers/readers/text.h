@@ -18,10 +18,15 @@ requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std:
   char buffer[24];
   out.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
 }
-// Shortest form that reads back as the same number.
+// Whether people write a number out that came as `text`: 100000, not 1e+05.
+[[nodiscard]] bool written_out(double value, std::string_view text);
+// Shortest form that reads back as the same number, without an exponent where people use none.
 template<std::floating_point F> void append_text(std::string& out, F value) {
   char buffer[64];
-  out.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
+  std::string_view text(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
+  if (written_out(static_cast<double>(value), text))
+    text = {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed).ptr};
+  out += text;
 }
 template<class... Parts> [[nodiscard]] std::string concat(const Parts&... parts) {
   std::string out;
@@ -57,7 +62,7 @@ template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::str
 
 // "1.5 GiB".
 [[nodiscard]] std::string byte_text(double bytes);
-// `value` with `digits` significant digits.
+// `value` with `digits` significant digits, and all that stand before the point.
 [[nodiscard]] std::string short_number(double value, int digits = 4);
 
 } // namespace bcc4

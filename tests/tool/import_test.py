@@ -160,6 +160,28 @@ class Import(ToolTest):
         self.assertEqual([[row[i] for i in (n, 3)] for n, row in enumerate(info['affine'][:3])], [[1, 10], [2, -20], [3, .5]])
         self.assertEqual(len(self.json('verify', 'a.bcc4', '--against', 'a.raw')['channels']), 2)  # --count is remembered
 
+    def test_every_psnr_has_the_range_of_the_source_as_its_peak(self):
+        # The brightest frame is the last: what is sampled for the estimate and what is measured never see it.
+        dims = (12, 11, 10, 40)
+        args = self.raw('a.raw', dims, lambda x, y, z, t: bump(x, y, z, 0) * (9 if t == 39 else 1))
+        peaks = {self.json('import', *args, '--dry-run')['estimate']['error'][0]['peak']}
+        j = self.json('import', *args, '-o', 'a.bcc4')
+        peaks.add(j['error']['channels'][0]['peak'])
+        peaks.add(self.json('verify', 'a.bcc4', '--against', 'a.raw')['peak'])
+        self.assertEqual(len(peaks), 1, peaks)
+        shown = {line.split('(peak ')[1].split(')')[0] for line in (
+            self.bcc4('import', *args, '--dry-run')[0] + self.bcc4('import', *args, '-o', 'a.bcc4', '--overwrite')[0] +
+            self.bcc4('verify', 'a.bcc4', '--against', 'a.raw')[0]).splitlines() if 'dB' in line}
+        self.assertEqual(len(shown), 1, shown)
+
+    def test_the_report_says_what_it_is_of(self):
+        out, _ = self.bcc4('import', *self.raw('a.raw', (12, 11, 10, 20), bump), '-o', 'a.bcc4')
+        self.assertIn('measured on 3 of 20 frames', out)
+        out, _ = self.bcc4('import', '--help')
+        words = ' '.join(out.split())
+        self.assertIn("floats within 1/512 of what is near, the filter's ringing", words)
+        self.assertNotIn('default 0: exact', words)
+
     def test_channels(self):
         nrrd = b'NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 5 5 5\nkinds: 2-vector space space space\nencoding: raw\n\n'
         self.write('a.nrrd', nrrd + bytes(v for i in range(125) for v in (10, 200)))

@@ -255,7 +255,9 @@ Run add_import(CLI::App& app, std::string command_line) {
              "Value of empty space (default: the background of OpenVDB grids, else 0, and for floats of "
              "which next to none are 0 a value in their midst: near air constants ripple least)");
   add_number(import, "--air-threshold", a->air_threshold,
-             "Samples within this of air are not stored (default 0: exact)");
+             "Samples within this of air are not stored (default 0: integers that equal air, and floats "
+             "within 1/512 "
+             "of what is near, the filter's ringing)");
   add_choice<int32_t>(import, "--on-nonfinite", a->settings.nonfinite, kNonfiniteChoices,
                       "NaN and infinities: stop, missing data, or air and the largest value");
   add_choice<int32_t>(import, "--lattice", a->settings.lattice, kLatticeChoices,
@@ -280,9 +282,9 @@ Run add_import(CLI::App& app, std::string command_line) {
       "what misses");
   add_number(import, "--psnr", a->psnr,
              "The same for a peak signal-to-noise ratio of the series in dB, such as 50");
-  add_choice<int32_t>(
-      import, "--measure", a->settings.measure, kMeasureChoices,
-      "Frames whose error against the source is reported (default some: three; all with a bound)");
+  add_choice<int32_t>(import, "--measure", a->settings.measure, kMeasureChoices,
+                      "Frames whose error against the source is reported (default some: three, evenly "
+                      "spread; all with a bound)");
   add_choice<int32_t>(import, "--quantize", a->settings.quantize, kTypeChoices,
                       "Type of the stored values (default: the source's own precision)");
   add_choice<int32_t>(import, "--store", a->settings.store, kStoreChoices,

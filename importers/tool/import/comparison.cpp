@@ -53,7 +53,8 @@ Json difference_json(const Difference& d, double peak) {
 std::string psnr_text(const Difference& d, double peak) {
   if (d.count == 0) return "nothing to compare";
   if (d.sum_of_squares == 0) return "exact";
-  return peak > 0 ? concat("PSNR ", short_number(d.psnr(peak), 4), " dB") : "no PSNR of a constant";
+  return peak > 0 ? concat("PSNR ", short_number(d.psnr(peak), 4), " dB (peak ", short_number(peak), ")")
+                  : "no PSNR of a constant";
 }
 
 } // namespace
@@ -123,9 +124,9 @@ Json comparison_json(const Comparison& c, double bound) {
 
 void print_comparison(const std::string& name, const Comparison& c) {
   const double peak = c.scan.empty() ? 0 : c.scan.max - c.scan.min;
-  std::printf("%s: %llu samples, max %s, RMSE %s, %s (peak %s)\n", name.c_str(),
+  std::printf("%s: %llu samples, max %s, RMSE %s, %s\n", name.c_str(),
               static_cast<unsigned long long>(c.all.count), short_number(c.all.max).c_str(),
-              short_number(c.all.rmse()).c_str(), psnr_text(c.all, peak).c_str(), short_number(peak).c_str());
+              short_number(c.all.rmse()).c_str(), psnr_text(c.all, peak).c_str());
   if (c.relevant.count > 0 && c.relevant.count < c.all.count)
     std::printf("  outside air: %llu samples, max %s, RMSE %s, %s\n",
                 static_cast<unsigned long long>(c.relevant.count), short_number(c.relevant.max).c_str(),

@@ -5,15 +5,17 @@
 namespace bcc4 {
 namespace {
 
-std::string psnr_text(double psnr) {
-  return std::isinf(psnr) && psnr > 0 ? "exact" : concat("PSNR ", short_number(psnr, 4), " dB");
+std::string psnr_text(double psnr, double peak) {
+  if (std::isinf(psnr) && psnr > 0) return "exact";
+  return concat("PSNR ", short_number(psnr, 4), " dB (peak ", short_number(peak), ")");
 }
 
 } // namespace
 
 std::string error_text(const bccsplat_error_report& e) {
   if (e.samples == 0) return "nothing to compare";
-  return concat("max ", short_number(e.max_abs), ", RMSE ", short_number(e.rmse), ", ", psnr_text(e.psnr));
+  return concat("max ", short_number(e.max_abs), ", RMSE ", short_number(e.rmse), ", ",
+                psnr_text(e.psnr, e.peak));
 }
 
 Json error_json(const bccsplat_error_report& e) {

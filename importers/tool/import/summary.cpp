@@ -35,9 +35,9 @@ void print_errors(const SeriesDescription& s, const ImportResult& import) {
               short_number(r.coding_rmse).c_str());
   for (size_t c = 0; c < import.errors.series.size(); ++c) {
     const bccsplat_error_report& e = import.errors.series[c];
-    std::printf("  error at the source samples, %s (%llu of %llu frames): %s\n", s.channels[c].name.c_str(),
-                static_cast<unsigned long long>(r.frames_measured), static_cast<unsigned long long>(r.frames),
-                error_text(e).c_str());
+    std::printf("  error at the source samples, %s, measured on %llu of %llu frames: %s\n",
+                s.channels[c].name.c_str(), static_cast<unsigned long long>(r.frames_measured),
+                static_cast<unsigned long long>(r.frames), error_text(e).c_str());
     if (e.samples == 0) continue;
     if (e.non_air_samples > 0 && e.non_air_samples < e.samples) {
       bccsplat_error_report inside = e;

@@ -1,0 +1,28 @@
+#include "readers/text.h"
+
+#include <gtest/gtest.h>
+
+namespace bcc4::test {
+namespace {
+
+TEST(Text, WritesNumbersAsPeopleDo) {
+  EXPECT_EQ(byte_text(1000.0 * 1024), "1000 KiB");
+  EXPECT_EQ(byte_text(1023.7 * 1024), "1024 KiB");
+  EXPECT_EQ(byte_text(1536), "1.5 KiB");
+  EXPECT_EQ(byte_text(4.0 * 1024 * 1024), "4 MiB");
+  EXPECT_EQ(short_number(9192.4, 3), "9192");
+  EXPECT_EQ(short_number(999.7, 3), "1000");
+  EXPECT_EQ(short_number(-123456.7, 4), "-123457");
+  EXPECT_EQ(short_number(12.3456, 4), "12.35");
+  EXPECT_EQ(short_number(1.5e-7, 4), "1.5e-07");
+  EXPECT_EQ(short_number(2e30, 4), "2e+30");
+  EXPECT_EQ(concat(100000.0), "100000");
+  EXPECT_EQ(concat(-2.5e9f), "-2500000000");
+  EXPECT_EQ(concat(0.1), "0.1");
+  EXPECT_EQ(concat(1e300), "1e+300");
+  for (const double v : {123456789.25, 3e14, 1e15, 98765432109876.5})
+    EXPECT_EQ(parse_number<double>(concat(v)), v);
+}
+
+} // namespace
+} // namespace bcc4::test
