@@ -29,12 +29,49 @@ struct Wave {
 struct Problem {
   std::vector<std::vector<Wave>> balls; // in the order of ShapeFigures
   Vector mass{};                        // integrals of the powers
+  std::vector<Vector> sums;             // of the powers over the sites, at points of a cell
   ShapeGoal goal;
 };
+
+// At points of an eighth of the cell of a coset, times the volume of a site.
+std::vector<Vector> lattice_sums(double radius) {
+  constexpr int points = 9, reach = 5;
+  constexpr double plane = 1 / std::numbers::sqrt2;
+  std::vector<Vector> sums;
+  for (int i = 0; i < points; ++i)
+    for (int j = 0; j <= i; ++j)
+      for (int k = 0; k <= j; ++k) {
+        Vector& sum = sums.emplace_back();
+        for (int z = -reach; z <= reach; ++z)
+          for (int y = -reach; y <= reach; ++y)
+            for (int x = -reach; x <= reach; ++x) {
+              if (((x ^ y) & 1) || ((y ^ z) & 1)) continue;
+              const auto square = [&](int at, int site) {
+                return std::pow((at / (points - 1.0) - site) * plane / radius, 2);
+              };
+              const double u = 1 - square(i, x) - square(j, y) - square(k, z);
+              if (u <= 0) continue;
+              for (size_t t = 0; t < terms; ++t) sum[t] += std::numbers::sqrt2 * std::pow(u, first + t);
+            }
+      }
+  return sums;
+}
+
+double ripple_of(const Problem& problem, const Vector& a) {
+  double integral = 0, worst = 0;
+  for (size_t i = 0; i < terms; ++i) integral += a[i] * problem.mass[i];
+  for (const Vector& at : problem.sums) {
+    double sum = 0;
+    for (size_t i = 0; i < terms; ++i) sum += a[i] * at[i];
+    worst = std::max(worst, std::abs(sum / integral - 1));
+  }
+  return worst;
+}
 
 Problem make_problem(const ShapeGoal& goal) {
   Problem problem;
   problem.goal = goal;
+  problem.sums = lattice_sums(goal.radius);
   std::vector<KernelSpectrum> powers, pairs;
   Kernel kernel;
   kernel.space.radius = goal.radius;
@@ -144,6 +181,7 @@ double objective(const Problem& problem, const Vector& a) {
   } else {
     for (size_t b = 0; b < db.size(); ++b) soft += std::exp(-3 * (db[b] - goal.beat[b]));
   }
+  if (goal.ripple > 0) given_up += std::max(20 * std::log10(ripple_of(problem, a) / goal.ripple), 0.0);
   double integral = 0;
   for (size_t i = 0; i < terms; ++i) integral += a[i] * problem.mass[i];
   double falling = 0; // where phi rises with r, for unit integral
@@ -266,6 +304,7 @@ Shape design_shape(const ShapeGoal& goal) {
   const Vector a = nodes.coefficients(best.x);
   shape.figures = figures(problem, a);
   shape.gradient = gradient_figures(problem, a);
+  shape.ripple = ripple_of(problem, a);
   shape.phi.radius = goal.radius;
   shape.phi.terms = static_cast<int>(first + terms);
   std::copy(a.begin(), a.end(), shape.phi.a.begin() + first);
@@ -277,7 +316,7 @@ Shape measure_shape(const ShapeGoal& goal, const RadialKernel& phi) {
   const Problem problem = make_problem(goal);
   Vector a{};
   std::copy_n(phi.a.begin() + first, terms, a.begin());
-  return {phi, figures(problem, a), gradient_figures(problem, a)};
+  return {phi, figures(problem, a), gradient_figures(problem, a), ripple_of(problem, a)};
 }
 
 ShapeGoal shipped_shape_goal(std::string_view space_name) {

@@ -23,12 +23,14 @@ struct ShapeGoal {
   // values falls below `beat`.
   bool for_gradient = false;
   GradientFigures gradient_beat{};
+  double ripple = 0; // a constant may come back off by this at most; 0: by anything
 };
 
 struct Shape {
   RadialKernel phi;
   ShapeFigures figures{};
   GradientFigures gradient{};
+  double ripple = 0; // largest error of a constant 1
 };
 
 // Maximises the smallest gain over the figures to beat (softly), with phi nonnegative and monotone in r.

@@ -269,32 +269,55 @@ void shape(std::ostream& out, const std::string& which) {
   }
 }
 
-// What a shape gains in the gradient when its values may lose up to `loss` dB.
-void shape_for_gradient(const Report& report, const std::string& name, const std::vector<double>& losses) {
-  ShapeGoal goal = shipped_shape_goal(name);
-  const Shape shipped = measure_shape(goal, make_kernel(name + "+b" + std::to_string(goal.time_order)).space);
-  std::vector<Row> rows;
-  const auto add = [&](const std::string& what, const Shape& s) {
+// What a shape gains in the gradient when its values may lose up to a number of dB, or in constants.
+class ShapeTable {
+ public:
+  explicit ShapeTable(const std::string& name)
+      : goal(shipped_shape_goal(name)),
+        shipped(measure_shape(goal, make_kernel(name + "+b" + std::to_string(goal.time_order)).space)) {
+    add(name + ", shipped", shipped);
+  }
+  void add(const std::string& what, const Shape& s) {
     Row row{word("shape", what)};
     for (size_t r = 0; r < design_rhos.size(); ++r)
       row.push_back(figure("value " + number(design_rhos[r], 1), s.figures[5 + r], 1));
     for (size_t r = 0; r < design_rhos.size(); ++r)
       row.push_back(figure("gradient " + number(design_rhos[r], 1), s.gradient[r], 1));
     row.push_back(figure("constant", s.figures[4], 1));
+    row.push_back(figure("largest ripple %", 100 * s.ripple, 4));
     std::string a;
     for (size_t j = 2; j < 8; ++j) a += concat(j == 2 ? "" : " ", s.phi.a[j]);
     row.push_back(word("a_2 .. a_7", a));
     rows.push_back(row);
-  };
-  add(name + ", shipped", shipped);
-  for (const double loss : losses) {
-    goal.for_gradient = true;
-    goal.gradient_beat = shipped.gradient;
-    goal.beat = shipped.figures;
-    for (double& db : goal.beat) db -= loss;
-    add("up to " + number(loss, 1) + " dB given up", design_shape(goal));
   }
-  report.table("Shapes designed for the gradient, best prefilters (dB), D4*: " + name, rows);
+
+  ShapeGoal goal;
+  Shape shipped;
+  std::vector<Row> rows;
+};
+
+void shape_for_gradient(const Report& report, const std::string& name, const std::vector<double>& losses) {
+  ShapeTable table(name);
+  for (const double loss : losses) {
+    ShapeGoal goal = table.goal;
+    goal.for_gradient = true;
+    goal.gradient_beat = table.shipped.gradient;
+    goal.beat = table.shipped.figures;
+    for (double& db : goal.beat) db -= loss;
+    table.add("up to " + number(loss, 1) + " dB given up", design_shape(goal));
+  }
+  report.table("Shapes designed for the gradient, best prefilters (dB), D4*: " + name, table.rows);
+}
+
+void shape_for_constants(const Report& report, const std::string& name, const std::vector<double>& ripples) {
+  ShapeTable table(name);
+  for (const double ripple : ripples) {
+    ShapeGoal goal = table.goal;
+    goal.beat = table.shipped.figures;
+    goal.ripple = ripple;
+    table.add("a constant within " + number(100 * ripple, 3) + " %", design_shape(goal));
+  }
+  report.table("Shapes designed for constants, best prefilters (dB), D4*: " + name, table.rows);
 }
 
 void run_predicted(const Report& report) {
@@ -317,11 +340,14 @@ struct Part {
   std::string_view option;
   void (*run)(const Report& report);
 };
-constexpr Part parts[] = {
-    {"--predicted", run_predicted},        {"--measured", run_measured},
-    {"--chain", run_kernel_chain},         {"--marschner", run_marschner_lobb},
-    {"--gradients", run_kernel_gradients}, {"--interpolation", run_kernel_interpolation},
-    {"--paper", run_paper_kernel}};
+constexpr Part parts[] = {{"--predicted", run_predicted},
+                          {"--measured", run_measured},
+                          {"--chain", run_kernel_chain},
+                          {"--marschner", run_marschner_lobb},
+                          {"--gradients", run_kernel_gradients},
+                          {"--constants", run_kernel_constants},
+                          {"--interpolation", run_kernel_interpolation},
+                          {"--paper", run_paper_kernel}};
 
 } // namespace
 
@@ -348,6 +374,11 @@ int run_kernels_suite(std::span<const std::string> args, const Report& report) {
     bend(report, args[1]);
     return 0;
   }
+  if (first == "--shape-constant") {
+    if (args.size() != 2) fail(Code::invalid_argument, "kernels --shape-constant takes one name");
+    shape_for_constants(report, args[1], {1e-3, 3e-4, 1e-4});
+    return 0;
+  }
   if (first == "--shape-gradient") {
     if (args.size() != 2) fail(Code::invalid_argument, "kernels --shape-gradient takes one name");
     shape_for_gradient(report, args[1], {0.3, 1, 2});
@@ -358,7 +389,9 @@ int run_kernels_suite(std::span<const std::string> args, const Report& report) {
       std::string known;
       for (const Part& p : parts) known += std::string(p.option) + ' ';
       fail(Code::invalid_argument, "kernels: unknown option '", arg, "'; known: ", known,
-           "or alone: --design NAME --design-cc --bend NAME --shape NAME --shape-gradient NAME --compare "
+           "or alone: --design NAME --design-cc --bend NAME --shape NAME --shape-gradient NAME "
+           "--shape-constant "
+           "NAME --compare "
            "NAME PATTERN");
     }
   for (const Part& part : parts)

@@ -18,12 +18,14 @@ namespace bccsplat::bench {
 //           --chain            the library from samples to values (kernels_chain.h)
 //           --marschner        the signal of Marschner & Lobb
 //           --gradients        analytic gradients against differences and against CC (kernels_gradient.cpp)
+//           --constants        constants and what varies little around them (kernels_constants.cpp)
 //           --interpolation    the stages against exact interpolation (kernels_interpolation.cpp)
 //           --paper            the pipeline of Neophytou & Mueller 2002 (kernels_paper.cpp)
 //   alone:  --design NAME | --design all   designs the prefilters again: prefilter_tables.inc
 //           --design-cc                    the same for the Cartesian lattice: cc_tables.inc
 //           --shape NAME | --shape all     designs phi again (radial16 radial18 radial20 radial24)
 //           --shape-gradient NAME          what phi gains in the gradient for a loss in the values
+//           --shape-constant NAME          what it costs to bring constants back better
 //           --compare NAME PATTERN [3]     a prefilter of other stages (letters: kernel_design.h)
 // Returns the exit status; throws Error on wrong arguments.
 int run_kernels_suite(std::span<const std::string> args, const Report& report);

@@ -16,6 +16,10 @@ void run_marschner_lobb(const Report& report);
 // Gradients in space at random 4D points: analytic, and by differences of values.
 void run_kernel_gradients(const Report& report);
 
+// Constants and what varies little around them: as they come back, and divided by the lattice sum of the
+// kernel.
+void run_kernel_constants(const Report& report);
+
 // What the prefilter stages make of waves, noise, one site and a checkerboard, beside exact interpolation by
 // conjugate gradients on a periodic lattice.
 void run_kernel_interpolation(const Report& report);
