@@ -166,6 +166,7 @@ bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_
     require(writer, "writer");
     check_output(report, "report");
     write_report(report, writer->writer.finish());
+    for (const std::string& text : writer->writer.warnings()) writer->device->log(BCCSPLAT_LOG_WARNING, text);
   });
 }
 

@@ -76,6 +76,8 @@ class VolumeWriter {
   [[nodiscard]] std::array<uint64_t, 2> given_frames() const;
   // After finish; index -1: of the series, else of the frame measured as that one.
   [[nodiscard]] MeasuredErrors measured(uint32_t channel, int64_t index) const;
+  // After finish: what the host should know of its options.
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
   enum class Input : uint8_t { none, frames, layers };
@@ -133,6 +135,7 @@ class VolumeWriter {
   std::unique_ptr<Bcc4Writer> container_;
   Measuring measuring_;
   std::vector<Range> source_ranges_; // once finished
+  std::vector<std::string> warnings_;
 
   std::optional<SeriesPart> part_; // none: the whole series, or what continues a file
   std::optional<Continuation> continued_;

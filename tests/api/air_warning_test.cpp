@@ -1,0 +1,102 @@
+// A host that leaves air where its values are not is told so, in the log of its device.
+#include <cmath>
+
+#include "support.h"
+
+namespace host {
+namespace {
+
+struct Log {
+  std::vector<std::string> warnings;
+
+  static void take(void* user, int32_t level, const char* message) {
+    if (level == BCCSPLAT_LOG_WARNING) static_cast<Log*>(user)->warnings.emplace_back(message);
+  }
+  [[nodiscard]] Device device() {
+    auto o = sized<bccsplat_device_options>();
+    o.log = take, o.log_user = this;
+    bccsplat_device* d = nullptr;
+    EXPECT_OK(bccsplat_device_create(&o, &d));
+    return Device(d);
+  }
+};
+
+double waves(double x, double y, double z, double t) {
+  return 50 * std::sin(0.3 * x + 0.2 * y - 0.25 * z + 0.4 * t);
+}
+
+// Writes the series and returns what the device's log got; air NaN: cleared options.
+std::vector<std::string> warnings_of(const Field& field, double air = NAN) {
+  Log log;
+  const Folder folder;
+  const Device device = log.device();
+  const Series s{.field = field};
+  auto options = options_of(s);
+  auto channel = sized<bccsplat_channel_options>();
+  channel.name = "pressure";
+  if (!std::isnan(air)) channel.air = air, channel.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
+  options.channels = &channel, options.channel_count = 1;
+  const Writer w = make_writer(device, folder.file("p.bcc4"), options);
+  EXPECT_OK(add_frames(w.get(), s));
+  EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));
+  return log.warnings;
+}
+
+TEST(AirWarning, ValuesFarFromAirAreWarnedOf) {
+  const auto pressure = [](double x, double y, double z, double t) { return 101325 + waves(x, y, z, t); };
+  const std::vector<std::string> warnings = warnings_of(pressure);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("pressure"), std::string::npos);
+  EXPECT_NE(warnings[0].find("243."), std::string::npos); // .24 % of 101374
+  EXPECT_TRUE(warnings_of(pressure, 101325).empty());
+  // Far is a matter of the values' range.
+  const auto around = [](double base) {
+    return [base](double x, double y, double z, double t) { return base + waves(x, y, z, t); };
+  };
+  EXPECT_TRUE(warnings_of(around(700)).empty());
+  EXPECT_EQ(warnings_of(around(800)).size(), 1u);
+  EXPECT_EQ(warnings_of(around(-800)).size(), 1u);
+}
+
+TEST(AirWarning, WhereThereIsAirItIsMeant) {
+  // A cloud of nearly constant density, cut off.
+  const auto cloud = [](double x, double y, double z, double t) {
+    return std::hypot(x - 9, y - 9, z - 9) < 5 ? 1 + 1e-4 * waves(x, y, z, t) : 0.0;
+  };
+  EXPECT_TRUE(warnings_of(cloud).empty());
+  EXPECT_TRUE(warnings_of([](double, double, double, double) { return 0.0; }).empty());
+}
+
+// What the warning speaks of: the same field with its air at 0 and among its values.
+TEST(AirWarning, AnAirAmongTheValuesDoesAwayWithTheRipple) {
+  const auto error_with = [](double air) {
+    const Folder folder;
+    const Device device = make_device();
+    const Series s{
+        .field = [](double x, double y, double z, double t) { return 101325 + waves(x, y, z, t); }};
+    auto options = options_of(s);
+    auto channel = sized<bccsplat_channel_options>();
+    channel.air = air, channel.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
+    options.channels = &channel, options.channel_count = 1;
+    const std::string path = folder.file("p.bcc4");
+    {
+      const Writer w = make_writer(device, path, options);
+      EXPECT_OK(add_frames(w.get(), s));
+      EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));
+    }
+    const Volume volume = open(device, path);
+    double worst = 0;
+    for (int i = 0; i < 200; ++i) {
+      const std::array<double, 4> p{8 + 0.02 * i, 8 + 0.013 * i, 8 + 0.01 * i, 3 + 0.005 * i};
+      float value = 0;
+      EXPECT_OK(bccsplat_volume_evaluate(volume.get(), 1, p.data(), &value, nullptr));
+      worst = std::max(worst, std::fabs(static_cast<double>(value) - 101325 - waves(p[0], p[1], p[2], p[3])));
+    }
+    return worst;
+  };
+  EXPECT_GT(error_with(0), 100);
+  EXPECT_LT(error_with(101325), 3);
+}
+
+} // namespace
+} // namespace host
