@@ -8,7 +8,9 @@
 #include "base/text.h"
 #include "fit/resample.h"
 #include "tests/bench/fit/fit_ends.h"
+#include "tests/bench/fit/fit_faces.h"
 #include "tests/bench/fit/fit_fields.h"
+#include "tests/bench/fit/fit_held_out.h"
 #include "tests/bench/fit/fit_lowpass.h"
 #include "tests/bench/fit/fit_rate.h"
 #include "tests/bench/fit/fit_source.h"
@@ -104,7 +106,7 @@ Row round_trip_row(const FitSource& s, double scale, float ringing, Filter filte
 
 int run_fit_suite(std::span<const std::string> args, const Report& report) {
   std::vector<std::string> tables;
-  std::string raw, dims, type;
+  std::string raw, dims, type, folder;
   std::vector<Row> rows;
   for (size_t i = 0; i < args.size(); ++i) {
     const auto value = [&]() -> const std::string& {
@@ -113,13 +115,15 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     };
     if (args[i] == "--raw")
       raw = value();
+    else if (args[i] == "--data")
+      folder = value();
     else if (args[i] == "--dims")
       dims = value();
     else if (args[i] == "--dtype")
       type = value();
     else if (args[i] == "--speed" || args[i] == "--accuracy" || args[i] == "--kept" ||
              args[i] == "--round-trip" || args[i] == "--rate" || args[i] == "--lowpass" ||
-             args[i] == "--ends")
+             args[i] == "--ends" || args[i] == "--held-out")
       tables.push_back(args[i]);
     else
       fail(Code::invalid_argument, "fit: unknown option ", args[i]);
@@ -170,8 +174,16 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     }
     report.table("accuracy of the samples on D4*", rows);
   }
+  if (!folder.empty() && wanted("--held-out")) report_held_out(folder, report);
   if (wanted("--lowpass")) report_lowpass(report);
-  if (wanted("--ends")) report_ends(report);
+  if (wanted("--ends")) {
+    report_ends(report);
+    report_faces(report);
+    if (!folder.empty()) {
+      report_ends(folder, report);
+      report_faces(folder, report);
+    }
+  }
   FitSeries smoke;
   if (wanted("--kept") || wanted("--round-trip") || wanted("--rate"))
     smoke = report.quick ? smoke_like({32, 32, 32, 12}) : smoke_like({96, 96, 96, 24});

@@ -7,6 +7,7 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
+#include "tests/bench/paper/paper.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {
@@ -15,7 +16,7 @@ namespace {
 using test::TestContext;
 
 constexpr uint64_t cache = 4ull << 30;
-constexpr std::array<int32_t, 2> leads{0, 4};
+constexpr std::array<int32_t, 3> leads{0, 2, 4};
 
 struct Known {
   std::string name;
@@ -32,18 +33,18 @@ struct Place {
 constexpr Place places[] = {{"t = 0", 0, false}, {"t = .5", 0.5, false}, {"t 1..2", 1, true},
                             {"t 2..3", 2, true}, {"t 3..4", 3, true},    {"inside", 11, true}};
 
-MemorySamples fitted(const FitSource& source, int32_t lead) {
+MemorySamples fitted(const FitSource& source, int32_t lead, uint64_t* kept = nullptr) {
   FitOptions options;
   options.lead = lead;
   std::vector<std::vector<BrickLayer>> layers(1);
   const FitReport made = fit_source(source, options, 1, layers.data());
+  if (kept) *kept = made.channels[0].sites_kept;
   return {made.lattice, {0}, std::move(layers)};
 }
 
 // dB at the places of an axis, from both its ends, in the middle of the others.
 std::vector<double> errors_at(const Coefficients& c, const Known& k, const std::array<uint32_t, 4>& dims,
-                              size_t axis, size_t count) {
-  TestContext context;
+                              size_t axis, size_t count, const Context& context) {
   std::vector<double> db;
   for (const Place& place : places) {
     std::mt19937 random(7);
@@ -52,12 +53,14 @@ std::vector<double> errors_at(const Coefficients& c, const Known& k, const std::
     for (size_t i = 0; i < count; ++i) {
       Vec4 p;
       for (size_t a = 0; a < 4; ++a) p[a] = (dims[a] - 1) / 2.0 + 4 * (unit(random) - 0.5);
-      const double from = place.from + (place.random ? unit(random) : 0);
+      // Of a short series what is furthest from its ends is inside.
+      const double first = std::min(place.from, (dims[axis] - 1) / 2.0 - 1);
+      const double from = first + (place.random ? unit(random) : 0);
       p[axis] = i % 2 ? dims[axis] - 1.0 - from : from;
       points.push_back(p);
     }
     std::vector<float> values(points.size());
-    (void)evaluate4(c, points, values, {}, context.get());
+    (void)evaluate4(c, points, values, {}, context);
     double error = 0, power = 0;
     for (size_t i = 0; i < points.size(); ++i) {
       const double truth = k.field(points[i]), e = static_cast<double>(values[i]) - truth;
@@ -69,9 +72,10 @@ std::vector<double> errors_at(const Coefficients& c, const Known& k, const std::
 }
 
 // Mean square of what white noise of variance 1 becomes.
-std::vector<double> noise_at(const Coefficients& c, const std::array<uint32_t, 4>& dims, size_t count) {
+std::vector<double> noise_at(const Coefficients& c, const std::array<uint32_t, 4>& dims, size_t count,
+                             const Context& context) {
   const Known nothing{"", [](const Vec4&) { return 0.0; }, 0};
-  std::vector<double> power = errors_at(c, nothing, dims, 3, count);
+  std::vector<double> power = errors_at(c, nothing, dims, 3, count, context);
   for (double& v : power) v = std::pow(10, -v / 10);
   return power;
 }
@@ -87,18 +91,21 @@ FitSource sampled(const std::array<uint32_t, 4>& dims, const std::function<doubl
   return source_of<float>(s, SourceType::f32, 1, name);
 }
 
-void add_row(std::vector<Row>& rows, const std::string& name, const char* beyond,
+void add_row(std::vector<Row>& rows, const std::string& name, const std::string& beyond,
              const std::vector<double>& v, int digits) {
   Row row{word("series", name), word("beyond the ends", beyond)};
   for (size_t i = 0; i < v.size(); ++i) row.push_back(figure(places[i].name, v[i], digits));
   rows.push_back(row);
 }
 
-const char* name_of(int32_t lead) { return lead > 0 ? "predicted" : "mirrored"; }
+std::string name_of(int32_t lead) {
+  return lead == 0 ? std::string("mirrored") : concat(lead, " layers predicted");
+}
 
 } // namespace
 
 void report_ends(const Report& report) {
+  TestContext context; // outlives the coefficients, which hold its memory
   const std::array<uint32_t, 4> dims{24, 24, 24, 25};
   const size_t count = report.quick ? 600 : 3000;
   std::vector<Known> known;
@@ -119,10 +126,10 @@ void report_ends(const Report& report) {
     for (const int32_t lead : leads) {
       const MemorySamples samples = fitted(source, lead);
       const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-      add_row(rows, k.name, name_of(lead), errors_at(c, k, dims, 3, count), 1);
+      add_row(rows, k.name, name_of(lead), errors_at(c, k, dims, 3, count, context.get()), 1);
       if (lead == 0 && k.power > 0) {
         Row row{word("series", k.name)};
-        const std::vector<double> v = errors_at(c, k, dims, 0, count);
+        const std::vector<double> v = errors_at(c, k, dims, 0, count, context.get());
         for (size_t i = 0; i < v.size(); ++i)
           row.push_back(
               figure(places[i].name[0] == 't' ? concat("x", places[i].name + 1) : places[i].name, v[i], 1));
@@ -139,9 +146,23 @@ void report_ends(const Report& report) {
   for (const int32_t lead : leads) {
     const MemorySamples samples = fitted(source, lead);
     const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-    add_row(noise, source.name, name_of(lead), noise_at(c, dims, count), 2);
+    add_row(noise, source.name, name_of(lead), noise_at(c, dims, count, context.get()), 2);
   }
   report.table("the ends of time: SNR dB (blob: PSNR), default kernel, through the import, both ends", rows);
+  std::vector<Row> few;
+  for (const uint32_t frames : {4u, 6u, 9u})
+    for (const double rho : {0.3, 0.5, 0.7}) {
+      const test::PlaneWaves waves(60, rho, 17);
+      const Known k{concat(frames, " frames, waves, rho ", rho), waves, 1};
+      const std::array<uint32_t, 4> short_dims{dims[0], dims[1], dims[2], frames};
+      const FitSource series = sampled(short_dims, k.field, k.name);
+      for (const int32_t lead : leads) {
+        const MemorySamples samples = fitted(series, lead);
+        const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
+        add_row(few, k.name, name_of(lead), errors_at(c, k, short_dims, 3, count, context.get()), 1);
+      }
+    }
+  report.table("the ends of time: SNR dB of short series", few);
   report.table("the ends of time: mean square of white noise", noise);
   report.table("the ends of space, mirrored: SNR dB by distance from a face", space);
 }
@@ -151,9 +172,11 @@ void report_ends(const FitSource& source, const Report& report) {
   std::vector<Row> rows;
   const double n = source.dims[3];
   for (const int32_t lead : leads) {
-    const MemorySamples samples = fitted(source, lead);
+    uint64_t kept = 0;
+    const MemorySamples samples = fitted(source, lead, &kept);
     const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-    Row row{word("series", source.name), word("beyond the ends", name_of(lead))};
+    Row row{word("series", source.name), word("beyond the ends", name_of(lead)),
+            figure("sites kept", static_cast<double>(kept), 0)};
     for (const double at : {0.0, 1.0, 2.0, 3.0, std::floor(n / 2), n - 4, n - 3, n - 2, n - 1}) {
       const std::vector<float> truth = source.frame(static_cast<uint32_t>(at));
       std::vector<Vec4> points;
@@ -173,6 +196,15 @@ void report_ends(const FitSource& source, const Report& report) {
     rows.push_back(row);
   }
   report.table("the ends of time: error at the source samples by frame", rows);
+}
+
+void report_ends(const std::string& folder, const Report& report) {
+  constexpr PaperSet sets[] = {{"heart", "cardiac_cine_256x256x19x20_i16.nii.gz", "", "", true},
+                               {"hurricane", "isabel_windspeed_125x125x25x12_u16.nrrd", "", "", true},
+                               {"pcasl", "pcasl_52x68x20x10_f32.nii.gz", "", "", true},
+                               {"forecast", "ncep_forecast_36x33x10x7_f32.nc", "", "T", true}};
+  for (const PaperSet& set : sets)
+    if (const auto source = load_paper_set(set, folder)) report_ends(*source, report);
 }
 
 } // namespace bccsplat::bench

@@ -10,5 +10,7 @@ namespace bccsplat::bench {
 void report_ends(const Report& report);
 // A series as it is: its first and last frames.
 void report_ends(const FitSource& source, const Report& report);
+// The short series of a folder.
+void report_ends(const std::string& folder, const Report& report);
 
 } // namespace bccsplat::bench

@@ -45,7 +45,7 @@ std::optional<FitSource> load_paper_set(const PaperSet& set, const std::string& 
     const bcc4::SeriesDescription& d = reader->description();
     const bcc4::Type precision = d.channels[0].precision;
     const bool wide = bcc4::type_size(precision) == 2 && !bcc4::is_float(precision),
-               real = bcc4::is_float(precision);
+               bytes = precision == bcc4::Type::u8;
     FitSeries s;
     for (size_t a = 0; a < 4; ++a) s.dims[a] = static_cast<uint32_t>(d.dims[a]);
     std::vector<double> plane(d.dims[0] * d.dims[1]);
@@ -56,9 +56,9 @@ std::optional<FitSource> load_paper_set(const PaperSet& set, const std::string& 
         for (const double v : plane) s.values.push_back(std::isfinite(v) ? static_cast<float>(v) : 0);
       }
     }
-    if (real) return source_of<float>(s, SourceType::f32, 1, set.name);
+    if (bytes) return source_of<uint8_t>(s, SourceType::u8, 1, set.name);
     return wide ? source_of<uint16_t>(s, SourceType::u16, 1, set.name)
-                : source_of<uint8_t>(s, SourceType::u8, 1, set.name);
+                : source_of<float>(s, SourceType::f32, 1, set.name);
   } catch (const bcc4::Error& e) {
     fail(Code::io_error, path.string(), ": ", e.what());
   }

@@ -1,0 +1,194 @@
+#include "tests/bench/fit/fit_held_out.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "field/coefficients/coefficients.h"
+#include "field/evaluate.h"
+#include "tests/bench/fit/fit_source.h"
+#include "tests/bench/paper/paper.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat::bench {
+namespace {
+
+using Frame = std::vector<float>;
+// Weights of the frames 0 .. n-1 for the moment half-way between frames i and i + 1.
+using Weights = std::function<std::vector<double>(size_t i, size_t n)>;
+
+std::vector<double> linear(size_t i, size_t n) {
+  std::vector<double> w(n);
+  w[i] = w[i + 1] = 0.5;
+  return w;
+}
+
+// Frames beyond the ends are continued straight.
+std::vector<double> catmull_rom(size_t i, size_t n) {
+  std::vector<double> w(n);
+  const auto add = [&](int64_t at, double weight) {
+    const auto last = static_cast<int64_t>(n) - 1;
+    const int64_t end = std::clamp<int64_t>(at, 0, last);
+    const int64_t inner = end == 0 ? 1 : last - 1;
+    w[static_cast<size_t>(end)] += at == end ? weight : 2 * weight;
+    if (at != end) w[static_cast<size_t>(inner)] -= weight;
+  };
+  const auto first = static_cast<int64_t>(i);
+  add(first - 1, -1.0 / 16), add(first, 9.0 / 16), add(first + 1, 9.0 / 16), add(first + 2, -1.0 / 16);
+  return w;
+}
+
+// Half-way a cubic spline is the mean of its neighbours less an eighth of the mean of its second derivatives;
+// these solve m[k-1] + 4 m[k] + m[k+1] = 6 (f[k-1] - 2 f[k] + f[k+1]), with none at the ends.
+std::vector<double> natural_spline(size_t i, size_t n) {
+  std::vector<double> w(n);
+  for (size_t f = 0; f < n; ++f) {
+    std::vector<double> diagonal(n, 4), m(n);
+    for (size_t k = 1; k + 1 < n; ++k) m[k] = 6 * ((f == k - 1) - 2.0 * (f == k) + (f == k + 1));
+    for (size_t k = 2; k + 1 < n; ++k) {
+      diagonal[k] -= 1 / diagonal[k - 1];
+      m[k] -= m[k - 1] / diagonal[k - 1];
+    }
+    for (size_t k = n - 2; k >= 1; --k) m[k] = (m[k] - (k + 2 < n ? m[k + 1] : 0)) / diagonal[k];
+    w[f] = ((f == i) + (f == i + 1)) / 2.0 - (m[i] + m[i + 1]) / 16;
+  }
+  return w;
+}
+
+Frame blended(const std::vector<Frame>& kept, const std::vector<double>& weights) {
+  std::vector<double> sum(kept[0].size());
+  for (size_t f = 0; f < kept.size(); ++f)
+    for (size_t k = 0; weights[f] != 0 && k < sum.size(); ++k)
+      sum[k] += weights[f] * static_cast<double>(kept[f][k]);
+  return {sum.begin(), sum.end()};
+}
+
+// Sum of the squares of differences between neighbours along x and y.
+double steepness(const Frame& f, const std::array<uint32_t, 4>& dims) {
+  double sum = 0;
+  const size_t nx = dims[0];
+  for (size_t i = 0; i + nx < f.size(); ++i)
+    sum += std::pow(static_cast<double>(f[i + 1] - f[i]), 2) +
+           std::pow(static_cast<double>(f[i + nx] - f[i]), 2);
+  return sum;
+}
+
+struct Score {
+  double error = 0, edge_error = 0, steep = 0, true_steep = 0;
+  size_t samples = 0, edge_samples = 0;
+
+  void add(const Frame& got, const Frame& truth, const std::array<uint32_t, 4>& dims, bool edge) {
+    for (size_t k = 0; k < got.size(); ++k) {
+      const double e = std::pow(static_cast<double>(got[k] - truth[k]), 2);
+      (edge ? edge_error : error) += e;
+    }
+    (edge ? edge_samples : samples) += got.size();
+    steep += steepness(got, dims), true_steep += steepness(truth, dims);
+  }
+  [[nodiscard]] double sharpness() const { return std::sqrt(steep / true_steep); }
+};
+
+double psnr(double peak, double error, size_t samples) {
+  return 10 * std::log10(peak * peak * static_cast<double>(samples) / error);
+}
+
+// The frames of a set that are left in, and those between them.
+struct Halves {
+  FitSeries kept;
+  std::vector<Frame> kept_frames, missing;
+  double peak = 0;
+
+  explicit Halves(const FitSource& s) {
+    kept.dims = s.dims;
+    const uint32_t n = (s.dims[3] - 1) / 2; // missing ones, each between two that are not
+    kept.dims[3] = n + 1;
+    float low = INFINITY, high = -INFINITY;
+    for (uint32_t t = 0; t <= 2 * n; ++t) {
+      Frame frame = s.frame(t);
+      const auto [l, h] = std::minmax_element(frame.begin(), frame.end());
+      low = std::min(low, *l), high = std::max(high, *h);
+      if (t % 2 == 0) kept.values.insert(kept.values.end(), frame.begin(), frame.end());
+      (t % 2 == 0 ? kept_frames : missing).push_back(std::move(frame));
+    }
+    peak = static_cast<double>(high - low);
+  }
+};
+
+Frame frame_at(const Coefficients& c, const std::array<uint32_t, 4>& dims, double t, const Context& context) {
+  std::vector<Vec4> points;
+  for (uint32_t z = 0; z < dims[2]; ++z)
+    for (uint32_t y = 0; y < dims[1]; ++y)
+      for (uint32_t x = 0; x < dims[0]; ++x) points.push_back({1.0 * x, 1.0 * y, 1.0 * z, t});
+  Frame values(points.size());
+  (void)evaluate4(c, points, values, {}, context);
+  return values;
+}
+
+// at: of the frames that were left in, without the first one; none for what goes through them.
+Row row_of(const std::string& set, const std::string& way, const Score& between, const Score* at,
+           double peak) {
+  const bool inside = between.samples > 0;
+  return {word("series", set),
+          word("frames between", way),
+          inside ? figure("PSNR dB", psnr(peak, between.error, between.samples), 2) : word("PSNR dB", "-"),
+          figure("first and last gap", psnr(peak, between.edge_error, between.edge_samples), 2),
+          figure("sharpness", between.sharpness(), 3),
+          at ? figure("PSNR at frames", psnr(peak, at->error, at->samples), 2)
+             : word("PSNR at frames", "exact"),
+          at ? figure("sharpness", at->sharpness(), 3) : word("sharpness", "1")};
+}
+
+void add_set(std::vector<Row>& rows, const std::string& name, const FitSource& source) {
+  const Halves halves(source);
+  const auto& dims = halves.kept.dims;
+  const auto edge = [&](size_t i) { return i == 0 || i + 1 == halves.missing.size(); };
+  const std::pair<const char*, Weights> ways[] = {
+      {"linear", linear}, {"Catmull-Rom", catmull_rom}, {"natural cubic spline", natural_spline}};
+  for (const auto& [way, weights] : ways) {
+    Score score;
+    for (size_t i = 0; i < halves.missing.size(); ++i)
+      score.add(blended(halves.kept_frames, weights(i, dims[3])), halves.missing[i], dims, edge(i));
+    rows.push_back(row_of(name, way, score, nullptr, halves.peak));
+  }
+  const FitSource kept = source_of<float>(halves.kept, SourceType::f32, 1, name);
+  for (const int32_t lead : {0, 2, 4}) {
+    FitOptions options;
+    options.lead = lead;
+    std::vector<std::vector<BrickLayer>> layers(1);
+    const FitReport made = fit_source(kept, options, 1, layers.data());
+    const MemorySamples samples(made.lattice, {0}, std::move(layers));
+    for (const char* kernel : {"default", "fine"}) {
+      test::TestContext context;
+      const Coefficients c(samples, 0, make_kernel(kernel), 0, 4ull << 30);
+      Score between, at;
+      for (size_t i = 0; i < halves.missing.size(); ++i) {
+        between.add(frame_at(c, dims, static_cast<double>(i) + 0.5, context.get()), halves.missing[i], dims,
+                    edge(i));
+        if (i > 0)
+          at.add(frame_at(c, dims, static_cast<double>(i), context.get()), halves.kept_frames[i], dims,
+                 false);
+      }
+      rows.push_back(row_of(name,
+                            concat("D4*, ", kernel, ", ",
+                                   lead == 0 ? std::string("mirrored") : concat(lead, " layers predicted")),
+                            between, &at, halves.peak));
+    }
+  }
+}
+
+} // namespace
+
+void report_held_out(const std::string& folder, const Report& report) {
+  constexpr PaperSet sets[] = {{"fingers", "viscous_fingers_run01_64x64x64x99_u16.nrrd", "", "", true},
+                               {"heart", "cardiac_cine_256x256x19x20_i16.nii.gz", "", "", true},
+                               {"hurricane", "isabel_windspeed_125x125x25x12_u16.nrrd", "", "", true},
+                               {"pcasl", "pcasl_52x68x20x10_f32.nii.gz", "", "", true},
+                               {"forecast", "ncep_forecast_36x33x10x7_f32.nc", "", "T", true}};
+  std::vector<Row> rows;
+  for (const PaperSet& set : sets)
+    if (const auto source = load_paper_set(set, folder)) add_set(rows, set.name, *source);
+  report.table(
+      "every second frame left out: PSNR of these frames, and sharpness (steepness over the true one)", rows);
+}
+
+} // namespace bccsplat::bench
