@@ -147,7 +147,6 @@ struct Channel {
   double scale = 1, offset = 0;
   float air = 0;
   uint64_t kept = 0, holes = 0;
-  int width() const { return type == 1 ? 1 : type == 4 ? 4 : 2; }
 };
 
 struct Volume {
@@ -159,6 +158,8 @@ struct Volume {
   double first = 0, step = 0;
   std::vector<double> times;
   std::string kernel, recommended;
+  std::vector<double> kernel_numbers;
+  bool divided = false; // by the sum of the kernel
   std::vector<Channel> channels;
   std::vector<std::pair<std::string, std::string>> attributes;
 
@@ -170,10 +171,25 @@ struct Volume {
   int layers() const { return last_layer + 1; }
 };
 
-Channel read_channel(Cursor& c, const Volume& v) {
+void check_steps(const Channel& c, int lowest) {
+  const double bias = std::fabs(c.offset - static_cast<double>(c.air));
+  must(std::isfinite(c.air) && std::isfinite(c.scale) && std::isfinite(c.offset), "channel: not finite");
+  if (c.type <= 2) {
+    must(c.scale > 0 && bias <= 0x1p22 * c.scale && 65535 * c.scale + bias < 0x1p127, "channel: scale");
+  } else if (c.type == 5) {
+    must(lowest >= 3, "channel: i32 needs version 3");
+    must(c.scale > 0 && 0x1p31 * c.scale < 0x1p127, "channel: scale");
+    must(bias == 0, "channel: i32 counts from air");
+    must(c.air_code == 0x80000000u, "channel: code of air");
+  } else {
+    must(c.scale == 1 && (bias == 0 || (c.type == 3 && c.offset == 0)), "channel: floats have no scale");
+  }
+}
+
+Channel read_channel(Cursor& c, const Volume& v, int lowest) {
   Channel ch;
   ch.type = c.u8();
-  must(ch.type >= 1 && ch.type <= 4, "channel: value type");
+  must(ch.type >= 1 && ch.type <= 5, "channel: value type");
   must(c.u8() <= 9, "channel: source type");
   c.zeros(2);
   ch.air_code = c.u32();
@@ -181,6 +197,7 @@ Channel read_channel(Cursor& c, const Volume& v) {
   ch.offset = c.f64();
   ch.air = c.f32();
   must(c.f32() >= 0, "channel: threshold");
+  check_steps(ch, lowest);
   ch.kept = c.u64();
   ch.holes = c.u64();
   c.u64(), c.u64(); // clamped, relevant source samples
@@ -200,7 +217,20 @@ Channel read_channel(Cursor& c, const Volume& v) {
   return ch;
 }
 
-Volume read_metadata(const Bytes& bytes) {
+void read_store(Cursor& r, Volume& v, int lowest) {
+  v.kernel = r.text();
+  v.recommended = r.text();
+  for (uint32_t i = r.u32(); i > 0; --i) {
+    v.kernel_numbers.push_back(r.f64());
+    must(std::isfinite(v.kernel_numbers.back()), "store: kernel");
+  }
+  must(!v.kernel.empty() || v.kernel_numbers.empty(), "store: numbers of no kernel");
+  if (r.left() == 0) return;
+  must(lowest >= 3 && r.u32() == 1, "store: flags");
+  v.divided = true;
+}
+
+Volume read_metadata(const Bytes& bytes, int lowest) {
   Volume v;
   Cursor c(bytes);
   int last = 0;
@@ -214,6 +244,7 @@ Volume read_metadata(const Bytes& bytes) {
     must(type > last || (type == last && type == 5), "metadata: order of records");
     last = type;
     if (type >= 0x8000) continue;
+    must(type < 8 || type > 12, "metadata: this reader knows no domains, levels, masks and corrections");
     must(type >= 1 && type <= 7, "metadata: unknown record");
     seen[type] = true;
     if (type == 1) {
@@ -245,11 +276,9 @@ Volume read_metadata(const Bytes& bytes) {
       must(count == 0 || count == v.dims[3], "time: count");
       for (uint32_t i = 0; i < count; ++i) v.times.push_back(r.f64());
     } else if (type == 4) {
-      v.kernel = r.text();
-      v.recommended = r.text();
-      for (uint32_t i = r.u32(); i > 0; --i) must(std::isfinite(r.f64()), "store: kernel");
+      read_store(r, v, lowest);
     } else if (type == 5) {
-      v.channels.push_back(read_channel(r, v));
+      v.channels.push_back(read_channel(r, v, lowest));
     } else if (type == 6) {
       for (uint32_t i = r.u32(); i > 0; --i) r.text(), r.u64(), r.u32();
     } else {
@@ -269,7 +298,7 @@ Volume read_metadata(const Bytes& bytes) {
 struct Chunk {
   uint32_t slab, slot, values, runs, runs_decoded, kept, holes, smallest, largest, check;
   uint64_t offset;
-  int coding, predictor;
+  int coding, predictor, shift;
   uint64_t end() const { return offset + padded(uint64_t{values} + runs); }
 };
 
@@ -307,7 +336,9 @@ std::vector<Chunk> read_page(const Bytes& bytes) {
     e.offset = before.end() + column[5][i];
     e.runs_decoded = get(6), e.kept = get(7), e.holes = get(8);
     e.smallest = get(9), e.largest = get(10), e.check = get(11);
-    e.coding = static_cast<int>(get(12)), e.predictor = static_cast<int>(get(13));
+    e.coding = static_cast<int>(get(12)), e.predictor = static_cast<int>(get(13) & 15);
+    e.shift = static_cast<int>(get(13) >> 4);
+    must(e.smallest <= e.largest, "page: smallest and largest sample");
     before = e;
   }
   return chunks;
@@ -379,6 +410,38 @@ Weights fixed_weights(int predictor, bool has_cross, bool has_previous) {
   return w;
 }
 
+// How the samples of a chunk are coded, section 6.
+struct Coding {
+  size_t width = 0;
+  bool floats = false;
+  int64_t air = 0;             // code of air
+  int64_t base = 0, steps = 1; // of i32: the first unit, the integers of a unit
+  uint64_t top() const { return (uint64_t{1} << (8 * width)) - 1; }
+};
+
+Coding coding_of(const Channel& ch, const Chunk& e) {
+  const size_t widths[4] = {1, 2, 2, 4};
+  if (ch.type != 5) {
+    must(e.shift == 0, "chunk: a shift, but no i32");
+    return {widths[ch.type - 1], ch.type >= 3, ch.air_code};
+  }
+  Coding c;
+  c.steps = int64_t{1} << e.shift;
+  const int64_t smallest = int64_t{e.smallest} - 0x80000000ll, largest = int64_t{e.largest} - 0x80000000ll;
+  must(smallest % c.steps == 0 && largest % c.steps == 0, "chunk: not in whole units");
+  c.base = std::min<int64_t>(0, smallest / c.steps);
+  const int64_t range = std::max<int64_t>(0, largest / c.steps) - c.base;
+  c.width = range < 0x100 ? 1 : range < 0x10000 ? 2 : 4;
+  c.air = -c.base;
+  return c;
+}
+
+// The ordered code of the channel that a code of the chunk stands for.
+uint64_t ordered(const Channel& ch, const Coding& c, uint64_t code) {
+  if (ch.type != 5) return code;
+  return static_cast<uint64_t>((static_cast<int64_t>(code) + c.base) * c.steps + 0x80000000ll);
+}
+
 struct Decoded {
   std::vector<std::vector<uint8_t>> state; // per layer: 4096 of 0, 1, 2
   std::vector<std::vector<uint32_t>> code; // per layer: 4096 ordered codes
@@ -433,8 +496,9 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
     if (present[k] && e.predictor == 5) weight_count += 10u + (k & 1 ? 8u : 0u) + (k & 2 ? 7u : 0u);
 
   // Section 7.
-  const auto width = static_cast<size_t>(ch.width());
-  const uint64_t top = (uint64_t{1} << (8 * width)) - 1;
+  const Coding coding = coding_of(ch, e);
+  const size_t width = coding.width;
+  const uint64_t top = coding.top();
   must(values_coding == 0 ? e.values == e.kept * width && e.predictor == 0 : e.values < e.kept * width,
        "chunk: values");
   const size_t decoded_size = 2 * weight_count + e.kept * width;
@@ -470,7 +534,7 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
   Decoded out;
   std::vector<Cells> cells(static_cast<size_t>(layers));
   size_t site = 0, value = 0;
-  uint64_t smallest = top, largest = 0;
+  uint64_t smallest = UINT64_MAX, largest = 0;
   for (int m = 0; m < layers; ++m) {
     out.state.emplace_back(4096);
     out.code.emplace_back(4096);
@@ -498,7 +562,7 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
           out.state.back()[index] = hole[value] ? 2 : 1;
           uint64_t code = stored(value++);
           if (values_coding == 0) { // a pattern
-            if (ch.type >= 3) code = code > top / 2 ? top - code : code + top / 2 + 1;
+            if (coding.floats) code = code > top / 2 ? top - code : code + top / 2 + 1;
           } else if (e.predictor != 0) {
             int64_t sum = 2048;
             for (int t = 0; t < 10; ++t)
@@ -512,7 +576,7 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
                 sum += w.previous[t] * previous->get(x + previous_taps[t][0], y + previous_taps[t][1],
                                                      z + previous_taps[t][2]);
             const int64_t quotient = sum >= 0 ? sum / 4096 : -((-sum + 4095) / 4096);
-            const int64_t unclamped = static_cast<int64_t>(ch.air_code) + quotient;
+            const int64_t unclamped = coding.air + quotient;
             const uint64_t prediction = unclamped < 0 ? 0
                                         : unclamped > static_cast<int64_t>(top)
                                             ? top
@@ -520,9 +584,10 @@ Decoded decode(const File& f, const Volume& v, const Channel& ch, const Chunk& e
             const uint64_t d = code % 2 == 0 ? code / 2 : top - (code - 1) / 2;
             code = (prediction + d) % (top + 1);
           }
-          out.code.back()[index] = static_cast<uint32_t>(code);
-          smallest = std::min(smallest, code), largest = std::max(largest, code);
-          own.at(x, y, z) = static_cast<int64_t>(code) - static_cast<int64_t>(ch.air_code);
+          const uint64_t sample = ordered(ch, coding, code);
+          out.code.back()[index] = static_cast<uint32_t>(sample);
+          smallest = std::min(smallest, sample), largest = std::max(largest, sample);
+          own.at(x, y, z) = static_cast<int64_t>(code) - coding.air;
         }
         own.at(nx, y, z) = own.get(nx - 1, y, z);
       }
@@ -552,6 +617,7 @@ double half(uint32_t bits) {
 float relative(const Channel& ch, uint32_t code) {
   const double bias = ch.offset - static_cast<double>(ch.air);
   if (ch.type <= 2) return static_cast<float>(code * ch.scale + bias);
+  if (ch.type == 5) return static_cast<float>((static_cast<double>(code) - 0x1p31) * ch.scale);
   const uint32_t sign = ch.type == 3 ? 0x8000u : 0x80000000u, mask = ch.type == 3 ? 0xffffu : 0xffffffffu;
   const uint32_t pattern = code & sign ? code - sign : ~code & mask;
   if (ch.type == 3) return static_cast<float>(bias == 0 ? half(pattern) : half(pattern) + bias);
@@ -572,7 +638,7 @@ Cursor read_preamble(File& file, uint16_t& lowest) {
   lowest = header.u16();
   header.zeros(44);
   must(header.u32() == crc(file.bytes.data(), 60), "header: checksum");
-  must(lowest == 1 || lowest == 2, "needs a newer reader");
+  must(lowest >= 1 && lowest <= 3, "needs a newer reader");
   Cursor(file.bytes.data() + 64, 4096 - 64).zeros(4096 - 64);
   Cursor(file.bytes.data() + 4096 + 128, 4096 - 128).zeros(4096 - 128);
   Cursor(file.bytes.data() + 8192 + 128, 4096 - 128).zeros(4096 - 128);
@@ -600,14 +666,22 @@ void dump(const std::string& path) {
   Cursor root = read_preamble(file, lowest);
   const BlockRef metadata(root), directory(root);
   const uint64_t chunk_count = root.u64();
-  const Volume v = read_metadata(metadata.read(file));
-  must(v.lead == 0 || lowest == 2, "layers before frame 0 need version 2");
+  root.take(24); // bytes of runs, values and index
+  if (root.u64() != 0) {
+    must(lowest >= 3, "root: reserved bytes are not zero");
+    refuse("root: this reader knows no unfinished series");
+  }
+  root.zeros(12);
+  const Volume v = read_metadata(metadata.read(file), lowest);
+  must(v.lead == 0 || lowest >= 2, "layers before frame 0 need version 2");
   std::printf("lattice kind %d dims %u %u %u %u planes %d %d %d layers %d\n", v.kind, v.dims[0], v.dims[1],
               v.dims[2], v.dims[3], v.last_plane[0], v.last_plane[1], v.last_plane[2], v.layers());
   if (v.times.empty()) std::printf("times %.17g step %.17g\n", v.first, v.step);
   for (const double t : v.times) std::printf("time %.17g\n", t);
   std::printf("store %s recommended %s\n", v.kernel.empty() ? "samples" : v.kernel.c_str(),
               v.recommended.c_str());
+  for (const double n : v.kernel_numbers) std::printf("kernel number %.17g\n", n);
+  if (v.divided) std::printf("divided by the sum of the kernel\n");
   for (const auto& [key, value] : v.attributes)
     std::printf("attribute %s = %s\n", key.c_str(), value.c_str());
 
@@ -625,7 +699,8 @@ void dump(const std::string& path) {
     const uint32_t entries = d.u32();
     const BlockRef page(d);
     d.take(8); // smallest and largest sample
-    d.zeros(8);
+    must(d.u32() == 0, "directory: this reader knows no levels");
+    d.zeros(4);
     const std::vector<Chunk> list = read_page(page.read(file));
     must(list.size() == entries, "directory: entries");
     count += entries;

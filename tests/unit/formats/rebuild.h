@@ -30,7 +30,8 @@ struct Edit {
 class Rebuild {
  public:
   Rebuild(const Bytes& file, const Edit& edit) : file_(file), edit_(edit) {
-    old_ = *read_preamble(std::span(file).first(preamble_bytes), "file").root;
+    const Preamble preamble = read_preamble(std::span(file).first(preamble_bytes), "file");
+    old_ = *preamble.root;
     Bytes metadata = block(old_.metadata);
     const VolumeInfo info = read_metadata(metadata, 0, {});
     std::vector<PageRef> pages = read_directory(block(old_.directory), info, old_, 0);
@@ -63,7 +64,7 @@ class Rebuild {
     if (edit.root) edit.root(root);
     std::array<Root, 2> roots{root, root};
     roots[1].sequence = root.sequence + 1;
-    const Bytes head = write_preamble(roots);
+    const Bytes head = write_preamble(roots, preamble.lowest_reader);
     std::copy(head.begin(), head.end(), file_.begin());
   }
   [[nodiscard]] const Bytes& file() const { return file_; }
