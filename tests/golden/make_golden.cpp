@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string>
 
+#include "fit/coefficient_layers.h"
 #include "tests/unit/formats/rebuild.h"
 #include "tests/unit/formats/test_data.h"
 
@@ -97,6 +98,49 @@ void make_version_2() {
   save("v2_ends", write_file(ends, ball));
 }
 
+ChannelInfo steps(double step, float air = 0) {
+  ChannelInfo c = channel("value", ValueType::i32, air);
+  c.scale = step;
+  return c;
+}
+
+// On both sides of air, with holes.
+Sample both_sides(int c, double x, double y, double z, double t) {
+  Sample s = ball(c, x, y, z, t);
+  if (s.kept) s.value -= 20;
+  return s;
+}
+
+// Whole numbers that need more bytes, or come in larger units, from brick to brick along x.
+Formula wider_from(double brick) {
+  return [brick](int c, double x, double y, double z, double t) {
+    constexpr std::array<double, 5> largest{100, 120, 2e4, 1e6, 3e7}, unit{1, 8, 1, 1, 64};
+    const double wave = std::sin(0.4 * x + 0.7 * y - z + t);
+    const auto b = std::min(static_cast<size_t>((x + 1e-6) / brick), largest.size() - 1);
+    const double value = c > 0 ? 60 + 50 * wave : unit[b] * std::floor(largest[b] * wave);
+    return Sample{static_cast<float>(value), y + z < 6, false};
+  };
+}
+
+// What version 3 brought.
+void make_version_3() {
+  const std::array<uint32_t, 4> dims{22, 20, 18, 6};
+  save("v3_steps_narrow", write_file(volume(LatticeKind::d4star, dims, {steps(0.5, 5)}), both_sides));
+  VolumeInfo wide =
+      volume(LatticeKind::d4star, {100, 5, 6, 2}, {steps(1), channel("samples", ValueType::u8)});
+  save("v3_steps_wide", write_file(wide, wider_from(32 * wide.lattice.space_step[0])));
+  save("v3_steps_bcc",
+       write_file(volume(LatticeKind::bcc, {26, 24, 25, 1}, {steps(1.0 / 64, -2)}), both_sides));
+  save("v3_steps_raw",
+       write_file(volume(LatticeKind::cc, {9, 10, 8, 3}, {steps(1.0 / 64)}), both_sides, 1, {.level = 0}));
+  VolumeInfo coefficients = volume(LatticeKind::d4star, dims, {steps(0.25)});
+  const Kernel kernel = make_kernel("radial20+b3");
+  coefficients.slab_layers = 4;
+  coefficients.coefficient_kernel = coefficients.recommended_kernel = kernel.name;
+  coefficients.coefficient_parameters = kernel_parameters(kernel);
+  save("v3_coefficients", write_file(coefficients, both_sides));
+}
+
 void make_optional() {
   const Bytes file =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
@@ -175,6 +219,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_good();
   bccsplat::test::make_optional();
   bccsplat::test::make_version_2();
+  bccsplat::test::make_version_3();
   bccsplat::test::make_bad();
   return 0;
 }

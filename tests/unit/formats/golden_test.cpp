@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "base/bytes.h"
+#include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/coding/deflate.h"
 #include "tests/unit/formats/test_data.h"
 
@@ -65,7 +66,7 @@ std::string describe(const std::shared_ptr<Bcc4Reader>& reader) {
 
 TEST(Bcc4Golden, GoodFilesHoldTheirSamples) {
   const auto files = names("v");
-  EXPECT_GE(files.size(), 12u);
+  EXPECT_GE(files.size(), 20u);
   for (const std::string& name : files) {
     std::ifstream in(folder / (name + ".txt"));
     ASSERT_TRUE(in) << name;
@@ -96,17 +97,40 @@ TEST(Bcc4Golden, GoodFilesUseEverythingTheFormatHas) {
       types.insert(static_cast<int>(info.channels[c].type));
       for (int32_t s = 0; s < info.slabs(); ++s)
         for (const Bcc4Chunk& chunk : reader->chunks(static_cast<int>(c), s)) {
-          predictors.insert(chunk.predictor);
+          predictors.insert(chunk.predictor & 15);
           value_codings.insert(chunk.coding & 15), run_codings.insert(chunk.coding >> 4);
         }
     }
   }
-  EXPECT_EQ(types, (std::set<int>{1, 2, 3, 4}));
+  EXPECT_EQ(types, (std::set<int>{1, 2, 3, 4, 5}));
   EXPECT_EQ(predictors, (std::set<int>{0, 1, 2, 3, 4, 5}));
   EXPECT_EQ(value_codings, (std::set<int>{0, 1}));
   EXPECT_EQ(run_codings, (std::set<int>{0, 1}));
   EXPECT_EQ(kinds, (std::set<int>{1, 2, 3}));
-  EXPECT_EQ(depths, (std::set<int>{3, 8}));
+  EXPECT_EQ(depths, (std::set<int>{3, 4, 8}));
+}
+
+TEST(Bcc4Golden, ChunksOfStepsHaveEveryWidth) {
+  Bench bench;
+  std::set<std::pair<uint32_t, bool>> found; // bytes of a code, whether its units are larger than a step
+  const auto reader = open("v3_steps_wide");
+  for (int32_t s = 0; s < reader->info().slabs(); ++s) {
+    const auto entries = reader->chunks(0, s);
+    const auto chunks = reader->read_chunks(0, entries, bench.context);
+    for (size_t i = 0; i < entries.size(); ++i)
+      found.emplace(chunks[i]->coded.bytes(), entries[i].shift() > 0);
+  }
+  EXPECT_EQ(found,
+            (std::set<std::pair<uint32_t, bool>>{{1, false}, {1, true}, {2, false}, {4, false}, {4, true}}));
+}
+
+TEST(Bcc4Golden, StoredKernelsKeepTheirNumbers) {
+  const auto reader = open("v3_coefficients");
+  const VolumeInfo& info = reader->info();
+  EXPECT_EQ(info.coefficient_kernel, "radial20+b3");
+  ASSERT_EQ(info.coefficient_parameters.size(), 10u);
+  EXPECT_EQ(info.coefficient_parameters.front(), 2);
+  EXPECT_EQ(info.coefficient_parameters.back(), -0.002779);
 }
 
 TEST(Bcc4Golden, UnevenTimes) {
