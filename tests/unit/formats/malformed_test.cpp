@@ -21,6 +21,21 @@ const Bytes& small_file() {
   return file;
 }
 
+// Steps from air that come in fours, on both sides of air, in one byte.
+Bytes file_of_steps(int level) {
+  const auto fours = [](int c, double x, double y, double z, double t) {
+    Sample s = ball(c, x, y, z, t);
+    s.value = 4 * std::floor(s.value - 20);
+    return s;
+  };
+  return write_file(volume(LatticeKind::d4star, {12, 12, 10, 3}, {channel("a", ValueType::i32)}), fours, 1,
+                    {.level = level});
+}
+
+Bcc4Chunk first_chunk(const Bytes& file) {
+  return Bcc4Reader::open(open_memory_source(file))->chunks(0, 0).front();
+}
+
 void read_everything(const Bytes& file, const Bcc4Limits& limits = {}) {
   Bench bench;
   const auto reader = Bcc4Reader::open(open_memory_source(file), limits);
@@ -92,7 +107,7 @@ TEST(Bcc4Malformed, EveryFlippedBitIsSeenOrHarmless) {
       write_file(
           volume(LatticeKind::cc, {9, 8, 7, 2}, {channel("a", ValueType::f32), channel("b", ValueType::f16)}),
           ball_without_holes, 1, {.level = 0}),
-      part_with_corrections()};
+      part_with_corrections(), file_of_steps(0), file_of_steps(6)};
   for (const Bytes& good : files) {
     Bench bench;
     const auto whole = Bcc4Reader::open(open_memory_source(good));
@@ -129,39 +144,41 @@ TEST(Bcc4Malformed, EveryFlippedBitIsSeenOrHarmless) {
 // What verifying and salvaging make of a flipped bit behind the preamble: it is reported, and what is read in
 // spite of it is as it was, or a hole.
 TEST(Bcc4Malformed, EveryFlippedBitIsReportedAndTheRestSalvaged) {
-  const Bytes good =
-      write_file(volume(LatticeKind::d4star, {12, 12, 10, 3}, {channel("a", ValueType::u8)}), ball);
-  const Layers expected = read_all(good);
-  Bytes bad = good;
-  size_t salvaged = 0, lost = 0;
-  for (size_t at = preamble_bytes; at < good.size(); ++at)
-    for (int bit = 0; bit < 8; ++bit) {
-      bad[at] ^= static_cast<std::byte>(1 << bit);
-      Bench bench;
-      try {
-        EXPECT_FALSE(Bcc4Reader::open(open_memory_source(bad))->verify_all(bench.context).damage.empty());
-        const Layers got = read_all(Bcc4Reader::open(open_memory_source(bad), {.salvage = true}), bench);
-        ++salvaged;
-        for (size_t m = 0; m < got[0].size(); ++m)
-          for (size_t s = 0; s < got[0][m].brick_slots(); ++s) {
-            const Brick *was = expected[0][m].brick(s), *is = got[0][m].brick(s);
-            for (int i = 0; i < brick_sites; ++i) {
-              if (is && is->is_hole(i)) {
-                ++lost;
-                continue;
+  for (const Bytes& good :
+       {write_file(volume(LatticeKind::d4star, {12, 12, 10, 3}, {channel("a", ValueType::u8)}), ball),
+        file_of_steps(6)}) {
+    const Layers expected = read_all(good);
+    Bytes bad = good;
+    size_t salvaged = 0, lost = 0;
+    for (size_t at = preamble_bytes; at < good.size(); ++at)
+      for (int bit = 0; bit < 8; ++bit) {
+        bad[at] ^= static_cast<std::byte>(1 << bit);
+        Bench bench;
+        try {
+          EXPECT_FALSE(Bcc4Reader::open(open_memory_source(bad))->verify_all(bench.context).damage.empty());
+          const Layers got = read_all(Bcc4Reader::open(open_memory_source(bad), {.salvage = true}), bench);
+          ++salvaged;
+          for (size_t m = 0; m < got[0].size(); ++m)
+            for (size_t s = 0; s < got[0][m].brick_slots(); ++s) {
+              const Brick *was = expected[0][m].brick(s), *is = got[0][m].brick(s);
+              for (int i = 0; i < brick_sites; ++i) {
+                if (is && is->is_hole(i)) {
+                  ++lost;
+                  continue;
+                }
+                const auto site = static_cast<size_t>(i);
+                ASSERT_EQ(is ? is->value[site] : 0, was ? was->value[site] : 0)
+                    << "byte " << at << " bit " << bit;
               }
-              const auto site = static_cast<size_t>(i);
-              ASSERT_EQ(is ? is->value[site] : 0, was ? was->value[site] : 0)
-                  << "byte " << at << " bit " << bit;
             }
-          }
-      } catch (const Error&) {
-        // Metadata or the list of pages: salvaging needs them whole.
+        } catch (const Error&) {
+          // Metadata or the list of pages: salvaging needs them whole.
+        }
+        bad[at] ^= static_cast<std::byte>(1 << bit);
       }
-      bad[at] ^= static_cast<std::byte>(1 << bit);
-    }
-  EXPECT_GT(salvaged, 1000u);
-  EXPECT_GT(lost, salvaged);
+    EXPECT_GT(salvaged, 1000u);
+    EXPECT_GT(lost, salvaged);
+  }
 }
 
 TEST(Bcc4Malformed, TruncationAnywhere) {
@@ -314,27 +331,35 @@ Edit with_root(const std::function<void(Root&)>& change) {
   return e;
 }
 
-void expect_each_refused(const std::vector<Broken>& all) {
+void expect_each_refused(const std::vector<Broken>& all, const Bytes& file = small_file()) {
   for (const Broken& b : all) {
     SCOPED_TRACE(b.text);
-    expect_refused(rebuild(small_file(), b.edit), b.code, b.text);
+    expect_refused(rebuild(file, b.edit), b.code, b.text);
   }
+}
+
+void seal_header(Bytes& file) { poke<uint32_t>(file, 60, crc32_of(std::span(file).first(60))); }
+
+// Says that the air of the first channel is another code.
+void damage_air_code(Bytes& metadata) {
+  size_t at = 0;
+  while (peek<uint16_t>(metadata, at) != 5) at += 8 + (peek<uint32_t>(metadata, at + 4) + 7) / 8 * 8;
+  poke<uint32_t>(metadata, at + 8 + 4, peek<uint32_t>(metadata, at + 8 + 4) + 1);
 }
 
 TEST(Bcc4Malformed, Header) {
   Bytes bad = small_file();
-  const auto seal = [&] { poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60))); };
   poke<uint16_t>(bad, 14, bcc4_version + 1);
-  seal();
-  expect_refused(bad, Code::unsupported_version, "needs a reader of version 3");
+  seal_header(bad);
+  expect_refused(bad, Code::unsupported_version, "needs a reader of version 4");
   poke<uint16_t>(bad, 14, 0);
-  seal();
+  seal_header(bad);
   expect_refused(bad, Code::corrupt, "reserved");
   poke<uint16_t>(bad, 12, 7), poke<uint16_t>(bad, 14, 1); // a newer writer that used nothing new
-  seal();
+  seal_header(bad);
   EXPECT_NO_THROW(read_everything(bad));
   poke<uint8_t>(bad, 30, 1);
-  seal();
+  seal_header(bad);
   expect_refused(bad, Code::corrupt, "reserved");
 }
 
@@ -402,7 +427,7 @@ TEST(Bcc4Malformed, MetadataRecords) {
        with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 3, 1); })},
       {"1 layers before the first frame", Code::corrupt,
        with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 2, 1); })},
-      {"for readers of version 1", Code::corrupt,
+      {"readers of version 1 can read it, but holds what came with version 2", Code::corrupt,
        with_info([](VolumeInfo& v) { v.lattice.lead = 2, v.lattice.last_layer += 4; })},
       {"reserved bytes of the lattice", Code::corrupt,
        with_metadata([](Bytes& m) { poke<uint8_t>(m, 8 + 36, 1); })},
@@ -493,7 +518,7 @@ TEST(Bcc4Malformed, HugeDeclaredSizesAllocateNothing) {
 TEST(Bcc4Malformed, Channels) {
   expect_each_refused({
       {"unknown value type", Code::corrupt,
-       with_info([](VolumeInfo& v) { v.channels[0].type = static_cast<ValueType>(5); })},
+       with_info([](VolumeInfo& v) { v.channels[0].type = static_cast<ValueType>(6); })},
       {"unknown source type", Code::corrupt,
        with_info([](VolumeInfo& v) { v.channels[0].source_type = static_cast<SourceType>(10); })},
       {"scale", Code::corrupt, with_info([](VolumeInfo& v) { v.channels[0].scale = -1; })},
@@ -525,12 +550,7 @@ TEST(Bcc4Malformed, Channels) {
        with_info([](VolumeInfo& v) { v.channels[0].sites_kept = UINT64_MAX; })},
       {"holes", Code::corrupt,
        with_info([](VolumeInfo& v) { v.channels[0].holes = v.channels[0].sites_kept + 1; })},
-      {"code of air", Code::corrupt, with_metadata([](Bytes& m) {
-         // The channel record is the fifth; find it by its type.
-         size_t at = 0;
-         while (peek<uint16_t>(m, at) != 5) at += 8 + (peek<uint32_t>(m, at + 4) + 7) / 8 * 8;
-         poke<uint32_t>(m, at + 8 + 4, 1);
-       })},
+      {"code of air", Code::corrupt, with_metadata(damage_air_code)},
   });
 }
 
@@ -709,6 +729,61 @@ TEST(Bcc4Malformed, FittedWeightsAreBounded) {
     b = stream;
   };
   expect_refused(rebuild(file, edit), Code::corrupt, "weights sum to");
+}
+
+TEST(Bcc4Malformed, ChannelsOfSteps) {
+  const Bytes good = file_of_steps(6);
+  const auto scale = [](double s) { return with_info([s](VolumeInfo& v) { v.channels[0].scale = s; }); };
+  expect_each_refused(
+      {{"offset 1", Code::corrupt, with_info([](VolumeInfo& v) { v.channels[0].offset = 1; })},
+       {"offset nan", Code::corrupt, with_info([](VolumeInfo& v) { v.channels[0].offset = NAN; })},
+       {"steps of 0", Code::corrupt, scale(0)},
+       {"steps of -1", Code::corrupt, scale(-1)},
+       {"steps of inf", Code::corrupt, scale(INFINITY)},
+       {"steps of nan", Code::corrupt, scale(NAN)},
+       {"range of floats", Code::corrupt, scale(0x1p96)},
+       {"code of air", Code::corrupt, with_metadata(damage_air_code)}},
+      good);
+  EXPECT_NO_THROW(read_everything(rebuild(good, scale(0x1p95))));
+  Bytes older = good;
+  poke<uint16_t>(older, 14, 2);
+  seal_header(older);
+  expect_refused(older, Code::corrupt,
+                 "readers of version 2 can read it, but holds what came with version 3");
+}
+
+TEST(Bcc4Malformed, ChunksOfSteps) {
+  const Bytes raw = file_of_steps(0), deflated = file_of_steps(6);
+  ASSERT_EQ(first_chunk(raw).shift(), 2);
+  ASSERT_EQ(first_chunk(raw).predictor & 15, 0);
+  ASSERT_EQ(first_chunk(deflated).shift(), 2);
+  ASSERT_GT(first_chunk(deflated).predictor & 15, 0);
+  for (const Bytes& good : {raw, deflated})
+    expect_each_refused(
+        {
+            {"units of 2^2", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.min_code += 2; })},
+            {"units of 2^2", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.max_code -= 1; })},
+            {"the index says", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.min_code += 4; })},
+            {"the index says", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.max_code -= 4; })},
+            {"samples from code", Code::corrupt,
+             with_first_entry([](Bcc4Chunk& c) { std::swap(c.min_code, c.max_code); })},
+            {"unknown predictor 6", Code::corrupt,
+             with_first_entry([](Bcc4Chunk& c) { c.predictor = 0x26; })},
+            {"unknown predictor 15", Code::corrupt,
+             with_first_entry([](Bcc4Chunk& c) { c.predictor |= 15; })},
+        },
+        good);
+  expect_each_refused(
+      {
+          {"unknown predictor 1", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.predictor = 0x21; })},
+          {"bytes of values", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { --c.values_bytes; })},
+          // Codes of two bytes, and of four.
+          {"bytes of values", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.max_code += 0x400; })},
+          {"bytes of values", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.max_code += 0x40000; })},
+      },
+      raw);
+  expect_each_refused(
+      {{"units of 2^1", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.predictor |= 0x10; })}});
 }
 
 TEST(Bcc4Malformed, VerifyComparesSums) {
