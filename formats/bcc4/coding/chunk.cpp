@@ -375,9 +375,11 @@ ChunkData decode_chunk(const ChunkShape& shape, const ChunkCodes& channel, const
   find_layers(data);
   read_values(data, codes, entry, bytes.first(entry.values_bytes), entry.offset, scratch);
   const auto [low, high] = packed_range(data.codes, codes.bytes());
-  if (codes.ordered(low) != entry.min_code || codes.ordered(high) != entry.max_code)
-    fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", codes.ordered(low), " .. ",
-         codes.ordered(high), ", the index says ", entry.min_code, " .. ", entry.max_code);
+  // As codes of the chunk: what they stand for would wrap where a unit is more than a step.
+  const uint32_t smallest = codes.of_ordered(entry.min_code), largest = codes.of_ordered(entry.max_code);
+  if (low != smallest || high != largest)
+    fail(Code::corrupt, "chunk at offset ", entry.offset, ": codes ", low, " .. ", high, ", the index says ",
+         smallest, " .. ", largest);
   return data;
 }
 

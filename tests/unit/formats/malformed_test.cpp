@@ -786,6 +786,25 @@ TEST(Bcc4Malformed, ChunksOfSteps) {
       {{"units of 2^1", Code::corrupt, with_first_entry([](Bcc4Chunk& c) { c.predictor |= 0x10; })}});
 }
 
+// The largest code of four bytes and units of four steps is 2^30 units too large: 2^32 steps, which 32 bits
+// do not show.
+TEST(Bcc4Malformed, CodesOfStepsDoNotWrap) {
+  const auto wide = [](int, double x, double y, double z, double) {
+    return Sample{static_cast<float>(4 * std::floor(1e5 * std::sin(x + 2 * y + 3 * z))), true, false};
+  };
+  const Bytes file = write_file(volume(LatticeKind::cc, {9, 8, 7, 1}, {channel("a", ValueType::i32)}), wide,
+                                1, {.level = 0});
+  ASSERT_EQ(first_chunk(file).shift(), 2);
+  ASSERT_EQ(first_chunk(file).values_bytes, 4 * first_chunk(file).kept);
+  expect_each_refused({{"the index says", Code::corrupt, with_chunk([](Bcc4Chunk& c, Bytes& b) {
+                          const uint32_t largest = (c.max_code - c.min_code) / 4;
+                          size_t at = 0;
+                          while (peek<uint32_t>(b, at) != largest) at += 4;
+                          poke<uint32_t>(b, at, largest + (1u << 30));
+                        })}},
+                      file);
+}
+
 TEST(Bcc4Malformed, VerifyComparesSums) {
   const auto damage_of = [](const Edit& edit) {
     Bench bench;
