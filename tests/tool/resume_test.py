@@ -46,9 +46,9 @@ class Resume(ToolTest):
     def run_import(self, *more, expect=0, output='x.bcc4'):
         return self.bcc4('import', 'a.raw', *self.dims, '-o', output, *more, expect=expect)
 
-    def undisturbed(self):
+    def undisturbed(self, *more):
         began = time.monotonic()
-        self.run_import('--quiet', output='whole.bcc4')
+        self.run_import('--quiet', *more, output='whole.bcc4')
         self.seconds = time.monotonic() - began
         return self.read('whole.bcc4')
 
@@ -60,15 +60,15 @@ class Resume(ToolTest):
         return subprocess.Popen([BCC4, 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', *more], cwd=self.folder,
                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
-    def test_killed_at_any_moment(self):
-        whole = self.undisturbed()
+    def killed_at_any_moment(self, *options):
+        whole = self.undisturbed(*options)
         moments = random.Random(7)
         kills = int(os.environ.get('BCCSPLAT_KILLS', 8))
         early = reused = 0
         for kill in range(kills):
             # Every second time the resumed import is killed as well.
             for more in ([], ['--resume'])[:1 + kill % 2]:
-                p = self.started(*more)
+                p = self.started(*options, *more)
                 time.sleep(moments.uniform(0, 1.1 * self.seconds))
                 p.kill()
                 p.communicate()
@@ -80,13 +80,20 @@ class Resume(ToolTest):
             else:
                 journal = self.path('x.bcc4.journal')
                 reused += os.path.exists(journal) and os.path.getsize(journal) > 16
-                self.run_import('--resume', '--quiet')
+                self.run_import('--resume', '--quiet', *options)
                 self.assertEqual(self.read('x.bcc4'), whole, f'kill {kill}')
             self.assertEqual([n for n in os.listdir(self.folder) if n.startswith('x.')], ['x.bcc4'])
             os.remove(self.path('x.bcc4'))
         self.assertGreater(early, 0)
         if kills >= 8:
             self.assertGreater(reused, 0, 'no kill left anything to go on from')
+
+    def test_killed_at_any_moment(self):
+        self.killed_at_any_moment()
+
+    def test_coefficients_killed_at_any_moment(self):
+        self.killed_at_any_moment('--store', 'coefficients')
+        self.assertEqual(self.json('info', 'whole.bcc4')['value_type'], 'i32')
 
     def test_ctrl_c_says_how_to_go_on(self):
         whole = self.undisturbed()
