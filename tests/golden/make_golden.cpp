@@ -207,6 +207,30 @@ void make_bad() {
                                }}));
 }
 
+void make_bad_steps() {
+  const Bytes good = write_file(volume(LatticeKind::d4star, {12, 12, 10, 3}, {steps(1)}),
+                                [](int c, double x, double y, double z, double t) {
+                                  Sample s = both_sides(c, x, y, z, t);
+                                  s.value = 4 * std::floor(s.value);
+                                  return s;
+                                });
+  Bytes bad = good;
+  bad[14] = std::byte{2}; // lowest reader
+  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
+  save("bad_steps_of_version_2", bad);
+  save("bad_steps_offset", rebuild(good, {.metadata = [](Bytes& m) {
+                                     VolumeInfo v = read_metadata(m, 0, {});
+                                     v.channels[0].offset = 1;
+                                     m = write_metadata(v);
+                                   }}));
+  const auto entry = [&](const std::string& name, const std::function<void(Bcc4Chunk&)>& change) {
+    save(name, rebuild(good, {.entries = [&](std::vector<Bcc4Chunk>& e) { change(e[0]); }}));
+  };
+  entry("bad_steps_units", [](Bcc4Chunk& c) { c.max_code += 2; });
+  entry("bad_steps_range", [](Bcc4Chunk& c) { c.max_code -= 4; });
+  entry("bad_steps_predictor", [](Bcc4Chunk& c) { c.predictor |= 6; });
+}
+
 } // namespace
 } // namespace bccsplat::test
 
@@ -221,5 +245,6 @@ int main(int argc, char** argv) {
   bccsplat::test::make_version_2();
   bccsplat::test::make_version_3();
   bccsplat::test::make_bad();
+  bccsplat::test::make_bad_steps();
   return 0;
 }

@@ -150,7 +150,12 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_directory", Code::checksum_mismatch},
                                                 {"bad_padding", Code::corrupt},
                                                 {"bad_chunk", Code::checksum_mismatch},
-                                                {"bad_run_list", Code::corrupt}};
+                                                {"bad_run_list", Code::corrupt},
+                                                {"bad_steps_of_version_2", Code::corrupt},
+                                                {"bad_steps_offset", Code::corrupt},
+                                                {"bad_steps_units", Code::corrupt},
+                                                {"bad_steps_range", Code::corrupt},
+                                                {"bad_steps_predictor", Code::corrupt}};
   std::set<std::string> seen;
   for (const std::string& name : names("bad")) {
     seen.insert(name);
