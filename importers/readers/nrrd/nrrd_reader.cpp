@@ -37,8 +37,9 @@ Sort sort_of(const NrrdHeader& h, const NrrdAxis& axis) {
   if (axis.kind == "time" || points_in_time(axis)) return Sort::time;
   if (axis.kind == "list") return Sort::list;
   if (holds_components(axis.kind)) return Sort::component;
+  if (axis.kind == "space") return Sort::space; // whatever its label
   if (says_time(axis.label)) return Sort::time;
-  if (axis.kind == "space" || axis.direction) return Sort::space;
+  if (axis.direction) return Sort::space;
   if (h.has_directions) return Sort::unknown; // direction "none"
   return axis.kind == "domain" || axis.kind.empty() ? Sort::space : Sort::unknown;
 }
@@ -65,6 +66,9 @@ Roles find_roles(const NrrdHeader& h) {
       refuse_axes(h, "its list axis holds diffusion gradients, not times");
     time = Sort::list;
   }
+  // Beside an axis of time a list is of values.
+  if (time == Sort::time && count(Sort::time) == 1)
+    std::replace(sorts.begin(), sorts.end(), Sort::list, Sort::component);
   if (count(time) > 1 || (time == Sort::time && count(Sort::list) > 0))
     refuse_axes(h, "several axes could be time");
   if (count(Sort::unknown) > 0) refuse_axes(h, "an axis is neither in space nor of kind time or list");

@@ -119,6 +119,22 @@ TEST(NrrdReader, NeverTakesTimeByItsPlace) {
   EXPECT_REFUSED(refusal(inputs({path})), Exit::bad_input, "gradients");
 }
 
+TEST(NrrdReader, BelievesKindsBeforeLabelsAndListsBesideTimeAreValues) {
+  Scratch s;
+  const std::string start = "NRRD0004\ntype: ushort\nendian: little\nencoding: raw\n";
+  const auto list = open_series(inputs(
+      {s.file("a.nrrd", start + "dimension: 5\nsizes: 2 3 2 2 5\nkinds: domain domain list domain time\n\n" +
+                            payload())}));
+  ASSERT_EQ(list->description().dims, (std::array<uint64_t, 4>{2, 3, 2, 5}));
+  ASSERT_EQ(list->description().channels.size(), 2u);
+  EXPECT_EQ(dense(*list, 3, 1)[0], 3 * 24 + 6);
+  const auto space = open_series(inputs(
+      {s.file("a.nrrd",
+              start + "dimension: 3\nsizes: 4 5 6\nkinds: space space space\nlabels: \"r\" \"s\" \"t\"\n\n" +
+                  payload())}));
+  EXPECT_EQ(space->description().dims, (std::array<uint64_t, 4>{4, 5, 6, 1}));
+}
+
 TEST(NrrdReader, ReadsTimesFromTheSpacing) {
   Scratch s;
   const auto reader = open_series(inputs({s.file(
