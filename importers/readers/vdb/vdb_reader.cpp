@@ -79,6 +79,19 @@ Offset voxel_offset(const VdbGridInfo& reference, const VdbGridInfo& other, cons
   return offset;
 }
 
+void add_channel(SeriesDescription& d, const VdbGridInfo& info, bool fog) {
+  d.channels.push_back(
+      {.name = info.name, .type = info.type, .precision = info.precision, .air = info.background});
+  d.notes.push_back(concat("grid ", info.name, ": ",
+                           !info.level_set ? "fog volume"
+                           : fog           ? "level set, read as fog"
+                                           : "level set (signed distance)",
+                           " of ", info.tree_type, info.precision == Type::f16 ? " saved as half" : "",
+                           ", background ", info.background));
+  d.attributes.emplace_back("openvdb.name." + info.name, info.own_name);
+  d.attributes.emplace_back("openvdb.class." + info.name, info.grid_class);
+}
+
 VdbBounds moved(VdbBounds bounds, const Offset& by) {
   if (bounds.empty()) return bounds;
   for (size_t a = 0; a < 3; ++a) {
@@ -115,16 +128,7 @@ std::unique_ptr<FrameReader> open_vdb(const Sequence& sequence, const ReaderOpti
       level_sets = level_sets || info.level_set;
       if (d.channels.size() == c) {
         if (c == 0) reference = info;
-        d.channels.push_back(
-            {.name = info.name, .type = info.type, .precision = info.precision, .air = info.background});
-        d.notes.push_back(concat("grid ", info.name, ": ",
-                                 !info.level_set ? "fog volume"
-                                 : fog           ? "level set, read as fog"
-                                                 : "level set (signed distance)",
-                                 " of ", info.tree_type, info.precision == Type::f16 ? " saved as half" : "",
-                                 ", background ", info.background));
-        d.attributes.emplace_back("openvdb.name." + info.name, info.own_name);
-        d.attributes.emplace_back("openvdb.class." + info.name, info.grid_class);
+        add_channel(d, info, fog);
         if (!(std::abs(determinant(info.affine)) > 0))
           fail_input(f.path, ": the transform of grid \"", info.name, "\" is singular");
       }
