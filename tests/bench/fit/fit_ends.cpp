@@ -42,9 +42,9 @@ MemorySamples fitted(const FitSource& source, int32_t lead, uint64_t* kept = nul
   return {made.lattice, {0}, std::move(layers)};
 }
 
-// dB at the places of an axis, from both its ends, in the middle of the others.
+// dB at the places of time, from both its ends, in the middle of space.
 std::vector<double> errors_at(const Coefficients& c, const Known& k, const std::array<uint32_t, 4>& dims,
-                              size_t axis, size_t count, const Context& context) {
+                              size_t count, const Context& context) {
   std::vector<double> db;
   for (const Place& place : places) {
     std::mt19937 random(7);
@@ -54,9 +54,9 @@ std::vector<double> errors_at(const Coefficients& c, const Known& k, const std::
       Vec4 p;
       for (size_t a = 0; a < 4; ++a) p[a] = (dims[a] - 1) / 2.0 + 4 * (unit(random) - 0.5);
       // Of a short series what is furthest from its ends is inside.
-      const double first = std::min(place.from, (dims[axis] - 1) / 2.0 - 1);
+      const double first = std::min(place.from, (dims[3] - 1) / 2.0 - 1);
       const double from = first + (place.random ? unit(random) : 0);
-      p[axis] = i % 2 ? dims[axis] - 1.0 - from : from;
+      p[3] = i % 2 ? dims[3] - 1.0 - from : from;
       points.push_back(p);
     }
     std::vector<float> values(points.size());
@@ -75,7 +75,7 @@ std::vector<double> errors_at(const Coefficients& c, const Known& k, const std::
 std::vector<double> noise_at(const Coefficients& c, const std::array<uint32_t, 4>& dims, size_t count,
                              const Context& context) {
   const Known nothing{"", [](const Vec4&) { return 0.0; }, 0};
-  std::vector<double> power = errors_at(c, nothing, dims, 3, count, context);
+  std::vector<double> power = errors_at(c, nothing, dims, count, context);
   for (double& v : power) v = std::pow(10, -v / 10);
   return power;
 }
@@ -120,21 +120,13 @@ void report_ends(const Report& report) {
                      return std::exp(-(x * x + y * y + z * z) / (2 * 2.2 * 2.2));
                    },
                    0});
-  std::vector<Row> rows, noise, space;
+  std::vector<Row> rows, noise;
   for (const Known& k : known) {
     const FitSource source = sampled(dims, k.field, k.name);
     for (const int32_t lead : leads) {
       const MemorySamples samples = fitted(source, lead);
       const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-      add_row(rows, k.name, name_of(lead), errors_at(c, k, dims, 3, count, context.get()), 1);
-      if (lead == 0 && k.power > 0) {
-        Row row{word("series", k.name)};
-        const std::vector<double> v = errors_at(c, k, dims, 0, count, context.get());
-        for (size_t i = 0; i < v.size(); ++i)
-          row.push_back(
-              figure(places[i].name[0] == 't' ? concat("x", places[i].name + 1) : places[i].name, v[i], 1));
-        space.push_back(row);
-      }
+      add_row(rows, k.name, name_of(lead), errors_at(c, k, dims, count, context.get()), 1);
     }
   }
   std::mt19937 random(3);
@@ -159,12 +151,11 @@ void report_ends(const Report& report) {
       for (const int32_t lead : leads) {
         const MemorySamples samples = fitted(series, lead);
         const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-        add_row(few, k.name, name_of(lead), errors_at(c, k, short_dims, 3, count, context.get()), 1);
+        add_row(few, k.name, name_of(lead), errors_at(c, k, short_dims, count, context.get()), 1);
       }
     }
   report.table("the ends of time: SNR dB of short series", few);
   report.table("the ends of time: mean square of white noise", noise);
-  report.table("the ends of space, mirrored: SNR dB by distance from a face", space);
 }
 
 void report_ends(const FitSource& source, const Report& report) {

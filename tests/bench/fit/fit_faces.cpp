@@ -256,6 +256,23 @@ void report_cloud(const Report& report) {
                rows);
 }
 
+// Sites that a site beyond a face depends on, and the mean square of what becomes of white noise.
+void report_stencils(const Report& report) {
+  std::vector<Row> rows;
+  for (const int dimensions : {3, 4})
+    for (const bool odd : {false, true}) {
+      Row row{word("lattice", dimensions == 3 ? "BCC" : "D4*"),
+              word("rule", odd ? "2 f(face) - f" : "predicted")};
+      for (int distance = 1; distance <= 4; ++distance) {
+        const FaceStencil s = (odd ? odd_stencil : predicted_stencil)(dimensions, distance, {});
+        row.push_back(word(concat("plane ", -distance, ": taps, noise"),
+                           concat(s.taps(), ", ", number(s.noise_gain(), 1))));
+      }
+      rows.push_back(row);
+    }
+  report.table("what lies beyond a face, of what is inside", rows);
+}
+
 struct RealSet {
   PaperSet set;
   std::array<uint32_t, 4> first, dims; // a box of it and what is around
@@ -302,6 +319,7 @@ void report_faces(const Report& report) {
   report.table("the ends of space: SNR dB of values by distance from a face, default kernel", tables.values);
   report.table("the ends of space: SNR dB of gradients in space and time", tables.gradients);
   report_cloud(report);
+  report_stencils(report);
 }
 
 void report_faces(const std::string& folder, const Report& report) {
