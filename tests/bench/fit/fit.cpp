@@ -128,6 +128,7 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     else
       fail(Code::invalid_argument, "fit: unknown option ", args[i]);
   }
+  if (!raw.empty() && !folder.empty()) fail(Code::invalid_argument, "fit: --raw or --data, not both");
   if (!raw.empty()) {
     const FitSource s = raw_source(raw, dims, type);
     const auto asked = [&](const char* table) {
@@ -174,6 +175,8 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
     }
     report.table("accuracy of the samples on D4*", rows);
   }
+  if (folder.empty() && std::find(tables.begin(), tables.end(), "--held-out") != tables.end())
+    fail(Code::invalid_argument, "fit --held-out looks at the real sets of --data DIR");
   if (!folder.empty() && wanted("--held-out")) report_held_out(folder, report);
   if (wanted("--lowpass")) report_lowpass(report);
   if (wanted("--ends")) {
