@@ -38,7 +38,10 @@ class Coefficients {
   // What coefficients are made of: samples, or stored coefficients of this kernel.
   [[nodiscard]] const SampleSource& source() const { return is_stored_ ? source_ : samples(); }
   // The samples, also where the source stores coefficients.
-  [[nodiscard]] const SampleSource& samples() const { return sampled_ ? *sampled_ : source_; }
+  [[nodiscard]] const SampleSource& samples() const {
+    if (sampled_) return *sampled_;
+    return source_;
+  }
   [[nodiscard]] int channel() const { return channel_; }
   [[nodiscard]] const Kernel& kernel() const { return kernel_; }
   [[nodiscard]] float prune() const { return prune_; }
