@@ -236,7 +236,9 @@ TEST(Coefficients, OfIntegersAreSteps) {
         // What was measured while writing is what a reader gets.
         const LargestError e = largest_error(volume, s);
         EXPECT_EQ(stored.error.max_abs, e.slices);
-        EXPECT_LT(stored.error.rmse, 1.1 * samples.error.rmse + 0.04);
+        // What steps add is no more than rounding to those of the source, of which files of samples may have
+        // some.
+        EXPECT_LT(stored.error.rmse, std::hypot(samples.error.rmse, 0.3));
         EXPECT_EQ(stored.report.clamped, 0u);
       }
 }
