@@ -37,7 +37,8 @@ class Rounder {
     chunk.sites.kept.resize(bricks_.size());
     take_holes(chunk.sites);
     const double step = coding_.step * (1 << shift);
-    constexpr double most = 1 << 30; // units, far beyond what a float holds exactly
+    // Steps stay within 2^30, far beyond what a float holds exactly.
+    const double most = (1 << 30) >> shift;
     const bool shaped = shift > 0 || coding_.shape_all;
     std::vector<uint32_t> codes; // of all given sites
     std::vector<Weights> weights;

@@ -102,8 +102,7 @@ template<class D> FittedWeights fit_weights_of(const ChunkSites& sites, const Ch
 } // namespace
 
 FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes) {
-  return codes.type == ValueType::f32 ? fit_weights_of<int64_t>(sites, codes)
-                                      : fit_weights_of<int32_t>(sites, codes);
+  return codes.bytes() == 4 ? fit_weights_of<int64_t>(sites, codes) : fit_weights_of<int32_t>(sites, codes);
 }
 
 } // namespace bccsplat

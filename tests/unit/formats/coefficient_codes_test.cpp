@@ -99,6 +99,15 @@ TEST(CoefficientCodes, TheContainerFindsTheUnits) {
   }
 }
 
+TEST(CoefficientCodes, HugeValuesKeepTheirSign) {
+  for (const int most : {0, 1, 2}) {
+    const Given given = make([](int, const Int3& s) { return (s[0] % 2 ? -1 : 1) * (1e9 + 1e8 * s[1]); });
+    const CoefficientChunk chunk = given.round(coding_of(1, most));
+    for (size_t i = 0; i < 16; ++i)
+      EXPECT_EQ(static_cast<int32_t>(chunk.sites.codes[i] - i32_air) < 0, i % 2 == 1) << most << " " << i;
+  }
+}
+
 // Each value comes back within half a step and what neighbours gave: the sum of the weights.
 TEST(CoefficientCodes, ErrorsAreBounded) {
   const CoefficientCoding coding = coding_of(.5, 2);
