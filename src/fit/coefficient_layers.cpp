@@ -36,7 +36,9 @@ std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> sampl
     if (window_.end() < (window_.lattice().is_static() ? layers : std::min(next_ + reach_ + 1, layers)))
       break;
     const auto made = field_.layer(next_, context);
-    out.push_back(quantiser_.type == ValueType::f16 ? round_layer(*made, quantiser_, 0, context) : *made);
+    uint64_t clamped = 0; // the container counts none either: it gets what fits
+    out.push_back(quantiser_.type == ValueType::f16 ? round_layer(*made, quantiser_, 0, clamped, context)
+                                                    : *made);
   }
   // A layer beyond the end mirrors one as far before it.
   if (!window_.lattice().is_static()) window_.forget(next_ - reach_ - 1);

@@ -10,7 +10,8 @@ namespace bccsplat {
 // Rounds every site and keeps those further than `threshold` from air, with threshold 0 those that are not
 // stored as air, and holes. Values are relative to air, before and after. Not for steps of coefficients
 // (coefficient_steps.h).
+// clamped grows by the sites that the type cannot hold.
 [[nodiscard]] BrickLayer round_layer(const BrickLayer& layer, const Quantiser& quantiser, float threshold,
-                                     const Context& context);
+                                     uint64_t& clamped, const Context& context);
 
 } // namespace bccsplat

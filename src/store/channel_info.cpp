@@ -68,16 +68,29 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
 Quantiser code_channel_anew(const ChannelInfo& channel, bool coefficients, std::optional<ValueType> type,
                             double value_step) {
   const bool whole = !is_float(type.value_or(channel.type)) || (!type && value_step > 0);
-  if (!whole) return quantiser_of_range(type.value_or(channel.type), {}, channel.air);
+  if (!whole) {
+    if (value_step > 0)
+      fail(Code::invalid_argument, "channel ", channel.name, ": value_step is for integer types");
+    // Halves of samples may be stored as they are, not relative to air.
+    if (!coefficients && type.value_or(channel.type) == channel.type)
+      return static_cast<const Quantiser&>(channel);
+    return quantiser_of_range(type.value_or(channel.type), {}, channel.air);
+  }
   const bool spread = is_float(channel.type) && value_step == 0;
   if (spread) {
     const Quantiser samples = quantiser_of_range(*type, channel.source_range, channel.air);
     return coefficients ? quantiser_of_coefficients(samples) : samples;
   }
   const double step = value_step > 0 ? value_step : channel.scale;
-  if (coefficients) return {ValueType::i32, step, channel.air, channel.air};
+  if (coefficients) {
+    // Coefficients swing further than samples; 2^30 steps are there.
+    if (!(codes_of_step(channel.source_range, step, channel.air) <= 0x1p26))
+      fail(Code::invalid_argument, "channel ", channel.name, ": steps of ", step,
+           " are too small for its range");
+    return {ValueType::i32, step, channel.air, channel.air};
+  }
   if (is_integer(channel.type) && step == channel.scale && type.value_or(channel.type) == channel.type)
-    return channel;
+    return static_cast<const Quantiser&>(channel);
   const double codes = codes_of_step(channel.source_range, step, channel.air);
   const ValueType smallest = codes <= 256 ? ValueType::u8 : ValueType::u16;
   const ValueType asked = type.value_or(channel.type);

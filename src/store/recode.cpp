@@ -16,6 +16,13 @@ bool stores_coefficients(const VolumeInfo& info, const RecodeSettings& settings)
   return settings.coefficients.value_or(!info.coefficient_kernel.empty());
 }
 
+// Whether the new file stores the same numbers of a channel in the same slabs.
+bool keeps_numbers(const VolumeInfo& was, const VolumeInfo& now, size_t channel) {
+  return was.coefficient_kernel == now.coefficient_kernel && was.slab_layers == now.slab_layers &&
+         static_cast<const Quantiser&>(was.channels[channel]) ==
+             static_cast<const Quantiser&>(now.channels[channel]);
+}
+
 VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
   VolumeInfo info = was;
   const bool coefficients = stores_coefficients(was, settings);
@@ -28,14 +35,18 @@ VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
     info.coefficient_parameters = kernel_parameters(kernel);
   }
   info.slab_layers = slab_layers_for(coefficients);
-  info.tail.reset();
+  bool all_kept = true;
   for (size_t c = 0; c < info.channels.size(); ++c) {
     ChannelInfo& channel = info.channels[c];
     static_cast<Quantiser&>(channel) =
         code_channel_anew(was.channels[c], coefficients, settings.value_type, settings.value_step);
     channel.residuals = {};
-    channel.clamped = 0;
+    const bool kept = keeps_numbers(was, info, c);
+    if (!kept) channel.clamped = 0;
+    all_kept &= kept;
   }
+  // What clamping tells a writer that goes on is true of the same slabs of the same numbers only.
+  if (!all_kept) info.tail.reset();
   return info;
 }
 
@@ -67,7 +78,8 @@ class Layers {
 
 // What is stored of layers that stay samples, become samples, or stay coefficients.
 std::vector<BrickLayer> rounded(std::vector<BrickLayer> slab, int32_t first, const VolumeInfo& info,
-                                int channel, const VolumeInfo& was, const Context& context) {
+                                int channel, const VolumeInfo& was, uint64_t& clamped,
+                                const Context& context) {
   const auto c = static_cast<size_t>(channel);
   const ChannelInfo& to = info.channels[c];
   const bool kept = info.coefficient_kernel == was.coefficient_kernel;
@@ -75,7 +87,7 @@ std::vector<BrickLayer> rounded(std::vector<BrickLayer> slab, int32_t first, con
     return slab;
   if (to.type == ValueType::i32)
     return CoefficientSteps(info.lattice, to, info.coefficient_kernel).round(first, slab, context);
-  for (BrickLayer& layer : slab) layer = round_layer(layer, to, kept ? 0 : to.threshold, context);
+  for (BrickLayer& layer : slab) layer = round_layer(layer, to, kept ? 0 : to.threshold, clamped, context);
   return slab;
 }
 
@@ -85,21 +97,24 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, c
   const VolumeInfo& was = samples.reader().info();
   if (was.part) fail(Code::unsupported, "recode: the file is a part of a series; join its parts first");
   const VolumeInfo info = recoded_info(was, settings);
-  if (settings.format != 0 && lowest_reader(info) > settings.format)
-    fail(Code::unsupported, "recode: what is asked for needs version ", lowest_reader(info),
-         " of the format; store samples, or coefficients as floats, for version ", settings.format);
+  if (const uint16_t lowest = lowest_reader(info); settings.format != 0 && lowest > settings.format)
+    fail(Code::unsupported, "recode: what is asked for needs version ", lowest, " of the format, ",
+         lowest == 2 ? "as there are layers before the first frame"
+                     : "as coefficients are whole steps; store samples, or coefficients as floats");
   const Layers layers(samples, info);
   Bcc4Writer writer(create_file_sink(settings.path, settings.overwrite), info);
   std::optional<CoefficientSlabs> slabs;
   if (!info.coefficient_kernel.empty() && !layers.kept()) slabs.emplace(info.lattice, info, nullptr);
   const int32_t all = info.lattice.layers();
+  std::vector<uint64_t> clamped(info.channels.size());
   for (int32_t first = 0; first < all; first += info.slab_layers)
     for (int c = 0; c < static_cast<int>(info.channels.size()); ++c) {
       std::vector<BrickLayer> slab;
       for (int32_t m = first; m < std::min(first + info.slab_layers, all); ++m) {
         slab.push_back(layers.read(c, m, context));
       }
-      if (!slabs) slab = rounded(std::move(slab), first, info, c, was, context);
+      if (!slabs)
+        slab = rounded(std::move(slab), first, info, c, was, clamped[static_cast<size_t>(c)], context);
       const auto store = [&](int32_t number, int of, std::span<const BrickLayer> made) {
         writer.write_slab(number, of, made, context);
       };
@@ -112,11 +127,13 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, c
     }
   WriteReport report;
   report.frames = info.lattice.dims[3];
+  for (size_t c = 0; c < clamped.size(); ++c) writer.info().channels[c].clamped += clamped[c];
   const Bcc4Report written = writer.finish(context);
   report.cc_samples = info.cc_samples() * info.channels.size();
   for (const ChannelInfo& channel : info.channels) report.cc_relevant += channel.cc_relevant;
   report.sites_total = written.sites_total, report.sites_kept = written.sites_kept;
-  report.holes = written.holes, report.clamped = written.clamped;
+  report.holes = written.holes, report.clamped = 0;
+  for (const ChannelInfo& channel : writer.info().channels) report.clamped += channel.clamped;
   report.set_file(writer.info(), written);
   return report;
 }

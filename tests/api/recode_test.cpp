@@ -104,6 +104,44 @@ TEST_F(Recode, LeavesOutWhatBelongsToTheOldNumbers) {
   EXPECT_EQ(channel.error_bound, 0);
 }
 
+// What is clamped is counted, and what an earlier writer clamped stays counted where the numbers stay.
+TEST_F(Recode, CountsWhatIsClamped) {
+  const Source steep = source_of({22, 18, 16, 11}, BCCSPLAT_TYPE_U8, [](double x, double, double z, double) {
+    return x > 7 && x < 15 && z > 5 ? 255 : 0;
+  });
+  const Written written = write_frames(device, steep, sized<bccsplat_writer_options>());
+  EXPECT_GT(written.report.clamped, 0u);
+  EXPECT_EQ(recoded(written.bytes, sized<bccsplat_recode_options>()), written.bytes);
+  auto coefficients = sized<bccsplat_writer_options>();
+  coefficients.store = BCCSPLAT_STORE_COEFFICIENTS;
+  const OpenVolume volume(device, write_frames(device, steep, coefficients).bytes);
+  auto options = sized<bccsplat_recode_options>();
+  auto report = sized<bccsplat_writer_report>();
+  options.overwrite = 1, options.store = BCCSPLAT_STORE_SAMPLES;
+  ASSERT_EQ(bccsplat_volume_recode(volume.volume, path.c_str(), &options, &report), BCCSPLAT_OK);
+  EXPECT_GT(report.clamped, written.report.clamped / 2);
+}
+
+TEST_F(Recode, RefusesStepsThatDoNotFit) {
+  const Bytes file = write_frames(device, bytes, sized<bccsplat_writer_options>()).bytes;
+  auto options = sized<bccsplat_recode_options>();
+  options.store = BCCSPLAT_STORE_COEFFICIENTS, options.value_step = 1e-7;
+  (void)recoded(file, options, BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  options.value_step = 50, options.value_type = BCCSPLAT_TYPE_F32;
+  (void)recoded(file, options, BCCSPLAT_ERROR_INVALID_ARGUMENT);
+}
+
+// Halves that are stored as they are, not relative to air, stay so.
+TEST_F(Recode, KeepsHalvesOfTheSource) {
+  Source s = source_of({14, 12, 10, 9}, BCCSPLAT_TYPE_F32,
+                       [](double x, double y, double z, double t) { return wave(x, y, z, t) / 300; });
+  s.air = 0.3;
+  auto channel = sized<bccsplat_channel_options>();
+  channel.source_type = BCCSPLAT_TYPE_F16;
+  const Bytes file = write_frames(device, s, sized<bccsplat_writer_options>(), channel).bytes;
+  EXPECT_EQ(recoded(file, sized<bccsplat_recode_options>()), file);
+}
+
 TEST_F(Recode, RefusesParts) {
   auto written = sized<bccsplat_writer_options>();
   auto part = sized<bccsplat_series_part>();
