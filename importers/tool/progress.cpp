@@ -13,7 +13,7 @@ namespace bcc4 {
 namespace {
 
 std::string clock_text(double seconds) {
-  const auto s = static_cast<int64_t>(std::min(seconds, 3.6e6) + 0.5);
+  const int64_t s = std::llround(std::min(seconds, 3.6e6));
   const auto two = [](int64_t n) { return concat(n < 10 ? "0" : "", n); };
   return s >= 3600 ? concat(s / 3600, ":", two(s / 60 % 60), ":", two(s % 60))
                    : concat(s / 60, ":", two(s % 60));

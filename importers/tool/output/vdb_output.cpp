@@ -22,7 +22,7 @@ bool is_level_set(const VdbOutput& o) {
 }
 
 openvdb::FloatGrid::Ptr make_grid(const VdbOutput& o, std::span<const float> values) {
-  const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(o.air);
+  openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(o.air);
   auto accessor = grid->getAccessor();
   const auto nx = static_cast<int32_t>(o.dims[0]), ny = static_cast<int32_t>(o.dims[1]),
              nz = static_cast<int32_t>(o.dims[2]);
@@ -67,7 +67,7 @@ float least_distance(const VdbOutput& o, std::span<const float> values, uint64_t
 void write_vdb(const std::string& path, const VdbOutput& o, std::span<const float> values) {
   refuse_existing(path, o.overwrite);
   openvdb::initialize();
-  const openvdb::FloatGrid::Ptr grid = make_grid(o, values);
+  openvdb::FloatGrid::Ptr grid = make_grid(o, values);
   openvdb::Mat4R m; // row vectors: the transpose of ours
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column)
