@@ -98,7 +98,8 @@ TEST_F(Recode, LeavesOutWhatBelongsToTheOldNumbers) {
   const Written bounded = write_frames(device, bytes, written);
   ASSERT_EQ(bounded.status, BCCSPLAT_OK) << bounded.text;
   EXPECT_GT(bounded.report.corrected, 0u);
-  const OpenVolume volume(device, recoded(bounded.bytes, sized<bccsplat_recode_options>()));
+  const Bytes file = recoded(bounded.bytes, sized<bccsplat_recode_options>());
+  const OpenVolume volume(device, file);
   auto channel = sized<bccsplat_channel_info>();
   ASSERT_EQ(bccsplat_volume_get_channel_info(volume.volume, 0, &channel), BCCSPLAT_OK);
   EXPECT_EQ(channel.error_bound, 0);
@@ -114,7 +115,8 @@ TEST_F(Recode, CountsWhatIsClamped) {
   EXPECT_EQ(recoded(written.bytes, sized<bccsplat_recode_options>()), written.bytes);
   auto coefficients = sized<bccsplat_writer_options>();
   coefficients.store = BCCSPLAT_STORE_COEFFICIENTS;
-  const OpenVolume volume(device, write_frames(device, steep, coefficients).bytes);
+  const Bytes file = write_frames(device, steep, coefficients).bytes;
+  const OpenVolume volume(device, file);
   auto options = sized<bccsplat_recode_options>();
   auto report = sized<bccsplat_writer_report>();
   options.overwrite = 1, options.store = BCCSPLAT_STORE_SAMPLES;
