@@ -39,6 +39,7 @@ std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> sampl
     uint64_t clamped = 0; // the container counts none either: it gets what fits
     out.push_back(quantiser_.type == ValueType::f16 ? round_layer(*made, quantiser_, 0, clamped, context)
                                                     : *made);
+    if (!window_.lattice().is_static()) field_.forget(next_ + 1, next_ + 1);
   }
   // A layer beyond the end mirrors one as far before it.
   if (!window_.lattice().is_static()) window_.forget(next_ - reach_ - 1);

@@ -155,6 +155,30 @@ struct RoundTrip::Channel {
   std::vector<SampleErrors> each;
 };
 
+namespace {
+
+// Layers first .. end - 1 that a field at an instant is a sum of.
+LayerSpan layers_of(const Coefficients& field, uint32_t frame) {
+  const Lattice4& lattice = field.source().lattice();
+  LayerSpan span{lattice.last_layer, 0};
+  for (const LayerWeight& l : instant_weights(lattice, field.kernel(), frame)) {
+    const int32_t at = lattice.mirror_layer(l.layer);
+    span = {std::min(span.begin, at), std::max(span.end, at + 1)};
+  }
+  return span;
+}
+
+// Makes the layers of an instant one after the other, so that no more of what they are made of is held than
+// one of them needs.
+void make_layers(const Coefficients& field, const LayerSpan& span, const Context& context) {
+  for (int32_t m = span.begin; m < span.end; ++m) {
+    [[maybe_unused]] const auto made = field.layer(m, context);
+    field.forget(span.begin, m + 1);
+  }
+}
+
+} // namespace
+
 RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
                      std::string kernel, bool coefficients, std::vector<uint32_t> frames, ResidualSink sink,
                      const Context& context, int32_t first_layer)
@@ -184,13 +208,17 @@ void RoundTrip::add_layers(int channel, std::span<const BrickLayer> layers) {
     if (c.window.end() < needed.end) return;
     // Layers beyond the end mirror those before it.
     measure(c, channel, frame);
-    ++c.next;
+    if (++c.next == frames_.size()) break;
+    const int32_t made = layers_of(c.field, frame).end, first = layers_of(c.field, frames_[c.next]).begin;
+    c.field.forget(first, std::max(first, made));
   }
   c.window.forget(c.window.end());
+  c.field.forget(lattice_.layers(), INT32_MAX);
 }
 
 void RoundTrip::measure(Channel& c, int index, uint32_t frame) {
   const auto held = c.frames.find(frame);
+  make_layers(c.field, layers_of(c.field, frame), context_);
   const Slice slice = time_slice(c.field, frame, {0, 0}, {}, context_);
   const std::array<int64_t, 3> n{lattice_.dims[0], lattice_.dims[1], lattice_.dims[2]};
   const PlaneJob job{c.options, held->second, n, frame};

@@ -102,6 +102,35 @@ std::vector<std::set<int32_t>> Coefficients::needed(std::span<const int32_t> lay
   return needed;
 }
 
+std::vector<int32_t> Coefficients::reach_of_stages() const {
+  const int32_t period = source_.lattice().layer_period();
+  std::vector<int32_t> reach(steps_.size() + 1);
+  for (size_t s = steps_.size(); s-- > 0;) {
+    const auto& [filter, source] = steps_[s];
+    const int32_t cross = filter.cross != 0 && source_.lattice().space.bcc ? 1 : 0;
+    const int32_t before = filter.temporal != 0 || filter.mixed != 0 ? period : cross;
+    const int32_t samples = filter.source_temporal != 0 || filter.source_mixed != 0 ? period : 0;
+    reach[s] = std::max(reach[s], reach[s + 1] + before);
+    int32_t& of_samples = reach[static_cast<size_t>(source)];
+    of_samples = std::max(of_samples, reach[s + 1] + samples);
+  }
+  return reach;
+}
+
+void Coefficients::forget(int32_t first, int32_t next) const {
+  const std::vector<int32_t> reach = reach_of_stages();
+  const std::scoped_lock lock(mutex_);
+  std::erase_if(recent_, [&](const Key& key) {
+    const auto [stage, layer] = key;
+    // Beyond the ends are mirror images, of layers as far inside.
+    if (layer >= (stage == last_stage() ? first : next - reach[static_cast<size_t>(stage)])) return false;
+    const auto it = entries_.find(key);
+    held_ -= it->second->bytes;
+    entries_.erase(it);
+    return true;
+  });
+}
+
 Coefficients::Work Coefficients::work(std::span<const int32_t> layers, const Context& context) const {
   Work work{context.progress};
   work.total = 0;

@@ -54,6 +54,10 @@ class Coefficients {
   [[nodiscard]] std::vector<std::shared_ptr<const BrickLayer>> layers(std::span<const int32_t> layers,
                                                                       const Context& context) const;
 
+  // For those who go through a series once: layers before `first` are not asked for again, those before
+  // `next` have been made, and what only these depend on need not stay in the cache.
+  void forget(int32_t first, int32_t next) const;
+
  private:
   using Key = std::pair<int, int32_t>; // stage (0: samples), layer
   struct Entry;
@@ -84,6 +88,8 @@ class Coefficients {
   bool holds(const Key& key) const;
   std::shared_ptr<const BrickLayer> insert(const Key& key, BrickLayer layer, const Context& context) const;
   void evict_locked(uint64_t room) const; // until `room` bytes fit under the cache's limit
+  // How many layers of a stage on either side one of the last stage depends on.
+  [[nodiscard]] std::vector<int32_t> reach_of_stages() const;
 
   const SampleSource& source_;
   std::unique_ptr<const SampledField> sampled_; // of stored coefficients

@@ -174,6 +174,36 @@ TEST(Coefficients, OnCcAreTheStagesInSpaceAndThenInTime) {
   }
 }
 
+// Who goes through a series once holds the layers in reach of one instant, and gets the same ones.
+TEST(Coefficients, WhatIsForgottenIsNotHeldAndWhatIsMadeIsTheSame) {
+  for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc}) {
+    TestContext context, whole;
+    const auto lattice = Lattice4::fit(kind, {40, 36, 34, 40});
+    const auto samples = noise_samples(lattice, 8);
+    const Kernel kernel = make_kernel("default");
+    const Coefficients all(samples, 0, kernel, 0, large_cache), once(samples, 0, kernel, 0, large_cache);
+    uint64_t most = 0, layer_bytes = 0;
+    for (int32_t m = 0; m < lattice.layers(); ++m) {
+      const auto expected = layer_to_dense(*all.layer(m, whole.get()));
+      layer_bytes = std::max(layer_bytes, all.layer(m, whole.get())->bytes());
+      EXPECT_EQ(layer_to_dense(*once.layer(m, context.get())), expected) << "layer " << m;
+      once.forget(m - 2, m + 1);
+      most = std::max(most, context.memory.used());
+      // Those that are kept need not be made anew.
+      if (m >= 2) {
+        const uint64_t held = context.memory.used();
+        EXPECT_EQ(layer_to_dense(*once.layer(m - 2, context.get())),
+                  layer_to_dense(*all.layer(m - 2, whole.get())));
+        EXPECT_EQ(context.memory.used(), held);
+      }
+    }
+    EXPECT_LT(most, 40 * layer_bytes);
+    EXPECT_GT(whole.memory.used(), 100 * layer_bytes);
+    once.forget(lattice.layers(), INT32_MAX);
+    EXPECT_EQ(context.memory.used(), 0u);
+  }
+}
+
 TEST(Coefficients, BeyondTheLatticeAndBelowThePruningIsAir) {
   TestContext context;
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {30, 26, 20, 4});
