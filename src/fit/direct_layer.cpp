@@ -56,7 +56,7 @@ FrameSites layer_sites(const BrickLayer& shape, std::span<const float> samples, 
     context.progress.check();
     const Int3 brick = shape.slot_position(slot);
     const int64_t width = std::min(brick_edge, n[0] - brick[0] * brick_edge);
-    SiteBlockPtr block = pool.take();
+    FloatSitesPtr block = pool.floats.take();
     block->source.fill(0xffff); // nothing was filtered, so there is no ringing
     block->largest = 0;
     BrickMask mask{};

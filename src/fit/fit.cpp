@@ -30,7 +30,7 @@ constexpr double largest_value = 1e36;
 // One channel on its way through.
 struct Channel {
   explicit Channel(const FitChannel& o)
-      : options(o), maker(o.quantiser, o.threshold, o.ringing), uncounted(maker.again()) {}
+      : options(o), maker(o.quantiser, o.threshold, o.ringing, o.unit), uncounted(maker.again()) {}
 
   FitChannel options;
   LayerMaker maker, uncounted; // uncounted: of the layers beyond a part's own
@@ -197,7 +197,7 @@ struct Fit::State {
     if (scan.finite == 0 && !c.window.empty())
       sites.block = c.window.back().block;
     else
-      sites = resampler.resample(frame, scan.cells, pool, context);
+      sites = resampler.resample(frame, scan.cells, c.options.unit, pool, context);
     if (scan.finite > 0 && !c.any_known)
       for (FrameSites& earlier : c.window) earlier.block = sites.block;
     c.any_known = c.any_known || scan.finite > 0;

@@ -31,6 +31,8 @@ struct FitChannel {
   // departure from air in its reach (relevance.h says why); 0: it is kept like anything else. Integers lose
   // little by it, floats half.
   float ringing = 1.0f / 512;
+  // In which values wait for the filter in time (packed_block.h); 0: floats.
+  float unit = 0;
   // NonFinite::clamp makes infinities the ends of this range; none: of the source's range so far.
   std::optional<Range> range;
 };

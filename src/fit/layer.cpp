@@ -13,19 +13,35 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// out = center + sum over k of weight[k] * (block[k] - center), for the first `planes` planes and `rows` rows
-// of each.
-void Combine(const float* HWY_RESTRICT center, const float* const* blocks, const float* weights, size_t count,
-             size_t planes, size_t rows, float* HWY_RESTRICT out) {
+// Sixteen sites of a block as numbers: packed ones are whole numbers of the unit.
+template<class D> hn::Vec<D> LoadSites(D d, const float* at) { return hn::Load(d, at); }
+template<class D> hn::Vec<D> LoadSites(D d, const int16_t* at) {
+  const hn::Rebind<int16_t, D> narrow;
+  return hn::ConvertTo(d, hn::PromoteTo(hn::RebindToSigned<D>(), hn::Load(narrow, at)));
+}
+
+// out = unit * (center + sum over k of weight[k] * (block[k] - center)), for the first `planes` planes and
+// `rows` rows of each. A unit is a power of two, so that nothing is rounded by it.
+template<class Number>
+void CombineBlocks(const Number* HWY_RESTRICT center, const Number* const* blocks, const float* weights,
+                   size_t count, float unit, size_t planes, size_t rows, float* HWY_RESTRICT out) {
   const hn::CappedTag<float, 16> d;
   for (size_t z = 0; z < planes; ++z)
     for (size_t i = z * 256; i < z * 256 + rows * 16; i += hn::Lanes(d)) {
-      const auto base = hn::Load(d, center + i);
+      const auto base = LoadSites(d, center + i);
       auto sum = hn::Zero(d); // of small numbers when little changes
       for (size_t k = 0; k < count; ++k)
-        sum = hn::Add(hn::Mul(hn::Set(d, weights[k]), hn::Sub(hn::Load(d, blocks[k] + i), base)), sum);
-      hn::Store(hn::Add(base, sum), d, out + i);
+        sum = hn::Add(hn::Mul(hn::Set(d, weights[k]), hn::Sub(LoadSites(d, blocks[k] + i), base)), sum);
+      hn::Store(hn::Mul(hn::Add(base, sum), hn::Set(d, unit)), d, out + i);
     }
+}
+void Combine(const float* HWY_RESTRICT center, const float* const* blocks, const float* weights, size_t count,
+             float unit, size_t planes, size_t rows, float* HWY_RESTRICT out) {
+  CombineBlocks(center, blocks, weights, count, unit, planes, rows, out);
+}
+void CombinePacked(const int16_t* HWY_RESTRICT center, const int16_t* const* blocks, const float* weights,
+                   size_t count, float unit, size_t planes, size_t rows, float* HWY_RESTRICT out) {
+  CombineBlocks(center, blocks, weights, count, unit, planes, rows, out);
 }
 
 // |made - stored| of the first `columns` of the first `rows` of `planes`: sixteen sums of squares and largest
@@ -49,13 +65,65 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 #include <algorithm>
 
+#include "fit/packed_block.h"
+
 namespace bccsplat {
 HWY_EXPORT(Combine);
+HWY_EXPORT(CombinePacked);
 HWY_EXPORT(Compare);
 
 namespace {
-const SiteBlock air_block{};
 const BrickMask no_source{};
+
+const SiteValues air_values{};
+alignas(64) const std::array<int16_t, brick_sites> packed_air{};
+
+// One brick in the frames of a layer's taps; null: air.
+struct BrickTaps {
+  const SiteBlock* center = nullptr;
+  std::vector<const SiteBlock*> blocks; // and how much their differences from it count
+  std::vector<float> weights;
+
+  [[nodiscard]] bool all_packed() const {
+    const auto packed = [](const SiteBlock* b) { return !b || b->packed; };
+    return packed(center) && std::all_of(blocks.begin(), blocks.end(), packed);
+  }
+};
+
+// Room of a task for the values of one brick.
+struct BrickRoom {
+  SiteValues sum;
+  std::vector<std::unique_ptr<SiteValues>> unpacked; // where packed blocks meet others
+};
+
+const float* floats_of(const SiteBlock* block, float unit, SiteValues& room) {
+  return block ? unpack(*block, unit, room) : air_values.data();
+}
+
+const int16_t* packed_of(const SiteBlock* block) {
+  return block ? static_cast<const PackedSites*>(block)->value.data() : packed_air.data();
+}
+
+const float* combine(const BrickTaps& taps, const Int3& size, float unit, BrickRoom& room) {
+  if (taps.blocks.empty()) return floats_of(taps.center, unit, room.sum);
+  const auto planes = static_cast<size_t>(size[2]), rows = static_cast<size_t>(size[1]);
+  const size_t count = taps.blocks.size();
+  if (taps.all_packed()) {
+    std::vector<const int16_t*> blocks;
+    for (const SiteBlock* b : taps.blocks) blocks.push_back(packed_of(b));
+    HWY_DYNAMIC_DISPATCH(CombinePacked)
+    (packed_of(taps.center), blocks.data(), taps.weights.data(), count, unit, planes, rows, room.sum.data());
+    return room.sum.data();
+  }
+  while (room.unpacked.size() <= count) room.unpacked.push_back(std::make_unique<SiteValues>());
+  std::vector<const float*> blocks;
+  for (const SiteBlock* b : taps.blocks) blocks.push_back(floats_of(b, unit, *room.unpacked[blocks.size()]));
+  const float* center = floats_of(taps.center, unit, *room.unpacked[count]);
+  HWY_DYNAMIC_DISPATCH(Combine)
+  (center, blocks.data(), taps.weights.data(), count, 1, planes, rows, room.sum.data());
+  return room.sum.data();
+}
+
 } // namespace
 
 BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
@@ -85,37 +153,27 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
       }
     }
     if (!counts) counts = std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_)});
-    std::vector<const float*> blocks;
-    std::vector<float> weights;
-    SiteBlock combined;
+    BrickTaps brick_taps;
+    BrickRoom room;
     for (size_t s = g * group; s < std::min(slots.size(), (g + 1) * group); ++s) {
       const size_t slot = slots[s];
-      const auto block = [&](size_t k) {
-        const SiteBlockPtr& b = taps[k].frame->block[c][slot];
-        return b ? b->value.data() : air_block.value.data();
-      };
-      blocks.clear();
-      weights.clear();
+      const auto block = [&](size_t k) { return taps[k].frame->block[c][slot].get(); };
+      brick_taps.center = block(nearest);
+      brick_taps.blocks.clear(), brick_taps.weights.clear();
       for (size_t k = 0; k < taps.size(); ++k) {
         if (k == nearest || taps[k].weight == 0 || block(k) == block(nearest)) continue;
-        blocks.push_back(block(k));
-        weights.push_back(taps[k].weight);
+        brick_taps.blocks.push_back(block(k));
+        brick_taps.weights.push_back(taps[k].weight);
       }
       const Int3 position = layer.slot_position(slot);
       Int3 size;
       for (size_t a = 0; a < 3; ++a)
         size[a] = std::min(brick_edge, layer.dims()[a] - position[a] * brick_edge);
-      const float* values = block(nearest);
-      if (!blocks.empty()) {
-        HWY_DYNAMIC_DISPATCH(Combine)
-        (values, blocks.data(), weights.data(), blocks.size(), static_cast<size_t>(size[2]),
-         static_cast<size_t>(size[1]), combined.value.data());
-        values = combined.value.data();
-      }
+      const float* values = combine(brick_taps, size, unit_, room);
       SiteEvidence evidence{holes_of(slot), &no_source, 0};
-      if (const SiteBlockPtr& b = taps[nearest].frame->block[c][slot]) evidence.source = &b->source;
-      for (const LayerTap& tap : taps)
-        if (const SiteBlockPtr& b = tap.frame->block[c][slot])
+      if (const SiteBlock* b = brick_taps.center) evidence.source = &b->source;
+      for (size_t k = 0; k < taps.size(); ++k)
+        if (const SiteBlock* b = block(k))
           evidence.ringing = std::max(evidence.ringing, ringing_ * b->largest);
       auto brick = std::make_shared_for_overwrite<Brick>();
       const KeptCounts found = relevance_.select(values, size, evidence, *brick);

@@ -30,7 +30,7 @@ struct SpatialResampler::Tile {
   struct Active {
     size_t coset;
     int x; // brick
-    SiteBlock* block;
+    FloatSitesPtr block;
   };
   Int3 brick; // the first one
   std::vector<Active> active;
@@ -116,7 +116,7 @@ Region SpatialResampler::brick_region(const Coset& coset, const Int3& brick) con
 }
 
 SpatialResampler::Tile SpatialResampler::find_tile(const Int3& first, const CellRanges& cells,
-                                                   SiteBlockPool& pool, FrameSites& sites) const {
+                                                   SiteBlockPool& pool) const {
   Tile tile;
   tile.brick = first;
   for (size_t c = 0; c < static_cast<size_t>(cosets_); ++c) {
@@ -134,10 +134,9 @@ SpatialResampler::Tile SpatialResampler::find_tile(const Int3& first, const Cell
       const auto [low, high] = coset.axis[0].extended[static_cast<size_t>(brick[0])];
       tile.row.begin = std::min(tile.row.begin, low);
       tile.row.end = std::max(tile.row.end, high);
-      SiteBlockPtr block = pool.take();
+      FloatSitesPtr block = pool.floats.take();
       block->largest = std::max({0.0f, -range.low, range.high});
-      tile.active.push_back({c, brick[0], block.get()});
-      sites.block[c][slot(coset, brick)] = std::move(block);
+      tile.active.push_back({c, brick[0], std::move(block)});
     }
   }
   if (tile.active.empty()) return tile;
@@ -252,8 +251,18 @@ TileTaps SpatialResampler::tile_taps(size_t axis, const Coset& coset, int32_t br
           rows.data()};
 }
 
-FrameSites SpatialResampler::resample(const Frame& frame, const CellRanges& cells, SiteBlockPool& pool,
-                                      const Context& context) const {
+void SpatialResampler::keep_tile(Tile tile, float unit, SiteBlockPool& pool, FrameSites& sites) const {
+  for (Tile::Active& a : tile.active) {
+    const Coset& coset = coset_[a.coset];
+    const Int3 brick{a.x, tile.brick[1], tile.brick[2]};
+    Int3 size;
+    for (size_t d = 0; d < 3; ++d) size[d] = std::min(brick_edge, coset.dims[d] - brick[d] * brick_edge);
+    sites.block[a.coset][slot(coset, brick)] = pack(std::move(a.block), size, unit, pool);
+  }
+}
+
+FrameSites SpatialResampler::resample(const Frame& frame, const CellRanges& cells, float unit,
+                                      SiteBlockPool& pool, const Context& context) const {
   FrameSites sites;
   for (size_t c = 0; c < static_cast<size_t>(cosets_); ++c) sites.block[c].resize(slots(coset_[c]));
   std::vector<Int3> tiles;
@@ -266,7 +275,7 @@ FrameSites SpatialResampler::resample(const Frame& frame, const CellRanges& cell
   std::vector<std::unique_ptr<Scratch>> idle;
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
     context.progress.check();
-    const Tile tile = find_tile(tiles[i], cells, pool, sites);
+    Tile tile = find_tile(tiles[i], cells, pool);
     if (tile.active.empty()) return;
     std::unique_ptr<Scratch> scratch;
     {
@@ -278,6 +287,7 @@ FrameSites SpatialResampler::resample(const Frame& frame, const CellRanges& cell
     }
     if (!scratch) scratch = std::make_unique<Scratch>();
     resample_tile(frame, tile, *scratch, context);
+    keep_tile(std::move(tile), unit, pool, sites);
     const std::scoped_lock lock(mutex);
     idle.push_back(std::move(scratch));
   });

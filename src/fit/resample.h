@@ -10,6 +10,7 @@
 #include "base/context.h"
 #include "fit/filter.h"
 #include "fit/frame.h"
+#include "fit/packed_block.h"
 #include "fit/resample_tile.h"
 #include "fit/scan.h"
 #include "fit/site_block.h"
@@ -22,9 +23,9 @@ class SpatialResampler {
   SpatialResampler(const Lattice4& lattice, Filter filter);
 
   // Returns null for a brick where all samples within its reach are air. The result has the same bits for any
-  // number of threads and however the frame is divided into boxes.
-  [[nodiscard]] FrameSites resample(const Frame& frame, const CellRanges& cells, SiteBlockPool& pool,
-                                    const Context& context) const;
+  // number of threads and however the frame is divided into boxes. unit: as of packing_unit.
+  [[nodiscard]] FrameSites resample(const Frame& frame, const CellRanges& cells, float unit,
+                                    SiteBlockPool& pool, const Context& context) const;
 
  private:
   // One axis of one coset.
@@ -70,8 +71,9 @@ class SpatialResampler {
   [[nodiscard]] TileTaps tile_taps(size_t axis, const Coset& coset, int32_t brick, int64_t first_row,
                                    std::vector<int32_t>& rows) const;
   void mark_source(const float* rows, size_t pitch, int64_t y, const Tile& tile, size_t coset) const;
-  [[nodiscard]] Tile find_tile(const Int3& brick, const CellRanges& cells, SiteBlockPool& pool,
-                               FrameSites& sites) const;
+  [[nodiscard]] Tile find_tile(const Int3& brick, const CellRanges& cells, SiteBlockPool& pool) const;
+  // Hands the blocks of a tile to the frame.
+  void keep_tile(Tile tile, float unit, SiteBlockPool& pool, FrameSites& sites) const;
   void resample_tile(const Frame& frame, const Tile& tile, Scratch& scratch, const Context& context) const;
 
   std::array<int64_t, 3> n_{}; // source samples

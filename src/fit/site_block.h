@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <type_traits>
 #include <vector>
 
 #include "base/memory.h"
@@ -11,13 +12,22 @@
 
 namespace bccsplat {
 
-// One frame on the sites of one brick; undefined beyond the dims of its coset.
+// One frame on the sites of one brick: what is known of them. The values are in one of two forms.
 struct SiteBlock {
-  alignas(64) std::array<float, brick_sites> value; // (z*16 + y)*16 + x, relative to air
-  BrickMask source;                                 // sites whose nearest source sample is not air
-  float largest;                                    // no source sample in reach is further from air
+  BrickMask source; // sites whose nearest source sample is not air
+  float largest;    // no source sample in reach is further from air
+  bool packed;      // the form: PackedSites or FloatSites
 };
-using SiteBlockPtr = std::shared_ptr<SiteBlock>;
+// Values (z*16 + y)*16 + x, relative to air; undefined beyond the dims of the coset.
+struct FloatSites : SiteBlock {
+  alignas(64) std::array<float, brick_sites> value;
+};
+// The same in whole numbers of a unit, for half the memory.
+struct PackedSites : SiteBlock {
+  alignas(64) std::array<int16_t, brick_sites> value;
+};
+using SiteBlockPtr = std::shared_ptr<const SiteBlock>;
+using FloatSitesPtr = std::shared_ptr<FloatSites>;
 
 // One frame on the sites of both cosets, by brick slot.
 struct FrameSites {
@@ -25,16 +35,16 @@ struct FrameSites {
   std::array<std::vector<std::unique_ptr<BrickMask>>, 2> holes; // null: none; empty: none at all
 };
 
-// Hands out blocks from any thread. Blocks must go before the pool and its budget.
-class SiteBlockPool {
+// Blocks of one form, handed out from any thread. Blocks must go before the pool and its budget.
+template<class Block> class BlockPool {
  public:
-  explicit SiteBlockPool(MemoryBudget& memory) : memory_(memory) {}
-  ~SiteBlockPool() { memory_.release(sizeof(SiteBlock) * free_.size()); }
-  SiteBlockPool(const SiteBlockPool&) = delete;
-  SiteBlockPool& operator=(const SiteBlockPool&) = delete;
+  explicit BlockPool(MemoryBudget& memory) : memory_(memory) {}
+  ~BlockPool() { memory_.release(sizeof(Block) * free_.size()); }
+  BlockPool(const BlockPool&) = delete;
+  BlockPool& operator=(const BlockPool&) = delete;
 
-  [[nodiscard]] SiteBlockPtr take() {
-    std::unique_ptr<SiteBlock> block;
+  [[nodiscard]] std::shared_ptr<Block> take() {
+    std::unique_ptr<Block> block;
     {
       const std::scoped_lock lock(mutex_);
       if (!free_.empty()) {
@@ -43,23 +53,23 @@ class SiteBlockPool {
       }
     }
     if (!block) {
-      if (!memory_.try_reserve(sizeof(SiteBlock)))
+      if (!memory_.try_reserve(sizeof(Block)))
         fail(Code::memory_budget,
              "the frames within reach of the resampling filter do not fit the memory budget of ",
              memory_.limit(), " bytes; raise it or use a shorter filter");
-      Reservation held =
-          Reservation::adopt(memory_, sizeof(SiteBlock)); // until the block is one of the pool's
-      block.reset(new SiteBlock);
+      Reservation held = Reservation::adopt(memory_, sizeof(Block)); // until the block is one of the pool's
+      block.reset(new Block);
       const std::scoped_lock lock(mutex_);
       free_.reserve(made_ + 1); // giving a block back must not fail
       ++made_;
       held.keep();
     }
-    return {block.release(), [this](SiteBlock* b) { give_back(std::unique_ptr<SiteBlock>(b)); }};
+    block->packed = std::is_same_v<Block, PackedSites>;
+    return {block.release(), [this](Block* b) { give_back(std::unique_ptr<Block>(b)); }};
   }
 
  private:
-  void give_back(std::unique_ptr<SiteBlock> block) {
+  void give_back(std::unique_ptr<Block> block) {
     const std::scoped_lock lock(mutex_);
     free_.push_back(std::move(block));
   }
@@ -67,7 +77,13 @@ class SiteBlockPool {
   MemoryBudget& memory_;
   std::mutex mutex_;
   size_t made_ = 0; // blocks, free or in use
-  std::vector<std::unique_ptr<SiteBlock>> free_;
+  std::vector<std::unique_ptr<Block>> free_;
+};
+
+struct SiteBlockPool {
+  explicit SiteBlockPool(MemoryBudget& memory) : floats(memory), packed(memory) {}
+  BlockPool<FloatSites> floats;
+  BlockPool<PackedSites> packed;
 };
 
 } // namespace bccsplat

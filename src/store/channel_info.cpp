@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "fit/packed_block.h"
 
 namespace bccsplat {
 namespace {
@@ -58,6 +59,7 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
     fail(Code::invalid_argument, "channel ", settings.name, ": value_step needs the range of the values");
   channel.quantiser = quantiser_of_samples(settings, info.source_type);
   static_cast<Quantiser&>(info) = channel.quantiser;
+  channel.unit = packing_unit(channel.quantiser);
   if (!coefficients) return channel;
   static_cast<Quantiser&>(info) = quantiser_of_coefficients(channel.quantiser);
   // The samples they are made of are not rounded.

@@ -22,6 +22,16 @@ def cycle():
     return frames
 
 
+def waves(n, frames):
+    """A dense u8 series, every voxel of it different from air."""
+    row = [[math.sin(x * k + k) for x in range(n)] for k in (.21, .37, .52)]
+    for t in range(frames):
+        for z in range(n):
+            for y in range(n):
+                a, b = row[1][(y + 2 * t) % n], row[2][(z + t) % n]
+                yield bytes(int(128 + 40 * v + 40 * a + 30 * b) for v in row[0])
+
+
 class Memory(ToolTest):
     def peak(self, *args):
         """Largest resident set of one run of the tool, in bytes. With one heap: how many threads come to have heaps of
@@ -67,6 +77,23 @@ class Memory(ToolTest):
                            expect=4)
         self.assertIn('raise --max-mem', err)
         self.assertFalse(os.path.exists(self.path('o.bcc4')))
+
+    def test_bytes_of_a_voxel(self):
+        """What an import without options holds, in bytes per voxel of a frame: the window of the filter in time, a slab of
+        layers, and what it takes to measure three frames."""
+        n, frames = 112, 20
+        with open(self.path('waves.raw'), 'wb') as raw:
+            for row in waves(n, frames):
+                raw.write(row)
+        with open(self.path('little.raw'), 'wb') as raw:
+            for row in waves(16, frames):
+                raw.write(row)
+        common = ('--dtype', 'u8', '-o', 'o.bcc4', '--overwrite', '--quiet', '--threads', 1)
+        for more, most in ((('--measure', 'none'), 60), ((), 130), (('--store', 'coefficients'), 140)):
+            little = self.peak('import', 'little.raw', '--dims', f'16,16,16,{frames}', *common, *more)
+            peak = self.peak('import', 'waves.raw', '--dims', f'{n},{n},{n},{frames}', *common, *more)
+            self.assertLess((peak - little) / n ** 3, most, f'{more}: {(peak - little) / n ** 3} bytes a voxel')
+
 
 
 if __name__ == '__main__':

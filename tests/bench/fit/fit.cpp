@@ -45,7 +45,7 @@ Row speed_row(const FitSource& s, Filter filter) {
   FrameScan scan;
   const double scan_time = median_cpu_seconds([&] { scan = scan_frame(frame, 0, context); });
   const double spatial_time =
-      median_cpu_seconds([&] { (void)resampler.resample(frame, scan.cells, pool, context); });
+      median_cpu_seconds([&] { (void)resampler.resample(frame, scan.cells, 0, pool, context); });
   const auto sites = static_cast<double>(report.lattice.space.sites(0) + report.lattice.space.sites(1));
 
   const FitChannelReport& c = report.channels[0];
