@@ -36,7 +36,7 @@ void Progress::update(uint64_t done, const std::string& detail) {
   shown_ = now;
   const double elapsed = seconds(),
                fraction = total_ > 0 ? static_cast<double>(done) / static_cast<double>(total_) : 0;
-  std::string line = concat(label_, "  ", detail);
+  std::string line = concat(label_, detail.empty() ? "" : "  ", detail);
   if (total_ > 0) line += concat("  ", static_cast<int>(100 * fraction), " %");
   if (in_bytes_ && elapsed > 0)
     line += concat("  ", short_number(static_cast<double>(done) / elapsed / 1e6, 3), " MB/s");
@@ -60,5 +60,10 @@ void Progress::clear() {
 }
 
 int32_t Progress::cancel_only(void*, double) { return interrupted() ? 1 : 0; }
+
+int32_t Progress::show_fraction(void* user, double fraction) {
+  static_cast<Progress*>(user)->update(static_cast<uint64_t>(fraction_steps * fraction), "");
+  return cancel_only(user, fraction);
+}
 
 } // namespace bcc4

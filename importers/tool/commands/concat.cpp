@@ -6,7 +6,6 @@
 #include "tool/commands/commands.h"
 #include "tool/handles.h"
 #include "tool/import/summary.h"
-#include "tool/interrupt.h"
 #include "tool/json.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
@@ -21,21 +20,16 @@ struct ConcatArguments {
   CommonOptions common;
 };
 
-int32_t show(void* progress, double fraction) {
-  static_cast<Progress*>(progress)->update(static_cast<uint64_t>(1000 * fraction), "parts");
-  return interrupted() ? 1 : 0;
-}
-
 Exit run_concat(const ConcatArguments& a) {
   if (a.parts.empty()) fail_usage("PART... is missing, such as bcc4 concat part.*.bcc4 -o whole.bcc4");
   require_option(a.output, "-o", "-o whole.bcc4");
   refuse_existing(a.output, a.overwrite);
   for (const std::string& part : a.parts) refuse_source_as_output(a.output, part);
   const Device device = create_device(1, 0);
-  Progress progress("join", 1000, false, a.common.quiet || a.common.json);
+  Progress progress("join  parts", Progress::fraction_steps, false, a.common.quiet || a.common.json);
   auto options = sized<bccsplat_join_options>();
   options.overwrite = a.overwrite ? 1 : 0;
-  options.progress = show;
+  options.progress = Progress::show_fraction;
   options.progress_user = &progress;
   std::vector<const char*> paths;
   for (const std::string& part : a.parts) paths.push_back(part.c_str());

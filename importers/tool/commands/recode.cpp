@@ -7,7 +7,6 @@
 #include "tool/handles.h"
 #include "tool/import/summary.h"
 #include "tool/import/writer_choices.h"
-#include "tool/interrupt.h"
 #include "tool/json.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
@@ -23,11 +22,6 @@ struct RecodeArguments {
   CommonOptions common;
 };
 
-int32_t show(void* progress, double fraction) {
-  static_cast<Progress*>(progress)->update(static_cast<uint64_t>(1000 * fraction), "layers");
-  return interrupted() ? 1 : 0;
-}
-
 Exit run_recode(const RecodeArguments& a) {
   if (a.file.empty())
     fail_usage("FILE is missing, such as bcc4 recode in.bcc4 -o out.bcc4 --store coefficients");
@@ -36,7 +30,7 @@ Exit run_recode(const RecodeArguments& a) {
   refuse_source_as_output(a.output, a.file);
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const Volume volume = open_volume(device, a.file, "");
-  Progress progress("recode", 1000, false, a.common.quiet || a.common.json);
+  Progress progress("recode  layers", Progress::fraction_steps, false, a.common.quiet || a.common.json);
   auto options = sized<bccsplat_recode_options>();
   options.overwrite = a.overwrite ? 1 : 0;
   options.store = a.store;
@@ -44,7 +38,7 @@ Exit run_recode(const RecodeArguments& a) {
   options.value_step = a.step;
   options.kernel = a.kernel.empty() ? nullptr : a.kernel.c_str();
   options.format = a.format;
-  options.progress = show;
+  options.progress = Progress::show_fraction;
   options.progress_user = &progress;
   auto report = sized<bccsplat_writer_report>();
   const bccsplat_status status = bccsplat_volume_recode(volume.get(), a.output.c_str(), &options, &report);
