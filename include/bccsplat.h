@@ -274,12 +274,12 @@ enum { /* what becomes of a file that is not finished: `path`.partial and its jo
                                         copied, not coded again. Without options->part the host adds all
                                         frames, the old ones first. With it (first: the number of frames of
                                         the file, end: dims[3]) it adds those of get_part_frames, the new
-                                        ones and up to some twenty before them, and what the report says of
-                                        non-finite values and coding errors is of these; not for
-                                        coefficients, bounds, MEASURE_ALL, or files of layers (WRONG_STATE).
-                                        Either way the file is the same byte for byte as one written in one
-                                        go with the same ENDS, but that channels may only be rounded as they
-                                        were */
+                                        ones and up to some twenty before them (with coefficients thirty),
+                                        and what the report says of non-finite values and coding errors is of
+                                        these; not for bounds, MEASURE_ALL, files of layers, or coefficients
+                                        of bccsplat_volume_recode (WRONG_STATE). Either way the file is the
+                                        same byte for byte as one written in one go with the same ENDS, but
+                                        that channels may only be rounded as they were */
 };
 
 typedef struct bccsplat_channel_options {

@@ -130,6 +130,8 @@ void check_info(const VolumeInfo& info, Code code) {
   if (info.part)
     for (const PartWrite& w : info.part->writes)
       if (w.slab >= info.slabs()) fail(code, "part: a write of slab ", w.slab, " of ", info.slabs());
+  if (info.counts && (info.counts->slabs < 0 || info.counts->slabs > info.slabs()))
+    fail(code, "the counts are of ", info.counts->slabs, " slabs of ", info.slabs());
   if (info.tail) {
     if (info.tail->slabs < 0 || info.tail->slabs > info.slabs())
       fail(code, "the tail counts ", info.tail->slabs, " slabs of ", info.slabs());

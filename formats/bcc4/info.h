@@ -82,6 +82,14 @@ struct TailInfo {
   bool operator==(const TailInfo&) const = default;
 };
 
+// What a writer that continues a series of coefficients cannot see in the file: counts of the samples they
+// were made of.
+struct CountsInfo {
+  int32_t slabs = 0;             // as in TailInfo
+  std::vector<std::byte> counts; // of the layers in them; private to one version of the library
+  bool operator==(const CountsInfo&) const = default;
+};
+
 struct VolumeInfo {
   // Fixed once samples are written, except dims[3] and last_layer.
   Lattice4 lattice;
@@ -98,6 +106,7 @@ struct VolumeInfo {
   std::vector<std::pair<std::string, std::string>> attributes; // UTF-8, keys unique; order is kept
   std::optional<TailInfo> tail;                                // none: no sample was clamped
   std::optional<PartInfo> part;                                // none: a whole file
+  std::optional<CountsInfo> counts; // none: of samples, of layers, or too short to have lasting slabs
 
   [[nodiscard]] uint64_t cc_samples() const { // per channel
     return uint64_t{lattice.dims[0]} * lattice.dims[1] * lattice.dims[2] * lattice.dims[3];

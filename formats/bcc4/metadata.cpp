@@ -23,7 +23,8 @@ enum RecordType : uint16_t {
   attributes = 7,
   residuals = 0x8002,
   part = 0x8003,
-  tail = 0x8004
+  tail = 0x8004,
+  counts = 0x8007
 };
 constexpr uint16_t optional_record = 0x8000;
 
@@ -62,6 +63,14 @@ void write_range(ByteWriter& out, const Range& r) {
   tail.slabs = in.read<int32_t>();
   for (size_t c = 0; c < channels; ++c) tail.clamped.push_back(in.read<uint64_t>());
   return tail;
+}
+
+[[nodiscard]] CountsInfo read_counts(ByteReader& in) {
+  CountsInfo counts;
+  counts.slabs = in.read<int32_t>();
+  const auto bytes = in.take(in.read<uint32_t>());
+  counts.counts.assign(bytes.begin(), bytes.end());
+  return counts;
 }
 
 void write_lattice(ByteWriter& out, const VolumeInfo& info) {
@@ -240,6 +249,12 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       p.write(info.tail->slabs);
       for (const uint64_t n : info.tail->clamped) p.write(n);
     });
+  if (info.counts)
+    record(counts, [&](ByteWriter& p) {
+      p.write(info.counts->slabs);
+      p.write(static_cast<uint32_t>(info.counts->counts.size()));
+      p.write_bytes(info.counts->counts);
+    });
   return out.release();
 }
 
@@ -304,6 +319,10 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
       break;
     case tail:
       info.tail = read_tail(record, info.channels.size());
+      record.expect_end();
+      continue;
+    case counts:
+      info.counts = read_counts(record);
       record.expect_end();
       continue;
     case residuals:

@@ -30,10 +30,12 @@ constexpr double largest_value = 1e36;
 // One channel on its way through.
 struct Channel {
   explicit Channel(const FitChannel& o)
-      : options(o), maker(o.quantiser, o.threshold, o.ringing, o.unit), uncounted(maker.again()) {}
+      : options(o), maker(o.quantiser, o.threshold, o.ringing, o.unit, o.counted_step), lasting(maker.again()),
+        uncounted(maker.again()) {}
 
   FitChannel options;
-  LayerMaker maker, uncounted; // uncounted: of the layers beyond a part's own
+  // lasting: of the first layers; uncounted: of those beyond a part's own.
+  LayerMaker maker, lasting, uncounted;
   FitChannelReport report;
   bool any_known = false; // a frame that is not missing altogether
 
@@ -70,7 +72,19 @@ Lattice4 checked(const Lattice4& lattice) {
   return lattice;
 }
 
+LayerCounts counts_of(const LayerMaker& maker, uint64_t sites_total) {
+  SiteCounts counts = maker.counts();
+  return {sites_total, counts.sites.kept, counts.sites.holes, counts.sites.clamped,
+          std::move(counts.samples)};
+}
+
 } // namespace
+
+void LayerCounts::add(const LayerCounts& other) {
+  sites_total += other.sites_total, sites_kept += other.sites_kept;
+  holes += other.holes, clamped += other.clamped;
+  samples.merge(other.samples);
+}
 
 struct Fit::State {
   State(const FitOptions& o, FitSink s, const Context& c)
@@ -297,18 +311,19 @@ struct Fit::State {
         return tap.frame->block[static_cast<size_t>(coset)][slot] != nullptr;
       });
     Reservation memory(context.memory, bricks * sizeof(Brick), "a slab of layers");
-    const bool counted = counts_layer(layer);
-    const uint64_t clamped_before = c.maker.clamped();
-    c.slab.push_back(
-        (counted ? c.maker : c.uncounted).make(lattice.space, coset, taps, nearest, beyond, context));
+    const bool counted = counts_layer(layer), lasting = layer < options.lasting_layers;
+    LayerMaker& maker = !counted ? c.uncounted : lasting ? c.lasting : c.maker;
+    const uint64_t clamped_before = maker.clamped();
+    c.slab.push_back(maker.make(lattice.space, coset, taps, nearest, beyond, context));
     memory = {};
     c.slab_memory.emplace_back(context.memory, c.slab.back().bytes(), "a slab of layers");
     if (counted) {
-      c.report.sites_total += static_cast<uint64_t>(lattice.space.sites(coset));
+      (lasting ? c.report.lasting.sites_total : c.report.sites_total) +=
+          static_cast<uint64_t>(lattice.space.sites(coset));
       const int32_t first = options.part ? options.part->first_own : 0;
       const auto slab = static_cast<size_t>((layer - first) / options.slab_layers);
       c.report.clamped_slabs.resize(slab + 1);
-      c.report.clamped_slabs[slab] += c.maker.clamped() - clamped_before;
+      c.report.clamped_slabs[slab] += maker.clamped() - clamped_before;
     }
     if (static_cast<int32_t>(c.slab.size()) == options.slab_layers) hand_out(c, index);
   }
@@ -381,15 +396,14 @@ struct Fit::State {
         fail(Code::internal, "fit: layer ", c.next_layer, " of ", end_layer(), " could not be made");
       hand_out(c, static_cast<int>(i));
       c.window.clear();
-      const SiteCounts counts = c.maker.counts();
-      c.report.sites_kept = counts.sites.kept;
-      c.report.holes = counts.sites.holes;
-      c.report.clamped = counts.sites.clamped;
-      c.report.samples = counts.samples;
-      const CodingError& coding = c.maker.coding_error();
-      c.report.coding_max = coding.largest;
+      c.report.lasting = counts_of(c.lasting, c.report.lasting.sites_total);
+      static_cast<LayerCounts&>(c.report) = counts_of(c.maker, c.report.sites_total);
+      c.report.add(c.report.lasting);
+      const CodingError &first = c.lasting.coding_error(), &coding = c.maker.coding_error();
+      c.report.coding_max = std::max(first.largest, coding.largest);
       if (c.report.sites_total > 0)
-        c.report.coding_rmse = std::sqrt(coding.squares / static_cast<double>(c.report.sites_total));
+        c.report.coding_rmse =
+            std::sqrt((first.squares + coding.squares) / static_cast<double>(c.report.sites_total));
       report.channels.push_back(std::move(c.report));
     }
     return report;

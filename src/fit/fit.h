@@ -33,6 +33,7 @@ struct FitChannel {
   float ringing = 1.0f / 512;
   // In which values wait for the filter in time (packed_block.h); 0: floats.
   float unit = 0;
+  double counted_step = 0; // of floats: the histogram counts whole steps of it from air; 0: none
   // NonFinite::clamp makes infinities the ends of this range; none: of the source's range so far.
   std::optional<Range> range;
 };
@@ -57,6 +58,7 @@ struct FitOptions {
   bool lowpass = false; // frames first lose what the lattice cannot hold (lowpass.h); not CC
   NonFinite nonfinite = NonFinite::error;
   int32_t slab_layers = 8;
+  int32_t lasting_layers = 0;  // the first ones, which are counted by themselves as well
   std::optional<FitPart> part; // none: all of the series; else dims[3] > 0, and frames, not layers, are given
   std::vector<FitChannel> channels{1};
 };
@@ -66,18 +68,25 @@ struct FitOptions {
 // exactly representable in the stored type.
 using FitSink = std::function<void(int32_t slab, int channel, std::span<const BrickLayer> layers)>;
 
-struct FitChannelReport {
+// Counts of the sites of layers.
+struct LayerCounts {
+  uint64_t sites_total = 0, sites_kept = 0;
+  uint64_t holes = 0;      // of the sites kept
+  uint64_t clamped = 0;    // sites whose value the stored type could not hold
+  SampleHistogram samples; // of the sites kept that are no holes
+
+  void add(const LayerCounts& other); // of an equal quantiser, or of nothing
+};
+
+struct FitChannelReport : LayerCounts {
   Range source_range;        // finite source values, absolute; 0..0 when there are none
   bool any_finite = false;   // there are some
   std::vector<Range> frames; // the same for each frame; empty when layers were given
   uint64_t source_samples = 0;
-  uint64_t cc_relevant = 0; // source samples further than the threshold from air
-  uint64_t nonfinite = 0;   // source values
-  uint64_t sites_total = 0, sites_kept = 0;
-  uint64_t holes = 0;                     // of the sites kept
-  uint64_t clamped = 0;                   // sites whose value the stored type could not hold
-  std::vector<uint64_t> clamped_slabs;    // of them, those of each slab that was counted
-  SampleHistogram samples;                // of the sites kept that are no holes
+  uint64_t cc_relevant = 0;               // source samples further than the threshold from air
+  uint64_t nonfinite = 0;                 // source values
+  std::vector<uint64_t> clamped_slabs;    // of the sites clamped, those of each slab that was counted
+  LayerCounts lasting;                    // of the first FitOptions::lasting_layers among those counted
   double coding_max = 0, coding_rmse = 0; // stored values against those the filter made, over all sites
 };
 

@@ -24,8 +24,8 @@ float value_of_key(uint32_t key) {
 
 } // namespace
 
-SampleHistogram::SampleHistogram(const Quantiser& quantiser)
-    : quantiser_(quantiser), code_shift_(quantiser.offset - static_cast<double>(quantiser.air)),
+SampleHistogram::SampleHistogram(const Quantiser& quantiser, double step)
+    : quantiser_(quantiser), step_(step), code_shift_(quantiser.offset - static_cast<double>(quantiser.air)),
       codes_per_unit_(1 / quantiser.scale) {
   if (largest_code(quantiser.type) > 0)
     codes_.resize(size_t{largest_code(quantiser.type)} + 1);
@@ -50,12 +50,17 @@ inline void SampleHistogram::count_value(float relative, uint32_t key) {
   ++octave(key >> 23)[key >> drop_bits & (octave_bins - 1)];
 }
 
+inline float SampleHistogram::counted(float relative) const {
+  if (step_ == 0) return relative;
+  return static_cast<float>(std::floor(static_cast<double>(relative) / step_ + 0.5) * step_);
+}
+
 void SampleHistogram::add(const Brick& brick) {
   for (size_t r = 0; r < brick_rows; ++r) {
     const float* row = brick.value.data() + r * brick_edge;
     uint32_t bits = brick.kept[r];
     if (brick.hole) bits &= ~uint32_t{(*brick.hole)[r]};
-    if (bits == 0xffff) {
+    if (bits == 0xffff && step_ == 0) {
       uint32_t keys[brick_edge];
       for (size_t x = 0; x < brick_edge; ++x) keys[x] = ordered_key(row[x]);
       for (size_t x = 0; x < brick_edge; ++x) count_value(row[x], keys[x]);
@@ -63,7 +68,7 @@ void SampleHistogram::add(const Brick& brick) {
       continue;
     }
     for (; bits; bits &= bits - 1, ++count_) {
-      const float v = row[static_cast<size_t>(std::countr_zero(bits))];
+      const float v = counted(row[static_cast<size_t>(std::countr_zero(bits))]);
       count_value(v, ordered_key(v));
     }
   }
@@ -82,10 +87,11 @@ void SampleHistogram::merge(const SampleHistogram& other) {
   }
 }
 
-// The quantiser, the ends, and the bins that are not empty: (distance from the one before, count) as varints.
+// The quantiser, the step, the ends, and the bins that are not empty: (distance from the one before, count)
+// as varints.
 void SampleHistogram::write(ByteWriter& out) const {
   out.write(static_cast<uint32_t>(quantiser_.type));
-  out.write(quantiser_.air), out.write(quantiser_.scale), out.write(quantiser_.offset);
+  out.write(quantiser_.air), out.write(quantiser_.scale), out.write(quantiser_.offset), out.write(step_);
   out.write(low_), out.write(high_);
   std::vector<std::pair<uint64_t, uint64_t>> bins;
   for (size_t c = 0; c < codes_.size(); ++c)
@@ -107,15 +113,18 @@ SampleHistogram SampleHistogram::read(ByteReader& in) {
   const auto type = in.read<uint32_t>();
   quantiser.type = static_cast<ValueType>(type);
   quantiser.air = in.read<float>(), quantiser.scale = in.read<double>(), quantiser.offset = in.read<double>();
-  if (type < 1 || type > 4 || !(quantiser.scale > 0)) fail(Code::corrupt, "histogram: value type ", type);
-  SampleHistogram out(quantiser);
+  const auto step = in.read<double>();
+  if (type < 1 || type > 4 || !(quantiser.scale > 0) || !(step >= 0))
+    fail(Code::corrupt, "histogram: value type ", type);
+  SampleHistogram out(quantiser, step);
   out.low_ = in.read<uint32_t>(), out.high_ = in.read<uint32_t>();
   const uint64_t all = out.codes_.empty() ? out.octaves_.size() * octave_bins : out.codes_.size();
   uint64_t bin = 0;
   for (auto left = in.read<uint32_t>(); left > 0; --left) {
-    const uint64_t step = in.read_varint(), count = in.read_varint();
-    if (step >= all || bin + step >= all) fail(Code::corrupt, "histogram: no bin ", bin, " + ", step);
-    bin += step;
+    const uint64_t further = in.read_varint(), count = in.read_varint();
+    if (further >= all || bin + further >= all)
+      fail(Code::corrupt, "histogram: no bin ", bin, " + ", further);
+    bin += further;
     (out.codes_.empty() ? out.octave(bin / octave_bins)[bin % octave_bins] : out.codes_[bin]) = count;
     out.count_ += count;
   }

@@ -152,7 +152,7 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
         counts_.pop_back();
       }
     }
-    if (!counts) counts = std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_)});
+    if (!counts) counts = std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_, step_)});
     BrickTaps brick_taps;
     BrickRoom room;
     for (size_t s = g * group; s < std::min(slots.size(), (g + 1) * group); ++s) {
@@ -210,7 +210,7 @@ uint64_t LayerMaker::clamped() const {
 }
 
 SiteCounts LayerMaker::counts() const {
-  SiteCounts all{{}, SampleHistogram(quantiser_)};
+  SiteCounts all{{}, SampleHistogram(quantiser_, step_)};
   for (const auto& part : counts_) {
     all.sites.kept += part->sites.kept;
     all.sites.holes += part->sites.holes;

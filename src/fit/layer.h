@@ -33,13 +33,13 @@ struct LayerTap {
 
 class LayerMaker {
  public:
-  // ringing: as SiteEvidence::ringing, but a fraction of the largest departure from air in reach.
-  // unit: of the blocks in packed form.
-  LayerMaker(const Quantiser& quantiser, float threshold, float ringing, float unit)
-      : quantiser_(quantiser), relevance_(quantiser, threshold), ringing_(ringing), unit_(unit) {}
+  // ringing: as SiteEvidence::ringing, but a fraction of the largest departure from air in reach. unit: of the
+  // blocks in packed form. step: of the histogram.
+  LayerMaker(const Quantiser& quantiser, float threshold, float ringing, float unit, double step)
+      : LayerMaker(quantiser, Relevance(quantiser, threshold), ringing, unit, step) {}
 
   // One that makes the same layers and has counted nothing.
-  [[nodiscard]] LayerMaker again() const { return {quantiser_, relevance_, ringing_, unit_}; }
+  [[nodiscard]] LayerMaker again() const { return {quantiser_, relevance_, ringing_, unit_, step_}; }
 
   // Values are those of taps[nearest] plus the weighted differences of the others from it, so that what does
   // not change stays as it is; holes are those of taps[nearest]. Weights sum to 1. beyond: a layer that no
@@ -53,12 +53,13 @@ class LayerMaker {
   [[nodiscard]] const CodingError& coding_error() const { return coding_; }
 
  private:
-  LayerMaker(const Quantiser& quantiser, const Relevance& relevance, float ringing, float unit)
-      : quantiser_(quantiser), relevance_(relevance), ringing_(ringing), unit_(unit) {}
+  LayerMaker(const Quantiser& quantiser, const Relevance& relevance, float ringing, float unit, double step)
+      : quantiser_(quantiser), relevance_(relevance), ringing_(ringing), unit_(unit), step_(step) {}
 
   Quantiser quantiser_;
   Relevance relevance_;
   float ringing_, unit_;
+  double step_;
   CodingError coding_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<SiteCounts>> counts_; // idle between uses

@@ -62,6 +62,7 @@ FitChannel code_channel(const ChannelSettings& settings, SourceType first, bool 
   channel.unit = packing_unit(channel.quantiser);
   if (!coefficients) return channel;
   static_cast<Quantiser&>(info) = quantiser_of_coefficients(channel.quantiser);
+  if (info.type == ValueType::i32) channel.counted_step = info.scale;
   // The samples they are made of are not rounded.
   channel.quantiser = quantiser_of_range(ValueType::f32, {}, settings.air);
   return channel;

@@ -15,13 +15,13 @@ namespace {
 constexpr size_t batch_chunks = 64; // decoded together: at most 8 MiB of samples
 
 // Counts the samples of the slabs 0 .. end - 1 as the fit did.
-FitChannelReport count_slabs(const Bcc4Reader& file, int channel, int32_t end, const Context& context) {
+LayerCounts count_slabs(const Bcc4Reader& file, int channel, int32_t end, const Context& context) {
   const ChannelInfo& info = file.info().channels[static_cast<size_t>(channel)];
   // Single sites of air may be kept among others; they are not counted as samples.
   const SampleCoder coder(info);
   const float air = coder.decode(coder.codes().air);
   const bool air_is_none = !(info.threshold > 0 && std::fabs(air) > info.threshold);
-  FitChannelReport report;
+  LayerCounts report;
   report.samples = SampleHistogram(info);
   const Lattice4& lattice = file.info().lattice;
   for (int32_t layer = 0; layer < end * file.info().slab_layers; ++layer)
@@ -49,6 +49,20 @@ FitChannelReport count_slabs(const Bcc4Reader& file, int channel, int32_t end, c
     }
   }
   return report;
+}
+
+// What the file tells of the samples that its first `slabs` slabs of coefficients were made of; none where it
+// does not, or in words of another version.
+std::optional<std::vector<LayerCounts>> told_counts(const VolumeInfo& info, int32_t slabs) {
+  if (!info.counts || info.counts->slabs != slabs) return std::nullopt;
+  try {
+    std::vector<LayerCounts> counts;
+    for (PartChannelReport& c : read_part_report(info.counts->counts, info.channels.size()).channels)
+      counts.push_back(std::move(c.fit.lasting));
+    return counts;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 // Throws unless the file says the same times of its frames as the series that goes on.
@@ -85,7 +99,7 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
   }
 }
 
-Continuation::Continuation(const WriterSettings& settings, FitOptions options)
+Continuation::Continuation(const WriterSettings& settings, FitOptions options, const LayerUse& use)
     : old_(Bcc4Reader::open(open_file_source(settings.path))) {
   const VolumeInfo& was = old_->info();
   const PartSettings& part = *settings.part;
@@ -98,8 +112,6 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options)
          settings.dims[3], ": the part to be appended is ", done, " to ", settings.dims[3],
          " (excluded), not ", part.first, " to ", part.end);
   if (was.lattice.is_static()) refuse("a single frame is not continued");
-  if (settings.coefficients || !was.coefficient_kernel.empty())
-    refuse("coefficients hang on frames further back");
   if (settings.abs_error > 0 || settings.psnr > 0 || settings.measure == Measure::all)
     refuse("a bound is checked on every frame");
   for (const ChannelInfo& channel : was.channels)
@@ -111,12 +123,13 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options)
   require_equal_times(settings.path, was, part.times);
   options.lead = was.lattice.lead;
   lattice_ = Lattice4::fit(options.lattice, options.dims, options.scale, options.time_scale, options.lead);
-  rest_ = rest_of_series(lattice_, options, done);
-  slabs_ = rest_.first_layer / options.slab_layers;
+  rest_ = rest_of_series(lattice_, options, use, done);
   for (const ChannelInfo& channel : was.channels)
-    if (channel.clamped > 0 && !(was.tail && was.tail->slabs == slabs_))
+    if (was.coefficient_kernel.empty() && channel.clamped > 0 && !(was.tail && was.tail->slabs == slabs()))
       refuse("it does not tell where samples were clamped, as newer files do");
-  begin_earlier(part.early_frames, rest_);
+  if (!was.coefficient_kernel.empty() && slabs() > 0 && !(told_ = told_counts(was, slabs())))
+    refuse("it does not tell of the samples that its coefficients were made of, as files of this version do");
+  begin_earlier(part.early_frames, rest_.fit);
 }
 
 void Continuation::copy_slabs(Bcc4Writer& container, Progress& progress) const {
@@ -126,7 +139,7 @@ void Continuation::copy_slabs(Bcc4Writer& container, Progress& progress) const {
     int channel;
   };
   std::vector<Slab> order;
-  for (int32_t slab = 0; slab < slabs_; ++slab)
+  for (int32_t slab = 0; slab < slabs(); ++slab)
     for (int c = 0; c < static_cast<int>(info().channels.size()); ++c)
       if (const auto chunks = old_->chunks(c, slab); !chunks.empty())
         order.push_back({chunks.front().offset, slab, c});
@@ -137,20 +150,33 @@ void Continuation::copy_slabs(Bcc4Writer& container, Progress& progress) const {
   }
 }
 
+std::vector<LayerCounts> Continuation::old_counts(const Context& context) const {
+  const VolumeInfo& was = info();
+  if (told_) return *told_;
+  std::vector<LayerCounts> counts;
+  for (size_t c = 0; c < was.channels.size(); ++c) {
+    counts.push_back(count_slabs(*old_, static_cast<int>(c), slabs(), context));
+    if (slabs() > 0 && was.tail) counts.back().clamped = was.tail->clamped[c];
+  }
+  return counts;
+}
+
 void Continuation::add_to(FitReport& report, const Context& context) const {
   const VolumeInfo& was = info();
   PartReport all, rest;
+  const std::vector<LayerCounts> counts = old_counts(context);
   for (size_t c = 0; c < was.channels.size(); ++c) {
     const ChannelInfo& channel = was.channels[c];
-    FitChannelReport old = count_slabs(*old_, static_cast<int>(c), slabs_, context);
+    FitChannelReport old;
+    static_cast<LayerCounts&>(old) = old.lasting = counts[c];
     old.source_range = channel.source_range;
     const bool only_holes = channel.holes > 0 && channel.holes == channel.sites_kept;
     old.any_finite = !(only_holes && channel.source_range == Range{});
     old.frames = channel.frames;
     old.source_samples = was.cc_samples();
     old.cc_relevant = channel.cc_relevant;
-    old.clamped_slabs.assign(static_cast<size_t>(slabs_), 0);
-    if (slabs_ > 0 && was.tail) old.clamped_slabs[0] = old.clamped = was.tail->clamped[c];
+    old.clamped_slabs.assign(static_cast<size_t>(slabs()), 0);
+    if (slabs() > 0) old.clamped_slabs[0] = old.clamped;
     all.channels.push_back({old, 0, {}, {}});
     rest.channels.push_back({std::move(report.channels[c]), 0, {}, {}});
   }

@@ -3,12 +3,15 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "base/context.h"
 #include "fit/fit.h"
 #include "formats/bcc4/bcc4.h"
+#include "store/series_part.h"
 #include "store/settings.h"
 
 namespace bccsplat {
@@ -23,13 +26,13 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
 class Continuation {
  public:
   // Opens the file at settings.path. Throws, saying why, where it cannot be continued by settings.part alone.
-  // options: of the longer series.
-  Continuation(const WriterSettings& settings, FitOptions options);
+  // options, use: of the longer series.
+  Continuation(const WriterSettings& settings, FitOptions options, const LayerUse& use);
 
   [[nodiscard]] const VolumeInfo& info() const { return old_->info(); }
   [[nodiscard]] const Lattice4& lattice() const { return lattice_; } // of the longer series
-  [[nodiscard]] const FitPart& rest() const { return rest_; }        // what is left to fit
-  [[nodiscard]] int32_t slabs() const { return slabs_; }             // of a channel that are copied
+  [[nodiscard]] const SeriesPart& rest() const { return rest_; }     // what is left to do
+  [[nodiscard]] int32_t slabs() const { return rest_.first_slab; }   // of a channel that are copied
 
   // Puts the slabs that stay where a writer of all frames puts them: in the order of the old file.
   void copy_slabs(Bcc4Writer& container, Progress& progress) const;
@@ -37,10 +40,13 @@ class Continuation {
   void add_to(FitReport& report, const Context& context) const;
 
  private:
+  // Counts of the sites of the slabs that stay, of each channel.
+  [[nodiscard]] std::vector<LayerCounts> old_counts(const Context& context) const;
+
   std::shared_ptr<const Bcc4Reader> old_;
   Lattice4 lattice_;
-  FitPart rest_;
-  int32_t slabs_ = 0;
+  SeriesPart rest_;
+  std::optional<std::vector<LayerCounts>> told_; // of coefficients
 };
 
 } // namespace bccsplat

@@ -34,7 +34,7 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
     for (const SampleErrors& e : r.errors) errors.add(e);
     if (sum.psnr > 0) require_psnr(channel.name, errors, fits[c].source_range, sum.psnr);
   }
-  if (info.coefficient_kernel.empty()) info.tail = tail_of_series(sum.lasting, fits);
+  describe_tail(sum.lasting, fits, info);
   return info;
 }
 

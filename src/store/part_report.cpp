@@ -9,7 +9,7 @@
 namespace bccsplat {
 namespace {
 
-constexpr uint32_t report_version = 2;
+constexpr uint32_t report_version = 3;
 
 void write_range(ByteWriter& out, const Range& r) { out.write(r.low), out.write(r.high); }
 Range read_range(ByteReader& in) {
@@ -42,6 +42,18 @@ SampleErrors read_errors(ByteReader& in) {
   return e;
 }
 
+void write_counts(ByteWriter& out, const LayerCounts& counts) {
+  for (const uint64_t n : {counts.sites_total, counts.sites_kept, counts.holes, counts.clamped}) out.write(n);
+  counts.samples.write(out);
+}
+LayerCounts read_counts(ByteReader& in) {
+  LayerCounts counts;
+  for (uint64_t* n : {&counts.sites_total, &counts.sites_kept, &counts.holes, &counts.clamped})
+    *n = in.read<uint64_t>();
+  counts.samples = SampleHistogram::read(in);
+  return counts;
+}
+
 uint32_t read_count(ByteReader& in, size_t bytes_each) {
   const auto n = in.read<uint32_t>();
   if (n > in.remaining() / bytes_each) fail(Code::corrupt, "part: ", n, " entries do not fit");
@@ -60,12 +72,10 @@ std::vector<std::byte> write_part_report(const PartReport& report) {
     out.write(static_cast<uint32_t>(f.any_finite));
     out.write(static_cast<uint32_t>(f.frames.size()));
     for (const Range& r : f.frames) write_range(out, r);
-    for (const uint64_t n :
-         {f.source_samples, f.cc_relevant, f.nonfinite, f.sites_total, f.sites_kept, f.holes, f.clamped})
-      out.write(n);
+    for (const uint64_t n : {f.source_samples, f.cc_relevant, f.nonfinite}) out.write(n);
+    write_counts(out, f), write_counts(out, f.lasting);
     out.write(static_cast<uint32_t>(f.clamped_slabs.size()));
     for (const uint64_t n : f.clamped_slabs) out.write(n);
-    f.samples.write(out);
     out.write(f.coding_max), out.write(f.coding_rmse), out.write(c.bound);
     out.write(static_cast<uint32_t>(c.measured.size()));
     for (size_t i = 0; i < c.measured.size(); ++i) {
@@ -90,12 +100,11 @@ PartReport read_part_report(std::span<const std::byte> bytes, size_t channels) {
     f.any_finite = in.read<uint32_t>() != 0;
     f.frames.resize(read_count(in, 16));
     for (Range& r : f.frames) r = read_range(in);
-    for (uint64_t* n : {&f.source_samples, &f.cc_relevant, &f.nonfinite, &f.sites_total, &f.sites_kept,
-                        &f.holes, &f.clamped})
-      *n = in.read<uint64_t>();
+    for (uint64_t* n : {&f.source_samples, &f.cc_relevant, &f.nonfinite}) *n = in.read<uint64_t>();
+    static_cast<LayerCounts&>(f) = read_counts(in);
+    f.lasting = read_counts(in);
     f.clamped_slabs.resize(read_count(in, 8));
     for (uint64_t& n : f.clamped_slabs) n = in.read<uint64_t>();
-    f.samples = SampleHistogram::read(in);
     f.coding_max = in.read<double>(), f.coding_rmse = in.read<double>(), c.bound = in.read<double>();
     c.measured.resize(read_count(in, 4));
     for (uint32_t& frame : c.measured) {
@@ -124,10 +133,8 @@ void add_part_report(PartReport& series, PartReport next) {
     const double squares = a.coding_rmse * a.coding_rmse * static_cast<double>(a.sites_total) +
                            b.coding_rmse * b.coding_rmse * static_cast<double>(b.sites_total);
     a.source_samples += b.source_samples, a.cc_relevant += b.cc_relevant, a.nonfinite += b.nonfinite;
-    a.sites_total += b.sites_total, a.sites_kept += b.sites_kept;
-    a.holes += b.holes, a.clamped += b.clamped;
+    a.add(b), a.lasting.add(b.lasting);
     a.clamped_slabs.insert(a.clamped_slabs.end(), b.clamped_slabs.begin(), b.clamped_slabs.end());
-    a.samples.merge(b.samples);
     a.coding_max = std::max(a.coding_max, b.coding_max);
     if (a.sites_total > 0) a.coding_rmse = std::sqrt(squares / static_cast<double>(a.sites_total));
     s.measured.insert(s.measured.end(), n.measured.begin(), n.measured.end());

@@ -45,8 +45,8 @@ VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
     if (!kept) channel.clamped = 0;
     all_kept &= kept;
   }
-  // What clamping tells a writer that goes on is true of the same slabs of the same numbers only.
-  if (!all_kept) info.tail.reset();
+  // What a writer that goes on is told is true of the same slabs of the same numbers only.
+  if (!all_kept) info.tail.reset(), info.counts.reset();
   return info;
 }
 

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "fit/ends.h"
 #include "fit/lowpass.h"
+#include "store/part_report.h"
 #include "store/round_trip.h"
 
 namespace bccsplat {
@@ -46,6 +47,19 @@ std::array<int64_t, 2> frames_of(const LayerSpan& layers, const Lattice4& lattic
   return {std::clamp<int64_t>(first, 0, frames), std::clamp<int64_t>(end, 0, frames)};
 }
 
+// Layers of samples on either side that stored layers are made of.
+int32_t prefilter_reach(const Lattice4& lattice, const LayerUse& use) {
+  return use.coefficients ? prefilter_layers(lattice, use.kernel) + 1 : 0;
+}
+
+LayerSpan samples_of(const LayerSpan& stored, const Lattice4& lattice, const LayerUse& use,
+                     int32_t slab_layers) {
+  if (stored.begin >= stored.end) return stored;
+  const int32_t layers = lattice.layers(), reach = prefilter_reach(lattice, use);
+  return whole_slabs({std::max(0, stored.begin - reach), std::min(layers, stored.end + reach)}, slab_layers,
+                     layers);
+}
+
 } // namespace
 
 SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
@@ -74,12 +88,7 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
     if (frame >= first && frame < end)
       include(stored, layers_to_measure(lattice, use.kernel, use.coefficients, frame));
   stored = whole_slabs(stored, slab, layers);
-  LayerSpan samples = stored;
-  if (use.coefficients && stored.begin < stored.end) {
-    const int32_t reach = prefilter_layers(lattice, use.kernel) + 1;
-    samples =
-        whole_slabs({std::max(0, stored.begin - reach), std::min(layers, stored.end + reach)}, slab, layers);
-  }
+  const LayerSpan samples = samples_of(stored, lattice, use, slab);
   part.first_layer = stored.begin, part.end_layer = stored.end;
   part.fit.first_counted = part.fit.first_given = first, part.fit.end_counted = part.fit.end_given = end;
   if (samples.begin < samples.end) {
@@ -92,7 +101,8 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
   return part;
 }
 
-int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, uint32_t frames) {
+int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
+                      uint32_t frames) {
   if (lattice.is_static()) return 0;
   const double widening = std::max(1.0, lattice.time_step / lattice.layer_distance());
   // With fewer, what stands before the first frame changes as well.
@@ -100,21 +110,25 @@ int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, uint32
       frames < EndFrames(widening).used() + (options.lowpass ? lowpass_time_reach(lattice) : 0))
     return 0;
   const double last = frames - 1.0 - frame_reach(lattice, options, widening);
-  int32_t slabs = 0;
-  while (lattice.layer_frame((slabs + 1) * options.slab_layers - 1) <= last) ++slabs;
-  return slabs;
+  int32_t samples = 0; // layers of them
+  while (lattice.layer_frame(samples) <= last) ++samples;
+  return std::max(0, samples - prefilter_reach(lattice, use)) / options.slab_layers;
 }
 
-FitPart rest_of_series(const Lattice4& lattice, const FitOptions& options, uint32_t done) {
+SeriesPart rest_of_series(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
+                          uint32_t done) {
   const uint32_t frames = options.dims[3];
-  FitPart part;
-  part.first_counted = done, part.end_counted = part.end_given = frames;
-  part.first_layer = part.first_own = lasting_slabs(lattice, options, done) * options.slab_layers;
-  part.end_layer = part.end_own = lattice.layers();
-  if (part.first_layer > 0)
-    part.first_given =
-        static_cast<uint32_t>(frames_of({part.first_layer, part.end_layer}, lattice, options)[0]);
-  part.first_given = std::min(part.first_given, done);
+  SeriesPart part;
+  part.first_slab = lasting_slabs(lattice, options, use, done);
+  part.first_layer = part.first_slab * options.slab_layers, part.end_layer = lattice.layers();
+  part.end_slab = (part.end_layer + options.slab_layers - 1) / options.slab_layers;
+  const LayerSpan samples = samples_of({part.first_layer, part.end_layer}, lattice, use, options.slab_layers);
+  part.fit.first_counted = done, part.fit.end_counted = part.fit.end_given = frames;
+  part.fit.first_layer = samples.begin, part.fit.end_layer = samples.end;
+  part.fit.first_own = part.first_layer, part.fit.end_own = part.end_layer;
+  if (samples.begin > 0)
+    part.fit.first_given = static_cast<uint32_t>(frames_of(samples, lattice, options)[0]);
+  part.fit.first_given = std::min(part.fit.first_given, done);
   return part;
 }
 
@@ -125,7 +139,24 @@ void begin_earlier(uint64_t frames, FitPart& part) {
   part.first_given -= static_cast<uint32_t>(frames);
 }
 
-std::optional<TailInfo> tail_of_series(int32_t lasting, std::span<const FitChannelReport> channels) {
+namespace {
+
+// What `channels` counted of the slabs that last, and nothing else.
+std::vector<std::byte> lasting_counts(int32_t lasting, std::span<const FitChannelReport> channels) {
+  PartReport report;
+  report.lasting = lasting;
+  for (const FitChannelReport& c : channels) report.channels.emplace_back().fit.lasting = c.lasting;
+  return write_part_report(report);
+}
+
+} // namespace
+
+void describe_tail(int32_t lasting, std::span<const FitChannelReport> channels, VolumeInfo& info) {
+  info.tail.reset(), info.counts.reset();
+  if (!info.coefficient_kernel.empty()) {
+    if (lasting > 0) info.counts = {lasting, lasting_counts(lasting, channels)};
+    return;
+  }
   TailInfo tail{lasting, {}};
   uint64_t all = 0;
   for (const FitChannelReport& c : channels) {
@@ -135,8 +166,7 @@ std::optional<TailInfo> tail_of_series(int32_t lasting, std::span<const FitChann
     tail.clamped.push_back(sum);
     all += c.clamped;
   }
-  if (all == 0) return std::nullopt;
-  return tail;
+  if (all > 0) info.tail = std::move(tail);
 }
 
 } // namespace bccsplat

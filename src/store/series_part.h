@@ -31,15 +31,16 @@ struct SeriesPart {
                                         const LayerUse& use, uint32_t first, uint32_t end);
 
 // Slabs of a series of `frames` frames that stay as they are when more follow; lattice: of either.
-[[nodiscard]] int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, uint32_t frames);
+[[nodiscard]] int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
+                                    uint32_t frames);
 // What is left to do when a series of which `done` frames are in a file goes on: the slabs behind
 // lasting_slabs, from as many frames as they depend on. lattice, options: of the longer series.
-[[nodiscard]] FitPart rest_of_series(const Lattice4& lattice, const FitOptions& options, uint32_t done);
+[[nodiscard]] SeriesPart rest_of_series(const Lattice4& lattice, const FitOptions& options,
+                                        const LayerUse& use, uint32_t done);
 // Lets a part begin with `frames` more frames than it needs, those before its first one.
 void begin_earlier(uint64_t frames, FitPart& part);
 
-// What a writer that continues a whole series will ask for; none: nothing was clamped. lasting: of its slabs.
-[[nodiscard]] std::optional<TailInfo> tail_of_series(int32_t lasting,
-                                                     std::span<const FitChannelReport> channels);
+// Puts into the file what a writer that continues a whole series will ask for. lasting: of its slabs.
+void describe_tail(int32_t lasting, std::span<const FitChannelReport> channels, VolumeInfo& info);
 
 } // namespace bccsplat

@@ -126,9 +126,9 @@ void VolumeWriter::begin_part() {
   if (settings_.dims[3] == 0)
     fail(Code::invalid_argument, "a part needs the number of frames of the series in dims[3]");
   if (settings_.continuity == Continuity::append) {
-    continued_.emplace(settings_, fit_options_);
+    continued_.emplace(settings_, fit_options_, layer_use());
     initial_.lattice = continued_->lattice();
-    fit_options_.part = continued_->rest();
+    fit_options_.part = continued_->rest().fit;
   } else {
     const uint32_t frames = settings_.dims[3];
     if (asked.first >= asked.end || asked.end > frames)
@@ -143,9 +143,10 @@ void VolumeWriter::begin_part() {
     initial_.lattice = Lattice4::fit(settings_.lattice, settings_.dims, settings_.scale, settings_.time_scale,
                                      fit_options_.lead);
     const auto plan = [&](std::span<const uint32_t> measured) {
-      part_ = part_of_series(initial_.lattice, fit_options_,
-                             {settings_.coefficients, initial_.recommended_kernel, measured},
-                             static_cast<uint32_t>(asked.first), static_cast<uint32_t>(asked.end));
+      LayerUse use = layer_use();
+      use.measured = measured;
+      part_ = part_of_series(initial_.lattice, fit_options_, use, static_cast<uint32_t>(asked.first),
+                             static_cast<uint32_t>(asked.end));
     };
     const std::vector<uint32_t> measured = measuring_.choose_frames(0, frames);
     if (!measuring_.attempt([&] { plan(measured); })) plan({});
@@ -168,6 +169,8 @@ int32_t VolumeWriter::predicted_layers() const {
   const Lattice4 lattice = Lattice4::fit(s.lattice, s.dims, s.scale, s.time_scale);
   return lattice.layers() < fewest_layers ? 0 : end_layers;
 }
+
+LayerUse VolumeWriter::layer_use() const { return {settings_.coefficients, initial_.recommended_kernel}; }
 
 void VolumeWriter::set_times(double first, double step) {
   require_open();
@@ -281,9 +284,9 @@ void VolumeWriter::complete_info(const FitReport& result) {
   for (size_t c = 0; c < result.channels.size(); ++c) describe_channel(result.channels[c], info.channels[c]);
   if (part_)
     describe_part(result);
-  else if (!settings_.coefficients && input_ == Input::frames)
-    info.tail =
-        tail_of_series(lasting_slabs(result.lattice, fit_options_, result.lattice.dims[3]), result.channels);
+  else if (input_ == Input::frames)
+    describe_tail(lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]),
+                  result.channels, info);
 }
 
 // Times of frames, in the short form where they are evenly spaced.
@@ -317,7 +320,7 @@ void VolumeWriter::describe_part(const FitReport& result) {
   out.writes = std::move(writes_);
   PartReport report;
   report.psnr = settings_.psnr;
-  report.lasting = lasting_slabs(result.lattice, fit_options_, result.lattice.dims[3]);
+  report.lasting = lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]);
   for (size_t c = 0; c < info.channels.size(); ++c) {
     PartChannelReport& channel = report.channels.emplace_back();
     channel.fit = result.channels[c];

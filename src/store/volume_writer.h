@@ -88,6 +88,12 @@ class VolumeWriter {
   void begin_info();
   void begin_part();
   [[nodiscard]] int32_t predicted_layers() const;
+  [[nodiscard]] LayerUse layer_use() const;
+  // What is made of the series; null: all of it.
+  [[nodiscard]] const SeriesPart* part_made() const {
+    if (continued_) return &continued_->rest();
+    return part_ ? &*part_ : nullptr;
+  }
 
   // The ways in.
   void require_open() const;

@@ -145,6 +145,12 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
                                                  c == first_channel ? first_type : SourceType::f32,
                                                  settings_.coefficients, initial_.channels[c]));
   if (input == Input::frames && !continued_) fit_options_.lead = predicted_layers();
+  if (input == Input::frames && settings_.coefficients)
+    fit_options_.lasting_layers =
+        fit_options_.slab_layers *
+        lasting_slabs(Lattice4::fit(settings_.lattice, settings_.dims, settings_.scale, settings_.time_scale,
+                                    fit_options_.lead),
+                      fit_options_, layer_use(), settings_.dims[3]);
   fit_ = std::make_unique<Fit>(
       fit_options_,
       [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
@@ -152,7 +158,7 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
       },
       context_);
   if (settings_.coefficients)
-    coefficients_ = std::make_unique<CoefficientSlabs>(fit_->lattice(), initial_, part_ ? &*part_ : nullptr);
+    coefficients_ = std::make_unique<CoefficientSlabs>(fit_->lattice(), initial_, part_made());
 }
 
 // The frames that are measured: of the series, of a part, or of those that continue a file as far as all the
@@ -160,8 +166,8 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
 std::vector<uint32_t> VolumeWriter::frames_to_measure() const {
   const uint32_t frames = settings_.dims[3];
   if (continued_) {
-    const FitPart& rest = continued_->rest();
-    std::vector<uint32_t> list = measuring_.choose_frames(rest.first_counted, frames);
+    const SeriesPart& rest = continued_->rest();
+    std::vector<uint32_t> list = measuring_.choose_frames(rest.fit.first_counted, frames);
     std::erase_if(list, [&](uint32_t f) {
       return layers_to_measure(fit_->lattice(), initial_.recommended_kernel, settings_.coefficients, f)
                  .begin < rest.first_layer;
@@ -191,7 +197,7 @@ void VolumeWriter::begin_measuring(bool frames_known) {
     channels.push_back({c.name, c.air, c.threshold, bound});
     if (bound > 0) c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
   }
-  const int32_t first_layer = continued_ ? continued_->rest().first_layer : part_ ? part_->first_layer : 0;
+  const SeriesPart* const part = part_made();
   std::vector<uint32_t> frames = frames_to_measure();
   measuring_.attempt([&] {
     measuring_.begin(std::make_unique<RoundTrip>(
@@ -200,7 +206,7 @@ void VolumeWriter::begin_measuring(bool frames_known) {
         [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
           store_residuals(channel, frame, residuals);
         },
-        context_, first_layer));
+        context_, part ? part->first_layer : 0));
   });
 }
 

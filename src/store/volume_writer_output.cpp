@@ -50,9 +50,7 @@ Bcc4WriterOptions VolumeWriter::container_options(const VolumeInfo& info) const 
     options.earlier = Bcc4Reader::open(open_file_source(settings_.path));
     const VolumeInfo& was = options.earlier->info();
     require_continuable(was, info, settings_.dims[3], settings_.path);
-    // Coefficients depend on samples beyond the reach of the filter.
-    if (!settings_.coefficients)
-      options.earlier_slabs = lasting_slabs(was.lattice, fit_options_, was.lattice.dims[3]);
+    options.earlier_slabs = lasting_slabs(was.lattice, fit_options_, layer_use(), was.lattice.dims[3]);
   } else if (settings_.continuity != Continuity::none) {
     options.journal = std::make_shared<Bcc4Journal>(settings_.path + ".journal",
                                                     settings_.continuity == Continuity::resume);

@@ -20,6 +20,14 @@ struct Variant {
 
 constexpr uint32_t nx = 21, ny = 19, nz = 17;
 
+void coefficients(bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; }
+
+bool coefficient_file(const Variant& v) {
+  auto o = sized<bccsplat_writer_options>();
+  v.change(o);
+  return o.store == BCCSPLAT_STORE_COEFFICIENTS;
+}
+
 double field(uint32_t channel, uint32_t x, uint32_t y, uint32_t z, uint32_t t) {
   const double noise = ((x * 73856093u ^ y * 19349663u ^ z * 83492791u ^ t * 2654435761u) >> 8 & 255) / 255.0;
   // Clamped by integers, with air around.
@@ -125,6 +133,19 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
       {"short filter, one more frame", BCCSPLAT_TYPE_U8, 1, false, false,
        [](bccsplat_writer_options& o) { o.filter = BCCSPLAT_FILTER_KAISER6; }, 43},
       {"few frames", BCCSPLAT_TYPE_U8, 1, false, false, [](bccsplat_writer_options&) {}, 4, 9},
+      {"coefficients in steps", BCCSPLAT_TYPE_U8, 1, false, false, coefficients},
+      {"coefficients as floats", BCCSPLAT_TYPE_F32, 1, false, true, coefficients},
+      {"coefficients of two channels with holes", BCCSPLAT_TYPE_F32, 2, true, false, coefficients},
+      {"mirrored coefficients of fine", BCCSPLAT_TYPE_U8, 1, false, false,
+       [](bccsplat_writer_options& o) {
+         coefficients(o), o.ends = BCCSPLAT_ENDS_MIRROR, o.recommended_kernel = "fine";
+       },
+       40, 47},
+      {"coefficients, coarse in time", BCCSPLAT_TYPE_U8, 1, false, false,
+       [](bccsplat_writer_options& o) { coefficients(o), o.time_scale = 1.5; }, 40, 49},
+      {"Cartesian coefficients", BCCSPLAT_TYPE_U8, 1, false, false,
+       [](bccsplat_writer_options& o) { coefficients(o), o.lattice = BCCSPLAT_LATTICE_CC; }},
+      {"coefficients of few frames", BCCSPLAT_TYPE_U8, 1, false, false, coefficients, 4, 9},
   };
   for (const Variant& v : variants) {
     SCOPED_TRACE(v.name);
@@ -135,7 +156,7 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
     ASSERT_OK(write(v, whole, first_of(v.frames), &report_whole));
     EXPECT_EQ(bytes_of(path), bytes_of(whole));
     if (v.from >= 30) {
-      EXPECT_LT(given, v.frames - v.from + 26);
+      EXPECT_LT(given, v.frames - v.from + (coefficient_file(v) ? 41 : 26));
       EXPECT_GT(report.slabs_reused, 0u);
     }
     EXPECT_EQ(report.frames, v.frames);
@@ -149,14 +170,17 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
 }
 
 TEST_F(Append, OfPartsOfPartsIsTheSame) {
-  const Variant v{"bytes", BCCSPLAT_TYPE_U8};
-  ASSERT_OK(write(v, path, first_of(30)));
-  for (const uint32_t n : {31u, 33u, 43u, 44u}) {
-    const uint32_t from = n == 31 ? 30 : n == 33 ? 31 : n == 43 ? 33 : 43;
-    ASSERT_OK(continue_file(v, path, from, n));
+  for (const Variant& v : {Variant{"bytes", BCCSPLAT_TYPE_U8},
+                           Variant{"coefficients", BCCSPLAT_TYPE_U8, 1, false, false, coefficients}}) {
+    SCOPED_TRACE(v.name);
+    ASSERT_OK(write(v, path, first_of(30)));
+    for (const uint32_t n : {31u, 33u, 43u, 44u}) {
+      const uint32_t from = n == 31 ? 30 : n == 33 ? 31 : n == 43 ? 33 : 43;
+      ASSERT_OK(continue_file(v, path, from, n));
+    }
+    ASSERT_OK(write(v, whole, first_of(44)));
+    EXPECT_EQ(bytes_of(path), bytes_of(whole));
   }
-  ASSERT_OK(write(v, whole, first_of(44)));
-  EXPECT_EQ(bytes_of(path), bytes_of(whole));
 }
 
 TEST_F(Append, RefusesWhatItCannotContinue) {
@@ -179,10 +203,23 @@ TEST_F(Append, RefusesWhatItCannotContinue) {
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the channels of its series");
   other = v, other.change = [](bccsplat_writer_options& o) { o.abs_error = 1; };
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "give all frames");
-  other.change = [](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; };
-  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "coefficients");
+  other.change = coefficients;
+  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the kernels of coefficients");
   other.change = [](bccsplat_writer_options& o) { o.scale = 1.5; };
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the lattices of its series");
+}
+
+// What its coefficients were made of are stored samples, not those of its source.
+TEST_F(Append, TakesAllFramesOfAFileThatWasRecoded) {
+  const Variant v{"bytes", BCCSPLAT_TYPE_U8, 1, false, false, coefficients}, samples{"", BCCSPLAT_TYPE_U8};
+  ASSERT_OK(write(samples, whole, first_of(30)));
+  const Volume volume = open(device, whole);
+  auto options = sized<bccsplat_recode_options>();
+  options.store = BCCSPLAT_STORE_COEFFICIENTS, options.overwrite = 1;
+  ASSERT_OK(bccsplat_volume_recode(volume.get(), path.c_str(), &options, nullptr));
+  EXPECT_EQ(continue_file(v, path, 30, 44), BCCSPLAT_ERROR_WRONG_STATE);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("it does not tell of the samples"), std::string::npos)
+      << bccsplat_last_error();
 }
 
 } // namespace

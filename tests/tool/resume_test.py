@@ -12,8 +12,8 @@ from harness import BCC4, ToolTest, main
 N, FRAMES = 40, 48
 
 
-def without_tail(data):
-    """A .bcc4 as older writers made it: metadata without the record 0x8004, uncompressed behind all else."""
+def without_record(data, record):
+    """A .bcc4 as older writers made it: metadata without a record, uncompressed behind all else."""
     def crc(part):
         return struct.pack('<I', zlib.crc32(part))
 
@@ -24,9 +24,9 @@ def without_tail(data):
     while at < decoded:
         kind, _, size = struct.unpack_from('<HHI', metadata, at)
         end = at + 8 + (size + 7) // 8 * 8
-        records += metadata[at:end] if kind != 0x8004 else b''
+        records += metadata[at:end] if kind != record else b''
         at = end
-    assert len(records) < len(metadata), 'there is no tail'
+    assert len(records) < len(metadata), 'there is no such record'
     out = bytearray(data + records)
     for root in 4096, 8192:
         out[root + 16:root + 24] = struct.pack('<Q', len(out))
@@ -135,6 +135,27 @@ class Resume(ToolTest):
         self.assertEqual(self.read('x.bcc4'), whole)
         self.assertEqual(self.json('info', 'x.bcc4')['dims'], [N, N, N, FRAMES])
 
+    def test_append_of_coefficients_reads_new_frames_and_the_last_ones_before(self):
+        whole = self.undisturbed('--store', 'coefficients')
+        first = 34
+        self.write('first.raw', self.data[:N * N * N * first])
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', '--store', 'coefficients',
+                  '-o', 'x.bcc4', '--quiet')
+        old = self.read('x.bcc4')
+        append = ('import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--store', 'coefficients', '--append')
+        begin, last = self.json(*append)['appended']['read']
+        self.assertEqual(last, FRAMES - 1)
+        self.assertTrue(2 <= begin < first, begin)
+        self.assertEqual(self.read('x.bcc4'), whole)
+        # A file that does not tell what its samples were takes all frames.
+        self.write('x.bcc4', without_record(old, 0x8007))
+        self.assertIn('reading all frames', self.bcc4(*append)[0])
+        self.assertEqual(self.read('x.bcc4'), whole)
+        # Samples are not appended to coefficients.
+        self.write('x.bcc4', old)
+        self.refused(2, 'the kernels of coefficients', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--append')
+        self.assertEqual(self.read('x.bcc4'), old)
+
     def test_append_reads_new_frames_and_the_last_ones_before(self):
         frames = [self.data[i:i + N * N * N] for i in range(0, len(self.data), N * N * N)]
         for i, frame in enumerate(frames):
@@ -160,7 +181,7 @@ class Resume(ToolTest):
         self.bcc4('import', *[f'f.{i:03}.raw' for i in range(40)], *one, '-o', 'x.bcc4', '--append', '--quiet')
         append()
         self.assertEqual(self.read('x.bcc4'), whole)
-        self.write('x.bcc4', without_tail(old))
+        self.write('x.bcc4', without_record(old, 0x8004))
         self.assertIn('reading all frames', self.bcc4('import', 'f.*.raw', *one, '-o', 'x.bcc4', '--append')[0])
         self.assertEqual(self.read('x.bcc4'), whole)
         # A forgotten --dt is no new one.
@@ -180,14 +201,20 @@ class Resume(ToolTest):
         self.assertEqual(self.read('x.bcc4'), whole)
 
     def test_interrupted_append_leaves_the_old_file(self):
-        first = 29
+        self.interrupted_append(29)
+
+    def test_interrupted_append_of_coefficients_leaves_the_old_file(self):
+        self.interrupted_append(34, '--store', 'coefficients')
+
+    def interrupted_append(self, first, *options):
         self.write('first.raw', self.data[:N * N * N * first])
-        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', '-o', 'x.bcc4', '--quiet')
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', *options, '-o', 'x.bcc4', '--quiet')
         old = self.read('x.bcc4')
-        whole = self.undisturbed()
+        whole = self.undisturbed(*options)
         moments, early = random.Random(3), 0
-        for stop in [signal.SIGKILL, signal.SIGINT] * 3:
-            p = self.started('--append')
+        kills = max(6, int(os.environ.get('BCCSPLAT_KILLS', 8)) // 2 * 2)
+        for stop in [signal.SIGKILL, signal.SIGINT] * (kills // 2):
+            p = self.started('--append', *options)
             time.sleep(moments.uniform(0, .6 * self.seconds))
             p.send_signal(stop)
             p.communicate()
@@ -195,7 +222,7 @@ class Resume(ToolTest):
             self.assertIn(self.read('x.bcc4'), (old, whole))
             self.write('x.bcc4', old)
         self.assertGreater(early, 0)
-        self.run_import('--append', '--quiet')
+        self.run_import('--append', '--quiet', *options)
         self.assertEqual(self.read('x.bcc4'), whole)
         self.assertEqual([n for n in os.listdir(self.folder) if n.startswith('x.')], ['x.bcc4'])
 

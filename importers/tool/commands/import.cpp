@@ -204,9 +204,8 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   } else {
     settle_import(*reader, device, {bound, a.time_scale == "auto", a.dry_run, a.common.prints_text()},
                   a.settings, plan);
-    // A bound is checked on every frame, and coefficients depend on more of them.
-    if (appended.frames > 1 && !bound.any() && a.settings.measure != BCCSPLAT_MEASURE_ALL &&
-        a.settings.store != BCCSPLAT_STORE_COEFFICIENTS)
+    // A bound is checked on every frame.
+    if (appended.frames > 1 && !bound.any() && a.settings.measure != BCCSPLAT_MEASURE_ALL)
       scope.part = FrameSpan{appended.frames, s.dims[3]};
   }
 

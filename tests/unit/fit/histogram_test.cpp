@@ -44,6 +44,25 @@ TEST(QuantizeHistogram, PercentilesOfFloatsAreCloseWhateverTheirScale) {
   }
 }
 
+TEST(QuantizeHistogram, FloatsAreCountedInWholeSteps) {
+  const std::array<float, 5> values{-1.2f, 0.1f, 0.3f, 2.49f, 2.51f};
+  SampleHistogram h(quantiser_of_source(SourceType::f32, 0), 0.5);
+  h.add(brick_of(values));
+  EXPECT_EQ(h.range(), (Range{-1, 2.5}));
+  EXPECT_EQ(h.bins(7), (std::vector<uint64_t>{1, 0, 1, 1, 0, 0, 2}));
+  EXPECT_NEAR(h.percentile(0.5), 0.5, 0.5 / 2048);
+  // So are those of a brick that is full, and what comes back from bytes.
+  const std::vector<float> full(brick_sites, 0.7f);
+  h.add(brick_of(full));
+  EXPECT_EQ(h.bins(7)[3], 1 + brick_sites);
+  ByteWriter out;
+  h.write(out);
+  ByteReader in(out.bytes(), "histogram");
+  SampleHistogram back = SampleHistogram::read(in);
+  back.add(brick_of(values));
+  EXPECT_EQ(back.bins(7), (std::vector<uint64_t>{2, 0, 2, 2 + brick_sites, 0, 0, 4}));
+}
+
 TEST(QuantizeHistogram, CodesAreExact) {
   const Quantiser q = quantiser_of_range(ValueType::u16, {-2, 5}, 1);
   SampleHistogram h(q);

@@ -300,6 +300,15 @@ Edit with_info(const std::function<void(VolumeInfo&)>& change) {
     m = write_metadata(v);
   });
 }
+// Counts of 8 bytes, in the last record of the file, of which it says that they are `bytes`.
+Edit with_counts_of(uint32_t bytes) {
+  return with_metadata([bytes](Bytes& m) {
+    VolumeInfo v = read_metadata(m, 0, {});
+    v.counts = CountsInfo{0, Bytes(8)};
+    m = write_metadata(v);
+    poke<uint32_t>(m, m.size() - 12, bytes);
+  });
+}
 Edit with_first_entry(const std::function<void(Bcc4Chunk&)>& change) {
   Edit e;
   e.entries = [change](std::vector<Bcc4Chunk>& entries) { change(entries[0]); };
@@ -434,6 +443,14 @@ TEST(Bcc4Malformed, MetadataRecords) {
       {"the tail counts 9999 slabs", Code::corrupt, with_info([](VolumeInfo& v) {
          v.tail = TailInfo{9999, std::vector<uint64_t>(v.channels.size())};
        })},
+      {"the counts are of 9999 slabs", Code::corrupt, with_info([](VolumeInfo& v) {
+         v.counts = CountsInfo{9999, {std::byte{1}}};
+       })},
+      {"the counts are of -1 slabs", Code::corrupt, with_info([](VolumeInfo& v) {
+         v.counts = CountsInfo{-1, {}};
+       })},
+      {"needs", Code::truncated, with_counts_of(9)},
+      {"bytes too many", Code::corrupt, with_counts_of(7)},
       {"the tail counts -1 slabs", Code::corrupt, with_info([](VolumeInfo& v) {
          v.tail = TailInfo{-1, std::vector<uint64_t>(v.channels.size())};
        })},

@@ -92,6 +92,7 @@ TEST(SeriesPart, ReportsComeBackAndAddUp) {
     c.fit.samples = SampleHistogram(quantiser_of_range(ValueType::u8, {0, 255}, 0));
     c.fit.source_range = {low, low + 2}, c.fit.any_finite = true;
     c.fit.frames = {{low, low + 1}, {low, low + 2}};
+    c.fit.lasting.samples = c.fit.samples, c.fit.lasting.holes = first + 1;
     c.fit.sites_total = 10, c.fit.coding_rmse = low, c.fit.cc_relevant = 7;
     c.bound = .5;
     c.measured = {first, first + 1};
@@ -109,6 +110,7 @@ TEST(SeriesPart, ReportsComeBackAndAddUp) {
   EXPECT_EQ(c.fit.source_range, (Range{-3, 3}));
   EXPECT_EQ(c.fit.frames.size(), 4u);
   EXPECT_EQ(c.fit.cc_relevant, 14u);
+  EXPECT_EQ(c.fit.lasting.holes, 4u);
   EXPECT_NEAR(c.fit.coding_rmse, std::sqrt((1 + 9) / 2.0), 1e-12);
   EXPECT_EQ(c.measured, (std::vector<uint32_t>{0, 1, 2, 3}));
   EXPECT_EQ(c.errors[3].all.largest, 3);
