@@ -516,7 +516,8 @@ typedef struct bccsplat_volume bccsplat_volume;
 typedef struct bccsplat_volume_options {
   uint32_t struct_size;
   int32_t salvage; /* non-zero: damaged parts of the file read as holes instead of failing; nothing else of it
-                      is lost. The preamble, the metadata and the list of index pages must be whole */
+                      is lost, but that of coefficients their kernel's reach around is. The preamble, the
+                      metadata and the list of index pages must be whole */
   const char* kernel; /* reconstruction; NULL: the file's recommendation. fast, default, fine, paper, gauss09
                          or SPACE+TIME such as "radial18+b3" */
   uint64_t cache_bytes; /* for decoded chunks and coefficients; 0: a quarter of the budget, at most 1 GiB */

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -131,6 +132,8 @@ class Bcc4Reader {
   [[nodiscard]] uint64_t chunk_count() const;
   // Bytes read from the source so far.
   [[nodiscard]] uint64_t bytes_read() const;
+  // Whether it was opened to salvage what can be decoded.
+  [[nodiscard]] bool salvages() const;
   // Whether a root record is damaged, by an interrupted append or otherwise; verify_all tells.
   [[nodiscard]] bool root_damaged() const;
 
@@ -185,6 +188,13 @@ class Bcc4Samples final : public SampleSource {
 
  private:
   struct Cache;
+  // Calls body(chunk, data) from any thread for the chunks of a slab in `region`.
+  using ChunkBody = std::function<void(const Bcc4Chunk& chunk, const ChunkData& data)>;
+  void for_chunks(int channel, int32_t slab, const BrickBox& region, const Context& context,
+                  const ChunkBody& body) const;
+  void lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
+                       BrickLayer& out) const;
+
   std::shared_ptr<Bcc4Reader> reader_;
   std::unique_ptr<Cache> cache_;
 };

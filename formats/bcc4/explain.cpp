@@ -8,16 +8,21 @@
 namespace bccsplat {
 namespace {
 
-// The number of layers on either side of an instant that the file's own kernel reads; a kernel that this
-// version does not know counts as the default one.
-int reach_of(const VolumeInfo& info) {
-  const std::string& name =
-      info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel;
+// The file's own kernel; one that this version does not know counts as the default one.
+Kernel kernel_of(const VolumeInfo& info) {
   try {
-    return make_kernel(name).reach_layers();
+    return make_kernel(info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel);
   } catch (const Error&) {
-    return make_kernel("").reach_layers();
+    return make_kernel("");
   }
+}
+
+// The number of layers on either side of an instant that show what is lost: those that the kernel reads; of
+// coefficients no prefilter, but the layers beside as well (near_loss.h).
+int reach_of(const VolumeInfo& info) {
+  const Kernel kernel = kernel_of(info);
+  if (info.coefficient_kernel.empty()) return kernel.reach_layers();
+  return kernel.reach_layers() - prefilter_reach(kernel.prefilter4).time + 2;
 }
 
 struct Frames {

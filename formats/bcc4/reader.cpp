@@ -112,8 +112,10 @@ Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
 }
 
 ChunkData Bcc4Reader::State::lost_chunk(int channel, const Bcc4Chunk& chunk) const {
-  return chunk_of_holes(chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot)),
-                        coders[static_cast<size_t>(channel)].codes());
+  ChunkData data = chunk_of_holes(chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot)),
+                                  coders[static_cast<size_t>(channel)].codes());
+  data.lost = true;
+  return data;
 }
 
 ChunkData Bcc4Reader::State::decode_or_lose(int channel, const Bcc4Chunk& chunk,
@@ -158,6 +160,7 @@ const VolumeInfo& Bcc4Reader::info() const { return state_->info; }
 const Bcc4Bytes& Bcc4Reader::bytes() const { return state_->bytes; }
 uint64_t Bcc4Reader::chunk_count() const { return state_->root.chunks; }
 uint64_t Bcc4Reader::bytes_read() const { return state_->bytes_read.load(std::memory_order_relaxed); }
+bool Bcc4Reader::salvages() const { return state_->limits.salvage; }
 bool Bcc4Reader::root_damaged() const { return state_->root_damaged; }
 Int3 Bcc4Reader::brick_position(uint32_t slot) const { return slot_brick(state_->slots, slot); }
 

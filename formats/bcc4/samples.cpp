@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <tuple>
 
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/cache.h"
 #include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/near_loss.h"
 
 namespace bccsplat {
 namespace {
@@ -47,26 +49,14 @@ const std::string& Bcc4Samples::coefficient_kernel() const { return reader_->inf
 const Bcc4Reader& Bcc4Samples::reader() const { return *reader_; }
 uint64_t Bcc4Samples::chunks_decoded() const { return cache_->decoded.load(std::memory_order_relaxed); }
 
-BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& region,
-                                   const Context& context) const {
-  const VolumeInfo& info = reader_->info();
-  if (layer < 0 || layer >= info.lattice.layers()) fail(Code::out_of_domain, "no layer ", layer);
-  const int32_t slab = info.slab_of(layer);
-  const int m = layer % info.slab_layers;
-  BrickLayer out(info.lattice.space, info.lattice.coset(layer));
+void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, const Context& context,
+                             const ChunkBody& body) const {
   const std::vector<Bcc4Chunk> wanted = reader_->chunks(channel, slab, region);
   // One layer and a batch of chunks are in memory beyond the cache, so that a batch is small where the budget
   // is short.
-  const uint64_t chunk_bytes = static_cast<uint64_t>(info.slab_layers) * sizeof(Brick);
+  const uint64_t chunk_bytes = static_cast<uint64_t>(reader_->info().slab_layers) * sizeof(Brick);
   const uint64_t room = cache_->budget.limit() - cache_->budget.used();
   const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
-
-  const auto place = [&](const Bcc4Chunk& chunk, const ChunkData& data) {
-    auto brick = reader_->brick(channel, data, m);
-    if (!brick) return;
-    const Int3 b = reader_->brick_position(chunk.slot);
-    out.set(out.slot(b[0], b[1], b[2]), std::move(brick));
-  };
   for (size_t first = 0; first < wanted.size(); first += at_once) {
     const auto batch = std::span(wanted).subspan(first, std::min(at_once, wanted.size() - first));
     std::vector<std::shared_ptr<const ChunkData>> data(batch.size());
@@ -84,9 +74,48 @@ BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& r
       cache_->keep({channel, slab, missing[i].slot}, decoded[i]);
       data[missing_at[i]] = std::move(decoded[i]);
     }
-    // Each task sets the slot of its own brick.
-    context.tasks.parallel_for(batch.size(), [&](uint64_t i) { place(batch[i], *data[i]); });
+    context.tasks.parallel_for(batch.size(), [&](uint64_t i) { body(batch[i], *data[i]); });
   }
+}
+
+// Of coefficients, what lies beside a lost chunk is lost as well.
+void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
+                                  BrickLayer& out) const {
+  const VolumeInfo& info = reader_->info();
+  const NearLoss near(info);
+  BrickBox around = region;
+  for (size_t a = 0; a < 3; ++a) {
+    around.begin[a] = std::max(around.begin[a], 1) - 1;
+    around.end[a] = std::min(around.end[a], INT32_MAX - 1) + 1;
+  }
+  std::mutex mutex;
+  std::vector<Int3> lost;
+  const int32_t first = info.slab_of(std::max(0, layer - near.layers())),
+                last = info.slab_of(std::min(info.lattice.last_layer, layer + near.layers()));
+  for (int32_t slab = first; slab <= last; ++slab)
+    for_chunks(channel, slab, around, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
+      if (!data.lost) return;
+      const std::scoped_lock lock(mutex);
+      lost.push_back(reader_->brick_position(chunk.slot));
+    });
+  near.mark(lost, out);
+}
+
+BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& region,
+                                   const Context& context) const {
+  const VolumeInfo& info = reader_->info();
+  if (layer < 0 || layer >= info.lattice.layers()) fail(Code::out_of_domain, "no layer ", layer);
+  BrickLayer out(info.lattice.space, info.lattice.coset(layer));
+  // Each task sets the slot of its own brick.
+  for_chunks(channel, info.slab_of(layer), region, context,
+             [&](const Bcc4Chunk& chunk, const ChunkData& data) {
+               auto brick = reader_->brick(channel, data, layer % info.slab_layers);
+               if (!brick) return;
+               const Int3 b = reader_->brick_position(chunk.slot);
+               out.set(out.slot(b[0], b[1], b[2]), std::move(brick));
+             });
+  if (reader_->salvages() && !info.coefficient_kernel.empty())
+    lose_neighbours(channel, layer, region, context, out);
   return out;
 }
 

@@ -92,6 +92,7 @@ struct ChunkData {
   std::vector<BrickMask> kept, hole; // as in ChunkSites
   std::vector<uint32_t> first;       // index of the first code of each layer, and their number
   std::vector<std::byte> codes;
+  bool lost = false; // read as holes, as it could not be decoded
   [[nodiscard]] uint64_t bytes() const {
     return sizeof(*this) + (kept.size() + hole.size()) * sizeof(BrickMask) + first.size() * 4 +
            codes.capacity();

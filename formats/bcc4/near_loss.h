@@ -1,0 +1,28 @@
+// What is lost beside a lost chunk of coefficients. A sample that is lost is missing where it stood, a
+// coefficient wherever its kernel reaches.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "formats/bcc4/info.h"
+#include "points/brick.h"
+
+namespace bccsplat {
+
+class NearLoss {
+ public:
+  // info: of a file that stores coefficients.
+  explicit NearLoss(const VolumeInfo& info);
+
+  // Layers up to this far from a lost one have points that miss it.
+  [[nodiscard]] int32_t layers() const { return layers_; }
+  // Makes holes of the sites of a layer within reach of layers in which bricks at these positions are lost:
+  // of all sites that may be the nearest one to a point that misses a coefficient.
+  void mark(std::span<const Int3> lost, BrickLayer& layer) const;
+
+ private:
+  int32_t planes_ = 0, layers_ = 0;
+};
+
+} // namespace bccsplat
