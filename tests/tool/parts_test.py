@@ -86,7 +86,7 @@ class Parts(ToolTest):
                      ['--time-scale', 2.7], ['--scale', 1.4, '--time-scale', .3], ['--quantize', 'u8'],
                      ['--measure', 'all'], ['--measure', 'none'], ['--air-threshold', 1, '--kernel', 'fine'],
                      ['--times', ','.join(str(t * t) for t in range(47))],
-                     ['--lowpass', '--store', 'coefficients', '--time-scale', 1.5]):
+                     ['--lowpass', '--store', 'coefficients', '--quantize', 'u16', '--time-scale', 1.5]):
             self.assert_equal(self.cut(args, spans, *more), more)
 
     def test_bounds_and_their_corrections(self):

@@ -1,6 +1,13 @@
 // A file does not depend on the machine that writes it: parts of a series may come from several.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <unistd.h>
+
+#include "store/join.h"
 #include "store/volume_writer.h"
 #include "tests/support/targets.h"
 #include "tests/unit/fit/fit_series.h"
@@ -54,6 +61,95 @@ TEST(SameBytes, OnEveryTargetAndForAnyThreads) {
     ASSERT_GT(one.size(), 20000u);
     EXPECT_EQ(written(series, settings, 3), one);
     test::for_targets([&] { EXPECT_EQ(written(series, settings, 1), one); });
+  }
+}
+
+// Coefficients of parts, each made on an instruction set of its own, and of a series that goes on on another.
+class CoefficientsOfSeveralTargets : public testing::Test {
+ protected:
+  static constexpr std::array<uint32_t, 4> dims{23, 19, 18, 41};
+
+  CoefficientsOfSeveralTargets() {
+    std::filesystem::create_directories(folder_);
+    test::for_targets([&] { ++targets_; });
+  }
+  ~CoefficientsOfSeveralTargets() override { std::filesystem::remove_all(folder_); }
+
+  static WriterSettings settings_of(bool steps) {
+    WriterSettings settings;
+    settings.dims = dims, settings.coefficients = true;
+    settings.channels[0].range = Range{-8, 8};
+    if (steps) settings.channels[0].value_type = ValueType::u16;
+    return settings;
+  }
+  [[nodiscard]] std::string file(const std::string& name) const { return (folder_ / name).string(); }
+
+  // Writes what the settings ask for on the machine's target of this number.
+  void write(WriterSettings settings, const std::string& name, size_t number) {
+    size_t at = 0;
+    settings.path = file(name), settings.overwrite = true;
+    test::for_targets([&] {
+      if (at++ != number % targets_) return;
+      Bench bench(2);
+      VolumeWriter writer(settings, nullptr, bench.context());
+      const auto [first, end] = writer.given_frames();
+      for (auto t = static_cast<uint32_t>(first); t < end; ++t) {
+        const FrameBox box = series_.box(t);
+        writer.add_frame(0, t, {&box, 1});
+      }
+      (void)writer.finish();
+    });
+  }
+  static PartSettings part(uint64_t first, uint64_t end) {
+    PartSettings part{first, end, 0, {}};
+    for (uint32_t t = 0; t < dims[3]; ++t) part.times.push_back(t);
+    return part;
+  }
+  [[nodiscard]] std::vector<char> bytes(const std::string& name) const {
+    std::ifstream in(file(name), std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+ private:
+  const Series series_ = test::noise(dims, 3);
+  size_t targets_ = 0;
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("bccsplat-targets-" + std::to_string(getpid()));
+};
+
+TEST_F(CoefficientsOfSeveralTargets, PartsJoined) {
+  for (const bool steps : {false, true}) {
+    SCOPED_TRACE(steps);
+    write(settings_of(steps), "whole", 0);
+    for (const size_t turn : {0, 2}) {
+      std::vector<std::string> names;
+      for (const uint64_t first : {0u, 7u, 8u, 24u}) {
+        WriterSettings settings = settings_of(steps);
+        settings.part = part(first, first == 0 ? 7 : first == 7 ? 8 : first == 8 ? 24 : dims[3]);
+        names.push_back("part" + std::to_string(first));
+        write(settings, names.back(), turn + names.size());
+      }
+      Bench bench(1);
+      for (std::string& name : names) name = file(name);
+      (void)join_parts(open_parts(names), file("joined"), true, bench.context());
+      EXPECT_EQ(bytes("joined"), bytes("whole"));
+    }
+  }
+}
+
+TEST_F(CoefficientsOfSeveralTargets, ASeriesThatGoesOn) {
+  for (const bool steps : {false, true}) {
+    SCOPED_TRACE(steps);
+    write(settings_of(steps), "whole", 0);
+    for (const size_t turn : {0, 2}) {
+      WriterSettings settings = settings_of(steps);
+      settings.dims[3] = 34;
+      write(settings, "series", turn);
+      settings.dims = dims, settings.continuity = Continuity::append;
+      settings.part = part(34, dims[3]);
+      write(settings, "series", turn + 1);
+      EXPECT_EQ(bytes("series"), bytes("whole"));
+    }
   }
 }
 
