@@ -139,6 +139,9 @@ void make_version_3() {
   coefficients.coefficient_kernel = coefficients.recommended_kernel = kernel.name;
   coefficients.coefficient_parameters = kernel_parameters(kernel);
   save("v3_coefficients", write_file(coefficients, both_sides));
+  coefficients.lattice = Lattice4::fit(LatticeKind::d4star, {12, 11, 10, 6});
+  coefficients.counts = CountsInfo{1, {std::byte{1}, std::byte{2}, std::byte{3}}};
+  save("v3_counts", write_file(coefficients, both_sides));
 }
 
 void make_optional() {
@@ -226,6 +229,11 @@ void make_bad_steps() {
   const auto entry = [&](const std::string& name, const std::function<void(Bcc4Chunk&)>& change) {
     save(name, rebuild(good, {.entries = [&](std::vector<Bcc4Chunk>& e) { change(e[0]); }}));
   };
+  save("bad_counts", rebuild(good, {.metadata = [](Bytes& m) {
+                               VolumeInfo v = read_metadata(m, 0, {});
+                               v.counts = CountsInfo{v.slabs() + 1, {}};
+                               m = write_metadata(v);
+                             }}));
   entry("bad_steps_units", [](Bcc4Chunk& c) { c.max_code += 2; });
   entry("bad_steps_range", [](Bcc4Chunk& c) { c.max_code -= 4; });
   entry("bad_steps_predictor", [](Bcc4Chunk& c) { c.predictor |= 6; });

@@ -243,6 +243,12 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
     c.zeros(padded(n) - n);
     must(type > last || (type == last && type == 5), "metadata: order of records");
     last = type;
+    if (type == 0x8007) {
+      const int64_t slabs = r.i32();
+      must(slabs >= 0 && slabs * v.slab_layers < v.layers() + v.slab_layers, "counts: slabs");
+      r.take(r.u32());
+      must(r.left() == 0, "counts: record too long");
+    }
     if (type >= 0x8000) continue;
     must(type < 8 || type > 12, "metadata: this reader knows no domains, levels, masks and corrections");
     must(type >= 1 && type <= 7, "metadata: unknown record");

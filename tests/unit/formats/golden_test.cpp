@@ -153,6 +153,7 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_run_list", Code::corrupt},
                                                 {"bad_steps_of_version_2", Code::corrupt},
                                                 {"bad_steps_offset", Code::corrupt},
+                                                {"bad_counts", Code::corrupt},
                                                 {"bad_steps_units", Code::corrupt},
                                                 {"bad_steps_range", Code::corrupt},
                                                 {"bad_steps_predictor", Code::corrupt}};
