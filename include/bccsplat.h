@@ -332,7 +332,7 @@ typedef struct bccsplat_writer_options {
   double affine[16];        /* index space -> world, row-major; all zero: identity */
   const char* spatial_unit; /* "mm", ...; NULL: unknown */
   const char* time_unit;    /* "s", ...; NULL: unknown */
-  double scale;             /* lattice distance in T, up to 65536; 0: 1 */
+  double scale;             /* lattice distance in source samples, up to 65536; 0: 1 */
   double time_scale;        /* the same along time, in frames; 0: 1 */
   const char*
       recommended_kernel; /* recorded for readers; the kernel of stored coefficients; NULL: "default" */
@@ -360,6 +360,9 @@ typedef struct bccsplat_writer_options {
   int32_t ends; /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 32 layers (23 frames at time_scale
                    1; dims[3] known), else MIRROR. Layers and fields are mirrored, always */
   uint32_t reserved_end;
+  double scales[4]; /* lattice distance along x, y, z in source samples, and along t in frames, each up to
+                       65536; 0: scale, along t time_scale. In space it is made a little smaller, so that a
+                       whole number of planes ends on the last sample */
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */
@@ -530,7 +533,8 @@ typedef struct bccsplat_volume_info {
   uint64_t cc_samples;  /* product of dims */
   uint64_t sites_total; /* lattice sites per channel */
   uint64_t layer_count;
-  double scale; /* lattice distance in T along x, y, z as asked for */
+  double scale; /* lattice distance in source samples as asked for; where those along x, y and z differ
+                   their geometric mean */
   double time_scale;
   double affine[16]; /* index space -> world */
   double time_first; /* of frame 0 */
@@ -552,6 +556,8 @@ typedef struct bccsplat_volume_info {
   uint64_t attribute_count;
   uint64_t part_first; /* of a part of a series: its frames are part_first .. part_end-1, the rest is air */
   uint64_t part_end;   /* 0: a whole file */
+  double scales[4];    /* lattice distance as it is, along x, y, z in source samples and along t in frames;
+                          of a volume without time 0 along t */
 } bccsplat_volume_info;
 
 typedef struct bccsplat_channel_info {

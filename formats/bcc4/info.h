@@ -93,7 +93,7 @@ struct CountsInfo {
 struct VolumeInfo {
   // Fixed once samples are written, except dims[3] and last_layer.
   Lattice4 lattice;
-  double scale = 1, time_scale = 1; // as asked for when the lattice was fitted
+  double scale = 1, time_scale = 1; // as asked for when the lattice was fitted, in space their mean
   int32_t slab_layers = 8;          // layers per chunk, 1 .. 32
   Affine3 affine;                   // source index -> world
   std::string spatial_unit;

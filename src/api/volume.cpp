@@ -135,6 +135,8 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.sites_total = static_cast<uint64_t>(v.lattice.sites());
     out.layer_count = static_cast<uint64_t>(v.lattice.layers());
     out.scale = v.scale, out.time_scale = v.time_scale;
+    const LatticeScales scales = v.lattice.scales();
+    std::copy(scales.begin(), scales.end(), out.scales);
     for (size_t r = 0; r < 3; ++r) {
       for (size_t c = 0; c < 3; ++c) out.affine[4 * r + c] = v.affine.linear[r][c];
       out.affine[4 * r + 3] = v.affine.offset[r];

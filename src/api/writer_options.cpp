@@ -48,6 +48,16 @@ Affine3 read_affine(const double (&m)[16]) {
   return a;
 }
 
+// The first that is given: a distance of the axis, of space or time, 1.
+LatticeScales read_scales(const bccsplat_writer_options& o) {
+  LatticeScales scales{};
+  for (size_t a = 0; a < 4; ++a) {
+    const double otherwise = a == 3 ? o.time_scale : o.scale;
+    scales[a] = o.scales[a] != 0 ? o.scales[a] : otherwise != 0 ? otherwise : 1;
+  }
+  return scales;
+}
+
 PartSettings read_part(const bccsplat_series_part& part, uint32_t frames) {
   require_zero(part.reserved, "bccsplat_series_part.reserved");
   PartSettings out{part.first, part.end, part.lead, {}};
@@ -91,8 +101,7 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   s.continuity = choose(o.partial, Continuity::none, BCCSPLAT_PARTIAL_APPEND, "partial");
   std::copy(std::begin(o.dims), std::end(o.dims), s.dims.begin());
   s.lattice = choose(o.lattice, LatticeKind::d4star, 3, "lattice");
-  if (o.scale != 0) s.scale = o.scale;
-  if (o.time_scale != 0) s.time_scale = o.time_scale;
+  s.scales = read_scales(o);
   s.filter = choose(o.filter, Filter::kaiser8, 3, "filter");
   s.lowpass = o.lowpass != 0;
   s.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");

@@ -53,7 +53,7 @@ struct Channel {
 
 Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
   return Lattice4::fit(options.lattice, {options.dims[0], options.dims[1], options.dims[2], frames},
-                       options.scale, options.time_scale, options.lead);
+                       options.scales, options.lead);
 }
 
 // Returns how much the filter in time is stretched.

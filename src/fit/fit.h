@@ -50,7 +50,7 @@ struct FitPart {
 struct FitOptions {
   LatticeKind lattice = LatticeKind::d4star; // one frame: BCC (or 3D CC)
   std::array<uint32_t, 4> dims{1, 1, 1, 0};  // source samples; dims[3] = 0: as many frames as are given
-  double scale = 1, time_scale = 1;          // as in Lattice4::fit
+  LatticeScales scales{1, 1, 1, 1};          // as in Lattice4::fit
   // Layers beyond each end of time, even, made of predicted frames (ends.h); 0: none, and frames beyond an
   // end are mirror images. Layers that are given are never more than those of the series.
   int32_t lead = 0;

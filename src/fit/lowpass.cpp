@@ -36,11 +36,6 @@ double octagon(int a, int b, const std::array<double, 2>& unit) {
   return sum * end / integration;
 }
 
-std::array<double, 4> units_of(const Lattice4& lattice) {
-  const Vec3 space = lattice.lattice_unit();
-  return {space[0], space[1], space[2], lattice.time_step / lattice.layer_distance()};
-}
-
 int32_t reach_of(double unit) { return static_cast<int32_t>(std::ceil(window * std::max(1.0, unit))) - 1; }
 
 } // namespace
@@ -71,12 +66,12 @@ LowpassPair lowpass_pair(std::array<size_t, 2> axis, std::array<double, 2> unit)
 }
 
 int32_t lowpass_time_reach(const Lattice4& lattice) {
-  return lattice.is_static() ? 0 : 3 * reach_of(units_of(lattice)[3]);
+  return lattice.is_static() ? 0 : 3 * reach_of(lattice.scales()[3]);
 }
 
 Lowpass::Lowpass(const Lattice4& lattice, float ringing) : ringing_(ringing) {
   if (!lattice.space.bcc) fail(Code::invalid_argument, "a low-pass is of use on D4* and BCC only");
-  const std::array<double, 4> unit = units_of(lattice);
+  const LatticeScales unit = lattice.scales();
   for (size_t i = 0; i < 3; ++i) {
     n_[i] = lattice.dims[i];
     reach_[i] = reach_of(unit[i]);

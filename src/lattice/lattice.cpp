@@ -31,20 +31,20 @@ int32_t Lattice3::mirror(size_t axis, int coset, int32_t i) const {
   return (fold(2 * int64_t{i} + coset, last[axis]) - coset) / 2;
 }
 
-Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale, double time_scale,
+Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, const LatticeScales& scales,
                        int32_t lead) {
   for (const uint32_t n : dims)
     if (n == 0) fail(Code::invalid_argument, "lattice: every dimension must be at least 1");
   constexpr double most = 65536; // filters are as wide
-  if (!(scale > 0 && time_scale > 0 && scale <= most && time_scale <= most))
-    fail(Code::invalid_argument, "lattice: scales must be positive and at most ", most);
+  for (const double scale : scales)
+    if (!(scale > 0 && scale <= most))
+      fail(Code::invalid_argument, "lattice: scales must be positive and at most ", most);
   Lattice4 l;
   l.kind = kind;
   l.dims = dims;
   l.space.bcc = kind != LatticeKind::cc;
-  const double distance = scale * l.space.plane_distance();
   for (size_t a = 0; a < 3; ++a) {
-    const double end = dims[a] - 1.0;
+    const double end = dims[a] - 1.0, distance = scales[a] * l.space.plane_distance();
     l.space.last[a] = planes_to(end, distance);
     l.space_step[a] = end > 0 ? end / l.space.last[a] : distance;
   }
@@ -54,7 +54,7 @@ Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, do
     l.last_layer = l.space.cosets() - 1;
   } else {
     if (kind == LatticeKind::bcc) l.kind = LatticeKind::d4star;
-    l.time_step = time_scale * l.space.plane_distance();
+    l.time_step = scales[3] * l.space.plane_distance();
     l.lead = lead;
     l.last_layer = planes_to(dims[3] - 1.0, l.time_step) + 2 * lead;
   }
@@ -71,6 +71,11 @@ int64_t Lattice4::sites() const {
   if (!space.bcc) return even * layers();
   const int64_t odd_layers = layers() / 2;
   return even * (layers() - odd_layers) + space.sites(1) * odd_layers;
+}
+
+double mean_in_space(const LatticeScales& scales) {
+  const auto& [x, y, z, t] = scales;
+  return x == y && y == z ? x : std::cbrt(x * y * z);
 }
 
 } // namespace bccsplat

@@ -9,6 +9,7 @@
 //   CC:       every plane holds sites; planes are 1 apart in lattice units.
 // Lattice units are the T of the kernels. In space a lattice is stretched by less than one part in `last` so
 // that plane `last` falls exactly on the last source sample: no overhang, and both ends mirror the same way.
+// Distances may differ from axis to axis, in lattice units they never do.
 // In time the distance is exact (a series can grow) and plane `last` lies at or beyond the last frame. So
 // that the mirrors are out of sight, `lead` layers may lie before the first frame and about as many after
 // the last one: a moving field is not its own mirror image.
@@ -52,6 +53,9 @@ struct Lattice3 {
   bool operator==(const Lattice3&) const = default;
 };
 
+// Lattice distances along x, y, z in source samples, and along t in frames.
+using LatticeScales = std::array<double, 4>;
+
 enum class LatticeKind : uint8_t { d4star = 1, bcc = 2, cc = 3 };
 
 struct Lattice4 {
@@ -63,10 +67,11 @@ struct Lattice4 {
   double time_step = 1;     // distance of layers in frames; 0 for a static lattice
   int32_t lead = 0;         // layers before frame 0, even: layer `lead` is at frame 0; 0 when static
 
-  // scale: lattice distance in units of the source spacing; time_scale likewise in frames.
-  // A series of one step becomes BCC (kind d4star or bcc) or 3D CC. lead: layers beyond each end of time.
-  static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, double scale = 1,
-                      double time_scale = 1, int32_t lead = 0);
+  // scales: the distances asked for. In space they are realised by whole numbers of planes, so that they come
+  // out a little smaller. A series of one step becomes BCC (kind d4star or bcc) or 3D CC. lead: layers beyond
+  // each end of time.
+  static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims,
+                      const LatticeScales& scales = {1, 1, 1, 1}, int32_t lead = 0);
 
   [[nodiscard]] bool is_static() const { return time_step == 0; }
   [[nodiscard]] int32_t layers() const { return last_layer + 1; }
@@ -93,9 +98,17 @@ struct Lattice4 {
     const double d = space.plane_distance();
     return {space_step[0] / d, space_step[1] / d, space_step[2] / d};
   }
+  // The distances as they are; along t 0 when static.
+  [[nodiscard]] LatticeScales scales() const {
+    const Vec3 unit = lattice_unit();
+    return {unit[0], unit[1], unit[2], time_step / layer_distance()};
+  }
   [[nodiscard]] int64_t sites() const;
 
   bool operator==(const Lattice4&) const = default;
 };
+
+// One number for three distances: their geometric mean, and they themselves where they are the same.
+[[nodiscard]] double mean_in_space(const LatticeScales& scales);
 
 } // namespace bccsplat

@@ -122,7 +122,7 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
   require_rising(part.times);
   require_equal_times(settings.path, was, part.times);
   options.lead = was.lattice.lead;
-  lattice_ = Lattice4::fit(options.lattice, options.dims, options.scale, options.time_scale, options.lead);
+  lattice_ = Lattice4::fit(options.lattice, options.dims, options.scales, options.lead);
   rest_ = rest_of_series(lattice_, options, use, done);
   for (const ChannelInfo& channel : was.channels)
     if (was.coefficient_kernel.empty() && channel.clamped > 0 && !(was.tail && was.tail->slabs == slabs()))

@@ -28,7 +28,7 @@ FitOptions fit_options_of(const WriterSettings& s) {
   FitOptions options;
   options.lattice = s.lattice;
   options.dims = s.dims;
-  options.scale = s.scale, options.time_scale = s.time_scale;
+  options.scales = s.scales;
   options.filter = s.filter;
   options.lowpass = s.lowpass;
   options.nonfinite = s.nonfinite;
@@ -98,9 +98,9 @@ void VolumeWriter::check_settings() const {
 void VolumeWriter::begin_info() {
   const WriterSettings& s = settings_;
   // Refuses impossible sizes before anything is written.
-  initial_.lattice = Lattice4::fit(s.lattice, {s.dims[0], s.dims[1], s.dims[2], std::max(s.dims[3], 1u)},
-                                   s.scale, s.time_scale);
-  initial_.scale = s.scale, initial_.time_scale = s.time_scale;
+  initial_.lattice =
+      Lattice4::fit(s.lattice, {s.dims[0], s.dims[1], s.dims[2], std::max(s.dims[3], 1u)}, s.scales);
+  initial_.scale = mean_in_space(s.scales), initial_.time_scale = s.scales[3];
   initial_.slab_layers = fit_options_.slab_layers;
   initial_.affine = s.affine;
   initial_.spatial_unit = s.spatial_unit;
@@ -140,8 +140,7 @@ void VolumeWriter::begin_part() {
              ": what a part clamps to is the range of the series, which it must be told");
     require_rising(asked.times);
     fit_options_.lead = predicted_layers();
-    initial_.lattice = Lattice4::fit(settings_.lattice, settings_.dims, settings_.scale, settings_.time_scale,
-                                     fit_options_.lead);
+    initial_.lattice = Lattice4::fit(settings_.lattice, settings_.dims, settings_.scales, fit_options_.lead);
     const auto plan = [&](std::span<const uint32_t> measured) {
       LayerUse use = layer_use();
       use.measured = measured;
@@ -166,7 +165,7 @@ int32_t VolumeWriter::predicted_layers() const {
     return Bcc4Reader::open(open_file_source(s.path))->info().lattice.lead;
   if (s.ends != Ends::automatic) return s.ends == Ends::mirror ? 0 : end_layers;
   if (s.lattice == LatticeKind::cc || s.dims[3] == 0) return 0;
-  const Lattice4 lattice = Lattice4::fit(s.lattice, s.dims, s.scale, s.time_scale);
+  const Lattice4 lattice = Lattice4::fit(s.lattice, s.dims, s.scales);
   return lattice.layers() < fewest_layers ? 0 : end_layers;
 }
 

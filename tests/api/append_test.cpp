@@ -128,6 +128,11 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
        [](bccsplat_writer_options& o) { o.time_scale = 0.3; }},
       {"coarse in time", BCCSPLAT_TYPE_U8, 1, false, false,
        [](bccsplat_writer_options& o) { o.time_scale = 1.5; }},
+      {"a distance per axis", BCCSPLAT_TYPE_U8, 1, false, false,
+       [](bccsplat_writer_options& o) {
+         const double scales[]{0.7, 0.9, 1.2, 1.6};
+         std::copy(std::begin(scales), std::end(scales), o.scales);
+       }},
       {"Cartesian", BCCSPLAT_TYPE_U8, 1, false, false,
        [](bccsplat_writer_options& o) { o.lattice = BCCSPLAT_LATTICE_CC; }},
       {"short filter, one more frame", BCCSPLAT_TYPE_U8, 1, false, false,
@@ -206,6 +211,8 @@ TEST_F(Append, RefusesWhatItCannotContinue) {
   other.change = coefficients;
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the kernels of coefficients");
   other.change = [](bccsplat_writer_options& o) { o.scale = 1.5; };
+  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the lattices of its series");
+  other.change = [](bccsplat_writer_options& o) { o.scales[1] = 1.5; };
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the lattices of its series");
 }
 

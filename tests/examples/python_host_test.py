@@ -274,6 +274,13 @@ def fields(device, folder):
     with Volume(device, path) as volume:
         assert abs(volume.evaluate([[3, 4, 5, 2]])[0] - (1.3 + np.sin(2.6))) <= 1e-3
 
+    for scale, expected in ((1.2, [1.2, 1.2, 1.2, 1]), ([.8, 1.1, 1.3], [.8, 1.1, 1.3, 1]),
+                            ([.8, 1.1, 1.3, 1.7], [.8, 1.1, 1.3, 1.7])):
+        with Writer(device, path, (31, 29, 27, 5), overwrite=True, scale=scale) as writer:
+            writer.add_field(lambda p: 1 + 0.1 * p[:, 0])
+        with Volume(device, path) as volume:
+            assert np.allclose(volume.info().scales, expected, rtol=0.05), (scale, list(volume.info().scales))
+
     def giving_up(_points):
         raise KeyError("no field here")
 

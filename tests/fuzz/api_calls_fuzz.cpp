@@ -82,10 +82,15 @@ struct Host {
     o.filter = static_cast<int32_t>(in.below(5));
     o.store = static_cast<int32_t>(in.below(3));
     o.nonfinite = static_cast<int32_t>(in.below(5));
-    if (in.below(4) == 0) o.scale = number(in), o.time_scale = number(in);
+    if (in.below(4) == 0) {
+      o.scale = number(in), o.time_scale = number(in);
+      o.scales[in.below(4)] = number(in);
+    }
     // A finer lattice than this is only work.
     if (o.scale > 0 && o.scale < 0.5) o.scale = 0.5;
     if (o.time_scale > 0 && o.time_scale < 0.5) o.time_scale = 0.5;
+    for (double& scale : o.scales)
+      if (scale > 0 && scale < 0.5) scale = 0.5;
     if (in.below(2) == 0) {
       c.source_type = static_cast<int32_t>(in.below(11)), c.value_type = static_cast<int32_t>(in.below(6));
       c.set_mask = in.below(5);

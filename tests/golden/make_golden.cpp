@@ -94,7 +94,7 @@ void make_good() {
 // What version 2 brought.
 void make_version_2() {
   VolumeInfo ends = volume(LatticeKind::d4star, {15, 14, 16, 6}, {channel("value", ValueType::u16)});
-  ends.lattice = Lattice4::fit(LatticeKind::d4star, ends.lattice.dims, 1, 1, 4);
+  ends.lattice = Lattice4::fit(LatticeKind::d4star, ends.lattice.dims, {1, 1, 1, 1}, 4);
   save("v2_ends", write_file(ends, ball));
 }
 

@@ -108,6 +108,36 @@ class Import(ToolTest):
             with open(self.path('one.bcc4'), 'rb') as a, open(self.path(f'{name}.bcc4'), 'rb') as b:
                 self.assertEqual(a.read(), b.read(), name)
 
+    def test_a_lattice_distance_per_axis(self):
+        args = self.raw('a.raw', (25, 22, 20, 17), bump)
+
+        def scales(*more):
+            self.bcc4('import', *args, '-o', 'a.bcc4', '--overwrite', '--quiet', *more)
+            return self.json('info', 'a.bcc4')['scales']
+
+        def assert_near(realised, asked):
+            # In space as many planes as end on the last sample.
+            for d, ask, n in zip(realised, asked, (25, 22, 20)):
+                planes = math.ceil((n - 1) / (ask * math.sqrt(.5)) - 1e-9)
+                self.assertAlmostEqual(d, (n - 1) / (planes * math.sqrt(.5)))
+            self.assertAlmostEqual(realised[3], asked[3])
+
+        assert_near(scales(), (1, 1, 1, 1))
+        assert_near(scales('--scale', 1.5), (1.5, 1.5, 1.5, 1))
+        assert_near(scales('--scale', '.7,1,1.3'), (.7, 1, 1.3, 1))
+        assert_near(scales('--scale', '.7,1,1.3', '--time-scale', 2), (.7, 1, 1.3, 2))
+        assert_near(scales('--scale', '.7,1,1.3,2.3'), (.7, 1, 1.3, 2.3))
+        self.assertIn('distances 0.693 x 0.99 x 1.28 x 2.3', self.bcc4('info', 'a.bcc4')[0])
+        self.bcc4('import', *args, '--scale', '.7,1,1.3,2.3', '--dry-run', '--plan', 'p.json')
+        self.bcc4('import', '--plan', 'p.json', '-o', 'planned.bcc4', '--quiet')
+        with open(self.path('a.bcc4'), 'rb') as a, open(self.path('planned.bcc4'), 'rb') as b:
+            self.assertEqual(a.read(), b.read())
+        bound = self.json('import', *args, '--scale', '.7,1,1.3,2.3', '--abs', 5, '-o', 'b.bcc4')
+        self.assertLessEqual(bound['error']['max_abs'], 5)
+        self.assertEqual(self.json('info', 'b.bcc4')['scales'], self.json('info', 'a.bcc4')['scales'])
+        for wrong, more in (('.7,1', ()), ('1,1,0', ()), ('1,2,3,4,5', ()), ('1,1,1,2', ('--time-scale', 2))):
+            self.refused(2, '--scale', 'import', 'a.raw', '--scale', wrong, *more, '-o', 'c.bcc4')
+
     def test_lattice_scale_quantize_and_threshold_are_honoured(self):
         args = self.raw('a.raw', (16, 16, 16, 16), bump)
 

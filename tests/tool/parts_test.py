@@ -83,7 +83,8 @@ class Parts(ToolTest):
         args = self.raw('a.raw', DIMS, blob)
         spans = ['0-11', '12-12', '13-30', '31-46']
         for more in (['--lattice', 'cc'], ['--filter', 'bspline3'], ['--lowpass'], ['--store', 'coefficients'],
-                     ['--time-scale', 2.7], ['--scale', 1.4, '--time-scale', .3], ['--quantize', 'u8'],
+                     ['--time-scale', 2.7], ['--scale', 1.4, '--time-scale', .3],
+                     ['--scale', '.7,.85,1.1,1.6', '--lowpass'], ['--quantize', 'u8'],
                      ['--measure', 'all'], ['--measure', 'none'], ['--air-threshold', 1, '--kernel', 'fine'],
                      ['--times', ','.join(str(t * t) for t in range(47))],
                      ['--lowpass', '--store', 'coefficients', '--quantize', 'u16', '--time-scale', 1.5]):

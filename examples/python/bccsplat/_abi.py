@@ -234,6 +234,7 @@ class WriterOptions(Struct):
     part: Any
     ends: int
     reserved_end: int
+    scales: Array[c_double]
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
@@ -241,7 +242,7 @@ class WriterOptions(Struct):
         ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
         ("partial", c_int32), ("lowpass", c_int32), ("reserved", c_uint32), ("part", POINTER(SeriesPart)),
-        ("ends", c_int32), ("reserved_end", c_uint32)]
+        ("ends", c_int32), ("reserved_end", c_uint32), ("scales", c_double * 4)]
 
 
 class Box(Struct):
@@ -363,6 +364,7 @@ class VolumeInfo(Struct):
     attribute_count: int
     part_first: int
     part_end: int
+    scales: Array[c_double]
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -371,7 +373,7 @@ class VolumeInfo(Struct):
         ("channel_count", c_uint32), ("time_uniform", c_int32), ("store", c_int32), ("has_holes", c_int32),
         ("bytes_file", c_uint64), ("bytes_runs", c_uint64), ("bytes_values", c_uint64),
         ("bytes_index", c_uint64), ("bytes_read", c_uint64), ("attribute_count", c_uint64),
-        ("part_first", c_uint64), ("part_end", c_uint64)]
+        ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4)]
 
 
 class ChannelInfo(Struct):

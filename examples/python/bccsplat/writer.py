@@ -51,6 +51,7 @@ class Writer(Child):
 
     dims: samples along x, y, z and the number of frames (0: as many as come). A with block that ends without an
     exception finishes the file; one that ends with an exception leaves no file.
+    scale: lattice distance in samples, one for x, y and z, or each of them, and time's.
     part: (first, end) makes one file of several for join_parts: the frames of part_frames() are added. part_times are
     those of the whole series.
     """
@@ -61,7 +62,7 @@ class Writer(Child):
                  channels: Sequence[Channel] = (Channel(),), lattice: int | str | None = None,
                  filter: int | str | None = None, store: int | str | None = None, nonfinite: int | str | None = None,
                  overwrite: bool = False, affine: Any = None, spatial_unit: str | None = None,
-                 time_unit: str | None = None, scale: float = 0.0, time_scale: float = 0.0,
+                 time_unit: str | None = None, scale: float | Sequence[float] = 0.0, time_scale: float = 0.0,
                  kernel: str | None = None, ends: int | str | None = None, part: tuple[int, int] | None = None,
                  part_times: Sequence[float] = (), part_lead: int = 0, progress: Progress | None = None,
                  **options: Any) -> None:
@@ -70,10 +71,14 @@ class Writer(Child):
         o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
                                store=choose("STORE", store), nonfinite=choose("NONFINITE", nonfinite),
                                overwrite=overwrite, channel_count=len(channels), spatial_unit=encode(spatial_unit),
-                               time_unit=encode(time_unit), scale=scale, time_scale=time_scale,
+                               time_unit=encode(time_unit), time_scale=time_scale,
                                recommended_kernel=encode(kernel), ends=choose("ENDS", ends),
                                progress=self._watch.function, **options)
         o.dims[:] = [*dims, *[0] * (4 - len(dims))]
+        if isinstance(scale, (int, float)):
+            o.scale = scale
+        else:  # x, y, z or x, y, z, t
+            o.scales[:] = [*scale, *[0] * (4 - len(scale))]
         o.channels = (_abi.ChannelOptions * len(channels))(*[channel.options() for channel in channels])
         if affine is not None:
             o.affine[:] = np.asarray(affine, np.float64).reshape(16).tolist()

@@ -29,7 +29,8 @@ struct ImportArguments {
   ReaderArguments reader;
   WriterSettings settings;
   CommonOptions common;
-  std::optional<double> air, air_threshold, scale, abs, psnr;
+  std::optional<double> air, air_threshold, abs, psnr;
+  std::string scale;      // a number, or one for each axis
   std::string time_scale; // a number, or auto
   std::string output;
   bool dry_run = false;
@@ -55,11 +56,30 @@ void check_outputs(const ImportArguments& a) {
   }
 }
 
+// --scale S, X,Y,Z or X,Y,Z,T. What space is left with is the mean, for those who ask for one number.
+void read_scale(const std::string& text, const std::string& time_scale, WriterSettings& settings) {
+  if (text.empty()) return;
+  const std::vector<double> scale = option_numbers("--scale", text, 0);
+  for (const double s : scale)
+    if (!(s > 0)) fail_usage("--scale must be positive");
+  if (scale.size() == 1) {
+    settings.scale = scale[0];
+    return;
+  }
+  if (scale.size() != 3 && scale.size() != 4)
+    fail_usage("--scale ", text, ": one number, or those along x,y,z or x,y,z,t");
+  if (scale.size() == 4 && !time_scale.empty())
+    fail_usage("--scale ", text, " has a distance along time, and so has --time-scale: choose one");
+  std::copy(scale.begin(), scale.end(), settings.scales.begin());
+  settings.scale = std::cbrt(scale[0] * scale[1] * scale[2]);
+  if (scale.size() == 4) settings.time_scale = scale[3];
+}
+
 // Checks what was typed about the writer and completes its settings.
 ErrorBound read_settings(ImportArguments& a) {
   a.settings.air = a.air;
   a.settings.air_threshold = a.air_threshold.value_or(0);
-  a.settings.scale = a.scale.value_or(0);
+  read_scale(a.scale, a.time_scale, a.settings);
   if (!a.time_scale.empty() && a.time_scale != "auto") {
     a.settings.time_scale = option_number<double>("--time-scale", a.time_scale);
     if (!(a.settings.time_scale > 0)) fail_usage("--time-scale must be positive, or auto");
@@ -76,7 +96,6 @@ ErrorBound read_settings(ImportArguments& a) {
         "--abs must be positive: the largest error allowed at any source sample, in units of the values");
   if (a.psnr && !(*a.psnr > 0)) fail_usage("--psnr must be positive, in dB: 50 is good, 70 is next to exact");
   if (!(a.settings.air_threshold >= 0)) fail_usage("--air-threshold must not be negative");
-  if (a.scale && !(*a.scale > 0)) fail_usage("--scale must be positive");
   return {a.abs.value_or(0), a.psnr.value_or(0)};
 }
 
@@ -269,7 +288,11 @@ Run add_import(CLI::App& app, std::string command_line) {
                       {{"predict", BCCSPLAT_ENDS_PREDICT}, {"mirror", BCCSPLAT_ENDS_MIRROR}},
                       "Before the first frame and after the last: as they foretell, with four layers more at "
                       "each end (default from 23 frames on), or the mirror image");
-  add_number(import, "--scale", a->scale, "Lattice distance in source samples (default 1)");
+  import
+      .add_option("--scale", a->scale,
+                  "Lattice distance in source samples (default 1): of x, y and z, or one for each, and for t "
+                  "in frames")
+      ->type_name("S|X,Y,Z|X,Y,Z,T");
   import
       .add_option(
           "--time-scale", a->time_scale,

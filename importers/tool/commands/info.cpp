@@ -51,6 +51,7 @@ Json info_json(const Volume& volume, bool histogram) {
   j["layers"] = v.layer_count;
   j["scale"] = v.scale;
   j["time_scale"] = v.time_scale;
+  j["scales"] = v.scales;
   j["value_type"] = value_type_name(first.value_type);
   j["range"] = {first.range[0], first.range[1]};
   j["times"] = {{"count", v.dims[3]},
@@ -110,6 +111,14 @@ void print_histogram(const bccsplat_channel_info& c) {
   }
 }
 
+// Of the lattice along x, y, z and t.
+std::string distances_text(const bccsplat_volume_info& v) {
+  std::string text;
+  for (size_t a = 0; a < (v.dims[3] > 1 ? 4 : 3); ++a)
+    text += (a == 0 ? "" : " x ") + short_number(v.scales[a], 3);
+  return text;
+}
+
 // Of integer codes that are not the values themselves.
 std::string steps_text(const bccsplat_channel_info& c) {
   const bool integers = c.value_type == BCCSPLAT_TYPE_U8 || c.value_type == BCCSPLAT_TYPE_U16;
@@ -122,8 +131,7 @@ void print_info(const Volume& volume, const InfoArguments& a) {
   std::printf("%s\n", a.file.c_str());
   line("samples", v.dims[0], " x ", v.dims[1], " x ", v.dims[2], " x ", v.dims[3], " = ", v.cc_samples);
   line("lattice", lattice_name(v.lattice), ", ", v.sites_total, " sites", share(v.sites_total, v.cc_samples),
-       " in ", v.layer_count, " layers",
-       v.scale != 1 || v.time_scale != 1 ? concat(", scale ", v.scale, " x ", v.time_scale) : "");
+       " in ", v.layer_count, " layers", ", distances ", distances_text(v));
   line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
        v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven");
   if (v.part_end > 0)

@@ -36,7 +36,8 @@ Json settings_json(const WriterSettings& s) {
   j["store"] = name_of(s.store, kStoreChoices);
   j["nonfinite"] = name_of(s.nonfinite, kNonfiniteChoices);
   j["quantize"] = name_of(s.quantize, kTypeChoices);
-  j["scale"] = s.scale, j["time_scale"] = s.time_scale, j["value_step"] = s.value_step;
+  j["scale"] = s.scale, j["time_scale"] = s.time_scale, j["scales"] = s.scales;
+  j["value_step"] = s.value_step;
   j["abs_error"] = s.abs_error, j["psnr"] = s.psnr;
   j["measure"] = name_of(s.measure, kMeasureChoices);
   j["kernel"] = s.kernel;
@@ -54,6 +55,7 @@ WriterSettings read_settings(const Json& j) {
   s.nonfinite = value_of(j.at("nonfinite"), kNonfiniteChoices, BCCSPLAT_NONFINITE_DEFAULT);
   s.quantize = value_of(j.at("quantize"), kTypeChoices, BCCSPLAT_TYPE_DEFAULT);
   s.scale = j.at("scale").get<double>(), s.time_scale = j.at("time_scale").get<double>();
+  s.scales = j.value("scales", s.scales); // older plans have none
   s.value_step = j.at("value_step").get<double>();
   s.abs_error = j.at("abs_error").get<double>(), s.psnr = j.at("psnr").get<double>();
   s.measure = value_of(j.at("measure"), kMeasureChoices, BCCSPLAT_MEASURE_DEFAULT);

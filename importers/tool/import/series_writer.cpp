@@ -193,6 +193,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.time_unit = series.times.unit.empty() ? nullptr : series.times.unit.c_str();
   options.scale = settings.scale;
   options.time_scale = settings.time_scale;
+  std::copy(settings.scales.begin(), settings.scales.end(), options.scales);
   options.abs_error = settings.abs_error;
   options.psnr = settings.psnr;
   options.measure = settings.measure;

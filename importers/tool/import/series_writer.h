@@ -27,6 +27,7 @@ struct WriterSettings {
   int32_t quantize = BCCSPLAT_TYPE_DEFAULT;
   double scale = 0; // 0: the library's default
   double time_scale = 0;
+  std::array<double, 4> scales{}; // of single axes, before those; 0: by them
   double value_step = 0; // value from code to code where u8 or u16 have enough of them; 0: by `quantize`
   double abs_error = 0, psnr = 0; // bounds; 0: none
   int32_t measure = BCCSPLAT_MEASURE_DEFAULT;

@@ -95,13 +95,14 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   const char *key = "unset", *value = "unset";
   uint64_t count = 0, bytes = 0;
   uint32_t channel = 99, crc = 0;
-  int calls = 0;
+  int calls = 0, axis = 0;
   (void)device;
   OK(bccsplat_volume_get_info(volume, &info));
   EXPECT(info.dims[0] == NX && info.dims[3] == NT && info.channel_count == 1 && info.attribute_count >= 1);
   EXPECT(info.time_first == 10 && info.time_last == 10 + 2 * (NT - 1) && info.time_uniform == 1);
   EXPECT(strcmp(info.spatial_unit, "") == 0 && info.affine[0] == 1 && info.affine[15] == 1);
   EXPECT(info.bytes_file == file_size && info.has_holes == 0);
+  for (axis = 0; axis < 4; ++axis) EXPECT(info.scales[axis] > 0.8 && info.scales[axis] < 1 + 1e-12);
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_info(NULL, &info));
   REFUSED(INVALID_ARGUMENT, "info is NULL", bccsplat_volume_get_info(volume, NULL));
   OUTPUT_SIZES(bccsplat_volume_info, bccsplat_volume_get_info(volume, out), (void)0);

@@ -35,6 +35,8 @@ static void wrong_options(bccsplat_device* device) {
   WRONG(INVALID_ARGUMENT, "store", o.store = 3);
   WRONG(INVALID_ARGUMENT, "scale", o.scale = -2);
   WRONG(INVALID_ARGUMENT, "scale", o.time_scale = NAN);
+  WRONG(INVALID_ARGUMENT, "scale", o.scales[1] = -1);
+  WRONG(INVALID_ARGUMENT, "scale", o.scales[3] = 65537);
   WRONG(INVALID_ARGUMENT, "last row", o.affine[0] = 1);
   WRONG(INVALID_ARGUMENT, "span space", o.affine[15] = 1);
   WRONG(INVALID_ARGUMENT, "finite", o.affine[3] = INFINITY);

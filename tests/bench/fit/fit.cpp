@@ -80,7 +80,7 @@ Row kept_row(const FitSource& s, float threshold, float ringing) {
 
 Row round_trip_row(const FitSource& s, double scale, float ringing, Filter filter, const char* kernel) {
   FitOptions options;
-  options.scale = options.time_scale = scale;
+  options.scales = {scale, scale, scale, scale};
   options.filter = filter;
   options.channels[0].ringing = ringing;
   const RoundTrip r = round_trip(s, options, kernel);

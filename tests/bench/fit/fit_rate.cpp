@@ -56,12 +56,12 @@ RatePoint through_lattice(const FitSource& source, LatticeKind kind, double scal
   Progress progress;
   const Context context{tasks, memory, progress};
   FitOptions options;
-  options.lattice = kind, options.scale = scale, options.time_scale = time_scale;
+  options.lattice = kind, options.scales = {scale, scale, scale, time_scale};
   options.dims = source.dims;
   options.channels[0].quantiser = quantiser_for(source, step);
 
   VolumeInfo info;
-  info.lattice = Lattice4::fit(kind, source.dims, scale, time_scale);
+  info.lattice = Lattice4::fit(kind, source.dims, options.scales);
   info.scale = scale, info.time_scale = time_scale;
   info.channels.resize(1);
   ChannelInfo& channel = info.channels[0];

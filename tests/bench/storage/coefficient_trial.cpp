@@ -78,8 +78,8 @@ uint64_t stored_bytes(const ChunkSites& sites, const ChunkCodes& codes) {
 
 CoefficientTrials::CoefficientTrials(const TrialSource& source, const std::string& kernel, bool quick)
     : source_(source), kernel_(make_kernel(kernel)), quantiser_(quantiser_of(source)),
-      lattice_(
-          Lattice4::fit(LatticeKind::d4star, source.source.dims, 1, 1, source.source.dims[3] > 1 ? 4 : 0)),
+      lattice_(Lattice4::fit(LatticeKind::d4star, source.source.dims, {1, 1, 1, 1},
+                             source.source.dims[3] > 1 ? 4 : 0)),
       exact_(fitted({})) {
   test::TestContext context;
   LayerWindow window(lattice_, 0);

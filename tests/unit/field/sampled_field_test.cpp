@@ -45,7 +45,7 @@ TEST(SampledField, IsTheFieldAtTheSites) {
         Case{LatticeKind::bcc, {30, 25, 24, 1}, "default"}, Case{LatticeKind::cc, {18, 17, 9, 5}, "default"},
         Case{LatticeKind::cc, {18, 17, 9, 1}, "fast"}}) {
     SCOPED_TRACE(std::string(kernel) + " on kind " + std::to_string(static_cast<int>(kind)));
-    const Lattice4 lattice = Lattice4::fit(kind, dims, 1, 1);
+    const Lattice4 lattice = Lattice4::fit(kind, dims);
     const LayerWindow stored = noise_coefficients(lattice, kernel);
     const Kernel own = lattice.space.bcc ? make_kernel(kernel) : make_cc_kernel(kernel).kernel;
     const SampledField sampled(stored, own, 0);

@@ -175,7 +175,7 @@ TEST(Slice, EndsMirrorTheField) {
   TestContext context;
   const std::array<uint32_t, 4> dims{25, 31, 28, 15}; // 14 frames = 20 layers less a quarter: see time_scale
   const double time_scale = 14 / (20 / std::numbers::sqrt2);
-  const auto lattice = Lattice4::fit(LatticeKind::d4star, dims, 1, time_scale);
+  const auto lattice = Lattice4::fit(LatticeKind::d4star, dims, {1, 1, 1, time_scale});
   const auto f = [&](const Vec4& p) {
     double v = 1;
     for (size_t a = 0; a < 4; ++a)

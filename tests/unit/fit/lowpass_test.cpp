@@ -11,7 +11,7 @@ namespace bccsplat::test {
 namespace {
 
 Lattice4 lattice_for(const Series& s, double scale = 1) {
-  return Lattice4::fit(LatticeKind::d4star, s.dims, scale, scale);
+  return Lattice4::fit(LatticeKind::d4star, s.dims, {scale, scale, scale, scale});
 }
 
 Series filtered(const Series& s, const Lattice4& lattice, int threads = 1) {

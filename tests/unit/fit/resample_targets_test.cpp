@@ -11,8 +11,8 @@ TEST(ResampleTargets, AgreeWithTheReference) {
   const Series s = noise({41, 19, 22, 9}, 6);
   for (const double scale : {1.0, 2.5}) {
     FitOptions o = options_for(s);
-    o.scale = scale;
-    const Lattice4 lattice = Lattice4::fit(o.lattice, o.dims, o.scale);
+    o.scales = {scale, scale, scale, 1};
+    const Lattice4 lattice = Lattice4::fit(o.lattice, o.dims, o.scales);
     const auto reference = reference_layers(lattice, s, o.filter);
     int targets = 0;
     for_targets([&] {

@@ -32,8 +32,7 @@ TEST(FitSeries, EqualsTheReferenceOnCoarserAndFinerLattices) {
   for (const auto& [scale, time_scale] : {std::pair{1.3, 1.0}, {2.0, 1.7}, {3.1, 2.5}, {0.6, 0.8}})
     for (const LatticeKind kind : kinds) {
       FitOptions o = options_for(s, kind);
-      o.scale = scale;
-      o.time_scale = time_scale;
+      o.scales = {scale, scale, scale, time_scale};
       const Fitted f = run_fit(o, s);
       EXPECT_LT(worst_difference(f, reference_layers(f.report.lattice, s, o.filter)), 2e-6)
           << scale << " " << time_scale;

@@ -21,7 +21,7 @@ Hyperplane through(const Vec4& normal, const Vec4& point) {
 class ExtractionTest : public testing::Test {
  protected:
   TestContext context;
-  Lattice4 lattice = Lattice4::fit(LatticeKind::d4star, {20, 18, 19, 17}, 1, 1.1);
+  Lattice4 lattice = Lattice4::fit(LatticeKind::d4star, {20, 18, 19, 17}, {1, 1, 1, 1.1});
 
   // Points of slice space, `margin` inside the domain.
   std::vector<Vec3> points_of(const PlaneAxes& axes, double margin, size_t count) {

@@ -45,7 +45,13 @@ TEST(SameBytes, OnEveryTargetAndForAnyThreads) {
       {"coefficients in steps",
        [](WriterSettings& s) { s.coefficients = true, s.channels[0].value_type = ValueType::u16; }},
       {"predicted, coarse, low-pass",
-       [](WriterSettings& s) { s.ends = Ends::predict, s.scale = 1.3, s.lowpass = true; }},
+       [](WriterSettings& s) {
+         s.ends = Ends::predict, s.scales = {1.3, 1.3, 1.3, 1}, s.lowpass = true;
+       }},
+      {"a distance per axis",
+       [](WriterSettings& s) {
+         s.ends = Ends::predict, s.scales = {1.3, 0.8, 1, 2.1}, s.lowpass = true;
+       }},
       {"Cartesian steps",
        [](WriterSettings& s) {
          s.lattice = LatticeKind::cc, s.coefficients = true, s.channels[0].value_type = ValueType::u8;

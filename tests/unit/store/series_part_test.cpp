@@ -62,8 +62,8 @@ TEST(SeriesPart, PartsTileTheSeries) {
   for (const double time_scale : {0.3, 1.0, 2.5})
     for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc})
       for (uint32_t border = 1; border < 33; ++border) {
-        const Lattice4 lattice = Lattice4::fit(kind, options.dims, 1, time_scale);
-        options.lattice = kind, options.time_scale = time_scale;
+        const Lattice4 lattice = Lattice4::fit(kind, options.dims, {1, 1, 1, time_scale});
+        options.lattice = kind, options.scales[3] = time_scale;
         const SeriesPart a = part_of_series(lattice, options, {}, 0, border);
         const SeriesPart b = part_of_series(lattice, options, {}, border, 33);
         EXPECT_EQ(a.first_slab, 0);
