@@ -36,17 +36,14 @@ double octagon(int a, int b, const std::array<double, 2>& unit) {
   return sum * end / integration;
 }
 
-int32_t reach_of(double unit) { return static_cast<int32_t>(std::ceil(window * std::max(1.0, unit))) - 1; }
+int32_t reach_of(double unit) { return static_cast<int32_t>(std::ceil(window * unit)) - 1; }
 
 } // namespace
 
 LowpassPair lowpass_pair(std::array<size_t, 2> axis, std::array<double, 2> unit) {
   LowpassPair pair;
   pair.axis = axis;
-  for (size_t k = 0; k < 2; ++k) {
-    unit[k] = std::max(1.0, unit[k]);
-    pair.reach[k] = reach_of(unit[k]);
-  }
+  for (size_t k = 0; k < 2; ++k) pair.reach[k] = reach_of(unit[k]);
   std::vector<double> weight;
   double sum = 0;
   for (int32_t a = 0; a <= pair.reach[0]; ++a)
@@ -66,12 +63,12 @@ LowpassPair lowpass_pair(std::array<size_t, 2> axis, std::array<double, 2> unit)
 }
 
 int32_t lowpass_time_reach(const Lattice4& lattice) {
-  return lattice.is_static() ? 0 : 3 * reach_of(lattice.scales()[3]);
+  return lattice.is_static() ? 0 : 3 * reach_of(lattice.nominal_scales()[3]);
 }
 
 Lowpass::Lowpass(const Lattice4& lattice, float ringing) : ringing_(ringing) {
   if (!lattice.space.bcc) fail(Code::invalid_argument, "a low-pass is of use on D4* and BCC only");
-  const LatticeScales unit = lattice.scales();
+  const LatticeScales unit = lattice.nominal_scales();
   for (size_t i = 0; i < 3; ++i) {
     n_[i] = lattice.dims[i];
     reach_[i] = reach_of(unit[i]);

@@ -34,7 +34,7 @@ struct LowpassPair {
   std::vector<Tap> tap;
 };
 
-// unit: the lattice distance along both axes in samples, >= 1 (less counts as 1).
+// unit: the lattice distance along both axes in samples.
 [[nodiscard]] LowpassPair lowpass_pair(std::array<size_t, 2> axis, std::array<double, 2> unit);
 
 // Frames that a filtered frame depends on, in either direction of time.

@@ -66,6 +66,13 @@ int32_t Lattice4::mirror_layer(int32_t layer) const {
   return fold(layer, last_layer);
 }
 
+LatticeScales Lattice4::nominal_scales() const {
+  LatticeScales s = scales();
+  for (size_t a = 0; a < 3; ++a)
+    if (s[a] < 1 && s[a] > 1 - 1.0 / space.last[a]) s[a] = 1;
+  return s;
+}
+
 int64_t Lattice4::sites() const {
   const int64_t even = space.sites(0);
   if (!space.bcc) return even * layers();

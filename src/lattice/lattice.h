@@ -103,6 +103,8 @@ struct Lattice4 {
     const Vec3 unit = lattice_unit();
     return {unit[0], unit[1], unit[2], time_step / layer_distance()};
   }
+  // The same, but 1 where they are smaller only for a whole number of planes.
+  [[nodiscard]] LatticeScales nominal_scales() const;
   [[nodiscard]] int64_t sites() const;
 
   bool operator==(const Lattice4&) const = default;

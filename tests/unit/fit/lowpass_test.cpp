@@ -10,8 +10,10 @@
 namespace bccsplat::test {
 namespace {
 
-Lattice4 lattice_for(const Series& s, double scale = 1) {
-  return Lattice4::fit(LatticeKind::d4star, s.dims, {scale, scale, scale, scale});
+constexpr LatticeScales unscaled{1, 1, 1, 1};
+
+Lattice4 lattice_for(const Series& s, const LatticeScales& scales = unscaled) {
+  return Lattice4::fit(LatticeKind::d4star, s.dims, scales);
 }
 
 Series filtered(const Series& s, const Lattice4& lattice, int threads = 1) {
@@ -47,9 +49,10 @@ Series wave(const std::array<uint32_t, 4>& dims, const std::array<double, 4>& f)
 }
 
 // The gain at the first sample; any other must have the same.
-double gain(const std::array<uint32_t, 4>& dims, const std::array<double, 4>& f, double scale = 1) {
+double gain(const std::array<uint32_t, 4>& dims, const std::array<double, 4>& f,
+            const LatticeScales& scales = unscaled) {
   const Series s = wave(dims, f);
-  const Series out = filtered(s, lattice_for(s, scale));
+  const Series out = filtered(s, lattice_for(s, scales));
   const auto g = static_cast<double>(out.values[0]);
   double worst = 0;
   for (size_t i = 0; i < s.values.size(); ++i)
@@ -80,9 +83,21 @@ TEST(Lowpass, StopsTheCornersOfTheCube) {
 }
 
 TEST(Lowpass, CellShrinksWithTheLattice) {
-  EXPECT_LT(std::fabs(decibel(gain(dims, {.25, .2, 0, .25}, 2))), 0.1);
-  EXPECT_LT(decibel(gain(dims, {.5, .5, 0, 0}, 2)), -30);
-  EXPECT_LT(decibel(gain(dims, {.5, 0, 0, .5}, 2)), -30);
+  constexpr LatticeScales coarse{2, 2, 2, 2};
+  EXPECT_LT(std::fabs(decibel(gain(dims, {.25, .2, 0, .25}, coarse))), 0.1);
+  EXPECT_LT(decibel(gain(dims, {.5, .5, 0, 0}, coarse)), -30);
+  EXPECT_LT(decibel(gain(dims, {.5, 0, 0, .5}, coarse)), -30);
+}
+
+TEST(Lowpass, CellIsOfTheDistancesOfItsAxes) {
+  constexpr LatticeScales scales{0.7, 0.7, 1, 2.3};
+  const std::array<double, 4> inside[] = {
+      {1, .9, 0, 0}, {.9, 0, .4, 0}, {.9, 0, 0, .2}, {0, .7, 0, .25}, {0, 0, .3, .3}};
+  for (const auto& f : inside)
+    EXPECT_LT(std::fabs(decibel(gain(dims, f, scales))), 0.1) << f[0] << f[1] << f[2] << f[3];
+  const std::array<double, 4> outside[] = {{1, 0, 0, .6}, {0, .7, 0, .7}, {.5, 0, 0, .7}, {0, 0, 1, .4}};
+  for (const auto& f : outside)
+    EXPECT_LT(decibel(gain(dims, f, scales)), -30) << f[0] << f[1] << f[2] << f[3];
 }
 
 TEST(Lowpass, ShortAxesMirrorAsOftenAsNeeded) {

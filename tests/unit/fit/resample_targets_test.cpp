@@ -9,9 +9,10 @@ namespace {
 
 TEST(ResampleTargets, AgreeWithTheReference) {
   const Series s = noise({41, 19, 22, 9}, 6);
-  for (const double scale : {1.0, 2.5}) {
+  for (const LatticeScales& scales :
+       {LatticeScales{1, 1, 1, 1}, {2.5, 2.5, 2.5, 1}, {1, 0.7, 0.85, 2.3}, {2.3, 0.7, 1, 0.8}}) {
     FitOptions o = options_for(s);
-    o.scales = {scale, scale, scale, 1};
+    o.scales = scales;
     const Lattice4 lattice = Lattice4::fit(o.lattice, o.dims, o.scales);
     const auto reference = reference_layers(lattice, s, o.filter);
     int targets = 0;
