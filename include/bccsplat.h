@@ -11,7 +11,9 @@
  * - world space: right-handed, in the volume's spatial unit. A 4x4 row-major affine (last row 0 0 0 1) takes
  *   (x, y, z, 1) of index space to it. Cameras, lights and unit_distance are in world space.
  * - time: in the volume's time unit. Frames may be unevenly spaced; times rise strictly.
- * - T: the source sample distance in index space; lengths of kernels and sheet steps are in T.
+ * - T: the lattice distance, that of the source samples unless a scale says otherwise; lengths of kernels and
+ *   sheet steps are in T. Where distances differ from axis to axis, T is as long along each as its own is,
+ * and what depends on pixels per T goes by the direction that has most.
  *
  * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes.
  *
@@ -727,8 +729,8 @@ typedef struct bccsplat_slice_options {
   double interval[2]; /* frames relative to the hyperplane's, begin <= 0 <= end allowed in any mix: the slice
                          holds the mean over [t+begin, t+end], clipped to the series; both 0: the instant.
                          Time slices only. */
-  double spacing;     /* T of the target lattice; 0: the source density. Any other (for time slices but 1)
-                         resamples. */
+  double spacing;     /* of the target lattice in index units; 0: 1, and less along axes where the volume's
+                         lattice is finer. Any other (for time slices but 1) resamples. */
   double time_length; /* world units that one frame is drawn as off the time axis; 0: one mean voxel */
   int32_t lattice;    /* target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC */
   uint32_t reserved;  /* 0 */

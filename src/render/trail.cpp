@@ -11,7 +11,8 @@
 namespace bccsplat {
 namespace {
 
-// Stills per sub-interval where the caller leaves their number open: one per layer or index unit, within
+// Stills per sub-interval where the caller leaves their number open: one per layer, index unit, or lattice
+// unit where that is less, within
 // these. Few would show as separate pictures, many cost time (tests/bench/notes/trail.md). No measurement of
 // the limits is noted.
 constexpr int fewest_stills = 4, most_stills = 64;
@@ -97,10 +98,11 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
     return hyperslice(coefficients, h.moved(offset), o, index_to_world, context);
   };
   const bool classified = options.content == TrailContent::classified;
+  const double units = part * std::max(1.0, lattice_density(coefficients.source().lattice(), h.normal()));
   const int samples = !classified ? 1
                       : options.samples > 0
                           ? options.samples
-                          : std::clamp(static_cast<int>(std::ceil(part)), fewest_stills, most_stills);
+                          : std::clamp(static_cast<int>(std::ceil(units)), fewest_stills, most_stills);
   Thickness thickness = like.thickness;
   if (!classified)
     thickness = {part, options.content == TrailContent::mean ? ThicknessKind::mean : ThicknessKind::maximum};

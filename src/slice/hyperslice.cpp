@@ -69,7 +69,7 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
     return slice;
   }
   PlaneOptions plane;
-  if (options.spacing > 0) plane.spacing = options.spacing;
+  plane.spacing = options.spacing;
   plane.time_length = options.time_length;
   plane.target = options.target.value_or(LatticeKind::bcc);
   plane.thickness = options.thickness;

@@ -17,7 +17,7 @@ struct HypersliceOptions {
   SliceMethod method = SliceMethod::best;
   std::array<double, 2> interval{0, 0}; // mean over these frames around a time slice; excludes a thickness
   Thickness thickness;
-  double spacing = 0;                // T of the target lattice; 0: the source density
+  double spacing = 0;                // of the target lattice, as PlaneOptions has it
   std::optional<LatticeKind> target; // bcc or cc; none: the volume's own where it fits, else BCC
   double time_length = 1;            // world units that one frame is drawn as
   // Slice space, lying in the hyperplane: resampled on a lattice along its axes.

@@ -131,6 +131,15 @@ PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const Pla
   return e;
 }
 
+double lattice_density(const Lattice4& lattice, const Vec4& direction) {
+  const LatticeScales scales = lattice.nominal_scales();
+  double square = 0;
+  for (size_t i = 0; i < 4; ++i)
+    if (scales[i] > 0) square += direction[i] / scales[i] * (direction[i] / scales[i]);
+  // That of a unit vector, rounded.
+  return std::fabs(square - 1) < 1e-12 ? 1 : std::sqrt(square);
+}
+
 // The Cholesky factor of the Gram matrix of the directions under the metric (affine^T affine, time_length^2).
 Affine3 display_affine(const std::array<Vec4, 3>& basis, const Affine3& index_to_world, double time_length) {
   std::array<Vec4, 3> world;

@@ -44,6 +44,11 @@ struct PlaneExtent {
 };
 [[nodiscard]] PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const PlaneAxes& axes);
 
+// Lattice units that a step of unit length takes, in index units: as many times the Nyquist frequency of the
+// source's samples a wave in the lattice's ball may reach along `direction`. A lattice asked for at distance
+// 1 has 1.
+[[nodiscard]] double lattice_density(const Lattice4& lattice, const Vec4& direction);
+
 // Lengths and angles that the directions of slice space have in the volume's world, with time as a fourth,
 // orthogonal axis of `time_length` world units per frame, as an affine.
 [[nodiscard]] Affine3 display_affine(const std::array<Vec4, 3>& basis, const Affine3& index_to_world,

@@ -28,6 +28,16 @@ constexpr double most_planes = 1e6;
 // of them.
 constexpr uint64_t held_part = 4;
 
+// Distances of the target lattice along its axes.
+Vec3 spacings(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes) {
+  Vec3 spacing;
+  for (size_t k = 0; k < 3; ++k) {
+    const double density = lattice_density(lattice, axes.basis[k]);
+    spacing[k] = options.spacing > 0 ? options.spacing : 1 / std::max(density, 1.0);
+  }
+  return spacing;
+}
+
 // Sites this far beyond the ends of the domain, index units, are filled in: the slice's filter and kernel.
 double margin_of(const Slice& slice, double unit) {
   return unit * (slice.kernel.space.radius +
@@ -119,7 +129,9 @@ class ThickField {
       end_[i] = lattice.dims[i] - 1.0;
       diagonal = std::hypot(diagonal, end_[i]);
     }
-    if (thickness.length > 0) nodes_ = gauss_legendre(thickness_nodes(std::min(thickness.length, diagonal)));
+    if (thickness.length > 0)
+      nodes_ = gauss_legendre(
+          thickness_nodes(std::min(thickness.length, diagonal), lattice_density(lattice, normal_)));
   }
   [[nodiscard]] float air() const {
     const float air = coefficients_.air();
@@ -285,15 +297,16 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
 }
 
 // The target lattice as a static volume: mirrored at the ends of the bounding box and stretched to fit.
-Lattice4 target_lattice(const PlaneOptions& options, const PlaneExtent& extent) {
+Lattice4 target_lattice(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes,
+                        const PlaneExtent& extent) {
+  const Vec3 spacing = spacings(lattice, options, axes);
   Lattice4 target;
   target.kind = options.target;
   target.space.bcc = options.target == LatticeKind::bcc;
   target.time_step = 0;
   target.last_layer = target.space.cosets() - 1;
-  const double distance = options.spacing * target.space.plane_distance();
   for (size_t a = 0; a < 3; ++a) {
-    const double size = extent.high[a] - extent.low[a];
+    const double size = extent.high[a] - extent.low[a], distance = spacing[a] * target.space.plane_distance();
     const double planes = std::ceil(size / distance - 1e-9);
     if (!(planes < most_planes))
       fail(Code::limit_exceeded, "plane slice: more than 1e6 planes along an axis; raise the spacing");
@@ -310,9 +323,9 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
                  const Affine3& index_to_world) {
   const Lattice4& lattice = coefficients.source().lattice();
   if (lattice.is_static()) fail(Code::unsupported, "a static volume has no hyperplanes but its time slice");
-  if (!(options.spacing > 0 && std::isfinite(options.spacing) && options.time_length > 0 &&
+  if (!(options.spacing >= 0 && std::isfinite(options.spacing) && options.time_length > 0 &&
         std::isfinite(options.time_length)))
-    fail(Code::invalid_argument, "plane slice: spacing and time length must be positive");
+    fail(Code::invalid_argument, "plane slice: the spacing must not be negative, the time length positive");
   if (options.target == LatticeKind::d4star)
     fail(Code::invalid_argument, "plane slice: the target lattice is BCC or CC");
 
@@ -326,7 +339,7 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
   slice.origin = axes.origin, slice.basis = axes.basis;
   slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);
   const PlaneExtent extent = plane_extent(lattice, h, axes);
-  const Lattice4 target = target_lattice(options, extent);
+  const Lattice4 target = target_lattice(lattice, options, axes, extent);
   slice.lattice = target.space;
   const Vec3 unit = target.lattice_unit();
   for (size_t a = 0; a < 3; ++a) {
@@ -349,10 +362,12 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const Lattice4& lattice = coefficients.source().lattice();
   Slice slice = bare_plane(coefficients, h, options, index_to_world);
   if (slice.empty()) return slice;
-  const PlaneExtent extent = plane_extent(lattice, h, {slice.origin, slice.basis});
-  const Lattice4 target = target_lattice(options, extent);
+  const PlaneAxes axes{slice.origin, slice.basis};
+  const PlaneExtent extent = plane_extent(lattice, h, axes);
+  const Lattice4 target = target_lattice(lattice, options, axes, extent);
   const Placement placed(slice);
-  const double margin = margin_of(slice, options.spacing);
+  const Vec3 spacing = spacings(lattice, options, axes);
+  const double margin = margin_of(slice, *std::max_element(spacing.begin(), spacing.end()));
   const TouchReach reach = touch_reach(coefficients, margin, options.thickness.length);
   const TouchedSamples touched(coefficients.source(), h, reach);
   const BrickBox region = bricks_around(lattice, extent, reach);

@@ -13,7 +13,9 @@
 namespace bccsplat {
 
 struct PlaneOptions {
-  double spacing = 1;                    // T of the target lattice
+  // Of the target lattice in index units; 0: along each of its axes that of the source's samples, and less
+  // where the volume's lattice is finer.
+  double spacing = 0;
   double time_length = 1;                // world units that one frame is drawn as
   LatticeKind target = LatticeKind::bcc; // or cc
   // Means, sums and maxima by Gauss-Legendre quadrature along the normal at each site, clipped to the domain.

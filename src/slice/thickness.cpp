@@ -1,5 +1,6 @@
 #include "slice/thickness.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -9,8 +10,8 @@ namespace bccsplat {
 namespace {
 
 // About twice what a wave at the Nyquist frequency converges with (thickness.h), and a few more, which short
-// lengths need.
-constexpr double nodes_per_unit = 1.5;
+// lengths need. Up to this density that is enough: a third more than it converges with.
+constexpr double nodes_per_unit = 1.5, dense_from = 1.43;
 constexpr int more_nodes = 3;
 // A node costs an evaluation at every site of the slice, so a thicker cut is a mistake in its units.
 constexpr double thickest = 2000;
@@ -43,9 +44,10 @@ Quadrature gauss_legendre(int count) {
   return q;
 }
 
-int thickness_nodes(double length) {
+int thickness_nodes(double length, double density) {
   if (!(length < thickest)) fail(Code::limit_exceeded, "slab: thicker than 2000 samples");
-  return static_cast<int>(std::ceil(nodes_per_unit * length)) + more_nodes;
+  const double per_unit = nodes_per_unit * std::max(1.0, density / dense_from);
+  return static_cast<int>(std::ceil(per_unit * length)) + more_nodes;
 }
 
 } // namespace bccsplat

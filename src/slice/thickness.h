@@ -20,9 +20,9 @@ struct Quadrature {
 };
 [[nodiscard]] Quadrature gauss_legendre(int count);
 
-// Returns how many nodes are enough over a length in index units, of a field that a lattice of density 1 can
-// hold: a wave exp(iwx) over length L converges from w L / 4 nodes on, which is 0.79 L at the Nyquist
-// frequency.
-[[nodiscard]] int thickness_nodes(double length);
+// Returns how many nodes are enough over a length in index units, of a field that a lattice can hold whose
+// density along it is `density` (lattice_density()): a wave exp(iwx) over length L converges from w L / 4
+// nodes on, which is 0.79 L at the Nyquist frequency, density 1.
+[[nodiscard]] int thickness_nodes(double length, double density);
 
 } // namespace bccsplat

@@ -217,7 +217,8 @@ Slice thick_time_slice(const Coefficients& coefficients, double frame, const std
   if (!(t1 > t0)) return instant(t0, context);
   if (kind == ThicknessKind::maximum) {
     SiteMaxima maxima;
-    const std::vector<double> node = gauss_legendre(thickness_nodes(t1 - t0)).node;
+    const double density = 1 / lattice.nominal_scales()[3];
+    const std::vector<double> node = gauss_legendre(thickness_nodes(t1 - t0, density)).node;
     const double part = 1 / static_cast<double>(node.size() + 1);
     for (size_t k = 0; k < node.size(); ++k) {
       const double begin = static_cast<double>(k) * part;

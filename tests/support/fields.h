@@ -45,6 +45,14 @@ inline MemorySamples sample_field(const Lattice4& lattice, const Field4& f, doub
   return {lattice, {static_cast<float>(air)}, std::move(channels)};
 }
 
+// f in lattice units, for lattices whose distances differ from axis to axis: what f holds of a ball of
+// frequencies stands alike to the lattice along each.
+inline Field4 in_lattice_units(const Lattice4& lattice, Field4 f) {
+  return [scales = lattice.scales(), f = std::move(f)](const Vec4& p) {
+    return f({p[0] / scales[0], p[1] / scales[1], p[2] / scales[2], scales[3] > 0 ? p[3] / scales[3] : p[3]});
+  };
+}
+
 // Random points of the domain at least `margin` index units from its ends.
 inline std::vector<Vec4> random_points(const Lattice4& lattice, size_t count, uint32_t seed,
                                        double margin = 0) {

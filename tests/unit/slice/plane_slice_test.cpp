@@ -109,6 +109,58 @@ TEST_F(PlaneSlice, AxisSlicesWithinOneDecibel) {
   }
 }
 
+// The same waves in lattice units, on a lattice of distances that differ.
+class StretchedSlice : public testing::Test {
+ protected:
+  static constexpr LatticeScales asked{1, 0.7, 0.85, 2.3};
+  TestContext context;
+  Lattice4 lattice = Lattice4::fit(LatticeKind::d4star, {33, 25, 29, 70}, asked);
+  test::Field4 field = test::in_lattice_units(lattice, PlaneWaves{12, 0.5, 3});
+  MemorySamples samples = sample_field(lattice, field);
+  Coefficients coefficients{samples, 0, make_kernel("default"), 0, large_cache};
+  const Vec4 middle{15.7, 12.1, 14.2, 34.6};
+
+  double snr(const HypersliceOptions& o, const Hyperplane& h, double margin) {
+    return slice_snr(hyperslice(coefficients, h, o, {}, context.get()), lattice, field, margin,
+                     context.get());
+  }
+};
+
+TEST_F(StretchedSlice, TimeAndAxisSlicesAreAsAccurateAsOnEqualDistances) {
+  for (size_t axis = 0; axis < 4; ++axis) {
+    Vec4 n{};
+    n[axis] = 1;
+    EXPECT_GE(snr({}, through(n, middle), 8), 50) << axis;
+  }
+}
+
+TEST_F(StretchedSlice, ObliqueOnesHoldWhatTheFinestAxisHolds) {
+  for (const Vec4& n :
+       {Vec4{0, 1, 1, 0.5}, {1, 1, -1, 0.3}, {0.2, 0.3, 1, -1}, {1, 0, 0, 1}, {0.1, 1, 0.1, 0}})
+    EXPECT_GE(snr({}, through(n, middle), 8), 46.5) << n[0] << n[1] << n[2] << n[3];
+}
+
+TEST_F(StretchedSlice, MeansAlongANormalConverge) {
+  HypersliceOptions thick;
+  thick.thickness = {4, ThicknessKind::mean};
+  for (const Vec4& n : {Vec4{0, 1, 0, 0}, {0, 0, 0, 1}, {0, 0.8, 0.6, 0}}) {
+    const Hyperplane h = through(n, middle);
+    const test::Field4 mean = [&](const Vec4& p) {
+      constexpr int parts = 64;
+      double sum = 0;
+      for (int k = 0; k < parts; ++k) {
+        Vec4 q = p;
+        for (size_t i = 0; i < 4; ++i) q[i] += n[i] * 4 * ((k + 0.5) / parts - 0.5);
+        sum += field(q);
+      }
+      return sum / parts;
+    };
+    EXPECT_GE(
+        slice_snr(hyperslice(coefficients, h, thick, {}, context.get()), lattice, mean, 8, context.get()),
+        45);
+  }
+}
+
 TEST_F(PlaneSlice, EveryTargetLattice) {
   const double best = evaluate_snr();
   const auto snr = [&](const HypersliceOptions& o, const Hyperplane& h) {

@@ -24,17 +24,28 @@ TEST(Quadrature, GaussLegendreIntegratesPolynomials) {
       EXPECT_NEAR(sum, 1.0 / (power + 1), 1e-13) << n << " nodes, power " << power;
     }
   }
-  EXPECT_THROW((void)thickness_nodes(1e6), Error);
+  EXPECT_THROW((void)thickness_nodes(1e6, 1), Error);
 }
 
 TEST(Quadrature, NodesResolveTheNyquistFrequency) {
   for (const double length : {0.3, 2.0, 7.5, 40.0}) {
-    const Quadrature q = gauss_legendre(thickness_nodes(length));
+    const Quadrature q = gauss_legendre(thickness_nodes(length, 1));
     double sum = 0;
     for (size_t i = 0; i < q.node.size(); ++i)
       sum += q.weight[i] * std::cos(std::numbers::pi * length * q.node[i] + 0.3);
     const double w = std::numbers::pi * length;
     EXPECT_NEAR(sum, (std::sin(w + 0.3) - std::sin(0.3)) / w, 1e-4) << length;
+  }
+}
+
+TEST(Quadrature, FinerLatticesTakeMoreNodes) {
+  EXPECT_EQ(thickness_nodes(10, 1), thickness_nodes(10, 1.4));
+  for (const double density : {1.4, 2.0, 4.0}) {
+    const Quadrature q = gauss_legendre(thickness_nodes(10, density));
+    const double w = density * std::numbers::pi * 10;
+    double sum = 0;
+    for (size_t i = 0; i < q.node.size(); ++i) sum += q.weight[i] * std::cos(w * q.node[i] + 0.3);
+    EXPECT_NEAR(sum, (std::sin(w + 0.3) - std::sin(0.3)) / w, 1e-3) << density;
   }
 }
 
