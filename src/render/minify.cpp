@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "slice/coarsen.h"
-#include "splat/view/view.h"
+#include "splat/plan/sheet_metric.h"
 
 namespace bccsplat {
 
@@ -22,9 +22,9 @@ const CoarseLevels::Level& CoarseLevels::level(const Slice& base, int n, const C
 
 int minification_level(const Slice& slice, const Camera& camera, int width, int height) {
   const SheetView view = make_view(slice, resolve_camera(camera), width, height, 1);
-  // Of a pixel at the centre of the domain, along the shorter spaced of the picture's axes; negative with the
-  // centre behind the eye.
-  const double pixel = view.scale(0) * std::min(length(view.ex), length(view.ey));
+  // Of a pixel at the centre of the domain, where a lattice unit covers most pixels; negative with the centre
+  // behind the eye.
+  const double pixel = view.scale(0) * SheetMetric(view).extremes()[0];
   constexpr int32_t fewest = 4;
   const int32_t planes = *std::min_element(slice.lattice.last.begin(), slice.lattice.last.end());
   int level = 0;

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "render/deep.h"
 #include "render/reference.h"
+#include "splat/plan/sheet_metric.h"
 #include "splat/trail/trail.h"
 
 namespace bccsplat {
@@ -222,7 +223,7 @@ QualitySettings quality_settings(Quality quality) {
 }
 
 double pixels_per_unit(const SheetView& view) {
-  return 1 / (view.scale(0) * std::max(length(view.ex), length(view.ey)));
+  return 1 / (view.scale(0) * SheetMetric(view).extremes()[1]);
 }
 
 double mean_voxel(const Slice& slice) { return std::cbrt(std::fabs(slice.slice_to_world.determinant())); }

@@ -18,9 +18,10 @@ using Field3 = std::function<double(double x, double y, double z)>;
 
 // A static volume of dims samples on BCC (or CC), prefiltered for the kernel, in the world by `affine`.
 inline Slice make_slice(const std::array<uint32_t, 3>& dims, const Field3& f, const char* kernel = "default",
-                        const Affine3& affine = {}, double air = 0, LatticeKind kind = LatticeKind::bcc) {
+                        const Affine3& affine = {}, double air = 0, LatticeKind kind = LatticeKind::bcc,
+                        const LatticeScales& scales = {1, 1, 1, 1}) {
   TestContext context;
-  const auto lattice = Lattice4::fit(kind, {dims[0], dims[1], dims[2], 1});
+  const auto lattice = Lattice4::fit(kind, {dims[0], dims[1], dims[2], 1}, scales);
   const auto samples = sample_field(
       lattice, [&](const Vec4& p) { return f(p[0], p[1], p[2]); }, air);
   const Coefficients c(samples, 0, make_kernel(kernel), 0, 1u << 30);

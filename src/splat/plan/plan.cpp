@@ -139,9 +139,8 @@ SheetView plan_samples(const SplatScene& scene, const SplatOptions& options, Spl
   // Pixels per T where the picture shows the smallest of them: at the last sheet.
   const SheetMetric metric(v);
   const double scale = v.scale(static_cast<double>(plan.last_sheet + plan.lead));
-  const double pixels_x = std::sqrt(metric.yy / metric.determinant()) / scale,
-               pixels_y = std::sqrt(metric.xx / metric.determinant()) / scale;
-  const double ratio_x = pixels_x / filter.density, ratio_y = pixels_y / filter.density;
+  const auto [pixels_x, pixels_y] = metric.pixels_per_unit();
+  const double ratio_x = pixels_x / scale / filter.density, ratio_y = pixels_y / scale / filter.density;
   if (!(std::min(ratio_x, ratio_y) >= std::max(1.0, isotropic(v) ? filter.from : filter.from_general)))
     return v;
   plan.taps = filter.taps;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "splat/plan/sheet_metric.h"
+
 namespace bccsplat {
 namespace {
 
@@ -20,10 +22,7 @@ constexpr double tile_samples = 160;
 
 bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v) {
   if (!v.perspective) return false;
-  // Pixels per lattice unit along x and y at scale 1.
-  const double xx = dot(v.ex, v.ex), xy = dot(v.ex, v.ey), yy = dot(v.ey, v.ey);
-  const double per_unit_x = std::sqrt(yy / (xx * yy - xy * xy)),
-               per_unit_y = std::sqrt(xx / (xx * yy - xy * xy));
+  const auto [per_unit_x, per_unit_y] = SheetMetric(v).pixels_per_unit();
   const double first = v.scale(static_cast<double>(std::max(plan.first_sheet - plan.lead, v.first_sheet()))),
                last = v.scale(static_cast<double>(plan.last_sheet + 2 * plan.lead + 1));
   // Scales at which pixels are as large as samples.

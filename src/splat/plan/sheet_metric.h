@@ -15,6 +15,16 @@ struct SheetMetric {
   double xx, xy, yy;
   explicit SheetMetric(const SheetView& v) : xx(dot(v.ex, v.ex)), xy(dot(v.ex, v.ey)), yy(dot(v.ey, v.ey)) {}
   [[nodiscard]] double determinant() const { return xx * yy - xy * xy; }
+  // Pixels of the picture's axes in a lattice unit, by their own directions: what a wave of the lattice turns
+  // by along a row or column of pixels at most. A ball's extent along them is longer where they are skew.
+  [[nodiscard]] std::array<double, 2> pixels_per_unit() const {
+    return {1 / std::sqrt(xx), 1 / std::sqrt(yy)};
+  }
+  // Lattice units that a step of one pixel takes at least, and at most, whatever its direction.
+  [[nodiscard]] std::array<double, 2> extremes() const {
+    const double mean = 0.5 * (xx + yy), half = std::hypot(0.5 * (xx - yy), xy);
+    return {std::sqrt(std::max(0.0, mean - half)), std::sqrt(mean + half)};
+  }
 };
 
 // Shift of a foot per sheet, orthographic: zero unless the affine shears the ray off the sheets' normal.

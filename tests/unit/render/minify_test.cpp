@@ -153,5 +153,17 @@ TEST(Minify, AStepAskedForStaysTheSameLength) {
   EXPECT_NEAR(static_cast<double>(coarse.drawn.sheets), static_cast<double>(full.drawn.sheets), 2);
 }
 
+TEST(Minify, GoesByTheDirectionThatHasMostPixels) {
+  // Along one diagonal of the picture a pixel is half a lattice unit long, along the other two.
+  const Slice slice = make_slice({60, 60, 60}, [](double, double, double) { return 1; }, "default", {}, 0,
+                                 LatticeKind::bcc, {0.5, 2, 0.5, 1});
+  Camera camera = fit_camera(slice, false, 0, 0, 50, 50);
+  camera.ortho_height = 50;
+  camera.up = {1, 1, 0};
+  EXPECT_EQ(minification_level(slice, camera, 50, 50), 0);
+  camera.ortho_height = 4.2 * 50; // now 2.1 and 8.4
+  EXPECT_EQ(minification_level(slice, camera, 50, 50), 1);
+}
+
 } // namespace
 } // namespace bccsplat

@@ -142,12 +142,14 @@ struct Geometry {
   bool perspective;
   bool anisotropic;
   int width, height;
+  LatticeScales scales{1, 1, 1, 1};
 };
 
 class AgainstReference : public testing::TestWithParam<Geometry> {
  protected:
-  Slice slice_ = make_slice({20, 17, 22}, marschner_lobb(20, 2.2), "default",
-                            GetParam().anisotropic ? anisotropic() : Affine3{});
+  Slice slice_ =
+      make_slice({20, 17, 22}, marschner_lobb(20, 2.2), "default",
+                 GetParam().anisotropic ? anisotropic() : Affine3{}, 0, LatticeKind::bcc, GetParam().scales);
   Scene scene_ =
       make_scene(slice_, ramp_function(0.3, 1, 0.35),
                  fit_camera(slice_, GetParam().perspective, 20, 30, static_cast<uint32_t>(GetParam().width),
@@ -170,14 +172,16 @@ class AgainstReference : public testing::TestWithParam<Geometry> {
     return compare(reference, got).db() + 20 * std::log10(scale);
   }
 };
-INSTANTIATE_TEST_SUITE_P(Render, AgainstReference,
-                         testing::Values(Geometry{"orthographic", false, false, 37, 41},
-                                         Geometry{"perspective", true, false, 37, 41},
-                                         Geometry{"anisotropic", false, true, 41, 37},
-                                         Geometry{"anisotropic_perspective", true, true, 41, 37},
-                                         Geometry{"row", false, false, 53, 1},
-                                         Geometry{"column", true, false, 1, 53}),
-                         [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Render, AgainstReference,
+    testing::Values(Geometry{"orthographic", false, false, 37, 41},
+                    Geometry{"perspective", true, false, 37, 41},
+                    Geometry{"anisotropic", false, true, 41, 37},
+                    Geometry{"anisotropic_perspective", true, true, 41, 37},
+                    Geometry{"distances", false, false, 37, 41, {0.7, 0.85, 2.3, 1}},
+                    Geometry{"distances_perspective", true, true, 37, 41, {2.3, 0.7, 1, 1}},
+                    Geometry{"row", false, false, 53, 1}, Geometry{"column", true, false, 1, 53}),
+    [](const auto& instance) { return instance.param.name; });
 
 TEST_P(AgainstReference, ClassifiesAndCompositesToSecondOrder) {
   // Limits: measured less about 6 dB, for better kernels change the field.

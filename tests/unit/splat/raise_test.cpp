@@ -165,6 +165,29 @@ TEST(Raise, PicturesAreThoseOfSheetsAtThePixels) {
     }
 }
 
+TEST(Raise, LatticesThatStandSkewInThePictureHaveTheSamplesTheirWavesNeed) {
+  // Distances of 0.5 and 1.5 samples along the diagonals of the picture.
+  const Slice slice = make_slice({26, 26, 12},
+                                 [](double x, double y, double z) {
+                                   return 0.5 + 0.4 * std::sin(4.1 * x) * std::cos(0.9 * y + 0.2 * z);
+                                 },
+                                 "default", {}, 0, LatticeKind::bcc, {0.5, 1.5, 1, 1});
+  for (const bool perspective : {false, true}) {
+    Scene scene =
+        make_scene(slice, ramp_function(0.3, 1, 0.5), fit_camera(slice, perspective, 0, 0, 260, 260));
+    scene.camera.up = {1, 1, 0};
+    RenderOptions o;
+    o.shading = false, o.opacity_stop = 1;
+    ImageStorage raised(260, 260), direct(260, 260);
+    o.raise = six;
+    const RenderStats few = draw(scene, o, raised);
+    o.raise = none;
+    const RenderStats many = draw(scene, o, direct);
+    EXPECT_LT(few.drawn.contributions, many.drawn.contributions * 4 / 5);
+    EXPECT_LT(difference(raised, direct), 1.5e-3) << perspective;
+  }
+}
+
 TEST(Raise, CloseSheetsAreThoseOfTheRing) {
   for (const auto& [filter, perspective] : {std::pair{eight, false}, {deep, false}, {eight, true}})
     for (const bool shading : {false, true})
