@@ -18,6 +18,7 @@
 #include "base/files.h"
 #include "formats/bcc4/coding/chunk_entry.h"
 #include "formats/bcc4/coding/residuals.h"
+#include "formats/bcc4/correction_table.h"
 #include "formats/bcc4/info.h"
 #include "points/brick.h"
 #include "points/sample_source.h"
@@ -35,6 +36,7 @@ struct Bcc4Bytes {
 struct Bcc4Report {
   Bcc4Bytes bytes;
   uint64_t chunks = 0;
+  uint64_t bytes_corrections = 0;                  // of the index
   uint64_t slabs_reused = 0;                       // taken from an earlier writer or file, not coded again
   uint64_t sites_total = 0;                        // all channels
   uint64_t sites_kept = 0, holes = 0, clamped = 0; // all channels
@@ -73,6 +75,7 @@ class Bcc4Writer {
   void copy_slab(int32_t slab, int channel, const Bcc4Reader& from);
 
   // Write the corrections of one frame, in any order of channels and frames; a frame that gets none has none.
+  // Those to add go into bricks where the channel's are local (ResidualInfo).
   void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
   void copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from);
   // The caller completes dims[3], last_layer, times and statistics before finish; what decides how samples
@@ -150,10 +153,14 @@ class Bcc4Reader {
   // Decodes chunks of one channel in parallel; neighbours in the file are read together.
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const;
-  // The corrections at the samples of a source frame, empty where there are none. They are not cached.
+  // The corrections at the samples of a source frame that stand in one block, empty where there are none.
+  // Neither they nor those below are cached; when salvaging, damaged ones are left out.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
-  // The same as the file holds them, with zeros up to a multiple of 8; their checksum has been verified.
-  [[nodiscard]] std::vector<std::byte> stored_residuals(int channel, uint64_t frame) const;
+  // Those in bricks: the table of a frame, by rising brick, and one of its bricks (voxels are the brick's).
+  [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
+  [[nodiscard]] std::vector<ResidualSample> corrections(int channel, const CorrectionBrick& brick) const;
+  // A block of corrections as the file holds it, with zeros up to a multiple of 8; its checksum is right.
+  [[nodiscard]] std::vector<std::byte> stored_corrections(const BlockRef& block) const;
   // The brick of one layer of a chunk, 0 .. slab_layers - 1; null where all of it is air.
   [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data,
                                                    int layer_of_slab) const;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 #include <string>
+#include <tuple>
 
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/metadata.h"
@@ -79,6 +80,18 @@ void check_channel(const ChannelInfo& c, Code code) {
   }
 }
 
+void check_errors(const VolumeInfo& info, Code code) {
+  const auto key = [](const MeasuredError& e) { return std::tuple(e.channel, e.level, e.kind); };
+  for (size_t i = 0; i < info.errors.size(); ++i) {
+    const MeasuredError& e = info.errors[i];
+    if (e.channel >= info.channels.size() || e.level != 0 || e.kind > MeasuredError::corrected ||
+        (i > 0 && !(key(info.errors[i - 1]) < key(e))))
+      fail(code, "measured errors of channel ", e.channel, ", level ", e.level, ", kind ", e.kind);
+    for (const double v : {e.rmse, e.largest, e.range})
+      if (!(v >= 0 && std::isfinite(v))) fail(code, "a measured error is ", v);
+  }
+}
+
 } // namespace
 
 void check_fixed(const VolumeInfo& info, Code code) {
@@ -140,6 +153,7 @@ void check_info(const VolumeInfo& info, Code code) {
         fail(code, "the tail counts ", info.tail->clamped[c], " clamped samples of ",
              info.channels[c].clamped);
   }
+  check_errors(info, code);
   for (const ChannelInfo& c : info.channels) {
     for (const auto* s : {&c.name, &c.quantity, &c.unit}) text(*s);
     for (const Range* r : {&c.source_range, &c.kept_range, &c.histogram_range})
@@ -159,8 +173,11 @@ void check_info(const VolumeInfo& info, Code code) {
     const ResidualInfo& fix = c.residuals;
     if (!(fix.step >= 0 && fix.bound >= 0) || !std::isfinite(fix.step) || !std::isfinite(fix.bound))
       fail(code, "channel ", c.name, ": corrections in steps of ", fix.step, ", bound ", fix.bound);
-    if (!fix.frames.empty() && (fix.frames.size() != info.lattice.dims[3] || fix.step == 0))
-      fail(code, "channel ", c.name, ": corrections of ", fix.frames.size(), " frames");
+    for (const auto* frames : {&fix.frames, &fix.tables})
+      if (!frames->empty() && (frames->size() != info.lattice.dims[3] || fix.step == 0))
+        fail(code, "channel ", c.name, ": corrections of ", frames->size(), " frames");
+    if (fix.shape > CorrectionShape::smooth)
+      fail(code, "channel ", c.name, ": corrections of shape ", static_cast<int>(fix.shape));
     const auto sites = static_cast<uint64_t>(info.lattice.sites());
     if (c.sites_kept > sites || c.holes > c.sites_kept)
       fail(code, "channel ", c.name, ": ", c.sites_kept, " kept sites of ", sites, ", ", c.holes, " holes");

@@ -22,12 +22,32 @@ struct Percentile {
   bool operator==(const Percentile&) const = default;
 };
 
-// Corrections at source samples (residuals.h); they are right for the recommended kernel alone.
+// How a correction falls off along an axis, up to the next source sample (bcc4.md, section 10).
+enum class CorrectionShape : uint8_t { tent, smooth };
+
+// Corrections at source samples (residuals.h, correction_table.h); they are right for the kernel of the
+// stored coefficients, else the recommended one, alone.
 struct ResidualInfo {
-  double step = 0;              // value of one step; 0: no corrections
-  double bound = 0;             // with them, no finite source sample is wrong by more; 0: nothing is promised
-  std::vector<BlockRef> frames; // one per source frame, stored == 0 where there is none; empty: none at all
+  double step = 0;  // value of one step; 0: no corrections
+  double bound = 0; // with them, no finite source sample is wrong by more; 0: nothing is promised
+  // Blocks of whole frames, one per source frame, stored == 0 where there is none; empty: none at all.
+  std::vector<BlockRef> frames;
+  // Version 3 (record 11): the tables of frames, likewise; `frames` then has samples to set only.
+  bool local = false;
+  CorrectionShape shape = CorrectionShape::tent;
+  std::vector<BlockRef> tables;
+  [[nodiscard]] bool any() const { return !frames.empty() || !tables.empty(); }
   bool operator==(const ResidualInfo&) const = default;
+};
+
+// What was measured at the source samples of a channel while the file was written.
+struct MeasuredError {
+  enum Kind : uint32_t { lattice, stored, corrected }; // without rounding, as stored, with corrections
+  uint32_t channel = 0, level = 0, kind = lattice;
+  uint32_t frames = 0;  // that were compared
+  uint64_t samples = 0; // likewise
+  double rmse = 0, largest = 0, range = 0;
+  bool operator==(const MeasuredError&) const = default;
 };
 
 struct ChannelInfo : Quantiser {
@@ -104,6 +124,7 @@ struct VolumeInfo {
   std::string recommended_kernel;             // may be empty
   std::vector<SourceInfo> sources;
   std::vector<std::pair<std::string, std::string>> attributes; // UTF-8, keys unique; order is kept
+  std::vector<MeasuredError> errors;                           // rising by channel, level, kind
   std::optional<TailInfo> tail;                                // none: no sample was clamped
   std::optional<PartInfo> part;                                // none: a whole file
   std::optional<CountsInfo> counts; // none: of samples, of layers, or too short to have lasting slabs

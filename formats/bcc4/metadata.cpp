@@ -21,9 +21,11 @@ enum RecordType : uint16_t {
   channel = 5,
   sources = 6,
   attributes = 7,
+  corrections = 11,
   residuals = 0x8002,
   part = 0x8003,
   tail = 0x8004,
+  errors = 0x8005,
   counts = 0x8007
 };
 constexpr uint16_t optional_record = 0x8000;
@@ -186,15 +188,70 @@ void write_residual_info(ByteWriter& out, const ResidualInfo& r) {
   for (const BlockRef& ref : r.frames) write_block_ref(out, ref);
 }
 void read_residual_info(ByteReader& in, ResidualInfo& r) {
-  r.step = in.read<double>();
-  r.bound = in.read<double>();
+  const auto step = in.read<double>(), bound = in.read<double>();
+  if (r.local && (step != r.step || bound != r.bound))
+    fail(Code::corrupt, "metadata: two records of corrections differ in step or bound");
+  r.step = step, r.bound = bound;
   r.frames.resize(read_count(in, block_ref_bytes));
   for (BlockRef& ref : r.frames) ref = read_block_ref(in);
+}
+
+void write_correction_info(ByteWriter& out, const ResidualInfo& r) {
+  out.write(r.step);
+  out.write(r.bound);
+  out.write(static_cast<uint8_t>(r.shape));
+  for (int i = 0; i < 7; ++i) out.write(uint8_t{0});
+  out.write(static_cast<uint32_t>(r.tables.size()));
+  for (const BlockRef& ref : r.tables) write_block_ref(out, ref);
+}
+void read_correction_info(ByteReader& in, ResidualInfo& r) {
+  r.local = true;
+  r.step = in.read<double>();
+  r.bound = in.read<double>();
+  r.shape = static_cast<CorrectionShape>(in.read<uint8_t>());
+  bool zero = true;
+  for (int i = 0; i < 7; ++i) zero = in.read<uint8_t>() == 0 && zero;
+  if (!zero) fail(Code::corrupt, "metadata: reserved bytes of corrections are not zero");
+  r.tables.resize(read_count(in, block_ref_bytes));
+  for (BlockRef& ref : r.tables) ref = read_block_ref(in);
+}
+
+constexpr uint64_t measured_error_bytes = 48;
+
+void write_errors(ByteWriter& out, const std::vector<MeasuredError>& list) {
+  out.write(static_cast<uint32_t>(list.size()));
+  for (const MeasuredError& e : list) {
+    for (const uint32_t n : {e.channel, e.level, e.kind, e.frames}) out.write(n);
+    out.write(e.samples);
+    for (const double v : {e.rmse, e.largest, e.range}) out.write(v);
+  }
+}
+void read_errors(ByteReader& in, std::vector<MeasuredError>& list) {
+  list.resize(read_count(in, measured_error_bytes));
+  for (MeasuredError& e : list) {
+    for (uint32_t* n : {&e.channel, &e.level, &e.kind, &e.frames}) *n = in.read<uint32_t>();
+    e.samples = in.read<uint64_t>();
+    for (double* v : {&e.rmse, &e.largest, &e.range}) *v = in.read<double>();
+  }
+}
+
+[[nodiscard]] bool any_local(const VolumeInfo& info) {
+  return std::any_of(info.channels.begin(), info.channels.end(),
+                     [](const ChannelInfo& c) { return c.residuals.local; });
+}
+
+// Whether the record of whole frames says anything that record 11 does not.
+[[nodiscard]] bool has_residual_record(const VolumeInfo& info) {
+  const bool local = any_local(info);
+  return std::any_of(info.channels.begin(), info.channels.end(), [&](const ChannelInfo& c) {
+    return local ? !c.residuals.frames.empty() : c.residuals != ResidualInfo{};
+  });
 }
 
 } // namespace
 
 uint16_t lowest_reader(const VolumeInfo& info) {
+  if (any_local(info) || !info.errors.empty()) return 3;
   for (const ChannelInfo& c : info.channels)
     if (c.type == ValueType::i32) return 3;
   return info.lattice.lead > 0 ? 2 : 1;
@@ -238,8 +295,11 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       p.write_string(value);
     }
   });
-  const auto bounded = [](const ChannelInfo& c) { return c.residuals != ResidualInfo{}; };
-  if (std::any_of(info.channels.begin(), info.channels.end(), bounded))
+  if (any_local(info))
+    record(corrections, [&](ByteWriter& p) {
+      for (const ChannelInfo& c : info.channels) write_correction_info(p, c.residuals);
+    });
+  if (has_residual_record(info))
     record(residuals, [&](ByteWriter& p) {
       for (const ChannelInfo& c : info.channels) write_residual_info(p, c.residuals);
     });
@@ -249,6 +309,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       p.write(info.tail->slabs);
       for (const uint64_t n : info.tail->clamped) p.write(n);
     });
+  if (!info.errors.empty()) record(errors, [&](ByteWriter& p) { write_errors(p, info.errors); });
   if (info.counts)
     record(counts, [&](ByteWriter& p) {
       p.write(info.counts->slabs);
@@ -317,6 +378,14 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
         value = read_text(record);
       }
       break;
+    case corrections:
+      for (ChannelInfo& c : info.channels) read_correction_info(record, c.residuals);
+      record.expect_end();
+      continue;
+    case errors:
+      read_errors(record, info.errors);
+      record.expect_end();
+      continue;
     case tail:
       info.tail = read_tail(record, info.channels.size());
       record.expect_end();

@@ -214,25 +214,75 @@ Bcc4Reader::read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Co
   return out;
 }
 
-FrameResiduals Bcc4Reader::residuals(int channel, uint64_t frame) const {
-  const auto& frames = state_->info.channels.at(static_cast<size_t>(channel)).residuals.frames;
-  if (frame >= frames.size() || frames[frame].stored == 0) return {};
-  const BlockRef& ref = frames[frame];
-  check_block_ref(ref, "corrections", state_->root.file_bytes);
-  const auto& n = state_->info.lattice.dims;
-  return read_residuals(state_->read_block(ref, "corrections"), uint64_t{n[0]} * n[1] * n[2], ref.offset);
+namespace {
+
+// The block of a frame; null where it has none.
+const BlockRef* block_of(const std::vector<BlockRef>& frames, uint64_t frame) {
+  return frame < frames.size() && frames[frame].stored > 0 ? &frames[frame] : nullptr;
 }
 
-std::vector<std::byte> Bcc4Reader::stored_residuals(int channel, uint64_t frame) const {
-  const auto& frames = state_->info.channels.at(static_cast<size_t>(channel)).residuals.frames;
-  if (frame >= frames.size() || frames[frame].stored == 0)
-    fail(Code::corrupt, state_->source->name(), ": no corrections of frame ", frame);
-  const BlockRef& ref = frames[frame];
-  check_block_ref(ref, "corrections", state_->root.file_bytes);
-  std::vector<std::byte> stored(ref.padded());
-  state_->read(ref.offset, stored);
-  if (crc32_of(stored) != ref.crc)
-    fail(Code::checksum_mismatch, "corrections at offset ", ref.offset, ": bad checksum");
+} // namespace
+
+FrameResiduals Bcc4Reader::State::residuals(int channel, uint64_t frame) const {
+  const ResidualInfo& fix = info.channels.at(static_cast<size_t>(channel)).residuals;
+  const BlockRef* ref = block_of(fix.frames, frame);
+  if (!ref) return {};
+  check_block_ref(*ref, "corrections", root.file_bytes);
+  const auto& n = info.lattice.dims;
+  FrameResiduals all =
+      read_residuals(read_block(*ref, "corrections"), uint64_t{n[0]} * n[1] * n[2], ref->offset);
+  if (fix.local && !all.add.empty())
+    fail(Code::corrupt, "corrections at offset ", ref->offset, ": some to add, which stand in bricks");
+  return all;
+}
+
+std::vector<CorrectionBrick> Bcc4Reader::State::correction_bricks(int channel, uint64_t frame) const {
+  const BlockRef* ref = block_of(info.channels.at(static_cast<size_t>(channel)).residuals.tables, frame);
+  if (!ref) return {};
+  check_block_ref(*ref, "table of corrections", root.file_bytes);
+  return read_correction_table(read_block(*ref, "table of corrections"), CorrectionBricks(info.lattice.dims),
+                               ref->offset, root.file_bytes);
+}
+
+std::vector<ResidualSample> Bcc4Reader::State::corrections(int channel, const CorrectionBrick& brick) const {
+  constexpr auto edge = static_cast<uint64_t>(correction_edge);
+  std::vector<ResidualSample> list =
+      read_corrections(read_block(brick.block, "corrections"), edge * edge * edge, brick.block.offset);
+  CorrectionBricks(info.lattice.dims)
+      .check(brick, list, info.channels.at(static_cast<size_t>(channel)).residuals.step);
+  return list;
+}
+
+namespace {
+
+// What read() returns; when salvaging, nothing where it fails.
+template<class Read> auto read_or_leave(const Bcc4Limits& limits, const Read& read) -> decltype(read()) {
+  try {
+    return read();
+  } catch (const Error&) {
+    if (!limits.salvage) throw;
+    return {};
+  }
+}
+
+} // namespace
+
+FrameResiduals Bcc4Reader::residuals(int channel, uint64_t frame) const {
+  return read_or_leave(state_->limits, [&] { return state_->residuals(channel, frame); });
+}
+std::vector<CorrectionBrick> Bcc4Reader::correction_bricks(int channel, uint64_t frame) const {
+  return read_or_leave(state_->limits, [&] { return state_->correction_bricks(channel, frame); });
+}
+std::vector<ResidualSample> Bcc4Reader::corrections(int channel, const CorrectionBrick& brick) const {
+  return read_or_leave(state_->limits, [&] { return state_->corrections(channel, brick); });
+}
+
+std::vector<std::byte> Bcc4Reader::stored_corrections(const BlockRef& block) const {
+  check_block_ref(block, "corrections", state_->root.file_bytes);
+  std::vector<std::byte> stored(block.padded());
+  state_->read(block.offset, stored);
+  if (crc32_of(stored) != block.crc)
+    fail(Code::checksum_mismatch, "corrections at offset ", block.offset, ": bad checksum");
   return stored;
 }
 

@@ -42,6 +42,10 @@ struct Bcc4Reader::State {
   // The same; when salvaging, returns false for bytes that cannot be read instead of throwing.
   [[nodiscard]] bool read_or_lose(uint64_t offset, std::span<std::byte> out) const;
   [[nodiscard]] std::vector<std::byte> read_block(const BlockRef& ref, std::string_view what) const;
+  // As the reader's calls of these names, and refuse damage when salvaging, too.
+  [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
+  [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
+  [[nodiscard]] std::vector<ResidualSample> corrections(int channel, const CorrectionBrick& brick) const;
   [[nodiscard]] std::shared_ptr<const Page> load_page(size_t index) const; // not cached
   [[nodiscard]] std::shared_ptr<const Page> page(size_t index) const;
   // The chunks that a damaged page may have listed; a chunk that is lost has kept == 0.

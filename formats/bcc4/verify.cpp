@@ -41,7 +41,8 @@ struct Bcc4Reader::State::Verification {
     result.bytes_checked += ref.padded();
     extents.push_back({ref.offset, ref.offset + ref.padded()});
   }
-  void check_residuals();
+  void check_corrections();
+  template<class Look> void look_at(const BlockRef& block, const Look& look);
   void check_page(size_t index);
   void check_chunks(int channel, const Page& page);
   void check_extents(bool pages_whole);
@@ -49,19 +50,31 @@ struct Bcc4Reader::State::Verification {
   [[nodiscard]] Bcc4VerifyResult check_all();
 };
 
-void Bcc4Reader::State::Verification::check_residuals() {
+// Counts a block that is there, and lists what look() finds wrong with it.
+template<class Look> void Bcc4Reader::State::Verification::look_at(const BlockRef& block, const Look& look) {
+  if (block.stored == 0) return;
+  add_block(block);
+  try {
+    look();
+  } catch (const Error& e) {
+    add_file_damage(e.code(), e.message(), block.offset);
+  }
+}
+
+void Bcc4Reader::State::Verification::check_corrections() {
   const auto& channels = file.info.channels;
-  for (size_t c = 0; c < channels.size(); ++c)
-    for (uint64_t f = 0; f < channels[c].residuals.frames.size(); ++f) {
-      const BlockRef& ref = channels[c].residuals.frames[f];
-      if (ref.stored == 0) continue;
-      add_block(ref);
-      try {
-        static_cast<void>(reader.residuals(static_cast<int>(c), f));
-      } catch (const Error& e) {
-        add_file_damage(e.code(), e.message(), ref.offset);
-      }
+  for (size_t i = 0; i < channels.size(); ++i) {
+    const ResidualInfo& fix = channels[i].residuals;
+    const auto channel = static_cast<int>(i);
+    for (uint64_t f = 0; f < fix.frames.size(); ++f)
+      look_at(fix.frames[f], [&] { static_cast<void>(file.residuals(channel, f)); });
+    for (uint64_t f = 0; f < fix.tables.size(); ++f) {
+      std::vector<CorrectionBrick> table;
+      look_at(fix.tables[f], [&] { table = file.correction_bricks(channel, f); });
+      for (const CorrectionBrick& brick : table)
+        look_at(brick.block, [&] { static_cast<void>(file.corrections(channel, brick)); });
     }
+  }
 }
 
 void Bcc4Reader::State::Verification::check_page(size_t index) {
@@ -156,7 +169,7 @@ Bcc4VerifyResult Bcc4Reader::State::Verification::check_all() {
                     "one of the two root records is damaged, or an append was interrupted", root_offsets[0]);
   add_block(file.root.metadata);
   add_block(file.root.directory);
-  check_residuals();
+  check_corrections();
   for (size_t p = 0; p < file.pages.size(); ++p) {
     context.progress.report(static_cast<double>(p) / static_cast<double>(file.pages.size()));
     check_page(p);

@@ -29,7 +29,7 @@ struct ChannelState {
   int32_t last_slab = -1, last_slab_layers = 0;
   uint64_t kept = 0, holes = 0, clamped = 0;
   uint32_t min_code = UINT32_MAX, max_code = 0;
-  std::vector<BlockRef> residuals; // by frame
+  std::vector<BlockRef> residuals, tables; // of corrections, by frame
 };
 
 // Whether two infos agree in what may not change once samples are written.
@@ -61,7 +61,7 @@ struct Bcc4Writer::State {
   uint64_t position = 0; // where the next bytes go, those in `buffer` included
   std::vector<std::byte> buffer;
   uint64_t unused = 0, chunks = 0, runs_bytes = 0, values_bytes = 0;
-  uint64_t slabs_reused = 0;
+  uint64_t slabs_reused = 0, correction_bytes = 0;
   bool closed = false; // finished, or failed half way
 
   void append(std::span<const std::byte> bytes) {
@@ -137,7 +137,12 @@ struct Bcc4Writer::State {
   WrittenSlab copy_chunks(int32_t slab, int channel, const Bcc4Reader& from);
   void enter_chunk(uint32_t channel, const Bcc4Chunk& entry);
   void commit_journal(const WrittenSlab& written);
-  [[nodiscard]] BlockRef& residuals_of(int channel, uint32_t frame);
+  [[nodiscard]] ChannelState& corrected_channel(int channel);
+  void write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list);
+  void copy_corrections(int channel, uint32_t frame, const Bcc4Reader& from);
+  void add_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table);
+  [[nodiscard]] BlockRef add_corrections(std::span<const std::byte> decoded);
+  [[nodiscard]] BlockRef copy_block(const BlockRef& block, const Bcc4Reader& from);
   [[nodiscard]] Bcc4Report finish(const Context& context);
 };
 
@@ -307,8 +312,9 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
     pages.insert(pages.end(), c.pages.begin(), c.pages.end());
     ChannelInfo& out = info.channels[i];
     out.sites_kept = c.kept, out.holes = c.holes, out.clamped += c.clamped;
-    out.residuals.frames = std::move(c.residuals);
-    if (!out.residuals.frames.empty()) out.residuals.frames.resize(info.lattice.dims[3]);
+    out.residuals.frames = std::move(c.residuals), out.residuals.tables = std::move(c.tables);
+    for (auto* frames : {&out.residuals.frames, &out.residuals.tables})
+      if (!frames->empty()) frames->resize(info.lattice.dims[3]);
     out.kept_range = c.kept ? Range{c.coder.value(c.min_code), c.coder.value(c.max_code)} : Range{};
     report.sites_total += static_cast<uint64_t>(info.lattice.sites());
     report.sites_kept += c.kept, report.holes += c.holes, report.clamped += c.clamped;
@@ -334,6 +340,7 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   if (options.journal) options.journal->remove();
 
   report.chunks = chunks;
+  report.bytes_corrections = correction_bytes;
   report.slabs_reused = slabs_reused;
   report.bytes = {root.file_bytes, runs_bytes, values_bytes, root.index_bytes, unused};
   return report;
@@ -374,33 +381,91 @@ void Bcc4Writer::copy_slab(int32_t slab, int channel, const Bcc4Reader& from) {
   s.closed = false;
 }
 
-BlockRef& Bcc4Writer::State::residuals_of(int channel, uint32_t frame) {
+ChannelState& Bcc4Writer::State::corrected_channel(int channel) {
   if (closed) fail(Code::wrong_state, "writer: finished, or failed before");
   start();
   if (channel < 0 || static_cast<size_t>(channel) >= channels.size())
     fail(Code::invalid_argument, "writer: corrections of channel ", channel, " of ", channels.size());
-  auto& frames = channels[static_cast<size_t>(channel)].residuals;
+  return channels[static_cast<size_t>(channel)];
+}
+
+namespace {
+
+void set_block(std::vector<BlockRef>& frames, uint32_t frame, const BlockRef& block) {
   if (frames.size() <= frame) frames.resize(size_t{frame} + 1);
-  return frames[frame];
+  frames[frame] = block;
+}
+
+} // namespace
+
+BlockRef Bcc4Writer::State::add_corrections(std::span<const std::byte> decoded) {
+  const BlockRef block = append_block(decoded);
+  correction_bytes += block.padded();
+  return block;
+}
+
+BlockRef Bcc4Writer::State::copy_block(const BlockRef& block, const Bcc4Reader& from) {
+  const std::vector<std::byte> bytes = from.stored_corrections(block);
+  BlockRef copy = block;
+  copy.offset = position;
+  append(bytes);
+  correction_bytes += copy.padded();
+  return copy;
+}
+
+void Bcc4Writer::State::add_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table) {
+  ByteWriter out;
+  write_correction_table(out, table);
+  set_block(channels[static_cast<size_t>(channel)].tables, frame, add_corrections(out.bytes()));
+}
+
+void Bcc4Writer::State::write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list) {
+  const double step = info.channels[static_cast<size_t>(channel)].residuals.step;
+  std::vector<CorrectionBrick> table;
+  for (const auto& [brick, samples] : CorrectionBricks(info.lattice.dims).split(list)) {
+    CorrectionBrick& entry = table.emplace_back();
+    entry.brick = brick, entry.count = static_cast<uint32_t>(samples.size());
+    entry.low = entry.high = CorrectionBricks::value(samples.front().steps, step);
+    for (const ResidualSample& s : samples) {
+      const float value = CorrectionBricks::value(s.steps, step);
+      entry.low = std::min(entry.low, value), entry.high = std::max(entry.high, value);
+    }
+    entry.block = add_corrections(bccsplat::write_corrections(samples));
+  }
+  add_table(channel, frame, table);
 }
 
 void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
   State& s = *state_;
   if (residuals.empty()) return;
-  BlockRef& ref = s.residuals_of(channel, frame);
+  ChannelState& c = s.corrected_channel(channel);
   s.closed = true;
-  ref = s.append_block(bccsplat::write_residuals(residuals));
+  const bool local = s.info.channels[static_cast<size_t>(channel)].residuals.local;
+  if (local && !residuals.add.empty()) s.write_corrections(channel, frame, residuals.add);
+  if (!local)
+    set_block(c.residuals, frame, s.add_corrections(bccsplat::write_residuals(residuals)));
+  else if (!residuals.set.empty())
+    set_block(c.residuals, frame,
+              s.add_corrections(bccsplat::write_residuals({.add = {}, .set = residuals.set})));
   s.closed = false;
+}
+
+// The bricks as they are, and a table that knows their new places.
+void Bcc4Writer::State::copy_corrections(int channel, uint32_t frame, const Bcc4Reader& from) {
+  std::vector<CorrectionBrick> table = from.correction_bricks(channel, frame);
+  if (table.empty()) return;
+  for (CorrectionBrick& brick : table) brick.block = copy_block(brick.block, from);
+  add_table(channel, frame, table);
 }
 
 void Bcc4Writer::copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from) {
   State& s = *state_;
-  BlockRef& ref = s.residuals_of(channel, frame);
+  ChannelState& c = s.corrected_channel(channel);
   s.closed = true;
-  const std::vector<std::byte> bytes = from.stored_residuals(channel, frame);
-  ref = from.info().channels[static_cast<size_t>(channel)].residuals.frames[frame];
-  ref.offset = s.position;
-  s.append(bytes);
+  s.copy_corrections(channel, frame, from);
+  const auto& frames = from.info().channels[static_cast<size_t>(channel)].residuals.frames;
+  if (frame < frames.size() && frames[frame].stored > 0)
+    set_block(c.residuals, frame, s.copy_block(frames[frame], from));
   s.closed = false;
 }
 

@@ -130,7 +130,7 @@ bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_
     out.non_air_rmse = e.non_air.rms(), out.non_air_psnr = e.non_air.psnr(out.peak);
     std::copy(e.voxel.begin(), e.voxel.end(), out.voxel);
     out.expected = e.expected, out.got = e.got;
-    out.uncorrected_max_abs = e.uncorrected;
+    out.uncorrected_max_abs = e.bare.largest;
     out.corrected = e.corrected, out.lost = e.lost;
     write_struct(error, out, "error");
   });

@@ -101,6 +101,21 @@ Quantiser code_channel_anew(const ChannelInfo& channel, bool coefficients, std::
                            channel.name);
 }
 
+void add_measured(const SampleErrors& errors, const Range& source, size_t channel, size_t frames,
+                  std::vector<MeasuredError>& list) {
+  const auto add = [&](MeasuredError::Kind kind, const ErrorSum& e) {
+    list.push_back({.channel = static_cast<uint32_t>(channel),
+                    .kind = kind,
+                    .frames = static_cast<uint32_t>(frames),
+                    .samples = e.count,
+                    .rmse = e.rms(),
+                    .largest = e.largest,
+                    .range = source.high - source.low});
+  };
+  add(MeasuredError::stored, errors.bare);
+  add(MeasuredError::corrected, errors.all);
+}
+
 void describe_channel(const FitChannelReport& report, ChannelInfo& info) {
   info.source_range = report.source_range;
   info.histogram_range = report.samples.range();

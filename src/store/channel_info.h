@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fit/fit.h"
+#include "store/round_trip.h"
 #include "store/settings.h"
 
 namespace bccsplat {
@@ -18,6 +19,11 @@ namespace bccsplat {
 // range.
 [[nodiscard]] Quantiser code_channel_anew(const ChannelInfo& channel, bool coefficients,
                                           std::optional<ValueType> type, double value_step);
+
+// Adds what was measured of a channel, its source range given, over so many frames: the lattice alone and
+// with corrections.
+void add_measured(const SampleErrors& errors, const Range& source, size_t channel, size_t frames,
+                  std::vector<MeasuredError>& list);
 
 // Completes what `info` says about the source: ranges, histogram, percentiles, frames, cc_relevant, clamped.
 void describe_channel(const FitChannelReport& report, ChannelInfo& info);

@@ -28,10 +28,11 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
     describe_channel(fits[c], channel);
     channel.clamped = 0;
     for (const auto& part : parts) channel.clamped += part->info().channels[c].clamped;
-    channel.residuals.frames.clear();
+    channel.residuals.frames.clear(), channel.residuals.tables.clear();
     channel.residuals.bound = r.bound;
     SampleErrors errors;
     for (const SampleErrors& e : r.errors) errors.add(e);
+    if (r.bound > 0) add_measured(errors, fits[c].source_range, c, r.errors.size(), info.errors);
     if (sum.psnr > 0) require_psnr(channel.name, errors, fits[c].source_range, sum.psnr);
   }
   describe_tail(sum.lasting, fits, info);
@@ -76,7 +77,7 @@ WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool o
     report.frames_measured = std::max<uint64_t>(report.frames_measured, sum.channels[c].errors.size());
   }
   report.coding_rmse = coding_rmse(fits);
-  report.set_file(info, written);
+  report.set_file(written);
   return report;
 }
 

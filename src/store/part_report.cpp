@@ -27,16 +27,16 @@ ErrorSum read_sum(ByteReader& in) {
 }
 
 void write_errors(ByteWriter& out, const SampleErrors& e) {
-  write_sum(out, e.all), write_sum(out, e.non_air);
-  out.write(e.lost), out.write(e.corrected), out.write(e.uncorrected), out.write(e.frame);
+  write_sum(out, e.all), write_sum(out, e.non_air), write_sum(out, e.bare);
+  out.write(e.lost), out.write(e.corrected), out.write(e.frame);
   for (const uint64_t v : e.voxel) out.write(v);
   out.write(e.expected), out.write(e.got);
 }
 SampleErrors read_errors(ByteReader& in) {
   SampleErrors e;
-  e.all = read_sum(in), e.non_air = read_sum(in);
+  e.all = read_sum(in), e.non_air = read_sum(in), e.bare = read_sum(in);
   e.lost = in.read<uint64_t>(), e.corrected = in.read<uint64_t>();
-  e.uncorrected = in.read<double>(), e.frame = in.read<uint64_t>();
+  e.frame = in.read<uint64_t>();
   for (uint64_t& v : e.voxel) v = in.read<uint64_t>();
   e.expected = in.read<double>(), e.got = in.read<double>();
   return e;

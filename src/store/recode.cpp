@@ -35,6 +35,7 @@ VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
     info.coefficient_parameters = kernel_parameters(kernel);
   }
   info.slab_layers = slab_layers_for(coefficients);
+  info.errors.clear();
   bool all_kept = true;
   for (size_t c = 0; c < info.channels.size(); ++c) {
     ChannelInfo& channel = info.channels[c];
@@ -134,7 +135,7 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, c
   report.sites_total = written.sites_total, report.sites_kept = written.sites_kept;
   report.holes = written.holes, report.clamped = 0;
   for (const ChannelInfo& channel : writer.info().channels) report.clamped += channel.clamped;
-  report.set_file(writer.info(), written);
+  report.set_file(written);
   return report;
 }
 

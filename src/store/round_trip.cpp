@@ -55,7 +55,7 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
       ++e.lost;
       continue;
     }
-    if (!lost) e.uncorrected = std::max(e.uncorrected, std::fabs(static_cast<double>(value) - want));
+    if (!lost) e.bare.add(static_cast<double>(value) - want);
     const double from = lost ? air : static_cast<double>(value), off = want - from;
     const double margin = rounding * std::max({std::fabs(want), std::fabs(from), std::fabs(air)});
     if (bound > 0 && (lost || (off != 0 && !(std::fabs(off) <= bound - margin)))) {
@@ -103,9 +103,8 @@ double ErrorSum::psnr(double peak) const {
 void SampleErrors::add(const SampleErrors& other) {
   if (other.all.count > 0 && (all.count == 0 || other.all.largest > all.largest))
     frame = other.frame, voxel = other.voxel, expected = other.expected, got = other.got;
-  all.add(other.all), non_air.add(other.non_air);
+  all.add(other.all), non_air.add(other.non_air), bare.add(other.bare);
   lost += other.lost, corrected += other.corrected;
-  uncorrected = std::max(uncorrected, other.uncorrected);
 }
 
 void require_psnr(const std::string& channel, const SampleErrors& e, const Range& range, double psnr) {

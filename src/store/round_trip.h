@@ -36,9 +36,9 @@ struct ErrorSum {
 // Of finite source samples, corrections included.
 struct SampleErrors {
   ErrorSum all, non_air;  // non_air: source samples further than the threshold from air
+  ErrorSum bare;          // all, before corrections; without those that lie in holes
   uint64_t lost = 0;      // samples that lie in holes of the lattice and got no correction
   uint64_t corrected = 0; // samples with a correction
-  double uncorrected = 0; // largest difference before corrections
   uint64_t frame = 0;     // of the largest difference, as are the next three
   std::array<uint64_t, 3> voxel{};
   double expected = 0, got = 0;

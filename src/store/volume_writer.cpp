@@ -262,7 +262,7 @@ WriteReport VolumeWriter::finish() {
       report.frames_measured = measured->frames().size();
     if (continued_) report.slabs_reused = static_cast<uint64_t>(continued_->slabs()) * added_.size();
     const Bcc4Report written = container_->finish(context_);
-    report.set_file(info, written);
+    report.set_file(written);
   });
   state_ = State::finished;
   try {
@@ -280,7 +280,13 @@ void VolumeWriter::complete_info(const FitReport& result) {
   require_bounds(result);
   info.sources = initial_.sources;
   info.attributes = initial_.attributes;
-  for (size_t c = 0; c < result.channels.size(); ++c) describe_channel(result.channels[c], info.channels[c]);
+  for (size_t c = 0; c < result.channels.size(); ++c) {
+    describe_channel(result.channels[c], info.channels[c]);
+    // A part knows nothing of the rest of the series.
+    if (const RoundTrip* const r = measuring_.round_trip(); r && !part_ && info.channels[c].residuals.local)
+      add_measured(r->errors(static_cast<int>(c)), result.channels[c].source_range, c, r->frames().size(),
+                   info.errors);
+  }
   if (part_)
     describe_part(result);
   else if (input_ == Input::frames)

@@ -195,7 +195,9 @@ void VolumeWriter::begin_measuring(bool frames_known) {
   std::vector<RoundTripChannel> channels;
   for (ChannelInfo& c : initial_.channels) {
     channels.push_back({c.name, c.air, c.threshold, bound});
-    if (bound > 0) c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
+    if (bound == 0) continue;
+    c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
+    c.residuals.local = true, c.residuals.shape = CorrectionShape::smooth;
   }
   const SeriesPart* const part = part_made();
   std::vector<uint32_t> frames = frames_to_measure();

@@ -19,9 +19,8 @@ void WriteReport::add(const FitChannelReport& channel, uint64_t samples, SourceT
   bytes_source += samples * source_bytes(type);
 }
 
-void WriteReport::set_file(const VolumeInfo& info, const Bcc4Report& written) {
-  for (const ChannelInfo& channel : info.channels)
-    for (const BlockRef& ref : channel.residuals.frames) bytes_corrections += ref.padded();
+void WriteReport::set_file(const Bcc4Report& written) {
+  bytes_corrections = written.bytes_corrections;
   bytes = written.bytes;
   slabs_reused += written.slabs_reused;
 }

@@ -24,7 +24,7 @@ struct WriteReport {
   // Adds what a channel of `cc_samples` source samples counted, all but its error of coding.
   void add(const FitChannelReport& channel, uint64_t cc_samples, SourceType type);
   // Sets what is known once the file is finished.
-  void set_file(const VolumeInfo& info, const Bcc4Report& written);
+  void set_file(const Bcc4Report& written);
 };
 
 // The root mean square error of coding over all sites of several channels.

@@ -9,7 +9,7 @@ namespace {
 uint64_t zigzag(int64_t v) { return static_cast<uint64_t>(v) << 1 ^ static_cast<uint64_t>(v >> 63); }
 int64_t unzigzag(uint64_t v) { return static_cast<int64_t>(v >> 1) ^ -static_cast<int64_t>(v & 1); }
 
-void write_list(ByteWriter& out, const std::vector<ResidualSample>& list) {
+void write_list(ByteWriter& out, std::span<const ResidualSample> list) {
   uint64_t next = 0;
   for (const ResidualSample& s : list) {
     out.write_varint(s.voxel - next);
@@ -36,6 +36,22 @@ std::vector<ResidualSample> read_list(ByteReader& in, uint32_t count, uint64_t v
 }
 
 } // namespace
+
+std::vector<std::byte> write_corrections(std::span<const ResidualSample> list) {
+  ByteWriter out;
+  out.write(static_cast<uint32_t>(list.size()));
+  write_list(out, list);
+  return out.release();
+}
+
+std::vector<ResidualSample> read_corrections(std::span<const std::byte> decoded, uint64_t voxels,
+                                             uint64_t offset) {
+  ByteReader in(decoded, "corrections", offset);
+  const auto count = in.read<uint32_t>();
+  std::vector<ResidualSample> list = read_list(in, count, voxels, offset);
+  in.expect_end();
+  return list;
+}
 
 std::vector<std::byte> write_residuals(const FrameResiduals& r) {
   ByteWriter out;

@@ -24,6 +24,12 @@ struct FrameResiduals {
   bool operator==(const FrameResiduals&) const = default;
 };
 
+// A list of steps alone, as bricks of version 3 have it: voxels are local to the brick.
+[[nodiscard]] std::vector<std::byte> write_corrections(std::span<const ResidualSample> list);
+// `voxels` is their number in a brick. Throws as below.
+[[nodiscard]] std::vector<ResidualSample> read_corrections(std::span<const std::byte> decoded,
+                                                           uint64_t voxels, uint64_t offset);
+
 [[nodiscard]] std::vector<std::byte> write_residuals(const FrameResiduals& residuals);
 // `voxels` is their number in a frame; `offset` of the block is for error texts. Throws corrupt, truncated.
 [[nodiscard]] FrameResiduals read_residuals(std::span<const std::byte> decoded, uint64_t voxels,

@@ -1,0 +1,110 @@
+#include "formats/bcc4/correction_table.h"
+
+#include <cmath>
+#include <map>
+
+#include "base/bytes.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr uint64_t entry_bytes = 16 + block_ref_bytes;
+constexpr int64_t edge = correction_edge;
+
+void write_entry(ByteWriter& out, const CorrectionBrick& b) {
+  out.write(b.brick);
+  for (const float bound : {b.low, b.high}) out.write(bound);
+  out.write(b.count);
+  write_block_ref(out, b.block);
+}
+
+} // namespace
+
+CorrectionBricks::CorrectionBricks(const std::array<uint32_t, 4>& dims) {
+  for (size_t a = 0; a < 3; ++a) {
+    samples_[a] = dims[a];
+    bricks_[a] = (samples_[a] + edge - 1) / edge;
+  }
+}
+
+uint64_t CorrectionBricks::count() const {
+  return static_cast<uint64_t>(bricks_[0] * bricks_[1] * bricks_[2]);
+}
+
+Int3 CorrectionBricks::origin(uint32_t brick) const {
+  const int64_t row = brick / bricks_[0];
+  return {static_cast<int32_t>(brick % bricks_[0] * edge), static_cast<int32_t>(row % bricks_[1] * edge),
+          static_cast<int32_t>(row / bricks_[1] * edge)};
+}
+
+uint32_t CorrectionBricks::brick_of(const Int3& sample) const {
+  return static_cast<uint32_t>((sample[2] / edge * bricks_[1] + sample[1] / edge) * bricks_[0] +
+                               sample[0] / edge);
+}
+
+std::vector<std::pair<uint32_t, std::vector<ResidualSample>>>
+CorrectionBricks::split(std::span<const ResidualSample> frame) const {
+  std::map<uint32_t, std::vector<ResidualSample>> lists;
+  for (const ResidualSample& s : frame) {
+    const auto voxel = static_cast<int64_t>(s.voxel);
+    const int64_t x = voxel % samples_[0], y = voxel / samples_[0] % samples_[1],
+                  z = voxel / (samples_[0] * samples_[1]);
+    // The order of the frame is that of each brick.
+    lists[brick_of({static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z)})].push_back(
+        {static_cast<uint64_t>((z % edge * edge + y % edge) * edge + x % edge), s.steps});
+  }
+  return {lists.begin(), lists.end()};
+}
+
+void CorrectionBricks::check(const CorrectionBrick& brick, std::span<const ResidualSample> list,
+                             double step) const {
+  const auto bad = [&](const auto&... why) {
+    fail(Code::corrupt, "corrections at offset ", brick.block.offset, ": ", why...);
+  };
+  if (list.size() != brick.count) bad(list.size(), " of them, the table says ", brick.count);
+  const Int3 from = origin(brick.brick);
+  for (const ResidualSample& s : list) {
+    const auto v = static_cast<int64_t>(s.voxel);
+    const std::array<int64_t, 3> at{from[0] + v % edge, from[1] + v / edge % edge,
+                                    from[2] + v / (edge * edge)};
+    for (size_t a = 0; a < 3; ++a)
+      if (at[a] >= samples_[a]) bad("one beyond the frame");
+    const float got = value(s.steps, step);
+    if (!(got >= brick.low && got <= brick.high))
+      bad(got, " is not between the bounds ", brick.low, " and ", brick.high);
+  }
+}
+
+void write_correction_table(ByteWriter& out, std::span<const CorrectionBrick> table) {
+  out.write(static_cast<uint32_t>(table.size()));
+  for (const CorrectionBrick& b : table) write_entry(out, b);
+}
+
+std::vector<CorrectionBrick> read_correction_table(std::span<const std::byte> decoded,
+                                                   const CorrectionBricks& bricks, uint64_t offset,
+                                                   uint64_t file_bytes) {
+  ByteReader in(decoded, "table of corrections", offset);
+  const auto n = in.read<uint32_t>();
+  const auto bad = [&](const auto&... why) {
+    fail(Code::corrupt, "table of corrections at offset ", offset, ": ", why...);
+  };
+  if (n > in.remaining() / entry_bytes) bad(n, " bricks in ", in.remaining(), " bytes");
+  std::vector<CorrectionBrick> table(n);
+  for (size_t i = 0; i < n; ++i) {
+    CorrectionBrick& b = table[i];
+    b.brick = in.read<uint32_t>();
+    b.low = in.read<float>(), b.high = in.read<float>();
+    b.count = in.read<uint32_t>();
+    b.block = read_block_ref(in);
+    if (b.brick >= bricks.count() || (i > 0 && b.brick <= table[i - 1].brick))
+      bad("brick ", b.brick, " of ", bricks.count(), ", or they do not rise");
+    if (!std::isfinite(b.low) || !std::isfinite(b.high) || b.low > b.high)
+      bad("bounds ", b.low, " and ", b.high);
+    if (b.count == 0 || b.count > edge * edge * edge) bad(b.count, " corrections in a brick");
+    check_block_ref(b.block, "corrections", file_bytes);
+  }
+  in.expect_end();
+  return table;
+}
+
+} // namespace bccsplat
