@@ -86,9 +86,8 @@ struct bccsplat_volume : bccsplat::api::Counted {
   bccsplat_volume(bccsplat_device* owner, std::unique_ptr<bccsplat::ByteSource> source,
                   const bccsplat_volume_options& options);
   // Coefficients of a channel under a kernel; NULL or "": the volume's. Made once, kept with the volume.
+  // Under the file's own kernel they come with the file's corrections.
   [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name) const;
-  // Corrections of a channel's samples as that kernel reconstructs them; null when there are none.
-  [[nodiscard]] const bccsplat::Corrections* corrections(uint32_t channel, const char* kernel_name) const;
   [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
   [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;
 
@@ -116,7 +115,6 @@ struct bccsplat_slice : bccsplat::api::Counted {
   bccsplat::Slice slice;           // without points where they are extracted
   bccsplat::HypersliceOptions cut; // what it was cut with
   std::unique_ptr<const bccsplat::Extraction> extraction;
-  const bccsplat::Corrections* corrections = nullptr; // the volume's, if the slice is an instant
   bccsplat::Reservation memory;
   bccsplat::CoarseLevels levels; // for small pictures: made when first drawn, kept with the slice
 

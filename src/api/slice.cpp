@@ -123,7 +123,6 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
       extract(*result, coefficients, h, cut, info.affine, context);
     else
       result->slice = hyperslice(coefficients, h, cut, info.affine, context);
-    if (result->slice.instant) result->corrections = volume->corrections(o.channel, o.kernel);
     result->cut = cut;
     result->slice.bytes_read = volume->reader->bytes_read() - read_before;
     const uint64_t bytes = result->extraction ? result->extraction->bytes() : result->slice.bytes();
@@ -155,10 +154,6 @@ bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_sl
     out.affine[15] = 1;
     const auto bounds = slice->extraction ? slice->extraction->bounds() : s.bounds;
     out.bounds[0] = bounds[0], out.bounds[1] = bounds[1];
-    if (slice->corrections) {
-      const auto [low, high] = slice->corrections->range(s.frame);
-      out.bounds[0] += static_cast<double>(low), out.bounds[1] += static_cast<double>(high);
-    }
     out.air = s.air;
     out.points = slice->extraction ? slice->extraction->points() : static_cast<uint64_t>(s.points());
     out.bytes_read = s.bytes_read;
@@ -185,13 +180,8 @@ bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
       return;
     }
     if (gradients) slopes = {reinterpret_cast<std::array<float, 3>*>(gradients), n};
-    EvaluateMisses misses =
+    const EvaluateMisses misses =
         sample_points(slice->slice, points, {values, n}, slopes, slice->volume->device->context(progress));
-    if (slice->corrections) {
-      std::vector<Vec4> at;
-      for (const Vec3& p : points) at.push_back({p[0], p[1], p[2], slice->slice.frame});
-      misses.holes -= slice->corrections->add_to_points(at, {values, n});
-    }
     if (misses.outside > 0)
       fail(Code::out_of_domain, misses.outside, " of ", n, " points lie outside the domain");
     if (misses.holes > 0) fail(Code::hole, misses.holes, " of ", n, " points lie in holes");
@@ -228,7 +218,6 @@ bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice, const bc
       slice->extraction->sample(g, values, context);
     else
       sample_grid(slice->slice, g, values, context);
-    if (slice->corrections) slice->corrections->add_to_grid(slice->slice.frame, g, values);
   });
 }
 

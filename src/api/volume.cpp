@@ -15,6 +15,7 @@ static_assert(sizeof(Vec4) == 4 * sizeof(double) && sizeof(std::array<float, 4>)
 namespace {
 
 constexpr uint64_t gibibyte = uint64_t{1} << 30;
+constexpr uint64_t corrections_part = 8; // of the cache, at most, for each channel that has some
 
 TimeAxis time_axis(const VolumeInfo& info) {
   if (info.time.uniform) return {info.time.first, info.time.step, static_cast<double>(info.lattice.dims[3])};
@@ -58,8 +59,9 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
   cache_bytes = cache - cache / 4;
   for (const ChannelInfo& c : info().channels) {
     const auto index = static_cast<int>(corrections_of.size());
-    corrections_of.push_back(c.residuals.frames.empty() ? nullptr
-                                                        : std::make_unique<Corrections>(reader, index));
+    corrections_of.push_back(c.residuals.any() ? std::make_unique<Corrections>(reader, index, owner->memory,
+                                                                               cache / corrections_part)
+                                               : nullptr);
   }
 }
 
@@ -75,17 +77,12 @@ const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const 
   const std::scoped_lock lock(mutex_);
   auto& slot = coefficients_[{channel_index, k.name}];
   // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter.
-  if (!slot)
-    slot = std::make_unique<Coefficients>(*samples, static_cast<int>(channel_index), std::move(k),
-                                          c.threshold / 2, cache_bytes);
+  if (slot) return *slot;
+  const bool own = k.name == make_kernel(choose_kernel(info(), nullptr)).name;
+  slot = std::make_unique<Coefficients>(*samples, static_cast<int>(channel_index), std::move(k),
+                                        c.threshold / 2, cache_bytes);
+  if (own) slot->set_corrections(corrections_of[channel_index].get());
   return *slot;
-}
-
-const Corrections* bccsplat_volume::corrections(uint32_t channel_index, const char* kernel_name) const {
-  if (channel_index >= corrections_of.size()) return nullptr;
-  const std::string name = kernel_name && *kernel_name ? make_kernel(kernel_name).name : kernel.name;
-  const bool theirs = name == make_kernel(choose_kernel(info(), nullptr)).name;
-  return theirs ? corrections_of[channel_index].get() : nullptr;
 }
 
 extern "C" {
@@ -275,9 +272,8 @@ bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, 
     const std::span points(reinterpret_cast<const Vec4*>(xyzt), n);
     std::span<std::array<float, 4>> slopes;
     if (gradients) slopes = {reinterpret_cast<std::array<float, 4>*>(gradients), n};
-    EvaluateMisses misses = evaluate4(c, points, {values, n}, slopes, volume->device->context(progress));
-    if (const Corrections* fix = volume->corrections(channel, nullptr))
-      misses.holes -= fix->add_to_points(points, {values, n});
+    const EvaluateMisses misses =
+        evaluate4(c, points, {values, n}, slopes, volume->device->context(progress));
     if (misses.outside > 0)
       fail(Code::out_of_domain, misses.outside, " of ", n, " points lie outside the domain");
     if (misses.holes > 0) fail(Code::hole, misses.holes, " of ", n, " points lie in holes");

@@ -1,164 +1,221 @@
-// Loads the corrections of single frames and adds their tents to grids and points.
 #include "field/corrections.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <map>
 
 namespace bccsplat {
 namespace {
 
-// Lists of frames that stay in memory: a picture needs two, a trail over time goes through them in order.
-constexpr size_t frames_kept = 8;
 constexpr double same_place = 1e-6; // index units: a point this close to a source sample is meant to be it
-constexpr double rounding = 1e-9;   // index units: sums of steps miss a whole index by less
+constexpr uint64_t block_points = 4096; // of a task
+constexpr size_t bricks_at_hand = 64;   // of a task
+constexpr uint64_t frame_part = 4;      // of the cache is for frames, the rest for bricks
 
-// Samples of one axis of a grid by the cell between two voxels in which they lie.
-struct CellSamples {
-  CellSamples(const Grid& grid, size_t axis, int64_t voxels) : cells(static_cast<size_t>(voxels)) {
-    for (int32_t i = 0; i < grid.dims[axis]; ++i) {
-      double p = grid.origin[axis] + grid.step[axis] * i;
-      const double near = std::nearbyint(p);
-      if (std::fabs(p - near) < rounding) p = near; // a whole index, whatever its sum rounded to
-      const double cell = std::floor(p);
-      if (cell < 0 || cell >= static_cast<double>(voxels)) continue;
-      cells[static_cast<size_t>(cell)].push_back({static_cast<size_t>(i), p});
-    }
-  }
-  // Calls body(sample, weight) for the samples under the tent of a voxel.
-  template<class Body> void under(int64_t voxel, const Body& body) const {
-    for (int64_t c = std::max<int64_t>(voxel - 1, 0); c <= voxel; ++c)
-      for (const auto& [i, p] : cells[static_cast<size_t>(c)]) {
-        const double w = 1 - std::fabs(p - static_cast<double>(voxel));
-        if (w > 0) body(i, static_cast<float>(w));
-      }
-  }
-  std::vector<std::vector<std::pair<size_t, double>>> cells;
-};
-
-// The value of a voxel in a list, null when it has none.
-const float* find(const std::vector<std::pair<uint64_t, float>>& list, uint64_t voxel) {
-  const auto it = std::lower_bound(list.begin(), list.end(), voxel,
-                                   [](const auto& entry, uint64_t v) { return entry.first < v; });
-  return it != list.end() && it->first == voxel ? &it->second : nullptr;
+Int3 place(uint64_t voxel, const std::array<int64_t, 4>& n) {
+  const auto v = static_cast<int64_t>(voxel);
+  return {static_cast<int32_t>(v % n[0]), static_cast<int32_t>(v / n[0] % n[1]),
+          static_cast<int32_t>(v / (n[0] * n[1]))};
 }
 
 } // namespace
 
-Corrections::Corrections(std::shared_ptr<const Bcc4Reader> reader, int channel)
-    : reader_(std::move(reader)), channel_(channel) {
+Corrections::Corrections(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget,
+                         uint64_t cache_bytes)
+    : reader_(std::move(reader)), channel_(channel), geometry_(reader_->info().lattice.dims), budget_(budget),
+      frames_(cache_bytes / frame_part), bricks_(cache_bytes - cache_bytes / frame_part) {
   const auto& dims = reader_->info().lattice.dims;
-  std::copy(dims.begin(), dims.end(), n_.begin());
+  for (size_t a = 0; a < 4; ++a) {
+    n_[a] = dims[a];
+    if (n_[a] > INT32_MAX)
+      fail(Code::limit_exceeded, "corrections of a series of ", n_[a], " samples an axis");
+  }
 }
 
-std::shared_ptr<const Corrections::FrameList> Corrections::load(int64_t frame) const {
-  {
-    const std::scoped_lock lock(mutex_);
-    const auto it =
-        std::find_if(recent_.begin(), recent_.end(), [&](const auto& entry) { return entry.first == frame; });
-    if (it != recent_.end()) {
-      std::rotate(it, it + 1, recent_.end());
-      return recent_.back().second;
-    }
-  }
-  const ChannelInfo& info = reader_->info().channels[static_cast<size_t>(channel_)];
-  const FrameResiduals stored = reader_->residuals(channel_, static_cast<uint64_t>(frame));
-  auto list = std::make_shared<FrameList>();
-  const auto value = [&](int64_t steps) {
-    return static_cast<float>(static_cast<double>(steps) * info.residuals.step);
+template<class Key, class Value>
+void Corrections::keep(LruCache<Key, Value>& cache, const Key& key, const std::shared_ptr<const Value>& value,
+                       uint64_t bytes) const {
+  if (!budget_.try_reserve(bytes)) return;
+  cache.insert(key, value, bytes, Reservation::adopt(budget_, bytes));
+}
+
+std::shared_ptr<const Corrections::Frame> Corrections::frame(int64_t number) const {
+  if (auto found = frames_.find(number)) return found;
+  auto made = std::make_shared<Frame>();
+  made->table = reader_->correction_bricks(channel_, static_cast<uint64_t>(number));
+  const FrameResiduals stored = reader_->residuals(channel_, static_cast<uint64_t>(number));
+  const float air = reader_->info().channels[static_cast<size_t>(channel_)].air;
+  const auto grid = [&](const std::vector<ResidualSample>& list, float from) {
+    std::vector<GridValue> values;
+    for (const ResidualSample& s : list)
+      values.push_back({place(s.voxel, n_), from + CorrectionBricks::value(s.steps, step())});
+    return SparseGrid(std::move(values));
   };
-  for (const ResidualSample& s : stored.add) list->add.emplace_back(s.voxel, value(s.steps));
-  for (const ResidualSample& s : stored.set) list->set.emplace_back(s.voxel, info.air + value(s.steps));
-  const std::scoped_lock lock(mutex_);
-  recent_.emplace_back(frame, list);
-  if (recent_.size() > frames_kept) recent_.erase(recent_.begin());
-  return list;
-}
-
-std::vector<Corrections::Part> Corrections::parts(double frame) const {
-  if (n_[3] == 1) frame = 0;
-  if (const double near = std::nearbyint(frame); std::fabs(frame - near) < rounding) frame = near;
-  std::vector<Part> result;
-  const auto first = static_cast<int64_t>(std::floor(frame));
-  for (int64_t f = first; f <= first + 1; ++f) {
-    const double w = 1 - std::fabs(frame - static_cast<double>(f));
-    if (w > 0 && f >= 0 && f < n_[3]) result.push_back({load(f), static_cast<float>(w)});
-  }
+  made->whole = grid(stored.add, 0), made->set = grid(stored.set, air);
+  const std::shared_ptr<const Frame> result = std::move(made);
+  keep(frames_, number, result,
+       sizeof(Frame) + result->table.size() * sizeof(CorrectionBrick) + result->whole.bytes() +
+           result->set.bytes());
   return result;
 }
 
-std::array<float, 2> Corrections::range(double frame) const {
-  std::array<float, 2> r{};
-  for (const Part& part : parts(frame))
-    for (const auto& [voxel, value] : part.list->add) r = {std::min(r[0], value), std::max(r[1], value)};
-  return r;
+std::shared_ptr<const SparseGrid> Corrections::brick(int64_t frame, const CorrectionBrick& entry) const {
+  const std::pair key{frame, entry.brick};
+  if (auto found = bricks_.find(key)) return found;
+  constexpr std::array<int64_t, 4> local{correction_edge, correction_edge, correction_edge, 1};
+  std::vector<GridValue> values;
+  for (const ResidualSample& s : reader_->corrections(channel_, entry))
+    values.push_back({place(s.voxel, local), CorrectionBricks::value(s.steps, step())});
+  const auto made = std::make_shared<const SparseGrid>(std::move(values));
+  keep(bricks_, key, made, made->bytes());
+  return made;
 }
 
-void Corrections::add_to_grid(double frame, const Grid& grid, float* values) const {
-  const std::vector<Part> all = parts(frame);
-  if (std::all_of(all.begin(), all.end(),
-                  [](const Part& p) { return p.list->add.empty() && p.list->set.empty(); }))
-    return;
-  const CellSamples x(grid, 0, n_[0]), y(grid, 1, n_[1]), z(grid, 2, n_[2]);
-  const auto nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]);
-  // Calls body(sample, weight) for the samples under the tent of a voxel.
-  const auto under = [&](uint64_t voxel, const auto& body) {
-    const auto v = static_cast<int64_t>(voxel);
-    z.under(v / (n_[0] * n_[1]), [&](size_t k, float wz) {
-      y.under(v / n_[0] % n_[1], [&](size_t j, float wy) {
-        x.under(v % n_[0], [&](size_t i, float wx) { body((k * ny + j) * nx + i, wx * wy * wz); });
-      });
+void Corrections::each(int64_t number, const std::function<void(const Int3&, float)>& body) const {
+  const auto f = frame(number);
+  f->whole.each(body);
+  for (const CorrectionBrick& entry : f->table) {
+    const Int3 from = geometry_.origin(entry.brick);
+    brick(number, entry)->each([&](const Int3& at, float value) {
+      body({from[0] + at[0], from[1] + at[1], from[2] + at[2]}, value);
     });
-  };
-  for (const Part& part : all) {
-    for (const auto& [voxel, value] : part.list->add)
-      under(voxel, [&, add = value](size_t sample, float w) { values[sample] += add * (w * part.weight); });
-    for (const auto& [voxel, value] : part.list->set)
-      under(voxel, [&, set = value](size_t sample, float w) {
-        if (w * part.weight > 1 - 4 * same_place && std::isnan(values[sample])) values[sample] = set;
-      });
   }
 }
 
-uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<float> values) const {
-  uint64_t found = 0;
-  double at = 0;
-  std::vector<Part> now;
-  for (size_t i = 0; i < points.size(); ++i) {
-    const Vec4& p = points[i];
-    if (i == 0 || p[3] != at) at = p[3], now = parts(at);
-    for (const Part& part : now) {
-      const FrameList& list = *part.list;
-      if (std::isnan(values[i])) {
-        uint64_t voxel = 0;
-        bool whole = part.weight > 1 - same_place;
-        for (size_t a = 3; a-- > 0;) {
-          const double near = std::nearbyint(p[a]);
-          whole =
-              whole && std::fabs(p[a] - near) < same_place && near >= 0 && near < static_cast<double>(n_[a]);
-          voxel = voxel * static_cast<uint64_t>(n_[a]) + (whole ? static_cast<uint64_t>(near) : 0);
-        }
-        if (const float* value = whole ? find(list.set, voxel) : nullptr) values[i] = *value, ++found;
-        continue;
-      }
-      if (list.add.empty()) continue;
-      std::array<int64_t, 3> cell{};
-      for (size_t a = 0; a < 3; ++a) cell[a] = static_cast<int64_t>(std::floor(p[a]));
-      for (int corner = 0; corner < 8; ++corner) {
-        uint64_t voxel = 0;
-        double w = 1;
-        bool inside = true;
-        for (size_t a = 3; a-- > 0;) {
-          const int64_t v = cell[a] + (corner >> a & 1);
-          w *= 1 - std::fabs(p[a] - static_cast<double>(v));
-          inside = inside && v >= 0 && v < n_[a];
-          voxel = voxel * static_cast<uint64_t>(n_[a]) + static_cast<uint64_t>(v);
-        }
-        if (!inside || !(w > 0)) continue;
-        if (const float* value = find(list.add, voxel))
-          values[i] += *value * (static_cast<float>(w) * part.weight);
-      }
+void Corrections::each_set(int64_t number, const std::function<void(const Int3&, float)>& body) const {
+  frame(number)->set.each(body);
+}
+
+// The frames and bricks that a task has at hand: neighbouring points share them.
+class Corrections::Lookup {
+ public:
+  explicit Lookup(const Corrections& of) : of_(of) {}
+
+  [[nodiscard]] const Frame& frame(int64_t number) {
+    auto& held = frames_[static_cast<size_t>(number & 1)];
+    if (held.first != number) held = {number, of_.frame(number)};
+    return *held.second;
+  }
+
+  // The correction of a source sample; 0: none.
+  [[nodiscard]] float value(int64_t number, const Int3& at) {
+    const Frame& f = frame(number);
+    if (f.table.empty()) {
+      const float* found = f.whole.find(at[0], at[1], at[2]);
+      return found ? *found : 0;
+    }
+    const SparseGrid* grid = brick(number, f, of_.geometry_.brick_of(at));
+    constexpr int edge = correction_edge;
+    const float* found = grid ? grid->find(at[0] % edge, at[1] % edge, at[2] % edge) : nullptr;
+    return found ? *found : 0;
+  }
+
+ private:
+  [[nodiscard]] const SparseGrid* brick(int64_t number, const Frame& f, uint32_t n) {
+    const std::pair key{number, n};
+    if (key == last_) return last_grid_;
+    last_ = key;
+    const auto entry = std::lower_bound(f.table.begin(), f.table.end(), n,
+                                        [](const CorrectionBrick& b, uint32_t v) { return b.brick < v; });
+    if (entry == f.table.end() || entry->brick != n) return last_grid_ = nullptr;
+    if (bricks_.size() > bricks_at_hand) bricks_.clear();
+    auto& held = bricks_[key];
+    if (!held) held = of_.brick(number, *entry);
+    return last_grid_ = held.get();
+  }
+
+  const Corrections& of_;
+  std::array<std::pair<int64_t, std::shared_ptr<const Frame>>, 2> frames_{{{-1, nullptr}, {-1, nullptr}}};
+  std::map<std::pair<int64_t, uint32_t>, std::shared_ptr<const SparseGrid>> bricks_;
+  std::pair<int64_t, uint32_t> last_{-1, 0};
+  const SparseGrid* last_grid_ = nullptr;
+};
+
+namespace {
+
+// The source samples around a place along one axis, with weights and slopes; those beyond the ends have none.
+struct Around {
+  std::array<int64_t, 2> at{};
+  std::array<double, 2> weight{}, slope{};
+
+  Around(double p, int64_t n, const FallOff& fall) {
+    const double cell = std::clamp(std::floor(p), -2.0, static_cast<double>(n));
+    for (size_t k = 0; k < 2; ++k) {
+      at[k] = static_cast<int64_t>(cell) + static_cast<int64_t>(k);
+      if (at[k] < 0 || at[k] >= n) continue;
+      const double d = p - static_cast<double>(at[k]);
+      weight[k] = fall.value(d), slope[k] = fall.slope(d);
     }
   }
+};
+
+// The source sample a point is meant to be; false: none.
+bool source_sample(const Vec4& p, const std::array<int64_t, 4>& n, std::array<int64_t, 4>& at) {
+  for (size_t a = 0; a < 4; ++a) {
+    if (n[a] == 1 && a == 3) {
+      at[a] = 0;
+      continue;
+    }
+    const double near = std::nearbyint(p[a]);
+    if (!(std::fabs(p[a] - near) < same_place) || near < 0 || near >= static_cast<double>(n[a])) return false;
+    at[a] = static_cast<int64_t>(near);
+  }
+  return true;
+}
+
+} // namespace
+
+uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<float> values,
+                                    std::span<std::array<float, 4>> gradients, const Context& context) const {
+  const FallOff fall(shape());
+  std::atomic<uint64_t> found{0};
+  const auto add = [&](Lookup& look, size_t i) {
+    const Vec4& p = points[i];
+    const std::array<Around, 3> space{Around(p[0], n_[0], fall), Around(p[1], n_[1], fall),
+                                      Around(p[2], n_[2], fall)};
+    const Around time(n_[3] == 1 ? 0 : p[3], n_[3], fall);
+    float sum = 0;
+    std::array<double, 4> slope{};
+    for (size_t m = 0; m < 2; ++m) {
+      if (time.weight[m] == 0 || look.frame(time.at[m]).empty()) continue;
+      for (size_t corner = 0; corner < 8; ++corner) {
+        const std::array<size_t, 3> k{corner & 1, corner >> 1 & 1, corner >> 2};
+        std::array<double, 4> w, s;
+        for (size_t a = 0; a < 3; ++a) w[a] = space[a].weight[k[a]], s[a] = space[a].slope[k[a]];
+        w[3] = time.weight[m], s[3] = n_[3] == 1 ? 0 : time.slope[m];
+        if (w[0] * w[1] * w[2] == 0) continue;
+        const float value = look.value(time.at[m], {static_cast<int32_t>(space[0].at[k[0]]),
+                                                    static_cast<int32_t>(space[1].at[k[1]]),
+                                                    static_cast<int32_t>(space[2].at[k[2]])});
+        if (value == 0) continue;
+        sum += value * static_cast<float>(w[0] * w[1] * w[2] * w[3]);
+        for (size_t a = 0; a < 4; ++a) {
+          double product = static_cast<double>(value) * s[a];
+          for (size_t b = 0; b < 4; ++b) product *= b == a ? 1 : w[b];
+          slope[a] += product;
+        }
+      }
+    }
+    values[i] += sum;
+    if (gradients.empty()) return;
+    for (size_t a = 0; a < 4; ++a) gradients[i][a] += static_cast<float>(slope[a]);
+  };
+  context.tasks.parallel_for((points.size() + block_points - 1) / block_points, [&](uint64_t b) {
+    context.progress.check();
+    Lookup look(*this);
+    for (size_t i = b * block_points; i < std::min<size_t>(points.size(), (b + 1) * block_points); ++i) {
+      if (!std::isnan(values[i])) {
+        add(look, i);
+        continue;
+      }
+      std::array<int64_t, 4> at;
+      if (!source_sample(points[i], n_, at)) continue;
+      const float* value = look.frame(at[3]).set.find(static_cast<int>(at[0]), static_cast<int>(at[1]),
+                                                      static_cast<int>(at[2]));
+      if (value) values[i] = *value, ++found;
+    }
+  });
   return found;
 }
 

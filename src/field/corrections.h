@@ -1,52 +1,72 @@
 // Corrections of a file at its source samples (formats/bcc4.md, section 10), on the reading side: they keep
-// the error bound that was asked for at import. Between samples a correction is a tent, so the field stays
-// continuous; gradients are those of the field without them.
+// the error bound that was asked for at import, and belong to the field: whoever looks at it sees them.
+//
+// They are read brick by brick, as far as they are looked at, and kept in a cache; those of older files frame
+// by frame.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
-#include <mutex>
 #include <span>
-#include <utility>
 #include <vector>
 
+#include "base/context.h"
 #include "base/vec.h"
-#include "field/sample_grid.h"
+#include "field/fall_off.h"
+#include "field/sparse_grid.h"
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/cache.h"
 
 namespace bccsplat {
 
 class Corrections {
  public:
-  Corrections(std::shared_ptr<const Bcc4Reader> reader, int channel);
+  // budget: of the cache; outlives the object.
+  Corrections(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget,
+              uint64_t cache_bytes);
 
-  // Adds to the samples of `grid`, index space at `frame`, what sample_grid made of them.
-  void add_to_grid(double frame, const Grid& grid, float* values) const;
-  // Adds to values at points (x, y, z, t) of index space. NaN stay, but at source samples that the file has
-  // in spite of a hole. Returns how many of these there were.
-  uint64_t add_to_points(std::span<const Vec4> points, std::span<float> values) const;
-  // Smallest and largest correction near `frame`, 0 included.
-  [[nodiscard]] std::array<float, 2> range(double frame) const;
+  [[nodiscard]] CorrectionShape shape() const { return info().shape; }
+  [[nodiscard]] double step() const { return info().step; }
+  [[nodiscard]] const std::array<int64_t, 4>& samples() const { return n_; } // along x, y, z, t
+
+  // Adds to values, and gradients per index unit (empty, or one per point), at points (x, y, z, t) of index
+  // space. NaN stay, but at source samples that the file has in spite of a hole. Returns how many of these
+  // there were.
+  uint64_t add_to_points(std::span<const Vec4> points, std::span<float> values,
+                         std::span<std::array<float, 4>> gradients, const Context& context) const;
+  // Calls body(source sample, value) for all corrections of a frame.
+  void each(int64_t frame, const std::function<void(const Int3&, float)>& body) const;
+  // The same for values, air included, of samples that lie in holes of the lattice.
+  void each_set(int64_t frame, const std::function<void(const Int3&, float)>& body) const;
 
  private:
-  using List = std::vector<std::pair<uint64_t, float>>; // voxel, value; by rising voxel
-  struct FrameList {
-    List add; // to the value
-    List set; // the value itself
+  // What is known of a frame without its bricks.
+  struct Frame {
+    std::vector<CorrectionBrick> table; // of the bricks in the file
+    SparseGrid whole;                   // of older files
+    SparseGrid set;                     // values
+    [[nodiscard]] bool empty() const { return table.empty() && whole.empty() && set.empty(); }
   };
-  struct Part { // a frame and how much it counts
-    std::shared_ptr<const FrameList> list;
-    float weight;
-  };
-  [[nodiscard]] std::shared_ptr<const FrameList> load(int64_t frame) const;
-  [[nodiscard]] std::vector<Part> parts(double frame) const;
+  class Lookup;
+  [[nodiscard]] const ResidualInfo& info() const {
+    return reader_->info().channels[static_cast<size_t>(channel_)].residuals;
+  }
+  [[nodiscard]] std::shared_ptr<const Frame> frame(int64_t frame) const;
+  [[nodiscard]] std::shared_ptr<const SparseGrid> brick(int64_t frame, const CorrectionBrick& entry) const;
+  // Keeps a value in the cache where the budget has room for it.
+  template<class Key, class Value>
+  void keep(LruCache<Key, Value>& cache, const Key& key, const std::shared_ptr<const Value>& value,
+            uint64_t bytes) const;
 
   std::shared_ptr<const Bcc4Reader> reader_;
   int channel_;
+  CorrectionBricks geometry_;
   std::array<int64_t, 4> n_{};
-  mutable std::mutex mutex_;
-  mutable std::vector<std::pair<int64_t, std::shared_ptr<const FrameList>>> recent_; // last used last
+  MemoryBudget& budget_;
+  mutable LruCache<int64_t, Frame> frames_;
+  mutable LruCache<std::pair<int64_t, uint32_t>, SparseGrid> bricks_;
 };
 
 } // namespace bccsplat

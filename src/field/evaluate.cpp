@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "field/corrections.h"
 #include "field/footprint/footprint.h"
 #include "field/footprint/hole.h"
 #include "field/point_axes.h"
@@ -142,6 +143,27 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
 
 } // namespace
 
+namespace {
+
+// Adds a slice's corrections at a point, in lattice units; returns whether it is one that the file has in
+// spite of a hole.
+bool correct_point(const Slice& slice, const Vec3& p, float& value, std::array<float, 3>* gradient) {
+  const Vec3 uvw = slice.lattice_to_slice.point(p);
+  if (std::isnan(value)) {
+    const float* set = slice.corrections->set_at(uvw);
+    if (set) value = *set;
+    return set != nullptr;
+  }
+  Vec3 slope;
+  value += slice.corrections->at(uvw, gradient ? &slope : nullptr);
+  if (!gradient) return false;
+  slope = slice.lattice_to_slice.transposed(slope);
+  for (size_t a = 0; a < 3; ++a) (*gradient)[a] += static_cast<float>(slope[a]);
+  return false;
+}
+
+} // namespace
+
 EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
                         std::span<std::array<float, 3>> gradients) {
   EvaluateMisses misses;
@@ -168,6 +190,8 @@ EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::s
       if (gradients.empty()) continue;
       for (size_t a = 0; a < 3; ++a) gradients[begin + i][a] = none[i] ? nan_value : slopes[i][a];
     }
+    for (size_t i = begin; slice.corrections && i < begin + count; ++i)
+      misses.holes -= correct_point(slice, points[i], values[i], gradients.empty() ? nullptr : &gradients[i]);
   }
   return misses;
 }
@@ -175,13 +199,19 @@ EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::s
 EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4> points,
                          std::span<float> values, std::span<std::array<float, 4>> gradients,
                          const Context& context) {
-  return evaluate_points(coefficients, points, true, coefficients.air(), values, gradients, {}, context);
+  EvaluateMisses misses =
+      evaluate_points(coefficients, points, true, coefficients.air(), values, gradients, {}, context);
+  if (const Corrections* fix = coefficients.corrections())
+    misses.holes -= fix->add_to_points(points, values, gradients, context);
+  return misses;
 }
 
 void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> points,
                         std::span<float> values, std::span<std::array<float, 4>> gradients,
                         std::span<uint8_t> holes, const Context& context) {
   evaluate_points(coefficients, points, false, 0, values, gradients, holes, context);
+  if (const Corrections* fix = coefficients.corrections())
+    fix->add_to_points(points, values, gradients, context);
 }
 
 } // namespace bccsplat

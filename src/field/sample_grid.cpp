@@ -199,6 +199,7 @@ void sample_grid(const Slice& slice, const Grid& grid, float* values, const Cont
     context.progress.check();
     sampler.rows(task / y_tiles.size(), y_tiles[task % y_tiles.size()], values);
   });
+  if (slice.corrections) slice.corrections->add_to_grid(grid.origin, grid.step, grid.dims, values);
 }
 
 uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, float* coefficients) {

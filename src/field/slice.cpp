@@ -28,7 +28,9 @@ int64_t Slice::points() const {
   return n;
 }
 
-uint64_t Slice::bytes() const { return coset[0].bytes() + coset[1].bytes(); }
+uint64_t Slice::bytes() const {
+  return coset[0].bytes() + coset[1].bytes() + (corrections ? corrections->bytes() : 0);
+}
 
 std::array<double, 2> coefficient_bounds(const Slice& slice) {
   constexpr size_t lanes = 16; // kept apart, so that compilers may use vectors
@@ -92,6 +94,11 @@ double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {
       }
     }
     sum /= n;
+  }
+  if (slice.corrections) {
+    Vec3 per_uvw;
+    sum += static_cast<double>(slice.corrections->at(slice.lattice_to_slice.point(p), &per_uvw));
+    slope = slope + slice.lattice_to_slice.transposed(per_uvw);
   }
   if (gradient) *gradient = slope;
   return slice.air + sum;

@@ -4,11 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "base/vec.h"
 #include "field/hyperplane.h"
+#include "field/slice_corrections.h"
 #include "kernel/kernel.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
@@ -26,7 +28,7 @@ struct HalfSpace {
 
 // Immutable once made. Field value at a point p (lattice units) of the domain:
 //   air + sum over kept sites s of coefficient(s) * kernel.space.value(|p - s|^2)     [/ lattice_sum if
-//   normalised]
+//   normalised]   [+ corrections]
 // where sites beyond the lattice's end planes hold the mirror images of those inside.
 // A point whose nearest site is a hole has no value.
 struct Slice {
@@ -50,8 +52,8 @@ struct Slice {
   std::array<Vec4, 3> basis{}; // index-space directions of u, v, w
 
   double frame = 0; // frame index of a time slice
-  // The volume's own field at `frame`: only to such a slice the corrections of a file apply.
-  bool instant = false;
+  // Of the file's, what this slice sees; null: none.
+  std::shared_ptr<const SliceCorrections> corrections;
   uint64_t bytes_read = 0;
   double milliseconds = 0;
 

@@ -5,12 +5,15 @@
 
 #include "base/error.h"
 #include "slice/axis_slice.h"
+#include "slice/corrected_slice.h"
 #include "slice/plane_slice.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {
 namespace {
 
+// Cutting is about this share of a slice's work where it is mended afterwards, for reports of progress.
+constexpr double mend_begin = 0.7;
 constexpr double rounding = 1e-9; // index units: a hyperplane this far beyond an end still touches it
 
 void check_options(const HypersliceOptions& o, bool time_slice, const Lattice4& lattice) {
@@ -43,6 +46,8 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
                            (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);
   const bool can_merge = own_lattice && cut && (is_time || can_turn(coefficients, cut->axis));
   const bool misses = cut && !is_time && !inside; // an empty slice, whatever the method
+  const double cut_end = coefficients.corrections() ? mend_begin : 1;
+  Progress cutting(context.progress, 0, cut_end), mending(context.progress, cut_end, 1);
   if (options.method == SliceMethod::merged && !can_merge && !misses)
     fail(Code::unsupported,
          "slice: merged slices are those at t, x, y or z = constant, on the volume's lattice, "
@@ -52,20 +57,20 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
   if (can_merge && !misses && options.method != SliceMethod::resampled) {
     if (is_time) {
       const double half = options.thickness.length / 2;
-      Slice slice = thick_time_slice(
-          coefficients, lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
-          options.has_interval() ? options.interval : std::array{-half, half}, options.thickness.kind,
-          index_to_world, context);
-      slice.instant = !options.has_interval() && options.thickness.length == 0 && !options.target;
-      return slice;
+      return thick_time_slice(coefficients,
+                              lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
+                              options.has_interval() ? options.interval : std::array{-half, half},
+                              options.thickness.kind, index_to_world, context);
     }
-    Slice slice = axis_slice(coefficients, cut->axis, cut->position, options.thickness, context);
+    Slice slice =
+        axis_slice(coefficients, cut->axis, cut->position, options.thickness, context.with(cutting));
     slice.hyperplane = h;
     slice.origin = {};
     slice.origin[cut->axis] = cut->position;
     slice.basis = plane_axes(h).basis;
     slice.frame = 0;
     slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);
+    correct_slice(slice, coefficients, options.thickness, context.with(mending));
     return slice;
   }
   PlaneOptions plane;
@@ -74,7 +79,9 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
   plane.target = options.target.value_or(LatticeKind::bcc);
   plane.thickness = options.thickness;
   plane.axes = options.axes;
-  return plane_slice(coefficients, h, plane, index_to_world, context);
+  Slice slice = plane_slice(coefficients, h, plane, index_to_world, context.with(cutting));
+  correct_slice(slice, coefficients, options.thickness, context.with(mending));
+  return slice;
 }
 
 } // namespace bccsplat

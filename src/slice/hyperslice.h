@@ -27,9 +27,8 @@ struct HypersliceOptions {
 };
 
 // A hyperplane that misses the domain gives an empty slice; a time slice outside the series throws
-// out_of_domain, a method that the hyperplane or the options do not allow unsupported. What is an instant of
-// the volume's own field is decided here and told by Slice::instant: a merged time slice without interval,
-// thickness or a lattice that was asked for.
+// out_of_domain, a method that the hyperplane or the options do not allow unsupported. Corrections that the
+// coefficients know of are in every slice (corrected_slice.h).
 [[nodiscard]] Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                const HypersliceOptions& options, const Affine3& index_to_world,
                                const Context& context);

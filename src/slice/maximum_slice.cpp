@@ -82,6 +82,7 @@ Slice SiteMaxima::finish(const Context& context) {
   const MemorySamples samples(lattice, {first.air}, std::move(channels));
   const Coefficients filtered(samples, 0, first.kernel, 0, std::numeric_limits<uint64_t>::max());
   Slice result = first;
+  result.corrections = nullptr; // the maxima have them
   for (int c = 0; c < first.lattice.cosets(); ++c)
     result.coset[static_cast<size_t>(c)] = *filtered.layer(c, context);
   result.bounds = coefficient_bounds(result);

@@ -38,6 +38,7 @@ HWY_AFTER_NAMESPACE();
 
 #include "base/error.h"
 #include "kernel/kernel_time.h"
+#include "slice/corrected_slice.h"
 #include "slice/maximum_slice.h"
 #include "slice/time_slice.h"
 
@@ -211,8 +212,10 @@ Slice thick_time_slice(const Coefficients& coefficients, double frame, const std
   const Lattice4& lattice = coefficients.source().lattice();
   const auto [t0, t1] = clipped_interval(lattice, frame, interval);
   const auto instant = [&](double at, const Context& with) {
-    return merged_slice(coefficients, frame, instant_weights(lattice, coefficients.kernel(), at), 1,
-                        index_to_world, with);
+    Slice slice = merged_slice(coefficients, frame, instant_weights(lattice, coefficients.kernel(), at), 1,
+                               index_to_world, with);
+    correct_time_slice(slice, coefficients, at, at, kind);
+    return slice;
   };
   if (!(t1 > t0)) return instant(t0, context);
   if (kind == ThicknessKind::maximum) {
@@ -229,8 +232,10 @@ Slice thick_time_slice(const Coefficients& coefficients, double frame, const std
     Progress filtering(context.progress, 1 - part, 1);
     return maxima.finish(context.with(filtering));
   }
-  return merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), t0, t1),
-                      kind == ThicknessKind::sum ? t1 - t0 : 1, index_to_world, context);
+  Slice slice = merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), t0, t1),
+                             kind == ThicknessKind::sum ? t1 - t0 : 1, index_to_world, context);
+  correct_time_slice(slice, coefficients, t0, t1, kind);
+  return slice;
 }
 
 } // namespace bccsplat

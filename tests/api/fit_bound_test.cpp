@@ -149,7 +149,7 @@ TEST(Bound, OfPsnrHoldsOrIsRefusedWithTheReason) {
   EXPECT_EQ(write_frames(device, s, options).status, BCCSPLAT_OK);
 }
 
-// Between source samples the corrections are their multilinear interpolation.
+// Between source samples corrections fall off along each axis as (1 - d)^2 (1 + 2 d).
 TEST(Bound, CorrectionsAreContinuousBetweenSamples) {
   const TestDevice device;
   const Source s = cases()[2].source;
@@ -178,7 +178,8 @@ TEST(Bound, CorrectionsAreContinuousBetweenSamples) {
       size_t at = 0;
       for (size_t k = 4; k-- > 0;) {
         const double cell = std::floor(points[i][k]) + (corner >> k & 1);
-        w *= 1 - std::fabs(points[i][k] - cell);
+        const double d = std::fabs(points[i][k] - cell);
+        w *= (1 - d) * (1 - d) * (1 + 2 * d);
         at = at * s.dims[k] + static_cast<size_t>(cell);
       }
       if (w > 0) expected += w * difference[at];

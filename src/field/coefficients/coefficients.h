@@ -25,6 +25,8 @@
 
 namespace bccsplat {
 
+class Corrections; // field/corrections.h
+
 class Coefficients {
  public:
   // prune: coefficients up to this magnitude (value units) are dropped; 0 keeps all that are not zero.
@@ -47,6 +49,9 @@ class Coefficients {
   [[nodiscard]] float prune() const { return prune_; }
   [[nodiscard]] uint64_t cache_bytes() const { return limit_; }
   [[nodiscard]] float air() const { return source_.air(channel_); }
+  // Corrections of the field that these coefficients give; null: none. They outlive it.
+  [[nodiscard]] const Corrections* corrections() const { return corrections_; }
+  void set_corrections(const Corrections* corrections) { corrections_ = corrections; }
 
   // Coefficients relative to air of a layer; any integer, mirrored at the ends. Concurrent calls are allowed.
   [[nodiscard]] std::shared_ptr<const BrickLayer> layer(int32_t layer, const Context& context) const;
@@ -100,6 +105,7 @@ class Coefficients {
   float prune_;
   BrickBox region_;
   uint64_t limit_;
+  const Corrections* corrections_ = nullptr;
 
   mutable std::mutex mutex_;
   mutable std::map<Key, std::shared_ptr<const Entry>> entries_;

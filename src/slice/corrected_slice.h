@@ -1,0 +1,23 @@
+// Puts the corrections of a volume's field into slices of it.
+#pragma once
+
+#include "base/context.h"
+#include "field/coefficients/coefficients.h"
+#include "field/slice.h"
+#include "slice/thickness.h"
+
+namespace bccsplat {
+
+// Of a time slice, merged from layers: those of the frames around, as exact as the slice. t0 < t1: what they
+// are in the mean, or the sum, over these frames.
+void correct_time_slice(Slice& slice, const Coefficients& coefficients, double t0, double t1,
+                        ThicknessKind kind);
+
+// Of any other slice: at the points of a grid of spacing 1 in slice space that begins where the domain does,
+// what the slice lacks of the volume's field, corrections included. So it also mends what the slice's own
+// lattice, or its turned kernel, loses there. For x, y and z slices at a source sample these points are all
+// source samples in it.
+void correct_slice(Slice& slice, const Coefficients& coefficients, const Thickness& thickness,
+                   const Context& context);
+
+} // namespace bccsplat

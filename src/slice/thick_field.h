@@ -1,0 +1,43 @@
+// What a slice of some thickness holds of the field.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "base/context.h"
+#include "field/coefficients/coefficients.h"
+#include "field/hyperplane.h"
+#include "slice/thickness.h"
+
+namespace bccsplat {
+
+// Values at points of the hyperplane, relative to the slice's air: those of the field, or what it holds along
+// the normal over a thickness.
+class ThickField {
+ public:
+  // The coefficients outlive it.
+  ThickField(const Coefficients& coefficients, const Hyperplane& h, const Thickness& thickness);
+  [[nodiscard]] float air() const {
+    const float air = coefficients_.air();
+    return thickness_.kind == ThicknessKind::sum && thickness_.length > 0
+               ? static_cast<float>(air * thickness_.length)
+               : air;
+  }
+  // Returns about what a point takes while values() runs: itself and its place, value and hole; order and
+  // keys (point_order.cpp); of thick slices its line and sums.
+  [[nodiscard]] uint64_t bytes_per_point() const { return nodes_.node.empty() ? 68 : 160; }
+  // Of points anywhere near the domain; holes: 1 where the nearest site is one.
+  void values(std::span<const Vec4> points, std::span<float> out, std::span<uint8_t> holes,
+              const Context& context) const;
+
+ private:
+  [[nodiscard]] std::array<double, 2> clip(Vec4& p) const;
+
+  const Coefficients& coefficients_;
+  Vec4 normal_, end_{};
+  Thickness thickness_;
+  Quadrature nodes_;
+};
+
+} // namespace bccsplat
