@@ -44,6 +44,13 @@ bool same_place(const Slice& a, const Slice& b) {
          a.lattice_to_slice.offset == b.lattice_to_slice.offset;
 }
 
+// Whether corrections are in any of the sheets; coarser levels have none.
+bool corrected(const Scene& scene, const Slice& drawn) {
+  if (drawn.corrections) return true;
+  return scene.trail && std::any_of(scene.trail->sources.begin(), scene.trail->sources.end(),
+                                    [](const TrailSource& s) { return s.slice.corrections != nullptr; });
+}
+
 KernelForm kernel_form(const SplatOptions& o, const QualitySettings& quality, double step) {
   if (o.mode == RenderMode::composite && o.shading && step >= quality.flat_kernel)
     return KernelForm::flat_form;
@@ -91,8 +98,8 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   o.gradient = options.gradient.value_or(pixels_per_unit(view) < quality.analytic_below
                                              ? GradientMethod::analytic
                                              : GradientMethod::fourth_order);
-  // The analytic sums know nothing of the lattice sum that such kernels divide by.
-  if (scene.slice->kernel.normalised && o.gradient == GradientMethod::analytic)
+  // The analytic sums know nothing of the lattice sum that such kernels divide by, nor of corrections.
+  if ((scene.slice->kernel.normalised || corrected(scene, *slice)) && o.gradient == GradientMethod::analytic)
     o.gradient = GradientMethod::fourth_order;
   o.kernel_form = options.kernel_form.value_or(kernel_form(o, quality, step));
   o.raise = options.raise.value_or(o.mode == RenderMode::isosurface               ? quality.raise_surface

@@ -158,7 +158,7 @@ double change_per_unit(const Slice& slice, const SplatPoints& points) {
   if (places.empty()) return 0;
   std::vector<float> values(places.size());
   std::vector<Vec3> gradients(places.size());
-  field_at(field_of(slice), places, values, gradients);
+  field_at(SurfaceField(slice), places, values, gradients);
   std::vector<double> lengths;
   for (const Vec3& g : gradients) lengths.push_back(length(g));
   const auto at = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() * change_percentile / 100);

@@ -17,7 +17,7 @@ struct Moment {
 void add_source(Trail& trail, Slice&& slice, const Context& context);
 
 // Adds the moments (frames) with the layers as their sources. False, and nothing done, when that would be
-// dearer than the stills, or where holes are: a still's are those of the layer that weighs most in it. like:
+// dearer than the stills, or where holes or corrections are: those of a still are not of its layers. like:
 // a time slice of the volume.
 bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& like,
                 const std::vector<Moment>& moments, const Context& context);

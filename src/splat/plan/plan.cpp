@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "splat/plan/plan_bricks.h"
+#include "splat/plan/plan_corrections.h"
 #include "splat/plan/plan_fan.h"
 #include "splat/plan/sheet_metric.h"
 #include "splat/shade/absorption.h"
@@ -328,6 +329,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
   cut_tiles(view, grid, plan);
   stats.tiles = plan.tiles.size();
   stats.sheets = empty ? 0 : static_cast<uint64_t>(plan.last_sheet - plan.first_sheet + 1);
+  if (!empty) plan_corrections(scene, plan);
   if (empty || !with_points) return plan;
 
   plan_bricks(scene, ring, options, tasks, copies, plan, stats);

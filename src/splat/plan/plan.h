@@ -21,7 +21,16 @@ struct PlannedTile {
   // Samples of its ring, in samples of the picture: its pixels and their border, or what those are raised
   // from.
   int ring_x = 0, ring_y = 0, ring_width = 0, ring_height = 0;
-  std::vector<uint32_t> bricks; // into SplatPlan::bricks, front to back
+  std::vector<uint32_t> bricks;      // into SplatPlan::bricks, front to back
+  std::vector<uint32_t> corrections; // into SplatPlan::corrections, that may reach its pixels or their border
+  [[nodiscard]] bool empty() const { return bricks.empty() && corrections.empty(); }
+};
+
+// A brick of the slice's corrections: the sheets and pixels of the picture that it may touch.
+struct PlannedCorrections {
+  uint32_t brick = 0; // of SliceCorrections::add
+  int64_t first_sheet = 0, last_sheet = -1;
+  std::array<int, 4> rect{}; // x begin, y begin, x end, y end
 };
 
 struct PlannedBrick {
@@ -78,6 +87,7 @@ struct SplatPlan {
   std::vector<PlannedBrick> bricks; // sorted by first gap
   PickedPoints picked;
   int64_t longest = 1; // gaps a brick spans at most
+  std::vector<PlannedCorrections> corrections;
   std::vector<PlannedTile> tiles;
   bool air_visible = false;
   // Orthographic composites: SheetArgs::whole.

@@ -7,6 +7,7 @@
 
 #include "splat/points/brick_sites.h"
 #include "splat/points/cell_ranges.h"
+#include "splat/points/corrected_ranges.h"
 #include "splat/view/view.h"
 
 namespace bccsplat {
@@ -120,6 +121,7 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
     widen_cells(cube, widened);
   });
   points.count = static_cast<uint32_t>(total);
+  if (slice.corrections) widen_by_corrections(slice, points);
   return points;
 }
 

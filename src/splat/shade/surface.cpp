@@ -8,12 +8,18 @@
 
 namespace bccsplat {
 
-FootprintPlan field_of(const Slice& slice) {
+namespace {
+
+FootprintPlan footprints_of(const Slice& slice) {
   const std::array<FieldLayer, 2> layers{FieldLayer{&slice.coset[0]}, FieldLayer{&slice.coset[1]}};
   return FootprintPlan({std::span(layers).first(static_cast<size_t>(slice.lattice.cosets())), &slice.kernel});
 }
 
-void field_at(const FootprintPlan& field, std::span<const Vec3> points, std::span<float> values,
+} // namespace
+
+SurfaceField::SurfaceField(const Slice& of) : slice(of), footprints(footprints_of(of)) {}
+
+void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span<float> values,
               std::span<Vec3> gradients) {
   constexpr size_t block = 512;
   std::array<Vec4, block> p;
@@ -22,9 +28,16 @@ void field_at(const FootprintPlan& field, std::span<const Vec3> points, std::spa
     const size_t count = std::min(block, points.size() - from);
     for (size_t n = 0; n < count; ++n)
       p[n] = {points[from + n][0], points[from + n][1], points[from + n][2], 0};
-    sum_footprints(field, std::span(p).first(count), values.data() + from, slope.data());
+    sum_footprints(field.footprints, std::span(p).first(count), values.data() + from, slope.data());
     for (size_t n = 0; n < count; ++n)
       for (size_t a = 0; a < 3; ++a) gradients[from + n][a] = static_cast<double>(slope[n][a]);
+  }
+  if (!field.slice.corrections) return;
+  const Affine3& to_slice = field.slice.lattice_to_slice;
+  for (size_t n = 0; n < points.size(); ++n) {
+    Vec3 per_uvw;
+    values[n] += field.slice.corrections->at(to_slice.point(points[n]), &per_uvw);
+    gradients[n] = gradients[n] + to_slice.transposed(per_uvw);
   }
 }
 
@@ -49,7 +62,7 @@ double first_guess(const Crossing& c, double target) {
 
 } // namespace
 
-std::vector<SurfacePoint> refine_crossings(const FootprintPlan& field, const SheetView& view, double target,
+std::vector<SurfacePoint> refine_crossings(const SurfaceField& field, const SheetView& view, double target,
                                            std::span<const Crossing> crossings, double tolerance) {
   std::vector<SurfacePoint> hits(crossings.size());
   std::vector<Crossing> bracket(crossings.begin(), crossings.end());
@@ -89,7 +102,7 @@ std::vector<SurfacePoint> refine_crossings(const FootprintPlan& field, const She
   return hits;
 }
 
-std::vector<Crossing> find_grazes(const FootprintPlan& field, const SheetView& view, double target,
+std::vector<Crossing> find_grazes(const SurfaceField& field, const SheetView& view, double target,
                                   std::span<const Crossing> intervals) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   struct Search {

@@ -25,22 +25,27 @@ struct SurfacePoint {
   Vec3 gradient{}; // world space
 };
 
-// What the sums of footprints need to know of a slice, which must outlive it.
-[[nodiscard]] FootprintPlan field_of(const Slice& slice);
+// A slice, which must outlive it, and what the sums of its footprints need to know.
+struct SurfaceField {
+  explicit SurfaceField(const Slice& of);
+  const Slice& slice;
+  FootprintPlan footprints;
+};
 
-// Values relative to air and gradients per lattice unit at points in or near the domain.
-void field_at(const FootprintPlan& field, std::span<const Vec3> points, std::span<float> values,
+// Values relative to air and gradients per lattice unit at points in or near the domain, corrections
+// included.
+void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span<float> values,
               std::span<Vec3> gradients);
 
 // The root of field = target, relative to air, within each crossing. A root is near enough when the last step
 // towards it was at most `tolerance` sheets; the gradient is the one from before that step.
-[[nodiscard]] std::vector<SurfacePoint> refine_crossings(const FootprintPlan& field, const SheetView& view,
+[[nodiscard]] std::vector<SurfacePoint> refine_crossings(const SurfaceField& field, const SheetView& view,
                                                          double target, std::span<const Crossing> crossings,
                                                          double tolerance);
 
 // Rays that may pass the target twice within each interval, both ends on one side of it: of those that do,
 // the interval's begin and a point beyond the surface.
-[[nodiscard]] std::vector<Crossing> find_grazes(const FootprintPlan& field, const SheetView& view,
+[[nodiscard]] std::vector<Crossing> find_grazes(const SurfaceField& field, const SheetView& view,
                                                 double target, std::span<const Crossing> intervals);
 
 // Unit vector from a sample to the viewer, world space.

@@ -32,6 +32,7 @@ SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, T
   m_.size_planes(plan_, tile);
   ring_touched_.resize(static_cast<size_t>(plan_.sheets));
   pitch_ = m_.plane_pitch;
+  if (!tile.corrections.empty()) corrections_.emplace(scene_, plan_, tile);
 }
 
 void SheetSource::begin_sheets(int64_t first_sheet, int64_t last_sheet) {
@@ -57,12 +58,14 @@ void SheetSource::complete_sheets(int64_t k, const OpenPixels* open, StageClock:
   for (; next_sheet_ <= k; ++next_sheet_) {
     finish_ring(plan_.raise_z.at(static_cast<int>(next_sheet_)) + plan_.depth_taps - 1);
     blend_sheet(next_sheet_);
+    correct_sheet(next_sheet_);
   }
 }
 
 void SheetSource::splat_gap(int64_t s, const OpenPixels* open, StageClock::time_point& clock) {
   if (use_ == KeptSheets::Use::take) {
     take_kept_sheet(s - plan_.before);
+    if (plan_.depth_taps == 0) correct_sheet(s - plan_.before);
     return;
   }
   if (s <= last_gap_) {
@@ -91,6 +94,23 @@ void SheetSource::splat_gap(int64_t s, const OpenPixels* open, StageClock::time_
     sheet.filled = k <= last_filled_, sheet.touched = ring_touched_[slot(k)];
   }
   if (k <= last_filled_) extract_sheet(k);
+  if (plan_.depth_taps == 0) correct_sheet(k);
+}
+
+// Adds the corrections that reach a finished sheet of the picture, which they fill where nothing else does.
+void SheetSource::correct_sheet(int64_t k) {
+  if (!corrections_ || !corrections_->reach(k)) return;
+  prepare_sheets();
+  PixelRect& touched = plane_touched_[k];
+  float* const plane = m_.plane_origin(k, 0);
+  if (!filled_[k]) clear_around(std::exchange(touched, {0, 0, 0, 0}), {0, 0, 0, 0}, plane, m_.plane_pitch);
+  filled_[k] = true;
+  const PixelRect changed = corrections_->add(
+      k, {plane, m_.plane_pitch, tile_.x - plan_.border, tile_.y - plan_.border, m_.width, m_.height});
+  if (changed.empty()) return;
+  if (touched.empty()) touched = changed;
+  touched.include(changed);
+  touched = whole_vectors(touched);
 }
 
 // As splat_gap() leaves sheet k, which was kept.

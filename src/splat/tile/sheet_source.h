@@ -5,10 +5,12 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "splat/tile/kept_sheets.h"
 #include "splat/tile/open_pixels.h"
+#include "splat/tile/sheet_corrections.h"
 #include "splat/tile/tile_memory.h"
 #include "splat/view/pixel_rect.h"
 
@@ -78,6 +80,7 @@ class SheetSource {
     return static_cast<size_t>(((k % plan_.sheets) + plan_.sheets) % plan_.sheets);
   }
   void normalise_sheet(int64_t k);
+  void correct_sheet(int64_t k);
   [[nodiscard]] size_t bin_of(int64_t gap) const {
     return static_cast<size_t>(gap - plan_.first_gap) & m_.bin_mask();
   }
@@ -96,7 +99,8 @@ class SheetSource {
   bool prepared_ = false;
   size_t next_brick_ = 0;
   int64_t first_gap_ = 0, last_gap_ = -1, next_gap_ = 0;
-  int64_t last_filled_ = INT64_MIN; // sheet
+  int64_t last_filled_ = INT64_MIN;             // sheet
+  std::optional<SheetCorrections> corrections_; // of tiles that have some
   FinishedSheets<bool> filled_;
   // Samples of the ring: what points touch of the sheets under way, by slot.
   std::vector<PixelRect> ring_touched_;

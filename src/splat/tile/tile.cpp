@@ -31,7 +31,7 @@ class Tile {
       : scene_(*job.scene), options_(*job.options), plan_(*job.plan), job_(job), tile_(tile), m_(memory),
         stats_(stats), view_(*scene_.view),
         sheet_loops_(options_.reference_loops ? reference_sheet_loops() : simd_sheet_loops()),
-        time_(*scene_.slice), field_(field_of(*scene_.slice)),
+        time_(*scene_.slice), field_(*scene_.slice),
         analytic_(options_.mode == RenderMode::composite && options_.shading &&
                   options_.gradient == GradientMethod::analytic),
         source_({&scene_, &plan_, job.kernel, options_.reference_loops, analytic_, kept_tile(), job.use},
@@ -369,7 +369,7 @@ class Tile {
   const SheetView& view_;
   const SheetLoops& sheet_loops_;
   TimeField time_;
-  FootprintPlan field_;
+  SurfaceField field_;
   bool analytic_;
   SheetSource source_;
   OpenPixels open_pixels_;

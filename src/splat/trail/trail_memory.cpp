@@ -57,7 +57,7 @@ uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
   const SplatPlan& plan = object.plan;
   const PlannedTile& tile = plan.tiles[n];
   const uint64_t plane = plane_floats(plan, tile);
-  if (tile.bricks.empty()) return plane * sizeof(float);
+  if (tile.empty()) return plane * sizeof(float);
   const uint64_t quantities = gradients ? 4 : 1;
   const uint64_t ring = (rounded(tile.ring_width) + 2 * static_cast<uint64_t>(plan.spare_columns)) *
                         static_cast<uint64_t>(tile.ring_height + 2 * plan.spare_rows) * 4 *

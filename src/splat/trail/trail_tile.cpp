@@ -52,7 +52,7 @@ class TrailTile {
       const TrailObject& o = *objects_[i];
       sources_.emplace_back(SheetSourceArgs{o.scene, &o.plan, &o.kernel, options_.reference_loops, analytic_},
                             o.plan.tiles[n], m_.sheets[i], stats);
-      touched_.push_back(!o.plan.tiles[n].bricks.empty());
+      touched_.push_back(!o.plan.tiles[n].empty());
     }
     plane_pitch_ = sources_.front().plane_pitch();
     open_pixels_.prepare(plan.tiles[n], plan);

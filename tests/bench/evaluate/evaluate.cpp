@@ -204,7 +204,7 @@ int run_evaluate_suite(std::span<const std::string> args, const Report& report) 
           return;
         }
         if (way == Way::renderer) {
-          field_at(field_of(instant), places, std::span(values).first(n), steep);
+          field_at(SurfaceField(instant), places, std::span(values).first(n), steep);
           return;
         }
         if (way == Way::slice_grid) {

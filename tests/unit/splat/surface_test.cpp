@@ -64,7 +64,7 @@ TEST(Surface, RootsAreAsNearAsAskedFor) {
   const double iso = 0.5, nan = std::numeric_limits<double>::quiet_NaN();
   const SheetView view =
       make_view(s, resolve_camera(fit_camera(s, false, 20, 30, size, size)), size, size, 0.5);
-  const FootprintPlan field = field_of(s);
+  const SurfaceField field(s);
   std::vector<Crossing> crossings;
   for (int j = 20; j < 70; j += 3)
     for (int i = 20; i < 70; i += 3) {
@@ -117,7 +117,7 @@ TEST(Surface, FieldsAreThoseOfTheReference) {
           at[a] = std::uniform_real_distribution(-1.5, s.domain_end[a] + 1.5)(random);
       std::vector<float> value(p.size());
       std::vector<Vec3> gradient(p.size());
-      field_at(field_of(s), p, value, gradient);
+      field_at(SurfaceField(s), p, value, gradient);
       double off = 0, turned = 0;
       for (size_t n = 0; n < p.size(); ++n) {
         Vec3 exact;
