@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "field/evaluate.h"
+#include "slice/plane_geometry.h"
 
 namespace bccsplat {
 

@@ -144,6 +144,20 @@ void make_version_3() {
   save("v3_counts", write_file(coefficients, both_sides));
 }
 
+void make_corrections() {
+  const Bytes good = corrected_file();
+  save("v3_corrections", good);
+  Bytes bad = good;
+  bad[14] = std::byte{2}; // lowest reader
+  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
+  save("bad_corrections_of_version_2", bad);
+  save("bad_corrections_shape", rebuild(good, {.metadata = [](Bytes& m) {
+                                          VolumeInfo v = read_metadata(m, 0, {});
+                                          v.channels[0].residuals.shape = static_cast<CorrectionShape>(2);
+                                          m = write_metadata(v);
+                                        }}));
+}
+
 void make_optional() {
   const Bytes file =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
@@ -252,6 +266,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_optional();
   bccsplat::test::make_version_2();
   bccsplat::test::make_version_3();
+  bccsplat::test::make_corrections();
   bccsplat::test::make_bad();
   bccsplat::test::make_bad_steps();
   return 0;

@@ -147,6 +147,10 @@ struct Channel {
   double scale = 1, offset = 0;
   float air = 0;
   uint64_t kept = 0, holes = 0;
+  // Records 11 and 0x8002; shape -1: without the first.
+  double step = 0, bound = 0;
+  int shape = -1;
+  std::vector<BlockRef> tables, frames;
 };
 
 struct Volume {
@@ -230,6 +234,48 @@ void read_store(Cursor& r, Volume& v, int lowest) {
   v.divided = true;
 }
 
+// The steps and blocks that both records of corrections have.
+void read_blocks(Cursor& r, const Volume& v, double step, std::vector<BlockRef>& blocks) {
+  const uint32_t n = r.u32();
+  must(n == 0 || (n == v.dims[3] && step > 0), "corrections: frames");
+  for (uint32_t i = 0; i < n; ++i) blocks.emplace_back(r);
+}
+
+void read_corrections(Cursor& r, Volume& v, bool local, int lowest) {
+  must(!local || lowest >= 3, "corrections in bricks need version 3");
+  for (Channel& c : v.channels) {
+    const double step = r.f64(), bound = r.f64();
+    must(std::isfinite(step) && step >= 0 && std::isfinite(bound) && bound >= 0, "corrections: step, bound");
+    if (local) {
+      c.shape = r.u8();
+      must(c.shape <= 1, "corrections: shape");
+      r.zeros(7);
+    } else {
+      must(c.shape < 0 || (c.step == step && c.bound == bound), "corrections: the records differ");
+    }
+    c.step = step, c.bound = bound;
+    read_blocks(r, v, step, local ? c.tables : c.frames);
+  }
+}
+
+void read_errors(Cursor& r, const Volume& v, int lowest) {
+  must(lowest >= 3, "errors need version 3");
+  std::vector<uint32_t> before;
+  for (uint32_t i = r.u32(); i > 0; --i) {
+    const uint32_t channel = r.u32(), level = r.u32(), kind = r.u32();
+    must(channel < v.channels.size() && level == 0 && kind <= 2, "errors: what they are of");
+    const std::vector<uint32_t> key{channel, level, kind};
+    must(before < key, "errors: order");
+    before = key;
+    const uint32_t frames = r.u32();
+    const auto samples = static_cast<unsigned long long>(r.u64());
+    const double rmse = r.f64(), largest = r.f64(), range = r.f64();
+    for (const double e : {rmse, largest, range}) must(std::isfinite(e) && e >= 0, "errors: value");
+    std::printf("error channel %u kind %u frames %u samples %llu rmse %.17g largest %.17g range %.17g\n",
+                channel, kind, frames, samples, rmse, largest, range);
+  }
+}
+
 Volume read_metadata(const Bytes& bytes, int lowest) {
   Volume v;
   Cursor c(bytes);
@@ -248,9 +294,18 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       must(slabs >= 0 && slabs * v.slab_layers < v.layers() + v.slab_layers, "counts: slabs");
       r.take(r.u32());
       must(r.left() == 0, "counts: record too long");
+      continue;
+    }
+    if (type == 11 || type == 0x8002 || type == 0x8005) {
+      if (type == 0x8005)
+        read_errors(r, v, lowest);
+      else
+        read_corrections(r, v, type == 11, lowest);
+      must(r.left() == 0, "metadata: record too long");
+      continue;
     }
     if (type >= 0x8000) continue;
-    must(type < 8 || type > 12, "metadata: this reader knows no domains, levels, masks and corrections");
+    must(type < 8 || type > 12, "metadata: this reader knows no domains, levels, masks and stencils");
     must(type >= 1 && type <= 7, "metadata: unknown record");
     seen[type] = true;
     if (type == 1) {
@@ -663,6 +718,97 @@ Cursor read_preamble(File& file, uint16_t& lowest) {
   return c;
 }
 
+// ---- Section 10: corrections ----
+
+struct Correction {
+  uint64_t voxel;
+  int64_t steps;
+};
+
+std::vector<Correction> read_list(Cursor& c, uint64_t n, uint64_t voxels) {
+  must(n <= c.left() / 2, "corrections: count");
+  std::vector<Correction> list;
+  uint64_t next = 0;
+  for (uint64_t i = 0; i < n; ++i) {
+    const uint64_t skip = c.varint();
+    must(next < voxels && skip < voxels - next, "corrections: voxel");
+    list.push_back({next + skip, 0});
+    next += skip + 1;
+  }
+  for (Correction& k : list) {
+    const uint64_t v = c.varint();
+    k.steps = v % 2 == 0 ? static_cast<int64_t>(v / 2) : -static_cast<int64_t>(v / 2) - 1;
+  }
+  return list;
+}
+
+void add_number(Bytes& to, uint64_t v) {
+  for (int i = 0; i < 8; ++i) to.push_back(static_cast<uint8_t>(v >> (8 * i)));
+}
+
+void add_list(Bytes& to, const std::vector<Correction>& list) {
+  for (const Correction& c : list) add_number(to, c.voxel), add_number(to, static_cast<uint64_t>(c.steps));
+}
+
+// The bricks of a frame; returns how many corrections they have.
+uint64_t read_bricks(const File& file, const Volume& v, const Channel& ch, const BlockRef& table,
+                     Bytes& all) {
+  const Bytes bytes = table.read(file);
+  Cursor t(bytes);
+  uint64_t per[3], bricks = 1, sum = 0;
+  for (int a = 0; a < 3; ++a) bricks *= per[a] = (uint64_t{v.dims[a]} + 63) / 64;
+  int64_t last = -1;
+  for (uint32_t n = t.u32(); n > 0; --n) {
+    const uint32_t brick = t.u32();
+    const float low = t.f32(), high = t.f32();
+    const uint32_t count = t.u32();
+    const BlockRef block(t);
+    must(brick < bricks && int64_t{brick} > last, "corrections: bricks do not rise");
+    last = brick;
+    must(std::isfinite(low) && std::isfinite(high) && low <= high, "corrections: bounds");
+    must(count >= 1 && count <= 64 * 64 * 64, "corrections: count of a brick");
+    const Bytes decoded = block.read(file);
+    Cursor c(decoded);
+    must(c.u32() == count, "corrections: counts differ");
+    const std::vector<Correction> list = read_list(c, count, 64 * 64 * 64);
+    must(c.left() == 0, "corrections: bytes are left");
+    const uint64_t from[3] = {brick % per[0] * 64, brick / per[0] % per[1] * 64,
+                              brick / per[0] / per[1] * 64};
+    for (const Correction& k : list) {
+      const uint64_t at[3] = {k.voxel % 64, k.voxel / 64 % 64, k.voxel / 4096};
+      for (int a = 0; a < 3; ++a) must(from[a] + at[a] < v.dims[a], "corrections: beyond the frame");
+      const auto value = static_cast<float>(static_cast<double>(k.steps) * ch.step);
+      must(value >= low && value <= high, "corrections: beyond the bounds");
+    }
+    add_number(all, brick);
+    add_list(all, list);
+    sum += count;
+  }
+  must(t.left() == 0, "corrections: table too long");
+  return sum;
+}
+
+void dump_corrections(const File& file, const Volume& v, const Channel& ch) {
+  if (ch.step == 0 && ch.bound == 0) return;
+  std::printf("corrections step %.17g bound %.17g shape %d\n", ch.step, ch.bound, ch.shape);
+  for (uint32_t f = 0; f < v.dims[3]; ++f) {
+    Bytes all;
+    uint64_t add = 0, set = 0;
+    if (!ch.tables.empty() && ch.tables[f].stored > 0) add = read_bricks(file, v, ch, ch.tables[f], all);
+    if (!ch.frames.empty() && ch.frames[f].stored > 0) {
+      const Bytes decoded = ch.frames[f].read(file);
+      Cursor c(decoded);
+      const uint64_t a = c.u32(), b = c.u32(), voxels = uint64_t{v.dims[0]} * v.dims[1] * v.dims[2];
+      must(ch.shape < 0 || a == 0, "corrections: to add, beside those in bricks");
+      add_list(all, read_list(c, a, voxels)), add_list(all, read_list(c, b, voxels));
+      must(c.left() == 0, "corrections: bytes are left");
+      add += a, set += b;
+    }
+    std::printf("corrections frame %u add %llu set %llu crc %08x\n", f, static_cast<unsigned long long>(add),
+                static_cast<unsigned long long>(set), crc(all.data(), all.size()));
+  }
+}
+
 void dump(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   must(static_cast<bool>(in), "cannot open the file");
@@ -747,6 +893,7 @@ void dump(const std::string& path) {
           }
       std::printf("layer %d sites %d %d %d crc %08x\n", m, n[0], n[1], n[2], crc(all.data(), all.size()));
     }
+    dump_corrections(file, v, ch);
   }
 }
 

@@ -32,7 +32,36 @@ std::vector<std::string> names(const std::string& prefix) {
   return found;
 }
 
-// The lines `channel` and `layer` of the second reader.
+void write_samples(ByteWriter& out, const std::vector<ResidualSample>& list) {
+  for (const ResidualSample& s : list) out.write(s.voxel), out.write(s.steps);
+}
+
+// The lines `corrections` of the second reader.
+std::string describe_corrections(const Bcc4Reader& reader, int channel) {
+  const ResidualInfo& info = reader.info().channels[static_cast<size_t>(channel)].residuals;
+  if (info == ResidualInfo{}) return "";
+  std::string text = concat("corrections step ", info.step, " bound ", info.bound, " shape ",
+                            info.local ? static_cast<int>(info.shape) : -1, "\n");
+  for (uint32_t f = 0; f < reader.info().lattice.dims[3]; ++f) {
+    ByteWriter all;
+    size_t added = 0;
+    for (const CorrectionBrick& brick : reader.correction_bricks(channel, f)) {
+      const auto list = reader.corrections(channel, brick);
+      all.write(uint64_t{brick.brick});
+      write_samples(all, list);
+      added += list.size();
+    }
+    const FrameResiduals whole = reader.residuals(channel, f);
+    write_samples(all, whole.add), write_samples(all, whole.set);
+    char crc[16];
+    std::snprintf(crc, sizeof crc, "%08x", crc32_of(all.bytes()));
+    text += concat("corrections frame ", f, " add ", added + whole.add.size(), " set ", whole.set.size(),
+                   " crc ", crc, "\n");
+  }
+  return text;
+}
+
+// The lines `channel`, `layer` and `corrections` of the second reader.
 std::string describe(const std::shared_ptr<Bcc4Reader>& reader) {
   Bench bench;
   const Layers all = read_all(reader, bench);
@@ -60,6 +89,7 @@ std::string describe(const std::shared_ptr<Bcc4Reader>& reader) {
       std::snprintf(crc, sizeof crc, "%08x", crc32_of(bytes.bytes()));
       text += concat("layer ", m, " sites ", n[0], " ", n[1], " ", n[2], " crc ", crc, "\n");
     }
+    text += describe_corrections(*reader, static_cast<int>(c));
   }
   return text;
 }
@@ -72,7 +102,8 @@ TEST(Bcc4Golden, GoodFilesHoldTheirSamples) {
     ASSERT_TRUE(in) << name;
     std::string expected, line;
     while (std::getline(in, line))
-      if (line.starts_with("channel ") || line.starts_with("layer ")) expected += line + "\n";
+      if (line.starts_with("channel ") || line.starts_with("layer ") || line.starts_with("corrections "))
+        expected += line + "\n";
     EXPECT_EQ(describe(open(name)), expected) << name;
   }
 }
@@ -133,6 +164,22 @@ TEST(Bcc4Golden, StoredKernelsKeepTheirNumbers) {
   EXPECT_EQ(info.coefficient_parameters.back(), -0.002779);
 }
 
+TEST(Bcc4Golden, CorrectionsAndWhatWasMeasured) {
+  const auto reader = open("v3_corrections");
+  const VolumeInfo& info = reader->info();
+  EXPECT_EQ(info.channels[0].residuals.shape, CorrectionShape::smooth);
+  const auto bricks = reader->correction_bricks(0, 0);
+  ASSERT_EQ(bricks.size(), 3u); // x on both sides of 64, and the far corner
+  EXPECT_EQ(bricks[0].low, -7.5f);
+  EXPECT_EQ(bricks[0].high, 8.25f);
+  EXPECT_EQ(bricks[2].brick, 3u);
+  EXPECT_TRUE(reader->correction_bricks(0, 1).empty());
+  EXPECT_EQ(reader->residuals(0, 2).set.size(), 1u);
+  ASSERT_EQ(info.errors.size(), 2u);
+  EXPECT_EQ(info.errors[1].kind, MeasuredError::corrected);
+  EXPECT_EQ(info.errors[1].rmse, 0.25);
+}
+
 TEST(Bcc4Golden, UnevenTimes) {
   const TimeMap t = open("v1_d4star_f32_uneven_times")->info().time;
   EXPECT_FALSE(t.uniform);
@@ -156,7 +203,9 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_counts", Code::corrupt},
                                                 {"bad_steps_units", Code::corrupt},
                                                 {"bad_steps_range", Code::corrupt},
-                                                {"bad_steps_predictor", Code::corrupt}};
+                                                {"bad_steps_predictor", Code::corrupt},
+                                                {"bad_corrections_of_version_2", Code::corrupt},
+                                                {"bad_corrections_shape", Code::corrupt}};
   std::set<std::string> seen;
   for (const std::string& name : names("bad")) {
     seen.insert(name);

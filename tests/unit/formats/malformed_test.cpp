@@ -71,7 +71,7 @@ TEST(Bcc4Malformed, ARebuiltFileIsRead) {
 // Everything a file has: samples and corrections of all frames.
 struct Content {
   Layers layers;
-  std::vector<FrameResiduals> corrections;
+  std::vector<FrameResiduals> corrections; // and those in bricks, with voxels of the bricks
   bool operator==(const Content& other) const {
     return !difference(layers, other.layers) && corrections == other.corrections;
   }
@@ -81,8 +81,11 @@ Content content_of(const std::shared_ptr<Bcc4Reader>& reader, Bench& bench) {
   Content all{read_all(reader, bench), {}};
   const VolumeInfo& info = reader->info();
   for (size_t c = 0; c < info.channels.size(); ++c)
-    for (uint64_t f = 0; f < info.lattice.dims[3]; ++f)
+    for (uint64_t f = 0; f < info.lattice.dims[3]; ++f) {
       all.corrections.push_back(reader->residuals(static_cast<int>(c), f));
+      for (const CorrectionBrick& brick : reader->correction_bricks(static_cast<int>(c), f))
+        all.corrections.push_back({.add = reader->corrections(static_cast<int>(c), brick), .set = {}});
+    }
   return all;
 }
 
@@ -101,13 +104,32 @@ Bytes part_with_corrections() {
   return bytes;
 }
 
+// Corrections in bricks, and what was measured.
+Bytes file_with_bricks() {
+  VolumeInfo info = volume(LatticeKind::d4star, {66, 4, 5, 2}, {channel("a", ValueType::u8)});
+  ResidualInfo& fix = info.channels[0].residuals;
+  fix.step = fix.bound = 0.25, fix.local = true, fix.shape = CorrectionShape::smooth;
+  info.errors = {{.kind = 1, .frames = 2, .samples = 9, .rmse = 1, .largest = 2, .range = 3}};
+  Bytes bytes;
+  Bench bench;
+  Bcc4Writer writer(create_memory_sink(bytes), info);
+  const Layers layers = make_volume(info, ball);
+  writer.write_slab(0, 0, layers[0], bench.context);
+  writer.write_residuals(0, 1, {.add = {{3, -2}, {65, 5}, {700, 1}}, .set = {{9, 1}}});
+  writer.finish(bench.context);
+  return bytes;
+}
+
 TEST(Bcc4Malformed, EveryFlippedBitIsSeenOrHarmless) {
   const std::vector<Bytes> files = {
       write_file(volume(LatticeKind::d4star, {12, 12, 10, 3}, {channel("a", ValueType::u8)}), ball),
       write_file(
           volume(LatticeKind::cc, {9, 8, 7, 2}, {channel("a", ValueType::f32), channel("b", ValueType::f16)}),
           ball_without_holes, 1, {.level = 0}),
-      part_with_corrections(), file_of_steps(0), file_of_steps(6)};
+      part_with_corrections(),
+      file_with_bricks(),
+      file_of_steps(0),
+      file_of_steps(6)};
   for (const Bytes& good : files) {
     Bench bench;
     const auto whole = Bcc4Reader::open(open_memory_source(good));
@@ -607,6 +629,90 @@ TEST(Bcc4Malformed, CorrectionsAndParts) {
   broken("corrections", [](BlockRef& r) { r.offset = uint64_t{1} << 40; });
   broken("corrections", [](BlockRef& r) { r.offset += 4; });
   broken("corrections", [](BlockRef& r) { r.decoded = UINT32_MAX; });
+}
+
+// What a hostile writer may say of corrections in bricks.
+TEST(Bcc4Malformed, BricksOfCorrections) {
+  const Bytes file = file_with_bricks();
+  EXPECT_NO_THROW(read_everything(file));
+  const auto refused = [&](const char* text, const std::function<void(VolumeInfo&)>& change) {
+    SCOPED_TRACE(text);
+    expect_refused(rebuild(file, with_info(change)), Code::corrupt, text);
+  };
+  refused("corrections of shape 7",
+          [](VolumeInfo& v) { v.channels[0].residuals.shape = static_cast<CorrectionShape>(7); });
+  refused("corrections in steps of inf", [](VolumeInfo& v) { v.channels[0].residuals.step = INFINITY; });
+  refused("corrections of 1 frames", [](VolumeInfo& v) { v.channels[0].residuals.tables.pop_back(); });
+  refused("measured errors of channel 1", [](VolumeInfo& v) { v.errors[0].channel = 1; });
+  refused("kind 3", [](VolumeInfo& v) { v.errors[0].kind = 3; });
+  refused("a measured error is", [](VolumeInfo& v) { v.errors[0].rmse = -1; });
+  refused("measured errors", [](VolumeInfo& v) { v.errors.push_back(v.errors[0]); });
+
+  // A table with other entries, behind the file.
+  Bench bench;
+  const auto good = Bcc4Reader::open(open_memory_source(file));
+  const std::vector<CorrectionBrick> table = good->correction_bricks(0, 1);
+  ASSERT_EQ(table.size(), 2u);
+  using Change = std::function<void(std::vector<CorrectionBrick>&)>;
+  const auto broken = [&](const char* text, const Change& change, const Change& more = {}) {
+    SCOPED_TRACE(text);
+    std::vector<CorrectionBrick> other = table;
+    change(other);
+    if (more) more(other);
+    ByteWriter decoded;
+    write_correction_table(decoded, other);
+    PackedBlock packed = pack_block(decoded.bytes());
+    packed.ref.offset = file.size();
+    Bytes longer = file;
+    longer.insert(longer.end(), packed.bytes.begin(), packed.bytes.end());
+    const Bytes bad =
+        rebuild(longer, with_info([&](VolumeInfo& v) { v.channels[0].residuals.tables[1] = packed.ref; }));
+    const auto damage = Bcc4Reader::open(open_memory_source(bad))->verify_all(bench.context).damage;
+    ASSERT_FALSE(damage.empty());
+    EXPECT_TRUE(std::any_of(damage.begin(), damage.end(), [&](const Bcc4Damage& d) {
+      return d.message.find(text) != std::string::npos;
+    })) << damage[0].message;
+    // What is lost is left out when salvaging, and nothing else.
+    const auto salvaged = Bcc4Reader::open(open_memory_source(bad), {.salvage = true});
+    for (const CorrectionBrick& b : salvaged->correction_bricks(0, 1))
+      EXPECT_NO_THROW(static_cast<void>(salvaged->corrections(0, b)));
+  };
+  broken("brick 2 of 2", [](auto& t) { t[1].brick = 2; });
+  broken("do not rise", [](auto& t) { t[1].brick = 0; });
+  broken("bounds nan", [](auto& t) { t[0].low = NAN; });
+  broken("bounds -0.5 and inf", [](auto& t) { t[0].high = INFINITY; });
+  broken("bounds", [](auto& t) { t[0].low = 2, t[0].high = 1; });
+  broken("is not between the bounds", [](auto& t) { t[0].high = 0; });
+  broken("the table says 7", [](auto& t) { t[0].count = 7; });
+  broken("corrections in a brick", [](auto& t) { t[0].count = 0; });
+  broken(
+      "share the bytes", [](auto& t) { t[1].block = t[0].block; },
+      [](auto& t) { t[1].low = t[0].low, t[1].high = t[0].high, t[1].count = t[0].count; });
+  broken("bad checksum", [](auto& t) { t[0].block.crc ^= 1; });
+  broken("corrections", [](auto& t) { t[0].block.offset += 4; });
+  broken("corrections", [](auto& t) { t[0].block.offset = uint64_t{1} << 50; });
+
+  // Voxels and counts of a brick.
+  const auto voxels = [](std::initializer_list<uint64_t> at) {
+    std::vector<ResidualSample> list;
+    for (const uint64_t v : at) list.push_back({v, 1});
+    return list;
+  };
+  const CorrectionBricks bricks({66, 4, 5, 2});
+  const auto check = [&](uint32_t brick, std::initializer_list<uint64_t> at) {
+    CorrectionBrick entry;
+    entry.brick = brick, entry.count = static_cast<uint32_t>(at.size()), entry.low = 0, entry.high = 1;
+    bricks.check(entry, voxels(at), 0.25);
+  };
+  EXPECT_NO_THROW(check(1, {1, 64 * 3 + 1}));
+  EXPECT_THROW(check(1, {2}), Error);           // x = 66
+  EXPECT_THROW(check(0, {64 * 4}), Error);      // y = 4
+  EXPECT_THROW(check(0, {64 * 64 * 5}), Error); // z = 5
+  const auto bytes = write_corrections(voxels({0, 5, 262143}));
+  EXPECT_EQ(read_corrections(bytes, 262144, 0), voxels({0, 5, 262143}));
+  EXPECT_THROW((void)read_corrections(bytes, 262143, 0), Error);
+  for (size_t n = 0; n < bytes.size(); ++n)
+    EXPECT_THROW((void)read_corrections(std::span(bytes).first(n), 262144, 0), Error) << n;
 }
 
 TEST(Bcc4Malformed, DirectoryAndPages) {

@@ -138,6 +138,39 @@ inline std::vector<std::byte> write_file(const VolumeInfo& info, const Formula& 
   return write_file(info, make_volume(info, formula), threads, options);
 }
 
+// A file with corrections in three bricks of two frames and samples to set, and what was measured.
+inline std::vector<std::byte> corrected_file() {
+  VolumeInfo info = volume(LatticeKind::d4star, {70, 9, 68, 3}, {channel("value", ValueType::u8)});
+  info.recommended_kernel = "radial20+b3";
+  ResidualInfo& fix = info.channels[0].residuals;
+  fix.step = fix.bound = 0.25, fix.local = true, fix.shape = CorrectionShape::smooth;
+  for (uint32_t kind = 1; kind <= 2; ++kind)
+    info.errors.push_back({.kind = kind,
+                           .frames = 3,
+                           .samples = 70 * 9 * 68 * 3,
+                           .rmse = 0.5 / kind,
+                           .largest = 2.0 / kind,
+                           .range = 100});
+  std::vector<std::byte> bytes;
+  Bench bench;
+  Bcc4Writer writer(create_memory_sink(bytes), info);
+  const Layers layers = make_volume(info, ball);
+  for (int32_t slab = 0; slab < info.slabs(); ++slab) {
+    const auto first = layers[0].begin() + slab * info.slab_layers;
+    const std::vector<BrickLayer> part(first, first + info.layers_of(slab));
+    writer.write_slab(slab, 0, part, bench.context);
+  }
+  const auto voxel = [](uint64_t x, uint64_t y, uint64_t z) { return (z * 9 + y) * 70 + x; };
+  FrameResiduals first, last;
+  for (uint64_t x = 0; x < 70; x += 3) first.add.push_back({voxel(x, 4, 5), static_cast<int64_t>(x) - 30});
+  first.add.push_back({voxel(69, 8, 67), 1000});
+  last.add = {{voxel(0, 0, 0), 1}, {voxel(1, 0, 0), -1}}, last.set = {{voxel(33, 4, 20), 77}};
+  writer.write_residuals(0, 0, first);
+  writer.write_residuals(0, 2, last);
+  writer.finish(bench.context);
+  return bytes;
+}
+
 // Every sample of a file.
 inline Layers read_all(const std::shared_ptr<Bcc4Reader>& reader, Bench& bench) {
   const Bcc4Samples samples(reader, bench.memory);
