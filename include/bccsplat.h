@@ -343,7 +343,8 @@ typedef struct bccsplat_writer_options {
   void* progress_user;
   double abs_error; /* > 0: no finite source sample of any channel, reconstructed with the recommended kernel,
                        is further off than this: each is checked, and those that miss are stored as
-                       corrections. BOUND_NOT_MET where floats cannot hold it; 0: no bound */
+                       corrections, which every way of looking sees (bccsplat_slice_options). BOUND_NOT_MET
+                       where floats cannot hold it; 0: no bound */
   double psnr; /* > 0: in dB over all samples of a channel, peak: the range of its source; checked on every
                   frame, BOUND_NOT_MET at finish when it is missed; 0: no bound */
   int32_t measure; /* BCCSPLAT_MEASURE_...: which frames to compare with the source */
@@ -583,6 +584,13 @@ typedef struct bccsplat_channel_info {
   int32_t reserved;
   double error_bound; /* with the recommended kernel no finite source sample is off by more; 0: none was asked
                          for */
+  /* Of files with a bound: measured at the finite source samples, of the lattice alone and with corrections.
+     The range of the source is the peak of their PSNR. 0: not measured. */
+  double lattice_rmse;
+  double lattice_max_abs;
+  double rmse;
+  double max_abs;
+  uint64_t corrections; /* source samples with one */
 } bccsplat_channel_info;
 
 /* What a full check of the checksums found. */
@@ -705,7 +713,14 @@ enum {
   BCCSPLAT_SLAB_MAXIMUM = 3
 };
 
-/* How a slice is made. DEFAULT is MERGED where that can be, else RESAMPLED.
+/* Corrections of a file (bccsplat_writer_options.abs_error) are part of the field under the kernel they were
+ * made for: of values and gradients, slices, pictures, trails. Time slices have them exactly. Other slices
+ * are mended at points 1 index unit apart, from the first corner of their box on, to within a 32nd of the
+ * bound of what the volume's field is there: x, y and z slices through source samples so keep the bound.
+ * EXTRACTED slices, other kernels and the coarser slices that small pictures are drawn from
+ * (SKIP_FINE_DETAIL) have none.
+ *
+ * How a slice is made. DEFAULT is MERGED where that can be, else RESAMPLED.
  *   MERGED     t, x, y or z = constant: the layers or planes of sites in reach, weighted; the slice is on the
  *              volume's lattice. Exact for time slices; an axis slice is the time slice of the volume with
  * its axes turned, under the kernel turned with them. In files that store coefficients time slices only.
@@ -794,7 +809,8 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice
 BCCSPLAT_API bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice,
                                                         const bccsplat_grid* grid, float* values);
 /* The lattice points: writes min(capacity, points) positions (uvw, 3 floats each, slice space) and
- * coefficients relative to air; either array may be NULL. count (may be NULL) gets the number of points. */
+ * coefficients relative to air; either array may be NULL. count (may be NULL) gets the number of points.
+ * Corrections are in none of them. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_points(const bccsplat_slice* slice, uint64_t capacity,
                                                        float* uvw, float* coefficients, uint64_t* count);
 

@@ -178,6 +178,12 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
     }
     out.sites_kept = c.sites_kept, out.cc_relevant = c.cc_relevant, out.holes = c.holes;
     out.error_bound = c.residuals.bound;
+    for (const MeasuredError& e : volume->info().errors) {
+      if (e.channel != channel) continue;
+      if (e.kind == MeasuredError::stored) out.lattice_rmse = e.rmse, out.lattice_max_abs = e.largest;
+      if (e.kind == MeasuredError::corrected) out.rmse = e.rmse, out.max_abs = e.largest;
+    }
+    if (const auto& fix = volume->corrections_of[channel]) out.corrections = fix->count();
     std::copy_n(c.histogram.begin(), std::min<size_t>(c.histogram.size(), 256), out.histogram);
     write_struct(info, out, "info");
   });

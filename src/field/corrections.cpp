@@ -72,6 +72,20 @@ std::shared_ptr<const SparseGrid> Corrections::brick(int64_t frame, const Correc
   return made;
 }
 
+uint64_t Corrections::count() const {
+  uint64_t sum = 0;
+  for (int64_t f = 0; f < n_[3]; ++f) {
+    try {
+      const auto held = frame(f);
+      for (const CorrectionBrick& entry : held->table) sum += entry.count;
+      sum += held->whole.size() + held->set.size();
+    } catch (const Error&) {
+      // What is damaged is found by a check of the file, or by whoever looks there.
+    }
+  }
+  return sum;
+}
+
 void Corrections::each(int64_t number, const std::function<void(const Int3&, float)>& body) const {
   const auto f = frame(number);
   f->whole.each(body);

@@ -31,6 +31,9 @@ class Corrections {
   [[nodiscard]] double step() const { return info().step; }
   [[nodiscard]] const std::array<int64_t, 4>& samples() const { return n_; } // along x, y, z, t
 
+  // How many samples of the series have one, as far as the file is whole.
+  [[nodiscard]] uint64_t count() const;
+
   // Adds to values, and gradients per index unit (empty, or one per point), at points (x, y, z, t) of index
   // space. NaN stay, but at source samples that the file has in spite of a hole. Returns how many of these
   // there were.

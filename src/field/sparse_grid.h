@@ -32,6 +32,7 @@ class SparseGrid {
   explicit SparseGrid(std::vector<GridValue> values);
 
   [[nodiscard]] bool empty() const { return values_.empty(); }
+  [[nodiscard]] size_t size() const { return values_.size(); }
   [[nodiscard]] const std::vector<Brick>& bricks() const { return bricks_; } // by z, y, x
   [[nodiscard]] uint64_t bytes() const;
   // Smallest and largest value, and 0.

@@ -33,6 +33,11 @@ Json channel_json(const bccsplat_channel_info& c, bool histogram) {
          {"sites_kept", c.sites_kept},
          {"cc_relevant", c.cc_relevant},
          {"holes", c.holes}};
+  if (c.error_bound > 0)
+    j["errors"] = {{"bound", c.error_bound},
+                   {"corrections", c.corrections},
+                   {"lattice", {{"rmse", c.lattice_rmse}, {"max", c.lattice_max_abs}}},
+                   {"corrected", {{"rmse", c.rmse}, {"max", c.max_abs}}}};
   if (histogram) j["histogram"] = c.histogram;
   return j;
 }
@@ -125,6 +130,23 @@ std::string steps_text(const bccsplat_channel_info& c) {
   return integers && c.value_scale != 1 ? concat(" in steps of ", short_number(c.value_scale, 6)) : "";
 }
 
+// dB of the range.
+std::string psnr_text(const bccsplat_channel_info& c, double rmse) {
+  const double peak = c.range[1] - c.range[0];
+  return rmse > 0 && peak > 0 ? concat(short_number(20 * std::log10(peak / rmse), 3), " dB") : "no error";
+}
+
+// What a file with a bound promises, and what it takes.
+void print_errors(const bccsplat_channel_info& c) {
+  if (!(c.error_bound > 0)) return;
+  line("error", "at most ", short_number(c.error_bound, 5), " at source samples, ", c.corrections,
+       " of them corrected");
+  if (!(c.lattice_max_abs > 0)) return;
+  line("", "RMSE ", short_number(c.rmse, 4), ", PSNR ", psnr_text(c, c.rmse), "; the lattice alone ",
+       short_number(c.lattice_rmse, 4), ", ", psnr_text(c, c.lattice_rmse), ", off by up to ",
+       short_number(c.lattice_max_abs, 4));
+}
+
 void print_info(const Volume& volume, const InfoArguments& a) {
   const bccsplat_volume_info v = volume_info(volume);
   const std::string unit = *v.time_unit ? concat(" ", v.time_unit) : "";
@@ -150,6 +172,7 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          ", range ", ch.range[0], " to ", ch.range[1], ", air ", ch.air,
          ch.air_threshold > 0 ? concat(" +- ", ch.air_threshold) : "", ", ", ch.sites_kept, " sites stored",
          share(ch.sites_kept, v.sites_total), ch.holes > 0 ? concat(", ", ch.holes, " holes") : "");
+    print_errors(ch);
     if (a.histogram) print_histogram(ch);
   }
   for (uint64_t i = 0; i < v.attribute_count; ++i) {
