@@ -226,28 +226,5 @@ TEST(ThicknessOptions, AreChecked) {
   EXPECT_EQ(refused({0, 0, 1, 0, -9}, {}), Code::ok); // empty
 }
 
-TEST(Hyperslice, IsAnInstantOnlyWhereItIsTheFieldItself) {
-  TestContext context;
-  const auto lattice = Lattice4::fit(LatticeKind::d4star, {8, 8, 8, 8});
-  const auto samples = sample_field(lattice, [](const Vec4&) { return 1.0; });
-  const Coefficients c(samples, 0, make_kernel("default"), 0, large_cache);
-  const auto instant = [&](const Hyperplane& h, auto change) {
-    HypersliceOptions o;
-    change(o);
-    return hyperslice(c, h, o, {}, context.get()).instant;
-  };
-  const Hyperplane now{0, 0, 0, 3, -6.6};
-  EXPECT_TRUE(instant(now, [](auto&) {}));
-  EXPECT_TRUE(instant(now, [](auto& o) { o.spacing = 1; }));
-  EXPECT_TRUE(instant(now, [](auto& o) { o.method = SliceMethod::merged; }));
-  EXPECT_FALSE(instant({0, 0, 1, 0, -2.2}, [](auto&) {}));
-  EXPECT_FALSE(instant(now, [](auto& o) { o.method = SliceMethod::resampled; }));
-  EXPECT_FALSE(instant(now, [](auto& o) { o.interval = {-1, 0}; }));
-  EXPECT_FALSE(instant(now, [](auto& o) { o.thickness.length = 1; }));
-  EXPECT_FALSE(instant(now, [](auto& o) { o.spacing = 2; }));
-  EXPECT_FALSE(instant(now, [](auto& o) { o.target = LatticeKind::bcc; }));
-  EXPECT_FALSE(instant(now, [&](auto& o) { o.axes = plane_axes(now); }));
-}
-
 } // namespace
 } // namespace bccsplat
