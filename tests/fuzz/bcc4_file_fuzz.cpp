@@ -12,7 +12,12 @@ constexpr size_t largest_input = 64 << 10;
 
 void decode(Bcc4Reader& reader, const Context& context) {
   const VolumeInfo& info = reader.info();
-  for (int channel = 0; channel < static_cast<int>(info.channels.size()); ++channel)
+  for (int channel = 0; channel < static_cast<int>(info.channels.size()); ++channel) {
+    for (const uint64_t frame : {uint64_t{0}, uint64_t{info.lattice.dims[3]} - 1}) {
+      static_cast<void>(reader.residuals(channel, frame));
+      for (const CorrectionBrick& brick : reader.correction_bricks(channel, frame))
+        static_cast<void>(reader.corrections(channel, brick));
+    }
     for (const int32_t slab : {0, 1, info.slabs() - 1}) {
       if (slab < 0 || slab >= info.slabs()) continue;
       std::vector<Bcc4Chunk> chunks = reader.chunks(channel, slab);
@@ -23,6 +28,7 @@ void decode(Bcc4Reader& reader, const Context& context) {
             for (size_t r = 0; r < brick_rows && brick->hole; ++r)
               fuzz::expect(((*brick->hole)[r] & ~brick->kept[r]) == 0, "a hole that is not kept");
     }
+  }
 }
 
 } // namespace
