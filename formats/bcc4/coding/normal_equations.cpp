@@ -82,9 +82,10 @@ Weights solve(LeastSquares e, size_t n) {
     w[i] /= e.a[i][i];
   }
   constexpr double one = 1 << fraction_bits;
+  const auto room = static_cast<double>(INT16_MAX) - static_cast<double>(n); // for rounding
   double sum = 0;
-  for (size_t i = 0; i < n; ++i) sum += std::fabs(w[i]) * one + 1;
-  const double scale = std::min(one, one * INT16_MAX / sum);
+  for (size_t i = 0; i < n; ++i) sum += std::fabs(w[i]);
+  const double scale = sum * one <= room ? one : room / sum;
   Weights q{};
   for (size_t i = 0; i < n; ++i)
     q[i] = static_cast<int16_t>(

@@ -39,5 +39,30 @@ TEST(NormalEquations, PlainSumsInOrder) {
   }
 }
 
+// A reader refuses weights that could overflow its sums; however large the solution, what is written is read.
+TEST(NormalEquations, LargeWeightsAreScaledToWhatAReaderTakes) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1), exponent(-2, 6);
+  for (int round = 0; round < 20000; ++round) {
+    const size_t n = 10 + random() % (max_taps - 9);
+    const double largest = std::pow(10, exponent(random));
+    LeastSquares e;
+    double sum = 0;
+    for (size_t i = 0; i < n; ++i) {
+      const double weight = largest * unit(random);
+      e.a[i][i] = 1e9;
+      e.b[i] = weight * 1e9;
+      sum += std::fabs(weight);
+    }
+    const Weights w = solve(e, n);
+    int total = 0;
+    for (size_t i = 0; i < n; ++i) total += std::abs(int{w[i]});
+    ASSERT_LE(total, INT16_MAX) << n << " taps, magnitudes of " << sum;
+    if (sum * 4096 > 2 * INT16_MAX) {
+      ASSERT_GE(total, INT16_MAX - 2 * static_cast<int>(n));
+    }
+  }
+}
+
 } // namespace
 } // namespace bccsplat
