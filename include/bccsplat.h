@@ -931,7 +931,8 @@ typedef struct bccsplat_render_options {
   int32_t quality; /* DEFAULT: normal; sets sheet_step and gradient unless given */
   int32_t shading; /* DEFAULT: on for composite and isosurface */
   uint32_t disable_skips;
-  double sheet_step;   /* distance of sheets in T; 0: by quality (draft 1, normal .5, fine .25, best .125) */
+  double sheet_step;   /* distance of sheets in T; 0: by quality (draft 1, normal .5, fine .25, best .125; of
+                          slices with corrections in source samples where these are closer) */
   double iso_value;    /* RENDER_SET_ISO; without it set_options refuses mode isosurface */
   double opacity_stop; /* a pixel this opaque is finished; 0: .995; 1: never */
   int32_t reference;   /* non-zero: slow double-precision integration of the same field in fine steps */

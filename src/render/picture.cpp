@@ -51,6 +51,14 @@ bool corrected(const Scene& scene, const Slice& drawn) {
                                     [](const TrailSource& s) { return s.slice.corrections != nullptr; });
 }
 
+// Source samples per lattice unit across the sheets, at least 1, where corrections are drawn: they are as
+// fine as the source, however coarse the lattice.
+double samples_per_unit(const Scene& scene, const Slice& drawn, int width, int height) {
+  if (!corrected(scene, drawn)) return 1;
+  const SheetView view = make_view(drawn, resolve_camera(scene.camera), width, height, 1);
+  return std::max(1.0, length(drawn.lattice_to_slice.vector(view.normal)));
+}
+
 KernelForm kernel_form(const SplatOptions& o, const QualitySettings& quality, double step) {
   if (o.mode == RenderMode::composite && o.shading && step >= quality.flat_kernel)
     return KernelForm::flat_form;
@@ -85,6 +93,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   constexpr double finest_coarse_step = 1.0 / 16;
   double step = options.sheet_step > 0 ? options.sheet_step : quality.sheet_step;
   if (options.sheet_step > 0 && level > 0) step = std::max(std::ldexp(step, -level), finest_coarse_step);
+  if (options.sheet_step == 0) step /= samples_per_unit(scene, *slice, image.width, image.height);
 
   const SheetView view = make_view(*slice, resolve_camera(scene.camera), image.width, image.height, step);
   const double unit =
