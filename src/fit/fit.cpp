@@ -30,8 +30,8 @@ constexpr double largest_value = 1e36;
 // One channel on its way through.
 struct Channel {
   explicit Channel(const FitChannel& o)
-      : options(o), maker(o.quantiser, o.threshold, o.ringing, o.unit, o.counted_step), lasting(maker.again()),
-        uncounted(maker.again()) {}
+      : options(o), maker(o.quantiser, o.threshold, o.ringing, o.unit, o.counted_step),
+        lasting(maker.again()), uncounted(maker.again()) {}
 
   FitChannel options;
   // lasting: of the first layers; uncounted: of those beyond a part's own.

@@ -33,8 +33,8 @@ struct LayerTap {
 
 class LayerMaker {
  public:
-  // ringing: as SiteEvidence::ringing, but a fraction of the largest departure from air in reach. unit: of the
-  // blocks in packed form. step: of the histogram.
+  // ringing: as SiteEvidence::ringing, but a fraction of the largest departure from air in reach. unit: of
+  // the blocks in packed form. step: of the histogram.
   LayerMaker(const Quantiser& quantiser, float threshold, float ringing, float unit, double step)
       : LayerMaker(quantiser, Relevance(quantiser, threshold), ringing, unit, step) {}
 

@@ -101,6 +101,18 @@ Quantiser code_channel_anew(const ChannelInfo& channel, bool coefficients, std::
                            channel.name);
 }
 
+namespace {
+
+// Three digits and a little, cut off: instruction sets measure alike but for the last bits of a float.
+double few_digits(double error) {
+  constexpr double digits = 4096;
+  int exponent = 0;
+  const double mantissa = std::frexp(error, &exponent);
+  return std::ldexp(std::floor(mantissa * digits + 1e-3) / digits, exponent);
+}
+
+} // namespace
+
 void add_measured(const SampleErrors& errors, const Range& source, size_t channel, size_t frames,
                   std::vector<MeasuredError>& list) {
   const auto add = [&](MeasuredError::Kind kind, const ErrorSum& e) {
@@ -108,8 +120,8 @@ void add_measured(const SampleErrors& errors, const Range& source, size_t channe
                     .kind = kind,
                     .frames = static_cast<uint32_t>(frames),
                     .samples = e.count,
-                    .rmse = e.rms(),
-                    .largest = e.largest,
+                    .rmse = few_digits(e.rms()),
+                    .largest = few_digits(e.largest),
                     .range = source.high - source.low});
   };
   add(MeasuredError::stored, errors.bare);

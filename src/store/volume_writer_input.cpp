@@ -148,8 +148,7 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
   if (input == Input::frames && settings_.coefficients)
     fit_options_.lasting_layers =
         fit_options_.slab_layers *
-        lasting_slabs(Lattice4::fit(settings_.lattice, settings_.dims, settings_.scale, settings_.time_scale,
-                                    fit_options_.lead),
+        lasting_slabs(Lattice4::fit(settings_.lattice, settings_.dims, settings_.scales, fit_options_.lead),
                       fit_options_, layer_use(), settings_.dims[3]);
   fit_ = std::make_unique<Fit>(
       fit_options_,

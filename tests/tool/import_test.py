@@ -133,7 +133,7 @@ class Import(ToolTest):
         with open(self.path('a.bcc4'), 'rb') as a, open(self.path('planned.bcc4'), 'rb') as b:
             self.assertEqual(a.read(), b.read())
         bound = self.json('import', *args, '--scale', '.7,1,1.3,2.3', '--abs', 5, '-o', 'b.bcc4')
-        self.assertLessEqual(bound['error']['max_abs'], 5)
+        self.assertLessEqual(bound['error']['channels'][0]['max_abs'], 5)
         self.assertEqual(self.json('info', 'b.bcc4')['scales'], self.json('info', 'a.bcc4')['scales'])
         for wrong, more in (('.7,1', ()), ('1,1,0', ()), ('1,2,3,4,5', ()), ('1,1,1,2', ('--time-scale', 2))):
             self.refused(2, '--scale', 'import', 'a.raw', '--scale', wrong, *more, '-o', 'c.bcc4')
