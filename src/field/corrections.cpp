@@ -53,7 +53,7 @@ std::shared_ptr<const Corrections::Frame> Corrections::frame(int64_t number) con
     return SparseGrid(std::move(values));
   };
   made->whole = grid(stored.add, 0), made->set = grid(stored.set, air);
-  const std::shared_ptr<const Frame> result = std::move(made);
+  std::shared_ptr<const Frame> result = std::move(made);
   keep(frames_, number, result,
        sizeof(Frame) + result->table.size() * sizeof(CorrectionBrick) + result->whole.bytes() +
            result->set.bytes());
@@ -67,7 +67,7 @@ std::shared_ptr<const SparseGrid> Corrections::brick(int64_t frame, const Correc
   std::vector<GridValue> values;
   for (const ResidualSample& s : reader_->corrections(channel_, entry))
     values.push_back({place(s.voxel, local), CorrectionBricks::value(s.steps, step())});
-  const auto made = std::make_shared<const SparseGrid>(std::move(values));
+  auto made = std::make_shared<const SparseGrid>(std::move(values));
   keep(bricks_, key, made, made->bytes());
   return made;
 }
