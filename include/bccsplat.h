@@ -12,8 +12,8 @@
  *   (x, y, z, 1) of index space to it. Cameras, lights and unit_distance are in world space.
  * - time: in the volume's time unit. Frames may be unevenly spaced; times rise strictly.
  * - T: the lattice distance, that of the source samples unless a scale says otherwise; lengths of kernels and
- *   sheet steps are in T. Where distances differ from axis to axis, T is as long along each as its own is,
- * and what depends on pixels per T goes by the direction that has most.
+ *   sheet steps are in T. Where distances differ, T is as long along each axis as its own, and what depends
+ *   on pixels per T goes by the direction of most.
  *
  * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes.
  *
@@ -337,7 +337,7 @@ typedef struct bccsplat_writer_options {
   double scale;             /* lattice distance in source samples, up to 65536; 0: 1 */
   double time_scale;        /* the same along time, in frames; 0: 1 */
   const char*
-      recommended_kernel; /* recorded for readers; the kernel of stored coefficients; NULL: "default" */
+      recommended_kernel; /* of readers and stored coefficients; NULL: default, CC of samples at 1: exact */
   bccsplat_progress_fn
       progress; /* NULL: none; fraction of the frames (or layers), only when dims[3] is known */
   void* progress_user;
@@ -524,8 +524,8 @@ typedef struct bccsplat_volume_options {
   int32_t salvage; /* non-zero: damaged parts of the file read as holes instead of failing; nothing else of it
                       is lost, but that of coefficients their kernel's reach around is. The preamble, the
                       metadata and the list of index pages must be whole */
-  const char* kernel; /* reconstruction; NULL: the file's recommendation. fast, default, fine, paper, gauss09
-                         or SPACE+TIME such as "radial18+b3" */
+  const char* kernel;   /* reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC),
+                           paper,   gauss09 or SPACE+TIME such as "radial18+b3" */
   uint64_t cache_bytes; /* for decoded chunks and coefficients; 0: a quarter of the budget, at most 1 GiB */
 } bccsplat_volume_options;
 

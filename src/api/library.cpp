@@ -55,10 +55,10 @@ static_assert(static_cast<int32_t>(Code::cancelled) == BCCSPLAT_CANCELLED);
 static_assert(static_cast<int32_t>(Code::internal) == BCCSPLAT_ERROR_INTERNAL);
 
 // kernel_names() order; the strings live as long as the library.
-constexpr const char* kernels[] = {"default",     "fast",        "fine",        "gauss09",     "paper",
-                                   "radial16+b2", "radial16+b3", "radial16+b4", "radial18+b2", "radial18+b3",
-                                   "radial18+b4", "radial20+b2", "radial20+b3", "radial20+b4", "radial24+b2",
-                                   "radial24+b3", "radial24+b4"};
+constexpr const char* kernels[] = {"default",     "exact",       "fast",        "fine",        "gauss09",
+                                   "paper",       "radial16+b2", "radial16+b3", "radial16+b4", "radial18+b2",
+                                   "radial18+b3", "radial18+b4", "radial20+b2", "radial20+b3", "radial20+b4",
+                                   "radial24+b2", "radial24+b3", "radial24+b4"};
 
 } // namespace
 

@@ -47,7 +47,7 @@ std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> sampl
 }
 
 std::vector<double> kernel_parameters(const Kernel& kernel) {
-  if (kernel.normalised || kernel.time.shape != TemporalKernel::Shape::bspline)
+  if (kernel.normalised || kernel.name == "exact" || kernel.time.shape != TemporalKernel::Shape::bspline)
     fail(Code::unsupported, "coefficients of kernel ", kernel.name,
          " cannot be stored; choose a radial kernel such as default");
   std::vector<double> numbers{kernel.space.radius};

@@ -1,6 +1,8 @@
 #include "kernel/cc_kernel.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <span>
 #include <string_view>
@@ -14,6 +16,14 @@ namespace {
 constexpr double paper_gaussian = 2; // exp(-2 r^2)
 constexpr double largest_radius = 2; // four sites per axis: what evaluation and splatting look at
 
+// The shape of kernel exact, a_2 .. a_7: of those whose values at neighbours fall by one factor (cc_kernel.h)
+// the most accurate ones, interpolating, of waves up to .7 of the Nyquist frequency in
+// space: 45.2, 40.6, 33.1 and 22.2 dB at rho .3 .5 .7 .9.
+constexpr double exact_radius = 2;
+constexpr double exact_shape[] = {0.581315722, -3.87203097, 11.9788735, -18.2456612, 13.7852683, -4.0108329};
+// The pole of the quadratic B-spline is -.17, and its power of twice this 7e-7.
+constexpr int exact_strides = 4;
+
 TemporalKernel spline(int order) {
   TemporalKernel beta;
   beta.order = order;
@@ -22,6 +32,40 @@ TemporalKernel spline(int order) {
 }
 
 #include "kernel/cc_tables.inc"
+
+// The pole inside the unit circle of the inverse of (side, centre, side), and its gain without the pole's.
+struct Inverse {
+  double pole, gain;
+  Inverse(double centre, double side) {
+    const double b = side / centre;
+    pole = (std::sqrt(1 - 4 * b * b) - 1) / (2 * b);
+    gain = (1 + pole * pole) / centre;
+  }
+  // Sum of |taps|.
+  [[nodiscard]] double sum() const { return gain / ((1 + pole) * (1 + pole)); }
+};
+
+// Stages that invert what the kernel makes of coefficients at the sites.
+void make_exact(CcKernel& cc) {
+  Kernel& k = cc.kernel;
+  k.normalised = false;
+  k.space.radius = exact_radius;
+  std::copy(std::begin(exact_shape), std::end(exact_shape), k.space.a.begin() + 2);
+  const double integral = radial_integral(k.space);
+  for (double& a : k.space.a) a /= integral;
+  k.time = spline(3);
+  // Per axis the third part of what the site itself has.
+  const double along = std::cbrt(k.space.value(0));
+  const Inverse space(along, along * k.space.value(1) / k.space.value(0));
+  k.prefilter3 = {{.self = space.gain * space.gain * space.gain, .pole = space.pole}};
+  k.prefilter4 = k.prefilter3;
+  const Inverse time(k.time.value(0), k.time.value(std::numbers::sqrt2));
+  for (int stride = 1; stride <= exact_strides; stride *= 2) {
+    const double q = std::pow(time.pole, stride), gain = stride == 1 ? time.gain : 1;
+    cc.time.push_back({.self = gain * (1 + q * q), .temporal = gain * q, .stride = stride});
+  }
+  k.prefilter_gain = space.sum() * space.sum() * space.sum() * time.sum();
+}
 
 } // namespace
 
@@ -34,6 +78,10 @@ CcKernel make_cc_kernel(std::string_view name) {
     fail(
         Code::unsupported, "kernel ", k.name, " reaches ", k.space.radius,
         " T: on a Cartesian lattice take one that reaches no further than 2 T, such as radial20+b3 or paper");
+  if (k.name == "exact") {
+    make_exact(cc);
+    return cc;
+  }
   const double integral = radial_integral(k.space);
   for (double& a : k.space.a) a /= integral;
   if (k.normalised) {

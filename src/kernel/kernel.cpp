@@ -114,7 +114,8 @@ size_t edit_distance(std::string_view a, std::string_view b) {
     return edit_distance(name, a) < edit_distance(name, b);
   });
   fail(Code::not_found, "unknown kernel '", name, "'; did you mean '", *nearest,
-       "'? Kernels are fast, default, fine, paper, gauss09 or SPACE+TIME with SPACE radial16, radial18, "
+       "'? Kernels are fast, default, fine, exact, paper, gauss09 or SPACE+TIME with SPACE radial16, "
+       "radial18, "
        "radial20 or "
        "radial24 and TIME b2, b3 or b4");
 }
@@ -126,8 +127,9 @@ Reach prefilter_reach(std::span<const PrefilterStage> stages) {
   for (const PrefilterStage& s : stages) {
     const int cross = s.cross != 0 ? 1 : 0;
     const int space = s.spatial != 0 || s.mixed != 0 ? 2 : cross;
-    const int time = s.temporal != 0 || s.mixed != 0 ? 2 : cross;
-    reach.space = std::max(reach.space + space, s.source_spatial != 0 || s.source_mixed != 0 ? 2 : 0);
+    const int time = s.temporal != 0 || s.mixed != 0 ? 2 * s.stride : cross;
+    const int pole = s.pole != 0 ? PrefilterStage::pole_reach : 0;
+    reach.space = std::max(reach.space + space + pole, s.source_spatial != 0 || s.source_mixed != 0 ? 2 : 0);
     reach.time = std::max(reach.time + time, s.source_temporal != 0 || s.source_mixed != 0 ? 2 : 0);
   }
   return reach;
@@ -142,6 +144,7 @@ int Kernel::reach_layers() const {
 std::vector<std::string> kernel_names() {
   std::vector<std::string> names;
   for (const Preset& preset : presets) names.emplace_back(preset.name);
+  names.emplace_back("exact");
   names.emplace_back("paper");
   names.emplace_back("gauss09");
   for (const RadialEntry& entry : radial_entries)
@@ -155,6 +158,11 @@ Kernel make_kernel(std::string_view name) {
     if (name == preset.name) name = preset.kernel;
 
   Kernel kernel;
+  if (name == "exact") {
+    kernel = make_kernel("default");
+    kernel.name = name;
+    return kernel;
+  }
   kernel.name = name;
   if (name == "paper") {
     kernel.space = gaussian_kernel(2, 2);

@@ -58,6 +58,13 @@ struct TemporalKernel {
 struct PrefilterStage {
   double self = 1, spatial = 0, temporal = 0, mixed = 0, cross = 0;
   double source = 0, source_spatial = 0, source_temporal = 0, source_mixed = 0;
+  // On Cartesian lattices: T sums layers this far apart; B then has no part in time.
+  int stride = 1;
+  // On Cartesian lattices: where p is not 0, A is `self` times the inverse of (1 - p w) (1 - p / w) along
+  // each of x, y and z, w a step of one site: p^|n| / (1 - p^2) from the n-th neighbour, up to `pole_reach`
+  // ones.
+  double pole = 0;
+  static constexpr int pole_reach = 15;
 
   [[nodiscard]] bool uses_source() const {
     return source != 0 || source_spatial != 0 || source_temporal != 0 || source_mixed != 0;
@@ -85,9 +92,9 @@ struct Kernel {
   [[nodiscard]] int reach_layers() const;
 };
 
-// Names: fast (radial16+b2), default (radial20+b3), fine (radial24+b4), paper, gauss09, or SPACE+TIME with
-// SPACE one of radial16 radial18 radial20 radial24 and TIME one of b2 b3 b4. Empty: default. Throws not_found
-// naming the nearest.
+// Names: fast (radial16+b2), default (radial20+b3), fine (radial24+b4), exact (for Cartesian lattices,
+// cc_kernel.h; on others the same as default), paper, gauss09, or SPACE+TIME with SPACE one of radial16
+// radial18 radial20 radial24 and TIME one of b2 b3 b4. Empty: default. Throws not_found naming the nearest.
 [[nodiscard]] Kernel make_kernel(std::string_view name);
 [[nodiscard]] std::vector<std::string> kernel_names();
 

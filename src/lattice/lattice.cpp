@@ -80,6 +80,13 @@ int64_t Lattice4::sites() const {
   return even * (layers() - odd_layers) + space.sites(1) * odd_layers;
 }
 
+bool Lattice4::sites_are_samples() const {
+  if (space.bcc || time_step != (dims[3] > 1 ? 1 : 0)) return false;
+  for (size_t a = 0; a < 3; ++a)
+    if (dims[a] > 1 && space_step[a] != 1) return false;
+  return true;
+}
+
 double mean_in_space(const LatticeScales& scales) {
   const auto& [x, y, z, t] = scales;
   return x == y && y == z ? x : std::cbrt(x * y * z);

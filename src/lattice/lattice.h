@@ -106,6 +106,8 @@ struct Lattice4 {
   // The same, but 1 where they are smaller only for a whole number of planes.
   [[nodiscard]] LatticeScales nominal_scales() const;
   [[nodiscard]] int64_t sites() const;
+  // Whether its sites are the source samples, one by one.
+  [[nodiscard]] bool sites_are_samples() const;
 
   bool operator==(const Lattice4&) const = default;
 };

@@ -107,6 +107,8 @@ void VolumeWriter::begin_info() {
   initial_.time.unit = s.time_unit;
   if (!s.recommended_kernel.empty())
     initial_.recommended_kernel = make_kernel(s.recommended_kernel).name;
+  else if (!s.coefficients && s.scales[3] == 1 && initial_.lattice.sites_are_samples())
+    initial_.recommended_kernel = make_kernel("exact").name;
   else if (s.abs_error > 0 || s.psnr > 0 || s.coefficients) // must not depend on a reader's default
     initial_.recommended_kernel = make_kernel("").name;
   if (s.coefficients) {

@@ -96,7 +96,7 @@ std::vector<std::set<int32_t>> Coefficients::needed(std::span<const int32_t> lay
     reach(s - 1, 0);
     reach(samples, 0);
     if (filter.cross != 0 && lattice.space.bcc) reach(s - 1, 1);
-    if (filter.temporal != 0 || filter.mixed != 0) reach(s - 1, lattice.layer_period());
+    if (filter.temporal != 0 || filter.mixed != 0) reach(s - 1, filter.stride * lattice.layer_period());
     if (filter.source_temporal != 0 || filter.source_mixed != 0) reach(samples, lattice.layer_period());
   }
   return needed;
@@ -216,7 +216,7 @@ std::shared_ptr<const BrickLayer> Coefficients::stage(int stage_number, int32_t 
   };
   const auto layers = [&](int from_stage, bool in_time) {
     StageLayers l{.own = get(from_stage, m)};
-    const int32_t period = lattice.layer_period();
+    const int32_t period = filter.stride * lattice.layer_period();
     if (in_time && !lattice.is_static())
       l.before = get(from_stage, m - period), l.after = get(from_stage, m + period);
     return l;

@@ -206,6 +206,8 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 #include <atomic>
 
+#include "field/coefficients/inverse.h"
+
 namespace bccsplat {
 HWY_EXPORT(StageBrick);
 
@@ -288,6 +290,7 @@ class Neighbourhood {
 
 BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input, const StageFinish* finish,
                        const BrickBox& region, const Context& context) {
+  if (stage.pole != 0) return apply_inverse(stage, *input.previous.own, finish, region, context);
   BrickLayer result(input.previous.own->lattice(), input.previous.own->coset());
   const Neighbourhood occupied(input, finish, region, result);
   // One task per row of bricks along x: a few dozen microseconds each where there is anything.

@@ -38,7 +38,7 @@ double site_sum(const RadialKernel& phi, const Vec3& p) {
 TEST(CcKernel, SumsToOneInTheMeanWithASmallRipple) {
   // The bound that slices give for their values allows 2 %.
   for (const auto& [name, ripple] :
-       {std::pair{"radial16+b3", 0.02}, {"radial18+b3", 0.01}, {"radial20+b3", 0.004}}) {
+       {std::pair{"radial16+b3", 0.02}, {"radial18+b3", 0.01}, {"radial20+b3", 0.004}, {"exact", 0.01}}) {
     const CcKernel cc = make_cc_kernel(name);
     EXPECT_NEAR(radial_integral(cc.kernel.space), 1, 1e-9);
     for (int i = 0; i < 125; ++i) {
@@ -72,7 +72,7 @@ TEST(CcKernel, WiderKernelsAreRefused) {
 }
 
 class CcVolume : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Cc, CcVolume, testing::Values("fast", "default", "paper", "radial20+b4"),
+INSTANTIATE_TEST_SUITE_P(Cc, CcVolume, testing::Values("fast", "default", "exact", "paper", "radial20+b4"),
                          [](const auto& instance) {
                            std::string name = instance.param;
                            std::replace(name.begin(), name.end(), '+', '_');
@@ -158,7 +158,8 @@ TEST(CcVolume, PlaneWavesReachTheKernelsAccuracy) {
     const char* kernel;
     std::array<double, 3> snr; // dB at rho 0.5, 0.7, 0.9
   };
-  for (const Asked& asked : {Asked{"default", {43, 31.5, 19}}, Asked{"radial20+b4", {53, 37, 21}}}) {
+  for (const Asked& asked : {Asked{"default", {43, 31.5, 19}}, Asked{"radial20+b4", {53, 37, 21}},
+                             Asked{"exact", {37, 28.5, 19.5}}}) {
     size_t i = 0;
     for (const double rho : {0.5, 0.7, 0.9}) {
       const PlaneWaves f(24, rho, 17);
@@ -186,6 +187,92 @@ TEST(CcVolume, SamplesComeBackAtTheSites) {
       snr_db(evaluate_values({samples, 0, make_kernel("radial20+b4"), 0, large_cache}, sites, context.get()),
              sites, f),
       48);
+}
+
+// Samples of full swing from site to site, all frequencies alike.
+MemorySamples white_noise(const Lattice4& lattice, double codes) {
+  std::mt19937 random(7);
+  return sample_field(lattice, [&](const Vec4&) {
+    return std::floor(std::uniform_real_distribution<double>(0, codes)(random));
+  });
+}
+
+TEST(ExactKernel, SamplesComeBackToRounding) {
+  TestContext context;
+  for (const auto& dims :
+       {std::array<uint32_t, 4>{23, 37, 18, 13}, {40, 19, 21, 1}, {1, 1, 33, 2}, {2, 3, 5, 30}}) {
+    const auto lattice = Lattice4::fit(LatticeKind::cc, dims);
+    const auto samples = white_noise(lattice, 256);
+    const Coefficients exact(samples, 0, make_kernel("exact"), 0, large_cache);
+    // Axes of one sample have a second site, beyond the domain.
+    const Int3 sites = lattice.space.dims(0);
+    Int3 n;
+    for (size_t a = 0; a < 3; ++a) n[a] = static_cast<int32_t>(dims[a]);
+    std::vector<float> grid(static_cast<size_t>(n[0]) * static_cast<size_t>(n[1]) *
+                            static_cast<size_t>(n[2]));
+    double worst = 0, most = 0;
+    for (int32_t m = 0; m < lattice.layers(); ++m) {
+      const std::vector<float> expected = layer_to_dense(samples.read_layer(0, m, {}, context.get()));
+      const Slice slice = time_slice(exact, m, {0, 0}, {}, context.get());
+      sample_grid(slice, {{0, 0, 0}, {1, 1, 1}, n}, grid.data(), context.get());
+      for (int i = 0; i < n[0] * n[1] * n[2]; ++i) {
+        const int x = i % n[0], y = i / n[0] % n[1], z = i / (n[0] * n[1]);
+        const float got = grid[static_cast<size_t>(i)];
+        const float site = expected[static_cast<size_t>((z * sites[1] + y) * sites[0] + x)];
+        worst = std::max(worst, std::fabs(static_cast<double>(got) - static_cast<double>(site)));
+        ASSERT_GE(got, slice.bounds[0]);
+        ASSERT_LE(got, slice.bounds[1]);
+      }
+      for (const double bound : slice.bounds) most = std::max(most, std::fabs(bound));
+    }
+    EXPECT_LT(worst, 2e-3) << dims[0]; // coefficients of up to 5000
+    EXPECT_LT(most, 256 * make_cc_kernel("exact").kernel.prefilter_gain * 1.02);
+  }
+}
+
+TEST(ExactKernel, NeighboursInSpaceFallByOneFactor) {
+  const RadialKernel phi = make_cc_kernel("exact").kernel.space;
+  const double fall = phi.value(1) / phi.value(0);
+  EXPECT_NEAR(phi.value(2), fall * phi.value(1), 1e-7);
+  EXPECT_NEAR(phi.value(3), fall * phi.value(2), 1e-7);
+  EXPECT_EQ(phi.value(4), 0);
+}
+
+TEST(ExactKernel, CachesAndRegionsChangeNothing) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {20, 20, 150, 24});
+  const auto samples = white_noise(lattice, 256);
+  const Kernel kernel = make_kernel("exact");
+  const Coefficients roomy(samples, 0, kernel, 0, large_cache);
+  for (const uint64_t cache : {uint64_t{0}, uint64_t{3} << 20}) {
+    const Coefficients tight(samples, 0, kernel, 0, cache);
+    for (int32_t m = 8; m < 12; ++m)
+      ASSERT_EQ(layer_to_dense(*tight.layer(m, context.get())),
+                layer_to_dense(*roomy.layer(m, context.get())));
+  }
+  const Coefficients part(samples, 0, kernel, 0, large_cache, {{0, 0, 3}, {2, 2, 8}});
+  const auto some = part.layer(9, context.get()), all = roomy.layer(9, context.get());
+  for (int z = 4; z < 7; ++z) // beyond the reach of the region's faces
+    for (int y = 0; y < 2; ++y)
+      for (int x = 0; x < 2; ++x) EXPECT_EQ(some->brick(x, y, z)->value, all->brick(x, y, z)->value);
+}
+
+TEST(ExactKernel, HolesStayAndAirIsPruned) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::cc, {60, 20, 20, 1});
+  std::vector<float> dense(60 * 20 * 20, 0.0f);
+  dense[10 * 20 * 60 + 10 * 60 + 8] = 100;
+  BrickLayer layer = layer_from_dense(lattice.space, 0, dense);
+  auto hole = std::make_shared<Brick>();
+  hole->hole = std::make_unique<BrickMask>();
+  (*hole->hole)[5] = 1;
+  layer.set(layer.slot(3, 0, 0), std::move(hole));
+  const MemorySamples samples(lattice, {0}, {{std::move(layer)}});
+  const Coefficients c(samples, 0, make_kernel("exact"), 0.01f, large_cache);
+  const auto made = c.layer(0, context.get());
+  EXPECT_TRUE(made->brick(3, 0, 0)->is_hole(5 * 16));
+  EXPECT_FALSE(made->brick(2, 0, 0)); // all below .01
+  EXPECT_GT(made->brick(0, 0, 0)->count(), 100);
 }
 
 TEST(CcVolume, StaticVolumesAreThreeDimensional) {

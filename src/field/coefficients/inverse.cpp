@@ -1,0 +1,170 @@
+// Inverts one axis after the other: a brick with the sites in reach along the axis is copied, and shrinks to
+// the brick factor by factor. Products are rounded before they are added, as in the other stages.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "field/coefficients/inverse.cpp"
+#include <hwy/foreach_target.h>
+// Highway's target list must come before anything it guards.
+#include <hwy/highway.h>
+
+#include "field/coefficients/inverse.h"
+
+#ifndef BCCSPLAT_INVERSE_FACTOR
+#define BCCSPLAT_INVERSE_FACTOR
+namespace bccsplat {
+
+// One factor: sites become `self` times themselves and `side` times those `stride` before and behind, along
+// the middle one of three nested dimensions.
+struct InverseFactor {
+  float self = 1, side = 0;
+  int stride = 1;
+};
+struct InverseLines {
+  int outer = 1, pitch = 0, inner = 1; // sites from one outer line to the next, floats of a site
+};
+
+} // namespace bccsplat
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace bccsplat {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// `length` sites of each line come out; they begin `stride` sites later. Whole vectors are written: into the
+// line that follows, which comes later.
+void ApplyFactor(const InverseFactor& f, const InverseLines& lines, int length, const float* from,
+                 float* to) {
+  const hn::ScalableTag<float> d;
+  const auto self = hn::Set(d, f.self), side = hn::Set(d, f.side);
+  const auto shift = static_cast<size_t>(f.stride * lines.inner),
+             pitch = static_cast<size_t>(lines.pitch * lines.inner),
+             count = static_cast<size_t>(length * lines.inner);
+  for (int o = 0; o < lines.outer; ++o, from += pitch, to += pitch)
+    for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+      const auto sides = hn::Add(hn::LoadU(d, from + i), hn::LoadU(d, from + i + 2 * shift));
+      hn::StoreU(hn::Add(hn::Mul(self, hn::LoadU(d, from + i + shift)), hn::Mul(side, sides)), d, to + i);
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace bccsplat
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "field/footprint/dense_sites.h"
+
+namespace bccsplat {
+HWY_EXPORT(ApplyFactor);
+
+namespace {
+
+// Sites of a brick and those in reach along one axis; floats that a vector may touch behind them.
+constexpr int longest = brick_edge + 2 * PrefilterStage::pole_reach, beyond = 64;
+using TwoCopies = std::array<std::vector<float>, 2>;
+
+// 1 / (1 - p w) is the product of 1 + (p w)^(2^k): four factors reach 15 sites.
+std::vector<InverseFactor> factors_of(const PrefilterStage& stage) {
+  std::vector<InverseFactor> factors;
+  double gain = std::cbrt(stage.self);
+  for (int stride = 1; 2 * stride - 1 <= PrefilterStage::pole_reach; stride *= 2, gain = 1) {
+    const double q = std::pow(stage.pole, stride);
+    factors.push_back({static_cast<float>(gain * (1 + q * q)), static_cast<float>(gain * q), stride});
+  }
+  return factors;
+}
+
+// Sites beyond the lattice, in an edge brick, are air.
+void clear_beyond(const Int3& dims, const Int3& brick, Brick& out) {
+  Int3 width;
+  for (size_t a = 0; a < 3; ++a) width[a] = std::min(brick_edge, dims[a] - brick[a] * brick_edge);
+  if (width == Int3{brick_edge, brick_edge, brick_edge}) return;
+  for (int s = 0; s < brick_sites; ++s)
+    if (s % brick_edge >= width[0] || s / brick_edge % brick_edge >= width[1] || s / brick_rows >= width[2])
+      out.value[static_cast<size_t>(s)] = 0;
+}
+
+// The sites of a brick, filtered along an axis; null where nothing is in reach.
+std::shared_ptr<Brick> filter_brick(const std::vector<InverseFactor>& factors, const BrickLayer& from,
+                                    size_t axis, const Int3& brick, TwoCopies& copies) {
+  SiteBox box{{}, {brick_edge, brick_edge, brick_edge}};
+  for (size_t a = 0; a < 3; ++a) box.origin[a] = brick[a] * brick_edge;
+  box.origin[axis] -= PrefilterStage::pole_reach, box.size[axis] = longest;
+  for (auto& copy : copies) copy.resize(size_t{longest} * brick_rows + beyond);
+  if (!gather_box(from, box, copies[0].data())) return nullptr;
+  InverseLines lines{1, longest, axis == 0 ? 1 : axis == 1 ? brick_edge : brick_rows};
+  lines.outer = brick_rows / lines.inner;
+  int length = longest;
+  for (const InverseFactor& factor : factors) {
+    length -= 2 * factor.stride;
+    HWY_DYNAMIC_DISPATCH(ApplyFactor)(factor, lines, length, copies[0].data(), copies[1].data());
+    std::swap(copies[0], copies[1]);
+  }
+  auto out = std::make_shared_for_overwrite<Brick>();
+  for (int o = 0; o < lines.outer; ++o)
+    std::copy_n(copies[0].data() + o * longest * lines.inner, brick_edge * lines.inner,
+                out->value.data() + o * brick_edge * lines.inner);
+  clear_beyond(from.dims(), brick, *out);
+  return out;
+}
+
+// Whether the brick or a neighbour along the axis holds anything; mirror images lie no further away.
+bool near(const BrickLayer& from, size_t axis, Int3 brick) {
+  const int at = brick[axis];
+  for (int i = std::max(at - 1, 0); i <= std::min(at + 1, from.brick_dims()[axis] - 1); ++i) {
+    brick[axis] = i;
+    if (from.brick(brick[0], brick[1], brick[2])) return true;
+  }
+  return false;
+}
+
+BrickLayer filter_along(const PrefilterStage& stage, const BrickLayer& from, size_t axis,
+                        const BrickBox& region, const Context& context) {
+  const std::vector<InverseFactor> factors = factors_of(stage);
+  BrickLayer result(from.lattice(), from.coset());
+  std::vector<std::shared_ptr<Brick>> made(result.brick_slots());
+  context.tasks.parallel_for(result.rows(), [&](uint64_t row) {
+    context.progress.check();
+    TwoCopies copies;
+    for (size_t slot = row * result.row_slots(); slot < (row + 1) * result.row_slots(); ++slot)
+      if (const Int3 brick = result.slot_position(slot); region.contains(brick) && near(from, axis, brick))
+        made[slot] = filter_brick(factors, from, axis, brick, copies);
+  });
+  for (size_t slot = 0; slot < made.size(); ++slot)
+    if (made[slot]) result.set(slot, std::move(made[slot]));
+  return result;
+}
+
+// Coefficients that matter, and the holes of the samples.
+BrickLayer finished(const BrickLayer& layer, const StageFinish& finish) {
+  BrickLayer result(layer.lattice(), layer.coset());
+  for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
+    const Brick* sample = finish.samples->brick(slot);
+    const bool holes = sample && sample->hole;
+    if (!layer.brick(slot) && !holes) continue;
+    auto out = std::make_shared<Brick>();
+    if (const Brick* values = layer.brick(slot)) out->value = values->value;
+    const int kept = out->keep_above(finish.prune);
+    if (holes) out->hole = std::make_unique<BrickMask>(*sample->hole);
+    if (kept > 0 || holes) result.set(slot, std::move(out));
+  }
+  return result;
+}
+
+} // namespace
+
+BrickLayer apply_inverse(const PrefilterStage& stage, const BrickLayer& from, const StageFinish* finish,
+                         const BrickBox& region, const Context& context) {
+  BrickLayer layer = filter_along(stage, from, 0, region, context);
+  layer = filter_along(stage, layer, 1, region, context);
+  layer = filter_along(stage, layer, 2, region, context);
+  return finish ? finished(layer, *finish) : layer;
+}
+
+} // namespace bccsplat
+#endif
