@@ -33,6 +33,18 @@ class Render(ToolTest):
         super().setUp()
         self.volume(DIMS, bump, '--quiet')
 
+    def test_files_with_every_sample_are_drawn_smoothly(self):
+        self.volume(DIMS, bump, '--quiet', '--lattice', 'cc', '--overwrite')
+        self.assertEqual(self.json('info', 'v.bcc4')['kernel'], 'exact')
+        drawn = {}
+        for quality in ('normal', 'best'):
+            for kernel in ('', 'default', 'exact'):
+                more = ('--kernel', kernel) if kernel else ()
+                drawn[quality, kernel] = self.picture('--quality', quality, *more, name=f'{quality}{kernel}.png')
+            self.assertNotEqual(drawn[quality, 'default'], drawn[quality, 'exact'])
+        self.assertEqual(drawn['normal', ''], drawn['normal', 'default'])
+        self.assertEqual(drawn['best', ''], drawn['best', 'exact'])
+
     def picture(self, *args, name='p.png', size='24x20'):
         self.bcc4('render', 'v.bcc4', '-o', name, '--size', size, '--quiet', *args)
         with open(self.path(name), 'rb') as f:

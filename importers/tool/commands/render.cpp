@@ -198,12 +198,21 @@ void choose_moment(const Volume& volume, RenderArguments& a) {
                concat(v.time_last).c_str(), *v.time_unit ? " " : "", v.time_unit);
 }
 
+// Kernel exact has every sample of a Cartesian file and ripples between them, which light shows: only the
+// best pictures are drawn with it where nobody asks for it.
+Volume open_for_pictures(const Device& device, const RenderArguments& a) {
+  Volume volume = open_volume(device, a.file, a.kernel);
+  const bool smooth = a.kernel.empty() && a.quality != BCCSPLAT_QUALITY_BEST &&
+                      volume_info(volume).recommended_kernel == std::string_view("exact");
+  return smooth ? open_volume(device, a.file, "default") : std::move(volume);
+}
+
 Exit run_render(RenderArguments a) {
   check_arguments(a);
   const CameraChoice camera = choose_camera(a);
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const auto start = Clock::now();
-  const Volume volume = open_volume(device, a.file, a.kernel);
+  const Volume volume = open_for_pictures(device, a);
   const double open_ms = milliseconds_since(start);
   const uint32_t channel = find_channel(volume, a.channel);
   choose_moment(volume, a);

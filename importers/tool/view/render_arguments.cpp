@@ -146,7 +146,10 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                        {"off", BCCSPLAT_PREINTEGRATE_OFF}},
                       "Draw what the transfer function shows between sheets (default auto: where it is "
                       "narrower than a step)");
-  app.add_option("--kernel", a.kernel, "Reconstruction kernel (default: the file's)")->type_name("NAME");
+  app.add_option("--kernel", a.kernel,
+                 "Reconstruction kernel (default: the file's; of a file with kernel exact "
+                 "the smoother default, but with --quality best)")
+      ->type_name("NAME");
   app.add_option("--channel", a.channel, "Channel, by name or number (default: the first)")
       ->type_name("NAME");
   app.add_flag("--no-shading", a.no_shading, "Colours without light");
