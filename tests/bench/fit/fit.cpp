@@ -13,6 +13,7 @@
 #include "tests/bench/fit/fit_held_out.h"
 #include "tests/bench/fit/fit_lowpass.h"
 #include "tests/bench/fit/fit_rate.h"
+#include "tests/bench/fit/fit_real.h"
 #include "tests/bench/fit/fit_source.h"
 
 namespace bccsplat::bench {
@@ -123,7 +124,7 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
       type = value();
     else if (args[i] == "--speed" || args[i] == "--accuracy" || args[i] == "--kept" ||
              args[i] == "--round-trip" || args[i] == "--rate" || args[i] == "--lowpass" ||
-             args[i] == "--ends" || args[i] == "--held-out")
+             args[i] == "--ends" || args[i] == "--held-out" || args[i] == "--real")
       tables.push_back(args[i]);
     else
       fail(Code::invalid_argument, "fit: unknown option ", args[i]);
@@ -178,6 +179,8 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
   if (folder.empty() && std::find(tables.begin(), tables.end(), "--held-out") != tables.end())
     fail(Code::invalid_argument, "fit --held-out looks at the real sets of --data DIR");
   if (!folder.empty() && wanted("--held-out")) report_held_out(folder, report);
+  // It takes minutes: asked for by name only.
+  if (std::find(tables.begin(), tables.end(), "--real") != tables.end()) report_real(folder, report);
   if (wanted("--lowpass")) report_lowpass(report);
   if (wanted("--ends")) {
     report_ends(report);

@@ -8,10 +8,10 @@
 
 namespace bccsplat::bench {
 
-//   fit [--speed] [--accuracy] [--kept] [--round-trip] [--rate] [--lowpass] [--ends] [--held-out]
+//   fit [--speed] [--accuracy] [--kept] [--round-trip] [--rate] [--lowpass] [--ends] [--held-out] [--real]
 //       [--data DIR]
-//     all tables without a choice; DIR has the real sets of --ends (theirs beside known fields) and
-//     --held-out
+//     all tables but --real without a choice; DIR has the real sets of --ends (theirs beside known fields),
+//     --held-out and --real (its generated ones beside them)
 //   fit --raw FILE --dims X,Y,Z,T --dtype u8|u16|f32
 //     the same on a raw series, x fastest: error against bytes (--rate: this alone), its ends (--ends), round
 //     trip with the ringing kept and dropped, samples kept, speed

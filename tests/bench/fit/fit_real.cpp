@@ -1,0 +1,224 @@
+#include "tests/bench/fit/fit_real.h"
+
+#include <zlib.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <numbers>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "tests/bench/fit/fit_rate.h"
+#include "tests/bench/fit/fit_source.h"
+#include "tests/bench/fit/zfp_size.h"
+#include "tests/bench/paper/paper.h"
+
+#ifdef BCCSPLAT_BENCH_TOOL
+#include <nlohmann/json.hpp>
+#endif
+
+namespace bccsplat::bench {
+
+#ifndef BCCSPLAT_BENCH_TOOL
+
+void report_real(const std::string&, const Report&) {
+  fail(Code::unsupported,
+       "fit --real runs bcc4, which is not built here: configure with -DBCCSPLAT_BUILD_TOOL=ON");
+}
+
+#else
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RealSet {
+  FitSource source;
+  bool smooth = false; // band-limited: at most .8 of zfp's bytes
+};
+
+// Waves of an ellipsoid: radius rho of the Nyquist frequency along each axis.
+FitSource ellipsoid(const std::string& name, const std::array<uint32_t, 4>& dims,
+                    const std::array<double, 4>& rho) {
+  constexpr int waves = 60;
+  PlaneWaves field(1, waves, 5);
+  for (auto& v : field.vector)
+    for (size_t a = 0; a < 4; ++a) v[a] *= rho[a];
+  std::array<std::vector<double>, 4> grid;
+  for (size_t a = 0; a < 4; ++a)
+    for (uint32_t i = 0; i < dims[a]; ++i) grid[a].push_back(i);
+  FitSeries s{dims, {}};
+  for (const double v : field.on_grid(grid)) s.values.push_back(static_cast<float>(v));
+  return source_of<float>(s, SourceType::f32, 1, name);
+}
+
+std::vector<RealSet> all_sets(const std::string& folder, bool quick) {
+  constexpr PaperSet real[] = {{"fingers", "viscous_fingers_run01_64x64x64x99_u16.nrrd", "", "", true},
+                               {"heart", "cardiac_cine_256x256x19x20_i16.nii.gz", "", "", true},
+                               {"hurricane", "isabel_windspeed_125x125x25x12_u16.nrrd", "", "", true},
+                               {"pcasl", "pcasl_52x68x20x10_f32.nii.gz", "", "", true},
+                               {"forecast", "ncep_forecast_36x33x10x7_f32.nc", "", "T", true}};
+  std::vector<RealSet> sets;
+  for (const PaperSet& set : real)
+    if (auto source = load_paper_set(set, folder)) sets.push_back({std::move(*source), false});
+  const uint32_t n = quick ? 24 : 48;
+  sets.push_back({ellipsoid("ball .5", {n, n, n, n}, {.5, .5, .5, .5}), true});
+  sets.push_back({ellipsoid("slow", {n, n, n / 2, n / 2}, {.7, .7, .7, .15}), true});
+  sets.push_back({ellipsoid("fast", {n, n, n, n / 2}, {.25, .25, .25, .8}), true});
+  sets.push_back({ellipsoid("slices", {n, n, n / 2, n / 2}, {.35, .35, .8, .4}), true});
+  return sets;
+}
+
+// A folder that goes with its files.
+struct Scratch {
+  fs::path path;
+  Scratch() {
+    std::string name = (fs::temp_directory_path() / "bccsplat-real-XXXXXX").string();
+    if (!::mkdtemp(name.data()))
+      fail(Code::io_error, "cannot make a folder in ", fs::temp_directory_path().string());
+    path = name;
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+};
+
+// One run of the tool.
+struct Imported {
+  double psnr = 0, foretold = 0; // dB
+  double bytes = 0, sites = 0;   // per source sample
+  double lattice_psnr = 0;
+  std::string lattice;
+};
+
+const char* type_name(SourceType type) {
+  return type == SourceType::u8 ? "u8" : type == SourceType::u16 ? "u16" : "f32";
+}
+
+std::string distances(const nlohmann::json& coding) {
+  std::string text = coding.at("lattice").get<std::string>();
+  for (const auto& d : coding.at("distances")) text += " " + number(d.get<double>(), 2);
+  return text;
+}
+
+Imported import(const RealSet& set, const Scratch& scratch, const std::string& options) {
+  const FitSource& s = set.source;
+  const std::string raw = (scratch.path / "source.raw").string();
+  const std::string command =
+      concat("'", BCCSPLAT_BENCH_TOOL, "' import '", raw, "' --dims ", s.dims[0], ",", s.dims[1], ",",
+             s.dims[2], ",", s.dims[3], " --dtype ", type_name(s.type), " -o '",
+             (scratch.path / "out.bcc4").string(), "' --overwrite --measure all --json ", options);
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
+  if (!pipe) fail(Code::io_error, "cannot run ", BCCSPLAT_BENCH_TOOL);
+  std::string text;
+  std::array<char, 4096> part{};
+  while (const size_t got = std::fread(part.data(), 1, part.size(), pipe.get()))
+    text.append(part.data(), got);
+  const auto j = nlohmann::json::parse(text, nullptr, false);
+  if (j.is_discarded()) fail(Code::io_error, "no report of ", command);
+  Imported out;
+  const auto& error = j.at("error").at("channels").at(0);
+  out.psnr = error.at("psnr").is_null() ? HUGE_VAL : error.at("psnr").get<double>();
+  out.bytes = j.at("bytes").at("file").get<double>();
+  out.sites = j.at("sites_total").get<double>() / j.at("cc_samples").get<double>();
+  const auto& plan = j.at("plan");
+  const auto& chosen =
+      plan.contains("choice") ? plan.at("choice").at("rounded") : plan.at("coding").at("chosen");
+  out.foretold = 20 * std::log10(error.at("peak").get<double>() / chosen.at("rmse").at(0).get<double>());
+  out.lattice = distances(chosen);
+  return out;
+}
+
+void write_raw(const FitSource& s, const Scratch& scratch) {
+  std::ofstream file(scratch.path / "source.raw", std::ios::binary);
+  file.write(reinterpret_cast<const char*>(s.bytes.data()), static_cast<std::streamsize>(s.bytes.size()));
+  if (!file) fail(Code::io_error, scratch.path.string(), ": cannot write the source");
+}
+
+double gzip_bytes(const FitSource& s) {
+  uLongf size = compressBound(static_cast<uLong>(s.bytes.size()));
+  std::vector<Bytef> out(size);
+  compress2(out.data(), &size, reinterpret_cast<const Bytef*>(s.bytes.data()),
+            static_cast<uLong>(s.bytes.size()), 6);
+  return static_cast<double>(size);
+}
+
+std::string kib(double bytes) { return number(bytes / 1024, 1); }
+
+// Ways to keep about half of the samples, rounded alike.
+void add_equal_samples(std::vector<Row>& rows, const RealSet& set, const Scratch& scratch) {
+  const Imported chosen = import(set, scratch, "");
+  double best = 0;
+  const auto row = [&](const std::string& way, double psnr, double bytes, double sites,
+                       const std::string& lattice, double foretold) {
+    rows.push_back({word("series", set.source.name), word("kept", way), word("lattice", lattice),
+                    figure("sites / samples", sites, 3), figure("PSNR dB", psnr, 2),
+                    std::isfinite(foretold) ? figure("foretold off by", foretold - psnr, 2)
+                                            : word("foretold off by", "-"),
+                    word("KiB", kib(bytes)), figure("dB behind the best", 0, 2)});
+  };
+  const size_t first = rows.size();
+  const auto add = [&](const std::string& way, const Imported& i) {
+    row(way, i.psnr, i.bytes, i.sites, i.lattice, i.foretold);
+  };
+  add("as chosen", chosen);
+  add("D4*, fitted", import(set, scratch, "--lattice d4star --density .5"));
+  add("D4*, cubic", import(set, scratch, "--lattice d4star"));
+  add("CC, fitted", import(set, scratch, "--lattice cc --density .5"));
+  for (const bool cubic : {false, true}) {
+    const RatePoint half = through_half_the_frames(set.source, 0, cubic);
+    row(cubic ? "every 2nd frame, Catmull-Rom" : "every 2nd frame, linear", half.psnr,
+        static_cast<double>(half.bytes),
+        static_cast<double>((set.source.dims[3] + 1) / 2) / set.source.dims[3], "-", NAN);
+  }
+  const auto psnr_of = [](const Row& r) { return std::strtod(r[4].text.c_str(), nullptr); };
+  for (size_t i = first; i < rows.size(); ++i) best = std::max(best, psnr_of(rows[i]));
+  for (size_t i = first; i < rows.size(); ++i)
+    rows[i].back() = figure("dB behind the best", best - psnr_of(rows[i]), 2);
+}
+
+void add_equal_errors(std::vector<Row>& rows, const RealSet& set, const Scratch& scratch) {
+  const double gzip = gzip_bytes(set.source);
+  for (const double goal : {45.0, 50.0, 60.0}) {
+    const std::string bound = concat("--psnr ", goal);
+    const Imported i = import(set, scratch, bound);
+    const Imported d4 = import(set, scratch, bound + " --lattice d4star"),
+                   cc = import(set, scratch, bound + " --lattice cc");
+    const auto zfp = zfp_bytes(set.source, i.psnr);
+    rows.push_back({word("series", set.source.name), figure("asked dB", goal, 0),
+                    figure("reached", i.psnr, 2), word("lattice", i.lattice), word("KiB", kib(i.bytes)),
+                    word("D4* alone", kib(d4.bytes)), word("CC alone", kib(cc.bytes)),
+                    word("zfp 4D KiB", zfp ? kib(*zfp) : "-"),
+                    zfp ? figure("of zfp", i.bytes / *zfp, 2) : word("of zfp", "-"),
+                    figure("to be", set.smooth ? .8 : 1.05, 2), figure("of gzip", i.bytes / gzip, 2)});
+  }
+}
+
+} // namespace
+
+void report_real(const std::string& folder, const Report& report) {
+#ifndef BCCSPLAT_BENCH_ZFP
+  std::fprintf(stderr,
+               "fit --real: *** no zfp in this build: nothing is compared with it (libzfp-dev) ***\n");
+#endif
+  std::vector<Row> samples, errors;
+  for (const RealSet& set : all_sets(folder, report.quick)) {
+    const Scratch scratch;
+    write_raw(set.source, scratch);
+    add_equal_samples(samples, set, scratch);
+    add_equal_errors(errors, set, scratch);
+  }
+  report.table("half of the samples: what comes back at the source samples", samples);
+  report.table("bytes of an accepted error", errors);
+}
+
+#endif
+
+} // namespace bccsplat::bench
