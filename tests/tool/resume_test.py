@@ -35,13 +35,17 @@ def without_record(data, record):
     return bytes(out)
 
 
+# Otherwise the first frames and all of them may choose differently.
+FIXED = ('--lattice', 'd4star', '--exact')
+
+
 class Resume(ToolTest):
     def setUp(self):
         super().setUp()
         # Noise does not compress: many commits.
         self.data = random.Random(1).randbytes(N * N * N * FRAMES)
         self.write('a.raw', self.data)
-        self.dims = ['--dims', f'{N},{N},{N},{FRAMES}', '--dtype', 'u8']
+        self.dims = ['--dims', f'{N},{N},{N},{FRAMES}', '--dtype', 'u8', *FIXED]
 
     def run_import(self, *more, expect=0, output='x.bcc4'):
         return self.bcc4('import', 'a.raw', *self.dims, '-o', output, *more, expect=expect)
@@ -96,6 +100,7 @@ class Resume(ToolTest):
         self.assertEqual(self.json('info', 'whole.bcc4')['value_type'], 'i32')
 
     def test_ctrl_c_says_how_to_go_on(self):
+        self.dims = self.dims[:-len(FIXED)]  # what was chosen is chosen again
         whole = self.undisturbed()
         p = self.started()
         while p.poll() is None:  # until something is worth keeping
@@ -130,7 +135,7 @@ class Resume(ToolTest):
         whole = self.undisturbed()
         first = 29
         self.write('first.raw', self.data[:N * N * N * first])
-        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', '-o', 'x.bcc4', '--quiet')
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', *FIXED, '-o', 'x.bcc4', '--quiet')
         self.run_import('--append', '--quiet')
         self.assertEqual(self.read('x.bcc4'), whole)
         self.assertEqual(self.json('info', 'x.bcc4')['dims'], [N, N, N, FRAMES])
@@ -139,7 +144,7 @@ class Resume(ToolTest):
         whole = self.undisturbed('--store', 'coefficients')
         first = 34
         self.write('first.raw', self.data[:N * N * N * first])
-        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', '--store', 'coefficients',
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', *FIXED, '--store', 'coefficients',
                   '-o', 'x.bcc4', '--quiet')
         old = self.read('x.bcc4')
         append = ('import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--store', 'coefficients', '--append')
@@ -160,7 +165,7 @@ class Resume(ToolTest):
         frames = [self.data[i:i + N * N * N] for i in range(0, len(self.data), N * N * N)]
         for i, frame in enumerate(frames):
             self.write(f'f.{i:03}.raw', frame)
-        one = ['--dims', f'{N},{N},{N}', '--dtype', 'u8', '--dt', '0.5']
+        one = ['--dims', f'{N},{N},{N}', '--dtype', 'u8', *FIXED, '--dt', '0.5']
         self.bcc4('import', 'f.*.raw', *one, '-o', 'whole.bcc4', '--quiet')
         first = 29
         self.bcc4('import', *[f'f.{i:03}.raw' for i in range(first)], *one, '-o', 'old.bcc4', '--quiet')
@@ -208,7 +213,7 @@ class Resume(ToolTest):
 
     def interrupted_append(self, first, *options):
         self.write('first.raw', self.data[:N * N * N * first])
-        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', *options, '-o', 'x.bcc4', '--quiet')
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', *FIXED, *options, '-o', 'x.bcc4', '--quiet')
         old = self.read('x.bcc4')
         whole = self.undisturbed(*options)
         moments, early = random.Random(3), 0
@@ -232,7 +237,7 @@ class Resume(ToolTest):
         whole = self.undisturbed()
         first = 43
         self.write('first.raw', self.data[:N * N * N * first])
-        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', '--lowpass', '-o', 'x.bcc4',
+        self.bcc4('import', 'first.raw', '--dims', f'{N},{N},{N},{first}', '--dtype', 'u8', *FIXED, '--lowpass', '-o', 'x.bcc4',
                   '--quiet')
         self.run_import('--append', '--quiet')
         self.assertEqual(self.read('x.bcc4'), whole)
@@ -242,7 +247,7 @@ class Resume(ToolTest):
         self.run_import('--quiet')
         old = self.read('x.bcc4')
         self.write('other.raw', bytes(8 * N * N * FRAMES))
-        self.bcc4('import', 'other.raw', '--dims', f'8,{N},{N},{FRAMES}', '--dtype', 'u8', '-o', 'x.bcc4', '--append',
+        self.bcc4('import', 'other.raw', '--dims', f'8,{N},{N},{FRAMES}', '--dtype', 'u8', *FIXED, '-o', 'x.bcc4', '--append',
                   expect=2)
         self.run_import('--append', '--resume', expect=2)
         # Frames filtered in another way would not fit to those that are copied.

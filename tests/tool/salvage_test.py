@@ -16,7 +16,7 @@ class Salvage(ToolTest):
     def setUp(self):
         super().setUp()
         self.args = self.raw('a.raw', DIMS, value)
-        self.bcc4('import', *self.args, '-o', 'v.bcc4', '--quiet')
+        self.bcc4('import', *self.args, '--lattice', 'd4star', '--exact', '-o', 'v.bcc4', '--quiet')
         with open(self.path('v.bcc4'), 'rb') as f:
             self.whole = f.read()
 

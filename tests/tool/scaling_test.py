@@ -66,7 +66,7 @@ class Scaling(ToolTest):
         """Imports, exports and verifies; the largest error in steps of the stored integers and the size of the file."""
         values = stored(dtype)
         self.write('s.' + suffix, FORMATS[suffix][0](values, dtype, slope, offset))
-        self.bcc4('import', 's.' + suffix, '-o', 's.bcc4', '--overwrite', '--quiet')
+        self.bcc4('import', 's.' + suffix, '--exact', '-o', 's.bcc4', '--overwrite', '--quiet')
         self.bcc4('export', 's.bcc4', '--all', '-o', 's.nrrd', '--overwrite', '--quiet')
         out = Nrrd(self.path('s.nrrd'))
         plain = (slope, offset) == (1, 0)

@@ -32,6 +32,9 @@ struct ImportArguments {
   std::optional<double> air, air_threshold, abs, psnr;
   std::string scale;      // a number, or one for each axis
   std::string time_scale; // a number, or auto
+  std::string lattice;    // a name, or auto
+  std::optional<double> density;
+  bool exact = false;
   std::string output;
   bool dry_run = false;
   std::string plan, part; // file; frames as typed
@@ -75,11 +78,29 @@ void read_scale(const std::string& text, const std::string& time_scale, WriterSe
   if (scale.size() == 4) settings.time_scale = scale[3];
 }
 
+// --lattice and --density. A lattice by name has the distances that are given, or 1.
+void read_lattice(const ImportArguments& a, WriterSettings& settings) {
+  if (!a.lattice.empty() && a.lattice != "auto")
+    settings.lattice = option_choice("--lattice", a.lattice, kLatticeChoices);
+  if (!a.density) return;
+  if (!(*a.density > 0 && *a.density <= 4)) fail_usage("--density ", *a.density, ": more than 0, at most 4");
+  if (!a.scale.empty() || !a.time_scale.empty())
+    fail_usage("--density chooses the distances that --scale and --time-scale give: one or the other");
+}
+
+// Is the lattice, or its shape, to be chosen?
+bool chooses_lattice(const ImportArguments& a) {
+  if (a.density) return true;
+  if (!a.scale.empty() || !a.time_scale.empty()) return false;
+  return a.settings.lattice == BCCSPLAT_LATTICE_DEFAULT;
+}
+
 // Checks what was typed about the writer and completes its settings.
 ErrorBound read_settings(ImportArguments& a) {
   a.settings.air = a.air;
   a.settings.air_threshold = a.air_threshold.value_or(0);
   read_scale(a.scale, a.time_scale, a.settings);
+  read_lattice(a, a.settings);
   if (!a.time_scale.empty() && a.time_scale != "auto") {
     a.settings.time_scale = option_number<double>("--time-scale", a.time_scale);
     if (!(a.settings.time_scale > 0)) fail_usage("--time-scale must be positive, or auto");
@@ -141,6 +162,28 @@ void report_nothing_new(const ImportArguments& a, uint64_t frames) {
   else if (!a.common.quiet)
     std::printf("%s: it has all %llu frames already\n", a.output.c_str(),
                 static_cast<unsigned long long>(frames));
+}
+
+// What remains to be decided about a series, after what the file has that it is appended to.
+Unsettled find_unsettled(ImportArguments& a, const Device& device, const SeriesDescription& s,
+                         const ErrorBound& bound) {
+  Unsettled u;
+  u.bound = bound;
+  u.auto_time_scale = a.time_scale == "auto";
+  u.auto_lattice = chooses_lattice(a);
+  u.density = a.density.value_or(0);
+  u.exact = a.exact;
+  u.everything = a.dry_run, u.progress = a.common.prints_text();
+  if (!appends_to_file(a) || bound.any()) return u;
+  if (u.auto_lattice && !a.density) {
+    adopt_lattice(device, a.output, a.settings);
+    u.auto_lattice = false;
+  }
+  if (!a.exact && a.settings.quantize == BCCSPLAT_TYPE_DEFAULT) {
+    adopt_steps(device, a.output, s, a.settings);
+    u.exact = true;
+  }
+  return u;
 }
 
 // The part of a planned series that was asked for, none for all of it.
@@ -211,7 +254,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     return Exit::ok;
   }
 
-  ImportPlan plan{s, a.settings, {}, {}, {}, {}};
+  ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}};
   ImportScope scope;
   scope.output = a.output;
   scope.attributes = reader_attributes(a.reader);
@@ -221,8 +264,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     scope.sources = planned->sources;
     take_part(a, device, s, plan.scans, scope);
   } else {
-    settle_import(*reader, device, {bound, a.time_scale == "auto", a.dry_run, a.common.prints_text()},
-                  a.settings, plan);
+    settle_import(*reader, device, find_unsettled(a, device, s, bound), a.settings, plan);
     // A bound is checked on every frame.
     if (appended.frames > 1 && !bound.any() && a.settings.measure != BCCSPLAT_MEASURE_ALL)
       scope.part = FrameSpan{appended.frames, s.dims[3]};
@@ -278,14 +320,23 @@ Run add_import(CLI::App& app, std::string command_line) {
              "of what is near, the filter's ringing)");
   add_choice<int32_t>(import, "--on-nonfinite", a->settings.nonfinite, kNonfiniteChoices,
                       "NaN and infinities: stop, missing data, or air and the largest value");
-  add_choice<int32_t>(import, "--lattice", a->settings.lattice, kLatticeChoices,
-                      "Lattice (default d4star, bcc for one frame)");
+  import
+      .add_option(
+          "--lattice", a->lattice,
+          "auto (default): of a series D4* or the Cartesian lattice, with the distances along x, y, z and t "
+          "that lose least; d4star, bcc (one frame) or cc: this one, with the distances of --scale")
+      ->type_name("auto|d4star|bcc|cc");
+  add_number(import, "--density", a->density,
+             "Sites per source sample (default .5; bcc and cc as they have at distance 1)");
+  import.add_flag(
+      "--exact", a->exact,
+      "Store samples as precisely as the source has its values (default: rounded where that adds next to "
+      "nothing to the lattice's own error)");
   add_choice<int32_t>(import, "--filter", a->settings.filter, kFilterChoices,
                       "Resampling filter (default kaiser8)");
   import.add_flag("--lowpass", a->settings.lowpass,
                   "First remove the frequencies the lattice cannot hold (outside_cell of --dry-run)");
-  add_choice<int32_t>(import, "--ends", a->settings.ends,
-                      {{"predict", BCCSPLAT_ENDS_PREDICT}, {"mirror", BCCSPLAT_ENDS_MIRROR}},
+  add_choice<int32_t>(import, "--ends", a->settings.ends, kEndsChoices,
                       "Before the first frame and after the last: as they foretell, with four layers more at "
                       "each end (default from 23 frames on), or the mirror image");
   import

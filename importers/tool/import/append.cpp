@@ -65,4 +65,26 @@ AppendedFile open_appended(const Device& device, const std::string& path, const 
   return file;
 }
 
+void adopt_lattice(const Device& device, const std::string& path, WriterSettings& settings) {
+  const bccsplat_volume_info info = volume_info(open_volume(device, path, ""));
+  settings.lattice = info.lattice;
+  std::copy(std::begin(info.scales), std::end(info.scales), settings.scales.begin());
+}
+
+void adopt_steps(const Device& device, const std::string& path, const SeriesDescription& series,
+                 WriterSettings& settings) {
+  constexpr double codes = 65000; // at most so many are in use
+  const Volume old = open_volume(device, path, "");
+  const size_t count = std::min<size_t>(series.channels.size(), volume_info(old).channel_count);
+  std::vector<StepCoding> steps(series.channels.size());
+  for (size_t c = 0; c < count; ++c) {
+    const bccsplat_channel_info channel = channel_info(old, static_cast<uint32_t>(c));
+    const double step = channel.value_scale;
+    if (channel.value_type != BCCSPLAT_TYPE_U16 || step == source_step(series.channels[c])) continue;
+    // A quarter of a step inwards the first code is the same, rounded or not.
+    steps[c] = {step, {channel.value_offset + step / 4, channel.value_offset + codes * step}};
+    settings.steps = steps;
+  }
+}
+
 } // namespace bcc4

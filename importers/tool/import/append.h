@@ -6,6 +6,7 @@
 
 #include "tool/handles.h"
 #include "tool/import/plan_file.h"
+#include "tool/import/series_writer.h"
 
 namespace bcc4 {
 
@@ -18,5 +19,10 @@ struct AppendedFile {
 // series.
 [[nodiscard]] AppendedFile open_appended(const Device& device, const std::string& path,
                                          const SeriesDescription& series, const std::string& filtering);
+
+// A series that is appended to keeps its lattice, and steps that are not those of the source.
+void adopt_lattice(const Device& device, const std::string& path, WriterSettings& settings);
+void adopt_steps(const Device& device, const std::string& path, const SeriesDescription& series,
+                 WriterSettings& settings);
 
 } // namespace bcc4

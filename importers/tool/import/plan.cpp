@@ -47,11 +47,8 @@ std::string percent(uint64_t part, uint64_t whole) {
 }
 
 int32_t type_in_file(const ImportPlan& plan, size_t c) {
-  const Channel& channel = plan.series.channels[c];
-  const int32_t stepped = plan.scans.empty()
-                              ? BCCSPLAT_TYPE_DEFAULT
-                              : stepped_type(plan.settings, plan.scans[c], air_of(channel, plan.settings));
-  return stepped != BCCSPLAT_TYPE_DEFAULT ? stepped : stored_type(channel, plan.settings);
+  return step_of(plan.settings, c) > 0 ? BCCSPLAT_TYPE_U16
+                                       : stored_type(plan.series.channels[c], plan.settings);
 }
 
 } // namespace
@@ -104,11 +101,15 @@ void print_plan(const ImportPlan& plan) {
   }
   for (const std::string& note : s.notes) line("note", note);
   if (plan.spectrum) {
-    const auto lines = spectrum_lines(*plan.spectrum, s.dims[3]);
+    const auto lines = spectrum_lines(*plan.spectrum);
     for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "bandwidth" : "", lines[i]);
   }
+  if (plan.choice) {
+    const auto lines = choice_lines(*plan.choice, s);
+    for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "chosen" : "", lines[i]);
+  }
   if (plan.search)
-    line("coding", coding_text(plan.search->chosen()), " (the smallest of ", plan.search->tried.size(),
+    line("coding", coding_text(plan.search->chosen(), s), " (the smallest of ", plan.search->tried.size(),
          " tried on ", plan.search->sampled_frames, " frames)");
   if (plan.estimate) {
     const ImportEstimate& e = *plan.estimate;
@@ -166,8 +167,9 @@ Json plan_json(const ImportPlan& plan) {
     j["estimate"]["error"] = Json::array();
     for (const bccsplat_error_report& error : e.errors) j["estimate"]["error"].push_back(error_json(error));
   }
-  if (plan.spectrum) j["spectrum"] = spectrum_json(*plan.spectrum, s.dims[3]);
-  if (plan.search) j["coding"] = search_json(*plan.search);
+  if (plan.spectrum) j["spectrum"] = spectrum_json(*plan.spectrum);
+  if (plan.choice) j["choice"] = choice_json(*plan.choice, s);
+  if (plan.search) j["coding"] = search_json(*plan.search, s);
   j["notes"] = s.notes;
   j["warnings"] = s.warnings;
   return j;

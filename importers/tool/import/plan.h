@@ -7,6 +7,7 @@
 
 #include "readers/frame_reader.h"
 #include "readers/scan.h"
+#include "tool/import/lattice_choice.h"
 #include "tool/import/search.h"
 #include "tool/import/series_writer.h"
 #include "tool/import/spectrum.h"
@@ -30,7 +31,8 @@ struct ImportPlan {
   std::vector<ChannelScan> scans; // empty: not scanned
   std::optional<ImportEstimate> estimate;
   std::optional<Spectrum> spectrum;
-  std::optional<CodingSearch> search; // of the coding that `settings` hold
+  std::optional<LatticeChoice> choice; // of the lattice and the steps that `settings` hold
+  std::optional<CodingSearch> search;  // the same where a bound was asked for
 };
 
 [[nodiscard]] uint64_t cc_samples(const SeriesDescription& series); // all channels

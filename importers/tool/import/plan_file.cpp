@@ -12,7 +12,7 @@
 namespace bcc4 {
 namespace {
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 constexpr uint64_t kMostBytes = 256 << 20; // of a plan
 
 // Empty: the default.
@@ -33,11 +33,13 @@ Json settings_json(const WriterSettings& s) {
   j["lattice"] = name_of(s.lattice, kLatticeChoices);
   j["filter"] = name_of(s.filter, kFilterChoices);
   j["lowpass"] = s.lowpass;
+  j["ends"] = name_of(s.ends, kEndsChoices);
   j["store"] = name_of(s.store, kStoreChoices);
   j["nonfinite"] = name_of(s.nonfinite, kNonfiniteChoices);
   j["quantize"] = name_of(s.quantize, kTypeChoices);
   j["scale"] = s.scale, j["time_scale"] = s.time_scale, j["scales"] = s.scales;
-  j["value_step"] = s.value_step;
+  j["steps"] = Json::array();
+  for (const StepCoding& c : s.steps) j["steps"].push_back({{"step", c.step}, {"range", c.range}});
   j["abs_error"] = s.abs_error, j["psnr"] = s.psnr;
   j["measure"] = name_of(s.measure, kMeasureChoices);
   j["kernel"] = s.kernel;
@@ -51,12 +53,14 @@ WriterSettings read_settings(const Json& j) {
   s.lattice = value_of(j.at("lattice"), kLatticeChoices, BCCSPLAT_LATTICE_DEFAULT);
   s.filter = value_of(j.at("filter"), kFilterChoices, BCCSPLAT_FILTER_DEFAULT);
   s.lowpass = j.at("lowpass").get<bool>();
+  s.ends = value_of(j.at("ends"), kEndsChoices, BCCSPLAT_ENDS_DEFAULT);
   s.store = value_of(j.at("store"), kStoreChoices, BCCSPLAT_STORE_DEFAULT);
   s.nonfinite = value_of(j.at("nonfinite"), kNonfiniteChoices, BCCSPLAT_NONFINITE_DEFAULT);
   s.quantize = value_of(j.at("quantize"), kTypeChoices, BCCSPLAT_TYPE_DEFAULT);
   s.scale = j.at("scale").get<double>(), s.time_scale = j.at("time_scale").get<double>();
-  s.scales = j.value("scales", s.scales); // older plans have none
-  s.value_step = j.at("value_step").get<double>();
+  s.scales = j.at("scales").get<std::array<double, 4>>();
+  for (const Json& c : j.at("steps"))
+    s.steps.push_back({c.at("step").get<double>(), c.at("range").get<std::array<double, 2>>()});
   s.abs_error = j.at("abs_error").get<double>(), s.psnr = j.at("psnr").get<double>();
   s.measure = value_of(j.at("measure"), kMeasureChoices, BCCSPLAT_MEASURE_DEFAULT);
   s.kernel = j.at("kernel").get<std::string>();

@@ -1,4 +1,5 @@
-// A part of a series small enough to be tried out: stretches of frames, cut to a box around what is not air.
+// A part of a series small enough to be tried out: boxes of it, through stretches of frames, picked where the
+// series is busy, and what each of them stands for.
 #pragma once
 
 #include <array>
@@ -6,26 +7,48 @@
 #include <vector>
 
 #include "readers/frame_reader.h"
+#include "readers/scan.h"
+#include "tool/import/part.h"
 
 namespace bcc4 {
 
+// A box of some frames. Where it ends inside the series it is wider than the part it stands for: there a
+// lattice would be mirrored as it is not in the series.
 struct SampleStretch {
   uint64_t first = 0, frames = 0; // of the series
   SampleBox box;
+  SampleBox inner;   // the part that counts, in samples of the series
+  FrameSpan counts;  // frames of the series
+  double weight = 1; // a mean over the series is the sum of these times the means over the inner parts
+  double filled = 0; // by these weights, of what the series has that is not air; 0: not counted
   std::vector<std::vector<float>> values; // by channel: x fastest, frames slowest; NaN as in the source
+
+  // Is the box as long as the series along this axis?
+  [[nodiscard]] bool whole(size_t axis, const std::array<uint64_t, 4>& dims) const {
+    return axis == 3 ? frames == dims[3] : box.dims[axis] == dims[axis];
+  }
 };
 
-// The default decides the coding: a larger sample takes longer, a smaller one is less like the file
-// (what it chose on real series: tests/bench/notes/fit.md).
+struct SeriesSample {
+  std::vector<SampleStretch> stretches;
+  std::vector<ChannelScan> ranges; // by channel: of the frames that were looked at to find what is busy, and
+                                   // of the boxes
+  [[nodiscard]] uint64_t frames() const;
+  // What is not air by the weights, over what there is of it: as much too large is what rounding adds.
+  [[nodiscard]] double filled() const;
+};
+
+// A larger sample takes longer, a smaller one is less like the file (what it foretold of real series:
+// tests/bench/notes/lattice-fit.md).
 struct SampleSize {
-  uint64_t edge = 64;     // at most so many samples along x, y, z
-  uint64_t frames = 12;   // of a stretch
-  uint64_t stretches = 2; // evenly spread; one with all frames where the series is short
+  uint64_t samples = uint64_t{3} << 20; // per channel, or a little more; a series of that size is taken whole
+  uint64_t edge = 42;                   // of a box, at most, along x, y, z
+  uint64_t frames = 32;                 // of a stretch
 };
 
-// Reads the frames it needs, in order. air: by channel.
-[[nodiscard]] std::vector<SampleStretch> sample_series(FrameReader& reader, const std::vector<double>& air,
-                                                       const SampleSize& size);
+// Reads the frames it needs. air: by channel.
+[[nodiscard]] SeriesSample sample_series(FrameReader& reader, const std::vector<double>& air,
+                                         const SampleSize& size);
 
 // The series that a stretch is by itself: dims, times and types replaced.
 [[nodiscard]] SeriesDescription describe_stretch(const SeriesDescription& series,

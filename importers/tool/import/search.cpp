@@ -2,130 +2,55 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <limits>
+#include <cstdint>
 #include <optional>
 
-#include "tool/interrupt.h"
+#include "tool/import/lattice_choice.h"
 
 namespace bcc4 {
 namespace {
 
-// Of the lattice in source samples, from coarse to fine: the search stops at the first that does not pay.
-constexpr double kScales[] = {4, 3.2, 2.5, 2, 1.6, 1.3, 1, 0.84};
 // dB by which the sample must beat the series: more takes a finer coding than needed, less writes more series
 // twice.
 constexpr double kPsnrReserve = 0.3;
-// The first step of values tried is the root of the mean square error that is allowed. For a largest error
-// it is a third of that: errors of the codes and of the lattice add as squares.
-constexpr double kPeakOverStep = 3;
+// Of the error that is allowed, by the lattice: the rest is rounding. Where the search begins, by spectrum.
+constexpr double kLatticeShare = 0.4;
+// A largest error over the root of the mean square that lattice and rounding are to have: less leaves more
+// samples to correct, more takes a finer coding. Twice is the least.
+constexpr double kPeaks[] = {3, 2.3, 4};
+// The same of rounding alone, where the lattice has the samples themselves: largest over root of an even
+// spread.
+constexpr double kRoundingPeak = 1.7321, kNoError = 0.01; // of the bound
+constexpr double kDenser = 1.35;                          // from one density to the next
+constexpr int kRoundings = 4;                             // trials for the steps of a shape
+constexpr double kClose = 0.15;                           // dB above the goal that are near enough
+constexpr double kLeastDensity = 0.004, kMostDensity = 1.5;
+constexpr double kSpread = 12; // an even spread of width q has the mean square q^2 / 12
 constexpr double kTimeScales[] = {8, 6, 4, 3, 2.5, 2, 1.5, 1.25};
-constexpr double kGoodPsnr = 45; // dB that any time scale may keep
-constexpr double kLostPsnr = 3;  // or dB that it may lose against scale 1
+constexpr double kGoodPsnr = 45.5; // dB that any time scale may keep
+constexpr double kLostPsnr = 3;    // or dB that it may lose against scale 1
+constexpr double kFewestSteps = 2; // along time on a coarser lattice
 
-bool same_coding(const CodingTrial& a, const CodingTrial& b) {
-  return a.scale == b.scale && a.time_scale == b.time_scale && a.lattice == b.lattice && a.step == b.step &&
-         a.abs_error == b.abs_error;
-}
+double wider(double a, double otherwise) { return a > 0 ? a : otherwise; }
 
-// A bound that cannot be kept rules a coding out; anything else is an error.
-[[nodiscard]] bool keeps_bound(bccsplat_status status) {
-  if (status == BCCSPLAT_ERROR_BOUND_NOT_MET) return false;
-  check(status, "sample");
-  return true;
-}
-
-// Gives all frames of a stretch to the writer and finishes it; nothing when it cannot keep a bound.
-std::optional<bccsplat_writer_report> write_stretch(const Writer& writer, const SeriesDescription& part,
-                                                    const SampleStretch& stretch) {
-  for (uint64_t f = 0; f < stretch.frames; ++f)
-    for (size_t c = 0; c < part.channels.size(); ++c) {
-      stop_if_interrupted();
-      auto box = sized<bccsplat_box>();
-      box.type = BCCSPLAT_TYPE_F32;
-      box.data = stretch.values[c].data() + f * stretch.box.samples();
-      for (size_t a = 0; a < 3; ++a) box.dims[a] = static_cast<int64_t>(stretch.box.dims[a]);
-      if (!keeps_bound(bccsplat_writer_add_frame(writer.get(), static_cast<uint32_t>(c), part.times.values[f],
-                                                 &box, 1)))
-        return std::nullopt;
-    }
-  auto report = sized<bccsplat_writer_report>();
-  if (!keeps_bound(bccsplat_writer_finish(writer.get(), &report))) return std::nullopt;
-  return report;
-}
-
-struct Trier {
-  const Device& device;
-  const SeriesDescription& series;
-  const std::vector<SampleStretch>& sample;
-  const WriterSettings& settings;
-  const ErrorBound& bound;
-  const std::vector<ChannelScan>& scans;
-  CodingSearch& search;
-
-  // Runs the sample through the writer, unless it was tried before; its place in the list.
-  size_t try_coding(const CodingTrial& coding) const {
-    for (size_t i = 0; i < search.tried.size(); ++i)
-      if (same_coding(search.tried[i], coding)) return i;
-    search.tried.push_back(measure(coding));
-    return search.tried.size() - 1;
+// By channel; whole numbers of source steps for integers, none where the source's own coding is as coarse.
+std::vector<StepCoding> steps_for(const std::vector<double>& wanted, const SeriesDescription& series,
+                                  const WriterSettings& settings, const std::vector<ChannelScan>& scans) {
+  std::vector<StepCoding> steps;
+  if (settings.quantize != BCCSPLAT_TYPE_DEFAULT || settings.store == BCCSPLAT_STORE_COEFFICIENTS)
+    return steps;
+  bool any = false;
+  for (size_t c = 0; c < series.channels.size(); ++c) {
+    const Channel& channel = series.channels[c];
+    const double unit = source_step(channel);
+    const double step = unit == 0              ? wanted[c]
+                        : wanted[c] < 2 * unit ? 0
+                                               : std::floor(wanted[c] / unit) * unit;
+    steps.push_back(step > 0 ? step_coding(step, scans[c], air_of(channel, settings), settings.nonfinite)
+                             : StepCoding{});
+    any = any || steps.back().step > 0;
   }
-
- private:
-  [[nodiscard]] CodingTrial measure(CodingTrial trial) const {
-    WriterSettings s = apply_coding(settings, trial, {});
-    s.abs_error = trial.abs_error;
-    s.measure = BCCSPLAT_MEASURE_ALL;
-    if (s.nonfinite == BCCSPLAT_NONFINITE_DEFAULT) s.nonfinite = BCCSPLAT_NONFINITE_HOLE;
-    double squares = 0, samples = 0;
-    trial.holds = true;
-    for (const SampleStretch& stretch : sample) {
-      const SeriesDescription part = describe_stretch(series, stretch);
-      const Writer writer = create_writer(device, "", part, s, scans, stretch.frames);
-      const auto report = write_stretch(writer, part, stretch);
-      if (!report) {
-        trial.holds = false;
-        trial.bytes = std::numeric_limits<uint64_t>::max();
-        break;
-      }
-      trial.bytes += report->bytes_file;
-      for (uint32_t c = 0; c < part.channels.size(); ++c) {
-        auto error = sized<bccsplat_error_report>();
-        check(bccsplat_writer_get_error(writer.get(), c, -1, &error), "");
-        trial.max_abs = std::max(trial.max_abs, error.max_abs);
-        trial.corrected += error.corrected;
-        squares += error.rmse * error.rmse * static_cast<double>(error.samples);
-        samples += static_cast<double>(error.samples);
-      }
-    }
-    const double rms = samples > 0 ? std::sqrt(squares / samples) : 0;
-    trial.psnr = rms > 0 ? 20 * std::log10(peak_of(scans) / rms) : std::numeric_limits<double>::infinity();
-    if (bound.psnr > 0) trial.holds = trial.holds && trial.psnr >= bound.psnr + kPsnrReserve;
-    return trial;
-  }
-};
-
-// The coding without what it gave.
-CodingTrial forget_results(const CodingTrial& t) {
-  CodingTrial out;
-  out.scale = t.scale, out.time_scale = t.time_scale, out.lattice = t.lattice;
-  out.step = t.step, out.abs_error = t.abs_error;
-  return out;
-}
-
-// From one value of a channel to the next; 0: floats.
-double source_step(const Channel& c) {
-  return c.scaled() ? std::fabs(c.step) : is_float(c.precision) ? 0 : 1;
-}
-
-// Whole numbers of source steps for integers of one step; 0 where the source's own coding is as coarse.
-double step_for(double wanted, const SeriesDescription& series, const WriterSettings& settings) {
-  if (settings.quantize != BCCSPLAT_TYPE_DEFAULT || settings.store == BCCSPLAT_STORE_COEFFICIENTS) return 0;
-  const double unit = source_step(series.channels.front());
-  const bool one_step = std::all_of(series.channels.begin(), series.channels.end(),
-                                    [&](const Channel& c) { return source_step(c) == unit; });
-  if (!one_step || unit == 0) return wanted;
-  return wanted < 2 * unit ? 0 : std::floor(wanted / unit) * unit;
+  return any ? steps : std::vector<StepCoding>{};
 }
 
 } // namespace
@@ -137,120 +62,244 @@ double peak_of(const std::vector<ChannelScan>& scans) {
   return peak;
 }
 
-WriterSettings apply_coding(WriterSettings s, const CodingTrial& trial, const ErrorBound& bound) {
-  s.scale = trial.scale, s.time_scale = trial.time_scale;
-  s.lattice = trial.lattice;
-  s.value_step = trial.step;
-  s.abs_error = bound.abs > 0 ? bound.abs : trial.abs_error;
-  s.psnr = bound.psnr;
-  return s;
+LatticeShape shape_of(const WriterSettings& settings, const SeriesDescription& series) {
+  LatticeShape shape;
+  shape.lattice = settings.lattice == BCCSPLAT_LATTICE_CC ? BCCSPLAT_LATTICE_CC
+                  : series.dims[3] > 1                    ? BCCSPLAT_LATTICE_D4STAR
+                                                          : BCCSPLAT_LATTICE_BCC;
+  for (size_t a = 0; a < 4; ++a)
+    shape.scales[a] = wider(settings.scales[a], wider(a < 3 ? settings.scale : settings.time_scale, 1));
+  if (series.dims[3] == 1) shape.scales[3] = 1;
+  return shape;
 }
 
-CodingSearch search_coding(const Device& device, const SeriesDescription& series,
-                           const std::vector<SampleStretch>& sample, const WriterSettings& settings,
-                           const ErrorBound& bound, const std::vector<ChannelScan>& scans) {
-  CodingSearch search;
-  for (const SampleStretch& s : sample) search.sampled_frames += s.frames;
-  const Trier trier{device, series, sample, settings, bound, scans, search};
-  const double rms =
-      bound.abs > 0 ? bound.abs / kPeakOverStep : peak_of(scans) * std::pow(10, -bound.psnr / 20);
-  const auto coding = [&](double scale, double step) {
-    CodingTrial t;
-    t.scale = settings.scale > 0 ? settings.scale : scale;
-    t.time_scale = settings.time_scale > 0 ? settings.time_scale : series.dims[3] > 1 ? scale : 1;
-    t.lattice = settings.lattice != BCCSPLAT_LATTICE_DEFAULT ? settings.lattice
-                : series.dims[3] > 1                         ? BCCSPLAT_LATTICE_D4STAR
-                                                             : BCCSPLAT_LATTICE_BCC;
-    t.step = step_for(step, series, settings);
-    t.abs_error = bound.abs;
-    return t;
-  };
-  const auto better = [&](size_t a, size_t b) {
-    const CodingTrial &x = search.tried[a], &y = search.tried[b];
-    return x.holds != y.holds ? x.holds : x.bytes < y.bytes;
-  };
-  const auto consider = [&](const CodingTrial& t) {
-    const size_t i = trier.try_coding(t);
-    if (better(i, search.best)) search.best = i;
-    return i;
-  };
-  // From coarse to fine as long as it pays.
-  size_t before = consider(coding(kScales[0], rms));
-  for (const double scale : kScales) {
-    const size_t now = consider(coding(scale, rms));
-    if (now != before && search.tried[before].holds && better(before, now)) break;
-    before = now;
-  }
-  const auto vary_step = [&](std::initializer_list<double> factors) {
-    for (const double factor : factors) {
-      const size_t best = search.best;
-      CodingTrial t = search.chosen();
-      t.step = step_for(rms * factor, series, settings);
-      consider(forget_results(t));
-      if (search.best == best) return;
+namespace {
+
+// The search of one import.
+class BoundSearch {
+ public:
+  BoundSearch(Trier& trier, const Spectrum& spectrum, const SeriesDescription& series,
+              const WriterSettings& settings, const ErrorBound& bound, const std::vector<ChannelScan>& scans)
+      : trier_(trier), spectrum_(spectrum), series_(series), settings_(settings), bound_(bound),
+        scans_(scans) {}
+
+  void run() {
+    if (has_distances(settings_)) {
+      consider(shape_of(settings_, series_));
+    } else {
+      for (const int32_t lattice : lattices()) search_densities(lattice);
+      // All samples: what can be rounded away there no lattice knows better.
+      if (may_be_cartesian()) consider({BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}});
     }
+    if (!best_ && most_exact_) try_coding({trier_.tried()[*most_exact_].coding.shape, {}, bound_.abs});
+    if (best_ && !holds(trier_.tried()[*best_])) correct_what_misses();
+  }
+  [[nodiscard]] size_t best() const { return best_.value_or(0); }
+  [[nodiscard]] bool holds(const CodingTrial& t) const {
+    return t.holds && (bound_.psnr == 0 || t.psnr >= bound_.psnr + kPsnrReserve);
+  }
+
+ private:
+  [[nodiscard]] bool may_be_cartesian() const {
+    return settings_.lattice == BCCSPLAT_LATTICE_CC ||
+           (settings_.lattice == BCCSPLAT_LATTICE_DEFAULT && !settings_.lowpass &&
+            has_cartesian(settings_.kernel));
+  }
+  [[nodiscard]] std::vector<int32_t> lattices() const {
+    if (settings_.lattice == BCCSPLAT_LATTICE_CC) return {BCCSPLAT_LATTICE_CC};
+    std::vector<int32_t> kinds{shape_of(settings_, series_).lattice};
+    if (may_be_cartesian()) kinds.push_back(BCCSPLAT_LATTICE_CC);
+    return kinds;
+  }
+  // Mean square error that a channel may have, as a root.
+  [[nodiscard]] double allowed_root(size_t channel, double peak) const {
+    if (bound_.abs > 0) return bound_.abs / peak;
+    const ChannelScan& s = scans_[channel];
+    return s.empty() ? 0 : (s.max - s.min) * std::pow(10, -(bound_.psnr + kPsnrReserve) / 20);
+  }
+  // Over the square of the range, of the channel that may have least.
+  [[nodiscard]] double allowed_part() const {
+    double least = 1;
+    for (size_t c = 0; c < scans_.size(); ++c) {
+      const double range = scans_[c].empty() ? 0 : scans_[c].max - scans_[c].min;
+      if (range > 0) least = std::min(least, std::pow(allowed_root(c, kPeaks[0]) / range, 2));
+    }
+    return least;
+  }
+
+  [[nodiscard]] bool better(size_t a, size_t b) const {
+    const CodingTrial &x = trier_.tried()[a], &y = trier_.tried()[b];
+    if (holds(x) != holds(y)) return holds(x);
+    return holds(x) || bound_.abs > 0 ? x.bytes < y.bytes : x.psnr > y.psnr;
+  }
+  size_t try_coding(const Coding& coding) {
+    const size_t i = trier_.try_coding(coding);
+    // A coding without its corrections is tried for what it is, not for its bytes.
+    if (coding.abs_error == bound_.abs && (!best_ || better(i, *best_))) best_ = i;
+    return i;
+  }
+
+  // Steps that bring the error of a shape up to what is allowed; `plain`: its trial in the source's values,
+  // `rounded`: one in steps, if any.
+  [[nodiscard]] std::vector<StepCoding> steps_of(const CodingTrial& plain, const CodingTrial* rounded,
+                                                 double peak) const {
+    std::vector<double> wanted;
+    for (size_t c = 0; c < scans_.size(); ++c) {
+      const double allowed = std::pow(allowed_root(c, peak), 2), lattice = plain.mean_squares[c];
+      double gain = 1;
+      if (rounded && c < rounded->coding.steps.size() && rounded->coding.steps[c].step > 0) {
+        const double step = rounded->coding.steps[c].step;
+        gain = std::clamp((rounded->mean_squares[c] - lattice) * kSpread / (step * step), 0.05, 4.0);
+      }
+      wanted.push_back(std::sqrt(kSpread * std::max(0.0, allowed - lattice) / gain));
+    }
+    return steps_for(wanted, series_, settings_, scans_);
+  }
+
+  // Corrections mend single samples: without them the field keeps within half of the largest error.
+  [[nodiscard]] bool lattice_is_near(const CodingTrial& plain) const {
+    return bound_.abs == 0 || std::all_of(plain.mean_squares.begin(), plain.mean_squares.end(),
+                                          [&](double m) { return m <= bound_.abs * bound_.abs / 4; });
+  }
+
+  // The best that a shape gives: its bytes, and whether the lattice alone is near enough.
+  struct Outcome {
+    uint64_t bytes = UINT64_MAX;
+    bool near = false;
   };
-  vary_step({2, 4});
-  vary_step({0.5, 0.25});
-  // All of the band, where the half that D4* leaves out is not empty.
-  if (settings.lattice == BCCSPLAT_LATTICE_DEFAULT && settings.kernel.find("24") == std::string::npos &&
-      settings.kernel != "fine" && settings.kernel != "gauss09") {
-    CodingTrial t = coding(1, rms);
-    t.lattice = BCCSPLAT_LATTICE_CC;
-    t.step = search.chosen().step;
-    consider(t);
+  void take(size_t trial, Outcome& outcome) const {
+    const CodingTrial& t = trier_.tried()[trial];
+    if (holds(t)) outcome.bytes = std::min(outcome.bytes, t.bytes);
   }
-  // The last resort for a PSNR is to correct samples.
-  if (!search.chosen().holds && bound.psnr > 0) {
-    CodingTrial t = search.chosen();
-    t.abs_error = kCorrectedPeak * rms;
-    consider(forget_results(t));
+  Outcome consider(const LatticeShape& shape) {
+    Outcome outcome;
+    const size_t exact = try_coding({shape, {}, 0});
+    const CodingTrial plain = trier_.tried()[exact];
+    if (!most_exact_ || plain.psnr > trier_.tried()[*most_exact_].psnr) most_exact_ = exact;
+    outcome.near = bound_.abs > 0 ? lattice_is_near(plain) : holds(plain);
+    if (!outcome.near) return outcome;
+    if (bound_.abs > 0) {
+      correct(plain, outcome);
+    } else {
+      take(exact, outcome);
+      round_to_goal(plain, outcome);
+    }
+    return outcome;
   }
+  void correct(const CodingTrial& plain, Outcome& outcome) {
+    take(try_coding({plain.coding.shape, {}, bound_.abs}), outcome);
+    const auto round_by = [&](double peak) {
+      const Coding rounded{plain.coding.shape, steps_of(plain, nullptr, peak), bound_.abs};
+      if (!rounded.steps.empty()) take(try_coding(rounded), outcome);
+    };
+    if (plain.max_abs < kNoError * bound_.abs) return round_by(kRoundingPeak);
+    for (const double peak : kPeaks) round_by(peak);
+  }
+  // Steps for the PSNR: what rounding added is known better from trial to trial.
+  void round_to_goal(const CodingTrial& plain, Outcome& outcome) {
+    std::optional<CodingTrial> last;
+    for (int i = 0; i < kRoundings; ++i) {
+      const Coding next{plain.coding.shape, steps_of(plain, last ? &*last : nullptr, kPeaks[0]), 0};
+      if (next.steps.empty() || (last && last->coding == next)) return;
+      const size_t trial = try_coding(next);
+      take(trial, outcome);
+      last = trier_.tried()[trial];
+      if (holds(*last) && last->psnr < bound_.psnr + kPsnrReserve + kClose) return;
+    }
+  }
+
+  // The density at which the spectrum foretells the share of the lattice, of shapes like one of density 1/2.
+  [[nodiscard]] double first_density(const LatticeShape& half) const {
+    const double goal = kLatticeShare * allowed_part();
+    double density = kMostDensity;
+    for (double d = kMostDensity; d > kLeastDensity; d /= kDenser) {
+      if (foretold_error(spectrum_, scaled_shape(half, 0.5 / d, series_.dims), series_.dims) > goal) break;
+      density = d;
+    }
+    return density;
+  }
+  // Denser and denser until it takes more bytes, then the other way if there was nothing to gain.
+  void search_densities(int32_t lattice) {
+    const auto at = [&](double density) {
+      return consider(fit_lattice(spectrum_, lattice, density, series_.dims));
+    };
+    const double first = first_density(fit_lattice(spectrum_, lattice, 0.5, series_.dims));
+    const Outcome outcome = at(first);
+    uint64_t least = outcome.bytes;
+    for (double d = first * kDenser; d < kMostDensity; d *= kDenser) {
+      const uint64_t bytes = at(d).bytes;
+      if (bytes >= least && least != UINT64_MAX) break;
+      least = std::min(least, bytes);
+    }
+    if (!outcome.near || least < outcome.bytes) return;
+    for (double d = first / kDenser; d > kLeastDensity; d /= kDenser) {
+      const uint64_t bytes = at(d).bytes;
+      if (bytes >= least) break;
+      least = bytes;
+    }
+  }
+  // The last resort for a PSNR.
+  void correct_what_misses() {
+    if (bound_.psnr == 0) return;
+    Coding c = trier_.tried()[*best_].coding;
+    c.abs_error = kCorrectedPeak * peak_of(scans_) * std::pow(10, -bound_.psnr / 20);
+    const size_t i = trier_.try_coding(c);
+    if (better(i, *best_)) best_ = i;
+  }
+
+  Trier& trier_;
+  const Spectrum& spectrum_;
+  const SeriesDescription& series_;
+  const WriterSettings& settings_;
+  const ErrorBound& bound_;
+  const std::vector<ChannelScan>& scans_;
+  std::optional<size_t> best_, most_exact_;
+};
+
+} // namespace
+
+bool has_distances(const WriterSettings& s) {
+  return s.scale > 0 || s.time_scale > 0 ||
+         std::any_of(s.scales.begin(), s.scales.end(), [](double d) { return d > 0; });
+}
+
+CodingSearch search_coding(Trier& trier, const Spectrum& spectrum, const SeriesDescription& series,
+                           const WriterSettings& settings, const ErrorBound& bound,
+                           const std::vector<ChannelScan>& scans) {
+  BoundSearch run(trier, spectrum, series, settings, bound, scans);
+  run.run();
+  CodingSearch search;
+  search.best = run.best();
+  search.tried = trier.tried();
+  for (CodingTrial& t : search.tried) t.holds = run.holds(t) && (bound.abs == 0 || t.coding.abs_error > 0);
   return search;
 }
 
-double prove_time_scale(const Device& device, const SeriesDescription& series,
-                        const std::vector<SampleStretch>& sample, const WriterSettings& settings, double most,
-                        const std::vector<ChannelScan>& scans) {
-  CodingSearch search;
-  const ErrorBound none;
-  const Trier trier{device, series, sample, settings, none, scans, search};
-  const auto psnr = [&](double time_scale) {
-    CodingTrial t;
-    t.scale = settings.scale > 0 ? settings.scale : 1;
-    t.time_scale = time_scale;
-    t.lattice = settings.lattice;
-    return search.tried[trier.try_coding(t)].psnr;
+double prove_time_scale(Trier& trier, const Spectrum& spectrum, const SeriesDescription& series,
+                        const WriterSettings& settings) {
+  LatticeShape shape = shape_of(settings, series);
+  const auto foretold = [&](double x) {
+    shape.scales[3] = x;
+    return -10 * std::log10(std::max(1e-30, foretold_error(spectrum, shape, series.dims)));
   };
-  if (most <= 1) return 1;
-  const double enough = std::min(kGoodPsnr, psnr(1) - kLostPsnr);
-  for (const double x : kTimeScales)
-    if (x <= most && psnr(x) >= enough) return x;
+  const auto psnr = [&](double x) {
+    shape.scales[3] = x;
+    return trier.tried()[trier.try_coding({shape, {}, 0})].psnr;
+  };
+  const double hoped = std::min(kGoodPsnr, foretold(1) - kLostPsnr) - kLostPsnr;
+  double enough = 0;
+  for (const double x : kTimeScales) {
+    if ((static_cast<double>(series.dims[3]) - 1) / x < kFewestSteps || foretold(x) < hoped) continue;
+    if (enough == 0) enough = std::min(kGoodPsnr, psnr(1) - kLostPsnr);
+    if (psnr(x) >= enough) return x;
+  }
   return 1;
 }
 
-std::string coding_text(const CodingTrial& t) {
-  return concat(lattice_name(t.lattice), ", scale ", short_number(t.scale, 4),
-                t.time_scale != t.scale ? concat(", time scale ", short_number(t.time_scale, 4)) : "",
-                t.step > 0 ? concat(", values in steps of ", short_number(t.step, 4)) : "",
-                t.abs_error > 0 && t.corrected > 0 ? ", corrections" : "");
-}
-
-Json search_json(const CodingSearch& search) {
-  const auto one = [](const CodingTrial& t) {
-    return Json{{"lattice", lattice_name(t.lattice)},
-                {"scale", t.scale},
-                {"time_scale", t.time_scale},
-                {"step", t.step},
-                {"bytes", t.bytes},
-                {"max_abs", t.max_abs},
-                {"psnr", t.psnr},
-                {"corrected", t.corrected},
-                {"holds", t.holds}};
-  };
-  Json j{{"sampled_frames", search.sampled_frames}, {"chosen", one(search.chosen())}};
+Json search_json(const CodingSearch& search, const SeriesDescription& series) {
+  Json j{{"sampled_frames", search.sampled_frames}, {"chosen", trial_json(search.chosen(), series)}};
   j["tried"] = Json::array();
-  for (const CodingTrial& t : search.tried) j["tried"].push_back(one(t));
+  for (const CodingTrial& t : search.tried) j["tried"].push_back(trial_json(t, series));
   return j;
 }
 

@@ -77,6 +77,14 @@ std::optional<ScaledCoding> scaled_coding(const Channel& channel, const WriterSe
   return codes <= most ? std::optional(coding) : std::nullopt;
 }
 
+double source_step(const Channel& c) {
+  return c.scaled() ? std::fabs(c.step) : is_float(c.precision) ? 0 : 1;
+}
+
+bool has_cartesian(const std::string& kernel) {
+  return kernel.find("24") == std::string::npos && kernel != "fine" && kernel != "gauss09";
+}
+
 int32_t stored_type(const Channel& channel, const WriterSettings& settings) {
   if (const auto scaled = scaled_coding(channel, settings)) return scaled->type;
   if (settings.quantize != BCCSPLAT_TYPE_DEFAULT) return settings.quantize;
@@ -97,22 +105,33 @@ int32_t stored_type(const Channel& channel, const WriterSettings& settings) {
 
 namespace {
 
-// From the smallest to the largest value, air included, and room for what the filter overshoots.
-std::array<double, 2> stepped_range(const WriterSettings& settings, const ChannelScan& scan, double air) {
-  const double low = scan.empty() ? air : std::min(scan.min, air);
-  const double high = scan.empty() ? air : std::max(scan.max, air);
-  // Clamped infinities become the ends of the range: no room beyond it.
-  const double room = settings.nonfinite == BCCSPLAT_NONFINITE_CLAMP ? 0 : (high - low) / 8;
-  return {low - room, std::max(high + room, low + settings.value_step)};
-}
+constexpr double kMostCodes = 65000; // of u16, a little room left
+// Half of the codes on either side of air: values that come later hardly ever find none. A channel with more
+// of them in its range has room for an eighth of it.
+constexpr double kWideCodes = 8192;
 
 } // namespace
 
-int32_t stepped_type(const WriterSettings& settings, const ChannelScan& scan, double air) {
-  if (!(settings.value_step > 0)) return BCCSPLAT_TYPE_DEFAULT;
-  const auto [low, high] = stepped_range(settings, scan, air);
-  const double codes = (high - low) / settings.value_step + 3;
-  return codes <= 256 ? BCCSPLAT_TYPE_U8 : codes <= 65536 ? BCCSPLAT_TYPE_U16 : BCCSPLAT_TYPE_DEFAULT;
+bool has_wide_codes(double step, const ChannelScan& known) {
+  return known.empty() || known.max - known.min <= kWideCodes * step;
+}
+
+StepCoding step_coding(double step, const ChannelScan& known, double air, int32_t nonfinite) {
+  const double low = known.empty() ? air : std::min(known.min, air);
+  const double high = known.empty() ? air : std::max(known.max, air);
+  StepCoding coding{step, {low, std::max(high, low + step)}};
+  // Clamped infinities become the ends of the range: no room beyond it.
+  if (nonfinite != BCCSPLAT_NONFINITE_CLAMP) {
+    const bool wide = has_wide_codes(step, known) && high - low <= 2 * kWideCodes * step;
+    const double room = (high - low) / 8;
+    coding.range = wide ? std::array{air - kMostCodes / 2 * step, air + kMostCodes / 2 * step}
+                        : std::array{low - room, high + room};
+  }
+  return coding.range[1] - coding.range[0] <= kMostCodes * step * (1 + 1e-9) ? coding : StepCoding{};
+}
+
+double step_of(const WriterSettings& settings, size_t channel) {
+  return channel < settings.steps.size() ? settings.steps[channel].step : 0;
 }
 
 bool needs_range(const Channel& channel, const WriterSettings& settings) {
@@ -131,9 +150,24 @@ double air_of(const Channel& channel, const WriterSettings& settings) {
   return channel.scaled() ? nearest_scaled(channel, air) : air;
 }
 
+namespace {
+
+// Unless one is asked for: that which gives the frames back that a Cartesian lattice keeps.
+std::string kernel_of(const WriterSettings& s) {
+  const auto distance = [&](size_t axis) {
+    const double otherwise = axis == 3 ? s.time_scale : s.scale;
+    return s.scales[axis] > 0 ? s.scales[axis] : otherwise > 0 ? otherwise : 1;
+  };
+  const bool whole = s.lattice == BCCSPLAT_LATTICE_CC && distance(0) == 1 && distance(1) == 1 &&
+                     distance(2) == 1 && distance(3) == std::round(distance(3));
+  return s.kernel.empty() && whole && s.store != BCCSPLAT_STORE_COEFFICIENTS ? "exact" : s.kernel;
+}
+
+} // namespace
+
 Writer create_writer(const Device& device, const std::string& path, const SeriesDescription& series,
                      const WriterSettings& settings, const std::vector<ChannelScan>& scans, uint64_t frames,
-                     const bccsplat_series_part* part) {
+                     const bccsplat_series_part* part, const bccsplat_write_stream* stream) {
   std::vector<bccsplat_channel_options> channels;
   bool has_fill = false;
   for (size_t c = 0; c < series.channels.size(); ++c) {
@@ -147,14 +181,12 @@ Writer create_writer(const Device& device, const std::string& path, const Series
     options.value_type = settings.quantize;
     options.air = air_of(channel, settings);
     options.air_threshold = settings.air_threshold;
-    const int32_t stepped =
-        scans.empty() ? BCCSPLAT_TYPE_DEFAULT : stepped_type(settings, scans[c], options.air);
-    if (stepped != BCCSPLAT_TYPE_DEFAULT) {
-      const auto [low, high] = stepped_range(settings, scans[c], options.air);
-      options.value_type = stepped;
-      options.value_step = settings.value_step;
+    if (step_of(settings, c) > 0) {
+      const StepCoding& coding = settings.steps[c];
+      options.value_type = BCCSPLAT_TYPE_U16;
+      options.value_step = coding.step;
       options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
-      options.range[0] = low, options.range[1] = high;
+      options.range[0] = coding.range[0], options.range[1] = coding.range[1];
     } else if (const auto scaled = scaled_coding(channel, settings)) {
       options.value_type = scaled->type;
       options.value_step = scaled->step;
@@ -197,7 +229,8 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.abs_error = settings.abs_error;
   options.psnr = settings.psnr;
   options.measure = settings.measure;
-  options.recommended_kernel = settings.kernel.empty() ? nullptr : settings.kernel.c_str();
+  const std::string kernel = kernel_of(settings);
+  options.recommended_kernel = kernel.empty() ? nullptr : kernel.c_str();
   options.progress = Progress::cancel_only;
   options.part = part;
 
@@ -205,8 +238,8 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   if (path.empty()) {
     auto nowhere = sized<bccsplat_write_stream>();
     nowhere.write_at = write_nowhere;
-    check_kernel(bccsplat_writer_create_stream(device.get(), &nowhere, &options, &writer), "",
-                 settings.kernel);
+    check_kernel(bccsplat_writer_create_stream(device.get(), stream ? stream : &nowhere, &options, &writer),
+                 "", settings.kernel);
   } else {
     options.partial = settings.partial;
     check_kernel(bccsplat_writer_create(device.get(), path.c_str(), &options, &writer), path,

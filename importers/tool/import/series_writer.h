@@ -14,6 +14,13 @@
 
 namespace bcc4 {
 
+// Codes of u16 a step apart that are the values of a channel; step 0: it has those of its type.
+struct StepCoding {
+  double step = 0;
+  std::array<double, 2> range{};
+  bool operator==(const StepCoding&) const = default;
+};
+
 struct WriterSettings {
   std::optional<double> air;
   std::map<std::string, double> own_air; // of channels, where `air` is not given
@@ -28,7 +35,7 @@ struct WriterSettings {
   double scale = 0; // 0: the library's default
   double time_scale = 0;
   std::array<double, 4> scales{}; // of single axes, before those; 0: by them
-  double value_step = 0; // value from code to code where u8 or u16 have enough of them; 0: by `quantize`
+  std::vector<StepCoding> steps;  // by channel; none: by `quantize`
   double abs_error = 0, psnr = 0; // bounds; 0: none
   int32_t measure = BCCSPLAT_MEASURE_DEFAULT;
   std::string kernel;
@@ -45,11 +52,19 @@ struct ScaledCoding {
 // None: the source is not scaled, or the settings ask for other values, or air is too far from its range.
 [[nodiscard]] std::optional<ScaledCoding> scaled_coding(const Channel& channel,
                                                         const WriterSettings& settings);
+// From one value of a channel to the next; 0: floats.
+[[nodiscard]] double source_step(const Channel& channel);
+// Does the kernel of that name have a form for the Cartesian lattice?
+[[nodiscard]] bool has_cartesian(const std::string& kernel);
 // The type a channel is stored in.
 [[nodiscard]] int32_t stored_type(const Channel& channel, const WriterSettings& settings);
-// The integers that hold the range of a channel in steps of settings.value_step; DEFAULT: none do, or no step
-// is set.
-[[nodiscard]] int32_t stepped_type(const WriterSettings& settings, const ChannelScan& scan, double air);
+// Codes `step` apart for a channel of which `known` is known, with room for values that come later; those of
+// its type where they are too many.
+[[nodiscard]] StepCoding step_coding(double step, const ChannelScan& known, double air, int32_t nonfinite);
+// Are there codes enough for whatever comes, that its range must not be known?
+[[nodiscard]] bool has_wide_codes(double step, const ChannelScan& known);
+// The value from code to code of a channel; 0: that of its type.
+[[nodiscard]] double step_of(const WriterSettings& settings, size_t channel);
 // Integers of another width or floats stored as u8 or u16 need the range of the whole series, and so do
 // infinities that become its ends.
 [[nodiscard]] bool needs_range(const Channel& channel, const WriterSettings& settings);
@@ -57,12 +72,13 @@ struct ScaledCoding {
 [[nodiscard]] double air_of(const Channel& channel, const WriterSettings& settings);
 
 // `frames` replaces the number of frames of the description. `scans` may be empty unless a range is needed.
-// With `path` empty the bytes go nowhere: for estimates.
+// With `path` empty the bytes go to `stream`, or nowhere: for estimates.
 // part: NULL for the whole series.
 [[nodiscard]] Writer create_writer(const Device& device, const std::string& path,
                                    const SeriesDescription& series, const WriterSettings& settings,
                                    const std::vector<ChannelScan>& scans, uint64_t frames,
-                                   const bccsplat_series_part* part = nullptr);
+                                   const bccsplat_series_part* part = nullptr,
+                                   const bccsplat_write_stream* stream = nullptr);
 // `name` of the file for error texts.
 void add_frame(const Writer& writer, uint32_t channel, double time, const Frame& frame,
                const std::string& name);

@@ -3,13 +3,10 @@
 #include <algorithm>
 
 #include "tool/import/read_series.h"
+#include "tool/import/sample.h"
 
 namespace bcc4 {
 namespace {
-
-// Samples for the spectrum: two blocks of its transforms along each axis, one along time; for the proof of a
-// time scale not so wide.
-constexpr SampleSize kSpectrumSample{64, 32, 1}, kTimeScaleSample{48, 32, 1};
 
 std::vector<ChannelScan> scan_series(FrameReader& reader, const WriterSettings& settings, bool progress) {
   const SeriesDescription& s = reader.description();
@@ -20,27 +17,75 @@ std::vector<ChannelScan> scan_series(FrameReader& reader, const WriterSettings& 
   return scans;
 }
 
+// Does the choice of steps make sense for these settings?
+bool rounds(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s) {
+  return !unsettled.exact && s.dims[3] > 1 && settings.quantize == BCCSPLAT_TYPE_DEFAULT &&
+         settings.store != BCCSPLAT_STORE_COEFFICIENTS && settings.steps.empty();
+}
+
+bool is_source_grid(const LatticeShape& shape) {
+  return shape.lattice == BCCSPLAT_LATTICE_CC &&
+         std::all_of(shape.scales.begin(), shape.scales.end(), [](double s) { return s == 1; });
+}
+
+LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s) {
+  LatticeWish wish;
+  if (!unsettled.auto_lattice) wish.fixed = shape_of(settings, s);
+  if (unsettled.density > 0) wish.density = unsettled.density;
+  if (settings.lattice != BCCSPLAT_LATTICE_DEFAULT) {
+    wish.lattices = {shape_of(settings, s).lattice};
+    if (settings.lattice == BCCSPLAT_LATTICE_CC && unsettled.density == 0) wish.density = 1;
+  } else if (settings.lowpass || !has_cartesian(settings.kernel)) {
+    wish.lattices = {BCCSPLAT_LATTICE_D4STAR};
+  }
+  return wish;
+}
+
+void choose_and_round(Trier& trier, const SeriesSample& sample, const Unsettled& unsettled, bool rounded,
+                      WriterSettings& settings, ImportPlan& plan) {
+  const SeriesDescription& s = plan.series;
+  LatticeChoice choice = choose_lattice(trier, *plan.spectrum, wish_of(unsettled, settings, s), s);
+  choice.sampled_frames = sample.frames();
+  choice.rounded = choice.chosen().trial.value();
+  Coding coding = choice.rounded.coding;
+  if (rounded && !is_source_grid(coding.shape)) {
+    coding.steps = worthwhile_steps(choice.rounded, s, settings, sample.ranges);
+    choice.rounded = trier.tried()[trier.try_coding(coding)];
+  }
+  settings = apply_coding(settings, coding);
+  plan.choice = std::move(choice);
+}
+
 } // namespace
 
 void settle_import(FrameReader& reader, const Device& device, const Unsettled& unsettled,
                    WriterSettings& settings, ImportPlan& plan) {
   const SeriesDescription& s = reader.description();
-  const auto& [bound, auto_time_scale, everything, progress] = unsettled;
+  const ErrorBound& bound = unsettled.bound;
   const bool ranged = std::any_of(s.channels.begin(), s.channels.end(),
                                   [&](const Channel& c) { return needs_range(c, settings); });
-  if (everything || ranged || bound.any() || auto_time_scale)
-    plan.scans = scan_series(reader, settings, progress);
+  if (unsettled.everything || ranged || bound.any())
+    plan.scans = scan_series(reader, settings, unsettled.progress);
+  const bool rounded = !bound.any() && rounds(unsettled, settings, s);
+  const bool chosen =
+      !bound.any() && ((unsettled.auto_lattice && s.dims[3] > 1) || unsettled.density > 0 || rounded);
+  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
 
   std::vector<double> air;
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
-  if (everything || auto_time_scale) plan.spectrum.emplace(sample_series(reader, air, kSpectrumSample), air);
-  if (auto_time_scale)
-    settings.time_scale = prove_time_scale(device, s, sample_series(reader, air, kTimeScaleSample), settings,
-                                           advise_lattice(*plan.spectrum, s.dims[3]).time_scale, plan.scans);
-
+  const SeriesSample sample = sample_series(reader, air, {});
+  plan.spectrum.emplace(s, sample, air);
+  // What a dry run has scanned beyond it must not make other choices than an import at once.
+  const std::vector<ChannelScan>& ranges = bound.any() ? plan.scans : sample.ranges;
+  Trier trier(device, s, sample, settings, plan.scans.empty() ? sample.ranges : plan.scans, ranges);
+  if (unsettled.auto_time_scale) settings.time_scale = prove_time_scale(trier, *plan.spectrum, s, settings);
+  if (chosen) choose_and_round(trier, sample, unsettled, rounded, settings, plan);
   if (!bound.any()) return;
-  plan.search = search_coding(device, s, sample_series(reader, air, {}), settings, bound, plan.scans);
-  settings = apply_coding(settings, plan.search->chosen(), bound);
+  plan.search = search_coding(trier, *plan.spectrum, s, settings, bound, plan.scans);
+  plan.search->sampled_frames = sample.frames();
+  settings = apply_coding(settings, plan.search->chosen().coding);
+  settings.psnr = bound.psnr;
+  if (bound.abs > 0) settings.abs_error = bound.abs;
 }
 
 } // namespace bcc4

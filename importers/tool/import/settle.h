@@ -11,8 +11,11 @@ namespace bcc4 {
 struct Unsettled {
   ErrorBound bound;             // to be kept by the coarsest coding that does
   bool auto_time_scale = false; // --time-scale auto
-  bool everything = false;      // whatever a plan can show
-  bool progress = false;        // is a line of it shown?
+  bool auto_lattice = false;    // the lattice, or its distances
+  double density = 0;      // sites per source sample; 0: half of them, or as the lattice has at distance 1
+  bool exact = false;      // values as precise as the source's
+  bool everything = false; // whatever a plan can show
+  bool progress = false;   // is a line of it shown?
 };
 
 // Scans and samples the series as far as something is left to find out, and completes the settings and the

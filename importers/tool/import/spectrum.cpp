@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 
 #include "readers/error.h"
@@ -11,184 +10,230 @@
 namespace bcc4 {
 namespace {
 
-constexpr size_t kBlockEdge = 32, kSmallestEdge = 8; // samples; a shorter axis is not measured
-constexpr size_t kMostBlocks = 8;                    // of a stretch and channel
-constexpr double kReserve = 0.75;                    // of the cell: what lies in it is reconstructed well
-// Parts of the energy. What lies outside the cell folds back as error: more than kMuch of it is reason to
-// advise the Cartesian lattice. A coarser lattice is advised while it leaves outside, beside what is outside
-// already, at most kMoreLost as much again and at most kInsideLost of what is still inside; kNegligible may
-// be lost in any case.
-constexpr double kMuch = 1e-2, kNegligible = 1e-4;
-constexpr double kMoreLost = 0.5, kInsideLost = 0.125;
-constexpr double kFineEnough = 0.25; // resolution of an axis to judge by
-constexpr double kFewestSteps = 2;   // along time on a coarser lattice
-constexpr double kScales[] = {1.25, 1.5, 2, 2.5, 3, 4, 6, 8};
-constexpr double kRounding = 1e-9; // of sums of frequencies: the border of the cell belongs to it
+constexpr size_t kBlockEdge = 32;    // samples of a block along an axis that is cut
+constexpr size_t kWholeEdge = 64;    // an axis up to this long is taken whole, space and short series
+constexpr uint64_t kPredicted = 23;  // frames from which on a series is not mirrored at its ends
+constexpr size_t kMostBins = 20;     // along an axis that is whole
+constexpr size_t kWindowedBins = 14; // along one that is not: the window is no finer
+constexpr size_t kFewest = 4;        // samples; a shorter axis is not measured
+constexpr double kNothing = 1e-8;    // of the energy: bins that are left out, all together
+constexpr double kRounding = 1e-6;   // of sums of frequencies: the border of the cell belongs to it
 
-using Complex = std::complex<double>;
+// Along one axis: values of a block -> roots of its mean squares by frequency.
+struct Transform {
+  size_t n = 1;
+  bool windowed = false;
+  std::vector<float> weights;    // by frequency, then sample; those of a constant first
+  std::vector<float> transposed; // by sample, then frequency
 
-// In place, n a power of two: radix 2, decimation in time.
-void transform(Complex* v, size_t n) {
-  for (size_t i = 1, j = 0; i < n; ++i) {
-    size_t bit = n >> 1;
-    for (; j & bit; bit >>= 1) j ^= bit;
-    j ^= bit;
-    if (i < j) std::swap(v[i], v[j]);
-  }
-  for (size_t length = 2; length <= n; length <<= 1) {
-    const Complex turn = std::polar(1.0, -2 * std::numbers::pi / static_cast<double>(length));
-    for (size_t i = 0; i < n; i += length) {
-      Complex w = 1;
-      for (size_t k = 0; k < length / 2; ++k, w *= turn) {
-        const Complex a = v[i + k], b = v[i + k + length / 2] * w;
-        v[i + k] = a + b;
-        v[i + k + length / 2] = a - b;
-      }
+  // Cosines of the mirrored block, period 2 (n - 1): a sum of squares over the frequencies is the mean square
+  // over the period.
+  Transform(size_t samples, bool window)
+      : n(samples), windowed(window), weights(n * n, 1), transposed(n * n, 1) {
+    if (n == 1) return;
+    const double period = 2 * static_cast<double>(n - 1), pi = std::numbers::pi;
+    double squares = 0;
+    std::vector<double> w(n, 1);
+    for (size_t i = 0; i < n; ++i) {
+      const double times = i == 0 || i + 1 == n ? 1 : 2;
+      if (windowed)
+        w[i] = 0.5 - 0.5 * std::cos(2 * pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
+      squares += times * w[i] * w[i];
     }
+    const double scale = std::sqrt(period / squares) / period;
+    for (size_t k = 0; k < n; ++k)
+      for (size_t i = 0; i < n; ++i) {
+        const double times = i == 0 || i + 1 == n ? 1 : 2;
+        const double both = k == 0 || k + 1 == n ? 1 : std::numbers::sqrt2;
+        const double turn = static_cast<double>(k * i % (2 * (n - 1))) / period;
+        transposed[i * n + k] = weights[k * n + i] =
+            static_cast<float>(both * scale * times * w[i] * std::cos(2 * pi * turn));
+      }
   }
+};
+
+using Block = std::vector<float>;
+
+void add_scaled(float* to, const float* from, float factor, size_t count) {
+  for (size_t i = 0; i < count; ++i) to[i] += factor * from[i];
 }
 
 // Along every line of an axis.
-void transform_axis(std::vector<Complex>& block, const std::array<size_t, 4>& n, size_t axis) {
-  if (n[axis] == 1) return;
+void transform_axis(Block& block, Block& out, const std::array<Transform, 4>& axes, size_t axis) {
+  const size_t n = axes[axis].n;
+  if (n == 1) return;
   size_t stride = 1;
-  for (size_t a = 0; a < axis; ++a) stride *= n[a];
-  std::vector<Complex> line(n[axis]);
-  for (size_t first = 0; first < block.size(); first += stride * n[axis])
-    for (size_t s = 0; s < stride; ++s) {
-      Complex* at = block.data() + first + s;
-      for (size_t i = 0; i < n[axis]; ++i) line[i] = at[i * stride];
-      transform(line.data(), line.size());
-      for (size_t i = 0; i < n[axis]; ++i) at[i * stride] = line[i];
+  for (size_t a = 0; a < axis; ++a) stride *= axes[a].n;
+  out.assign(block.size(), 0);
+  if (stride == 1) {
+    for (size_t first = 0; first < block.size(); first += n)
+      for (size_t i = 0; i < n; ++i)
+        add_scaled(out.data() + first, axes[axis].transposed.data() + i * n, block[first + i], n);
+    block.swap(out);
+    return;
+  }
+  for (size_t first = 0; first < block.size(); first += stride * n)
+    for (size_t k = 0; k < n; ++k)
+      for (size_t i = 0; i < n; ++i)
+        add_scaled(out.data() + first + k * stride, block.data() + first + i * stride,
+                   axes[axis].weights[k * n + i], stride);
+  block.swap(out);
+}
+
+// The samples of a block, fastest first, from where it begins in a stretch.
+void take_block(const SampleStretch& s, size_t channel, double air, const std::array<Transform, 4>& axes,
+                const std::array<size_t, 4>& at, Block& block) {
+  block.clear();
+  for (size_t t = 0; t < axes[3].n; ++t)
+    for (size_t z = 0; z < axes[2].n; ++z)
+      for (size_t y = 0; y < axes[1].n; ++y) {
+        const float* const row =
+            s.values[channel].data() +
+            (((at[3] + t) * s.box.dims[2] + at[2] + z) * s.box.dims[1] + at[1] + y) * s.box.dims[0] + at[0];
+        for (size_t x = 0; x < axes[0].n; ++x)
+          block.push_back(
+              static_cast<float>((std::isfinite(row[x]) ? static_cast<double>(row[x]) : air) - air));
+      }
+}
+
+// Where blocks begin along an axis: side by side, in the middle.
+std::vector<size_t> block_begins(uint64_t length, size_t n) {
+  std::vector<size_t> begins;
+  const size_t fit = std::max<size_t>(1, length / n);
+  for (size_t i = 0; i < fit; ++i) begins.push_back((length - fit * n) / 2 + i * n);
+  return begins;
+}
+
+// Energy of blocks, by bins of frequency.
+struct Bins {
+  std::array<size_t, 4> count{1, 1, 1, 1};
+  std::vector<double> energy;
+
+  void add(const Block& block, const std::array<Transform, 4>& axes, double weight) {
+    std::array<std::vector<size_t>, 4> place; // of each frequency, in bins
+    size_t stride = 1;
+    for (size_t a = 0; a < 4; ++a) {
+      for (size_t k = 0; k < axes[a].n; ++k)
+        place[a].push_back(
+            axes[a].n == 1 ? 0 : (2 * k * (count[a] - 1) + axes[a].n - 1) / (2 * (axes[a].n - 1)) * stride);
+      stride *= count[a];
     }
-}
+    const float* v = block.data();
+    for (const size_t t : place[3])
+      for (const size_t z : place[2])
+        for (const size_t y : place[1])
+          for (const size_t x : place[0]) {
+            const auto value = static_cast<double>(*v++);
+            energy[t + z + y + x] += weight * value * value;
+          }
+  }
+};
 
-size_t power_of_two_up_to(uint64_t n) {
-  size_t p = 1;
-  while (2 * p <= std::min<uint64_t>(n, kBlockEdge)) p *= 2;
-  return p < kSmallestEdge ? 1 : p;
-}
-
-double hann(size_t i, size_t n) {
-  return n == 1 ? 1
-                : 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) /
-                                       static_cast<double>(n));
+// Takes the mean off, weighed as the transforms do.
+void remove_mean(Block& block, const std::array<Transform, 4>& axes) {
+  double sum = 0, all = 0;
+  for (size_t i = 0; i < block.size(); ++i) {
+    double w = 1;
+    size_t rest = i;
+    for (const Transform& a : axes) {
+      w *= static_cast<double>(a.weights[rest % a.n]); // of a constant
+      rest /= a.n;
+    }
+    sum += w * static_cast<double>(block[i]), all += w;
+  }
+  const auto mean = static_cast<float>(sum / all);
+  for (float& v : block) v -= mean;
 }
 
 std::string per_cent(double part) { return concat(short_number(100 * part, 2), " %"); }
 
 } // namespace
 
-Spectrum::Spectrum(const std::vector<SampleStretch>& sample, const std::vector<double>& air) {
-  for (size_t a = 0; a < 3; ++a) n_[a] = power_of_two_up_to(sample.front().box.dims[a]);
-  n_[3] = power_of_two_up_to(sample.front().frames);
+Spectrum::Spectrum(const SeriesDescription& series, const SeriesSample& sample,
+                   const std::vector<double>& air) {
+  const SampleStretch& model = sample.stretches.front();
+  std::vector<Transform> made;
+  Bins sums;
   size_t bins = 1;
-  for (const size_t n : n_) bins *= n / 2 + 1;
-  energy_.assign(bins, 0);
-  const size_t samples = n_[0] * n_[1] * n_[2] * n_[3];
-  std::vector<Complex> block(samples);
-  for (const SampleStretch& s : sample)
+  for (size_t a = 0; a < 4; ++a) {
+    const uint64_t length = a == 3 ? model.frames : model.box.dims[a];
+    const bool whole = model.whole(a, series.dims) && length <= kWholeEdge && (a < 3 || length < kPredicted);
+    uint64_t n = whole ? length : std::min<uint64_t>(length, kBlockEdge);
+    if (length < kFewest) n = 1;
+    windowed_[a] = !whole;
+    made.emplace_back(n, windowed_[a]);
+    sums.count[a] = count_[a] = std::min<size_t>(n, whole ? kMostBins : kWindowedBins);
+    bins *= count_[a];
+  }
+  const std::array<Transform, 4> axes{made[0], made[1], made[2], made[3]};
+  sums.energy.assign(bins, 0);
+  Block block, scratch;
+  for (const SampleStretch& s : sample.stretches) {
+    std::array<std::vector<size_t>, 4> at;
+    size_t blocks = 1;
+    for (size_t a = 0; a < 4; ++a) {
+      at[a] = block_begins(a == 3 ? s.frames : s.box.dims[a], axes[a].n);
+      blocks *= at[a].size();
+    }
     for (size_t c = 0; c < s.values.size(); ++c) {
-      // Blocks side by side, as many as fit.
-      std::array<size_t, 4> fit{s.box.dims[0] / n_[0], s.box.dims[1] / n_[1], s.box.dims[2] / n_[2],
-                                s.frames / n_[3]};
-      for (size_t a = 0; a < 4; ++a) fit[a] = n_[a] == 1 ? 1 : std::max<size_t>(fit[a], 1);
-      const size_t blocks = std::min(kMostBlocks, fit[0] * fit[1] * fit[2] * fit[3]);
+      const double range = sample.ranges[c].max - sample.ranges[c].min;
+      if (!(range > 0)) continue;
+      const double weight = s.weight / static_cast<double>(blocks * s.values.size()) / (range * range);
       for (size_t b = 0; b < blocks; ++b) {
         stop_if_interrupted();
-        const std::array<size_t, 4> at{b % fit[0] * n_[0], b / fit[0] % fit[1] * n_[1],
-                                       b / fit[0] / fit[1] % fit[2] * n_[2],
-                                       b / fit[0] / fit[1] / fit[2] % fit[3] * n_[3]};
-        double mean = 0, weights = 0;
-        const auto each = [&](const auto& body) {
-          for (size_t i = 0; i < samples; ++i) {
-            const std::array<size_t, 4> p{i % n_[0], i / n_[0] % n_[1], i / n_[0] / n_[1] % n_[2],
-                                          i / n_[0] / n_[1] / n_[2]};
-            const size_t source =
-                (((at[3] + p[3]) * s.box.dims[2] + at[2] + p[2]) * s.box.dims[1] + at[1] + p[1]) *
-                    s.box.dims[0] +
-                at[0] + p[0];
-            const auto v = static_cast<double>(s.values[c][source]);
-            body(i, std::isfinite(v) ? v : air[c],
-                 hann(p[0], n_[0]) * hann(p[1], n_[1]) * hann(p[2], n_[2]) * hann(p[3], n_[3]));
-          }
-        };
-        each([&](size_t, double v, double w) { mean += w * v, weights += w; });
-        mean /= weights;
-        each([&](size_t i, double v, double w) { block[i] = w * (v - mean); });
-        for (size_t a = 0; a < 4; ++a) transform_axis(block, n_, a);
-        for (size_t i = 0; i < samples; ++i) {
-          size_t rest = i, bin = 0, stride = 1;
-          for (const size_t n : n_) {
-            const size_t k = rest % n;
-            bin += std::min(k, n - k) * stride;
-            rest /= n, stride *= n / 2 + 1;
-          }
-          energy_[bin] += std::norm(block[i]);
-        }
+        std::array<size_t, 4> begin{};
+        size_t rest = b;
+        for (size_t a = 0; a < 4; ++a) begin[a] = at[a][rest % at[a].size()], rest /= at[a].size();
+        take_block(s, c, air[c], axes, begin, block);
+        remove_mean(block, axes);
+        for (size_t a = 0; a < 4; ++a) transform_axis(block, scratch, axes, a);
+        sums.add(block, axes, weight);
       }
     }
-  for (const double e : energy_) total_ += e;
+  }
+  for (const double e : sums.energy) total_ += e;
+  for (size_t i = 0; i < sums.energy.size(); ++i) {
+    if (!(sums.energy[i] > kNothing * total_ / static_cast<double>(bins))) continue;
+    Bin bin;
+    bin.energy = sums.energy[i];
+    size_t rest = i;
+    for (size_t a = 0; a < 4; ++a) {
+      bin.at[a] = static_cast<uint8_t>(rest % count_[a]);
+      rest /= count_[a];
+    }
+    bins_.push_back(bin);
+  }
 }
 
 double Spectrum::resolution(size_t axis) const {
-  return n_[axis] == 1 ? 0 : 4.0 / static_cast<double>(n_[axis]);
+  return count_[axis] == 1 ? 0 : (windowed_[axis] ? 2 : 1) / static_cast<double>(count_[axis] - 1);
 }
 
 double Spectrum::percentile(size_t axis, double part) const {
-  if (n_[axis] == 1 || empty()) return 0;
-  const size_t count = n_[axis] / 2 + 1;
-  size_t stride = 1;
-  for (size_t a = 0; a < axis; ++a) stride *= n_[a] / 2 + 1;
+  if (count_[axis] == 1 || empty()) return 0;
+  const size_t count = count_[axis];
   std::vector<double> sum(count);
-  for (size_t i = 0; i < energy_.size(); ++i) sum[i / stride % count] += energy_[i];
+  for (const Bin& b : bins_) sum[b.at[axis]] += b.energy;
   double below = 0;
   for (size_t k = 0; k < count; ++k)
     if ((below += sum[k]) >= part * total_) return static_cast<double>(k) / static_cast<double>(count - 1);
   return 1;
 }
 
-double Spectrum::outside(double scale, double time_scale) const {
+double Spectrum::outside() const {
   if (empty()) return 0;
   double sum = 0;
-  for (size_t i = 0; i < energy_.size(); ++i) {
+  for (const Bin& b : bins_) {
     std::array<double, 4> f{};
-    size_t rest = i;
-    for (size_t a = 0; a < 4; ++a) {
-      const size_t count = n_[a] / 2 + 1;
-      f[a] = n_[a] == 1 ? 0
-                        : static_cast<double>(rest % count) / static_cast<double>(count - 1) *
-                              (a == 3 ? time_scale : scale);
-      rest /= count;
-    }
+    for (size_t a = 0; a < 4; ++a) f[a] = frequency(a, b.at[a]);
     std::sort(f.begin(), f.end());
-    if (f[2] + f[3] > std::numbers::sqrt2 + kRounding) sum += energy_[i];
+    if (f[2] + f[3] > std::numbers::sqrt2 + kRounding) sum += b.energy;
   }
   return sum / total_;
 }
 
-SpectrumAdvice advise_lattice(const Spectrum& spectrum, uint64_t frames) {
-  SpectrumAdvice advice;
-  if (spectrum.empty()) return advice;
-  advice.cartesian = spectrum.outside(1, 1) > kMuch;
-  const double lost = spectrum.outside(1 / kReserve, 1 / kReserve);
-  const double allowed = std::max(kNegligible, lost + std::min(kMoreLost * lost, kInsideLost * (1 - lost)));
-  for (const double x : kScales) {
-    if (spectrum.resolution(3) > 0 && spectrum.resolution(3) <= kFineEnough &&
-        (static_cast<double>(frames) - 1) / x >= kFewestSteps &&
-        spectrum.outside(1 / kReserve, x / kReserve) <= allowed)
-      advice.time_scale = x;
-    const bool fine = spectrum.resolution(0) <= kFineEnough && spectrum.resolution(1) <= kFineEnough &&
-                      spectrum.resolution(2) <= kFineEnough;
-    if (fine && !advice.cartesian && spectrum.outside(x / kReserve, 1 / kReserve) <= allowed)
-      advice.scale = x;
-  }
-  return advice;
-}
-
-std::vector<std::string> spectrum_lines(const Spectrum& spectrum, uint64_t frames) {
+std::vector<std::string> spectrum_lines(const Spectrum& spectrum) {
   if (spectrum.empty()) return {"constant"};
-  std::vector<std::string> lines;
   std::string text;
   constexpr const char* names[] = {"x", "y", "z", "t"};
   for (size_t a = 0; a < 4; ++a) {
@@ -197,21 +242,11 @@ std::vector<std::string> spectrum_lines(const Spectrum& spectrum, uint64_t frame
                    " / ", short_number(spectrum.percentile(a, 0.99), 2), " / ",
                    short_number(spectrum.percentile(a, 0.999), 2));
   }
-  lines.push_back(concat(text, " of Nyquist hold 90 / 99 / 99.9 % of the energy"));
-  lines.push_back(
-      concat(per_cent(spectrum.outside(1, 1)), " of the energy lies outside the cell of the lattice"));
-  const SpectrumAdvice advice = advise_lattice(spectrum, frames);
-  if (advice.cartesian) lines.push_back("advice: --lattice cc keeps it; else it folds back as error");
-  if (advice.time_scale > 1)
-    lines.push_back(concat("advice: the spectrum has room for --time-scale ", advice.time_scale,
-                           "; auto tries what the series bears"));
-  if (advice.scale > 1)
-    lines.push_back(
-        concat("advice: the spectrum has room for --scale ", advice.scale, "; --abs or --psnr try it"));
-  return lines;
+  return {concat(text, " of Nyquist hold 90 / 99 / 99.9 % of the energy"),
+          concat(per_cent(spectrum.outside()), " of the energy lies outside the cell of the cubic lattice")};
 }
 
-Json spectrum_json(const Spectrum& spectrum, uint64_t frames) {
+Json spectrum_json(const Spectrum& spectrum) {
   Json j;
   constexpr const char* names[] = {"x", "y", "z", "t"};
   for (size_t a = 0; a < 4; ++a)
@@ -221,11 +256,7 @@ Json spectrum_json(const Spectrum& spectrum, uint64_t frames) {
                                   {"p99", spectrum.percentile(a, 0.99)},
                                   {"p999", spectrum.percentile(a, 0.999)},
                                   {"resolution", spectrum.resolution(a)}};
-  const SpectrumAdvice advice = advise_lattice(spectrum, frames);
-  j["outside_cell"] = spectrum.outside(1, 1);
-  j["advice"] = {{"scale", advice.scale},
-                 {"time_scale", advice.time_scale},
-                 {"lattice", advice.cartesian ? "cc" : "d4star"}};
+  j["outside_cell"] = spectrum.outside();
   return j;
 }
 

@@ -1,10 +1,9 @@
-// How far the content of a series reaches in frequency, measured on windowed blocks, and what that means for
-// the choice of lattice.
+// How far the content of a series reaches in frequency, all four axes together, and what lies where a lattice
+// does not keep it.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,36 +12,43 @@
 
 namespace bcc4 {
 
-// Energy by frequency, the mean of each block taken off. Frequencies are fractions of the Nyquist frequency
-// of the source, 0 .. 1, along x, y, z, t.
+// Mean square of the values by frequency, means of blocks taken off: cosine transforms of blocks of the
+// sample. Axes that a block has whole are mirrored at their ends, as lattices do; along others it has a Hann
+// window. Frequencies are fractions of the Nyquist frequency of the source, 0 .. 1, along x, y, z, t.
 class Spectrum {
  public:
-  // Blocks of up to 32 samples along each axis, Hann windows; what is not finite becomes air.
-  Spectrum(const std::vector<SampleStretch>& sample, const std::vector<double>& air);
+  // air: by channel, in the place of what is not finite. Channels count in units of their range.
+  Spectrum(const SeriesDescription& series, const SeriesSample& sample, const std::vector<double>& air);
 
   [[nodiscard]] bool empty() const { return total_ <= 0; }
   // Below which `part` of the energy lies along an axis; 0 for an axis too short to tell.
   [[nodiscard]] double percentile(size_t axis, double part) const;
   // Part of the energy outside the 24-cell |f_i| + |f_j| <= sqrt2 of D4* (static: the rhombic dodecahedron of
-  // BCC) when the lattice is stretched by `scale` in space and `time_scale` in time.
-  [[nodiscard]] double outside(double scale, double time_scale) const;
-  // Resolution along an axis: the width of the window's main lobe, as a fraction of Nyquist; 0: not measured.
+  // BCC) of lattice distance 1.
+  [[nodiscard]] double outside() const;
+  // Resolution along an axis, as a fraction of Nyquist; 0: not measured.
   [[nodiscard]] double resolution(size_t axis) const;
 
+  // A bin with something in it.
+  struct Bin {
+    std::array<uint8_t, 4> at{}; // number of its frequency along each axis
+    double energy = 0;           // mean square over that of the range
+  };
+  [[nodiscard]] const std::vector<Bin>& bins() const { return bins_; }
+  // Numbers of frequencies along an axis, and the frequencies.
+  [[nodiscard]] size_t count(size_t axis) const { return count_[axis]; }
+  [[nodiscard]] double frequency(size_t axis, size_t number) const {
+    return count_[axis] == 1 ? 0 : static_cast<double>(number) / static_cast<double>(count_[axis] - 1);
+  }
+
  private:
-  std::array<size_t, 4> n_{1, 1, 1, 1}; // samples of a block
-  std::vector<double> energy_;          // by |frequency| bins, n/2 + 1 per axis, x fastest
+  std::array<size_t, 4> count_{1, 1, 1, 1}; // bins along each axis
+  std::array<bool, 4> windowed_{};
+  std::vector<Bin> bins_;
   double total_ = 0;
 };
 
-struct SpectrumAdvice {
-  double time_scale = 1; // the coarsest that loses next to nothing
-  double scale = 1;
-  bool cartesian = false; // much energy lies where D4* folds it
-};
-[[nodiscard]] SpectrumAdvice advise_lattice(const Spectrum& spectrum, uint64_t frames);
-
-[[nodiscard]] std::vector<std::string> spectrum_lines(const Spectrum& spectrum, uint64_t frames);
-[[nodiscard]] Json spectrum_json(const Spectrum& spectrum, uint64_t frames);
+[[nodiscard]] std::vector<std::string> spectrum_lines(const Spectrum& spectrum);
+[[nodiscard]] Json spectrum_json(const Spectrum& spectrum);
 
 } // namespace bcc4

@@ -11,6 +11,9 @@
 namespace bcc4 {
 namespace {
 
+// Where a PSNR was missed, by sizes of steps one after the other: rounding is about half of the error there.
+constexpr double kFiner[] = {0.85, 0.6};
+
 std::string counts_text(const std::vector<uint64_t>& counts) {
   std::string text;
   for (const uint64_t n : counts) text += concat(text.empty() ? "" : " ", n);
@@ -32,6 +35,19 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Write
     if (!c.active.empty()) attribute("openvdb.active." + c.name, counts_text(c.active));
   for (const PlannedSource& f : scope.sources)
     check(bccsplat_writer_add_source(writer.get(), f.name.c_str(), f.bytes, f.crc32), f.name);
+}
+
+// Steps so much finer, or those of the source where it has none in between.
+std::vector<StepCoding> finer_steps(const SeriesDescription& s, const WriterSettings& settings,
+                                    const std::vector<ChannelScan>& scans, double factor) {
+  std::vector<StepCoding> steps(settings.steps.size());
+  for (size_t c = 0; c < steps.size(); ++c) {
+    const double unit = source_step(s.channels[c]), finer = factor * settings.steps[c].step;
+    const double step = unit == 0 ? finer : std::floor(finer / unit) * unit;
+    if (step > unit)
+      steps[c] = step_coding(step, scans[c], air_of(s.channels[c], settings), settings.nonfinite);
+  }
+  return steps;
 }
 
 ImportResult write_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
@@ -73,13 +89,24 @@ std::string filtering_text(const WriterSettings& settings) {
 ImportResult write_series(FrameReader& reader, const Device& device, WriterSettings& settings,
                           const std::vector<ChannelScan>& scans, const ImportScope& scope,
                           const CommonOptions& common) {
+  const bool missing_psnr = settings.psnr > 0 && settings.abs_error == 0 && peak_of(scans) > 0;
+  const auto misses = [&](const StatusError& e, const char* remedy) {
+    if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || !missing_psnr) return false;
+    if (common.prints_text()) std::printf("  %s; again with %s\n", e.what(), remedy);
+    return true;
+  };
   try {
     return write_once(reader, device, settings, scans, scope, common);
   } catch (const StatusError& e) {
-    if (e.status() != BCCSPLAT_ERROR_BOUND_NOT_MET || settings.psnr == 0 || settings.abs_error > 0 ||
-        peak_of(scans) == 0)
-      throw;
-    if (common.prints_text()) std::printf("  %s; again with corrections\n", e.what());
+    if (!misses(e, settings.steps.empty() ? "corrections" : "finer steps")) throw;
+  }
+  for (size_t i = 0; i < std::size(kFiner) && !settings.steps.empty(); ++i) {
+    settings.steps = finer_steps(reader.description(), settings, scans, kFiner[i]);
+    try {
+      return write_once(reader, device, settings, scans, scope, common);
+    } catch (const StatusError& e) {
+      if (!misses(e, i + 1 < std::size(kFiner) ? "finer steps" : "corrections")) throw;
+    }
   }
   settings.abs_error = kCorrectedPeak * peak_of(scans) * std::pow(10, -settings.psnr / 20);
   return write_once(reader, device, settings, scans, scope, common);

@@ -1,0 +1,136 @@
+#include "tool/import/lattice_choice.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bcc4 {
+namespace {
+
+// Errors fall so with the number of sites: what a candidate has more of them is no merit of its shape.
+constexpr double kOfDensity = 2;
+constexpr double kHopeless = 8; // dB behind the best one foretold: not tried
+// Of the error power of the lattice, by rounding. An even spread of width q has the power q^2 / 12.
+constexpr double kRoundingShare = 1.0 / 15, kCoarsestRounding = 1.0 / 512;
+constexpr double kSpread = 12;
+
+double decibels(double mean_square) { return mean_square > 0 ? -10 * std::log10(mean_square) : HUGE_VAL; }
+
+// Every second frame, or as many as the density leaves.
+LatticeShape fewer_frames(double density) {
+  return {BCCSPLAT_LATTICE_CC, {1, 1, 1, std::max(1.0, std::round(1 / density))}};
+}
+
+double merit(const LatticeCandidate& c, double density, const SeriesDescription& s) {
+  const double more = site_density(c.shape, s.dims) / density;
+  return c.psnr() - kOfDensity * 10 * std::log10(std::max(1e-9, more));
+}
+
+// The widest step that a channel is worth.
+double widest_step(double mean_square, double unit, double range) {
+  const double by_error = std::sqrt(kSpread * kRoundingShare * mean_square);
+  const double step = std::min(by_error, std::sqrt(kSpread) * kCoarsestRounding * range);
+  if (unit == 0) return step;
+  return step < 2 * unit ? 0 : std::floor(step / unit) * unit;
+}
+
+// The shapes worth a thought, the simplest of each lattice first.
+std::vector<LatticeCandidate> find_candidates(const Spectrum& spectrum, const LatticeWish& wish,
+                                              const SeriesDescription& series) {
+  std::vector<LatticeCandidate> found;
+  const auto add = [&](const std::string& name, const LatticeShape& shape) {
+    for (const LatticeCandidate& c : found)
+      if (c.shape == shape) return;
+    found.push_back({name, shape, decibels(foretold_error(spectrum, shape, series.dims)), {}});
+  };
+  if (wish.fixed) {
+    add("as given", *wish.fixed);
+    return found;
+  }
+  for (const int32_t lattice : wish.lattices) {
+    const char* const name = lattice_name(lattice);
+    if (lattice != BCCSPLAT_LATTICE_CC || series.dims[3] == 1)
+      add(concat(name, ", cubic"), cubic_lattice(lattice, wish.density, series.dims));
+    else
+      add("fewer frames", fewer_frames(wish.density));
+    add(name, fit_lattice(spectrum, lattice, wish.density, series.dims));
+  }
+  return found;
+}
+
+} // namespace
+
+LatticeChoice choose_lattice(Trier& trier, const Spectrum& spectrum, const LatticeWish& wish,
+                             const SeriesDescription& series) {
+  LatticeChoice choice;
+  choice.half_the_frames = trier.half_the_frames();
+  choice.candidates = find_candidates(spectrum, wish, series);
+  double hoped = 0;
+  for (const LatticeCandidate& c : choice.candidates) hoped = std::max(hoped, c.foretold);
+  for (size_t i = 0; i < choice.candidates.size(); ++i) {
+    LatticeCandidate& c = choice.candidates[i];
+    if (i > 0 && c.foretold < hoped - kHopeless) continue;
+    c.trial = trier.tried()[trier.try_coding({c.shape, {}, 0})];
+    if (merit(c, wish.density, series) > merit(choice.candidates[choice.best], wish.density, series))
+      choice.best = i;
+  }
+  return choice;
+}
+
+std::vector<StepCoding> worthwhile_steps(const CodingTrial& trial, const SeriesDescription& series,
+                                         const WriterSettings& settings,
+                                         const std::vector<ChannelScan>& ranges) {
+  std::vector<StepCoding> steps;
+  for (size_t c = 0; c < series.channels.size(); ++c) {
+    const Channel& channel = series.channels[c];
+    const double range = ranges[c].empty() ? 0 : ranges[c].max - ranges[c].min;
+    const double step = widest_step(trial.mean_squares[c], source_step(channel), range);
+    steps.push_back(step > 0 ? step_coding(step, ranges[c], air_of(channel, settings), settings.nonfinite)
+                             : StepCoding{});
+  }
+  const bool any = std::any_of(steps.begin(), steps.end(), [](const StepCoding& s) { return s.step > 0; });
+  return any ? steps : std::vector<StepCoding>{};
+}
+
+std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesDescription& series) {
+  std::vector<std::string> lines;
+  const auto dB = [](double psnr) {
+    return std::isinf(psnr) ? std::string("exact") : short_number(psnr, 3) + " dB";
+  };
+  lines.push_back(concat(shape_text(choice.chosen().shape, series.dims), ": ", dB(choice.chosen().psnr()),
+                         " of the sampled range foretold"));
+  std::string others;
+  for (size_t i = 0; i < choice.candidates.size(); ++i) {
+    const LatticeCandidate& c = choice.candidates[i];
+    if (i != choice.best)
+      others += concat(shape_text(c.shape, series.dims), c.trial ? " " : " about ", dB(c.psnr()), "; ");
+  }
+  if (!choice.rounded.coding.steps.empty())
+    lines.push_back(concat("lossy: ", steps_text(choice.rounded.coding, series), ", which leaves ",
+                           dB(choice.rounded.psnr),
+                           "; --exact keeps the source's precision, --psnr or --abs the error you say"));
+  if (!others.empty())
+    lines.push_back(
+        concat("instead of ", others, "every second frame, blended ", dB(choice.half_the_frames)));
+  return lines;
+}
+
+Json choice_json(const LatticeChoice& choice, const SeriesDescription& series) {
+  Json j;
+  j["sampled_frames"] = choice.sampled_frames;
+  j["chosen"] = choice.chosen().name;
+  j["half_the_frames"] = choice.half_the_frames;
+  j["candidates"] = Json::array();
+  for (const LatticeCandidate& c : choice.candidates) {
+    Json one = shape_json(c.shape, series);
+    if (c.trial) one.update(trial_json(*c.trial, series));
+    one["name"] = c.name;
+    one["foretold"] = c.foretold;
+    one["psnr"] = c.psnr();
+    one["tried"] = c.trial.has_value();
+    j["candidates"].push_back(std::move(one));
+  }
+  j["rounded"] = trial_json(choice.rounded, series);
+  return j;
+}
+
+} // namespace bcc4

@@ -1,0 +1,54 @@
+// The lattice that a series is stored on where nobody says it, and the precision of its values: what its
+// spectrum foretells, proved on a sample.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tool/import/spectrum.h"
+#include "tool/import/trial.h"
+
+namespace bcc4 {
+
+// What is to be decided.
+struct LatticeWish {
+  std::vector<int32_t> lattices{BCCSPLAT_LATTICE_D4STAR, BCCSPLAT_LATTICE_CC}; // among these
+  double density = 0.5;                                                        // sites per source sample
+  // Distances that were given: the lattice is not chosen but proved.
+  std::optional<LatticeShape> fixed;
+};
+
+struct LatticeCandidate {
+  std::string name; // "d4star, cubic"
+  LatticeShape shape;
+  double foretold = 0;              // dB, by the spectrum alone
+  std::optional<CodingTrial> trial; // on the sample, values as exact as the source's; none: not worth it
+  [[nodiscard]] double psnr() const { return trial ? trial->psnr : foretold; }
+};
+
+struct LatticeChoice {
+  std::vector<LatticeCandidate> candidates;
+  size_t best = 0;
+  double half_the_frames = 0; // dB of every second frame, those between blended
+  CodingTrial rounded;        // the best one with the steps it is stored in
+  uint64_t sampled_frames = 0;
+  [[nodiscard]] const LatticeCandidate& chosen() const { return candidates[best]; }
+};
+
+// Tries the shapes that lose least of the spectrum, and the cubic D4*.
+[[nodiscard]] LatticeChoice choose_lattice(Trier& trier, const Spectrum& spectrum, const LatticeWish& wish,
+                                           const SeriesDescription& series);
+
+// Steps whose rounding adds at most a fifteenth to the error that a trial has, by channel; never finer than
+// the source's own, and of at most 1/512 of the range in the field, root mean square.
+[[nodiscard]] std::vector<StepCoding> worthwhile_steps(const CodingTrial& trial,
+                                                       const SeriesDescription& series,
+                                                       const WriterSettings& settings,
+                                                       const std::vector<ChannelScan>& ranges);
+
+[[nodiscard]] std::vector<std::string> choice_lines(const LatticeChoice& choice,
+                                                    const SeriesDescription& series);
+[[nodiscard]] Json choice_json(const LatticeChoice& choice, const SeriesDescription& series);
+
+} // namespace bcc4

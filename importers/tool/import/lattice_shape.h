@@ -1,0 +1,45 @@
+// Lattices with a distance for each axis: how they come out, what they are likely to lose of a spectrum, and
+// the distances that lose least.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "bccsplat.h"
+#include "tool/import/spectrum.h"
+
+namespace bcc4 {
+
+using Distances = std::array<double, 4>; // x, y, z in source samples, t in frames
+
+struct LatticeShape {
+  int32_t lattice = BCCSPLAT_LATTICE_D4STAR; // D4STAR (BCC: the same without time) or CC
+  Distances scales{1, 1, 1, 1};
+  bool operator==(const LatticeShape&) const = default;
+};
+
+// Distances as a writer realises them: in space a whole number of planes ends on the last sample.
+[[nodiscard]] Distances realised_distances(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
+// Sites per source sample, without layers beyond the ends of time.
+[[nodiscard]] double site_density(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
+
+// Mean square error, over the square of the range, that a spectrum foretells for the default kernel and
+// filter.
+[[nodiscard]] double foretold_error(const Spectrum& spectrum, const LatticeShape& shape,
+                                    const std::array<uint64_t, 4>& dims);
+
+// The lattice of about `density` sites per source sample with the least error foretold.
+[[nodiscard]] LatticeShape fit_lattice(const Spectrum& spectrum, int32_t lattice, double density,
+                                       const std::array<uint64_t, 4>& dims);
+// The same in coarser: so many times fewer sites.
+[[nodiscard]] LatticeShape scaled_shape(LatticeShape shape, double fewer,
+                                        const std::array<uint64_t, 4>& dims);
+// The one with all distances alike.
+[[nodiscard]] LatticeShape cubic_lattice(int32_t lattice, double density,
+                                         const std::array<uint64_t, 4>& dims);
+
+// "d4star, distances 1 x 0.7 x 0.85 x 2.3", as realised.
+[[nodiscard]] std::string shape_text(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
+
+} // namespace bcc4

@@ -1,0 +1,245 @@
+#include "tool/import/trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "tool/interrupt.h"
+#include "tool/view/time_slice.h"
+
+namespace bcc4 {
+namespace {
+
+// A file in memory, written and read as a stream.
+struct MemoryFile {
+  Bytes bytes;
+
+  static int64_t write_at(void* user, uint64_t offset, const void* buffer, uint64_t size) {
+    Bytes& bytes = static_cast<MemoryFile*>(user)->bytes;
+    if (bytes.size() < offset + size) bytes.resize(offset + size);
+    std::memcpy(bytes.data() + offset, buffer, size);
+    return static_cast<int64_t>(size);
+  }
+  static int64_t read_at(void* user, uint64_t offset, void* buffer, uint64_t size) {
+    const Bytes& bytes = static_cast<MemoryFile*>(user)->bytes;
+    if (offset > bytes.size()) return 0;
+    size = std::min<uint64_t>(size, bytes.size() - offset);
+    std::memcpy(buffer, bytes.data() + offset, size);
+    return static_cast<int64_t>(size);
+  }
+};
+
+// A bound that cannot be kept rules a coding out; anything else is an error.
+[[nodiscard]] bool keeps_bound(bccsplat_status status) {
+  if (status == BCCSPLAT_ERROR_BOUND_NOT_MET) return false;
+  check(status, "sample");
+  return true;
+}
+
+// Gives all frames of a stretch to the writer and finishes it; false when it cannot keep a bound.
+bool write_stretch(const Writer& writer, const SeriesDescription& part, const SampleStretch& stretch) {
+  for (uint64_t f = 0; f < stretch.frames; ++f)
+    for (size_t c = 0; c < part.channels.size(); ++c) {
+      stop_if_interrupted();
+      auto box = sized<bccsplat_box>();
+      box.type = BCCSPLAT_TYPE_F32;
+      box.data = stretch.values[c].data() + f * stretch.box.samples();
+      for (size_t a = 0; a < 3; ++a) box.dims[a] = static_cast<int64_t>(stretch.box.dims[a]);
+      if (!keeps_bound(bccsplat_writer_add_frame(writer.get(), static_cast<uint32_t>(c), part.times.values[f],
+                                                 &box, 1)))
+        return false;
+    }
+  return keeps_bound(bccsplat_writer_finish(writer.get(), nullptr));
+}
+
+Volume open_memory(const Device& device, MemoryFile& file) {
+  auto stream = sized<bccsplat_read_stream>();
+  stream.size = file.bytes.size();
+  stream.read_at = MemoryFile::read_at;
+  stream.user = &file;
+  bccsplat_volume* volume = nullptr;
+  check(bccsplat_volume_open_stream(device.get(), &stream, nullptr, &volume), "sample");
+  return Volume(volume);
+}
+
+struct Squares {
+  double sum = 0, count = 0, largest = 0;
+  void add(double got, double expected) {
+    if (!std::isfinite(expected) || !std::isfinite(got)) return;
+    const double d = got - expected;
+    sum += d * d, ++count;
+    largest = std::max(largest, std::fabs(d));
+  }
+  [[nodiscard]] double mean() const { return count > 0 ? sum / count : 0; }
+};
+
+// The inner part of a stretch, in samples of its box.
+SampleBox inner_part(const SampleStretch& s) {
+  SampleBox part = s.inner;
+  for (size_t a = 0; a < 3; ++a) part.begin[a] -= s.box.begin[a];
+  return part;
+}
+
+// Calls body(place in the box's frame, place in the part) for every sample of a part.
+template<class Body> void each_sample(const SampleStretch& s, const SampleBox& part, const Body& body) {
+  uint64_t i = 0;
+  for (uint64_t z = 0; z < part.dims[2]; ++z)
+    for (uint64_t y = 0; y < part.dims[1]; ++y) {
+      const uint64_t row =
+          ((part.begin[2] + z) * s.box.dims[1] + part.begin[1] + y) * s.box.dims[0] + part.begin[0];
+      for (uint64_t x = 0; x < part.dims[0]; ++x) body(row + x, i++);
+    }
+}
+
+Squares compare_channel(const Volume& volume, const SampleStretch& s, uint32_t channel) {
+  Squares squares;
+  const SampleBox part = inner_part(s);
+  std::vector<float> got(part.samples());
+  for (uint64_t f = s.counts.first; f < s.counts.end; ++f) {
+    stop_if_interrupted();
+    const uint64_t frame = f - s.first;
+    sample_planes(
+        cut_frame(volume, static_cast<double>(frame), channel),
+        [&](uint64_t plane, std::span<const float> values) {
+          std::copy(values.begin(), values.end(),
+                    got.begin() + static_cast<std::ptrdiff_t>(plane * part.dims[0] * part.dims[1]));
+        },
+        part);
+    const float* const expected = s.values[channel].data() + frame * s.box.samples();
+    each_sample(s, part, [&](uint64_t from, uint64_t to) {
+      squares.add(static_cast<double>(got[to]), static_cast<double>(expected[from]));
+    });
+  }
+  return squares;
+}
+
+} // namespace
+
+WriterSettings apply_coding(WriterSettings s, const Coding& coding) {
+  s.lattice = coding.shape.lattice;
+  s.scales = coding.shape.scales;
+  s.steps = coding.steps;
+  s.abs_error = coding.abs_error;
+  return s;
+}
+
+size_t Trier::try_coding(const Coding& coding) {
+  for (size_t i = 0; i < tried_.size(); ++i)
+    if (tried_[i].coding == coding) return i;
+  CodingTrial trial = measure(coding);
+  if (!coding.steps.empty() && coding.abs_error == 0 && trial.holds)
+    weigh_rounding(trial, tried_[try_coding({coding.shape, {}, 0})]);
+  tried_.push_back(std::move(trial));
+  return tried_.size() - 1;
+}
+
+// The boxes are weighed by what the lattice loses; rounding adds to all that is not air.
+void Trier::weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const {
+  for (size_t c = 0; c < trial.mean_squares.size(); ++c) {
+    const double added = trial.mean_squares[c] - plain.mean_squares[c];
+    if (added > 0) trial.mean_squares[c] = plain.mean_squares[c] + added / sample_.filled();
+  }
+  trial.psnr = psnr_of(trial.mean_squares);
+}
+
+CodingTrial Trier::measure(const Coding& coding) const {
+  CodingTrial trial;
+  trial.coding = coding;
+  trial.mean_squares.assign(series_.channels.size(), 0);
+  WriterSettings s = apply_coding(settings_, coding);
+  s.psnr = 0; // a goal of the series
+  s.measure = BCCSPLAT_MEASURE_DEFAULT;
+  if (s.nonfinite == BCCSPLAT_NONFINITE_DEFAULT) s.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  for (const SampleStretch& stretch : sample_.stretches) {
+    const SeriesDescription part = describe_stretch(series_, stretch);
+    MemoryFile file;
+    auto stream = sized<bccsplat_write_stream>();
+    stream.write_at = MemoryFile::write_at;
+    stream.user = &file;
+    {
+      const Writer writer = create_writer(device_, "", part, s, scans_, stretch.frames, nullptr, &stream);
+      trial.holds = write_stretch(writer, part, stretch);
+    }
+    if (!trial.holds) {
+      trial.bytes = std::numeric_limits<uint64_t>::max();
+      return trial;
+    }
+    trial.bytes += file.bytes.size();
+    const Volume volume = open_memory(device_, file);
+    for (uint32_t c = 0; c < part.channels.size(); ++c) {
+      const Squares squares = compare_channel(volume, stretch, c);
+      trial.mean_squares[c] += stretch.weight * squares.mean();
+      trial.max_abs = std::max(trial.max_abs, squares.largest);
+    }
+  }
+  trial.psnr = psnr_of(trial.mean_squares);
+  return trial;
+}
+
+double Trier::psnr_of(const std::vector<double>& mean_squares) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t c = 0; c < mean_squares.size(); ++c)
+    if (mean_squares[c] > 0 && !ranges_[c].empty())
+      least =
+          std::min(least, 20 * std::log10((ranges_[c].max - ranges_[c].min) / std::sqrt(mean_squares[c])));
+  return least;
+}
+
+double Trier::half_the_frames() const {
+  std::vector<double> mean_squares(series_.channels.size());
+  for (const SampleStretch& s : sample_.stretches)
+    for (size_t c = 0; c < s.values.size(); ++c) {
+      Squares squares;
+      const uint64_t frame = s.box.samples();
+      for (uint64_t f = s.counts.first - s.first; f < s.counts.end - s.first; ++f) {
+        const float* const now = s.values[c].data() + f * frame;
+        const bool kept = f % 2 == 0;
+        const float* const before = kept ? now : now - frame;
+        const float* const after = kept ? now : f + 1 < s.frames ? now + frame : before;
+        each_sample(s, inner_part(s), [&](uint64_t i, uint64_t) {
+          squares.add((static_cast<double>(before[i]) + static_cast<double>(after[i])) / 2,
+                      static_cast<double>(now[i]));
+        });
+      }
+      mean_squares[c] += s.weight * squares.mean();
+    }
+  return psnr_of(mean_squares);
+}
+
+std::string steps_text(const Coding& coding, const SeriesDescription& series) {
+  std::string text;
+  for (size_t c = 0; c < coding.steps.size(); ++c)
+    if (coding.steps[c].step > 0)
+      text += concat(text.empty() ? "" : ", ", coding.steps.size() > 1 ? series.channels[c].name : "values",
+                     " in steps of ", short_number(coding.steps[c].step, 3));
+  return text;
+}
+
+std::string coding_text(const CodingTrial& t, const SeriesDescription& series) {
+  const std::string steps = steps_text(t.coding, series);
+  return concat(shape_text(t.coding.shape, series.dims), steps.empty() ? "" : ", ", steps,
+                t.coding.abs_error > 0 ? ", corrections" : "");
+}
+
+Json shape_json(const LatticeShape& shape, const SeriesDescription& series) {
+  return Json{{"lattice", lattice_name(shape.lattice)},
+              {"scales", shape.scales},
+              {"distances", realised_distances(shape, series.dims)},
+              {"density", site_density(shape, series.dims)}};
+}
+
+Json trial_json(const CodingTrial& t, const SeriesDescription& series) {
+  Json j = shape_json(t.coding.shape, series);
+  j["steps"] = Json::array();
+  for (const StepCoding& c : t.coding.steps) j["steps"].push_back(c.step);
+  j["bytes"] = t.bytes;
+  j["max_abs"] = t.max_abs, j["psnr"] = t.psnr;
+  j["rmse"] = Json::array();
+  for (const double m : t.mean_squares) j["rmse"].push_back(std::sqrt(m));
+  j["holds"] = t.holds;
+  return j;
+}
+
+} // namespace bcc4

@@ -1,0 +1,72 @@
+// Codings tried on a sample of a series: through the real writer and back.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "readers/scan.h"
+#include "tool/import/lattice_shape.h"
+#include "tool/import/sample.h"
+#include "tool/import/series_writer.h"
+#include "tool/json.h"
+
+namespace bcc4 {
+
+// A way to store a series.
+struct Coding {
+  LatticeShape shape;
+  std::vector<StepCoding> steps; // by channel; none: the type holds the source as it is
+  double abs_error = 0;          // of the corrections; 0: none
+  bool operator==(const Coding&) const = default;
+};
+
+// What a coding gave on the sample.
+struct CodingTrial {
+  Coding coding;
+  uint64_t bytes = 0;               // of the sample's files, corrections included
+  std::vector<double> mean_squares; // errors by channel, foretold for the series
+  double max_abs = 0;
+  double psnr = 0;   // dB of the channel that has the lowest, peak: its range
+  bool holds = true; // no bound was out of reach
+};
+
+// The settings that make the writer use a coding.
+[[nodiscard]] WriterSettings apply_coding(WriterSettings settings, const Coding& coding);
+
+class Trier {
+ public:
+  // All is borrowed. scans: for the writer; ranges: the peaks of PSNRs.
+  Trier(const Device& device, const SeriesDescription& series, const SeriesSample& sample,
+        const WriterSettings& settings, const std::vector<ChannelScan>& scans,
+        const std::vector<ChannelScan>& ranges)
+      : device_(device), series_(series), sample_(sample), settings_(settings), scans_(scans),
+        ranges_(ranges) {}
+
+  // Runs the sample through the writer, unless it was tried before; its place in tried().
+  size_t try_coding(const Coding& coding);
+  [[nodiscard]] const std::vector<CodingTrial>& tried() const { return tried_; }
+  // Every second frame of the sample, the others blended of their neighbours: PSNR as of a trial.
+  [[nodiscard]] double half_the_frames() const;
+
+ private:
+  [[nodiscard]] CodingTrial measure(const Coding& coding) const;
+  void weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const;
+  [[nodiscard]] double psnr_of(const std::vector<double>& mean_squares) const;
+
+  const Device& device_;
+  const SeriesDescription& series_;
+  const SeriesSample& sample_;
+  const WriterSettings& settings_;
+  const std::vector<ChannelScan>& scans_;
+  const std::vector<ChannelScan>& ranges_;
+  std::vector<CodingTrial> tried_;
+};
+
+// "values in steps of 3"; empty: none.
+[[nodiscard]] std::string steps_text(const Coding& coding, const SeriesDescription& series);
+[[nodiscard]] std::string coding_text(const CodingTrial& trial, const SeriesDescription& series);
+[[nodiscard]] Json shape_json(const LatticeShape& shape, const SeriesDescription& series);
+[[nodiscard]] Json trial_json(const CodingTrial& trial, const SeriesDescription& series);
+
+} // namespace bcc4

@@ -1,0 +1,179 @@
+"""The lattice that import chooses: it fits the spectrum axis by axis, its error is foretold, its values are rounded where
+that adds next to nothing, and all of it is settled before the first chunk."""
+import math
+import os
+import random
+
+from harness import DATA, ToolTest, main
+
+
+def slow(x, y, z, t):
+    """As fine in space as voxels are, hardly changing in time."""
+    return 50 * math.cos(2.2 * x) * math.cos(2.1 * y + .05 * t) * math.cos(1.9 * z) + 3 * math.sin(.2 * t)
+
+
+def fast(x, y, z, t):
+    """The other way round."""
+    return 50 * math.cos(.3 * x + .2 * y - .25 * z) * math.cos(2.1 * t) + 20 * math.sin(.3 * y + 1.9 * t)
+
+
+def mild(x, y, z, t):
+    """Well inside the cell of the cubic lattice, but for its faces."""
+    return 50 * math.cos(.9 * x + .8 * y - .2 * t) + 30 * math.sin(.7 * z + .9 * t - .3 * x)
+
+
+class LatticeTest(ToolTest):
+    def imported(self, args, *more, name='v.bcc4'):
+        return self.json('import', *args, '-o', name, '--overwrite', '--measure', 'all', *more)
+
+    def read(self, name):
+        with open(self.path(name), 'rb') as f:
+            return f.read()
+
+    def assert_foretold(self, report):
+        foretold, reached = report['plan']['choice']['rounded']['rmse'][0], report['error']['channels'][0]['rmse']
+        self.assertLess(abs(20 * math.log10(foretold / reached)), 1.5, (foretold, reached))
+
+    def test_distances_follow_the_spectrum(self):
+        for f, coarse in ((slow, True), (fast, False)):
+            args = self.raw('a.raw', (24, 22, 20, 18), f)
+            report = self.imported(args)
+            choice = report['plan']['choice']
+            chosen = next(c for c in choice['candidates'] if c['name'] == choice['chosen'])
+            cubic = next(c for c in choice['candidates'] if c['name'] == 'd4star, cubic')
+            self.assertEqual(chosen['distances'][3] > 1.3, coarse, chosen)
+            self.assertEqual(chosen['distances'][3] < .9, not coarse, chosen)
+            self.assertLess(chosen['density'], .62)
+            self.assertGreater(chosen['psnr'], cubic['psnr'] + 10)
+            self.assertTrue(cubic['tried'])
+            self.assert_foretold(report)
+            info = self.json('info', 'v.bcc4')
+            self.assertEqual((info['lattice'], [round(s, 6) for s in info['scales']]),
+                             (chosen['lattice'], [round(s, 6) for s in chosen['distances']]))
+            forced = self.imported(args, '--lattice', 'd4star')
+            self.assertGreater(forced['error']['channels'][0]['rmse'], 3 * report['error']['channels'][0]['rmse'])
+            self.assert_foretold(forced)
+
+    def test_the_report_says_what_was_chosen(self):
+        args = self.raw('a.raw', (24, 22, 20, 18), slow)
+        out, _ = self.bcc4('import', *args, '-o', 'v.bcc4')
+        for text in ('foretold', 'instead of d4star, distances 0.9', 'every second frame, blended', 'lossy: values in steps of',
+                     '--exact keeps'):
+            self.assertIn(text, out)
+
+    def test_half_the_frames_blended_is_what_it_says(self):
+        n = (9, 8, 7, 10)
+        noise = random.Random(3)
+        values = [noise.uniform(0, 9) for _ in range(n[0] * n[1] * n[2] * n[3])]
+        at = iter(values)
+        args = self.raw('a.raw', n, lambda *_: next(at), 'f64')
+        foretold = self.json('import', *args, '-o', 'v.bcc4')['plan']['choice']['half_the_frames']
+        frame, squares = n[0] * n[1] * n[2], 0
+        for t in range(1, n[3], 2):
+            for i in range(frame):
+                before = values[(t - 1) * frame + i]
+                after = values[(t + 1) * frame + i] if t + 1 < n[3] else before
+                squares += ((before + after) / 2 - values[t * frame + i]) ** 2
+        peak = max(values) - min(values)
+        self.assertAlmostEqual(foretold, 20 * math.log10(peak / math.sqrt(squares / len(values))), places=3)
+
+    def test_short_axes_are_measured(self):
+        args = self.raw('a.raw', (20, 19, 12, 10), lambda x, y, z, t: math.cos(math.pi * z * 7 / 11) + .5 * math.cos(math.pi * t * 4 / 9))
+        width = self.json('import', *args, '--dry-run')['spectrum']['bandwidth']
+        self.assertAlmostEqual(width['z']['p90'], 7 / 11, delta=.02)
+        self.assertAlmostEqual(width['t']['p99'], 4 / 9, delta=.02)
+        self.assertLess(width['x']['p99'], .02)
+
+    def test_density(self):
+        args = self.raw('a.raw', (18, 17, 16, 33), slow)
+        worst = []
+        for density in (.25, .5, .8):
+            report = self.imported(args, '--density', density)
+            info = self.json('info', 'v.bcc4')
+            self.assertAlmostEqual(info['sites_total'] / info['cc_samples'], density, delta=.25 * density)
+            worst.append(report['error']['channels'][0]['rmse'])
+        self.assertEqual(worst, sorted(worst, reverse=True))
+        self.imported(args, '--lattice', 'cc', '--density', .5)
+        self.assertEqual(self.json('info', 'v.bcc4')['lattice'], 'cc')
+        for more, text in ((['--density', 0], '--density'), (['--density', .5, '--scale', 2], '--scale'), (['--lattice', 'fcc'], '--lattice')):
+            self.refused(2, text, 'import', *args, *more, '-o', 'x.bcc4', output='x.bcc4')
+
+    def test_rounding_adds_a_fifteenth_of_the_error(self):
+        for dtype, f in (('f32', mild), ('u16', lambda *p: 30000 + 300 * mild(*p))):
+            args = self.raw('a.raw', (24, 22, 20, 18), f, dtype)
+            rmse = {}
+            for name, more in (('default', []), ('exact', ['--exact'])):
+                report = self.imported(args, '--lattice', 'd4star', *more)
+                rmse[name] = report['error']['channels'][0]['rmse']
+                info = self.json('info', 'v.bcc4')
+                self.assertEqual(info['value_type'], 'u16' if name == 'default' else dtype)
+            added = 10 * math.log10((rmse['default'] / rmse['exact']) ** 2)
+            self.assertTrue(.05 < added < .4, added)
+        sizes = [self.imported(args, '--lattice', 'd4star', *more)['bytes']['file'] for more in ([], ['--exact'])]
+        self.assertLess(sizes[0], .75 * sizes[1])
+
+    def test_rounding_has_an_end(self):
+        # White noise: the lattice loses half of it, but rounding stays within 1/512 of the range.
+        noise = random.Random(4)
+        args = self.raw('a.raw', (16, 16, 16, 16), lambda *_: noise.uniform(0, 100))
+        step = self.imported(args, '--lattice', 'd4star')['plan']['choice']['rounded']['steps'][0]
+        self.assertAlmostEqual(step, math.sqrt(12) * 100 / 512, delta=.01)
+
+    def test_what_stays_exact(self):
+        grid = self.raw('a.raw', (16, 15, 14, 9), lambda *p: 1000 + 10 * slow(*p), 'i16')
+        self.imported(grid, '--lattice', 'cc')
+        self.assertEqual(self.json('info', 'v.bcc4')['channels'][0]['value_scale'], 1)
+        static = self.raw('s.raw', (16, 15, 14, 1), lambda *p: slow(*p))
+        self.imported(static)
+        self.assertEqual(self.json('info', 'v.bcc4')['value_type'], 'f32')
+
+    def test_plan_parts_and_one_process_make_the_same_bytes(self):
+        for dtype in ('f32', 'u16'):
+            args = self.raw('a.raw', (18, 16, 14, 41), lambda *p: 500 + 5 * fast(*p), dtype)
+            self.bcc4('import', *args, '-o', 'one.bcc4', '--overwrite', '--quiet')
+            self.bcc4('import', *args, '--dry-run', '--plan', 'p.json', '--overwrite')
+            self.bcc4('import', '--plan', 'p.json', '-o', 'planned.bcc4', '--overwrite', '--quiet')
+            for part in ('0-9', '10-29', '30-40'):
+                self.bcc4('import', '--plan', 'p.json', '--part', part, '-o', part + '.bcc4', '--overwrite', '--quiet')
+            self.bcc4('concat', '0-9.bcc4', '10-29.bcc4', '30-40.bcc4', '-o', 'joined.bcc4', '--overwrite', '--quiet')
+            self.assertEqual(self.read('one.bcc4'), self.read('planned.bcc4'))
+            self.assertEqual(self.read('one.bcc4'), self.read('joined.bcc4'))
+
+    def test_a_series_that_goes_on_keeps_lattice_and_steps(self):
+        for dtype in ('f32', 'u16'):
+            args = self.raw('a.raw', (18, 16, 14, 60), lambda *p: 500 + 5 * fast(*p), dtype)
+            self.bcc4('import', *args, '--frames', '0-39', '-o', 'v.bcc4', '--overwrite', '--quiet')
+            short = self.json('info', 'v.bcc4')
+            self.bcc4('import', *args, '-o', 'v.bcc4', '--append', '--quiet')
+            long = self.json('info', 'v.bcc4')
+            self.assertEqual(long['dims'][3], 60)
+            for key in ('lattice', 'scales', 'value_type'):
+                self.assertEqual(short[key], long[key])
+            self.assertEqual(short['channels'][0]['value_scale'], long['channels'][0]['value_scale'])
+            # The same as what one import with these choices writes.
+            self.bcc4('import', *args, '--dry-run', '--plan', 'p.json', '--overwrite', '-o', 'v.bcc4', '--append')
+            self.bcc4('import', '--plan', 'p.json', '-o', 'one.bcc4', '--overwrite', '--quiet')
+            self.assertEqual(self.read('v.bcc4'), self.read('one.bcc4'))
+
+    def test_channels_have_steps_of_their_own(self):
+        nrrd = b'NRRD0004\ntype: float\ndimension: 5\nsizes: 2 16 15 14 12\nkinds: 2-vector space space space time\nencoding: raw\nendian: little\n\n'
+        import array
+        values = array.array('f', (v for t in range(12) for z in range(14) for y in range(15) for x in range(16)
+                                   for v in (fast(x, y, z, t), 1e-4 * fast(z, x, y, t))))
+        self.write('a.nrrd', nrrd + values.tobytes())
+        report = self.imported(['a.nrrd'], '--lattice', 'd4star')
+        a, b = report['plan']['choice']['rounded']['steps']
+        self.assertTrue(1e3 < a / b < 1e5, (a, b))
+        for c in report['error']['channels']:
+            self.assertGreater(c['psnr'], 15)
+
+    def test_real_series_are_foretold(self):
+        for name in ('pcasl_52x68x20x10_f32.nii.gz', 'isabel_windspeed_125x125x25x12_u16.nrrd', 'cardiac_cine_256x256x19x20_i16.nii.gz'):
+            path = os.path.join(DATA, name)
+            if not os.path.exists(path):
+                self.skipTest(path)
+            self.assert_foretold(self.imported([path]))
+
+
+if __name__ == '__main__':
+    main()
