@@ -52,10 +52,10 @@ int32_t layers_in_reach(const SampleSource& source, const std::string& kernel) {
 
 uint64_t coefficient_cache_bytes(const SampleSource& source, const std::string& kernel) {
   const Lattice4& lattice = source.lattice();
-  const size_t stages =
-      source.coefficient_kernel().empty() ? prefilter_of(lattice, make_kernel(kernel)).stages : 0;
+  const bool filtered =
+      source.coefficient_kernel().empty() && prefilter_of(lattice, make_kernel(kernel)).stages > 0;
   const auto layers = static_cast<uint64_t>(2 * layers_in_reach(source, kernel) + 3);
-  return BrickLayer(lattice.space, 0).brick_slots() * sizeof(Brick) * layers * (stages + 1);
+  return BrickLayer(lattice.space, 0).brick_slots() * sizeof(Brick) * layers * (filtered ? 2 : 1);
 }
 
 } // namespace bccsplat

@@ -1,11 +1,10 @@
 // Kernel coefficients of a 4D volume, layer by layer: made from the samples on first use and kept while
 // memory allows.
 //
-// A coefficient is a fixed linear function of the samples in its reach: stage j of layer m reads stage j-1
-// and the samples of layers m-2 .. m+2. So it does not depend on what is cached, in which order layers are
-// asked for, or how the file is chunked; and while time advances each stage of each layer is computed once.
-// Where the cache is too small for all that a layer depends on, layers are made in stretches, some rows of
-// bricks along z at a time: up to three times the work, but never the same stage again and again.
+// A coefficient is a fixed linear function of the samples in its reach. So it does not depend on what is
+// cached, in which order layers are asked for, or how the file is chunked; and while time advances each layer
+// of samples is read once. Where the cache is too small for all samples that layers depend on, they are made
+// in stretches, some rows of bricks along z at a time, for which each row of samples is read once as well.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +12,12 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <set>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "base/context.h"
+#include "field/coefficients/prefilter.h"
 #include "field/coefficients/sampled_field.h"
 #include "kernel/kernel.h"
 #include "points/sample_source.h"
@@ -64,44 +63,34 @@ class Coefficients {
   void forget(int32_t first, int32_t next) const;
 
  private:
-  using Key = std::pair<int, int32_t>; // stage (0: samples), layer
+  enum class Kind : uint8_t { samples, coefficients };
+  using Key = std::pair<Kind, int32_t>; // and layer
+  using Layers = std::map<int32_t, std::shared_ptr<const BrickLayer>>;
   struct Entry;
-  // Makes stage j + 1 of stage j; its samples are those of stage `source`.
-  struct Step {
-    PrefilterStage filter;
-    int source = 0;
-  };
+  class SampleRows;
 
-  [[nodiscard]] int last_stage() const { return static_cast<int>(steps_.size()); }
-
-  // Returns which layers of each stage the last one's depend on. missing: only what is not in the cache, and
-  // what that depends on.
-  std::vector<std::set<int32_t>> needed(std::span<const int32_t> layers, bool missing) const;
-  // Counts how much of that has been made.
-  struct Work {
-    Progress& progress;
-    uint64_t done = 0, total = 1; // layers of stages
-  };
-  Work work(std::span<const int32_t> layers, const Context& context) const;
-  std::shared_ptr<const BrickLayer> stage(int stage, int32_t layer, Work& work, const Context& context) const;
+  // All of these are inside the lattice.
+  Layers make(std::span<const int32_t> layers, const Context& context) const;
+  Layers make_at_once(std::span<const int32_t> layers, const Context& context) const;
+  Layers make_by_stretches(std::span<const int32_t> layers, int rows, const Context& context) const;
+  Layers read(Kind kind, std::span<const int32_t> layers, const Context& context) const;
+  // What the samples of a stretch may take of the cache.
+  [[nodiscard]] uint64_t stretch_bytes() const { return limit_ - limit_ / 4; }
   // Returns how many rows of bricks along z a stretch may have for the layers to fit the cache; infinite
   // where the layers need not be cut.
-  double stretch_rows(const std::vector<int32_t>& layers, Work& work, const Context& context) const;
-  std::map<int32_t, std::shared_ptr<const BrickLayer>>
-  make_by_stretches(const std::vector<int32_t>& layers, int rows, const Context& context) const;
+  double stretch_rows(std::span<const int32_t> layers, const Context& context) const;
   std::shared_ptr<const BrickLayer> find(const Key& key) const;
-  bool holds(const Key& key) const;
   std::shared_ptr<const BrickLayer> insert(const Key& key, BrickLayer layer, const Context& context) const;
+  Layers insert_all(std::span<const int32_t> layers, std::vector<BrickLayer> made,
+                    const Context& context) const;
   void evict_locked(uint64_t room) const; // until `room` bytes fit under the cache's limit
-  // How many layers of a stage on either side one of the last stage depends on.
-  [[nodiscard]] std::vector<int32_t> reach_of_stages() const;
 
   const SampleSource& source_;
   std::unique_ptr<const SampledField> sampled_; // of stored coefficients
   bool is_stored_ = false;                      // the source stores this kernel's coefficients
   int channel_;
   Kernel kernel_;
-  std::vector<Step> steps_; // those this source needs: none when it stores coefficients
+  std::unique_ptr<const Prefilter> prefilter_; // empty when the source stores this kernel's coefficients
   float prune_;
   BrickBox region_;
   uint64_t limit_;

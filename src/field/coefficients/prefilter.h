@@ -1,5 +1,15 @@
-// One prefilter stage on one layer, brick by brick (formula: PrefilterStage in kernel/kernel.h).
+// All stages of a prefilter at once, for some layers: plane by plane along z, in rings of planes that stay in
+// the processor's caches, so that only samples are read and only coefficients are written.
+//
+// Stage j of layer m reads stage j-1 and the samples of layers m-2 .. m+2. What several layers depend on is
+// made once for all of them, and made again at the next call.
 #pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <span>
+#include <vector>
 
 #include "base/context.h"
 #include "kernel/kernel.h"
@@ -8,31 +18,40 @@
 
 namespace bccsplat {
 
-// The layers a stage reads; null: none, as before and after on a static lattice.
-struct StageLayers {
-  const BrickLayer* own = nullptr;
-  const BrickLayer* before = nullptr; // the next layers of the same coset
-  const BrickLayer* after = nullptr;
-};
-struct StageInput {
-  StageLayers previous; // c: what the stage before made
-  StageLayers samples;  // f: looked at when the stage uses them
-  // c in the neighbouring layers of the other coset; on CC cross_after is f itself, of the own layer.
-  const BrickLayer* cross_before = nullptr;
-  const BrickLayer* cross_after = nullptr;
+// Makes stage j + 1 of stage j; its samples are those of stage `source`.
+struct PrefilterStep {
+  PrefilterStage filter;
+  int source = 0;
 };
 
-// The last stage also keeps coefficients that matter (|c| > prune, in value units), clears the others, and
-// takes over the holes of the samples.
-struct StageFinish {
-  const BrickLayer* samples;
-  float prune;
-};
+class Prefilter {
+ public:
+  Prefilter(const Lattice4& lattice, std::vector<PrefilterStep> steps)
+      : lattice_(lattice), steps_(std::move(steps)) {}
 
-// Applies the stage, in the bricks of `region`, to every site in whose reach something is stored. Kept bits
-// and holes are not set without `finish`.
-[[nodiscard]] BrickLayer apply_stage(const PrefilterStage& stage, const StageInput& input,
-                                     const StageFinish* finish, const BrickBox& region,
-                                     const Context& context);
+  [[nodiscard]] bool empty() const { return steps_.empty(); }
+  // The layers of samples that coefficients of these layers depend on; all are inside the lattice.
+  [[nodiscard]] std::set<int32_t> reads(std::span<const int32_t> layers) const {
+    return needed(layers).front();
+  }
+  // How many layers on either side of its own a layer depends on.
+  [[nodiscard]] int32_t reach() const;
+
+  // The bricks in `region` of coefficients of `layers`, of those that are above `prune` in magnitude (value
+  // units), holes included. samples: all that they read; their bricks outside the region, as far as one
+  // beside it, count, and those that are absent are air.
+  [[nodiscard]] std::vector<BrickLayer> apply(std::span<const int32_t> layers,
+                                              const std::map<int32_t, const BrickLayer*>& samples,
+                                              float prune, const BrickBox& region,
+                                              const Context& context) const;
+
+ private:
+  // The layers of each stage, samples first, that the last one's depend on.
+  [[nodiscard]] std::vector<std::set<int32_t>> needed(std::span<const int32_t> layers) const;
+  friend class StagePlan;
+
+  Lattice4 lattice_;
+  std::vector<PrefilterStep> steps_;
+};
 
 } // namespace bccsplat

@@ -1,0 +1,101 @@
+// A box of bricks through all stages of a prefilter, plane by plane along z.
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "field/coefficients/stage_plan.h"
+#include "points/brick.h"
+#include "points/sample_source.h"
+
+namespace bccsplat {
+
+// Tells which bricks may hold coefficients: those beside which, or where, some layer of samples holds a
+// brick. Mirror images lie no further away, and no prefilter reaches 16 sites.
+class NearBricks {
+ public:
+  NearBricks(const std::map<int32_t, const BrickLayer*>& samples, const BrickBox& region);
+  // Makes a box in the region as small as those in it allow; returns whether there are any.
+  bool trim(BrickBox& box) const;
+
+ private:
+  [[nodiscard]] size_t index(int x, int y, int z) const {
+    return (static_cast<size_t>(z - region_.begin[2]) * height_ + static_cast<size_t>(y - region_.begin[1])) *
+               width_ +
+           static_cast<size_t>(x - region_.begin[0]);
+  }
+  BrickBox region_;
+  size_t width_, height_;
+  std::vector<uint8_t> near_;
+};
+
+// What the planes of a tile take in memory.
+struct TileSize {
+  int margin = 0;
+  std::ptrdiff_t stride = 0, plane = 0; // floats
+  size_t planes = 0;
+
+  TileSize(const StagePlan& plan, const Int3& bricks);
+  // Sites behind the last row are read and written.
+  [[nodiscard]] size_t floats() const { return static_cast<size_t>(plane) * planes + slack; }
+  static constexpr size_t slack = 32;
+};
+
+// A layer that is made, and its samples, whose holes it takes over.
+struct TileLayer {
+  BrickLayer* made;
+  const BrickLayer* samples;
+};
+
+class TilePlanes {
+ public:
+  // memory: size.floats() finite numbers.
+  TilePlanes(const StagePlan& plan, const TileSize& size, const Lattice3& space, const BrickBox& tile,
+             float* memory);
+  // Makes the bricks of the tile. outputs: in the order of the layers of the plan.
+  void make(const std::map<int32_t, const BrickLayer*>& samples, std::span<const TileLayer> outputs,
+            float prune);
+
+ private:
+  using Ring = StagePlan::Ring;
+  using Node = StagePlan::Node;
+
+  // The first site of the tile in plane z of a ring.
+  [[nodiscard]] float* at(const Ring& ring, int z) const;
+  [[nodiscard]] float* at(size_t ring, int z) const { return at(plan_.ring(ring), z); }
+  // The sites of the tile and `margin` around; `first` becomes the first of them instead of the tile's.
+  [[nodiscard]] PlaneBox around(int margin) const;
+  [[nodiscard]] std::ptrdiff_t first(int margin) const { return -margin * (size_.stride + 1); }
+
+  // Sites that follow each other in a brick.
+  struct Run {
+    int brick, site; // the first one
+    int to;          // its place in the tile
+    int count;
+  };
+  [[nodiscard]] std::vector<Run> runs_of(size_t axis, int coset) const;
+  void load(const BrickLayer& layer, int z, float* to) const;
+  void step(const Node& node, int z);
+  void sum_neighbours(const Node& node, int z);
+  void sum_cross(const Node& node, int z);
+  struct Making {
+    std::shared_ptr<Brick> brick;
+    bool any = false;
+  };
+  static void hand_over(Making& making, const TileLayer& layer, size_t slot, int planes);
+  void keep(const Node& node, size_t output, const TileLayer& layer, int z, float prune);
+
+  const StagePlan& plan_;
+  const TileSize& size_;
+  const Lattice3& space_;
+  BrickBox tile_;
+  Int3 begin_{}, end_{};                                // sites
+  std::array<std::array<std::vector<Run>, 2>, 2> runs_; // per coset, along x and y
+  float* memory_;
+  std::vector<Making> bricks_; // of one plane of bricks, per output
+};
+
+} // namespace bccsplat
