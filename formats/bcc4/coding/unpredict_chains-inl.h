@@ -19,29 +19,44 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace {
 
+// Sums from the lowest lane of four, or of one, on.
+template<class D> HWY_INLINE hn::Vec<D> RunningSums(D d, hn::Vec<D> v) {
+#if HWY_TARGET == HWY_SCALAR
+  (void)d;
+  return v;
+#else
+  v = hn::Add(v, hn::ShiftLeftLanes<1>(d, v));
+  return hn::Add(v, hn::ShiftLeftLanes<2>(d, v));
+#endif
+}
+
 // Decodes a run of sites whose predictions are the cell before plus `sum`, half of a unit included. They are
 // sums along the row as long as nothing is clamped and nothing wraps; returns false if something does.
 HWY_INLINE bool DecodeSums(const int32_t* HWY_RESTRICT sum, unsigned kept, const CodeLimits& limits,
                            int32_t* own, RowCodes& q) {
-  const auto first = static_cast<size_t>(std::countr_zero(kept));
-  const auto end = static_cast<size_t>(std::bit_width(kept));
-  int32_t step[brick_edge], units[brick_edge], prediction[brick_edge] = {}, cell[brick_edge] = {};
-  for (size_t x = 0; x < brick_edge; ++x) {
-    step[x] = static_cast<int32_t>(q.residual[x] >> 1 ^ (0 - (q.residual[x] & 1)));
-    units[x] = sum[x] >> fraction_bits;
+  const hn::CappedTag<int32_t, 4> d;
+  const hn::RebindToUnsigned<decltype(d)> du;
+  constexpr int last_lane = HWY_TARGET == HWY_SCALAR ? 0 : 3;
+  alignas(16) static constexpr int32_t bit[4] = {1, 2, 4, 8};
+  alignas(64) int32_t cell[brick_edge];
+  const auto low = hn::Set(d, limits.low), high = hn::Set(d, limits.high);
+  auto before = hn::Set(d, own[std::countr_zero(kept) - 1]);
+  auto outside = hn::Zero(d); // negative if anything is; the zeros beside the run are inside
+  for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+    const auto here = hn::TestBit(hn::Set(d, static_cast<int32_t>(kept >> x)), hn::Load(d, bit));
+    const auto residual = hn::Load(du, q.residual + x);
+    const auto sign = hn::Neg(hn::BitCast(d, hn::And(residual, hn::Set(du, 1))));
+    const auto step = hn::Xor(hn::BitCast(d, hn::ShiftRight<1>(residual)), sign);
+    const auto units = hn::ShiftRight<fraction_bits>(hn::LoadU(d, sum + x));
+    const auto all = hn::Add(before, RunningSums(d, hn::IfThenElseZero(here, hn::Add(units, step)))); // wraps
+    before = hn::Broadcast<last_lane>(all);
+    const auto code = hn::IfThenElseZero(here, all);
+    const auto prediction = hn::IfThenElseZero(here, hn::Sub(all, step));
+    outside = hn::Or(outside, hn::Or(hn::Sub(code, low), hn::Sub(high, code)));
+    outside = hn::Or(outside, hn::Or(hn::Sub(prediction, low), hn::Sub(high, prediction)));
+    hn::Store(code, d, cell + x);
   }
-  auto g = static_cast<uint32_t>(own[static_cast<std::ptrdiff_t>(first) - 1]); // wraps
-  for (size_t x = first; x < end; ++x) {
-    prediction[x] = static_cast<int32_t>(g + static_cast<uint32_t>(units[x]));
-    g += static_cast<uint32_t>(units[x]) + static_cast<uint32_t>(step[x]);
-    cell[x] = static_cast<int32_t>(g);
-  }
-  // Negative if anything is outside; the zeros beside the run are inside.
-  int32_t outside = 0;
-  for (size_t x = 0; x < brick_edge; ++x)
-    outside |= (cell[x] - limits.low) | (limits.high - cell[x]) | (prediction[x] - limits.low) |
-               (limits.high - prediction[x]);
-  if (outside < 0) return false;
+  if (!hn::AllFalse(d, hn::Lt(outside, hn::Zero(d)))) return false;
   for (size_t x = 0; x < brick_edge; ++x) {
     own[x] = cell[x];
     q.code[x] = static_cast<uint32_t>(cell[x]) + limits.air;
