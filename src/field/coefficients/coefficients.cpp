@@ -34,7 +34,6 @@ class Coefficients::SampleRows {
     BrickBox box = owner_.region_;
     box.begin[2] = std::max({box.begin[2], begin, end_}), box.end[2] = std::min(box.end[2], end);
     end_ = end;
-    uint64_t bytes = 0;
     for (auto& [m, layer] : layers_) {
       BrickLayer read;
       if (box.begin[2] < box.end[2]) read = owner_.source().read_layer(owner_.channel_, m, box, context);
@@ -45,17 +44,16 @@ class Coefficients::SampleRows {
         else if (z >= box.begin[2] && z < box.end[2])
           layer.set(s, read.share(s));
       }
-      bytes += layer.bytes();
+      held_[m] = {};
+      held_[m] = Reservation(context.memory, layer.bytes(), "samples of a slab");
     }
-    held_ = {};
-    held_ = Reservation(context.memory, bytes, "samples of a slab");
   }
 
  private:
   const Coefficients& owner_;
   std::map<int32_t, BrickLayer> layers_;
   std::map<int32_t, const BrickLayer*> pointers_;
-  Reservation held_;
+  std::map<int32_t, Reservation> held_;
   int end_ = 0;
 };
 

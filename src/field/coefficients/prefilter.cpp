@@ -13,24 +13,35 @@ namespace bccsplat {
 namespace {
 
 // Bricks of a tile along x, y and z. What is around a tile is made again in the tiles beside it, so that they
-// are large: 6 MB of planes for the six layers of an instant. Where there are few for the threads they are
-// smaller.
+// are large: 6 MB of planes for the six layers of an instant. Where there are few for the threads, or memory
+// is short, they are smaller.
 constexpr Int3 most_tile_bricks{6, 2, 12}, least_tile_bricks{2, 1, 2};
 constexpr uint64_t tiles_per_thread = 3;
+constexpr uint64_t planes_part = 4; // of the memory that is left, at most, but for the least tiles
 
-Int3 tile_bricks(const BrickBox& region, int threads) {
-  Int3 tile = most_tile_bricks;
-  const auto tiles = [&] {
-    uint64_t n = 1;
-    for (size_t a = 0; a < 3; ++a)
-      n *= static_cast<uint64_t>(region.end[a] - region.begin[a] + tile[a] - 1) /
-           static_cast<uint64_t>(tile[a]);
-    return n;
-  };
-  if (threads == 1) return tile;
+uint64_t tiles_in(const BrickBox& region, const Int3& tile) {
+  uint64_t n = 1;
+  for (size_t a = 0; a < 3; ++a)
+    n *= static_cast<uint64_t>(std::max(0, region.end[a] - region.begin[a] + tile[a] - 1) / tile[a]);
+  return n;
+}
+
+// Returns how many of its tiles a region has under way at once.
+uint64_t tiles_at_once(const BrickBox& region, const Int3& tile, int threads) {
+  return std::min(tiles_in(region, tile), static_cast<uint64_t>(threads));
+}
+
+Int3 tile_bricks(const StagePlan& plan, const BrickBox& region, const Context& context) {
+  const int threads = context.tasks.threads();
+  const uint64_t room = (context.memory.limit() - context.memory.used()) / planes_part;
+  const uint64_t wanted = threads > 1 ? tiles_per_thread * static_cast<uint64_t>(threads) : 1;
+  Int3 tile;
+  for (size_t a = 0; a < 3; ++a)
+    tile[a] = std::clamp(region.end[a] - region.begin[a], 1, most_tile_bricks[a]);
   for (const size_t axis : {size_t{2}, size_t{1}, size_t{0}})
-    while (tiles() < tiles_per_thread * static_cast<uint64_t>(threads) &&
-           tile[axis] > least_tile_bricks[axis])
+    while (tile[axis] > least_tile_bricks[axis] &&
+           (tiles_in(region, tile) < wanted ||
+            TileSize(plan, tile).bytes() * tiles_at_once(region, tile, threads) > room))
       tile[axis] = (tile[axis] + 1) / 2;
   return tile;
 }
@@ -131,9 +142,11 @@ std::vector<BrickLayer> Prefilter::apply(std::span<const int32_t> layers,
   }
   for (size_t i = 0; i < layers.size(); ++i) outputs.push_back({&made[i], samples.at(layers[i])});
   const StagePlan plan(*this, layers);
-  const Int3 bricks = tile_bricks(box, context.tasks.threads());
+  const Int3 bricks = tile_bricks(plan, box, context);
   const std::vector<BrickBox> tiles = tiles_of(box, NearBricks(samples, box), bricks);
   const TileSize size(plan, bricks);
+  const uint64_t at_once = tiles_at_once(box, bricks, context.tasks.threads());
+  const Reservation planes_held(context.memory, size.bytes() * at_once, "planes of the prefilter");
   PlaneStore store(size.floats());
   std::atomic<uint64_t> done{0};
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {

@@ -41,6 +41,7 @@ struct TileSize {
   TileSize(const StagePlan& plan, const Int3& bricks);
   // Sites behind the last row are read and written.
   [[nodiscard]] size_t floats() const { return static_cast<size_t>(plane) * planes + slack; }
+  [[nodiscard]] uint64_t bytes() const { return floats() * sizeof(float); }
   static constexpr size_t slack = 32;
 };
 
