@@ -1,5 +1,6 @@
-// Inverts one axis after the other: a brick with the sites in reach along the axis is copied, and shrinks to
-// the brick factor by factor. Products are rounded before they are added, as in the other stages.
+// Sums the layers in reach, then inverts one axis after the other: a brick with the sites in reach along the
+// axis is copied, and shrinks to the brick factor by factor. Products are rounded before they are added, so
+// that every target computes the same coefficients.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "field/coefficients/inverse.cpp"
 #include <hwy/foreach_target.h>
@@ -141,29 +142,81 @@ BrickLayer filter_along(const PrefilterStage& stage, const BrickLayer& from, siz
 }
 
 // Coefficients that matter, and the holes of the samples.
-BrickLayer finished(const BrickLayer& layer, const StageFinish& finish) {
+BrickLayer finished(const BrickLayer& layer, const BrickLayer& samples, float prune, const BrickBox& region) {
   BrickLayer result(layer.lattice(), layer.coset());
   for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
-    const Brick* sample = finish.samples->brick(slot);
+    if (!region.contains(layer.slot_position(slot))) continue;
+    const Brick* sample = samples.brick(slot);
     const bool holes = sample && sample->hole;
     if (!layer.brick(slot) && !holes) continue;
     auto out = std::make_shared<Brick>();
     if (const Brick* values = layer.brick(slot)) out->value = values->value;
-    const int kept = out->keep_above(finish.prune);
+    const int kept = out->keep_above(prune);
     if (holes) out->hole = std::make_unique<BrickMask>(*sample->hole);
     if (kept > 0 || holes) result.set(slot, std::move(out));
   }
   return result;
 }
 
+// A region and the bricks beside it, which its own depend on.
+BrickBox widened(BrickBox box) {
+  for (size_t a = 0; a < 3; ++a)
+    box.begin[a] = std::max(0, box.begin[a]) - 1, box.end[a] = std::min(box.end[a], INT32_MAX - 1) + 1;
+  return box;
+}
+
 } // namespace
 
-BrickLayer apply_inverse(const PrefilterStage& stage, const BrickLayer& from, const StageFinish* finish,
-                         const BrickBox& region, const Context& context) {
-  BrickLayer layer = filter_along(stage, from, 0, region, context);
-  layer = filter_along(stage, layer, 1, region, context);
-  layer = filter_along(stage, layer, 2, region, context);
-  return finish ? finished(layer, *finish) : layer;
+InversePrefilter::InversePrefilter(const PrefilterStage& space, std::span<const PrefilterStage> time)
+    : space_(space) {
+  std::vector<double> weights{1};
+  for (const PrefilterStage& stage : time) {
+    const auto stride = static_cast<size_t>(stage.stride);
+    std::vector<double> next(weights.size() + 2 * stride);
+    for (size_t i = 0; i < weights.size(); ++i) {
+      next[i] += stage.temporal * weights[i];
+      next[i + stride] += stage.self * weights[i];
+      next[i + 2 * stride] += stage.temporal * weights[i];
+    }
+    weights = std::move(next);
+  }
+  weights_.assign(weights.begin(), weights.end());
+}
+
+BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
+                                        const std::map<int32_t, const BrickLayer*>& samples,
+                                        const BrickBox& region, const Context& context) const {
+  const auto reach = static_cast<int32_t>(weights_.size() / 2);
+  std::vector<std::pair<const BrickLayer*, float>> inputs;
+  for (int32_t k = -reach; k <= reach; ++k)
+    inputs.emplace_back(samples.at(lattice.mirror_layer(layer + k)),
+                        weights_[static_cast<size_t>(k + reach)]);
+  BrickLayer sum(lattice.space, lattice.coset(layer));
+  context.tasks.parallel_for(sum.rows(), [&](uint64_t row) {
+    context.progress.check();
+    for (size_t slot = row * sum.row_slots(); slot < (row + 1) * sum.row_slots(); ++slot) {
+      if (!region.contains(sum.slot_position(slot))) continue;
+      std::shared_ptr<Brick> out;
+      for (const auto& [input, weight] : inputs) {
+        const Brick* from = input->brick(slot);
+        if (!from) continue;
+        if (!out) out = std::make_shared<Brick>();
+        for (size_t i = 0; i < brick_sites; ++i) out->value[i] += weight * from->value[i];
+      }
+      if (out) sum.set(slot, std::move(out));
+    }
+  });
+  return sum;
+}
+
+BrickLayer InversePrefilter::apply(int32_t layer, const Lattice4& lattice,
+                                   const std::map<int32_t, const BrickLayer*>& samples, float prune,
+                                   const BrickBox& region, const Context& context) const {
+  const BrickBox box = widened(region);
+  BrickLayer made = sum_layers(layer, lattice, samples, box, context);
+  const Reservation room(context.memory, 2 * made.bytes(), "two layers of the inverse filter");
+  for (size_t axis = 0; axis < 3; ++axis) made = filter_along(space_, made, axis, box, context);
+  return finished(made, *samples.at(layer), prune, region);
 }
 
 } // namespace bccsplat

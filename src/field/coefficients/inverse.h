@@ -1,15 +1,35 @@
-// The stage of a Cartesian prefilter that has a pole: it inverts, along x, y and z, what a kernel makes of
-// coefficients at the sites (PrefilterStage in kernel/kernel.h).
+// The prefilter of kernel exact: it inverts, along x, y, z and t, what the kernel makes of coefficients at
+// the sites of a Cartesian lattice (PrefilterStage in kernel/kernel.h).
 #pragma once
 
+#include <map>
+#include <span>
+#include <vector>
+
 #include "base/context.h"
-#include "field/coefficients/prefilter.h"
+#include "kernel/kernel.h"
+#include "points/brick.h"
+#include "points/sample_source.h"
 
 namespace bccsplat {
 
-// As apply_stage().
-[[nodiscard]] BrickLayer apply_inverse(const PrefilterStage& stage, const BrickLayer& from,
-                                       const StageFinish* finish, const BrickBox& region,
-                                       const Context& context);
+class InversePrefilter {
+ public:
+  // space: the stage with a pole; time: those behind it, which sum layers `stride` apart.
+  InversePrefilter(const PrefilterStage& space, std::span<const PrefilterStage> time);
+
+  // As Prefilter::apply, for one layer.
+  [[nodiscard]] BrickLayer apply(int32_t layer, const Lattice4& lattice,
+                                 const std::map<int32_t, const BrickLayer*>& samples, float prune,
+                                 const BrickBox& region, const Context& context) const;
+
+ private:
+  [[nodiscard]] BrickLayer sum_layers(int32_t layer, const Lattice4& lattice,
+                                      const std::map<int32_t, const BrickLayer*>& samples,
+                                      const BrickBox& region, const Context& context) const;
+
+  PrefilterStage space_;
+  std::vector<float> weights_{1}; // of the layers around one, which has the middle one
+};
 
 } // namespace bccsplat

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "base/aligned.h"
+#include "field/coefficients/inverse.h"
 #include "field/coefficients/stage_plan.h"
 #include "field/coefficients/tile_planes.h"
 
@@ -99,7 +100,7 @@ int32_t Prefilter::reach() const {
   for (size_t s = steps_.size(); s-- > 0;) {
     const auto& [filter, source] = steps_[s];
     const int32_t cross = filter.cross != 0 && lattice_.space.bcc ? 1 : 0;
-    const int32_t before = filter.temporal != 0 || filter.mixed != 0 ? period : cross;
+    const int32_t before = filter.temporal != 0 || filter.mixed != 0 ? filter.stride * period : cross;
     const int32_t samples = filter.source_temporal != 0 || filter.source_mixed != 0 ? period : 0;
     reach[s] = std::max(reach[s], reach[s + 1] + before);
     int32_t& of_samples = reach[static_cast<size_t>(source)];
@@ -121,15 +122,27 @@ std::vector<std::set<int32_t>> Prefilter::needed(std::span<const int32_t> layers
     reach(s - 1, 0);
     reach(samples, 0);
     if (filter.cross != 0 && lattice_.space.bcc) reach(s - 1, 1);
-    if (filter.temporal != 0 || filter.mixed != 0) reach(s - 1, lattice_.layer_period());
+    if (filter.temporal != 0 || filter.mixed != 0) reach(s - 1, filter.stride * lattice_.layer_period());
     if (filter.source_temporal != 0 || filter.source_mixed != 0) reach(samples, lattice_.layer_period());
   }
   return needed;
 }
 
+std::vector<BrickLayer> Prefilter::invert(std::span<const int32_t> layers,
+                                          const std::map<int32_t, const BrickLayer*>& samples, float prune,
+                                          const BrickBox& region, const Context& context) const {
+  std::vector<PrefilterStage> time;
+  for (const PrefilterStep& step : std::span(steps_).subspan(1)) time.push_back(step.filter);
+  const InversePrefilter inverse(steps_.front().filter, time);
+  std::vector<BrickLayer> made;
+  for (const int32_t m : layers) made.push_back(inverse.apply(m, lattice_, samples, prune, region, context));
+  return made;
+}
+
 std::vector<BrickLayer> Prefilter::apply(std::span<const int32_t> layers,
                                          const std::map<int32_t, const BrickLayer*>& samples, float prune,
                                          const BrickBox& region, const Context& context) const {
+  if (steps_.front().filter.pole != 0) return invert(layers, samples, prune, region, context);
   std::vector<BrickLayer> made;
   BrickBox box = region;
   std::vector<TileLayer> outputs;

@@ -46,6 +46,11 @@ class Prefilter {
                                               const Context& context) const;
 
  private:
+  // The same where the first stage has a pole.
+  [[nodiscard]] std::vector<BrickLayer> invert(std::span<const int32_t> layers,
+                                               const std::map<int32_t, const BrickLayer*>& samples,
+                                               float prune, const BrickBox& region,
+                                               const Context& context) const;
   // The layers of each stage, samples first, that the last one's depend on.
   [[nodiscard]] std::vector<std::set<int32_t>> needed(std::span<const int32_t> layers) const;
   friend class StagePlan;
