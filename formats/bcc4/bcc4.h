@@ -17,6 +17,7 @@
 #include "base/context.h"
 #include "base/files.h"
 #include "formats/bcc4/coding/chunk_entry.h"
+#include "formats/bcc4/coding/mask_runs.h"
 #include "formats/bcc4/coding/residuals.h"
 #include "formats/bcc4/correction_table.h"
 #include "formats/bcc4/info.h"
@@ -78,6 +79,9 @@ class Bcc4Writer {
   // Those to add go into bricks where the channel's are local (ResidualInfo).
   void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
   void copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from);
+  // Write which samples of one frame are missing, as MaskRunWriter has it; empty: none.
+  void write_mask(int channel, uint32_t frame, std::span<const std::byte> runs);
+  void copy_mask(int channel, uint32_t frame, const Bcc4Reader& from);
   // The caller completes dims[3], last_layer, times and statistics before finish; what decides how samples
   // are coded may not change any more.
   [[nodiscard]] VolumeInfo& info();
@@ -159,8 +163,12 @@ class Bcc4Reader {
   // Those in bricks: the table of a frame, by rising brick, and one of its bricks (voxels are the brick's).
   [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
   [[nodiscard]] std::vector<ResidualSample> corrections(int channel, const CorrectionBrick& brick) const;
-  // A block of corrections as the file holds it, with zeros up to a multiple of 8; its checksum is right.
-  [[nodiscard]] std::vector<std::byte> stored_corrections(const BlockRef& block) const;
+  // Calls body for each run of samples that are missing in a source frame. Damage throws, when salvaging,
+  // too.
+  void mask_runs(int channel, uint64_t frame, const MaskRunBody& body) const;
+  // A block of corrections, or a mask, as the file holds it, with zeros up to a multiple of 8; its checksum
+  // is right. `what` names it in error texts.
+  [[nodiscard]] std::vector<std::byte> stored_block(const BlockRef& block, std::string_view what) const;
   // The brick of one layer of a chunk, 0 .. slab_layers - 1; null where all of it is air.
   [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data,
                                                    int layer_of_slab) const;

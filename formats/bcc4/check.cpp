@@ -178,6 +178,8 @@ void check_info(const VolumeInfo& info, Code code) {
         fail(code, "channel ", c.name, ": corrections of ", frames->size(), " frames");
     if (fix.shape > CorrectionShape::smooth)
       fail(code, "channel ", c.name, ": corrections of shape ", static_cast<int>(fix.shape));
+    if (!c.masks.empty() && c.masks.size() != info.lattice.dims[3])
+      fail(code, "channel ", c.name, ": masks of ", c.masks.size(), " frames");
     const auto sites = static_cast<uint64_t>(info.lattice.sites());
     if (c.sites_kept > sites || c.holes > c.sites_kept)
       fail(code, "channel ", c.name, ": ", c.sites_kept, " kept sites of ", sites, ", ", c.holes, " holes");

@@ -71,6 +71,9 @@ struct ChannelInfo : Quantiser {
   uint64_t clamped = 0;   // samples outside the range of the stored type
   Range kept_range;       // of the stored samples, absolute; 0..0 when none are kept
   ResidualInfo residuals; // step and bound are the caller's, the frames the writer's
+  // Which source samples are missing (mask_runs.h), a block for each frame, stored == 0 where none is, frames
+  // may share one; empty: none at all.
+  std::vector<BlockRef> masks;
 
   bool operator==(const ChannelInfo&) const = default;
 };

@@ -21,6 +21,7 @@ enum RecordType : uint16_t {
   channel = 5,
   sources = 6,
   attributes = 7,
+  masks = 10,
   corrections = 11,
   residuals = 0x8002,
   part = 0x8003,
@@ -181,19 +182,26 @@ void write_channel(ByteWriter& out, const ChannelInfo& c) {
   return air_code;
 }
 
+void write_blocks(ByteWriter& out, const std::vector<BlockRef>& blocks) {
+  out.write(static_cast<uint32_t>(blocks.size()));
+  for (const BlockRef& ref : blocks) write_block_ref(out, ref);
+}
+void read_blocks(ByteReader& in, std::vector<BlockRef>& blocks) {
+  blocks.resize(read_count(in, block_ref_bytes));
+  for (BlockRef& ref : blocks) ref = read_block_ref(in);
+}
+
 void write_residual_info(ByteWriter& out, const ResidualInfo& r) {
   out.write(r.step);
   out.write(r.bound);
-  out.write(static_cast<uint32_t>(r.frames.size()));
-  for (const BlockRef& ref : r.frames) write_block_ref(out, ref);
+  write_blocks(out, r.frames);
 }
 void read_residual_info(ByteReader& in, ResidualInfo& r) {
   const auto step = in.read<double>(), bound = in.read<double>();
   if (r.local && (step != r.step || bound != r.bound))
     fail(Code::corrupt, "metadata: two records of corrections differ in step or bound");
   r.step = step, r.bound = bound;
-  r.frames.resize(read_count(in, block_ref_bytes));
-  for (BlockRef& ref : r.frames) ref = read_block_ref(in);
+  read_blocks(in, r.frames);
 }
 
 void write_correction_info(ByteWriter& out, const ResidualInfo& r) {
@@ -201,8 +209,7 @@ void write_correction_info(ByteWriter& out, const ResidualInfo& r) {
   out.write(r.bound);
   out.write(static_cast<uint8_t>(r.shape));
   for (int i = 0; i < 7; ++i) out.write(uint8_t{0});
-  out.write(static_cast<uint32_t>(r.tables.size()));
-  for (const BlockRef& ref : r.tables) write_block_ref(out, ref);
+  write_blocks(out, r.tables);
 }
 void read_correction_info(ByteReader& in, ResidualInfo& r) {
   r.local = true;
@@ -212,8 +219,7 @@ void read_correction_info(ByteReader& in, ResidualInfo& r) {
   bool zero = true;
   for (int i = 0; i < 7; ++i) zero = in.read<uint8_t>() == 0 && zero;
   if (!zero) fail(Code::corrupt, "metadata: reserved bytes of corrections are not zero");
-  r.tables.resize(read_count(in, block_ref_bytes));
-  for (BlockRef& ref : r.tables) ref = read_block_ref(in);
+  read_blocks(in, r.tables);
 }
 
 constexpr uint64_t measured_error_bytes = 48;
@@ -240,6 +246,11 @@ void read_errors(ByteReader& in, std::vector<MeasuredError>& list) {
                      [](const ChannelInfo& c) { return c.residuals.local; });
 }
 
+[[nodiscard]] bool any_masks(const VolumeInfo& info) {
+  return std::any_of(info.channels.begin(), info.channels.end(),
+                     [](const ChannelInfo& c) { return !c.masks.empty(); });
+}
+
 // Whether the record of whole frames says anything that record 11 does not.
 [[nodiscard]] bool has_residual_record(const VolumeInfo& info) {
   const bool local = any_local(info);
@@ -251,7 +262,7 @@ void read_errors(ByteReader& in, std::vector<MeasuredError>& list) {
 } // namespace
 
 uint16_t lowest_reader(const VolumeInfo& info) {
-  if (any_local(info) || !info.errors.empty()) return 3;
+  if (any_masks(info) || any_local(info) || !info.errors.empty()) return 3;
   for (const ChannelInfo& c : info.channels)
     if (c.type == ValueType::i32) return 3;
   return info.lattice.lead > 0 ? 2 : 1;
@@ -295,6 +306,10 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       p.write_string(value);
     }
   });
+  if (any_masks(info))
+    record(masks, [&](ByteWriter& p) {
+      for (const ChannelInfo& c : info.channels) write_blocks(p, c.masks);
+    });
   if (any_local(info))
     record(corrections, [&](ByteWriter& p) {
       for (const ChannelInfo& c : info.channels) write_correction_info(p, c.residuals);
@@ -378,6 +393,10 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
         value = read_text(record);
       }
       break;
+    case masks:
+      for (ChannelInfo& c : info.channels) read_blocks(record, c.masks);
+      record.expect_end();
+      continue;
     case corrections:
       for (ChannelInfo& c : info.channels) read_correction_info(record, c.residuals);
       record.expect_end();

@@ -57,7 +57,8 @@ PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels) {
   for (PartWrite& w : part.writes) {
     w.trigger = in.read<uint32_t>(), w.channel = in.read<uint32_t>(), w.slab = in.read<int32_t>();
     w.frame = int64_t{in.read<uint32_t>()} - 1;
-    if (w.trigger > frames || w.channel >= channels || w.slab < 0 || w.frame >= int64_t{frames})
+    const bool exists = w.slab >= 0 || (w.slab == PartWrite::mask && w.frame != PartWrite::chunks);
+    if (w.trigger > frames || w.channel >= channels || !exists || w.frame >= int64_t{frames})
       fail(Code::corrupt, "part: a write of channel ", w.channel, ", slab ", w.slab, ", frame ", w.frame);
   }
   const auto bytes = in.take(in.read<uint32_t>());

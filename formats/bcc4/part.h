@@ -13,15 +13,16 @@
 
 namespace bccsplat {
 
-// One thing that a writer put into its file: the chunks of a slab, or the corrections of a frame. Sorted by
-// (trigger, channel, slab, frame), those of all parts have the order in which one writer of the whole series
-// writes them.
+// One thing that a writer put into its file: the chunks of a slab, or the corrections or the mask of a frame.
+// Sorted by (trigger, channel, slab, frame), those of all parts have the order in which one writer of the
+// whole series writes them.
 struct PartWrite {
   static constexpr int64_t chunks = -1;
+  static constexpr int32_t mask = -1; // in place of a slab: before those that the frame completes
   uint32_t trigger = 0; // the frame with which it was complete; the number of frames: at the end
   uint32_t channel = 0;
   int32_t slab = 0;       // the slab itself, or the one that completed what the corrections depend on
-  int64_t frame = chunks; // of the corrections
+  int64_t frame = chunks; // of the corrections, or of the mask
   auto operator<=>(const PartWrite&) const = default;
 };
 

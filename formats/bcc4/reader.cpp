@@ -277,12 +277,20 @@ std::vector<ResidualSample> Bcc4Reader::corrections(int channel, const Correctio
   return read_or_leave(state_->limits, [&] { return state_->corrections(channel, brick); });
 }
 
-std::vector<std::byte> Bcc4Reader::stored_corrections(const BlockRef& block) const {
-  check_block_ref(block, "corrections", state_->root.file_bytes);
+void Bcc4Reader::mask_runs(int channel, uint64_t frame, const MaskRunBody& body) const {
+  const BlockRef* ref = block_of(info().channels.at(static_cast<size_t>(channel)).masks, frame);
+  if (!ref) return;
+  check_block_ref(*ref, "mask", state_->root.file_bytes);
+  const auto& n = info().lattice.dims;
+  read_mask_runs(state_->read_block(*ref, "mask"), uint64_t{n[0]} * n[1] * n[2], ref->offset, body);
+}
+
+std::vector<std::byte> Bcc4Reader::stored_block(const BlockRef& block, std::string_view what) const {
+  check_block_ref(block, what, state_->root.file_bytes);
   std::vector<std::byte> stored(block.padded());
   state_->read(block.offset, stored);
   if (crc32_of(stored) != block.crc)
-    fail(Code::checksum_mismatch, "corrections at offset ", block.offset, ": bad checksum");
+    fail(Code::checksum_mismatch, what, " at offset ", block.offset, ": bad checksum");
   return stored;
 }
 

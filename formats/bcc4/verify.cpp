@@ -1,6 +1,8 @@
 // Reads and checks everything a file holds, and lists the damage.
 #include <algorithm>
 #include <mutex>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "formats/bcc4/explain.h"
@@ -42,6 +44,7 @@ struct Bcc4Reader::State::Verification {
     extents.push_back({ref.offset, ref.offset + ref.padded()});
   }
   void check_corrections();
+  void check_masks();
   template<class Look> void look_at(const BlockRef& block, const Look& look);
   void check_page(size_t index);
   void check_chunks(int channel, const Page& page);
@@ -75,6 +78,28 @@ void Bcc4Reader::State::Verification::check_corrections() {
         look_at(brick.block, [&] { static_cast<void>(file.corrections(channel, brick)); });
     }
   }
+}
+
+// Frames that share a block share its damage.
+void Bcc4Reader::State::Verification::check_masks() {
+  const auto& channels = file.info.channels;
+  std::set<std::tuple<uint64_t, uint32_t, uint32_t, uint32_t, uint32_t>> known;
+  for (size_t i = 0; i < channels.size(); ++i)
+    for (uint64_t f = 0; f < channels[i].masks.size(); ++f) {
+      const BlockRef& block = channels[i].masks[f];
+      if (block.stored == 0 ||
+          !known.emplace(block.offset, block.stored, block.decoded, block.crc, block.coding).second)
+        continue;
+      add_block(block);
+      try {
+        reader.mask_runs(static_cast<int>(i), f, [](uint64_t, uint64_t) {});
+      } catch (const Error& e) {
+        add_file_damage(e.code(),
+                        concat(e.message(), "; lost: which samples of channel ", channels[i].name,
+                               " are missing, from frame ", f, " on"),
+                        block.offset);
+      }
+    }
 }
 
 void Bcc4Reader::State::Verification::check_page(size_t index) {
@@ -170,6 +195,7 @@ Bcc4VerifyResult Bcc4Reader::State::Verification::check_all() {
   add_block(file.root.metadata);
   add_block(file.root.directory);
   check_corrections();
+  check_masks();
   for (size_t p = 0; p < file.pages.size(); ++p) {
     context.progress.report(static_cast<double>(p) / static_cast<double>(file.pages.size()));
     check_page(p);

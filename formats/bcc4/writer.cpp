@@ -12,6 +12,7 @@
 #include "formats/bcc4/coding/deflate.h"
 #include "formats/bcc4/journal.h"
 #include "formats/bcc4/layout.h"
+#include "formats/bcc4/mask_blocks.h"
 #include "formats/bcc4/metadata.h"
 #include "formats/bcc4/page.h"
 
@@ -30,6 +31,7 @@ struct ChannelState {
   uint64_t kept = 0, holes = 0, clamped = 0;
   uint32_t min_code = UINT32_MAX, max_code = 0;
   std::vector<BlockRef> residuals, tables; // of corrections, by frame
+  std::vector<BlockRef> masks;             // by frame
 };
 
 // Whether two infos agree in what may not change once samples are written.
@@ -58,6 +60,7 @@ struct Bcc4Writer::State {
   Bcc4WriterOptions options;
   VolumeInfo info, fixed; // fixed: as it was when the first samples came
   std::vector<ChannelState> channels;
+  MaskBlocks mask_blocks;
   uint64_t position = 0; // where the next bytes go, those in `buffer` included
   std::vector<std::byte> buffer;
   uint64_t unused = 0, chunks = 0, runs_bytes = 0, values_bytes = 0;
@@ -137,12 +140,13 @@ struct Bcc4Writer::State {
   WrittenSlab copy_chunks(int32_t slab, int channel, const Bcc4Reader& from);
   void enter_chunk(uint32_t channel, const Bcc4Chunk& entry);
   void commit_journal(const WrittenSlab& written);
-  [[nodiscard]] ChannelState& corrected_channel(int channel);
+  [[nodiscard]] ChannelState& state_of(int channel);
   void write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list);
   void copy_corrections(int channel, uint32_t frame, const Bcc4Reader& from);
   void add_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table);
   [[nodiscard]] BlockRef add_corrections(std::span<const std::byte> decoded);
   [[nodiscard]] BlockRef copy_block(const BlockRef& block, const Bcc4Reader& from);
+  void add_mask(int channel, uint32_t frame, PackedBlock block);
   [[nodiscard]] Bcc4Report finish(const Context& context);
 };
 
@@ -313,7 +317,8 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
     ChannelInfo& out = info.channels[i];
     out.sites_kept = c.kept, out.holes = c.holes, out.clamped += c.clamped;
     out.residuals.frames = std::move(c.residuals), out.residuals.tables = std::move(c.tables);
-    for (auto* frames : {&out.residuals.frames, &out.residuals.tables})
+    out.masks = std::move(c.masks);
+    for (auto* frames : {&out.residuals.frames, &out.residuals.tables, &out.masks})
       if (!frames->empty()) frames->resize(info.lattice.dims[3]);
     out.kept_range = c.kept ? Range{c.coder.value(c.min_code), c.coder.value(c.max_code)} : Range{};
     report.sites_total += static_cast<uint64_t>(info.lattice.sites());
@@ -381,11 +386,12 @@ void Bcc4Writer::copy_slab(int32_t slab, int channel, const Bcc4Reader& from) {
   s.closed = false;
 }
 
-ChannelState& Bcc4Writer::State::corrected_channel(int channel) {
+ChannelState& Bcc4Writer::State::state_of(int channel) {
   if (closed) fail(Code::wrong_state, "writer: finished, or failed before");
   start();
   if (channel < 0 || static_cast<size_t>(channel) >= channels.size())
-    fail(Code::invalid_argument, "writer: corrections of channel ", channel, " of ", channels.size());
+    fail(Code::invalid_argument, "writer: corrections or masks of channel ", channel, " of ",
+         channels.size());
   return channels[static_cast<size_t>(channel)];
 }
 
@@ -405,7 +411,7 @@ BlockRef Bcc4Writer::State::add_corrections(std::span<const std::byte> decoded) 
 }
 
 BlockRef Bcc4Writer::State::copy_block(const BlockRef& block, const Bcc4Reader& from) {
-  const std::vector<std::byte> bytes = from.stored_corrections(block);
+  const std::vector<std::byte> bytes = from.stored_block(block, "corrections");
   BlockRef copy = block;
   copy.offset = position;
   append(bytes);
@@ -438,7 +444,7 @@ void Bcc4Writer::State::write_corrections(int channel, uint32_t frame, std::span
 void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
   State& s = *state_;
   if (residuals.empty()) return;
-  ChannelState& c = s.corrected_channel(channel);
+  ChannelState& c = s.state_of(channel);
   s.closed = true;
   const bool local = s.info.channels[static_cast<size_t>(channel)].residuals.local;
   if (local && !residuals.add.empty()) s.write_corrections(channel, frame, residuals.add);
@@ -460,13 +466,37 @@ void Bcc4Writer::State::copy_corrections(int channel, uint32_t frame, const Bcc4
 
 void Bcc4Writer::copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from) {
   State& s = *state_;
-  ChannelState& c = s.corrected_channel(channel);
+  ChannelState& c = s.state_of(channel);
   s.closed = true;
   s.copy_corrections(channel, frame, from);
   const auto& frames = from.info().channels[static_cast<size_t>(channel)].residuals.frames;
   if (frame < frames.size() && frames[frame].stored > 0)
     set_block(c.residuals, frame, s.copy_block(frames[frame], from));
   s.closed = false;
+}
+
+void Bcc4Writer::State::add_mask(int channel, uint32_t frame, PackedBlock block) {
+  ChannelState& c = state_of(channel);
+  closed = true;
+  std::optional<BlockRef> place = mask_blocks.find(block);
+  if (!place) {
+    block.ref.offset = position;
+    append(block.bytes);
+    place = block.ref;
+    mask_blocks.add(std::move(block));
+  }
+  set_block(c.masks, frame, *place);
+  closed = false;
+}
+
+void Bcc4Writer::write_mask(int channel, uint32_t frame, std::span<const std::byte> runs) {
+  if (!runs.empty()) state_->add_mask(channel, frame, pack_block(runs));
+}
+
+void Bcc4Writer::copy_mask(int channel, uint32_t frame, const Bcc4Reader& from) {
+  const auto& masks = from.info().channels.at(static_cast<size_t>(channel)).masks;
+  if (frame < masks.size() && masks[frame].stored > 0)
+    state_->add_mask(channel, frame, {masks[frame], from.stored_block(masks[frame], "mask")});
 }
 
 Bcc4Report Bcc4Writer::finish(const Context& context) {

@@ -10,6 +10,16 @@ namespace {
 
 constexpr size_t largest_input = 64 << 10;
 
+void read_masks(const Bcc4Reader& reader) {
+  const auto& n = reader.info().lattice.dims;
+  const auto voxels = uint64_t{n[0]} * n[1] * n[2];
+  for (int channel = 0; channel < static_cast<int>(reader.info().channels.size()); ++channel)
+    for (const uint64_t frame : {uint64_t{0}, uint64_t{n[3]} - 1})
+      reader.mask_runs(channel, frame, [&](uint64_t begin, uint64_t end) {
+        fuzz::expect(begin < end && end <= voxels, "a run beyond the frame");
+      });
+}
+
 void decode(Bcc4Reader& reader, const Context& context) {
   const VolumeInfo& info = reader.info();
   for (int channel = 0; channel < static_cast<int>(info.channels.size()); ++channel) {
@@ -50,6 +60,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const Bcc4VerifyResult result = reader->verify_all(context);
     try {
       decode(*reader, context);
+      read_masks(*reader);
     } catch (const Error&) {
       fuzz::expect(!result.damage.empty(), "a file that verifies must decode");
     }

@@ -158,6 +158,39 @@ void make_corrections() {
                                         }}));
 }
 
+// A mask of other runs in the place of the first one.
+Bytes with_mask(const Bytes& good, std::initializer_list<int> runs) {
+  Bytes decoded;
+  for (const int v : runs) decoded.push_back(static_cast<std::byte>(v));
+  PackedBlock block = pack_block(decoded);
+  Bytes file = good;
+  block.ref.offset = (file.size() + 7) / 8 * 8;
+  file.resize(block.ref.offset);
+  file.insert(file.end(), block.bytes.begin(), block.bytes.end());
+  return rebuild(file, {.metadata = [&](Bytes& m) {
+                   VolumeInfo v = read_metadata(m, 0, {});
+                   v.channels[0].masks[0] = block.ref;
+                   m = write_metadata(v);
+                 }});
+}
+
+void make_masks() {
+  const Bytes good = masked_file();
+  save("v3_masks", good);
+  Bytes bad = good;
+  bad[14] = std::byte{2}; // lowest reader
+  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
+  save("bad_masks_of_version_2", bad);
+  save("bad_mask_beyond", with_mask(good, {0x10, 0xff, 0xff, 0x7f}));
+  save("bad_mask_pair", with_mask(good, {1, 2, 0, 3}));
+  save("bad_mask_cut", with_mask(good, {1, 2, 4}));
+  save("bad_masks_frames", rebuild(good, {.metadata = [](Bytes& m) {
+                                     VolumeInfo v = read_metadata(m, 0, {});
+                                     v.channels[1].masks.pop_back();
+                                     m = write_metadata(v);
+                                   }}));
+}
+
 void make_optional() {
   const Bytes file =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
@@ -267,6 +300,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_version_2();
   bccsplat::test::make_version_3();
   bccsplat::test::make_corrections();
+  bccsplat::test::make_masks();
   bccsplat::test::make_bad();
   bccsplat::test::make_bad_steps();
   return 0;

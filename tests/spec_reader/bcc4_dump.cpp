@@ -151,6 +151,7 @@ struct Channel {
   double step = 0, bound = 0;
   int shape = -1;
   std::vector<BlockRef> tables, frames;
+  std::vector<BlockRef> masks; // by frame; empty: none
 };
 
 struct Volume {
@@ -258,6 +259,15 @@ void read_corrections(Cursor& r, Volume& v, bool local, int lowest) {
   }
 }
 
+void read_masks(Cursor& r, Volume& v, int lowest) {
+  must(lowest >= 3, "masks need version 3");
+  for (Channel& c : v.channels) {
+    const uint32_t n = r.u32();
+    must(n == 0 || n == v.dims[3], "masks: frames");
+    for (uint32_t i = 0; i < n; ++i) c.masks.emplace_back(r);
+  }
+}
+
 void read_errors(Cursor& r, const Volume& v, int lowest) {
   must(lowest >= 3, "errors need version 3");
   std::vector<uint32_t> before;
@@ -296,6 +306,11 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       must(r.left() == 0, "counts: record too long");
       continue;
     }
+    if (type == 10) {
+      read_masks(r, v, lowest);
+      must(r.left() == 0, "metadata: record too long");
+      continue;
+    }
     if (type == 11 || type == 0x8002 || type == 0x8005) {
       if (type == 0x8005)
         read_errors(r, v, lowest);
@@ -305,7 +320,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       continue;
     }
     if (type >= 0x8000) continue;
-    must(type < 8 || type > 12, "metadata: this reader knows no domains, levels, masks and stencils");
+    must(type < 8 || type > 12, "metadata: this reader knows no domains, levels and stencils");
     must(type >= 1 && type <= 7, "metadata: unknown record");
     seen[type] = true;
     if (type == 1) {
@@ -809,6 +824,40 @@ void dump_corrections(const File& file, const Volume& v, const Channel& ch) {
   }
 }
 
+// ---- Record 10: masks ----
+
+// Returns a byte for each voxel of a frame that has the mask: whether it is missing.
+Bytes read_mask(const File& file, const Volume& v, const BlockRef& block) {
+  const uint64_t voxels = uint64_t{v.dims[0]} * v.dims[1] * v.dims[2];
+  const Bytes decoded = block.read(file);
+  Cursor c(decoded);
+  uint64_t at = 0;
+  Bytes missing;
+  while (c.left() > 0) {
+    const uint64_t skip = c.varint(), run = c.varint();
+    must(run >= 1 && (skip >= 1 || at == 0), "mask: an empty pair");
+    must(skip <= voxels - at && run <= voxels - at - skip, "mask: beyond the frame");
+    missing.resize(at + skip), missing.resize(at + skip + run, 1);
+    at += skip + run;
+  }
+  must(at > 0, "mask: empty");
+  missing.resize(voxels);
+  return missing;
+}
+
+void dump_masks(const File& file, const Volume& v, const Channel& ch) {
+  for (uint32_t f = 0; f < ch.masks.size(); ++f) {
+    if (ch.masks[f].stored == 0) {
+      std::printf("mask frame %u missing 0\n", f);
+      continue;
+    }
+    const Bytes missing = read_mask(file, v, ch.masks[f]);
+    const auto count = std::count(missing.begin(), missing.end(), 1);
+    std::printf("mask frame %u missing %lld crc %08x\n", f, static_cast<long long>(count),
+                crc(missing.data(), missing.size()));
+  }
+}
+
 void dump(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   must(static_cast<bool>(in), "cannot open the file");
@@ -894,6 +943,7 @@ void dump(const std::string& path) {
       std::printf("layer %d sites %d %d %d crc %08x\n", m, n[0], n[1], n[2], crc(all.data(), all.size()));
     }
     dump_corrections(file, v, ch);
+    dump_masks(file, v, ch);
   }
 }
 

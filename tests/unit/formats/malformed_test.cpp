@@ -72,19 +72,23 @@ TEST(Bcc4Malformed, ARebuiltFileIsRead) {
 struct Content {
   Layers layers;
   std::vector<FrameResiduals> corrections; // and those in bricks, with voxels of the bricks
+  std::vector<uint64_t> masks;             // ends of runs
   bool operator==(const Content& other) const {
-    return !difference(layers, other.layers) && corrections == other.corrections;
+    return !difference(layers, other.layers) && corrections == other.corrections && masks == other.masks;
   }
 };
 
 Content content_of(const std::shared_ptr<Bcc4Reader>& reader, Bench& bench) {
-  Content all{read_all(reader, bench), {}};
+  Content all{read_all(reader, bench), {}, {}};
   const VolumeInfo& info = reader->info();
   for (size_t c = 0; c < info.channels.size(); ++c)
     for (uint64_t f = 0; f < info.lattice.dims[3]; ++f) {
       all.corrections.push_back(reader->residuals(static_cast<int>(c), f));
       for (const CorrectionBrick& brick : reader->correction_bricks(static_cast<int>(c), f))
         all.corrections.push_back({.add = reader->corrections(static_cast<int>(c), brick), .set = {}});
+      reader->mask_runs(static_cast<int>(c), f, [&](uint64_t begin, uint64_t end) {
+        all.masks.push_back(begin), all.masks.push_back(end);
+      });
     }
   return all;
 }
@@ -128,6 +132,7 @@ TEST(Bcc4Malformed, EveryFlippedBitIsSeenOrHarmless) {
           ball_without_holes, 1, {.level = 0}),
       part_with_corrections(),
       file_with_bricks(),
+      masked_file(),
       file_of_steps(0),
       file_of_steps(6)};
   for (const Bytes& good : files) {
@@ -611,6 +616,10 @@ TEST(Bcc4Malformed, CorrectionsAndParts) {
   refused("a write of channel 1", [](ChannelInfo&, PartInfo& p) { p.writes[0].channel = 1; });
   refused("a write of slab 1 of 1", [](ChannelInfo&, PartInfo& p) { p.writes[0].slab = 1; });
   refused("a write of", [](ChannelInfo&, PartInfo& p) { p.writes[0].frame = 3; });
+  refused("a write of", [](ChannelInfo&, PartInfo& p) { p.writes[0].slab = -2; });
+  refused("a write of", [](ChannelInfo&, PartInfo& p) {
+    p.writes[0].slab = PartWrite::mask, p.writes[0].frame = PartWrite::chunks;
+  });
 
   // Corrections are looked at when they are asked for, and when all is verified.
   const auto broken = [&](const char* text, const std::function<void(BlockRef&)>& change) {
@@ -713,6 +722,59 @@ TEST(Bcc4Malformed, BricksOfCorrections) {
   EXPECT_THROW((void)read_corrections(bytes, 262143, 0), Error);
   for (size_t n = 0; n < bytes.size(); ++n)
     EXPECT_THROW((void)read_corrections(std::span(bytes).first(n), 262144, 0), Error) << n;
+}
+
+// What a hostile writer may say of masks.
+TEST(Bcc4Malformed, Masks) {
+  const Bytes file = masked_file();
+  EXPECT_NO_THROW(read_everything(file));
+  expect_refused(rebuild(file, with_info([](VolumeInfo& v) { v.channels[0].masks.pop_back(); })),
+                 Code::corrupt, "masks of 4 frames");
+  Bench bench;
+  const auto broken = [&](const char* text, const std::function<void(BlockRef&)>& change) {
+    SCOPED_TRACE(text);
+    const Bytes bad = rebuild(file, with_info([&](VolumeInfo& v) { change(v.channels[1].masks[1]); }));
+    const auto reader = Bcc4Reader::open(open_memory_source(bad));
+    const auto ignore = [](uint64_t, uint64_t) {};
+    EXPECT_NO_THROW(reader->mask_runs(1, 0, ignore));
+    EXPECT_THROW(reader->mask_runs(1, 1, ignore), Error);
+    const auto damage = reader->verify_all(bench.context).damage;
+    ASSERT_FALSE(damage.empty());
+    EXPECT_TRUE(std::any_of(damage.begin(), damage.end(), [&](const Bcc4Damage& d) {
+      return d.message.find(text) != std::string::npos;
+    })) << damage[0].message;
+  };
+  broken("channel other are missing, from frame 1", [](BlockRef& r) { r.crc ^= 1; });
+  broken("mask", [](BlockRef& r) { r.offset = uint64_t{1} << 40; });
+  broken("mask", [](BlockRef& r) { r.offset += 4; });
+  broken("mask", [](BlockRef& r) { r.decoded = UINT32_MAX; });
+  broken("mask", [](BlockRef& r) { r.coding = 2; });
+}
+
+TEST(Bcc4Malformed, MaskRuns) {
+  const auto runs = [](std::initializer_list<int> bytes, uint64_t voxels) {
+    std::vector<std::byte> list;
+    for (const int v : bytes) list.push_back(static_cast<std::byte>(v));
+    std::vector<std::pair<uint64_t, uint64_t>> found;
+    read_mask_runs(list, voxels, 0, [&](uint64_t begin, uint64_t end) { found.emplace_back(begin, end); });
+    return found;
+  };
+  EXPECT_EQ(runs({0, 3, 2, 1}, 6), (std::vector<std::pair<uint64_t, uint64_t>>{{0, 3}, {5, 6}}));
+  EXPECT_THROW((void)runs({0, 3, 2, 1}, 5), Error); // beyond the frame
+  EXPECT_THROW((void)runs({7, 1}, 6), Error);
+  EXPECT_THROW((void)runs({0, 3, 0, 1}, 6), Error); // two that touch
+  EXPECT_THROW((void)runs({0, 0}, 6), Error);       // an empty one
+  EXPECT_THROW((void)runs({1}, 6), Error);          // cut short
+  EXPECT_THROW((void)runs({}, 6), Error);
+  EXPECT_THROW((void)runs({0, 0x81, 0x00}, 6), Error); // not the shortest form
+  // Sums that wrap.
+  EXPECT_THROW((void)runs({1, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01}, 6), Error);
+  // Runs that touch become one.
+  MaskRunWriter writer;
+  for (uint64_t v = 4; v < 9; ++v) writer.add(v, v + 1);
+  writer.add(300, 301), writer.add(301, 301);
+  EXPECT_EQ(writer.finish().size(), 5u);
+  EXPECT_TRUE(writer.finish().empty());
 }
 
 TEST(Bcc4Malformed, DirectoryAndPages) {

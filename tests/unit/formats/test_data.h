@@ -138,6 +138,37 @@ inline std::vector<std::byte> write_file(const VolumeInfo& info, const Formula& 
   return write_file(info, make_volume(info, formula), threads, options);
 }
 
+// A series whose frames miss a coast, all the same one, and ice that comes and goes; the last one misses
+// nothing.
+inline std::vector<std::byte> masked_file() {
+  VolumeInfo info = volume(LatticeKind::d4star, {20, 11, 9, 5},
+                           {channel("value", ValueType::u8), channel("other", ValueType::u8)});
+  std::vector<std::byte> bytes;
+  Bench bench;
+  Bcc4Writer writer(create_memory_sink(bytes), info);
+  const auto mask = [&](int c, uint32_t frame, uint64_t ice) {
+    MaskRunWriter runs;
+    for (uint64_t row = 0; row < 11 * 9; ++row) {
+      runs.add(row * 20, row * 20 + 3 + row % 4);
+      if (row >= 11 * 8) runs.add(row * 20 + 20 - ice, row * 20 + 20);
+    }
+    writer.write_mask(c, frame, runs.finish());
+  };
+  const Layers layers = make_volume(info, ball_without_holes);
+  for (uint32_t frame = 0; frame < 4; ++frame) {
+    mask(0, frame, 0);
+    if (frame < 2) mask(1, frame, frame * 5);
+  }
+  for (int32_t slab = 0; slab < info.slabs(); ++slab)
+    for (int c = 0; c < 2; ++c) {
+      const auto first = layers[static_cast<size_t>(c)].begin() + slab * info.slab_layers;
+      const std::vector<BrickLayer> part(first, first + info.layers_of(slab));
+      writer.write_slab(slab, c, part, bench.context);
+    }
+  writer.finish(bench.context);
+  return bytes;
+}
+
 // A file with corrections in three bricks of two frames and samples to set, and what was measured.
 inline std::vector<std::byte> corrected_file() {
   VolumeInfo info = volume(LatticeKind::d4star, {70, 9, 68, 3}, {channel("value", ValueType::u8)});
