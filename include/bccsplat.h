@@ -236,8 +236,11 @@ enum { /* what a NaN or infinity in the source does */
        BCCSPLAT_NONFINITE_DEFAULT = 0,
        BCCSPLAT_NONFINITE_ERROR = 1, /* NONFINITE_VALUE, with frame and voxel in the text */
        BCCSPLAT_NONFINITE_HOLE =
-           2, /* missing data: never drawn, HOLE when evaluated, at the resolution of the lattice: a site
-                 is a hole when the source sample nearest to it is; gaps between sites are filled */
+           2, /* missing data: never drawn, HOLE when evaluated: of frames at the resolution of the source, a
+                 point is missing when the source sample nearest to it is (along each axis, and in time, the
+                 later one of two at equal distance), and the file needs readers of version 3 of the format;
+                 of layers at that of the lattice, where the nearest site is. What is missing is filled
+                 smoothly before it is filtered */
        BCCSPLAT_NONFINITE_CLAMP =
            3 /* NaN becomes air, infinities the largest finite value of the channel's range */
 };
@@ -521,11 +524,13 @@ typedef struct bccsplat_volume bccsplat_volume;
 
 typedef struct bccsplat_volume_options {
   uint32_t struct_size;
-  int32_t salvage; /* non-zero: damaged parts of the file read as holes instead of failing; nothing else of it
-                      is lost, but that of coefficients their kernel's reach around is. The preamble, the
-                      metadata and the list of index pages must be whole */
+  int32_t salvage; /* non-zero: damaged parts of the file read as holes instead of failing; a damaged mask of
+                      missing samples is that of the nearest frame whose mask is whole, or where there is none
+                      nothing counts as missing; nothing else of it is lost, but that of coefficients their
+                      kernel's reach around is. The preamble, the metadata and the list of index pages must be
+                      whole */
   const char* kernel;   /* reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC),
-                           paper,   gauss09 or SPACE+TIME such as "radial18+b3" */
+                           paper, gauss09   or SPACE+TIME such as "radial18+b3" */
   uint64_t cache_bytes; /* for decoded chunks and coefficients; 0: a quarter of the budget, at most 1 GiB */
 } bccsplat_volume_options;
 
@@ -591,6 +596,8 @@ typedef struct bccsplat_channel_info {
   double rmse;
   double max_abs;
   uint64_t corrections; /* source samples with one */
+  uint64_t missing; /* source samples that the file's masks say are missing; of files whose lattice has holes
+                       instead 0 */
 } bccsplat_channel_info;
 
 /* What a full check of the checksums found. */
@@ -932,7 +939,7 @@ typedef struct bccsplat_render_options {
   int32_t shading; /* DEFAULT: on for composite and isosurface */
   uint32_t disable_skips;
   double sheet_step;   /* distance of sheets in T; 0: by quality (draft 1, normal .5, fine .25, best .125; of
-                          slices with corrections in source samples where these are closer) */
+                          slices with corrections or masks in source samples where these are closer) */
   double iso_value;    /* RENDER_SET_ISO; without it set_options refuses mode isosurface */
   double opacity_stop; /* a pixel this opaque is finished; 0: .995; 1: never */
   int32_t reference;   /* non-zero: slow double-precision integration of the same field in fine steps */

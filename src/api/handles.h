@@ -15,6 +15,7 @@
 #include "base/context.h"
 #include "field/coefficients/coefficients.h"
 #include "field/corrections.h"
+#include "field/masks.h"
 #include "field/slice.h"
 #include "formats/bcc4/bcc4.h"
 #include "points/time_axis.h"
@@ -86,7 +87,7 @@ struct bccsplat_volume : bccsplat::api::Counted {
   bccsplat_volume(bccsplat_device* owner, std::unique_ptr<bccsplat::ByteSource> source,
                   const bccsplat_volume_options& options);
   // Coefficients of a channel under a kernel; NULL or "": the volume's. Made once, kept with the volume.
-  // Under the file's own kernel they come with the file's corrections.
+  // They come with the file's masks, and under the file's own kernel with its corrections.
   [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name) const;
   [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
   [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;
@@ -99,6 +100,7 @@ struct bccsplat_volume : bccsplat::api::Counted {
   std::string recommended_kernel;
   uint64_t cache_bytes; // for coefficients, per channel and kernel
   std::vector<std::unique_ptr<bccsplat::Corrections>> corrections_of; // channels; null without
+  std::vector<std::unique_ptr<bccsplat::Masks>> masks_of;             // likewise
 
  private:
   using Key = std::pair<uint32_t, std::string>; // channel, canonical kernel name

@@ -8,6 +8,7 @@
 #include "api/structs.h"
 #include "field/sample_grid.h"
 #include "slice/hyperslice.h"
+#include "slice/masked_slice.h"
 #include "slice/plane_slice.h"
 
 using namespace bccsplat;
@@ -72,11 +73,27 @@ void extract(bccsplat_slice& result, const Coefficients& coefficients, const Hyp
   plane.time_length = o.time_length;
   plane.axes = o.axes;
   result.slice = bare_plane(coefficients, h, plane, affine);
+  mask_slice(result.slice, coefficients);
   result.extraction =
       std::make_unique<const Extraction>(coefficients.samples(), coefficients.channel(), h,
                                          PlaneAxes{result.slice.origin, result.slice.basis}, context);
   result.slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Extracted points on a grid, row by row.
+void sample_extracted(const bccsplat_slice& slice, const Grid& grid, float* values, const Context& context) {
+  slice.extraction->sample(grid, values, context);
+  if (!slice.slice.mask) return;
+  const auto nx = static_cast<size_t>(grid.dims[0]), ny = static_cast<size_t>(grid.dims[1]);
+  std::vector<Vec3> row(nx);
+  for (size_t r = 0; r < ny * static_cast<size_t>(grid.dims[2]); ++r) {
+    for (size_t x = 0; x < nx; ++x) {
+      const Vec3 i{static_cast<double>(x), static_cast<double>(r % ny), static_cast<double>(r / ny)};
+      for (size_t a = 0; a < 3; ++a) row[x][a] = grid.origin[a] + grid.step[a] * i[a];
+    }
+    hide_missing(slice.slice, row, {values + r * nx, nx});
+  }
 }
 
 // Slice-space extent: bounding box of the domain.
@@ -176,7 +193,9 @@ bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
       if (gradients) fail(Code::unsupported, "slice: extracted points have no gradients");
       const uint64_t outside =
           slice->extraction->sample(points, {values, n}, slice->volume->device->context(progress));
+      const uint64_t missing = hide_missing(slice->slice, points, {values, n});
       if (outside > 0) fail(Code::out_of_domain, outside, " of ", n, " points lie outside the domain");
+      if (missing > 0) fail(Code::hole, missing, " of ", n, " points lie in holes");
       return;
     }
     if (gradients) slopes = {reinterpret_cast<std::array<float, 3>*>(gradients), n};
@@ -215,7 +234,7 @@ bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice, const bc
     Progress progress;
     const Context context = slice->volume->device->context(progress);
     if (slice->extraction)
-      slice->extraction->sample(g, values, context);
+      sample_extracted(*slice, g, values, context);
     else
       sample_grid(slice->slice, g, values, context);
   });

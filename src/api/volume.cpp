@@ -15,7 +15,8 @@ static_assert(sizeof(Vec4) == 4 * sizeof(double) && sizeof(std::array<float, 4>)
 namespace {
 
 constexpr uint64_t gibibyte = uint64_t{1} << 30;
-constexpr uint64_t corrections_part = 8; // of the cache, at most, for each channel that has some
+// Of the cache, at most, for each channel that has some.
+constexpr uint64_t corrections_part = 8, masks_part = 16;
 
 TimeAxis time_axis(const VolumeInfo& info) {
   if (info.time.uniform) return {info.time.first, info.time.step, static_cast<double>(info.lattice.dims[3])};
@@ -62,6 +63,9 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
     corrections_of.push_back(c.residuals.any() ? std::make_unique<Corrections>(reader, index, owner->memory,
                                                                                cache / corrections_part)
                                                : nullptr);
+    masks_of.push_back(!c.masks.empty()
+                           ? std::make_unique<Masks>(reader, index, owner->memory, cache / masks_part)
+                           : nullptr);
   }
 }
 
@@ -82,6 +86,7 @@ const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const 
   slot = std::make_unique<Coefficients>(*samples, static_cast<int>(channel_index), std::move(k),
                                         c.threshold / 2, cache_bytes);
   if (own) slot->set_corrections(corrections_of[channel_index].get());
+  slot->set_masks(masks_of[channel_index].get());
   return *slot;
 }
 
@@ -146,7 +151,7 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.channel_count = static_cast<uint32_t>(v.channels.size());
     out.time_uniform = v.time.uniform;
     out.store = v.coefficient_kernel.empty() ? BCCSPLAT_STORE_SAMPLES : BCCSPLAT_STORE_COEFFICIENTS;
-    for (const ChannelInfo& c : v.channels) out.has_holes = out.has_holes || c.holes > 0;
+    for (const ChannelInfo& c : v.channels) out.has_holes |= c.holes > 0 || !c.masks.empty();
     const Bcc4Bytes& bytes = volume->reader->bytes();
     out.bytes_file = bytes.file, out.bytes_runs = bytes.runs, out.bytes_values = bytes.values,
     out.bytes_index = bytes.index;
@@ -184,6 +189,7 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
       if (e.kind == MeasuredError::corrected) out.rmse = e.rmse, out.max_abs = e.largest;
     }
     if (const auto& fix = volume->corrections_of[channel]) out.corrections = fix->count();
+    if (const auto& masks = volume->masks_of[channel]) out.missing = masks->count();
     std::copy_n(c.histogram.begin(), std::min<size_t>(c.histogram.size(), 256), out.histogram);
     write_struct(info, out, "info");
   });

@@ -11,6 +11,7 @@
 #include "field/corrections.h"
 #include "field/footprint/footprint.h"
 #include "field/footprint/hole.h"
+#include "field/masks.h"
 #include "field/point_axes.h"
 #include "field/point_order.h"
 #include "kernel/kernel_time.h"
@@ -203,6 +204,8 @@ EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4>
       evaluate_points(coefficients, points, true, coefficients.air(), values, gradients, {}, context);
   if (const Corrections* fix = coefficients.corrections())
     misses.holes -= fix->add_to_points(points, values, gradients, context);
+  if (const Masks* masks = coefficients.masks())
+    misses.holes += masks->hide(points, values, gradients, context);
   return misses;
 }
 
@@ -212,6 +215,7 @@ void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> 
   evaluate_points(coefficients, points, false, 0, values, gradients, holes, context);
   if (const Corrections* fix = coefficients.corrections())
     fix->add_to_points(points, values, gradients, context);
+  if (const Masks* masks = coefficients.masks(); masks && !holes.empty()) masks->mark(points, holes, context);
 }
 
 } // namespace bccsplat

@@ -12,15 +12,16 @@
 namespace bccsplat {
 
 // The 4D field at points (x, y, z, t) in source index units. values: absolute; gradients: empty, or d/dx d/dy
-// d/dz d/dt per index unit; corrections that the coefficients know of are in both. Points outside the domain
-// or in holes get NaN; the counts are returned. A static volume ignores t. Points that share a stretch of
-// time share the coefficient layers: any order is fine, a batch is sorted by time inside.
+// d/dz d/dt per index unit; corrections and masks that the coefficients know of are in both. Points outside
+// the domain or in holes get NaN; the counts are returned. A static volume ignores t. Points that share a
+// stretch of time share the coefficient layers: any order is fine, a batch is sorted by time inside.
 EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4> points,
                          std::span<float> values, std::span<std::array<float, 4>> gradients,
                          const Context& context);
 
 // Does the same for points anywhere near the domain, beyond whose ends the field continues as its mirror
-// image; `holes` (empty, or one per point) gets 1 where the nearest site is a hole. Values are relative to
+// image; `holes` (empty, or one per point) gets 1 where the nearest site is a hole, or the
+// nearest source sample missing. Values are relative to
 // air.
 void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> points,
                         std::span<float> values, std::span<std::array<float, 4>> gradients,

@@ -174,6 +174,16 @@ EvaluateMisses sample_points(const Slice& slice, std::span<const Vec3> points, s
   return {outside, holes};
 }
 
+uint64_t hide_missing(const Slice& slice, std::span<const Vec3> points, std::span<float> values) {
+  uint64_t hidden = 0;
+  for (size_t i = 0; slice.mask && i < points.size(); ++i) {
+    if (std::isnan(values[i]) || !slice.mask->missing(points[i])) continue;
+    values[i] = std::numeric_limits<float>::quiet_NaN();
+    ++hidden;
+  }
+  return hidden;
+}
+
 void sample_grid(const Slice& slice, const Grid& grid, float* values, const Context& context) {
   const auto ny = static_cast<uint64_t>(grid.dims[1]), nz = static_cast<uint64_t>(grid.dims[2]);
   if (!axes_aligned(slice.lattice_to_slice)) {

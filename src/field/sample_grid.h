@@ -19,6 +19,10 @@ struct Grid {
 EvaluateMisses sample_points(const Slice& slice, std::span<const Vec3> points, std::span<float> values,
                              std::span<std::array<float, 3>> gradients, const Context& context);
 
+// Makes values at points of slice space that the slice's mask says are missing NaN; returns how many these
+// are.
+uint64_t hide_missing(const Slice& slice, std::span<const Vec3> points, std::span<float> values);
+
 // Fills values (x fastest); NaN outside the domain and in holes.
 void sample_grid(const Slice& slice, const Grid& grid, float* values, const Context& context);
 

@@ -19,7 +19,9 @@ bool Slice::inside(const Vec3& p) const {
 }
 
 bool Slice::is_hole(const Vec3& p) const {
-  return has_holes && is_hole_at({&coset[0], lattice.bcc ? &coset[1] : nullptr}, p);
+  if (!has_holes) return false;
+  return (mask && mask->missing(lattice_to_slice.point(p))) ||
+         is_hole_at({&coset[0], lattice.bcc ? &coset[1] : nullptr}, p);
 }
 
 int64_t Slice::points() const {

@@ -10,6 +10,7 @@
 
 #include "base/vec.h"
 #include "field/hyperplane.h"
+#include "field/masks.h"
 #include "field/slice_corrections.h"
 #include "kernel/kernel.h"
 #include "lattice/lattice.h"
@@ -30,13 +31,13 @@ struct HalfSpace {
 //   air + sum over kept sites s of coefficient(s) * kernel.space.value(|p - s|^2)     [/ lattice_sum if
 //   normalised]   [+ corrections]
 // where sites beyond the lattice's end planes hold the mirror images of those inside.
-// A point whose nearest site is a hole has no value.
+// A point whose nearest site is a hole has no value, and so has one that the mask says is missing.
 struct Slice {
   Lattice3 lattice;
   std::array<BrickLayer, 2> coset; // coefficients relative to air; CC slices use the first only
   Kernel kernel;                   // its spatial part reconstructs the slice
   float air = 0;
-  bool has_holes = false;
+  bool has_holes = false;             // or a mask
   std::array<double, 2> bounds{0, 0}; // no value lies outside
 
   // The domain is the box [domain_begin, domain_end] in lattice units, cut by `clip` (none for time and axis
@@ -54,6 +55,7 @@ struct Slice {
   double frame = 0; // frame index of a time slice
   // Of the file's, what this slice sees; null: none.
   std::shared_ptr<const SliceCorrections> corrections;
+  std::shared_ptr<const SliceMask> mask; // null: nothing is missing, or the lattice says what
   uint64_t bytes_read = 0;
   double milliseconds = 0;
 

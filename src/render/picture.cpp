@@ -51,10 +51,19 @@ bool corrected(const Scene& scene, const Slice& drawn) {
                                     [](const TrailSource& s) { return s.slice.corrections != nullptr; });
 }
 
-// Source samples per lattice unit across the sheets, at least 1, where corrections are drawn: they are as
-// fine as the source, however coarse the lattice.
+// Whether a mask of missing samples is in any of the sheets. Coarser levels have it, too, but sheets as far
+// from each other as theirs.
+bool masked(const Scene& scene, const Slice& drawn) {
+  if (&drawn != scene.slice) return false;
+  if (drawn.mask) return true;
+  return scene.trail && std::any_of(scene.trail->sources.begin(), scene.trail->sources.end(),
+                                    [](const TrailSource& s) { return s.slice.mask != nullptr; });
+}
+
+// Source samples per lattice unit across the sheets, at least 1, where corrections or masks are drawn: they
+// are as fine as the source, however coarse the lattice.
 double samples_per_unit(const Scene& scene, const Slice& drawn, int width, int height) {
-  if (!corrected(scene, drawn)) return 1;
+  if (!corrected(scene, drawn) && !masked(scene, drawn)) return 1;
   const SheetView view = make_view(drawn, resolve_camera(scene.camera), width, height, 1);
   return std::max(1.0, length(drawn.lattice_to_slice.vector(view.normal)));
 }

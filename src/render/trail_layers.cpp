@@ -148,7 +148,8 @@ void add_source(Trail& trail, Slice&& slice, const Context& context) {
 
 bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& like,
                 const std::vector<Moment>& moments, const Context& context) {
-  if (coefficients.corrections()) return false; // a still's are not a sum of layers'
+  // A still's are not a sum of layers'.
+  if (coefficients.corrections() || coefficients.masks()) return false;
   const Lattice4& lattice = coefficients.source().lattice();
   std::vector<std::vector<LayerWeight>> weights;
   std::vector<int32_t> wanted;

@@ -156,7 +156,7 @@ Slice coarsen(const Slice& slice, const Context& context) {
       for (int from = 0; from < slice.lattice.cosets(); ++from)
         averager.add(slice.coset[static_cast<size_t>(from)], layer, brick, slice.lattice.bcc ? 0.5f : 1.0f,
                      b->value.data());
-      if (slice.has_holes) b->hole = find_holes(slice, lattice.space, ratio, layer, brick);
+      if (slice.has_holes && !slice.mask) b->hole = find_holes(slice, lattice.space, ratio, layer, brick);
       if (b->keep_above(0) > 0 || b->hole) made[slot] = std::move(b);
     });
     for (size_t slot = 0; slot < made.size(); ++slot) layer.set(slot, std::move(made[slot]));
@@ -183,6 +183,8 @@ Slice coarsen(const Slice& slice, const Context& context) {
   }
   coarse.hyperplane = slice.hyperplane, coarse.origin = slice.origin, coarse.basis = slice.basis;
   coarse.frame = slice.frame;
+  coarse.mask = slice.mask;
+  coarse.has_holes = coarse.has_holes || slice.mask;
   return coarse;
 }
 

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "slice/axis_slice.h"
 #include "slice/corrected_slice.h"
+#include "slice/masked_slice.h"
 #include "slice/plane_slice.h"
 #include "slice/time_slice.h"
 
@@ -70,6 +71,7 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
     slice.basis = plane_axes(h).basis;
     slice.frame = 0;
     slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);
+    mask_slice(slice, coefficients);
     correct_slice(slice, coefficients, options.thickness, context.with(mending));
     return slice;
   }
@@ -80,6 +82,7 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
   plane.thickness = options.thickness;
   plane.axes = options.axes;
   Slice slice = plane_slice(coefficients, h, plane, index_to_world, context.with(cutting));
+  mask_slice(slice, coefficients);
   correct_slice(slice, coefficients, options.thickness, context.with(mending));
   return slice;
 }

@@ -27,8 +27,8 @@ struct HypersliceOptions {
 };
 
 // A hyperplane that misses the domain gives an empty slice; a time slice outside the series throws
-// out_of_domain, a method that the hyperplane or the options do not allow unsupported. Corrections that the
-// coefficients know of are in every slice (corrected_slice.h).
+// out_of_domain, a method that the hyperplane or the options do not allow unsupported. Corrections and
+// masks that the coefficients know of are in every slice (corrected_slice.h, masked_slice.h).
 [[nodiscard]] Slice hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                const HypersliceOptions& options, const Affine3& index_to_world,
                                const Context& context);

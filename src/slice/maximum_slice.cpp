@@ -25,14 +25,23 @@ std::vector<Vec3> brick_points(const Slice& slice, const BrickLayer& layer, cons
   return points;
 }
 
+// A brick in which every maximum is still to come.
+std::shared_ptr<Brick> empty_maxima() {
+  auto brick = std::make_shared<Brick>();
+  std::fill(brick->value.begin(), brick->value.end(), -std::numeric_limits<float>::infinity());
+  return brick;
+}
+
 } // namespace
 
 void SiteMaxima::add(const Slice& instant, const Context& context) {
   const bool is_first = !first_;
   if (is_first) first_ = instant;
+  masks_.push_back(instant.mask);
+  Slice bare = instant; // what fills missing data is needed beside them
+  bare.mask = nullptr;
   for (size_t c = 0; c < static_cast<size_t>(instant.lattice.cosets()); ++c) {
-    BrickLayer layer(instant.lattice, static_cast<int>(c));
-    const BrickLayer& before = largest_[c];
+    BrickLayer layer(instant.lattice, static_cast<int>(c)), fills = layer;
     const double part = 1.0 / instant.lattice.cosets();
     Progress share(context.progress, static_cast<double>(c) * part, static_cast<double>(c + 1) * part);
     std::atomic<uint64_t> done{0};
@@ -40,17 +49,20 @@ void SiteMaxima::add(const Slice& instant, const Context& context) {
       share.advance(done.fetch_add(1, std::memory_order_relaxed), layer.brick_slots());
       const auto points = brick_points(instant, layer, layer.slot_position(slot));
       std::vector<float> values(brick_sites);
-      auto brick = std::make_shared<Brick>();
-      if (is_first)
-        std::fill(brick->value.begin(), brick->value.end(), -std::numeric_limits<float>::infinity());
-      else
-        brick->value = before.brick(slot)->value;
-      evaluate(instant, points, values, {});
-      for (size_t s = 0; s < brick_sites; ++s)
-        if (!std::isnan(values[s])) brick->value[s] = std::max(brick->value[s], values[s] - instant.air);
-      layer.set(slot, std::move(brick));
+      auto brick = empty_maxima(), fill = empty_maxima();
+      if (!is_first) {
+        brick->value = largest_[c].brick(slot)->value;
+        fill->value = fills_[c].brick(slot)->value;
+      }
+      evaluate(bare, points, values, {});
+      for (size_t s = 0; s < brick_sites; ++s) {
+        if (std::isnan(values[s])) continue;
+        float& to = instant.mask && instant.is_hole(points[s]) ? fill->value[s] : brick->value[s];
+        to = std::max(to, values[s] - instant.air);
+      }
+      layer.set(slot, std::move(brick)), fills.set(slot, std::move(fill));
     });
-    largest_[c] = std::move(layer);
+    largest_[c] = std::move(layer), fills_[c] = std::move(fills);
   }
 }
 
@@ -68,7 +80,10 @@ Slice SiteMaxima::finish(const Context& context) {
       const Int3 b = layer.slot_position(slot);
       auto brick = std::make_shared<Brick>();
       for (int s = 0; s < brick_sites; ++s) {
-        const float v = largest_[c].brick(slot)->value[static_cast<size_t>(s)];
+        const auto value_of = [&](const BrickLayer& of) {
+          return of.brick(slot)->value[static_cast<size_t>(s)];
+        };
+        const float v = std::isfinite(value_of(largest_[c])) ? value_of(largest_[c]) : value_of(fills_[c]);
         const bool site = b[0] * brick_edge + s % brick_edge < layer.dims()[0] &&
                           b[1] * brick_edge + s / brick_edge % brick_edge < layer.dims()[1] &&
                           b[2] * brick_edge + s / brick_rows < layer.dims()[2];
@@ -76,13 +91,17 @@ Slice SiteMaxima::finish(const Context& context) {
       }
       if (brick->keep_above(0) > 0) layer.set(slot, std::move(brick));
     }
-    largest_[c] = BrickLayer();
+    largest_[c] = fills_[c] = BrickLayer();
     channels[0].push_back(std::move(layer));
   }
   const MemorySamples samples(lattice, {first.air}, std::move(channels));
   const Coefficients filtered(samples, 0, first.kernel, 0, std::numeric_limits<uint64_t>::max());
   Slice result = first;
   result.corrections = nullptr; // the maxima have them
+  if (std::find(masks_.begin(), masks_.end(), nullptr) != masks_.end())
+    result.mask = nullptr;
+  else
+    result.mask = std::make_shared<const SliceMask>(first.mask->also(masks_));
   for (int c = 0; c < first.lattice.cosets(); ++c)
     result.coset[static_cast<size_t>(c)] = *filtered.layer(c, context);
   result.bounds = coefficient_bounds(result);

@@ -1,8 +1,11 @@
 // The largest value that the field takes over several instants, as one slice.
 #pragma once
 
+#include <array>
+#include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
@@ -20,6 +23,8 @@ class SiteMaxima {
  private:
   std::optional<Slice> first_;
   std::array<BrickLayer, 2> largest_; // -infinity where every instant so far had a hole
+  std::array<BrickLayer, 2> fills_;   // where every one so far was missing by its mask: of what fills that
+  std::vector<std::shared_ptr<const SliceMask>> masks_; // of all instants; null: nothing is missing
 };
 
 [[nodiscard]] Slice maximum_slice(std::span<const Slice> instants, const Context& context);

@@ -39,6 +39,7 @@ HWY_AFTER_NAMESPACE();
 #include "base/error.h"
 #include "kernel/kernel_time.h"
 #include "slice/corrected_slice.h"
+#include "slice/masked_slice.h"
 #include "slice/maximum_slice.h"
 #include "slice/time_slice.h"
 
@@ -215,6 +216,9 @@ Slice thick_time_slice(const Coefficients& coefficients, double frame, const std
     Slice slice = merged_slice(coefficients, frame, instant_weights(lattice, coefficients.kernel(), at), 1,
                                index_to_world, with);
     correct_time_slice(slice, coefficients, at, at, kind);
+    slice.frame = at;
+    mask_time_slice(slice, coefficients);
+    slice.frame = frame;
     return slice;
   };
   if (!(t1 > t0)) return instant(t0, context);
@@ -235,6 +239,7 @@ Slice thick_time_slice(const Coefficients& coefficients, double frame, const std
   Slice slice = merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), t0, t1),
                              kind == ThicknessKind::sum ? t1 - t0 : 1, index_to_world, context);
   correct_time_slice(slice, coefficients, t0, t1, kind);
+  mask_time_slice(slice, coefficients);
   return slice;
 }
 

@@ -400,13 +400,14 @@ class ChannelInfo(Struct):
     rmse: float
     max_abs: float
     corrections: int
+    missing: int
     _fields_ = [("struct_size", c_uint32), ("value_type", c_int32), ("name", c_char_p), ("unit", c_char_p),
         ("air", c_double), ("air_threshold", c_double), ("value_scale", c_double), ("value_offset", c_double),
         ("range", c_double * 2), ("kept_range", c_double * 2), ("percentile_2", c_double),
         ("percentile_998", c_double), ("sites_kept", c_uint64), ("cc_relevant", c_uint64),
         ("holes", c_uint64), ("histogram", c_uint64 * 256), ("source_type", c_int32), ("reserved", c_int32),
         ("error_bound", c_double), ("lattice_rmse", c_double), ("lattice_max_abs", c_double),
-        ("rmse", c_double), ("max_abs", c_double), ("corrections", c_uint64)]
+        ("rmse", c_double), ("max_abs", c_double), ("corrections", c_uint64), ("missing", c_uint64)]
 
 
 class VerifyReport(Struct):

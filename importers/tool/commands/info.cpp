@@ -32,7 +32,8 @@ Json channel_json(const bccsplat_channel_info& c, bool histogram) {
          {"percentiles", {{"2", c.percentile_2}, {"99.8", c.percentile_998}}},
          {"sites_kept", c.sites_kept},
          {"cc_relevant", c.cc_relevant},
-         {"holes", c.holes}};
+         {"holes", c.holes},
+         {"missing", c.missing}};
   if (c.error_bound > 0)
     j["errors"] = {{"bound", c.error_bound},
                    {"corrections", c.corrections},
@@ -171,7 +172,8 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          value_type_name(ch.value_type), " from ", value_type_name(ch.source_type), steps_text(ch),
          ", range ", ch.range[0], " to ", ch.range[1], ", air ", ch.air,
          ch.air_threshold > 0 ? concat(" +- ", ch.air_threshold) : "", ", ", ch.sites_kept, " sites stored",
-         share(ch.sites_kept, v.sites_total), ch.holes > 0 ? concat(", ", ch.holes, " holes") : "");
+         share(ch.sites_kept, v.sites_total), ch.holes > 0 ? concat(", ", ch.holes, " holes") : "",
+         ch.missing > 0 ? concat(", ", ch.missing, " samples missing", share(ch.missing, v.cc_samples)) : "");
     print_errors(ch);
     if (a.histogram) print_histogram(ch);
   }

@@ -25,6 +25,7 @@
 namespace bccsplat {
 
 class Corrections; // field/corrections.h
+class Masks;       // field/masks.h
 
 class Coefficients {
  public:
@@ -51,6 +52,9 @@ class Coefficients {
   // Corrections of the field that these coefficients give; null: none. They outlive it.
   [[nodiscard]] const Corrections* corrections() const { return corrections_; }
   void set_corrections(const Corrections* corrections) { corrections_ = corrections; }
+  // What is missing of the field; null: no masks tell. They outlive it.
+  [[nodiscard]] const Masks* masks() const { return masks_; }
+  void set_masks(const Masks* masks) { masks_ = masks; }
 
   // Coefficients relative to air of a layer; any integer, mirrored at the ends. Concurrent calls are allowed.
   [[nodiscard]] std::shared_ptr<const BrickLayer> layer(int32_t layer, const Context& context) const;
@@ -95,6 +99,7 @@ class Coefficients {
   BrickBox region_;
   uint64_t limit_;
   const Corrections* corrections_ = nullptr;
+  const Masks* masks_ = nullptr;
 
   mutable std::mutex mutex_;
   mutable std::map<Key, std::shared_ptr<const Entry>> entries_;
