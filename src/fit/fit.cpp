@@ -87,8 +87,8 @@ void LayerCounts::add(const LayerCounts& other) {
 }
 
 struct Fit::State {
-  State(const FitOptions& o, FitSink s, const Context& c)
-      : options(o), sink(std::move(s)), context(c), pool(c.memory),
+  State(const FitOptions& o, FitSink s, const Context& c, MaskSink m)
+      : options(o), sink(std::move(s)), mask_sink(std::move(m)), context(c), pool(c.memory),
         lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), resampler(lattice, o.filter),
         ends(time_widening(lattice)) {
     if (options.channels.empty()) fail(Code::invalid_argument, "fit: no channel");
@@ -105,6 +105,7 @@ struct Fit::State {
 
   FitOptions options;
   FitSink sink;
+  MaskSink mask_sink;
   Context context;
   SiteBlockPool pool; // outlives the channels
   Lattice4 lattice;   // of two frames as long as their number is not known
@@ -188,6 +189,7 @@ struct Fit::State {
       frame.clamp(low, high);
     }
     if (options.nonfinite == NonFinite::hole) holes = patch_holes(frame, scan, context);
+    if (options.masks && !holes.missing.empty()) mask_sink(index, c.given, mask_runs(holes, frame.dims()));
     ++c.given;
     if (c.lowpass) {
       const auto take = filtered(c, index);
@@ -215,10 +217,21 @@ struct Fit::State {
     if (scan.finite > 0 && !c.any_known)
       for (FrameSites& earlier : c.window) earlier.block = sites.block;
     c.any_known = c.any_known || scan.finite > 0;
-    mark_holes(holes, lattice, sites);
+    sites.holes = mark_sites(holes, lattice);
+    sites.masked = options.masks;
+    if (options.masks)
+      sites.deep = mark_sites(deep_holes(holes, frame.dims(), mask_reach(), context), lattice);
     c.window.push_back(std::move(sites));
     ++c.frames;
     make_layers(c, index);
+  }
+
+  // In source samples; that around a sample belongs to it for half a distance.
+  [[nodiscard]] std::array<int64_t, 3> mask_reach() const {
+    std::array<int64_t, 3> reach;
+    for (size_t a = 0; a < 3; ++a)
+      reach[a] = static_cast<int64_t>(std::ceil(options.mask_reach * lattice.space_step[a] + 0.5));
+    return reach;
   }
 
   // Layers whose frames are all there. With one frame of an unknown number it is not yet known which lattice
@@ -410,8 +423,8 @@ struct Fit::State {
   }
 };
 
-Fit::Fit(const FitOptions& options, FitSink sink, const Context& context)
-    : state_(std::make_unique<State>(options, std::move(sink), context)) {}
+Fit::Fit(const FitOptions& options, FitSink sink, const Context& context, MaskSink masks)
+    : state_(std::make_unique<State>(options, std::move(sink), context, std::move(masks))) {}
 
 Fit::~Fit() = default;
 

@@ -57,6 +57,9 @@ struct FitOptions {
   Filter filter = Filter::kaiser8;
   bool lowpass = false; // frames first lose what the lattice cannot hold (lowpass.h); not CC
   NonFinite nonfinite = NonFinite::error;
+  bool masks = false; // holes of frames are told as masks of the source, not marked on the lattice
+  // Planes of the lattice: with masks, sites further than that from all data are left out.
+  int32_t mask_reach = 0;
   int32_t slab_layers = 8;
   int32_t lasting_layers = 0;  // the first ones, which are counted by themselves as well
   std::optional<FitPart> part; // none: all of the series; else dims[3] > 0, and frames, not layers, are given
@@ -67,6 +70,10 @@ struct FitOptions {
 // come in rising order, all of them, from the thread that called the Fit. Values are relative to air and
 // exactly representable in the stored type.
 using FitSink = std::function<void(int32_t slab, int channel, std::span<const BrickLayer> layers)>;
+
+// Takes which samples of a frame are missing (formats/bcc4/coding/mask_runs.h), where any is, when the frame
+// is given.
+using MaskSink = std::function<void(int channel, uint32_t frame, std::vector<std::byte> runs)>;
 
 // Counts of the sites of layers.
 struct LayerCounts {
@@ -99,7 +106,7 @@ struct FitReport {
 // than the series has, and nothing after finish or a failure.
 class Fit {
  public:
-  Fit(const FitOptions& options, FitSink sink, const Context& context);
+  Fit(const FitOptions& options, FitSink sink, const Context& context, MaskSink masks = {});
   ~Fit();
   Fit(const Fit&) = delete;
   Fit& operator=(const Fit&) = delete;

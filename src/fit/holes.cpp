@@ -7,6 +7,7 @@
 
 #include "base/sizes.h"
 #include "fit/site_axis.h"
+#include "formats/bcc4/coding/mask_runs.h"
 
 namespace bccsplat {
 namespace {
@@ -156,11 +157,77 @@ HoleMap patch_holes(Frame& frame, const FrameScan& scan, const Context& context)
   return map;
 }
 
-void mark_holes(const HoleMap& holes, const Lattice4& lattice, FrameSites& sites) {
-  if (holes.missing.empty()) return;
+std::vector<std::byte> mask_runs(const HoleMap& holes, const Dims& dims) {
+  MaskRunWriter out;
+  const Region& r = holes.region;
+  const auto row = static_cast<size_t>(r.length(0));
+  size_t i = 0;
+  for (int64_t z = r.begin[2]; z < r.end[2]; ++z)
+    for (int64_t y = r.begin[1]; y < r.end[1]; ++y, i += row) {
+      const auto voxel = static_cast<uint64_t>((z * dims[1] + y) * dims[0] + r.begin[0]);
+      for (size_t x = 0; x < row; ++x)
+        if (holes.missing[i + x]) out.add(voxel + x, voxel + x + 1);
+    }
+  return out.finish();
+}
+
+namespace {
+
+// Lines of samples side by side: `width` of them, n samples each, `stride` apart.
+struct Lines {
+  uint8_t* first;
+  int64_t n, stride, width;
+};
+
+// Clears along lines what lies within `reach` of something clear. Beyond an open end there is nothing, beyond
+// another one something clear.
+void erode(const Lines& lines, int64_t reach, bool open_begin, bool open_end) {
+  std::vector<int64_t> clear(static_cast<size_t>(lines.width), open_begin ? -reach - 1 : -1); // the last ones
+  const auto pass = [&](int64_t i, const auto& decide) {
+    uint8_t* row = lines.first + i * lines.stride;
+    for (int64_t x = 0; x < lines.width; ++x) {
+      int64_t& last = clear[static_cast<size_t>(x)];
+      if (!(row[x] & 1)) last = i;
+      row[x] = decide(row[x], std::abs(i - last) > reach);
+    }
+  };
+  // Bit 1: far enough from what is clear before it.
+  for (int64_t i = 0; i < lines.n; ++i)
+    pass(i, [](uint8_t v, bool far) { return static_cast<uint8_t>(v | (far ? 2 : 0)); });
+  std::fill(clear.begin(), clear.end(), open_end ? lines.n + reach : lines.n);
+  for (int64_t i = lines.n; i-- > 0;)
+    pass(i, [](uint8_t v, bool far) { return static_cast<uint8_t>(far ? v >> 1 : 0); });
+}
+
+} // namespace
+
+HoleMap deep_holes(const HoleMap& holes, const Dims& dims, const Dims& reach, const Context& context) {
+  HoleMap deep;
+  if (holes.missing.empty()) return deep;
+  deep.memory = Reservation(context.memory, holes.missing.size(), "missing data");
+  deep.region = holes.region, deep.missing = holes.missing;
+  const Dims n{holes.region.length(0), holes.region.length(1), holes.region.length(2)};
+  const Dims stride{1, n[0], n[0] * n[1]};
+  for (size_t a = 0; a < 3; ++a) {
+    const size_t b = a == 2 ? 1 : 2; // a task for each index along it
+    const bool open_begin = deep.region.begin[a] == 0, open_end = deep.region.end[a] == dims[a];
+    context.tasks.parallel_for(static_cast<uint64_t>(n[b]), [&](uint64_t k) {
+      context.progress.check();
+      uint8_t* first = deep.missing.data() + static_cast<int64_t>(k) * stride[b];
+      if (a > 0) return erode({first, n[a], stride[a], n[0]}, reach[a], open_begin, open_end);
+      for (int64_t j = 0; j < n[1]; ++j)
+        erode({first + j * stride[1], n[0], 1, 1}, reach[0], open_begin, open_end);
+    });
+  }
+  return deep;
+}
+
+SiteMasks mark_sites(const HoleMap& holes, const Lattice4& lattice) {
+  SiteMasks sites;
+  if (holes.missing.empty()) return sites;
   for (int c = 0; c < lattice.space.cosets(); ++c) {
     const BrickLayer shape(lattice.space, c);
-    auto& masks = sites.holes[static_cast<size_t>(c)];
+    auto& masks = sites[static_cast<size_t>(c)];
     masks.resize(shape.brick_slots());
     // Sites that may be missing, and the sample each is nearest to.
     std::array<std::vector<std::pair<int32_t, int64_t>>, 3> near;
@@ -182,6 +249,7 @@ void mark_holes(const HoleMap& holes, const Lattice4& lattice, FrameSites& sites
           bits = static_cast<uint16_t>(bits | 1u << (i % brick_edge));
         }
   }
+  return sites;
 }
 
 } // namespace bccsplat

@@ -31,7 +31,14 @@ void fill_missing(std::span<float> values, std::span<const uint8_t> missing,
 // Patches `frame` where samples are not finite and returns where that was; to be kept as long as the frame.
 [[nodiscard]] HoleMap patch_holes(Frame& frame, const FrameScan& scan, const Context& context);
 
-// Marks the sites whose nearest source sample is missing (the later one of two at equal distance).
-void mark_holes(const HoleMap& holes, const Lattice4& lattice, FrameSites& sites);
+// The missing samples as a mask of the file (formats/bcc4/coding/mask_runs.h); dims: of the frame.
+[[nodiscard]] std::vector<std::byte> mask_runs(const HoleMap& holes, const std::array<int64_t, 3>& dims);
+
+// Of the missing samples those with nothing but missing ones in the box of `reach` samples on either side.
+[[nodiscard]] HoleMap deep_holes(const HoleMap& holes, const std::array<int64_t, 3>& dims,
+                                 const std::array<int64_t, 3>& reach, const Context& context);
+
+// The sites whose nearest source sample is missing (the later one of two at equal distance).
+[[nodiscard]] SiteMasks mark_sites(const HoleMap& holes, const Lattice4& lattice);
 
 } // namespace bccsplat

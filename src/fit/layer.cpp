@@ -124,19 +124,47 @@ const float* combine(const BrickTaps& taps, const Int3& size, float unit, BrickR
   return room.sum.data();
 }
 
+// The sites of a brick that are missing far from all data in every frame of the taps; false: there are none.
+bool deep_sites(std::span<const LayerTap> taps, size_t coset, size_t slot, BrickMask& deep) {
+  deep.fill(0xffff);
+  for (const LayerTap& tap : taps) {
+    const auto& masks = tap.frame->deep[coset];
+    if (masks.empty() || !masks[slot]) return false;
+    for (size_t r = 0; r < brick_rows; ++r) deep[r] &= (*masks[slot])[r];
+  }
+  return deep != BrickMask{};
+}
+
+// Makes these sites of a brick air; returns the values, in `room` where they have changed.
+const float* without(const BrickMask& sites, const float* values, SiteValues& room) {
+  if (values != room.data()) std::copy_n(values, room.size(), room.data());
+  for (size_t i = 0; i < room.size(); ++i)
+    if (sites[i / brick_edge] >> (i % brick_edge) & 1) room[i] = 0;
+  return room.data();
+}
+
+// Counts the samples of a brick, those that fill holes excepted.
+void count_samples(Brick& brick, const BrickMask* fills, SampleHistogram& samples) {
+  if (!fills) return samples.add(brick);
+  brick.hole = std::make_unique<BrickMask>(*fills);
+  samples.add(brick);
+  brick.hole.reset();
+}
+
 } // namespace
 
 BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
                             size_t nearest, bool beyond, const Context& context) {
   BrickLayer layer(lattice, coset);
   const auto c = static_cast<size_t>(coset);
+  const bool masked = taps[nearest].frame->masked;
   const auto holes_of = [&](size_t slot) -> const BrickMask* {
     const auto& holes = taps[nearest].frame->holes[c];
     return holes.empty() ? nullptr : holes[slot].get();
   };
   std::vector<size_t> slots;
   for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
-    bool any = holes_of(slot) != nullptr;
+    bool any = !masked && holes_of(slot) != nullptr;
     for (const LayerTap& tap : taps) any = any || tap.frame->block[c][slot];
     if (any) slots.push_back(slot);
   }
@@ -170,7 +198,8 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
       for (size_t a = 0; a < 3; ++a)
         size[a] = std::min(brick_edge, layer.dims()[a] - position[a] * brick_edge);
       const float* values = combine(brick_taps, size, unit_, room);
-      SiteEvidence evidence{holes_of(slot), &no_source, 0};
+      if (BrickMask deep; deep_sites(taps, c, slot, deep)) values = without(deep, values, room.sum);
+      SiteEvidence evidence{masked ? nullptr : holes_of(slot), &no_source, 0};
       if (const SiteBlock* b = brick_taps.center) evidence.source = &b->source;
       for (size_t k = 0; k < taps.size(); ++k)
         if (const SiteBlock* b = block(k))
@@ -190,7 +219,7 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
       counts->sites.holes += found.holes;
       if (!beyond) counts->sites.clamped += found.clamped;
       if (found.kept == 0) continue;
-      counts->samples.add(*brick);
+      count_samples(*brick, masked ? holes_of(slot) : nullptr, counts->samples);
       layer.set(slot, std::move(brick));
     }
     const std::scoped_lock lock(mutex_);

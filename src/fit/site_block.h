@@ -29,10 +29,15 @@ struct PackedSites : SiteBlock {
 using SiteBlockPtr = std::shared_ptr<const SiteBlock>;
 using FloatSitesPtr = std::shared_ptr<FloatSites>;
 
+// Some of the sites of both cosets, by brick slot; null: none, empty: none at all.
+using SiteMasks = std::array<std::vector<std::unique_ptr<BrickMask>>, 2>;
+
 // One frame on the sites of both cosets, by brick slot.
 struct FrameSites {
-  std::array<std::vector<SiteBlockPtr>, 2> block;               // null: air
-  std::array<std::vector<std::unique_ptr<BrickMask>>, 2> holes; // null: none; empty: none at all
+  std::array<std::vector<SiteBlockPtr>, 2> block; // null: air
+  SiteMasks holes;                                // where it is missing
+  bool masked = false; // that is told elsewhere: holes are not marked on the lattice, and
+  SiteMasks deep;      // where it is missing far from all data nothing is stored
 };
 
 // Blocks of one form, handed out from any thread. Blocks must go before the pool and its budget.

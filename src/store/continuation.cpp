@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
+#include <set>
 #include <vector>
 
+#include "fit/holes.h"
+#include "fit/site_axis.h"
 #include "formats/bcc4/coding/codes.h"
 #include "store/part_report.h"
 #include "store/series_part.h"
@@ -13,6 +17,65 @@ namespace bccsplat {
 namespace {
 
 constexpr size_t batch_chunks = 64; // decoded together: at most 8 MiB of samples
+
+// The sites that masks make fills, of the layers of one slab; none where there are no masks.
+class MaskedSites {
+ public:
+  MaskedSites(const Bcc4Reader& file, int channel, const Context& context)
+      : file_(file), channel_(channel), context_(context) {}
+
+  void enter(int32_t slab) {
+    const VolumeInfo& info = file_.info();
+    if (info.channels[static_cast<size_t>(channel_)].masks.empty()) return;
+    layers_.clear();
+    for (int32_t m = 0; m < info.layers_of(slab); ++m) {
+      const double at = info.lattice.layer_frame(slab * info.slab_layers + m);
+      const auto frame = nearest_sample(at, info.lattice.dims[3]);
+      if (layers_.empty() || frame != frame_) sites_ = of_frame(frame);
+      frame_ = frame;
+      layers_.push_back(sites_);
+    }
+  }
+  // Of a brick of layer `m` of the slab; null: none.
+  [[nodiscard]] const BrickMask* of(int32_t m, int coset, size_t slot) const {
+    if (layers_.empty()) return nullptr;
+    const auto& masks = (*layers_[static_cast<size_t>(m)])[static_cast<size_t>(coset)];
+    return masks.empty() ? nullptr : masks[slot].get();
+  }
+
+ private:
+  [[nodiscard]] std::shared_ptr<const SiteMasks> of_frame(int64_t frame) const {
+    const Lattice4& lattice = file_.info().lattice;
+    HoleMap map;
+    for (size_t a = 0; a < 3; ++a) map.region.end[a] = lattice.dims[a];
+    map.memory = Reservation(context_.memory, map.region.samples(), "missing data");
+    file_.mask_runs(channel_, static_cast<uint64_t>(frame), [&](uint64_t begin, uint64_t end) {
+      map.missing.resize(map.region.samples());
+      std::fill(map.missing.begin() + static_cast<std::ptrdiff_t>(begin),
+                map.missing.begin() + static_cast<std::ptrdiff_t>(end), uint8_t{1});
+    });
+    return std::make_shared<const SiteMasks>(mark_sites(map, lattice));
+  }
+
+  const Bcc4Reader& file_;
+  int channel_;
+  const Context& context_;
+  int64_t frame_ = -1;
+  std::shared_ptr<const SiteMasks> sites_; // of that frame
+  std::vector<std::shared_ptr<const SiteMasks>> layers_;
+};
+
+// Whether no sample of a channel is data.
+bool all_missing(const Bcc4Reader& file, int channel) {
+  const auto& masks = file.info().channels[static_cast<size_t>(channel)].masks;
+  const auto& n = file.info().lattice.dims;
+  for (uint64_t f = 0; f < masks.size(); ++f) {
+    uint64_t missing = 0;
+    file.mask_runs(channel, f, [&](uint64_t begin, uint64_t end) { missing += end - begin; });
+    if (missing != uint64_t{n[0]} * n[1] * n[2]) return false;
+  }
+  return !masks.empty();
+}
 
 // Counts the samples of the slabs 0 .. end - 1 as the fit did.
 LayerCounts count_slabs(const Bcc4Reader& file, int channel, int32_t end, const Context& context) {
@@ -27,24 +90,34 @@ LayerCounts count_slabs(const Bcc4Reader& file, int channel, int32_t end, const 
   for (int32_t layer = 0; layer < end * file.info().slab_layers; ++layer)
     report.sites_total += static_cast<uint64_t>(lattice.space.sites(lattice.coset(layer)));
   auto counted = std::make_unique<Brick>();
-  const auto count = [&](const Brick& brick) {
+  // fills: sites that masks make fills; not counted as samples.
+  const auto count = [&](const Brick& brick, const BrickMask* fills) {
     counted->value = brick.value, counted->kept = brick.kept;
     counted->hole = brick.hole ? std::make_unique<BrickMask>(*brick.hole) : nullptr;
     for (size_t site = 0; site < brick_sites; ++site)
       if (counted->value[site] == air && air_is_none && !counted->is_hole(static_cast<int>(site)))
         counted->kept[site / 16] = static_cast<uint16_t>(counted->kept[site / 16] & ~(1u << (site % 16)));
-    report.samples.add(*counted);
     report.sites_kept += static_cast<uint64_t>(counted->count());
     if (counted->hole)
       for (const uint16_t row : *counted->hole) report.holes += static_cast<uint64_t>(std::popcount(row));
+    if (fills) counted->hole = std::make_unique<BrickMask>(*fills);
+    report.samples.add(*counted);
   };
+  MaskedSites masked(file, channel, context);
   for (int32_t slab = 0; slab < end; ++slab) {
     const std::vector<Bcc4Chunk> chunks = file.chunks(channel, slab);
+    masked.enter(slab);
     for (size_t first = 0; first < chunks.size(); first += batch_chunks) {
       const auto batch = std::span(chunks).subspan(first, std::min(batch_chunks, chunks.size() - first));
-      for (const auto& chunk : file.read_chunks(channel, batch, context))
+      const auto read = file.read_chunks(channel, batch, context);
+      for (size_t i = 0; i < batch.size(); ++i)
         for (int layer = 0; layer < file.info().slab_layers; ++layer)
-          if (const auto brick = file.brick(channel, *chunk, layer)) count(*brick);
+          if (const auto brick = file.brick(channel, *read[i], layer)) {
+            const int coset = lattice.coset(slab * file.info().slab_layers + layer);
+            const Int3 at = file.brick_position(batch[i].slot);
+            count(*brick,
+                  masked.of(layer, coset, BrickLayer(lattice.space, coset).slot(at[0], at[1], at[2])));
+          }
       context.progress.check();
     }
   }
@@ -130,22 +203,42 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
   if (!was.coefficient_kernel.empty() && slabs() > 0 && !(told_ = told_counts(was, slabs())))
     refuse("it does not tell of the samples that its coefficients were made of, as files of this version do");
   begin_earlier(part.early_frames, rest_.fit);
+  find_places();
 }
 
-void Continuation::copy_slabs(Bcc4Writer& container, Progress& progress) const {
-  struct Slab {
-    uint64_t offset;
-    int32_t slab;
-    int channel;
-  };
-  std::vector<Slab> order;
+// Finds where the old file has its slabs that stay, and the masks that a writer of all frames has written by
+// the last of them, or that are of frames which do not come again.
+void Continuation::find_places() {
+  const auto channels = static_cast<int>(info().channels.size());
   for (int32_t slab = 0; slab < slabs(); ++slab)
-    for (int c = 0; c < static_cast<int>(info().channels.size()); ++c)
+    for (int c = 0; c < channels; ++c)
       if (const auto chunks = old_->chunks(c, slab); !chunks.empty())
-        order.push_back({chunks.front().offset, slab, c});
-  std::sort(order.begin(), order.end(), [](const Slab& a, const Slab& b) { return a.offset < b.offset; });
-  for (const Slab& s : order) {
-    container.copy_slab(s.slab, s.channel, *old_);
+        slab_places_.push_back({chunks.front().offset, slab, c, 0});
+  std::sort(slab_places_.begin(), slab_places_.end(),
+            [](const Place& a, const Place& b) { return a.offset < b.offset; });
+  const uint64_t last = slab_places_.empty() ? 0 : slab_places_.back().offset;
+  std::set<uint64_t> known;
+  uint64_t at = 0;
+  for (uint32_t f = 0; f < info().lattice.dims[3]; ++f)
+    for (int c = 0; c < channels; ++c) {
+      const auto& masks = info().channels[static_cast<size_t>(c)].masks;
+      const uint64_t offset = masks.empty() || masks[f].stored == 0 ? 0 : masks[f].offset;
+      if (known.insert(offset).second) at = std::max(at, offset);
+      if (at >= last && f >= rest_.fit.first_given) return;
+      mask_places_.push_back({at, PartWrite::mask, c, f});
+      masks_end_ = {f, c + 1};
+    }
+}
+
+void Continuation::copy_what_stays(Bcc4Writer& container, Progress& progress) const {
+  std::vector<Place> order;
+  std::merge(mask_places_.begin(), mask_places_.end(), slab_places_.begin(), slab_places_.end(),
+             std::back_inserter(order), [](const Place& a, const Place& b) { return a.offset < b.offset; });
+  for (const Place& p : order) {
+    if (p.slab == PartWrite::mask)
+      container.copy_mask(p.channel, p.frame, *old_);
+    else
+      container.copy_slab(p.slab, p.channel, *old_);
     progress.check();
   }
 }
@@ -171,7 +264,8 @@ void Continuation::add_to(FitReport& report, const Context& context) const {
     static_cast<LayerCounts&>(old) = old.lasting = counts[c];
     old.source_range = channel.source_range;
     const bool only_holes = channel.holes > 0 && channel.holes == channel.sites_kept;
-    old.any_finite = !(only_holes && channel.source_range == Range{});
+    const bool none = only_holes || (channel.sites_kept == 0 && all_missing(*old_, static_cast<int>(c)));
+    old.any_finite = !(none && channel.source_range == Range{});
     old.frames = channel.frames;
     old.source_samples = was.cc_samples();
     old.cc_relevant = channel.cc_relevant;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/context.h"
@@ -34,12 +35,18 @@ class Continuation {
   [[nodiscard]] const SeriesPart& rest() const { return rest_; }     // what is left to do
   [[nodiscard]] int32_t slabs() const { return rest_.first_slab; }   // of a channel that are copied
 
-  // Puts the slabs that stay where a writer of all frames puts them: in the order of the old file.
-  void copy_slabs(Bcc4Writer& container, Progress& progress) const;
+  // Puts the slabs that stay, and the masks between them, where a writer of all frames puts them: in the
+  // order of the old file.
+  void copy_what_stays(Bcc4Writer& container, Progress& progress) const;
+  // Whether the mask of a frame is among these.
+  [[nodiscard]] bool has_mask(uint32_t frame, int channel) const {
+    return std::pair(frame, channel) < masks_end_;
+  }
   // Adds what the old file tells of its frames, and of the slabs that were copied, to the report of the rest.
   void add_to(FitReport& report, const Context& context) const;
 
  private:
+  void find_places();
   // Counts of the sites of the slabs that stay, of each channel.
   [[nodiscard]] std::vector<LayerCounts> old_counts(const Context& context) const;
 
@@ -47,6 +54,15 @@ class Continuation {
   Lattice4 lattice_;
   SeriesPart rest_;
   std::optional<std::vector<LayerCounts>> told_; // of coefficients
+  // Something that is copied, by where the old file has it. A mask that an earlier one shares has its place.
+  struct Place {
+    uint64_t offset;
+    int32_t slab; // PartWrite::mask: none
+    int channel;
+    uint32_t frame; // of a mask
+  };
+  std::vector<Place> slab_places_, mask_places_; // rising
+  std::pair<uint32_t, int> masks_end_{};         // the first frame and channel whose mask is not copied
 };
 
 } // namespace bccsplat

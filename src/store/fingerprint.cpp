@@ -14,6 +14,7 @@ uint32_t options_checksum(const FitOptions& options, double abs_error, std::opti
   std::string text =
       concat(static_cast<int>(options.filter), " ", static_cast<int>(options.nonfinite), " ", abs_error);
   if (options.lowpass) text += " lowpass";
+  if (options.masks) text += " masks";
   if (psnr) text += concat(" psnr ", *psnr);
   if (options.lead > 0) text += concat(" lead ", options.lead);
   for (const FitChannel& c : options.channels) {

@@ -29,6 +29,7 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
     channel.clamped = 0;
     for (const auto& part : parts) channel.clamped += part->info().channels[c].clamped;
     channel.residuals.frames.clear(), channel.residuals.tables.clear();
+    channel.masks.clear();
     channel.residuals.bound = r.bound;
     SampleErrors errors;
     for (const SampleErrors& e : r.errors) errors.add(e);
@@ -59,7 +60,9 @@ WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool o
   uint64_t done = 0;
   for (const auto& [write, part] : writes) {
     const auto channel = static_cast<int>(write.channel);
-    if (write.frame == PartWrite::chunks) {
+    if (write.slab == PartWrite::mask) {
+      writer.copy_mask(channel, static_cast<uint32_t>(write.frame), *parts[part]);
+    } else if (write.frame == PartWrite::chunks) {
       writer.copy_slab(write.slab, channel, *parts[part]);
       ++report.slabs_reused;
     } else {

@@ -92,6 +92,17 @@ std::vector<BrickLayer> rounded(std::vector<BrickLayer> slab, int32_t first, con
   return slab;
 }
 
+bool has_masks(const VolumeInfo& info) {
+  return std::any_of(info.channels.begin(), info.channels.end(),
+                     [](const ChannelInfo& c) { return !c.masks.empty(); });
+}
+
+void copy_masks(const Bcc4Reader& from, Bcc4Writer& to) {
+  const auto& channels = from.info().channels;
+  for (uint32_t f = 0; f < from.info().lattice.dims[3]; ++f)
+    for (size_t c = 0; c < channels.size(); ++c) to.copy_mask(static_cast<int>(c), f, from);
+}
+
 } // namespace
 
 WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, const Context& context) {
@@ -100,10 +111,12 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, c
   const VolumeInfo info = recoded_info(was, settings);
   if (const uint16_t lowest = lowest_reader(info); settings.format != 0 && lowest > settings.format)
     fail(Code::unsupported, "recode: what is asked for needs version ", lowest, " of the format, ",
-         lowest == 2 ? "as there are layers before the first frame"
-                     : "as coefficients are whole steps; store samples, or coefficients as floats");
+         lowest == 2       ? "as there are layers before the first frame"
+         : has_masks(info) ? "as masks say which source samples are missing"
+                           : "as coefficients are whole steps; store samples, or coefficients as floats");
   const Layers layers(samples, info);
   Bcc4Writer writer(create_file_sink(settings.path, settings.overwrite), info);
+  copy_masks(samples.reader(), writer);
   std::optional<CoefficientSlabs> slabs;
   if (!info.coefficient_kernel.empty() && !layers.kept()) slabs.emplace(info.lattice, info, nullptr);
   const int32_t all = info.lattice.layers();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "store/air_warning.h"
 #include "store/channel_info.h"
@@ -24,6 +25,24 @@ int32_t slab_layers_of(const WriterSettings& s) {
   return slab_layers_for(s.coefficients);
 }
 
+// A series that is appended to keeps the holes of its lattice, as older files have them.
+bool marks_holes(const WriterSettings& s) {
+  if (s.continuity != Continuity::append || !file_exists(s.path)) return false;
+  const auto file = Bcc4Reader::open(open_file_source(s.path));
+  const auto& channels = file->info().channels;
+  return std::any_of(channels.begin(), channels.end(), [](const ChannelInfo& c) { return c.holes > 0; }) &&
+         std::all_of(channels.begin(), channels.end(), [](const ChannelInfo& c) { return c.masks.empty(); });
+}
+
+// How many planes samples reach under a kernel. Its prefilter looks further, but what is 3 planes or more
+// beyond changes nothing that can be measured (tests/bench/notes/fit.md).
+int32_t reach_planes(const WriterSettings& s) {
+  constexpr int32_t beyond = 2;
+  return static_cast<int32_t>(
+             std::ceil(make_kernel(s.recommended_kernel).space.radius * std::numbers::sqrt2)) +
+         beyond;
+}
+
 FitOptions fit_options_of(const WriterSettings& s) {
   FitOptions options;
   options.lattice = s.lattice;
@@ -32,6 +51,8 @@ FitOptions fit_options_of(const WriterSettings& s) {
   options.filter = s.filter;
   options.lowpass = s.lowpass;
   options.nonfinite = s.nonfinite;
+  options.masks = s.nonfinite == NonFinite::hole && !marks_holes(s);
+  if (options.masks) options.mask_reach = reach_planes(s);
   options.slab_layers = slab_layers_of(s);
   return options;
 }
@@ -244,6 +265,7 @@ WriteReport VolumeWriter::finish() {
     now_.trigger = settings_.dims[3];
     FitReport result = fit_->finish();
     make_container();
+    store_masks();
     // The error of coding is known of what was coded.
     report.coding_rmse = coding_rmse(result.channels);
     if (continued_) continued_->add_to(result, context_);

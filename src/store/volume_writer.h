@@ -116,6 +116,8 @@ class VolumeWriter {
   void take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
   void store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
   void store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
+  void take_mask(int channel, uint32_t frame, std::vector<std::byte> runs);
+  void store_masks();
   void make_container();
   [[nodiscard]] Bcc4WriterOptions container_options(const VolumeInfo& info) const;
   [[nodiscard]] uint32_t writer_checksum() const;
@@ -145,6 +147,13 @@ class VolumeWriter {
 
   std::optional<SeriesPart> part_; // none: the whole series, or what continues a file
   std::optional<Continuation> continued_;
+  // Masks of frames wait for what is written next: so the container is made as late as without them.
+  struct WaitingMask {
+    int channel;
+    uint32_t frame;
+    std::vector<std::byte> runs;
+  };
+  std::vector<WaitingMask> masks_;
   std::vector<PartWrite> writes_; // of a part
   PartWrite now_;                 // the write under way: trigger, channel and slab
 };

@@ -155,7 +155,10 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
       [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
         take_slab(slab, channel, layers);
       },
-      context_);
+      context_,
+      [this](int channel, uint32_t frame, std::vector<std::byte> runs) {
+        take_mask(channel, frame, std::move(runs));
+      });
   if (settings_.coefficients)
     coefficients_ = std::make_unique<CoefficientSlabs>(fit_->lattice(), initial_, part_made());
 }

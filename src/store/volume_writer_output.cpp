@@ -17,6 +17,7 @@ void VolumeWriter::store_slab(int32_t slab, int channel, std::span<const BrickLa
   now_.slab = slab, now_.channel = static_cast<uint32_t>(channel);
   if (!part_ || (slab >= part_->first_slab && slab < part_->end_slab)) {
     make_container();
+    store_masks();
     container_->write_slab(slab, channel, layers, context_);
     if (part_) writes_.push_back(now_);
   }
@@ -25,10 +26,26 @@ void VolumeWriter::store_slab(int32_t slab, int channel, std::span<const BrickLa
 
 void VolumeWriter::store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
   make_container();
+  store_masks();
   container_->write_residuals(channel, frame, residuals);
   if (!part_) return;
   writes_.push_back(now_);
   writes_.back().frame = frame;
+}
+
+// Frames that are given to a part for the sake of its slabs alone are those of another one.
+void VolumeWriter::take_mask(int channel, uint32_t frame, std::vector<std::byte> runs) {
+  if (part_ && (frame < part_->fit.first_counted || frame >= part_->fit.end_counted)) return;
+  masks_.push_back({channel, frame, std::move(runs)});
+}
+
+void VolumeWriter::store_masks() {
+  for (const WaitingMask& m : masks_) {
+    if (continued_ && continued_->has_mask(m.frame, m.channel)) continue;
+    container_->write_mask(m.channel, m.frame, m.runs);
+    if (part_) writes_.push_back({m.frame, static_cast<uint32_t>(m.channel), PartWrite::mask, m.frame});
+  }
+  masks_.clear();
 }
 
 // The container is made as late as it can be: what the host says before that is in its first records.
@@ -38,7 +55,7 @@ void VolumeWriter::make_container() {
   info.lattice = fit_->lattice();
   const Bcc4WriterOptions options = container_options(info);
   container_ = std::make_unique<Bcc4Writer>(std::move(sink_), info, options);
-  if (continued_) continued_->copy_slabs(*container_, context_.progress);
+  if (continued_) continued_->copy_what_stays(*container_, context_.progress);
 }
 
 Bcc4WriterOptions VolumeWriter::container_options(const VolumeInfo& info) const {

@@ -67,7 +67,8 @@ struct Fitted {
 // The boxes of frame t.
 using Boxes = std::function<std::vector<FrameBox>(uint32_t t)>;
 
-inline Fitted run_fit(FitOptions options, const Boxes& boxes, uint32_t frames, int threads = 1) {
+inline Fitted run_fit(FitOptions options, const Boxes& boxes, uint32_t frames, int threads = 1,
+                      MaskSink masks = {}) {
   Bench bench(threads);
   Fitted result;
   int32_t next_slab = 0;
@@ -78,7 +79,7 @@ inline Fitted run_fit(FitOptions options, const Boxes& boxes, uint32_t frames, i
         if (slab != next_slab++) throw Error(Code::internal, "slabs out of order");
         result.layers.insert(result.layers.end(), layers.begin(), layers.end());
       },
-      bench.context());
+      bench.context(), std::move(masks));
   for (uint32_t t = 0; t < frames; ++t) fit.add_frame(0, boxes(t));
   result.report = fit.finish();
   return result;
@@ -91,9 +92,9 @@ inline FitOptions options_for(const Series& s, LatticeKind kind = LatticeKind::d
   return o;
 }
 
-inline Fitted run_fit(const FitOptions& options, const Series& s, int threads = 1) {
+inline Fitted run_fit(const FitOptions& options, const Series& s, int threads = 1, MaskSink masks = {}) {
   return run_fit(
-      options, [&](uint32_t t) { return std::vector{s.box(t)}; }, s.dims[3], threads);
+      options, [&](uint32_t t) { return std::vector{s.box(t)}; }, s.dims[3], threads, std::move(masks));
 }
 
 // Weight of the sample `distance` away, before they are divided by their sum: the formulae of the filters,

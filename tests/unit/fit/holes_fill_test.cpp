@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "fit/holes.h"
+#include "formats/bcc4/coding/mask_runs.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat::test {
@@ -107,6 +108,72 @@ TEST(HolesFill, SitesNearestToMissingVoxelsAreHoles) {
   uint64_t nonfinite = 0;
   for (const float v : s.values) nonfinite += !std::isfinite(v);
   EXPECT_EQ(f.report.channels[0].nonfinite, nonfinite);
+}
+
+TEST(HolesFill, MasksTellWhatIsMissingAndSitesAreNotMarked) {
+  const auto missing = [](double x, double y, double z, double t) {
+    return (std::hypot(x - 12, y - 9, z - 13) < 4 && t > 1 && t < 6) || (x == 0 && t == 3);
+  };
+  const Series s = with_holes(missing);
+  FitOptions o = options_for(s);
+  o.nonfinite = NonFinite::hole;
+  const Fitted marked = run_fit(o, s);
+  o.masks = true;
+  o.mask_reach = 30; // no site is further from data
+  std::vector<std::vector<std::byte>> runs(s.dims[3]);
+  const Fitted f =
+      run_fit(o, s, 1, [&](int, uint32_t frame, std::vector<std::byte> of) { runs[frame] = std::move(of); });
+  ASSERT_EQ(f.layers.size(), marked.layers.size());
+  for (size_t m = 0; m < f.layers.size(); ++m) {
+    EXPECT_EQ(f.dense(static_cast<int32_t>(m)), marked.dense(static_cast<int32_t>(m)));
+    for (size_t slot = 0; slot < f.layers[m].brick_slots(); ++slot)
+      EXPECT_FALSE(f.layers[m].brick(slot)->hole);
+  }
+  // What fills holes is no sample that counts.
+  EXPECT_EQ(f.report.channels[0].holes, 0u);
+  EXPECT_EQ(f.report.channels[0].samples.count(), marked.report.channels[0].samples.count());
+  const uint64_t voxels = s.frame_samples();
+  for (uint32_t t = 0; t < s.dims[3]; ++t) {
+    std::vector<bool> none(voxels);
+    if (!runs[t].empty())
+      read_mask_runs(runs[t], voxels, 0, [&](uint64_t begin, uint64_t end) {
+        for (uint64_t v = begin; v < end; ++v) none[v] = true;
+      });
+    for (uint64_t v = 0; v < voxels; ++v) ASSERT_EQ(none[v], std::isnan(s.frame(t)[v])) << t << " " << v;
+  }
+}
+
+TEST(HolesFill, NothingIsStoredFarFromData) {
+  // Land for x < 20, but for one frame; beyond an end of the frame there is nothing.
+  const auto land = [](double x, double, double, double t) { return x < 20 && t != 7; };
+  const Series s = with_holes(land);
+  FitOptions o = options_for(s);
+  o.nonfinite = NonFinite::hole, o.masks = true, o.mask_reach = 4;
+  const Fitted f = run_fit(o, s, 1, [](int, uint32_t, const std::vector<std::byte>&) {});
+  const Lattice4& l = f.report.lattice;
+  const double reach = std::ceil(4 * l.space_step[0] + 0.5);
+  size_t left_out = 0, kept = 0;
+  for (int32_t m = 0; m < l.layers(); ++m) {
+    const Int3 n = f.layers[static_cast<size_t>(m)].dims();
+    for (int32_t i = 0; i < n[0]; ++i) {
+      const double x = std::floor(l.site_position(l.coset(m), {i, 0, 0})[0] + 0.5);
+      const Brick* brick = f.layers[static_cast<size_t>(m)].brick(i / 16, 0, 0);
+      const bool is_kept = brick && (brick->kept[5 * 16 + 5] >> (i % 16) & 1);
+      if (x >= 20 - reach) {
+        EXPECT_TRUE(is_kept) << m << " " << i;
+        ++kept;
+      } else if (l.layer_frame(m) < 2) { // the filter in time does not reach frame 7
+        EXPECT_FALSE(is_kept) << m << " " << i;
+        ++left_out;
+      } else if (l.layer_frame(m) > 6) {
+        EXPECT_TRUE(is_kept) << m << " " << i;
+      }
+    }
+  }
+  EXPECT_GT(left_out, 20u);
+  EXPECT_GT(kept, 20u);
+  // Left out is no error of coding.
+  EXPECT_LT(f.report.channels[0].coding_max, 1e-5);
 }
 
 TEST(HolesFill, AMissingFrameHoldsItsNeighbour) {
