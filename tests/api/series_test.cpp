@@ -315,7 +315,7 @@ TEST(Series, NonFiniteValues) {
   auto report = sized<bccsplat_writer_report>();
   ASSERT_OK(bccsplat_writer_finish(w.get(), &report));
   EXPECT_EQ(report.nonfinite, 81u);
-  EXPECT_GE(report.holes, 20u);
+  EXPECT_EQ(report.holes, 0u); // a mask of the source's samples tells
   const Volume volume = open(device, folder.file("hole.bcc4"));
   const double points[8] = {5, 6, 7, 3, 11, 6, 7, 3};
   float values[2] = {0, 0};
