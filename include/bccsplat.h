@@ -530,7 +530,7 @@ typedef struct bccsplat_volume_options {
                       kernel's reach around is. The preamble, the metadata and the list of index pages must be
                       whole */
   const char* kernel;   /* reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC),
-                           paper, gauss09   or SPACE+TIME such as "radial18+b3" */
+                           paper, gauss09 or SPACE+TIME such as "radial18+b3" */
   uint64_t cache_bytes; /* for decoded chunks and coefficients; 0: a quarter of the budget, at most 1 GiB */
 } bccsplat_volume_options;
 
