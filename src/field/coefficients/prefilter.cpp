@@ -16,7 +16,7 @@ namespace {
 // Bricks of a tile along x, y and z. What is around a tile is made again in the tiles beside it, so that they
 // are large: 6 MB of planes for the six layers of an instant. Where there are few for the threads, or memory
 // is short, they are smaller.
-constexpr Int3 most_tile_bricks{6, 2, 12}, least_tile_bricks{2, 1, 2};
+constexpr Int3 most_tile_bricks{6, 2, 6}, least_tile_bricks{2, 1, 2};
 constexpr uint64_t tiles_per_thread = 3;
 constexpr uint64_t planes_part = 4; // of the memory that is left, at most, but for the least tiles
 

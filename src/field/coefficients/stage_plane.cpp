@@ -7,6 +7,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <type_traits>
 
 #include "field/coefficients/stage_plane.h"
 #include "points/brick.h"
@@ -37,21 +38,22 @@ template<size_t count> void SumTerms(const PlaneTerms terms, const PlaneBox box,
     }
 }
 
-// Calls body.template operator()<count>() for the number of terms.
+// Calls body with the number of terms as a type.
+template<size_t n> using Count = std::integral_constant<size_t, n>;
 template<class Body> HWY_INLINE void ForCount(size_t count, const Body& body) {
   switch (count) {
   case 1:
-    return body.template operator()<1>();
+    return body(Count<1>());
   case 2:
-    return body.template operator()<2>();
+    return body(Count<2>());
   case 3:
-    return body.template operator()<3>();
+    return body(Count<3>());
   case 4:
-    return body.template operator()<4>();
+    return body(Count<4>());
   case 5:
-    return body.template operator()<5>();
+    return body(Count<5>());
   default:
-    return body.template operator()<6>();
+    return body(Count<6>());
   }
 }
 
@@ -103,7 +105,7 @@ void Stage(const StagePlane p, const PlaneBox box, float* to) {
 } // namespace
 
 void SumPlanes(const PlaneTerms& terms, const PlaneBox& box, float* to) {
-  ForCount(terms.count, [&]<size_t count>() { SumTerms<count>(terms, box, to); });
+  ForCount(terms.count, [&](auto count) { SumTerms<decltype(count)::value>(terms, box, to); });
 }
 
 void SumCorners(const float* first, const float* second, int span, const PlaneBox& box, float* to) {
@@ -115,7 +117,8 @@ void SumCorners(const float* first, const float* second, int span, const PlaneBo
 
 void SumStage(const StagePlane& plane, const PlaneBox& box, float* to) {
   const bool around = plane.neighbours[0], cross = plane.corners[0];
-  ForCount(plane.centre.count, [&]<size_t count>() {
+  ForCount(plane.centre.count, [&](auto terms) {
+    constexpr size_t count = decltype(terms)::value;
     if (around)
       cross ? Stage<count, true, true>(plane, box, to) : Stage<count, true, false>(plane, box, to);
     else
