@@ -41,8 +41,8 @@ class LayerWindow final : public SampleSource {
 [[nodiscard]] int32_t layers_in_reach(const SampleSource& source, const std::string& kernel);
 // Returns how many layers of samples on either side of a layer its coefficients depend on.
 [[nodiscard]] int32_t prefilter_layers(const Lattice4& lattice, const std::string& kernel);
-// Returns how many bytes the coefficients of the layers in reach, and their samples, take when nothing is air:
-// a cache of this size never makes them twice.
+// Returns how many bytes the coefficients of the layers in reach, and their samples, take when nothing is
+// air: a cache of this size never makes them twice.
 [[nodiscard]] uint64_t coefficient_cache_bytes(const SampleSource& source, const std::string& kernel);
 
 } // namespace bccsplat

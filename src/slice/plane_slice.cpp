@@ -41,8 +41,8 @@ Vec3 spacings(const Lattice4& lattice, const PlaneOptions& options, const PlaneA
 
 // Sites this far beyond the ends of the domain, index units, are filled in: the slice's filter and kernel.
 double margin_of(const Slice& slice, double unit) {
-  return unit * (slice.kernel.space.radius + (prefilter_reach(slice.kernel.prefilter3).space + 2) *
-                                                 slice.lattice.plane_distance());
+  return unit * (slice.kernel.space.radius +
+                 (prefilter_reach(slice.kernel.prefilter3).space + 2) * slice.lattice.plane_distance());
 }
 
 // The reach of the volume's kernel in index units and frames.

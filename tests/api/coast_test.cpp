@@ -115,22 +115,6 @@ TEST(Coast, PointsInBetweenBelongToTheNearestSample) {
   }
 }
 
-struct Cut {
-  Cut(const OpenVolume& volume, std::array<double, 5> h,
-      bccsplat_slice_options options = sized<bccsplat_slice_options>()) {
-    auto plane = sized<bccsplat_hyperplane>();
-    plane.a = h[0], plane.b = h[1], plane.c = h[2], plane.d = h[3], plane.e = h[4];
-    EXPECT_EQ(bccsplat_slice_create(volume.volume, &plane, &options, &slice), BCCSPLAT_OK)
-        << bccsplat_last_error();
-    EXPECT_EQ(bccsplat_slice_get_info(slice, &info), BCCSPLAT_OK);
-  }
-  ~Cut() { bccsplat_slice_release(slice); }
-  Cut(const Cut&) = delete;
-  Cut& operator=(const Cut&) = delete;
-  bccsplat_slice* slice = nullptr;
-  bccsplat_slice_info info = sized<bccsplat_slice_info>();
-};
-
 // Random points of a slice: they miss what the volume misses there. thick: of the hyperplane in the middle.
 void expect_masked(const Cut& cut, const std::string& what) {
   std::mt19937 random(10);

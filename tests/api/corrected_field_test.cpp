@@ -43,40 +43,6 @@ const Files& files() {
   return all;
 }
 
-struct Cut {
-  Cut(const OpenVolume& volume, std::array<double, 5> h,
-      bccsplat_slice_options options = sized<bccsplat_slice_options>()) {
-    auto plane = sized<bccsplat_hyperplane>();
-    plane.a = h[0], plane.b = h[1], plane.c = h[2], plane.d = h[3], plane.e = h[4];
-    EXPECT_EQ(bccsplat_slice_create(volume.volume, &plane, &options, &slice), BCCSPLAT_OK)
-        << bccsplat_last_error();
-    EXPECT_EQ(bccsplat_slice_get_info(slice, &info), BCCSPLAT_OK);
-  }
-  ~Cut() { bccsplat_slice_release(slice); }
-  Cut(const Cut&) = delete;
-  Cut& operator=(const Cut&) = delete;
-
-  [[nodiscard]] std::vector<float> samples() const {
-    std::vector<float> values(info.dims[0] * info.dims[1] * info.dims[2]);
-    EXPECT_EQ(bccsplat_slice_sample_grid(slice, nullptr, values.data()), BCCSPLAT_OK);
-    return values;
-  }
-  // Index space of the n-th of samples().
-  [[nodiscard]] std::array<double, 4> place(size_t n) const {
-    const std::array<double, 3> uvw{info.extent[0][0] + double(n % info.dims[0]),
-                                    info.extent[1][0] + double(n / info.dims[0] % info.dims[1]),
-                                    info.extent[2][0] + double(n / (info.dims[0] * info.dims[1]))};
-    std::array<double, 4> p{};
-    for (size_t a = 0; a < 4; ++a) {
-      p[a] = info.origin[a];
-      for (size_t k = 0; k < 3; ++k) p[a] += info.basis[k][a] * uvw[k];
-    }
-    return p;
-  }
-  bccsplat_slice* slice = nullptr;
-  bccsplat_slice_info info = sized<bccsplat_slice_info>();
-};
-
 // Points inside the series, a little off its ends and off whole indices.
 std::vector<std::array<double, 4>> random_points(size_t count) {
   std::mt19937 random(5);

@@ -179,13 +179,8 @@ void add_set(std::vector<Row>& rows, const std::string& name, const FitSource& s
 } // namespace
 
 void report_held_out(const std::string& folder, const Report& report) {
-  constexpr PaperSet sets[] = {{"fingers", "viscous_fingers_run01_64x64x64x99_u16.nrrd", "", "", true},
-                               {"heart", "cardiac_cine_256x256x19x20_i16.nii.gz", "", "", true},
-                               {"hurricane", "isabel_windspeed_125x125x25x12_u16.nrrd", "", "", true},
-                               {"pcasl", "pcasl_52x68x20x10_f32.nii.gz", "", "", true},
-                               {"forecast", "ncep_forecast_36x33x10x7_f32.nc", "", "T", true}};
   std::vector<Row> rows;
-  for (const PaperSet& set : sets)
+  for (const PaperSet& set : real_series())
     if (const auto source = load_paper_set(set, folder)) add_set(rows, set.name, *source);
   report.table(
       "every second frame left out: PSNR of these frames, and sharpness (steepness over the true one)", rows);

@@ -57,13 +57,8 @@ FitSource ellipsoid(const std::string& name, const std::array<uint32_t, 4>& dims
 }
 
 std::vector<RealSet> all_sets(const std::string& folder, bool quick) {
-  constexpr PaperSet real[] = {{"fingers", "viscous_fingers_run01_64x64x64x99_u16.nrrd", "", "", true},
-                               {"heart", "cardiac_cine_256x256x19x20_i16.nii.gz", "", "", true},
-                               {"hurricane", "isabel_windspeed_125x125x25x12_u16.nrrd", "", "", true},
-                               {"pcasl", "pcasl_52x68x20x10_f32.nii.gz", "", "", true},
-                               {"forecast", "ncep_forecast_36x33x10x7_f32.nc", "", "T", true}};
   std::vector<RealSet> sets;
-  for (const PaperSet& set : real)
+  for (const PaperSet& set : real_series())
     if (auto source = load_paper_set(set, folder)) sets.push_back({std::move(*source), false});
   const uint32_t n = quick ? 24 : 48;
   sets.push_back({ellipsoid("ball .5", {n, n, n, n}, {.5, .5, .5, .5}), true});

@@ -24,6 +24,8 @@ struct PaperSet {
   bool series;         // 4D
 };
 [[nodiscard]] std::span<const PaperSet> paper_sets();
+// Real 4D series of integers and floats, each a file: those that fits are measured on.
+[[nodiscard]] std::span<const PaperSet> real_series();
 
 // Its samples; none where the file, or the reader for it, is not there. What the reader marked as missing is
 // 0.

@@ -25,6 +25,15 @@ std::span<const PaperSet> paper_sets() {
   return sets;
 }
 
+std::span<const PaperSet> real_series() {
+  static constexpr PaperSet sets[] = {{"fingers", "viscous_fingers_run01_64x64x64x99_u16.nrrd", "", "", true},
+                                      {"heart", "cardiac_cine_256x256x19x20_i16.nii.gz", "", "", true},
+                                      {"hurricane", "isabel_windspeed_125x125x25x12_u16.nrrd", "", "", true},
+                                      {"pcasl", "pcasl_52x68x20x10_f32.nii.gz", "", "", true},
+                                      {"forecast", "ncep_forecast_36x33x10x7_f32.nc", "", "T", true}};
+  return sets;
+}
+
 #ifdef BCCSPLAT_BENCH_READERS
 
 std::optional<FitSource> load_paper_set(const PaperSet& set, const std::string& folder) {
