@@ -104,13 +104,14 @@ uint64_t Masks::count() const {
   for (size_t f = 0; f < blocks().size(); ++f) {
     if (blocks()[f].stored == 0) continue;
     const auto [at, is_new] = of_block.try_emplace(blocks()[f].offset, 0);
+    uint64_t& missing = at->second;
     try {
       if (is_new)
-        reader_->mask_runs(channel_, f, [&](uint64_t begin, uint64_t end) { at->second += end - begin; });
+        reader_->mask_runs(channel_, f, [&](uint64_t begin, uint64_t end) { missing += end - begin; });
     } catch (const Error&) {
       // What is damaged is found by a check of the file, or by whoever looks there.
     }
-    sum += at->second;
+    sum += missing;
   }
   return sum;
 }
