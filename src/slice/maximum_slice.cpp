@@ -41,7 +41,7 @@ void SiteMaxima::add(const Slice& instant, const Context& context) {
   Slice bare = instant; // what fills missing data is needed beside them
   bare.mask = nullptr;
   for (size_t c = 0; c < static_cast<size_t>(instant.lattice.cosets()); ++c) {
-    BrickLayer layer(instant.lattice, static_cast<int>(c)), fills = layer;
+    BrickLayer layer(instant.lattice, static_cast<int>(c)), fills(instant.lattice, static_cast<int>(c));
     const double part = 1.0 / instant.lattice.cosets();
     Progress share(context.progress, static_cast<double>(c) * part, static_cast<double>(c + 1) * part);
     std::atomic<uint64_t> done{0};
@@ -62,7 +62,8 @@ void SiteMaxima::add(const Slice& instant, const Context& context) {
       }
       layer.set(slot, std::move(brick)), fills.set(slot, std::move(fill));
     });
-    largest_[c] = std::move(layer), fills_[c] = std::move(fills);
+    largest_[c] = std::move(layer);
+    fills_[c] = std::move(fills);
   }
 }
 

@@ -222,6 +222,7 @@ TEST(Coefficients, OfIntegersAreSteps) {
         auto options = sized<bccsplat_writer_options>();
         options.lattice = lattice;
         options.measure = BCCSPLAT_MEASURE_ALL;
+        options.recommended_kernel = "default"; // that of coefficients; samples on CC would have kernel exact
         const Written samples = write_frames(device, s, options);
         options.store = BCCSPLAT_STORE_COEFFICIENTS;
         const Written stored = write_frames(device, s, options);

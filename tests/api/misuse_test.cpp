@@ -386,7 +386,7 @@ TEST(Library, NamesAndVersions) {
   EXPECT_STREQ(bccsplat_kernel_name(0), "default");
   uint32_t count = 0;
   while (bccsplat_kernel_name(count)) ++count;
-  EXPECT_EQ(count, 17u);
+  EXPECT_EQ(count, 18u);
   EXPECT_NE(std::string(bccsplat_build_info()).find("version=" + std::to_string(BCCSPLAT_VERSION_MAJOR)),
             std::string::npos);
 }
