@@ -18,7 +18,7 @@ rm -rf "$out"
 "$build/examples/simulate_smoke" --size 96 --steps 48 -o "$out/smoke"
 
 # Values within 1/256 of the air's are not stored.
-printf '\n== Onto the D4* lattice\n'
+printf '\n== Onto the lattice that fits\n'
 "$bcc4" import "$out/smoke/smoke.%04d.raw" --dims 96,96,96 --dtype f32 --air-threshold 0.004 -o "$out/smoke-raw.bcc4"
 "$bcc4" import "$out/smoke/smoke.%04d.vdb" --grid density --air-threshold 0.004 -o "$out/smoke.bcc4"
 
@@ -31,7 +31,7 @@ row() { # NAME FILE SOURCE...
       printf "%-10s %13d %12d %12d %10d %8.2f%% %12d %8.2f%%\n",
         name, $1, samples, sites, kept, 100 * kept / samples, bytes, 100 * bytes / $1 }'
 }
-printf '\n%-10s %13s %12s %12s %10s %9s %12s %9s\n' source "source bytes" "CC samples" "D4* sites" kept "of CC" \
+printf '\n%-10s %13s %12s %12s %10s %9s %12s %9s\n' source "source bytes" "CC samples" "sites" kept "of CC" \
   ".bcc4 bytes" "of source"
 row raw "$out/smoke-raw.bcc4" "$out"/smoke/smoke.*.raw
 row OpenVDB "$out/smoke.bcc4" "$out"/smoke/smoke.*.vdb
