@@ -14,6 +14,7 @@ namespace {
 
 constexpr int32_t max_planes = 1'000'000'000; // per axis, as in Lattice4::fit
 constexpr int32_t max_lead = 254;
+constexpr int32_t max_margin = 255;
 
 [[nodiscard]] bool positive(double v) { return v > 0 && std::isfinite(v); }
 [[nodiscard]] bool is_range(const Range& r) {
@@ -37,8 +38,14 @@ void check_lattice(const VolumeInfo& info, Code code) {
     if (l.space.last[a] < 1 || l.space.last[a] > max_planes)
       bad("last plane ", l.space.last[a], " on axis ", a);
     if (!positive(l.space_step[a])) bad("distance of planes ", l.space_step[a], " on axis ", a);
-    if (end > 0 && std::fabs(l.space.last[a] * l.space_step[a] - end) > 1e-9 * end)
-      bad("the last plane of axis ", a, " stands at ", l.space.last[a] * l.space_step[a],
+    for (const int32_t n : {l.before[a], l.behind[a]})
+      if (n < 0 || n > max_margin) bad(n, " planes outside the samples of axis ", a);
+    if (l.space.bcc && l.before[a] % 2 != 0)
+      bad(l.before[a], " planes before axis ", a, ", not an even number");
+    if (l.inner_planes(a) < 1 || (end == 0 && l.before[a] + l.behind[a] > 0))
+      bad("planes outside the samples of axis ", a, " leave none inside");
+    if (end > 0 && std::fabs(l.inner_planes(a) * l.space_step[a] - end) > 1e-9 * end)
+      bad("the last plane of axis ", a, " inside stands at ", l.inner_planes(a) * l.space_step[a],
           ", the last sample at ", end);
   }
   if (l.dims[3] == 1) {

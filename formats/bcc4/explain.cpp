@@ -53,9 +53,11 @@ std::string describe_loss(const VolumeInfo& info, const Bcc4Damage& damage) {
   if (!damage.whole_layers) {
     text += ", samples";
     for (size_t a = 0; a < 3; ++a) {
-      const double planes = brick_edge * (l.space.bcc ? 2.0 : 1.0), h = l.space_step[a];
-      const double first = std::floor(planes * damage.brick[a] * h),
-                   last = std::min(l.dims[a] - 1.0, std::ceil((planes * (damage.brick[a] + 1) - 1) * h));
+      const double planes = brick_edge * (l.space.bcc ? 2.0 : 1.0), end = l.dims[a] - 1.0;
+      const double begin = l.plane_position(a, planes * damage.brick[a]),
+                   behind = l.plane_position(a, planes * (damage.brick[a] + 1) - 1);
+      const double first = std::clamp(std::floor(begin), 0.0, end),
+                   last = std::clamp(std::ceil(behind), 0.0, end);
       text += concat(" ", "xyz"[a], " ", first, " to ", last);
     }
   } else {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "base/bytes.h"
 #include "base/sizes.h"
@@ -21,6 +22,7 @@ enum RecordType : uint16_t {
   channel = 5,
   sources = 6,
   attributes = 7,
+  domain = 8,
   masks = 10,
   corrections = 11,
   residuals = 0x8002,
@@ -107,6 +109,40 @@ void read_lattice(ByteReader& in, VolumeInfo& info) {
   l.time_step = in.read<double>();
   info.scale = in.read<double>();
   info.time_scale = in.read<double>();
+}
+
+// How the field goes on beyond the outermost planes of an axis, of record 8.
+enum End : uint8_t { mirror, odd, periodic, stencils };
+
+void write_domain(ByteWriter& out, const VolumeInfo& info) {
+  const Lattice4& l = info.lattice;
+  for (size_t end = 0; end < 8; ++end) out.write(static_cast<uint8_t>(mirror));
+  for (const int32_t n : l.before) out.write(static_cast<uint8_t>(n));
+  out.write(static_cast<uint8_t>(l.lead));
+  for (const int32_t n : l.behind) out.write(static_cast<uint8_t>(n));
+  out.write(uint8_t{0});
+  const LatticeScales scales = l.scales();
+  for (size_t a = 0; a < 3; ++a) out.write(scales[a]);
+  out.write(info.time_scale);
+}
+void read_domain(ByteReader& in, Lattice4& l) {
+  for (size_t end = 0; end < 8; ++end) {
+    const auto kind = in.read<uint8_t>();
+    if (kind > stencils) fail(Code::corrupt, "metadata: end of kind ", static_cast<int>(kind));
+    constexpr std::array<const char*, 4> names{"mirror", "odd", "periodic", "stencils"};
+    if (kind != mirror)
+      fail(Code::unsupported_version, "metadata: axis ", "xyzt"[end % 4], " has ends of kind '", names[kind],
+           "', which this version cannot draw; update bccsplat");
+  }
+  for (int32_t& n : l.before) n = in.read<uint8_t>();
+  bool right = in.read<uint8_t>() == l.lead;
+  for (int32_t& n : l.behind) n = in.read<uint8_t>();
+  right = in.read<uint8_t>() == 0 && right;
+  for (size_t a = 0; a < 4; ++a) {
+    const auto scale = in.read<double>();
+    right = right && scale > 0 && std::isfinite(scale);
+  }
+  if (!right) fail(Code::corrupt, "metadata: layers before frame 0, reserved bytes or scales of the domain");
 }
 
 void write_time(ByteWriter& out, const TimeMap& t) {
@@ -262,7 +298,7 @@ void read_errors(ByteReader& in, std::vector<MeasuredError>& list) {
 } // namespace
 
 uint16_t lowest_reader(const VolumeInfo& info) {
-  if (any_masks(info) || any_local(info) || !info.errors.empty()) return 3;
+  if (info.lattice.has_margins() || any_masks(info) || any_local(info) || !info.errors.empty()) return 3;
   for (const ChannelInfo& c : info.channels)
     if (c.type == ValueType::i32) return 3;
   return info.lattice.lead > 0 ? 2 : 1;
@@ -306,6 +342,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       p.write_string(value);
     }
   });
+  if (info.lattice.has_margins()) record(domain, [&](ByteWriter& p) { write_domain(p, info); });
   if (any_masks(info))
     record(masks, [&](ByteWriter& p) {
       for (const ChannelInfo& c : info.channels) write_blocks(p, c.masks);
@@ -393,6 +430,10 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
         value = read_text(record);
       }
       break;
+    case domain:
+      read_domain(record, info.lattice);
+      record.expect_end();
+      continue;
     case masks:
       for (ChannelInfo& c : info.channels) read_blocks(record, c.masks);
       record.expect_end();

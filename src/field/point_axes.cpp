@@ -78,7 +78,9 @@ size_t ScalePoints(const PointAxes& axes, const Vec4* points, const uint64_t* at
       const auto within =
           hn::And(hn::Ge(v, hn::LoadU(d, low.data() + k)), hn::Le(v, hn::LoadU(d, high.data() + k)));
       in = in && hn::AllTrue(d, hn::Or(within, hn::Eq(taken, hn::Zero(d))));
-      hn::StoreU(hn::Mul(v, hn::LoadU(d, axes.scale.data() + k)), d, scaled[i].data() + k);
+      const auto placed =
+          hn::MulAdd(v, hn::LoadU(d, axes.scale.data() + k), hn::LoadU(d, axes.shift.data() + k));
+      hn::StoreU(placed, d, scaled[i].data() + k);
     }
     const bool miss = clip && !in;
     outside[i] = miss;
@@ -101,7 +103,8 @@ HWY_EXPORT(ScalePoints);
 PointAxes::PointAxes(const Lattice4& lattice, size_t points) {
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 4; ++a) end[a] = lattice.dims[a] - 1.0;
-  for (size_t a = 0; a < 3; ++a) scale[a] = 1 / unit[a];
+  const Vec3 first = lattice.first_sample();
+  for (size_t a = 0; a < 3; ++a) scale[a] = 1 / unit[a], shift[a] = first[a];
   scale[3] = kernel_time_per_frame(lattice);
   if (lattice.is_static())
     end[3] = std::numeric_limits<double>::infinity();

@@ -32,7 +32,7 @@ int32_t Lattice3::mirror(size_t axis, int coset, int32_t i) const {
 }
 
 Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, const LatticeScales& scales,
-                       int32_t lead) {
+                       int32_t lead, const Int3& margins) {
   for (const uint32_t n : dims)
     if (n == 0) fail(Code::invalid_argument, "lattice: every dimension must be at least 1");
   constexpr double most = 65536; // filters are as wide
@@ -45,8 +45,10 @@ Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, co
   l.space.bcc = kind != LatticeKind::cc;
   for (size_t a = 0; a < 3; ++a) {
     const double end = dims[a] - 1.0, distance = scales[a] * l.space.plane_distance();
-    l.space.last[a] = planes_to(end, distance);
-    l.space_step[a] = end > 0 ? end / l.space.last[a] : distance;
+    const int32_t inner = planes_to(end, distance);
+    l.space_step[a] = end > 0 ? end / inner : distance;
+    l.before[a] = l.behind[a] = margins[a];
+    l.space.last[a] = inner + 2 * margins[a];
   }
   if (dims[3] == 1) {
     if (kind == LatticeKind::d4star) l.kind = LatticeKind::bcc;
@@ -69,8 +71,21 @@ int32_t Lattice4::mirror_layer(int32_t layer) const {
 LatticeScales Lattice4::nominal_scales() const {
   LatticeScales s = scales();
   for (size_t a = 0; a < 3; ++a)
-    if (s[a] < 1 && s[a] > 1 - 1.0 / space.last[a]) s[a] = 1;
+    if (s[a] < 1 && s[a] > 1 - 1.0 / inner_planes(a)) s[a] = 1;
   return s;
+}
+
+Lattice4 Lattice4::without_margins() const {
+  Lattice4 inner = *this;
+  for (size_t a = 0; a < 3; ++a) inner.space.last[a] = inner_planes(a), inner.before[a] = inner.behind[a] = 0;
+  return inner;
+}
+
+int64_t Lattice4::sites_outside(int32_t begin, int32_t end) const {
+  const Lattice3 inner = without_margins().space;
+  int64_t sites = 0;
+  for (int32_t m = begin; m < end; ++m) sites += space.sites(coset(m)) - inner.sites(coset(m));
+  return sites;
 }
 
 int64_t Lattice4::sites() const {
@@ -81,7 +96,7 @@ int64_t Lattice4::sites() const {
 }
 
 bool Lattice4::sites_are_samples() const {
-  if (space.bcc || time_step != (dims[3] > 1 ? 1 : 0)) return false;
+  if (space.bcc || has_margins() || time_step != (dims[3] > 1 ? 1 : 0)) return false;
   for (size_t a = 0; a < 3; ++a)
     if (dims[a] > 1 && space_step[a] != 1) return false;
   return true;

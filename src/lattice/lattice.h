@@ -8,11 +8,12 @@
 //             planes are 1/sqrt2 apart in lattice units, so that each coset is a CC grid of pitch sqrt2.
 //   CC:       every plane holds sites; planes are 1 apart in lattice units.
 // Lattice units are the T of the kernels. In space a lattice is stretched by less than one part in `last` so
-// that plane `last` falls exactly on the last source sample: no overhang, and both ends mirror the same way.
+// that a plane falls on the first source sample and another exactly on the last one: both ends are alike.
 // Distances may differ from axis to axis, in lattice units they never do.
-// In time the distance is exact (a series can grow) and plane `last` lies at or beyond the last frame. So
-// that the mirrors are out of sight, `lead` layers may lie before the first frame and about as many after
-// the last one: a moving field is not its own mirror image.
+// In time the distance is exact (a series can grow) and plane `last` lies at or beyond the last frame.
+// So that the mirrors are out of sight, planes may lie `before` the first source sample of an axis and
+// `behind` the last one, and `lead` layers before the first frame and about as many after the last one: a
+// field is not its own mirror image.
 // Sources: Conway & Sloane, Sphere Packings, ch. 4; Neophytou & Mueller 2002, section 3.
 #pragma once
 
@@ -63,15 +64,18 @@ struct Lattice4 {
   std::array<uint32_t, 4> dims{1, 1, 1, 1}; // source samples per axis (x, y, z, t); t = 1: a static volume
   Lattice3 space;
   Vec3 space_step{1, 1, 1}; // distance of planes in source index units, per axis
+  Int3 before{0, 0, 0};     // planes before source sample 0, per axis; even but for CC
+  Int3 behind{0, 0, 0};     // planes behind the last source sample
   int32_t last_layer = 0;   // time planes 0 .. last_layer; a static lattice has one layer per coset
   double time_step = 1;     // distance of layers in frames; 0 for a static lattice
   int32_t lead = 0;         // layers before frame 0, even: layer `lead` is at frame 0; 0 when static
 
   // scales: the distances asked for. In space they are realised by whole numbers of planes, so that they come
   // out a little smaller. A series of one step becomes BCC (kind d4star or bcc) or 3D CC. lead: layers beyond
-  // each end of time.
+  // each end of time. margins: planes outside both faces of each axis, even.
   static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims,
-                      const LatticeScales& scales = {1, 1, 1, 1}, int32_t lead = 0);
+                      const LatticeScales& scales = {1, 1, 1, 1}, int32_t lead = 0,
+                      const Int3& margins = {0, 0, 0});
 
   [[nodiscard]] bool is_static() const { return time_step == 0; }
   [[nodiscard]] int32_t layers() const { return last_layer + 1; }
@@ -87,16 +91,38 @@ struct Lattice4 {
   // Last frame index: the domain in time is [0, last_frame].
   [[nodiscard]] double last_frame() const { return dims[3] - 1.0; }
 
-  // Source index position of a site.
+  // Source index position of a plane along an axis, and of a site.
+  [[nodiscard]] double plane_position(size_t axis, double plane) const {
+    return (plane - before[axis]) * space_step[axis];
+  }
   [[nodiscard]] Vec3 site_position(int coset, const Int3& i) const {
     Vec3 p;
-    for (size_t a = 0; a < 3; ++a) p[a] = space.plane(coset, i[a]) * space_step[a];
+    for (size_t a = 0; a < 3; ++a) p[a] = plane_position(a, space.plane(coset, i[a]));
     return p;
   }
+  // Where source sample 0 stands, lattice units from plane 0 of each axis.
+  [[nodiscard]] Vec3 first_sample() const {
+    const double d = space.plane_distance();
+    return {d * before[0], d * before[1], d * before[2]};
+  }
+  // Planes from the first source sample of an axis to the last.
+  [[nodiscard]] int32_t inner_planes(size_t axis) const {
+    return space.last[axis] - before[axis] - behind[axis];
+  }
+  [[nodiscard]] bool has_margins() const { return before != Int3{} || behind != Int3{}; }
   // Source index units -> lattice units, per axis: divide by this.
   [[nodiscard]] Vec3 lattice_unit() const {
     const double d = space.plane_distance();
     return {space_step[0] / d, space_step[1] / d, space_step[2] / d};
+  }
+  // The same without what lies outside the source samples along x, y and z.
+  [[nodiscard]] Lattice4 without_margins() const;
+  // Sites of layers begin .. end - 1 that lie outside there.
+  [[nodiscard]] int64_t sites_outside(int32_t begin, int32_t end) const;
+  // The site of a coset that stands first in there.
+  [[nodiscard]] Int3 first_inside() const {
+    const int per_site = space.bcc ? 2 : 1;
+    return {before[0] / per_site, before[1] / per_site, before[2] / per_site};
   }
   // The distances as they are; along t 0 when static.
   [[nodiscard]] LatticeScales scales() const {

@@ -39,7 +39,9 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
   const double low = std::max(position - half, 0.0), high = std::min(position + half, end);
   // Mirror images beyond an end lie no further from it than what they are images of.
   const int reach = reach_planes(turned, coefficients.kernel());
-  const auto plane = [&](double at) { return static_cast<int32_t>(std::floor(at / turned.time_step)); };
+  const auto plane = [&](double at) {
+    return static_cast<int32_t>(std::floor(at / turned.time_step)) + turned.lead;
+  };
   const int32_t first = std::max(plane(low) - reach, 0);
   const int32_t last = std::min(plane(high) + 1 + reach, turned.last_layer);
   Progress reading(context.progress, 0, read_end), cutting(context.progress, read_end, 1);
@@ -48,12 +50,6 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
                             coefficients.cache_bytes());
   Slice slice = thick_time_slice(planes, position, {-half, half}, thickness.kind, {}, context.with(cutting));
-  if (const Lattice4& lattice = coefficients.source().lattice(); lattice.lead > 0) { // time is the last axis
-    const double unit = turned.lattice_unit()[2], first_frame = lattice.lead * lattice.time_step;
-    slice.domain_begin[2] = first_frame / unit;
-    slice.domain_end[2] = (first_frame + lattice.last_frame()) / unit;
-    slice.lattice_to_slice.offset[2] = -first_frame;
-  }
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return slice;

@@ -69,10 +69,10 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
       const Int3 b = layer.slot_position(slot);
       for (int s = 0; s < brick_sites; ++s) {
         if (!(brick->kept[static_cast<size_t>(s / brick_edge)] >> s % brick_edge & 1)) continue;
-        const auto at = [&](int brick_number, int site) {
-          return d * lattice.space.plane(layer.coset(), brick_number * brick_edge + site);
+        const auto at = [&](size_t a, int site) { // lattice units from source sample 0
+          return d * (lattice.space.plane(layer.coset(), b[a] * brick_edge + site) - lattice.before[a]);
         };
-        Vec4 p{at(b[0], s % brick_edge), at(b[1], s / brick_edge % brick_edge), at(b[2], s / brick_rows),
+        Vec4 p{at(0, s % brick_edge), at(1, s / brick_edge % brick_edge), at(2, s / brick_rows),
                kernel_time_of_layer(lattice, m)};
         const double distance = height(plane, p);
         if (!(std::fabs(distance) < reach)) continue;

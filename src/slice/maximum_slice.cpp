@@ -18,9 +18,7 @@ std::vector<Vec3> brick_points(const Slice& slice, const BrickLayer& layer, cons
     const Int3 local{s % brick_edge, s / brick_edge % brick_edge, s / brick_rows};
     Int3 i;
     for (size_t a = 0; a < 3; ++a) i[a] = std::min(b[a] * brick_edge + local[a], layer.dims()[a] - 1);
-    Vec3 p = slice.site(layer.coset(), i);
-    for (size_t a = 0; a < 3; ++a) p[a] = std::min(p[a], slice.domain_end[a]);
-    points.push_back(p);
+    points.push_back(slice.site(layer.coset(), i));
   }
   return points;
 }
@@ -38,8 +36,11 @@ void SiteMaxima::add(const Slice& instant, const Context& context) {
   const bool is_first = !first_;
   if (is_first) first_ = instant;
   masks_.push_back(instant.mask);
-  Slice bare = instant; // what fills missing data is needed beside them
+  Slice bare = instant; // what fills missing data is needed beside them, and planes outside the domain
   bare.mask = nullptr;
+  bare.domain_begin = {};
+  for (size_t a = 0; a < 3; ++a)
+    bare.domain_end[a] = instant.lattice.plane_distance() * instant.lattice.last[a];
   for (size_t c = 0; c < static_cast<size_t>(instant.lattice.cosets()); ++c) {
     BrickLayer layer(instant.lattice, static_cast<int>(c)), fills(instant.lattice, static_cast<int>(c));
     const double part = 1.0 / instant.lattice.cosets();

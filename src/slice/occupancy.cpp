@@ -41,7 +41,7 @@ bool Occupancy::any(const Vec4& low, const Vec4& high) const {
   for (size_t a = 0; a < 4; ++a) {
     const double step = a < 3 ? lattice_.space_step[a] : lattice_.time_step;
     const double last = a < 3 ? lattice_.space.last[a] : lattice_.last_layer;
-    const double zero = a < 3 ? 0 : lattice_.lead;
+    const double zero = a < 3 ? lattice_.before[a] : lattice_.lead;
     const double from = low[a] / step + zero, to = high[a] / step + zero;
     planes[a] = {std::max(0.0, std::min(from, 2 * last - to)), std::min(last, std::max(to, -from))};
   }

@@ -76,9 +76,12 @@ BrickBox bricks_around(const Lattice4& lattice, const PlaneExtent& extent, const
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 3; ++a) {
     const double pitch = coset_pitch(lattice.space) * unit[a], r = touch.samples[a] + touch.half_thickness;
+    const double first = lattice.plane_position(a, 0); // site 0 of coset 0
     box.begin[a] =
-        std::max(0, static_cast<int32_t>(std::floor((extent.box_low[a] - r) / pitch)) - 1) / brick_edge;
-    box.end[a] = (static_cast<int32_t>(std::ceil((extent.box_high[a] + r) / pitch)) + 1) / brick_edge + 1;
+        std::max(0, static_cast<int32_t>(std::floor((extent.box_low[a] - r - first) / pitch)) - 1) /
+        brick_edge;
+    box.end[a] =
+        (static_cast<int32_t>(std::ceil((extent.box_high[a] + r - first) / pitch)) + 1) / brick_edge + 1;
   }
   return box;
 }

@@ -186,10 +186,12 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   slice.bounds = coefficient_bounds(slice, range);
 
   const Vec3 unit = lattice.lattice_unit();
+  slice.domain_begin = lattice.first_sample();
   for (size_t a = 0; a < 3; ++a) {
-    slice.domain_end[a] = (lattice.dims[a] - 1.0) / unit[a];
+    slice.domain_end[a] = slice.domain_begin[a] + (lattice.dims[a] - 1.0) / unit[a];
     slice.lattice_to_slice.linear[a] = {};
     slice.lattice_to_slice.linear[a][a] = unit[a];
+    slice.lattice_to_slice.offset[a] = -(lattice.before[a] * lattice.space_step[a]);
     slice.basis[a] = {};
     slice.basis[a][a] = 1;
   }

@@ -36,9 +36,9 @@ bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) 
     Interval own;
     Interval mirrors{0, 0};
     if (a < 3) {
-      own = {lattice.space.plane(coset, begin[a] * brick_edge) * lattice.space_step[a],
-             lattice.space.plane(coset, end[a] * brick_edge - 1) * lattice.space_step[a]};
-      mirrors.high = lattice.space.last[a] * lattice.space_step[a];
+      own = {lattice.plane_position(a, lattice.space.plane(coset, begin[a] * brick_edge)),
+             lattice.plane_position(a, lattice.space.plane(coset, end[a] * brick_edge - 1))};
+      mirrors = {lattice.plane_position(a, 0), lattice.plane_position(a, lattice.space.last[a])};
     } else {
       own.low = own.high = lattice.layer_frame(layer);
       mirrors = {lattice.layer_frame(0), lattice.layer_frame(lattice.last_layer)};

@@ -83,12 +83,12 @@ Lattice4 turned_lattice(const Lattice4& lattice, size_t axis) {
     turned.dims[a] = lattice.dims[axes[a]];
     turned.space.last[a] = axes[a] == 3 ? lattice.last_layer : lattice.space.last[axes[a]];
     turned.space_step[a] = axes[a] == 3 ? lattice.time_step : lattice.space_step[axes[a]];
+    turned.before[a] = axes[a] == 3 ? lattice.lead : lattice.before[axes[a]];
+    turned.behind[a] = axes[a] == 3 ? 0 : lattice.behind[axes[a]];
   }
   turned.dims[3] = lattice.dims[axis];
-  // Layers before the first frame and after the last one are planes like others here.
-  if (turned.lead > 0)
-    turned.dims[2] = static_cast<uint32_t>(std::ceil(lattice.last_layer * lattice.time_step)) + 1;
-  turned.lead = 0;
+  // Layers before the first frame are planes outside, and the planes outside of the axis layers before.
+  turned.lead = lattice.before[axis];
   turned.last_layer = lattice.space.last[axis];
   turned.time_step = lattice.space_step[axis];
   return turned;

@@ -191,6 +191,33 @@ void make_masks() {
                                    }}));
 }
 
+// The payload of a record of metadata.
+size_t payload_of(const Bytes& metadata, uint16_t type) {
+  size_t at = 0;
+  while (peek<uint16_t>(metadata, at) != type) at += (8 + peek<uint32_t>(metadata, at + 4) + 7) / 8 * 8;
+  return at + 8;
+}
+
+void make_domain() {
+  VolumeInfo wide = volume(LatticeKind::d4star, {30, 12, 20, 6}, {channel("value", ValueType::u16)});
+  wide.lattice = Lattice4::fit(LatticeKind::d4star, wide.lattice.dims, {1, 1.2, .8, 1}, 4, {4, 0, 2});
+  const Bytes good = write_file(wide, ball);
+  save("v3_domain", good);
+  Bytes bad = good;
+  bad[14] = std::byte{2}; // lowest reader
+  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
+  save("bad_domain_of_version_2", bad);
+  const auto save_bad = [&](const std::string& name, size_t byte, uint8_t value) {
+    save(name,
+         rebuild(good, {.metadata = [&](Bytes& m) { poke<uint8_t>(m, payload_of(m, 8) + byte, value); }}));
+  };
+  save_bad("bad_domain_end", 2, 4);
+  save_bad("bad_domain_periodic", 4, 2); // a reader may not know these ends
+  save_bad("bad_domain_odd", 8, 3);
+  save_bad("bad_domain_planes", 12, 44);
+  save_bad("bad_domain_lead", 11, 2);
+}
+
 void make_optional() {
   const Bytes file =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
@@ -301,6 +328,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_version_3();
   bccsplat::test::make_corrections();
   bccsplat::test::make_masks();
+  bccsplat::test::make_domain();
   bccsplat::test::make_bad();
   bccsplat::test::make_bad_steps();
   return 0;

@@ -159,6 +159,7 @@ struct Volume {
   uint32_t dims[4];
   int32_t last_plane[3], last_layer = 0;
   int lead = 0;
+  int before[3] = {}, behind[3] = {}; // planes outside the source samples
   double h[3], ht = 0;
   double first = 0, step = 0;
   std::vector<double> times;
@@ -286,6 +287,33 @@ void read_errors(Cursor& r, const Volume& v, int lowest) {
   }
 }
 
+// Record 8.
+void read_domain(Cursor& r, Volume& v, int lowest) {
+  must(lowest >= 3, "domain: needs version 3");
+  for (int end = 0; end < 8; ++end) {
+    const int kind = r.u8();
+    must(kind <= 3, "domain: end");
+    if (kind != 0) refuse("domain: this reader knows no ends but mirrors");
+  }
+  for (int& n : v.before) n = r.u8();
+  must(r.u8() == v.lead, "domain: layers before frame 0");
+  for (int& n : v.behind) n = r.u8();
+  r.zeros(1);
+  for (int i = 0; i < 4; ++i) must(r.f64() > 0, "domain: scales");
+  must(r.left() == 0, "metadata: record too long");
+}
+
+// The planes between the outermost source samples reach from one to the other.
+void check_planes(const Volume& v) {
+  for (int a = 0; a < 3; ++a) {
+    const double end = v.dims[a] - 1.0;
+    const int outside = v.before[a] + v.behind[a], inside = v.last_plane[a] - outside;
+    must(v.kind == 3 || v.before[a] % 2 == 0, "domain: an odd number of planes before the first sample");
+    must(inside >= 1 && (end > 0 || outside == 0), "domain: no planes inside");
+    must(end == 0 || std::fabs(inside * v.h[a] - end) <= 1e-9 * end, "lattice: the last sample has no plane");
+  }
+}
+
 Volume read_metadata(const Bytes& bytes, int lowest) {
   Volume v;
   Cursor c(bytes);
@@ -306,6 +334,10 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       must(r.left() == 0, "counts: record too long");
       continue;
     }
+    if (type == 8) {
+      read_domain(r, v, lowest);
+      continue;
+    }
     if (type == 10) {
       read_masks(r, v, lowest);
       must(r.left() == 0, "metadata: record too long");
@@ -320,7 +352,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       continue;
     }
     if (type >= 0x8000) continue;
-    must(type < 8 || type > 12, "metadata: this reader knows no domains, levels and stencils");
+    must(type != 9 && type != 12, "metadata: this reader knows no levels and stencils");
     must(type >= 1 && type <= 7, "metadata: unknown record");
     seen[type] = true;
     if (type == 1) {
@@ -366,6 +398,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
     must(r.left() == 0, "metadata: record too long");
   }
   for (int type = 1; type <= 7; ++type) must(seen[type], "metadata: a record is missing");
+  check_planes(v);
   return v;
 }
 
@@ -877,6 +910,9 @@ void dump(const std::string& path) {
   must(v.lead == 0 || lowest >= 2, "layers before frame 0 need version 2");
   std::printf("lattice kind %d dims %u %u %u %u planes %d %d %d layers %d\n", v.kind, v.dims[0], v.dims[1],
               v.dims[2], v.dims[3], v.last_plane[0], v.last_plane[1], v.last_plane[2], v.layers());
+  for (int a = 0; a < 3; ++a)
+    if (v.before[a] + v.behind[a] > 0)
+      std::printf("%c planes outside %d %d\n", "xyz"[a], v.before[a], v.behind[a]);
   if (v.times.empty()) std::printf("times %.17g step %.17g\n", v.first, v.step);
   for (const double t : v.times) std::printf("time %.17g\n", t);
   std::printf("store %s recommended %s\n", v.kernel.empty() ? "samples" : v.kernel.c_str(),

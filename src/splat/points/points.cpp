@@ -30,8 +30,12 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   SplatPoints points;
   const Lattice3& lattice = slice.lattice;
   points.plane_distance = lattice.plane_distance();
-  double beyond = 2;
-  for (const double begin : drawn_box(slice).begin) beyond = std::max(beyond, 2 - begin);
+  const DrawnBox box = drawn_box(slice);
+  double beyond = 0; // the outermost planes of the lattice
+  for (size_t a = 0; a < 3; ++a) {
+    const double outermost = points.plane_distance * lattice.last[a];
+    beyond = std::max({beyond, 2 - box.begin[a], 2 - (outermost - box.end[a])});
+  }
   points.margin = static_cast<int>(std::ceil((slice.kernel.space.radius + beyond) / points.plane_distance));
   points.margin += points.margin & 1; // even: local planes keep their parity
   points.edge = lattice.bcc ? 16 : 8;

@@ -176,6 +176,14 @@ TEST(Bcc4Golden, ChunksOfStepsHaveEveryWidth) {
             (std::set<std::pair<uint32_t, bool>>{{1, false}, {1, true}, {2, false}, {4, false}, {4, true}}));
 }
 
+TEST(Bcc4Golden, DomainsHavePlanesOutside) {
+  const Lattice4& lattice = open("v3_domain")->info().lattice;
+  EXPECT_EQ(lattice.before, (Int3{4, 0, 2}));
+  EXPECT_EQ(lattice.behind, (Int3{4, 0, 2}));
+  EXPECT_EQ(lattice.lead, 4);
+  EXPECT_NEAR(lattice.plane_position(2, lattice.space.last[2] - 2), 19, 1e-9);
+}
+
 TEST(Bcc4Golden, StoredKernelsKeepTheirNumbers) {
   const auto reader = open("v3_coefficients");
   const VolumeInfo& info = reader->info();
@@ -232,6 +240,12 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_chunk", Code::checksum_mismatch},
                                                 {"bad_run_list", Code::corrupt},
                                                 {"bad_masks_of_version_2", Code::corrupt},
+                                                {"bad_domain_of_version_2", Code::corrupt},
+                                                {"bad_domain_end", Code::corrupt},
+                                                {"bad_domain_periodic", Code::unsupported_version},
+                                                {"bad_domain_odd", Code::corrupt},
+                                                {"bad_domain_planes", Code::corrupt},
+                                                {"bad_domain_lead", Code::corrupt},
                                                 {"bad_masks_frames", Code::corrupt},
                                                 {"bad_mask_beyond", Code::corrupt},
                                                 {"bad_mask_pair", Code::corrupt},
