@@ -261,6 +261,18 @@ enum { /* how a series of frames goes on beyond its first and last one, for the 
                                      frames are less accurate where anything moves */
 };
 
+enum { /* how a field goes on beyond its faces, the first and last sample along x, y and z, for the sake of
+          filters and kernels */
+       BCCSPLAT_FACES_DEFAULT = 0,
+       BCCSPLAT_FACES_PREDICT = 1, /* as the samples next to the face foretell: two more planes of the lattice
+                                      stand outside each face of the file, but along axes of which they would
+                                      be more than a fifth. Of layers and fields that are given four stand
+                                      there, and hold what the host knows: bccsplat_layer_geometry begins
+                                      outside. Readers need version 3 */
+       BCCSPLAT_FACES_MIRROR = 2   /* as its mirror image: no more planes; within three samples of a face the
+                                      field is less accurate where it is not level there */
+};
+
 enum { /* bits of bccsplat_channel_options.set_mask */
        BCCSPLAT_CHANNEL_SET_AIR = 1,
        BCCSPLAT_CHANNEL_SET_RANGE = 2
@@ -363,9 +375,11 @@ typedef struct bccsplat_writer_options {
   const bccsplat_series_part*
       part; /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
                series, and those of bccsplat_writer_get_part_frames are added */
-  int32_t ends; /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 32 layers (23 frames at time_scale
-                   1; dims[3] known), else MIRROR. Layers and fields are mirrored, always */
-  uint32_t reserved_end;
+  int32_t ends;  /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 32 layers (23 frames at time_scale
+                    1; dims[3] known), else MIRROR. Layers and fields are mirrored, always */
+  int32_t faces; /* BCCSPLAT_FACES_...; DEFAULT: of frames PREDICT along axes of which the planes outside are
+                    a sixteenth at most (43 samples at scale 1), unless the sites are the source samples in
+                    space (CC at distance 1); else, and for layers and fields, MIRROR */
   double scales[4]; /* lattice distance along x, y, z in source samples, and along t in frames, each up to
                        65536; 0: scale, along t time_scale. In space it is made a little smaller, so that a
                        whole number of planes ends on the last sample */
@@ -399,7 +413,7 @@ typedef struct bccsplat_writer_report {
   uint64_t frames;
   uint64_t cc_samples;   /* samples of the Cartesian source, all channels */
   uint64_t cc_relevant;  /* of these, further than air_threshold from air */
-  uint64_t sites_total;  /* lattice sites, all channels */
+  uint64_t sites_total;  /* lattice sites, all channels, those outside the faces not counted */
   uint64_t sites_kept;   /* of these, stored */
   uint64_t holes;        /* stored sites that are missing data */
   uint64_t clamped;      /* samples outside the range of the stored type (overshoot of the filter included) */
@@ -414,7 +428,8 @@ typedef struct bccsplat_writer_report {
   uint64_t bytes_corrections; /* of bytes_index */
   double coding_max; /* largest difference of a stored lattice sample from what the resampling filter made: by
                         rounding, clamping, or as air; over all channels */
-  double coding_rmse; /* the same, over all sites */
+  double coding_rmse;     /* the same, over all sites */
+  uint64_t sites_outside; /* lattice sites outside the faces, all channels (BCCSPLAT_FACES_PREDICT) */
 } bccsplat_writer_report;
 
 /* Differences of the file from its source at the source samples: the field reconstructed with the recommended
@@ -539,7 +554,7 @@ typedef struct bccsplat_volume_info {
   int32_t lattice;      /* BCCSPLAT_LATTICE_... */
   uint64_t dims[4];     /* source samples per axis */
   uint64_t cc_samples;  /* product of dims */
-  uint64_t sites_total; /* lattice sites per channel */
+  uint64_t sites_total; /* lattice sites per channel, those outside the faces not counted */
   uint64_t layer_count;
   double scale; /* lattice distance in source samples as asked for; where those along x, y and z differ
                    their geometric mean */
@@ -566,6 +581,9 @@ typedef struct bccsplat_volume_info {
   uint64_t part_end;   /* 0: a whole file */
   double scales[4];    /* lattice distance as it is, along x, y, z in source samples and along t in frames;
                           of a volume without time 0 along t */
+  uint32_t planes_before[3]; /* planes of the lattice outside the first sample along x, y, z */
+  uint32_t planes_behind[3]; /* and outside the last */
+  uint64_t sites_outside;    /* lattice sites per channel on these planes */
 } bccsplat_volume_info;
 
 typedef struct bccsplat_channel_info {
@@ -656,9 +674,9 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* v
                                                         const char** name, uint64_t* bytes, uint32_t* crc32);
 /* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats. gradients: NULL or
  * n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is evaluated even when the call
- * fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. In space (and in
- * time, where a file was written with ENDS_MIRROR) the field is mirrored at its ends for the kernel's sake:
- * within three samples of an end it is less accurate where the field is not level there, in values and
+ * fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. Where a file was
+ * written with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake: within
+ * three samples of such an end it is less accurate where the field is not level there, in values and
  * derivatives alike. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t n,
                                                       const double* xyzt, float* values, float* gradients);
@@ -680,7 +698,8 @@ typedef struct bccsplat_recode_options {
   int32_t value_type; /* as in bccsplat_channel_options; DEFAULT: steps of the same value as the file's */
   double value_step;  /* value of one code of integer types; 0: that of the file */
   const char* kernel; /* of the coefficients, and recommended; NULL: the file's */
-  int32_t format;     /* highest version of the format that the new file may need, 1 to 3; 0: any */
+  int32_t format;     /* highest version of the format that the new file may need, 1 to 3; 0: any. Up to 2 the
+                         planes outside the faces are left out, as of FACES_MIRROR */
   int32_t reserved;   /* 0 */
   bccsplat_progress_fn progress; /* NULL: none */
   void* progress_user;

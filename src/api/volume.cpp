@@ -134,11 +134,14 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.lattice = static_cast<int32_t>(v.lattice.kind);
     std::copy(v.lattice.dims.begin(), v.lattice.dims.end(), out.dims);
     out.cc_samples = v.cc_samples();
-    out.sites_total = static_cast<uint64_t>(v.lattice.sites());
+    out.sites_outside = static_cast<uint64_t>(v.lattice.sites_outside(0, v.lattice.layers()));
+    out.sites_total = static_cast<uint64_t>(v.lattice.sites()) - out.sites_outside;
     out.layer_count = static_cast<uint64_t>(v.lattice.layers());
     out.scale = v.scale, out.time_scale = v.time_scale;
     const LatticeScales scales = v.lattice.scales();
     std::copy(scales.begin(), scales.end(), out.scales);
+    std::copy(v.lattice.before.begin(), v.lattice.before.end(), out.planes_before);
+    std::copy(v.lattice.behind.begin(), v.lattice.behind.end(), out.planes_behind);
     for (size_t r = 0; r < 3; ++r) {
       for (size_t c = 0; c < 3; ++c) out.affine[4 * r + c] = v.affine.linear[r][c];
       out.affine[4 * r + 3] = v.affine.offset[r];

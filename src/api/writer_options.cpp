@@ -94,7 +94,6 @@ ChannelSettings read_channel(const bccsplat_channel_options& in) {
 WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char* path) {
   require_zero(o.set_mask, "bccsplat_writer_options.set_mask");
   require_zero(o.reserved, "bccsplat_writer_options.reserved");
-  require_zero(o.reserved_end, "bccsplat_writer_options.reserved_end");
   WriterSettings s;
   s.path = text_or(path, "");
   s.overwrite = o.overwrite != 0;
@@ -106,6 +105,7 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   s.lowpass = o.lowpass != 0;
   s.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
   s.ends = choose(o.ends, Ends::automatic, BCCSPLAT_ENDS_MIRROR, "ends");
+  s.faces = choose(o.faces, Faces::automatic, BCCSPLAT_FACES_MIRROR, "faces");
   s.coefficients = choose(o.store, BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS, "store") ==
                    BCCSPLAT_STORE_COEFFICIENTS;
   s.abs_error = o.abs_error, s.psnr = o.psnr;
@@ -131,7 +131,8 @@ void write_report(bccsplat_writer_report* out, const WriteReport& r) {
   report.slabs_reused = static_cast<uint32_t>(std::min<uint64_t>(r.slabs_reused, UINT32_MAX));
   report.frames = r.frames;
   report.cc_samples = r.cc_samples, report.cc_relevant = r.cc_relevant;
-  report.sites_total = r.sites_total, report.sites_kept = r.sites_kept, report.holes = r.holes;
+  report.sites_total = r.sites_total, report.sites_outside = r.sites_outside;
+  report.sites_kept = r.sites_kept, report.holes = r.holes;
   report.clamped = r.clamped, report.nonfinite = r.nonfinite;
   report.bytes_source = r.bytes_source, report.bytes_file = r.bytes.file;
   report.bytes_runs = r.bytes.runs, report.bytes_values = r.bytes.values, report.bytes_index = r.bytes.index;

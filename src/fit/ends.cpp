@@ -13,14 +13,10 @@ namespace {
 // longer (tests/bench/notes/fit.md).
 constexpr double frames_used = 6;
 
-// Times widening^2: weights stay small where frames are close. The sum of their squares is 30 one frame
-// beyond the end and 94 at most.
-constexpr double noise = 3e-5;
-
 } // namespace
 
-EndFrames::EndFrames(double widening)
-    : widening_(widening), used_(static_cast<int64_t>(std::ceil(frames_used * widening))) {}
+EndFrames::EndFrames(double widening, double noise)
+    : widening_(widening), noise_(noise), used_(static_cast<int64_t>(std::ceil(frames_used * widening))) {}
 
 const std::vector<double>& EndFrames::weights(int64_t distance, int64_t frames) {
   const int64_t looked_at = std::min(frames, used_);
@@ -32,7 +28,7 @@ const std::vector<double>& EndFrames::weights(int64_t distance, int64_t frames) 
   for (size_t i = 0; i < n; ++i) {
     for (size_t j = 0; j < n; ++j)
       a[i][j] = field_correlation(4, (static_cast<double>(i) - static_cast<double>(j)) / widening_) +
-                (i == j ? noise * widening_ * widening_ : 0);
+                (i == j ? noise_ * widening_ * widening_ : 0);
     a[i][n] = a[n][i] = 1;
     a[i][n + 1] = field_correlation(4, (static_cast<double>(i) + static_cast<double>(distance)) / widening_);
   }
@@ -40,6 +36,35 @@ const std::vector<double>& EndFrames::weights(int64_t distance, int64_t frames) 
   const std::vector<double> w = solve(std::move(a));
   found->second.assign(w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
   return found->second;
+}
+
+void continue_rows(FilterTable& table, int64_t n, EndFrames& ends) {
+  const auto taps = static_cast<size_t>(table.taps);
+  // Samples that a position may come to take, at either end.
+  const int64_t most = std::min(n, std::max<int64_t>(table.taps, ends.used()));
+  FilterTable inside{static_cast<int>(most), {}, {}};
+  for (size_t i = 0; i < table.first.size(); ++i) {
+    const int64_t first = table.first[i];
+    const int64_t kept = std::clamp<int64_t>(first, 0, n - most);
+    std::vector<double> sum(static_cast<size_t>(most));
+    for (size_t k = 0; k < taps; ++k) {
+      const int64_t at = first + static_cast<int64_t>(k), beyond = std::max(-at, at - (n - 1));
+      const auto weight = static_cast<double>(table.weight[i * taps + k]);
+      if (weight == 0) continue;
+      if (beyond <= 0) {
+        sum[static_cast<size_t>(at - kept)] += weight;
+        continue;
+      }
+      const std::vector<double>& w = ends.weights(beyond, n);
+      for (size_t j = 0; j < w.size(); ++j) {
+        const auto inner = static_cast<int64_t>(j);
+        sum[static_cast<size_t>((at < 0 ? inner : n - 1 - inner) - kept)] += weight * w[j];
+      }
+    }
+    inside.first.push_back(kept);
+    for (const double w : sum) inside.weight.push_back(static_cast<float>(w));
+  }
+  table = std::move(inside);
 }
 
 } // namespace bccsplat

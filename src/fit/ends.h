@@ -1,22 +1,29 @@
-// Predicts the frames beyond the ends of a series.
+// Predicts the frames beyond the ends of a series, and the samples beyond those of a row.
 //
-// The mirror image of a moving field has a kink at the end of time, and the interpolants of the first and
-// last few frames ring with it. So frames beyond an end are predicted instead, each a fixed weighted sum of
-// the frames next to that end: the best one, in the mean square, for waves whose frequencies fill balls (most
-// of them far below Nyquist) with some noise, among those that leave a constant as it is (Wiener,
-// Extrapolation, Interpolation and Smoothing of Stationary Time Series, 1949).
+// The mirror image of a field has a kink at its end, and the interpolants of the first and last few samples
+// ring with it. So samples beyond an end are predicted instead, each a fixed weighted sum of those next to
+// that end: the best one, in the mean square, for waves whose frequencies fill balls (most of them far below
+// Nyquist) with some noise, among those that leave a constant as it is (Wiener, Extrapolation, Interpolation
+// and Smoothing of Stationary Time Series, 1949).
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <vector>
 
+#include "fit/filter.h"
+
 namespace bccsplat {
 
 class EndFrames {
  public:
   // widening: as of the filter that uses the frames; what a coarser lattice holds is predicted further.
-  explicit EndFrames(double widening);
+  // noise: its power over that of the field, times widening^2; weights stay the smaller the more there is.
+  explicit EndFrames(double widening, double noise = least_noise);
+
+  // Weights are small where frames are close: the sum of their squares is 30 one frame beyond the end and 94
+  // at most.
+  static constexpr double least_noise = 3e-5;
 
   // Frames next to an end that a prediction looks at, when there are as many.
   [[nodiscard]] int64_t used() const { return used_; }
@@ -25,9 +32,13 @@ class EndFrames {
   [[nodiscard]] const std::vector<double>& weights(int64_t distance, int64_t frames);
 
  private:
-  double widening_;
+  double widening_, noise_;
   int64_t used_;
   std::map<std::pair<int64_t, int64_t>, std::vector<double>> known_; // by distance and frames looked at
 };
+
+// Has the positions of a table over 0 .. n-1 take no samples beyond the ends: those are replaced by what
+// predicts them.
+void continue_rows(FilterTable& table, int64_t n, EndFrames& ends);
 
 } // namespace bccsplat

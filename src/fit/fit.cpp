@@ -51,11 +51,6 @@ struct Channel {
   int32_t slab_index = 0;
 };
 
-Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
-  return Lattice4::fit(options.lattice, {options.dims[0], options.dims[1], options.dims[2], frames},
-                       options.scales, options.lead);
-}
-
 // Returns how much the filter in time is stretched.
 double time_widening(const Lattice4& lattice) {
   return lattice.is_static() ? 1 : std::max(1.0, lattice.time_step / lattice.layer_distance());
@@ -80,6 +75,11 @@ LayerCounts counts_of(const LayerMaker& maker, uint64_t sites_total) {
 
 } // namespace
 
+Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
+  return Lattice4::fit(options.lattice, {options.dims[0], options.dims[1], options.dims[2], frames},
+                       options.scales, options.lead, options.margins);
+}
+
 void LayerCounts::add(const LayerCounts& other) {
   sites_total += other.sites_total, sites_kept += other.sites_kept;
   holes += other.holes, clamped += other.clamped;
@@ -89,8 +89,7 @@ void LayerCounts::add(const LayerCounts& other) {
 struct Fit::State {
   State(const FitOptions& o, FitSink s, const Context& c, MaskSink m)
       : options(o), sink(std::move(s)), mask_sink(std::move(m)), context(c), pool(c.memory),
-        lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), resampler(lattice, o.filter),
-        ends(time_widening(lattice)) {
+        lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), ends(time_widening(lattice)) {
     if (options.channels.empty()) fail(Code::invalid_argument, "fit: no channel");
     if (options.lead < 0 || options.lead % 2 != 0)
       fail(Code::invalid_argument, "fit: ", options.lead,
@@ -107,9 +106,9 @@ struct Fit::State {
   FitSink sink;
   MaskSink mask_sink;
   Context context;
-  SiteBlockPool pool; // outlives the channels
-  Lattice4 lattice;   // of two frames as long as their number is not known
-  SpatialResampler resampler;
+  SiteBlockPool pool;                                // outlives the channels
+  Lattice4 lattice;                                  // of two frames as long as their number is not known
+  std::map<FaceLevels, SpatialResampler> resamplers; // made when a frame needs them
   EndFrames ends;
   std::vector<std::unique_ptr<Channel>> channels;
   bool layers_given = false; // instead of frames
@@ -213,7 +212,7 @@ struct Fit::State {
     if (scan.finite == 0 && !c.window.empty())
       sites.block = c.window.back().block;
     else
-      sites = resampler.resample(frame, scan.cells, c.options.unit, pool, context);
+      sites = resampler_of(frame).resample(frame, scan.cells, c.options.unit, pool, context);
     if (scan.finite > 0 && !c.any_known)
       for (FrameSites& earlier : c.window) earlier.block = sites.block;
     c.any_known = c.any_known || scan.finite > 0;
@@ -224,6 +223,11 @@ struct Fit::State {
     c.window.push_back(std::move(sites));
     ++c.frames;
     make_layers(c, index);
+  }
+
+  const SpatialResampler& resampler_of(const Frame& frame) {
+    const FaceLevels faces = lattice.has_margins() ? choose_face_levels(frame, lattice) : usual_face_levels;
+    return resamplers.try_emplace(faces, lattice, options.filter, faces).first->second;
   }
 
   // In source samples; that around a sample belongs to it for half a distance.

@@ -54,6 +54,9 @@ struct FitOptions {
   // Layers beyond each end of time, even, made of predicted frames (ends.h); 0: none, and frames beyond an
   // end are mirror images. Layers that are given are never more than those of the series.
   int32_t lead = 0;
+  // Planes outside both faces of each axis, even, made of predicted samples; 0: none, and samples beyond a
+  // face are mirror images. Layers that are given hold them.
+  Int3 margins{0, 0, 0};
   Filter filter = Filter::kaiser8;
   bool lowpass = false; // frames first lose what the lattice cannot hold (lowpass.h); not CC
   NonFinite nonfinite = NonFinite::error;
@@ -65,6 +68,9 @@ struct FitOptions {
   std::optional<FitPart> part; // none: all of the series; else dims[3] > 0, and frames, not layers, are given
   std::vector<FitChannel> channels{1};
 };
+
+// The lattice of a series of `frames`.
+[[nodiscard]] Lattice4 lattice_of(const FitOptions& options, uint32_t frames);
 
 // Layers slab * slab_layers .. of one channel, fewer than slab_layers only at the end. Slabs of a channel
 // come in rising order, all of them, from the thread that called the Fit. Values are relative to air and

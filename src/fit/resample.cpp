@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <span>
 
+#include "fit/face_table.h"
 #include "fit/resample_tile.h"
 #include "fit/site_axis.h"
 
@@ -63,7 +64,8 @@ struct SpatialResampler::Scratch {
   }
 };
 
-SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter) : cosets_(lattice.space.cosets()) {
+SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const FaceLevels& faces)
+    : cosets_(lattice.space.cosets()) {
   double widest = 1;
   for (int c = 0; c < cosets_; ++c) {
     Coset& coset = coset_[static_cast<size_t>(c)];
@@ -74,7 +76,9 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter) : cos
       widest = std::max(widest, widening);
       const std::vector<double> positions = site_positions(lattice, c, a);
       Axis& axis = coset.axis[a];
-      axis.table = filter_table(filter, widening, positions);
+      axis.table = lattice.before[a] + lattice.behind[a] > 0
+                       ? face_table(lattice, c, a, filter, widening, face_noises[faces[a]])
+                       : filter_table(filter, widening, positions);
       for (const double p : positions) axis.nearest.push_back(nearest_sample(p, n_[a]));
       for (int32_t begin = 0; begin < coset.dims[a]; begin += brick_edge) {
         const auto last = static_cast<size_t>(std::min(begin + brick_edge, coset.dims[a]) - 1);

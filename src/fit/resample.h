@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/context.h"
+#include "fit/face_noise.h"
 #include "fit/filter.h"
 #include "fit/frame.h"
 #include "fit/packed_block.h"
@@ -20,7 +21,8 @@ namespace bccsplat {
 
 class SpatialResampler {
  public:
-  SpatialResampler(const Lattice4& lattice, Filter filter);
+  // faces: how samples beyond the faces are foretold, where planes lie outside.
+  SpatialResampler(const Lattice4& lattice, Filter filter, const FaceLevels& faces = usual_face_levels);
 
   // Returns null for a brick where all samples within its reach are air. The result has the same bits for any
   // number of threads and however the frame is divided into boxes. unit: as of packing_unit.

@@ -8,7 +8,7 @@
 
 namespace bccsplat {
 
-// They are not plane * space_step, so that the last plane falls on the last sample exactly.
+// They are not plane * space_step, so that a plane falls on the last sample exactly.
 [[nodiscard]] std::vector<double> site_positions(const Lattice4& lattice, int coset, size_t axis);
 // The source sample nearest to a position on an axis of n samples; the later one of two at equal distance.
 [[nodiscard]] int64_t nearest_sample(double position, int64_t n);

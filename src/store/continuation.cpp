@@ -157,9 +157,9 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
     fail(Code::wrong_state, path, ": ", what,
          " of its series and of the one to be appended differ; import all anew");
   };
-  if (a.kind != b.kind || !(a.space == b.space) || a.time_step != b.time_step || a.lead != b.lead ||
-      a.is_static() || !std::equal(a.dims.begin(), a.dims.begin() + 3, b.dims.begin()) ||
-      was.slab_layers != now.slab_layers)
+  if (a.kind != b.kind || !(a.space == b.space) || a.before != b.before || a.behind != b.behind ||
+      a.time_step != b.time_step || a.lead != b.lead || a.is_static() ||
+      !std::equal(a.dims.begin(), a.dims.begin() + 3, b.dims.begin()) || was.slab_layers != now.slab_layers)
     differs("the lattices");
   if (frames > 0 && a.dims[3] > b.dims[3]) differs("the numbers of frames");
   if (was.coefficient_kernel != now.coefficient_kernel) differs("the kernels of coefficients");
@@ -194,8 +194,8 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
       refuse("its frames are held to a bound by corrections");
   require_rising(part.times);
   require_equal_times(settings.path, was, part.times);
-  options.lead = was.lattice.lead;
-  lattice_ = Lattice4::fit(options.lattice, options.dims, options.scales, options.lead);
+  options.lead = was.lattice.lead, options.margins = was.lattice.before;
+  lattice_ = lattice_of(options, options.dims[3]);
   rest_ = rest_of_series(lattice_, options, use, done);
   for (const ChannelInfo& channel : was.channels)
     if (was.coefficient_kernel.empty() && channel.clamped > 0 && !(was.tail && was.tail->slabs == slabs()))

@@ -79,6 +79,7 @@ WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool o
     for (const SampleErrors& e : sum.channels[c].errors) report.corrected += e.corrected;
     report.frames_measured = std::max<uint64_t>(report.frames_measured, sum.channels[c].errors.size());
   }
+  report.take_outside(info.lattice, 0, info.lattice.layers(), fits.size());
   report.coding_rmse = coding_rmse(fits);
   report.set_file(written);
   return report;

@@ -6,6 +6,7 @@
 #include "fit/round_layer.h"
 #include "formats/bcc4/metadata.h"
 #include "kernel/cc_kernel.h"
+#include "points/crop.h"
 #include "store/channel_info.h"
 #include "store/coefficient_slabs.h"
 
@@ -18,13 +19,16 @@ bool stores_coefficients(const VolumeInfo& info, const RecodeSettings& settings)
 
 // Whether the new file stores the same numbers of a channel in the same slabs.
 bool keeps_numbers(const VolumeInfo& was, const VolumeInfo& now, size_t channel) {
-  return was.coefficient_kernel == now.coefficient_kernel && was.slab_layers == now.slab_layers &&
+  return was.lattice == now.lattice && was.coefficient_kernel == now.coefficient_kernel &&
+         was.slab_layers == now.slab_layers &&
          static_cast<const Quantiser&>(was.channels[channel]) ==
              static_cast<const Quantiser&>(now.channels[channel]);
 }
 
 VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
   VolumeInfo info = was;
+  // Readers of earlier versions take mirror images at the faces.
+  if (settings.format == 1 || settings.format == 2) info.lattice = was.lattice.without_margins();
   const bool coefficients = stores_coefficients(was, settings);
   const std::string& own = was.coefficient_kernel.empty() ? was.recommended_kernel : was.coefficient_kernel;
   if (!settings.kernel.empty()) info.recommended_kernel = make_kernel(settings.kernel).name;
@@ -56,7 +60,10 @@ class Layers {
  public:
   Layers(const Bcc4Samples& stored, const VolumeInfo& made) {
     const VolumeInfo& was = stored.reader().info();
-    kept_ = was.coefficient_kernel == made.coefficient_kernel;
+    if (!(was.lattice == made.lattice)) cropped_ = made.lattice.space, first_ = was.lattice.first_inside();
+    // Coefficients are those of samples that go on differently.
+    kept_ =
+        was.coefficient_kernel == made.coefficient_kernel && (!cropped_ || was.coefficient_kernel.empty());
     from_ = &stored;
     if (kept_ || was.coefficient_kernel.empty()) return;
     const Kernel kernel = was.lattice.space.bcc ? make_kernel(was.coefficient_kernel)
@@ -68,11 +75,14 @@ class Layers {
   [[nodiscard]] bool kept() const { return kept_; }
   [[nodiscard]] BrickLayer read(int channel, int32_t layer, const Context& context) const {
     const SampleSource& source = fields_.empty() ? *from_ : *fields_[static_cast<size_t>(channel)];
-    return source.read_layer(channel, layer, {}, context);
+    BrickLayer read = source.read_layer(channel, layer, {}, context);
+    return cropped_ ? crop_layer(read, *cropped_, first_) : read;
   }
 
  private:
   bool kept_ = false;
+  std::optional<Lattice3> cropped_; // without planes outside; none: all is kept
+  Int3 first_{};                    // site inside
   const SampleSource* from_ = nullptr;
   std::vector<std::unique_ptr<const SampledField>> fields_;
 };
@@ -146,6 +156,7 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, c
   report.cc_samples = info.cc_samples() * info.channels.size();
   for (const ChannelInfo& channel : info.channels) report.cc_relevant += channel.cc_relevant;
   report.sites_total = written.sites_total, report.sites_kept = written.sites_kept;
+  report.take_outside(info.lattice, 0, info.lattice.layers(), info.channels.size());
   report.holes = written.holes, report.clamped = 0;
   for (const ChannelInfo& channel : writer.info().channels) report.clamped += channel.clamped;
   report.set_file(written);

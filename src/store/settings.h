@@ -24,6 +24,14 @@ enum class Ends : uint8_t {
   mirror = 2
 };
 
+// How the field goes on beyond the faces.
+enum class Faces : uint8_t {
+  automatic =
+      0,       // of frames predicted, unless the sites are the source samples; of layers and fields mirrored
+  predict = 1, // planes outside are stored; layers and fields that are given hold them
+  mirror = 2
+};
+
 // Which source frames are compared with what a reader of the file gets.
 enum class Measure : uint8_t {
   bounded = 0, // all where an error bound is asked for, else none
@@ -74,6 +82,7 @@ struct WriterSettings {
   bool lowpass = false;
   NonFinite nonfinite = NonFinite::error;
   Ends ends = Ends::automatic;
+  Faces faces = Faces::automatic;
   bool coefficients = false; // stored in place of samples
   std::optional<PartSettings> part;
 

@@ -15,6 +15,8 @@ namespace {
 
 // Layers beyond each end of a predicted series: more than a kernel's reach.
 constexpr int32_t end_layers = 4;
+// Part of an axis that the planes outside are at most, asked for and unasked.
+constexpr int32_t most_asked = 5, most_unasked = 16;
 // Layers of a series that is predicted unasked: the ends then add at most a quarter.
 constexpr int32_t fewest_layers = 8 * end_layers;
 
@@ -119,8 +121,8 @@ void VolumeWriter::check_settings() const {
 void VolumeWriter::begin_info() {
   const WriterSettings& s = settings_;
   // Refuses impossible sizes before anything is written.
-  initial_.lattice =
-      Lattice4::fit(s.lattice, {s.dims[0], s.dims[1], s.dims[2], std::max(s.dims[3], 1u)}, s.scales);
+  if (s.faces == Faces::predict) fit_options_.margins = outside_planes(given_planes);
+  initial_.lattice = lattice_of(fit_options_, std::max(s.dims[3], 1u));
   initial_.scale = mean_in_space(s.scales), initial_.time_scale = s.scales[3];
   initial_.slab_layers = fit_options_.slab_layers;
   initial_.affine = s.affine;
@@ -162,8 +164,8 @@ void VolumeWriter::begin_part() {
         fail(Code::invalid_argument, "channel ", channel.name,
              ": what a part clamps to is the range of the series, which it must be told");
     require_rising(asked.times);
-    fit_options_.lead = predicted_layers();
-    initial_.lattice = Lattice4::fit(settings_.lattice, settings_.dims, settings_.scales, fit_options_.lead);
+    fit_options_.lead = predicted_layers(), fit_options_.margins = outside_planes(frame_planes);
+    initial_.lattice = lattice_of(fit_options_, settings_.dims[3]);
     const auto plan = [&](std::span<const uint32_t> measured) {
       LayerUse use = layer_use();
       use.measured = measured;
@@ -175,7 +177,7 @@ void VolumeWriter::begin_part() {
     begin_earlier(asked.early_frames, part_->fit);
     fit_options_.part = part_->fit;
   }
-  fit_options_.lead = initial_.lattice.lead;
+  fit_options_.lead = initial_.lattice.lead, fit_options_.margins = initial_.lattice.before;
   times_ = asked.times;
   added_.assign(added_.size(), fit_options_.part->first_given);
 }
@@ -190,6 +192,22 @@ int32_t VolumeWriter::predicted_layers() const {
   if (s.lattice == LatticeKind::cc || s.dims[3] == 0) return 0;
   const Lattice4 lattice = Lattice4::fit(s.lattice, s.dims, s.scales);
   return lattice.layers() < fewest_layers ? 0 : end_layers;
+}
+
+// `wanted` or none, by axis. A series that is appended to keeps the planes it has.
+Int3 VolumeWriter::outside_planes(int32_t wanted) const {
+  const WriterSettings& s = settings_;
+  if (s.continuity == Continuity::append)
+    return Bcc4Reader::open(open_file_source(s.path))->info().lattice.before;
+  const Lattice4 lattice = Lattice4::fit(s.lattice, {s.dims[0], s.dims[1], s.dims[2], 1}, s.scales);
+  const bool asked = s.faces == Faces::predict, samples = lattice.sites_are_samples();
+  Int3 planes{};
+  if (s.faces == Faces::mirror || (samples && !asked)) return planes;
+  for (size_t a = 0; a < 3; ++a) {
+    const int32_t part = asked ? most_asked : most_unasked, all = lattice.space.last[a] + 2 * wanted;
+    if (2 * wanted * part <= all) planes[a] = wanted;
+  }
+  return planes;
 }
 
 LayerUse VolumeWriter::layer_use() const { return {settings_.coefficients, initial_.recommended_kernel}; }
@@ -282,6 +300,8 @@ WriteReport VolumeWriter::finish() {
       if (const RoundTrip* const measured = measuring_.round_trip())
         report.corrected += measured->errors(static_cast<int>(c)).corrected;
     }
+    report.take_outside(result.lattice, part_ ? part_->fit.first_own : 0,
+                        part_ ? part_->fit.end_own : result.lattice.layers(), added_.size());
     if (const RoundTrip* const measured = measuring_.round_trip())
       report.frames_measured = measured->frames().size();
     if (continued_) report.slabs_reused = static_cast<uint64_t>(continued_->slabs()) * added_.size();

@@ -88,6 +88,10 @@ class VolumeWriter {
   void begin_info();
   void begin_part();
   [[nodiscard]] int32_t predicted_layers() const;
+  // Planes outside each face: of frames, which make up for the mirrors behind them (fit/face_table.h), and of
+  // layers and fields, which do not.
+  static constexpr int32_t frame_planes = 2, given_planes = 4;
+  [[nodiscard]] Int3 outside_planes(int32_t wanted) const;
   [[nodiscard]] LayerUse layer_use() const;
   // What is made of the series; null: all of it.
   [[nodiscard]] const SeriesPart* part_made() const {

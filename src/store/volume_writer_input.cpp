@@ -144,12 +144,12 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
     fit_options_.channels.push_back(code_channel(settings_.channels[c],
                                                  c == first_channel ? first_type : SourceType::f32,
                                                  settings_.coefficients, initial_.channels[c]));
-  if (input == Input::frames && !continued_) fit_options_.lead = predicted_layers();
+  if (input == Input::frames && !continued_)
+    fit_options_.lead = predicted_layers(), fit_options_.margins = outside_planes(frame_planes);
   if (input == Input::frames && settings_.coefficients)
     fit_options_.lasting_layers =
-        fit_options_.slab_layers *
-        lasting_slabs(Lattice4::fit(settings_.lattice, settings_.dims, settings_.scales, fit_options_.lead),
-                      fit_options_, layer_use(), settings_.dims[3]);
+        fit_options_.slab_layers * lasting_slabs(lattice_of(fit_options_, settings_.dims[3]), fit_options_,
+                                                 layer_use(), settings_.dims[3]);
   fit_ = std::make_unique<Fit>(
       fit_options_,
       [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {

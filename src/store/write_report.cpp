@@ -19,6 +19,11 @@ void WriteReport::add(const FitChannelReport& channel, uint64_t samples, SourceT
   bytes_source += samples * source_bytes(type);
 }
 
+void WriteReport::take_outside(const Lattice4& lattice, int32_t begin, int32_t end, size_t channels) {
+  sites_outside = channels * static_cast<uint64_t>(lattice.sites_outside(begin, end));
+  sites_total -= sites_outside;
+}
+
 void WriteReport::set_file(const Bcc4Report& written) {
   bytes_corrections = written.bytes_corrections;
   bytes = written.bytes;

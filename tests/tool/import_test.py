@@ -63,6 +63,28 @@ class Import(ToolTest):
         self.assertGreater(sites['predict'], sites['mirror'])
         self.assertLess(2 * worst['predict'], worst['mirror'])
 
+    def test_faces(self):
+        dims = (20, 18, 44, 3)
+        args = self.raw('a.raw', dims, lambda x, y, z, t: 100 + 50 * math.sin(.9 * x - .6 * y + .5 * z + .4 * t), 'f32')
+        fixed = ('--lattice', 'd4star', '--exact')
+        worst = {}
+        for faces in ('predict', 'mirror'):
+            self.bcc4('import', *args, *fixed, '--faces', faces, '-o', faces + '.bcc4', '--quiet')
+            worst[faces] = self.json('verify', faces + '.bcc4', '--against', 'a.raw', '--dims', '20,18,44,3', '--dtype', 'f32')['max_abs']
+        self.bcc4('import', *args, *fixed, '-o', 'default.bcc4', '--quiet')
+        outside = {n: self.json('info', n + '.bcc4')['planes_outside']['before'] for n in ('predict', 'mirror', 'default')}
+        self.assertEqual(outside, {'predict': [2, 2, 2], 'mirror': [0, 0, 0], 'default': [0, 0, 2]})
+        self.assertLess(3 * worst['predict'], worst['mirror'])
+        self.assertEqual(self.json('info', 'predict.bcc4')['sites_total'], self.json('info', 'mirror.bcc4')['sites_total'])
+        self.assertGreater(self.json('info', 'predict.bcc4')['sites_outside'], 0)
+        self.assertIn('planes outside z 2 + 2', self.bcc4('info', 'default.bcc4')[0])
+        # Whichever way one looks, the domain is that of the samples.
+        self.bcc4('slice', 'predict.bcc4', '--plane', '0,0,1,0,0', '-o', 'z0.nrrd', '--quiet')
+        self.bcc4('export', 'predict.bcc4', '--index', '--time', 1, '-o', 'f.nrrd', '--quiet')
+        # Older readers get a file without the planes.
+        self.bcc4('recode', 'predict.bcc4', '-o', 'old.bcc4', '--format', 2, '--quiet')
+        self.assertEqual(self.json('info', 'old.bcc4')['planes_outside']['before'], [0, 0, 0])
+
     def test_values_that_would_overflow_are_refused(self):
         args = self.raw('a.raw', DIMS, lambda x, y, z, t: 1e37 if (x, y, z, t) == (1, 2, 3, 2) else 1)
         _, err = self.bcc4('import', *args, '-o', 'a.bcc4', expect=3)

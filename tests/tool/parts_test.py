@@ -56,6 +56,18 @@ class Parts(ToolTest):
             self.assert_equal(self.cut(args, spans), spans)
         self.assertEqual(self.json('verify', 'joined.bcc4')['ok'], True)
 
+    def test_planes_outside_the_faces(self):
+        args = self.raw('a.raw', DIMS, blob)
+        for more in (('--faces', 'predict'), ('--faces', 'predict', '--store', 'coefficients')):
+            self.assert_equal(self.cut(args, ['0-14', '15-46'], *more), more)
+        self.assertNotEqual(self.json('info', 'one.bcc4')['planes_outside']['before'], [0, 0, 0])
+        # A series that goes on keeps the planes it has.
+        fixed = ('--lattice', 'd4star', '--exact')
+        self.bcc4('import', *self.raw('b.raw', DIMS[:3] + (30,), blob), *fixed, '--faces', 'predict', '-o', 'grown.bcc4', '--quiet')
+        self.bcc4('import', *args, *fixed, '--append', '-o', 'grown.bcc4', '--quiet')
+        self.bcc4('import', *args, *fixed, '--faces', 'predict', '-o', 'whole.bcc4', '--quiet')
+        self.assert_equal((self.read('whole.bcc4'), self.read('grown.bcc4')), 'append')
+
     def test_the_tasks_of_an_array(self):
         """examples/import_array.sh as Slurm calls it, one task twice; and the line for one machine."""
         args = self.raw('a.raw', DIMS, blob)

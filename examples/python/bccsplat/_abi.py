@@ -70,6 +70,9 @@ MEASURE_ALL = 2
 ENDS_DEFAULT = 0
 ENDS_PREDICT = 1
 ENDS_MIRROR = 2
+FACES_DEFAULT = 0
+FACES_PREDICT = 1
+FACES_MIRROR = 2
 CHANNEL_SET_AIR = 1
 CHANNEL_SET_RANGE = 2
 PARTIAL_DEFAULT = 0
@@ -233,7 +236,7 @@ class WriterOptions(Struct):
     reserved: int
     part: Any
     ends: int
-    reserved_end: int
+    faces: int
     scales: Array[c_double]
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
@@ -242,7 +245,7 @@ class WriterOptions(Struct):
         ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
         ("partial", c_int32), ("lowpass", c_int32), ("reserved", c_uint32), ("part", POINTER(SeriesPart)),
-        ("ends", c_int32), ("reserved_end", c_uint32), ("scales", c_double * 4)]
+        ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4)]
 
 
 class Box(Struct):
@@ -286,13 +289,14 @@ class WriterReport(Struct):
     bytes_corrections: int
     coding_max: float
     coding_rmse: float
+    sites_outside: int
     _fields_ = [("struct_size", c_uint32), ("slabs_reused", c_uint32), ("frames", c_uint64),
         ("cc_samples", c_uint64), ("cc_relevant", c_uint64), ("sites_total", c_uint64),
         ("sites_kept", c_uint64), ("holes", c_uint64), ("clamped", c_uint64), ("nonfinite", c_uint64),
         ("bytes_source", c_uint64), ("bytes_file", c_uint64), ("bytes_runs", c_uint64),
         ("bytes_values", c_uint64), ("bytes_index", c_uint64), ("frames_measured", c_uint64),
         ("corrected", c_uint64), ("bytes_corrections", c_uint64), ("coding_max", c_double),
-        ("coding_rmse", c_double)]
+        ("coding_rmse", c_double), ("sites_outside", c_uint64)]
 
 
 class ErrorReport(Struct):
@@ -365,6 +369,9 @@ class VolumeInfo(Struct):
     part_first: int
     part_end: int
     scales: Array[c_double]
+    planes_before: Array[c_uint32]
+    planes_behind: Array[c_uint32]
+    sites_outside: int
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -373,7 +380,8 @@ class VolumeInfo(Struct):
         ("channel_count", c_uint32), ("time_uniform", c_int32), ("store", c_int32), ("has_holes", c_int32),
         ("bytes_file", c_uint64), ("bytes_runs", c_uint64), ("bytes_values", c_uint64),
         ("bytes_index", c_uint64), ("bytes_read", c_uint64), ("attribute_count", c_uint64),
-        ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4)]
+        ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4),
+        ("planes_before", c_uint32 * 3), ("planes_behind", c_uint32 * 3), ("sites_outside", c_uint64)]
 
 
 class ChannelInfo(Struct):

@@ -339,6 +339,11 @@ Run add_import(CLI::App& app, std::string command_line) {
   add_choice<int32_t>(import, "--ends", a->settings.ends, kEndsChoices,
                       "Before the first frame and after the last: as they foretell, with four layers more at "
                       "each end (default from 23 frames on), or the mirror image");
+  add_choice<int32_t>(
+      import, "--faces", a->settings.faces, kFacesChoices,
+      "Beyond the first and last sample along x, y and z: as those inside foretell, with two "
+      "planes of the lattice more at each face (default along axes of 43 samples or more), or the "
+      "mirror image");
   import
       .add_option("--scale", a->scale,
                   "Lattice distance in source samples (default 1): of x, y and z, or one for each, and for t "

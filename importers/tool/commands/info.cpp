@@ -53,11 +53,13 @@ Json info_json(const Volume& volume, bool histogram) {
   j["lattice"] = lattice_name(v.lattice);
   j["cc_samples"] = v.cc_samples;
   j["sites_total"] = v.sites_total;
+  j["sites_outside"] = v.sites_outside;
   j["sites_kept"] = v.channel_count == 1 ? first.sites_kept : kept;
   j["layers"] = v.layer_count;
   j["scale"] = v.scale;
   j["time_scale"] = v.time_scale;
   j["scales"] = v.scales;
+  j["planes_outside"] = {{"before", v.planes_before}, {"behind", v.planes_behind}};
   j["value_type"] = value_type_name(first.value_type);
   j["range"] = {first.range[0], first.range[1]};
   j["times"] = {{"count", v.dims[3]},
@@ -118,6 +120,15 @@ void print_histogram(const bccsplat_channel_info& c) {
 }
 
 // Of the lattice along x, y, z and t.
+// Planes of the lattice outside the first and the last sample, where there are some.
+std::string outside_text(const bccsplat_volume_info& v) {
+  std::string text;
+  for (size_t a = 0; a < 3; ++a)
+    if (const uint32_t before = v.planes_before[a], behind = v.planes_behind[a]; before + behind > 0)
+      text += concat(text.empty() ? ", planes outside " : ", ", "xyz"[a], " ", before, " + ", behind);
+  return text;
+}
+
 std::string distances_text(const bccsplat_volume_info& v) {
   std::string text;
   for (size_t a = 0; a < (v.dims[3] > 1 ? 4 : 3); ++a)
@@ -154,7 +165,7 @@ void print_info(const Volume& volume, const InfoArguments& a) {
   std::printf("%s\n", a.file.c_str());
   line("samples", v.dims[0], " x ", v.dims[1], " x ", v.dims[2], " x ", v.dims[3], " = ", v.cc_samples);
   line("lattice", lattice_name(v.lattice), ", ", v.sites_total, " sites", share(v.sites_total, v.cc_samples),
-       " in ", v.layer_count, " layers", ", distances ", distances_text(v));
+       " in ", v.layer_count, " layers", ", distances ", distances_text(v), outside_text(v));
   line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
        v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven");
   if (v.part_end > 0)
@@ -172,7 +183,8 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          value_type_name(ch.value_type), " from ", value_type_name(ch.source_type), steps_text(ch),
          ", range ", ch.range[0], " to ", ch.range[1], ", air ", ch.air,
          ch.air_threshold > 0 ? concat(" +- ", ch.air_threshold) : "", ", ", ch.sites_kept, " sites stored",
-         share(ch.sites_kept, v.sites_total), ch.holes > 0 ? concat(", ", ch.holes, " holes") : "",
+         share(ch.sites_kept, v.sites_total + v.sites_outside),
+         ch.holes > 0 ? concat(", ", ch.holes, " holes") : "",
          ch.missing > 0 ? concat(", ", ch.missing, " samples missing", share(ch.missing, v.cc_samples)) : "");
     print_errors(ch);
     if (a.histogram) print_histogram(ch);

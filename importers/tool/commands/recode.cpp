@@ -54,7 +54,7 @@ Exit run_recode(const RecodeArguments& a) {
   } else if (!a.common.quiet) {
     std::printf("%s: %llu of %llu sites -> %s\n", a.output.c_str(),
                 static_cast<unsigned long long>(report.sites_kept),
-                static_cast<unsigned long long>(report.sites_total),
+                static_cast<unsigned long long>(report.sites_total + report.sites_outside),
                 byte_text(static_cast<double>(report.bytes_file)).c_str());
   }
   return Exit::ok;

@@ -17,6 +17,7 @@ constexpr uint64_t kSampledFrames = 8; // of a series: more take longer, fewer t
 uint64_t count_sites(const Device& device, const SeriesDescription& s, WriterSettings settings,
                      const std::vector<ChannelScan>& scans) {
   settings.nonfinite = BCCSPLAT_NONFINITE_DEFAULT;
+  settings.faces = BCCSPLAT_FACES_MIRROR; // sites outside are not counted
   auto whole = sized<bccsplat_series_part>();
   whole.end = s.dims[3], whole.times = s.times.values.data();
   return lattice_sites(

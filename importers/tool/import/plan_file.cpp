@@ -34,6 +34,7 @@ Json settings_json(const WriterSettings& s) {
   j["filter"] = name_of(s.filter, kFilterChoices);
   j["lowpass"] = s.lowpass;
   j["ends"] = name_of(s.ends, kEndsChoices);
+  j["faces"] = name_of(s.faces, kFacesChoices);
   j["store"] = name_of(s.store, kStoreChoices);
   j["nonfinite"] = name_of(s.nonfinite, kNonfiniteChoices);
   j["quantize"] = name_of(s.quantize, kTypeChoices);
@@ -54,6 +55,7 @@ WriterSettings read_settings(const Json& j) {
   s.filter = value_of(j.at("filter"), kFilterChoices, BCCSPLAT_FILTER_DEFAULT);
   s.lowpass = j.at("lowpass").get<bool>();
   s.ends = value_of(j.at("ends"), kEndsChoices, BCCSPLAT_ENDS_DEFAULT);
+  s.faces = value_of(j.at("faces"), kFacesChoices, BCCSPLAT_FACES_DEFAULT);
   s.store = value_of(j.at("store"), kStoreChoices, BCCSPLAT_STORE_DEFAULT);
   s.nonfinite = value_of(j.at("nonfinite"), kNonfiniteChoices, BCCSPLAT_NONFINITE_DEFAULT);
   s.quantize = value_of(j.at("quantize"), kTypeChoices, BCCSPLAT_TYPE_DEFAULT);

@@ -213,6 +213,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.filter = settings.filter;
   options.lowpass = settings.lowpass ? 1 : 0;
   options.ends = settings.ends;
+  options.faces = settings.faces;
   options.store = settings.store;
   options.nonfinite = settings.nonfinite;
   if (has_fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT)

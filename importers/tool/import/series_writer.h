@@ -29,6 +29,7 @@ struct WriterSettings {
   int32_t filter = BCCSPLAT_FILTER_DEFAULT;
   bool lowpass = false;
   int32_t ends = BCCSPLAT_ENDS_DEFAULT;
+  int32_t faces = BCCSPLAT_FACES_DEFAULT;
   int32_t store = BCCSPLAT_STORE_DEFAULT;
   int32_t nonfinite = BCCSPLAT_NONFINITE_DEFAULT;
   int32_t quantize = BCCSPLAT_TYPE_DEFAULT;

@@ -108,7 +108,7 @@ void print_summary(const SeriesDescription& s, const ImportResult& import, doubl
               static_cast<unsigned long long>(r.cc_samples), static_cast<unsigned long long>(r.sites_total),
               short_number(ratio(r.sites_total, r.cc_samples), 4).c_str(),
               static_cast<unsigned long long>(r.sites_kept),
-              short_number(100 * ratio(r.sites_kept, r.sites_total), 4).c_str());
+              short_number(100 * ratio(r.sites_kept, r.sites_total + r.sites_outside), 4).c_str());
   if (r.nonfinite > 0)
     std::printf("  %llu source values were not finite\n", static_cast<unsigned long long>(r.nonfinite));
   if (r.clamped > 0)
@@ -134,6 +134,7 @@ Json summary_json(const SeriesDescription& s, const ImportResult& import, double
           {"cc_samples", r.cc_samples},
           {"cc_relevant", r.cc_relevant},
           {"sites_total", r.sites_total},
+          {"sites_outside", r.sites_outside},
           {"sites_kept", r.sites_kept},
           {"holes", r.holes},
           {"clamped", r.clamped},

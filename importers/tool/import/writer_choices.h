@@ -22,6 +22,8 @@ inline const Choices<int32_t> kTypeChoices{{"u8", BCCSPLAT_TYPE_U8},
                                            {"u16", BCCSPLAT_TYPE_U16},
                                            {"f16", BCCSPLAT_TYPE_F16},
                                            {"f32", BCCSPLAT_TYPE_F32}};
+inline const Choices<int32_t> kFacesChoices{{"predict", BCCSPLAT_FACES_PREDICT},
+                                            {"mirror", BCCSPLAT_FACES_MIRROR}};
 inline const Choices<int32_t> kEndsChoices{{"predict", BCCSPLAT_ENDS_PREDICT},
                                            {"mirror", BCCSPLAT_ENDS_MIRROR}};
 inline const Choices<int32_t> kStoreChoices{{"samples", BCCSPLAT_STORE_SAMPLES},
