@@ -7,8 +7,10 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
-#include "fit/ends.h"
-#include "tests/bench/fit/lattice_faces.h"
+#include "formats/bcc4/bcc4.h"
+#include "store/volume_writer.h"
+#include "tests/bench/fit/fit_fields.h"
+#include "tests/bench/fit/fit_source.h"
 #include "tests/bench/paper/paper.h"
 #include "tests/support/fields.h"
 
@@ -19,31 +21,13 @@ using test::TestContext;
 using Gradient = std::array<float, 4>;
 
 constexpr uint64_t cache = 4ull << 30;
-constexpr uint32_t halo = 8;    // samples of a continued series around the source
-constexpr uint32_t around = 11; // of a real set around a box: another lattice than with the halo
+constexpr uint32_t around = 11; // of a real set around a box: another lattice than with planes outside
 
-// How the field goes on beyond the faces.
-enum class Beyond : uint8_t { mirrored, odd, along_rows, unmirrored, odd_on_lattice, from_lattice };
-constexpr Beyond candidates[] = {Beyond::mirrored,       Beyond::odd,
-                                 Beyond::along_rows,     Beyond::unmirrored,
-                                 Beyond::odd_on_lattice, Beyond::from_lattice};
+// How the field goes on beyond the faces: planes of the lattice outside, 0: mirrored.
+constexpr int32_t candidates[] = {0, 2};
 
-const char* name_of(Beyond beyond) {
-  switch (beyond) {
-  case Beyond::mirrored:
-    return "mirrored";
-  case Beyond::odd:
-    return "planes of 2 f(face) - f";
-  case Beyond::along_rows:
-    return "planes predicted from frames";
-  case Beyond::unmirrored:
-    return "mirrored, but predicted in rows";
-  case Beyond::odd_on_lattice:
-    return "2 f(face) - f, in rows and on the lattice";
-  case Beyond::from_lattice:
-    break;
-  }
-  return "predicted, in rows and on the lattice";
+std::string name_of(int32_t margin) {
+  return margin == 0 ? "mirrored" : concat("predicted, ", margin, " planes outside");
 }
 
 struct Values {
@@ -55,70 +39,22 @@ using Truth = std::function<Values(std::span<const Vec4>)>;
 // A field that can be asked at source samples' positions.
 struct Fitted {
   MemorySamples samples;
-  Vec3 origin; // of source sample 0
 
   [[nodiscard]] Values at(std::span<const Vec4> points) const {
     TestContext context;
     const Coefficients c(samples, 0, make_kernel("default"), 0, cache);
-    std::vector<Vec4> moved(points.begin(), points.end());
-    for (Vec4& p : moved)
-      for (size_t a = 0; a < 3; ++a) p[a] += origin[a];
     Values v{std::vector<float>(points.size()), std::vector<Gradient>(points.size())};
-    (void)evaluate4(c, moved, v.value, v.gradient, context.get());
+    (void)evaluate4(c, points, v.value, v.gradient, context.get());
     return v;
   }
 };
 
-// The series with `halo` samples more at every face, axis after axis.
-FitSeries continued(const FitSeries& s, Beyond beyond) {
-  FitSeries now = s;
-  EndFrames ends(1);
-  for (size_t axis = 0; axis < 3; ++axis) {
-    const FitSeries from = std::move(now);
-    now = {from.dims, {}};
-    now.dims[axis] += 2 * halo;
-    const auto n = static_cast<int64_t>(from.dims[axis]);
-    size_t stride = 1;
-    for (size_t a = 0; a < axis; ++a) stride *= from.dims[a];
-    const size_t rows = from.values.size() / stride / static_cast<size_t>(n);
-    now.values.reserve(rows * stride * now.dims[axis]);
-    for (size_t r = 0; r < rows; ++r)
-      for (int64_t i = -int64_t{halo}; i < n + halo; ++i)
-        for (size_t k = 0; k < stride; ++k) {
-          const auto sample = [&](int64_t at) {
-            return from.values[(r * static_cast<size_t>(n) + static_cast<size_t>(at)) * stride + k];
-          };
-          const int64_t out = std::max(-i, i - (n - 1));
-          const auto inside = [&](int64_t at) { return sample(i < 0 ? at : n - 1 - at); };
-          if (out <= 0) {
-            now.values.push_back(sample(i));
-          } else if (beyond == Beyond::odd) {
-            now.values.push_back(2 * inside(0) - inside(std::min(out, n - 1)));
-          } else {
-            double sum = 0;
-            const std::vector<double>& w = ends.weights(out, n);
-            for (size_t j = 0; j < w.size(); ++j)
-              sum += w[j] * static_cast<double>(inside(static_cast<int64_t>(j)));
-            now.values.push_back(static_cast<float>(sum));
-          }
-        }
-  }
-  return now;
-}
-
-Fitted fitted(const FitSeries& s, Beyond beyond) {
-  if (beyond == Beyond::unmirrored) return {resample_without_mirrors(s, RowEnds::predicted), {}};
-  if (beyond == Beyond::odd_on_lattice || beyond == Beyond::from_lattice) {
-    const bool odd = beyond == Beyond::odd_on_lattice;
-    WithMargin wide = predict_faces(resample_without_mirrors(s, odd ? RowEnds::odd : RowEnds::predicted),
-                                    odd ? odd_stencil : predicted_stencil, {});
-    return {std::move(wide.samples), wide.origin};
-  }
-  const bool more = beyond != Beyond::mirrored;
+Fitted fitted(const FitSeries& s, int32_t margin) {
   std::vector<std::vector<BrickLayer>> layers(1);
-  const FitReport made = fit_source(source_of<float>(more ? continued(s, beyond) : s, SourceType::f32, 1, ""),
-                                    {}, 1, layers.data());
-  return {{made.lattice, {0}, std::move(layers)}, more ? Vec3{halo, halo, halo} : Vec3{}};
+  FitOptions options;
+  options.margins = {margin, margin, margin};
+  const FitReport made = fit_source(source_of<float>(s, SourceType::f32, 1, ""), options, 1, layers.data());
+  return {{made.lattice, {0}, std::move(layers)}};
 }
 
 // Distances from a face, of an edge from both its faces, of a corner from three.
@@ -179,16 +115,16 @@ struct Tables {
 };
 
 void add_rows(Tables& tables, const std::string& name, const Domain& domain, double peak, const Truth& truth,
-              const std::function<Fitted(Beyond)>& fit, size_t count) {
+              const std::function<Fitted(int32_t)>& fit, size_t count) {
   std::vector<std::vector<Vec4>> points;
   std::vector<Values> wanted;
   for (const Place& place : places) {
     points.push_back(points_of(domain, place, count));
     wanted.push_back(truth(points.back()));
   }
-  for (const Beyond beyond : candidates) {
-    const Fitted field = fit(beyond);
-    Row value{word("series", name), word("beyond the faces", name_of(beyond))}, gradient = value;
+  for (const int32_t margin : candidates) {
+    const Fitted field = fit(margin);
+    Row value{word("series", name), word("beyond the faces", name_of(margin))}, gradient = value;
     for (size_t i = 0; i < std::size(places); ++i) {
       if (static_cast<size_t>(places[i].faces) > domain.axes.size()) {
         value.push_back(word(places[i].name, "-")), gradient.push_back(word(places[i].name, "-"));
@@ -223,6 +159,19 @@ FitSeries sampled(const std::array<uint32_t, 4>& dims, const std::function<doubl
   return s;
 }
 
+// A frame of plane waves whose frequencies fill the ball of radius .3.
+std::vector<uint8_t> moving_waves(uint32_t edge, uint32_t t) {
+  static const test::PlaneWaves waves(4, 0.3, 5);
+  std::vector<uint8_t> values;
+  values.reserve(size_t{edge} * edge * edge);
+  for (uint32_t z = 0; z < edge; ++z)
+    for (uint32_t y = 0; y < edge; ++y)
+      for (uint32_t x = 0; x < edge; ++x)
+        values.push_back(static_cast<uint8_t>(
+            std::clamp(128.5 + 20 * waves({1.0 * x, 1.0 * y, 1.0 * z, 1.0 * t}), 0.0, 255.0)));
+  return values;
+}
+
 // A cloud on the face x = 0, cut off where it is thin: how much of it comes to stand in the air beside it.
 void report_cloud(const Report& report) {
   const auto cloud = [](const Vec4& p) {
@@ -232,8 +181,8 @@ void report_cloud(const Report& report) {
   const std::array<uint32_t, 4> dims{32, 32, 32, 1};
   const FitSeries s = sampled(dims, cloud);
   std::vector<Row> rows;
-  for (const Beyond beyond : candidates) {
-    const Fitted field = fitted(s, beyond);
+  for (const int32_t margin : candidates) {
+    const Fitted field = fitted(s, margin);
     // Samples of air by their distance, along the face, from the cloud's rim.
     std::array<double, 3> largest{};
     std::vector<Vec4> points;
@@ -248,7 +197,7 @@ void report_cloud(const Report& report) {
       double& most = largest[out < 2 ? 0 : out < 4 ? 1 : 2];
       most = std::max(most, std::fabs(static_cast<double>(v.value[i])));
     }
-    rows.push_back({word("beyond the faces", name_of(beyond)),
+    rows.push_back({word("beyond the faces", name_of(margin)),
                     figure("air, 0..2 from the rim", largest[0], 5), figure("2..4", largest[1], 5),
                     figure("further", largest[2], 5)});
   }
@@ -256,21 +205,45 @@ void report_cloud(const Report& report) {
                rows);
 }
 
-// Sites that a site beyond a face depends on, and the mean square of what becomes of white noise.
-void report_stencils(const Report& report) {
+// Waves of rho .3 in 8 bits at sizes people have: what planes outside take.
+void report_cost(const Report& report) {
   std::vector<Row> rows;
-  for (const int dimensions : {3, 4})
-    for (const bool odd : {false, true}) {
-      Row row{word("lattice", dimensions == 3 ? "BCC" : "D4*"),
-              word("rule", odd ? "2 f(face) - f" : "predicted")};
-      for (int distance = 1; distance <= 4; ++distance) {
-        const FaceStencil s = (odd ? odd_stencil : predicted_stencil)(dimensions, distance, {});
-        row.push_back(word(concat("plane ", -distance, ": taps, noise"),
-                           concat(s.taps(), ", ", number(s.noise_gain(), 1))));
-      }
-      rows.push_back(row);
+  std::vector<uint32_t> edges{64, 128};
+  if (!report.quick) edges.insert(edges.end(), {256, 512});
+  for (const uint32_t edge : edges) {
+    const uint32_t frames = edge > 256 ? 4 : 8;
+    std::vector<std::vector<uint8_t>> series;
+    for (uint32_t t = 0; t < frames; ++t) series.push_back(moving_waves(edge, t));
+    std::array<double, 2> bytes{}, sites{}, seconds{}, mebibytes{};
+    for (const bool outside : {false, true}) {
+      TestContext context(1);
+      WriterSettings settings;
+      settings.dims = {edge, edge, edge, frames};
+      settings.faces = outside ? Faces::predict : Faces::mirror;
+      std::vector<std::byte> file;
+      seconds[outside] = cpu_seconds([&] {
+        VolumeWriter writer(settings, create_memory_sink(file), context.get());
+        FrameBox box;
+        box.type = SourceType::u8;
+        box.dims = {edge, edge, edge};
+        for (uint32_t t = 0; t < frames; ++t) {
+          box.data = series[t].data();
+          writer.add_frame(0, t, {&box, 1});
+        }
+        sites[outside] = static_cast<double>(writer.finish().sites_kept);
+      });
+      bytes[outside] = static_cast<double>(file.size());
+      mebibytes[outside] = static_cast<double>(context.memory.peak()) / (1 << 20);
     }
-  report.table("what lies beyond a face, of what is inside", rows);
+    const auto ratio = [&](const char* name, const std::array<double, 2>& of) {
+      return figure(name, of[1] / of[0], 3);
+    };
+    rows.push_back({word("series", concat(edge, "^3 x ", frames)),
+                    figure("MiB, mirrored", bytes[0] / (1 << 20), 2),
+                    figure("with planes outside", bytes[1] / (1 << 20), 2), ratio("bytes", bytes),
+                    ratio("sites", sites), ratio("CPU of the import", seconds), ratio("memory", mebibytes)});
+  }
+  report.table("planes outside: what they take (ratios to mirrored)", rows);
 }
 
 struct RealSet {
@@ -314,12 +287,12 @@ void report_faces(const Report& report) {
     add_rows(
         tables, concat("waves, rho ", rho), domain, 0,
         [&](std::span<const Vec4> points) { return of_waves(waves, points); },
-        [&](Beyond beyond) { return fitted(s, beyond); }, report.quick ? 600 : 3000);
+        [&](int32_t margin) { return fitted(s, margin); }, report.quick ? 600 : 3000);
   }
   report.table("the ends of space: SNR dB of values by distance from a face, default kernel", tables.values);
   report.table("the ends of space: SNR dB of gradients in space and time", tables.gradients);
   report_cloud(report);
-  report_stencils(report);
+  report_cost(report);
 }
 
 void report_faces(const std::string& folder, const Report& report) {
@@ -335,7 +308,7 @@ void report_faces(const std::string& folder, const Report& report) {
       domain.axes.push_back(a);
       domain.dims[a] -= 2 * around, first[a] += around, shift[a] = around;
     }
-    const Fitted whole = fitted(box_of(*source, real.first, real.dims), Beyond::mirrored);
+    const Fitted whole = fitted(box_of(*source, real.first, real.dims), 0);
     const FitSeries box = box_of(*source, first, domain.dims);
     const auto [low, high] = std::minmax_element(box.values.begin(), box.values.end());
     add_rows(
@@ -346,7 +319,7 @@ void report_faces(const std::string& folder, const Report& report) {
             for (size_t a = 0; a < 3; ++a) p[a] += shift[a];
           return whole.at(moved);
         },
-        [&](Beyond beyond) { return fitted(box, beyond); }, report.quick ? 600 : 6000);
+        [&](int32_t margin) { return fitted(box, margin); }, report.quick ? 600 : 6000);
   }
   report.table("the ends of space: PSNR dB of a box against the same field with more around it",
                tables.values);
