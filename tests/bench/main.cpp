@@ -11,6 +11,7 @@
 #include "tests/bench/fit/fit.h"
 #include "tests/bench/import/import.h"
 #include "tests/bench/kernels/kernels.h"
+#include "tests/bench/moments/moments.h"
 #include "tests/bench/paper/paper.h"
 #include "tests/bench/render/render.h"
 #include "tests/bench/report.h"
@@ -36,7 +37,8 @@ constexpr Suite suites[] = {
     {"storage", bccsplat::bench::run_storage_suite}, {"render", bccsplat::bench::run_render_suite},
     {"skip", bccsplat::bench::run_skip_suite},       {"scale", bccsplat::bench::run_scale_suite},
     {"splat", bccsplat::bench::run_splat_suite},     {"slice", bccsplat::bench::run_slice_suite},
-    {"paper", bccsplat::bench::run_paper_suite},     {"import", bccsplat::bench::run_import_suite}};
+    {"paper", bccsplat::bench::run_paper_suite},     {"import", bccsplat::bench::run_import_suite},
+    {"moments", bccsplat::bench::run_moments_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");

@@ -129,6 +129,10 @@ Coefficients::Layers Coefficients::make(std::span<const int32_t> layers, const C
   return make_at_once(layers, context);
 }
 
+std::set<int32_t> Coefficients::reads(int32_t layer) const {
+  return prefilter_->empty() ? std::set<int32_t>{layer} : prefilter_->reads(std::span(&layer, 1));
+}
+
 // Reads layers through the cache.
 Coefficients::Layers Coefficients::read(Kind kind, std::span<const int32_t> layers,
                                         const Context& context) const {
@@ -162,6 +166,7 @@ Coefficients::Layers Coefficients::make_at_once(std::span<const int32_t> layers,
 
 Coefficients::Layers Coefficients::insert_all(std::span<const int32_t> layers, std::vector<BrickLayer> made,
                                               const Context& context) const {
+  made_.fetch_add(layers.size(), std::memory_order_relaxed);
   Layers result;
   for (size_t i = 0; i < layers.size(); ++i)
     result[layers[i]] = insert({Kind::coefficients, layers[i]}, std::move(made[i]), context);

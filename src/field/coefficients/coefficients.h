@@ -7,11 +7,13 @@
 // in stretches, some rows of bricks along z at a time, for which each row of samples is read once as well.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <list>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -62,6 +64,11 @@ class Coefficients {
   [[nodiscard]] std::vector<std::shared_ptr<const BrickLayer>> layers(std::span<const int32_t> layers,
                                                                       const Context& context) const;
 
+  // The layers of the source that the coefficients of a layer in it depend on.
+  [[nodiscard]] std::set<int32_t> reads(int32_t layer) const;
+  // The number of layers that the prefilter has made so far.
+  [[nodiscard]] uint64_t layers_made() const { return made_.load(std::memory_order_relaxed); }
+
   // For those who go through a series once: layers before `first` are not asked for again, those before
   // `next` have been made, and what only these depend on need not stay in the cache.
   void forget(int32_t first, int32_t next) const;
@@ -105,6 +112,7 @@ class Coefficients {
   mutable std::map<Key, std::shared_ptr<const Entry>> entries_;
   mutable std::list<Key> recent_; // least recently used first
   mutable uint64_t held_ = 0;
+  mutable std::atomic<uint64_t> made_{0};
 };
 
 } // namespace bccsplat

@@ -14,7 +14,6 @@
 #include "formats/bcc4/coding/chunk.h"
 #include "kernel/kernel.h"
 #include "tests/bench/storage/storage_coefficients.h"
-#include "tests/bench/storage/storage_moments.h"
 #include "tests/bench/storage/storage_series.h"
 
 namespace bccsplat::bench {
@@ -296,19 +295,13 @@ void access_rows(const char* name, const FitSeries& series, const Quantiser& qua
 int run_storage_suite(std::span<const std::string> args, const Report& report) {
   std::vector<std::string> tables;
   std::string data = ".";
-  uint32_t edge = report.quick ? 48 : 256;
   for (size_t i = 0; i < args.size(); ++i) {
     const std::string& a = args[i];
     if (a == "--data" && i + 1 < args.size()) {
       data = args[++i];
       continue;
     }
-    if (a == "--edge" && i + 1 < args.size()) {
-      edge = static_cast<uint32_t>(std::stoul(args[++i]));
-      continue;
-    }
-    if (a != "--sizes" && a != "--levels" && a != "--rate" && a != "--access" && a != "--coefficients" &&
-        a != "--moments")
+    if (a != "--sizes" && a != "--levels" && a != "--rate" && a != "--access" && a != "--coefficients")
       fail(Code::invalid_argument, "storage: unknown option ", a);
     tables.push_back(a);
   }
@@ -340,7 +333,6 @@ int run_storage_suite(std::span<const std::string> args, const Report& report) {
   }
   if (wanted("--rate")) rate_tables(report);
   if (wanted("--coefficients")) coefficient_tables(data, report);
-  if (wanted("--moments")) moment_tables(edge, report);
   return 0;
 }
 

@@ -7,11 +7,9 @@
 
 namespace bccsplat::bench {
 
-// Size, reading time and random access of .bcc4 files, coefficients as integer codes, and what a random
-// moment costs.
-// --sizes, --levels, --access, --rate, --coefficients, --moments: only these tables. --data DIR: the folder
-// of the real series that --coefficients reads. --edge N: voxels along each axis of --moments, 256 by
-// default.
+// Size, reading time and random access of .bcc4 files, and coefficients as integer codes.
+// --sizes, --levels, --access, --rate, --coefficients: only these tables. --data DIR: the folder of the real
+// series that --coefficients reads.
 int run_storage_suite(std::span<const std::string> args, const Report& report);
 
 } // namespace bccsplat::bench

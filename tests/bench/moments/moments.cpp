@@ -1,0 +1,206 @@
+#include "tests/bench/moments/moments.h"
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+#include "base/error.h"
+#include "field/coefficients/coefficients.h"
+#include "formats/bcc4/bcc4.h"
+#include "slice/hyperslice.h"
+#include "slice/time_slice.h"
+#include "tests/bench/moments/moments_series.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat::bench {
+namespace {
+
+constexpr double mebibyte = 1 << 20;
+
+struct Options {
+  uint32_t edge = 256, frames = 16;
+  int count = 6; // random moments
+  std::vector<bool> sparse{false, true}, coefficients{false, true};
+  uint64_t cache = 0; // bytes; 0: a volume's default
+  bool cuts = false;
+};
+
+// A volume as a host opens it, on one thread.
+struct Opened {
+  test::TestContext context{1};
+  std::shared_ptr<Bcc4Reader> reader;
+  uint64_t cache;
+  Bcc4Samples samples;
+  Coefficients field;
+  uint64_t opening; // bytes read
+
+  Opened(const WrittenSeries& written, const Options& o)
+      : reader(Bcc4Reader::open(open_memory_source(written.file))),
+        cache(o.cache > 0 ? o.cache : uint64_t{1} << 30), samples(reader, context.memory, cache / 4),
+        field(samples, 0, make_kernel("default"), 0, cache - cache / 4), opening(reader->bytes_read()) {}
+
+  void moment(double frame) { (void)time_slice(field, frame, {0, 0}, {}, context.get()); }
+
+  // Chunks are decoded as a whole.
+  [[nodiscard]] double layers_decoded() const {
+    const VolumeInfo& info = reader->info();
+    uint64_t most = 0;
+    for (int32_t s = 0; s < info.slabs(); ++s) most = std::max<uint64_t>(most, reader->chunks(0, s).size());
+    return static_cast<double>(samples.chunks_decoded()) / static_cast<double>(most) * info.slab_layers;
+  }
+  // Beyond once each, of those in the file.
+  [[nodiscard]] double layers_decoded_twice() const {
+    const auto once = static_cast<double>(std::min(samples.chunks_decoded(), reader->chunk_count()));
+    return layers_decoded() * (1 - once / static_cast<double>(samples.chunks_decoded()));
+  }
+  // The layers of the file that a moment depends on.
+  [[nodiscard]] std::set<int32_t> in_reach(double frame) const {
+    const Lattice4& lattice = reader->info().lattice;
+    std::set<int32_t> layers;
+    for (const LayerWeight& w : instant_weights(lattice, field.kernel(), frame))
+      layers.merge(field.reads(lattice.mirror_layer(w.layer)));
+    return layers;
+  }
+  [[nodiscard]] double mebibytes() const { return static_cast<double>(context.memory.peak()) / mebibyte; }
+};
+
+Row import_row(Row row, const MomentSeries& s, const WrittenSeries& w, double gzip) {
+  const double bytes = s.voxels();
+  row.push_back(figure("MB", static_cast<double>(w.file.size()) / 1e6, 2));
+  row.push_back(figure("import, CPU s", w.seconds, 2));
+  row.push_back(figure("MiB/s", bytes / mebibyte / w.seconds, 1));
+  row.push_back(figure("gzip -6, MiB/s", bytes / s.frames / mebibyte / gzip, 1));
+  row.push_back(figure("import / gzip, time", w.seconds / (gzip * s.frames), 2));
+  row.push_back(figure("MiB held", static_cast<double>(w.peak) / mebibyte, 0));
+  row.push_back(figure("bytes a voxel of a frame", static_cast<double>(w.peak) / bytes * s.frames, 1));
+  return row;
+}
+
+// The mean of moments, each from a volume that has been opened but not looked at.
+Row random_row(Row row, const WrittenSeries& w, const Options& o, double blend) {
+  double seconds = 0, bytes = 0, decoded = 0, reach = 0, mebibytes = 0;
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> at(std::min(3.0, o.frames / 4.0),
+                                            o.frames - std::min(4.0, o.frames / 4.0));
+  for (int i = 0; i < o.count; ++i) {
+    Opened volume(w, o);
+    const double frame = at(random);
+    seconds += cpu_seconds([&] { volume.moment(frame); }) / o.count;
+    bytes += static_cast<double>(volume.reader->bytes_read() - volume.opening) / o.count;
+    decoded += volume.layers_decoded() / o.count;
+    reach += static_cast<double>(volume.in_reach(frame).size()) / o.count;
+    mebibytes += volume.mebibytes() / o.count;
+  }
+  row.push_back(figure("CPU s", seconds, 3));
+  row.push_back(figure("raw frames in memory, blended: CPU s", blend, 4));
+  row.push_back(figure("layers in reach", reach, 1));
+  row.push_back(figure("layers decoded", decoded, 1));
+  row.push_back(figure("MB read", bytes / 1e6, 2));
+  row.push_back(figure("MiB held", mebibytes, 0));
+  return row;
+}
+
+// All of the series, half a frame on at a time, from a volume that stays open.
+Row playing_row(Row row, const WrittenSeries& w, const Options& o) {
+  Opened volume(w, o);
+  double first = 0, others = 0, slowest = 0;
+  const uint32_t steps = 2 * (o.frames - 1);
+  for (uint32_t i = 0; i <= steps; ++i) {
+    const double s = cpu_seconds([&] { volume.moment(0.5 * i); });
+    (i == 0 ? first : others) += s;
+    if (i > 0) slowest = std::max(slowest, s);
+  }
+  row.push_back(figure("cache, MiB", static_cast<double>(volume.cache) / mebibyte, 0));
+  row.push_back(figure("first, CPU s", first, 3));
+  row.push_back(figure("each of the others, CPU s", others / steps, 3));
+  row.push_back(figure("slowest, CPU s", slowest, 3));
+  row.push_back(figure("layers decoded", volume.layers_decoded(), 1));
+  row.push_back(figure("of these twice", volume.layers_decoded_twice(), 1));
+  row.push_back(figure("layers prefiltered", static_cast<double>(volume.field.layers_made()), 0));
+  const auto layers = static_cast<uint64_t>(volume.reader->info().lattice.layers());
+  const uint64_t made = volume.field.layers_made();
+  row.push_back(figure("twice", static_cast<double>(made - std::min(made, layers)), 0));
+  row.push_back(figure("MiB held", volume.mebibytes(), 0));
+  return row;
+}
+
+// Slices through the middle of the series, each from a volume that has been opened but not looked at.
+void cut_rows(const Row& head, const WrittenSeries& w, const Options& o, std::vector<Row>& rows) {
+  const double x = 0.47 * o.edge, middle = 0.5 * o.edge, t = 0.53 * o.frames;
+  const std::pair<const char*, Hyperplane> cuts[] = {
+      {"x slice", Hyperplane::through({x, middle, middle, t}, {1, 0, 0, 0})},
+      {"oblique", Hyperplane::through({x, middle, middle, t}, {.6, 0, 0, .8})}};
+  for (const auto& [name, plane] : cuts) {
+    Opened volume(w, o);
+    const double s =
+        cpu_seconds([&] { (void)hyperslice(volume.field, plane, {}, {}, volume.context.get()); });
+    Row row = head;
+    row.push_back(word("cut", name));
+    row.push_back(figure("CPU s", s, 3));
+    row.push_back(figure("layers decoded", volume.layers_decoded(), 1));
+    row.push_back(
+        figure("MB read", static_cast<double>(volume.reader->bytes_read() - volume.opening) / 1e6, 2));
+    row.push_back(figure("MiB held", volume.mebibytes(), 0));
+    rows.push_back(std::move(row));
+  }
+}
+
+Options read_options(std::span<const std::string> args, bool quick) {
+  Options o;
+  if (quick) o.edge = 48, o.count = 2;
+  for (size_t i = 0; i < args.size(); ++i) {
+    const std::string& a = args[i];
+    const auto number = [&] {
+      if (i + 1 == args.size()) fail(Code::invalid_argument, "moments: ", a, " needs a number");
+      return std::stoul(args[++i]);
+    };
+    if (a == "--edge")
+      o.edge = static_cast<uint32_t>(number());
+    else if (a == "--frames")
+      o.frames = static_cast<uint32_t>(number());
+    else if (a == "--count")
+      o.count = static_cast<int>(number());
+    else if (a == "--cache")
+      o.cache = uint64_t{number()} << 20;
+    else if (a == "--dense" || a == "--sparse")
+      o.sparse = {a == "--sparse"};
+    else if (a == "--samples" || a == "--coefficients")
+      o.coefficients = {a == "--coefficients"};
+    else if (a == "--cuts")
+      o.cuts = true;
+    else
+      fail(Code::invalid_argument, "moments: unknown option ", a);
+  }
+  if (o.edge < 16 || o.frames < 8 || o.count < 1)
+    fail(Code::invalid_argument, "moments: at least 16 voxels along an axis, 8 frames and 1 moment");
+  return o;
+}
+
+} // namespace
+
+int run_moments_suite(std::span<const std::string> args, const Report& report) {
+  const Options o = read_options(args, report.quick);
+  std::vector<Row> imports, moments, playing, cuts;
+  for (const bool sparse : o.sparse) {
+    MomentSeries series{.edge = o.edge, .frames = o.frames, .sparse = sparse};
+    const double blend = blend_seconds(series), gzip = gzip_seconds(series);
+    for (const bool coefficients : o.coefficients) {
+      series.coefficients = coefficients;
+      const WrittenSeries w = write_series(series);
+      const Row head{
+          word("series", concat(o.edge, "^3 x ", o.frames, " u8, ", sparse ? "an eighth filled" : "dense")),
+          word("stores", coefficients ? "coefficients" : "samples")};
+      imports.push_back(import_row(head, series, w, gzip));
+      moments.push_back(random_row(head, w, o, blend));
+      playing.push_back(playing_row(head, w, o));
+      if (o.cuts) cut_rows(head, w, o, cuts);
+    }
+  }
+  report.table("import, one thread", imports);
+  report.table("a random moment, one thread", moments);
+  report.table("half a frame on at a time, one thread", playing);
+  report.table("other cuts, one thread", cuts);
+  return 0;
+}
+
+} // namespace bccsplat::bench
