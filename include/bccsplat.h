@@ -546,7 +546,10 @@ typedef struct bccsplat_volume_options {
                       whole */
   const char* kernel;   /* reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC),
                            paper, gauss09 or SPACE+TIME such as "radial18+b3" */
-  uint64_t cache_bytes; /* for decoded chunks and coefficients; 0: a quarter of the budget, at most 1 GiB */
+  uint64_t cache_bytes; /* for decoded chunks, samples and coefficients; 0: what the series needs to play
+                           forward by up to half a frame at a time with nothing decoded or prefiltered twice,
+                           but not more than half of the budget and of the machine's memory; at least a
+                           quarter of the budget, up to 1 GiB */
 } bccsplat_volume_options;
 
 typedef struct bccsplat_volume_info {

@@ -172,6 +172,8 @@ class Bcc4Reader {
   // The brick of one layer of a chunk, 0 .. slab_layers - 1; null where all of it is air.
   [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data,
                                                    int layer_of_slab) const;
+  // The same in the form that takes least memory.
+  [[nodiscard]] SampleBrick samples(int channel, const ChunkData& data, int layer_of_slab) const;
 
   // Reads and checks everything; damage is listed, not thrown.
   [[nodiscard]] Bcc4VerifyResult verify_all(const Context& context) const;
@@ -184,7 +186,7 @@ class Bcc4Reader {
 
 // The samples of a file as a SampleSource. Decoded chunks are cached, least recently used first out, as far
 // as `budget` (which must outlive this) and `cache_bytes` allow: consecutive layers of a slab decode each
-// chunk once.
+// chunk once, and so do those that are read together, whatever the cache.
 class Bcc4Samples final : public SampleSource {
  public:
   Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes = 256 << 20);
@@ -195,6 +197,10 @@ class Bcc4Samples final : public SampleSource {
   float air(int channel) const override;
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
+  void read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                   const Context& context, const TakeLayer<BrickLayer>& take) const override;
+  void read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                    const Context& context, const TakeLayer<SampleLayer>& take) const override;
   const std::string& coefficient_kernel() const override;
 
   [[nodiscard]] const Bcc4Reader& reader() const;
@@ -207,6 +213,10 @@ class Bcc4Samples final : public SampleSource {
   using ChunkBody = std::function<void(const Bcc4Chunk& chunk, const ChunkData& data)>;
   void for_chunks(int channel, int32_t slab, const BrickBox& region, const Context& context,
                   const ChunkBody& body) const;
+  // Hands over layers, slab by slab; brick(data, layer of the slab) makes one of their bricks.
+  template<class Layer, class MakeBrick>
+  void read_slabs(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                  const Context& context, const TakeLayer<Layer>& take, const MakeBrick& brick) const;
   void lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
                        BrickLayer& out) const;
 

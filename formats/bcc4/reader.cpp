@@ -8,6 +8,7 @@
 
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/coding/deflate.h"
+#include "formats/bcc4/coding/layer_codes.h"
 #include "formats/bcc4/coding/spread.h"
 #include "formats/bcc4/metadata.h"
 #include "formats/bcc4/reader_state.h"
@@ -303,8 +304,16 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& dat
   if (!data.hole.empty() && data.hole[m] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[m]);
   spread_codes(state_->coders.at(static_cast<size_t>(channel)), data.coded, brick->kept, data.codes, first,
-               brick->value);
+               brick->value.data());
   return brick;
+}
+
+SampleBrick Bcc4Reader::samples(int channel, const ChunkData& data, int layer_of_slab) const {
+  const auto m = static_cast<size_t>(layer_of_slab);
+  if (data.first.at(m + 1) == data.first.at(m)) return {};
+  if (is_float(data.coded.type) || data.coded.bytes() > 2) return {brick(channel, data, layer_of_slab), {}};
+  return {nullptr,
+          std::make_shared<const LayerCodes>(state_->coders.at(static_cast<size_t>(channel)), data, m)};
 }
 
 } // namespace bccsplat

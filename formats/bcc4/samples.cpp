@@ -101,21 +101,53 @@ void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& re
   near.mark(lost, out);
 }
 
+template<class Layer, class MakeBrick>
+void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                             const Context& context, const TakeLayer<Layer>& take,
+                             const MakeBrick& brick) const {
+  const VolumeInfo& info = reader_->info();
+  for (const int32_t m : layers)
+    if (m < 0 || m >= info.lattice.layers()) fail(Code::out_of_domain, "no layer ", m);
+  for (size_t first = 0, end = 0; first < layers.size(); first = end) {
+    const int32_t slab = info.slab_of(layers[first]);
+    std::vector<Layer> read;
+    for (; end < layers.size() && info.slab_of(layers[end]) == slab; ++end)
+      read.emplace_back(info.lattice.space, info.lattice.coset(layers[end]));
+    // Each task sets the slots of its own bricks.
+    for_chunks(channel, slab, region, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
+      const Int3 b = reader_->brick_position(chunk.slot);
+      for (size_t i = 0; i < read.size(); ++i)
+        if (auto made = brick(data, layers[first + i] % info.slab_layers))
+          read[i].set(read[i].slot(b[0], b[1], b[2]), std::move(made));
+    });
+    for (size_t i = 0; i < read.size(); ++i) take(layers[first + i], std::move(read[i]));
+  }
+}
+
+void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                              const Context& context, const TakeLayer<BrickLayer>& take) const {
+  const bool lossy = reader_->salvages() && !coefficient_kernel().empty();
+  const TakeLayer<BrickLayer> lose = [&](int32_t m, BrickLayer&& layer) {
+    lose_neighbours(channel, m, region, context, layer);
+    take(m, std::move(layer));
+  };
+  read_slabs(channel, layers, region, context, lossy ? lose : take,
+             [&](const ChunkData& data, int m) { return reader_->brick(channel, data, m); });
+}
+
+void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                               const Context& context, const TakeLayer<SampleLayer>& take) const {
+  if (!coefficient_kernel().empty()) // of which damage takes more than its bricks
+    return SampleSource::read_samples(channel, layers, region, context, take);
+  read_slabs(channel, layers, region, context, take,
+             [&](const ChunkData& data, int m) { return reader_->samples(channel, data, m); });
+}
+
 BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& region,
                                    const Context& context) const {
-  const VolumeInfo& info = reader_->info();
-  if (layer < 0 || layer >= info.lattice.layers()) fail(Code::out_of_domain, "no layer ", layer);
-  BrickLayer out(info.lattice.space, info.lattice.coset(layer));
-  // Each task sets the slot of its own brick.
-  for_chunks(channel, info.slab_of(layer), region, context,
-             [&](const Bcc4Chunk& chunk, const ChunkData& data) {
-               auto brick = reader_->brick(channel, data, layer % info.slab_layers);
-               if (!brick) return;
-               const Int3 b = reader_->brick_position(chunk.slot);
-               out.set(out.slot(b[0], b[1], b[2]), std::move(brick));
-             });
-  if (reader_->salvages() && !info.coefficient_kernel.empty())
-    lose_neighbours(channel, layer, region, context, out);
+  BrickLayer out;
+  read_layers(channel, std::span(&layer, 1), region, context,
+              [&](int32_t, BrickLayer&& read) { out = std::move(read); });
   return out;
 }
 

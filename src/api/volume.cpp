@@ -5,6 +5,8 @@
 
 #include "api/handles.h"
 #include "api/structs.h"
+#include "base/machine.h"
+#include "field/coefficients/volume_cache.h"
 #include "field/evaluate.h"
 
 using namespace bccsplat;
@@ -14,7 +16,6 @@ static_assert(sizeof(Vec4) == 4 * sizeof(double) && sizeof(std::array<float, 4>)
 
 namespace {
 
-constexpr uint64_t gibibyte = uint64_t{1} << 30;
 // Of the cache, at most, for each channel that has some.
 constexpr uint64_t corrections_part = 8, masks_part = 16;
 
@@ -29,6 +30,15 @@ std::string choose_kernel(const VolumeInfo& info, const char* asked) {
   if (asked && *asked) return asked;
   if (!info.coefficient_kernel.empty()) return info.coefficient_kernel;
   return info.recommended_kernel;
+}
+
+// A kernel that is not made for the lattice fails where it is used.
+VolumeCache cache_to_play(const Bcc4Reader& reader, const Kernel& kernel) {
+  try {
+    return playing_cache(reader, kernel);
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 template<class Open>
@@ -54,10 +64,13 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
   if (sites > owner->max_sites)
     fail(Code::limit_exceeded, "the file declares ", sites, " lattice sites, the device allows ",
          owner->max_sites);
-  const uint64_t cache =
-      options.cache_bytes ? options.cache_bytes : std::min(owner->memory.limit() / 4, gibibyte);
-  samples = std::make_unique<Bcc4Samples>(reader, owner->memory, cache / 4);
-  cache_bytes = cache - cache / 4;
+  const VolumeCache playing = cache_to_play(*reader, kernel);
+  const uint64_t cache = options.cache_bytes
+                             ? options.cache_bytes
+                             : default_cache_bytes(playing, owner->memory.limit(), machine_memory());
+  const VolumeCache share = share_cache(cache, playing);
+  samples = std::make_unique<Bcc4Samples>(reader, owner->memory, share.chunks);
+  cache_bytes = share.coefficients;
   for (const ChannelInfo& c : info().channels) {
     const auto index = static_cast<int>(corrections_of.size());
     corrections_of.push_back(c.residuals.any() ? std::make_unique<Corrections>(reader, index, owner->memory,

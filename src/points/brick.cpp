@@ -29,36 +29,15 @@ int Brick::keep_above(float threshold) {
   return n;
 }
 
-BrickLayer::BrickLayer(const Lattice3& lattice, int coset)
-    : lattice_(lattice), coset_(coset), dims_(lattice.dims(coset)) {
-  size_t slots = 1;
-  for (size_t a = 0; a < 3; ++a) {
-    brick_dims_[a] = (dims_[a] + brick_edge - 1) / brick_edge;
-    slots *= static_cast<size_t>(brick_dims_[a]);
-  }
-  bricks_.resize(slots);
-  row_bricks_.resize(slots / row_slots());
-}
-
-Int3 BrickLayer::slot_position(size_t slot) const {
-  const auto nx = static_cast<size_t>(brick_dims_[0]), ny = static_cast<size_t>(brick_dims_[1]);
-  return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny),
-          static_cast<int32_t>(slot / (nx * ny))};
-}
-
 int64_t BrickLayer::kept_sites() const {
   int64_t n = 0;
-  for (size_t r = 0; r < rows(); ++r)
-    for (size_t s = r * row_slots(); !row_empty(r) && s < (r + 1) * row_slots(); ++s)
-      if (bricks_[s]) n += bricks_[s]->count();
+  for_bricks([&](const auto& brick) { n += brick->count(); });
   return n;
 }
 
 uint64_t BrickLayer::bytes() const {
-  uint64_t n = bricks_.size() * sizeof(bricks_[0]) + row_bricks_.size() * sizeof(row_bricks_[0]);
-  for (size_t r = 0; r < rows(); ++r)
-    for (size_t s = r * row_slots(); !row_empty(r) && s < (r + 1) * row_slots(); ++s)
-      if (const auto& b = bricks_[s]) n += sizeof(Brick) + (b->hole ? sizeof(BrickMask) : 0);
+  uint64_t n = own_bytes();
+  for_bricks([&](const auto& brick) { n += sizeof(Brick) + (brick->hole ? sizeof(BrickMask) : 0); });
   return n;
 }
 

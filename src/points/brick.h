@@ -9,7 +9,9 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "lattice/lattice.h"
@@ -38,12 +40,20 @@ struct Brick {
   int keep_above(float threshold);
 };
 
-// Bricks of one coset of one 3D lattice; absent bricks are air. Bricks are shared and immutable once in a
-// layer.
-class BrickLayer {
+// What stands at the brick positions of one coset of one 3D lattice. Slot: false where nothing does.
+template<class Slot> class BrickSlots {
  public:
-  BrickLayer() = default;
-  BrickLayer(const Lattice3& lattice, int coset);
+  BrickSlots() = default;
+  BrickSlots(const Lattice3& lattice, int coset)
+      : lattice_(lattice), coset_(coset), dims_(lattice.dims(coset)) {
+    size_t slots = 1;
+    for (size_t a = 0; a < 3; ++a) {
+      brick_dims_[a] = (dims_[a] + brick_edge - 1) / brick_edge;
+      slots *= static_cast<size_t>(brick_dims_[a]);
+    }
+    bricks_.resize(slots);
+    row_bricks_.resize(slots / row_slots());
+  }
 
   [[nodiscard]] const Lattice3& lattice() const { return lattice_; }
   [[nodiscard]] int coset() const { return coset_; }
@@ -55,15 +65,17 @@ class BrickLayer {
                static_cast<size_t>(brick_dims_[0]) +
            static_cast<size_t>(bx);
   }
-  [[nodiscard]] Int3 slot_position(size_t slot) const; // (bx, by, bz)
+  [[nodiscard]] Int3 slot_position(size_t slot) const { // (bx, by, bz)
+    const auto nx = static_cast<size_t>(brick_dims_[0]), ny = static_cast<size_t>(brick_dims_[1]);
+    return {static_cast<int32_t>(slot % nx), static_cast<int32_t>(slot / nx % ny),
+            static_cast<int32_t>(slot / (nx * ny))};
+  }
 
-  // null: air throughout.
-  [[nodiscard]] const Brick* brick(size_t slot) const { return bricks_[slot].get(); }
-  [[nodiscard]] const Brick* brick(int bx, int by, int bz) const { return bricks_[slot(bx, by, bz)].get(); }
-  [[nodiscard]] const std::shared_ptr<const Brick>& share(size_t slot) const { return bricks_[slot]; }
+  [[nodiscard]] const Slot& share(size_t slot) const { return bricks_[slot]; }
   // Different slots may be set at once.
-  void set(size_t slot, std::shared_ptr<const Brick> brick) {
-    const int change = static_cast<int>(brick != nullptr) - static_cast<int>(bricks_[slot] != nullptr);
+  void set(size_t slot, Slot brick) {
+    const int change =
+        static_cast<int>(static_cast<bool>(brick)) - static_cast<int>(static_cast<bool>(bricks_[slot]));
     if (change != 0)
       std::atomic_ref(row_bricks_[slot / row_slots()]).fetch_add(change, std::memory_order_relaxed);
     bricks_[slot] = std::move(brick);
@@ -74,6 +86,38 @@ class BrickLayer {
   [[nodiscard]] size_t rows() const { return row_bricks_.size(); }
   [[nodiscard]] size_t row_slots() const { return static_cast<size_t>(brick_dims_[0]); }
   [[nodiscard]] bool row_empty(size_t row) const { return row_bricks_[row] == 0; }
+  [[nodiscard]] uint64_t bricks() const { // that stand anywhere
+    return static_cast<uint64_t>(std::accumulate(row_bricks_.begin(), row_bricks_.end(), int64_t{0}));
+  }
+
+ protected:
+  // Calls body(brick) for all that stand anywhere.
+  template<class Body> void for_bricks(const Body& body) const {
+    for (size_t r = 0; r < rows(); ++r)
+      for (size_t s = r * row_slots(); !row_empty(r) && s < (r + 1) * row_slots(); ++s)
+        if (bricks_[s]) body(bricks_[s]);
+  }
+  [[nodiscard]] uint64_t own_bytes() const { // of the slots themselves
+    return bricks_.size() * sizeof(bricks_[0]) + row_bricks_.size() * sizeof(row_bricks_[0]);
+  }
+
+ private:
+  Lattice3 lattice_;
+  int coset_ = 0;
+  Int3 dims_{}, brick_dims_{};
+  std::vector<Slot> bricks_;
+  std::vector<int32_t> row_bricks_; // how many, per row
+};
+
+// Bricks of one coset of one 3D lattice; absent bricks are air. Bricks are shared and immutable once in a
+// layer.
+class BrickLayer : public BrickSlots<std::shared_ptr<const Brick>> {
+ public:
+  using BrickSlots::BrickSlots;
+
+  // null: air throughout.
+  [[nodiscard]] const Brick* brick(size_t slot) const { return share(slot).get(); }
+  [[nodiscard]] const Brick* brick(int bx, int by, int bz) const { return brick(slot(bx, by, bz)); }
 
   // Value relative to air at site (x, y, z) inside dims.
   [[nodiscard]] float value(int x, int y, int z) const {
@@ -83,13 +127,6 @@ class BrickLayer {
 
   [[nodiscard]] int64_t kept_sites() const;
   [[nodiscard]] uint64_t bytes() const; // memory held by the bricks
-
- private:
-  Lattice3 lattice_;
-  int coset_ = 0;
-  Int3 dims_{}, brick_dims_{};
-  std::vector<std::shared_ptr<const Brick>> bricks_;
-  std::vector<int32_t> row_bricks_; // how many, per row
 };
 
 // One layer of a dense array onto bricks and back: `dense` has dims() sites, x fastest.

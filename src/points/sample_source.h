@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/context.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
+#include "points/sample_layer.h"
 
 namespace bccsplat {
 
@@ -34,6 +37,14 @@ class SampleSource {
   // outside may be absent. layer in [0, lattice().layers()). Concurrent calls are allowed.
   [[nodiscard]] virtual BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                                               const Context& context) const = 0;
+  // Hands over several layers, in the order given: cheaper than one by one where layers that follow each
+  // other are stored together.
+  template<class Layer> using TakeLayer = std::function<void(int32_t layer, Layer&& read)>;
+  virtual void read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                           const Context& context, const TakeLayer<BrickLayer>& take) const;
+  // The same in the form that takes least memory.
+  virtual void read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
+                            const Context& context, const TakeLayer<SampleLayer>& take) const;
   // The kernel whose coefficients are stored, or empty for samples.
   [[nodiscard]] virtual const std::string& coefficient_kernel() const = 0;
 };

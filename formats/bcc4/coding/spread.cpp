@@ -40,8 +40,8 @@ template<class Stored> struct Values {
 };
 
 template<class Stored>
-void Spread(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
-            std::span<const std::byte> codes, size_t first, float* brick) {
+void Spread(const SampleCoder& coder, const ChunkCodes& coded, std::span<const uint16_t> kept,
+            std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
   constexpr size_t bytes = sizeof(Stored);
   const hn::Rebind<float, hn::CappedTag<double, brick_edge>> d;
   const hn::RebindToSigned<decltype(d)> di;
@@ -73,21 +73,21 @@ void Spread(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& 
         brick[std::countr_zero(bits)] = coder.decode(coded.ordered(code));
       }
     }
-    brick += brick_edge;
+    brick += stride;
   }
 }
 
-void Spread8(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k, std::span<const std::byte> codes,
-             size_t first, float* brick) {
-  Spread<uint8_t>(c, as, k, codes, first, brick);
+void Spread8(const SampleCoder& c, const ChunkCodes& as, std::span<const uint16_t> k,
+             std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
+  Spread<uint8_t>(c, as, k, codes, first, brick, stride);
 }
-void Spread16(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
-              std::span<const std::byte> codes, size_t first, float* brick) {
-  Spread<uint16_t>(c, as, k, codes, first, brick);
+void Spread16(const SampleCoder& c, const ChunkCodes& as, std::span<const uint16_t> k,
+              std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
+  Spread<uint16_t>(c, as, k, codes, first, brick, stride);
 }
-void Spread32(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
-              std::span<const std::byte> codes, size_t first, float* brick) {
-  Spread<uint32_t>(c, as, k, codes, first, brick);
+void Spread32(const SampleCoder& c, const ChunkCodes& as, std::span<const uint16_t> k,
+              std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
+  Spread<uint32_t>(c, as, k, codes, first, brick, stride);
 }
 
 } // namespace HWY_NAMESPACE
@@ -105,8 +105,8 @@ namespace {
 
 // For types that vectors do not turn into values.
 template<class Stored>
-void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
-                   std::span<const std::byte> codes, size_t first, float* brick) {
+void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, std::span<const uint16_t> kept,
+                   std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
   for (const unsigned row : kept) {
     std::fill_n(brick, brick_edge, 0.0f);
     for (unsigned bits = row; bits; bits &= bits - 1) {
@@ -114,25 +114,25 @@ void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, const Bric
       std::memcpy(&code, codes.data() + first++ * sizeof code, sizeof code);
       brick[std::countr_zero(bits)] = coder.decode(coded.ordered(code));
     }
-    brick += brick_edge;
+    brick += stride;
   }
 }
 
 } // namespace
 
-void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
-                  std::span<const std::byte> codes, size_t first, std::span<float, brick_sites> brick) {
+void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, std::span<const uint16_t> kept,
+                  std::span<const std::byte> codes, size_t first, float* rows, std::ptrdiff_t stride) {
   switch (coded.type) {
   case ValueType::u8:
-    return HWY_DYNAMIC_DISPATCH(Spread8)(coder, coded, kept, codes, first, brick.data());
+    return HWY_DYNAMIC_DISPATCH(Spread8)(coder, coded, kept, codes, first, rows, stride);
   case ValueType::u16:
-    return HWY_DYNAMIC_DISPATCH(Spread16)(coder, coded, kept, codes, first, brick.data());
+    return HWY_DYNAMIC_DISPATCH(Spread16)(coder, coded, kept, codes, first, rows, stride);
   case ValueType::f16:
-    return spread_singly<uint16_t>(coder, coded, kept, codes, first, brick.data());
+    return spread_singly<uint16_t>(coder, coded, kept, codes, first, rows, stride);
   case ValueType::i32:
-    return spread_singly<uint32_t>(coder, coded, kept, codes, first, brick.data());
+    return spread_singly<uint32_t>(coder, coded, kept, codes, first, rows, stride);
   case ValueType::f32:
-    return HWY_DYNAMIC_DISPATCH(Spread32)(coder, coded, kept, codes, first, brick.data());
+    return HWY_DYNAMIC_DISPATCH(Spread32)(coder, coded, kept, codes, first, rows, stride);
   }
 }
 

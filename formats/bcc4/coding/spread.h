@@ -9,9 +9,10 @@
 
 namespace bccsplat {
 
-// `codes` are the packed codes of a chunk, coded as `coded`, of which those of this brick's kept sites start
-// at index `first`. All of `brick` is written, 0 where no site is kept.
-void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
-                  std::span<const std::byte> codes, size_t first, std::span<float, brick_sites> brick);
+// `codes` are packed codes, coded as `coded`, of which those of the kept sites of some rows of a brick start
+// at index `first`. All sixteen sites of each row are written, rows `stride` apart, 0 where none is kept.
+void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, std::span<const uint16_t> kept,
+                  std::span<const std::byte> codes, size_t first, float* rows,
+                  std::ptrdiff_t stride = brick_edge);
 
 } // namespace bccsplat

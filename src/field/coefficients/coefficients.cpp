@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <type_traits>
+#include <variant>
 
 #include "base/error.h"
+#include "field/coefficients/prefilter_steps.h"
 #include "kernel/cc_kernel.h"
 
 namespace bccsplat {
@@ -22,28 +25,31 @@ constexpr double read_share = 0.8;
 // Some rows of bricks along z of layers of samples, which move on.
 class Coefficients::SampleRows {
  public:
-  SampleRows(const Coefficients& owner, const std::set<int32_t>& layers) : owner_(owner) {
+  SampleRows(const Coefficients& owner, const std::set<int32_t>& layers)
+      : owner_(owner), numbers_(layers.begin(), layers.end()) {
     const Lattice4& lattice = owner.source_.lattice();
     for (const int32_t m : layers)
-      pointers_[m] = &layers_.emplace(m, BrickLayer(lattice.space, lattice.coset(m))).first->second;
+      pointers_[m] = &layers_.emplace(m, SampleLayer(lattice.space, lattice.coset(m))).first->second;
   }
-  [[nodiscard]] const std::map<int32_t, const BrickLayer*>& layers() const { return pointers_; }
+  [[nodiscard]] const std::map<int32_t, const SampleLayer*>& layers() const { return pointers_; }
 
   // Drops rows before `begin` and reads those before `end` that are not there. Neither ever falls.
   void move(int begin, int end, const Context& context) {
     BrickBox box = owner_.region_;
     box.begin[2] = std::max({box.begin[2], begin, end_}), box.end[2] = std::min(box.end[2], end);
     end_ = end;
-    for (auto& [m, layer] : layers_) {
-      BrickLayer read;
-      if (box.begin[2] < box.end[2]) read = owner_.source().read_layer(owner_.channel_, m, box, context);
-      for (size_t s = 0; s < layer.brick_slots(); ++s) {
-        const int z = layer.slot_position(s)[2];
-        if (z < begin)
-          layer.set(s, nullptr);
-        else if (z >= box.begin[2] && z < box.end[2])
+    for (auto& [m, layer] : layers_)
+      for (size_t s = 0; s < layer.brick_slots(); ++s)
+        if (layer.slot_position(s)[2] < begin) layer.set(s, {});
+    const auto take = [&](int32_t m, SampleLayer&& read) {
+      SampleLayer& layer = layers_.at(m);
+      for (size_t s = 0; s < layer.brick_slots(); ++s)
+        if (const int z = layer.slot_position(s)[2]; z >= box.begin[2] && z < box.end[2])
           layer.set(s, read.share(s));
-      }
+    };
+    if (box.begin[2] < box.end[2])
+      owner_.source().read_samples(owner_.channel_, numbers_, box, context, take);
+    for (const auto& [m, layer] : layers_) {
       held_[m] = {};
       held_[m] = Reservation(context.memory, layer.bytes(), "samples of a slab");
     }
@@ -51,15 +57,16 @@ class Coefficients::SampleRows {
 
  private:
   const Coefficients& owner_;
-  std::map<int32_t, BrickLayer> layers_;
-  std::map<int32_t, const BrickLayer*> pointers_;
+  std::vector<int32_t> numbers_;
+  std::map<int32_t, SampleLayer> layers_;
+  std::map<int32_t, const SampleLayer*> pointers_;
   std::map<int32_t, Reservation> held_;
   int end_ = 0;
 };
 
 // A cached layer and the memory it holds from the budget; kept alive by whoever uses the layer.
 struct Coefficients::Entry {
-  BrickLayer layer;
+  std::variant<BrickLayer, SampleLayer> layer;
   uint64_t bytes = 0;
   Reservation reservation;
 };
@@ -69,26 +76,15 @@ Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kerne
     : source_(source), channel_(channel), kernel_(std::move(kernel)), prune_(prune), region_(region),
       limit_(cache_bytes) {
   const Lattice4& lattice = source.lattice();
-  std::vector<PrefilterStep> steps;
-  const auto add = [&](const std::vector<PrefilterStage>& stages) {
-    const auto from = static_cast<int>(steps.size()); // what came before has made the samples of these
-    for (const PrefilterStage& stage : stages) steps.push_back({stage, from});
-  };
-  if (lattice.space.bcc) {
-    add(lattice.is_static() ? kernel_.prefilter3 : kernel_.prefilter4);
-  } else {
-    CcKernel cc = make_cc_kernel(kernel_.name);
-    kernel_ = std::move(cc.kernel);
-    add(kernel_.prefilter3);
-    if (!lattice.is_static()) add(cc.time);
-  }
+  PrefilterOfKernel filter = prefilter_of(lattice, std::move(kernel_));
+  kernel_ = std::move(filter.kernel);
   if (const std::string& stored = source.coefficient_kernel(); !stored.empty()) {
     const Kernel own = lattice.space.bcc ? make_kernel(stored) : make_cc_kernel(stored).kernel;
     sampled_ = std::make_unique<const SampledField>(source, own, prune);
     is_stored_ = stored == kernel_.name;
-    if (is_stored_) steps.clear();
+    if (is_stored_) filter.steps.clear();
   }
-  prefilter_ = std::make_unique<const Prefilter>(lattice, std::move(steps));
+  prefilter_ = std::make_unique<const Prefilter>(lattice, std::move(filter.steps));
 }
 
 std::shared_ptr<const BrickLayer> Coefficients::layer(int32_t layer, const Context& context) const {
@@ -101,7 +97,7 @@ std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<co
   std::vector<int32_t> missing;
   for (const int32_t m : wanted) {
     const int32_t at = source_.lattice().mirror_layer(m);
-    if (!found.contains(at) && !(found[at] = find({Kind::coefficients, at}))) missing.push_back(at);
+    if (!found.contains(at) && !(found[at] = find<BrickLayer>(at))) missing.push_back(at);
   }
   if (missing.empty())
     context.progress.advance(1, 1);
@@ -113,7 +109,7 @@ std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<co
 }
 
 Coefficients::Layers Coefficients::make(std::span<const int32_t> layers, const Context& context) const {
-  if (prefilter_->empty()) return read(Kind::coefficients, layers, context);
+  if (prefilter_->empty()) return read<BrickLayer>(layers, context);
   const double rows = stretch_rows(layers, context);
   if (rows < 1 && layers.size() > 1) { // even one row of bricks of all layers at once would not fit
     Layers made;
@@ -134,31 +130,42 @@ std::set<int32_t> Coefficients::reads(int32_t layer) const {
 }
 
 // Reads layers through the cache.
-Coefficients::Layers Coefficients::read(Kind kind, std::span<const int32_t> layers,
-                                        const Context& context) const {
-  Layers result;
-  for (size_t i = 0; i < layers.size(); ++i) {
-    const Key key{kind, layers[i]};
-    auto& layer = result[layers[i]] = find(key);
-    if (!layer) layer = insert(key, source().read_layer(channel_, layers[i], region_, context), context);
-    context.progress.advance(i + 1, layers.size());
-  }
+template<class Layer>
+Coefficients::LayersOf<Layer> Coefficients::read(std::span<const int32_t> layers,
+                                                 const Context& context) const {
+  LayersOf<Layer> result;
+  std::vector<int32_t> missing;
+  for (const int32_t m : layers)
+    if (!(result[m] = find<Layer>(m))) missing.push_back(m);
+  size_t done = layers.size() - missing.size();
+  const SampleSource::TakeLayer<Layer> take = [&](int32_t m, Layer&& layer) {
+    result[m] = insert(m, std::move(layer), context);
+    context.progress.advance(++done, layers.size());
+  };
+  if constexpr (std::is_same_v<Layer, SampleLayer>)
+    source().read_samples(channel_, missing, region_, context, take);
+  else
+    source().read_layers(channel_, missing, region_, context, take);
   return result;
 }
 
 Coefficients::Layers Coefficients::make_at_once(std::span<const int32_t> layers,
                                                 const Context& context) const {
   const std::set<int32_t> reads = prefilter_->reads(layers);
-  Progress reading(context.progress, 0, read_share), making(context.progress, read_share, 1);
-  const Layers samples = read(Kind::samples, std::vector(reads.begin(), reads.end()), context.with(reading));
-  std::map<int32_t, const BrickLayer*> all;
-  for (const auto& [m, layer] : samples) all[m] = layer.get();
+  {
+    const std::scoped_lock lock(mutex_);
+    spared_ = reads;
+  }
   std::vector<BrickLayer> made = [&] {
+    Progress reading(context.progress, 0, read_share), making(context.progress, read_share, 1);
+    const auto samples = read<SampleLayer>(std::vector(reads.begin(), reads.end()), context.with(reading));
+    std::map<int32_t, const SampleLayer*> all;
+    for (const auto& [m, layer] : samples) all[m] = layer.get();
     // This is about what they will hold, so that the budget is kept while they are made; insert() reserves
     // what they hold.
     uint64_t bytes = 0;
-    for (const int32_t m : layers) bytes += all[m]->bytes();
-    const Reservation room(context.memory, bytes, "coefficients of some layers");
+    for (const int32_t m : layers) bytes += all[m]->bricks() * sizeof(Brick);
+    const Reservation room = reserve(bytes, "coefficients of some layers", context);
     return prefilter_->apply(layers, all, prune_, region_, context.with(making));
   }();
   return insert_all(layers, std::move(made), context);
@@ -169,7 +176,7 @@ Coefficients::Layers Coefficients::insert_all(std::span<const int32_t> layers, s
   made_.fetch_add(layers.size(), std::memory_order_relaxed);
   Layers result;
   for (size_t i = 0; i < layers.size(); ++i)
-    result[layers[i]] = insert({Kind::coefficients, layers[i]}, std::move(made[i]), context);
+    result[layers[i]] = insert(layers[i], std::move(made[i]), context);
   return result;
 }
 
@@ -193,13 +200,13 @@ double Coefficients::stretch_rows(std::span<const int32_t> layers, const Context
   const size_t samples = prefilter_->reads(layers).size();
   // Coefficients spread a few sites beyond the samples: half as many bricks again, at most all.
   Progress unheard;
-  const auto one = read(Kind::samples, layers.first(1), context.with(unheard)).begin()->second;
-  const uint64_t dense = one->brick_slots() * sizeof(Brick);
-  const uint64_t bytes = std::min(dense, one->bytes() + one->bytes() / 2);
-  if (bytes * (samples + layers.size()) <= limit_) return unlimited;
+  const auto one = read<SampleLayer>(layers.first(1), context.with(unheard)).begin()->second;
+  const double stand = std::max<double>(1, static_cast<double>(one->bricks())),
+               share = std::min(1.5, static_cast<double>(one->brick_slots()) / stand);
+  const double all = share * static_cast<double>(one->bytes() * samples);
+  if (all <= static_cast<double>(limit_)) return unlimited;
   const int height = one->brick_dims()[2];
-  const double per_row = static_cast<double>(bytes * samples) / height;
-  return std::min<double>(static_cast<double>(stretch_bytes()) / per_row - 2 * stretch_margin, height);
+  return std::min<double>(static_cast<double>(stretch_bytes()) * height / all - 2 * stretch_margin, height);
 }
 
 Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> layers, int rows,
@@ -211,6 +218,7 @@ Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> la
     height = std::max(height, made.emplace_back(lattice.space, lattice.coset(m)).brick_dims()[2]);
   {
     const std::scoped_lock lock(mutex_);
+    spared_.clear();
     evict_locked(stretch_bytes());
   }
   SampleRows samples(*this, prefilter_->reads(layers));
@@ -235,22 +243,26 @@ Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> la
   return insert_all(layers, std::move(made), context);
 }
 
-std::shared_ptr<const BrickLayer> Coefficients::find(const Key& key) const {
+template<class Layer> std::shared_ptr<const Layer> Coefficients::find(int32_t layer) const {
+  const Key key{kind_of<Layer>, layer};
   const std::scoped_lock lock(mutex_);
   const auto it = entries_.find(key);
   if (it == entries_.end()) return nullptr;
   recent_.splice(recent_.end(), recent_, std::find(recent_.begin(), recent_.end(), key));
-  return {it->second, &it->second->layer};
+  return {it->second, &std::get<Layer>(it->second->layer)};
 }
 
-std::shared_ptr<const BrickLayer> Coefficients::insert(const Key& key, BrickLayer layer,
-                                                       const Context& context) const {
+template<class Layer>
+std::shared_ptr<const Layer> Coefficients::insert(int32_t at, Layer layer, const Context& context) const {
+  constexpr bool coefficients = kind_of<Layer> == Kind::coefficients;
+  const Key key{kind_of<Layer>, at};
   const std::scoped_lock lock(mutex_);
   // Two threads may have made the same layer; the results are equal and the first one stays.
-  if (const auto it = entries_.find(key); it != entries_.end()) return {it->second, &it->second->layer};
+  if (const auto it = entries_.find(key); it != entries_.end())
+    return {it->second, &std::get<Layer>(it->second->layer)};
   auto entry = std::make_shared<Entry>();
   entry->bytes = layer.bytes();
-  evict_locked(entry->bytes);
+  evict_locked(entry->bytes, coefficients);
   while (!context.memory.try_reserve(entry->bytes)) {
     if (recent_.empty()) { // the exception says what the budget lacks
       [[maybe_unused]] const Reservation failed(context.memory, entry->bytes, "coefficients of one layer");
@@ -260,19 +272,35 @@ std::shared_ptr<const BrickLayer> Coefficients::insert(const Key& key, BrickLaye
   }
   entry->reservation = Reservation::adopt(context.memory, entry->bytes);
   entry->layer = std::move(layer);
-  entries_.emplace(key, entry);
-  recent_.push_back(key);
-  held_ += entry->bytes;
-  return {entry, &entry->layer};
+  // What does not fit beside samples that are spared is its user's alone.
+  if (recent_.empty() || (entry->bytes <= limit_ && held_ <= limit_ - entry->bytes)) {
+    entries_.emplace(key, entry);
+    recent_.push_back(key);
+    held_ += entry->bytes;
+  }
+  return {entry, &std::get<Layer>(entry->layer)};
 }
 
-void Coefficients::evict_locked(uint64_t room) const {
-  while (!recent_.empty() && (room > limit_ || held_ > limit_ - room)) {
-    const auto it = entries_.find(recent_.front());
+void Coefficients::evict_locked(uint64_t room, bool spare_samples) const {
+  for (auto key = recent_.begin(); key != recent_.end() && (room > limit_ || held_ > limit_ - room);) {
+    if (spare_samples && key->first == Kind::samples && spared_.contains(key->second)) {
+      ++key;
+      continue;
+    }
+    const auto it = entries_.find(*key);
     held_ -= it->second->bytes;
     entries_.erase(it);
-    recent_.pop_front();
+    key = recent_.erase(key);
   }
+}
+
+Reservation Coefficients::reserve(uint64_t bytes, std::string_view what, const Context& context) const {
+  if (!context.memory.try_reserve(bytes)) {
+    const std::scoped_lock lock(mutex_);
+    evict_locked(UINT64_MAX);
+    return {context.memory, bytes, what};
+  }
+  return Reservation::adopt(context.memory, bytes);
 }
 
 } // namespace bccsplat

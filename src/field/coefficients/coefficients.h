@@ -3,8 +3,10 @@
 //
 // A coefficient is a fixed linear function of the samples in its reach. So it does not depend on what is
 // cached, in which order layers are asked for, or how the file is chunked; and while time advances each layer
-// of samples is read once. Where the cache is too small for all samples that layers depend on, they are made
-// in stretches, some rows of bricks along z at a time, for which each row of samples is read once as well.
+// of samples is read once and each of coefficients made once. Samples are kept as the codes they are stored
+// as, where they take less, and before coefficients: decoding a layer again costs more a byte than making it.
+// Where the cache is too small for all samples that layers depend on, they are made in stretches, some rows
+// of bricks along z at a time, for which each row of samples is read once as well.
 #pragma once
 
 #include <atomic>
@@ -15,6 +17,8 @@
 #include <mutex>
 #include <set>
 #include <span>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -76,7 +80,10 @@ class Coefficients {
  private:
   enum class Kind : uint8_t { samples, coefficients };
   using Key = std::pair<Kind, int32_t>; // and layer
-  using Layers = std::map<int32_t, std::shared_ptr<const BrickLayer>>;
+  template<class Layer>
+  static constexpr Kind kind_of = std::is_same_v<Layer, SampleLayer> ? Kind::samples : Kind::coefficients;
+  template<class Layer> using LayersOf = std::map<int32_t, std::shared_ptr<const Layer>>;
+  using Layers = LayersOf<BrickLayer>;
   struct Entry;
   class SampleRows;
 
@@ -84,17 +91,23 @@ class Coefficients {
   Layers make(std::span<const int32_t> layers, const Context& context) const;
   Layers make_at_once(std::span<const int32_t> layers, const Context& context) const;
   Layers make_by_stretches(std::span<const int32_t> layers, int rows, const Context& context) const;
-  Layers read(Kind kind, std::span<const int32_t> layers, const Context& context) const;
+  // Samples, or stored coefficients.
+  template<class Layer> LayersOf<Layer> read(std::span<const int32_t> layers, const Context& context) const;
   // What the samples of a stretch may take of the cache.
   [[nodiscard]] uint64_t stretch_bytes() const { return limit_ - limit_ / 4; }
   // Returns how many rows of bricks along z a stretch may have for the layers to fit the cache; infinite
   // where the layers need not be cut.
   double stretch_rows(std::span<const int32_t> layers, const Context& context) const;
-  std::shared_ptr<const BrickLayer> find(const Key& key) const;
-  std::shared_ptr<const BrickLayer> insert(const Key& key, BrickLayer layer, const Context& context) const;
+  // Null where the cache does not hold it.
+  template<class Layer> std::shared_ptr<const Layer> find(int32_t layer) const;
+  template<class Layer>
+  std::shared_ptr<const Layer> insert(int32_t at, Layer layer, const Context& context) const;
   Layers insert_all(std::span<const int32_t> layers, std::vector<BrickLayer> made,
                     const Context& context) const;
-  void evict_locked(uint64_t room) const; // until `room` bytes fit under the cache's limit
+  // Until `room` bytes fit under the cache's limit, or all has gone but samples that are spared.
+  void evict_locked(uint64_t room, bool spare_samples = false) const;
+  // Gives bytes that a call needs for itself; what is cached makes room.
+  Reservation reserve(uint64_t bytes, std::string_view what, const Context& context) const;
 
   const SampleSource& source_;
   std::unique_ptr<const SampledField> sampled_; // of stored coefficients
@@ -112,6 +125,7 @@ class Coefficients {
   mutable std::map<Key, std::shared_ptr<const Entry>> entries_;
   mutable std::list<Key> recent_; // least recently used first
   mutable uint64_t held_ = 0;
+  mutable std::set<int32_t> spared_; // samples that the layers made last depend on
   mutable std::atomic<uint64_t> made_{0};
 };
 

@@ -142,18 +142,18 @@ BrickLayer filter_along(const PrefilterStage& stage, const BrickLayer& from, siz
 }
 
 // Coefficients that matter, and the holes of the samples.
-BrickLayer finished(const BrickLayer& layer, const BrickLayer& samples, float prune, const BrickBox& region) {
+BrickLayer finished(const BrickLayer& layer, const SampleLayer& samples, float prune,
+                    const BrickBox& region) {
   BrickLayer result(layer.lattice(), layer.coset());
   for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
     if (!region.contains(layer.slot_position(slot))) continue;
-    const Brick* sample = samples.brick(slot);
-    const bool holes = sample && sample->hole;
-    if (!layer.brick(slot) && !holes) continue;
+    const BrickMask* hole = samples.brick(slot).hole();
+    if (!layer.brick(slot) && !hole) continue;
     auto out = std::make_shared<Brick>();
     if (const Brick* values = layer.brick(slot)) out->value = values->value;
     const int kept = out->keep_above(prune);
-    if (holes) out->hole = std::make_unique<BrickMask>(*sample->hole);
-    if (kept > 0 || holes) result.set(slot, std::move(out));
+    if (hole) out->hole = std::make_unique<BrickMask>(*hole);
+    if (kept > 0 || hole) result.set(slot, std::move(out));
   }
   return result;
 }
@@ -184,10 +184,10 @@ InversePrefilter::InversePrefilter(const PrefilterStage& space, std::span<const 
 }
 
 BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
-                                        const std::map<int32_t, const BrickLayer*>& samples,
+                                        const std::map<int32_t, const SampleLayer*>& samples,
                                         const BrickBox& region, const Context& context) const {
   const auto reach = static_cast<int32_t>(weights_.size() / 2);
-  std::vector<std::pair<const BrickLayer*, float>> inputs;
+  std::vector<std::pair<const SampleLayer*, float>> inputs;
   for (int32_t k = -reach; k <= reach; ++k)
     inputs.emplace_back(samples.at(lattice.mirror_layer(layer + k)),
                         weights_[static_cast<size_t>(k + reach)]);
@@ -197,11 +197,13 @@ BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
     for (size_t slot = row * sum.row_slots(); slot < (row + 1) * sum.row_slots(); ++slot) {
       if (!region.contains(sum.slot_position(slot))) continue;
       std::shared_ptr<Brick> out;
+      std::array<float, brick_sites> room;
       for (const auto& [input, weight] : inputs) {
-        const Brick* from = input->brick(slot);
-        if (!from) continue;
+        const SampleBrick& brick = input->brick(slot);
+        if (!brick) continue;
         if (!out) out = std::make_shared<Brick>();
-        for (size_t i = 0; i < brick_sites; ++i) out->value[i] += weight * from->value[i];
+        const float* from = brick.all(room);
+        for (size_t i = 0; i < brick_sites; ++i) out->value[i] += weight * from[i];
       }
       if (out) sum.set(slot, std::move(out));
     }
@@ -210,7 +212,7 @@ BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
 }
 
 BrickLayer InversePrefilter::apply(int32_t layer, const Lattice4& lattice,
-                                   const std::map<int32_t, const BrickLayer*>& samples, float prune,
+                                   const std::map<int32_t, const SampleLayer*>& samples, float prune,
                                    const BrickBox& region, const Context& context) const {
   const BrickBox box = widened(region);
   BrickLayer made = sum_layers(layer, lattice, samples, box, context);

@@ -20,12 +20,12 @@ class InversePrefilter {
 
   // As Prefilter::apply, for one layer.
   [[nodiscard]] BrickLayer apply(int32_t layer, const Lattice4& lattice,
-                                 const std::map<int32_t, const BrickLayer*>& samples, float prune,
+                                 const std::map<int32_t, const SampleLayer*>& samples, float prune,
                                  const BrickBox& region, const Context& context) const;
 
  private:
   [[nodiscard]] BrickLayer sum_layers(int32_t layer, const Lattice4& lattice,
-                                      const std::map<int32_t, const BrickLayer*>& samples,
+                                      const std::map<int32_t, const SampleLayer*>& samples,
                                       const BrickBox& region, const Context& context) const;
 
   PrefilterStage space_;

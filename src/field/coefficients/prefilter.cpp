@@ -129,7 +129,7 @@ std::vector<std::set<int32_t>> Prefilter::needed(std::span<const int32_t> layers
 }
 
 std::vector<BrickLayer> Prefilter::invert(std::span<const int32_t> layers,
-                                          const std::map<int32_t, const BrickLayer*>& samples, float prune,
+                                          const std::map<int32_t, const SampleLayer*>& samples, float prune,
                                           const BrickBox& region, const Context& context) const {
   std::vector<PrefilterStage> time;
   for (const PrefilterStep& step : std::span(steps_).subspan(1)) time.push_back(step.filter);
@@ -140,7 +140,7 @@ std::vector<BrickLayer> Prefilter::invert(std::span<const int32_t> layers,
 }
 
 std::vector<BrickLayer> Prefilter::apply(std::span<const int32_t> layers,
-                                         const std::map<int32_t, const BrickLayer*>& samples, float prune,
+                                         const std::map<int32_t, const SampleLayer*>& samples, float prune,
                                          const BrickBox& region, const Context& context) const {
   if (steps_.front().filter.pole != 0) return invert(layers, samples, prune, region, context);
   std::vector<BrickLayer> made;

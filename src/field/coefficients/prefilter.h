@@ -41,14 +41,14 @@ class Prefilter {
   // units), holes included. samples: all that they read; their bricks outside the region, as far as one
   // beside it, count, and those that are absent are air.
   [[nodiscard]] std::vector<BrickLayer> apply(std::span<const int32_t> layers,
-                                              const std::map<int32_t, const BrickLayer*>& samples,
+                                              const std::map<int32_t, const SampleLayer*>& samples,
                                               float prune, const BrickBox& region,
                                               const Context& context) const;
 
  private:
   // The same where the first stage has a pole.
   [[nodiscard]] std::vector<BrickLayer> invert(std::span<const int32_t> layers,
-                                               const std::map<int32_t, const BrickLayer*>& samples,
+                                               const std::map<int32_t, const SampleLayer*>& samples,
                                                float prune, const BrickBox& region,
                                                const Context& context) const;
   // The layers of each stage, samples first, that the last one's depend on.

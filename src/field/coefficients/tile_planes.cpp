@@ -18,7 +18,7 @@ void copy_sites(const float* from, int count, float* to) {
 
 } // namespace
 
-NearBricks::NearBricks(const std::map<int32_t, const BrickLayer*>& samples, const BrickBox& region)
+NearBricks::NearBricks(const std::map<int32_t, const SampleLayer*>& samples, const BrickBox& region)
     : region_(region), width_(static_cast<size_t>(std::max(0, region.end[0] - region.begin[0]))),
       height_(static_cast<size_t>(std::max(0, region.end[1] - region.begin[1]))),
       near_(width_ * height_ * static_cast<size_t>(std::max(0, region.end[2] - region.begin[2]))) {
@@ -88,8 +88,8 @@ PlaneBox TilePlanes::around(int margin) const {
   return {end_[0] - begin_[0] + 2 * margin, end_[1] - begin_[1] + 2 * margin, size_.stride};
 }
 
-void TilePlanes::make(const std::map<int32_t, const BrickLayer*>& samples, std::span<const TileLayer> outputs,
-                      float prune) {
+void TilePlanes::make(const std::map<int32_t, const SampleLayer*>& samples,
+                      std::span<const TileLayer> outputs, float prune) {
   const int ahead = plan_.margin();
   const auto& nodes = plan_.nodes();
   const size_t first_wanted = nodes.size() - plan_.wanted();
@@ -120,25 +120,28 @@ std::vector<TilePlanes::Run> TilePlanes::runs_of(size_t axis, int coset) const {
   return runs;
 }
 
-// The samples of plane z of the tile and its margins. Bricks are far apart in memory, the rows of a plane of
-// one are not.
-void TilePlanes::load(const BrickLayer& layer, int z, float* to) const {
+// The samples of plane z of the tile and its margins.
+void TilePlanes::load(const SampleLayer& layer, int z, float* to) const {
   const int plane = space_.mirror(2, layer.coset(), z);
   const auto& [along_x, along_y] = runs_[static_cast<size_t>(layer.coset())];
   for (const Run& y : along_y)
-    for (const Run& x : along_x) {
-      float* row = to + y.to * size_.stride + x.to;
-      const Brick* brick = layer.brick(x.brick, y.brick, plane / brick_edge);
-      const float* from =
-          brick ? brick->value.data() + (plane % brick_edge * brick_edge + y.site) * brick_edge + x.site
-                : nullptr;
-      for (int j = 0; j < y.count; ++j, row += size_.stride)
-        if (from) {
-          copy_sites(from + j * brick_edge, x.count, row);
-          hwy::Prefetch(from + j * brick_edge + brick_rows);
-        } else
-          std::fill_n(row, x.count, 0.0f);
-    }
+    for (const Run& x : along_x)
+      load_run(layer.brick(x.brick, y.brick, plane / brick_edge),
+               {plane % brick_edge, x.site, y.site, x.count, y.count}, to + y.to * size_.stride + x.to);
+}
+
+// Bricks are far apart in memory, the rows of a plane of one are not.
+void TilePlanes::load_run(const SampleBrick& brick, const PlanePart& part, float* to) const {
+  if (brick.codes) return brick.codes->read(part, to, size_.stride);
+  const float* from =
+      brick.values ? brick.values->value.data() + (part.plane * brick_edge + part.y) * brick_edge + part.x
+                   : nullptr;
+  for (int j = 0; j < part.height; ++j, to += size_.stride)
+    if (from) {
+      copy_sites(from + j * brick_edge, part.width, to);
+      hwy::Prefetch(from + j * brick_edge + brick_rows);
+    } else
+      std::fill_n(to, part.width, 0.0f);
 }
 
 // Makes plane z of a node, or of its sums what the first planes will need.
@@ -203,8 +206,8 @@ void TilePlanes::hand_over(Making& making, const TileLayer& layer, size_t slot, 
   Brick& brick = *making.brick;
   std::fill(brick.value.begin() + planes * brick_rows, brick.value.end(), 0.0f);
   std::fill(brick.kept.begin() + planes * brick_edge, brick.kept.end(), uint16_t{0});
-  const Brick* sample = layer.samples->brick(slot);
-  if (sample && sample->hole) brick.hole = std::make_unique<BrickMask>(*sample->hole);
+  if (const BrickMask* hole = layer.samples->brick(slot).hole())
+    brick.hole = std::make_unique<BrickMask>(*hole);
   if (making.any || brick.hole) layer.made->set(slot, std::move(making.brick));
 }
 

@@ -17,7 +17,7 @@ namespace bccsplat {
 // brick. Mirror images lie no further away, and no prefilter reaches 16 sites.
 class NearBricks {
  public:
-  NearBricks(const std::map<int32_t, const BrickLayer*>& samples, const BrickBox& region);
+  NearBricks(const std::map<int32_t, const SampleLayer*>& samples, const BrickBox& region);
   // Makes a box in the region as small as those in it allow; returns whether there are any.
   bool trim(BrickBox& box) const;
 
@@ -48,7 +48,7 @@ struct TileSize {
 // A layer that is made, and its samples, whose holes it takes over.
 struct TileLayer {
   BrickLayer* made;
-  const BrickLayer* samples;
+  const SampleLayer* samples;
 };
 
 class TilePlanes {
@@ -57,7 +57,7 @@ class TilePlanes {
   TilePlanes(const StagePlan& plan, const TileSize& size, const Lattice3& space, const BrickBox& tile,
              float* memory);
   // Makes the bricks of the tile. outputs: in the order of the layers of the plan.
-  void make(const std::map<int32_t, const BrickLayer*>& samples, std::span<const TileLayer> outputs,
+  void make(const std::map<int32_t, const SampleLayer*>& samples, std::span<const TileLayer> outputs,
             float prune);
 
  private:
@@ -78,7 +78,8 @@ class TilePlanes {
     int count;
   };
   [[nodiscard]] std::vector<Run> runs_of(size_t axis, int coset) const;
-  void load(const BrickLayer& layer, int z, float* to) const;
+  void load(const SampleLayer& layer, int z, float* to) const;
+  void load_run(const SampleBrick& brick, const PlanePart& part, float* to) const;
   void step(const Node& node, int z);
   void sum_neighbours(const Node& node, int z);
   void sum_cross(const Node& node, int z);

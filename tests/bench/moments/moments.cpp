@@ -5,7 +5,9 @@
 #include <set>
 
 #include "base/error.h"
+#include "base/machine.h"
 #include "field/coefficients/coefficients.h"
+#include "field/coefficients/volume_cache.h"
 #include "formats/bcc4/bcc4.h"
 #include "slice/hyperslice.h"
 #include "slice/time_slice.h"
@@ -29,15 +31,19 @@ struct Options {
 struct Opened {
   test::TestContext context{1};
   std::shared_ptr<Bcc4Reader> reader;
+  Kernel kernel = make_kernel("default");
+  VolumeCache playing;
   uint64_t cache;
+  VolumeCache share;
   Bcc4Samples samples;
   Coefficients field;
   uint64_t opening; // bytes read
 
   Opened(const WrittenSeries& written, const Options& o)
-      : reader(Bcc4Reader::open(open_memory_source(written.file))),
-        cache(o.cache > 0 ? o.cache : uint64_t{1} << 30), samples(reader, context.memory, cache / 4),
-        field(samples, 0, make_kernel("default"), 0, cache - cache / 4), opening(reader->bytes_read()) {}
+      : reader(Bcc4Reader::open(open_memory_source(written.file))), playing(playing_cache(*reader, kernel)),
+        cache(o.cache > 0 ? o.cache : default_cache_bytes(playing, UINT64_MAX, machine_memory())),
+        share(share_cache(cache, playing)), samples(reader, context.memory, share.chunks),
+        field(samples, 0, kernel, 0, share.coefficients), opening(reader->bytes_read()) {}
 
   void moment(double frame) { (void)time_slice(field, frame, {0, 0}, {}, context.get()); }
 
@@ -110,6 +116,7 @@ Row playing_row(Row row, const WrittenSeries& w, const Options& o) {
     (i == 0 ? first : others) += s;
     if (i > 0) slowest = std::max(slowest, s);
   }
+  row.push_back(figure("playing needs, MiB", static_cast<double>(volume.playing.bytes()) / mebibyte, 0));
   row.push_back(figure("cache, MiB", static_cast<double>(volume.cache) / mebibyte, 0));
   row.push_back(figure("first, CPU s", first, 3));
   row.push_back(figure("each of the others, CPU s", others / steps, 3));

@@ -1,0 +1,37 @@
+// The samples of one layer of a decoded chunk, apart from the others and in no more bytes than they have
+// there.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/codes.h"
+#include "points/runs.h"
+#include "points/sample_layer.h"
+
+namespace bccsplat {
+
+class LayerCodes final : public CodedBrick {
+ public:
+  // data: of integers, with some of them in the layer.
+  LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer);
+
+  void read(const PlanePart& part, float* to, std::ptrdiff_t stride) const override;
+  const BrickMask* hole() const override { return hole_.get(); }
+  uint64_t bytes() const override;
+
+ private:
+  struct Kept {
+    BrickMask sites;
+    RowIndex first; // codes of rows
+  };
+  SampleCoder coder_;
+  ChunkCodes coded_;
+  std::vector<std::byte> codes_;
+  std::unique_ptr<const Kept> kept_; // null: all sites
+  std::unique_ptr<const BrickMask> hole_;
+};
+
+} // namespace bccsplat

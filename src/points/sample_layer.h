@@ -1,0 +1,54 @@
+// A layer of samples in the form that takes least memory: as the codes that a file holds, or as values. What
+// reads many layers makes values of codes where it needs them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "points/brick.h"
+
+namespace bccsplat {
+
+// Some sites of a plane of a brick: rows y .. y + height - 1, of each the sites x .. x + width - 1.
+struct PlanePart {
+  int plane = 0, x = 0, y = 0, width = brick_edge, height = brick_edge;
+};
+
+// A brick whose samples stand as codes.
+class CodedBrick {
+ public:
+  virtual ~CodedBrick() = default;
+  // Writes values relative to air, rows `stride` apart. They are those that a Brick of the same samples has.
+  virtual void read(const PlanePart& part, float* to, std::ptrdiff_t stride) const = 0;
+  [[nodiscard]] virtual const BrickMask* hole() const = 0; // null: no holes
+  [[nodiscard]] virtual uint64_t bytes() const = 0;
+};
+
+// Values or codes; air where it has neither.
+struct SampleBrick {
+  std::shared_ptr<const Brick> values;
+  std::shared_ptr<const CodedBrick> codes;
+
+  explicit operator bool() const { return values || codes; }
+  [[nodiscard]] const BrickMask* hole() const {
+    if (values) return values->hole.get();
+    return codes ? codes->hole() : nullptr;
+  }
+  [[nodiscard]] uint64_t bytes() const;
+  // Returns all values of a brick that is not air; `room` is for those of codes.
+  [[nodiscard]] const float* all(std::array<float, brick_sites>& room) const;
+};
+
+class SampleLayer : public BrickSlots<SampleBrick> {
+ public:
+  using BrickSlots::BrickSlots;
+  explicit SampleLayer(const BrickLayer& values);
+
+  [[nodiscard]] const SampleBrick& brick(size_t slot) const { return share(slot); }
+  [[nodiscard]] const SampleBrick& brick(int bx, int by, int bz) const { return brick(slot(bx, by, bz)); }
+  [[nodiscard]] uint64_t bytes() const; // memory held by the bricks
+};
+
+} // namespace bccsplat

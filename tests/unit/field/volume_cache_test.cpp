@@ -1,0 +1,142 @@
+// What a series costs that plays, whatever its cache: nothing twice where the cache is what playing needs,
+// never more with a larger one, and the same bits with any.
+#include "field/coefficients/volume_cache.h"
+
+#include <gtest/gtest.h>
+
+#include "base/machine.h"
+#include "field/coefficients/coefficients.h"
+#include "slice/time_slice.h"
+#include "tests/unit/formats/test_data.h"
+
+namespace bccsplat::test {
+namespace {
+
+constexpr uint64_t gibibyte = uint64_t{1} << 30;
+
+struct Played {
+  uint64_t decoded = 0, made = 0;
+  uint64_t held = 0; // at the end
+  std::vector<BrickLayer> slices;
+};
+
+// Half a frame on at a time through all of a series.
+Played play(const std::vector<std::byte>& file, const char* kernel_name, uint64_t cache) {
+  Bench bench;
+  const auto reader = Bcc4Reader::open(open_memory_source(file));
+  const Kernel kernel = make_kernel(kernel_name);
+  const VolumeCache share = share_cache(cache, playing_cache(*reader, kernel));
+  const Bcc4Samples samples(reader, bench.memory, share.chunks);
+  const Coefficients field(samples, 0, kernel, 0, share.coefficients);
+  Played out;
+  for (double t = 0; t <= reader->info().lattice.last_frame(); t += 0.5)
+    out.slices.push_back(time_slice(field, t, {0, 0}, {}, bench.context).coset[0]);
+  out.decoded = samples.chunks_decoded(), out.made = field.layers_made();
+  out.held = bench.memory.used();
+  return out;
+}
+
+uint64_t playing_bytes(const std::vector<std::byte>& file, const char* kernel) {
+  return playing_cache(*Bcc4Reader::open(open_memory_source(file)), make_kernel(kernel)).bytes();
+}
+
+struct PlayingCase {
+  LatticeKind lattice;
+  ValueType type;
+  const char* kernel;
+  Sample (*formula)(int, double, double, double, double);
+};
+
+class Playing : public testing::TestWithParam<PlayingCase> {
+ protected:
+  [[nodiscard]] std::vector<std::byte> file() const {
+    return write_file(volume(GetParam().lattice, {40, 40, 70, 24}, {channel("value", GetParam().type)}),
+                      GetParam().formula);
+  }
+};
+
+TEST_P(Playing, NothingIsDecodedOrMadeTwice) {
+  const auto series = file();
+  const auto reader = Bcc4Reader::open(open_memory_source(series));
+  const uint64_t cache = playing_bytes(series, GetParam().kernel);
+  const Played played = play(series, GetParam().kernel, cache);
+  EXPECT_EQ(played.decoded, reader->chunk_count());
+  EXPECT_LE(played.made, static_cast<uint64_t>(reader->info().lattice.layers()));
+  EXPECT_LE(played.held, cache);
+}
+
+TEST_P(Playing, MoreCacheNeverCostsMoreNorChangesABit) {
+  const auto series = file();
+  const uint64_t enough = playing_bytes(series, GetParam().kernel);
+  const Played best = play(series, GetParam().kernel, 4 * enough);
+  uint64_t decoded = UINT64_MAX, made = UINT64_MAX;
+  for (uint64_t part = 0; part <= 12; ++part) {
+    const Played played = play(series, GetParam().kernel, enough * part / 10);
+    EXPECT_LE(played.decoded, decoded) << part << " tenths";
+    EXPECT_LE(played.made, made) << part << " tenths";
+    decoded = played.decoded, made = played.made;
+    ASSERT_EQ(played.slices.size(), best.slices.size());
+    for (size_t i = 0; i < best.slices.size(); ++i)
+      ASSERT_FALSE(difference(played.slices[i], best.slices[i])) << part << " tenths, moment " << i;
+  }
+  EXPECT_EQ(decoded, best.decoded);
+  EXPECT_EQ(made, best.made);
+}
+
+INSTANTIATE_TEST_SUITE_P(Series, Playing,
+                         testing::Values(PlayingCase{LatticeKind::d4star, ValueType::u8, "default", dense},
+                                         PlayingCase{LatticeKind::d4star, ValueType::u16, "fine", dense},
+                                         PlayingCase{LatticeKind::d4star, ValueType::f32, "fast", dense},
+                                         PlayingCase{LatticeKind::cc, ValueType::u8, "default", dense},
+                                         PlayingCase{LatticeKind::d4star, ValueType::u8, "default", ball}));
+
+TEST(VolumeCache, CodesNeedLessThanValues) {
+  const auto series = [](ValueType type) {
+    return write_file(volume(LatticeKind::d4star, {64, 64, 64, 12}, {channel("value", type)}), dense);
+  };
+  const uint64_t u8 = playing_bytes(series(ValueType::u8), "default"),
+                 u16 = playing_bytes(series(ValueType::u16), "default"),
+                 f32 = playing_bytes(series(ValueType::f32), "default");
+  EXPECT_LT(u8, u16);
+  EXPECT_LT(u16, f32);
+  EXPECT_LT(u8, f32 / 2);
+}
+
+TEST(VolumeCache, AVolumeWithoutTimeDoesNotPlay) {
+  const auto file =
+      write_file(volume(LatticeKind::bcc, {30, 30, 30, 1}, {channel("value", ValueType::u8)}), dense);
+  EXPECT_EQ(playing_bytes(file, "default"), 0u);
+}
+
+TEST(VolumeCache, TheDefaultFollowsTheSeriesWithinHalfTheMemory) {
+  const VolumeCache small{.chunks = 1 << 20, .coefficients = 6 << 20},
+      large{.chunks = gibibyte / 2, .coefficients = 5 * gibibyte / 2};
+  EXPECT_EQ(default_cache_bytes(small, UINT64_MAX, 16 * gibibyte), gibibyte);
+  EXPECT_EQ(default_cache_bytes(small, 2 * gibibyte, 16 * gibibyte), gibibyte / 2);
+  EXPECT_EQ(default_cache_bytes(large, UINT64_MAX, 16 * gibibyte), 3 * gibibyte);
+  EXPECT_EQ(default_cache_bytes(large, UINT64_MAX, 4 * gibibyte), 2 * gibibyte);
+  EXPECT_EQ(default_cache_bytes(large, 3 * gibibyte, 16 * gibibyte), 3 * gibibyte / 2);
+  EXPECT_EQ(default_cache_bytes(large, gibibyte, 16 * gibibyte), gibibyte / 2);
+  EXPECT_EQ(default_cache_bytes(large, UINT64_MAX, gibibyte), gibibyte); // as ever
+  EXPECT_GT(machine_memory(), 64u << 20);
+}
+
+TEST(VolumeCache, SharesAddUpAndGrow) {
+  const VolumeCache playing{.chunks = 100, .coefficients = 700};
+  VolumeCache before;
+  for (uint64_t bytes = 0; bytes < 3000; bytes += 7) {
+    const VolumeCache share = share_cache(bytes, playing);
+    EXPECT_EQ(share.chunks + share.coefficients, bytes);
+    EXPECT_GE(share.chunks, before.chunks);
+    EXPECT_GE(share.coefficients, before.coefficients);
+    before = share;
+  }
+  for (const VolumeCache& need : {playing, VolumeCache{.chunks = 400, .coefficients = 600}}) {
+    const VolumeCache share = share_cache(need.bytes(), need);
+    EXPECT_GE(share.chunks, need.chunks);
+    EXPECT_GE(share.coefficients, need.coefficients);
+  }
+}
+
+} // namespace
+} // namespace bccsplat::test
