@@ -304,7 +304,7 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& dat
   if (!data.hole.empty() && data.hole[m] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[m]);
   spread_codes(state_->coders.at(static_cast<size_t>(channel)), data.coded, brick->kept, data.codes, first,
-               brick->value.data());
+               brick->value);
   return brick;
 }
 

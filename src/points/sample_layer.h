@@ -20,7 +20,7 @@ struct PlanePart {
 class CodedBrick {
  public:
   virtual ~CodedBrick() = default;
-  // Writes values relative to air, rows `stride` apart. They are those that a Brick of the same samples has.
+  // Writes the values of a Brick, rows `stride` apart; behind rows of less than 16 sites up to 15 more.
   virtual void read(const PlanePart& part, float* to, std::ptrdiff_t stride) const = 0;
   [[nodiscard]] virtual const BrickMask* hole() const = 0; // null: no holes
   [[nodiscard]] virtual uint64_t bytes() const = 0;

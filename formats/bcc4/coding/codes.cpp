@@ -13,6 +13,13 @@ SampleCoder::SampleCoder(const Quantiser& q)
   codes_.type = q.type;
   uint64_t clamped = 0;
   codes_.air = encode(0, clamped);
+  if (is_float(codes_.type) || codes_.bytes() > 2) return;
+  const auto scale = static_cast<float>(scale_), bias = static_cast<float>(bias_);
+  is_single_ = true;
+  for (uint32_t code = 0; code <= codes_.mask() && is_single_; ++code) {
+    const float scaled = static_cast<float>(code) * scale;
+    is_single_ = scaled + bias == decode(code);
+  }
 }
 
 uint32_t SampleCoder::encode(float relative, uint64_t& clamped) const {

@@ -21,6 +21,9 @@ class SampleCoder {
   // type.
   [[nodiscard]] uint32_t encode(float relative, uint64_t& clamped) const;
   [[nodiscard]] float decode(uint32_t code) const;
+  // Whether an integer's value is what single precision makes of stored * scale + bias, step by step, for all
+  // there are of this type.
+  [[nodiscard]] bool is_single() const { return is_single_; }
   // For integers, relative = stored * scale + bias.
   [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] double bias() const { return bias_; }
@@ -33,6 +36,7 @@ class SampleCoder {
  private:
   ChunkCodes codes_;
   double scale_, bias_, air_;
+  bool is_single_ = false;
 };
 
 // The bit pattern of an ordered code and the reverse.

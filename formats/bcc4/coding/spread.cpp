@@ -39,14 +39,26 @@ template<class Stored> struct Values {
   }
 };
 
+// The same in single precision, where that is exact.
+template<class Stored> struct SingleValues {
+  float scale, bias;
+
+  template<class D> HWY_INLINE hn::Vec<D> operator()(D d, const Stored* from) const {
+    const auto code = hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(hn::Rebind<Stored, D>(), from));
+    return hn::Add(hn::Mul(hn::ConvertTo(d, code), hn::Set(d, scale)), hn::Set(d, bias));
+  }
+};
+
+alignas(64) constexpr int32_t site_bit[2 * brick_edge] = {
+    1,   2,   4,    8,    16,   32,   64,    128,
+    256, 512, 1024, 2048, 4096, 8192, 16384, 32768}; // those behind a row have none
+
 template<class Stored>
-void Spread(const SampleCoder& coder, const ChunkCodes& coded, std::span<const uint16_t> kept,
-            std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
+void Spread(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
+            std::span<const std::byte> codes, size_t first, float* brick) {
   constexpr size_t bytes = sizeof(Stored);
   const hn::Rebind<float, hn::CappedTag<double, brick_edge>> d;
   const hn::RebindToSigned<decltype(d)> di;
-  alignas(64) static constexpr int32_t bit[brick_edge] = {1,   2,   4,    8,    16,   32,   64,    128,
-                                                          256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
   const bool steps = coder.codes().type == ValueType::i32;
   const double shift = steps ? static_cast<double>(coded.base) - i32_air : 0;
   const Values<Stored> values{shift, coder.scale() * (1 << coded.shift), coder.bias()};
@@ -61,7 +73,7 @@ void Spread(const SampleCoder& coder, const ChunkCodes& coded, std::span<const u
       // The row is one run: sixteen values are made and those beside it are cleared.
       const auto* from = reinterpret_cast<const Stored*>(codes.data()) + next - before;
       for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
-        const auto here = hn::TestBit(hn::Set(di, static_cast<int32_t>(row)), hn::Load(di, bit + x));
+        const auto here = hn::TestBit(hn::Set(di, static_cast<int32_t>(row)), hn::Load(di, site_bit + x));
         hn::StoreU(hn::IfThenElseZero(hn::RebindMask(d, here), values(d, from + x)), d, brick + x);
       }
       next += static_cast<size_t>(std::bit_width(run));
@@ -73,21 +85,79 @@ void Spread(const SampleCoder& coder, const ChunkCodes& coded, std::span<const u
         brick[std::countr_zero(bits)] = coder.decode(coded.ordered(code));
       }
     }
-    brick += stride;
+    brick += brick_edge;
   }
 }
 
-void Spread8(const SampleCoder& c, const ChunkCodes& as, std::span<const uint16_t> k,
-             std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
-  Spread<uint8_t>(c, as, k, codes, first, brick, stride);
+// values(d, from): those of as many codes as `d` has lanes. Of rows that are one run all that is wanted is
+// made, and what is not kept cleared.
+template<class Stored, class D, class MakeValues>
+void SpreadPart(D d, const MakeValues& values, const SampleCoder& coder, const ChunkCodes& coded,
+                const BrickCodes& brick, const PlanePart& part, float* to, std::ptrdiff_t stride) {
+  const hn::RebindToSigned<D> di;
+  const auto width = static_cast<size_t>(part.width), first = static_cast<size_t>(part.x);
+  const unsigned wanted = (1u << width) - 1;
+  const auto* codes = reinterpret_cast<const Stored*>(brick.codes);
+  size_t row = static_cast<size_t>(part.plane * brick_edge + part.y);
+  for (const size_t end = row + static_cast<size_t>(part.height); row < end; ++row, to += stride) {
+    const unsigned kept = brick.kept ? (*brick.kept)[row] : 0xffff;
+    const auto before = static_cast<size_t>(std::countr_zero(kept) & 15);
+    const unsigned run = kept >> before, here = kept >> first & wanted;
+    const Stored* next = codes + (brick.first ? (*brick.first)[row] : row * brick_edge);
+    const Stored* from = next + first - before;
+    if (here == 0) {
+      std::fill_n(to, width, 0.0f);
+    } else if ((run & (run + 1)) == 0 && here == wanted) {
+      for (size_t x = 0; x < width; x += hn::Lanes(d)) hn::StoreU(values(d, from + x), d, to + x);
+    } else if ((run & (run + 1)) == 0) {
+      for (size_t x = 0; x < width; x += hn::Lanes(d)) {
+        const auto is_kept = hn::TestBit(hn::Set(di, static_cast<int32_t>(here)), hn::Load(di, site_bit + x));
+        hn::StoreU(hn::IfThenElseZero(hn::RebindMask(d, is_kept), values(d, from + x)), d, to + x);
+      }
+    } else {
+      std::fill_n(to, width, 0.0f);
+      next += std::popcount(kept & ((1u << first) - 1));
+      for (unsigned bits = here; bits; bits &= bits - 1)
+        to[std::countr_zero(bits)] = coder.decode(coded.ordered(*next++));
+    }
+  }
 }
-void Spread16(const SampleCoder& c, const ChunkCodes& as, std::span<const uint16_t> k,
-              std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
-  Spread<uint16_t>(c, as, k, codes, first, brick, stride);
+
+template<class Stored>
+void SpreadPart(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
+                const PlanePart& part, float* to, std::ptrdiff_t stride) {
+  if (coder.is_single()) {
+    const SingleValues<Stored> values{static_cast<float>(coder.scale()), static_cast<float>(coder.bias())};
+    SpreadPart<Stored>(hn::CappedTag<float, brick_edge>(), values, coder, coded, brick, part, to, stride);
+  } else {
+    const bool steps = coder.codes().type == ValueType::i32;
+    const double shift = steps ? static_cast<double>(coded.base) - i32_air : 0;
+    const Values<Stored> values{shift, coder.scale() * (1 << coded.shift), coder.bias()};
+    SpreadPart<Stored>(hn::Rebind<float, hn::CappedTag<double, brick_edge>>(), values, coder, coded, brick,
+                       part, to, stride);
+  }
 }
-void Spread32(const SampleCoder& c, const ChunkCodes& as, std::span<const uint16_t> k,
-              std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
-  Spread<uint32_t>(c, as, k, codes, first, brick, stride);
+
+void SpreadPart8(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
+                 const PlanePart& part, float* to, std::ptrdiff_t stride) {
+  SpreadPart<uint8_t>(coder, coded, brick, part, to, stride);
+}
+void SpreadPart16(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
+                  const PlanePart& part, float* to, std::ptrdiff_t stride) {
+  SpreadPart<uint16_t>(coder, coded, brick, part, to, stride);
+}
+
+void Spread8(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k, std::span<const std::byte> codes,
+             size_t first, float* brick) {
+  Spread<uint8_t>(c, as, k, codes, first, brick);
+}
+void Spread16(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
+              std::span<const std::byte> codes, size_t first, float* brick) {
+  Spread<uint16_t>(c, as, k, codes, first, brick);
+}
+void Spread32(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
+              std::span<const std::byte> codes, size_t first, float* brick) {
+  Spread<uint32_t>(c, as, k, codes, first, brick);
 }
 
 } // namespace HWY_NAMESPACE
@@ -100,13 +170,15 @@ namespace bccsplat {
 HWY_EXPORT(Spread8);
 HWY_EXPORT(Spread16);
 HWY_EXPORT(Spread32);
+HWY_EXPORT(SpreadPart8);
+HWY_EXPORT(SpreadPart16);
 
 namespace {
 
 // For types that vectors do not turn into values.
 template<class Stored>
-void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, std::span<const uint16_t> kept,
-                   std::span<const std::byte> codes, size_t first, float* brick, std::ptrdiff_t stride) {
+void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
+                   std::span<const std::byte> codes, size_t first, float* brick) {
   for (const unsigned row : kept) {
     std::fill_n(brick, brick_edge, 0.0f);
     for (unsigned bits = row; bits; bits &= bits - 1) {
@@ -114,26 +186,34 @@ void spread_singly(const SampleCoder& coder, const ChunkCodes& coded, std::span<
       std::memcpy(&code, codes.data() + first++ * sizeof code, sizeof code);
       brick[std::countr_zero(bits)] = coder.decode(coded.ordered(code));
     }
-    brick += stride;
+    brick += brick_edge;
   }
 }
 
 } // namespace
 
-void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, std::span<const uint16_t> kept,
-                  std::span<const std::byte> codes, size_t first, float* rows, std::ptrdiff_t stride) {
+void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
+                  std::span<const std::byte> codes, size_t first, std::span<float, brick_sites> brick) {
   switch (coded.type) {
   case ValueType::u8:
-    return HWY_DYNAMIC_DISPATCH(Spread8)(coder, coded, kept, codes, first, rows, stride);
+    return HWY_DYNAMIC_DISPATCH(Spread8)(coder, coded, kept, codes, first, brick.data());
   case ValueType::u16:
-    return HWY_DYNAMIC_DISPATCH(Spread16)(coder, coded, kept, codes, first, rows, stride);
+    return HWY_DYNAMIC_DISPATCH(Spread16)(coder, coded, kept, codes, first, brick.data());
   case ValueType::f16:
-    return spread_singly<uint16_t>(coder, coded, kept, codes, first, rows, stride);
+    return spread_singly<uint16_t>(coder, coded, kept, codes, first, brick.data());
   case ValueType::i32:
-    return spread_singly<uint32_t>(coder, coded, kept, codes, first, rows, stride);
+    return spread_singly<uint32_t>(coder, coded, kept, codes, first, brick.data());
   case ValueType::f32:
-    return HWY_DYNAMIC_DISPATCH(Spread32)(coder, coded, kept, codes, first, rows, stride);
+    return HWY_DYNAMIC_DISPATCH(Spread32)(coder, coded, kept, codes, first, brick.data());
   }
+}
+
+void spread_part(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
+                 const PlanePart& part, float* to, std::ptrdiff_t stride) {
+  if (coded.bytes() == 1)
+    HWY_DYNAMIC_DISPATCH(SpreadPart8)(coder, coded, brick, part, to, stride);
+  else
+    HWY_DYNAMIC_DISPATCH(SpreadPart16)(coder, coded, brick, part, to, stride);
 }
 
 } // namespace bccsplat

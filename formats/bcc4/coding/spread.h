@@ -6,13 +6,25 @@
 
 #include "formats/bcc4/coding/codes.h"
 #include "points/brick.h"
+#include "points/runs.h"
+#include "points/sample_layer.h"
 
 namespace bccsplat {
 
-// `codes` are packed codes, coded as `coded`, of which those of the kept sites of some rows of a brick start
-// at index `first`. All sixteen sites of each row are written, rows `stride` apart, 0 where none is kept.
-void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, std::span<const uint16_t> kept,
-                  std::span<const std::byte> codes, size_t first, float* rows,
-                  std::ptrdiff_t stride = brick_edge);
+// `codes` are the packed codes of a chunk, coded as `coded`, of which those of this brick's kept sites start
+// at index `first`. All of `brick` is written, 0 where no site is kept.
+void spread_codes(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
+                  std::span<const std::byte> codes, size_t first, std::span<float, brick_sites> brick);
+
+// The codes of a brick of integers of one or two bytes.
+struct BrickCodes {
+  static constexpr size_t beside = 2 * brick_edge; // codes of any value before the first and behind the last
+  const std::byte* codes;                          // the first
+  const BrickMask* kept;                           // null: all sites
+  const RowIndex* first;                           // code of each row; null where all sites are kept
+};
+// Writes some of its sites as CodedBrick::read does.
+void spread_part(const SampleCoder& coder, const ChunkCodes& coded, const BrickCodes& brick,
+                 const PlanePart& part, float* to, std::ptrdiff_t stride);
 
 } // namespace bccsplat

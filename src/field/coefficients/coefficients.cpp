@@ -95,16 +95,22 @@ std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<co
                                                                     const Context& context) const {
   std::map<int32_t, std::shared_ptr<const BrickLayer>> found;
   std::vector<int32_t> missing;
+  std::vector<int32_t> inside;
   for (const int32_t m : wanted) {
-    const int32_t at = source_.lattice().mirror_layer(m);
+    const int32_t at = inside.emplace_back(source_.lattice().mirror_layer(m));
     if (!found.contains(at) && !(found[at] = find<BrickLayer>(at))) missing.push_back(at);
+  }
+  if (!prefilter_->empty()) {
+    std::set<int32_t> reads = prefilter_->reads(inside);
+    const std::scoped_lock lock(mutex_);
+    spared_ = std::move(reads);
   }
   if (missing.empty())
     context.progress.advance(1, 1);
   else
     for (auto& [at, layer] : make(missing, context)) found[at] = std::move(layer);
   std::vector<std::shared_ptr<const BrickLayer>> result;
-  for (const int32_t m : wanted) result.push_back(found[source_.lattice().mirror_layer(m)]);
+  for (const int32_t at : inside) result.push_back(found[at]);
   return result;
 }
 
@@ -152,10 +158,6 @@ Coefficients::LayersOf<Layer> Coefficients::read(std::span<const int32_t> layers
 Coefficients::Layers Coefficients::make_at_once(std::span<const int32_t> layers,
                                                 const Context& context) const {
   const std::set<int32_t> reads = prefilter_->reads(layers);
-  {
-    const std::scoped_lock lock(mutex_);
-    spared_ = reads;
-  }
   std::vector<BrickLayer> made = [&] {
     Progress reading(context.progress, 0, read_share), making(context.progress, read_share, 1);
     const auto samples = read<SampleLayer>(std::vector(reads.begin(), reads.end()), context.with(reading));

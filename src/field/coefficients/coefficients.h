@@ -125,7 +125,7 @@ class Coefficients {
   mutable std::map<Key, std::shared_ptr<const Entry>> entries_;
   mutable std::list<Key> recent_; // least recently used first
   mutable uint64_t held_ = 0;
-  mutable std::set<int32_t> spared_; // samples that the layers made last depend on
+  mutable std::set<int32_t> spared_; // samples that the layers asked for last depend on
   mutable std::atomic<uint64_t> made_{0};
 };
 

@@ -58,7 +58,7 @@ TEST(Bcc4Spread, EveryValueToItsPlaceAndZeroElsewhere) {
       test::for_targets([&] {
         const auto brick = std::make_unique<Brick>();
         brick->value.fill(-1);
-        spread_codes(coder, coded, kept, packed, first, brick->value.data());
+        spread_codes(coder, coded, kept, packed, first, brick->value);
         for (size_t i = 0; i < brick_sites; ++i)
           ASSERT_EQ(std::bit_cast<uint32_t>(brick->value[i]), std::bit_cast<uint32_t>(expected.value[i]))
               << channel.name << " site " << i;
