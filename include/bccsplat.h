@@ -548,8 +548,8 @@ typedef struct bccsplat_volume_options {
                            paper, gauss09 or SPACE+TIME such as "radial18+b3" */
   uint64_t cache_bytes; /* for decoded chunks, samples and coefficients; 0: what the series needs to play
                            forward by up to half a frame at a time with nothing decoded or prefiltered twice,
-                           but not more than half of the budget and of the machine's memory; at least a
-                           quarter of the budget, up to 1 GiB */
+                           but not more than a quarter of the budget and half of the machine's memory; at
+                           least a quarter of the budget, up to 1 GiB */
 } bccsplat_volume_options;
 
 typedef struct bccsplat_volume_info {

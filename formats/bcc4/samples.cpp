@@ -110,9 +110,16 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
     if (m < 0 || m >= info.lattice.layers()) fail(Code::out_of_domain, "no layer ", m);
   for (size_t first = 0, end = 0; first < layers.size(); first = end) {
     const int32_t slab = info.slab_of(layers[first]);
+    while (end < layers.size() && info.slab_of(layers[end]) == slab) ++end;
+    // One layer stands beside the budget, the others of the slab within it, as many as there is room for;
+    // codes take no more than values.
+    const uint64_t bytes = reader_->chunks(channel, slab, region).size() * sizeof(Brick);
+    std::vector<Reservation> held;
+    while (held.size() + 1 < end - first && cache_->budget.try_reserve(bytes))
+      held.push_back(Reservation::adopt(cache_->budget, bytes));
+    end = first + held.size() + 1;
     std::vector<Layer> read;
-    for (; end < layers.size() && info.slab_of(layers[end]) == slab; ++end)
-      read.emplace_back(info.lattice.space, info.lattice.coset(layers[end]));
+    for (size_t i = first; i < end; ++i) read.emplace_back(info.lattice.space, info.lattice.coset(layers[i]));
     // Each task sets the slots of its own bricks.
     for_chunks(channel, slab, region, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
       const Int3 b = reader_->brick_position(chunk.slot);
@@ -120,7 +127,10 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
         if (auto made = brick(data, layers[first + i] % info.slab_layers))
           read[i].set(read[i].slot(b[0], b[1], b[2]), std::move(made));
     });
-    for (size_t i = 0; i < read.size(); ++i) take(layers[first + i], std::move(read[i]));
+    for (size_t i = 0; i < read.size(); ++i) {
+      if (!held.empty()) held.pop_back(); // whoever takes it reserves it
+      take(layers[first + i], std::move(read[i]));
+    }
   }
 }
 

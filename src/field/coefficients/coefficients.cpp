@@ -38,24 +38,28 @@ class Coefficients::SampleRows {
     BrickBox box = owner_.region_;
     box.begin[2] = std::max({box.begin[2], begin, end_}), box.end[2] = std::min(box.end[2], end);
     end_ = end;
-    for (auto& [m, layer] : layers_)
+    for (auto& [m, layer] : layers_) {
       for (size_t s = 0; s < layer.brick_slots(); ++s)
         if (layer.slot_position(s)[2] < begin) layer.set(s, {});
+      hold(m, layer, context);
+    }
     const auto take = [&](int32_t m, SampleLayer&& read) {
       SampleLayer& layer = layers_.at(m);
       for (size_t s = 0; s < layer.brick_slots(); ++s)
         if (const int z = layer.slot_position(s)[2]; z >= box.begin[2] && z < box.end[2])
           layer.set(s, read.share(s));
+      hold(m, layer, context);
     };
     if (box.begin[2] < box.end[2])
       owner_.source().read_samples(owner_.channel_, numbers_, box, context, take);
-    for (const auto& [m, layer] : layers_) {
-      held_[m] = {};
-      held_[m] = Reservation(context.memory, layer.bytes(), "samples of a slab");
-    }
   }
 
  private:
+  void hold(int32_t m, const SampleLayer& layer, const Context& context) {
+    held_[m] = {};
+    held_[m] = Reservation(context.memory, layer.bytes(), "samples of a slab");
+  }
+
   const Coefficients& owner_;
   std::vector<int32_t> numbers_;
   std::map<int32_t, SampleLayer> layers_;

@@ -70,7 +70,7 @@ VolumeCache share_cache(uint64_t bytes, const VolumeCache& playing) {
 
 uint64_t default_cache_bytes(const VolumeCache& playing, uint64_t budget, uint64_t memory) {
   const uint64_t least = std::min(budget / 4, gibibyte);
-  return std::max(least, std::min(playing.bytes(), std::min(budget, memory) / 2));
+  return std::max(least, std::min({playing.bytes(), budget / 4, memory / 2}));
 }
 
 } // namespace bccsplat

@@ -25,8 +25,9 @@ struct VolumeCache {
 // A cache of a size: chunks get a quarter, but not more than they need before the others have what they do.
 [[nodiscard]] VolumeCache share_cache(uint64_t bytes, const VolumeCache& playing);
 
-// The size where a host names none: what playing needs, but not more than half of the memory; at least a
-// quarter of the budget, up to 1 GiB. memory: of the machine; budget: UINT64_MAX where there is none.
+// The size where a host names none: what playing needs, but not more than a quarter of the budget, whose
+// rest is for slices and pictures, and half of the memory; at least a quarter of the budget, up to 1 GiB.
+// memory: of the machine; budget: UINT64_MAX where there is none.
 [[nodiscard]] uint64_t default_cache_bytes(const VolumeCache& playing, uint64_t budget, uint64_t memory);
 
 } // namespace bccsplat

@@ -114,15 +114,15 @@ TEST(VolumeCache, AVolumeWithoutTimeDoesNotPlay) {
   EXPECT_EQ(playing_bytes(file, "default"), 0u);
 }
 
-TEST(VolumeCache, TheDefaultFollowsTheSeriesWithinHalfTheMemory) {
+TEST(VolumeCache, TheDefaultFollowsTheSeriesWithinTheMemory) {
   const VolumeCache small{.chunks = 1 << 20, .coefficients = 6 << 20},
       large{.chunks = gibibyte / 2, .coefficients = 5 * gibibyte / 2};
   EXPECT_EQ(default_cache_bytes(small, UINT64_MAX, 16 * gibibyte), gibibyte);
   EXPECT_EQ(default_cache_bytes(small, 2 * gibibyte, 16 * gibibyte), gibibyte / 2);
   EXPECT_EQ(default_cache_bytes(large, UINT64_MAX, 16 * gibibyte), 3 * gibibyte);
   EXPECT_EQ(default_cache_bytes(large, UINT64_MAX, 4 * gibibyte), 2 * gibibyte);
-  EXPECT_EQ(default_cache_bytes(large, 3 * gibibyte, 16 * gibibyte), 3 * gibibyte / 2);
-  EXPECT_EQ(default_cache_bytes(large, gibibyte, 16 * gibibyte), gibibyte / 2);
+  EXPECT_EQ(default_cache_bytes(large, 8 * gibibyte, 16 * gibibyte), 2 * gibibyte);
+  EXPECT_EQ(default_cache_bytes(large, gibibyte, 16 * gibibyte), gibibyte / 4);
   EXPECT_EQ(default_cache_bytes(large, UINT64_MAX, gibibyte), gibibyte); // as ever
   EXPECT_GT(machine_memory(), 64u << 20);
 }
