@@ -31,10 +31,10 @@ class AxisTrial {
   }
 
   [[nodiscard]] uint8_t best() const {
-    uint8_t best = usual_face_levels[0];
-    for (uint8_t level = 0; level < face_noises.size(); ++level)
+    size_t best = usual_face_levels[0];
+    for (size_t level = 0; level < face_noises.size(); ++level)
       if (squares_[level] < squares_[best]) best = level;
-    return best;
+    return static_cast<uint8_t>(best);
   }
 
  private:
