@@ -94,7 +94,9 @@ struct Imported {
 };
 
 const char* type_name(SourceType type) {
-  return type == SourceType::u8 ? "u8" : type == SourceType::u16 ? "u16" : "f32";
+  if (type == SourceType::u8) return "u8";
+  if (type == SourceType::u16) return "u16";
+  return type == SourceType::i16 ? "i16" : "f32";
 }
 
 std::string distances(const nlohmann::json& coding) {

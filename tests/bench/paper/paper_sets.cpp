@@ -66,6 +66,7 @@ std::optional<FitSource> load_paper_set(const PaperSet& set, const std::string& 
       }
     }
     if (bytes) return source_of<uint8_t>(s, SourceType::u8, 1, set.name);
+    if (precision == bcc4::Type::i16) return source_of<int16_t>(s, SourceType::i16, 1, set.name);
     return wide ? source_of<uint16_t>(s, SourceType::u16, 1, set.name)
                 : source_of<float>(s, SourceType::f32, 1, set.name);
   } catch (const bcc4::Error& e) {
