@@ -177,7 +177,7 @@ TEST(Bcc4Golden, ChunksOfStepsHaveEveryWidth) {
 }
 
 TEST(Bcc4Golden, DomainsHavePlanesOutside) {
-  const Lattice4& lattice = open("v3_domain")->info().lattice;
+  const Lattice4 lattice = open("v3_domain")->info().lattice;
   EXPECT_EQ(lattice.before, (Int3{4, 0, 2}));
   EXPECT_EQ(lattice.behind, (Int3{4, 0, 2}));
   EXPECT_EQ(lattice.lead, 4);
