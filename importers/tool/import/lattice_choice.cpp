@@ -8,7 +8,7 @@ namespace {
 
 // Errors fall so with the number of sites: what a candidate has more of them is no merit of its shape.
 constexpr double kOfDensity = 2;
-constexpr double kHopeless = 8; // dB behind the best one foretold: not tried
+constexpr double kHopeless = 12; // dB behind the best one foretold: not tried
 // Of the error power of the lattice, by rounding. An even spread of width q has the power q^2 / 12.
 constexpr double kRoundingShare = 1.0 / 15, kCoarsestRounding = 1.0 / 512;
 constexpr double kSpread = 12;

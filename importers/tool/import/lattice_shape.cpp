@@ -19,6 +19,8 @@ constexpr double kFirstStep = 0.4, kLastStep = 0.02; // of logarithms of distanc
 // More sites than asked for count as so much more error: errors fall more slowly with them.
 constexpr double kOfDensity = 4;
 constexpr double kRounding = 1e-9;
+constexpr double kPredictedLayers =
+    32; // from so many on a writer predicts beyond them (BCCSPLAT_ENDS_DEFAULT)
 
 bool is_bcc(const LatticeShape& s) { return s.lattice != BCCSPLAT_LATTICE_CC; }
 // In units of the lattice's distance.
@@ -42,27 +44,27 @@ double even_distance(int32_t lattice, double density, const std::array<uint64_t,
   return axes > 0 ? std::pow(sites / density, 1 / axes) : 1;
 }
 
-// One axis of a spectrum beside a lattice, by frequency: the wave itself and its image in the grid of the
-// source, whose sum the source's samples are.
-struct AxisWaves {
-  struct Part {
-    double amplitude = 1; // of what the filter lets through
-    double frequency = 0; // in units of the lattice's
-  };
-  std::vector<std::array<Part, 2>> waves; // by number of frequency
-
-  AxisWaves(const Spectrum& spectrum, size_t axis, double distance, bool at_samples) {
-    const double widening = std::max(1.0, distance);
-    for (size_t k = 0; k < spectrum.count(axis); ++k) {
-      const double f = spectrum.frequency(axis, k), image = 2 - f;
-      if (at_samples)
-        waves.push_back({Part{1, 0}, Part{0, 0}});
-      else
-        waves.push_back({Part{filter_response(f * widening), f * distance},
-                         Part{filter_response(image * widening), image * distance}});
-    }
-  }
+// A wave along one axis, beside a lattice.
+struct AxisWave {
+  double amplitude = 1; // of what the filter lets through
+  double frequency = 0; // in units of the lattice's
 };
+
+// A wave and its image in the grid of the source, whose sum the source's samples are; one too faint to count
+// is left out.
+using WaveAndImage = std::array<AxisWave, 2>;
+constexpr double kFaint = 1e-3; // amplitude
+
+WaveAndImage waves_of(double frequency, double distance) {
+  const double widening = std::max(1.0, distance);
+  WaveAndImage both;
+  for (size_t i = 0; i < 2; ++i) {
+    const double f = i == 0 ? frequency : 2 - frequency;
+    both[i] = {filter_response(f * widening), f * distance};
+  }
+  if (std::fabs(both[1].amplitude) <= kFaint) both[1].amplitude = 0;
+  return both;
+}
 
 // Largest |f_i| + |f_j| over sqrt2.
 double pair_gauge(const std::array<double, 4>& g) {
@@ -71,39 +73,79 @@ double pair_gauge(const std::array<double, 4>& g) {
   return (std::max(a, c) + std::max(std::min(a, c), a > c ? b : d)) / std::numbers::sqrt2;
 }
 
-WaveResponse response_of(bool bcc, const std::array<double, 4>& frequency) {
-  if (bcc) return lattice_response(pair_gauge(frequency));
-  double pass = 1, all = 1; // energies of a product of sums multiply
-  for (const double f : frequency) {
-    const WaveResponse r = cartesian_response(f);
-    pass *= r.pass;
-    all *= r.pass * r.pass + r.folded;
+// What waves along the axes of D4* and BCC become, by number of frequency. Mean square error of one of mean
+// square 1: what is lost of the wave and its images, and what they fold to.
+class LatticeWaves {
+ public:
+  LatticeWaves(const Spectrum& spectrum, const Distances& distances) {
+    for (size_t a = 0; a < 4; ++a)
+      for (size_t k = 0; k < spectrum.count(a); ++k)
+        axes_[a].push_back(waves_of(spectrum.frequency(a, k), distances[a]));
   }
-  return {pass, all - pass * pass};
-}
-
-using AxisParts = std::array<AxisWaves::Part, 2>;
-
-// Mean square error of a wave of mean square 1: what is lost of the wave and its images, and what they fold
-// to.
-double error_of_wave(bool bcc, const std::array<const AxisParts*, 4>& axes) {
-  constexpr double negligible = 1e-3; // amplitude of an image
-  size_t imaged = 0;                  // axes with one
-  for (size_t a = 0; a < 4; ++a)
-    if (std::fabs((*axes[a])[1].amplitude) > negligible) imaged |= size_t{1} << a;
-  double pass = 0, folded = 0;
-  for (size_t images = imaged;; images = (images - 1) & imaged) { // every part of `imaged`, nothing last
-    double amplitude = 1;
-    std::array<double, 4> frequency{};
-    for (size_t a = 0; a < 4; ++a) {
-      const AxisWaves::Part& part = (*axes[a])[images >> a & 1];
-      amplitude *= part.amplitude, frequency[a] = part.frequency;
+  [[nodiscard]] double error(const Spectrum::Bin& bin) const {
+    size_t imaged = 0; // axes with an image
+    for (size_t a = 0; a < 4; ++a)
+      if (axes_[a][bin.at[a]][1].amplitude != 0) imaged |= size_t{1} << a;
+    double pass = 0, folded = 0;
+    for (size_t images = imaged;; images = (images - 1) & imaged) { // every part of `imaged`, nothing last
+      double amplitude = 1;
+      std::array<double, 4> frequency{};
+      for (size_t a = 0; a < 4; ++a) {
+        const AxisWave& wave = axes_[a][bin.at[a]][images >> a & 1];
+        amplitude *= wave.amplitude, frequency[a] = wave.frequency;
+      }
+      const WaveResponse r = lattice_response(pair_gauge(frequency));
+      pass += amplitude * r.pass, folded += amplitude * amplitude * r.folded;
+      if (images == 0) break;
     }
-    const WaveResponse r = response_of(bcc, frequency);
-    pass += amplitude * r.pass, folded += amplitude * amplitude * r.folded;
-    if (images == 0) break;
+    return (1 - pass) * (1 - pass) + folded;
   }
-  return (1 - pass) * (1 - pass) + folded;
+
+ private:
+  std::array<std::vector<WaveAndImage>, 4> axes_;
+};
+
+// The same on CC, where sums over waves and images are products of the sums along each axis.
+class CartesianWaves {
+ public:
+  CartesianWaves(const Spectrum& spectrum, const Distances& distances) {
+    for (size_t a = 0; a < 4; ++a)
+      for (size_t k = 0; k < spectrum.count(a); ++k) {
+        Sums& sums = axes_[a].emplace_back();
+        if (std::fabs(distances[a] - 1) < kRounding)
+          sums = {1, 1, 1}; // the samples themselves
+        else
+          for (const AxisWave& wave : waves_of(spectrum.frequency(a, k), distances[a])) add(wave, sums);
+      }
+  }
+  [[nodiscard]] double error(const Spectrum::Bin& bin) const {
+    double pass = 1, passed = 1, all = 1;
+    for (size_t a = 0; a < 4; ++a) {
+      const Sums& sums = axes_[a][bin.at[a]];
+      pass *= sums.pass, passed *= sums.passed, all *= sums.all;
+    }
+    return (1 - pass) * (1 - pass) + all - passed;
+  }
+
+ private:
+  // Amplitudes that pass, and energies of what passes, and of that with what it folds to.
+  struct Sums {
+    double pass = 0, passed = 0, all = 0;
+  };
+  static void add(const AxisWave& wave, Sums& sums) {
+    const WaveResponse r = cartesian_response(wave.frequency);
+    const double energy = wave.amplitude * wave.amplitude;
+    sums.pass += wave.amplitude * r.pass;
+    sums.passed += energy * r.pass * r.pass;
+    sums.all += energy * (r.pass * r.pass + r.folded);
+  }
+  std::array<std::vector<Sums>, 4> axes_;
+};
+
+template<class Waves> double error_of(const Waves& waves, const Spectrum& spectrum) {
+  double error = 0;
+  for (const Spectrum::Bin& b : spectrum.bins()) error += b.energy * waves.error(b);
+  return error;
 }
 
 // Searches distances around a shape, pairs of axes against each other so that the density stays.
@@ -167,6 +209,24 @@ Distances realised_distances(const LatticeShape& s, const std::array<uint64_t, 4
   return d;
 }
 
+LatticeShape shape_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
+                           const std::array<uint64_t, 4>& part, bool ends_with_series) {
+  LatticeShape s = shape;
+  const Distances distances = realised_distances(shape, dims);
+  for (size_t a = 0; a < 4; ++a) {
+    if (part[a] == dims[a] || part[a] == 1 || (a == 3 && !ends_with_series)) continue;
+    const double plane = distances[a] * plane_distance(shape);
+    double length = static_cast<double>(part[a] - 1);
+    if (a == 3) length += last_plane(shape, a, dims[a]) * plane - static_cast<double>(dims[a] - 1);
+    s.scales[a] = length / std::max(1.0, std::round(length / plane)) / plane_distance(shape);
+  }
+  return s;
+}
+
+bool predicts_ends(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
+  return is_bcc(s) && dims[3] > 1 && last_plane(s, 3, dims[3]) + 1 >= kPredictedLayers;
+}
+
 double site_density(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
   const size_t cosets = is_bcc(s) ? 2 : 1;
   double sites = 0, samples = 1;
@@ -186,14 +246,8 @@ double site_density(const LatticeShape& s, const std::array<uint64_t, 4>& dims) 
 double foretold_error(const Spectrum& spectrum, const LatticeShape& shape,
                       const std::array<uint64_t, 4>& dims) {
   const Distances distances = realised_distances(shape, dims);
-  std::vector<AxisWaves> axes;
-  for (size_t a = 0; a < 4; ++a)
-    axes.emplace_back(spectrum, a, distances[a], !is_bcc(shape) && std::fabs(distances[a] - 1) < kRounding);
-  double error = 0;
-  for (const Spectrum::Bin& b : spectrum.bins())
-    error += b.energy * error_of_wave(is_bcc(shape), {&axes[0].waves[b.at[0]], &axes[1].waves[b.at[1]],
-                                                      &axes[2].waves[b.at[2]], &axes[3].waves[b.at[3]]});
-  return error;
+  return is_bcc(shape) ? error_of(LatticeWaves(spectrum, distances), spectrum)
+                       : error_of(CartesianWaves(spectrum, distances), spectrum);
 }
 
 LatticeShape cubic_lattice(int32_t lattice, double density, const std::array<uint64_t, 4>& dims) {

@@ -21,6 +21,13 @@ struct LatticeShape {
 
 // Distances as a writer realises them: in space a whole number of planes ends on the last sample.
 [[nodiscard]] Distances realised_distances(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
+// What a part of a series, of `part` samples, takes to be like the whole: along the axes that are cut planes
+// as far from each other as those of the series, as nearly as a whole number of them allows. A part that ends
+// with the series has its last layer as far behind the last frame.
+[[nodiscard]] LatticeShape shape_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
+                                         const std::array<uint64_t, 4>& part, bool ends_with_series);
+// Does a writer by default predict what lies beyond the ends of a series? It takes enough layers.
+[[nodiscard]] bool predicts_ends(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 // Sites per source sample, without layers beyond the ends of time.
 [[nodiscard]] double site_density(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 

@@ -1,118 +1,39 @@
 #include "tool/import/sample.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
+#include "tool/import/activity.h"
 #include "tool/interrupt.h"
 
 namespace bcc4 {
 namespace {
 
 constexpr uint64_t kMargin = 5;      // samples around what counts: mirrors are out of sight
-constexpr uint64_t kFrameMargin = 5; // the same in time
+constexpr uint64_t kFrameMargin = 4; // the same in time
+constexpr uint64_t kFewestBoxes = 3; // of a stretch that has more
 constexpr double kEven = 0.1;        // of the picks: spread evenly, whatever is busy
-constexpr uint64_t kPlanesSeen = 32; // of a frame, to find what is busy
-constexpr uint64_t kMoments = 3;     // of a stretch, for the same, but not of every frame
-constexpr uint64_t kFramesPerMoment = 8;
 
-// Cells of about equal size that divide an axis of n samples, and their boxes.
-struct Division {
-  uint64_t n = 1, cells = 1, margin = 0;
-  Division(uint64_t samples, uint64_t longest, uint64_t border) : n(samples) {
-    if (n <= longest) return;
-    margin = border;
-    const uint64_t inner = longest - 2 * margin;
-    cells = (n + inner - 1) / inner;
-  }
-  [[nodiscard]] uint64_t begin(uint64_t cell) const { return n * cell / cells; }
-  [[nodiscard]] uint64_t cell_at(uint64_t i) const { return ((i + 1) * cells - 1) / n; }
-  [[nodiscard]] FrameSpan counts(uint64_t cell) const { return {begin(cell), begin(cell + 1)}; }
-  [[nodiscard]] FrameSpan box(uint64_t cell) const {
-    const FrameSpan inner = counts(cell);
-    return {inner.first - std::min(inner.first, margin), std::min(n, inner.end + margin)};
-  }
-};
-
-// Stretches of time, evenly spread: two, or all frames.
+// All frames, or two stretches: one before the middle, and one that ends with the series.
 std::vector<SampleStretch> divide_time(uint64_t frames, uint64_t longest) {
   if (frames <= longest) {
     SampleStretch all;
-    all.frames = frames, all.counts = {0, frames};
+    all.frames = frames, all.counts = all.stands_for = {0, frames};
     return {all};
   }
-  std::vector<SampleStretch> two(2);
-  const uint64_t length = longest * 3 / 4;
-  for (uint64_t i = 0; i < 2; ++i) {
-    SampleStretch& s = two[i];
-    s.frames = length;
-    s.first = (frames - length) * (2 * i + 1) / 4;
-    s.counts = {s.first + kFrameMargin, s.first + length - kFrameMargin};
-  }
-  return two;
+  const uint64_t length = longest * 5 / 8;
+  SampleStretch early, late;
+  early.frames = late.frames = length;
+  early.first = (frames - length) * 3 / 8, late.first = frames - length;
+  early.counts = {early.first + kFrameMargin, early.first + length - kFrameMargin};
+  late.counts = {late.first + kFrameMargin, frames};
+  late.ends = kFrameMargin;
+  const uint64_t border = (early.counts.end + late.counts.first) / 2;
+  early.stands_for = {0, border}, late.stands_for = {border, frames};
+  return {early, late};
 }
-
-// What a part has of the changes of a frame, cell by cell; all together 1.
-using Shares = std::vector<double>;
-
-// Changes from sample to sample where a coarse lattice loses them, in two axes at once, and from one frame to
-// the next: its errors rise with them. What is not air: there are the errors of rounding.
-struct Activity {
-  Shares in_space, in_time, filled;
-  explicit Activity(size_t cells) : in_space(cells), in_time(cells), filled(cells) {}
-};
-
-// Three planes of a frame and one of the next, and sums over the cells of an axis.
-class ActivityPlanes {
- public:
-  ActivityPlanes(const std::array<uint64_t, 4>& dims, const std::array<Division, 3>& axes, double air)
-      : nx_(dims[0]), ny_(dims[1]), axes_(axes), air_(air) {
-    for (auto* p : {&before, &here, &behind, &next, &bend_, &depth_}) p->resize(nx_ * ny_);
-  }
-  std::vector<double> before, here, behind, next;
-
-  // Adds the plane `here` to the cells of plane z.
-  void add(uint64_t z, Activity& found) {
-    for (uint64_t y = 0; y < ny_; ++y)
-      for (uint64_t x = 0; x < nx_; ++x) {
-        const uint64_t i = y * nx_ + x;
-        bend_[i] = across_rows(here, x, y);
-        depth_[i] = before[i] + behind[i] - 2 * here[i];
-      }
-    for (uint64_t y = 0; y < ny_; ++y)
-      for (uint64_t cell = 0; cell < axes_[0].cells; ++cell) {
-        const FrameSpan span = axes_[0].counts(cell);
-        double space = 0, time = 0, filled = 0;
-        for (uint64_t x = span.first; x < span.end; ++x) {
-          const uint64_t i = y * nx_ + x;
-          space += square(along_row(bend_, x, y)) + square(along_row(depth_, x, y)) +
-                   square(across_rows(depth_, x, y));
-          time += square(next[i] - here[i]);
-          filled += here[i] != air_ ? 1 : 0;
-        }
-        const size_t at =
-            (axes_[2].cell_at(z) * axes_[1].cells + axes_[1].cell_at(y)) * axes_[0].cells + cell;
-        found.in_space[at] += space, found.in_time[at] += time, found.filled[at] += filled;
-      }
-  }
-
- private:
-  static double square(double v) { return v * v; }
-  // Second differences, mirrored at the ends.
-  [[nodiscard]] double along_row(const std::vector<double>& v, uint64_t x, uint64_t y) const {
-    const double* const row = v.data() + y * nx_;
-    return nx_ == 1 ? 0 : row[x == 0 ? 1 : x - 1] + row[x + 1 == nx_ ? nx_ - 2 : x + 1] - 2 * row[x];
-  }
-  [[nodiscard]] double across_rows(const std::vector<double>& v, uint64_t x, uint64_t y) const {
-    if (ny_ == 1) return 0;
-    const uint64_t up = y == 0 ? 1 : y - 1, down = y + 1 == ny_ ? ny_ - 2 : y + 1;
-    return v[up * nx_ + x] + v[down * nx_ + x] - 2 * v[y * nx_ + x];
-  }
-
-  uint64_t nx_, ny_;
-  const std::array<Division, 3>& axes_;
-  double air_;
-  std::vector<double> bend_, depth_; // second differences across rows and planes
-};
 
 void add_shares(const Shares& found, Shares& sum) {
   double all = 0;
@@ -121,45 +42,34 @@ void add_shares(const Shares& found, Shares& sum) {
   for (size_t i = 0; i < found.size(); ++i) sum[i] += found[i] / all;
 }
 
-// Adds a channel of a frame and, where it is not the last, of the frame after it. Channels count alike.
-void add_activity(const Frame& frame, const Frame* next, const std::array<uint64_t, 4>& dims,
-                  const std::array<Division, 3>& axes, double air, ChannelScan& range, Activity& sum) {
-  Activity found(sum.in_space.size());
-  ActivityPlanes planes(dims, axes, air);
-  const uint64_t nz = dims[2], step = std::max<uint64_t>(1, nz / kPlanesSeen);
-  const auto read = [&](const Frame& f, uint64_t z, std::vector<double>& plane) {
-    gather_plane(f, dims, z, air, plane.data());
-    for (double& v : plane) {
-      if (!std::isfinite(v)) v = air;
-      range.min = std::min(range.min, v), range.max = std::max(range.max, v);
-    }
-  };
-  for (uint64_t z = 0; z < nz; z += step) {
-    stop_if_interrupted();
-    read(frame, z == 0 ? std::min<uint64_t>(1, nz - 1) : z - 1, planes.before);
-    read(frame, z, planes.here);
-    read(frame, z + 1 == nz ? nz - std::min<uint64_t>(nz, 2) : z + 1, planes.behind);
-    read(next ? *next : frame, z, planes.next);
-    planes.add(z, found);
-  }
-  add_shares(found.in_space, sum.in_space), add_shares(found.in_time, sum.in_time);
-  add_shares(found.filled, sum.filled);
-}
-
 // A cell that was picked, and how often.
 struct Pick {
   size_t cell = 0;
   double times = 0;
 };
 
-// Picks `count` cells in even steps along the sum of their shares: those that have more are picked rather.
-std::vector<Pick> pick_cells(const std::vector<double>& shares, uint64_t count) {
+// The cells by what changes there, from space to time: even steps come by all kinds.
+std::vector<size_t> cells_by_kind(const Activity& activity) {
+  std::vector<std::pair<double, size_t>> kinds;
+  for (size_t i = 0; i < activity.in_time.size(); ++i) {
+    const double all = activity.in_space[i] + activity.in_time[i] + activity.at_faces[i];
+    kinds.emplace_back(all > 0 ? activity.in_time[i] / all : 0, i);
+  }
+  std::sort(kinds.begin(), kinds.end());
+  std::vector<size_t> cells;
+  for (const auto& [kind, cell] : kinds) cells.push_back(cell);
+  return cells;
+}
+
+// Picks `count` cells in even steps along the sum of their shares, the first one `offset` of a step behind
+// its begin: those that have more are picked rather.
+std::vector<Pick> pick_cells(const Shares& shares, const Activity& activity, uint64_t count, double offset) {
   std::vector<Pick> picks;
   double sum = 0;
   size_t taken = 0;
-  for (size_t i = 0; i < shares.size(); ++i) {
+  for (const size_t i : cells_by_kind(activity)) {
     sum += shares[i];
-    while (taken < count && (static_cast<double>(taken) + 0.5) / static_cast<double>(count) < sum) {
+    while (taken < count && (static_cast<double>(taken) + offset) / static_cast<double>(count) < sum) {
       if (picks.empty() || picks.back().cell != i) picks.push_back({i, 0});
       ++picks.back().times;
       ++taken;
@@ -169,13 +79,13 @@ std::vector<Pick> pick_cells(const std::vector<double>& shares, uint64_t count) 
   return picks;
 }
 
-double part_of(const SampleBox& box, const std::array<Division, 3>& axes) {
+double part_of(const SampleBox& box, const Divisions& axes) {
   double part = 1;
   for (size_t a = 0; a < 3; ++a) part *= static_cast<double>(box.dims[a]) / static_cast<double>(axes[a].n);
   return part;
 }
 
-void place_box(SampleStretch& s, size_t cell, const std::array<Division, 3>& axes) {
+void place_box(SampleStretch& s, size_t cell, const Divisions& axes) {
   for (size_t a = 0; a < 3; ++a) {
     const uint64_t number = cell % axes[a].cells;
     cell /= axes[a].cells;
@@ -186,11 +96,12 @@ void place_box(SampleStretch& s, size_t cell, const std::array<Division, 3>& axe
 }
 
 // The probability of each cell to be picked.
-Shares shares_of(const Activity& activity, const std::array<Division, 3>& axes) {
-  Shares both(activity.in_space.size());
-  add_shares(activity.in_space, both), add_shares(activity.in_time, both);
-  Shares shares(both.size());
-  add_shares(both, shares);
+Shares shares_of(const Activity& activity, const Divisions& axes) {
+  Shares all(activity.in_space.size());
+  add_shares(activity.in_space, all), add_shares(activity.in_time, all);
+  add_shares(activity.at_faces, all);
+  Shares shares(all.size());
+  add_shares(all, shares);
   const bool any = std::any_of(shares.begin(), shares.end(), [](double s) { return s > 0; });
   for (size_t i = 0; i < shares.size(); ++i) {
     SampleStretch s;
@@ -204,10 +115,10 @@ Shares shares_of(const Activity& activity, const std::array<Division, 3>& axes) 
 // A box with what it stands for, of the activity of its stretch.
 struct WeighedBox {
   double times = 1; // what is in its cell, so often
-  double in_space = 0, in_time = 0, filled = 0;
+  double in_space = 0, in_time = 0, at_faces = 0, filled = 0;
 };
 
-// Changes the weights a little so that the boxes stand for all that changes in space and in time
+// Changes the weights a little so that the boxes stand for all that changes in space, in time and at faces
 // (calibration; Deville & Sarndal 1992, with the exponential distance).
 void calibrate(std::vector<WeighedBox>& boxes) {
   constexpr int rounds = 100;
@@ -222,28 +133,27 @@ void calibrate(std::vector<WeighedBox>& boxes) {
     const double step = std::clamp((1 - sum) / (count * slope), -0.5, 0.5) / 2;
     for (WeighedBox& b : boxes) b.times *= std::exp(step * count * (b.*share));
   };
-  for (int i = 0; i < rounds; ++i) fit(&WeighedBox::in_space), fit(&WeighedBox::in_time);
+  for (int i = 0; i < rounds; ++i)
+    fit(&WeighedBox::at_faces), fit(&WeighedBox::in_space), fit(&WeighedBox::in_time);
 }
 
 // The boxes of one stretch of time, so many that they have about `samples` samples.
-std::vector<SampleStretch> pick_boxes(const SampleStretch& time, const std::array<Division, 3>& axes,
-                                      const Activity& activity, uint64_t samples) {
+std::vector<SampleStretch> pick_boxes(const SampleStretch& time, const Divisions& axes,
+                                      const Activity& activity, uint64_t samples, double offset) {
   const Shares shares = shares_of(activity, axes);
-  Shares in_space(shares.size()), in_time(shares.size()), filled(shares.size());
-  add_shares(activity.in_space, in_space), add_shares(activity.in_time, in_time);
-  add_shares(activity.filled, filled);
   SampleStretch model = time;
   place_box(model, shares.size() / 2, axes);
   const uint64_t one = model.box.samples() * time.frames;
-  const uint64_t count = shares.size() == 1 ? 1 : std::max<uint64_t>(1, (samples + one / 2) / one);
+  const uint64_t count = shares.size() == 1 ? 1 : std::max(kFewestBoxes, samples / one);
   std::vector<SampleStretch> boxes;
   std::vector<WeighedBox> weights;
-  for (const Pick& pick : pick_cells(shares, count)) {
+  for (const Pick& pick : pick_cells(shares, activity, count, offset)) {
     SampleStretch s = time;
     place_box(s, pick.cell, axes);
     boxes.push_back(std::move(s));
-    weights.push_back({pick.times / static_cast<double>(count) / shares[pick.cell], in_space[pick.cell],
-                       in_time[pick.cell], filled[pick.cell]});
+    weights.push_back({pick.times / static_cast<double>(count) / shares[pick.cell],
+                       activity.in_space[pick.cell], activity.in_time[pick.cell],
+                       activity.at_faces[pick.cell], activity.filled[pick.cell]});
   }
   calibrate(weights);
   for (size_t i = 0; i < boxes.size(); ++i) {
@@ -302,27 +212,13 @@ void widen_ranges(const SampleStretch& box, std::vector<ChannelScan>& ranges) {
     }
 }
 
-size_t cells_of(const std::array<Division, 3>& axes) { return axes[0].cells * axes[1].cells * axes[2].cells; }
-
-Activity find_activity(FrameReader& reader, const std::vector<double>& air, const SampleStretch& time,
-                       const std::array<Division, 3>& axes, std::vector<ChannelScan>& ranges) {
-  const SeriesDescription& s = reader.description();
-  Activity activity(cells_of(axes));
-  if (cells_of(axes) == 1) return activity;
-  const uint64_t moments = std::clamp<uint64_t>(time.frames / kFramesPerMoment, 1, kMoments);
-  for (uint64_t m = 0; m < moments; ++m) {
-    const uint64_t moment = time.first + time.frames * (2 * m + 1) / (2 * moments);
-    for (size_t c = 0; c < s.channels.size(); ++c) {
-      const Frame frame = reader.read(moment, c);
-      const bool last = moment + 1 >= s.dims[3];
-      const Frame next = last ? Frame{} : reader.read(moment + 1, c);
-      add_activity(frame, last ? nullptr : &next, s.dims, axes, air[c], ranges[c], activity);
-    }
-  }
-  return activity;
-}
-
 } // namespace
+
+double SampleStretch::frame_weight(uint64_t frame) const {
+  if (frame + ends >= counts.end) return 1;
+  return static_cast<double>(stands_for.end - stands_for.first - ends) /
+         static_cast<double>(counts.end - counts.first - ends);
+}
 
 double SeriesSample::filled() const {
   double sum = 0;
@@ -344,17 +240,24 @@ SeriesSample sample_series(FrameReader& reader, const std::vector<double>& air, 
   const bool whole = s.dims[0] * s.dims[1] * s.dims[2] * s.dims[3] <= size.samples + size.samples / 4;
   const std::vector<SampleStretch> times = divide_time(s.dims[3], whole ? s.dims[3] : size.frames);
   const uint64_t edge = whole ? UINT64_MAX : size.edge;
-  const std::array<Division, 3> axes{Division(s.dims[0], edge, kMargin), Division(s.dims[1], edge, kMargin),
-                                     Division(s.dims[2], edge, kMargin)};
+  const Divisions axes{Division(s.dims[0], edge, kMargin), Division(s.dims[1], edge, kMargin),
+                       Division(s.dims[2], edge, kMargin)};
   SeriesSample sample;
   sample.ranges.resize(s.channels.size());
-  for (const SampleStretch& time : times) {
-    const Activity activity = find_activity(reader, air, time, axes, sample.ranges);
-    std::vector<SampleStretch> boxes = pick_boxes(time, axes, activity, size.samples / times.size());
+  for (size_t i = 0; i < times.size(); ++i) {
+    const SampleStretch& time = times[i];
+    // Other boxes in each stretch.
+    const double offset = (static_cast<double>(i) + 0.5) / static_cast<double>(times.size());
+    const Activity activity =
+        cells_of(axes) == 1 && times.size() == 1
+            ? Activity(1)
+            : find_activity(reader, air, axes, time.counts, time.stands_for, sample.ranges);
+    std::vector<SampleStretch> boxes = pick_boxes(time, axes, activity, size.samples / times.size(), offset);
     read_boxes(reader, air, boxes);
+    const double part =
+        static_cast<double>(time.stands_for.end - time.stands_for.first) / static_cast<double>(s.dims[3]);
     for (SampleStretch& b : boxes) {
-      b.weight /= static_cast<double>(times.size());
-      b.filled /= static_cast<double>(times.size());
+      b.weight *= part, b.filled *= part;
       widen_ranges(b, sample.ranges);
       sample.stretches.push_back(std::move(b));
     }

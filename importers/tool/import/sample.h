@@ -17,12 +17,17 @@ namespace bcc4 {
 struct SampleStretch {
   uint64_t first = 0, frames = 0; // of the series
   SampleBox box;
-  SampleBox inner;   // the part that counts, in samples of the series
-  FrameSpan counts;  // frames of the series
-  double weight = 1; // a mean over the series is the sum of these times the means over the inner parts
-  double filled = 0; // by these weights, of what the series has that is not air; 0: not counted
+  SampleBox inner;      // the part that counts, in samples of the series
+  FrameSpan counts;     // frames of the series
+  FrameSpan stands_for; // the same: all that no other stretch stands for
+  uint64_t ends = 0;    // of the frames that count, the last ones, where the series ends: they stand for
+                        // themselves
+  double weight = 1;    // a mean over the series is the sum of these times the means over the inner parts
+  double filled = 0;    // by these weights, of what the series has that is not air; 0: not counted
   std::vector<std::vector<float>> values; // by channel: x fastest, frames slowest; NaN as in the source
 
+  // How many frames one that counts stands for.
+  [[nodiscard]] double frame_weight(uint64_t frame) const;
   // Is the box as long as the series along this axis?
   [[nodiscard]] bool whole(size_t axis, const std::array<uint64_t, 4>& dims) const {
     return axis == 3 ? frames == dims[3] : box.dims[axis] == dims[axis];
@@ -41,8 +46,8 @@ struct SeriesSample {
 // A larger sample takes longer, a smaller one is less like the file (what it foretold of real series:
 // tests/bench/notes/lattice-fit.md).
 struct SampleSize {
-  uint64_t samples = uint64_t{3} << 20; // per channel, or a little more; a series of that size is taken whole
-  uint64_t edge = 42;                   // of a box, at most, along x, y, z
+  uint64_t samples = uint64_t{5} << 19; // per channel, or a little more; a series of that size is taken whole
+  uint64_t edge = 26;                   // of a box, at most, along x, y, z
   uint64_t frames = 32;                 // of a stretch
 };
 

@@ -19,25 +19,33 @@ constexpr size_t kFewest = 4;        // samples; a shorter axis is not measured
 constexpr double kNothing = 1e-8;    // of the energy: bins that are left out, all together
 constexpr double kRounding = 1e-6;   // of sums of frequencies: the border of the cell belongs to it
 
+// How a block goes on at its two ends along an axis: mirrored, as a lattice is at a face, or it fades out.
+struct Ends {
+  bool fades[2] = {false, false};
+};
+
+// The weight of sample i of n: 1, and half of a Hann window towards an end that fades.
+double fade(Ends ends, size_t i, size_t n) {
+  const double at = (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+  return ends.fades[at < 0.5 ? 0 : 1] ? 0.5 - 0.5 * std::cos(2 * std::numbers::pi * at) : 1;
+}
+
 // Along one axis: values of a block -> roots of its mean squares by frequency.
 struct Transform {
   size_t n = 1;
-  bool windowed = false;
   std::vector<float> weights;    // by frequency, then sample; those of a constant first
   std::vector<float> transposed; // by sample, then frequency
 
   // Cosines of the mirrored block, period 2 (n - 1): a sum of squares over the frequencies is the mean square
   // over the period.
-  Transform(size_t samples, bool window)
-      : n(samples), windowed(window), weights(n * n, 1), transposed(n * n, 1) {
+  Transform(size_t samples, Ends ends) : n(samples), weights(n * n, 1), transposed(n * n, 1) {
     if (n == 1) return;
-    const double period = 2 * static_cast<double>(n - 1), pi = std::numbers::pi;
+    const double period = 2 * static_cast<double>(n - 1);
     double squares = 0;
-    std::vector<double> w(n, 1);
+    std::vector<double> w(n);
     for (size_t i = 0; i < n; ++i) {
       const double times = i == 0 || i + 1 == n ? 1 : 2;
-      if (windowed)
-        w[i] = 0.5 - 0.5 * std::cos(2 * pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
+      w[i] = fade(ends, i, n);
       squares += times * w[i] * w[i];
     }
     const double scale = std::sqrt(period / squares) / period;
@@ -47,28 +55,29 @@ struct Transform {
         const double both = k == 0 || k + 1 == n ? 1 : std::numbers::sqrt2;
         const double turn = static_cast<double>(k * i % (2 * (n - 1))) / period;
         transposed[i * n + k] = weights[k * n + i] =
-            static_cast<float>(both * scale * times * w[i] * std::cos(2 * pi * turn));
+            static_cast<float>(both * scale * times * w[i] * std::cos(2 * std::numbers::pi * turn));
       }
   }
 };
 
 using Block = std::vector<float>;
+using AxisTransforms = std::array<const Transform*, 4>;
 
 void add_scaled(float* to, const float* from, float factor, size_t count) {
   for (size_t i = 0; i < count; ++i) to[i] += factor * from[i];
 }
 
 // Along every line of an axis.
-void transform_axis(Block& block, Block& out, const std::array<Transform, 4>& axes, size_t axis) {
-  const size_t n = axes[axis].n;
+void transform_axis(Block& block, Block& out, const AxisTransforms& axes, size_t axis) {
+  const size_t n = axes[axis]->n;
   if (n == 1) return;
   size_t stride = 1;
-  for (size_t a = 0; a < axis; ++a) stride *= axes[a].n;
+  for (size_t a = 0; a < axis; ++a) stride *= axes[a]->n;
   out.assign(block.size(), 0);
   if (stride == 1) {
     for (size_t first = 0; first < block.size(); first += n)
       for (size_t i = 0; i < n; ++i)
-        add_scaled(out.data() + first, axes[axis].transposed.data() + i * n, block[first + i], n);
+        add_scaled(out.data() + first, axes[axis]->transposed.data() + i * n, block[first + i], n);
     block.swap(out);
     return;
   }
@@ -76,31 +85,35 @@ void transform_axis(Block& block, Block& out, const std::array<Transform, 4>& ax
     for (size_t k = 0; k < n; ++k)
       for (size_t i = 0; i < n; ++i)
         add_scaled(out.data() + first + k * stride, block.data() + first + i * stride,
-                   axes[axis].weights[k * n + i], stride);
+                   axes[axis]->weights[k * n + i], stride);
   block.swap(out);
 }
 
 // The samples of a block, fastest first, from where it begins in a stretch.
-void take_block(const SampleStretch& s, size_t channel, double air, const std::array<Transform, 4>& axes,
+void take_block(const SampleStretch& s, size_t channel, double air, const AxisTransforms& axes,
                 const std::array<size_t, 4>& at, Block& block) {
   block.clear();
-  for (size_t t = 0; t < axes[3].n; ++t)
-    for (size_t z = 0; z < axes[2].n; ++z)
-      for (size_t y = 0; y < axes[1].n; ++y) {
+  for (size_t t = 0; t < axes[3]->n; ++t)
+    for (size_t z = 0; z < axes[2]->n; ++z)
+      for (size_t y = 0; y < axes[1]->n; ++y) {
         const float* const row =
             s.values[channel].data() +
             (((at[3] + t) * s.box.dims[2] + at[2] + z) * s.box.dims[1] + at[1] + y) * s.box.dims[0] + at[0];
-        for (size_t x = 0; x < axes[0].n; ++x)
+        for (size_t x = 0; x < axes[0]->n; ++x)
           block.push_back(
               static_cast<float>((std::isfinite(row[x]) ? static_cast<double>(row[x]) : air) - air));
       }
 }
 
-// Where blocks begin along an axis: side by side, in the middle.
+uint64_t length_of(const SampleStretch& s, size_t axis) { return axis == 3 ? s.frames : s.box.dims[axis]; }
+
+// Where blocks begin along an axis: from one end to the other, and no two overlap; a single one is in the
+// middle.
 std::vector<size_t> block_begins(uint64_t length, size_t n) {
-  std::vector<size_t> begins;
   const size_t fit = std::max<size_t>(1, length / n);
-  for (size_t i = 0; i < fit; ++i) begins.push_back((length - fit * n) / 2 + i * n);
+  if (fit == 1) return {(length - n) / 2};
+  std::vector<size_t> begins;
+  for (size_t i = 0; i < fit; ++i) begins.push_back((length - n) * i / (fit - 1));
   return begins;
 }
 
@@ -109,13 +122,14 @@ struct Bins {
   std::array<size_t, 4> count{1, 1, 1, 1};
   std::vector<double> energy;
 
-  void add(const Block& block, const std::array<Transform, 4>& axes, double weight) {
+  void add(const Block& block, const AxisTransforms& axes, double weight) {
     std::array<std::vector<size_t>, 4> place; // of each frequency, in bins
     size_t stride = 1;
     for (size_t a = 0; a < 4; ++a) {
-      for (size_t k = 0; k < axes[a].n; ++k)
-        place[a].push_back(
-            axes[a].n == 1 ? 0 : (2 * k * (count[a] - 1) + axes[a].n - 1) / (2 * (axes[a].n - 1)) * stride);
+      for (size_t k = 0; k < axes[a]->n; ++k)
+        place[a].push_back(axes[a]->n == 1
+                               ? 0
+                               : (2 * k * (count[a] - 1) + axes[a]->n - 1) / (2 * (axes[a]->n - 1)) * stride);
       stride *= count[a];
     }
     const float* v = block.data();
@@ -130,14 +144,14 @@ struct Bins {
 };
 
 // Takes the mean off, weighed as the transforms do.
-void remove_mean(Block& block, const std::array<Transform, 4>& axes) {
+void remove_mean(Block& block, const AxisTransforms& axes) {
   double sum = 0, all = 0;
   for (size_t i = 0; i < block.size(); ++i) {
     double w = 1;
     size_t rest = i;
-    for (const Transform& a : axes) {
-      w *= static_cast<double>(a.weights[rest % a.n]); // of a constant
-      rest /= a.n;
+    for (const Transform* a : axes) {
+      w *= static_cast<double>(a->weights[rest % a->n]); // of a constant
+      rest /= a->n;
     }
     sum += w * static_cast<double>(block[i]), all += w;
   }
@@ -145,34 +159,55 @@ void remove_mean(Block& block, const std::array<Transform, 4>& axes) {
   for (float& v : block) v -= mean;
 }
 
+// Blocks along an axis: of one length, and all ways to go on at their ends.
+struct BlockAxis {
+  size_t axis = 0, n = 1;
+  uint64_t samples = 1;  // of the series
+  bool mirrored = false; // it has the whole axis, and a lattice is mirrored at its ends
+
+  BlockAxis(const SeriesDescription& series, const SeriesSample& sample, size_t a)
+      : axis(a), samples(series.dims[a]) {
+    uint64_t length = samples;
+    for (const SampleStretch& s : sample.stretches) length = std::min(length, length_of(s, a));
+    mirrored = length == samples && length <= kWholeEdge && (a < 3 || length < kPredicted);
+    n = length < kFewest ? 1 : mirrored ? length : std::min<uint64_t>(length, kBlockEdge);
+    for (const bool first : {false, true})
+      for (const bool last : {false, true}) transforms_.emplace_back(n, Ends{{first, last}});
+  }
+  // Of a block from `begin` on in a stretch: it ends at a face, or it is cut there.
+  [[nodiscard]] const Transform& transform(const SampleStretch& s, size_t begin) const {
+    if (mirrored) return transforms_.front();
+    if (axis == 3) return transforms_.back(); // long series are not mirrored at their ends
+    const uint64_t first = s.box.begin[axis] + begin;
+    return transforms_[(first > 0 ? 2 : 0) + (first + n < samples ? 1 : 0)];
+  }
+
+ private:
+  std::vector<Transform> transforms_;
+};
+
 std::string per_cent(double part) { return concat(short_number(100 * part, 2), " %"); }
 
 } // namespace
 
 Spectrum::Spectrum(const SeriesDescription& series, const SeriesSample& sample,
                    const std::vector<double>& air) {
-  const SampleStretch& model = sample.stretches.front();
-  std::vector<Transform> made;
+  std::vector<BlockAxis> axes;
   Bins sums;
   size_t bins = 1;
   for (size_t a = 0; a < 4; ++a) {
-    const uint64_t length = a == 3 ? model.frames : model.box.dims[a];
-    const bool whole = model.whole(a, series.dims) && length <= kWholeEdge && (a < 3 || length < kPredicted);
-    uint64_t n = whole ? length : std::min<uint64_t>(length, kBlockEdge);
-    if (length < kFewest) n = 1;
-    windowed_[a] = !whole;
-    made.emplace_back(n, windowed_[a]);
-    sums.count[a] = count_[a] = std::min<size_t>(n, whole ? kMostBins : kWindowedBins);
+    axes.emplace_back(series, sample, a);
+    windowed_[a] = !axes[a].mirrored;
+    sums.count[a] = count_[a] = std::min<size_t>(axes[a].n, axes[a].mirrored ? kMostBins : kWindowedBins);
     bins *= count_[a];
   }
-  const std::array<Transform, 4> axes{made[0], made[1], made[2], made[3]};
   sums.energy.assign(bins, 0);
   Block block, scratch;
   for (const SampleStretch& s : sample.stretches) {
     std::array<std::vector<size_t>, 4> at;
     size_t blocks = 1;
     for (size_t a = 0; a < 4; ++a) {
-      at[a] = block_begins(a == 3 ? s.frames : s.box.dims[a], axes[a].n);
+      at[a] = block_begins(length_of(s, a), axes[a].n);
       blocks *= at[a].size();
     }
     for (size_t c = 0; c < s.values.size(); ++c) {
@@ -182,12 +217,16 @@ Spectrum::Spectrum(const SeriesDescription& series, const SeriesSample& sample,
       for (size_t b = 0; b < blocks; ++b) {
         stop_if_interrupted();
         std::array<size_t, 4> begin{};
+        AxisTransforms transforms{};
         size_t rest = b;
-        for (size_t a = 0; a < 4; ++a) begin[a] = at[a][rest % at[a].size()], rest /= at[a].size();
-        take_block(s, c, air[c], axes, begin, block);
-        remove_mean(block, axes);
-        for (size_t a = 0; a < 4; ++a) transform_axis(block, scratch, axes, a);
-        sums.add(block, axes, weight);
+        for (size_t a = 0; a < 4; ++a) {
+          begin[a] = at[a][rest % at[a].size()], rest /= at[a].size();
+          transforms[a] = &axes[a].transform(s, begin[a]);
+        }
+        take_block(s, c, air[c], transforms, begin, block);
+        remove_mean(block, transforms);
+        for (size_t a = 0; a < 4; ++a) transform_axis(block, scratch, transforms, a);
+        sums.add(block, transforms, weight);
       }
     }
   }

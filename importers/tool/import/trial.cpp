@@ -66,10 +66,11 @@ Volume open_memory(const Device& device, MemoryFile& file) {
 
 struct Squares {
   double sum = 0, count = 0, largest = 0;
+  double weight = 1; // of what is added next
   void add(double got, double expected) {
     if (!std::isfinite(expected) || !std::isfinite(got)) return;
     const double d = got - expected;
-    sum += d * d, ++count;
+    sum += weight * d * d, count += weight;
     largest = std::max(largest, std::fabs(d));
   }
   [[nodiscard]] double mean() const { return count > 0 ? sum / count : 0; }
@@ -100,6 +101,7 @@ Squares compare_channel(const Volume& volume, const SampleStretch& s, uint32_t c
   for (uint64_t f = s.counts.first; f < s.counts.end; ++f) {
     stop_if_interrupted();
     const uint64_t frame = f - s.first;
+    squares.weight = s.frame_weight(f);
     sample_planes(
         cut_frame(volume, static_cast<double>(frame), channel),
         [&](uint64_t plane, std::span<const float> values) {
@@ -144,6 +146,13 @@ void Trier::weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const {
   trial.psnr = psnr_of(trial.mean_squares);
 }
 
+// What a writer of the series does at its ends by default; where a stretch is cut out of it, nothing counts.
+int32_t Trier::ends_of(const SampleStretch& stretch, const LatticeShape& shape) const {
+  if (settings_.ends != BCCSPLAT_ENDS_DEFAULT) return settings_.ends;
+  const bool at_end = stretch.first + stretch.frames == series_.dims[3];
+  return at_end && predicts_ends(shape, series_.dims) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
+}
+
 CodingTrial Trier::measure(const Coding& coding) const {
   CodingTrial trial;
   trial.coding = coding;
@@ -154,6 +163,8 @@ CodingTrial Trier::measure(const Coding& coding) const {
   if (s.nonfinite == BCCSPLAT_NONFINITE_DEFAULT) s.nonfinite = BCCSPLAT_NONFINITE_HOLE;
   for (const SampleStretch& stretch : sample_.stretches) {
     const SeriesDescription part = describe_stretch(series_, stretch);
+    s.scales = shape_of_part(coding.shape, series_.dims, part.dims, stretch.ends > 0).scales;
+    s.ends = ends_of(stretch, coding.shape);
     MemoryFile file;
     auto stream = sized<bccsplat_write_stream>();
     stream.write_at = MemoryFile::write_at;
@@ -195,7 +206,8 @@ double Trier::half_the_frames() const {
       const uint64_t frame = s.box.samples();
       for (uint64_t f = s.counts.first - s.first; f < s.counts.end - s.first; ++f) {
         const float* const now = s.values[c].data() + f * frame;
-        const bool kept = f % 2 == 0;
+        const bool kept = (s.first + f) % 2 == 0;
+        squares.weight = s.frame_weight(s.first + f);
         const float* const before = kept ? now : now - frame;
         const float* const after = kept ? now : f + 1 < s.frames ? now + frame : before;
         each_sample(s, inner_part(s), [&](uint64_t i, uint64_t) {

@@ -50,6 +50,7 @@ class Trier {
   [[nodiscard]] double half_the_frames() const;
 
  private:
+  [[nodiscard]] int32_t ends_of(const SampleStretch& stretch, const LatticeShape& shape) const;
   [[nodiscard]] CodingTrial measure(const Coding& coding) const;
   void weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const;
   [[nodiscard]] double psnr_of(const std::vector<double>& mean_squares) const;
