@@ -26,11 +26,9 @@ double merit(const LatticeCandidate& c, double density, const SeriesDescription&
 }
 
 // The widest step that a channel is worth.
-double widest_step(double mean_square, double unit, double range) {
-  const double by_error = std::sqrt(kSpread * kRoundingShare * mean_square);
-  const double step = std::min(by_error, std::sqrt(kSpread) * kCoarsestRounding * range);
-  if (unit == 0) return step;
-  return step < 2 * unit ? 0 : std::floor(step / unit) * unit;
+double widest_step(double mean_square, double range) {
+  return std::min(std::sqrt(kSpread * kRoundingShare * mean_square),
+                  std::sqrt(kSpread) * kCoarsestRounding * range);
 }
 
 // The shapes worth a thought, the simplest of each lattice first.
@@ -79,16 +77,11 @@ LatticeChoice choose_lattice(Trier& trier, const Spectrum& spectrum, const Latti
 std::vector<StepCoding> worthwhile_steps(const CodingTrial& trial, const SeriesDescription& series,
                                          const WriterSettings& settings,
                                          const std::vector<ChannelScan>& ranges) {
-  std::vector<StepCoding> steps;
-  for (size_t c = 0; c < series.channels.size(); ++c) {
-    const Channel& channel = series.channels[c];
-    const double range = ranges[c].empty() ? 0 : ranges[c].max - ranges[c].min;
-    const double step = widest_step(trial.mean_squares[c], source_step(channel), range);
-    steps.push_back(step > 0 ? step_coding(step, ranges[c], air_of(channel, settings), settings.nonfinite)
-                             : StepCoding{});
-  }
-  const bool any = std::any_of(steps.begin(), steps.end(), [](const StepCoding& s) { return s.step > 0; });
-  return any ? steps : std::vector<StepCoding>{};
+  std::vector<double> widest;
+  for (size_t c = 0; c < series.channels.size(); ++c)
+    widest.push_back(
+        widest_step(trial.mean_squares[c], ranges[c].empty() ? 0 : ranges[c].max - ranges[c].min));
+  return whole_steps(widest, series, settings, ranges);
 }
 
 std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesDescription& series) {

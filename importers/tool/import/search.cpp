@@ -33,26 +33,6 @@ constexpr double kFewestSteps = 2; // along time on a coarser lattice
 
 double wider(double a, double otherwise) { return a > 0 ? a : otherwise; }
 
-// By channel; whole numbers of source steps for integers, none where the source's own coding is as coarse.
-std::vector<StepCoding> steps_for(const std::vector<double>& wanted, const SeriesDescription& series,
-                                  const WriterSettings& settings, const std::vector<ChannelScan>& scans) {
-  std::vector<StepCoding> steps;
-  if (settings.quantize != BCCSPLAT_TYPE_DEFAULT || settings.store == BCCSPLAT_STORE_COEFFICIENTS)
-    return steps;
-  bool any = false;
-  for (size_t c = 0; c < series.channels.size(); ++c) {
-    const Channel& channel = series.channels[c];
-    const double unit = source_step(channel);
-    const double step = unit == 0              ? wanted[c]
-                        : wanted[c] < 2 * unit ? 0
-                                               : std::floor(wanted[c] / unit) * unit;
-    steps.push_back(step > 0 ? step_coding(step, scans[c], air_of(channel, settings), settings.nonfinite)
-                             : StepCoding{});
-    any = any || steps.back().step > 0;
-  }
-  return any ? steps : std::vector<StepCoding>{};
-}
-
 } // namespace
 
 double peak_of(const std::vector<ChannelScan>& scans) {
@@ -143,6 +123,8 @@ class BoundSearch {
   // `rounded`: one in steps, if any.
   [[nodiscard]] std::vector<StepCoding> steps_of(const CodingTrial& plain, const CodingTrial* rounded,
                                                  double peak) const {
+    if (settings_.quantize != BCCSPLAT_TYPE_DEFAULT || settings_.store == BCCSPLAT_STORE_COEFFICIENTS)
+      return {};
     std::vector<double> wanted;
     for (size_t c = 0; c < scans_.size(); ++c) {
       const double allowed = std::pow(allowed_root(c, peak), 2), lattice = plain.mean_squares[c];
@@ -153,7 +135,7 @@ class BoundSearch {
       }
       wanted.push_back(std::sqrt(kSpread * std::max(0.0, allowed - lattice) / gain));
     }
-    return steps_for(wanted, series_, settings_, scans_);
+    return whole_steps(wanted, series_, settings_, scans_);
   }
 
   // Corrections mend single samples: without them the field keeps within half of the largest error.

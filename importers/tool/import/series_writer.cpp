@@ -130,6 +130,22 @@ StepCoding step_coding(double step, const ChannelScan& known, double air, int32_
   return coding.range[1] - coding.range[0] <= kMostCodes * step * (1 + 1e-9) ? coding : StepCoding{};
 }
 
+std::vector<StepCoding> whole_steps(const std::vector<double>& widest, const SeriesDescription& series,
+                                    const WriterSettings& settings, const std::vector<ChannelScan>& known) {
+  std::vector<StepCoding> steps;
+  for (size_t c = 0; c < series.channels.size(); ++c) {
+    const Channel& channel = series.channels[c];
+    const double unit = source_step(channel);
+    const double step = unit == 0              ? widest[c]
+                        : widest[c] < 2 * unit ? 0
+                                               : std::floor(widest[c] / unit) * unit;
+    steps.push_back(step > 0 ? step_coding(step, known[c], air_of(channel, settings), settings.nonfinite)
+                             : StepCoding{});
+  }
+  const bool any = std::any_of(steps.begin(), steps.end(), [](const StepCoding& s) { return s.step > 0; });
+  return any ? steps : std::vector<StepCoding>{};
+}
+
 double step_of(const WriterSettings& settings, size_t channel) {
   return channel < settings.steps.size() ? settings.steps[channel].step : 0;
 }

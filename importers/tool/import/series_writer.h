@@ -62,6 +62,12 @@ struct ScaledCoding {
 // Codes `step` apart for a channel of which `known` is known, with room for values that come later; those of
 // its type where they are too many.
 [[nodiscard]] StepCoding step_coding(double step, const ChannelScan& known, double air, int32_t nonfinite);
+// By channel, steps of at most `widest`: of integers whole numbers of their own, if two or more fit; 0: as
+// the source. None where no channel has any.
+[[nodiscard]] std::vector<StepCoding> whole_steps(const std::vector<double>& widest,
+                                                  const SeriesDescription& series,
+                                                  const WriterSettings& settings,
+                                                  const std::vector<ChannelScan>& known);
 // Are there codes enough for whatever comes, that its range must not be known?
 [[nodiscard]] bool has_wide_codes(double step, const ChannelScan& known);
 // The value from code to code of a channel; 0: that of its type.
