@@ -165,6 +165,31 @@ class LatticeTest(ToolTest):
         self.imported(static)
         self.assertEqual(self.json('info', 'v.bcc4')['value_type'], 'f32')
 
+    def test_labels_are_kept(self):
+        def organ(x, y, z, t):
+            r = math.hypot(x - 11 - .3 * t, y - 10, z - 9)
+            return 0 if r > 9 else 37 if x + y < 20 else 4 if z > 8 else 12 if r > 4 else 90
+
+        def smooth(x, y, z, t):
+            return round(10 + 9 * math.sin(.3 * x + .2 * t) * math.cos(.25 * y - .2 * z))
+
+        def mask(x, y, z, t):
+            return 255 if math.hypot(x - 11 - .3 * t, y - 10, z - 9) < 8 else 0
+
+        for f, labels in ((organ, True), (mask, True), (smooth, False)):
+            args = self.raw('a.raw', (22, 20, 18, 12), f, 'u8')
+            report = self.imported(args)
+            self.assertEqual(report['plan']['choice']['labels'], [labels], f.__name__)
+            self.assertEqual(self.json('info', 'v.bcc4')['lattice'] == 'cc' and report['error']['channels'][0]['max_abs'] < .01, labels)
+            if labels:
+                out, _ = self.bcc4('import', *args, '-o', 'v.bcc4', '--overwrite')
+                self.assertIn('labels: value has few values and no gradations', out)
+        # On a lattice that was asked for they are as precise as the source's, too.
+        for more in (['--density', .5], ['--lattice', 'd4star']):
+            report = self.imported(self.raw('a.raw', (22, 20, 18, 12), organ, 'u8'), *more)
+            self.assertEqual(report['plan']['choice']['labels'], [True])
+            self.assertEqual(report['plan']['choice']['rounded']['steps'], [])
+
     def test_plan_parts_and_one_process_make_the_same_bytes(self):
         for dtype in ('f32', 'u16'):
             args = self.raw('a.raw', (18, 16, 14, 41), lambda *p: 500 + 5 * fast(*p), dtype)

@@ -60,6 +60,7 @@ std::vector<LatticeCandidate> find_candidates(const Spectrum& spectrum, const La
 LatticeChoice choose_lattice(Trier& trier, const Spectrum& spectrum, const LatticeWish& wish,
                              const SeriesDescription& series) {
   LatticeChoice choice;
+  choice.labels = wish.labels;
   choice.half_the_frames = trier.half_the_frames();
   choice.candidates = find_candidates(spectrum, wish, series);
   double hoped = 0;
@@ -76,11 +77,13 @@ LatticeChoice choose_lattice(Trier& trier, const Spectrum& spectrum, const Latti
 
 std::vector<StepCoding> worthwhile_steps(const CodingTrial& trial, const SeriesDescription& series,
                                          const WriterSettings& settings,
-                                         const std::vector<ChannelScan>& ranges) {
+                                         const std::vector<ChannelScan>& ranges,
+                                         const std::vector<bool>& labels) {
   std::vector<double> widest;
   for (size_t c = 0; c < series.channels.size(); ++c)
-    widest.push_back(
-        widest_step(trial.mean_squares[c], ranges[c].empty() ? 0 : ranges[c].max - ranges[c].min));
+    widest.push_back(ranges[c].empty() || labels[c]
+                         ? 0
+                         : widest_step(trial.mean_squares[c], ranges[c].max - ranges[c].min));
   return whole_steps(widest, series, settings, ranges);
 }
 
@@ -91,7 +94,14 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
   };
   lines.push_back(concat(shape_text(choice.chosen().shape, series.dims), ": ", dB(choice.chosen().psnr()),
                          " of the sampled range foretold"));
-  std::string others;
+  std::string others, labels;
+  for (size_t c = 0; c < choice.labels.size(); ++c)
+    if (choice.labels[c]) labels += concat(labels.empty() ? "" : ", ", series.channels[c].name);
+  if (!labels.empty())
+    lines.push_back(concat("labels: ", labels, labels.find(',') == std::string::npos ? " has" : " have",
+                           " few values and no gradations: as precise as the source's",
+                           is_source_grid(choice.chosen().shape) ? ", on its grid; --density blends them"
+                                                                 : "; --lattice cc does not blend them"));
   for (size_t i = 0; i < choice.candidates.size(); ++i) {
     const LatticeCandidate& c = choice.candidates[i];
     if (i != choice.best)
@@ -111,6 +121,7 @@ Json choice_json(const LatticeChoice& choice, const SeriesDescription& series) {
   Json j;
   j["sampled_frames"] = choice.sampled_frames;
   j["chosen"] = choice.chosen().name;
+  j["labels"] = choice.labels;
   j["half_the_frames"] = choice.half_the_frames;
   j["candidates"] = Json::array();
   for (const LatticeCandidate& c : choice.candidates) {

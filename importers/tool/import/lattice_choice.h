@@ -15,8 +15,9 @@ namespace bcc4 {
 struct LatticeWish {
   std::vector<int32_t> lattices{BCCSPLAT_LATTICE_D4STAR, BCCSPLAT_LATTICE_CC}; // among these
   double density = 0.5;                                                        // sites per source sample
-  // Distances that were given: the lattice is not chosen but proved.
+  // Distances that were given, or the grid of the source: the lattice is not chosen but proved.
   std::optional<LatticeShape> fixed;
+  std::vector<bool> labels{}; // by channel: is not rounded
 };
 
 struct LatticeCandidate {
@@ -33,6 +34,7 @@ struct LatticeChoice {
   double half_the_frames = 0; // dB of every second frame, those between blended
   CodingTrial rounded;        // the best one with the steps it is stored in
   uint64_t sampled_frames = 0;
+  std::vector<bool> labels{}; // by channel
   [[nodiscard]] const LatticeCandidate& chosen() const { return candidates[best]; }
 };
 
@@ -41,11 +43,10 @@ struct LatticeChoice {
                                            const SeriesDescription& series);
 
 // Steps whose rounding adds at most a fifteenth to the error that a trial has, by channel; never finer than
-// the source's own, and of at most 1/512 of the range in the field, root mean square.
-[[nodiscard]] std::vector<StepCoding> worthwhile_steps(const CodingTrial& trial,
-                                                       const SeriesDescription& series,
-                                                       const WriterSettings& settings,
-                                                       const std::vector<ChannelScan>& ranges);
+// the source's own, and of at most 1/512 of the range in the field, root mean square. Labels have none.
+[[nodiscard]] std::vector<StepCoding>
+worthwhile_steps(const CodingTrial& trial, const SeriesDescription& series, const WriterSettings& settings,
+                 const std::vector<ChannelScan>& ranges, const std::vector<bool>& labels);
 
 [[nodiscard]] std::vector<std::string> choice_lines(const LatticeChoice& choice,
                                                     const SeriesDescription& series);

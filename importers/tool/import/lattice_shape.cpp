@@ -202,6 +202,11 @@ class ShapeSearch {
 
 } // namespace
 
+bool is_source_grid(const LatticeShape& shape) {
+  return !is_bcc(shape) &&
+         std::all_of(shape.scales.begin(), shape.scales.end(), [](double s) { return s == 1; });
+}
+
 Distances realised_distances(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
   Distances d = s.scales; // along time exact: a series may go on
   for (size_t a = 0; a < 3; ++a)

@@ -19,6 +19,8 @@ struct LatticeShape {
   bool operator==(const LatticeShape&) const = default;
 };
 
+// Does it have the samples of the source themselves?
+[[nodiscard]] bool is_source_grid(const LatticeShape& shape);
 // Distances as a writer realises them: in space a whole number of planes ends on the last sample.
 [[nodiscard]] Distances realised_distances(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 // What a part of a series, of `part` samples, takes to be like the whole: along the axes that are cut planes

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tool/import/labels.h"
 #include "tool/import/read_series.h"
 #include "tool/import/sample.h"
 
@@ -23,13 +24,15 @@ bool rounds(const Unsettled& unsettled, const WriterSettings& settings, const Se
          settings.store != BCCSPLAT_STORE_COEFFICIENTS && settings.steps.empty();
 }
 
-bool is_source_grid(const LatticeShape& shape) {
-  return shape.lattice == BCCSPLAT_LATTICE_CC &&
-         std::all_of(shape.scales.begin(), shape.scales.end(), [](double s) { return s == 1; });
-}
-
-LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s) {
+LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s,
+                    std::vector<bool> labels) {
   LatticeWish wish;
+  wish.labels = std::move(labels);
+  // What blends labels makes up others: who asks for nothing gets their grid.
+  const bool all_labels = std::find(wish.labels.begin(), wish.labels.end(), false) == wish.labels.end();
+  if (all_labels && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&
+      has_cartesian(settings.kernel))
+    wish.fixed = LatticeShape{BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}};
   if (!unsettled.auto_lattice) wish.fixed = shape_of(settings, s);
   if (unsettled.density > 0) wish.density = unsettled.density;
   if (settings.lattice != BCCSPLAT_LATTICE_DEFAULT) {
@@ -41,15 +44,15 @@ LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, 
   return wish;
 }
 
-void choose_and_round(Trier& trier, const SeriesSample& sample, const Unsettled& unsettled, bool rounded,
+void choose_and_round(Trier& trier, const SeriesSample& sample, const LatticeWish& wish, bool rounded,
                       WriterSettings& settings, ImportPlan& plan) {
   const SeriesDescription& s = plan.series;
-  LatticeChoice choice = choose_lattice(trier, *plan.spectrum, wish_of(unsettled, settings, s), s);
+  LatticeChoice choice = choose_lattice(trier, *plan.spectrum, wish, s);
   choice.sampled_frames = sample.frames();
   choice.rounded = choice.chosen().trial.value();
   Coding coding = choice.rounded.coding;
   if (rounded && !is_source_grid(coding.shape)) {
-    coding.steps = worthwhile_steps(choice.rounded, s, settings, sample.ranges);
+    coding.steps = worthwhile_steps(choice.rounded, s, settings, sample.ranges, wish.labels);
     choice.rounded = trier.tried()[trier.try_coding(coding)];
   }
   settings = apply_coding(settings, coding);
@@ -79,7 +82,10 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   const std::vector<ChannelScan>& ranges = bound.any() ? plan.scans : sample.ranges;
   Trier trier(device, s, sample, settings, plan.scans.empty() ? sample.ranges : plan.scans, ranges);
   if (unsettled.auto_time_scale) settings.time_scale = prove_time_scale(trier, *plan.spectrum, s, settings);
-  if (chosen) choose_and_round(trier, sample, unsettled, rounded, settings, plan);
+  if (chosen) {
+    const LatticeWish wish = wish_of(unsettled, settings, s, find_labels(s, sample, air));
+    choose_and_round(trier, sample, wish, rounded, settings, plan);
+  }
   if (!bound.any()) return;
   plan.search = search_coding(trier, *plan.spectrum, s, settings, bound, plan.scans);
   plan.search->sampled_frames = sample.frames();

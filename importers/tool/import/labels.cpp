@@ -1,0 +1,76 @@
+#include "tool/import/labels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "tool/import/series_writer.h"
+#include "tool/interrupt.h"
+
+namespace bcc4 {
+namespace {
+
+constexpr size_t kMostLabels = 64; // smooth fields of bytes have more values
+// Of neighbours that are not both air, so many are alike: noise has fewer. Of those that are not, so many
+// differ by more than a value in between: gradations hardly ever do.
+constexpr double kAlike = 0.5, kJumps = 0.125;
+
+// The values of a channel, rising; empty: too many.
+std::vector<float> values_of(const SeriesSample& sample, size_t channel) {
+  std::set<float> values;
+  for (const SampleStretch& s : sample.stretches)
+    for (const float v : s.values[channel]) {
+      if (std::isfinite(v)) values.insert(v);
+      if (values.size() > kMostLabels) return {};
+    }
+  return {values.begin(), values.end()};
+}
+
+// Neighbours along x.
+struct Neighbours {
+  double all = 0, alike = 0, jumps = 0;
+};
+
+Neighbours compare_neighbours(const SampleStretch& s, size_t channel, const std::vector<float>& values,
+                              double air) {
+  const auto rank = [&](float v) { return std::lower_bound(values.begin(), values.end(), v); };
+  const std::vector<float>& v = s.values[channel];
+  Neighbours n;
+  for (size_t row = 0; row < v.size(); row += s.box.dims[0]) {
+    for (size_t i = row + 1; i < row + s.box.dims[0]; ++i) {
+      const float a = v[i - 1], b = v[i];
+      if (!std::isfinite(a) || !std::isfinite(b) || (a == b && static_cast<double>(a) == air)) continue;
+      ++n.all;
+      if (a == b)
+        ++n.alike;
+      else if (std::abs(rank(a) - rank(b)) > 1)
+        ++n.jumps;
+    }
+  }
+  return n;
+}
+
+bool is_labels(const SeriesSample& sample, size_t channel, double air) {
+  const std::vector<float> values = values_of(sample, channel);
+  if (values.size() < 2) return false;
+  Neighbours n;
+  for (const SampleStretch& s : sample.stretches) {
+    stop_if_interrupted();
+    const Neighbours of_box = compare_neighbours(s, channel, values, air);
+    n.all += of_box.all, n.alike += of_box.alike, n.jumps += of_box.jumps;
+  }
+  if (n.alike < kAlike * n.all || n.alike == n.all) return false;
+  return values.size() == 2 || n.jumps > kJumps * (n.all - n.alike); // of two there is nothing in between
+}
+
+} // namespace
+
+std::vector<bool> find_labels(const SeriesDescription& series, const SeriesSample& sample,
+                              const std::vector<double>& air) {
+  std::vector<bool> labels;
+  for (size_t c = 0; c < series.channels.size(); ++c)
+    labels.push_back(source_step(series.channels[c]) > 0 && is_labels(sample, c, air[c]));
+  return labels;
+}
+
+} // namespace bcc4
