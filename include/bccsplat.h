@@ -269,8 +269,12 @@ enum { /* how a field goes on beyond its faces, the first and last sample along 
                                       be more than a fifth. Of layers and fields that are given four stand
                                       there, and hold what the host knows: bccsplat_layer_geometry begins
                                       outside. Readers need version 3 */
-       BCCSPLAT_FACES_MIRROR = 2   /* as its mirror image: no more planes; within three samples of a face the
+       BCCSPLAT_FACES_MIRROR = 2,  /* as its mirror image: no more planes; within three samples of a face the
                                       field is less accurate where it is not level there */
+       BCCSPLAT_FACES_PREDICT_X =
+           4, /* PREDICT across these axes alone, at any cost; the sum for two or three */
+       BCCSPLAT_FACES_PREDICT_Y = 8,
+       BCCSPLAT_FACES_PREDICT_Z = 16
 };
 
 enum { /* bits of bccsplat_channel_options.set_mask */

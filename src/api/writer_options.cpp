@@ -58,6 +58,18 @@ LatticeScales read_scales(const bccsplat_writer_options& o) {
   return scales;
 }
 
+void read_faces(int32_t faces, WriterSettings& s) {
+  constexpr std::array<int32_t, 3> axes{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
+                                        BCCSPLAT_FACES_PREDICT_Z};
+  if (faces < axes[0]) {
+    s.faces = choose(faces, Faces::automatic, BCCSPLAT_FACES_MIRROR, "faces");
+    return;
+  }
+  s.faces = Faces::along;
+  for (size_t a = 0; a < 3; ++a) s.faces_along[a] = (faces & axes[a]) != 0, faces &= ~axes[a];
+  if (faces != 0) fail(Code::invalid_argument, "faces: unknown bits ", faces);
+}
+
 PartSettings read_part(const bccsplat_series_part& part, uint32_t frames) {
   require_zero(part.reserved, "bccsplat_series_part.reserved");
   PartSettings out{part.first, part.end, part.lead, {}};
@@ -105,7 +117,7 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   s.lowpass = o.lowpass != 0;
   s.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
   s.ends = choose(o.ends, Ends::automatic, BCCSPLAT_ENDS_MIRROR, "ends");
-  s.faces = choose(o.faces, Faces::automatic, BCCSPLAT_FACES_MIRROR, "faces");
+  read_faces(o.faces, s);
   s.coefficients = choose(o.store, BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS, "store") ==
                    BCCSPLAT_STORE_COEFFICIENTS;
   s.abs_error = o.abs_error, s.psnr = o.psnr;

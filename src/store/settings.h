@@ -29,7 +29,8 @@ enum class Faces : uint8_t {
   automatic =
       0,       // of frames predicted, unless the sites are the source samples; of layers and fields mirrored
   predict = 1, // planes outside are stored; layers and fields that are given hold them
-  mirror = 2
+  mirror = 2,
+  along = 3 // as predict, across faces_along alone, however few planes there are
 };
 
 // Which source frames are compared with what a reader of the file gets.
@@ -83,7 +84,8 @@ struct WriterSettings {
   NonFinite nonfinite = NonFinite::error;
   Ends ends = Ends::automatic;
   Faces faces = Faces::automatic;
-  bool coefficients = false; // stored in place of samples
+  std::array<bool, 3> faces_along{}; // axes of Faces::along
+  bool coefficients = false;         // stored in place of samples
   std::optional<PartSettings> part;
 
   double abs_error = 0, psnr = 0; // bounds of the error at source samples; 0: none

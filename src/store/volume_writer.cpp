@@ -121,7 +121,8 @@ void VolumeWriter::check_settings() const {
 void VolumeWriter::begin_info() {
   const WriterSettings& s = settings_;
   // Refuses impossible sizes before anything is written.
-  if (s.faces == Faces::predict) fit_options_.margins = outside_planes(given_planes);
+  if (s.faces == Faces::predict || s.faces == Faces::along)
+    fit_options_.margins = outside_planes(given_planes);
   initial_.lattice = lattice_of(fit_options_, std::max(s.dims[3], 1u));
   initial_.scale = mean_in_space(s.scales), initial_.time_scale = s.scales[3];
   initial_.slab_layers = fit_options_.slab_layers;
@@ -200,12 +201,13 @@ Int3 VolumeWriter::outside_planes(int32_t wanted) const {
   if (s.continuity == Continuity::append)
     return Bcc4Reader::open(open_file_source(s.path))->info().lattice.before;
   const Lattice4 lattice = Lattice4::fit(s.lattice, {s.dims[0], s.dims[1], s.dims[2], 1}, s.scales);
-  const bool asked = s.faces == Faces::predict, samples = lattice.sites_are_samples();
   Int3 planes{};
-  if (s.faces == Faces::mirror || (samples && !asked)) return planes;
+  if (s.faces == Faces::mirror || (s.faces == Faces::automatic && lattice.sites_are_samples())) return planes;
+  const int32_t part = s.faces == Faces::predict ? most_asked : most_unasked;
   for (size_t a = 0; a < 3; ++a) {
-    const int32_t part = asked ? most_asked : most_unasked, all = lattice.space.last[a] + 2 * wanted;
-    if (2 * wanted * part <= all) planes[a] = wanted;
+    const int32_t last = lattice.space.last[a];
+    const bool pays = 2 * wanted * part <= last + 2 * wanted;
+    if (s.dims[a] > 1 && (s.faces == Faces::along ? s.faces_along[a] : pays)) planes[a] = wanted;
   }
   return planes;
 }

@@ -96,7 +96,13 @@ TEST(Faces, HavePlanesWhereTheyCostLittle) {
   EXPECT_EQ(planes({11, 12, 1, 5}, BCCSPLAT_FACES_PREDICT), (Planes{0, 2, 0}));
   EXPECT_EQ(planes({44, 44, 4, 5}, BCCSPLAT_FACES_DEFAULT, BCCSPLAT_LATTICE_CC), (Planes{0, 0, 0}));
   EXPECT_EQ(planes({44, 44, 4, 5}, BCCSPLAT_FACES_PREDICT, BCCSPLAT_LATTICE_CC), (Planes{2, 2, 0}));
+  EXPECT_EQ(planes({43, 43, 1, 5}, BCCSPLAT_FACES_PREDICT_Y), (Planes{0, 2, 0}));
+  EXPECT_EQ(planes({9, 20, 3, 5}, BCCSPLAT_FACES_PREDICT_X + BCCSPLAT_FACES_PREDICT_Z), (Planes{2, 0, 2}));
+  EXPECT_EQ(planes({1, 2, 20, 5}, BCCSPLAT_FACES_PREDICT_X + BCCSPLAT_FACES_PREDICT_Y), (Planes{0, 2, 0}));
   auto options = sized<bccsplat_writer_options>();
+  options.faces = 33;
+  EXPECT_EQ(write_frames(device, source_of({4, 4, 4, 1}, BCCSPLAT_TYPE_U8, wave), options).status,
+            BCCSPLAT_ERROR_INVALID_ARGUMENT);
   options.faces = 3;
   const Source s = source_of({4, 4, 4, 1}, BCCSPLAT_TYPE_U8, wave);
   EXPECT_EQ(write_frames(device, s, options).status, BCCSPLAT_ERROR_INVALID_ARGUMENT);

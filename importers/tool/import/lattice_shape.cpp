@@ -19,8 +19,9 @@ constexpr double kFirstStep = 0.4, kLastStep = 0.02; // of logarithms of distanc
 // More sites than asked for count as so much more error: errors fall more slowly with them.
 constexpr double kOfDensity = 4;
 constexpr double kRounding = 1e-9;
-constexpr double kPredictedLayers =
-    32; // from so many on a writer predicts beyond them (BCCSPLAT_ENDS_DEFAULT)
+// From so many on a writer predicts beyond them (BCCSPLAT_ENDS_DEFAULT).
+constexpr double kPredictedLayers = 32;
+constexpr double kPlanesOutside = 4; // both faces of an axis together
 
 bool is_bcc(const LatticeShape& s) { return s.lattice != BCCSPLAT_LATTICE_CC; }
 // In units of the lattice's distance.
@@ -230,6 +231,19 @@ LatticeShape shape_of_part(const LatticeShape& shape, const std::array<uint64_t,
 
 bool predicts_ends(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
   return is_bcc(s) && dims[3] > 1 && last_plane(s, 3, dims[3]) + 1 >= kPredictedLayers;
+}
+
+int32_t faces_of_part(const LatticeShape& s, const std::array<uint64_t, 4>& dims, int32_t faces) {
+  constexpr std::array<int32_t, 3> axes{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
+                                        BCCSPLAT_FACES_PREDICT_Z};
+  const bool asked = faces == BCCSPLAT_FACES_PREDICT;
+  const bool samples = !is_bcc(s) && std::all_of(s.scales.begin(), s.scales.begin() + 3,
+                                                 [](double scale) { return scale == 1; });
+  if (faces == BCCSPLAT_FACES_MIRROR || (samples && !asked)) return BCCSPLAT_FACES_MIRROR;
+  int32_t along = 0;
+  for (size_t a = 0; a < 3; ++a)
+    if (last_plane(s, a, dims[a]) + kPlanesOutside >= kPlanesOutside * (asked ? 5 : 16)) along += axes[a];
+  return along > 0 ? along : BCCSPLAT_FACES_MIRROR;
 }
 
 double site_density(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {

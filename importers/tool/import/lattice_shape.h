@@ -28,6 +28,10 @@ struct LatticeShape {
 // with the series has its last layer as far behind the last frame.
 [[nodiscard]] LatticeShape shape_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
                                          const std::array<uint64_t, 4>& part, bool ends_with_series);
+// What a writer of a series of `dims` does at its faces, asked for `faces`, in words that mean the same for a
+// part of it.
+[[nodiscard]] int32_t faces_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
+                                    int32_t faces);
 // Does a writer by default predict what lies beyond the ends of a series? It takes enough layers.
 [[nodiscard]] bool predicts_ends(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 // Sites per source sample, without layers beyond the ends of time.

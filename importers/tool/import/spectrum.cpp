@@ -13,13 +13,14 @@ namespace {
 constexpr size_t kBlockEdge = 32;    // samples of a block along an axis that is cut
 constexpr size_t kWholeEdge = 64;    // an axis up to this long is taken whole, space and short series
 constexpr uint64_t kPredicted = 23;  // frames from which on a series is not mirrored at its ends
+constexpr uint64_t kLong = 43;       // samples from which on an axis is not mirrored at its faces
 constexpr size_t kMostBins = 20;     // along an axis that is whole
 constexpr size_t kWindowedBins = 14; // along one that is not: the window is no finer
 constexpr size_t kFewest = 4;        // samples; a shorter axis is not measured
 constexpr double kNothing = 1e-8;    // of the energy: bins that are left out, all together
 constexpr double kRounding = 1e-6;   // of sums of frequencies: the border of the cell belongs to it
 
-// How a block goes on at its two ends along an axis: mirrored, as a lattice is at a face, or it fades out.
+// How a block goes on at its two ends along an axis: mirrored, as short axes are at a face, or it fades out.
 struct Ends {
   bool fades[2] = {false, false};
 };
@@ -169,7 +170,7 @@ struct BlockAxis {
       : axis(a), samples(series.dims[a]) {
     uint64_t length = samples;
     for (const SampleStretch& s : sample.stretches) length = std::min(length, length_of(s, a));
-    mirrored = length == samples && length <= kWholeEdge && (a < 3 || length < kPredicted);
+    mirrored = length == samples && length <= kWholeEdge && length < (a < 3 ? kLong : kPredicted);
     n = length < kFewest ? 1 : mirrored ? length : std::min<uint64_t>(length, kBlockEdge);
     for (const bool first : {false, true})
       for (const bool last : {false, true}) transforms_.emplace_back(n, Ends{{first, last}});
@@ -177,7 +178,7 @@ struct BlockAxis {
   // Of a block from `begin` on in a stretch: it ends at a face, or it is cut there.
   [[nodiscard]] const Transform& transform(const SampleStretch& s, size_t begin) const {
     if (mirrored) return transforms_.front();
-    if (axis == 3) return transforms_.back(); // long series are not mirrored at their ends
+    if (axis == 3 || samples >= kLong) return transforms_.back();
     const uint64_t first = s.box.begin[axis] + begin;
     return transforms_[(first > 0 ? 2 : 0) + (first + n < samples ? 1 : 0)];
   }

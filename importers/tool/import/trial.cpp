@@ -165,6 +165,7 @@ CodingTrial Trier::measure(const Coding& coding) const {
     const SeriesDescription part = describe_stretch(series_, stretch);
     s.scales = shape_of_part(coding.shape, series_.dims, part.dims, stretch.ends > 0).scales;
     s.ends = ends_of(stretch, coding.shape);
+    s.faces = faces_of_part(coding.shape, series_.dims, settings_.faces);
     MemoryFile file;
     auto stream = sized<bccsplat_write_stream>();
     stream.write_at = MemoryFile::write_at;
