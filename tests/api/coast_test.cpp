@@ -316,7 +316,7 @@ struct Picture {
 
 // Seen along z: what is opaque is the field, whatever its value.
 Picture draw(const Cut& cut, const TestDevice& device, int32_t mode, int32_t quality,
-             const bccsplat_trail* trail, bool reference = false) {
+             const bccsplat_trail* trail, bool reference = false, double iso = 0) {
   Picture p;
   bccsplat_renderer* renderer = nullptr;
   EXPECT_EQ(bccsplat_renderer_create(device.device, &renderer), BCCSPLAT_OK);
@@ -332,7 +332,8 @@ Picture draw(const Cut& cut, const TestDevice& device, int32_t mode, int32_t qua
   camera.position[2] = 60, camera.target[2] = 3.5, camera.up[1] = 1, camera.ortho_height = 32;
   EXPECT_EQ(bccsplat_renderer_set_camera(renderer, &camera), BCCSPLAT_OK) << bccsplat_last_error();
   auto options = sized<bccsplat_render_options>();
-  options.mode = mode, options.quality = quality, options.reference = reference;
+  options.mode = mode, options.quality = quality, options.reference = reference, options.iso_value = iso;
+  if (mode == BCCSPLAT_MODE_ISOSURFACE) options.set_mask = BCCSPLAT_RENDER_SET_ISO;
   EXPECT_EQ(bccsplat_renderer_set_options(renderer, &options), BCCSPLAT_OK) << bccsplat_last_error();
   EXPECT_EQ(bccsplat_renderer_set_trail(renderer, trail), BCCSPLAT_OK) << bccsplat_last_error();
   bccsplat_frame* frame = nullptr;
@@ -362,10 +363,13 @@ TEST(Coast, PicturesAreClearWhereItIsLandAndNowhereElse) {
          {std::tuple{BCCSPLAT_MODE_COMPOSITE, BCCSPLAT_QUALITY_NORMAL, false, false},
           std::tuple{BCCSPLAT_MODE_COMPOSITE, BCCSPLAT_QUALITY_DRAFT, false, false},
           std::tuple{BCCSPLAT_MODE_COMPOSITE, BCCSPLAT_QUALITY_NORMAL, false, true},
-          std::tuple{BCCSPLAT_MODE_COMPOSITE, BCCSPLAT_QUALITY_NORMAL, true, false}}) {
+          std::tuple{BCCSPLAT_MODE_COMPOSITE, BCCSPLAT_QUALITY_NORMAL, true, false},
+          std::tuple{BCCSPLAT_MODE_MAXIMUM, BCCSPLAT_QUALITY_NORMAL, false, false},
+          std::tuple{BCCSPLAT_MODE_MAXIMUM, BCCSPLAT_QUALITY_DRAFT, false, false},
+          std::tuple{BCCSPLAT_MODE_MAXIMUM, BCCSPLAT_QUALITY_NORMAL, false, true}}) {
       if (reference && name != "scale 1.3") continue; // slow
-      SCOPED_TRACE(name + " " + std::to_string(quality) + (with_trail ? " trail" : "") +
-                   (reference ? " reference" : ""));
+      SCOPED_TRACE(name + " mode " + std::to_string(mode) + " quality " + std::to_string(quality) +
+                   (with_trail ? " trail" : "") + (reference ? " reference" : ""));
       const Picture p = draw(cut, f.device, mode, quality, with_trail ? &trail : nullptr, reference);
       size_t lost = 0, invented = 0, pixels = 0;
       for (uint32_t y = 0; y < p.height; ++y)
@@ -382,6 +386,74 @@ TEST(Coast, PicturesAreClearWhereItIsLandAndNowhereElse) {
       EXPECT_EQ(lost, 0u);
       EXPECT_EQ(invented, 0u);
     }
+  }
+}
+
+// The sum of what lies along z between the faces, by the source samples; of seven depths, none of land.
+double depth_integral(double x, double y, double t) {
+  double sum = 0;
+  for (int z = 0; z < 8; ++z) {
+    const double v = sea(std::floor(x + 0.5), std::floor(y + 0.5), z, t);
+    if (std::isfinite(v)) sum += v * (z == 0 || z == 7 ? 0.5 : 1);
+  }
+  return sum;
+}
+
+TEST(Coast, XraysAddUpTheSeaAlone) {
+  const Files& f = files();
+  for (const char* name : {"default", "scale 1.3", "corrected", "cc"}) {
+    const OpenVolume volume(f.device, f.file.at(name));
+    const Cut cut(volume, {0, 0, 0, 1, -3});
+    for (const int32_t quality : {BCCSPLAT_QUALITY_NORMAL, BCCSPLAT_QUALITY_DRAFT}) {
+      SCOPED_TRACE(std::string(name) + " " + std::to_string(quality));
+      const Picture p = draw(cut, f.device, BCCSPLAT_MODE_XRAY, quality, nullptr);
+      double largest_on_land = 0, off = 0, all = 0;
+      for (uint32_t y = 0; y < p.height; ++y)
+        for (uint32_t x = 0; x < p.width; ++x) {
+          const auto [at_x, at_y] = p.place(x, y);
+          if (!(at_x > 0 && at_x < 47 && at_y > 0 && at_y < 31)) continue;
+          const double got = double(p.rgba[4 * (size_t{y} * p.width + x)]);
+          if (missing_at({at_x, at_y, 3, 3})) {
+            largest_on_land = std::max(largest_on_land, std::fabs(got));
+          } else {
+            off += std::fabs(got - depth_integral(at_x, at_y, 3)), all += depth_integral(at_x, at_y, 3);
+          }
+        }
+      EXPECT_EQ(largest_on_land, 0);
+      EXPECT_LT(off, 0.05 * all);
+    }
+  }
+}
+
+// Seen from the side of the land: an isosurface is where the sea has the value, not where it ends.
+TEST(Coast, IsosurfacesDoNotFollowTheCoast) {
+  const Files& f = files();
+  for (const char* name : {"default", "scale 1.3", "corrected", "cc"}) {
+    const OpenVolume volume(f.device, f.file.at(name));
+    const Cut cut(volume, {0, 0, 0, 1, -3});
+    const Picture p =
+        draw(cut, f.device, BCCSPLAT_MODE_ISOSURFACE, BCCSPLAT_QUALITY_NORMAL, nullptr, false, 14);
+    size_t invented = 0, lost = 0, drawn = 0;
+    for (uint32_t y = 0; y < p.height; ++y)
+      for (uint32_t x = 0; x < p.width; ++x) {
+        const auto [at_x, at_y] = p.place(x, y);
+        if (!(at_x > 1 && at_x < 46 && at_y > 1 && at_y < 30)) continue;
+        const float alpha = p.rgba[4 * (size_t{y} * p.width + x) + 3];
+        if (missing_at({at_x, at_y, 3, 3})) {
+          invented += alpha > 0;
+          continue;
+        }
+        // Values rise with z by more than they change within a sample: met, if it is between those at the
+        // ends.
+        const bool ice = missing_at({at_x, at_y, 7, 3});
+        const double low = sea(std::floor(at_x + .5), std::floor(at_y + .5), 0, 3),
+                     high = sea(std::floor(at_x + .5), std::floor(at_y + .5), ice ? 6 : 7, 3);
+        if (low < 13 && high > 15) ++drawn, lost += !(alpha > 0.9f);
+        if (low > 15.5 || high < 12.5) invented += alpha > 0.1f;
+      }
+    EXPECT_EQ(invented, 0u) << name;
+    EXPECT_GT(drawn, 1000u) << name;
+    EXPECT_EQ(lost, 0u) << name;
   }
 }
 
