@@ -15,7 +15,7 @@ constexpr double most_extinction = 1e6;
 // place, spread over the one entry that a segment reaches over at least, shows beside an optical depth of 1.
 constexpr double one_float_integral = 1e4;
 // Points of the slice that are asked how fast the field changes, and the percentile taken of them: a tenth of
-// a millisecond per picture (tests/bench/notes/render.md, narrow transfer functions).
+// a millisecond per picture (tests/bench/notes/pre-integration.md).
 constexpr size_t asked_points = 512, change_percentile = 95;
 
 // Values at which the function has points, rising.

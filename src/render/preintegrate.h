@@ -19,7 +19,7 @@ enum class Preintegrate : uint8_t { automatic, on, off };
 // change up to 1.
 [[nodiscard]] double narrowness(const ClassTable& table, double change, double path);
 // From here on pre-integration pays: ramps come to 0.004 to 0.07, a peak whose segments are 20 dB farther
-// without it to 0.22 (tests/bench/notes/render.md, narrow transfer functions).
+// without it to 0.22 (tests/bench/notes/pre-integration.md).
 inline constexpr double narrow_function = 0.15;
 
 // How much values change along one lattice unit where they change fast: the 95th percentile of the gradient's

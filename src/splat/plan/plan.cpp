@@ -26,7 +26,7 @@ constexpr int most_unclipped = 8;
 
 // Pixels of a tile, in steps of whole vectors. Larger tiles draw fewer points twice, as long as the ring
 // stays well inside the L2 cache: tiles of up to 140 pixels took 1 to 5 % less time than those of 92, of 256
-// pixels 4 % more (tests/bench/notes/render.md, what was tried for speed).
+// pixels 4 % more (tests/bench/notes/render-speed.md).
 constexpr int largest_tile = 144, smallest_tile = 16, tile_step = 16;
 // Floats of a tile's ring; thin rings, of few sheets per pixel, may be larger. This trades points that are
 // drawn in two tiles for rings that stay in the cache. No measurement of the limits is noted.

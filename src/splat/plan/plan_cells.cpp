@@ -9,7 +9,7 @@ namespace bccsplat {
 namespace {
 
 // Bounds of how the sum of kernel weights ripples about its mean. Those of the kernel's own leave out 8 %
-// more visits of an isosurface than 0.1 for all (tests/bench/notes/render.md, what was tried for speed).
+// more visits of an isosurface than 0.1 for all (tests/bench/notes/render-speed.md).
 constexpr double radial_ripple = 0.02, other_ripple = 0.1;
 
 // Whether all samples lie beyond the isosurface that lie between points of a range only (a range that ends at

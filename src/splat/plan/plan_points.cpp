@@ -62,8 +62,7 @@ class BrickMap {
 
 constexpr size_t overhang = 16; // vectors read past the last point
 // Copies take at most this part of what the budget has left, for the rest is of better use to layers and
-// slices. They save a fifth of a draft picture of smoke (tests/bench/notes/render.md, what was tried for
-// speed).
+// slices. They save a fifth of a draft picture of smoke (tests/bench/notes/render-speed.md).
 constexpr uint64_t copies_of_rest = 4;
 
 } // namespace

@@ -17,12 +17,12 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-// Sheets: nearer costs a tenth of a picture and shows in none (tests/bench/notes/render.md, isosurfaces).
+// Sheets: nearer costs a tenth of a picture and shows in none (tests/bench/notes/isosurfaces.md).
 constexpr double root_tolerance = 0.01;
 // A root may lie this far outside of its ray's part of the domain, sheets: rays are rounded to floats.
 constexpr double domain_tolerance = 1e-5;
 // Pixels are read and written once for all sheets composited together: 3 to 5 % less time than one by one
-// (tests/bench/notes/render.md, what was tried for speed). More would need more finished sheets.
+// (tests/bench/notes/render-speed.md). More would need more finished sheets.
 constexpr int most_sheets_at_once = 4;
 
 class Tile {
