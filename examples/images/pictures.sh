@@ -1,5 +1,5 @@
 #!/bin/sh
-# The pictures of the README, from the smoke that examples/quickstart.sh makes: its file smoke-raw.bcc4.
+# The pictures of README.md beside this script, from the smoke that examples/quickstart.sh makes: its file smoke-raw.bcc4.
 #   pictures.sh BCC4 SMOKE.bcc4 FOLDER
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
