@@ -21,7 +21,8 @@ LatticeShape fewer_frames(double density) {
 }
 
 double merit(const LatticeCandidate& c, double density, const SeriesDescription& s) {
-  const double more = site_density(c.shape, s.dims) / density;
+  const double outside = outside_share(c.shape, s.dims, faces_of_part(c.shape, s.dims));
+  const double more = site_density(c.shape, s.dims) * (1 + outside) / density;
   return c.psnr() - kOfDensity * 10 * std::log10(std::max(1e-9, more));
 }
 
@@ -35,10 +36,15 @@ double widest_step(double mean_square, double range) {
 std::vector<LatticeCandidate> find_candidates(const Spectrum& spectrum, const LatticeWish& wish,
                                               const SeriesDescription& series) {
   std::vector<LatticeCandidate> found;
-  const auto add = [&](const std::string& name, const LatticeShape& shape) {
+  const auto add = [&](const std::string& name, LatticeShape shape) {
+    shape.faces = wish.faces;
     for (const LatticeCandidate& c : found)
       if (c.shape == shape) return;
-    found.push_back({name, shape, decibels(foretold_error(spectrum, shape, series.dims)), {}});
+    const double foretold = decibels(foretold_error(spectrum, shape, series.dims));
+    found.push_back({name, shape, foretold, {}});
+    if (!wish.fixed)
+      if (const auto predicted = with_faces_predicted(shape, series.dims))
+        found.push_back({name + ", faces predicted", *predicted, foretold, {}});
   };
   if (wish.fixed) {
     add("as given", *wish.fixed);

@@ -22,6 +22,8 @@ constexpr double kRounding = 1e-9;
 // From so many on a writer predicts beyond them (BCCSPLAT_ENDS_DEFAULT).
 constexpr double kPredictedLayers = 32;
 constexpr double kPlanesOutside = 4; // both faces of an axis together
+constexpr std::array<int32_t, 3> kAcross{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
+                                         BCCSPLAT_FACES_PREDICT_Z};
 
 bool is_bcc(const LatticeShape& s) { return s.lattice != BCCSPLAT_LATTICE_CC; }
 // In units of the lattice's distance.
@@ -233,17 +235,31 @@ bool predicts_ends(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
   return is_bcc(s) && dims[3] > 1 && last_plane(s, 3, dims[3]) + 1 >= kPredictedLayers;
 }
 
-int32_t faces_of_part(const LatticeShape& s, const std::array<uint64_t, 4>& dims, int32_t faces) {
-  constexpr std::array<int32_t, 3> axes{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
-                                        BCCSPLAT_FACES_PREDICT_Z};
-  const bool asked = faces == BCCSPLAT_FACES_PREDICT;
+int32_t faces_of_part(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
+  const bool asked = s.faces == BCCSPLAT_FACES_PREDICT;
   const bool samples = !is_bcc(s) && std::all_of(s.scales.begin(), s.scales.begin() + 3,
                                                  [](double scale) { return scale == 1; });
-  if (faces == BCCSPLAT_FACES_MIRROR || (samples && !asked)) return BCCSPLAT_FACES_MIRROR;
+  if (s.faces == BCCSPLAT_FACES_MIRROR || (samples && !asked)) return BCCSPLAT_FACES_MIRROR;
   int32_t along = 0;
   for (size_t a = 0; a < 3; ++a)
-    if (last_plane(s, a, dims[a]) + kPlanesOutside >= kPlanesOutside * (asked ? 5 : 16)) along += axes[a];
+    if (last_plane(s, a, dims[a]) + kPlanesOutside >= kPlanesOutside * (asked ? 5 : 16)) along += kAcross[a];
   return along > 0 ? along : BCCSPLAT_FACES_MIRROR;
+}
+
+std::optional<LatticeShape> with_faces_predicted(const LatticeShape& shape,
+                                                 const std::array<uint64_t, 4>& dims) {
+  if (shape.faces != BCCSPLAT_FACES_DEFAULT || is_source_grid(shape)) return std::nullopt;
+  LatticeShape predicted = shape;
+  predicted.faces = BCCSPLAT_FACES_PREDICT;
+  if (faces_of_part(predicted, dims) == faces_of_part(shape, dims)) return std::nullopt;
+  return predicted;
+}
+
+double outside_share(const LatticeShape& s, const std::array<uint64_t, 4>& dims, int32_t across) {
+  double all = 1;
+  for (size_t a = 0; a < 3; ++a)
+    if (across & kAcross[a]) all *= 1 + kPlanesOutside / (last_plane(s, a, dims[a]) + 1);
+  return all - 1;
 }
 
 double site_density(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
@@ -296,6 +312,7 @@ std::string shape_text(const LatticeShape& shape, const std::array<uint64_t, 4>&
   std::string text = concat(lattice_name(shape.lattice), ", distances");
   for (size_t a = 0; a < (dims[3] > 1 ? 4 : 3); ++a)
     text += concat(a == 0 ? " " : " x ", short_number(d[a], 3));
+  if (shape.faces == BCCSPLAT_FACES_PREDICT) text += ", faces predicted";
   return text;
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "bccsplat.h"
@@ -16,6 +17,7 @@ using Distances = std::array<double, 4>; // x, y, z in source samples, t in fram
 struct LatticeShape {
   int32_t lattice = BCCSPLAT_LATTICE_D4STAR; // D4STAR (BCC: the same without time) or CC
   Distances scales{1, 1, 1, 1};
+  int32_t faces = BCCSPLAT_FACES_DEFAULT; // what is done at the faces
   bool operator==(const LatticeShape&) const = default;
 };
 
@@ -28,13 +30,17 @@ struct LatticeShape {
 // with the series has its last layer as far behind the last frame.
 [[nodiscard]] LatticeShape shape_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
                                          const std::array<uint64_t, 4>& part, bool ends_with_series);
-// What a writer of a series of `dims` does at its faces, asked for `faces`, in words that mean the same for a
-// part of it.
-[[nodiscard]] int32_t faces_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
-                                    int32_t faces);
+// What a writer of a series of `dims` does at its faces, in words that mean the same for a part of it.
+[[nodiscard]] int32_t faces_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
+// The same with its faces predicted, or none if a writer does that anyway or cannot.
+[[nodiscard]] std::optional<LatticeShape> with_faces_predicted(const LatticeShape& shape,
+                                                               const std::array<uint64_t, 4>& dims);
+// Sites outside the faces, over those inside, where faces are predicted `across` (faces_of_part).
+[[nodiscard]] double outside_share(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
+                                   int32_t across);
 // Does a writer by default predict what lies beyond the ends of a series? It takes enough layers.
 [[nodiscard]] bool predicts_ends(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
-// Sites per source sample, without layers beyond the ends of time.
+// Sites per source sample, without those outside the faces and layers beyond the ends of time.
 [[nodiscard]] double site_density(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 
 // Mean square error, over the square of the range, that a spectrum foretells for the default kernel and
@@ -52,7 +58,7 @@ struct LatticeShape {
 [[nodiscard]] LatticeShape cubic_lattice(int32_t lattice, double density,
                                          const std::array<uint64_t, 4>& dims);
 
-// "d4star, distances 1 x 0.7 x 0.85 x 2.3", as realised.
+// "d4star, distances 1 x 0.7 x 0.85 x 2.3, faces predicted", as realised.
 [[nodiscard]] std::string shape_text(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 
 } // namespace bcc4

@@ -22,8 +22,10 @@ constexpr double kPeaks[] = {3, 2.3, 4};
 // spread.
 constexpr double kRoundingPeak = 1.7321, kNoError = 0.01; // of the bound
 constexpr double kDenser = 1.35;                          // from one density to the next
-constexpr int kRoundings = 4;                             // trials for the steps of a shape
-constexpr double kClose = 0.15;                           // dB above the goal that are near enough
+// Errors fall so with the number of sites: what faces predicted gain by more of them is no merit.
+constexpr double kOfSites = 2;
+constexpr int kRoundings = 4;   // trials for the steps of a shape
+constexpr double kClose = 0.15; // dB above the goal that are near enough
 constexpr double kLeastDensity = 0.004, kMostDensity = 1.5;
 constexpr double kSpread = 12; // an even spread of width q has the mean square q^2 / 12
 constexpr double kTimeScales[] = {8, 6, 4, 3, 2.5, 2, 1.5, 1.25};
@@ -50,6 +52,7 @@ LatticeShape shape_of(const WriterSettings& settings, const SeriesDescription& s
   for (size_t a = 0; a < 4; ++a)
     shape.scales[a] = wider(settings.scales[a], wider(a < 3 ? settings.scale : settings.time_scale, 1));
   if (series.dims[3] == 1) shape.scales[3] = 1;
+  shape.faces = settings.faces;
   return shape;
 }
 
@@ -65,11 +68,13 @@ class BoundSearch {
 
   void run() {
     if (has_distances(settings_)) {
-      consider(shape_of(settings_, series_));
+      LatticeShape shape = shape_of(settings_, series_);
+      shape.faces = best_faces(shape);
+      consider(shape);
     } else {
       for (const int32_t lattice : lattices()) search_densities(lattice);
       // All samples: what can be rounded away there no lattice knows better.
-      if (may_be_cartesian()) consider({BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}});
+      if (may_be_cartesian()) consider({BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings_.faces});
     }
     if (!best_ && most_exact_) try_coding({trier_.tried()[*most_exact_].coding.shape, {}, bound_.abs});
     if (best_ && !holds(trier_.tried()[*best_])) correct_what_misses();
@@ -200,12 +205,41 @@ class BoundSearch {
     }
     return density;
   }
+  [[nodiscard]] const CodingTrial& plain_trial(const LatticeShape& shape) {
+    return trier_.tried()[trier_.try_coding({shape, {}, 0})];
+  }
+  // Planes outside the faces take bytes and may allow a coarser lattice. Where they cost little they are
+  // there unasked; a coarser lattice has them only if asked.
+  [[nodiscard]] int32_t best_faces(const LatticeShape& shape) {
+    if (settings_.faces != BCCSPLAT_FACES_DEFAULT) return settings_.faces;
+    const auto predicted = with_faces_predicted(shape, series_.dims);
+    if (!predicted) return is_source_grid(shape) ? BCCSPLAT_FACES_DEFAULT : BCCSPLAT_FACES_PREDICT;
+    const auto merit = [&](const LatticeShape& s) {
+      const double sites = 1 + outside_share(s, series_.dims, faces_of_part(s, series_.dims));
+      return plain_trial(s).psnr - kOfSites * 10 * std::log10(sites);
+    };
+    return merit(*predicted) > merit(shape) ? BCCSPLAT_FACES_PREDICT : BCCSPLAT_FACES_DEFAULT;
+  }
+  // Does the lattice leave most of what is allowed to rounding?
+  [[nodiscard]] bool leaves_most(const CodingTrial& plain) const {
+    for (size_t c = 0; c < scans_.size(); ++c)
+      if (plain.mean_squares[c] > kLatticeShare * std::pow(allowed_root(c, kPeaks[0]), 2)) return false;
+    return true;
+  }
   // Denser and denser until it takes more bytes, then the other way if there was nothing to gain.
   void search_densities(int32_t lattice) {
-    const auto at = [&](double density) {
-      return consider(fit_lattice(spectrum_, lattice, density, series_.dims));
+    int32_t faces = settings_.faces;
+    const auto shape_at = [&](double density) {
+      LatticeShape shape = fit_lattice(spectrum_, lattice, density, series_.dims);
+      shape.faces = faces;
+      return shape;
     };
-    const double first = first_density(fit_lattice(spectrum_, lattice, 0.5, series_.dims));
+    double first = first_density(shape_at(0.5));
+    faces = best_faces(shape_at(first));
+    // The sample knows better than the spectrum.
+    while (first / kDenser > kLeastDensity && leaves_most(plain_trial(shape_at(first / kDenser))))
+      first /= kDenser;
+    const auto at = [&](double density) { return consider(shape_at(density)); };
     const Outcome outcome = at(first);
     uint64_t least = outcome.bytes;
     for (double d = first * kDenser; d < kMostDensity; d *= kDenser) {

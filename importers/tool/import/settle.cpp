@@ -27,7 +27,7 @@ bool rounds(const Unsettled& unsettled, const WriterSettings& settings, const Se
 LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s,
                     std::vector<bool> labels) {
   LatticeWish wish;
-  wish.labels = std::move(labels);
+  wish.labels = std::move(labels), wish.faces = settings.faces;
   // What blends labels makes up others: who asks for nothing gets their grid.
   const bool all_labels = std::find(wish.labels.begin(), wish.labels.end(), false) == wish.labels.end();
   if (all_labels && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&

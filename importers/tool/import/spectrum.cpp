@@ -15,7 +15,7 @@ constexpr size_t kWholeEdge = 64;    // an axis up to this long is taken whole, 
 constexpr uint64_t kPredicted = 23;  // frames from which on a series is not mirrored at its ends
 constexpr uint64_t kLong = 43;       // samples from which on an axis is not mirrored at its faces
 constexpr size_t kMostBins = 20;     // along an axis that is whole
-constexpr size_t kWindowedBins = 14; // along one that is not: the window is no finer
+constexpr size_t kWindowedBins = 14; // along one that is cut: the window is no finer
 constexpr size_t kFewest = 4;        // samples; a shorter axis is not measured
 constexpr double kNothing = 1e-8;    // of the energy: bins that are left out, all together
 constexpr double kRounding = 1e-6;   // of sums of frequencies: the border of the cell belongs to it
@@ -164,14 +164,16 @@ void remove_mean(Block& block, const AxisTransforms& axes) {
 struct BlockAxis {
   size_t axis = 0, n = 1;
   uint64_t samples = 1;  // of the series
-  bool mirrored = false; // it has the whole axis, and a lattice is mirrored at its ends
+  bool whole = false;    // a block has the axis from end to end
+  bool mirrored = false; // and a lattice is mirrored at its ends
 
   BlockAxis(const SeriesDescription& series, const SeriesSample& sample, size_t a)
       : axis(a), samples(series.dims[a]) {
     uint64_t length = samples;
     for (const SampleStretch& s : sample.stretches) length = std::min(length, length_of(s, a));
-    mirrored = length == samples && length <= kWholeEdge && length < (a < 3 ? kLong : kPredicted);
-    n = length < kFewest ? 1 : mirrored ? length : std::min<uint64_t>(length, kBlockEdge);
+    whole = length == samples && length <= kWholeEdge;
+    mirrored = whole && length < (a < 3 ? kLong : kPredicted);
+    n = length < kFewest ? 1 : whole ? length : std::min<uint64_t>(length, kBlockEdge);
     for (const bool first : {false, true})
       for (const bool last : {false, true}) transforms_.emplace_back(n, Ends{{first, last}});
   }
@@ -199,7 +201,7 @@ Spectrum::Spectrum(const SeriesDescription& series, const SeriesSample& sample,
   for (size_t a = 0; a < 4; ++a) {
     axes.emplace_back(series, sample, a);
     windowed_[a] = !axes[a].mirrored;
-    sums.count[a] = count_[a] = std::min<size_t>(axes[a].n, axes[a].mirrored ? kMostBins : kWindowedBins);
+    sums.count[a] = count_[a] = std::min<size_t>(axes[a].n, axes[a].whole ? kMostBins : kWindowedBins);
     bins *= count_[a];
   }
   sums.energy.assign(bins, 0);

@@ -124,6 +124,7 @@ WriterSettings apply_coding(WriterSettings s, const Coding& coding) {
   s.scales = coding.shape.scales;
   s.steps = coding.steps;
   s.abs_error = coding.abs_error;
+  s.faces = coding.shape.faces;
   return s;
 }
 
@@ -163,9 +164,10 @@ CodingTrial Trier::measure(const Coding& coding) const {
   if (s.nonfinite == BCCSPLAT_NONFINITE_DEFAULT) s.nonfinite = BCCSPLAT_NONFINITE_HOLE;
   for (const SampleStretch& stretch : sample_.stretches) {
     const SeriesDescription part = describe_stretch(series_, stretch);
-    s.scales = shape_of_part(coding.shape, series_.dims, part.dims, stretch.ends > 0).scales;
+    const LatticeShape shape = shape_of_part(coding.shape, series_.dims, part.dims, stretch.ends > 0);
+    s.scales = shape.scales;
     s.ends = ends_of(stretch, coding.shape);
-    s.faces = faces_of_part(coding.shape, series_.dims, settings_.faces);
+    s.faces = faces_of_part(coding.shape, series_.dims);
     MemoryFile file;
     auto stream = sized<bccsplat_write_stream>();
     stream.write_at = MemoryFile::write_at;
@@ -178,7 +180,10 @@ CodingTrial Trier::measure(const Coding& coding) const {
       trial.bytes = std::numeric_limits<uint64_t>::max();
       return trial;
     }
-    trial.bytes += file.bytes.size();
+    // Of a box more stands outside the faces than of the series.
+    trial.bytes += static_cast<uint64_t>(static_cast<double>(file.bytes.size()) *
+                                         (1 + outside_share(coding.shape, series_.dims, s.faces)) /
+                                         (1 + outside_share(shape, part.dims, s.faces)));
     const Volume volume = open_memory(device_, file);
     for (uint32_t c = 0; c < part.channels.size(); ++c) {
       const Squares squares = compare_channel(volume, stretch, c);
@@ -236,11 +241,21 @@ std::string coding_text(const CodingTrial& t, const SeriesDescription& series) {
                 t.coding.abs_error > 0 ? ", corrections" : "");
 }
 
+// "xz": the axes across which planes stand outside.
+std::string axes_text(int32_t faces) {
+  std::string text;
+  if (faces & BCCSPLAT_FACES_PREDICT_X) text += 'x';
+  if (faces & BCCSPLAT_FACES_PREDICT_Y) text += 'y';
+  if (faces & BCCSPLAT_FACES_PREDICT_Z) text += 'z';
+  return text;
+}
+
 Json shape_json(const LatticeShape& shape, const SeriesDescription& series) {
   return Json{{"lattice", lattice_name(shape.lattice)},
               {"scales", shape.scales},
               {"distances", realised_distances(shape, series.dims)},
-              {"density", site_density(shape, series.dims)}};
+              {"density", site_density(shape, series.dims)},
+              {"faces_predicted", axes_text(faces_of_part(shape, series.dims))}};
 }
 
 Json trial_json(const CodingTrial& t, const SeriesDescription& series) {
