@@ -59,7 +59,8 @@ class LatticeTest(ToolTest):
         """What the report says of each candidate is what it gives; about so where it was far behind and not tried."""
         choice = self.imported(args)['plan']['choice']
         for c in choice['candidates']:
-            given = self.imported(args, '--lattice', c['lattice'], '--scale', ','.join(map(repr, c['scales'])), '--exact')
+            given = self.imported(args, '--lattice', c['lattice'], '--scale', ','.join(map(repr, c['scales'])), '--exact',
+                                  '--faces', c['faces_predicted'] or 'mirror')
             reached = given['error']['channels'][0]['psnr']
             self.assertLess(abs(c['psnr'] - reached), 1.5 if c['tried'] else 4, (c['name'], c['psnr'], reached))
 
@@ -164,6 +165,26 @@ class LatticeTest(ToolTest):
         static = self.raw('s.raw', (16, 15, 14, 1), lambda *p: slow(*p))
         self.imported(static)
         self.assertEqual(self.json('info', 'v.bcc4')['value_type'], 'f32')
+
+    def test_faces_are_predicted_where_it_tells(self):
+        args = self.raw('a.raw', (26, 22, 20, 12), lambda x, y, z, t: mild(x, y, z, .1 * t))
+        report = self.imported(args)
+        chosen = next(c for c in report['plan']['choice']['candidates'] if c['name'] == report['plan']['choice']['chosen'])
+        self.assertEqual(chosen['faces_predicted'], 'xyz')
+        self.assertEqual(self.json('info', 'v.bcc4')['planes_outside'], {'before': [2, 2, 2], 'behind': [2, 2, 2]})
+        mirrored = self.imported(args, '--faces', 'mirror')
+        self.assertEqual(self.json('info', 'v.bcc4')['planes_outside']['before'], [0, 0, 0])
+        self.assertGreater(report['error']['channels'][0]['psnr'], mirrored['error']['channels'][0]['psnr'] + 6)
+        # And a bound is kept in fewer bytes.
+        small, large = (self.imported(args, '--psnr', 50, *more)['bytes']['file'] for more in ((), ('--faces', 'mirror')))
+        self.assertLess(2 * small, large)
+        # Across the axes that are named, whatever it costs.
+        self.imported(args, '--faces', 'xz')
+        self.assertEqual(self.json('info', 'v.bcc4')['planes_outside']['before'], [2, 0, 2])
+        # Nothing is foretold of what has no order.
+        noise = random.Random(1)
+        report = self.imported(self.raw('a.raw', (20, 18, 16, 8), lambda *_: noise.uniform(0, 9)))
+        self.assertEqual(self.json('info', 'v.bcc4')['planes_outside']['before'], [0, 0, 0])
 
     def test_labels_are_kept(self):
         def organ(x, y, z, t):

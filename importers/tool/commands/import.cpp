@@ -342,8 +342,9 @@ Run add_import(CLI::App& app, std::string command_line) {
   add_choice<int32_t>(
       import, "--faces", a->settings.faces, kFacesChoices,
       "Beyond the first and last sample along x, y and z: as those inside foretell, with two "
-      "planes of the lattice more at each face (default along axes of 43 samples or more), or the "
-      "mirror image");
+      "planes of the lattice more at each face, along all axes that are not short, or along these at "
+      "any cost; or the mirror image (default: what does best on a sample, else as they foretell along "
+      "axes of 43 samples or more)");
   import
       .add_option("--scale", a->scale,
                   "Lattice distance in source samples (default 1): of x, y and z, or one for each, and for t "

@@ -69,6 +69,12 @@ void adopt_lattice(const Device& device, const std::string& path, WriterSettings
   const bccsplat_volume_info info = volume_info(open_volume(device, path, ""));
   settings.lattice = info.lattice;
   std::copy(std::begin(info.scales), std::end(info.scales), settings.scales.begin());
+  constexpr std::array<int32_t, 3> across{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
+                                          BCCSPLAT_FACES_PREDICT_Z};
+  int32_t faces = 0;
+  for (size_t a = 0; a < 3; ++a)
+    if (info.planes_before[a] > 0) faces += across[a];
+  settings.faces = faces > 0 ? faces : BCCSPLAT_FACES_MIRROR;
 }
 
 void adopt_steps(const Device& device, const std::string& path, const SeriesDescription& series,

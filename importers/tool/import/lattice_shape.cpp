@@ -205,10 +205,12 @@ class ShapeSearch {
 
 } // namespace
 
-bool is_source_grid(const LatticeShape& shape) {
-  return !is_bcc(shape) &&
-         std::all_of(shape.scales.begin(), shape.scales.end(), [](double s) { return s == 1; });
+bool has_source_planes(const LatticeShape& s) {
+  return !is_bcc(s) &&
+         std::all_of(s.scales.begin(), s.scales.begin() + 3, [](double scale) { return scale == 1; });
 }
+
+bool is_source_grid(const LatticeShape& s) { return has_source_planes(s) && s.scales[3] == 1; }
 
 Distances realised_distances(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
   Distances d = s.scales; // along time exact: a series may go on
@@ -236,10 +238,9 @@ bool predicts_ends(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
 }
 
 int32_t faces_of_part(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
+  if (s.faces >= BCCSPLAT_FACES_PREDICT_X) return s.faces;
   const bool asked = s.faces == BCCSPLAT_FACES_PREDICT;
-  const bool samples = !is_bcc(s) && std::all_of(s.scales.begin(), s.scales.begin() + 3,
-                                                 [](double scale) { return scale == 1; });
-  if (s.faces == BCCSPLAT_FACES_MIRROR || (samples && !asked)) return BCCSPLAT_FACES_MIRROR;
+  if (s.faces == BCCSPLAT_FACES_MIRROR || (has_source_planes(s) && !asked)) return BCCSPLAT_FACES_MIRROR;
   int32_t along = 0;
   for (size_t a = 0; a < 3; ++a)
     if (last_plane(s, a, dims[a]) + kPlanesOutside >= kPlanesOutside * (asked ? 5 : 16)) along += kAcross[a];
@@ -248,7 +249,7 @@ int32_t faces_of_part(const LatticeShape& s, const std::array<uint64_t, 4>& dims
 
 std::optional<LatticeShape> with_faces_predicted(const LatticeShape& shape,
                                                  const std::array<uint64_t, 4>& dims) {
-  if (shape.faces != BCCSPLAT_FACES_DEFAULT || is_source_grid(shape)) return std::nullopt;
+  if (shape.faces != BCCSPLAT_FACES_DEFAULT || has_source_planes(shape)) return std::nullopt;
   LatticeShape predicted = shape;
   predicted.faces = BCCSPLAT_FACES_PREDICT;
   if (faces_of_part(predicted, dims) == faces_of_part(shape, dims)) return std::nullopt;

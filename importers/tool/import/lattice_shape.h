@@ -21,6 +21,8 @@ struct LatticeShape {
   bool operator==(const LatticeShape&) const = default;
 };
 
+// Are its sites samples of the source in space, at the frames it has?
+[[nodiscard]] bool has_source_planes(const LatticeShape& shape);
 // Does it have the samples of the source themselves?
 [[nodiscard]] bool is_source_grid(const LatticeShape& shape);
 // Distances as a writer realises them: in space a whole number of planes ends on the last sample.

@@ -213,7 +213,7 @@ class BoundSearch {
   [[nodiscard]] int32_t best_faces(const LatticeShape& shape) {
     if (settings_.faces != BCCSPLAT_FACES_DEFAULT) return settings_.faces;
     const auto predicted = with_faces_predicted(shape, series_.dims);
-    if (!predicted) return is_source_grid(shape) ? BCCSPLAT_FACES_DEFAULT : BCCSPLAT_FACES_PREDICT;
+    if (!predicted) return has_source_planes(shape) ? BCCSPLAT_FACES_DEFAULT : BCCSPLAT_FACES_PREDICT;
     const auto merit = [&](const LatticeShape& s) {
       const double sites = 1 + outside_share(s, series_.dims, faces_of_part(s, series_.dims));
       return plain_trial(s).psnr - kOfSites * 10 * std::log10(sites);

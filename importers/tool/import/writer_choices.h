@@ -22,8 +22,16 @@ inline const Choices<int32_t> kTypeChoices{{"u8", BCCSPLAT_TYPE_U8},
                                            {"u16", BCCSPLAT_TYPE_U16},
                                            {"f16", BCCSPLAT_TYPE_F16},
                                            {"f32", BCCSPLAT_TYPE_F32}};
-inline const Choices<int32_t> kFacesChoices{{"predict", BCCSPLAT_FACES_PREDICT},
-                                            {"mirror", BCCSPLAT_FACES_MIRROR}};
+inline const Choices<int32_t> kFacesChoices{
+    {"predict", BCCSPLAT_FACES_PREDICT},
+    {"mirror", BCCSPLAT_FACES_MIRROR},
+    {"x", BCCSPLAT_FACES_PREDICT_X},
+    {"y", BCCSPLAT_FACES_PREDICT_Y},
+    {"z", BCCSPLAT_FACES_PREDICT_Z},
+    {"xy", BCCSPLAT_FACES_PREDICT_X + BCCSPLAT_FACES_PREDICT_Y},
+    {"xz", BCCSPLAT_FACES_PREDICT_X + BCCSPLAT_FACES_PREDICT_Z},
+    {"yz", BCCSPLAT_FACES_PREDICT_Y + BCCSPLAT_FACES_PREDICT_Z},
+    {"xyz", BCCSPLAT_FACES_PREDICT_X + BCCSPLAT_FACES_PREDICT_Y + BCCSPLAT_FACES_PREDICT_Z}};
 inline const Choices<int32_t> kEndsChoices{{"predict", BCCSPLAT_ENDS_PREDICT},
                                            {"mirror", BCCSPLAT_ENDS_MIRROR}};
 inline const Choices<int32_t> kStoreChoices{{"samples", BCCSPLAT_STORE_SAMPLES},
