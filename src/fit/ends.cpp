@@ -18,6 +18,12 @@ constexpr double frames_used = 6;
 EndFrames::EndFrames(double widening, double noise)
     : widening_(widening), noise_(noise), used_(static_cast<int64_t>(std::ceil(frames_used * widening))) {}
 
+double EndFrames::correlation(int64_t lag) {
+  for (auto next = static_cast<int64_t>(correlations_.size()); next <= lag; ++next)
+    correlations_.push_back(field_correlation(4, static_cast<double>(next) / widening_));
+  return correlations_[static_cast<size_t>(lag)];
+}
+
 const std::vector<double>& EndFrames::weights(int64_t distance, int64_t frames) {
   const int64_t looked_at = std::min(frames, used_);
   auto [found, is_new] = known_.try_emplace({distance, looked_at});
@@ -27,10 +33,10 @@ const std::vector<double>& EndFrames::weights(int64_t distance, int64_t frames) 
   std::vector<std::vector<double>> a(n + 1, std::vector<double>(n + 2));
   for (size_t i = 0; i < n; ++i) {
     for (size_t j = 0; j < n; ++j)
-      a[i][j] = field_correlation(4, (static_cast<double>(i) - static_cast<double>(j)) / widening_) +
+      a[i][j] = correlation(static_cast<int64_t>(std::max(i, j) - std::min(i, j))) +
                 (i == j ? noise_ * widening_ * widening_ : 0);
     a[i][n] = a[n][i] = 1;
-    a[i][n + 1] = field_correlation(4, (static_cast<double>(i) + static_cast<double>(distance)) / widening_);
+    a[i][n + 1] = correlation(static_cast<int64_t>(i) + distance);
   }
   a[n][n + 1] = 1;
   const std::vector<double> w = solve(std::move(a));

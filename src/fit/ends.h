@@ -32,8 +32,12 @@ class EndFrames {
   [[nodiscard]] const std::vector<double>& weights(int64_t distance, int64_t frames);
 
  private:
+  // Of frames `lag` >= 0 apart.
+  [[nodiscard]] double correlation(int64_t lag);
+
   double widening_, noise_;
   int64_t used_;
+  std::vector<double> correlations_;                                 // by lag, as far as they were asked for
   std::map<std::pair<int64_t, int64_t>, std::vector<double>> known_; // by distance and frames looked at
 };
 

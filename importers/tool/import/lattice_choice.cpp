@@ -33,18 +33,24 @@ double widest_step(double mean_square, double range) {
 }
 
 // The shapes worth a thought, the simplest of each lattice first.
-std::vector<LatticeCandidate> find_candidates(const Spectrum& spectrum, const LatticeWish& wish,
+std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const LatticeWish& wish,
                                               const SeriesDescription& series) {
   std::vector<LatticeCandidate> found;
-  const auto add = [&](const std::string& name, LatticeShape shape) {
-    shape.faces = wish.faces;
+  const auto add = [&](const std::string& name, const LatticeShape& shape) {
     for (const LatticeCandidate& c : found)
       if (c.shape == shape) return;
-    const double foretold = decibels(foretold_error(spectrum, shape, series.dims));
-    found.push_back({name, shape, foretold, {}});
-    if (!wish.fixed)
-      if (const auto predicted = with_faces_predicted(shape, series.dims))
-        found.push_back({name + ", faces predicted", *predicted, foretold, {}});
+    const Spectrum& spectrum = spectra.of(shape.faces);
+    found.push_back({name, shape, decibels(foretold_error(spectrum, shape, series.dims)), {}});
+  };
+  // As it is unasked, or as given, and with its faces predicted where that is another thing.
+  const auto add_both = [&](const std::string& name, const auto& shape_by) {
+    LatticeShape shape = shape_by(spectra.plain);
+    shape.faces = wish.faces;
+    add(name, shape);
+    LatticeShape other = shape_by(spectra.predicted);
+    other.faces = wish.faces;
+    if (const auto predicted = with_faces_predicted(other, series.dims))
+      add(name + ", faces predicted", *predicted);
   };
   if (wish.fixed) {
     add("as given", *wish.fixed);
@@ -53,22 +59,25 @@ std::vector<LatticeCandidate> find_candidates(const Spectrum& spectrum, const La
   for (const int32_t lattice : wish.lattices) {
     const char* const name = lattice_name(lattice);
     if (lattice != BCCSPLAT_LATTICE_CC || series.dims[3] == 1)
-      add(concat(name, ", cubic"), cubic_lattice(lattice, wish.density, series.dims));
+      add_both(concat(name, ", cubic"),
+               [&](const Spectrum&) { return cubic_lattice(lattice, wish.density, series.dims); });
     else
-      add("fewer frames", fewer_frames(wish.density));
-    add(name, fit_lattice(spectrum, lattice, wish.density, series.dims));
+      add_both("fewer frames", [&](const Spectrum&) { return fewer_frames(wish.density); });
+    add_both(name, [&](const Spectrum& spectrum) {
+      return fit_lattice(spectrum, lattice, wish.density, series.dims);
+    });
   }
   return found;
 }
 
 } // namespace
 
-LatticeChoice choose_lattice(Trier& trier, const Spectrum& spectrum, const LatticeWish& wish,
+LatticeChoice choose_lattice(Trier& trier, const Spectra& spectra, const LatticeWish& wish,
                              const SeriesDescription& series) {
   LatticeChoice choice;
   choice.labels = wish.labels;
   choice.half_the_frames = trier.half_the_frames();
-  choice.candidates = find_candidates(spectrum, wish, series);
+  choice.candidates = find_candidates(spectra, wish, series);
   double hoped = 0;
   for (const LatticeCandidate& c : choice.candidates) hoped = std::max(hoped, c.foretold);
   for (size_t i = 0; i < choice.candidates.size(); ++i) {

@@ -40,7 +40,7 @@ struct LatticeChoice {
 };
 
 // Tries the shapes that lose least of the spectrum, and the cubic D4*.
-[[nodiscard]] LatticeChoice choose_lattice(Trier& trier, const Spectrum& spectrum, const LatticeWish& wish,
+[[nodiscard]] LatticeChoice choose_lattice(Trier& trier, const Spectra& spectra, const LatticeWish& wish,
                                            const SeriesDescription& series);
 
 // Steps whose rounding adds at most a fifteenth to the error that a trial has, by channel; never finer than

@@ -100,8 +100,8 @@ void print_plan(const ImportPlan& plan) {
     line(c == 0 ? "values" : "", text);
   }
   for (const std::string& note : s.notes) line("note", note);
-  if (plan.spectrum) {
-    const auto lines = spectrum_lines(*plan.spectrum);
+  if (plan.spectra) {
+    const auto lines = spectrum_lines(plan.spectra->plain);
     for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "bandwidth" : "", lines[i]);
   }
   if (plan.choice) {
@@ -167,7 +167,7 @@ Json plan_json(const ImportPlan& plan) {
     j["estimate"]["error"] = Json::array();
     for (const bccsplat_error_report& error : e.errors) j["estimate"]["error"].push_back(error_json(error));
   }
-  if (plan.spectrum) j["spectrum"] = spectrum_json(*plan.spectrum);
+  if (plan.spectra) j["spectrum"] = spectrum_json(plan.spectra->plain);
   if (plan.choice) j["choice"] = choice_json(*plan.choice, s);
   if (plan.search) j["coding"] = search_json(*plan.search, s);
   j["notes"] = s.notes;

@@ -30,7 +30,7 @@ struct ImportPlan {
   const WriterSettings& settings;
   std::vector<ChannelScan> scans; // empty: not scanned
   std::optional<ImportEstimate> estimate;
-  std::optional<Spectrum> spectrum;
+  std::optional<Spectra> spectra;
   std::optional<LatticeChoice> choice; // of the lattice and the steps that `settings` hold
   std::optional<CodingSearch> search;  // the same where a bound was asked for
 };

@@ -61,16 +61,16 @@ namespace {
 // The search of one import.
 class BoundSearch {
  public:
-  BoundSearch(Trier& trier, const Spectrum& spectrum, const SeriesDescription& series,
+  BoundSearch(Trier& trier, const Spectra& spectra, const SeriesDescription& series,
               const WriterSettings& settings, const ErrorBound& bound, const std::vector<ChannelScan>& scans)
-      : trier_(trier), spectrum_(spectrum), series_(series), settings_(settings), bound_(bound),
-        scans_(scans) {}
+      : trier_(trier), spectra_(spectra), series_(series), settings_(settings), bound_(bound), scans_(scans) {
+  }
 
   void run() {
     if (has_distances(settings_)) {
-      LatticeShape shape = shape_of(settings_, series_);
-      shape.faces = best_faces(shape);
-      consider(shape);
+      const LatticeShape shape = shape_of(settings_, series_);
+      const auto predicted = with_faces_predicted(shape, series_.dims);
+      consider(predicted && merit(*predicted) > merit(shape) ? *predicted : shape);
     } else {
       for (const int32_t lattice : lattices()) search_densities(lattice);
       // All samples: what can be rounded away there no lattice knows better.
@@ -200,7 +200,8 @@ class BoundSearch {
     const double goal = kLatticeShare * allowed_part();
     double density = kMostDensity;
     for (double d = kMostDensity; d > kLeastDensity; d /= kDenser) {
-      if (foretold_error(spectrum_, scaled_shape(half, 0.5 / d, series_.dims), series_.dims) > goal) break;
+      const LatticeShape shape = scaled_shape(half, 0.5 / d, series_.dims);
+      if (foretold_error(spectra_.of(half.faces), shape, series_.dims) > goal) break;
       density = d;
     }
     return density;
@@ -208,38 +209,47 @@ class BoundSearch {
   [[nodiscard]] const CodingTrial& plain_trial(const LatticeShape& shape) {
     return trier_.tried()[trier_.try_coding({shape, {}, 0})];
   }
-  // Planes outside the faces take bytes and may allow a coarser lattice. Where they cost little they are
-  // there unasked; a coarser lattice has them only if asked.
-  [[nodiscard]] int32_t best_faces(const LatticeShape& shape) {
-    if (settings_.faces != BCCSPLAT_FACES_DEFAULT) return settings_.faces;
-    const auto predicted = with_faces_predicted(shape, series_.dims);
-    if (!predicted) return has_source_planes(shape) ? BCCSPLAT_FACES_DEFAULT : BCCSPLAT_FACES_PREDICT;
-    const auto merit = [&](const LatticeShape& s) {
-      const double sites = 1 + outside_share(s, series_.dims, faces_of_part(s, series_.dims));
-      return plain_trial(s).psnr - kOfSites * 10 * std::log10(sites);
-    };
-    return merit(*predicted) > merit(shape) ? BCCSPLAT_FACES_PREDICT : BCCSPLAT_FACES_DEFAULT;
-  }
   // Does the lattice leave most of what is allowed to rounding?
   [[nodiscard]] bool leaves_most(const CodingTrial& plain) const {
     for (size_t c = 0; c < scans_.size(); ++c)
       if (plain.mean_squares[c] > kLatticeShare * std::pow(allowed_root(c, kPeaks[0]), 2)) return false;
     return true;
   }
+  // Decibels of the sample, less what more sites make of them.
+  [[nodiscard]] double merit(const LatticeShape& shape) {
+    const double outside = outside_share(shape, series_.dims, faces_of_part(shape, series_.dims));
+    return plain_trial(shape).psnr -
+           kOfSites * 10 * std::log10(site_density(shape, series_.dims) * (1 + outside));
+  }
+  [[nodiscard]] LatticeShape fitted(int32_t lattice, double density, int32_t faces) const {
+    LatticeShape shape = fit_lattice(spectra_.of(faces), lattice, density, series_.dims);
+    shape.faces = faces;
+    return shape;
+  }
+  struct Start {
+    double density = 0, merit = 0;
+    int32_t faces = BCCSPLAT_FACES_DEFAULT;
+  };
+  // The density that the spectrum foretells, and lower as long as the sample, which knows better, allows.
+  Start start_of(int32_t lattice, int32_t faces) {
+    double density = first_density(fitted(lattice, 0.5, faces));
+    while (density / kDenser > kLeastDensity &&
+           leaves_most(plain_trial(fitted(lattice, density / kDenser, faces))))
+      density /= kDenser;
+    return {density, merit(fitted(lattice, density, faces)), faces};
+  }
+  // With planes outside the faces or without them.
+  Start best_start(int32_t lattice) {
+    const Start plain = start_of(lattice, settings_.faces);
+    if (settings_.faces != BCCSPLAT_FACES_DEFAULT) return plain;
+    const Start predicted = start_of(lattice, BCCSPLAT_FACES_PREDICT);
+    return predicted.merit > plain.merit ? predicted : plain;
+  }
   // Denser and denser until it takes more bytes, then the other way if there was nothing to gain.
   void search_densities(int32_t lattice) {
-    int32_t faces = settings_.faces;
-    const auto shape_at = [&](double density) {
-      LatticeShape shape = fit_lattice(spectrum_, lattice, density, series_.dims);
-      shape.faces = faces;
-      return shape;
-    };
-    double first = first_density(shape_at(0.5));
-    faces = best_faces(shape_at(first));
-    // The sample knows better than the spectrum.
-    while (first / kDenser > kLeastDensity && leaves_most(plain_trial(shape_at(first / kDenser))))
-      first /= kDenser;
-    const auto at = [&](double density) { return consider(shape_at(density)); };
+    const Start start = best_start(lattice);
+    const double first = start.density;
+    const auto at = [&](double density) { return consider(fitted(lattice, density, start.faces)); };
     const Outcome outcome = at(first);
     uint64_t least = outcome.bytes;
     for (double d = first * kDenser; d < kMostDensity; d *= kDenser) {
@@ -264,7 +274,7 @@ class BoundSearch {
   }
 
   Trier& trier_;
-  const Spectrum& spectrum_;
+  const Spectra& spectra_;
   const SeriesDescription& series_;
   const WriterSettings& settings_;
   const ErrorBound& bound_;
@@ -279,10 +289,10 @@ bool has_distances(const WriterSettings& s) {
          std::any_of(s.scales.begin(), s.scales.end(), [](double d) { return d > 0; });
 }
 
-CodingSearch search_coding(Trier& trier, const Spectrum& spectrum, const SeriesDescription& series,
+CodingSearch search_coding(Trier& trier, const Spectra& spectra, const SeriesDescription& series,
                            const WriterSettings& settings, const ErrorBound& bound,
                            const std::vector<ChannelScan>& scans) {
-  BoundSearch run(trier, spectrum, series, settings, bound, scans);
+  BoundSearch run(trier, spectra, series, settings, bound, scans);
   run.run();
   CodingSearch search;
   search.best = run.best();

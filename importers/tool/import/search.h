@@ -27,7 +27,7 @@ struct CodingSearch {
 };
 
 // Options the user gave (scales, lattice, type of values) are kept; `scans` of the whole series.
-[[nodiscard]] CodingSearch search_coding(Trier& trier, const Spectrum& spectrum,
+[[nodiscard]] CodingSearch search_coding(Trier& trier, const Spectra& spectra,
                                          const SeriesDescription& series, const WriterSettings& settings,
                                          const ErrorBound& bound, const std::vector<ChannelScan>& scans);
 

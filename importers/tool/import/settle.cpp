@@ -47,7 +47,7 @@ LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, 
 void choose_and_round(Trier& trier, const SeriesSample& sample, const LatticeWish& wish, bool rounded,
                       WriterSettings& settings, ImportPlan& plan) {
   const SeriesDescription& s = plan.series;
-  LatticeChoice choice = choose_lattice(trier, *plan.spectrum, wish, s);
+  LatticeChoice choice = choose_lattice(trier, *plan.spectra, wish, s);
   choice.sampled_frames = sample.frames();
   choice.rounded = choice.chosen().trial.value();
   Coding coding = choice.rounded.coding;
@@ -77,17 +77,18 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   std::vector<double> air;
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
   const SeriesSample sample = sample_series(reader, air, {});
-  plan.spectrum.emplace(s, sample, air);
+  plan.spectra.emplace(Spectra{{s, sample, air, settings.faces}, {s, sample, air, BCCSPLAT_FACES_PREDICT}});
   // What a dry run has scanned beyond it must not make other choices than an import at once.
   const std::vector<ChannelScan>& ranges = bound.any() ? plan.scans : sample.ranges;
   Trier trier(device, s, sample, settings, plan.scans.empty() ? sample.ranges : plan.scans, ranges);
-  if (unsettled.auto_time_scale) settings.time_scale = prove_time_scale(trier, *plan.spectrum, s, settings);
+  if (unsettled.auto_time_scale)
+    settings.time_scale = prove_time_scale(trier, plan.spectra->plain, s, settings);
   if (chosen) {
     const LatticeWish wish = wish_of(unsettled, settings, s, find_labels(s, sample, air));
     choose_and_round(trier, sample, wish, rounded, settings, plan);
   }
   if (!bound.any()) return;
-  plan.search = search_coding(trier, *plan.spectrum, s, settings, bound, plan.scans);
+  plan.search = search_coding(trier, *plan.spectra, s, settings, bound, plan.scans);
   plan.search->sampled_frames = sample.frames();
   settings = apply_coding(settings, plan.search->chosen().coding);
   settings.psnr = bound.psnr;

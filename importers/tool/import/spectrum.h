@@ -7,18 +7,21 @@
 #include <string>
 #include <vector>
 
+#include "bccsplat.h"
 #include "tool/import/sample.h"
 #include "tool/json.h"
 
 namespace bcc4 {
 
 // Mean square of the values by frequency, means of blocks taken off: cosine transforms of blocks of the
-// sample. Axes that a block has whole are mirrored at their ends, as lattices do; along others it has a Hann
-// window. Frequencies are fractions of the Nyquist frequency of the source, 0 .. 1, along x, y, z, t.
+// sample. Axes that a block has whole are mirrored at their ends if lattices do so; along others it has a
+// Hann window. Frequencies are fractions of the Nyquist frequency of the source, 0 .. 1, along x, y, z, t.
 class Spectrum {
  public:
-  // air: by channel, in the place of what is not finite. Channels count in units of their range.
-  Spectrum(const SeriesDescription& series, const SeriesSample& sample, const std::vector<double>& air);
+  // air: by channel, in the place of what is not finite. Channels count in units of their range. faces: of
+  // the lattice; predicted ones mirror no axis.
+  Spectrum(const SeriesDescription& series, const SeriesSample& sample, const std::vector<double>& air,
+           int32_t faces);
 
   [[nodiscard]] bool empty() const { return total_ <= 0; }
   // Below which `part` of the energy lies along an axis; 0 for an axis too short to tell.
@@ -50,5 +53,13 @@ class Spectrum {
 
 [[nodiscard]] std::vector<std::string> spectrum_lines(const Spectrum& spectrum);
 [[nodiscard]] Json spectrum_json(const Spectrum& spectrum);
+
+// What lattices see of a series: with faces as they are unasked, or as given, and predicted.
+struct Spectra {
+  Spectrum plain, predicted;
+  [[nodiscard]] const Spectrum& of(int32_t faces) const {
+    return faces == BCCSPLAT_FACES_PREDICT ? predicted : plain;
+  }
+};
 
 } // namespace bcc4
