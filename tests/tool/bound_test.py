@@ -127,6 +127,14 @@ class BoundTest(ToolTest):
         out, err = self.bcc4('verify', 'v.bcc4', '--against', 'b.raw', expect=1)
         self.assertIn('promises an error of at most 0.1', err)
 
+    def test_nothing_stays_of_what_cannot_keep_its_bound(self):
+        # Codes of a byte are exact in the first frames and far too coarse in the last ones.
+        args = self.raw('late.raw', (24, 20, 18, 48), lambda x, y, z, t: 255 * (x % 2) if t < 40 else .37 * x)
+        _, err = self.bcc4('import', *args, '-o', 'late.bcc4', '--lattice', 'cc', '--scale', 1, '--exact', '--quantize', 'u8',
+                           '--psnr', 160, expect=1)
+        self.assertNotIn('what is done stays', err)
+        self.assertEqual([n for n in os.listdir(self.folder) if n.startswith('late.bcc4')], [])
+
     def test_choices_of_the_user_are_kept(self):
         args = self.raw('a.raw', DIMS, wave)
         self.bcc4('import', *args, '-o', 'v.bcc4', '--abs', .1, '--scale', 1.1, '--time-scale', .9, '--quantize', 'f16', '--lattice', 'cc')

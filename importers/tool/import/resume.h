@@ -23,10 +23,12 @@ class UnfinishedImport {
   UnfinishedImport& operator=(const UnfinishedImport&) = delete;
   ~UnfinishedImport();
   void finished() { finished_ = true; }
+  // It would end the same way again: nothing stays.
+  void hopeless() { hopeless_ = true; }
 
  private:
   std::string output_;
-  bool quiet_, finished_ = false;
+  bool quiet_, finished_ = false, hopeless_ = false;
 };
 
 } // namespace bcc4
