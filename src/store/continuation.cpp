@@ -198,9 +198,11 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
   lattice_ = lattice_of(options, options.dims[3]);
   rest_ = rest_of_series(lattice_, options, use, done);
   for (const ChannelInfo& channel : was.channels)
-    if (was.coefficient_kernel.empty() && channel.clamped > 0 && !(was.tail && was.tail->slabs == slabs()))
+    if (was.coefficient_kernel.empty() && !use.coefficients && channel.clamped > 0 &&
+        !(was.tail && was.tail->slabs == slabs()))
       refuse("it does not tell where samples were clamped, as newer files do");
-  if (!was.coefficient_kernel.empty() && slabs() > 0 && !(told_ = told_counts(was, slabs())))
+  if (!was.coefficient_kernel.empty() && use.coefficients && slabs() > 0 &&
+      !(told_ = told_counts(was, slabs())))
     refuse("it does not tell of the samples that its coefficients were made of, as files of this version do");
   begin_earlier(part.early_frames, rest_.fit);
   find_places();
