@@ -1,49 +1,17 @@
 #include "fit/face_noise.h"
 
 #include <algorithm>
-#include <span>
 #include <vector>
 
-#include "fit/ends.h"
+#include "fit/noise_trial.h"
 
 namespace bccsplat {
 namespace {
 
 constexpr int64_t rows_tried = 96; // along an axis of a face, at most; larger faces are looked at in steps
 
-// The squares of what predictions of each noise miss, of rows across one axis: the sample at their end.
-class AxisTrial {
- public:
-  AxisTrial(int64_t n, double widening) {
-    for (const double noise : face_noises) weights_.push_back(EndFrames(widening, noise).weights(1, n - 1));
-  }
-
-  // Samples of a row that are looked at.
-  [[nodiscard]] int64_t depth() const { return static_cast<int64_t>(weights_[0].size()) + 1; }
-
-  // A row from one end inwards.
-  void add(std::span<const float> row) {
-    for (size_t level = 0; level < face_noises.size(); ++level) {
-      double off = -static_cast<double>(row[0]);
-      for (size_t i = 1; i < row.size(); ++i) off += weights_[level][i - 1] * static_cast<double>(row[i]);
-      squares_[level] += off * off;
-    }
-  }
-
-  [[nodiscard]] uint8_t best() const {
-    size_t best = usual_face_levels[0];
-    for (size_t level = 0; level < face_noises.size(); ++level)
-      if (squares_[level] < squares_[best]) best = level;
-    return static_cast<uint8_t>(best);
-  }
-
- private:
-  std::vector<std::vector<double>> weights_;
-  std::array<double, face_noises.size()> squares_{};
-};
-
 // Rows across `axis` at one end, for some positions along the two others.
-void add_rows(const Frame& frame, size_t axis, bool far, AxisTrial& trial) {
+void add_rows(const Frame& frame, size_t axis, bool far, NoiseTrial& trial) {
   const std::array<int64_t, 3>& n = frame.dims();
   const size_t along = axis == 0 ? 1 : 0, other = 3 - axis - along;
   const auto step = [&](size_t a) { return (n[a] + rows_tried - 1) / rows_tried; };
@@ -72,7 +40,7 @@ FaceLevels choose_face_levels(const Frame& frame, const Lattice4& lattice) {
   FaceLevels levels = usual_face_levels;
   for (size_t a = 0; a < 3; ++a) {
     if (lattice.before[a] + lattice.behind[a] == 0 || frame.dims()[a] < 3) continue;
-    AxisTrial trial(frame.dims()[a], std::max(1.0, lattice.space_step[a] / lattice.space.plane_distance()));
+    NoiseTrial trial(frame.dims()[a], std::max(1.0, lattice.space_step[a] / lattice.space.plane_distance()));
     for (const bool far : {false, true}) add_rows(frame, a, far, trial);
     levels[a] = trial.best();
   }

@@ -6,18 +6,15 @@
 #include <cstdint>
 
 #include "fit/frame.h"
+#include "fit/noise_trial.h"
 #include "lattice/lattice.h"
 
 namespace bccsplat {
 
-// Noise of predictions (ends.h) that are tried, over the power of the field: waves need little, computed
-// tomography much (tests/bench/notes/ends.md).
-inline constexpr std::array<double, 5> face_noises{1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
-
-// By axis a number of face_noises: the one that foretells the samples on both faces best of those behind
-// them; 2 where nothing tells.
+// By axis a number of end_noises: the one that foretells the samples on both faces best of those behind
+// them.
 using FaceLevels = std::array<uint8_t, 3>;
-inline constexpr FaceLevels usual_face_levels{2, 2, 2};
+inline constexpr FaceLevels usual_face_levels{usual_noise_level, usual_noise_level, usual_noise_level};
 [[nodiscard]] FaceLevels choose_face_levels(const Frame& frame, const Lattice4& lattice);
 
 } // namespace bccsplat

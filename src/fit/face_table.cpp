@@ -1,19 +1,13 @@
 #include "fit/face_table.h"
 
-#include <array>
-#include <utility>
 #include <vector>
 
+#include "fit/against_mirrors.h"
 #include "fit/ends.h"
 #include "fit/site_axis.h"
 
 namespace bccsplat {
 namespace {
-
-// What the outermost of two planes holds besides its own: plane outside, and factor.
-constexpr std::array<std::pair<int, float>, 4> against_mirrors{
-    {{0, 0.25f}, {1, -0.25f}, {3, 0.25f}, {4, -0.25f}}};
-constexpr int mended_plane = 2;
 
 // Positions of planes outside the first sample of an axis, then outside the last.
 constexpr size_t planes_outside = 5;

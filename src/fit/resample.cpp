@@ -77,7 +77,7 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const
       const std::vector<double> positions = site_positions(lattice, c, a);
       Axis& axis = coset.axis[a];
       axis.table = lattice.before[a] + lattice.behind[a] > 0
-                       ? face_table(lattice, c, a, filter, widening, face_noises[faces[a]])
+                       ? face_table(lattice, c, a, filter, widening, end_noises[faces[a]])
                        : filter_table(filter, widening, positions);
       for (const double p : positions) axis.nearest.push_back(nearest_sample(p, n_[a]));
       for (int32_t begin = 0; begin < coset.dims[a]; begin += brick_edge) {

@@ -1,0 +1,26 @@
+#include "fit/noise_trial.h"
+
+#include "fit/ends.h"
+
+namespace bccsplat {
+
+NoiseTrial::NoiseTrial(int64_t n, double widening) {
+  for (const double noise : end_noises) weights_.push_back(EndFrames(widening, noise).weights(1, n - 1));
+}
+
+void NoiseTrial::add(std::span<const float> row) {
+  for (size_t level = 0; level < end_noises.size(); ++level) {
+    double off = -static_cast<double>(row[0]);
+    for (size_t i = 1; i < row.size(); ++i) off += weights_[level][i - 1] * static_cast<double>(row[i]);
+    squares_[level] += off * off;
+  }
+}
+
+uint8_t NoiseTrial::best() const {
+  uint8_t best = usual_noise_level;
+  for (uint8_t level = 0; level < end_noises.size(); ++level)
+    if (squares_[level] < squares_[best]) best = level;
+  return best;
+}
+
+} // namespace bccsplat
