@@ -16,7 +16,9 @@ constexpr double frames_used = 6;
 } // namespace
 
 EndFrames::EndFrames(double widening, double noise)
-    : widening_(widening), noise_(noise), used_(static_cast<int64_t>(std::ceil(frames_used * widening))) {}
+    : widening_(widening), noise_(noise), used_(used(widening)) {}
+
+int64_t EndFrames::used(double widening) { return static_cast<int64_t>(std::ceil(frames_used * widening)); }
 
 double EndFrames::correlation(int64_t lag) {
   for (auto next = static_cast<int64_t>(correlations_.size()); next <= lag; ++next)

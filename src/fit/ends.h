@@ -19,14 +19,11 @@ class EndFrames {
  public:
   // widening: as of the filter that uses the frames; what a coarser lattice holds is predicted further.
   // noise: its power over that of the field, times widening^2; weights stay the smaller the more there is.
-  explicit EndFrames(double widening, double noise = least_noise);
-
-  // Weights are small where frames are close: the sum of their squares is 30 one frame beyond the end and 94
-  // at most.
-  static constexpr double least_noise = 3e-5;
+  EndFrames(double widening, double noise);
 
   // Frames next to an end that a prediction looks at, when there are as many.
   [[nodiscard]] int64_t used() const { return used_; }
+  [[nodiscard]] static int64_t used(double widening);
   // Weights of the frames 0, 1, .. for the one `distance` >= 1 before frame 0, of a series of at least
   // `frames`; the other end alike. They sum to 1.
   [[nodiscard]] const std::vector<double>& weights(int64_t distance, int64_t frames);

@@ -11,7 +11,7 @@
 
 #include "base/sizes.h"
 #include "fit/direct_layer.h"
-#include "fit/ends.h"
+#include "fit/end_layers.h"
 #include "fit/holes.h"
 #include "fit/layer.h"
 #include "fit/lowpass.h"
@@ -45,6 +45,7 @@ struct Channel {
   int32_t next_layer = 0;           // the first not made
   std::deque<FrameSites> window;    // frames window_first ..
   uint32_t window_first = 0;
+  EndLevels end_levels;
 
   std::vector<BrickLayer> slab; // layers made and not handed out
   std::vector<Reservation> slab_memory;
@@ -89,7 +90,7 @@ void LayerCounts::add(const LayerCounts& other) {
 struct Fit::State {
   State(const FitOptions& o, FitSink s, const Context& c, MaskSink m)
       : options(o), sink(std::move(s)), mask_sink(std::move(m)), context(c), pool(c.memory),
-        lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), ends(time_widening(lattice)) {
+        lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), ends(time_widening(lattice), o.lead) {
     if (options.channels.empty()) fail(Code::invalid_argument, "fit: no channel");
     if (options.lead < 0 || options.lead % 2 != 0)
       fail(Code::invalid_argument, "fit: ", options.lead,
@@ -109,7 +110,7 @@ struct Fit::State {
   SiteBlockPool pool;                                // outlives the channels
   Lattice4 lattice;                                  // of two frames as long as their number is not known
   std::map<FaceLevels, SpatialResampler> resamplers; // made when a frame needs them
-  EndFrames ends;
+  EndPredictions ends;
   std::vector<std::unique_ptr<Channel>> channels;
   bool layers_given = false; // instead of frames
   bool finished = false;
@@ -260,7 +261,7 @@ struct Fit::State {
       return;
     for (; !length_known() || c.next_layer < end_layer(); ++c.next_layer) {
       const double position = lattice.layer_frame(c.next_layer);
-      const FilterTable table = filter_table(options.filter, widening, {&position, 1});
+      const FilterTable table = layer_table(lattice, c.next_layer, length_known(), options.filter, widening);
       int64_t end = table.first[0] + table.taps;
       if (table.first[0] < 0) end = std::max(end, options.lead > 0 ? ends.used() : 0);
       if (!complete && end > c.frames) break;
@@ -270,7 +271,7 @@ struct Fit::State {
       const int64_t nearest = nearest_sample(position, n);
       std::vector<LayerTap> taps;
       size_t nearest_tap = 0;
-      for (const auto& [f, weight] : weighted_frames(table, n)) {
+      for (const auto& [f, weight] : weighted_frames(c, table, n)) {
         if (f == nearest) nearest_tap = taps.size();
         taps.push_back({&c.window[static_cast<size_t>(f - c.window_first)], weight});
       }
@@ -281,29 +282,24 @@ struct Fit::State {
 
   // Returns the taps of a layer; frames beyond the ends of a series of n are replaced by those that predict
   // them.
-  std::vector<std::pair<int64_t, float>> weighted_frames(const FilterTable& table, int64_t n) {
+  std::vector<std::pair<int64_t, float>> weighted_frames(Channel& c, const FilterTable& table, int64_t n) {
+    if (options.lead > 0) return ends.inside(table, n, [&](bool last) { return end_level(c, last, n); });
     std::vector<std::pair<int64_t, float>> list;
-    if (options.lead == 0) {
-      for (int k = 0; k < table.taps; ++k)
-        list.emplace_back(mirror_index(table.first[0] + k, n), table.weight[static_cast<size_t>(k)]);
-      return list;
-    }
-    std::map<int64_t, double> sum;
-    for (int k = 0; k < table.taps; ++k) {
-      const int64_t f = table.first[0] + k, beyond = std::max(-f, f - (n - 1));
-      const auto weight = static_cast<double>(table.weight[static_cast<size_t>(k)]);
-      if (beyond <= 0) {
-        sum[f] += weight;
-        continue;
-      }
-      const std::vector<double>& w = ends.weights(beyond, n);
-      for (size_t i = 0; i < w.size(); ++i) {
-        const auto inside = static_cast<int64_t>(i);
-        sum[f < 0 ? inside : n - 1 - inside] += weight * w[i];
-      }
-    }
-    for (const auto& [f, weight] : sum) list.emplace_back(f, static_cast<float>(weight));
+    for (int k = 0; k < table.taps; ++k)
+      list.emplace_back(mirror_index(table.first[0] + k, n), table.weight[static_cast<size_t>(k)]);
     return list;
+  }
+
+  // How bold predictions at an end of a series of n frames are: settled by the frames they look at.
+  uint8_t end_level(Channel& c, bool last, int64_t n) const {
+    if (ends.levels() == 1) return 0;
+    std::optional<uint8_t>& level = c.end_levels[last ? 1 : 0];
+    if (level) return *level;
+    std::vector<const FrameSites*> frames;
+    for (int64_t k = 0; k < std::min(n, ends.used()); ++k)
+      frames.push_back(&c.window[static_cast<size_t>((last ? n - 1 - k : k) - c.window_first)]);
+    level = choose_end_level(frames, lattice.space, c.options.unit, time_widening(lattice));
+    return *level;
   }
 
   // Frames that no further layer needs: neither directly nor to predict those beyond the last one.

@@ -40,7 +40,7 @@ std::array<int64_t, 2> frames_of(const LayerSpan& layers, const Lattice4& lattic
     first = std::min(first, frames - 2 - reach - static_cast<int64_t>(std::ceil(lattice.time_step)));
   if (lattice.lead > 0) {
     const int64_t predicting =
-        EndFrames(widening).used() + (options.lowpass ? lowpass_time_reach(lattice) : 0);
+        EndFrames::used(widening) + (options.lowpass ? lowpass_time_reach(lattice) : 0);
     if (end > frames) first = std::min(first, frames - predicting);
     if (first < 0) end = std::max(end, predicting);
   }
@@ -107,7 +107,7 @@ int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, const 
   const double widening = std::max(1.0, lattice.time_step / lattice.layer_distance());
   // With fewer, what stands before the first frame changes as well.
   if (lattice.lead > 0 &&
-      frames < EndFrames(widening).used() + (options.lowpass ? lowpass_time_reach(lattice) : 0))
+      frames < EndFrames::used(widening) + (options.lowpass ? lowpass_time_reach(lattice) : 0))
     return 0;
   const double last = frames - 1.0 - frame_reach(lattice, options, widening);
   int32_t samples = 0; // layers of them

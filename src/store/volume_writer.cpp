@@ -13,12 +13,13 @@
 namespace bccsplat {
 namespace {
 
-// Layers beyond each end of a predicted series: more than a kernel's reach.
-constexpr int32_t end_layers = 4;
+// Layers beyond each end of a predicted series; the outermost makes up for the mirrors behind it.
+constexpr int32_t end_layers = 2;
 // Part of an axis that the planes outside are at most, asked for and unasked.
 constexpr int32_t most_asked = 5, most_unasked = 16;
-// Layers of a series that is predicted unasked: the ends then add at most a quarter.
-constexpr int32_t fewest_layers = 8 * end_layers;
+// Layers of a series that is predicted unasked: the ends then add at most a fifth, which series that are
+// smooth in time give back at equal bytes (tests/bench/notes/ends.md).
+constexpr int32_t fewest_layers = 10 * end_layers;
 
 // A series that is appended to keeps the slabs it has.
 int32_t slab_layers_of(const WriterSettings& s) {
@@ -190,7 +191,7 @@ int32_t VolumeWriter::predicted_layers() const {
   if (s.continuity == Continuity::append)
     return Bcc4Reader::open(open_file_source(s.path))->info().lattice.lead;
   if (s.ends != Ends::automatic) return s.ends == Ends::mirror ? 0 : end_layers;
-  if (s.lattice == LatticeKind::cc || s.dims[3] == 0) return 0;
+  if (s.dims[3] == 0) return 0;
   const Lattice4 lattice = Lattice4::fit(s.lattice, s.dims, s.scales);
   return lattice.layers() < fewest_layers ? 0 : end_layers;
 }

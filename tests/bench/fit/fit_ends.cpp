@@ -30,8 +30,9 @@ struct Place {
   double from;
   bool random;
 };
-constexpr Place places[] = {{"t = 0", 0, false}, {"t = .5", 0.5, false}, {"t 1..2", 1, true},
-                            {"t 2..3", 2, true}, {"t 3..4", 3, true},    {"inside", 11, true}};
+constexpr Place places[] = {{"t = 0", 0, false}, {"t = .5", 0.5, false}, {"t 0..1", 0, true},
+                            {"t 1..2", 1, true}, {"t 2..3", 2, true},    {"t 3..4", 3, true},
+                            {"inside", 11, true}};
 
 MemorySamples fitted(const FitSource& source, int32_t lead, uint64_t* kept = nullptr) {
   FitOptions options;

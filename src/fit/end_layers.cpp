@@ -1,0 +1,100 @@
+#include "fit/end_layers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "fit/against_mirrors.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr int64_t sites_tried = 1 << 17; // of a frame, about
+
+// Sums positions of a table, each with its factor, into one.
+FilterTable summed(const FilterTable& parts, const std::vector<float>& factors) {
+  const auto [low, high] = std::minmax_element(parts.first.begin(), parts.first.end());
+  FilterTable sum{static_cast<int>(*high - *low) + parts.taps, {*low}, {}};
+  sum.weight.resize(static_cast<size_t>(sum.taps));
+  const auto taps = static_cast<size_t>(parts.taps);
+  for (size_t i = 0; i < factors.size(); ++i)
+    for (size_t k = 0; k < taps; ++k)
+      sum.weight[static_cast<size_t>(parts.first[i] - *low) + k] += factors[i] * parts.weight[i * taps + k];
+  return sum;
+}
+
+float value_of(const SiteBlock* block, size_t site, float unit) {
+  if (!block) return 0;
+  return block->packed ? unit * static_cast<float>(static_cast<const PackedSites*>(block)->value[site])
+                       : static_cast<const FloatSites*>(block)->value[site];
+}
+
+} // namespace
+
+FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, Filter filter,
+                        double widening) {
+  std::vector<double> positions{lattice.layer_frame(layer)};
+  std::vector<float> factors{1};
+  const bool first = layer == 0, last = end_known && layer == lattice.last_layer;
+  if (lattice.space.bcc && lattice.lead == mended_plane && (first || last))
+    for (const auto& [outside, factor] : against_mirrors) {
+      positions.push_back(
+          lattice.layer_frame(first ? mended_plane - outside : layer - mended_plane + outside));
+      factors.push_back(factor);
+    }
+  const FilterTable parts = filter_table(filter, widening, positions);
+  return factors.size() == 1 ? parts : summed(parts, factors);
+}
+
+uint8_t choose_end_level(const std::vector<const FrameSites*>& frames, const Lattice3& lattice, float unit,
+                         double widening) {
+  if (frames.size() < 3) return usual_noise_level;
+  NoiseTrial trial(static_cast<int64_t>(frames.size()), widening);
+  std::vector<float> row(static_cast<size_t>(trial.depth()));
+  const BrickLayer shape(lattice, 0);
+  const Int3 n = shape.dims();
+  const auto step = static_cast<int32_t>(
+      std::ceil(std::cbrt(static_cast<double>(lattice.sites(0)) / static_cast<double>(sites_tried))));
+  for (int32_t z = 0; z < n[2]; z += step)
+    for (int32_t y = 0; y < n[1]; y += step)
+      for (int32_t x = 0; x < n[0]; x += step) {
+        const size_t slot = shape.slot(x / brick_edge, y / brick_edge, z / brick_edge);
+        const auto site =
+            static_cast<size_t>((z % brick_edge * brick_edge + y % brick_edge) * brick_edge + x % brick_edge);
+        for (size_t k = 0; k < row.size(); ++k)
+          row[k] = value_of(frames[k]->block[0][slot].get(), site, unit);
+        trial.add(row);
+      }
+  return trial.best();
+}
+
+EndPredictions::EndPredictions(double widening, int32_t lead) {
+  constexpr double older_noise = 3e-5;
+  if (lead != mended_plane) of_level_.emplace_back(widening, older_noise);
+  for (size_t i = 0; lead == mended_plane && i < end_noises.size(); ++i)
+    of_level_.emplace_back(widening, end_noises[i]);
+}
+
+std::vector<std::pair<int64_t, float>>
+EndPredictions::inside(const FilterTable& table, int64_t n, const std::function<uint8_t(bool last)>& level) {
+  std::map<int64_t, double> sum;
+  for (int k = 0; k < table.taps; ++k) {
+    const int64_t f = table.first[0] + k, beyond = std::max(-f, f - (n - 1));
+    const auto weight = static_cast<double>(table.weight[static_cast<size_t>(k)]);
+    if (beyond <= 0) {
+      sum[f] += weight;
+      continue;
+    }
+    if (weight == 0) continue;
+    const std::vector<double>& w = of_level_[level(f > 0)].weights(beyond, n);
+    for (size_t i = 0; i < w.size(); ++i) {
+      const auto inner = static_cast<int64_t>(i);
+      sum[f < 0 ? inner : n - 1 - inner] += weight * w[i];
+    }
+  }
+  std::vector<std::pair<int64_t, float>> list;
+  for (const auto& [f, weight] : sum) list.emplace_back(f, static_cast<float>(weight));
+  return list;
+}
+
+} // namespace bccsplat
