@@ -16,11 +16,14 @@ void NoiseTrial::add(std::span<const float> row) {
   }
 }
 
-uint8_t NoiseTrial::best() const {
+uint8_t NoiseTrial::best(double within) const {
   uint8_t best = usual_noise_level;
   for (uint8_t level = 0; level < end_noises.size(); ++level)
     if (squares_[level] < squares_[best]) best = level;
-  return best;
+  if (squares_[best] == 0) return best;
+  uint8_t boldest = 0;
+  while (boldest < best && squares_[boldest] > within * squares_[best]) ++boldest;
+  return boldest;
 }
 
 } // namespace bccsplat

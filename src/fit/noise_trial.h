@@ -24,8 +24,8 @@ class NoiseTrial {
   [[nodiscard]] int64_t depth() const { return static_cast<int64_t>(weights_[0].size()) + 1; }
   // A row from its end inwards, `depth` samples.
   void add(std::span<const float> row);
-  // A number of end_noises: the one that missed least.
-  [[nodiscard]] uint8_t best() const;
+  // A number of end_noises: the boldest of those whose squares are at most `within` times the least.
+  [[nodiscard]] uint8_t best(double within = 1) const;
 
  private:
   std::vector<std::vector<double>> weights_;
