@@ -255,8 +255,9 @@ enum { /* frames that are reconstructed while writing and compared with the sour
 
 enum { /* how a series of frames goes on beyond its first and last one, for the sake of filters and kernels */
        BCCSPLAT_ENDS_DEFAULT = 0,
-       BCCSPLAT_ENDS_PREDICT = 1, /* as the frames next to the end foretell: what moves is as accurate there
-                                     as elsewhere. Four more layers stand at each end of the file */
+       BCCSPLAT_ENDS_PREDICT = 1, /* as the frames next to the end foretell, no bolder than these bear out:
+                                     what moves is nearly as accurate there as elsewhere. Two more layers
+                                     stand at each end of the file */
        BCCSPLAT_ENDS_MIRROR = 2   /* as its mirror image: no more layers; the first and last three or four
                                      frames are less accurate where anything moves */
 };
@@ -379,8 +380,9 @@ typedef struct bccsplat_writer_options {
   const bccsplat_series_part*
       part; /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
                series, and those of bccsplat_writer_get_part_frames are added */
-  int32_t ends;  /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 32 layers (23 frames at time_scale
-                    1; dims[3] known), else MIRROR. Layers and fields are mirrored, always */
+  int32_t ends;  /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for at least 20 layers, to which the ends add a fifth
+                    at most (D4*: 14 frames at time_scale 1, CC: 20; dims[3] known), else MIRROR. Layers and
+                    fields are mirrored, always */
   int32_t faces; /* BCCSPLAT_FACES_...; DEFAULT: of frames PREDICT along axes of which the planes outside are
                     a sixteenth at most (43 samples at scale 1), unless the sites are the source samples in
                     space (CC at distance 1); else, and for layers and fields, MIRROR */

@@ -337,8 +337,8 @@ Run add_import(CLI::App& app, std::string command_line) {
   import.add_flag("--lowpass", a->settings.lowpass,
                   "First remove the frequencies the lattice cannot hold (outside_cell of --dry-run)");
   add_choice<int32_t>(import, "--ends", a->settings.ends, kEndsChoices,
-                      "Before the first frame and after the last: as they foretell, with four layers more at "
-                      "each end (default from 23 frames on), or the mirror image");
+                      "Before the first frame and after the last: as they foretell, with two layers more at "
+                      "each end (default from 20 layers on: 14 frames at distance 1), or the mirror image");
   add_choice<int32_t>(
       import, "--faces", a->settings.faces, kFacesChoices,
       "Beyond the first and last sample along x, y and z: as those inside foretell, with two "
