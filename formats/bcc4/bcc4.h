@@ -107,6 +107,9 @@ struct Bcc4Limits {
 
 struct ChunkData; // a decoded chunk, chunk.h
 
+// What the values of bricks are relative to.
+enum class RelativeTo : uint8_t { air, base };
+
 // A place in the file that failed a check.
 struct Bcc4Damage {
   Code code = Code::corrupt;
@@ -169,11 +172,14 @@ class Bcc4Reader {
   // A block of corrections, or a mask, as the file holds it, with zeros up to a multiple of 8; its checksum
   // is right. `what` names it in error texts.
   [[nodiscard]] std::vector<std::byte> stored_block(const BlockRef& block, std::string_view what) const;
+  // The base of a channel's field (field_base.h).
+  [[nodiscard]] float base(int channel) const;
   // The brick of one layer of a chunk, 0 .. slab_layers - 1; null where all of it is air.
-  [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data,
-                                                   int layer_of_slab) const;
+  [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data, int layer_of_slab,
+                                                   RelativeTo to = RelativeTo::air) const;
   // The same in the form that takes least memory.
-  [[nodiscard]] SampleBrick samples(int channel, const ChunkData& data, int layer_of_slab) const;
+  [[nodiscard]] SampleBrick samples(int channel, const ChunkData& data, int layer_of_slab,
+                                    RelativeTo to = RelativeTo::air) const;
 
   // Reads and checks everything; damage is listed, not thrown.
   [[nodiscard]] Bcc4VerifyResult verify_all(const Context& context) const;
@@ -184,17 +190,20 @@ class Bcc4Reader {
   std::unique_ptr<State> state_;
 };
 
-// The samples of a file as a SampleSource. Decoded chunks are cached, least recently used first out, as far
-// as `budget` (which must outlive this) and `cache_bytes` allow: consecutive layers of a slab decode each
-// chunk once, and so do those that are read together, whatever the cache.
+// The samples of a file as a SampleSource, relative to air or to the base of the field. Decoded chunks are
+// cached, least recently used first out, as far as `budget` (which must outlive this) and `cache_bytes`
+// allow: consecutive layers of a slab decode each chunk once, and so do those that are read together,
+// whatever the cache.
 class Bcc4Samples final : public SampleSource {
  public:
-  Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes = 256 << 20);
+  Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes = 256 << 20,
+              RelativeTo to = RelativeTo::air);
   ~Bcc4Samples() override;
 
   const Lattice4& lattice() const override;
   int channels() const override;
   float air(int channel) const override;
+  float base(int channel) const override;
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
   void read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
@@ -222,6 +231,7 @@ class Bcc4Samples final : public SampleSource {
 
   std::shared_ptr<Bcc4Reader> reader_;
   std::unique_ptr<Cache> cache_;
+  RelativeTo to_;
 };
 
 } // namespace bccsplat

@@ -10,6 +10,7 @@
 #include "formats/bcc4/coding/deflate.h"
 #include "formats/bcc4/coding/layer_codes.h"
 #include "formats/bcc4/coding/spread.h"
+#include "formats/bcc4/field_base.h"
 #include "formats/bcc4/metadata.h"
 #include "formats/bcc4/reader_state.h"
 
@@ -64,7 +65,11 @@ void Bcc4Reader::State::open() {
          " can read it, but holds what came with version ", lowest_reader(info));
   pages = read_directory(read_block(root.directory, "index directory"), info, root, root.directory.offset);
   slots = slot_dims(info.lattice);
-  for (const ChannelInfo& c : info.channels) coders.emplace_back(c);
+  for (const ChannelInfo& c : info.channels) {
+    bases.push_back(field_base(info, c));
+    coders.emplace_back(c);
+    from_base.push_back(bases.back() == c.air ? coders.back() : SampleCoder(c, bases.back()));
+  }
   bytes.file = root.file_bytes;
   bytes.runs = root.runs_bytes, bytes.values = root.values_bytes, bytes.index = root.index_bytes;
   bytes.unused = root.file_bytes - root.runs_bytes - root.values_bytes - root.index_bytes;
@@ -295,7 +300,10 @@ std::vector<std::byte> Bcc4Reader::stored_block(const BlockRef& block, std::stri
   return stored;
 }
 
-std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& data, int layer_of_slab) const {
+float Bcc4Reader::base(int channel) const { return state_->bases.at(static_cast<size_t>(channel)); }
+
+std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& data, int layer_of_slab,
+                                               RelativeTo to) const {
   const auto m = static_cast<size_t>(layer_of_slab);
   const uint32_t first = data.first.at(m);
   if (data.first.at(m + 1) == first) return nullptr;
@@ -303,17 +311,16 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& dat
   brick->kept = data.kept[m];
   if (!data.hole.empty() && data.hole[m] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[m]);
-  spread_codes(state_->coders.at(static_cast<size_t>(channel)), data.coded, brick->kept, data.codes, first,
-               brick->value);
+  spread_codes(state_->coder(channel, to), data.coded, brick->kept, data.codes, first, brick->value);
   return brick;
 }
 
-SampleBrick Bcc4Reader::samples(int channel, const ChunkData& data, int layer_of_slab) const {
+SampleBrick Bcc4Reader::samples(int channel, const ChunkData& data, int layer_of_slab, RelativeTo to) const {
   const auto m = static_cast<size_t>(layer_of_slab);
   if (data.first.at(m + 1) == data.first.at(m)) return {};
-  if (is_float(data.coded.type) || data.coded.bytes() > 2) return {brick(channel, data, layer_of_slab), {}};
-  return {nullptr,
-          std::make_shared<const LayerCodes>(state_->coders.at(static_cast<size_t>(channel)), data, m)};
+  if (is_float(data.coded.type) || data.coded.bytes() > 2)
+    return {brick(channel, data, layer_of_slab, to), {}};
+  return {nullptr, std::make_shared<const LayerCodes>(state_->coder(channel, to), data, m)};
 }
 
 } // namespace bccsplat

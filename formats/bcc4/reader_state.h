@@ -30,13 +30,18 @@ struct Bcc4Reader::State {
   bool root_damaged = false;
   VolumeInfo info;
   Bcc4Bytes bytes;
-  Int3 slots{};                    // brick dims of coset 0
-  std::vector<SampleCoder> coders; // one per channel
-  std::vector<PageRef> pages;      // the directory
+  Int3 slots{};                       // brick dims of coset 0
+  std::vector<SampleCoder> coders;    // one per channel, relative to air
+  std::vector<SampleCoder> from_base; // relative to the base of the field
+  std::vector<float> bases;
+  std::vector<PageRef> pages; // the directory
   mutable LruCache<size_t, Page> cached;
   mutable std::atomic<uint64_t> bytes_read{0};
 
   void open();
+  [[nodiscard]] const SampleCoder& coder(int channel, RelativeTo to) const {
+    return (to == RelativeTo::base ? from_base : coders).at(static_cast<size_t>(channel));
+  }
   // Reads from the source and counts the bytes.
   void read(uint64_t offset, std::span<std::byte> out) const;
   // The same; when salvaging, returns false for bytes that cannot be read instead of throwing.

@@ -36,14 +36,18 @@ struct Bcc4Samples::Cache {
   }
 };
 
-Bcc4Samples::Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes)
-    : reader_(std::move(reader)), cache_(std::make_unique<Cache>(budget, cache_bytes)) {}
+Bcc4Samples::Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes,
+                         RelativeTo to)
+    : reader_(std::move(reader)), cache_(std::make_unique<Cache>(budget, cache_bytes)), to_(to) {}
 Bcc4Samples::~Bcc4Samples() = default;
 
 const Lattice4& Bcc4Samples::lattice() const { return reader_->info().lattice; }
 int Bcc4Samples::channels() const { return static_cast<int>(reader_->info().channels.size()); }
 float Bcc4Samples::air(int channel) const {
   return reader_->info().channels.at(static_cast<size_t>(channel)).air;
+}
+float Bcc4Samples::base(int channel) const {
+  return to_ == RelativeTo::base ? reader_->base(channel) : air(channel);
 }
 const std::string& Bcc4Samples::coefficient_kernel() const { return reader_->info().coefficient_kernel; }
 const Bcc4Reader& Bcc4Samples::reader() const { return *reader_; }
@@ -142,7 +146,7 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
     take(m, std::move(layer));
   };
   read_slabs(channel, layers, region, context, lossy ? lose : take,
-             [&](const ChunkData& data, int m) { return reader_->brick(channel, data, m); });
+             [&](const ChunkData& data, int m) { return reader_->brick(channel, data, m, to_); });
 }
 
 void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
@@ -150,7 +154,7 @@ void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, con
   if (!coefficient_kernel().empty()) // of which damage takes more than its bricks
     return SampleSource::read_samples(channel, layers, region, context, take);
   read_slabs(channel, layers, region, context, take,
-             [&](const ChunkData& data, int m) { return reader_->samples(channel, data, m); });
+             [&](const ChunkData& data, int m) { return reader_->samples(channel, data, m, to_); });
 }
 
 BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& region,

@@ -43,6 +43,8 @@ extern "C" bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume,
     const auto o = read_struct(options, "bccsplat_recode_options");
     Progress progress(progress_callback(o.progress, o.progress_user));
     const Context context = volume->device->context(progress);
-    write_report(report, recode(*volume->samples, read_recode_settings(o, path), context));
+    const Bcc4Samples samples(volume->reader,
+                              volume->device->memory); // as the file has them, relative to air
+    write_report(report, recode(samples, read_recode_settings(o, path), context));
   });
 }

@@ -69,7 +69,7 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
                              ? options.cache_bytes
                              : default_cache_bytes(playing, owner->memory.limit(), machine_memory());
   const VolumeCache share = share_cache(cache, playing);
-  samples = std::make_unique<Bcc4Samples>(reader, owner->memory, share.chunks);
+  samples = std::make_unique<Bcc4Samples>(reader, owner->memory, share.chunks, RelativeTo::base);
   cache_bytes = share.coefficients;
   for (const ChannelInfo& c : info().channels) {
     const auto index = static_cast<int>(corrections_of.size());
@@ -93,11 +93,13 @@ const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const 
   Kernel k = kernel_name && *kernel_name ? make_kernel(kernel_name) : kernel;
   const std::scoped_lock lock(mutex_);
   auto& slot = coefficients_[{channel_index, k.name}];
-  // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter.
   if (slot) return *slot;
+  // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter
+  // beside air.
+  const auto index = static_cast<int>(channel_index);
+  const float prune = samples->base(index) == c.air ? c.threshold / 2 : 0;
   const bool own = k.name == make_kernel(choose_kernel(info(), nullptr)).name;
-  slot = std::make_unique<Coefficients>(*samples, static_cast<int>(channel_index), std::move(k),
-                                        c.threshold / 2, cache_bytes);
+  slot = std::make_unique<Coefficients>(*samples, index, std::move(k), prune, cache_bytes);
   if (own) slot->set_corrections(corrections_of[channel_index].get());
   slot->set_masks(masks_of[channel_index].get());
   return *slot;

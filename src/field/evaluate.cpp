@@ -72,8 +72,8 @@ struct Window {
   }
 };
 
-// Values are relative to air. Where `clip` is set points outside the domain are NaN, and so are those in
-// holes; else the field is mirrored there, and `holes` (may be empty) is filled in.
+// Values are relative to the base, and `offset` added. Where `clip` is set points outside the domain are NaN,
+// and so are those in holes; else the field is mirrored there, and `holes` (may be empty) is filled in.
 EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const Vec4> points, bool clip,
                                float offset, std::span<float> values,
                                std::span<std::array<float, 4>> gradients, std::span<uint8_t> holes,
@@ -187,7 +187,7 @@ EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::s
     sum_footprints(plan, std::span(batch).first(count), sums.data(),
                    gradients.empty() ? nullptr : slopes.data());
     for (size_t i = 0; i < count; ++i) {
-      values[begin + i] = none[i] ? nan_value : slice.air + sums[i];
+      values[begin + i] = none[i] ? nan_value : slice.base + sums[i];
       if (gradients.empty()) continue;
       for (size_t a = 0; a < 3; ++a) gradients[begin + i][a] = none[i] ? nan_value : slopes[i][a];
     }
@@ -201,7 +201,7 @@ EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4>
                          std::span<float> values, std::span<std::array<float, 4>> gradients,
                          const Context& context) {
   EvaluateMisses misses =
-      evaluate_points(coefficients, points, true, coefficients.air(), values, gradients, {}, context);
+      evaluate_points(coefficients, points, true, coefficients.base(), values, gradients, {}, context);
   if (const Corrections* fix = coefficients.corrections())
     misses.holes -= fix->add_to_points(points, values, gradients, context);
   if (const Masks* masks = coefficients.masks())

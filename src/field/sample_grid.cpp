@@ -102,7 +102,7 @@ struct GridSampler {
                        x.from.data() + x_tile.begin, sums.data());
         }
         float* out = values + (z * axis[1].size() + y) * axis[0].size() + x_tile.begin;
-        for (size_t i = 0; i < x_tile.count; ++i) out[i] = slice.air + sums[i];
+        for (size_t i = 0; i < x_tile.count; ++i) out[i] = slice.base + sums[i];
         finish(x_tile, y, z, out);
       }
     }
@@ -136,7 +136,7 @@ struct GridSampler {
         none = !slice.inside(p) || slice.is_hole(p);
         if (!none && plan.kernel->normalised) {
           const double sum = lattice_sum(*plan.kernel, plan.bcc, p[0], p[1], p[2]);
-          out[i] = static_cast<float>(slice.air + static_cast<double>(out[i] - slice.air) / sum);
+          out[i] = static_cast<float>(slice.base + static_cast<double>(out[i] - slice.base) / sum);
         }
       }
       if (none) out[i] = nan_value;
@@ -212,8 +212,10 @@ void sample_grid(const Slice& slice, const Grid& grid, float* values, const Cont
   if (slice.corrections) slice.corrections->add_to_grid(grid.origin, grid.step, grid.dims, values);
 }
 
-uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, float* coefficients) {
-  uint64_t n = 0;
+namespace {
+
+// Calls body(coset, site, coefficient relative to the base) for every site that is kept, brick by brick.
+template<class Body> void for_kept_sites(const Slice& slice, const Body& body) {
   for (int c = 0; c < slice.lattice.cosets(); ++c) {
     const BrickLayer& layer = slice.coset[static_cast<size_t>(c)];
     for (size_t s = 0; s < layer.brick_slots(); ++s) {
@@ -221,19 +223,44 @@ uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, fl
       if (!brick) continue;
       const Int3 b = layer.slot_position(s);
       for (int row = 0; row < brick_rows; ++row)
-        for (int x = 0; x < brick_edge; ++x) {
-          if (!(brick->kept[static_cast<size_t>(row)] >> x & 1)) continue;
-          const uint64_t i = n++;
-          if (i >= capacity) continue;
-          if (coefficients) coefficients[i] = brick->value[static_cast<size_t>(row * brick_edge + x)];
-          if (!positions) continue;
-          const Vec3 p = slice.lattice_to_slice.point(
-              slice.site(c, {b[0] * brick_edge + x, b[1] * brick_edge + row % brick_edge,
-                             b[2] * brick_edge + row / brick_edge}));
-          for (size_t a = 0; a < 3; ++a) positions[3 * i + a] = static_cast<float>(p[a]);
-        }
+        for (int x = 0; x < brick_edge; ++x)
+          if (brick->kept[static_cast<size_t>(row)] >> x & 1)
+            body(c,
+                 Int3{b[0] * brick_edge + x, b[1] * brick_edge + row % brick_edge,
+                      b[2] * brick_edge + row / brick_edge},
+                 brick->value[static_cast<size_t>(row * brick_edge + x)]);
     }
   }
+}
+
+// The same for all sites, row by row.
+template<class Body> void for_sites(const Slice& slice, const Body& body) {
+  for (int c = 0; c < slice.lattice.cosets(); ++c) {
+    const BrickLayer& layer = slice.coset[static_cast<size_t>(c)];
+    for (int z = 0; z < layer.dims()[2]; ++z)
+      for (int y = 0; y < layer.dims()[1]; ++y)
+        for (int x = 0; x < layer.dims()[0]; ++x) body(c, Int3{x, y, z}, layer.value(x, y, z));
+  }
+}
+
+} // namespace
+
+uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, float* coefficients) {
+  const float above_air = slice.base - slice.air;
+  uint64_t n = 0;
+  const auto list = [&](int coset, const Int3& site, float coefficient) {
+    const uint64_t i = n++;
+    if (i >= capacity) return;
+    if (coefficients) coefficients[i] = above_air + coefficient;
+    if (!positions) return;
+    const Vec3 p = slice.lattice_to_slice.point(slice.site(coset, site));
+    for (size_t a = 0; a < 3; ++a) positions[3 * i + a] = static_cast<float>(p[a]);
+  };
+  // Where the base is not air no site is air, not even where its coefficient is that of the base.
+  if (slice.base == slice.air)
+    for_kept_sites(slice, list);
+  else
+    for_sites(slice, list);
   return n;
 }
 

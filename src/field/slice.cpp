@@ -25,8 +25,18 @@ bool Slice::is_hole(const Vec3& p) const {
 }
 
 int64_t Slice::points() const {
+  if (base != air) return sites();
   int64_t n = 0;
   for (int c = 0; c < lattice.cosets(); ++c) n += coset[static_cast<size_t>(c)].kept_sites();
+  return n;
+}
+
+int64_t Slice::sites() const {
+  int64_t n = 0;
+  for (int c = 0; c < lattice.cosets(); ++c) {
+    const Int3 dims = lattice.dims(c);
+    n += int64_t{dims[0]} * dims[1] * dims[2];
+  }
   return n;
 }
 
@@ -52,7 +62,7 @@ std::array<double, 2> coefficient_bounds(const Slice& slice) {
 std::array<double, 2> coefficient_bounds(const Slice& slice, const std::array<float, 2>& range) {
   constexpr double largest_site_sum = 1.02; // radial16 has the largest ripple
   const double low = std::min(range[0], 0.0f), high = std::max(range[1], 0.0f);
-  return {slice.air + largest_site_sum * low, slice.air + largest_site_sum * high};
+  return {slice.base + largest_site_sum * low, slice.base + largest_site_sum * high};
 }
 
 double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {
@@ -103,7 +113,7 @@ double evaluate_reference(const Slice& slice, const Vec3& p, Vec3* gradient) {
     slope = slope + slice.lattice_to_slice.transposed(per_uvw);
   }
   if (gradient) *gradient = slope;
-  return slice.air + sum;
+  return slice.base + sum;
 }
 
 } // namespace bccsplat

@@ -28,15 +28,16 @@ struct HalfSpace {
 [[nodiscard]] inline double domain_tolerance(double end) { return 1e-9 * (1 + end); }
 
 // Immutable once made. Field value at a point p (lattice units) of the domain:
-//   air + sum over kept sites s of coefficient(s) * kernel.space.value(|p - s|^2)     [/ lattice_sum if
+//   base + sum over kept sites s of coefficient(s) * kernel.space.value(|p - s|^2)     [/ lattice_sum if
 //   normalised]   [+ corrections]
 // where sites beyond the lattice's end planes hold the mirror images of those inside.
 // A point whose nearest site is a hole has no value, and so has one that the mask says is missing.
 struct Slice {
   Lattice3 lattice;
-  std::array<BrickLayer, 2> coset; // coefficients relative to air; CC slices use the first only
-  Kernel kernel;                   // its spatial part reconstructs the slice
-  float air = 0;
+  std::array<BrickLayer, 2> coset;    // coefficients relative to the base; CC slices use the first only
+  Kernel kernel;                      // its spatial part reconstructs the slice
+  float base = 0;                     // of the field: what no coefficient reaches has this value
+  float air = 0;                      // of the volume; where the base is another no site is air
   bool has_holes = false;             // or a mask
   std::array<double, 2> bounds{0, 0}; // no value lies outside
 
@@ -72,7 +73,8 @@ struct Slice {
   [[nodiscard]] bool empty() const { return domain_end[0] < 0; }
   [[nodiscard]] bool inside(const Vec3& p) const;  // lattice units, inclusive with a tolerance
   [[nodiscard]] bool is_hole(const Vec3& p) const; // of a point inside
-  [[nodiscard]] int64_t points() const;
+  [[nodiscard]] int64_t sites() const;
+  [[nodiscard]] int64_t points() const; // sites that are not air
   [[nodiscard]] uint64_t bytes() const;
 };
 

@@ -1,8 +1,9 @@
 // Bricks: 16^3 sites of one coset of one layer, and the sparse layer made of them.
 //
 // A site is in one of three states. Kept: its occupancy bit is set and its value counts. Air: the bit is
-// clear, the value is 0 (values are stored relative to air). Hole: missing data; the hole bit is set, the
-// value is a smooth fill. Sites beyond the coset's dims in edge bricks are air.
+// clear, the value is 0 (values are stored relative to air, or to the base of a field without air). Hole:
+// missing data; the hole bit is set, the value is a smooth fill. Sites beyond the coset's dims in edge bricks
+// are air.
 #pragma once
 
 #include <array>

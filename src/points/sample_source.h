@@ -31,8 +31,10 @@ class SampleSource {
   virtual ~SampleSource() = default;
   [[nodiscard]] virtual const Lattice4& lattice() const = 0;
   [[nodiscard]] virtual int channels() const = 0;
-  // The air value; layers hold values minus it.
+  // The value of sites that are not there.
   [[nodiscard]] virtual float air(int channel) const = 0;
+  // Layers hold values minus it: air, or where no site is left out another value (formats/bcc4/field_base.h).
+  [[nodiscard]] virtual float base(int channel) const { return air(channel); }
   // Samples (or, in a file that stores them, coefficients) of the bricks of one layer inside `region`; bricks
   // outside may be absent. layer in [0, lattice().layers()). Concurrent calls are allowed.
   [[nodiscard]] virtual BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,

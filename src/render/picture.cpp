@@ -107,7 +107,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   const SheetView view = make_view(*slice, resolve_camera(scene.camera), image.width, image.height, step);
   const double unit =
       scene.function.unit_distance > 0 ? scene.function.unit_distance : mean_voxel(*scene.slice);
-  ClassTable table = make_class_table(scene.function, slice->bounds[0], slice->bounds[1], slice->air, unit,
+  ClassTable table = make_class_table(scene.function, slice->bounds[0], slice->bounds[1], slice->base, unit,
                                       quality.table_entries);
 
   SplatOptions o;
@@ -147,7 +147,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
     const Trail& trail = *scene.trail;
     std::vector<ClassTable> tables;
     for (const TransferFunction& f : scene.trail_functions)
-      tables.push_back(make_class_table(f, trail.bounds[0], trail.bounds[1], scene.slice->air,
+      tables.push_back(make_class_table(f, trail.bounds[0], trail.bounds[1], scene.slice->base,
                                         f.unit_distance > 0 ? f.unit_distance : mean_voxel(*scene.slice),
                                         quality.table_entries));
     std::vector<SplatScene> sources;

@@ -166,7 +166,7 @@ Slice coarsen(const Slice& slice, const Context& context) {
 
   std::vector<std::vector<BrickLayer>> channels;
   channels.push_back(std::move(layers));
-  const MemorySamples samples(lattice, {slice.air}, std::move(channels));
+  const MemorySamples samples(lattice, {slice.base}, std::move(channels));
   const Coefficients coefficients(samples, 0, slice.kernel, most * dropped_part, UINT64_MAX);
   Slice coarse = time_slice(coefficients, 0, {0, 0}, slice.slice_to_world, context);
   coarse.lattice_to_slice = slice.lattice_to_slice;
@@ -183,6 +183,7 @@ Slice coarsen(const Slice& slice, const Context& context) {
   }
   coarse.hyperplane = slice.hyperplane, coarse.origin = slice.origin, coarse.basis = slice.basis;
   coarse.frame = slice.frame;
+  coarse.air = slice.air;
   coarse.mask = slice.mask;
   coarse.has_holes = coarse.has_holes || slice.mask;
   return coarse;

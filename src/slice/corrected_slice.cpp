@@ -90,7 +90,7 @@ class Mending {
     std::vector<uint8_t> holes(points.size());
     thick_.values(points, field, holes, context);
     for (size_t i = 0; i < field.size(); ++i)
-      field[i] = holes[i] ? std::numeric_limits<float>::quiet_NaN() : field[i] + thick_.air();
+      field[i] = holes[i] ? std::numeric_limits<float>::quiet_NaN() : field[i] + thick_.base();
   }
 
   const Slice& slice_;

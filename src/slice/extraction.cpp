@@ -37,7 +37,7 @@ double site_sum(const Vec4& p) {
 
 Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane& h, const PlaneAxes& axes,
                        const Context& context)
-    : axes_(axes), air_(source.air(channel)) {
+    : axes_(axes), air_(source.air(channel)), base_(source.base(channel)) {
   const Lattice4& lattice = source.lattice();
   if (lattice.is_static() || !lattice.space.bcc || !source.coefficient_kernel().empty())
     fail(Code::unsupported, "extraction: for series of samples on D4* only");
@@ -106,7 +106,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
 
 std::array<double, 2> Extraction::bounds() const {
   constexpr double largest_site_sum = 1.05; // what the closed form leaves out
-  return {air_ + largest_site_sum * range_[0], air_ + largest_site_sum * range_[1]};
+  return {base_ + largest_site_sum * range_[0], base_ + largest_site_sum * range_[1]};
 }
 
 size_t Extraction::cell(const std::array<float, 3>& at) const {
@@ -142,7 +142,7 @@ float Extraction::value(const Vec4& p) const {
           sum += static_cast<double>(point.weighted * std::exp(-static_cast<float>(gaussian) * r2));
       }
     }
-  return air_ + static_cast<float>(sum / site_sum(p));
+  return base_ + static_cast<float>(sum / site_sum(p));
 }
 
 uint64_t Extraction::sample(std::span<const Vec3> uvw, std::span<float> values,
@@ -193,7 +193,7 @@ uint64_t Extraction::list(uint64_t capacity, float* uvw, float* weighted) const 
   const Affine3 back = along.inverse();
   for (uint64_t n = 0; n < std::min<uint64_t>(capacity, points_.size()); ++n) {
     const Point& p = points_[n];
-    if (weighted) weighted[n] = p.weighted;
+    if (weighted) weighted[n] = p.weighted + (base_ - air_) * std::exp(-static_cast<float>(gaussian) * p.d2);
     if (!uvw) continue;
     const Vec3 at = back.vector({p.at[0], p.at[1], p.at[2]});
     for (size_t k = 0; k < 3; ++k) uvw[3 * n + k] = static_cast<float>(at[k]);

@@ -47,7 +47,7 @@ class Extraction {
   Vec4 scale_{}; // index units -> lattice units
   Vec4 origin_{};
   std::array<Vec4, 3> directions_{}; // orthonormal in lattice units, in the hyperplane
-  float air_ = 0;
+  float air_ = 0, base_ = 0;
   std::array<float, 2> range_{0, 0}; // of the samples relative to air, and 0
   std::vector<Point> points_;        // by cell
   std::vector<uint64_t> start_;

@@ -59,7 +59,7 @@ void SiteMaxima::add(const Slice& instant, const Context& context) {
       for (size_t s = 0; s < brick_sites; ++s) {
         if (std::isnan(values[s])) continue;
         float& to = instant.mask && instant.is_hole(points[s]) ? fill->value[s] : brick->value[s];
-        to = std::max(to, values[s] - instant.air);
+        to = std::max(to, values[s] - instant.base);
       }
       layer.set(slot, std::move(brick)), fills.set(slot, std::move(fill));
     });
@@ -96,7 +96,7 @@ Slice SiteMaxima::finish(const Context& context) {
     largest_[c] = fills_[c] = BrickLayer();
     channels[0].push_back(std::move(layer));
   }
-  const MemorySamples samples(lattice, {first.air}, std::move(channels));
+  const MemorySamples samples(lattice, {first.base}, std::move(channels));
   const Coefficients filtered(samples, 0, first.kernel, 0, std::numeric_limits<uint64_t>::max());
   Slice result = first;
   result.corrections = nullptr; // the maxima have them

@@ -1,5 +1,5 @@
 // Tells where a volume holds points at all, in cells of 4 sites per axis of each layer: what lies far from
-// any point is air and need not be evaluated.
+// any point is the base of the field and need not be evaluated.
 #pragma once
 
 #include <optional>
@@ -39,6 +39,7 @@ class HeldSamples final : public SampleSource {
   const Lattice4& lattice() const override { return source_->lattice(); }
   int channels() const override { return source_->channels(); }
   float air(int channel) const override { return source_->air(channel); }
+  float base(int channel) const override { return source_->base(channel); }
   const std::string& coefficient_kernel() const override { return source_->coefficient_kernel(); }
   BrickLayer read_layer(int, int32_t layer, const BrickBox&, const Context&) const override {
     return layers_[static_cast<size_t>(layer)];

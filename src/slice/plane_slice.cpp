@@ -1,5 +1,5 @@
 // Resamples the 4D field on a lattice in the hyperplane: reads what is in reach, evaluates the field at the
-// sites that can differ from air, and filters these samples to coefficients.
+// sites that can differ from the base of the field, and filters these samples to coefficients.
 #include "slice/plane_slice.h"
 
 #include <algorithm>
@@ -273,8 +273,8 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
   }
   for (int c = 0; c < slice.lattice.cosets(); ++c)
     slice.coset[static_cast<size_t>(c)] = BrickLayer(slice.lattice, c);
-  slice.air = coefficients.air();
-  slice.bounds = {slice.air, slice.air};
+  slice.base = coefficients.base(), slice.air = coefficients.air();
+  slice.bounds = {slice.base, slice.base};
   if (!extent.empty) slice.clip = domain_faces(lattice, slice, Placement(slice));
   return slice;
 }
@@ -302,12 +302,12 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const Coefficients local(source, channel, coefficients.kernel(), coefficients.prune(),
                            coefficients.cache_bytes(), region);
   const ThickField field(local, h, options.thickness);
-  slice.air = field.air();
+  slice.base = field.base(), slice.air = field.air();
   Wanted wanted{lattice, nullptr, margin, kernel_reach(coefficients)};
   for (size_t i = 0; i < 4; ++i) wanted.reach[i] += reach.half_thickness * std::fabs(h[i]);
-  // The sum over a line that the domain cuts short lacks some air, which is not nothing.
+  // The sum over a line that the domain cuts short lacks some of the base, which is not nothing.
   std::optional<Occupancy> occupancy;
-  if (held && (options.thickness.kind != ThicknessKind::sum || coefficients.air() == 0)) {
+  if (held && (options.thickness.kind != ThicknessKind::sum || coefficients.base() == 0)) {
     occupancy.emplace(lattice);
     const double beyond = margin + wanted.reach[3], part = (make_end - read_end) / lattice.layers();
     for (int32_t m = 0; m < lattice.layers(); ++m) {
@@ -325,7 +325,7 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
     Progress sampling(context.progress, sample_begin + c * part, sample_begin + (c + 1) * part);
     channels[0].push_back(sample_coset(field, slice, target, c, placed, wanted, context.with(sampling)));
   }
-  const MemorySamples memory(target, {slice.air}, std::move(channels));
+  const MemorySamples memory(target, {slice.base}, std::move(channels));
   const Coefficients filtered(memory, 0, slice.kernel, coefficients.prune(),
                               std::numeric_limits<uint64_t>::max());
   Progress filtering(context.progress, sample_end, 1);

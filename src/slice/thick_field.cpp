@@ -50,12 +50,12 @@ void ThickField::values(std::span<const Vec4> points, std::span<float> out, std:
   // A point of the hyperplane itself decides what is a hole.
   Progress last(context.progress, 1 - part, 1);
   evaluate4_mirrored(coefficients_, points, some, {}, holes, context.with(last));
-  const double air = coefficients_.air();
+  const double base = coefficients_.base();
   for (size_t n = 0; n < points.size(); ++n) {
     const double length = stretch[n][1] - stretch[n][0];
     if (thickness_.kind == ThicknessKind::mean) out[n] = static_cast<float>(sum[n]);
     if (thickness_.kind == ThicknessKind::sum)
-      out[n] = static_cast<float>(sum[n] * length + air * (length - thickness_.length));
+      out[n] = static_cast<float>(sum[n] * length + base * (length - thickness_.length));
   }
 }
 

@@ -12,18 +12,14 @@
 
 namespace bccsplat {
 
-// Values at points of the hyperplane, relative to the slice's air: those of the field, or what it holds along
-// the normal over a thickness.
+// Values at points of the hyperplane, relative to the slice's base: those of the field, or what it holds
+// along the normal over a thickness.
 class ThickField {
  public:
   // The coefficients outlive it.
   ThickField(const Coefficients& coefficients, const Hyperplane& h, const Thickness& thickness);
-  [[nodiscard]] float air() const {
-    const float air = coefficients_.air();
-    return thickness_.kind == ThicknessKind::sum && thickness_.length > 0
-               ? static_cast<float>(air * thickness_.length)
-               : air;
-  }
+  [[nodiscard]] float base() const { return along_normal(coefficients_.base()); }
+  [[nodiscard]] float air() const { return along_normal(coefficients_.air()); }
   // Returns about what a point takes while values() runs: itself and its place, value and hole; order and
   // keys (point_order.cpp); of thick slices its line and sums.
   [[nodiscard]] uint64_t bytes_per_point() const { return nodes_.node.empty() ? 68 : 160; }
@@ -33,6 +29,12 @@ class ThickField {
 
  private:
   [[nodiscard]] std::array<double, 2> clip(Vec4& p) const;
+  // What a slice holds of a constant.
+  [[nodiscard]] float along_normal(float value) const {
+    return thickness_.kind == ThicknessKind::sum && thickness_.length > 0
+               ? static_cast<float>(value * thickness_.length)
+               : value;
+  }
 
   const Coefficients& coefficients_;
   Vec4 normal_, end_{};

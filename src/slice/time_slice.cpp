@@ -165,6 +165,7 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   Slice slice;
   slice.lattice = lattice.space;
   slice.kernel = coefficients.kernel();
+  slice.base = static_cast<float>(coefficients.base() * length);
   slice.air = static_cast<float>(coefficients.air() * length);
   slice.frame = frame;
   std::array<std::vector<Part>, 2> parts;

@@ -1,5 +1,5 @@
 // The part of a volume that a slice depends on: of every layer only the bricks in reach of its hyperplane, or
-// of the thickness around it, are read; the others count as air.
+// of the thickness around it, are read; the others count as the base of the field.
 #pragma once
 
 #include "points/sample_source.h"
@@ -23,6 +23,7 @@ class TouchedSamples final : public SampleSource {
   const Lattice4& lattice() const override { return source_.lattice(); }
   int channels() const override { return source_.channels(); }
   float air(int channel) const override { return source_.air(channel); }
+  float base(int channel) const override { return source_.base(channel); }
   const std::string& coefficient_kernel() const override { return source_.coefficient_kernel(); }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;

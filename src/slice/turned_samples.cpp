@@ -96,7 +96,8 @@ Lattice4 turned_lattice(const Lattice4& lattice, size_t axis) {
 
 TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axis, int32_t first,
                              int32_t last, const Context& context)
-    : lattice_(turned_lattice(source.lattice(), axis)), air_(source.air(channel)) {
+    : lattice_(turned_lattice(source.lattice(), axis)), air_(source.air(channel)),
+      base_(source.base(channel)) {
   if (!source.coefficient_kernel().empty())
     fail(Code::unsupported, "turned volume: the file holds coefficients");
   const Lattice4& lattice = source.lattice();

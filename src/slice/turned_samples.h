@@ -25,13 +25,14 @@ class TurnedSamples final : public SampleSource {
   const Lattice4& lattice() const override { return lattice_; }
   int channels() const override { return 1; }
   float air(int) const override { return air_; }
+  float base(int) const override { return base_; }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
   const std::string& coefficient_kernel() const override { return none_; }
 
  private:
   Lattice4 lattice_;
-  float air_;
+  float air_, base_;
   std::map<int32_t, BrickLayer> layers_;
   Reservation memory_;
   std::string none_;

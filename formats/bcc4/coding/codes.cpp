@@ -8,8 +8,8 @@
 
 namespace bccsplat {
 
-SampleCoder::SampleCoder(const Quantiser& q)
-    : scale_(q.scale), bias_(q.offset - static_cast<double>(q.air)), air_(q.air) {
+SampleCoder::SampleCoder(const Quantiser& q, float zero)
+    : scale_(q.scale), bias_(q.offset - static_cast<double>(zero)), zero_(zero) {
   codes_.type = q.type;
   uint64_t clamped = 0;
   codes_.air = encode(0, clamped);
@@ -40,7 +40,7 @@ uint32_t SampleCoder::encode(float relative, uint64_t& clamped) const {
     return code_of(half, codes_);
   }
   case ValueType::i32: {
-    const double steps = std::floor(static_cast<double>(relative) / scale_ + 0.5);
+    const double steps = std::floor((relative - bias_) / scale_ + 0.5);
     const double kept = std::clamp<double>(steps, INT32_MIN, INT32_MAX);
     if (steps != kept) ++clamped;
     return static_cast<uint32_t>(static_cast<int64_t>(kept) + i32_air);
@@ -48,7 +48,8 @@ uint32_t SampleCoder::encode(float relative, uint64_t& clamped) const {
   case ValueType::f32:
     break;
   }
-  return code_of(std::bit_cast<uint32_t>(relative), codes_);
+  return code_of(std::bit_cast<uint32_t>(bias_ == 0 ? relative : static_cast<float>(relative - bias_)),
+                 codes_);
 }
 
 float SampleCoder::decode(uint32_t code) const {
@@ -61,11 +62,12 @@ float SampleCoder::decode(uint32_t code) const {
     return bias_ == 0 ? half : static_cast<float>(half + bias_);
   }
   case ValueType::i32:
-    return static_cast<float>((static_cast<double>(code) - i32_air) * scale_);
+    return static_cast<float>((static_cast<double>(code) - i32_air) * scale_ + bias_);
   case ValueType::f32:
     break;
   }
-  return std::bit_cast<float>(pattern_of(code, codes_));
+  const auto stored = std::bit_cast<float>(pattern_of(code, codes_));
+  return bias_ == 0 ? stored : static_cast<float>(stored + bias_);
 }
 
 uint32_t SampleCoder::lowest() const {

@@ -1,7 +1,8 @@
 // Turns samples of one channel into codes and back (bcc4.md, section 6).
 //
-// Samples are relative to air. Ordered codes are unsigned integers that rise with the value: stored integers
-// as they are, the bit patterns of floats with the sign folded in.
+// Samples are relative to air, or to another value where a reader wants that. Ordered codes are unsigned
+// integers that rise with the value: stored integers as they are, the bit patterns of floats with the sign
+// folded in.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,9 @@ namespace bccsplat {
 
 class SampleCoder {
  public:
-  explicit SampleCoder(const Quantiser& q);
+  explicit SampleCoder(const Quantiser& q) : SampleCoder(q, q.air) {}
+  // For values relative to `zero` in place of air.
+  SampleCoder(const Quantiser& q, float zero);
 
   [[nodiscard]] const ChunkCodes& codes() const { return codes_; }
   // The nearest code, halves upwards for integers, of a finite value; `clamped` counts values outside the
@@ -24,18 +27,18 @@ class SampleCoder {
   // Whether an integer's value is what single precision makes of stored * scale + bias, step by step, for all
   // there are of this type.
   [[nodiscard]] bool is_single() const { return is_single_; }
-  // For integers, relative = stored * scale + bias.
+  // relative = stored * scale + bias, in double precision.
   [[nodiscard]] double scale() const { return scale_; }
   [[nodiscard]] double bias() const { return bias_; }
-  // The value in the units of the channel, not relative to air.
-  [[nodiscard]] double value(uint32_t code) const { return static_cast<double>(decode(code)) + air_; }
+  // The value in the units of the channel, not relative to anything.
+  [[nodiscard]] double value(uint32_t code) const { return static_cast<double>(decode(code)) + zero_; }
   // The lowest and the highest code of a finite value.
   [[nodiscard]] uint32_t lowest() const;
   [[nodiscard]] uint32_t highest() const { return codes_.mask() - lowest(); }
 
  private:
   ChunkCodes codes_;
-  double scale_, bias_, air_;
+  double scale_, bias_, zero_;
   bool is_single_ = false;
 };
 

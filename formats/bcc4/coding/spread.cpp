@@ -18,24 +18,37 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Returns the values of as many codes as a vector of doubles has lanes: those of integers by the operations
-// of SampleCoder::decode, each rounded, and those of floats by undoing the order of their codes.
+// Returns the values of as many codes of integers as a vector of doubles has lanes, by the operations of
+// SampleCoder::decode, each rounded.
 template<class Stored> struct Values {
   double shift, scale, bias; // value = (code + shift) * scale + bias
 
   template<class D> HWY_INLINE hn::Vec<D> operator()(D d, const Stored* from) const {
-    if constexpr (sizeof(Stored) == 4) {
-      const hn::RebindToUnsigned<D> du;
-      const auto code = hn::LoadU(du, from), sign = hn::Set(du, uint32_t{1} << 31);
-      const auto negative = hn::Eq(hn::And(code, sign), hn::Zero(du));
-      return hn::BitCast(d, hn::IfThenElse(negative, hn::Not(code), hn::Xor(code, sign)));
-    } else {
-      const hn::Rebind<double, D> wide;
-      const auto code = hn::PromoteTo(hn::Rebind<int32_t, D>(), hn::LoadU(hn::Rebind<Stored, D>(), from));
-      const auto steps = hn::Add(hn::PromoteTo(wide, code), hn::Set(wide, shift)); // exact
-      const auto scaled = hn::Mul(steps, hn::Set(wide, scale));
-      return hn::DemoteTo(d, hn::Add(scaled, hn::Set(wide, bias)));
-    }
+    const hn::Rebind<double, D> wide;
+    const auto code = hn::PromoteTo(hn::Rebind<int32_t, D>(), hn::LoadU(hn::Rebind<Stored, D>(), from));
+    const auto steps = hn::Add(hn::PromoteTo(wide, code), hn::Set(wide, shift)); // exact
+    const auto scaled = hn::Mul(steps, hn::Set(wide, scale));
+    return hn::DemoteTo(d, hn::Add(scaled, hn::Set(wide, bias)));
+  }
+};
+
+// The same of floats, as they are stored: undoes the order of their codes.
+struct StoredFloats {
+  template<class D> HWY_INLINE hn::Vec<D> operator()(D d, const uint32_t* from) const {
+    const hn::RebindToUnsigned<D> du;
+    const auto code = hn::LoadU(du, from), sign = hn::Set(du, uint32_t{1} << 31);
+    const auto negative = hn::Eq(hn::And(code, sign), hn::Zero(du));
+    return hn::BitCast(d, hn::IfThenElse(negative, hn::Not(code), hn::Xor(code, sign)));
+  }
+};
+
+// And relative to another value.
+struct MovedFloats {
+  double bias; // value = stored + bias
+
+  template<class D> HWY_INLINE hn::Vec<D> operator()(D d, const uint32_t* from) const {
+    const hn::Rebind<double, D> wide;
+    return hn::DemoteTo(d, hn::Add(hn::PromoteTo(wide, StoredFloats()(d, from)), hn::Set(wide, bias)));
   }
 };
 
@@ -53,15 +66,19 @@ alignas(64) constexpr int32_t site_bit[2 * brick_edge] = {
     1,   2,   4,    8,    16,   32,   64,    128,
     256, 512, 1024, 2048, 4096, 8192, 16384, 32768}; // those behind a row have none
 
-template<class Stored>
-void Spread(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& kept,
-            std::span<const std::byte> codes, size_t first, float* brick) {
+template<class Stored> Values<Stored> ValuesOf(const SampleCoder& coder, const ChunkCodes& coded) {
+  const bool steps = coder.codes().type == ValueType::i32;
+  const double shift = steps ? static_cast<double>(coded.base) - i32_air : 0;
+  return {shift, coder.scale() * (1 << coded.shift), coder.bias()};
+}
+
+// values(d, from): those of as many codes as `d` has lanes.
+template<class Stored, class MakeValues>
+void Spread(const MakeValues& values, const SampleCoder& coder, const ChunkCodes& coded,
+            const BrickMask& kept, std::span<const std::byte> codes, size_t first, float* brick) {
   constexpr size_t bytes = sizeof(Stored);
   const hn::Rebind<float, hn::CappedTag<double, brick_edge>> d;
   const hn::RebindToSigned<decltype(d)> di;
-  const bool steps = coder.codes().type == ValueType::i32;
-  const double shift = steps ? static_cast<double>(coded.base) - i32_air : 0;
-  const Values<Stored> values{shift, coder.scale() * (1 << coded.shift), coder.bias()};
   const size_t count = codes.size() / bytes;
   size_t next = first;
   for (const unsigned row : kept) {
@@ -89,8 +106,7 @@ void Spread(const SampleCoder& coder, const ChunkCodes& coded, const BrickMask& 
   }
 }
 
-// values(d, from): those of as many codes as `d` has lanes. Of rows that are one run all that is wanted is
-// made, and what is not kept cleared.
+// Of rows that are one run all that is wanted is made, and what is not kept cleared.
 template<class Stored, class D, class MakeValues>
 void SpreadPart(D d, const MakeValues& values, const SampleCoder& coder, const ChunkCodes& coded,
                 const BrickCodes& brick, const PlanePart& part, float* to, std::ptrdiff_t stride) {
@@ -130,11 +146,8 @@ void SpreadPart(const SampleCoder& coder, const ChunkCodes& coded, const BrickCo
     const SingleValues<Stored> values{static_cast<float>(coder.scale()), static_cast<float>(coder.bias())};
     SpreadPart<Stored>(hn::CappedTag<float, brick_edge>(), values, coder, coded, brick, part, to, stride);
   } else {
-    const bool steps = coder.codes().type == ValueType::i32;
-    const double shift = steps ? static_cast<double>(coded.base) - i32_air : 0;
-    const Values<Stored> values{shift, coder.scale() * (1 << coded.shift), coder.bias()};
-    SpreadPart<Stored>(hn::Rebind<float, hn::CappedTag<double, brick_edge>>(), values, coder, coded, brick,
-                       part, to, stride);
+    SpreadPart<Stored>(hn::Rebind<float, hn::CappedTag<double, brick_edge>>(), ValuesOf<Stored>(coder, coded),
+                       coder, coded, brick, part, to, stride);
   }
 }
 
@@ -149,15 +162,18 @@ void SpreadPart16(const SampleCoder& coder, const ChunkCodes& coded, const Brick
 
 void Spread8(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k, std::span<const std::byte> codes,
              size_t first, float* brick) {
-  Spread<uint8_t>(c, as, k, codes, first, brick);
+  Spread<uint8_t>(ValuesOf<uint8_t>(c, as), c, as, k, codes, first, brick);
 }
 void Spread16(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
               std::span<const std::byte> codes, size_t first, float* brick) {
-  Spread<uint16_t>(c, as, k, codes, first, brick);
+  Spread<uint16_t>(ValuesOf<uint16_t>(c, as), c, as, k, codes, first, brick);
 }
 void Spread32(const SampleCoder& c, const ChunkCodes& as, const BrickMask& k,
               std::span<const std::byte> codes, size_t first, float* brick) {
-  Spread<uint32_t>(c, as, k, codes, first, brick);
+  if (c.bias() == 0)
+    Spread<uint32_t>(StoredFloats(), c, as, k, codes, first, brick);
+  else
+    Spread<uint32_t>(MovedFloats{c.bias()}, c, as, k, codes, first, brick);
 }
 
 } // namespace HWY_NAMESPACE

@@ -55,6 +55,8 @@ class Coefficients {
   [[nodiscard]] float prune() const { return prune_; }
   [[nodiscard]] uint64_t cache_bytes() const { return limit_; }
   [[nodiscard]] float air() const { return source_.air(channel_); }
+  // The field is this plus what the coefficients add up to.
+  [[nodiscard]] float base() const { return source_.base(channel_); }
   // Corrections of the field that these coefficients give; null: none. They outlive it.
   [[nodiscard]] const Corrections* corrections() const { return corrections_; }
   void set_corrections(const Corrections* corrections) { corrections_ = corrections; }
@@ -62,7 +64,8 @@ class Coefficients {
   [[nodiscard]] const Masks* masks() const { return masks_; }
   void set_masks(const Masks* masks) { masks_ = masks; }
 
-  // Coefficients relative to air of a layer; any integer, mirrored at the ends. Concurrent calls are allowed.
+  // Coefficients relative to the base of a layer; any integer, mirrored at the ends. Concurrent calls are
+  // allowed.
   [[nodiscard]] std::shared_ptr<const BrickLayer> layer(int32_t layer, const Context& context) const;
   // Several at once: cheaper than one by one where memory is short.
   [[nodiscard]] std::vector<std::shared_ptr<const BrickLayer>> layers(std::span<const int32_t> layers,

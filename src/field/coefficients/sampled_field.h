@@ -20,6 +20,7 @@ class SampledField final : public SampleSource {
   const Lattice4& lattice() const override { return stored_.lattice(); }
   int channels() const override { return stored_.channels(); }
   float air(int channel) const override { return stored_.air(channel); }
+  float base(int channel) const override { return stored_.base(channel); }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
   const std::string& coefficient_kernel() const override { return none_; }

@@ -256,9 +256,10 @@ void plan_sheets(const SplatScene& scene, const SplatOptions& options, SplatPlan
 // What is classified alike in all tiles.
 void plan_classes(const SplatScene& scene, const SplatOptions& options, SplatPlan& plan) {
   const SheetView& view = *scene.view;
-  plan.air_visible =
-      options.mode == RenderMode::maximum ||
-      (options.mode == RenderMode::composite && scene.table->visible(scene.slice->air, scene.slice->air));
+  const float base = scene.slice->base;
+  plan.base_visible = options.mode == RenderMode::maximum ||
+                      (options.mode == RenderMode::xray && base != scene.slice->air) ||
+                      (options.mode == RenderMode::composite && scene.table->visible(base, base));
   if (options.mode != RenderMode::composite || view.perspective) return;
   const auto path = static_cast<float>(length(view.lattice_to_world.vector(view.ez)));
   plan.whole_sheet = scene.table->entry;

@@ -89,7 +89,7 @@ struct SplatPlan {
   int64_t longest = 1; // gaps a brick spans at most
   std::vector<PlannedCorrections> corrections;
   std::vector<PlannedTile> tiles;
-  bool air_visible = false;
+  bool base_visible = false;
   // Orthographic composites: SheetArgs::whole.
   std::vector<std::array<float, 4>> whole_sheet;
 

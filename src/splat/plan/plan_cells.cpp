@@ -15,7 +15,7 @@ constexpr double radial_ripple = 0.02, other_ripple = 0.1;
 // Whether all samples lie beyond the isosurface that lie between points of a range only (a range that ends at
 // 0 knows nothing).
 bool beyond(const SplatScene& scene, double iso_value, const WeightBounds& weights, const CellRange& range) {
-  const double iso = iso_value - static_cast<double>(scene.slice->air), least = weights.least;
+  const double iso = iso_value - static_cast<double>(scene.slice->base), least = weights.least;
   return iso > 0 ? least * static_cast<double>(range.low) > iso
                  : iso < 0 && least * static_cast<double>(range.high) < iso;
 }
@@ -40,9 +40,9 @@ WeightBounds::WeightBounds(const Slice& slice) {
 
 bool shows(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights, float low,
            float high) {
-  const double air = static_cast<double>(scene.slice->air);
-  const double a = air + weights.most * static_cast<double>(std::min(low, 0.0f)),
-               b = air + weights.most * static_cast<double>(std::max(high, 0.0f));
+  const double base = static_cast<double>(scene.slice->base);
+  const double a = base + weights.most * static_cast<double>(std::min(low, 0.0f)),
+               b = base + weights.most * static_cast<double>(std::max(high, 0.0f));
   if (options.mode == RenderMode::composite && options.preintegrate) {
     // A cubic through four samples may leave their range by an eighth of it halfway.
     const double over = (b - a) / 8;

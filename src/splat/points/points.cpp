@@ -46,8 +46,8 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
   }
 
   // The power of two that brings what the field holds below 1; coefficients go somewhat further.
-  const double air = static_cast<double>(slice.air),
-               largest = std::max(std::fabs(slice.bounds[0] - air), std::fabs(slice.bounds[1] - air));
+  const double base = static_cast<double>(slice.base),
+               largest = std::max(std::fabs(slice.bounds[0] - base), std::fabs(slice.bounds[1] - base));
   if (largest > 1e-30 && largest < 1e30) points.code_unit = std::ldexp(1.0f, -std::ilogb(largest) - 1);
 
   const FoldedSites folded = fold_sites(lattice, points.margin, planes);

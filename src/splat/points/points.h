@@ -36,7 +36,7 @@ struct SplatPoints {
   uint32_t count = 0;
   std::vector<uint16_t> position; // local planes x | y << 4 | z << 8; spare entries at the end, so
                                   // that vectors may read over it
-  std::vector<float> coefficient; // relative to air
+  std::vector<float> coefficient; // relative to the base of the field
   // Per brick and cell, over the cells at most cell_reach[n] cells away along every axis.
   static constexpr std::array<int, 3> cell_reach{1, 2, 3};
   std::array<std::vector<CellRange>, 3> cells;

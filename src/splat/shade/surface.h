@@ -32,13 +32,13 @@ struct SurfaceField {
   FootprintPlan footprints;
 };
 
-// Values relative to air and gradients per lattice unit at points in or near the domain, corrections
-// included.
+// Values relative to the base of the field and gradients per lattice unit at points in or near the domain,
+// corrections included.
 void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span<float> values,
               std::span<Vec3> gradients);
 
-// The root of field = target, relative to air, within each crossing. A root is near enough when the last step
-// towards it was at most `tolerance` sheets; the gradient is the one from before that step.
+// The root of field = target, relative to the base, within each crossing. A root is near enough when the last
+// step towards it was at most `tolerance` sheets; the gradient is the one from before that step.
 [[nodiscard]] std::vector<SurfacePoint> refine_crossings(const SurfaceField& field, const SheetView& view,
                                                          double target, std::span<const Crossing> crossings,
                                                          double tolerance);

@@ -49,7 +49,7 @@ Segment classify(const SheetArgs& s, size_t p, std::ptrdiff_t at) {
   Segment out;
   out.begin = std::max(s.k - s.front, s.pixel.enter[p]);
   out.weight = segment_weight(s, p);
-  out.value = s.air + s.value[at];
+  out.value = s.base + s.value[at];
   const float path = s.pixel.path[p];
   if (!s.preintegrated) {
     const auto& [red, green, blue, extinction] =
@@ -66,7 +66,7 @@ Segment classify(const SheetArgs& s, size_t p, std::ptrdiff_t at) {
   };
   const float front = halfway(s.front_half, s.k - 1 >= s.pixel.enter[p] - s.known),
               back = halfway(s.back_half, s.k + 1 <= s.pixel.leave[p] + s.known);
-  const auto entry = [&](float value) { return (s.air + value - s.table->low) * s.table->scale; };
+  const auto entry = [&](float value) { return (s.base + value - s.table->low) * s.table->scale; };
   const float e = entry(s.value[at]), e_front = entry(front), e_back = entry(back);
   // Where the segment begins and ends, and the border of its halves, in sheets from k.
   const float t0 = out.begin - s.k, t1 = t0 + out.weight, tm = std::clamp(0.0f, t0, t1);
@@ -138,8 +138,8 @@ void integrate(const SheetArgs& s) {
     for (int x = 0; x < s.width; ++x) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
       if (s.hole && s.hole[p]) continue;
-      const float part = s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x] * segment_weight(s, p) *
-                         s.pixel.path[p];
+      const float value = s.above_air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      const float part = value * segment_weight(s, p) * s.pixel.path[p];
       s.pixel.red[p] += part;
       if (!s.pixel.time) continue;
       s.pixel.alpha[p] += std::fabs(part);
@@ -182,7 +182,7 @@ void maximum(const SheetArgs& s) {
     for (int x = 0; x < s.width; ++x) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
       if ((s.hole && s.hole[p]) || !(segment_weight(s, p) > 0)) continue;
-      const float value = s.air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      const float value = s.base + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
       if (!(value > s.pixel.red[p])) continue;
       s.pixel.red[p] = value;
       s.pixel.depth[p] = s.k;

@@ -46,8 +46,8 @@ struct SheetArgs {
   float front = 0.5f; // the segment begins this much before k, that of the first sheet at the eye
   int x = 0, y = 0;   // of the tile in the picture
   int width = 0, height = 0, pitch = 0;
-  PixelRect seen = all_pixels; // pixels of the tile outside of it are air, and air is invisible
-  // Relative to air; points at the tile's first pixel inside a plane with a border.
+  PixelRect seen = all_pixels; // pixels of the tile outside of it are the base, which is invisible
+  // Relative to the base of the field; points at the tile's first pixel inside a plane with a border.
   const float* value = nullptr;
   // Differences: the sheets k - 1 and k + 1, k - 2 and k + 2, with what each pair's difference counts.
   const float *before = nullptr, *after = nullptr, *before2 = nullptr, *after2 = nullptr;
@@ -57,7 +57,8 @@ struct SheetArgs {
   bool central = false;      // differences over one neighbour
   bool fourth_order = false; // and over two
   bool shading = false;
-  float air = 0, stop = 1;
+  float base = 0, stop = 1;
+  float above_air = 0; // the base less air, which mode xray integrates from
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;
   GradientBasis basis;
@@ -86,13 +87,13 @@ struct SheetCrossing {
   bool operator==(const SheetCrossing&) const = default;
 };
 
-// Looks for `target` (relative to air) at pixels inside the domain and not yet covered.
+// Looks for `target` (relative to the base) at pixels inside the domain and not yet covered.
 struct CrossingArgs {
   static constexpr int most = 4;
   int count = 1; // intervals: number n runs from sheet k - 1 + n to k + n
   float k = 0, target = 0;
   int width = 0, height = 0, pitch = 0;
-  PixelRect seen = all_pixels;              // outside of it all sheets are air
+  PixelRect seen = all_pixels;              // outside of it all sheets are the base
   std::array<const float*, most + 3> plane; // sheets k - 2 .. k + count
   int plane_pitch = 0;
   const float *alpha = nullptr, *enter = nullptr, *leave = nullptr;

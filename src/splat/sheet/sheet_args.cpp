@@ -36,9 +36,9 @@ GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t 
     basis.y[a] = static_cast<float>(shorter * y[a]);
     basis.z[a] = static_cast<float>(shorter * z[a]);
   }
-  // Values beside air, which may be of any unit.
-  const auto air = static_cast<double>(slice.air);
-  const double largest = std::max(slice.bounds[1] - air, air - slice.bounds[0]);
+  // Values beside the base, which may be of any unit.
+  const auto base = static_cast<double>(slice.base);
+  const double largest = std::max(slice.bounds[1] - base, base - slice.bounds[0]);
   basis.unit = static_cast<float>(std::min(near_one(largest), 0x1p126));
   return basis;
 }

@@ -182,7 +182,7 @@ struct ByIntegrals {
     const V before = halfway(s.front_half, hn::Ge(Set(s.k - 1), hn::Sub(enter, known))),
             behind = halfway(s.back_half, hn::Le(Set(s.k + 1), hn::Add(leave, known)));
     const auto entry = [&](V value)
-                           HWY_ATTR { return hn::Mul(hn::Sub(hn::Add(Set(s.air), value), low), scale); };
+                           HWY_ATTR { return hn::Mul(hn::Sub(hn::Add(Set(s.base), value), low), scale); };
     const V e = entry(sample), e_front = entry(before), e_back = entry(behind);
     // Beside the domain a ray begins at infinity.
     const V t0 = hn::IfThenElseZero(active, hn::Sub(extent.begin, k)),

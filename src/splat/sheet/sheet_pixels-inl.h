@@ -113,7 +113,7 @@ struct Pixels {
     const V end = hn::Min(Set(s.k + 0.5f), load(s.pixel.leave));
     return hn::Max(hn::Sub(end, hn::Max(Set(s.k - s.front), load(s.pixel.enter))), hn::Zero(d));
   }
-  HWY_INLINE V value() const { return hn::Add(Set(s.air), hn::LoadU(d, s.value + at)); }
+  HWY_INLINE V value() const { return hn::Add(Set(s.base), hn::LoadU(d, s.value + at)); }
   HWY_INLINE V column() const { return hn::Add(Set(static_cast<float>(s.x + x)), hn::Iota(d, 0)); }
   // Pixels that are not holes.
   HWY_INLINE M solid() const {

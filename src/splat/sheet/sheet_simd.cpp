@@ -96,7 +96,8 @@ void Integrate(const SheetArgs& s) {
   ForPixels(s, [&](const Pixels& px) HWY_ATTR {
     // Beside the tile and outside the domain the weight is 0 but the planes may hold anything finite.
     const V weight = hn::IfThenElseZero(px.solid(), px.weight());
-    const V part = hn::Mul(hn::Mul(hn::LoadU(d, s.value + px.at), weight), px.load(s.pixel.path));
+    const V value = hn::Add(Set(s.above_air), hn::LoadU(d, s.value + px.at));
+    const V part = hn::Mul(hn::Mul(value, weight), px.load(s.pixel.path));
     hn::StoreU(hn::Add(px.load(s.pixel.red), part), d, s.pixel.red + px.p);
     if (!s.pixel.time) return;
     const V size = hn::Abs(part);

@@ -48,7 +48,8 @@ class SheetSource {
   void complete_sheets(int64_t k, const OpenPixels* open, StageClock::time_point& clock);
 
   // Of one of the last finished_sheets completed sheets: whether anything is on it, and its plane, which
-  // starts at the tile's first pixel and reaches plan.border beyond it; quantity 0: value relative to air, 1
+  // starts at the tile's first pixel and reaches plan.border beyond it; quantity 0: value relative to the
+  // base, 1
   // .. 3: sums of the gradient.
   [[nodiscard]] bool filled(int64_t k) const { return filled_[k]; }
   [[nodiscard]] const float* plane(int64_t k, size_t quantity) const;

@@ -82,7 +82,7 @@ class Tile {
   }
 
   void march_sheets() {
-    const bool with_air = sees_air();
+    const bool with_base = sees_base();
     // Sheets before and behind that are looked at: surfaces ask for slopes at the two on either side.
     const int around = options_.mode == RenderMode::isosurface ? 1 : around_;
     source_.begin_sheets(std::max(first_ - around, view_.first_sheet()), last_ + around);
@@ -97,7 +97,7 @@ class Tile {
       } else {
         sheets_.clear();
         for (int64_t sheet = k; sheet < end; ++sheet)
-          if (!with_air && !filled(sheet))
+          if (!with_base && !filled(sheet))
             ++stats_.sheets_skipped;
           else
             classify_sheet(sheet);
@@ -125,8 +125,8 @@ class Tile {
   }
 
   // Whether samples that no point reaches are looked at.
-  [[nodiscard]] bool sees_air() const {
-    return plan_.air_visible || (options_.disable_skips & skip_empty_sheets);
+  [[nodiscard]] bool sees_base() const {
+    return plan_.base_visible || (options_.disable_skips & skip_empty_sheets);
   }
 
   // Sheets that are looked at together: each needs the planes of its neighbours.
@@ -156,8 +156,8 @@ class Tile {
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
     a.plane_pitch = source_.plane_pitch();
     a.shading = options_.shading;
-    if (!sees_air()) a.seen = touched(k);
-    a.air = scene_.slice->air;
+    if (!sees_base()) a.seen = touched(k);
+    a.base = scene_.slice->base, a.above_air = scene_.slice->base - scene_.slice->air;
     a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
     a.table = scene_.table, a.lights = scene_.lights;
     a.pixel = pixel_;
@@ -191,7 +191,7 @@ class Tile {
     m_.deep.add_segment(pixel_, front.k - front.front, sheets_.back().k + 0.5f, seen);
   }
 
-  // Whether a sample is on air's side of the surface only because points beyond it are left out.
+  // Whether a sample is on the base's side of the surface only because points beyond it are left out.
   [[nodiscard]] bool lacks_points(double k, int x, int y, float value, float target) const {
     return !plan_.inside.cells.empty() && (value < target) == (target > 0) &&
            plan_.inside.contains(view_.sample(tile_.x + x, tile_.y + y, k));
@@ -209,7 +209,7 @@ class Tile {
     if (first >= end || (skip && !filled)) return;
     CrossingArgs c;
     c.count = static_cast<int>(end - first), c.k = static_cast<float>(first);
-    c.target = static_cast<float>(options_.iso_value - static_cast<double>(scene_.slice->air));
+    c.target = static_cast<float>(options_.iso_value - static_cast<double>(scene_.slice->base));
     c.width = tile_.width, c.height = tile_.height, c.pitch = m_.pixel_pitch;
     c.plane_pitch = source_.plane_pitch();
     c.alpha = pixel_.alpha, c.enter = pixel_.enter, c.leave = pixel_.leave;
@@ -243,7 +243,7 @@ class Tile {
                       static_cast<double>(value), 0.5 * static_cast<double>(value - plane[0][at]),
                       0.5 * static_cast<double>(plane[3][at] - before)});
     }
-    const double target = options_.iso_value - static_cast<double>(scene_.slice->air);
+    const double target = options_.iso_value - static_cast<double>(scene_.slice->base);
     for (const Crossing& g : find_grazes(field_, view_, target, grazes)) crossings.push_back(g);
     const auto hits = refine_crossings(field_, view_, target, crossings, root_tolerance);
     const auto& color =

@@ -15,7 +15,7 @@ void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
     for (int x = seen.x0; x < seen.x1; ++x) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
       if (s.pixel.alpha[p] >= s.stop || (s.hole && s.hole[p])) continue;
-      const float value = s.air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      const float value = s.base + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
       const auto& [red, green, blue, extinction] = s.table->entry[static_cast<size_t>(s.table->index(value))];
       const float depth = weight * extinction * segment_weight(s, p) * s.pixel.path[p];
       if (!(depth > 0)) continue;

@@ -24,7 +24,7 @@ struct Drawn {
   float weight = 1;
   TimeField time;
   float* mixed = nullptr; // planes of the weighted sum, where there are several shares
-  // Of them: smallest and largest value, relative to air; where they are not zero, in pixels of
+  // Of them: smallest and largest value, relative to the base; where they are not zero, in pixels of
   // the whole plane.
   FinishedSheets<std::array<float, 2>> range{};
   FinishedSheets<PixelRect> touched{};
@@ -248,7 +248,7 @@ class TrailTile {
     return mixed_plane(d, k, quantity) + border_floats();
   }
 
-  // Pixels of the tile outside of which sheet k is air.
+  // Pixels of the tile outside of which sheet k is nothing but the base of the field.
   [[nodiscard]] PixelRect touched(const Drawn& d, int64_t k) const {
     if (!d.mixed) return sources_[d.shares.front().source].touched(k);
     if (!d.filled[k]) return {};
@@ -257,23 +257,23 @@ class TrailTile {
   }
 
   // Whether what no point reaches is looked at.
-  [[nodiscard]] bool sees_air(const Drawn& d, float air) const {
-    return (options_.disable_skips & skip_empty_sheets) || d.table->visible(air, air);
+  [[nodiscard]] bool sees_base(const Drawn& d, float base) const {
+    return (options_.disable_skips & skip_empty_sheets) || d.table->visible(base, base);
   }
 
   // Whether anything of it may absorb on sheet k.
-  [[nodiscard]] bool seen(const Drawn& d, float air, int64_t k) const {
-    if (sees_air(d, air)) return true;
+  [[nodiscard]] bool seen(const Drawn& d, float base, int64_t k) const {
+    if (sees_base(d, base)) return true;
     if (!d.mixed) return sources_[d.shares.front().source].filled(k);
-    return d.filled[k] && d.table->visible(static_cast<double>(air + d.range[k][0]),
-                                           static_cast<double>(air + d.range[k][1]));
+    return d.filled[k] && d.table->visible(static_cast<double>(base + d.range[k][0]),
+                                           static_cast<double>(base + d.range[k][1]));
   }
 
   // Adds sheet k, number n of those under way.
   void add_sheet(Drawn& d, int64_t k, int64_t n) {
     const size_t object = d.shares.front().source, at = static_cast<size_t>(n);
     const SplatScene& scene = *objects_[object]->scene;
-    if (!seen(d, scene.slice->air, k)) {
+    if (!seen(d, scene.slice->base, k)) {
       ++stats_.sheets_skipped;
       return;
     }
@@ -308,8 +308,8 @@ class TrailTile {
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = pitch_;
     a.plane_pitch = plane_pitch_;
     a.shading = options_.shading;
-    a.air = scene.slice->air;
-    if (!sees_air(d, a.air)) a.seen = touched(d, k);
+    a.base = scene.slice->base;
+    if (!sees_base(d, a.base)) a.seen = touched(d, k);
     a.stop = stop();
     a.table = d.table, a.lights = scene.lights;
     a.pixel = rays;

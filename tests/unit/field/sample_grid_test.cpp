@@ -16,7 +16,7 @@ Slice noise_slice(const char* kernel, const Int3& last) {
   Slice s;
   s.lattice.last = last;
   s.kernel = make_kernel(kernel);
-  s.air = 3;
+  s.base = 3;
   std::mt19937 random(17);
   std::uniform_real_distribution<float> value(-1, 1);
   for (int c = 0; c < 2; ++c) {

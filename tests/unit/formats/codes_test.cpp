@@ -123,6 +123,26 @@ TEST(SampleCoder, StepsFromAir) {
   EXPECT_EQ(clamped, 2u);
 }
 
+// Relative to another value than air, which is taken off in double precision.
+TEST(SampleCoder, RelativeToAnotherValue) {
+  for (const ValueType type :
+       {ValueType::u8, ValueType::u16, ValueType::f16, ValueType::f32, ValueType::i32}) {
+    Quantiser q;
+    q.type = type, q.air = 3;
+    q.offset = 3, q.scale = is_float(type) ? 1 : 0.25;
+    constexpr float zero = 1000.1f;
+    const SampleCoder from_air(q), from_zero(q, zero);
+    for (const float relative : {0.0f, 0.25f, 17.5f, 63.75f}) {
+      uint64_t clamped = 0;
+      const uint32_t code = from_air.encode(relative, clamped);
+      EXPECT_EQ(from_zero.decode(code),
+                static_cast<float>(static_cast<double>(relative) + 3 - static_cast<double>(zero)));
+      EXPECT_NEAR(from_zero.value(code), from_air.value(code), 1e-4);
+      EXPECT_EQ(clamped, 0u);
+    }
+  }
+}
+
 TEST(SampleCoder, FloatsAreBitExact) {
   const SampleCoder coder(channel("f32", ValueType::f32, 1e6f));
   uint64_t clamped = 0;

@@ -30,9 +30,9 @@ TEST(Bcc4Spread, EveryValueToItsPlaceAndZeroElsewhere) {
   std::mt19937 random(3);
   for (const ChannelInfo& channel : channels())
     for (int round = 0; round < 20; ++round) {
-      const SampleCoder coder(channel);
+      const SampleCoder coder(channel, round < 15 ? channel.air : 1000.1f);
       // Chunks of i32 have a base of their own and one, two or four bytes.
-      ChunkCodes coded = coder.codes();
+      ChunkCodes coded = SampleCoder(channel).codes();
       if (channel.type == ValueType::i32)
         coded = codes_of_chunk(coded, coded.air - 90, coded.air + (50u << (8 * (round % 3))), round % 4);
       const size_t bytes = coded.bytes(), first = round % 3 * 11, behind = round % 2 * 40;

@@ -121,7 +121,7 @@ TEST(Surface, FieldsAreThoseOfTheReference) {
       double off = 0, turned = 0;
       for (size_t n = 0; n < p.size(); ++n) {
         Vec3 exact;
-        const double v = evaluate_reference(s, p[n], &exact) - static_cast<double>(s.air);
+        const double v = evaluate_reference(s, p[n], &exact) - static_cast<double>(s.base);
         off = std::max(off, std::fabs(static_cast<double>(value[n]) - v));
         turned = std::max(turned, length(gradient[n] - exact));
       }

@@ -1,0 +1,304 @@
+// Fields about a large constant whose air is somewhere else: a host's pressure, 101325 Pa with air 0. A
+// kernel's sum ripples about 1 by .0024 (default), which of the distance from air would be 240 Pa.
+#include <algorithm>
+#include <random>
+
+#include "fit_writer.h"
+
+namespace bccsplat::test {
+namespace {
+
+constexpr double pressure = 101325.25;
+
+double wave(double x, double y, double z, double t) {
+  return std::sin(0.31 * x + 0.22 * y - 0.27 * z + 0.24 * t);
+}
+std::array<double, 4> slope(const std::array<double, 4>& p) {
+  const double c = std::cos(0.31 * p[0] + 0.22 * p[1] - 0.27 * p[2] + 0.24 * p[3]);
+  return {0.31 * c, 0.22 * c, -0.27 * c, 0.24 * c};
+}
+
+// constant + signal * wave
+Source around(double constant, double signal, int32_t type = BCCSPLAT_TYPE_F32) {
+  return source_of({22, 21, 20, 24}, type, [&](double x, double y, double z, double t) {
+    return constant + signal * wave(x, y, z, t);
+  });
+}
+
+Bytes stored(const TestDevice& device, const Source& s,
+             const bccsplat_writer_options& options = sized<bccsplat_writer_options>(),
+             const bccsplat_channel_options& channel = sized<bccsplat_channel_options>()) {
+  Written w = write_frames(device, s, options, channel);
+  EXPECT_EQ(w.status, BCCSPLAT_OK) << w.text;
+  return std::move(w.bytes);
+}
+
+struct Errors {
+  double rms = 0, gradient_db = 0; // of values; signal to error of the four slopes
+};
+
+// At random points 5 samples and more from faces and ends.
+Errors errors_of(const OpenVolume& volume, double constant, double signal) {
+  std::mt19937 random(7);
+  std::vector<std::array<double, 4>> points(2000);
+  constexpr std::array<double, 4> last{21, 20, 19, 23};
+  for (auto& p : points)
+    for (size_t a = 0; a < 4; ++a) p[a] = std::uniform_real_distribution<double>(5, last[a] - 5)(random);
+  std::vector<float> values(points.size()), gradients(4 * points.size());
+  EXPECT_EQ(bccsplat_volume_evaluate(volume.volume, points.size(), points.data()->data(), values.data(),
+                                     gradients.data()),
+            BCCSPLAT_OK);
+  double squares = 0, steep = 0, off = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const auto& p = points[i];
+    squares += std::pow(double(values[i]) - constant - signal * wave(p[0], p[1], p[2], p[3]), 2);
+    const std::array<double, 4> g = slope(p);
+    for (size_t a = 0; a < 4; ++a) {
+      steep += std::pow(signal * g[a], 2);
+      off += std::pow(double(gradients[4 * i + a]) - signal * g[a], 2);
+    }
+  }
+  return {std::sqrt(squares / double(points.size())), 10 * std::log10(steep / off)};
+}
+
+double largest_difference(const std::vector<float>& values, double from) {
+  double most = 0;
+  for (const float v : values)
+    if (!std::isnan(v)) most = std::max(most, std::fabs(double(v) - from));
+  return most;
+}
+
+// The pixels of one channel of a picture, red alone where there are four floats.
+std::vector<float> picture(const TestDevice& device, const Cut& cut, int32_t mode, uint32_t channel) {
+  constexpr uint32_t size = 40;
+  bccsplat_renderer* renderer = nullptr;
+  EXPECT_EQ(bccsplat_renderer_create(device.device, &renderer), BCCSPLAT_OK);
+  EXPECT_EQ(bccsplat_renderer_set_slice(renderer, cut.slice), BCCSPLAT_OK);
+  auto options = sized<bccsplat_render_options>();
+  options.mode = mode;
+  EXPECT_EQ(bccsplat_renderer_set_options(renderer, &options), BCCSPLAT_OK);
+  bccsplat_frame* frame = nullptr;
+  EXPECT_EQ(
+      bccsplat_frame_create(device.device, size, size, BCCSPLAT_FRAME_RGBA | BCCSPLAT_FRAME_VALUE, &frame),
+      BCCSPLAT_OK);
+  EXPECT_EQ(bccsplat_renderer_render(renderer, frame), BCCSPLAT_OK) << bccsplat_last_error();
+  auto plane = sized<bccsplat_plane>();
+  EXPECT_EQ(bccsplat_frame_get_channel(frame, channel, &plane), BCCSPLAT_OK);
+  std::vector<float> pixels;
+  const uint32_t floats = channel == BCCSPLAT_FRAME_RGBA ? 4 : 1;
+  for (uint32_t y = 0; y < size; ++y)
+    for (uint32_t x = 0; x < size; ++x)
+      pixels.push_back(plane.pixels[y * (plane.row_bytes / sizeof(float)) + floats * x]);
+  bccsplat_frame_release(frame);
+  bccsplat_renderer_release(renderer);
+  return pixels;
+}
+
+constexpr std::array<double, 5> in_time{0, 0, 0, 1, -11.3}, across_x{1, 0, 0, 0, -10.4},
+    oblique{1, 0.5, 0, 0.7, -22};
+
+TEST(Constants, ComeBackFarFromAir) {
+  const TestDevice device;
+  const Bytes bytes = stored(device, around(pressure, 0));
+  const OpenVolume volume(device, bytes);
+  const double tolerance = 1e-5 * pressure;
+  std::vector<std::array<double, 4>> points;
+  for (int i = 0; i < 500; ++i) points.push_back({0.042 * i, 0.04 * i, 19 - 0.038 * i, 0.046 * i});
+  std::vector<float> gradients(4 * points.size()), values(points.size());
+  ASSERT_EQ(bccsplat_volume_evaluate(volume.volume, points.size(), points.data()->data(), values.data(),
+                                     gradients.data()),
+            BCCSPLAT_OK);
+  EXPECT_LT(largest_difference(values, pressure), tolerance);
+  EXPECT_LT(largest_difference(gradients, 0), tolerance);
+  for (const auto& h : {in_time, across_x, oblique}) {
+    const Cut cut(volume, h);
+    EXPECT_LT(largest_difference(cut.samples(), pressure), tolerance);
+    EXPECT_EQ(cut.info.air, 0);
+    EXPECT_NEAR(cut.info.bounds[0], pressure, tolerance);
+    EXPECT_NEAR(cut.info.bounds[1], pressure, tolerance);
+  }
+  auto slab = sized<bccsplat_slice_options>();
+  slab.thickness = 3;
+  for (const int32_t kind : {BCCSPLAT_SLAB_MEAN, BCCSPLAT_SLAB_SUM, BCCSPLAT_SLAB_MAXIMUM}) {
+    slab.slab = kind;
+    const double held = kind == BCCSPLAT_SLAB_SUM ? 3 * pressure : pressure;
+    for (const auto& h : {in_time, across_x})
+      EXPECT_LT(largest_difference(Cut(volume, h, slab).samples(), held), 1e-5 * held) << kind;
+  }
+  slab.slab = BCCSPLAT_SLAB_MEAN;
+  EXPECT_LT(largest_difference(Cut(volume, oblique, slab).samples(), pressure), tolerance);
+}
+
+// Pictures of slices whose coefficients are all 0 show the constant all the same.
+TEST(Constants, PicturesShowThemFarFromAir) {
+  const TestDevice device;
+  Source near = around(pressure, 0);
+  near.air = 1e5;
+  const Bytes far_bytes = stored(device, around(pressure, 0)), near_bytes = stored(device, near);
+  const OpenVolume far(device, far_bytes), nearer(device, near_bytes);
+  for (const auto& h : {in_time, across_x, oblique}) {
+    const Cut cut(far, h), from_air(nearer, h);
+    for (const int32_t mode : {BCCSPLAT_MODE_COMPOSITE, BCCSPLAT_MODE_MAXIMUM}) {
+      const std::vector<float> values = picture(device, cut, mode, BCCSPLAT_FRAME_VALUE);
+      EXPECT_LT(largest_difference(values, pressure), 1e-5 * pressure) << mode;
+      EXPECT_GT(std::count_if(values.begin(), values.end(), [](float v) { return !std::isnan(v); }), 300);
+    }
+    // Integrals are those of the distance from air.
+    const auto all = picture(device, cut, BCCSPLAT_MODE_XRAY, BCCSPLAT_FRAME_RGBA),
+               above = picture(device, from_air, BCCSPLAT_MODE_XRAY, BCCSPLAT_FRAME_RGBA);
+    EXPECT_GT(*std::max_element(all.begin(), all.end()), 5 * pressure);
+    for (size_t i = 0; i < all.size(); ++i)
+      ASSERT_NEAR(double(all[i]) / pressure, double(above[i]) / (pressure - 1e5), 1e-3) << i;
+  }
+}
+
+// Whoever adds up points has them all, relative to air.
+TEST(Constants, PointsAreRelativeToAir) {
+  const TestDevice device;
+  const Bytes bytes = stored(device, around(pressure, 0));
+  const OpenVolume volume(device, bytes);
+  const Cut cut(volume, in_time);
+  uint64_t count = 0;
+  ASSERT_EQ(bccsplat_slice_get_points(cut.slice, 0, nullptr, nullptr, &count), BCCSPLAT_OK);
+  EXPECT_EQ(count, cut.info.points);
+  EXPECT_GT(count, 20u * 19 * 18 / 2); // a BCC lattice in lattice units of about a sample
+  std::vector<float> coefficients(count), positions(3 * count);
+  ASSERT_EQ(bccsplat_slice_get_points(cut.slice, count, positions.data(), coefficients.data(), nullptr),
+            BCCSPLAT_OK);
+  EXPECT_LT(largest_difference(coefficients, pressure), 1e-5 * pressure);
+}
+
+// The errors of slices on their own grid, away from faces and ends.
+double slice_rms(const OpenVolume& volume, const std::array<double, 5>& h, double constant, double signal) {
+  const Cut cut(volume, h);
+  double squares = 0, n = 0;
+  const std::vector<float> values = cut.samples();
+  for (size_t i = 0; i < values.size(); ++i) {
+    const auto p = cut.place(i);
+    const bool inside =
+        p[0] > 5 && p[0] < 16 && p[1] > 5 && p[1] < 15 && p[2] > 5 && p[2] < 14 && p[3] > 5 && p[3] < 18;
+    if (!inside || std::isnan(values[i])) continue;
+    squares += std::pow(double(values[i]) - constant - signal * wave(p[0], p[1], p[2], p[3]), 2), ++n;
+  }
+  EXPECT_GT(n, 0);
+  return std::sqrt(squares / n);
+}
+
+// As good as with an air among the values, whatever is stored.
+TEST(Constants, WavesAroundThemFarFromAir) {
+  const TestDevice device;
+  const auto check = [&](double constant, double air, int32_t type, const bccsplat_writer_options& options,
+                         double least_db, const char* what) {
+    Source s = around(constant, 50, type);
+    s.air = air;
+    const Bytes far_bytes = stored(device, s, options);
+    s.air = constant;
+    const Bytes near_bytes = stored(device, s, options);
+    const OpenVolume far(device, far_bytes), near(device, near_bytes);
+    const Errors e = errors_of(far, constant, 50), best = errors_of(near, constant, 50);
+    EXPECT_LT(e.rms, 1.1 * best.rms + 0.01) << what;
+    EXPECT_GT(e.gradient_db, std::max(least_db, best.gradient_db - 1)) << what;
+    for (const auto& h : {in_time, across_x, oblique})
+      EXPECT_LT(slice_rms(far, h, constant, 50), 1.1 * slice_rms(near, h, constant, 50) + 0.01) << what;
+  };
+  const auto options = sized<bccsplat_writer_options>();
+  check(pressure, 0, BCCSPLAT_TYPE_F32, options, 30, "f32");
+  check(pressure, 2e5, BCCSPLAT_TYPE_F32, options, 30, "air above the values");
+  check(40000, 0, BCCSPLAT_TYPE_U16, options, 25, "u16, whose steps are the rest of the error");
+  check(pressure, 0, BCCSPLAT_TYPE_I32, options, 28, "i32");
+  auto store = options;
+  store.store = BCCSPLAT_STORE_COEFFICIENTS;
+  check(pressure, 0, BCCSPLAT_TYPE_F32, store, 30, "coefficients of floats");
+  check(40000, 0, BCCSPLAT_TYPE_U16, store, 25, "coefficients in steps");
+  auto lattice = options;
+  lattice.lattice = BCCSPLAT_LATTICE_CC;
+  check(pressure, 0, BCCSPLAT_TYPE_F32, lattice, 20, "Cartesian");
+}
+
+// Integers of 32 bits are stored as floats relative to air and come back as floats: beside 2e9 these have
+// steps of 128, so that values keep nothing of a signal of 100, and gradients what the file has.
+TEST(Constants, RoundingIsWhatIsLostOfTwoThousandMillions) {
+  const TestDevice device;
+  constexpr double constant = 2e9;
+  for (const int32_t type : {BCCSPLAT_TYPE_I32, BCCSPLAT_TYPE_F64, BCCSPLAT_TYPE_F32}) {
+    Source s = around(constant, 100, type);
+    const Bytes zero_bytes = stored(device, s);
+    const Errors far = errors_of(OpenVolume(device, zero_bytes), constant, 100);
+    EXPECT_LT(far.rms, 100) << type;         // of 4.8e6 by the ripple
+    if (type == BCCSPLAT_TYPE_F32) continue; // the source has such steps itself
+    s.air = constant;
+    const Bytes near_bytes = stored(device, s);
+    const Errors near = errors_of(OpenVolume(device, near_bytes), constant, 100);
+    EXPECT_LT(near.rms, 128 / std::sqrt(12.0) + 5) << type;
+    EXPECT_GT(near.gradient_db, 30) << type;
+  }
+}
+
+// What is not stored is air, exactly, however far from it the rest is.
+TEST(Constants, SparseDataKeepAir) {
+  const TestDevice device;
+  Source s = around(pressure, 50);
+  for (size_t i = 0; i < s.values.size(); ++i)
+    if (i % 22 < 11) s.values[i] = 0;
+  const Bytes bytes = stored(device, s);
+  const OpenVolume volume(device, bytes);
+  EXPECT_EQ(volume.at({{1, 10, 10, 12}})[0], 0);
+  EXPECT_NEAR(double(volume.at({{18, 10, 10, 12}})[0]), pressure, 300); // rippling, as it always did
+  const Cut cut(volume, in_time);
+  uint64_t count = 0;
+  ASSERT_EQ(bccsplat_slice_get_points(cut.slice, 0, nullptr, nullptr, &count), BCCSPLAT_OK);
+  EXPECT_EQ(count, cut.info.points);
+  EXPECT_LT(count, Cut(OpenVolume(device, stored(device, around(pressure, 50))), in_time).info.points);
+}
+
+// Missing data of frames, which a mask tells, change nothing about the rest.
+TEST(Constants, MissingDataLeaveTheOthersAlone) {
+  const TestDevice device;
+  Source s = around(pressure, 50);
+  for (size_t i = 0; i < s.values.size(); ++i) {
+    const size_t x = i % 22, y = i / 22 % 21, z = i / (22 * 21) % 20;
+    if (x >= 18 && y >= 17 && z >= 16) s.values[i] = std::numeric_limits<double>::quiet_NaN();
+  }
+  auto options = sized<bccsplat_writer_options>();
+  options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  const Bytes bytes = stored(device, s, options);
+  const OpenVolume volume(device, bytes);
+  EXPECT_TRUE(std::isnan(volume.at({{20, 19, 18, 12}})[0]));
+  const Errors e = errors_of(volume, pressure, 50);
+  EXPECT_LT(e.rms, 0.2);
+  EXPECT_GT(e.gradient_db, 30);
+}
+
+// Nor do so many that sites deep among them are not even stored.
+TEST(Constants, MissingDataThatAreLeftOutLeaveTheOthersAlone) {
+  const TestDevice device;
+  Source s = source_of({48, 20, 20, 10}, BCCSPLAT_TYPE_F32, [](double x, double y, double z, double t) {
+    return x < 20 ? pressure + 50 * wave(x, y, z, t) : std::numeric_limits<double>::quiet_NaN();
+  });
+  auto options = sized<bccsplat_writer_options>();
+  options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  const Written w = write_frames(device, s, options);
+  ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+  EXPECT_LT(w.report.sites_kept, w.report.sites_total * 4 / 5);
+  const OpenVolume volume(device, w.bytes);
+  EXPECT_TRUE(std::isnan(volume.at({{45, 10, 10, 5}})[0]));
+  for (double x = 5; x < 14; x += 0.17) {
+    const double at = x * 0.6 + 3;
+    EXPECT_NEAR(double(volume.at({{x, at, 9, 5.2}})[0]), pressure + 50 * wave(x, at, 9, 5.2), 2) << x;
+  }
+}
+
+// Corrections are differences from the field above air, and so the promise is kept.
+TEST(Constants, BoundsHoldFarFromAir) {
+  const TestDevice device;
+  auto options = sized<bccsplat_writer_options>();
+  options.abs_error = 0.5;
+  const Source s = around(pressure, 50);
+  const Bytes bytes = stored(device, s, options);
+  const LargestError e = largest_error(OpenVolume(device, bytes), s);
+  EXPECT_LE(e.slices, 0.5);
+  EXPECT_LE(e.points, 0.5);
+}
+
+} // namespace
+} // namespace bccsplat::test
