@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "field/sample_grid.h"
 #include "slice/time_slice.h"
+#include "store/based_layers.h"
 
 namespace bccsplat {
 namespace {
@@ -136,22 +137,53 @@ LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel, 
   return span_of(lattice, layers_in_reach(stored, kernel), frame);
 }
 
+// What is measured of a channel with one base of its field.
+struct MeasuredField {
+  MeasuredField(const SampleSource& layers, const std::string& kernel, float prune, uint64_t cache_bytes)
+      : field(layers, 0, make_kernel(kernel), prune, cache_bytes) {}
+  Coefficients field;
+  SampleErrors total;
+  std::vector<SampleErrors> each;
+};
+
 struct RoundTrip::Channel {
   Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, bool coefficients,
           uint64_t cache_bytes, int32_t first_layer)
       : options(o),
         window(lattice, o.air, coefficients ? make_kernel(kernel).name : std::string(), first_layer),
+        kernel_name(kernel), based(window),
+        cache(std::min(coefficient_cache_bytes(window, kernel), cache_bytes)),
         // The prune threshold of an open volume.
-        field(window, 0, make_kernel(kernel), o.threshold / 2,
-              std::min(coefficient_cache_bytes(window, kernel), cache_bytes)) {}
+        above_air(window, kernel, o.threshold / 2, cache) {}
 
   RoundTripChannel options;
   LayerWindow window;
-  Coefficients field;
+  std::string kernel_name;
+  BasedLayers based;
+  uint64_t cache;
+  MeasuredField above_air;
+  // Beside it where readers will take a base other than air, as far as is known; they never do where
+  // corrections keep a bound.
+  std::unique_ptr<MeasuredField> above_base;
   std::map<uint32_t, HeldFrame> frames; // to be measured
   size_t next = 0;                      // of the frames to be measured
-  SampleErrors total;
-  std::vector<SampleErrors> each;
+
+  void push(const BrickLayer& layer) {
+    window.push(layer);
+    based.see(layer);
+    if (!based.far_from_air()) above_base.reset();
+  }
+  // Before the first frame is measured; of a part nobody knows what readers of the series will take.
+  void choose_base() {
+    if (next > 0 || options.bound > 0 || !options.whole || !based.far_from_air()) return;
+    based.settle();
+    above_base = std::make_unique<MeasuredField>(based, kernel_name, 0.0f, cache);
+  }
+  [[nodiscard]] const MeasuredField& measured() const { return above_base ? *above_base : above_air; }
+  void forget(int32_t first, int32_t end) const {
+    above_air.field.forget(first, end);
+    if (above_base) above_base->field.forget(first, end);
+  }
 };
 
 namespace {
@@ -198,7 +230,7 @@ void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox>
 
 void RoundTrip::add_layers(int channel, std::span<const BrickLayer> layers) {
   Channel& c = *channels_[static_cast<size_t>(channel)];
-  for (const BrickLayer& layer : layers) c.window.push(layer);
+  for (const BrickLayer& layer : layers) c.push(layer);
   const int32_t reach = layers_in_reach(c.window, kernel_);
   while (c.next < frames_.size()) {
     const uint32_t frame = frames_[c.next];
@@ -208,25 +240,38 @@ void RoundTrip::add_layers(int channel, std::span<const BrickLayer> layers) {
     // Layers beyond the end mirror those before it.
     measure(c, channel, frame);
     if (++c.next == frames_.size()) break;
-    const int32_t made = layers_of(c.field, frame).end, first = layers_of(c.field, frames_[c.next]).begin;
-    c.field.forget(first, std::max(first, made));
+    const Coefficients& field = c.above_air.field;
+    const int32_t made = layers_of(field, frame).end, first = layers_of(field, frames_[c.next]).begin;
+    c.forget(first, std::max(first, made));
   }
   c.window.forget(c.window.end());
-  c.field.forget(lattice_.layers(), INT32_MAX);
+  c.forget(lattice_.layers(), INT32_MAX);
 }
 
 void RoundTrip::measure(Channel& c, int index, uint32_t frame) {
-  const auto held = c.frames.find(frame);
-  make_layers(c.field, layers_of(c.field, frame), context_);
-  const Slice slice = time_slice(c.field, frame, {0, 0}, {}, context_);
+  c.choose_base();
+  FrameResiduals residuals;
+  const auto add = [&](MeasuredField& to) {
+    to.each.push_back(compare(c, to.field, frame, residuals));
+    to.total.add(to.each.back());
+  };
+  if (c.above_base) add(*c.above_base);
+  add(c.above_air);
+  c.frames.erase(frame);
+  if (!residuals.empty() && sink_) sink_(index, frame, residuals);
+}
+
+SampleErrors RoundTrip::compare(const Channel& c, const Coefficients& field, uint32_t frame,
+                                FrameResiduals& residuals) const {
+  make_layers(field, layers_of(field, frame), context_);
+  const Slice slice = time_slice(field, frame, {0, 0}, {}, context_);
   const std::array<int64_t, 3> n{lattice_.dims[0], lattice_.dims[1], lattice_.dims[2]};
-  const PlaneJob job{c.options, held->second, n, frame};
+  const PlaneJob job{c.options, c.frames.at(frame), n, frame};
   const int64_t planes = std::clamp<int64_t>(samples_at_a_time / (n[0] * n[1]), 1, n[2]);
   const Reservation memory(context_.memory, static_cast<uint64_t>(planes * n[0] * n[1]) * sizeof(float),
                            "samples of a frame to measure the error");
   std::vector<float> values(static_cast<size_t>(planes * n[0] * n[1]));
   SampleErrors errors;
-  FrameResiduals residuals;
   for (int64_t z = 0; z < n[2]; z += planes) {
     const int64_t count = std::min(planes, n[2] - z);
     Grid grid;
@@ -244,17 +289,14 @@ void RoundTrip::measure(Channel& c, int index, uint32_t frame) {
       residuals.set.insert(residuals.set.end(), p.residuals.set.begin(), p.residuals.set.end());
     }
   }
-  c.frames.erase(held);
-  c.total.add(errors);
-  c.each.push_back(errors);
-  if (!residuals.empty() && sink_) sink_(index, frame, residuals);
+  return errors;
 }
 
 const SampleErrors& RoundTrip::errors(int channel) const {
-  return channels_[static_cast<size_t>(channel)]->total;
+  return channels_[static_cast<size_t>(channel)]->measured().total;
 }
 const SampleErrors& RoundTrip::frame_errors(int channel, size_t i) const {
-  return channels_[static_cast<size_t>(channel)]->each.at(i);
+  return channels_[static_cast<size_t>(channel)]->measured().each.at(i);
 }
 
 } // namespace bccsplat

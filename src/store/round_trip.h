@@ -51,7 +51,8 @@ void require_psnr(const std::string& channel, const SampleErrors& errors, const 
 struct RoundTripChannel {
   std::string name; // for error texts
   float air = 0, threshold = 0;
-  double bound = 0; // 0: measured only
+  double bound = 0;  // 0: measured only
+  bool whole = true; // it is given all layers of the series
 };
 
 // Corrections of a frame.
@@ -91,6 +92,8 @@ class RoundTrip {
  private:
   struct Channel;
   void measure(Channel& c, int index, uint32_t frame);
+  [[nodiscard]] SampleErrors compare(const Channel& c, const Coefficients& field, uint32_t frame,
+                                     FrameResiduals& residuals) const;
 
   Lattice4 lattice_;
   std::string kernel_;

@@ -196,7 +196,7 @@ void VolumeWriter::begin_measuring(bool frames_known) {
   const double bound = settings_.abs_error;
   std::vector<RoundTripChannel> channels;
   for (ChannelInfo& c : initial_.channels) {
-    channels.push_back({c.name, c.air, c.threshold, bound});
+    channels.push_back({c.name, c.air, c.threshold, bound, part_made() == nullptr});
     if (bound == 0) continue;
     c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
     c.residuals.local = true, c.residuals.shape = CorrectionShape::smooth;
