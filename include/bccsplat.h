@@ -313,10 +313,14 @@ typedef struct bccsplat_channel_options {
       source_type;      /* precision of the source values; DEFAULT: the type of the
                            first box for the channel that gets the first frame, F32 for others and for layers */
   int32_t value_type;   /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision */
-  double air;           /* value of sites that are not stored; default 0 (SET_AIR). Values come back within
-                           a share of their distance from it, .24 % with the default kernel: of a field about
-                           a large constant air is that constant. finish warns (the device's log) where
-                           the distance is more than 8 times the range of the values */
+  double air;           /* value of sites that are not stored; default 0 (SET_AIR). Where some are not, and
+                           where abs_error keeps a bound, values come back within a share of their distance
+                           from it, .24 % with the default kernel: of a field about a large constant air is
+                           that constant. Where all sites are stored readers take a value among them in its
+                           place when it is further away than they are from each other. Floats, and integers
+                           of 32 bits, are stored as floats relative to it: far from it in coarse steps.
+                           finish warns (the device's log) of either where the distance is more than 8
+                           times the range of the values and the steps more than 1/256 of it */
   double air_threshold; /* a site within this of air is not stored; 0: sites that equal air in the stored
                            type, and for floats the filter's ringing beside air, up to 1/512 of what is near,
                            are not */

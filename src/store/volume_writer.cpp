@@ -298,7 +298,7 @@ WriteReport VolumeWriter::finish() {
       const FitChannelReport& r = result.channels[c];
       report.add(r, part_ ? r.source_samples : info.cc_samples(), info.channels[c].source_type);
       source_ranges_.push_back(r.source_range);
-      std::string warning = air_warning(info.channels[c], r);
+      std::string warning = air_warning(info.channels[c], r, settings_.abs_error > 0);
       if (!warning.empty()) warnings_.push_back(std::move(warning));
       if (const RoundTrip* const measured = measuring_.round_trip())
         report.corrected += measured->errors(static_cast<int>(c)).corrected;
