@@ -9,6 +9,7 @@
 #include "field/evaluate.h"
 #include "fit/fit.h"
 #include "kernel/wave_error.h"
+#include "store/based_layers.h"
 #include "tests/bench/fit/fit_source.h"
 #include "tests/bench/kernels/kernels_chain.h"
 #include "tests/support/fields.h"
@@ -138,36 +139,59 @@ std::array<Row, 2> wave_rows(const std::string& name, size_t count) {
   return rows;
 }
 
-// A host's pressure: 101325 Pa with a signal of 50 Pa, floats, through the fit.
-Row pressure_row(const std::string& what, double air, bool divided, uint32_t edge) {
-  test::TestContext context;
-  constexpr double base = 101325, signal = 50;
-  const test::PlaneWaves waves(60, 0.3, 5);
-  FitSeries s{{edge, edge, edge, edge}, {}};
+// How the field is read: above air, so and divided by the lattice sum, or above the base that readers take.
+enum class Reading { above_air, divided, above_base };
+
+// A constant with waves around it, as a host has it.
+struct Around {
+  std::string what;
+  double constant = 101325, signal = 50, air = 0;
+  SourceType type = SourceType::f32;
+};
+
+template<class T> FitSource source_around(const Around& a, const test::PlaneWaves& waves, uint32_t edge) {
+  FitSource source{a.what, {edge, edge, edge, edge}, a.type, {}};
   for (uint32_t t = 0; t < edge; ++t)
     for (uint32_t z = 0; z < edge; ++z)
       for (uint32_t y = 0; y < edge; ++y)
-        for (uint32_t x = 0; x < edge; ++x)
-          s.values.push_back(static_cast<float>(base + signal * waves({1.0 * x, 1.0 * y, 1.0 * z, 1.0 * t})));
+        for (uint32_t x = 0; x < edge; ++x) {
+          const double v = a.constant + a.signal * waves({1.0 * x, 1.0 * y, 1.0 * z, 1.0 * t});
+          const T value = std::is_integral_v<T> ? static_cast<T>(std::llround(v)) : static_cast<T>(v);
+          const auto* bytes = reinterpret_cast<const std::byte*>(&value);
+          source.bytes.insert(source.bytes.end(), bytes, bytes + sizeof value);
+        }
+  return source;
+}
+
+// Through the fit, floats relative to air as a file holds them, and back.
+Row around_row(const Around& a, Reading reading, uint32_t edge) {
+  test::TestContext context;
+  const test::PlaneWaves waves(60, 0.3, 5);
+  const FitSource source = a.type == SourceType::i32 ? source_around<int32_t>(a, waves, edge)
+                                                     : source_around<float>(a, waves, edge);
+  const auto air = static_cast<float>(a.air);
   FitOptions options;
-  options.dims = s.dims;
-  options.channels[0].quantiser = quantiser_of_source(SourceType::f32, static_cast<float>(air));
-  std::vector<std::vector<BrickLayer>> layers(1);
+  options.dims = source.dims;
+  options.channels[0].quantiser = quantiser_of_source(a.type, air);
+  std::vector<BrickLayer> made;
   Fit fit(
       options,
       [&](int32_t, int, std::span<const BrickLayer> slab) {
-        layers[0].insert(layers[0].end(), slab.begin(), slab.end());
+        made.insert(made.end(), slab.begin(), slab.end());
       },
       context.get());
-  const FitSource source = source_of<float>(s, SourceType::f32, 1, what);
   for (uint32_t t = 0; t < edge; ++t) {
     const FrameBox box = source.box(t);
     fit.add_frame(0, {&box, 1});
   }
   const Lattice4 lattice = fit.finish().lattice;
-  const MemorySamples samples(lattice, {static_cast<float>(air)}, std::move(layers));
-  const Kernel kernel = make_kernel("default");
-  const Coefficients c(samples, 0, kernel, 0, 4ull << 30);
+  LayerWindow above_air(lattice, air);
+  BasedLayers above_base(above_air);
+  for (BrickLayer& layer : made) above_base.see(layer), above_air.push(std::move(layer));
+  const bool based = reading == Reading::above_base && above_base.far_from_air();
+  if (based) above_base.settle();
+  const Coefficients c(based ? static_cast<const SampleSource&>(above_base) : above_air, 0,
+                       make_kernel("default"), 0, 4ull << 30);
   const std::vector<Vec4> points = test::random_points(lattice, 2000, 5, 10);
   std::vector<float> values(points.size());
   std::vector<std::array<float, 4>> gradients(points.size());
@@ -175,21 +199,21 @@ Row pressure_row(const std::string& what, double air, bool divided, uint32_t edg
   double error = 0, steep_error = 0, steep = 0;
   const Vec3 unit = lattice.lattice_unit();
   for (size_t i = 0; i < points.size(); ++i) {
-    Sum got{static_cast<double>(values[i]) - air, {}};
-    for (size_t a = 0; a < 3; ++a) got.gradient[a] = static_cast<double>(gradients[i][a]) * unit[a];
-    if (divided) {
+    Sum got{static_cast<double>(values[i]) - a.air, {}};
+    for (size_t k = 0; k < 3; ++k) got.gradient[k] = static_cast<double>(gradients[i][k]) * unit[k];
+    if (reading == Reading::divided) {
       const Vec4& p = points[i];
-      got = got.over(ones_at(kernel, {p[0] / unit[0], p[1] / unit[1], p[2] / unit[2], p[3]}));
+      got = got.over(ones_at(c.kernel(), {p[0] / unit[0], p[1] / unit[1], p[2] / unit[2], p[3]}));
     }
     const Vec4 g = waves.gradient(points[i]);
-    error += std::norm(got.value + air - base - signal * waves(points[i]));
-    for (size_t a = 0; a < 3; ++a) {
-      steep += std::pow(signal * g[a], 2);
-      steep_error += std::norm(got.gradient[a] / unit[a] - signal * g[a]);
+    error += std::norm(got.value + a.air - a.constant - a.signal * waves(points[i]));
+    for (size_t k = 0; k < 3; ++k) {
+      steep += std::pow(a.signal * g[k], 2);
+      steep_error += std::norm(got.gradient[k] / unit[k] - a.signal * g[k]);
     }
   }
-  return {word("field", what),
-          figure("RMS error Pa", std::sqrt(error / static_cast<double>(points.size())), 3),
+  return {word("field", a.what),
+          figure("RMS error", std::sqrt(error / static_cast<double>(points.size())), 3),
           figure("gradient, SNR dB", 10 * std::log10(steep / steep_error), 1)};
 }
 
@@ -208,12 +232,24 @@ void run_kernel_constants(const Report& report) {
   report.table("SNR (dB) of values, as it is / divided, D4*", values);
   report.table("SNR (dB) of gradients in space, as it is / divided, D4*", gradients);
   const uint32_t edge = report.quick ? 24 : 32;
+  const auto row = [&](const Around& a, Reading reading) { return around_row(a, reading, edge); };
   report.table("101325 Pa and waves of 50 Pa (rho .3) around it, floats, default kernel",
-               {pressure_row("air 0, the default", 0, false, edge),
-                pressure_row("air 0, divided", 0, true, edge),
-                pressure_row("air 101175, below the signal", 101175, false, edge),
-                pressure_row("air 101325", 101325, false, edge),
-                pressure_row("air 101325, divided", 101325, true, edge)});
+               {row({.what = "air 0, as base"}, Reading::above_air),
+                row({.what = "air 0, divided"}, Reading::divided),
+                row({.what = "air 0, as readers do"}, Reading::above_base),
+                row({.what = "air 101175, below the signal, as base", .air = 101175}, Reading::above_air),
+                row({.what = "air 101175, as readers do", .air = 101175}, Reading::above_base),
+                row({.what = "air 101325", .air = 101325}, Reading::above_air),
+                row({.what = "air 101325, divided", .air = 101325}, Reading::divided)});
+  const auto large = [&](const char* what, double air, SourceType type, Reading reading) {
+    return row({.what = what, .constant = 2e9, .signal = 100, .air = air, .type = type}, reading);
+  };
+  report.table("2e9 and waves of 100 around it, stored as floats relative to air",
+               {large("i32, air 0, as base", 0, SourceType::i32, Reading::above_air),
+                large("i32, air 0, as readers do", 0, SourceType::i32, Reading::above_base),
+                large("i32, air 2e9", 2e9, SourceType::i32, Reading::above_base),
+                large("f32, air 0, as readers do", 0, SourceType::f32, Reading::above_base),
+                large("f32, air 2e9", 2e9, SourceType::f32, Reading::above_base)});
 }
 
 } // namespace bccsplat::bench
