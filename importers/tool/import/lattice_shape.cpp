@@ -20,7 +20,7 @@ constexpr double kFirstStep = 0.4, kLastStep = 0.02; // of logarithms of distanc
 constexpr double kOfDensity = 4;
 constexpr double kRounding = 1e-9;
 // From so many on a writer predicts beyond them (BCCSPLAT_ENDS_DEFAULT).
-constexpr double kPredictedLayers = 32;
+constexpr double kPredictedLayers = 20;
 constexpr double kPlanesOutside = 4; // both faces of an axis together
 constexpr std::array<int32_t, 3> kAcross{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
                                          BCCSPLAT_FACES_PREDICT_Z};
@@ -234,7 +234,7 @@ LatticeShape shape_of_part(const LatticeShape& shape, const std::array<uint64_t,
 }
 
 bool predicts_ends(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
-  return is_bcc(s) && dims[3] > 1 && last_plane(s, 3, dims[3]) + 1 >= kPredictedLayers;
+  return dims[3] > 1 && last_plane(s, 3, dims[3]) + 1 >= kPredictedLayers;
 }
 
 int32_t faces_of_part(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {

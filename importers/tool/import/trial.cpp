@@ -150,7 +150,7 @@ void Trier::weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const {
 // What a writer of the series does at its ends by default; where a stretch is cut out of it, nothing counts.
 int32_t Trier::ends_of(const SampleStretch& stretch, const LatticeShape& shape) const {
   if (settings_.ends != BCCSPLAT_ENDS_DEFAULT) return settings_.ends;
-  const bool at_end = stretch.first + stretch.frames == series_.dims[3];
+  const bool at_end = stretch.first == 0 || stretch.first + stretch.frames == series_.dims[3];
   return at_end && predicts_ends(shape, series_.dims) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
 }
 
