@@ -1,9 +1,12 @@
 #include "tool/import/append.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+
+#include "tool/import/lattice_shape.h"
 
 namespace bcc4 {
 
@@ -75,6 +78,10 @@ void adopt_lattice(const Device& device, const std::string& path, WriterSettings
   for (size_t a = 0; a < 3; ++a)
     if (info.planes_before[a] > 0) faces += across[a];
   settings.faces = faces > 0 ? faces : BCCSPLAT_FACES_MIRROR;
+  std::array<uint64_t, 4> dims{};
+  std::copy(std::begin(info.dims), std::end(info.dims), dims.begin());
+  const LatticeShape shape{info.lattice, settings.scales};
+  settings.ends = info.layer_count > inner_layers(shape, dims) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
 }
 
 void adopt_steps(const Device& device, const std::string& path, const SeriesDescription& series,

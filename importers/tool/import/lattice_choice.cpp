@@ -21,8 +21,7 @@ LatticeShape fewer_frames(double density) {
 }
 
 double merit(const LatticeCandidate& c, double density, const SeriesDescription& s) {
-  const double outside = outside_share(c.shape, s.dims, faces_of_part(c.shape, s.dims));
-  const double more = site_density(c.shape, s.dims) * (1 + outside) / density;
+  const double more = site_density(c.shape, s.dims) * (1 + outside_share(c.shape, s.dims)) / density;
   return c.psnr() - kOfDensity * 10 * std::log10(std::max(1e-9, more));
 }
 
@@ -39,18 +38,18 @@ std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const Latt
   const auto add = [&](const std::string& name, const LatticeShape& shape) {
     for (const LatticeCandidate& c : found)
       if (c.shape == shape) return;
-    const Spectrum& spectrum = spectra.of(shape.faces);
+    const Spectrum& spectrum = spectra.of(shape);
     found.push_back({name, shape, decibels(foretold_error(spectrum, shape, series.dims)), {}});
   };
-  // As it is unasked, or as given, and with its faces predicted where that is another thing.
+  // As it is unasked, or as given, and with its ends predicted where that is another thing.
   const auto add_both = [&](const std::string& name, const auto& shape_by) {
     LatticeShape shape = shape_by(spectra.plain);
-    shape.faces = wish.faces;
+    shape.faces = wish.faces, shape.ends = wish.ends;
     add(name, shape);
     LatticeShape other = shape_by(spectra.predicted);
-    other.faces = wish.faces;
-    if (const auto predicted = with_faces_predicted(other, series.dims))
-      add(name + ", faces predicted", *predicted);
+    other.faces = wish.faces, other.ends = wish.ends;
+    if (const auto predicted = with_ends_predicted(other, series.dims))
+      add(name + ", ends predicted", *predicted);
   };
   if (wish.fixed) {
     add("as given", *wish.fixed);

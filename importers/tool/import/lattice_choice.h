@@ -16,6 +16,7 @@ struct LatticeWish {
   std::vector<int32_t> lattices{BCCSPLAT_LATTICE_D4STAR, BCCSPLAT_LATTICE_CC}; // among these
   double density = 0.5;                                                        // sites per source sample
   int32_t faces = BCCSPLAT_FACES_DEFAULT;                                      // DEFAULT: what does best
+  int32_t ends = BCCSPLAT_ENDS_DEFAULT;                                        // the same
   // Distances that were given, or the grid of the source: the lattice is not chosen but proved.
   std::optional<LatticeShape> fixed;
   std::vector<bool> labels{}; // by channel: is not rounded

@@ -20,12 +20,18 @@ constexpr double kFirstStep = 0.4, kLastStep = 0.02; // of logarithms of distanc
 constexpr double kOfDensity = 4;
 constexpr double kRounding = 1e-9;
 // From so many on a writer predicts beyond them (BCCSPLAT_ENDS_DEFAULT).
-constexpr double kPredictedLayers = 20;
-constexpr double kPlanesOutside = 4; // both faces of an axis together
+constexpr uint64_t kPredictedLayers = 20;
+constexpr double kPlanesOutside = 4; // both faces of an axis together, or both ends of time
 constexpr std::array<int32_t, 3> kAcross{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
                                          BCCSPLAT_FACES_PREDICT_Z};
 
 bool is_bcc(const LatticeShape& s) { return s.lattice != BCCSPLAT_LATTICE_CC; }
+// Are its sites samples of the source in space, at the frames it has?
+bool has_source_planes(const LatticeShape& s) {
+  return !is_bcc(s) &&
+         std::all_of(s.scales.begin(), s.scales.begin() + 3, [](double scale) { return scale == 1; });
+}
+bool has_source_frames(const LatticeShape& s) { return !is_bcc(s) && s.scales[3] == 1; }
 // In units of the lattice's distance.
 double plane_distance(const LatticeShape& s) { return is_bcc(s) ? 1 / std::numbers::sqrt2 : 1; }
 
@@ -205,12 +211,7 @@ class ShapeSearch {
 
 } // namespace
 
-bool has_source_planes(const LatticeShape& s) {
-  return !is_bcc(s) &&
-         std::all_of(s.scales.begin(), s.scales.begin() + 3, [](double scale) { return scale == 1; });
-}
-
-bool is_source_grid(const LatticeShape& s) { return has_source_planes(s) && s.scales[3] == 1; }
+bool is_source_grid(const LatticeShape& s) { return has_source_planes(s) && has_source_frames(s); }
 
 Distances realised_distances(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
   Distances d = s.scales; // along time exact: a series may go on
@@ -233,10 +234,6 @@ LatticeShape shape_of_part(const LatticeShape& shape, const std::array<uint64_t,
   return s;
 }
 
-bool predicts_ends(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
-  return dims[3] > 1 && last_plane(s, 3, dims[3]) + 1 >= kPredictedLayers;
-}
-
 int32_t faces_of_part(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
   if (s.faces >= BCCSPLAT_FACES_PREDICT_X) return s.faces;
   const bool asked = s.faces == BCCSPLAT_FACES_PREDICT;
@@ -247,20 +244,37 @@ int32_t faces_of_part(const LatticeShape& s, const std::array<uint64_t, 4>& dims
   return along > 0 ? along : BCCSPLAT_FACES_MIRROR;
 }
 
-std::optional<LatticeShape> with_faces_predicted(const LatticeShape& shape,
-                                                 const std::array<uint64_t, 4>& dims) {
-  if (shape.faces != BCCSPLAT_FACES_DEFAULT || has_source_planes(shape)) return std::nullopt;
+uint64_t inner_layers(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
+  return dims[3] == 1 ? 1 : static_cast<uint64_t>(last_plane(s, 3, dims[3])) + 1;
+}
+
+bool predicts_ends(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
+  if (s.ends != BCCSPLAT_ENDS_DEFAULT || dims[3] == 1) return s.ends == BCCSPLAT_ENDS_PREDICT && dims[3] > 1;
+  return !is_source_grid(s) && inner_layers(s, dims) >= kPredictedLayers;
+}
+
+std::optional<LatticeShape> with_ends_predicted(const LatticeShape& shape,
+                                                const std::array<uint64_t, 4>& dims) {
   LatticeShape predicted = shape;
-  predicted.faces = BCCSPLAT_FACES_PREDICT;
-  if (faces_of_part(predicted, dims) == faces_of_part(shape, dims)) return std::nullopt;
+  if (shape.faces == BCCSPLAT_FACES_DEFAULT && !has_source_planes(shape))
+    predicted.faces = BCCSPLAT_FACES_PREDICT;
+  if (shape.ends == BCCSPLAT_ENDS_DEFAULT && dims[3] > 1 && !has_source_frames(shape))
+    predicted.ends = BCCSPLAT_ENDS_PREDICT;
+  if (faces_of_part(predicted, dims) == faces_of_part(shape, dims) &&
+      predicts_ends(predicted, dims) == predicts_ends(shape, dims))
+    return std::nullopt;
   return predicted;
 }
 
-double outside_share(const LatticeShape& s, const std::array<uint64_t, 4>& dims, int32_t across) {
-  double all = 1;
+double outside_share(const LatticeShape& s, const std::array<uint64_t, 4>& dims, int32_t across, bool ends) {
+  double all = ends ? 1 + kPlanesOutside / (last_plane(s, 3, dims[3]) + 1) : 1;
   for (size_t a = 0; a < 3; ++a)
     if (across & kAcross[a]) all *= 1 + kPlanesOutside / (last_plane(s, a, dims[a]) + 1);
   return all - 1;
+}
+
+double outside_share(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
+  return outside_share(s, dims, faces_of_part(s, dims), predicts_ends(s, dims));
 }
 
 double site_density(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
@@ -313,7 +327,8 @@ std::string shape_text(const LatticeShape& shape, const std::array<uint64_t, 4>&
   std::string text = concat(lattice_name(shape.lattice), ", distances");
   for (size_t a = 0; a < (dims[3] > 1 ? 4 : 3); ++a)
     text += concat(a == 0 ? " " : " x ", short_number(d[a], 3));
-  if (shape.faces == BCCSPLAT_FACES_PREDICT) text += ", faces predicted";
+  if (shape.faces == BCCSPLAT_FACES_PREDICT || shape.ends == BCCSPLAT_ENDS_PREDICT)
+    text += ", ends predicted";
   return text;
 }
 

@@ -18,11 +18,18 @@ struct LatticeShape {
   int32_t lattice = BCCSPLAT_LATTICE_D4STAR; // D4STAR (BCC: the same without time) or CC
   Distances scales{1, 1, 1, 1};
   int32_t faces = BCCSPLAT_FACES_DEFAULT; // what is done at the faces
+  int32_t ends = BCCSPLAT_ENDS_DEFAULT;   // and at the ends of time
   bool operator==(const LatticeShape&) const = default;
 };
 
-// Are its sites samples of the source in space, at the frames it has?
-[[nodiscard]] bool has_source_planes(const LatticeShape& shape);
+// What lattices see of a series: with ends as they are unasked, or as given, and predicted.
+struct Spectra {
+  Spectrum plain, predicted;
+  [[nodiscard]] const Spectrum& of(const LatticeShape& shape) const {
+    return shape.faces == BCCSPLAT_FACES_PREDICT || shape.ends == BCCSPLAT_ENDS_PREDICT ? predicted : plain;
+  }
+};
+
 // Does it have the samples of the source themselves?
 [[nodiscard]] bool is_source_grid(const LatticeShape& shape);
 // Distances as a writer realises them: in space a whole number of planes ends on the last sample.
@@ -34,14 +41,19 @@ struct LatticeShape {
                                          const std::array<uint64_t, 4>& part, bool ends_with_series);
 // What a writer of a series of `dims` does at its faces, in words that mean the same for a part of it.
 [[nodiscard]] int32_t faces_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
-// The same with its faces predicted, or none if a writer does that anyway or cannot.
-[[nodiscard]] std::optional<LatticeShape> with_faces_predicted(const LatticeShape& shape,
-                                                               const std::array<uint64_t, 4>& dims);
-// Sites outside the faces, over those inside, where faces are predicted `across` (faces_of_part).
-[[nodiscard]] double outside_share(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
-                                   int32_t across);
-// Does a writer by default predict what lies beyond the ends of a series? It takes enough layers.
+// Does a writer of a series of `dims` predict what lies beyond its ends?
 [[nodiscard]] bool predicts_ends(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
+// The same with faces and ends predicted, or none if a writer does that anyway or it tells nothing of the
+// source's samples.
+[[nodiscard]] std::optional<LatticeShape> with_ends_predicted(const LatticeShape& shape,
+                                                              const std::array<uint64_t, 4>& dims);
+// Layers of a series, none of them beyond its ends.
+[[nodiscard]] uint64_t inner_layers(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
+// Sites outside the faces and the ends of time, over those inside, where faces are predicted `across`
+// (faces_of_part) and ends or not.
+[[nodiscard]] double outside_share(const LatticeShape& shape, const std::array<uint64_t, 4>& dims,
+                                   int32_t across, bool ends);
+[[nodiscard]] double outside_share(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 // Sites per source sample, without those outside the faces and layers beyond the ends of time.
 [[nodiscard]] double site_density(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 
@@ -60,7 +72,7 @@ struct LatticeShape {
 [[nodiscard]] LatticeShape cubic_lattice(int32_t lattice, double density,
                                          const std::array<uint64_t, 4>& dims);
 
-// "d4star, distances 1 x 0.7 x 0.85 x 2.3, faces predicted", as realised.
+// "d4star, distances 1 x 0.7 x 0.85 x 2.3, ends predicted", as realised.
 [[nodiscard]] std::string shape_text(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 
 } // namespace bcc4

@@ -52,7 +52,7 @@ LatticeShape shape_of(const WriterSettings& settings, const SeriesDescription& s
   for (size_t a = 0; a < 4; ++a)
     shape.scales[a] = wider(settings.scales[a], wider(a < 3 ? settings.scale : settings.time_scale, 1));
   if (series.dims[3] == 1) shape.scales[3] = 1;
-  shape.faces = settings.faces;
+  shape.faces = settings.faces, shape.ends = settings.ends;
   return shape;
 }
 
@@ -69,12 +69,12 @@ class BoundSearch {
   void run() {
     if (has_distances(settings_)) {
       const LatticeShape shape = shape_of(settings_, series_);
-      const auto predicted = with_faces_predicted(shape, series_.dims);
+      const auto predicted = with_ends_predicted(shape, series_.dims);
       consider(predicted && merit(*predicted) > merit(shape) ? *predicted : shape);
     } else {
       for (const int32_t lattice : lattices()) search_densities(lattice);
       // All samples: what can be rounded away there no lattice knows better.
-      if (may_be_cartesian()) consider({BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings_.faces});
+      if (may_be_cartesian()) consider({BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings_.faces, settings_.ends});
     }
     if (!best_ && most_exact_) try_coding({trier_.tried()[*most_exact_].coding.shape, {}, bound_.abs});
     if (best_ && !holds(trier_.tried()[*best_])) correct_what_misses();
@@ -201,7 +201,7 @@ class BoundSearch {
     double density = kMostDensity;
     for (double d = kMostDensity; d > kLeastDensity; d /= kDenser) {
       const LatticeShape shape = scaled_shape(half, 0.5 / d, series_.dims);
-      if (foretold_error(spectra_.of(half.faces), shape, series_.dims) > goal) break;
+      if (foretold_error(spectra_.of(half), shape, series_.dims) > goal) break;
       density = d;
     }
     return density;
@@ -217,39 +217,43 @@ class BoundSearch {
   }
   // Decibels of the sample, less what more sites make of them.
   [[nodiscard]] double merit(const LatticeShape& shape) {
-    const double outside = outside_share(shape, series_.dims, faces_of_part(shape, series_.dims));
-    return plain_trial(shape).psnr -
-           kOfSites * 10 * std::log10(site_density(shape, series_.dims) * (1 + outside));
+    const double sites = site_density(shape, series_.dims) * (1 + outside_share(shape, series_.dims));
+    return plain_trial(shape).psnr - kOfSites * 10 * std::log10(sites);
   }
-  [[nodiscard]] LatticeShape fitted(int32_t lattice, double density, int32_t faces) const {
-    LatticeShape shape = fit_lattice(spectra_.of(faces), lattice, density, series_.dims);
-    shape.faces = faces;
+  // What is done beyond the ends, and the shape that fits it.
+  [[nodiscard]] LatticeShape fitted(int32_t lattice, double density, bool predicted) const {
+    const Spectrum& spectrum = predicted ? spectra_.predicted : spectra_.plain;
+    LatticeShape shape = fit_lattice(spectrum, lattice, density, series_.dims);
+    shape.faces = settings_.faces, shape.ends = settings_.ends;
+    if (!predicted) return shape;
+    if (shape.faces == BCCSPLAT_FACES_DEFAULT) shape.faces = BCCSPLAT_FACES_PREDICT;
+    if (shape.ends == BCCSPLAT_ENDS_DEFAULT) shape.ends = BCCSPLAT_ENDS_PREDICT;
     return shape;
   }
   struct Start {
     double density = 0, merit = 0;
-    int32_t faces = BCCSPLAT_FACES_DEFAULT;
+    bool predicted = false;
   };
   // The density that the spectrum foretells, and lower as long as the sample, which knows better, allows.
-  Start start_of(int32_t lattice, int32_t faces) {
-    double density = first_density(fitted(lattice, 0.5, faces));
+  Start start_of(int32_t lattice, bool predicted) {
+    double density = first_density(fitted(lattice, 0.5, predicted));
     while (density / kDenser > kLeastDensity &&
-           leaves_most(plain_trial(fitted(lattice, density / kDenser, faces))))
+           leaves_most(plain_trial(fitted(lattice, density / kDenser, predicted))))
       density /= kDenser;
-    return {density, merit(fitted(lattice, density, faces)), faces};
+    return {density, merit(fitted(lattice, density, predicted)), predicted};
   }
-  // With planes outside the faces or without them.
+  // With what lies beyond the ends predicted or without.
   Start best_start(int32_t lattice) {
-    const Start plain = start_of(lattice, settings_.faces);
-    if (settings_.faces != BCCSPLAT_FACES_DEFAULT) return plain;
-    const Start predicted = start_of(lattice, BCCSPLAT_FACES_PREDICT);
+    const Start plain = start_of(lattice, false);
+    if (settings_.faces != BCCSPLAT_FACES_DEFAULT && settings_.ends != BCCSPLAT_ENDS_DEFAULT) return plain;
+    const Start predicted = start_of(lattice, true);
     return predicted.merit > plain.merit ? predicted : plain;
   }
   // Denser and denser until it takes more bytes, then the other way if there was nothing to gain.
   void search_densities(int32_t lattice) {
     const Start start = best_start(lattice);
     const double first = start.density;
-    const auto at = [&](double density) { return consider(fitted(lattice, density, start.faces)); };
+    const auto at = [&](double density) { return consider(fitted(lattice, density, start.predicted)); };
     const Outcome outcome = at(first);
     uint64_t least = outcome.bytes;
     for (double d = first * kDenser; d < kMostDensity; d *= kDenser) {

@@ -27,7 +27,7 @@ bool rounds(const Unsettled& unsettled, const WriterSettings& settings, const Se
 LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, const SeriesDescription& s,
                     std::vector<bool> labels) {
   LatticeWish wish;
-  wish.labels = std::move(labels), wish.faces = settings.faces;
+  wish.labels = std::move(labels), wish.faces = settings.faces, wish.ends = settings.ends;
   // What blends labels makes up others: who asks for nothing gets their grid.
   const bool all_labels = std::find(wish.labels.begin(), wish.labels.end(), false) == wish.labels.end();
   if (all_labels && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&
@@ -77,7 +77,8 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   std::vector<double> air;
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
   const SeriesSample sample = sample_series(reader, air, {});
-  plan.spectra.emplace(Spectra{{s, sample, air, settings.faces}, {s, sample, air, BCCSPLAT_FACES_PREDICT}});
+  plan.spectra.emplace(Spectra{{s, sample, air, settings.faces, settings.ends},
+                               {s, sample, air, BCCSPLAT_FACES_PREDICT, BCCSPLAT_ENDS_PREDICT}});
   // What a dry run has scanned beyond it must not make other choices than an import at once.
   const std::vector<ChannelScan>& ranges = bound.any() ? plan.scans : sample.ranges;
   Trier trier(device, s, sample, settings, plan.scans.empty() ? sample.ranges : plan.scans, ranges);

@@ -167,12 +167,12 @@ struct BlockAxis {
   bool whole = false;    // a block has the axis from end to end
   bool mirrored = false; // and a lattice is mirrored at its ends
 
-  BlockAxis(const SeriesDescription& series, const SeriesSample& sample, size_t a, int32_t faces)
-      : axis(a), samples(series.dims[a]), faces_(faces) {
+  BlockAxis(const SeriesDescription& series, const SeriesSample& sample, size_t a, bool mirrors)
+      : axis(a), samples(series.dims[a]), mirrors_(mirrors) {
     uint64_t length = samples;
     for (const SampleStretch& s : sample.stretches) length = std::min(length, length_of(s, a));
     whole = length == samples && length <= kWholeEdge;
-    mirrored = whole && is_mirrored();
+    mirrored = whole && mirrors;
     n = length < kFewest ? 1 : whole ? length : std::min<uint64_t>(length, kBlockEdge);
     for (const bool first : {false, true})
       for (const bool last : {false, true}) transforms_.emplace_back(n, Ends{{first, last}});
@@ -180,32 +180,37 @@ struct BlockAxis {
   // Of a block from `begin` on in a stretch: it ends at a face, or it is cut there.
   [[nodiscard]] const Transform& transform(const SampleStretch& s, size_t begin) const {
     if (mirrored) return transforms_.front();
-    if (axis == 3 || !is_mirrored()) return transforms_.back();
+    if (axis == 3 || !mirrors_) return transforms_.back();
     const uint64_t first = s.box.begin[axis] + begin;
     return transforms_[(first > 0 ? 2 : 0) + (first + n < samples ? 1 : 0)];
   }
 
  private:
-  // Does a lattice that has the whole of the axis mirror it at its ends?
-  [[nodiscard]] bool is_mirrored() const {
-    if (axis == 3) return samples < kPredicted;
-    return faces_ == BCCSPLAT_FACES_MIRROR || (faces_ == BCCSPLAT_FACES_DEFAULT && samples < kLong);
-  }
-  int32_t faces_;
+  bool mirrors_; // the lattice does so at the ends of the axis
   std::vector<Transform> transforms_;
 };
+
+// Does a lattice mirror this axis at its ends, which are treated so?
+bool is_mirrored(size_t axis, uint64_t samples, int32_t faces, int32_t ends) {
+  constexpr std::array<int32_t, 3> across{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
+                                          BCCSPLAT_FACES_PREDICT_Z};
+  if (axis == 3)
+    return ends == BCCSPLAT_ENDS_MIRROR || (ends == BCCSPLAT_ENDS_DEFAULT && samples < kPredicted);
+  if (faces >= across[0]) return (faces & across[axis]) == 0;
+  return faces == BCCSPLAT_FACES_MIRROR || (faces == BCCSPLAT_FACES_DEFAULT && samples < kLong);
+}
 
 std::string per_cent(double part) { return concat(short_number(100 * part, 2), " %"); }
 
 } // namespace
 
 Spectrum::Spectrum(const SeriesDescription& series, const SeriesSample& sample,
-                   const std::vector<double>& air, int32_t faces) {
+                   const std::vector<double>& air, int32_t faces, int32_t ends) {
   std::vector<BlockAxis> axes;
   Bins sums;
   size_t bins = 1;
   for (size_t a = 0; a < 4; ++a) {
-    axes.emplace_back(series, sample, a, faces);
+    axes.emplace_back(series, sample, a, is_mirrored(a, series.dims[a], faces, ends));
     windowed_[a] = !axes[a].mirrored;
     sums.count[a] = count_[a] = std::min<size_t>(axes[a].n, axes[a].whole ? kMostBins : kWindowedBins);
     bins *= count_[a];

@@ -18,10 +18,10 @@ namespace bcc4 {
 // Hann window. Frequencies are fractions of the Nyquist frequency of the source, 0 .. 1, along x, y, z, t.
 class Spectrum {
  public:
-  // air: by channel, in the place of what is not finite. Channels count in units of their range. faces: of
-  // the lattice; predicted ones mirror no axis.
+  // air: by channel, in the place of what is not finite. Channels count in units of their range. faces,
+  // ends: as of a lattice; those that are predicted mirror no axis.
   Spectrum(const SeriesDescription& series, const SeriesSample& sample, const std::vector<double>& air,
-           int32_t faces);
+           int32_t faces, int32_t ends);
 
   [[nodiscard]] bool empty() const { return total_ <= 0; }
   // Below which `part` of the energy lies along an axis; 0 for an axis too short to tell.
@@ -53,13 +53,5 @@ class Spectrum {
 
 [[nodiscard]] std::vector<std::string> spectrum_lines(const Spectrum& spectrum);
 [[nodiscard]] Json spectrum_json(const Spectrum& spectrum);
-
-// What lattices see of a series: with faces as they are unasked, or as given, and predicted.
-struct Spectra {
-  Spectrum plain, predicted;
-  [[nodiscard]] const Spectrum& of(int32_t faces) const {
-    return faces == BCCSPLAT_FACES_PREDICT ? predicted : plain;
-  }
-};
 
 } // namespace bcc4

@@ -124,7 +124,7 @@ WriterSettings apply_coding(WriterSettings s, const Coding& coding) {
   s.scales = coding.shape.scales;
   s.steps = coding.steps;
   s.abs_error = coding.abs_error;
-  s.faces = coding.shape.faces;
+  s.faces = coding.shape.faces, s.ends = coding.shape.ends;
   return s;
 }
 
@@ -147,9 +147,8 @@ void Trier::weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const {
   trial.psnr = psnr_of(trial.mean_squares);
 }
 
-// What a writer of the series does at its ends by default; where a stretch is cut out of it, nothing counts.
+// What a writer of the series does at its ends; where a stretch is cut out of it, nothing counts.
 int32_t Trier::ends_of(const SampleStretch& stretch, const LatticeShape& shape) const {
-  if (settings_.ends != BCCSPLAT_ENDS_DEFAULT) return settings_.ends;
   const bool at_end = stretch.first == 0 || stretch.first + stretch.frames == series_.dims[3];
   return at_end && predicts_ends(shape, series_.dims) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
 }
@@ -181,9 +180,9 @@ CodingTrial Trier::measure(const Coding& coding) const {
       return trial;
     }
     // Of a box more stands outside the faces than of the series.
-    trial.bytes += static_cast<uint64_t>(static_cast<double>(file.bytes.size()) *
-                                         (1 + outside_share(coding.shape, series_.dims, s.faces)) /
-                                         (1 + outside_share(shape, part.dims, s.faces)));
+    trial.bytes += static_cast<uint64_t>(
+        static_cast<double>(file.bytes.size()) * (1 + outside_share(coding.shape, series_.dims)) /
+        (1 + outside_share(shape, part.dims, s.faces, s.ends == BCCSPLAT_ENDS_PREDICT)));
     const Volume volume = open_memory(device_, file);
     for (uint32_t c = 0; c < part.channels.size(); ++c) {
       const Squares squares = compare_channel(volume, stretch, c);
@@ -255,7 +254,8 @@ Json shape_json(const LatticeShape& shape, const SeriesDescription& series) {
               {"scales", shape.scales},
               {"distances", realised_distances(shape, series.dims)},
               {"density", site_density(shape, series.dims)},
-              {"faces_predicted", axes_text(faces_of_part(shape, series.dims))}};
+              {"faces_predicted", axes_text(faces_of_part(shape, series.dims))},
+              {"ends_predicted", predicts_ends(shape, series.dims)}};
 }
 
 Json trial_json(const CodingTrial& t, const SeriesDescription& series) {
