@@ -384,9 +384,9 @@ typedef struct bccsplat_writer_options {
   const bccsplat_series_part*
       part; /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
                series, and those of bccsplat_writer_get_part_frames are added */
-  int32_t ends;  /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for at least 20 layers, to which the ends add a fifth
-                    at most (D4*: 14 frames at time_scale 1, CC: 20; dims[3] known), unless the sites are the
-                    source samples (CC at distance 1), else MIRROR. Layers and fields are mirrored, always */
+  int32_t ends;  /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 20 layers, to which the ends add
+                    a fifth at most (14 frames at time_scale 1; dims[3] known), else MIRROR. Layers and fields
+                    are mirrored, always */
   int32_t faces; /* BCCSPLAT_FACES_...; DEFAULT: of frames PREDICT along axes of which the planes outside are
                     a sixteenth at most (43 samples at scale 1), unless the sites are the source samples in
                     space (CC at distance 1); else, and for layers and fields, MIRROR */

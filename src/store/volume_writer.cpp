@@ -191,7 +191,7 @@ int32_t VolumeWriter::predicted_layers() const {
   if (s.continuity == Continuity::append)
     return Bcc4Reader::open(open_file_source(s.path))->info().lattice.lead;
   if (s.ends != Ends::automatic) return s.ends == Ends::mirror ? 0 : end_layers;
-  if (s.dims[3] == 0) return 0;
+  if (s.lattice == LatticeKind::cc || s.dims[3] == 0) return 0;
   const Lattice4 lattice = Lattice4::fit(s.lattice, s.dims, s.scales);
   return lattice.sites_are_samples() || lattice.layers() < fewest_layers ? 0 : end_layers;
 }

@@ -338,7 +338,7 @@ Run add_import(CLI::App& app, std::string command_line) {
                   "First remove the frequencies the lattice cannot hold (outside_cell of --dry-run)");
   add_choice<int32_t>(import, "--ends", a->settings.ends, kEndsChoices,
                       "Before the first frame and after the last: as they foretell, with two layers more at "
-                      "each end (default from 20 layers on: 14 frames at distance 1), or the mirror image");
+                      "each end (default on D4* from 14 frames on, at distance 1), or the mirror image");
   add_choice<int32_t>(
       import, "--faces", a->settings.faces, kFacesChoices,
       "Beyond the first and last sample along x, y and z: as those inside foretell, with two "
