@@ -36,7 +36,7 @@ class Import(ToolTest):
             self.bcc4('import', *args, *options, '-o', name + '.bcc4', '--quiet')
             self.assertEqual(self.json('info', name + '.bcc4')['channels'][0]['air'], air)
             worst[name] = self.json('verify', name + '.bcc4', '--against', 'a.raw', '--dims', '9,8,7,6', '--dtype', 'f32')['max_abs']
-        self.assertLess(4 * worst['own'], worst['zero'])
+        self.assertLess(worst['zero'], 1.1 * worst['own'])  # air 0 does not let the field ripple
         # A series that goes on keeps the air it has, whatever its own would be.
         long = self.raw('b.raw', DIMS[:3] + (12,), warm)
         self.bcc4('import', *long, '--append', '-o', 'zero.bcc4', '--quiet')
