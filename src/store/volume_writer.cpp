@@ -193,7 +193,7 @@ int32_t VolumeWriter::predicted_layers() const {
   if (s.ends != Ends::automatic) return s.ends == Ends::mirror ? 0 : end_layers;
   if (s.lattice == LatticeKind::cc || s.dims[3] == 0) return 0;
   const Lattice4 lattice = Lattice4::fit(s.lattice, s.dims, s.scales);
-  return lattice.sites_are_samples() || lattice.layers() < fewest_layers ? 0 : end_layers;
+  return lattice.layers() < fewest_layers ? 0 : end_layers;
 }
 
 // `wanted` or none, by axis. A series that is appended to keeps the planes it has.

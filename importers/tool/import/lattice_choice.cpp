@@ -12,6 +12,8 @@ constexpr double kHopeless = 12; // dB behind the best one foretold: not tried
 // Of the error power of the lattice, by rounding. An even spread of width q has the power q^2 / 12.
 constexpr double kRoundingShare = 1.0 / 15, kCoarsestRounding = 1.0 / 512;
 constexpr double kSpread = 12;
+constexpr double kMostSites = 1.25; // of those wished for
+constexpr int kOutsideSteps = 3;    // to the density at which all sites are as many as wished for
 
 double decibels(double mean_square) { return mean_square > 0 ? -10 * std::log10(mean_square) : HUGE_VAL; }
 
@@ -35,35 +37,46 @@ double widest_step(double mean_square, double range) {
 std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const LatticeWish& wish,
                                               const SeriesDescription& series) {
   std::vector<LatticeCandidate> found;
-  const auto add = [&](const std::string& name, const LatticeShape& shape) {
+  const auto add = [&](const std::string& name, const LatticeShape& shape, Beyond beyond) {
     for (const LatticeCandidate& c : found)
       if (c.shape == shape) return;
-    const Spectrum& spectrum = spectra.of(shape);
-    found.push_back({name, shape, decibels(foretold_error(spectrum, shape, series.dims)), {}});
+    found.push_back({name, shape, decibels(foretold_error(spectra.of(beyond), shape, series.dims)), {}});
   };
-  // As it is unasked, or as given, and with its ends predicted where that is another thing.
-  const auto add_both = [&](const std::string& name, const auto& shape_by) {
-    LatticeShape shape = shape_by(spectra.plain);
-    shape.faces = wish.faces, shape.ends = wish.ends;
-    add(name, shape);
-    LatticeShape other = shape_by(spectra.predicted);
-    other.faces = wish.faces, other.ends = wish.ends;
-    if (const auto predicted = with_ends_predicted(other, series.dims))
-      add(name + ", ends predicted", *predicted);
+  // In all ways to go on beyond the ends that are not the same, sites outside being sites.
+  const auto add_all = [&](const std::string& name, const auto& shape_of) {
+    constexpr std::array<const char*, 3> names{"", ", faces predicted", ", ends predicted"};
+    std::vector<LatticeShape> others;
+    for (const Beyond beyond : kBeyond) {
+      LatticeShape shape;
+      double density = wish.density;
+      for (int i = 0; i < kOutsideSteps; ++i) {
+        shape = shape_of(spectra.of(beyond), density);
+        shape.faces = wish.faces, shape.ends = wish.ends;
+        shape = with_beyond(shape, beyond);
+        density = std::max(wish.density / 2, wish.density / (1 + outside_share(shape, series.dims)));
+      }
+      if (std::any_of(others.begin(), others.end(),
+                      [&](const LatticeShape& o) { return goes_on_alike(o, shape, series.dims); }))
+        continue;
+      const double sites = site_density(shape, series.dims) * (1 + outside_share(shape, series.dims));
+      if (beyond != Beyond::plain && sites > kMostSites * wish.density) continue;
+      others.push_back(shape);
+      add(concat(name, names[static_cast<size_t>(beyond)]), shape, beyond);
+    }
   };
   if (wish.fixed) {
-    add("as given", *wish.fixed);
+    add("as given", *wish.fixed, Beyond::plain);
     return found;
   }
   for (const int32_t lattice : wish.lattices) {
     const char* const name = lattice_name(lattice);
     if (lattice != BCCSPLAT_LATTICE_CC || series.dims[3] == 1)
-      add_both(concat(name, ", cubic"),
-               [&](const Spectrum&) { return cubic_lattice(lattice, wish.density, series.dims); });
+      add_all(concat(name, ", cubic"),
+              [&](const Spectrum&, double density) { return cubic_lattice(lattice, density, series.dims); });
     else
-      add_both("fewer frames", [&](const Spectrum&) { return fewer_frames(wish.density); });
-    add_both(name, [&](const Spectrum& spectrum) {
-      return fit_lattice(spectrum, lattice, wish.density, series.dims);
+      add_all("fewer frames", [&](const Spectrum&, double density) { return fewer_frames(density); });
+    add_all(name, [&](const Spectrum& spectrum, double density) {
+      return fit_lattice(spectrum, lattice, density, series.dims);
     });
   }
   return found;

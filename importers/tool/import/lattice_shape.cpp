@@ -250,20 +250,19 @@ uint64_t inner_layers(const LatticeShape& s, const std::array<uint64_t, 4>& dims
 
 bool predicts_ends(const LatticeShape& s, const std::array<uint64_t, 4>& dims) {
   if (s.ends != BCCSPLAT_ENDS_DEFAULT || dims[3] == 1) return s.ends == BCCSPLAT_ENDS_PREDICT && dims[3] > 1;
-  return !is_source_grid(s) && inner_layers(s, dims) >= kPredictedLayers;
+  return is_bcc(s) && inner_layers(s, dims) >= kPredictedLayers;
 }
 
-std::optional<LatticeShape> with_ends_predicted(const LatticeShape& shape,
-                                                const std::array<uint64_t, 4>& dims) {
-  LatticeShape predicted = shape;
-  if (shape.faces == BCCSPLAT_FACES_DEFAULT && !has_source_planes(shape))
-    predicted.faces = BCCSPLAT_FACES_PREDICT;
-  if (shape.ends == BCCSPLAT_ENDS_DEFAULT && dims[3] > 1 && !has_source_frames(shape))
-    predicted.ends = BCCSPLAT_ENDS_PREDICT;
-  if (faces_of_part(predicted, dims) == faces_of_part(shape, dims) &&
-      predicts_ends(predicted, dims) == predicts_ends(shape, dims))
-    return std::nullopt;
-  return predicted;
+LatticeShape with_beyond(LatticeShape s, Beyond beyond) {
+  if (beyond == Beyond::plain) return s;
+  if (s.faces == BCCSPLAT_FACES_DEFAULT && !has_source_planes(s)) s.faces = BCCSPLAT_FACES_PREDICT;
+  if (beyond == Beyond::all && s.ends == BCCSPLAT_ENDS_DEFAULT && !has_source_frames(s))
+    s.ends = BCCSPLAT_ENDS_PREDICT;
+  return s;
+}
+
+bool goes_on_alike(const LatticeShape& a, const LatticeShape& b, const std::array<uint64_t, 4>& dims) {
+  return faces_of_part(a, dims) == faces_of_part(b, dims) && predicts_ends(a, dims) == predicts_ends(b, dims);
 }
 
 double outside_share(const LatticeShape& s, const std::array<uint64_t, 4>& dims, int32_t across, bool ends) {

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 
 #include "bccsplat.h"
@@ -22,14 +21,6 @@ struct LatticeShape {
   bool operator==(const LatticeShape&) const = default;
 };
 
-// What lattices see of a series: with ends as they are unasked, or as given, and predicted.
-struct Spectra {
-  Spectrum plain, predicted;
-  [[nodiscard]] const Spectrum& of(const LatticeShape& shape) const {
-    return shape.faces == BCCSPLAT_FACES_PREDICT || shape.ends == BCCSPLAT_ENDS_PREDICT ? predicted : plain;
-  }
-};
-
 // Does it have the samples of the source themselves?
 [[nodiscard]] bool is_source_grid(const LatticeShape& shape);
 // Distances as a writer realises them: in space a whole number of planes ends on the last sample.
@@ -43,10 +34,15 @@ struct Spectra {
 [[nodiscard]] int32_t faces_of_part(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 // Does a writer of a series of `dims` predict what lies beyond its ends?
 [[nodiscard]] bool predicts_ends(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
-// The same with faces and ends predicted, or none if a writer does that anyway or it tells nothing of the
-// source's samples.
-[[nodiscard]] std::optional<LatticeShape> with_ends_predicted(const LatticeShape& shape,
-                                                              const std::array<uint64_t, 4>& dims);
+// What may be done beyond the ends: as a writer does unasked, or as given; faces predicted; the ends of time,
+// too.
+enum class Beyond : uint8_t { plain, faces, all };
+inline constexpr std::array kBeyond{Beyond::plain, Beyond::faces, Beyond::all};
+// What is given stays, and samples of the source need nothing outside.
+[[nodiscard]] LatticeShape with_beyond(LatticeShape shape, Beyond beyond);
+// Do writers of a series do the same for both?
+[[nodiscard]] bool goes_on_alike(const LatticeShape& a, const LatticeShape& b,
+                                 const std::array<uint64_t, 4>& dims);
 // Layers of a series, none of them beyond its ends.
 [[nodiscard]] uint64_t inner_layers(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 // Sites outside the faces and the ends of time, over those inside, where faces are predicted `across`
@@ -56,6 +52,14 @@ struct Spectra {
 [[nodiscard]] double outside_share(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 // Sites per source sample, without those outside the faces and layers beyond the ends of time.
 [[nodiscard]] double site_density(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
+
+// What lattices see of a series that they continue so.
+struct Spectra {
+  Spectrum plain, faces, all;
+  [[nodiscard]] const Spectrum& of(Beyond beyond) const {
+    return beyond == Beyond::plain ? plain : beyond == Beyond::faces ? faces : all;
+  }
+};
 
 // Mean square error, over the square of the range, that a spectrum foretells for the default kernel and
 // filter.

@@ -69,8 +69,12 @@ class BoundSearch {
   void run() {
     if (has_distances(settings_)) {
       const LatticeShape shape = shape_of(settings_, series_);
-      const auto predicted = with_ends_predicted(shape, series_.dims);
-      consider(predicted && merit(*predicted) > merit(shape) ? *predicted : shape);
+      LatticeShape best = shape;
+      for (const Beyond beyond : {Beyond::faces, Beyond::all}) {
+        const LatticeShape next = with_beyond(shape, beyond);
+        if (!goes_on_alike(next, best, series_.dims) && merit(next) > merit(best)) best = next;
+      }
+      consider(best);
     } else {
       for (const int32_t lattice : lattices()) search_densities(lattice);
       // All samples: what can be rounded away there no lattice knows better.
@@ -196,12 +200,12 @@ class BoundSearch {
   }
 
   // The density at which the spectrum foretells the share of the lattice, of shapes like one of density 1/2.
-  [[nodiscard]] double first_density(const LatticeShape& half) const {
+  [[nodiscard]] double first_density(const LatticeShape& half, const Spectrum& spectrum) const {
     const double goal = kLatticeShare * allowed_part();
     double density = kMostDensity;
     for (double d = kMostDensity; d > kLeastDensity; d /= kDenser) {
       const LatticeShape shape = scaled_shape(half, 0.5 / d, series_.dims);
-      if (foretold_error(spectra_.of(half), shape, series_.dims) > goal) break;
+      if (foretold_error(spectrum, shape, series_.dims) > goal) break;
       density = d;
     }
     return density;
@@ -221,39 +225,42 @@ class BoundSearch {
     return plain_trial(shape).psnr - kOfSites * 10 * std::log10(sites);
   }
   // What is done beyond the ends, and the shape that fits it.
-  [[nodiscard]] LatticeShape fitted(int32_t lattice, double density, bool predicted) const {
-    const Spectrum& spectrum = predicted ? spectra_.predicted : spectra_.plain;
-    LatticeShape shape = fit_lattice(spectrum, lattice, density, series_.dims);
+  [[nodiscard]] LatticeShape fitted(int32_t lattice, double density, Beyond beyond) const {
+    LatticeShape shape = fit_lattice(spectra_.of(beyond), lattice, density, series_.dims);
     shape.faces = settings_.faces, shape.ends = settings_.ends;
-    if (!predicted) return shape;
-    if (shape.faces == BCCSPLAT_FACES_DEFAULT) shape.faces = BCCSPLAT_FACES_PREDICT;
-    if (shape.ends == BCCSPLAT_ENDS_DEFAULT) shape.ends = BCCSPLAT_ENDS_PREDICT;
-    return shape;
+    return with_beyond(shape, beyond);
   }
   struct Start {
-    double density = 0, merit = 0;
-    bool predicted = false;
+    double density = 0;
+    Beyond beyond = Beyond::plain;
+    uint64_t bytes = 0; // of the sample, UINT64_MAX if it does not keep the bound
+    double merit = 0;
+    [[nodiscard]] bool operator<(const Start& other) const {
+      return bytes != other.bytes ? bytes < other.bytes : merit > other.merit;
+    }
   };
   // The density that the spectrum foretells, and lower as long as the sample, which knows better, allows.
-  Start start_of(int32_t lattice, bool predicted) {
-    double density = first_density(fitted(lattice, 0.5, predicted));
+  Start start_of(int32_t lattice, Beyond beyond) {
+    double density = first_density(fitted(lattice, 0.5, beyond), spectra_.of(beyond));
     while (density / kDenser > kLeastDensity &&
-           leaves_most(plain_trial(fitted(lattice, density / kDenser, predicted))))
+           leaves_most(plain_trial(fitted(lattice, density / kDenser, beyond))))
       density /= kDenser;
-    return {density, merit(fitted(lattice, density, predicted)), predicted};
+    const LatticeShape shape = fitted(lattice, density, beyond);
+    return {density, beyond, consider(shape).bytes, merit(shape)};
   }
-  // With what lies beyond the ends predicted or without.
   Start best_start(int32_t lattice) {
-    const Start plain = start_of(lattice, false);
-    if (settings_.faces != BCCSPLAT_FACES_DEFAULT && settings_.ends != BCCSPLAT_ENDS_DEFAULT) return plain;
-    const Start predicted = start_of(lattice, true);
-    return predicted.merit > plain.merit ? predicted : plain;
+    Start best = start_of(lattice, Beyond::plain);
+    for (const Beyond beyond : {Beyond::faces, Beyond::all}) {
+      if (fitted(lattice, 0.5, beyond) == fitted(lattice, 0.5, Beyond::plain)) continue; // as given
+      best = std::min(best, start_of(lattice, beyond));
+    }
+    return best;
   }
   // Denser and denser until it takes more bytes, then the other way if there was nothing to gain.
   void search_densities(int32_t lattice) {
     const Start start = best_start(lattice);
     const double first = start.density;
-    const auto at = [&](double density) { return consider(fitted(lattice, density, start.predicted)); };
+    const auto at = [&](double density) { return consider(fitted(lattice, density, start.beyond)); };
     const Outcome outcome = at(first);
     uint64_t least = outcome.bytes;
     for (double d = first * kDenser; d < kMostDensity; d *= kDenser) {

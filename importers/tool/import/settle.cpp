@@ -78,6 +78,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
   const SeriesSample sample = sample_series(reader, air, {});
   plan.spectra.emplace(Spectra{{s, sample, air, settings.faces, settings.ends},
+                               {s, sample, air, BCCSPLAT_FACES_PREDICT, settings.ends},
                                {s, sample, air, BCCSPLAT_FACES_PREDICT, BCCSPLAT_ENDS_PREDICT}});
   // What a dry run has scanned beyond it must not make other choices than an import at once.
   const std::vector<ChannelScan>& ranges = bound.any() ? plan.scans : sample.ranges;

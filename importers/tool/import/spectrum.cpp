@@ -12,7 +12,7 @@ namespace {
 
 constexpr size_t kBlockEdge = 32;    // samples of a block along an axis that is cut
 constexpr size_t kWholeEdge = 64;    // an axis up to this long is taken whole, space and short series
-constexpr uint64_t kPredicted = 14;  // frames from which on a series is not mirrored at its ends
+constexpr uint64_t kPredicted = 23;  // frames: what happens at the ends of a shorter series is not faded out
 constexpr uint64_t kLong = 43;       // samples from which on an axis is not mirrored at its faces
 constexpr size_t kMostBins = 20;     // along an axis that is whole
 constexpr size_t kWindowedBins = 14; // along one that is cut: the window is no finer
