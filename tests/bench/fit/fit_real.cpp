@@ -124,7 +124,8 @@ Imported import(const RealSet& set, const Scratch& scratch, const std::string& o
   const auto& error = j.at("error").at("channels").at(0);
   out.psnr = error.at("psnr").is_null() ? HUGE_VAL : error.at("psnr").get<double>();
   out.bytes = j.at("bytes").at("file").get<double>();
-  out.sites = j.at("sites_total").get<double>() / j.at("cc_samples").get<double>();
+  out.sites = (j.at("sites_total").get<double>() + j.at("sites_outside").get<double>()) /
+              j.at("cc_samples").get<double>();
   const auto& plan = j.at("plan");
   const auto& chosen =
       plan.contains("choice") ? plan.at("choice").at("rounded") : plan.at("coding").at("chosen");
