@@ -55,9 +55,10 @@ class Import(ToolTest):
         args = self.raw('a.raw', DIMS, bump)
         worst, sites = {}, {}
         for ends in ('predict', 'mirror'):
-            j = self.json('import', *args, '--ends', ends, '-o', ends + '.bcc4')
+            fixed = ('--lattice', 'd4star', '--ends', ends)
+            j = self.json('import', *args, *fixed, '-o', ends + '.bcc4')
             sites[ends] = j['sites_total']
-            self.assertEqual(self.json('import', *args, '--ends', ends, '--dry-run', '-o', 'no.bcc4')['sites_total'], sites[ends])
+            self.assertEqual(self.json('import', *args, *fixed, '--dry-run', '-o', 'no.bcc4')['sites_total'], sites[ends])
             frames = self.json('verify', ends + '.bcc4', '--against', 'a.raw', '--dims', '9,8,7,6', '--dtype', 'f32')['frames']
             worst[ends] = max(frames[0]['max_abs'], frames[-1]['max_abs'])
         self.assertGreater(sites['predict'], sites['mirror'])
