@@ -17,13 +17,12 @@ void NoiseTrial::add(std::span<const float> row) {
 }
 
 uint8_t NoiseTrial::best(double within) const {
-  uint8_t best = usual_noise_level;
-  for (uint8_t level = 0; level < end_noises.size(); ++level)
+  size_t best = usual_noise_level;
+  for (size_t level = 0; level < end_noises.size(); ++level)
     if (squares_[level] < squares_[best]) best = level;
-  if (squares_[best] == 0) return best;
-  uint8_t boldest = 0;
+  size_t boldest = squares_[best] == 0 ? best : 0;
   while (boldest < best && squares_[boldest] > within * squares_[best]) ++boldest;
-  return boldest;
+  return static_cast<uint8_t>(boldest);
 }
 
 } // namespace bccsplat

@@ -23,12 +23,10 @@ class UnfinishedImport {
   UnfinishedImport& operator=(const UnfinishedImport&) = delete;
   ~UnfinishedImport();
   void finished() { finished_ = true; }
-  // It would end the same way again: nothing stays.
-  void hopeless() { hopeless_ = true; }
 
  private:
   std::string output_;
-  bool quiet_, finished_ = false, hopeless_ = false;
+  bool quiet_, finished_ = false;
 };
 
 } // namespace bcc4

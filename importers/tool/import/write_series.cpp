@@ -50,9 +50,9 @@ std::vector<StepCoding> finer_steps(const SeriesDescription& s, const WriterSett
   return steps;
 }
 
-ImportResult write_all(FrameReader& reader, const Device& device, const WriterSettings& settings,
-                       const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                       const CommonOptions& common) {
+ImportResult write_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
+                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                        const CommonOptions& common) {
   const SeriesDescription& s = reader.description();
   auto part = sized<bccsplat_series_part>();
   if (scope.part) {
@@ -60,6 +60,7 @@ ImportResult write_all(FrameReader& reader, const Device& device, const WriterSe
     part.lead = scope.lead;
     part.times = s.times.values.data();
   }
+  UnfinishedImport unfinished(scope.output, common.quiet);
   const Writer writer =
       create_writer(device, scope.output, s, settings, scans, s.dims[3], scope.part ? &part : nullptr);
   record_origin(writer, s, settings, scope);
@@ -71,22 +72,9 @@ ImportResult write_all(FrameReader& reader, const Device& device, const WriterSe
                 add_frame(writer, c, s.times.values[f], values, reader.frame_name(f));
               });
   check(bccsplat_writer_finish(writer.get(), &result.report), scope.output);
+  unfinished.finished();
   result.errors = measured_errors(writer, s.channels.size(), result.report.frames_measured);
   return result;
-}
-
-ImportResult write_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
-                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
-                        const CommonOptions& common) {
-  UnfinishedImport unfinished(scope.output, common.quiet);
-  try {
-    const ImportResult result = write_all(reader, device, settings, scans, scope, common);
-    unfinished.finished();
-    return result;
-  } catch (const StatusError& e) {
-    if (e.status() == BCCSPLAT_ERROR_BOUND_NOT_MET) unfinished.hopeless();
-    throw;
-  }
 }
 
 } // namespace
