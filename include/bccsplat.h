@@ -798,6 +798,11 @@ typedef struct bccsplat_slice_options {
                           along them, and hyperplane must be NULL. */
   int32_t slab;        /* BCCSPLAT_SLAB_... */
   int32_t method;      /* BCCSPLAT_METHOD_... */
+  const double* box; /* 6 doubles, which are copied: x0 y0 z0 x1 y1 z1 in index units, clipped to the samples;
+                        one that misses them is OUT_OF_DOMAIN. The slice is that part of a merged time slice,
+                        ends included, and costs what the part costs: only chunks up to about two dozen sites
+                        around it are read. It has the values of the whole slice. A volume keeps a cache for
+                        the last box of a channel and kernel beside that for the whole. NULL: all of it. */
 } bccsplat_slice_options;
 
 typedef struct bccsplat_slice_info {

@@ -89,6 +89,10 @@ struct bccsplat_volume : bccsplat::api::Counted {
   // Coefficients of a channel under a kernel; NULL or "": the volume's. Made once, kept with the volume.
   // They come with the file's masks, and under the file's own kernel with its corrections.
   [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name) const;
+  // Those of some bricks alone, or all. Kept until others are asked for, so that a series plays in a box as
+  // it does in all of it; not longer than the volume.
+  [[nodiscard]] std::shared_ptr<const bccsplat::Coefficients>
+  coefficients(uint32_t channel, const char* kernel_name, const bccsplat::BrickBox& region) const;
   [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
   [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;
 
@@ -104,8 +108,17 @@ struct bccsplat_volume : bccsplat::api::Counted {
 
  private:
   using Key = std::pair<uint32_t, std::string>; // channel, canonical kernel name
+  struct Part {
+    bccsplat::BrickBox region;
+    std::shared_ptr<const bccsplat::Coefficients> coefficients;
+  };
+  [[nodiscard]] bccsplat::Kernel kernel_of(const char* name) const; // the volume's where there is no name
+  [[nodiscard]] std::unique_ptr<bccsplat::Coefficients>
+  make_coefficients(uint32_t channel, bccsplat::Kernel kernel, const bccsplat::BrickBox& region) const;
+
   mutable std::mutex mutex_;
   mutable std::map<Key, std::unique_ptr<bccsplat::Coefficients>> coefficients_;
+  mutable std::map<Key, Part> parts_;
 };
 
 struct bccsplat_slice : bccsplat::api::Counted {

@@ -18,6 +18,17 @@ static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(std::array<float, 3>)
 
 namespace {
 
+// x0 y0 z0 x1 y1 z1
+IndexBox read_box(const double* numbers, const Lattice4& lattice) {
+  IndexBox box;
+  std::copy_n(numbers, 3, box.begin.begin()), std::copy_n(numbers + 3, 3, box.end.begin());
+  for (size_t a = 0; a < 3; ++a)
+    if (!(std::isfinite(box.begin[a]) && std::isfinite(box.end[a]) && box.begin[a] <= box.end[a]))
+      fail(Code::invalid_argument, "slice: the box goes from ", box.begin[a], " to ", box.end[a],
+           " along axis ", a);
+  return clip_to_samples(box, lattice);
+}
+
 HypersliceOptions read_options(const bccsplat_slice_options& o, const VolumeInfo& info) {
   require_zero(o.reserved, "bccsplat_slice_options.reserved");
   HypersliceOptions r;
@@ -38,6 +49,7 @@ HypersliceOptions read_options(const bccsplat_slice_options& o, const VolumeInfo
   if (o.slab == BCCSPLAT_SLAB_MAXIMUM) r.thickness.kind = ThicknessKind::maximum;
   r.spacing = o.spacing;
   r.time_length = o.time_length != 0 ? o.time_length : std::cbrt(std::fabs(info.affine.determinant()));
+  if (o.box) r.box = read_box(o.box, info.lattice);
   if (o.method == BCCSPLAT_METHOD_MERGED) r.method = SliceMethod::merged;
   if (o.method == BCCSPLAT_METHOD_RESAMPLED) r.method = SliceMethod::resampled;
   return r;
@@ -66,8 +78,8 @@ Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane, const bccsplat
 // A slice of the paper's extracted points.
 void extract(bccsplat_slice& result, const Coefficients& coefficients, const Hyperplane& h,
              const HypersliceOptions& o, const Affine3& affine, const Context& context) {
-  if (o.thickness.length != 0 || o.has_interval() || o.spacing != 0 || o.target)
-    fail(Code::unsupported, "slice: extracted points take no thickness, interval, spacing or lattice");
+  if (o.thickness.length != 0 || o.has_interval() || o.spacing != 0 || o.target || o.box)
+    fail(Code::unsupported, "slice: extracted points take no thickness, interval, spacing, lattice or box");
   const auto start = std::chrono::steady_clock::now();
   PlaneOptions plane;
   plane.time_length = o.time_length;
@@ -96,10 +108,15 @@ void sample_extracted(const bccsplat_slice& slice, const Grid& grid, float* valu
   }
 }
 
-// Slice-space extent: bounding box of the domain.
-std::array<std::array<double, 2>, 3> extent_of(const Slice& s) {
+// Slice-space extent: bounding box of the domain; a box that was asked for as it was asked for.
+std::array<std::array<double, 2>, 3> extent_of(const bccsplat_slice& slice) {
+  const Slice& s = slice.slice;
   std::array<std::array<double, 2>, 3> extent;
   for (size_t a = 0; a < 3; ++a) {
+    if (slice.cut.box) {
+      extent[a] = {slice.cut.box->begin[a], slice.cut.box->end[a]};
+      continue;
+    }
     const double unit = s.lattice_to_slice.linear[a][a], offset = s.lattice_to_slice.offset[a];
     extent[a] = {offset + unit * s.domain_begin[a], offset + unit * s.domain_end[a]};
   }
@@ -127,7 +144,8 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     const VolumeInfo& info = volume->info();
     HypersliceOptions cut = read_options(o, info);
     const Hyperplane h = read_hyperplane(hyperplane, o, cut);
-    const Coefficients& coefficients = volume->coefficients(o.channel, o.kernel);
+    const auto held = volume->coefficients(o.channel, o.kernel, cut.reads(info.lattice));
+    const Coefficients& coefficients = *held;
     Progress progress(progress_callback(o.progress, o.progress_user), true);
     Progress making(progress, 0, 0.999); // 1 is for a slice that is there
     const Context context = volume->device->context(making);
@@ -160,7 +178,7 @@ bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_sl
     out.lattice = s.lattice.bcc ? BCCSPLAT_LATTICE_BCC : BCCSPLAT_LATTICE_CC;
     std::copy_n(s.hyperplane.coefficients().begin(), 5, out.hyperplane);
     std::copy(s.origin.begin(), s.origin.end(), out.origin);
-    const auto extent = extent_of(s);
+    const auto extent = extent_of(*slice);
     for (size_t a = 0; a < 3; ++a) {
       std::copy(s.basis[a].begin(), s.basis[a].end(), out.basis[a]);
       std::copy(extent[a].begin(), extent[a].end(), out.extent[a]);
@@ -225,7 +243,7 @@ bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice, const bc
     } else if (slice->slice.empty()) {
       return;
     } else {
-      const auto extent = extent_of(slice->slice);
+      const auto extent = extent_of(*slice);
       for (size_t a = 0; a < 3; ++a) {
         g.origin[a] = extent[a][0], g.step[a] = 1;
         g.dims[a] = static_cast<int32_t>(std::floor(extent[a][1] - extent[a][0] + 1e-6)) + 1;

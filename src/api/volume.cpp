@@ -88,21 +88,43 @@ const ChannelInfo& bccsplat_volume::channel(uint32_t index) const {
   return info().channels[index];
 }
 
-const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const char* kernel_name) const {
+Kernel bccsplat_volume::kernel_of(const char* name) const {
+  return name && *name ? make_kernel(name) : kernel;
+}
+
+std::unique_ptr<Coefficients> bccsplat_volume::make_coefficients(uint32_t channel_index, Kernel k,
+                                                                 const BrickBox& region) const {
   const ChannelInfo& c = channel(channel_index);
-  Kernel k = kernel_name && *kernel_name ? make_kernel(kernel_name) : kernel;
-  const std::scoped_lock lock(mutex_);
-  auto& slot = coefficients_[{channel_index, k.name}];
-  if (slot) return *slot;
   // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter
   // beside air.
   const auto index = static_cast<int>(channel_index);
   const float prune = samples->base(index) == c.air ? c.threshold / 2 : 0;
   const bool own = k.name == make_kernel(choose_kernel(info(), nullptr)).name;
-  slot = std::make_unique<Coefficients>(*samples, index, std::move(k), prune, cache_bytes);
-  if (own) slot->set_corrections(corrections_of[channel_index].get());
-  slot->set_masks(masks_of[channel_index].get());
-  return *slot;
+  auto made = std::make_unique<Coefficients>(*samples, index, std::move(k), prune, cache_bytes, region);
+  if (own) made->set_corrections(corrections_of[channel_index].get());
+  made->set_masks(masks_of[channel_index].get());
+  return made;
+}
+
+const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const char* kernel_name) const {
+  Kernel k = kernel_of(kernel_name);
+  const std::scoped_lock lock(mutex_);
+  if (const auto it = coefficients_.find({channel_index, k.name}); it != coefficients_.end())
+    return *it->second;
+  auto made = make_coefficients(channel_index, k, {});
+  return *(coefficients_[{channel_index, k.name}] = std::move(made));
+}
+
+std::shared_ptr<const Coefficients>
+bccsplat_volume::coefficients(uint32_t channel_index, const char* kernel_name, const BrickBox& region) const {
+  if (region == BrickBox{}) return {std::shared_ptr<void>{}, &coefficients(channel_index, kernel_name)};
+  Kernel k = kernel_of(kernel_name);
+  const std::scoped_lock lock(mutex_);
+  if (const auto it = parts_.find({channel_index, k.name}); it != parts_.end() && it->second.region == region)
+    return it->second.coefficients;
+  std::shared_ptr<const Coefficients> made = make_coefficients(channel_index, k, region);
+  parts_[{channel_index, k.name}] = {region, made};
+  return made;
 }
 
 extern "C" {

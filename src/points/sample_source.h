@@ -1,6 +1,7 @@
 // A source of the samples of a 4D volume: a .bcc4 file, or memory.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -22,6 +23,15 @@ struct BrickBox {
     for (size_t a = 0; a < 3; ++a)
       if (b[a] < begin[a] || b[a] >= end[a]) return false;
     return true;
+  }
+  // With the bricks beside it.
+  [[nodiscard]] BrickBox widened() const {
+    BrickBox box;
+    for (size_t a = 0; a < 3; ++a) {
+      box.begin[a] = std::max(0, begin[a] - 1);
+      box.end[a] = end[a] == INT32_MAX ? INT32_MAX : end[a] + 1;
+    }
+    return box;
   }
   bool operator==(const BrickBox&) const = default;
 };

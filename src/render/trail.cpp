@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "render/trail_layers.h"
 #include "slice/maximum_slice.h"
+#include "slice/part.h"
 #include "slice/time_slice.h"
 
 namespace bccsplat {
@@ -38,7 +39,7 @@ std::vector<Moment> midpoints(double begin, double end, int intervals, int count
 }
 
 void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slice,
-               const TrailOptions& options, const Context& context) {
+               const TrailOptions& options, const std::optional<IndexBox>& box, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
   const double end = lattice.last_frame();
   const double from = std::clamp(slice.frame + options.interval[0], 0.0, end);
@@ -48,25 +49,30 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
   const int samples = options.samples > 0 ? options.samples
                                           : std::clamp(static_cast<int>(std::ceil(part / lattice.time_step)),
                                                        fewest_stills, most_stills);
+  const auto within = [&](Slice made) {
+    if (box) cut_to_box(made, *box);
+    return made;
+  };
   const auto instant = [&](double frame) {
     return time_slice(coefficients, frame, {0, 0}, slice.slice_to_world, context);
   };
   if (options.content == TrailContent::classified) {
     const auto moments = midpoints(from, to, options.intervals, samples);
     if (add_layers(trail, coefficients, slice, moments, context)) return;
-    for (const Moment& m : moments) add_slice(trail, instant(m.at), m, context);
+    for (const Moment& m : moments) add_slice(trail, within(instant(m.at)), m, context);
     return;
   }
   for (const Moment& m : midpoints(from, to, options.intervals, 1)) {
     if (options.content == TrailContent::mean) {
-      add_slice(trail, time_slice(coefficients, m.at, {-part / 2, part / 2}, slice.slice_to_world, context),
+      add_slice(trail,
+                within(time_slice(coefficients, m.at, {-part / 2, part / 2}, slice.slice_to_world, context)),
                 m, context);
       continue;
     }
     SiteMaxima maxima;
     for (const Moment& still : midpoints(m.at - part / 2, m.at + part / 2, 1, samples))
       maxima.add(instant(still.at), context);
-    add_slice(trail, maxima.finish(context), m, context);
+    add_slice(trail, within(maxima.finish(context)), m, context);
   }
 }
 
@@ -112,6 +118,12 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
 
 } // namespace
 
+BrickBox trail_reads(const TrailOptions& options, const HypersliceOptions& like, const Lattice4& lattice) {
+  HypersliceOptions o = like;
+  if (options.content == TrailContent::maximum) o.thickness = {1, ThicknessKind::maximum};
+  return o.reads(lattice);
+}
+
 Trail make_trail(const Coefficients& coefficients, const Slice& slice, const TrailOptions& options,
                  const HypersliceOptions& like, const Affine3& index_to_world, const Context& context) {
   if (!(options.interval[0] <= options.interval[1]) || !std::isfinite(options.interval[0]) ||
@@ -122,7 +134,7 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
   Trail trail;
   const bool own_lattice = like.spacing == 0 && !like.target && !like.axes && like.thickness.length == 0;
   if (slice.is_time_slice() && own_lattice)
-    add_times(trail, coefficients, slice, options, context);
+    add_times(trail, coefficients, slice, options, like.box, context);
   else
     add_planes(trail, coefficients, slice, options, like, index_to_world, context);
   return trail;

@@ -46,6 +46,10 @@ struct Trail {
   std::array<double, 2> bounds{0, 0}; // no value of any moment lies outside
 };
 
+// What make_trail needs of the coefficients of a slice cut with `like`.
+[[nodiscard]] BrickBox trail_reads(const TrailOptions& options, const HypersliceOptions& like,
+                                   const Lattice4& lattice);
+
 // classified: stills at the midpoints of equal parts, each with its share (midpoint rule: second order in the
 // parts). Where it is cheaper the sources are the lattice's layers, of which stills are mixed sheet by sheet:
 // many stills then cost little more than few. mean, maximum: one slice per sub-interval; over time the mean

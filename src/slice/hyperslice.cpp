@@ -32,6 +32,12 @@ void check_options(const HypersliceOptions& o, bool time_slice, const Lattice4& 
 
 } // namespace
 
+BrickBox HypersliceOptions::reads(const Lattice4& lattice) const {
+  if (!box) return {};
+  const bool filtered = thickness.length > 0 && thickness.kind == ThicknessKind::maximum;
+  return bricks_around(*box, lattice, filtered ? BeyondBox::prefilter : BeyondBox::field);
+}
+
 Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options,
                  const Affine3& index_to_world, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
@@ -53,15 +59,19 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
     fail(Code::unsupported,
          "slice: merged slices are those at t, x, y or z = constant, on the volume's lattice, "
          "of files that store samples");
+  if (options.box && (!is_time || !can_merge || options.method == SliceMethod::resampled))
+    fail(Code::unsupported, "slice: a box belongs to merged time slices");
   if (options.has_interval() && (!can_merge || options.method == SliceMethod::resampled))
     fail(Code::unsupported, "slice: with an interval the slice is merged; use a thickness");
   if (can_merge && !misses && options.method != SliceMethod::resampled) {
     if (is_time) {
       const double half = options.thickness.length / 2;
-      return thick_time_slice(coefficients,
-                              lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
-                              options.has_interval() ? options.interval : std::array{-half, half},
-                              options.thickness.kind, index_to_world, context);
+      Slice slice = thick_time_slice(
+          coefficients, lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
+          options.has_interval() ? options.interval : std::array{-half, half}, options.thickness.kind,
+          index_to_world, context);
+      if (options.box) cut_to_box(slice, *options.box);
+      return slice;
     }
     Slice slice =
         axis_slice(coefficients, cut->axis, cut->position, options.thickness, context.with(cutting));

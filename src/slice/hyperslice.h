@@ -6,6 +6,7 @@
 
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
+#include "slice/part.h"
 #include "slice/plane_geometry.h"
 #include "slice/thickness.h"
 
@@ -22,6 +23,9 @@ struct HypersliceOptions {
   double time_length = 1;            // world units that one frame is drawn as
   // Slice space, lying in the hyperplane: resampled on a lattice along its axes.
   std::optional<PlaneAxes> axes;
+  // Of a time slice only this is made; the coefficients may be of `reads` alone.
+  std::optional<IndexBox> box;
+  [[nodiscard]] BrickBox reads(const Lattice4& lattice) const;
 
   [[nodiscard]] bool has_interval() const { return interval[0] != 0 || interval[1] != 0; }
 };

@@ -197,6 +197,111 @@ TEST_F(SliceOptions, RenderingAnEmptySliceShowsNothing) {
   EXPECT_EQ(bccsplat_renderer_render(r, f), BCCSPLAT_ERROR_UNSUPPORTED);
 }
 
+// Two dozen sites around a box are less than a whole volume only where that is larger.
+class SliceBox : public SliceOptions {
+ protected:
+  static constexpr double box[6] = {30, 4, 100, 37.5, 12, 130};
+  void SetUp() override {
+    Series s;
+    s.nx = 40, s.ny = 16, s.nz = 400, s.nt = 10;
+    s.field = [](double x, double y, double z, double t) {
+      return 50 + 20 * std::sin(0.4 * x + 0.3 * t) + 15 * std::cos(0.5 * y - 0.3 * z) +
+             15 * std::sin(0.2 * z + t);
+    };
+    (void)write_series(device, folder.file("long.bcc4"), s);
+    volume = open(device, folder.file("long.bcc4"));
+  }
+};
+
+TEST_F(SliceBox, IsThatPartOfTheSlice) {
+  auto o = sized<bccsplat_slice_options>();
+  o.box = box;
+  const Slice part = cut_with(time_plane, o);
+  const auto info = info_of(part);
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(info.extent[a][0], box[a], 1e-9);
+    EXPECT_NEAR(info.extent[a][1], box[a + 3], 1e-9);
+    EXPECT_EQ(info.dims[a], uint64_t(box[a + 3] - box[a]) + 1);
+  }
+  o.box = nullptr;
+  volume = open(device, folder.file("long.bcc4")); // nothing is cached
+  const Slice whole = cut_with(time_plane, o);
+  EXPECT_GT(info.bytes_read, 0u);
+  EXPECT_LT(info.bytes_read, info_of(whole).bytes_read / 2);
+  std::vector<float> some(info.dims[0] * info.dims[1] * info.dims[2]), same(some.size());
+  ASSERT_OK(bccsplat_slice_sample_grid(part.get(), nullptr, some.data()));
+  auto grid = sized<bccsplat_grid>();
+  for (int a = 0; a < 3; ++a) grid.origin[a] = box[a], grid.step[a] = 1, grid.dims[a] = info.dims[a];
+  ASSERT_OK(bccsplat_slice_sample_grid(whole.get(), &grid, same.data()));
+  for (size_t i = 0; i < some.size(); ++i) ASSERT_NEAR(some[i], same[i], 1e-5);
+  const double outside[3] = {30, 4, 99};
+  float value = 0;
+  EXPECT_EQ(bccsplat_slice_evaluate(part.get(), 1, outside, &value, nullptr), BCCSPLAT_ERROR_OUT_OF_DOMAIN);
+  EXPECT_OK(bccsplat_slice_evaluate(whole.get(), 1, outside, &value, nullptr));
+}
+
+TEST_F(SliceBox, PlaysWithoutReadingAgain) {
+  auto o = sized<bccsplat_slice_options>();
+  o.box = box;
+  (void)cut_with({0, 0, 0, 1, -4}, o);
+  EXPECT_EQ(info_of(cut_with({0, 0, 0, 1, -4.25}, o)).bytes_read, 0u);
+  EXPECT_EQ(info_of(cut_with({0, 0, 0, 1, -3.75}, o)).bytes_read, 0u);
+}
+
+TEST_F(SliceBox, IsChecked) {
+  const auto status = [&](std::array<double, 6> b, const double(&h)[5]) {
+    auto o = sized<bccsplat_slice_options>();
+    o.box = b.data();
+    Slice s;
+    return create(h, o, s);
+  };
+  EXPECT_EQ(status({5, 0, 0, 4, 9, 9}, time_plane), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(status({0, 0, 0, 4, 9, NAN}, time_plane), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_EQ(status({0, 0, 400, 4, 9, 500}, time_plane), BCCSPLAT_ERROR_OUT_OF_DOMAIN);
+  EXPECT_EQ(status({-9, -9, -9, 400, 400, 400}, time_plane), BCCSPLAT_OK);
+  EXPECT_EQ(status({3, 3, 3, 3, 3, 3}, time_plane), BCCSPLAT_OK); // one point
+  EXPECT_EQ(status({0, 0, 0, 4, 9, 9}, x_plane), BCCSPLAT_ERROR_UNSUPPORTED);
+  EXPECT_EQ(status({0, 0, 0, 4, 9, 9}, oblique), BCCSPLAT_ERROR_UNSUPPORTED);
+}
+
+// A picture of a box, still and with a trail, is that of the volume where its rays meet no more than the box.
+TEST_F(SliceBox, IsDrawnAsTheVolumeIs) {
+  auto o = sized<bccsplat_slice_options>();
+  const double slab[6] = {0, 0, 100, 39, 15, 130}; // seen along x, with a margin above and below
+  o.box = slab;
+  const Slice part = cut_with(time_plane, o);
+  o.box = nullptr;
+  const Slice whole = cut_with(time_plane, o);
+  auto camera = sized<bccsplat_camera>();
+  ASSERT_OK(bccsplat_slice_fit_camera(part.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, 0, 90, 32, 32, &camera));
+  camera.ortho_height = 12;
+  for (const bool trail : {false, true}) {
+    std::array<std::vector<float>, 2> picture;
+    for (size_t k = 0; k < 2; ++k) {
+      bccsplat_renderer* r = nullptr;
+      ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+      const Renderer renderer(r);
+      ASSERT_OK(bccsplat_renderer_set_slice(r, (k == 0 ? part : whole).get()));
+      ASSERT_OK(bccsplat_renderer_set_camera(r, &camera));
+      auto motion = sized<bccsplat_trail>();
+      motion.interval[0] = -2;
+      ASSERT_OK(bccsplat_renderer_set_trail(r, trail ? &motion : nullptr));
+      picture[k].resize(32 * 32 * 4);
+      bccsplat_frame* f = nullptr;
+      ASSERT_OK(bccsplat_frame_wrap(device.get(), 32, 32, picture[k].data(), 0, &f));
+      const Frame frame(f);
+      ASSERT_OK(bccsplat_renderer_render(r, f));
+    }
+    float most = 0, seen = 0;
+    for (size_t i = 0; i < picture[0].size(); ++i) {
+      most = std::max(most, std::fabs(picture[0][i] - picture[1][i]));
+      seen = std::max(seen, picture[1][i]);
+    }
+    EXPECT_GT(seen, 0.1f) << trail;
+    EXPECT_LT(most, 2e-3f) << trail;
+  }
+}
+
 TEST_F(SliceOptions, AreChecked) {
   const auto status = [&](const std::function<void(bccsplat_slice_options&)>& change,
                           const double(&h)[5] = x_plane) {

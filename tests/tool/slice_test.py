@@ -245,6 +245,27 @@ class Slice(ToolTest):
         for wrong, text in (('0-9,0-9', 'X0-X1,Y0-Y1,Z0-Z1'), ('5-2,0-1,0-1', 'does not rise'), (f'0-{DIMS[0]},0-1,0-1', f'has 0 to {DIMS[0] - 1}'), ('a,0,0', '--roi')):
             self.refused(2, text, 'export', 'v.bcc4', '--all', '--roi', wrong, '-o', 'x.nrrd', output='x.nrrd')
 
+    def test_slice_and_picture_of_a_region(self):
+        box, (x0, y0, z0), (nx, ny, nz) = '2-5,3-3,1-6', (2, 3, 1), (4, 1, 6)
+        whole, part = self.values('--time', 3.25), self.values('--time', 3.25, '--roi', box)
+        self.assertEqual(part.sizes, [nx, ny, nz])
+        self.assertEqual(part.keys['bccsplat first sample'], f'{x0} {y0} {z0}')
+        at = ((z, y, x) for z in range(nz) for y in range(ny) for x in range(nx))
+        for (z, y, x), value in zip(at, part.values, strict=True):
+            self.assertAlmostEqual(value, whole.values[((z + z0) * DIMS[1] + y + y0) * DIMS[0] + x + x0], places=5)
+        pictures = []
+        for options in ((), ('--roi', '0-13,0-11,0-4'), ('--roi', '0-13,0-11,0-12')):
+            self.bcc4('render', 'v.bcc4', '--time', 3.25, '--size', '24x24', *options, '-o', 'p.png')
+            with open(self.path('p.png'), 'rb') as f:
+                pictures.append(f.read())
+        self.assertNotEqual(pictures[0], pictures[1])
+        self.assertEqual(pictures[0], pictures[2])
+        for command in ('slice', 'render'):
+            name = 'x.nrrd' if command == 'slice' else 'x.png'
+            self.refused(2, '--roi goes with --time', command, 'v.bcc4', '--plane', '1,0,0,0,-3', '--roi', box, '-o', name, output=name)
+            self.refused(2, 'has 0 to 13', command, 'v.bcc4', '--time', 3, '--roi', '0-14,0-1,0-1', '-o', name, output=name)
+            self.refused(2, 'X0-X1,Y0-Y1,Z0-Z1', command, 'v.bcc4', '--time', 3, '--roi', '0-1', '-o', name, output=name)
+
     def test_export_rounds_to_the_source_type(self):
         for dtype, offset in (('u8', 0), ('i16', -500), ('u16', 60000)):
             self.volume(DIMS, lambda *p: wave(*p) / 10 + offset if dtype != 'u16' else 65535 - wave(*p), '--quiet', name=f'{dtype}.bcc4', dtype=dtype)

@@ -474,11 +474,12 @@ class SliceOptions(Struct):
     basis: int | None
     slab: int
     method: int
+    box: int | None
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
         ("reserved", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
         ("thickness", c_double), ("point", c_void_p), ("basis", c_void_p), ("slab", c_int32),
-        ("method", c_int32)]
+        ("method", c_int32), ("box", c_void_p)]
 
 
 class SliceInfo(Struct):

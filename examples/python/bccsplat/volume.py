@@ -164,11 +164,13 @@ class Slice(Child):
 
     def __init__(self, volume: Volume, a: float, b: float, c: float, d: float, e: float, *, channel: int = 0,
                  kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0,
-                 time_length: float = 0.0, progress: Progress | None = None, **options: Any) -> None:
+                 time_length: float = 0.0, box: Any = None, progress: Progress | None = None, **options: Any) -> None:
+        """box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it."""
         super().__init__(volume.device)
         self.volume = volume
+        corners = None if box is None else np.ascontiguousarray(box, np.float64).reshape(6)
         o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
-                              **options)
+                              box=None if corners is None else corners.ctypes.data, **options)
         o.interval[:] = [*interval]
         self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
 

@@ -12,6 +12,7 @@
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
 #include "tool/view/slice_choice.h"
+#include "tool/view/time_slice.h"
 
 namespace bcc4 {
 namespace {
@@ -23,24 +24,6 @@ struct ExportArguments {
   ExportOptions options;
   CommonOptions common;
 };
-
-// "X0-X1,Y0-Y1,Z0-Z1": samples of the source grid from 0, both ends included.
-SampleBox parse_region(const std::string& text) {
-  SampleBox box;
-  const auto parts = split_commas(text);
-  if (parts.size() != 3)
-    fail_usage("--roi ", text, ": X0-X1,Y0-Y1,Z0-Z1 is expected, such as 0-31,0-31,10-20");
-  for (size_t a = 0; a < 3; ++a) {
-    const std::string part(parts[a]);
-    const size_t dash = part.find('-');
-    box.begin[a] = option_number<uint64_t>("--roi", part.substr(0, dash));
-    const uint64_t last =
-        dash == std::string::npos ? box.begin[a] : option_number<uint64_t>("--roi", part.substr(dash + 1));
-    if (last < box.begin[a] || last > INT32_MAX) fail_usage("--roi ", text, ": ", part, " does not rise");
-    box.dims[a] = last - box.begin[a] + 1;
-  }
-  return box;
-}
 
 // One file per frame goes into a folder or to a pattern; a plain name is one file for all.
 std::string output_pattern(const ExportArguments& a, const std::string& suffix) {
@@ -75,13 +58,6 @@ Volume open_salvaged(const Device& device, const ExportArguments& a) {
   check(bccsplat_volume_verify(raw, Progress::cancel_only, nullptr, &report), a.file);
   if (report.damages == 0) std::fprintf(stderr, "bcc4: %s: no damage\n", a.file.c_str());
   return volume;
-}
-
-void check_region(const SampleBox& region, const bccsplat_volume_info& v) {
-  for (size_t i = 0; i < 3; ++i)
-    if (region.begin[i] + region.dims[i] > v.dims[i])
-      fail_usage("--roi: samples ", region.begin[i], " to ", region.begin[i] + region.dims[i] - 1, " along ",
-                 "xyz"[i], ", the file has 0 to ", v.dims[i] - 1);
 }
 
 // Every frame into a file of its own.
@@ -158,10 +134,7 @@ Run add_export(CLI::App& app) {
   ex.add_flag("--all", a->all, "All frames");
   add_number(ex, "--time", a->which.time, "One time, in the file's unit");
   ex.add_flag("--index", a->which.index, "--time is a frame number, fractions allowed");
-  ex.add_option_function<std::string>(
-        "--roi", [a](const std::string& text) { a->options.region = parse_region(text); },
-        "Only this box of the source grid: samples from 0, both ends included")
-      ->type_name("X0-X1,Y0-Y1,Z0-Z1");
+  add_region(ex, a->options.region, "Only this box of the source grid: samples from 0, both ends included");
   add_choice<ExportFormat>(
       ex, "--format", a->options.format,
       {{"raw", ExportFormat::raw}, {"nrrd", ExportFormat::nrrd}, {"vdb", ExportFormat::vdb}},

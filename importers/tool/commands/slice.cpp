@@ -118,7 +118,7 @@ Range write_vdb_slice(const Volume& volume, uint32_t channel, const Slice& slice
   });
   VdbOutput o = vdb_like_source(volume, channel);
   if (where.is_time_slice && where.thickness == 0) {
-    keep_sparsity(volume, channel, where.index, values, o);
+    if (!where.region) keep_sparsity(volume, channel, where.index, values, o);
   } else { // of another kind than the source's frames
     o.grid_class = VdbOutput{}.grid_class;
     o.air = static_cast<float>(info.air);

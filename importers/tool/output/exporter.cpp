@@ -67,10 +67,8 @@ Affine Exporter::affine() const {
 }
 
 void Exporter::append_frame(OutputFile& file, double index) {
-  sample_planes(
-      cut_frame(volume_, index, channel_),
-      [&](uint64_t, std::span<const float> values) { append_values(file, values, type_, holes_); },
-      options_.region);
+  sample_planes(cut_frame(volume_, index, channel_, options_.region),
+                [&](uint64_t, std::span<const float> values) { append_values(file, values, type_, holes_); });
 }
 
 void Exporter::write_frame(const std::string& path, const Cut& where) {

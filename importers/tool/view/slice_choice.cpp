@@ -7,6 +7,33 @@
 
 namespace bcc4 {
 
+namespace {
+
+SampleBox parse_region(const std::string& text) {
+  SampleBox box;
+  const auto parts = split_commas(text);
+  if (parts.size() != 3)
+    fail_usage("--roi ", text, ": X0-X1,Y0-Y1,Z0-Z1 is expected, such as 0-31,0-31,10-20");
+  for (size_t a = 0; a < 3; ++a) {
+    const std::string part(parts[a]);
+    const size_t dash = part.find('-');
+    box.begin[a] = option_number<uint64_t>("--roi", part.substr(0, dash));
+    const uint64_t last =
+        dash == std::string::npos ? box.begin[a] : option_number<uint64_t>("--roi", part.substr(dash + 1));
+    if (last < box.begin[a] || last > INT32_MAX) fail_usage("--roi ", text, ": ", part, " does not rise");
+    box.dims[a] = last - box.begin[a] + 1;
+  }
+  return box;
+}
+
+} // namespace
+
+void add_region(CLI::App& app, std::optional<SampleBox>& region, const char* help) {
+  app.add_option_function<std::string>(
+         "--roi", [&region](const std::string& text) { region = parse_region(text); }, help)
+      ->type_name("X0-X1,Y0-Y1,Z0-Z1");
+}
+
 void add_slice_choice(CLI::App& app, SliceChoiceArguments& a) {
   add_number(app, "--time", a.time, "Time of the slice, in the file's unit");
   app.add_flag("--index", a.index, "--time is a frame number, fractions allowed");
@@ -41,6 +68,8 @@ void add_slice_choice(CLI::App& app, SliceChoiceArguments& a) {
   add_choice<int32_t>(app, "--slice-lattice", a.lattice,
                       {{"bcc", BCCSPLAT_LATTICE_BCC}, {"cc", BCCSPLAT_LATTICE_CC}},
                       "Lattice of the slice (default: the volume's where it is merged, else bcc)");
+  add_region(app, a.region,
+             "Only this box of a time slice: samples from 0, both ends included. Costs what the box costs");
   add_number(app, "--slice-spacing", a.spacing, "Spacing of that lattice in samples (default: the source's)");
 }
 
@@ -91,6 +120,8 @@ void set_shape(Cut& cut, const SliceChoiceArguments& a) {
   if (a.spacing && !(*a.spacing > 0)) fail_usage("--slice-spacing must be positive");
   cut.thickness = a.thickness.value_or(0), cut.spacing = a.spacing.value_or(0);
   cut.slab = a.slab, cut.method = a.method, cut.lattice = a.lattice;
+  if (a.region && !cut.is_time_slice) fail_usage("--roi goes with --time: a box is a part of a time slice");
+  cut.region = a.region;
 }
 
 Cut resolve_cut(const Volume& volume, const SliceChoiceArguments& a) {
@@ -111,6 +142,8 @@ Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel) {
   options.thickness = where.thickness, options.spacing = where.spacing;
   options.slab = where.slab, options.method = where.method, options.lattice = where.lattice;
   if (where.point) options.point = where.point->data(), options.basis = where.basis.data();
+  const auto box = sample_box(volume, where.region);
+  if (box) options.box = box->data();
   options.progress = Progress::cancel_only;
   bccsplat_slice* slice = nullptr;
   check(bccsplat_slice_create(volume.get(), where.point ? nullptr : &hyperplane, &options, &slice), "slice");

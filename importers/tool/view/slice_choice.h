@@ -1,10 +1,11 @@
 // Which hyperplane, and what the slice holds of it: --time, --index, --plane, --point and --basis,
-// --thickness and so on, for every command that cuts.
+// --thickness, --roi and so on, for every command that cuts.
 #pragma once
 
 #include <array>
 #include <optional>
 
+#include "readers/frame_reader.h"
 #include "tool/cli.h"
 #include "tool/handles.h"
 
@@ -20,7 +21,10 @@ struct SliceChoiceArguments {
   int32_t slab = BCCSPLAT_SLAB_DEFAULT;
   int32_t method = BCCSPLAT_METHOD_DEFAULT;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
+  std::optional<SampleBox> region; // of a time slice
 };
+// --roi X0-X1,Y0-Y1,Z0-Z1: samples of the source grid from 0, both ends included.
+void add_region(CLI::App& app, std::optional<SampleBox>& region, const char* help);
 void add_slice_choice(CLI::App& app, SliceChoiceArguments& arguments);
 
 struct Cut {
@@ -35,11 +39,12 @@ struct Cut {
   int32_t slab = BCCSPLAT_SLAB_DEFAULT;
   int32_t method = BCCSPLAT_METHOD_DEFAULT;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
+  std::optional<SampleBox> region;
 };
 // A file of one frame needs neither option. The sweep is not looked at.
 [[nodiscard]] Cut resolve_cut(const Volume& volume, const SliceChoiceArguments& arguments);
 [[nodiscard]] Cut cut_at_index(const Volume& volume, double index);
-// --thickness, --slab and the --slice- options onto a hyperplane.
+// --thickness, --slab, --roi and the --slice- options onto a hyperplane.
 void set_shape(Cut& cut, const SliceChoiceArguments& arguments);
 // A hyperplane that misses the data is an error here.
 [[nodiscard]] Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel);

@@ -29,12 +29,34 @@ double frame_index(const Volume& volume, double time, bool index) {
   return frame;
 }
 
-Slice cut_frame(const Volume& volume, double index, uint32_t channel) {
+void check_region(const SampleBox& region, const bccsplat_volume_info& v) {
+  for (size_t i = 0; i < 3; ++i)
+    if (region.begin[i] + region.dims[i] > v.dims[i])
+      fail_usage("--roi: samples ", region.begin[i], " to ", region.begin[i] + region.dims[i] - 1, " along ",
+                 "xyz"[i], ", the file has 0 to ", v.dims[i] - 1);
+}
+
+std::optional<std::array<double, 6>> sample_box(const Volume& volume,
+                                                const std::optional<SampleBox>& region) {
+  if (!region) return std::nullopt;
+  check_region(*region, volume_info(volume));
+  std::array<double, 6> box{};
+  for (size_t a = 0; a < 3; ++a) {
+    box[a] = static_cast<double>(region->begin[a]);
+    box[a + 3] = static_cast<double>(region->begin[a] + region->dims[a] - 1);
+  }
+  return box;
+}
+
+Slice cut_frame(const Volume& volume, double index, uint32_t channel,
+                const std::optional<SampleBox>& region) {
   auto hyperplane = sized<bccsplat_hyperplane>();
   hyperplane.d = 1;
   hyperplane.e = -index;
   auto options = sized<bccsplat_slice_options>();
   options.channel = channel;
+  const auto box = sample_box(volume, region);
+  if (box) options.box = box->data();
   options.progress = Progress::cancel_only;
   bccsplat_slice* slice = nullptr;
   check(bccsplat_slice_create(volume.get(), &hyperplane, &options, &slice), "slice");

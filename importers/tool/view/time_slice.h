@@ -1,6 +1,7 @@
 // Slices by time, and dense samples of a slice some planes at a time.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -15,8 +16,16 @@ namespace bcc4 {
 // is none.
 [[nodiscard]] double frame_index(const Volume& volume, double time, bool index);
 
-// The time slice at a frame index, fractions allowed.
-[[nodiscard]] Slice cut_frame(const Volume& volume, double index, uint32_t channel);
+// "X0-X1,Y0-Y1,Z0-Z1" of --roi: samples of the source grid from 0, both ends included. Fails where the
+// volume has none such.
+void check_region(const SampleBox& region, const bccsplat_volume_info& volume);
+// As bccsplat_slice_options.box has it.
+[[nodiscard]] std::optional<std::array<double, 6>> sample_box(const Volume& volume,
+                                                              const std::optional<SampleBox>& region);
+
+// The time slice at a frame index, fractions allowed, or the part of it in a region.
+[[nodiscard]] Slice cut_frame(const Volume& volume, double index, uint32_t channel,
+                              const std::optional<SampleBox>& region = {});
 [[nodiscard]] bccsplat_slice_info slice_info(const Slice& slice);
 
 // Samples the slice's box at the source's resolution, or a part of it counted from its first sample, some

@@ -35,7 +35,7 @@ class Coefficients::SampleRows {
 
   // Drops rows before `begin` and reads those before `end` that are not there. Neither ever falls.
   void move(int begin, int end, const Context& context) {
-    BrickBox box = owner_.region_;
+    BrickBox box = owner_.read_region_;
     box.begin[2] = std::max({box.begin[2], begin, end_}), box.end[2] = std::min(box.end[2], end);
     end_ = end;
     for (auto& [m, layer] : layers_) {
@@ -78,7 +78,7 @@ struct Coefficients::Entry {
 Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune,
                            uint64_t cache_bytes, const BrickBox& region)
     : source_(source), channel_(channel), kernel_(std::move(kernel)), prune_(prune), region_(region),
-      limit_(cache_bytes) {
+      read_region_(region.widened()), limit_(cache_bytes) {
   const Lattice4& lattice = source.lattice();
   PrefilterOfKernel filter = prefilter_of(lattice, std::move(kernel_));
   kernel_ = std::move(filter.kernel);
@@ -153,7 +153,7 @@ Coefficients::LayersOf<Layer> Coefficients::read(std::span<const int32_t> layers
     context.progress.advance(++done, layers.size());
   };
   if constexpr (std::is_same_v<Layer, SampleLayer>)
-    source().read_samples(channel_, missing, region_, context, take);
+    source().read_samples(channel_, missing, read_region_, context, take);
   else
     source().read_layers(channel_, missing, region_, context, take);
   return result;

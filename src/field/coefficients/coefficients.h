@@ -36,8 +36,8 @@ class Masks;       // field/masks.h
 class Coefficients {
  public:
   // prune: coefficients up to this magnitude (value units) are dropped; 0 keeps all that are not zero.
-  // region: only its bricks are read and made; near its faces, as far as prefilter and kernel reach, they
-  // lack their neighbours and must not be used. The source must outlive the object. On a Cartesian lattice
+  // region: only its bricks are made, as they are without one, of samples up to a brick around it. The source
+  // must outlive the object. On a Cartesian lattice
   // the kernel's form for it takes its place (kernel/cc_kernel.h). Where the source stores coefficients of
   // another kernel, the samples they give are prefiltered.
   Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune, uint64_t cache_bytes,
@@ -119,7 +119,8 @@ class Coefficients {
   Kernel kernel_;
   std::unique_ptr<const Prefilter> prefilter_; // empty when the source stores this kernel's coefficients
   float prune_;
-  BrickBox region_;
+  BrickBox region_;      // of coefficients
+  BrickBox read_region_; // of samples: no prefilter reaches further than a brick
   uint64_t limit_;
   const Corrections* corrections_ = nullptr;
   const Masks* masks_ = nullptr;

@@ -158,13 +158,6 @@ BrickLayer finished(const BrickLayer& layer, const SampleLayer& samples, float p
   return result;
 }
 
-// A region and the bricks beside it, which its own depend on.
-BrickBox widened(BrickBox box) {
-  for (size_t a = 0; a < 3; ++a)
-    box.begin[a] = std::max(0, box.begin[a]) - 1, box.end[a] = std::min(box.end[a], INT32_MAX - 1) + 1;
-  return box;
-}
-
 } // namespace
 
 InversePrefilter::InversePrefilter(const PrefilterStage& space, std::span<const PrefilterStage> time)
@@ -214,7 +207,7 @@ BrickLayer InversePrefilter::sum_layers(int32_t layer, const Lattice4& lattice,
 BrickLayer InversePrefilter::apply(int32_t layer, const Lattice4& lattice,
                                    const std::map<int32_t, const SampleLayer*>& samples, float prune,
                                    const BrickBox& region, const Context& context) const {
-  const BrickBox box = widened(region);
+  const BrickBox box = region.widened(); // its bricks depend on those beside them
   BrickLayer made = sum_layers(layer, lattice, samples, box, context);
   const Reservation room(context.memory, 2 * made.bytes(), "two layers of the inverse filter");
   for (size_t axis = 0; axis < 3; ++axis) made = filter_along(space_, made, axis, box, context);

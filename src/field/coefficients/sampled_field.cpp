@@ -138,11 +138,7 @@ SampledField::SampledField(const SampleSource& stored, const Kernel& kernel, flo
 BrickLayer SampledField::read_layer(int channel, int32_t layer, const BrickBox& region,
                                     const Context& context) const {
   const Lattice4& lattice = stored_.lattice();
-  BrickBox wider = region; // by the reach of the kernel, less than a brick
-  for (size_t a = 0; a < 3; ++a) {
-    wider.begin[a] = std::max(0, region.begin[a] - 1);
-    wider.end[a] = region.end[a] == INT32_MAX ? INT32_MAX : region.end[a] + 1;
-  }
+  const BrickBox wider = region.widened(); // the kernel reaches less than a brick
   std::map<int32_t, BrickLayer> read;
   std::vector<Neighbour> neighbours;
   for (const Tap& t : taps_) {

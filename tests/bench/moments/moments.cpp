@@ -152,6 +152,34 @@ void cut_rows(const Row& head, const WrittenSeries& w, const Options& o, std::ve
   }
 }
 
+// Boxes of a moment in the middle of the series, of whole, half and a quarter of its edges, each from a
+// volume that has been opened but not looked at, and half a frame on.
+void box_rows(const Row& head, const WrittenSeries& w, const Options& o, std::vector<Row>& rows) {
+  for (const int part : {1, 2, 4}) {
+    Opened volume(w, o);
+    const double middle = 0.5 * (o.edge - 1), half = middle / part, frame = 0.53 * o.frames;
+    HypersliceOptions options;
+    options.box = IndexBox{{middle - half, middle - half, middle - half},
+                           {middle + half, middle + half, middle + half}};
+    const Coefficients field(volume.samples, 0, volume.kernel, 0, volume.share.coefficients,
+                             options.reads(volume.samples.lattice()));
+    const auto cut = [&](double at) {
+      return cpu_seconds([&] {
+        (void)hyperslice(field, {0, 0, 0, 1, -at}, options, {}, volume.context.get());
+      });
+    };
+    const double first = cut(frame);
+    Row row = head;
+    row.push_back(word("box", part == 1 ? "all" : concat("1/", part, " of the edges")));
+    row.push_back(figure("CPU s", first, 3));
+    row.push_back(
+        figure("MB read", static_cast<double>(volume.reader->bytes_read() - volume.opening) / 1e6, 2));
+    row.push_back(figure("half a frame on, CPU s", cut(frame + 0.5), 3));
+    row.push_back(figure("MiB held", volume.mebibytes(), 0));
+    rows.push_back(std::move(row));
+  }
+}
+
 Options read_options(std::span<const std::string> args, bool quick) {
   Options o;
   if (quick) o.edge = 48, o.count = 2;
@@ -187,7 +215,7 @@ Options read_options(std::span<const std::string> args, bool quick) {
 
 int run_moments_suite(std::span<const std::string> args, const Report& report) {
   const Options o = read_options(args, report.quick);
-  std::vector<Row> imports, moments, playing, cuts;
+  std::vector<Row> imports, moments, playing, boxes, cuts;
   for (const bool sparse : o.sparse) {
     MomentSeries series{.edge = o.edge, .frames = o.frames, .sparse = sparse};
     const double blend = blend_seconds(series), gzip = gzip_seconds(series);
@@ -200,12 +228,14 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
       imports.push_back(import_row(head, series, w, gzip));
       moments.push_back(random_row(head, w, o, blend));
       playing.push_back(playing_row(head, w, o));
+      box_rows(head, w, o, boxes);
       if (o.cuts) cut_rows(head, w, o, cuts);
     }
   }
   report.table("import, one thread", imports);
   report.table("a random moment, one thread", moments);
   report.table("half a frame on at a time, one thread", playing);
+  report.table("a box of a moment, one thread", boxes);
   report.table("other cuts, one thread", cuts);
   return 0;
 }
