@@ -9,6 +9,7 @@
 #include <imgui_impl_sdl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 
@@ -61,6 +62,37 @@ class Orbit {
   std::array<double, 2> start_{};
 };
 
+// Moves on in time, by the clock: where pictures take longer than a frame lasts some frames are not seen.
+class Player {
+ public:
+  Play play;
+  [[nodiscard]] int rounds() const { return rounds_; } // ends of the series met
+
+  // A moment is left when its picture has come.
+  void apply(Wish& wish, const Picture* shown, double last_frame) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!play.on || last_frame == 0) {
+      wish.playing = false;
+      before_ = now;
+      return;
+    }
+    if (wish.playing && !(shown && shown->wish.frame == wish.frame)) return;
+    const double seconds = std::chrono::duration<double>(now - before_).count();
+    before_ = now;
+    wish.playing = true;
+    wish.step = play.speed * seconds;
+    wish.frame += wish.step;
+    if (wish.frame <= last_frame) return;
+    ++rounds_;
+    play.on = play.loop;
+    wish.frame = play.loop ? std::fmod(wish.frame, last_frame) : last_frame;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point before_;
+  int rounds_ = 0;
+};
+
 int run(const char* path, const char* screenshot) {
   bccsplat_device* d = nullptr;
   check(bccsplat_device_create(nullptr, &d));
@@ -88,6 +120,7 @@ int run(const char* path, const char* screenshot) {
   std::unique_ptr<Picture> shown;
   Sdl<SDL_Texture> texture;
   Orbit orbit;
+  Player player;
   for (bool open = true; open;) {
     // At rest there is nothing to do but to wait for the mouse or a picture.
     SDL_Event event;
@@ -95,6 +128,7 @@ int run(const char* path, const char* screenshot) {
       ImGui_ImplSDL2_ProcessEvent(&event);
       const bool q = event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_q;
       if (event.type == SDL_QUIT || q) open = false;
+      if (event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_SPACE) player.play.on = !player.play.on;
     }
     if (auto newer = worker.take()) {
       shown = std::move(newer);
@@ -107,8 +141,9 @@ int run(const char* path, const char* screenshot) {
     }
     ImGui_ImplSDL2_NewFrame();
     ImGui::NewFrame();
-    panel(wish, facts, shown.get(), worker.counts());
+    panel(wish, player.play, facts, shown.get(), worker.counts());
     orbit.apply(wish);
+    player.apply(wish, shown.get(), facts.last_frame);
     int width = 0, height = 0;
     SDL_GetRendererOutputSize(renderer.get(), &width, &height);
     wish.width = std::max(width - static_cast<int>(panel_width), 16), wish.height = std::max(height, 16);
@@ -124,9 +159,9 @@ int run(const char* path, const char* screenshot) {
     SDL_RenderPresent(renderer.get());
   }
   if (screenshot)
-    std::printf("drafts %d fine %d cancelled %d rotate %.1f %.1f frame %.3f\n", worker.counts().drafts.load(),
-                worker.counts().fine.load(), worker.counts().cancelled.load(), wish.rotate_x, wish.rotate_y,
-                wish.frame);
+    std::printf("drafts %d fine %d cancelled %d rotate %.1f %.1f frame %.3f rounds %d\n",
+                worker.counts().drafts.load(), worker.counts().fine.load(), worker.counts().cancelled.load(),
+                wish.rotate_x, wish.rotate_y, wish.frame, player.rounds());
   ImGui_ImplSDL2_Shutdown();
   ImGui::DestroyContext();
   return 0;

@@ -841,6 +841,12 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume
                                                    const bccsplat_hyperplane* hyperplane,
                                                    const bccsplat_slice_options* options,
                                                    bccsplat_slice** slice);
+/* Reads and makes what bccsplat_slice_create would with the same arguments, and leaves it in the volume's
+ * cache, as far as that holds it: for an idle thread of the host's, ahead of a moment that will be asked for.
+ * Returns when that is done. Failures as there; UNSUPPORTED: what is no merged time slice. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume,
+                                                      const bccsplat_hyperplane* hyperplane,
+                                                      const bccsplat_slice_options* options);
 BCCSPLAT_API void bccsplat_slice_retain(bccsplat_slice* slice);
 BCCSPLAT_API void bccsplat_slice_release(bccsplat_slice* slice);
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_slice_info* info);

@@ -87,7 +87,7 @@ Facts read_facts(const bccsplat_volume* volume) {
   return f;
 }
 
-void panel(Wish& wish, const Facts& facts, const Picture* shown, const Counts& counts) {
+void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, const Counts& counts) {
   ImGui::SetNextWindowPos(ImVec2(0, 0));
   ImGui::SetNextWindowSize(ImVec2(panel_width, ImGui::GetIO().DisplaySize.y));
   ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove);
@@ -116,6 +116,11 @@ void panel(Wish& wish, const Facts& facts, const Picture* shown, const Counts& c
   ImGui::Separator();
   ImGui::Checkbox("trail", &wish.trail);
   slider("frames back", wish.trail_frames, 0.5, std::max(1.0, facts.last_frame));
+  ImGui::Separator();
+  ImGui::Checkbox("play (space)", &play.on);
+  ImGui::SameLine();
+  ImGui::Checkbox("loop", &play.loop);
+  slider("frames/s", play.speed, 0.25, 60);
   ImGui::Separator();
   if (shown && !shown->error.empty())
     ImGui::TextWrapped("%s", shown->error.c_str());

@@ -16,7 +16,12 @@ struct Facts { // of the file, for labels and limits
 };
 
 [[nodiscard]] Facts read_facts(const bccsplat_volume* volume);
+struct Play {
+  bool on = false, loop = true;
+  double speed = 4; // frames a second
+};
+
 // Draws the panel at the left edge and changes the wish; `shown` is the picture on screen or null.
-void panel(Wish& wish, const Facts& facts, const Picture* shown, const Counts& counts);
+void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, const Counts& counts);
 
 } // namespace viewer

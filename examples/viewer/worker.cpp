@@ -3,6 +3,7 @@
 #include "viewer/palette.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 namespace viewer {
@@ -76,7 +77,7 @@ void Worker::run() {
     }
     try {
       draw(wish, false);
-      draw(wish, true);
+      if (!wish.playing) draw(wish, true);
     } catch (const Cancelled&) {
       ++counts_.cancelled;
     } catch (const std::exception& e) {
@@ -112,6 +113,17 @@ void Worker::cut(const Wish& wish) {
   slice_is_made_ = true;
 }
 
+// Time slices only: of others nothing is kept. What fails here is told by the slice itself.
+void Worker::look_ahead(const Wish& wish) {
+  if (!wish.playing || wish.tilt != std::array<double, 3>{}) return;
+  if (ahead_.valid() && ahead_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  ahead_ = std::async(std::launch::async, [volume = volume_, frame = wish.frame + wish.step] {
+    auto plane = sized<bccsplat_hyperplane>();
+    plane.d = 1, plane.e = -frame;
+    (void)bccsplat_volume_prefetch(volume, &plane, nullptr);
+  });
+}
+
 void Worker::classify(const Wish& wish) {
   std::vector<double> colors, opacities;
   for (int i = 0; i < curve_points; ++i) {
@@ -129,6 +141,7 @@ void Worker::classify(const Wish& wish) {
 
 void Worker::draw(const Wish& wish, bool fine) {
   cut(wish);
+  look_ahead(wish);
   classify(wish);
   drawn_ = wish;
   auto picture = std::make_unique<Picture>();

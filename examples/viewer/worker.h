@@ -8,6 +8,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
@@ -41,6 +42,8 @@ struct Wish {
   int palette = 0;
   bool trail = false;
   double trail_frames = 4;
+  bool playing = false; // drafts only, and what the next moment needs is made meanwhile
+  double step = 0;      // to the next moment, about
   int width = 0, height = 0;
   bool operator==(const Wish&) const = default;
 };
@@ -76,6 +79,7 @@ class Worker {
   void run();
   void draw(const Wish& wish, bool fine);
   void cut(const Wish& wish);
+  void look_ahead(const Wish& wish);
   void classify(const Wish& wish);
   [[nodiscard]] bool outdated() const { return newest_.load() != current_; }
 
@@ -95,6 +99,7 @@ class Worker {
   Wish wish_;
   std::unique_ptr<Picture> picture_;
   bool stop_ = false;
+  std::future<void> ahead_; // what the next moment of a series that plays needs
   std::thread thread_;
 };
 

@@ -167,6 +167,22 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
   });
 }
 
+bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume, const bccsplat_hyperplane* hyperplane,
+                                         const bccsplat_slice_options* options) {
+  return guard([&] {
+    require(volume, "volume");
+    const auto o = read_struct(options, "bccsplat_slice_options");
+    HypersliceOptions cut = read_options(o, volume->info());
+    const Hyperplane h = read_hyperplane(hyperplane, o, cut);
+    if (o.method == BCCSPLAT_METHOD_EXTRACTED)
+      fail(Code::unsupported, "prefetch: extracted points read samples on their own");
+    const auto coefficients = volume->coefficients(o.channel, o.kernel, cut.reads(volume->info().lattice));
+    Progress progress(progress_callback(o.progress, o.progress_user), true);
+    prepare_hyperslice(*coefficients, h, cut, volume->device->context(progress));
+    progress.report(1);
+  });
+}
+
 void bccsplat_slice_retain(bccsplat_slice* slice) { retain(slice); }
 void bccsplat_slice_release(bccsplat_slice* slice) { release(slice); }
 

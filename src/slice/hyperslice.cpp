@@ -30,16 +30,15 @@ void check_options(const HypersliceOptions& o, bool time_slice, const Lattice4& 
     fail(Code::unsupported, "slice: a static volume has no thickness in time");
 }
 
-} // namespace
+// How a slice is made, checked.
+struct Way {
+  enum class Kind : uint8_t { time, axis, plane };
+  Kind kind = Kind::plane;
+  size_t axis = 0;     // of the first two
+  double position = 0; // along it
+};
 
-BrickBox HypersliceOptions::reads(const Lattice4& lattice) const {
-  if (!box) return {};
-  const bool filtered = thickness.length > 0 && thickness.kind == ThicknessKind::maximum;
-  return bricks_around(*box, lattice, filtered ? BeyondBox::prefilter : BeyondBox::field);
-}
-
-Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options,
-                 const Affine3& index_to_world, const Context& context) {
+Way choose_way(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options) {
   const Lattice4& lattice = coefficients.source().lattice();
   const auto cut = axis_cut(h, lattice.dims);
   const bool is_time = cut && cut->axis == 3;
@@ -53,31 +52,58 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
                            (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);
   const bool can_merge = own_lattice && cut && (is_time || can_turn(coefficients, cut->axis));
   const bool misses = cut && !is_time && !inside; // an empty slice, whatever the method
-  const double cut_end = coefficients.corrections() ? mend_begin : 1;
-  Progress cutting(context.progress, 0, cut_end), mending(context.progress, cut_end, 1);
+  const bool merged = can_merge && !misses && options.method != SliceMethod::resampled;
   if (options.method == SliceMethod::merged && !can_merge && !misses)
     fail(Code::unsupported,
          "slice: merged slices are those at t, x, y or z = constant, on the volume's lattice, "
          "of files that store samples");
-  if (options.box && (!is_time || !can_merge || options.method == SliceMethod::resampled))
+  if (options.box && !(is_time && merged))
     fail(Code::unsupported, "slice: a box belongs to merged time slices");
   if (options.has_interval() && (!can_merge || options.method == SliceMethod::resampled))
     fail(Code::unsupported, "slice: with an interval the slice is merged; use a thickness");
-  if (can_merge && !misses && options.method != SliceMethod::resampled) {
-    if (is_time) {
-      const double half = options.thickness.length / 2;
-      Slice slice = thick_time_slice(
-          coefficients, lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end),
-          options.has_interval() ? options.interval : std::array{-half, half}, options.thickness.kind,
-          index_to_world, context);
-      if (options.box) cut_to_box(slice, *options.box);
-      return slice;
-    }
-    Slice slice =
-        axis_slice(coefficients, cut->axis, cut->position, options.thickness, context.with(cutting));
+  if (!merged) return {};
+  if (!is_time) return {Way::Kind::axis, cut->axis, cut->position};
+  return {Way::Kind::time, 3, lattice.is_static() ? cut->position : std::clamp(cut->position, 0.0, end)};
+}
+
+// The frames around a time slice that it holds.
+std::array<double, 2> interval_of(const HypersliceOptions& options) {
+  const double half = options.thickness.length / 2;
+  return options.has_interval() ? options.interval : std::array{-half, half};
+}
+
+} // namespace
+
+BrickBox HypersliceOptions::reads(const Lattice4& lattice) const {
+  if (!box) return {};
+  const bool filtered = thickness.length > 0 && thickness.kind == ThicknessKind::maximum;
+  return bricks_around(*box, lattice, filtered ? BeyondBox::prefilter : BeyondBox::field);
+}
+
+void prepare_hyperslice(const Coefficients& coefficients, const Hyperplane& h,
+                        const HypersliceOptions& options, const Context& context) {
+  const Way way = choose_way(coefficients, h, options);
+  if (way.kind != Way::Kind::time)
+    fail(Code::unsupported, "prefetch: what merged time slices need is kept, and nothing of others");
+  prepare_time_slice(coefficients, way.position, interval_of(options), context);
+}
+
+Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const HypersliceOptions& options,
+                 const Affine3& index_to_world, const Context& context) {
+  const Way way = choose_way(coefficients, h, options);
+  if (way.kind == Way::Kind::time) {
+    Slice slice = thick_time_slice(coefficients, way.position, interval_of(options), options.thickness.kind,
+                                   index_to_world, context);
+    if (options.box) cut_to_box(slice, *options.box);
+    return slice;
+  }
+  const double cut_end = coefficients.corrections() ? mend_begin : 1;
+  Progress cutting(context.progress, 0, cut_end), mending(context.progress, cut_end, 1);
+  if (way.kind == Way::Kind::axis) {
+    Slice slice = axis_slice(coefficients, way.axis, way.position, options.thickness, context.with(cutting));
     slice.hyperplane = h;
     slice.origin = {};
-    slice.origin[cut->axis] = cut->position;
+    slice.origin[way.axis] = way.position;
     slice.basis = plane_axes(h).basis;
     slice.frame = 0;
     slice.slice_to_world = display_affine(slice.basis, index_to_world, options.time_length);

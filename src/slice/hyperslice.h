@@ -37,4 +37,9 @@ struct HypersliceOptions {
                                const HypersliceOptions& options, const Affine3& index_to_world,
                                const Context& context);
 
+// Makes what hyperslice would ask the coefficients for, and leaves it in their cache. Only for slices that
+// are merged in time: unsupported for others.
+void prepare_hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
+                        const HypersliceOptions& options, const Context& context);
+
 } // namespace bccsplat

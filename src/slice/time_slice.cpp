@@ -211,6 +211,17 @@ Slice time_slice(const Coefficients& coefficients, double frame, const std::arra
   return thick_time_slice(coefficients, frame, interval, ThicknessKind::mean, index_to_world, context);
 }
 
+void prepare_time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
+                        const Context& context) {
+  const Lattice4& lattice = coefficients.source().lattice();
+  const auto [t0, t1] = clipped_interval(lattice, frame, interval);
+  std::vector<int32_t> layers;
+  for (const LayerWeight& l : t1 > t0 ? mean_weights(lattice, coefficients.kernel(), t0, t1)
+                                      : instant_weights(lattice, coefficients.kernel(), t0))
+    layers.push_back(l.layer);
+  (void)coefficients.layers(layers, context);
+}
+
 Slice thick_time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
                        ThicknessKind kind, const Affine3& index_to_world, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();

@@ -32,6 +32,10 @@ struct LayerWeight {
                                const std::array<double, 2>& interval, const Affine3& index_to_world,
                                const Context& context);
 
+// Makes the layers that such a slice is merged of, and leaves them in the cache.
+void prepare_time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
+                        const Context& context);
+
 // Cuts what else than the mean a thickness can hold. Sum: the integral over the interval, in value times
 // frames, exact as the mean is; air is that of the air value. Maximum: at the sites the largest value at the
 // nodes of a quadrature over the interval (thickness.h), interpolated between them; it is nowhere less than

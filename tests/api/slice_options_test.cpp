@@ -1,6 +1,8 @@
 // The slice options of the ABI: slabs, lattices, methods, hyperplanes by point and basis, empty slices.
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <thread>
 
 #include "support.h"
 
@@ -201,6 +203,12 @@ TEST_F(SliceOptions, RenderingAnEmptySliceShowsNothing) {
 class SliceBox : public SliceOptions {
  protected:
   static constexpr double box[6] = {30, 4, 100, 37.5, 12, 130};
+  static double sum_of(const Slice& s) {
+    const auto info = info_of(s);
+    std::vector<float> v(info.dims[0] * info.dims[1] * info.dims[2]);
+    EXPECT_OK(bccsplat_slice_sample_grid(s.get(), nullptr, v.data()));
+    return std::accumulate(v.begin(), v.end(), 0.0);
+  }
   void SetUp() override {
     Series s;
     s.nx = 40, s.ny = 16, s.nz = 400, s.nt = 10;
@@ -246,6 +254,36 @@ TEST_F(SliceBox, PlaysWithoutReadingAgain) {
   (void)cut_with({0, 0, 0, 1, -4}, o);
   EXPECT_EQ(info_of(cut_with({0, 0, 0, 1, -4.25}, o)).bytes_read, 0u);
   EXPECT_EQ(info_of(cut_with({0, 0, 0, 1, -3.75}, o)).bytes_read, 0u);
+}
+
+TEST_F(SliceBox, IsPrefetched) {
+  auto o = sized<bccsplat_slice_options>();
+  auto plane = sized<bccsplat_hyperplane>();
+  plane.d = 1, plane.e = -6.3;
+  for (const double* part : {box, static_cast<const double*>(nullptr)}) {
+    o.box = part;
+    ASSERT_OK(bccsplat_volume_prefetch(volume.get(), &plane, &o));
+    EXPECT_EQ(info_of(cut_with(time_plane, o)).bytes_read, 0u);
+  }
+  plane.e = -40;
+  EXPECT_EQ(bccsplat_volume_prefetch(volume.get(), &plane, &o), BCCSPLAT_ERROR_OUT_OF_DOMAIN);
+  plane.a = 1, plane.d = 0, plane.e = -9;
+  EXPECT_EQ(bccsplat_volume_prefetch(volume.get(), &plane, &o), BCCSPLAT_ERROR_UNSUPPORTED);
+  o.method = BCCSPLAT_METHOD_EXTRACTED;
+  EXPECT_EQ(bccsplat_volume_prefetch(volume.get(), &plane, &o), BCCSPLAT_ERROR_UNSUPPORTED);
+}
+
+// Beside a slice that another thread makes.
+TEST_F(SliceBox, IsPrefetchedWhileAnotherIsMade) {
+  auto o = sized<bccsplat_slice_options>();
+  std::thread ahead([&] {
+    auto plane = sized<bccsplat_hyperplane>();
+    plane.d = 1, plane.e = -7;
+    EXPECT_OK(bccsplat_volume_prefetch(volume.get(), &plane, nullptr));
+  });
+  const double now = sum_of(cut_with(time_plane, o));
+  ahead.join();
+  EXPECT_EQ(sum_of(cut_with(time_plane, o)), now);
 }
 
 TEST_F(SliceBox, IsChecked) {

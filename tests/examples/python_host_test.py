@@ -171,6 +171,9 @@ def slices(volume):
     assert len(uvw) == len(coefficients) == cut.info().points > 0
     oblique = volume.slice(plane=(-0.25, 0, 0, 1, 0))
     assert oblique.info().hyperplane[3] > 0.9
+    volume.prefetch(3.25)
+    assert Slice.at(volume, 3.25).info().bytes_read == 0
+    raises(Error, Status.OUT_OF_DOMAIN, volume.prefetch, 17)
     part = Slice.at(volume, 2.5, box=((2, 3, 1), (5, 3, 6))).sample_grid()
     assert part.shape == (6, 1, 4)
     np.testing.assert_allclose(part, Slice.at(volume, 2.5).sample_grid()[1:7, 3:4, 2:6], atol=1e-5)

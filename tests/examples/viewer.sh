@@ -1,6 +1,6 @@
 #!/bin/bash
 # viewer.sh EXAMPLES SCRATCH: the viewer on a virtual screen, moved by a real mouse: orbit, time, tilt, trail. The window
-# is saved. Exits with 77 where the viewer was not built or Xvfb or xdotool are missing.
+# is saved. A second time the series is played. Exits with 77 where the viewer was not built or Xvfb or xdotool are missing.
 set -euo pipefail
 examples=$1 scratch=$2
 [[ -x $examples/viewer ]] && command -v xvfb-run >/dev/null && command -v xdotool >/dev/null ||
@@ -12,13 +12,24 @@ cd "$scratch"
 
 cat >session.sh <<'SESSION'
 set -euo pipefail
-"$1/viewer" blobs.bcc4 window.bmp >told &
-viewer=$!
-trap 'kill $viewer 2>/dev/null || true' EXIT
 at_rest() { timeout 100 xdotool search --sync --name 'at rest' >/dev/null; }
-window=$(timeout 60 xdotool search --sync --onlyvisible --name 'bccsplat viewer' | head -1)
-xdotool windowmove --sync "$window" 0 0 || true
-at_rest
+open() { # what is told goes to $2
+  "$1/viewer" blobs.bcc4 window.bmp >"$2" &
+  viewer=$!
+  window=$(timeout 60 xdotool search --sync --onlyvisible --name 'bccsplat viewer' | head -1)
+  xdotool windowmove --sync "$window" 0 0 || true
+  at_rest
+}
+close() {
+  xdotool key --window "$window" q
+  for _ in $(seq 100); do
+    kill -0 $viewer 2>/dev/null || break
+    sleep 0.2
+  done
+  wait $viewer
+}
+trap 'kill $viewer 2>/dev/null || true' EXIT
+open "$1" told
 drag() { # X Y, then steps DX DY
   xdotool mousemove "$1" "$2"
   sleep 0.2
@@ -46,19 +57,27 @@ done
 xdotool "${hurry[@]}" sleep 0.3 mouseup 1
 sleep 0.5
 at_rest
-xdotool key --window "$window" q
-for _ in $(seq 100); do
-  kill -0 $viewer 2>/dev/null || break
-  sleep 0.2
-done
-wait $viewer
+close
+# 16 frames, four a second, and round again; at rest when it is stopped.
+open "$1" played
+xdotool mousemove 600 300
+xdotool key --window "$window" space
+sleep 6
+xdotool key --window "$window" space
+sleep 1
+at_rest
+close
 SESSION
 xvfb-run -a -s "-screen 0 1000x680x24" bash session.sh "$examples"
-cat told
-read -r _ drafts _ fine _ cancelled _ rotate_x rotate_y _ frame <told
+cat told played
+read -r _ drafts _ fine _ cancelled _ rotate_x rotate_y _ frame _ rounds <told
+((rounds == 0))
 # Drafts while the mouse moved, one fine picture at rest before and after, and drawing was cancelled for newer wishes.
 ((drafts >= 3 && fine >= 2 && cancelled >= 1))
 # The picture turned by the mouse's way, 0.4 degrees a pixel, and the slider went on from the middle.
 awk -v x="$rotate_x" -v y="$rotate_y" -v f="$frame" \
   'BEGIN { exit !(x > 30 && x < 50 && y > 50 && y < 90 && f > 8.5 && f <= 16) }'
 [[ $(stat -c %s window.bmp) -gt 2000000 ]]
+# Played: drafts alone while it ran.
+read -r _ drafts _ fine _ _ _ _ _ _ _ _ rounds <played
+((drafts >= 5 && fine <= 3 && rounds >= 1))

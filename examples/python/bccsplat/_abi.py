@@ -700,6 +700,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_verify": (c_int32, c_void_p, bccsplat_progress_fn, c_void_p, POINTER(VerifyReport),),
     "bccsplat_volume_recode": (c_int32, c_void_p, c_char_p, POINTER(RecodeOptions), POINTER(WriterReport),),
     "bccsplat_slice_create": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions), c_void_p,),
+    "bccsplat_volume_prefetch": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions),),
     "bccsplat_slice_retain": (None, c_void_p,),
     "bccsplat_slice_release": (None, c_void_p,),
     "bccsplat_slice_get_info": (c_int32, c_void_p, POINTER(SliceInfo),),

@@ -144,6 +144,12 @@ class Volume(Child):
         call("volume_recode", self.pointer, os.fsencode(path), byref(options), byref(report), watch=watch)
         return report
 
+    def prefetch(self, frame: float, progress: Progress | None = None) -> None:
+        """Reads and makes what the slice at a frame number needs, ahead of it: for a thread that is idle."""
+        watch = Watch(progress)
+        options = _abi.SliceOptions(progress=watch.function)
+        call("volume_prefetch", self.pointer, byref(_abi.Hyperplane(d=1, e=-frame)), byref(options), watch=watch)
+
     def slice(self, *, time: float | None = None, frame: float | None = None, plane: Sequence[float] | None = None,
               **options: Any) -> Slice:
         """At a time in the file's unit, at a frame number, or on a plane (a, b, c, d, e); options as of Slice."""

@@ -41,6 +41,9 @@ static void wrong_planes(const bccsplat_volume* volume) {
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_slice_create(NULL, &plane, NULL, &slice));
   REFUSED(INVALID_ARGUMENT, "hyperplane is NULL", bccsplat_slice_create(volume, NULL, NULL, &slice));
   REFUSED(INVALID_ARGUMENT, "slice is NULL", bccsplat_slice_create(volume, &plane, NULL, NULL));
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_prefetch(NULL, &plane, NULL));
+  REFUSED(INVALID_ARGUMENT, "hyperplane is NULL", bccsplat_volume_prefetch(volume, NULL, NULL));
+  OK(bccsplat_volume_prefetch(volume, &plane, NULL));
   INPUT_SIZES(bccsplat_hyperplane, plane, bccsplat_slice_create(volume, in, NULL, &slice),
               bccsplat_slice_release(slice));
   options.progress = keep_going;
