@@ -43,9 +43,11 @@
  * PROGRESS: a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a second,
  * from any thread but never two at once; a non-zero return cancels: the call ends with CANCELLED.
  *
- * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps locale and
- * floating-point mode as they are, and has no state outside its objects but the error text of each thread. It
- * may be unloaded when the last object is released.
+ * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps the locale as it
+ * is, and has no state outside its objects but the error text of each thread. It may be unloaded when the last
+ * object is released. It computes in a floating-point environment of its own (round to nearest, no traps,
+ * gradual underflow), in which it calls back, too: a host's rounding mode, traps and flags neither matter nor
+ * change.
  */
 #ifndef BCCSPLAT_H
 #define BCCSPLAT_H

@@ -1,4 +1,5 @@
-// The edge of the library: no exception leaves it, every failure becomes a status and a text.
+// The edge of the library: no exception leaves it, every failure becomes a status and a text; and the host's
+// floating-point environment stays outside.
 #pragma once
 
 #include <new>
@@ -7,6 +8,7 @@
 #include "bccsplat.h"
 
 #include "base/error.h"
+#include "base/usual_floats.h"
 
 namespace bccsplat::api {
 
@@ -15,6 +17,7 @@ void set_last_error(std::string_view text) noexcept;
 
 // Runs the body and turns what it throws into a status.
 template<class Body> [[nodiscard]] bccsplat_status guard(const Body& body) noexcept {
+  const UsualFloats floats;
   try {
     body();
     return BCCSPLAT_OK;

@@ -6,6 +6,8 @@
 #include <system_error>
 #include <utility>
 
+#include "base/usual_floats.h"
+
 namespace bccsplat {
 namespace {
 
@@ -83,6 +85,7 @@ struct Tasks::Pool {
   }
 
   void work() {
+    const UsualFloats floats; // a thread begins with those of the one that started it
     std::unique_lock lock(mutex);
     for (;;) {
       Job* job = nullptr;
@@ -126,6 +129,7 @@ void Tasks::parallel_for(uint64_t count, const std::function<void(uint64_t)>& bo
   if (runner_) {
     runner_(count, [&job](uint64_t index) {
       if (job.failed.load(std::memory_order_relaxed)) return;
+      const UsualFloats floats;
       const bool outer = std::exchange(inside_parallel_for, true);
       job.run_one(index);
       inside_parallel_for = outer;

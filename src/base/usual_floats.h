@@ -1,0 +1,24 @@
+// The floating-point environment that the library computes in, whatever the host's is.
+#pragma once
+
+#include <cfenv>
+
+namespace bccsplat {
+
+// Round to nearest, gradual underflow, no traps, for this thread while it lives. Afterwards the thread has
+// the mode, the traps and the flags that it had before: nothing that was raised meanwhile is left.
+class UsualFloats {
+ public:
+  UsualFloats() noexcept {
+    std::fegetenv(&host_);
+    std::fesetenv(FE_DFL_ENV);
+  }
+  ~UsualFloats() { std::fesetenv(&host_); }
+  UsualFloats(const UsualFloats&) = delete;
+  UsualFloats& operator=(const UsualFloats&) = delete;
+
+ private:
+  std::fenv_t host_;
+};
+
+} // namespace bccsplat
