@@ -35,19 +35,25 @@
  * what else it may return.
  *
  * HANDLES are reference counted: create returns one reference, _retain adds one, _release gives one back
- * (NULL is allowed). Children keep their parents alive. Inputs are copied unless the text says "borrowed".
+ * (NULL is allowed). Children keep their parents alive. Inputs are copied unless the text says "borrowed". A
+ * handle of another kind is INVALID_HANDLE (_retain and _release leave it alone), and so is one of another
+ * device: a renderer, its slice and the frames that it draws belong to one.
  *
  * THREADS: different objects may be used from any threads. One object: calls that take it as const may run at
- * the same time; other calls need it alone. Results do not depend on the thread count, bit for bit.
+ * the same time; other calls need it alone, and of renderers and writers get WRONG_STATE where another call
+ * is using them, from another thread or around a callback. bccsplat_renderer_cancel may come at any time.
+ * Results do not depend on the thread count, bit for bit.
  *
  * PROGRESS: a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a second,
- * from any thread but never two at once; a non-zero return cancels: the call ends with CANCELLED.
+ * from any thread but never two at once; a non-zero return cancels: the call ends with CANCELLED. Within it
+ * bccsplat_renderer_cancel, _retain and calls on objects of other devices may be made; others may find what
+ * they need locked by the call that they are in.
  *
  * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps the locale as it
- * is, and has no state outside its objects but the error text of each thread. It may be unloaded when the last
- * object is released. It computes in a floating-point environment of its own (round to nearest, no traps,
- * gradual underflow), in which it calls back, too: a host's rounding mode, traps and flags neither matter nor
- * change.
+ * is, and has no state outside its objects but the error text of each thread. It may be unloaded when the
+ * last object is released. It computes in a floating-point environment of its own (round to nearest, no
+ * traps, gradual underflow), in which it calls back, too: a host's rounding mode, traps and flags neither
+ * matter nor change.
  */
 #ifndef BCCSPLAT_H
 #define BCCSPLAT_H

@@ -119,6 +119,8 @@ bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width, uin
     if (row % sizeof(float) != 0 || row < uint64_t{width} * 16)
       fail(Code::invalid_argument, "frame: row_bytes ", row, " must be a multiple of 4 and hold ", width,
            " pixels of 16 bytes");
+    if (reinterpret_cast<uintptr_t>(rgba) % alignof(float) != 0)
+      fail(Code::invalid_argument, "frame: rgba is not aligned to its floats");
     auto f = std::make_unique<bccsplat_frame>();
     f->device = Ref(device);
     f->image.width = static_cast<int>(width), f->image.height = static_cast<int>(height);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <concepts>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,7 @@
 
 #include "bccsplat.h"
 
+#include "api/guard.h"
 #include "base/context.h"
 #include "field/coefficients/coefficients.h"
 #include "field/corrections.h"
@@ -29,16 +31,89 @@
 
 namespace bccsplat::api {
 
+// What a handle points to begins with its kind: C casts any handle into any other.
+enum class Kind : uint32_t {
+  device = 0x42434431, // odd numbers, that memory of other things hardly begins with
+  volume = 0x42435631,
+  slice = 0x42435331,
+  renderer = 0x42435231,
+  frame = 0x42434631,
+  writer = 0x42435731
+};
+
 struct Counted {
+  explicit Counted(Kind k) : kind(k) {}
+  const Kind kind;
   std::atomic<uint32_t> references{1};
 };
 
+template<Kind own> struct Object : Counted {
+  static constexpr Kind own_kind = own;
+  Object() : Counted(own) {}
+};
+
+// Every function asks this of its handles first.
+template<std::derived_from<Counted> Handle> void require(const Handle* handle, const char* name) {
+  if (!handle) fail(Code::invalid_argument, name, " is NULL");
+  if (handle->kind != Handle::own_kind) fail(Code::invalid_handle, name, " is a handle of another kind");
+}
+
 template<class Handle> void retain(Handle* handle) noexcept {
-  if (handle) handle->references.fetch_add(1, std::memory_order_relaxed);
+  if (handle && handle->kind == Handle::own_kind) handle->references.fetch_add(1, std::memory_order_relaxed);
 }
 template<class Handle> void release(Handle* handle) noexcept {
-  if (handle && handle->references.fetch_sub(1, std::memory_order_acq_rel) == 1) delete handle;
+  if (!handle || handle->kind != Handle::own_kind) return;
+  if (handle->references.fetch_sub(1, std::memory_order_acq_rel) == 1) delete handle;
 }
+
+// Who uses an object: one call that changes it, or any number that do not. A call that comes meanwhile, from
+// another thread or out of a callback, is refused instead of waiting for what may wait for it.
+class Users {
+ public:
+  [[nodiscard]] bool try_alone() {
+    int none = 0;
+    return count_.compare_exchange_strong(none, -1, std::memory_order_acquire);
+  }
+  [[nodiscard]] bool try_shared() {
+    int now = count_.load(std::memory_order_relaxed);
+    while (now >= 0)
+      if (count_.compare_exchange_weak(now, now + 1, std::memory_order_acquire)) return true;
+    return false;
+  }
+  void end_alone() { count_.store(0, std::memory_order_release); }
+  void end_shared() { count_.fetch_sub(1, std::memory_order_release); }
+
+ private:
+  std::atomic<int> count_{0};
+};
+
+// For the length of a call. The handle is checked, too.
+template<class Handle> class Alone {
+ public:
+  Alone(Handle* handle, const char* name) : handle_(handle) {
+    require(handle, name);
+    if (!handle->users.try_alone()) fail(Code::wrong_state, name, ": another call is using it");
+  }
+  ~Alone() { handle_->users.end_alone(); }
+  Alone(const Alone&) = delete;
+  Alone& operator=(const Alone&) = delete;
+
+ private:
+  Handle* handle_;
+};
+template<class Handle> class Shared {
+ public:
+  Shared(const Handle* handle, const char* name) : handle_(handle) {
+    require(handle, name);
+    if (!handle->users.try_shared()) fail(Code::wrong_state, name, ": another call is changing it");
+  }
+  ~Shared() { handle_->users.end_shared(); }
+  Shared(const Shared&) = delete;
+  Shared& operator=(const Shared&) = delete;
+
+ private:
+  const Handle* handle_;
+};
 
 // A reference held by another object.
 template<class Handle> class Ref {
@@ -68,7 +143,7 @@ template<class Handle> class Ref {
 
 } // namespace bccsplat::api
 
-struct bccsplat_device : bccsplat::api::Counted {
+struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
   explicit bccsplat_device(const bccsplat_device_options& options);
   void log(int32_t level, const std::string& message);
   [[nodiscard]] bccsplat::Context context(bccsplat::Progress& progress) { return {*tasks, memory, progress}; }
@@ -83,7 +158,7 @@ struct bccsplat_device : bccsplat::api::Counted {
   std::mutex log_mutex_;
 };
 
-struct bccsplat_volume : bccsplat::api::Counted {
+struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   bccsplat_volume(bccsplat_device* owner, std::unique_ptr<bccsplat::ByteSource> source,
                   const bccsplat_volume_options& options);
   // Coefficients of a channel under a kernel; NULL or "": the volume's. Made once, kept with the volume.
@@ -121,7 +196,7 @@ struct bccsplat_volume : bccsplat::api::Counted {
   mutable std::map<Key, Part> parts_;
 };
 
-struct bccsplat_slice : bccsplat::api::Counted {
+struct bccsplat_slice : bccsplat::api::Object<bccsplat::api::Kind::slice> {
   // The points as the splatter reads them: made at the first picture, kept with the slice.
   [[nodiscard]] const bccsplat::SplatPoints& points(const bccsplat::Context& context) const;
 
@@ -138,7 +213,7 @@ struct bccsplat_slice : bccsplat::api::Counted {
   mutable std::unique_ptr<const bccsplat::SplatPoints> points_;
 };
 
-struct bccsplat_frame : bccsplat::api::Counted {
+struct bccsplat_frame : bccsplat::api::Object<bccsplat::api::Kind::frame> {
   bccsplat::api::Ref<bccsplat_device> device;
   bccsplat::Image image;
   std::vector<float> storage; // of the planes the frame owns

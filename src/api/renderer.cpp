@@ -10,7 +10,8 @@
 using namespace bccsplat;
 using namespace bccsplat::api;
 
-struct bccsplat_renderer : Counted {
+struct bccsplat_renderer : Object<Kind::renderer> {
+  mutable Users users;
   Ref<bccsplat_device> device;
   Ref<bccsplat_slice> slice;
   std::optional<Camera> camera;
@@ -151,7 +152,10 @@ void bccsplat_renderer_release(bccsplat_renderer* renderer) { release(renderer);
 
 bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const bccsplat_slice* slice) {
   return guard([&] {
-    require(renderer, "renderer");
+    const Alone alone(renderer, "renderer");
+    if (slice) require(slice, "slice");
+    if (slice && slice->volume->device.get() != renderer->device.get())
+      fail(Code::invalid_handle, "renderer: the slice belongs to another device");
     if (slice && renderer->slice.get() == slice) return;
     renderer->trail.reset();
     renderer->kept.forget();
@@ -161,7 +165,7 @@ bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const b
 
 bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const bccsplat_trail* trail) {
   return guard([&] {
-    require(renderer, "renderer");
+    const Alone alone(renderer, "renderer");
     if (!trail) {
       renderer->trail.reset();
       renderer->has_trail = false;
@@ -201,7 +205,7 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
 
 bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer, const bccsplat_camera* camera) {
   return guard([&] {
-    require(renderer, "renderer");
+    const Alone alone(renderer, "renderer");
     renderer->camera =
         camera ? std::optional(read_camera(read_struct(camera, "bccsplat_camera"))) : std::nullopt;
   });
@@ -210,7 +214,7 @@ bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer, const 
 bccsplat_status bccsplat_renderer_set_transfer_function(bccsplat_renderer* renderer,
                                                         const bccsplat_transfer_function* function) {
   return guard([&] {
-    require(renderer, "renderer");
+    const Alone alone(renderer, "renderer");
     renderer->function =
         function ? std::optional(read_function(read_struct(function, "bccsplat_transfer_function")))
                  : std::nullopt;
@@ -219,7 +223,7 @@ bccsplat_status bccsplat_renderer_set_transfer_function(bccsplat_renderer* rende
 
 bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer, const bccsplat_lights* lights) {
   return guard([&] {
-    require(renderer, "renderer");
+    const Alone alone(renderer, "renderer");
     const auto in = read_struct(lights, "bccsplat_lights");
     if (in.count > 8) fail(Code::invalid_argument, "lights: ", in.count, " given, at most 8");
     if (in.count > 0) require(in.lights, "lights");
@@ -244,8 +248,9 @@ bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer, const 
 bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
                                               const bccsplat_render_options* options) {
   return guard([&] {
-    require(renderer, "renderer");
+    const Alone alone(renderer, "renderer");
     const auto in = read_struct(options, "bccsplat_render_options");
+    require_zero(in.reserved, "bccsplat_render_options.reserved");
     if (in.set_mask & ~1u) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
     if (in.mode < 0 || in.mode > 4) fail(Code::invalid_argument, "render options: mode ", in.mode);
     if (in.quality < 0 || in.quality > 4)
@@ -290,7 +295,8 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
 
 bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_frame* frame) {
   return guard([&] {
-    require(renderer, "renderer"), require(frame, "frame");
+    const Alone alone(renderer, "renderer");
+    require(frame, "frame");
     if (!renderer->slice) fail(Code::wrong_state, "renderer: set a slice first");
     if (frame->device.get() != renderer->device.get())
       fail(Code::invalid_handle, "renderer: the frame belongs to another device");
@@ -339,7 +345,7 @@ bccsplat_status bccsplat_renderer_cancel(bccsplat_renderer* renderer) {
 
 bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, bccsplat_render_stats* stats) {
   return guard([&] {
-    require(renderer, "renderer");
+    const Shared shared(renderer, "renderer");
     if (!renderer->stats) fail(Code::wrong_state, "renderer: nothing was rendered yet");
     const RenderStats& s = *renderer->stats;
     const SplatStats& drawn = s.drawn;

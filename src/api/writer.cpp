@@ -67,7 +67,7 @@ bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device, const bcc
 bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel, double time,
                                           const bccsplat_box* boxes, uint64_t count) {
   return guard([&] {
-    require(writer, "writer");
+    const Alone alone(writer, "writer");
     if (count > 0) require(boxes, "boxes");
     writer->writer.require_channel(channel);
     std::vector<FrameBox> frame;
@@ -85,7 +85,7 @@ bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t chan
 bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_writer* writer, int64_t layer,
                                                    bccsplat_layer_geometry* geometry) {
   return guard([&] {
-    require(writer, "writer");
+    const Shared shared(writer, "writer");
     const LayerGeometry g = writer->writer.layer_geometry(layer);
     bccsplat_layer_geometry out{};
     out.coset = g.coset;
@@ -100,7 +100,8 @@ bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_writer* writer
 bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t channel, int64_t layer,
                                           const float* samples, uint64_t count) {
   return guard([&] {
-    require(writer, "writer"), require(samples, "samples");
+    const Alone alone(writer, "writer");
+    require(samples, "samples");
     writer->writer.add_layer(channel, layer, {samples, count});
   });
 }
@@ -108,7 +109,7 @@ bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t chan
 bccsplat_status bccsplat_writer_add_field(bccsplat_writer* writer, uint32_t channel, bccsplat_field_fn field,
                                           void* user) {
   return guard([&] {
-    require(writer, "writer");
+    const Alone alone(writer, "writer");
     if (!field) fail(Code::invalid_argument, "field is NULL");
     writer->writer.add_field(channel, [&](std::span<const double> points, std::span<float> values) {
       return field(user, values.size(), points.data(), values.data()) == 0;
@@ -119,7 +120,7 @@ bccsplat_status bccsplat_writer_add_field(bccsplat_writer* writer, uint32_t chan
 bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_t channel, int64_t measured,
                                           bccsplat_error_report* error) {
   return guard([&] {
-    require(writer, "writer");
+    const Shared shared(writer, "writer");
     const auto [frame, peak, e] = writer->writer.measured(channel, measured);
     bccsplat_error_report out{};
     out.frame = frame;
@@ -138,7 +139,7 @@ bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_
 
 bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first, double step) {
   return guard([&] {
-    require(writer, "writer");
+    const Alone alone(writer, "writer");
     if (!std::isfinite(first) || !(step > 0 && std::isfinite(step)))
       fail(Code::invalid_argument, "times: first must be finite and step > 0");
     writer->writer.set_times(first, step);
@@ -147,7 +148,8 @@ bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first,
 
 bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const char* key, const char* value) {
   return guard([&] {
-    require(writer, "writer"), require(key, "key"), require(value, "value");
+    const Alone alone(writer, "writer");
+    require(key, "key"), require(value, "value");
     if (!*key) fail(Code::invalid_argument, "the key is empty");
     writer->writer.set_attribute(key, value);
   });
@@ -156,14 +158,15 @@ bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const cha
 bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* name, uint64_t bytes,
                                            uint32_t crc32) {
   return guard([&] {
-    require(writer, "writer"), require(name, "name");
+    const Alone alone(writer, "writer");
+    require(name, "name");
     writer->writer.add_source({name, bytes, crc32});
   });
 }
 
 bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report) {
   return guard([&] {
-    require(writer, "writer");
+    const Alone alone(writer, "writer");
     check_output(report, "report");
     write_report(report, writer->writer.finish());
     for (const std::string& text : writer->writer.warnings()) writer->device->log(BCCSPLAT_LOG_WARNING, text);
@@ -173,7 +176,8 @@ bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_
 bccsplat_status bccsplat_writer_get_part_frames(const bccsplat_writer* writer, uint64_t* begin,
                                                 uint64_t* end) {
   return guard([&] {
-    require(writer, "writer"), require(begin, "begin"), require(end, "end");
+    const Shared shared(writer, "writer");
+    require(begin, "begin"), require(end, "end");
     const auto frames = writer->writer.given_frames();
     *begin = frames[0], *end = frames[1];
   });

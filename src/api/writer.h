@@ -13,7 +13,7 @@ void write_report(bccsplat_writer_report* out, const WriteReport& report);
 
 } // namespace bccsplat::api
 
-struct bccsplat_writer : bccsplat::api::Counted {
+struct bccsplat_writer : bccsplat::api::Object<bccsplat::api::Kind::writer> {
   bccsplat_writer(bccsplat_device* owner, const bccsplat_writer_options& options,
                   bccsplat::WriterSettings settings, std::unique_ptr<bccsplat::ByteSink> stream)
       : device(owner), progress(bccsplat::api::progress_callback(options.progress, options.progress_user)),
@@ -22,4 +22,5 @@ struct bccsplat_writer : bccsplat::api::Counted {
   bccsplat::api::Ref<bccsplat_device> device;
   bccsplat::Progress progress;
   bccsplat::VolumeWriter writer;
+  mutable bccsplat::api::Users users;
 };

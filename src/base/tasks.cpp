@@ -6,6 +6,8 @@
 #include <system_error>
 #include <utility>
 
+#include <pthread.h>
+
 #include "base/usual_floats.h"
 
 namespace bccsplat {
@@ -86,6 +88,7 @@ struct Tasks::Pool {
 
   void work() {
     const UsualFloats floats; // a thread begins with those of the one that started it
+    pthread_setname_np(pthread_self(), "bccsplat");
     std::unique_lock lock(mutex);
     for (;;) {
       Job* job = nullptr;

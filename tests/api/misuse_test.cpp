@@ -30,6 +30,141 @@ TEST(Misuse, NullEverywhere) {
   bccsplat_device_retain(nullptr), bccsplat_volume_retain(nullptr);
 }
 
+template<class To, class From> To* as(const From& handle) { return reinterpret_cast<To*>(handle.get()); }
+
+TEST(Misuse, HandlesOfAnotherKind) {
+  const Folder folder;
+  const Device device = make_device();
+  (void)write_series(device, folder.file("s.bcc4"));
+  const Volume volume = open(device, folder.file("s.bcc4"));
+  const Slice slice = cut_time(volume, 2.5);
+  const Writer writer = make_writer(device, folder.file("w.bcc4"), options_of({}));
+  bccsplat_renderer* r = nullptr;
+  bccsplat_frame* f = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+  const Renderer renderer(r);
+  ASSERT_OK(bccsplat_frame_create(device.get(), 8, 8, BCCSPLAT_FRAME_RGBA, &f));
+  const Frame frame(f);
+  constexpr auto refused = BCCSPLAT_ERROR_INVALID_HANDLE;
+  auto info = sized<bccsplat_volume_info>();
+  auto of_slice = sized<bccsplat_slice_info>();
+  EXPECT_EQ(bccsplat_volume_get_info(as<bccsplat_volume>(slice), &info), refused);
+  EXPECT_EQ(bccsplat_volume_get_info(as<bccsplat_volume>(device), &info), refused);
+  EXPECT_EQ(bccsplat_slice_get_info(as<bccsplat_slice>(volume), &of_slice), refused);
+  EXPECT_EQ(bccsplat_renderer_set_slice(r, as<bccsplat_slice>(frame)), refused);
+  EXPECT_EQ(bccsplat_renderer_render(r, as<bccsplat_frame>(renderer)), refused);
+  EXPECT_EQ(bccsplat_renderer_render(as<bccsplat_renderer>(writer), f), refused);
+  EXPECT_EQ(bccsplat_writer_finish(as<bccsplat_writer>(renderer), nullptr), refused);
+  EXPECT_EQ(bccsplat_frame_save_png(as<bccsplat_frame>(volume), folder.file("x.png").c_str(), nullptr),
+            refused);
+  bccsplat_volume* v = nullptr;
+  EXPECT_EQ(
+      bccsplat_volume_open_file(as<bccsplat_device>(volume), folder.file("s.bcc4").c_str(), nullptr, &v),
+      refused);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("another kind"), std::string::npos);
+  bccsplat_slice_release(as<bccsplat_slice>(volume)), bccsplat_slice_retain(as<bccsplat_slice>(volume));
+  EXPECT_OK(bccsplat_volume_get_info(volume.get(), &info)); // all are as they were
+  EXPECT_OK(bccsplat_renderer_set_slice(r, slice.get()));
+  EXPECT_OK(bccsplat_renderer_render(r, f));
+}
+
+TEST(Misuse, ASliceOfAnotherDevice) {
+  const Folder folder;
+  const Device device = make_device(), other = make_device();
+  (void)write_series(device, folder.file("s.bcc4"));
+  const Slice slice = cut_time(open(device, folder.file("s.bcc4")), 2.5);
+  bccsplat_renderer* r = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(other.get(), &r));
+  const Renderer renderer(r);
+  EXPECT_EQ(bccsplat_renderer_set_slice(r, slice.get()), BCCSPLAT_ERROR_INVALID_HANDLE);
+}
+
+// What a callback of a picture does to the renderer that draws it.
+struct Meddler {
+  bccsplat_renderer* renderer;
+  bccsplat_frame* frame;
+  std::atomic<int> calls{0}, refused{0};
+  static int32_t meddle(void* self, double) {
+    auto& m = *static_cast<Meddler*>(self);
+    auto stats = sized<bccsplat_render_stats>();
+    ++m.calls;
+    m.refused += bccsplat_renderer_render(m.renderer, m.frame) == BCCSPLAT_ERROR_WRONG_STATE &&
+                 bccsplat_renderer_set_slice(m.renderer, nullptr) == BCCSPLAT_ERROR_WRONG_STATE &&
+                 bccsplat_renderer_set_options(m.renderer, nullptr) == BCCSPLAT_ERROR_WRONG_STATE &&
+                 bccsplat_renderer_get_stats(m.renderer, &stats) == BCCSPLAT_ERROR_WRONG_STATE;
+    return 0;
+  }
+};
+
+TEST(Misuse, ARendererIsUsedByOneCallAtATime) {
+  const Folder folder;
+  const Device device = make_device();
+  (void)write_series(device, folder.file("s.bcc4"));
+  const Slice slice = cut_time(open(device, folder.file("s.bcc4")), 2.5);
+  bccsplat_renderer* r = nullptr;
+  bccsplat_frame* f = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+  const Renderer renderer(r);
+  ASSERT_OK(bccsplat_frame_create(device.get(), 64, 64, BCCSPLAT_FRAME_RGBA, &f));
+  const Frame frame(f);
+  ASSERT_OK(bccsplat_renderer_set_slice(r, slice.get()));
+  Meddler meddler{r, f, {}, {}};
+  auto o = sized<bccsplat_render_options>();
+  o.progress = Meddler::meddle, o.progress_user = &meddler;
+  ASSERT_OK(bccsplat_renderer_set_options(r, &o));
+  ASSERT_OK(bccsplat_renderer_render(r, f));
+  EXPECT_GT(meddler.calls, 0);
+  EXPECT_EQ(meddler.refused, meddler.calls);
+  ASSERT_OK(bccsplat_renderer_set_options(r, nullptr));
+  // From three threads: each call draws the picture or is refused, and one at least draws it.
+  std::atomic<int> drawn{0}, others{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 3; ++i)
+    threads.emplace_back([&] {
+      for (int k = 0; k < 20; ++k) {
+        const bccsplat_status status = bccsplat_renderer_render(r, f);
+        drawn += status == BCCSPLAT_OK;
+        others += status != BCCSPLAT_OK && status != BCCSPLAT_ERROR_WRONG_STATE;
+      }
+    });
+  for (std::thread& t : threads) t.join();
+  EXPECT_GT(drawn, 0);
+  EXPECT_EQ(others, 0);
+}
+
+TEST(Misuse, AWriterIsUsedByOneCallAtATime) {
+  const Folder folder;
+  const Device device = make_device();
+  Series series;
+  series.nx = series.ny = series.nz = 40;
+  auto o = options_of(series);
+  struct Meddling {
+    bccsplat_writer* writer = nullptr;
+    std::atomic<int> calls{0}, refused{0};
+  } meddling;
+  o.progress_user = &meddling;
+  o.progress = [](void* self, double) {
+    auto& m = *static_cast<Meddling*>(self);
+    ++m.calls;
+    m.refused += bccsplat_writer_finish(m.writer, nullptr) == BCCSPLAT_ERROR_WRONG_STATE;
+    return 0;
+  };
+  const Writer writer = make_writer(device, folder.file("w.bcc4"), o);
+  meddling.writer = writer.get();
+  ASSERT_OK(add_frames(writer.get(), series));
+  ASSERT_OK(bccsplat_writer_finish(writer.get(), nullptr));
+  EXPECT_GT(meddling.calls, 0);
+  EXPECT_EQ(meddling.refused, meddling.calls);
+}
+
+TEST(Misuse, AFrameThatIsNotAligned) {
+  const Device device = make_device();
+  std::vector<float> rgba(4 * 4 * 4 + 1);
+  bccsplat_frame* f = nullptr;
+  auto* crooked = reinterpret_cast<float*>(reinterpret_cast<char*>(rgba.data()) + 2);
+  EXPECT_EQ(bccsplat_frame_wrap(device.get(), 4, 4, crooked, 0, &f), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+}
+
 TEST(Misuse, StructSizes) {
   bccsplat_device* d = nullptr;
   bccsplat_device_options o{};
