@@ -28,7 +28,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Conte
   std::mutex mutex;
   std::vector<std::unique_ptr<TileMemory>> idle;
   uint64_t done = 0;
-  // Tiles with more to draw first: none is left to run alone at the end.
+  // Tiles with more to draw go first, so that none of them runs alone at the end.
   std::vector<size_t> order(plan.tiles.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {

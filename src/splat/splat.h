@@ -18,7 +18,8 @@ namespace bccsplat {
 
 class KeptSheets;
 
-// `emit` is called once per tile, from any thread. kept: from picture to picture; null: nothing is.
+// `emit` is called once per tile, from any thread. `kept` holds sheets from picture to picture; null: none
+// are kept.
 SplatStats splat(const SplatScene& scene, const SplatOptions& options, const Context& context,
                  const std::function<void(const TilePixels&)>& emit, KeptSheets* kept = nullptr);
 

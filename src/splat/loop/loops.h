@@ -42,13 +42,14 @@ struct KernelPolynomial {
 
 // The kernel of the short form nearest to phi: least mean square difference over the ball among those with
 // the same integral, so that constants are reproduced as before. It takes 4 multiplications where radial
-// kernels take 7. Where none differs by less than 0.002 phi(0) (radial20 has one), phi itself.
+// kernels take 7. It is phi itself where none differs by less than 0.002 phi(0); radial20 has such a form.
 [[nodiscard]] KernelPolynomial short_polynomial(const RadialKernel& phi);
 
 // The kernel of the flat form with the integral of phi whose spectrum is 0 at the lattice's first images
 // (both lattices: 1 per unit): constants, and with them gradients of smooth data, come out without ripple,
 // which shading shows before anything else. It takes 3 multiplications, and waves of more than a third of the
-// Nyquist rate come out up to 4 % weaker. Where it is not near phi (radial20's is), phi itself.
+// Nyquist rate come out up to 4 % weaker. It is phi itself where the two are not near each other; radial20's
+// form is near.
 [[nodiscard]] KernelPolynomial flat_polynomial(const RadialKernel& phi);
 
 // phi itself, short_polynomial() or flat_polynomial().
@@ -63,8 +64,9 @@ struct GapLanes {
   const float* delta = nullptr;  // shift of the foot from sheet s to sheet k, per unit of X, Y
   const float *xx = nullptr, *xy = nullptr, *yy = nullptr; // 1 / (R pixel)^2
   const float* reach = nullptr; // xx - xy^2 / (4 yy): no row is in reach of columns where reach di^2 >= 1
-  // Isotropic windows, null: all rows. Large ones: rows that the group's sheets may reach in columns 4 n .. 4
-  // n + 3, begin, end at [(group * row_columns + n) * 2]; others: in any column, at [group * 2].
+  // Rows that the sheets of a group may reach in an isotropic window; null: all rows. A large window has them
+  // per four columns, 4 n .. 4 n + 3, begin and end at [(group * row_columns + n) * 2]; any other window for
+  // all columns together, at [group * 2].
   const int16_t* row_range = nullptr;
   int row_columns = 0;
   const int16_t* group_rows = nullptr;
@@ -110,9 +112,9 @@ struct BrickAxes {
 struct FanArgs {
   const int32_t* rect = nullptr; // per gap, from base_gap: samples of the ring that it needs: x begin,
                                  // y begin, x end, y end
-  // Per gap: 1 / scale of the nearest and farthest sheets its points reach.
+  // 1 / scale of the nearest and the farthest sheet that the points of each gap reach.
   const float *inverse_near = nullptr, *inverse_far = nullptr;
-  // Pixel of the tile that a sample of the ring stands at: foot + (sample - sample_foot) per / scale.
+  // The pixel of the tile where a sample of the ring lies is foot + (sample - sample_foot) per / scale.
   float per_x = 1, per_y = 1, foot_x = 0, foot_y = 0;
   int sample_foot_x = 0, sample_foot_y = 0;
   int around = 0;            // samples
@@ -135,8 +137,8 @@ struct TransformArgs {
   int64_t first_gap = 0, last_gap = 0; // points outside of them are dropped
   int tile_x = 0, tile_y = 0;          // pixel of ring column 0, row 0
   int width = 0, height = 0;
-  // Sums of the pixels still open over all columns and rows before (x, y), (width + 1) per row; null: all
-  // are. A point is dropped when no pixel of its window, or within `around` of it, is open.
+  // How many pixels before column x and row y are still open, (width + 1) sums per row; null: all are open. A
+  // point is dropped when no pixel of its window, or within `around` of it, is open.
   const int32_t* open_sum = nullptr;
   int around = 0;
   const FanArgs* fan = nullptr; // then open_sum counts pixels
@@ -152,7 +154,7 @@ struct TransformCounts {
   size_t accepted = 0, occluded = 0, invisible = 0; // invisible: of all points, wherever they fall
 };
 
-// One finished sheet out of the ring into rows of pixels, and the ring's slots cleared.
+// Copies one finished sheet out of the ring into rows of pixels and clears its slot of the ring.
 struct ExtractArgs {
   float* ring = nullptr; // the slot's group
   int lane = 0;

@@ -1,4 +1,5 @@
-// Radial kernels as the inner loops take them.
+// Makes float polynomials of radial kernels for the inner loops: the kernel itself, and the shorter forms of
+// loops.h that reproduce constants like it.
 #include <cmath>
 #include <numbers>
 
@@ -55,8 +56,9 @@ KernelPolynomial short_polynomial(const RadialKernel& phi) {
     for (int j = 2; j < phi.terms; ++j) m[i][4] += phi.a[static_cast<size_t>(j)] * ball_moment(power[i] + j);
   }
   for (int j = 2; j < phi.terms; ++j) m[3][4] += phi.a[static_cast<size_t>(j)] * ball_moment(j);
-  for (int i = 0; i < 4;
-       ++i) { // the matrix of moments is definite: the last row alone needs what stands above it
+  // No pivot is searched for: the matrix of moments is definite, and the zero at the end of the diagonal is
+  // filled by the rows above it before its turn comes.
+  for (int i = 0; i < 4; ++i) {
     for (int r = 0; r < 4; ++r) {
       if (r == i) continue;
       const double f = m[r][i] / m[i][i];
@@ -65,7 +67,8 @@ KernelPolynomial short_polynomial(const RadialKernel& phi) {
   }
   std::array<double, RadialKernel::max_terms> a{};
   for (int i = 0; i < 3; ++i) a[static_cast<size_t>(power[i])] = m[i][4] / m[i][i];
-  // Monotone, so that bounds of the field from its coefficients hold; and near enough to phi.
+  // The form must be monotone, so that bounds of the field from its coefficients hold, and near enough to
+  // phi.
   if (!(a[2] >= 0 && a[4] >= 0 && a[5] >= 0)) return k;
   constexpr int samples = 64;
   for (int n = 0; n <= samples; ++n) {
@@ -90,7 +93,7 @@ KernelPolynomial flat_polynomial(const RadialKernel& phi) {
   std::array<double, RadialKernel::max_terms> a{};
   a[2] = integral / (ball_moment(2) - wave * ball_moment(4));
   a[4] = -wave * a[2];
-  // Positive, so that bounds of the field from its coefficients hold.
+  // The form must be monotone here, too, and about as high as phi.
   if (!(a[2] >= 0 && a[4] >= 0 && std::fabs(a[2] + a[4] - top) < 0.03 * top)) return k;
   KernelPolynomial flat = from_terms(a, 5);
   flat.form = KernelPolynomial::Form::flat_form;

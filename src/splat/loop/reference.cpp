@@ -1,4 +1,4 @@
-// The reference loops: slow, and as the formulae of loops.h read.
+// The reference loops are slow and read like the formulae of loops.h; tests compare the SIMD loops with them.
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,5 @@
-// Points into the ring where a sheet's metric is a multiple of the identity and rays run along its normal,
-// for the target being compiled: included once per target.
+// Adds points to the ring where a sheet's metric is a multiple of the identity and rays run along its normal,
+// for the target being compiled; the file is included once per target.
 //
 //   u = level - yy dj^2, level = 1 - depth2 dk^2 - xx di^2 constant down the rows
 //
@@ -55,7 +55,7 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
         const PointRows& rows = prepared[n];
         const int begin = std::max(0, -p.y - from),
                   end = std::min({chunk, s.rows - from, s.height - p.y - from});
-        // Vectors of the window that touch the tile; they may hang over into the spare pixels.
+        // Vectors of the window that touch the tile; they may reach into the spare pixels.
         const int v0 = p.x >= 0 ? 0 : (-p.x) / vp * vp, v1 = std::min(s.columns, s.width - p.x);
         const Weights<kForm> weights(*s.kernel, p.c);
         const V fx = hn::Set(d, p.fx), z = hn::Set(d, p.z);
@@ -118,10 +118,10 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
   }
 }
 
-// The same for windows of at most 16 x 16 pixels, up to 12 by vectors that start on cache lines: stores that
-// cross a line cost more than the columns that this adds to a window. All blocks of a point
-// take the same rows: loops whose length changes from point to point cost more than the corners that they
-// would skip.
+// Windows of at most 16 x 16 pixels are drawn by blocks of vectors side by side. Up to a width of 12 pixels
+// the vectors start on cache lines: stores that cross a line cost more than the columns that this adds to a
+// window. All blocks of a point take the same rows: loops whose length changes from point to point cost more
+// than the corners that they would skip.
 template<KernelPolynomial::Form kForm, bool kGradient> struct BlockRows {
   const SplatArgs& s;
   std::ptrdiff_t step;
@@ -215,9 +215,9 @@ template<KernelPolynomial::Form kForm, bool kGradient> void SplatBlocks(const Sp
   }
 }
 
-// The same for windows of one or two vectors of columns and at most 16 rows, in a ring with room for them
-// around the tile: nothing is clipped, so every point takes the same path.
-// kRows: their number, where loops are worth unrolling, else 0.
+// Windows of one or two vectors of columns and at most 16 rows are drawn whole, in a ring with room for them
+// around the tile: nothing is clipped, so every point takes the same path. kRows is the number of rows where
+// the loop is worth unrolling, else 0.
 template<KernelPolynomial::Form kForm, bool kPair, int kRows> void SplatSmallRows(const SplatArgs& s) {
   constexpr size_t batch = 8;
   alignas(64) float row_u[batch][16];
@@ -265,7 +265,7 @@ template<KernelPolynomial::Form kForm, bool kPair, int kRows> void SplatSmallRow
   }
 }
 
-// Windows of 1.15 pixels per T and those of raised sheets.
+// Windows at 1.15 pixels per T and those of raised sheets have 5 or 6 rows.
 template<KernelPolynomial::Form kForm, bool kPair> void SplatSmall(const SplatArgs& s) {
   if (s.rows == 5) return SplatSmallRows<kForm, kPair, 5>(s);
   if (s.rows == 6) return SplatSmallRows<kForm, kPair, 6>(s);

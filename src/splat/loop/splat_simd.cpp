@@ -1,4 +1,6 @@
-// Points into the ring, through Highway: one body, compiled for every target, the best chosen at run time.
+// Adds points to the ring through Highway: one body is compiled for every target, and the best is chosen at
+// run time. SplatForm() chooses the loop for a window; the loops for isotropic windows are in
+// splat_isotropic-inl.h.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/loop/splat_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -15,7 +17,7 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-// No vectors: the reference loops.
+// Without vectors the reference loops do it.
 void Splat(const SplatArgs& s) { reference_loops().splat(s); }
 #else
 
@@ -29,7 +31,7 @@ void SplatGeneral(const SplatArgs& s) {
   for (size_t n = 0; n < s.count; ++n) {
     const SplatRecord& p = s.record[n];
     const int r0 = std::max(0, -p.y), r1 = std::min(s.rows, s.height - p.y);
-    // Vectors of the window that touch the tile; they may hang over into the spare pixels.
+    // Vectors of the window that touch the tile; they may reach into the spare pixels.
     const int v0 = p.x >= 0 ? 0 : (-p.x) / vp * vp, v1 = std::min(s.columns, s.width - p.x);
     const V fx = hn::Set(d, p.fx), z = hn::Set(d, p.z);
     const Weights<kForm> weights(*s.kernel, p.c);

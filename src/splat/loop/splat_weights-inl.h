@@ -1,4 +1,5 @@
-// A point's weights on a vector of samples, for the target being compiled: included once per target.
+// A point's weights on a vector of samples, for the target being compiled; the file is included once per
+// target.
 #if defined(BCCSPLAT_SPLAT_WEIGHTS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef BCCSPLAT_SPLAT_WEIGHTS_INL_H
 #undef BCCSPLAT_SPLAT_WEIGHTS_INL_H
@@ -49,7 +50,7 @@ template<> struct Weights<KernelPolynomial::Form::short_form> {
   }
 };
 
-// u^2 (a2 + a4 u^2): three.
+// u^2 (a2 + a4 u^2): three multiplications.
 template<> struct Weights<KernelPolynomial::Form::flat_form> {
   V a2, a4;
   HWY_INLINE Weights(const KernelPolynomial& k, float c)

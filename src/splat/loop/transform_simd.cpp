@@ -1,4 +1,5 @@
-// Points to the screen, and finished sheets out of the ring, through Highway.
+// Moves points to the screen and takes finished sheets out of the ring, through Highway: one body is compiled
+// for every target, and the best is chosen at run time. The formulae are those of reference.cpp.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/loop/transform_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -15,7 +16,7 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-// No vectors: the reference loops.
+// Without vectors the reference loops do it.
 TransformCounts Transform(const TransformArgs& t) { return reference_loops().transform(t); }
 void Extract(const ExtractArgs& e) { reference_loops().extract(e); }
 #else
@@ -172,7 +173,7 @@ TransformCounts Transform(const TransformArgs& t) {
   return t.isotropic ? TransformPoints<true>(t) : TransformPoints<false>(t);
 }
 
-// The sums of one lane out of groups of four, which are set to zero.
+// Copies the sums of one lane out of groups of four and sets them to zero.
 void Extract(const ExtractArgs& e) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   alignas(64) uint32_t others[16];

@@ -1,3 +1,7 @@
+// Plans a picture before its tiles start, in the order of make_plan() at the end: the sheets, whether they
+// are sampled more coarsely than the picture and raised to it, the lanes and windows of every gap, the tiles,
+// and the bricks that each of them needs. The notes on the limits are tests/bench/notes/splat.md,
+// raised-sheets.md and render-speed.md.
 #include "splat/plan/plan.h"
 
 #include <algorithm>
@@ -14,11 +18,11 @@
 namespace bccsplat {
 namespace {
 
-// Sheets closer than half of what the filter asks for are raised along their normal; a little less, so that
-// 2 stands for itself after rounding. Tables are made for fewer than this many sheets.
+// Sheets closer than half of what the filter asks for are raised along their normal; the ratio is a little
+// less than 2, so that 2 itself counts after rounding. Tables are made for fewer than this many sheets.
 constexpr double least_depth_ratio = 1.9;
 constexpr int64_t most_raised_sheets = 1 << 20;
-// Larger windows have no table of rows: its entries are 16 bits wide.
+// Windows of more rows have no table of them: its entries are 16 bits wide.
 constexpr int most_table_rows = 4096;
 // Windows of up to this many pixels a side are not clipped: room around the ring, which is larger for it,
 // takes what they would lose. No measurement of the limit is noted.
@@ -34,7 +38,7 @@ constexpr int thin_ring = 8, most_thin_floats = 196608, most_floats = 131072;
 // Fewer tiles would leave threads without work at the end, more draw more points twice. No measurement of the
 // limit is noted.
 constexpr int tiles_per_thread = 8;
-constexpr int most_tile_size = 4096; // that is asked for
+constexpr int most_tile_size = 4096; // that a caller may ask for
 
 void plan_gaps(const SplatScene& scene, SplatPlan& plan) {
   const SheetView& v = *scene.view;
@@ -65,7 +69,7 @@ void plan_gaps(const SplatScene& scene, SplatPlan& plan) {
   // Extent of a unit ball of this metric along x and y, pixels.
   const double extent_x = std::sqrt(metric.yy / metric.determinant()),
                extent_y = std::sqrt(metric.xx / metric.determinant());
-  // Farthest pixels from the foot of the eye: bounds of |X| and |Y| of points that are seen.
+  // The farthest pixels from the foot of the eye bound |X| and |Y| of the points that are seen.
   const double foot_x = -dot(v.gx, v.ez), foot_y = -dot(v.gy, v.ez);
   const double halo = 2 + plan.around;
   const double far_x = std::max(std::fabs(foot_x), std::fabs(v.width - 1 - foot_x)) + halo;
@@ -110,7 +114,8 @@ void plan_gaps(const SplatScene& scene, SplatPlan& plan) {
   }
 }
 
-// The view of the sheets' own samples, where they are worth it, and the tables that raise them.
+// Returns the view of the sheets' own samples, where having them pays, and makes the tables that raise them;
+// elsewhere the samples are the pixels.
 SheetView plan_samples(const SplatScene& scene, const SplatOptions& options, SplatPlan& plan) {
   SheetView v = *scene.view;
   const RaiseFilter& filter = options.raise;
@@ -156,8 +161,8 @@ SheetView plan_samples(const SplatScene& scene, const SplatOptions& options, Spl
   return v;
 }
 
-// Which rows the sheets of a group reach: in any column where the window is not large, else in each four
-// columns. The foot stands between half - 1 and half pixels from the window's start.
+// Lists the rows that the sheets of a group reach: in any column where the window is not large, else per four
+// columns. The foot lies between half - 1 and half pixels from the window's start.
 void plan_rows(const SplatScene& scene, SplatPlan& plan) {
   if (!plan.isotropic || plan.rows[0] > most_table_rows) return;
   const double radius = scene.slice->kernel.space.radius;
@@ -209,7 +214,8 @@ int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const S
   const auto tiles = [&] { return (view.width / size + 1) * (view.height / size + 1); };
   while (threads > 1 && size > smallest_tile && tiles() < tiles_per_thread * threads) size -= tile_step;
   size -= 2 * plan.border;
-  // No narrow tiles at the end: their surroundings would be drawn once more for little.
+  // Tiles are made alike, for narrow ones at the end would have their surroundings drawn once more for
+  // little.
   const int side = std::max(view.width, view.height), count = (side + size - 1) / size;
   return (side + count - 1) / count;
 }

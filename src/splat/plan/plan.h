@@ -45,7 +45,7 @@ struct PlannedBrick {
   BrickAxes axes;
 };
 
-// The needed points of bricks, at their places in SplatPoints; nothing between the bricks.
+// The needed points of bricks, at the places of the bricks in SplatPoints; what lies between is not set.
 struct PickedPoints {
   Reservation memory;
   AlignedArray<uint16_t> position;
@@ -70,7 +70,7 @@ struct SplatPlan {
   int depth_taps = 0;
   RaiseAxis raise_z; // sheets from 2 * lead before the first on
   int64_t ring_first = 0, ring_last = -1;
-  int around = 0;         // a sample is of use to pixels whose own sample stands at most this far away
+  int around = 0;         // a sample is of use to pixels whose own sample is at most this far away
   bool isotropic = false; // orthographic, or a fan, and the sheets' metric is a multiple of the identity
   double depth2 = 0;      // (step / R)^2
 
@@ -111,14 +111,15 @@ struct SplatPlan {
   }
 };
 
-// Of a fan: scales of the picture's sheets that the points of gaps first .. last reach.
+// Returns the scales of the picture's sheets that the points of gaps first .. last reach, of a plan with a
+// fan.
 [[nodiscard]] Scales gap_scales(const SplatPlan& plan, int64_t first, int64_t last);
 
 // A tile of the picture without its bricks.
 [[nodiscard]] PlannedTile plan_tile(const SplatPlan& plan, int x, int y, int width, int height);
 
-// copies: points may be copied (see plan_points.h) as long as three quarters of what this has left stay free;
-// null: none are. with_points false: the sheets are there already.
+// Points may be copied (see plan_points.h) as long as three quarters of what `copies` has left stay free;
+// null: none are. with_points is false where the sheets are kept from another picture.
 [[nodiscard]] SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks,
                                   SplatStats& stats, MemoryBudget* copies = nullptr, bool with_points = true);
 

@@ -1,3 +1,6 @@
+// Judges every brick of a slice's points for a picture: whether it may show, which gaps and pixels its points
+// may touch, and which of its cells are needed. The bricks that are left become plan.bricks, sorted by their
+// first gap.
 #include "splat/plan/plan_bricks.h"
 
 #include <algorithm>
@@ -50,7 +53,8 @@ BrickAxes brick_axes(const SplatScene& scene, const SplatPlan& plan, const Splat
   return f;
 }
 
-// Gaps and pixels that the points of a brick may touch. False when there are none in front of the eye.
+// Sets the gaps and pixels that the points of a brick may touch; returns false when there are none in front
+// of the eye.
 bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick, PlannedBrick& out) {
   const SheetView& v = *scene.view;
   const double d = scene.points->plane_distance;
@@ -77,7 +81,7 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
     half_y = std::max<double>(half_y, plan.half_y[static_cast<size_t>(s - plan.first_gap)]);
   }
   if (v.perspective) {
-    // Feet are X m with m between those of the first and last gap.
+    // Feet are X m, with m between the values at the first and the last gap.
     const double m0 = 1 / base_depth(v, from), m1 = 1 / base_depth(v, to);
     const double foot_x = dot(v.gx, v.ez), foot_y = dot(v.gy, v.ez);
     const double fx0 = std::min(x0 * m0, x0 * m1) - foot_x, fx1 = std::max(x1 * m0, x1 * m1) - foot_x;
@@ -98,7 +102,7 @@ struct Candidate {
   Place place = Place::seen;
 };
 
-// What decides which bricks and points a picture needs.
+// Decides which bricks and which of their cells a picture needs.
 class BrickChoice {
  public:
   BrickChoice(const SplatScene& scene, const SplatScene& ring, const SplatOptions& options, SplatPlan& plan)
@@ -115,11 +119,12 @@ class BrickChoice {
     plan.inside.cells.resize(slots);
   }
 
-  // What is looked at by all that a visible sample is made of, lattice units; as useful_cells() has it.
+  // How far away the samples are that all a visible sample is made of looks at, lattice units; as
+  // useful_cells() has it.
   [[nodiscard]] double looked_at() const { return (options_.preintegrate ? 2 : 1) * look_; }
   [[nodiscard]] int least() const { return least_; }
 
-  // Brick `n` of the points, and what is known of the surface's inside there.
+  // Judges brick `n` of the points and notes what is known of the surface's inside there.
   [[nodiscard]] Candidate judge_brick(size_t n) const {
     const SplatBrick& brick = scene_.points->bricks[n];
     Candidate out;
@@ -143,7 +148,7 @@ class BrickChoice {
     }
     if (!(options_.disable_skips & (skip_transfer_function | skip_cells)))
       b.cells = near_cells(scene_, brick, look_);
-    // What lies beyond a surface only the larger cells tell.
+    // Only ranges over a wide enough reach tell what lies beyond a surface.
     if (cells_ >= 0 && (least_ == 0 || inside_))
       b.cells &= needed_cells(scene_, options_, weights_, ranges(static_cast<size_t>(cells_), n), inside_);
     b.first_gap = std::max(b.first_gap, plan_.first_gap);
@@ -172,7 +177,7 @@ class BrickChoice {
   bool inside_ = false; // a sample's own cell and those beside it hold all points it is made of
 };
 
-// Takes those that are seen over into the plan and counts the others.
+// Takes the bricks that are seen over into the plan and counts the others.
 void collect_bricks(const std::vector<Candidate>& candidates, const SplatPoints& points, SplatPlan& plan,
                     SplatStats& stats) {
   for (const auto& [b, place] : candidates) {

@@ -1,3 +1,6 @@
+// Bounds what samples can show by the ranges of the coefficients around them, so that bricks and cells which
+// nothing visible looks at are left out. A sample lies between the least and the most that its coefficients
+// times the sum of kernel weights can amount to; the notes are in tests/bench/notes/render-speed.md.
 #include "splat/plan/plan_cells.h"
 
 #include <algorithm>
@@ -8,19 +11,19 @@
 namespace bccsplat {
 namespace {
 
-// Bounds of how the sum of kernel weights ripples about its mean. Those of the kernel's own leave out 8 %
-// more visits of an isosurface than 0.1 for all (tests/bench/notes/render-speed.md).
+// Bounds of how the sum of kernel weights ripples about its mean. The bound of the radial kernels leaves out
+// 8 % more visits of an isosurface than 0.1 for all (tests/bench/notes/render-speed.md).
 constexpr double radial_ripple = 0.02, other_ripple = 0.1;
 
-// Whether all samples lie beyond the isosurface that lie between points of a range only (a range that ends at
-// 0 knows nothing).
+// Whether all samples between points of this range only are beyond the isosurface. A range that ends at 0
+// says nothing.
 bool beyond(const SplatScene& scene, double iso_value, const WeightBounds& weights, const CellRange& range) {
   const double iso = iso_value - static_cast<double>(scene.slice->base), least = weights.least;
   return iso > 0 ? least * static_cast<double>(range.low) > iso
                  : iso < 0 && least * static_cast<double>(range.high) < iso;
 }
 
-// Lattice units from sheet to sheet, at most.
+// Returns the most lattice units that any ray takes from sheet to sheet.
 double longest_ray(const SheetView& v) {
   double longest = 0;
   for (const double i : {0.0, static_cast<double>(v.width - 1)})
@@ -62,12 +65,12 @@ double look_distance(const SplatScene& scene, const SplatOptions& options, const
   const double x = scale * length(v.ex), y = scale * length(v.ey),
                ray = (sheets + 0.5 * plan.depth_taps * plan.raise_z.ratio) * longest_ray(v);
   if (plan.taps == 0) return std::max({ray, sheets * x, sheets * y});
-  // Samples that a pixel is raised from stand in a rectangle around it.
+  // Samples that a pixel is raised from lie in a rectangle around it.
   const RaiseFan& fan = plan.fan;
   const double wide = 0.5 * plan.taps * (fan.taps > 0 ? length(v.ex) / fan.x.per : plan.raise_x.ratio * x),
                high = 0.5 * plan.taps * (fan.taps > 0 ? length(v.ey) / fan.y.per : plan.raise_y.ratio * y);
   if (v.perspective && plan.isotropic) {
-    // Rays lean: what they look at stands to the side, too.
+    // Rays lean, so that what they look at lies to the side, too.
     const double lean = std::sqrt(std::max(0.0, longest_ray(v) * longest_ray(v) - v.step * v.step)),
                  deep = (sheets + 0.5 * plan.depth_taps * plan.raise_z.ratio) * v.step,
                  aside = std::max(sheets * lean, plan.border * std::max(x, y)) + std::hypot(wide, high);

@@ -8,7 +8,7 @@ namespace {
 
 double magnitudes(const Vec3& v) { return std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]); }
 
-// The points of a brick, and one more on either side: its corrections end there.
+// Corrections end one point beyond those of their brick, on either side.
 std::array<Vec3, 8> corners_of(const SparseGrid::Brick& brick) {
   Vec3 low, high;
   for (size_t a = 0; a < 3; ++a) {
@@ -18,7 +18,7 @@ std::array<Vec3, 8> corners_of(const SparseGrid::Brick& brick) {
   return box_corners(low, high);
 }
 
-// Sheets and pixels that a brick may touch; false: none in front of the eye.
+// Sets the sheets and pixels that a brick may touch; returns false when there are none in front of the eye.
 bool bound_brick(const SplatScene& scene, const CorrectionView& at, const SparseGrid::Brick& brick,
                  PlannedCorrections& out) {
   const auto corners = corners_of(brick);

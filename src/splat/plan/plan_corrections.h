@@ -5,7 +5,7 @@
 
 namespace bccsplat {
 
-// The way from points of the corrections' grid to a picture: all of it linear in the point.
+// Where points of the corrections' grid fall in a picture: sheet, x and y are linear in the point.
 struct CorrectionView {
   explicit CorrectionView(const SplatScene& scene);
 
@@ -16,7 +16,7 @@ struct CorrectionView {
     if (perspective) return {x / (k + depth) - x_drift, y / (k + depth) - y_drift};
     return {x - k * x_drift, y - k * y_drift};
   }
-  // Per length of a pixel on sheet k.
+  // The lengths of a pixel on sheet k, relative to those at scale 1.
   [[nodiscard]] double scale(double k) const { return perspective ? k + depth : 1; }
 
   bool perspective;

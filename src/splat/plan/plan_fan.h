@@ -9,7 +9,7 @@ namespace bccsplat {
 // larger than what they show at once.
 [[nodiscard]] bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v);
 
-// From samples to the pixels of a fan that may look at them.
+// Turns a brick's rectangle of samples into one of the pixels that may look at them.
 void fan_rect(const SplatPlan& plan, PlannedBrick& b);
 
 } // namespace bccsplat

@@ -20,13 +20,14 @@ template<class Body> void each_brick(Tasks& tasks, size_t count, const Body& bod
 
 // Leaves out the points of plan.bricks farther than two kernel radii and `look` from every point whose
 // coefficient alone could make a sample visible, and bricks that lose all of them: no sample that they change
-// is visible or looked at by a visible one. Of pictures at the pixels; those that are raised look further.
-// least: the code of the smallest such coefficients, from least_code().
+// is visible or looked at by a visible one. It serves pictures that are sampled at their pixels; those that
+// are raised look further. `least` is the code of the smallest such coefficients, from least_code().
 void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, SplatPlan& plan,
                  SplatStats& stats);
-// Room for pick_points(); false: a picture has better use for the budget.
+// Reserves room for pick_points(); returns false when the budget has better use for it.
 [[nodiscard]] bool reserve_copies(const SplatPoints& points, MemoryBudget& budget, PickedPoints& picked);
-// 0: points of any size may, or the picture looks too far around.
+// Returns the code of the smallest coefficients that alone could make a sample visible; 0 when points of any
+// size could, or the picture looks too far around for pick_points().
 [[nodiscard]] int least_code(const SplatScene& scene, const SplatOptions& options,
                              const WeightBounds& weights, double look, const SplatPlan& plan);
 

@@ -1,3 +1,5 @@
+// Reads the sites of a slice that one brick of the splatter covers, mirror images included, and holds the
+// reference loops that sum them up and list their points (brick_sites_simd.cpp has the fast ones).
 #include "splat/points/brick_sites.h"
 
 #include <algorithm>
@@ -30,7 +32,7 @@ void SiteReader::read(const Int3& origin, BrickSites& out) const {
     };
     std::array<Place, rows> x;
     for (size_t i = 0; i < rows; ++i) x[i] = place(0, i);
-    // Stretches of x that stand side by side in one brick; elsewhere one site each.
+    // A stretch is a run of x whose sites lie side by side in one brick of the slice; others hold one site.
     struct Stretch {
       size_t to, count;
       Place from;

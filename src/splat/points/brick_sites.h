@@ -18,11 +18,11 @@ struct BrickSites {
   alignas(64) std::array<float, count> coefficient;
 };
 
-// Reads them out of a slice; sites beyond `planes` are no points.
+// Reads them out of a slice; what lies beyond the planes that were folded holds no points.
 class SiteReader {
  public:
   SiteReader(const Slice& slice, const FoldedSites& sites);
-  // origin: the brick's first planes, counted as `sites` are; even.
+  // origin is the brick's first planes, counted as `sites` are and even.
   void read(const Int3& origin, BrickSites& out) const;
 
  private:
@@ -46,16 +46,16 @@ struct BrickCells {
   alignas(64) std::array<float, cells_per_brick> low{}, high{};
 };
 
-// count, low, high and coefficient of `brick`, and its cells; the reference loops and the best target of this
-// machine.
+// Both set count, low, high and coefficient of `brick`, and its cells: the reference loop, and the best
+// target of this machine.
 void summarise_reference(const BrickSites& sites, bool bcc, SplatBrick& brick, BrickCells& cells);
 void summarise(const BrickSites& sites, bool bcc, SplatBrick& brick, BrickCells& cells);
 
-// The codes of its fine cells, SplatPoints::fine_cells of them.
+// Both write the codes of its fine cells, SplatPoints::fine_cells of them.
 void code_cells_reference(const BrickSites& sites, bool bcc, const SplatPoints& points, uint8_t* codes);
 void code_cells(const BrickSites& sites, bool bcc, const SplatPoints& points, uint8_t* codes);
 
-// Its points: `count` of them as summarised.
+// Both write its points, `count` of them as summarised.
 void list_points_reference(const BrickSites& sites, const SiteOrder& order, uint32_t count,
                            uint16_t* position, float* coefficient);
 void list_points(const BrickSites& sites, const SiteOrder& order, uint32_t count, uint16_t* position,

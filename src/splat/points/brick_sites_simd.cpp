@@ -1,4 +1,5 @@
-// brick_sites.h through Highway, for BCC: one body, compiled for every target, the best chosen at run time.
+// The loops of brick_sites.h through Highway, for BCC: one body is compiled for every target, and the best is
+// chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/points/brick_sites_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -130,7 +131,7 @@ void ListPoints(const BrickSites& sites, const SiteOrder& order, uint32_t count,
     for (size_t n = 0; n < BrickSites::count; n += lanes) hn::StoreU(site(n), d, coefficient + n);
     return;
   }
-  // Whole vectors are written: into room of their own first.
+  // Whole vectors are written, so they go into room of their own first.
   alignas(64) std::array<uint16_t, BrickSites::count + 16> positions;
   alignas(64) std::array<float, BrickSites::count + 16> coefficients;
   size_t taken = 0;

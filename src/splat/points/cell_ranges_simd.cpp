@@ -1,4 +1,5 @@
-// cell_ranges.h through Highway: one body, compiled for every target, the best chosen at run time.
+// The loop of cell_ranges.h through Highway: one body is compiled for every target, and the best is chosen at
+// run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/points/cell_ranges_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -24,8 +25,9 @@ struct Greatest {
   template<class V> V operator()(V a, V b) const { return hn::Max(a, b); }
 };
 
-// Extremes of each cell and its neighbours along the three axes; rows y and z from -halo on are right after
-// it. At the ends of rows wrong ones come in from outside: one cell per call, before any that is used later.
+// Puts the extreme of each cell and its neighbours along the three axes into the cell; rows y and z from
+// -halo on are right afterwards. At the ends of rows along x wrong values come in from outside, one cell
+// farther with each call; none of the cells that are used is reached.
 template<class Extreme> void WidenByOne(CellCube::Field& field, int halo, const Extreme& extreme) {
   constexpr int side = CellCube::side, pitch = CellCube::pitch;
   const hn::CappedTag<float, pitch> d;

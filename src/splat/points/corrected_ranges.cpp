@@ -6,8 +6,8 @@
 namespace bccsplat {
 namespace {
 
-// Ranges are of coefficients: what they are multiplied by at least, the sum of kernel weights, is no less
-// than the inverse of this (plan_cells.h).
+// Ranges are of coefficients, corrections are values: the sum of kernel weights that lies between them is no
+// less than the inverse of this (plan_cells.h).
 constexpr float per_least_weight = 1.125f;
 constexpr double rounding = 1e-3; // planes
 
@@ -19,7 +19,7 @@ void widen_by_corrections(const Slice& slice, SplatPoints& points) {
   for (const int n : points.dims) slots *= static_cast<size_t>(n);
   std::vector<std::array<float, 2>> range(slots); // by slot
   const Affine3 to_lattice = slice.lattice_to_slice.inverse();
-  // A brick's samples look at points of the bricks and cells around it.
+  // Samples near a brick look at the bricks and cells around it.
   const int around = std::max(points.edge, 4 * SplatPoints::cell_reach.back());
   for (const SparseGrid::Brick& c : slice.corrections->add.bricks()) {
     std::array<std::array<int, 2>, 3> bricks; // along each axis

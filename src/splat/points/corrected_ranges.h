@@ -5,8 +5,8 @@
 
 namespace bccsplat {
 
-// Widens the ranges of the slice's points by its corrections near them. The codes of single points tell
-// nothing then and are forgotten.
+// Widens the ranges of the slice's points by its corrections near them. The codes of single points say
+// nothing then and are dropped.
 void widen_by_corrections(const Slice& slice, SplatPoints& points);
 
 } // namespace bccsplat

@@ -1,4 +1,4 @@
-// Where a field is known to lie beyond an isosurface, seen from air: there no surface is, and points that
+// Where a field is known to lie beyond an isosurface, seen from air: no surface is there, and points that
 // only such places look at need not be drawn.
 #pragma once
 

@@ -1,4 +1,4 @@
-// How large the coefficients are, in cells of 2^3 planes: from that, which points are near enough to any
+// How large the coefficients in cells of 2^3 planes are, and from that which points are near enough to one
 // that a picture may show.
 #pragma once
 
@@ -17,7 +17,7 @@ using FineCells = std::array<uint64_t, 8>;
   return (position >> 1 & 7u) | (position >> 2 & 56u) | (position >> 3 & 448u);
 }
 
-// Of a brick: cells that hold a point whose code is `least` or more, 1 .. 127.
+// Returns the cells of a brick that hold a point whose code is at least `least`, 1 .. 127.
 [[nodiscard]] FineCells cells_from(const uint8_t* codes, uint8_t least);
 
 // The neighbourhood of one brick: rows of cells along x as bits, `margin` cells beyond the brick on all
@@ -30,23 +30,23 @@ struct FineCube {
   void add(const FineCells& cells, const Int3& at, int edge);
 };
 
-// How far cells reach whose points may stand closer than a distance: per row of a neighbourhood, cells to
-// either side along x; -1: none.
+// Cells whose points may be closer than a distance: for each row of a neighbourhood, how many cells to either
+// side along x; -1: none.
 struct FineBall {
   static constexpr int side = 2 * FineCube::margin + 1;
   std::array<int, side * side> reach{}; // [z][y], from -margin on
 };
-// The distance is at most farthest(); plane_distance: lattice units between planes.
+// The distance is at most farthest(); plane_distance is lattice units between planes.
 [[nodiscard]] FineBall make_ball(double distance, double plane_distance);
 [[nodiscard]] double farthest(double plane_distance);
 
-// Cells of the brick in the middle of `cube` that a ball around some cell of the cube meets; the reference
-// loops and the best target of this machine.
+// Both return the cells of the brick in the middle of `cube` that a ball around some cell of the cube meets:
+// the reference loop, and the best target of this machine.
 [[nodiscard]] FineCells cells_within_reference(const FineCube& cube, const FineBall& ball);
 [[nodiscard]] FineCells cells_within(const FineCube& cube, const FineBall& ball);
 
-// Copies the points of a brick in those cells, in their order, and says how many there are. There is room for
-// all points of the brick.
+// Both copy the points of a brick that are in those cells, in their order, and return how many there are.
+// There must be room for all points of the brick.
 uint32_t take_points_reference(const SplatPoints& points, const SplatBrick& brick, const FineCells& cells,
                                uint16_t* position, float* coefficient);
 uint32_t take_points(const SplatPoints& points, const SplatBrick& brick, const FineCells& cells,

@@ -1,4 +1,5 @@
-// point_sizes.h through Highway: one body, compiled for every target, the best chosen at run time.
+// The loops of point_sizes.h through Highway: one body is compiled for every target, and the best is chosen
+// at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/points/point_sizes_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -26,7 +27,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 void Within(const FineCube& cube, const FineBall& ball, FineCells& out) {
   constexpr size_t side = FineCube::side, count = side * side, margin = FineCube::margin;
   const hn::CappedTag<uint16_t, 32> dw;
-  // Rows that are widened by 0 .. margin cells along x; a few more, because whole vectors are read.
+  // wide[r] holds the rows widened by r cells along x, and a few rows more, because whole vectors are read.
   constexpr size_t pitch = (count + 16 + 31) / 32 * 32;
   alignas(64) uint16_t wide[margin + 1][pitch];
   for (size_t n = 0; n < count; n += hn::Lanes(dw)) {
@@ -39,7 +40,7 @@ void Within(const FineCube& cube, const FineBall& ball, FineCells& out) {
       hn::Store(sum, dw, wide[r] + n);
     }
   }
-  // Eight planes z, in each eight rows y.
+  // Each sum is one of eight planes z and holds eight rows y.
   const hn::FixedTag<uint16_t, 8> d;
   auto s0 = hn::Zero(d), s1 = s0, s2 = s0, s3 = s0, s4 = s0, s5 = s0, s6 = s0, s7 = s0;
   for (size_t n = 0; n < ball.reach.size(); ++n) {

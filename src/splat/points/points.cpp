@@ -1,3 +1,6 @@
+// Makes the points of a slice: finds the bricks that its bricks reach, sums up their sites, then lists the
+// points of those that hold any, with the ranges of coefficients around them by which pictures leave bricks
+// out.
 #include "splat/points/points.h"
 
 #include <algorithm>
@@ -64,7 +67,7 @@ SplatPoints make_points(const Slice& slice, const Context& context) {
     reader.read({at[0] * points.edge, at[1] * points.edge, at[2] * points.edge}, sites);
   };
 
-  // Twice over the sites: what there is of each brick, then, where that belongs, the points.
+  // The sites are read twice: first to see what each brick holds, then to write its points where they belong.
   std::vector<SplatBrick> made(slots.size());
   std::vector<BrickCells> cells(slots.size());
   context.tasks.parallel_for(slots.size(), [&](uint64_t number) {

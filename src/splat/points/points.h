@@ -20,8 +20,8 @@ struct SplatBrick {
   float reach[2] = {0, 0};              // the same over its 27-neighbourhood
 };
 
-// Smallest and largest coefficient of the sites in and around a cell of 4^3 planes: with 0 where any of them
-// is no point.
+// The smallest and the largest coefficient of the sites in and around a cell of 4^3 planes, and 0 where any
+// of these is no point.
 struct CellRange {
   float low = 0, high = 0;
 };
@@ -51,7 +51,7 @@ struct SplatPoints {
   Reservation memory;
 
   [[nodiscard]] uint8_t code(float c) const;
-  // |coefficient| of codes below this one is less than the value.
+  // Coefficients with codes below n are smaller than this, in magnitude.
   [[nodiscard]] float code_begin(int n) const;
 
   // Number of a brick among dims, x fastest.
@@ -67,10 +67,10 @@ struct SplatPoints {
   }
 };
 
-// Points within a kernel radius and two T (gradients look beyond the ends) of the box that is drawn, in an
-// order that depends on the lattice only: bricks x fastest, points of a brick in a fixed shuffle (neighbours
-// in the list then fall on different sheets and pixels, and updates of the same accumulator do not follow
-// each other).
+// Makes the points within a kernel radius and two T (gradients look beyond the ends) of the box that is
+// drawn, in an order that depends on the lattice only: bricks with x fastest, points of a brick in a fixed
+// shuffle (neighbours in the list then fall on different sheets and pixels, and updates of the same
+// accumulator do not follow each other).
 [[nodiscard]] SplatPoints make_points(const Slice& slice, const Context& context);
 
 } // namespace bccsplat

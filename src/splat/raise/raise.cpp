@@ -1,3 +1,4 @@
+// Computes the weights that raise.h defines, once per axis of a picture, and holds the reference loops.
 #include "splat/raise/raise.h"
 
 #include <algorithm>

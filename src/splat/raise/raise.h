@@ -1,10 +1,10 @@
 // Sheets that hold fewer samples than the picture has pixels, and the filter that raises them to its pixels.
 //
 // A kernel leaves little above half a cycle per T, so that a magnified picture is drawn as well from 1.5 to 2
-// samples per T and axis. Sample I of an axis stands at pixel I * ratio of the picture, whatever the tile.
-// A pixel is the weighted sum of the nearest `taps` samples along each axis; its weights are those that
-// come closest, in the mean square over the band, to the wave that the samples stand for (weights fall
-// to nothing at the band's edge, where fields hold little), among those that reproduce constants.
+// samples per T and axis. Sample I of an axis lies at pixel I * ratio of the picture, whatever the tile. A
+// pixel is the weighted sum of the nearest `taps` samples along each axis; its weights are those that come
+// closest, in the mean square over the band, to the wave that the samples describe (weights fall to nothing
+// at the band's edge, where fields hold little), among those that reproduce constants.
 #pragma once
 
 #include <cstddef>
@@ -19,25 +19,24 @@ inline constexpr int most_taps = 8;
 struct RaiseFilter {
   int taps = 0;       // 4, 6 or 8
   double density = 0; // samples per T
-  // Pixels per sample from which on that is cheaper, where the sheets are isotropic and elsewhere
+  // Raising is cheaper from this many pixels per sample on, where the sheets are isotropic and elsewhere
   // (perspective, shear); at least 1.
   double from = 1, from_general = 1;
   // Samples per T along the sheets' normal, where sheets are closer than half of that and rays run side by
   // side: sheets are raised from fewer ones in the same way; 0: never.
   double depth = 0;
-  // As `from` for the fan that perspective is raised from (raise_fan.h), halfway between first and last
-  // sheet.
+  // The same for the fan that perspective is raised from (raise_fan.h), halfway between first and last sheet.
   double from_fan = 1.12;
   bool operator==(const RaiseFilter&) const = default;
 };
 
-// Weights of the samples -(taps / 2 - 1) .. taps / 2 for a pixel `phase` of a sample, 0 .. 1, beyond sample
-// 0. band: cycles per sample.
+// Sets the weights of the samples -(taps / 2 - 1) .. taps / 2 for a pixel that lies `phase`, 0 .. 1, of a
+// sample beyond sample 0. band is in cycles per sample.
 void raise_weights(int taps, double band, double phase, double* weight);
 
 // The pixels of one axis.
 struct RaiseAxis {
-  double ratio = 1;            // pixels per sample, at least .6
+  double ratio = 1;            // pixels per sample, at least 0.6
   int first = 0;               // pixel that the tables start with
   size_t pitch = 0;            // entries per tap: the pixels and 16 more, as the last
   std::vector<int32_t> sample; // the first one of each pixel
@@ -51,7 +50,7 @@ struct RaiseAxis {
 // A sheet's pixels columns [x0, x1), rows [y0, y1) of the tile's plane.
 struct RaiseArgs {
   int taps = 0;
-  const float* sheet = nullptr; // its sample that stands at the start of the tile's ring
+  const float* sheet = nullptr; // its sample at the start of the tile's ring
   int sheet_pitch = 0;          // 16 floats after every row may be read
   float* plane = nullptr;       // of pixel column 0, row 0
   int plane_pitch = 0;          // whole vectors are written

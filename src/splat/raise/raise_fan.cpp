@@ -11,7 +11,7 @@ int whole(double x) { return static_cast<int>(std::clamp(x, -1e9, 1e9)); }
 } // namespace
 
 void make_fan_weights(RaiseFan& fan, double density) {
-  // Pixel n of this axis stands n / phases beyond sample 0.
+  // Pixel n of this axis lies n / phases beyond sample 0.
   const RaiseAxis axis = make_raise_axis(RaiseFan::phases, density, fan.taps, 0, RaiseFan::phases);
   fan.weight.assign(size_t{RaiseFan::phases} * most_taps, 0);
   for (size_t n = 0; n < RaiseFan::phases; ++n)
@@ -21,7 +21,7 @@ void make_fan_weights(RaiseFan& fan, double density) {
 
 void fan_axis(const RaiseFan& fan, const RaiseFan::Axis& axis, double scale, int first, int count,
               RaiseAxis& out) {
-  // Places in units of 2^-32 samples: sums of them are exact, wherever they start.
+  // Places are counted in units of 2^-32 samples, so that sums of them are exact, wherever they start.
   constexpr int bits = 32, rest = bits - RaiseFan::phase_bits;
   const double unit = std::ldexp(1.0, bits), slope = scale * axis.per;
   const auto step = static_cast<int64_t>(std::llround(slope * unit));

@@ -1,8 +1,8 @@
 // Perspective from sheets that are sampled side by side.
 //
-// The samples of all sheets stand on the same lines along the sheets' normal, as those of an orthographic
-// view: points are drawn as there, with one window at any depth. Only the raising knows of the eye: pixel i
-// of sheet k stands at sample scale(k) per (i - foot), and its weights are read from a table.
+// The samples of all sheets lie on the same lines along the sheets' normal, as those of an orthographic view,
+// and points are drawn as there, with one window at any depth. Only the raising knows of the eye: pixel i of
+// sheet k lies at sample scale(k) per (i - foot), and its weights are read from a table.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ struct RaiseFan {
   [[nodiscard]] double scale(double k) const { return k + depth > nearest ? k + depth : nearest; }
 };
 
-// density: samples per T.
+// density is in samples per T.
 void make_fan_weights(RaiseFan& fan, double density);
 
 // The samples and weights of `count` pixels from `first` on, on a sheet of this scale. What a pixel gets does

@@ -1,4 +1,5 @@
-// raise.h through Highway: one body, compiled for every target, the best chosen at run time.
+// The loops of raise.h through Highway: one body is compiled for every target, and the best is chosen at run
+// time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/raise/raise_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -24,7 +25,7 @@ using V = hn::Vec<D>;
 constexpr D d;
 constexpr hn::RebindToSigned<D> di;
 
-// Rows [y, end) along y, all samples [first, last) that they need.
+// Raises rows [y, end) along y, over all samples [first, last) that they need.
 template<int kTaps> HWY_INLINE void RaiseRows(const RaiseArgs& a, int y, int end, int first, int last) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int r = y; r < end; ++r) {
@@ -49,7 +50,8 @@ template<int kTaps> void RaiseTaps(const RaiseArgs& a) {
     const int end = std::min(y + raise_rows, a.y1);
     RaiseRows<kTaps>(a, y, end, first, last);
     for (int x = a.x0; x < a.x1; x += lanes) {
-      // Where pixels are closer than samples, the samples of neighbouring pixels fit a vector; else two.
+      // Where pixels are closer than samples, the samples of neighbouring pixels fit into one vector, else
+      // into two.
       const int32_t base = a.sample_x[x];
       const auto offset = hn::Sub(hn::LoadU(di, a.sample_x + x), hn::Set(di, base));
       const auto place = hn::IndicesFromVec(d, hn::And(offset, hn::Set(di, lanes - 1)));

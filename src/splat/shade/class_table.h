@@ -11,8 +11,7 @@
 
 namespace bccsplat {
 
-// Entry i stands for values within half an entry of low + i / scale; values beyond the ends take the end
-// entries.
+// Entry i serves values within half an entry of low + i / scale; values beyond the ends take the end entries.
 struct ClassTable {
   float low = 0, scale = 1; // value -> entry: (value - low) * scale
   float unit_distance = 1;  // world length that opacities are meant for
@@ -33,14 +32,15 @@ struct ClassTable {
     const auto j = static_cast<size_t>(index(static_cast<float>(b)));
     return visible_before[j + 1] > visible_before[i];
   }
-  // The same for segments whose values lie there, and by the integrals where there are any.
+  // Whether a segment whose values lie in [a, b] absorbs: by the entries, and by the integrals where there
+  // are any.
   [[nodiscard]] bool crossed(double a, double b) const {
     const auto e = [this](double value) { return (static_cast<float>(value) - low) * scale; };
     return visible(a, b) || (!integrals.empty() && integrals.visible(e(a), e(b)));
   }
 };
 
-// Fills what follows from the entries.
+// Fills visible_before, first_visible and last_visible from the entries.
 inline void index_visible(ClassTable& table) {
   table.visible_before.assign(1, 0);
   table.first_visible = table.size();

@@ -1,5 +1,5 @@
-// Points on a surface: where the field along a ray passes the iso value, refined below the sheet distance by
-// the field itself; and the shading of single points.
+// Points on a surface: where the field along a ray passes the iso value, found by the field itself, more
+// finely than sheets are apart.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@
 namespace bccsplat {
 
 // A crossing between two sheets: pixel (i, j) of the picture, sheet numbers low < high with values on either
-// side and about the field's slopes there, per sheet (NaN: unknown).
+// side and the field's slopes there, roughly and per sheet (NaN: unknown).
 struct Crossing {
   int i = 0, j = 0;
   double low = 0, high = 0, value_low = 0, value_high = 0, slope_low = 0, slope_high = 0;
@@ -32,19 +32,19 @@ struct SurfaceField {
   FootprintPlan footprints;
 };
 
-// Values relative to the base of the field and gradients per lattice unit at points in or near the domain,
-// corrections included.
+// Computes values relative to the base of the field and gradients per lattice unit at points in or near the
+// domain, corrections included.
 void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span<float> values,
               std::span<Vec3> gradients);
 
-// The root of field = target, relative to the base, within each crossing. A root is near enough when the last
-// step towards it was at most `tolerance` sheets; the gradient is the one from before that step.
+// Finds the root of field = target, relative to the base, within each crossing. A root is near enough when
+// the last step towards it was at most `tolerance` sheets; the gradient is the one from before that step.
 [[nodiscard]] std::vector<SurfacePoint> refine_crossings(const SurfaceField& field, const SheetView& view,
                                                          double target, std::span<const Crossing> crossings,
                                                          double tolerance);
 
-// Rays that may pass the target twice within each interval, both ends on one side of it: of those that do,
-// the interval's begin and a point beyond the surface.
+// Each interval has both ends on one side of the target, which its ray may pass twice in between. Returns,
+// for those that do, the beginning of the interval and a point beyond the surface.
 [[nodiscard]] std::vector<Crossing> find_grazes(const SurfaceField& field, const SheetView& view,
                                                 double target, std::span<const Crossing> intervals);
 

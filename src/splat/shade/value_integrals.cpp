@@ -1,4 +1,4 @@
-// The reference form of pre-integrated classification.
+// The reference form of pre-integrated classification; sheet_classify-inl.h has the fast one.
 #include "splat/shade/value_integrals.h"
 
 #include "splat/shade/absorption.h"

@@ -13,8 +13,8 @@
 namespace bccsplat {
 
 // Values are counted in entries of the table, e = (value - low) * scale. Interval j in 1 .. entries - 1 lies
-// between the entries j - 1 and j; interval 0 below the first, interval `entries` above the last, where the
-// function does not change.
+// between the entries j - 1 and j; interval 0 is below the first, interval `entries` above the last, where
+// the function does not change.
 struct ValueIntegrals {
   // Three per interval: the integral of (colour * extinction, extinction) from entry 0 to base(j), as the sum
   // of two floats, so that differences keep their digits beside anything opaque; and the mean inside.
@@ -43,7 +43,7 @@ struct ValueIntegrals {
   }
 };
 
-// Half of the segment a sheet stands for: the value runs linearly from e0 to e1 along `length` (world).
+// Half of the segment of a sheet: the value runs linearly from e0 to e1 along `length` (world).
 struct HalfClass {
   std::array<float, 3> color{};
   float absorbed = 0;

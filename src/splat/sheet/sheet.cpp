@@ -1,4 +1,4 @@
-// The reference form of sheet.h.
+// The reference form of sheet.h, which reads like the formulae; sheet_simd.cpp has the fast one.
 #include "splat/sheet/sheet.h"
 
 #include <algorithm>

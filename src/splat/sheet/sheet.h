@@ -1,6 +1,7 @@
-// What happens to a finished sheet of a tile: classify, shade, composite; or integrate, or keep the maximum.
+// What happens to a finished sheet of a tile: it is classified, shaded and composited, or integrated, or the
+// maximum is kept.
 //
-// A sheet stands for a segment of every ray: from half a step before it to half a step behind it.
+// A sheet represents a segment of every ray, from half a step before it to half a step behind it.
 #pragma once
 
 #include <array>
@@ -25,9 +26,9 @@ struct PixelPlanes {
   const float *view_x = nullptr, *view_y = nullptr, *view_z = nullptr;
 };
 
-// Direction of the world gradient from the sums of a sample: analytic: di, dj, dk; else the differences of
-// the field per pixel and per sheet, of which the part of the ray within the sheet, slant pixels per sheet,
-// is taken off the last.
+// The direction of the world gradient follows from three sums of a sample: of the analytic gradient di, dj
+// and dk, else the differences of the field per pixel and per sheet. From the last of these the part that is
+// due to the ray's slant, in pixels per sheet, is taken off.
 struct GradientBasis {
   std::array<float, 3> x{}, y{}, z{}; // of a length near 1: only the direction of a gradient is asked for
   float unit = 1; // a power of two: the sums times this are near 1, too, and have squares that are floats
@@ -47,9 +48,9 @@ struct SheetArgs {
   int x = 0, y = 0;   // of the tile in the picture
   int width = 0, height = 0, pitch = 0;
   PixelRect seen = all_pixels; // pixels of the tile outside of it are the base, which is invisible
-  // Relative to the base of the field; points at the tile's first pixel inside a plane with a border.
+  // Values relative to the base of the field, from the tile's first pixel on, inside a plane with a border.
   const float* value = nullptr;
-  // Differences: the sheets k - 1 and k + 1, k - 2 and k + 2, with what each pair's difference counts.
+  // For differences: the sheets k - 1 and k + 1, k - 2 and k + 2, and the factor of each pair's difference.
   const float *before = nullptr, *after = nullptr, *before2 = nullptr, *after2 = nullptr;
   float depth_scale = 0, depth_scale2 = 0;
   const float *sum_i = nullptr, *sum_j = nullptr, *sum_k = nullptr; // analytic
@@ -63,15 +64,16 @@ struct SheetArgs {
   const Lights* lights = nullptr;
   GradientBasis basis;
   // Segments are classified by the table's integrals, the value running linearly from half a sheet before k
-  // to k and on to half a sheet behind it. Samples more than `known` sheets outside the domain stand for
-  // nothing.
+  // to k and on to half a sheet behind it. Samples more than `known` sheets outside the domain are not looked
+  // at.
   bool preintegrated = false;
   Halfway front_half, back_half;
   float known = 0;
   // Orthographic: the direction to the viewer that all rays share.
   bool alike = false;
   Vec3 to_viewer{};
-  // Then: the table's entries with the opacity of a whole sheet in place of the extinction; null: none.
+  // The table's entries, in an orthographic view, with the opacity of a whole sheet in place of the
+  // extinction; null: none.
   const std::array<float, 4>* whole = nullptr;
   const uint8_t* hole = nullptr; // per pixel, `pitch` per row; null: none
   std::array<float, 4> time{};   // frame index at (i, j): [0] + [1] i + [2] j
@@ -79,7 +81,8 @@ struct SheetArgs {
 };
 
 // A pixel of the tile whose field passes the target between two sheets, or may pass it twice there, which
-// neither shows: it comes closer at the one and goes away at the other, and the tangents meet beyond it.
+// neither sheet shows: the field comes closer to it at the one and goes away at the other, and the tangents
+// meet beyond it.
 struct SheetCrossing {
   uint16_t x = 0, y = 0;
   uint8_t interval = 0; // of CrossingArgs
@@ -101,13 +104,15 @@ struct CrossingArgs {
 };
 
 struct SheetLoops {
-  // Sheets one behind the other that differ in number, planes, basis (not where rays are alike), holes and
-  // time only: pixels are read and written once for all of them. Returns the number of pixels that closed.
+  // Composites sheets one behind the other that differ in number, planes, basis (not where rays are alike),
+  // holes and time only: pixels are read and written once for all of them. Returns the number of pixels that
+  // closed.
   int (*composite)(std::span<const SheetArgs>);
-  // Mode xray: into pixel.red (integral) and pixel.time (weighted by |value - air|).
+  // Mode xray: adds to pixel.red (the integral), and where times are asked for to pixel.time, weighted by
+  // |value - air|, and to pixel.alpha, the sum of the weights.
   void (*integrate)(const SheetArgs&);
   size_t (*crossings)(const CrossingArgs&); // returns how many it found
-  // Into pixel.red (largest value so far) and pixel.depth (its sheet).
+  // Mode maximum: keeps the largest value so far in pixel.red and its sheet in pixel.depth.
   void (*maximum)(const SheetArgs&);
 };
 

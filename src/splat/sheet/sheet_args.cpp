@@ -36,7 +36,7 @@ GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t 
     basis.y[a] = static_cast<float>(shorter * y[a]);
     basis.z[a] = static_cast<float>(shorter * z[a]);
   }
-  // Values beside the base, which may be of any unit.
+  // Values relative to the base may be of any unit.
   const auto base = static_cast<double>(slice.base);
   const double largest = std::max(slice.bounds[1] - base, base - slice.bounds[0]);
   basis.unit = static_cast<float>(std::min(near_one(largest), 0x1p126));

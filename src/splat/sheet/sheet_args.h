@@ -11,21 +11,22 @@
 
 namespace bccsplat {
 
-// differences: neighbours on either side that gradients look at, 0 for the analytic sums.
+// `differences` is the number of neighbours on either side that gradients look at, 0 for the analytic sums.
 [[nodiscard]] GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t k,
                                            int differences);
 
 // The field is known this far outside the domain (make_points), lattice units.
 inline constexpr double samples_beyond = 2;
 
-// Frame index of the sheet's samples.
+// Returns the frame index of the sheet's samples, as SheetArgs::time.
 [[nodiscard]] std::array<float, 4> sheet_time(const TimeField& time, const SheetView& view, int64_t k);
 
-// Sheets on either side that values halfway between sheets are made of: the cubic through four samples, or
-// the line through two where four would reach beyond the points of the domain's mirror images. 2 or 1.
+// Returns how many sheets on either side values halfway between sheets are made of: 2, the cubic through four
+// samples, or 1, the line through two, where four would reach beyond the points of the domain's mirror
+// images.
 [[nodiscard]] int halfway_sheets(const SheetView& view);
 
-// Sets what segments are classified by the integrals of. `plane(k)` is as SheetSource's of values.
+// Sets what segments are classified from by integrals. `plane(k)` is as SheetSource's of values.
 template<class Plane>
 void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, const Plane& plane) {
   // From k in the direction of the half; nothing is sampled before the first sheet in front of an eye.
@@ -66,7 +67,7 @@ void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t 
   a.value = plane(k, size_t{0});
   a.central = differences == 1, a.fourth_order = differences == 2;
   if (differences > 0) {
-    // Nothing is sampled before the first sheet in front of an eye: fewer neighbours there.
+    // Nothing is sampled before the first sheet in front of an eye, so that there are fewer neighbours.
     const auto front = std::min<int64_t>(k - view.first_sheet(), differences);
     a.after = plane(k + 1, size_t{0}), a.before = front > 0 ? plane(k - 1, size_t{0}) : a.value;
     a.depth_scale = front == 2 ? 8.0f / 12 : front == 1 ? 0.5f : 1.0f;

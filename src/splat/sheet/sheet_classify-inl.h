@@ -1,5 +1,5 @@
 // From the values of neighbouring pixels of a sheet to the colour and opacity of their segments: by one entry
-// of the table, or by the table's integrals. Included once per target.
+// of the table, or by the table's integrals. The file is included once per target.
 #include "splat/sheet/sheet_pixels-inl.h"
 
 #if defined(BCCSPLAT_SHEET_CLASSIFY_INL) == defined(HWY_TARGET_TOGGLE)
@@ -85,7 +85,7 @@ struct ByIntegrals {
   VI last;
   V low, scale, top;
   V first_visible, last_visible; // nothing absorbs below and above
-  // Of the last segments: what the front half absorbs, and its length in sheets.
+  // What the front half of the last segments absorbs, and its length in sheets.
   mutable V front = hn::Zero(d), front_weight = hn::Zero(d);
   mutable Point last_point; // where the last segment of these pixels ended
   mutable bool known_point = false;
@@ -188,7 +188,7 @@ struct ByIntegrals {
     const V t0 = hn::IfThenElseZero(active, hn::Sub(extent.begin, k)),
             t1 = hn::Add(t0, hn::IfThenElseZero(active, extent.weight)), tm = hn::Min(hn::Max(zero, t0), t1);
     V e0 = e_front, em = e, e1 = e_back;
-    // Rays that begin or end in the segment.
+    // Some rays begin or end in the segment.
     if (!hn::AllTrue(d, hn::And(hn::Le(t0, hn::Neg(half)), hn::Ge(t1, half)))) {
       const auto value = [&](V t) HWY_ATTR {
         const V rise = hn::IfThenElse(hn::Lt(t, zero), hn::Sub(e, e_front), hn::Sub(e_back, e));
@@ -206,7 +206,7 @@ struct ByIntegrals {
         hn::Lt(hn::GatherIndex(di, t.next_visible.data(), from), hn::Add(to, hn::Set(di, 1)));
     active = hn::And(active, hn::RebindMask(d, visible));
     if (hn::AllFalse(d, active)) return false;
-    // The segment before often ended where this one begins.
+    // The segment before this one often ended where this one begins.
     const Point a = known_point && hn::AllTrue(d, hn::Eq(e0, last_point.e)) ? last_point : look_up(e0);
     const Point m = look_up(em);
     last_point = look_up(e1), known_point = true;

@@ -1,5 +1,5 @@
-// What the sheets' SIMD loops share: pixels side by side, their rays, gradients and light. Included once per
-// target.
+// What the sheets' SIMD loops share: pixels side by side, their rays, gradients and light. The file is
+// included once per target.
 #include <hwy/highway.h>
 
 #include <hwy/contrib/math/math-inl.h>
@@ -101,7 +101,7 @@ struct Lit {
   }
 };
 
-// What happens at `lanes` neighbouring pixels from pixel (x, y) of the tile.
+// One vector of neighbouring pixels, from pixel (x, y) of the tile on.
 struct Pixels {
   const SheetArgs& s;
   int x, y;
@@ -170,7 +170,7 @@ struct Pixels {
     gradient(gx, gy, gz);
     const V vx = load(s.pixel.view_x), vy = load(s.pixel.view_y), vz = load(s.pixel.view_z);
     const V square = Dot(gx, gy, gz, gx, gy, gz);
-    // Squares below this are no gradient: lit as if facing every light, without highlight.
+    // Squares below this are no gradient: the sample is lit as if it faced every light, without highlight.
     const M surface = hn::Gt(square, Set(1e-36f));
     const V inverse = InverseRoot(hn::IfThenElse(surface, square, Set(1.0f)));
     Lit lit(static_cast<float>(s.lights->ambient));
@@ -201,8 +201,8 @@ struct Pixels {
   }
 };
 
-// The lights of a sheet whose rays are alike, as forms of the parts of the gradient: what every pixel would
-// work out of the same vectors.
+// The lights of a sheet whose rays are alike, as forms of the parts of the gradient, which every pixel would
+// otherwise make of the same vectors.
 struct AlikeLights {
   static constexpr size_t most = 8;
   struct Parts {
@@ -227,7 +227,7 @@ struct AlikeLights {
     size_t n = 0;
     for (size_t p = 0; p < 3; ++p)
       for (size_t q = p; q < 3; ++q, ++n) square[n] = static_cast<float>((p == q ? 1 : 2) * dot(v[p], v[q]));
-    // Of an orthogonal basis only rounding is left.
+    // What is left of the mixed products of an orthogonal basis is rounding.
     const float largest = std::max({square[0], square[3], square[5]});
     for (const size_t mixed : {1u, 2u, 4u})
       if (std::fabs(square[mixed]) < 1e-6f * largest) square[mixed] = 0;
@@ -275,7 +275,8 @@ struct AlikeLights {
   }
 };
 
-// Inline, unlike lambdas of that size: a call would pass all vectors through memory.
+// These are structs and not lambdas, which would not be inlined at this size: a call passes all vectors
+// through memory.
 struct NoLight {
   HWY_INLINE void operator()(const Pixels&, V&, V&, V&) const {}
 };
@@ -298,7 +299,7 @@ template<class Body> HWY_INLINE auto WithLight(const SheetArgs& s, const Body& b
   return body(LightAlike{AlikeLights(s)});
 }
 
-// Calls body(Pixels) for every vector of the tile. Pixels beside the tile have an empty ray.
+// Calls body(Pixels) for every vector of the tile. The rays of pixels beside the tile are empty.
 template<class Body> HWY_INLINE void ForPixels(const SheetArgs& s, const Body& body) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int y = 0; y < s.height; ++y)
@@ -307,7 +308,7 @@ template<class Body> HWY_INLINE void ForPixels(const SheetArgs& s, const Body& b
                   static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x});
 }
 
-// Entries number[0], number[4], ..., side by side.
+// Loads the entries number[0], number[4], ... side by side.
 template<class Tag>
 HWY_INLINE hn::Vec<Tag> FourthEntries(Tag tag, const std::array<float, 4>* entry, const int32_t* number) {
   if constexpr (hn::MaxLanes(tag) > 4) {
@@ -319,7 +320,7 @@ HWY_INLINE hn::Vec<Tag> FourthEntries(Tag tag, const std::array<float, 4>* entry
   }
 }
 
-// Colour and extinction of table entries.
+// Looks up the colours and extinctions of table entries.
 HWY_INLINE void LookUp(const std::array<float, 4>* entry, hn::Vec<hn::RebindToSigned<D>> index, V& red,
                        V& green, V& blue, V& extinction) {
   alignas(64) int32_t number[16];

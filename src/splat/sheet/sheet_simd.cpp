@@ -1,4 +1,5 @@
-// The sheets of sheet.h through Highway: one body, compiled for every target, the best chosen at run time.
+// The loops of sheet.h through Highway: one body is compiled for every target, and the best is chosen at run
+// time. Pixels and light are in sheet_pixels-inl.h, classification in sheet_classify-inl.h.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/sheet/sheet_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -12,7 +13,7 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-// No vectors: the reference loops.
+// Without vectors the reference loops do it.
 int Composite(std::span<const SheetArgs> sheets) { return reference_sheet_loops().composite(sheets); }
 void Integrate(const SheetArgs& s) { reference_sheet_loops().integrate(s); }
 void Maximum(const SheetArgs& s) { reference_sheet_loops().maximum(s); }
@@ -36,7 +37,7 @@ int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, c
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * front.plane_pitch + x;
       V alpha = hn::LoadU(d, plane.alpha + p);
       const V enter = hn::LoadU(d, plane.enter + p), leave = hn::LoadU(d, plane.leave + p);
-      // Pixels that are finished, or whose rays miss all of the sheets.
+      // Nothing happens where pixels are finished or their rays miss all of the sheets.
       if (hn::AllFalse(d, hn::And(hn::Lt(alpha, stop), hn::And(hn::Gt(leave, begins), hn::Lt(enter, ends)))))
         continue;
       V sum_r = none, sum_g = none, sum_b = none;
@@ -94,7 +95,7 @@ int Composite(std::span<const SheetArgs> sheets) {
 
 void Integrate(const SheetArgs& s) {
   ForPixels(s, [&](const Pixels& px) HWY_ATTR {
-    // Beside the tile and outside the domain the weight is 0 but the planes may hold anything finite.
+    // Beside the tile and outside the domain the weight is 0, and the planes may hold anything finite.
     const V weight = hn::IfThenElseZero(px.solid(), px.weight());
     const V value = hn::Add(Set(s.above_air), hn::LoadU(d, s.value + px.at));
     const V part = hn::Mul(hn::Mul(value, weight), px.load(s.pixel.path));
@@ -150,7 +151,7 @@ size_t Crossings(const CrossingArgs& c) {
         V d0 = hn::Sub(v0, target), d1 = hn::Sub(v1, target);
         const M below = hn::Lt(d0, zero);
         const M cross = hn::Xor(below, hn::Lt(d1, zero));
-        // As may_graze.
+        // The test is that of may_graze() in sheet.cpp.
         const V side = hn::IfThenElse(below, one, hn::Neg(one));
         const V s0 = hn::Mul(side, hn::Mul(half, hn::Sub(v1, value(0))));
         const V s1 = hn::Mul(side, hn::Mul(half, hn::Sub(value(3), v0)));

@@ -78,7 +78,7 @@ void DeepTile::add_segment(const PixelPlanes& planes, float front, float back, c
       if (!(planes.alpha[p] > run.after[3])) continue;
       const Sum now = sum_of(planes, p);
       const float from = std::max(front, planes.enter[p]), to = std::min(back, planes.leave[p]);
-      if (!(to > from)) { // less than a float tells from nothing
+      if (!(to > from)) { // the part is shorter than a float can tell
         run.after = now;
         continue;
       }

@@ -1,9 +1,9 @@
 // What each pixel of a tile gathers along its ray, as a list of samples by depth: the deep picture.
 //
 // A sample is a part [front, back] of the ray that absorbs evenly, with the opacity it has by itself and its
-// premultiplied colour; samples of a pixel neither overlap nor stand out of order ("tidy" in OpenEXR's
-// words). Composited front to back they are the flat picture: each is the difference of the pixel's planes
-// before and after a sheet, divided by what still passed before it.
+// premultiplied colour; samples of a pixel neither overlap nor are out of order ("tidy" in OpenEXR's words).
+// Composited front to back they are the flat picture: each is the difference of the pixel's planes before and
+// after a sheet, divided by what still passed before it.
 //
 // Source: OpenEXR, "Interpreting OpenEXR Deep Pixels" (Hillman): a sample cut at depth x in [0, 1] absorbs
 // 1 - (1 - A)^x and keeps its colour per opacity.
@@ -30,13 +30,15 @@ class DeepTile {
  public:
   // Pixels of `pitch` per row, of which width x height belong to the tile; the planes are still clear.
   void begin_tile(int width, int height, int pitch, double tolerance);
-  // The planes after all that lies between two sheet numbers was composited; `seen` as SheetArgs::seen.
+  // Takes the planes after all that lies between two sheet numbers was composited; `seen` is as
+  // SheetArgs::seen.
   void add_segment(const PixelPlanes& planes, float front, float back, const PixelRect& seen);
-  // The planes of one pixel after an opaque surface at sheet number k.
+  // Takes the planes of one pixel after an opaque surface at sheet number k.
   void add_surface(const PixelPlanes& planes, size_t p, float k);
   void finish_tile();
 
-  // After finish_tile: samples per pixel, width x height, row by row, and the samples in the same order.
+  // After finish_tile these are the samples per pixel, width x height, row by row, and the samples in the
+  // same order.
   [[nodiscard]] std::span<const uint32_t> counts() const { return counts_; }
   [[nodiscard]] std::span<const DeepSample> samples() const { return samples_; }
 

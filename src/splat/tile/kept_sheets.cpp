@@ -19,7 +19,7 @@ void KeptView::clear() {
 }
 
 bool KeptView::reserve(uint64_t bytes) {
-  // Each view its half, so that it does not matter which of them came first.
+  // Each view has its half, so that it does not matter which of them came first.
   const uint64_t most = budget_->limit() / (2 * KeptSheets::most_of_budget);
   if (too_large || bytes_.load() + bytes > most || !budget_->try_reserve(bytes)) {
     too_large = true;

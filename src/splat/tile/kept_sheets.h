@@ -35,7 +35,7 @@ class KeptTile {
   // The sheet after the last one.
   Sheet& add_sheet() { return sheets_.emplace_back(); }
   [[nodiscard]] Sheet& sheet(int64_t k) { return sheets_[static_cast<size_t>(k - first_)]; }
-  // Room for `count` floats; null: the view may keep no more.
+  // Returns room for `count` floats; null when the view may keep no more.
   [[nodiscard]] std::unique_ptr<float[]> room(size_t count);
 
  private:
@@ -67,7 +67,7 @@ class KeptView {
   ~KeptView() { clear(); }
 
   void clear();
-  // From any thread; false, from then on always: there is no room.
+  // Any thread may call it. Once it has returned false, because there is no room, it does so always.
   [[nodiscard]] bool reserve(uint64_t bytes);
 
   const ViewKey key;
@@ -83,17 +83,17 @@ class KeptView {
 class KeptSheets {
  public:
   enum class Use : uint8_t { draw, keep, take };
-  // Begins a picture. The slices and points of earlier ones live, or forget() was called; all come with the
-  // same memory budget, which outlives this.
+  // Begins a picture. The slices and points of earlier pictures must be alive, or forget() have been called;
+  // all pictures come with the same memory budget, which outlives this.
   Use begin_picture(const SplatScene& scene, const SplatOptions& options, const Context& context);
-  // Before tile(), of a picture that keeps or takes.
+  // Must be called before tile(), for a picture that keeps or takes sheets.
   void set_tiles(size_t count);
   [[nodiscard]] KeptTile& tile(size_t n) { return current_->tiles[n]; }
   // The picture is done: what it kept is whole.
   void finish_picture();
   void forget() { views_ = {}, current_ = nullptr; }
 
-  // Of a budget's bytes both views together take at most this part.
+  // Both views together take at most one part in so many of a budget's bytes.
   static constexpr uint64_t most_of_budget = 4;
 
  private:

@@ -11,18 +11,20 @@
 
 namespace bccsplat {
 
-// Sums are made anew when this part of the open pixels has closed since: they are a few percent of a picture
-// (tests/bench/notes/splat.md), older ones hide fewer points. No measurement of the part is noted.
+// Sums are made anew when one in so many of the open pixels has closed since: making them takes a few percent
+// of a picture (tests/bench/notes/splat.md), and older ones hide fewer points. No measurement of the part is
+// noted.
 inline constexpr int closed_part = 16;
-// Points that were hidden since their transform are dropped where less than this part of a tile is open:
-// above it the four reads per point cost more than they save (tests/bench/notes/splat.md, skips).
+// Points that were hidden since their transform are dropped where less than one part in so many of a tile is
+// open: above it the four reads per point cost more than they save (tests/bench/notes/splat.md, skips).
 inline constexpr int mostly_closed_part = 4;
 
 class OpenPixels {
  public:
   void prepare(const PlannedTile& tile, const SplatPlan& plan);
 
-  // Sums anew: open(p) of pixel p = row * pitch + column. Each pixel counts at the sample that it follows.
+  // Makes the sums anew from open(p) of each pixel p = row * pitch + column. A pixel counts at the sample
+  // that it follows.
   template<class Open> void count(int pitch, const Open& open) {
     const int columns = ring_width_ + 1;
     sum_.assign(static_cast<size_t>(columns * (ring_height_ + 1)), 0);
@@ -52,7 +54,7 @@ class OpenPixels {
   [[nodiscard]] int around() const { return around_; }
 
  private:
-  // Of the rectangle and what is within around() of it: x begin, y begin, x end, y end in the ring.
+  // Returns the rectangle and what is within around() of it, as x begin, y begin, x end, y end in the ring.
   [[nodiscard]] std::array<int, 4> in_ring(const std::array<int, 4>& rect) const;
   [[nodiscard]] int open(const std::array<int, 4>& in_ring) const; // pixels
 

@@ -5,7 +5,7 @@
 
 namespace bccsplat {
 
-// Pixels of a sheet as points of the corrections' grid: origin + i per_i + j per_j.
+// Pixel (i, j) of a sheet is the point origin + i per_i + j per_j of the corrections' grid.
 struct SheetCorrections::Sheet {
   double k;
   Vec3 origin, per_i, per_j;

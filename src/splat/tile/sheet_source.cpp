@@ -1,3 +1,6 @@
+// Splats the points of one tile gap by gap and takes finished sheets out of the ring. A brick is transformed
+// when the front reaches it; its points wait in bins, one per gap, so that every sheet is complete as soon as
+// the last gap that reaches it is drawn. How sheets are raised is in sheet_source_raise.cpp.
 #include "splat/tile/sheet_source.h"
 
 #include <algorithm>
@@ -113,7 +116,7 @@ void SheetSource::correct_sheet(int64_t k) {
   touched = whole_vectors(touched);
 }
 
-// As splat_gap() leaves sheet k, which was kept.
+// Leaves sheet k, which was kept, as splat_gap() would.
 void SheetSource::take_kept_sheet(int64_t k) {
   const KeptTile::Sheet& sheet = kept_->sheet(k);
   (plan_.depth_taps > 0 ? stack_filled_ : filled_)[k] = sheet.filled;
@@ -228,8 +231,8 @@ PixelRect SheetSource::whole_vectors(const PixelRect& r) {
   return {r.x0 / vector * vector, r.y0, (r.x1 + vector - 1) / vector * vector, r.y1};
 }
 
-// Takes a plane out of the ring: it is zero outside of `holds` before, and outside of what it holds
-// afterwards.
+// Takes a plane out of the ring, or of what was kept. Before, the plane is zero outside of `holds`,
+// afterwards outside of what `holds` is then.
 void SheetSource::extract_plane(int64_t k, size_t quantity, float* plane, int pitch, PixelRect& holds) {
   const size_t from = slot(k);
   const PixelRect now = whole_vectors(ring_touched_[from]);
@@ -263,7 +266,8 @@ void SheetSource::keep_plane(int64_t k, size_t quantity, const float* plane, int
     std::copy_n(plane + static_cast<std::ptrdiff_t>(y) * pitch + rect.x0, width, to);
 }
 
-// A finished sheet of the ring.
+// Takes a finished sheet out of the ring: to the stack it is blended from, to samples that are raised, or to
+// pixels.
 void SheetSource::extract_sheet(int64_t k) {
   const PixelRect touched = ring_touched_[slot(k)];
   if (plan_.depth_taps > 0) {
@@ -283,7 +287,7 @@ void SheetSource::extract_sheet(int64_t k) {
   ring_touched_[slot(k)] = {};
 }
 
-// Divides a sheet by the lattice sum of the weights (kernels that ask for it).
+// Divides a sheet by the lattice sum of the weights, for kernels that ask for it.
 void SheetSource::normalise_sheet(int64_t k) {
   const SheetView& view = *scene_.view;
   const Slice& slice = *scene_.slice;

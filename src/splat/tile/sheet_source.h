@@ -23,7 +23,7 @@ void add_lap(StageClock::time_point& from, double& sum);
 // Sets to zero what is inside `before` and outside of `now`.
 void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch);
 
-// Whether a picture was cancelled is asked once in as many sheets of a tile.
+// A tile asks once in so many sheets whether the picture was cancelled.
 inline constexpr int64_t sheets_per_check = 16;
 
 struct SheetSourceArgs {
@@ -38,24 +38,24 @@ struct SheetSourceArgs {
 
 class SheetSource {
  public:
-  // Everything outlives the source. `memory` is prepared when the first point comes.
+  // Everything passed must outlive the source. `memory` is prepared when the first point comes.
   SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, TileMemory& memory, SplatStats& stats);
 
-  // The sheets that will be asked for; none outside of them are.
+  // Says which sheets will be asked for; none outside of them may be.
   void begin_sheets(int64_t first_sheet, int64_t last_sheet);
-  // Completes the sheets up to k; k rises. What `open` (null: everything is open) hides is left out. clock:
-  // of the stage under way.
+  // Completes the sheets up to k, which rises from call to call. What `open` hides is left out; null:
+  // everything is open. `clock` is that of the stage under way.
   void complete_sheets(int64_t k, const OpenPixels* open, StageClock::time_point& clock);
 
-  // Of one of the last finished_sheets completed sheets: whether anything is on it, and its plane, which
-  // starts at the tile's first pixel and reaches plan.border beyond it; quantity 0: value relative to the
-  // base, 1
-  // .. 3: sums of the gradient.
+  // These two ask for one of the last finished_sheets completed sheets: whether anything is on it, and its
+  // plane, which starts at the tile's first pixel and reaches plan.border beyond the tile. Quantity 0 is the
+  // value relative to the base; 1, 2 and 3 are the sums of the gradient.
   [[nodiscard]] bool filled(int64_t k) const { return filled_[k]; }
   [[nodiscard]] const float* plane(int64_t k, size_t quantity) const;
-  // Of such a sheet: the pixels of the tile outside of which it is empty.
+  // Returns the pixels of the tile outside of which such a sheet is empty.
   [[nodiscard]] PixelRect touched(int64_t k) const;
-  // The same of its whole plane, border included, in whole vectors, counted from the plane's first float.
+  // Returns the same for its whole plane, border included, in whole vectors, counted from the plane's first
+  // float.
   [[nodiscard]] PixelRect plane_touched(int64_t k) const;
   [[nodiscard]] const float* zero_plane() const; // as the plane of an empty sheet
   [[nodiscard]] int plane_pitch() const { return pitch_; }
@@ -103,17 +103,18 @@ class SheetSource {
   int64_t last_filled_ = INT64_MIN;             // sheet
   std::optional<SheetCorrections> corrections_; // of tiles that have some
   FinishedSheets<bool> filled_;
-  // Samples of the ring: what points touch of the sheets under way, by slot.
+  // The samples that points touch on the sheets under way, by slot of the ring.
   std::vector<PixelRect> ring_touched_;
-  // Pixels outside of which the planes are zero, and such samples; in whole vectors.
+  // The pixels outside of which planes are zero, and the samples outside of which `samples` are; in whole
+  // vectors.
   FinishedSheets<PixelRect> plane_touched_;
   PixelRect samples_held_{0, 0, 0, 0};
-  // Where sheets are raised by a fan: of each gap.
+  // For each gap, where sheets are raised by a fan: as FanArgs has them.
   std::vector<std::array<int32_t, 4>> gap_rect_;
   std::vector<float> inverse_near_, inverse_far_;
   FanArgs fan_;
-  // Where sheets are raised along their normal: the next one, and of the ring's sheets whether anything is on
-  // them, where, and outside of what their planes are zero.
+  // Where sheets are raised along their normal: the next sheet to be raised; and for the sheets of the ring
+  // whether anything is on them, where it is, and outside of what their planes are zero.
   int64_t next_sheet_ = 0;
   FinishedSheets<bool> stack_filled_;
   FinishedSheets<PixelRect> stack_touched_, stack_held_;

@@ -1,4 +1,5 @@
-// Where sheets have fewer samples than the picture, along the normal or side by side: see raise.h.
+// The part of SheetSource for sheets that have fewer samples than the picture, along the normal or side by
+// side; see raise.h.
 #include <algorithm>
 #include <utility>
 
@@ -6,7 +7,7 @@
 
 namespace bccsplat {
 
-// Sheet k out of those of the ring on either side.
+// Makes sheet k out of those of the ring on either side.
 void SheetSource::blend_sheet(int64_t k) {
   const RaiseAxis& z = plan_.raise_z;
   const auto entry = static_cast<size_t>(k - z.first);
@@ -32,7 +33,7 @@ void SheetSource::blend_sheet(int64_t k) {
   if (!at_pixels) raise_sheet(k, touched);
 }
 
-// What a tile sees of each gap.
+// Works out what the tile sees of each gap.
 void SheetSource::prepare_fan() {
   const RaiseFan& fan = plan_.fan;
   const auto gaps = static_cast<size_t>(plan_.last_gap - plan_.first_gap + 1);
@@ -55,7 +56,7 @@ void SheetSource::prepare_fan() {
   fan_.width = tile_.width, fan_.height = tile_.height;
 }
 
-// Of the plane's pixels those that any of the samples `touched` reaches.
+// Returns the pixels of the plane that any of the samples `touched` reaches.
 PixelRect SheetSource::raised_pixels(const PixelRect& touched) const {
   if (touched.empty()) return {};
   const bool fan = plan_.fan.taps > 0;
@@ -73,7 +74,7 @@ PixelRect SheetSource::raised_pixels(const PixelRect& touched) const {
   return {x0, y0, x1, y1};
 }
 
-// The pixels of sheet k out of its samples.
+// Makes the pixels of sheet k out of its samples.
 void SheetSource::raise_sheet(int64_t k, const PixelRect& touched) {
   if (plan_.fan.taps > 0) {
     const RaiseFan& fan = plan_.fan;

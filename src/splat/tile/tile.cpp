@@ -1,3 +1,6 @@
+// Draws one tile of a picture: marches through its sheets, classifies each as it is completed, or looks for
+// surfaces between two of them, and divides the sums at the end. What one sheet does to its pixels is in
+// splat/sheet; where the sheets come from is in sheet_source.h.
 #include "splat/tile/tile.h"
 
 #include <algorithm>
@@ -17,7 +20,8 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-// Sheets: nearer costs a tenth of a picture and shows in none (tests/bench/notes/isosurfaces.md).
+// How near a root is found, in sheets: nearer costs a tenth of a picture and shows in none
+// (tests/bench/notes/isosurfaces.md).
 constexpr double root_tolerance = 0.01;
 // A root may lie this far outside of its ray's part of the domain, sheets: rays are rounded to floats.
 constexpr double domain_tolerance = 1e-5;
@@ -72,7 +76,7 @@ class Tile {
       m_.deep.begin_tile(tile_.width, tile_.height, m_.pixel_pitch, options_.deep_tolerance);
     if (open_ == 0) return;
     const double low = rays.low, high = rays.high;
-    // Surfaces lie between two sheets, of which one may stand outside the domain; segments reach half a sheet
+    // Surfaces lie between two sheets, of which one may be outside the domain; segments reach half a sheet
     // beyond it.
     const bool surface = options_.mode == RenderMode::isosurface;
     first_ = static_cast<int64_t>(surface ? std::floor(low) : std::ceil(low - 0.5));
@@ -83,7 +87,8 @@ class Tile {
 
   void march_sheets() {
     const bool with_base = sees_base();
-    // Sheets before and behind that are looked at: surfaces ask for slopes at the two on either side.
+    // A sheet looks at so many before and behind it. Surfaces ask for slopes at the two sheets around them,
+    // which takes one more on either side.
     const int around = options_.mode == RenderMode::isosurface ? 1 : around_;
     source_.begin_sheets(std::max(first_ - around, view_.first_sheet()), last_ + around);
     auto clock = StageClock::now();
@@ -129,14 +134,15 @@ class Tile {
     return plan_.base_visible || (options_.disable_skips & skip_empty_sheets);
   }
 
-  // Sheets that are looked at together: each needs the planes of its neighbours.
+  // Returns how many sheets are looked at together; each needs the planes of its neighbours.
   [[nodiscard]] int sheets_at_once() const {
     if (options_.mode == RenderMode::isosurface) return CrossingArgs::most;
     if (options_.mode != RenderMode::composite || scene_.slice->has_holes || options_.with_deep) return 1;
     return std::min(most_sheets_at_once, static_cast<int>(finished_sheets) - 2 * around_);
   }
 
-  // The pixels still open, brought up to date when enough have closed since; null: do not look.
+  // Returns the pixels still open, brought up to date when enough have closed since; null when nothing is to
+  // be left out.
   const OpenPixels* open_pixels() {
     if ((options_.disable_skips & skip_occlusion) || closed_ == 0) return nullptr;
     if (summed_closed_ == 0 || (closed_ - summed_closed_) * closed_part >= open_) {
@@ -197,7 +203,7 @@ class Tile {
            plan_.inside.contains(view_.sample(tile_.x + x, tile_.y + y, k));
   }
 
-  // Surfaces between the sheets k - 1 and k, for each k of [first, end).
+  // Finds the surfaces between the sheets k - 1 and k, for each k of [first, end).
   void find_surfaces(int64_t first, int64_t end) {
     const bool skip = !(options_.disable_skips & skip_empty_sheets);
     bool filled = false;
@@ -227,7 +233,7 @@ class Tile {
     for (int n = 0; n < c.count; ++n) draw_surface(c, found, n);
   }
 
-  // Those of one of the intervals, at pixels that no earlier one has covered.
+  // Draws the surfaces of one interval, at pixels that no earlier interval has covered.
   void draw_surface(const CrossingArgs& c, std::span<const SheetCrossing> all, int interval) {
     const auto k = static_cast<double>(c.k) + interval;
     const auto* const plane = &c.plane[static_cast<size_t>(interval)];
@@ -276,7 +282,7 @@ class Tile {
 
   TilePixels finish_pixels() {
     auto clock = StageClock::now();
-    // Without these planes there is nothing to do for composites and surfaces.
+    // Composites and surfaces have nothing to finish without these planes.
     const bool done = !pixel_.value && !pixel_.time &&
                       (options_.mode == RenderMode::composite || options_.mode == RenderMode::isosurface);
     for (int y = 0; y < (done ? 0 : tile_.height); ++y) {
@@ -321,7 +327,7 @@ class Tile {
     return static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
   }
 
-  // In world space, where the largest values of a row's pixels stand; found together.
+  // Returns the gradients in world space where the largest values of a row's pixels are, computed together.
   [[nodiscard]] std::vector<Vec3> maximum_gradients(int y) const {
     const auto width = static_cast<size_t>(tile_.width);
     std::vector<size_t> at;
@@ -379,7 +385,7 @@ class Tile {
   std::vector<SheetArgs> sheets_; // to be composited
   int64_t first_ = 0, last_ = -1; // sheets of this tile
   int open_ = 0, closed_ = 0;     // pixels
-  int summed_closed_ = 0;         // closed pixels that open_sum knows of
+  int summed_closed_ = 0;         // closed pixels that open_pixels_ knows of
 };
 
 } // namespace

@@ -1,4 +1,4 @@
-// One tile, front to back.
+// Draws one tile of a picture, front to back.
 #pragma once
 
 #include "splat/plan/plan.h"

@@ -21,7 +21,7 @@ void TileMemory::size_planes(const SplatPlan& plan, const PlannedTile& tile) {
 
 void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, bool gradients) {
   size_planes(plan, tile);
-  // Whole vectors are extracted: they must not reach into the next row.
+  // Whole vectors are extracted, which must not reach into the next row.
   ring_pitch = (ring_width + 15) / 16 * 16 + 2 * plan.spare_columns;
   ring_start = static_cast<size_t>(plan.spare_rows * ring_pitch + plan.spare_columns) * 4;
   group_floats =
@@ -38,7 +38,7 @@ void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, 
     clear(samples);
     const size_t room = static_cast<size_t>(sample_pitch + 32) * raise_rows;
     scratch.reserve(room);
-    std::fill_n(scratch.data(), room, 0.0f); // vectors read beside a row: nothing but numbers
+    std::fill_n(scratch.data(), room, 0.0f); // vectors read beside a row, where numbers must be
   }
   for (size_t q = 0; q < (gradients ? 4u : 1u); ++q) {
     const size_t floats = group_floats * static_cast<size_t>(plan.groups) + 64;

@@ -1,4 +1,4 @@
-// What a tile works in; kept from tile to tile.
+// The memory that a tile works in, which is kept from tile to tile.
 #pragma once
 
 #include <array>
@@ -44,8 +44,8 @@ struct TileMemory {
   std::vector<SheetCrossing> crossings;
   DeepTile deep; // where the options ask for it
 
-  // Points that wait for their gap; gap modulo the number of bins, a power of two. One more takes what is
-  // rejected.
+  // Points that wait for their gap, in the bin of its number modulo the count of bins, a power of two. One
+  // more bin takes what is rejected.
   std::vector<AlignedArray<SplatRecord>> bins;
   std::vector<SplatRecord*> bin_end;
   [[nodiscard]] uint32_t bin_mask() const { return static_cast<uint32_t>(bins.size() - 2); }
@@ -59,7 +59,7 @@ struct TileMemory {
 
   // Sizes everything for a tile and clears the ring, the pixels and the bins.
   void prepare(const SplatPlan& plan, const PlannedTile& tile, bool gradients);
-  // Its parts: the planes' sizes and the plane of zeros; ring, planes and bins; the pixels.
+  // These are its parts: the planes' sizes and the plane of zeros; ring, planes and bins; the pixels.
   void size_planes(const SplatPlan& plan, const PlannedTile& tile);
   void prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, bool gradients);
   void prepare_pixels(int tile_width, int tile_height);
@@ -77,7 +77,7 @@ struct TileMemory {
   }
 };
 
-// A tile whose pixels are done; pitch: floats per row of its planes.
+// Describes a tile whose pixels are done; pitch is in floats per row of its planes.
 [[nodiscard]] TilePixels finished_tile(const PlannedTile& tile, int pitch, const PixelPlanes& pixel,
                                        const DeepTile* deep);
 

@@ -5,8 +5,8 @@
 
 namespace bccsplat {
 
-// Planes of `pitch` floats per row. depth is in sheet steps (infinity: nothing), value and
-// time are NaN where nothing is.
+// Planes of `pitch` floats per row. depth is in sheet steps, infinity where nothing is; value and time are
+// NaN there.
 struct TilePixels {
   int x = 0, y = 0, width = 0, height = 0, pitch = 0;
   const float *red = nullptr, *green = nullptr, *blue = nullptr, *alpha = nullptr;

@@ -1,3 +1,5 @@
+// Cuts the rays of a tile's pixels by the half-spaces of the domain, a row at a time, so that loops without
+// branches do it; ray_interval() of view.h is the same for one ray, and the reference in tests.
 #include "splat/tile/tile_rays.h"
 
 #include <algorithm>
@@ -11,7 +13,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-// constant + per_i i + per_j j at pixel (i, j).
+// The linear form constant + per_i i + per_j j of pixel (i, j).
 struct PixelForm {
   double constant, per_i, per_j;
 };
@@ -30,7 +32,7 @@ class RowCuts {
     for (const HalfSpace& h : slice.clip) add(view, h.normal, h.offset);
   }
 
-  // Sheet numbers first[n] .. last[n] inside for pixels (i[n], j).
+  // Sets the sheet numbers first[n] .. last[n] between which the ray of pixel (i[n], j) is inside.
   void row(const std::vector<double>& i, double j, std::vector<double>& first,
            std::vector<double>& last) const {
     std::fill(first.begin(), first.end(), perspective_ ? -depth_ : -infinite);
@@ -96,7 +98,8 @@ TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile&
   out.view_x = vx, out.view_y = vy, out.view_z = vz;
   TileRays rays;
   const auto width = static_cast<size_t>(tile.width), row = static_cast<size_t>(pitch);
-  // World vectors of one sheet step: along the ray of pixel (0, 0), and what a pixel adds in perspective.
+  // These are world vectors of one sheet step: along the ray of pixel (0, 0), and what a pixel adds in
+  // perspective.
   const Affine3& world = view.lattice_to_world;
   const Vec3 ray = world.vector(view.ez), ray_i = world.vector(view.ex), ray_j = world.vector(view.ey);
   const auto set_direction = [&](const Vec3& r, size_t p) {

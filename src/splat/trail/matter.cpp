@@ -1,4 +1,4 @@
-// The reference form of matter.h.
+// The reference form of matter.h, which reads like the formulae; matter_simd.cpp has the fast one.
 #include "splat/trail/matter.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
     }
 }
 
-// Opacity per optical depth that each group has in the sheet.
+// Returns the opacity per optical depth that each group has in the sheet.
 std::array<float, 2> shares(float a, float b, TrailCombine combine) {
   if (combine == TrailCombine::interleaved)
     return {a > 0 ? absorbed(a) / (2 * a) : 0, b > 0 ? absorbed(b) / (2 * b) : 0};

@@ -1,4 +1,4 @@
-// What several objects in one space absorb and give on one sheet of a tile, and how it is composited.
+// What several objects in one space absorb and emit on one sheet of a tile, and how it is composited.
 #pragma once
 
 #include <array>

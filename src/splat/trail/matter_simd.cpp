@@ -1,4 +1,5 @@
-// The loops of matter.h through Highway: one body, compiled for every target, the best chosen at run time.
+// The loops of matter.h through Highway: one body is compiled for every target, and the best is chosen at run
+// time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/trail/matter_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -13,7 +14,7 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-// No vectors: the reference loops.
+// Without vectors the reference loops do it.
 void Absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
   reference_matter_loops().absorb(s, weight, out);
 }
@@ -100,7 +101,7 @@ int Join(const JoinArgs& j) {
       hn::StoreU(after, d, j.pixel.alpha + p);
       const M passed = hn::And(hn::Lt(before, half), hn::Ge(after, half));
       if (!hn::AllFalse(d, passed)) {
-        // As Composite does: the transmittance falls exponentially through the segment.
+        // As in Composite, the transmittance falls exponentially through the segment.
         const V begin = hn::Max(Set(j.k - j.front), hn::LoadU(d, j.pixel.enter + p));
         const V end = hn::Min(Set(j.k + 0.5f), hn::LoadU(d, j.pixel.leave + p));
         const V left = hn::Max(hn::Sub(one, before), tiny);
@@ -115,7 +116,7 @@ int Join(const JoinArgs& j) {
   return closed;
 }
 
-// Of `kVectors` vectors side by side.
+// Mixes `kVectors` vectors side by side.
 template<int kVectors> HWY_INLINE void MixVectors(const MixArgs& m, std::ptrdiff_t at, V& low, V& high) {
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
   V sum[kVectors];

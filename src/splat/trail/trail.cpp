@@ -1,3 +1,7 @@
+// Draws a slice with its trail: plans all objects on one grid of tiles, with tiles small enough for every
+// thread to find memory for one, and has each tile drawn. Where the slice is drawn apart, as a surface or a
+// picture of its own, it is drawn first; a surface then ends the trail's rays, and a picture is laid over the
+// trail's.
 #include "splat/trail/trail.h"
 
 #include <algorithm>
@@ -22,7 +26,7 @@ struct PlannedTrail {
   SplatStats stats;
 };
 
-// alone: of the slice. copies: as make_plan's.
+// `alone` are the options of the slice, `together` those of the trail; `copies` is as make_plan's.
 PlannedTrail plan_trail(const SplatScene& slice, std::span<const SplatScene> sources,
                         const SplatOptions& alone, const SplatOptions& together, const Context& context,
                         MemoryBudget* copies) {
@@ -40,7 +44,7 @@ PlannedTrail plan_trail(const SplatScene& slice, std::span<const SplatScene> sou
   return planned;
 }
 
-// A finished picture over another, in place.
+// Lays a finished picture over another, in place.
 TilePixels lay_over(const TilePixels& front, const TilePixels& back, TrailMemory& memory) {
   float* const base = memory.pixels.data(); // of `back`
   const auto writable = [&](const float* plane) { return plane ? base + (plane - base) : nullptr; };
@@ -64,7 +68,7 @@ TilePixels lay_over(const TilePixels& front, const TilePixels& back, TrailMemory
   return back;
 }
 
-// Whether as many tiles as there are threads find room.
+// Whether as many of the largest tiles as there are threads find room.
 template<class Bytes> bool fits_all_threads(size_t tiles, const Bytes& bytes, const Context& context) {
   uint64_t largest = 0;
   for (size_t n = 0; n < tiles; ++n) largest = std::max(largest, bytes(n));
@@ -95,7 +99,7 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
   job.combine = post ? TrailCombine::physical : combine;
   job.options = &together, job.context = &context, job.main = &slice;
   const auto plan = [&](int tile_size, MemoryBudget* copies) {
-    // One grid of tiles for all.
+    // All objects share one grid of tiles.
     together.tile_size = alone.tile_size = options.tile_size > 0 ? options.tile_size : tile_size;
     planned = plan_trail(slice, sources, alone, together, context, copies);
     job.slice = apart ? nullptr : &planned.objects[0];

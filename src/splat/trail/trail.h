@@ -16,8 +16,9 @@ struct SheetShare {
   float weight = 1;
 };
 
-// One moment of a trail: its field is a weighted sum of sources. Several shares: the sources are time slices
-// of one lattice, `frame` is the moment's. One: the source alone, weight 1, with its own time.
+// One moment of a trail: its field is a weighted sum of sources. Where there are several shares, the sources
+// are time slices of one lattice and `frame` is the moment's; one share is the source alone, with weight 1
+// and its own time.
 struct TrailStill {
   std::vector<SheetShare> shares;
   const ClassTable* table = nullptr;
@@ -25,9 +26,9 @@ struct TrailStill {
   double frame = 0;
 };
 
-// Modes composite and isosurface (of the slice; the trail is always composited). Sources share the slice's
-// camera and sheets: their views differ by a translation of lattice space at most. A source's table must let
-// everything be seen that a still made of it shows (bricks are left out by it).
+// Draws in modes composite and isosurface; the mode is the slice's, and the trail is always composited.
+// Sources share the slice's camera and sheets: their views differ by a translation of lattice space at most.
+// A source's table must let everything be seen that a still made of it shows (bricks are left out by it).
 SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene> sources,
                             std::span<const TrailStill> stills, TrailCombine combine,
                             const SplatOptions& options, const Context& context,

@@ -1,3 +1,5 @@
+// Estimates what a tile of a trail takes, array by array, before it is drawn, and lends memory for it: a
+// thread that finds none waits for another tile to end.
 #include "splat/trail/trail_memory.h"
 
 #include <algorithm>
@@ -33,13 +35,13 @@ uint64_t bytes_of(const TrailMemory& m) {
 
 uint64_t rounded(int width) { return static_cast<uint64_t>((width + 15) / 16 * 16); }
 
-// Floats of one plane of a tile with its border, as TileMemory's.
+// Returns the floats of one plane of a tile with its border, as TileMemory has them.
 uint64_t plane_floats(const SplatPlan& plan, const PlannedTile& tile) {
   return (rounded(tile.width + 2 * plan.border) + 16) * static_cast<uint64_t>(tile.height + 2 * plan.border) +
          2 * plane_margin + 16;
 }
 
-// What the pixels of an object are raised from, floats.
+// Returns the floats that the pixels of an object are raised from.
 uint64_t raise_floats(const SplatPlan& plan, const PlannedTile& tile) {
   const uint64_t pitch = rounded(tile.ring_width) + 16;
   const uint64_t sheet = pitch * static_cast<uint64_t>(tile.ring_height) + 16;
@@ -51,8 +53,8 @@ uint64_t raise_floats(const SplatPlan& plan, const PlannedTile& tile) {
   return sum;
 }
 
-// Planes, ring and bins of an object: as TileMemory prepares them, every bin with room for its largest brick
-// and, where bricks follow each other, doubled once.
+// Returns the bytes of the planes, ring and bins of an object as TileMemory prepares them, every bin with
+// room for its largest brick and, because bricks follow each other, doubled once.
 uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
   const SplatPlan& plan = object.plan;
   const PlannedTile& tile = plan.tiles[n];
@@ -83,7 +85,8 @@ uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n) {
   const TrailObject& first = job.sources.front();
   const PlannedTile& tile = first.plan.tiles[n];
   const uint64_t pixels = rounded(tile.width) * static_cast<uint64_t>(tile.height);
-  // Pixels and matter (trail_tile.cpp), the slice's where it is apart, and rays.
+  // There are planes of pixels and matter (trail_tile.cpp), of the slice where it is drawn apart, and of
+  // rays.
   const uint64_t planes =
       7 + matter_planes + (apart ? TileMemory::pixel_planes : 0) + (job.sources.size() + 2) * ray_planes;
   return sum +
@@ -117,7 +120,7 @@ std::unique_ptr<TrailMemoryPool::Held> TrailMemoryPool::take(uint64_t bytes) {
       ++taken_;
       return held;
     }
-    if (taken_ == 0) { // says what the budget lacks
+    if (taken_ == 0) { // fails, and says what the budget lacks
       [[maybe_unused]] const Reservation failed(budget_, bytes, "a tile of the trail");
       continue;
     }
@@ -128,7 +131,7 @@ std::unique_ptr<TrailMemoryPool::Held> TrailMemoryPool::take(uint64_t bytes) {
 void TrailMemoryPool::give_back(std::unique_ptr<Held> held) {
   const std::scoped_lock lock(mutex_);
   --taken_;
-  // Bins may have grown beyond what was foreseen.
+  // Bins may have grown beyond what was reserved.
   const uint64_t bytes = bytes_of(held->memory), more = bytes - std::min(bytes, held->reserved);
   if (budget_.try_reserve(more)) {
     held->reserved += more;

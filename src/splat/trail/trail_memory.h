@@ -1,4 +1,4 @@
-// What the tiles of a trail work in, within the memory budget: as many tiles at once as fit it.
+// The memory of the tiles of a trail, within the budget: as many tiles are drawn at once as fit it.
 #pragma once
 
 #include <condition_variable>
@@ -11,7 +11,8 @@
 
 namespace bccsplat {
 
-// About what drawing tile `n` takes; apart: the slice, which is not of the job then, or null.
+// Returns about how many bytes drawing tile `n` takes. `apart` is the slice where it is drawn apart, and so
+// not in the job, or null.
 [[nodiscard]] uint64_t tile_bytes(const TrailJob& job, const TrailObject* apart, size_t n);
 
 class TrailMemoryPool {
@@ -27,9 +28,9 @@ class TrailMemoryPool {
     uint64_t reserved = 0;
   };
   // Waits for other tiles to end until `bytes` are to be had; fails when there is none to wait for. Any
-  // thread.
+  // thread may call it.
   [[nodiscard]] std::unique_ptr<Held> take(uint64_t bytes);
-  // Every one taken must come back.
+  // Every memory that was taken must come back.
   void give_back(std::unique_ptr<Held> held);
 
  private:

@@ -1,3 +1,6 @@
+// Draws one tile of a picture with a trail. Each object (the slice, and each source of the trail) has sheets
+// of its own; a still is one object or a weighted sum of several, and what all of them absorb on a sheet is
+// gathered in two groups, the slice's and the trail's, and composited by the rule of TrailCombine.
 #include "splat/trail/trail_tile.h"
 
 #include <algorithm>
@@ -24,8 +27,8 @@ struct Drawn {
   float weight = 1;
   TimeField time;
   float* mixed = nullptr; // planes of the weighted sum, where there are several shares
-  // Of them: smallest and largest value, relative to the base; where they are not zero, in pixels of
-  // the whole plane.
+  // For the mixed sheets: the smallest and largest value, relative to the base; where they are not zero, in
+  // pixels of the whole plane; and whether anything is on them.
   FinishedSheets<std::array<float, 2>> range{};
   FinishedSheets<PixelRect> touched{};
   FinishedSheets<bool> filled{};
@@ -91,8 +94,8 @@ class TrailTile {
     if (options_.with_deep) m_.deep.begin_tile(tile_.width, tile_.height, pitch_, options_.deep_tolerance);
   }
 
-  // Rays of the picture (set 0) and of the objects that have a domain of their own. Those of the picture then
-  // run where any object is; a surface ends all.
+  // Makes the rays of the picture (set 0) and of the objects that have a domain of their own. The picture's
+  // then run where any object is; a surface ends all rays.
   void prepare_rays() {
     m_.rays.reserve((objects_.size() + 1) * ray_planes * pixels_);
     TileRays main = make_rays(*job_.main->slice, view_, tile_, pitch_, m_.rays.data(), pixel_);
@@ -145,7 +148,7 @@ class TrailTile {
       if (d.shares.size() > 1) d.time.offset = s.frame, d.time.gradient = {};
       drawn_.push_back(std::move(d));
     }
-    // Whole vectors are read: what lies between the planes must be numbers.
+    // Whole vectors are read, so that numbers must lie between the planes, too.
     const size_t plane = sources_.front().plane_floats(),
                  planes = finished_sheets + (analytic_ ? gradient_planes : 0);
     size_t mixed = 0;
@@ -158,7 +161,7 @@ class TrailTile {
     for (Drawn& d : drawn_) {
       if (d.shares.size() == 1) continue;
       d.mixed = std::exchange(next, next + planes * plane);
-      // Of the tile before.
+      // The planes may hold anything of the tile before.
       d.touched.slot.fill(d.gradients_touched = {0, 0, plane_pitch_, tile_.height + 2 * border_});
     }
   }
@@ -192,8 +195,8 @@ class TrailTile {
     }
   }
 
-  // The pixels still open, brought up to date when enough have closed since, or have come to the surface;
-  // null: do not look.
+  // Returns the pixels still open, brought up to date when enough have closed since or have come to the
+  // surface; null when nothing is to be left out.
   const OpenPixels* open_pixels(int64_t k) {
     if ((options_.disable_skips & skip_occlusion) || (closed_ == 0 && !surface_)) return nullptr;
     const bool few = summed_closed_ > 0 && (closed_ - summed_closed_) * closed_part < open_;
@@ -213,7 +216,7 @@ class TrailTile {
   }
   [[nodiscard]] std::ptrdiff_t border_floats() const { return border_ * plane_pitch_ + border_; }
 
-  // The weighted sum of one quantity of sheet k; its plane holds nothing outside of `before`.
+  // Makes the weighted sum of one quantity of sheet k, in a plane that holds nothing outside of `before`.
   std::array<float, 2> mix_plane(const Drawn& d, int64_t k, size_t quantity, const PixelRect& before) {
     const PixelRect& rect = d.touched[k];
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(rect.y0) * plane_pitch_ + rect.x0;
@@ -248,7 +251,7 @@ class TrailTile {
     return mixed_plane(d, k, quantity) + border_floats();
   }
 
-  // Pixels of the tile outside of which sheet k is nothing but the base of the field.
+  // Returns the pixels of the tile outside of which sheet k is nothing but the base of the field.
   [[nodiscard]] PixelRect touched(const Drawn& d, int64_t k) const {
     if (!d.mixed) return sources_[d.shares.front().source].touched(k);
     if (!d.filled[k]) return {};
@@ -256,12 +259,12 @@ class TrailTile {
     return {r.x0 - border_, r.y0 - border_, r.x1 - border_, r.y1 - border_};
   }
 
-  // Whether what no point reaches is looked at.
+  // Whether samples that no point reaches are looked at.
   [[nodiscard]] bool sees_base(const Drawn& d, float base) const {
     return (options_.disable_skips & skip_empty_sheets) || d.table->visible(base, base);
   }
 
-  // Whether anything of it may absorb on sheet k.
+  // Whether anything of `d` may absorb on sheet k.
   [[nodiscard]] bool seen(const Drawn& d, float base, int64_t k) const {
     if (sees_base(d, base)) return true;
     if (!d.mixed) return sources_[d.shares.front().source].filled(k);
@@ -269,7 +272,7 @@ class TrailTile {
                                            static_cast<double>(base + d.range[k][1]));
   }
 
-  // Adds sheet k, number n of those under way.
+  // Adds what `d` absorbs on sheet k, which is number n of those under way.
   void add_sheet(Drawn& d, int64_t k, int64_t n) {
     const size_t object = d.shares.front().source, at = static_cast<size_t>(n);
     const SplatScene& scene = *objects_[object]->scene;

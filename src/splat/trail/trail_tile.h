@@ -10,8 +10,8 @@
 
 namespace bccsplat {
 
-// Pixels of a tile. Of 48, 64, 80 and 96 those of 80 take least time, for larger ones draw fewer points twice
-// (tests/bench/notes/trail.md); small ones are for short memory.
+// Pixels of a tile. Of 48, 64, 80 and 96 pixels those of 80 take least time, for larger tiles draw fewer
+// points twice (tests/bench/notes/trail.md); small ones are for short memory.
 inline constexpr int large_trail_tile = 80, small_trail_tile = 32;
 
 // A set of points with everything that is planned for it.
@@ -31,7 +31,7 @@ inline constexpr uint64_t group_planes = 6, matter_planes = sheets_together * 2 
 // Planes of a mixed gradient, which serve one sheet at a time.
 inline constexpr size_t gradient_planes = 3;
 
-// What a tile of a trail works in; kept from tile to tile.
+// The memory that a tile of a trail works in, which is kept from tile to tile.
 struct TrailMemory {
   TileMemory slice;               // of the slice where it is drawn apart
   std::vector<TileMemory> sheets; // per object

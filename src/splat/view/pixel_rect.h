@@ -7,7 +7,7 @@
 namespace bccsplat {
 
 struct PixelRect {
-  int x0 = INT_MAX, y0 = INT_MAX, x1 = INT_MIN, y1 = INT_MIN; // half open; as it stands: empty
+  int x0 = INT_MAX, y0 = INT_MAX, x1 = INT_MIN, y1 = INT_MIN; // half open; by default empty
 
   [[nodiscard]] bool empty() const { return x0 >= x1 || y0 >= y1; }
   void include(const PixelRect& other) {

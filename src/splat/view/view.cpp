@@ -1,3 +1,4 @@
+// Makes the view of a picture from its camera and slice, and cuts rays and sheets by the domain.
 #include "splat/view/view.h"
 
 #include <algorithm>
@@ -86,7 +87,7 @@ DrawnBox drawn_box(const Slice& slice) {
 }
 
 std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, double i, double j) {
-  // Along the ray every coordinate is origin + k * direction.
+  // Along the ray every coordinate is that of origin + k * direction.
   const Vec3 direction = view.ray(i, j);
   const Vec3 origin = view.perspective ? view.eye + view.depth * direction : view.sample(i, j, 0);
   double first = view.perspective ? -view.depth : -std::numeric_limits<double>::infinity();

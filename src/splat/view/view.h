@@ -1,7 +1,7 @@
 // Where the samples of a picture are: sheets perpendicular to the view direction, seen through pixel centres.
 //
-// Sheets stand `step` lattice units apart, measured in lattice space along the normal of the sheets, where
-// the kernel is a sphere: the accuracy of a sheet distance does not depend on direction or anisotropy, and a
+// Sheets are `step` lattice units apart, measured in lattice space along the normal of the sheets, where the
+// kernel is a sphere: the accuracy of a sheet distance does not depend on direction or anisotropy, and a
 // kernel of radius R always reaches over 2 R / step sheets. For cubic voxels that is the same number of T.
 // Sheet 0 passes through the centre of the domain, so that a camera that moves along its view direction does
 // not make sheets swim.
@@ -28,11 +28,11 @@ struct SheetView {
   double step_world = 0; // world length between sheets along the view direction
   Affine3 lattice_to_world;
   Vec3 normal{}; // of the sheets in lattice space: unit length, pointing away from the eye
-  Vec3 gx{},
-      gy{}; // dual to ex, ey within a sheet: gx.ex = gy.ey = 1, gx.ey = gx.normal = gy.ex = gy.normal = 0
+  // Dual to ex, ey within a sheet: gx.ex = gy.ey = 1, gx.ey = gx.normal = gy.ex = gy.normal = 0.
+  Vec3 gx{}, gy{};
 
   bool operator==(const SheetView&) const = default;
-  // Length per sheet step of ex, ey on sheet k, relative to the vectors above.
+  // The lengths of ex and ey on sheet k, relative to the vectors above.
   [[nodiscard]] double scale(double k) const { return perspective ? k + depth : 1.0; }
   [[nodiscard]] Vec3 sample(double i, double j, double k) const {
     return perspective ? eye + (k + depth) * (ez + (i * ex + j * ey)) : eye + (i * ex + (j * ey + k * ez));
@@ -44,8 +44,8 @@ struct SheetView {
     const double d = dot(normal, p - eye) / step;
     return perspective ? d - depth : d;
   }
-  // The first sheet in front of the eye, at least a quarter of a step away; it stands for all that is nearer,
-  // too.
+  // The first sheet in front of the eye, at least a quarter of a step away; its segment takes in all that is
+  // nearer, too.
   [[nodiscard]] int64_t first_sheet() const;
 };
 
@@ -59,8 +59,8 @@ struct WorldCamera {
 [[nodiscard]] SheetView make_view(const Slice& slice, const WorldCamera& camera, int width, int height,
                                   double sheet_step);
 
-// The same sheets and pixels for another slice that shares slice space and world up to a move along the
-// normal of its hyperplane.
+// Returns the same sheets and pixels for another slice that shares slice space and world up to a move along
+// the normal of its hyperplane.
 [[nodiscard]] SheetView move_view(const SheetView& view, const Slice& from, const Slice& to);
 
 // The box of lattice units that is drawn: the domain, and along an axis of a single source sample, where that
@@ -70,13 +70,13 @@ struct DrawnBox {
 };
 [[nodiscard]] DrawnBox drawn_box(const Slice& slice);
 
-// Sheet numbers [first, last] between which the ray of pixel (i, j) runs inside the domain and in front of
-// the eye; first > last when it misses.
+// Returns the sheet numbers [first, last] between which the ray of pixel (i, j) runs inside the domain and in
+// front of the eye; first > last when it misses.
 [[nodiscard]] std::array<double, 2> ray_interval(const Slice& slice, const SheetView& view, double i,
                                                  double j);
 
-// Sheets that may hold samples: every segment [k - 1/2, k + 1/2] that meets the domain, first > last when
-// there is none.
+// Returns the sheets that may hold samples: those whose segment [k - 1/2, k + 1/2] meets the domain; first >
+// last when there are none.
 [[nodiscard]] std::array<int64_t, 2> sheet_range(const Slice& slice, const SheetView& view);
 
 [[nodiscard]] inline std::array<Vec3, 8> box_corners(const Vec3& low, const Vec3& high) {
