@@ -45,8 +45,8 @@ PictureMatrices picture_matrices(const WorldCamera& camera, int width, int heigh
     m.world_to_camera[12 + c] = -dot(axes[c], camera.position);
   }
   m.world_to_camera[15] = 1;
-  // Per row of camera space: x and y scaled to the picture and moved to its corner, which in perspective
-  // happens before the division by z.
+  // In each row x and y are scaled to the picture and moved to its corner, in perspective before the division
+  // by z.
   const double sx = height / (camera.height * width), sy = -1 / camera.height;
   for (size_t r = 0; r < 4; ++r) {
     const double* in = &m.world_to_camera[4 * r];

@@ -18,7 +18,7 @@ struct Camera {
 // Throws invalid_argument when position meets target, up is parallel to the view, or a size is senseless.
 [[nodiscard]] WorldCamera resolve_camera(const Camera& camera);
 
-// From the world to a picture, for row vectors: x' = x M, M[r][c] = rows[4 r + c].
+// Matrices from the world to a picture, for row vectors: x' = x M, and M[r][c] is entry 4 r + c.
 struct PictureMatrices {
   // x to the right, y up, z along the view direction (left-handed), origin at the camera.
   std::array<double, 16> world_to_camera{};
@@ -28,11 +28,11 @@ struct PictureMatrices {
 };
 [[nodiscard]] PictureMatrices picture_matrices(const WorldCamera& camera, int width, int height);
 
-// A view of the whole slice. It starts along +z of world space with +y up and is turned about the centre of
-// the slice's box: by rotate_y about the vertical (right-handed: the view direction +z turns towards +x),
-// then by rotate_x about the camera's horizontal axis (positive: the camera rises and looks down; the
-// vertical stays upright in the picture). The bounding sphere of the box fits into the smaller side of the
-// image; perspective spans 30 degrees.
+// Returns a view of the whole slice. It starts along +z of world space with +y up and is turned about the
+// centre of the slice's box: by rotate_y about the vertical (right-handed: the view direction +z turns
+// towards +x), then by rotate_x about the camera's horizontal axis (positive: the camera rises and looks
+// down; the vertical stays upright in the picture). The bounding sphere of the box fits into the smaller side
+// of the image; a view in perspective spans 30 degrees.
 [[nodiscard]] Camera fit_camera(const Slice& slice, bool perspective, double rotate_x_degrees,
                                 double rotate_y_degrees, uint32_t width, uint32_t height);
 

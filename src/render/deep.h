@@ -10,7 +10,7 @@
 
 namespace bccsplat {
 
-// Samples of a pixel stand in order of depth and do not overlap; composited front to back they are the flat
+// Samples of a pixel are in order of depth and do not overlap; composited front to back they are the flat
 // picture.
 struct DeepImage {
   static constexpr size_t components = 6; // Z, ZBack, A, R, G, B: world distance along the view direction

@@ -7,7 +7,7 @@
 
 namespace bccsplat {
 
-// One plane; pixels belong to somebody else. row_floats >= components * width.
+// One plane, whose pixels belong to somebody else; row_floats >= components * width.
 struct Plane {
   float* pixels = nullptr; // null: the image has no such plane
   size_t row_floats = 0;

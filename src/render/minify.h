@@ -30,9 +30,9 @@ class CoarseLevels {
   mutable std::vector<std::unique_ptr<const Level>> levels_; // [n - 1]
 };
 
-// The level for a picture: n while a pixel at the centre of the domain covers 2^n to 2^(n+1) lattice
-// distances of the slice; 0, the slice itself, below two. There aliasing begins to cost more than the low
-// pass (suite `render --minify`). No level has fewer than four planes per axis.
+// Returns the level for a picture: n while a pixel at the centre of the domain covers 2^n to 2^(n+1) lattice
+// distances of the slice; 0, the slice itself, below two. From two on aliasing costs more than the low pass
+// does (`bccsplat_bench render --minify`). No level has fewer than four planes per axis.
 [[nodiscard]] int minification_level(const Slice& slice, const Camera& camera, int width, int height);
 
 } // namespace bccsplat

@@ -1,3 +1,6 @@
+// Draws a picture: chooses the slice's level, sheet distance, gradient, kernel form and raising by the
+// quality asked for, makes the table of the transfer function, and has the splatter draw, with a trail or
+// without. quality_settings() holds what each quality means.
 #include "render/picture.h"
 
 #include <algorithm>
@@ -37,7 +40,7 @@ void write_tile(const TilePixels& tile, const SheetView& view, Image& image) {
   }
 }
 
-// Whether lattice units mean the same point of slice space.
+// Whether the same lattice units are the same point of slice space.
 bool same_place(const Slice& a, const Slice& b) {
   return a.domain_begin == b.domain_begin && a.domain_end == b.domain_end &&
          a.lattice_to_slice.linear == b.lattice_to_slice.linear &&
@@ -51,8 +54,8 @@ bool corrected(const Scene& scene, const Slice& drawn) {
                                     [](const TrailSource& s) { return s.slice.corrections != nullptr; });
 }
 
-// Whether a mask of missing samples is in any of the sheets. Coarser levels have it, too, but sheets as far
-// from each other as theirs.
+// Whether a mask of missing samples is in any of the sheets. Coarser levels have it, too, but their sheets
+// are as far from each other as without it.
 bool masked(const Scene& scene, const Slice& drawn) {
   if (&drawn != scene.slice) return false;
   if (drawn.mask) return true;
@@ -60,8 +63,8 @@ bool masked(const Scene& scene, const Slice& drawn) {
                                     [](const TrailSource& s) { return s.slice.mask != nullptr; });
 }
 
-// Source samples per lattice unit across the sheets, at least 1, where corrections or masks are drawn: they
-// are as fine as the source, however coarse the lattice.
+// Returns the source samples per lattice unit across the sheets, at least 1, where corrections or masks are
+// drawn: they are as fine as the source, however coarse the lattice.
 double samples_per_unit(const Scene& scene, const Slice& drawn, int width, int height) {
   if (!corrected(scene, drawn) && !masked(scene, drawn)) return 1;
   const SheetView view = make_view(drawn, resolve_camera(scene.camera), width, height, 1);
@@ -71,7 +74,7 @@ double samples_per_unit(const Scene& scene, const Slice& drawn, int width, int h
 KernelForm kernel_form(const SplatOptions& o, const QualitySettings& quality, double step) {
   if (o.mode == RenderMode::composite && o.shading && step >= quality.flat_kernel)
     return KernelForm::flat_form;
-  // Unshaded pictures converge faster: what shading hides shows one step earlier.
+  // Unshaded pictures converge faster, so that what shading hides shows one step earlier.
   return step >= (o.shading ? 1 : 2) * quality.short_kernel ? KernelForm::short_form : KernelForm::exact;
 }
 
@@ -97,8 +100,8 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
     made = make_points(*slice, context);
     points = &made;
   }
-  // In lattice units of the slice that is drawn. A step asked for stays the same length, down to what the
-  // smoother field can show.
+  // The step is in lattice units of the slice that is drawn. A step asked for stays the same length, down to
+  // what the smoother field can show.
   constexpr double finest_coarse_step = 1.0 / 16;
   double step = options.sheet_step > 0 ? options.sheet_step : quality.sheet_step;
   if (options.sheet_step > 0 && level > 0) step = std::max(std::ldexp(step, -level), finest_coarse_step);
@@ -176,7 +179,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
 } // namespace
 
 int drawn_level(const Scene& scene, const RenderOptions& options, int width, int height) {
-  // A trail stands on the lattice of its slice; the mean of a maximum is not the maximum of a mean.
+  // A trail is on the lattice of its slice, and the mean of a maximum is not the maximum of a mean.
   if (!scene.levels || scene.trail || options.reference || options.mode == RenderMode::maximum ||
       (options.disable_skips & skip_fine_detail))
     return 0;
@@ -184,17 +187,19 @@ int drawn_level(const Scene& scene, const RenderOptions& options, int width, int
   return minification_level(*scene.slice, scene.camera, width, height);
 }
 
-// Points of the front of error against time, `bccsplat_bench render --front --own`. Differences span pixels:
-// they know less of the field the larger a pixel is, but cost a twentieth of the picture where the kernel's
-// gradient doubles it, and smooth its ripple. Each limit is where the two meet against the truth. The short
-// kernel saves a sixth of a picture and loses up to 3.4 dB on fields near the band limit: for draft. Coarser
-// levels lose what classification makes of fine detail, so that the two accurate settings do without; and
-// their shading shows the ripple of the exact kernel.
+// The settings are points of the front of error against time, `bccsplat_bench render --front --own`
+// (tests/bench/notes/render.md). Differences span pixels: they know less of the field the larger a pixel is,
+// but cost a twentieth of the picture where the kernel's gradient doubles it, and smooth its ripple. Each
+// limit is where the two meet against the truth. The short kernel saves time and loses accuracy on fields
+// near the band limit, so that the two accurate settings do without. Coarser levels lose what classification
+// makes of fine detail, so that these settings do without them, too; and the shading of coarser levels shows
+// the ripple of the exact kernel.
 //
 // Shaded pictures of raised sheets are as near to the truth as those of sheets at the pixels: just below 1.5
 // samples per T the window of a kernel of radius 2 is 6 x 6. They pay as soon as windows at the pixels would
-// be larger than 8 x 8. Unshaded pictures and rays that graze an isosurface show the filter's error: there
-// more taps, more samples, or none. Two sheets per T hold what finer sheets of shaded pictures need.
+// be larger than 8 x 8. Unshaded pictures and rays that graze an isosurface show the filter's error: they are
+// raised with more taps, from more samples, or not at all. Two sheets per T hold what finer sheets of shaded
+// pictures need.
 QualitySettings quality_settings(Quality quality) {
   constexpr RaiseFilter coarse{.taps = 6, .density = 1.49, .from = 1.35, .from_general = 1.2};
   constexpr RaiseFilter middle{.taps = 6, .density = 1.74, .from = 1.25, .from_general = 1.2};

@@ -66,35 +66,37 @@ struct RenderStats {
   bool preintegrated = false;
 };
 
-// What a quality stands for; see tests/bench/notes/render.md for the measurements behind it.
+// What a quality means; the measurements behind it are in tests/bench/notes/render.md.
 struct QualitySettings {
   double sheet_step; // T
   int table_entries;
-  double analytic_below; // pixels per T: below, the kernel's own gradient; from there on fourth-order
-                         // differences
-  bool coarse_levels; // pictures of pixels of 2 T and more are drawn from coarser levels, but X-rays always
-  // T: steps from here on are drawn with flat_polynomial() where samples are shaded; and with
-  // short_polynomial() elsewhere, twice that without shading.
+  // Pixels per T: below it gradients are the kernel's own, from there on fourth-order differences.
+  double analytic_below;
+  // Whether pictures with pixels of 2 T and more are drawn from coarser levels; X-rays always are.
+  bool coarse_levels;
+  // Steps of this many T and more are drawn with flat_polynomial() in shaded composites; and with
+  // short_polynomial() elsewhere, without shading from twice that on.
   double flat_kernel, short_kernel;
   // How sheets are raised where samples are shaded, where they are not, and in isosurfaces.
   RaiseFilter raise, raise_unshaded, raise_surface;
 };
 [[nodiscard]] QualitySettings quality_settings(Quality quality);
 
-// Pixels per lattice unit at the centre of the domain, along the wider spaced of the picture's axes.
+// Returns the pixels per lattice unit at the centre of the domain, in the direction in which pixels are
+// largest.
 [[nodiscard]] double pixels_per_unit(const SheetView& view);
 
-// The level of the slice that render() draws; above 0 it does not need the scene's points.
+// Returns the level of the slice that render() draws; above 0 it does not need the scene's points.
 [[nodiscard]] int drawn_level(const Scene& scene, const RenderOptions& options, int width, int height);
 
 // Draws into every plane the image has. Throws invalid_argument, unsupported (a mode that cannot be shaded),
 // cancelled, memory_budget.
 RenderStats render(const Scene& scene, const RenderOptions& options, const Context& context, Image& image);
 
-// World length of one mean voxel of the slice's source: the default unit distance.
+// Returns the world length of one mean voxel of the slice's source, the default unit distance.
 [[nodiscard]] double mean_voxel(const Slice& slice);
 
-// The same checks and defaults for both ways of drawing.
+// Both ways of drawing share these checks and defaults.
 void check_options(const Scene& scene, const RenderOptions& options, const Image& image);
 [[nodiscard]] bool shaded(const RenderOptions& options);
 

@@ -1,3 +1,5 @@
+// Integrates a transfer function over the value, piece by piece between its points so that no step of it is
+// missed, and measures how much the integrals would change a picture.
 #include "render/preintegrate.h"
 
 #include <algorithm>
@@ -9,7 +11,8 @@
 namespace bccsplat {
 namespace {
 
-// Per unit distance: a shell of full opacity a thousandth of a step thick is opaque still.
+// The largest extinction, per unit distance: a shell of full opacity a thousandth of a step thick is opaque
+// still.
 constexpr double most_extinction = 1e6;
 // Integrals up to this optical depth per unit distance are one float each. Beyond it half a unit in the last
 // place, spread over the one entry that a segment reaches over at least, shows beside an optical depth of 1.
@@ -18,7 +21,7 @@ constexpr double one_float_integral = 1e4;
 // a millisecond per picture (tests/bench/notes/pre-integration.md).
 constexpr size_t asked_points = 512, change_percentile = 95;
 
-// Values at which the function has points, rising.
+// Returns the values at which the function has points, rising.
 std::vector<double> knots(const TransferFunction& function) {
   std::vector<double> values;
   for (const ColorPoint& p : function.colors) values.push_back(p.value);
@@ -29,8 +32,8 @@ std::vector<double> knots(const TransferFunction& function) {
 
 using Emission = std::array<double, 4>; // colour * extinction, extinction
 
-// Mean between two values that no point of the function lies between: Gauss-Legendre, which never stands on
-// the ends.
+// Returns the mean between two values that no point of the function lies between, by Gauss-Legendre
+// quadrature, which never asks at the ends.
 Emission mean_inside(const TransferFunction& function, double from, double to, double unit) {
   constexpr std::array<double, 3> place{-0.7745966692414834, 0, 0.7745966692414834};
   constexpr std::array<double, 3> weight{5.0 / 18, 8.0 / 18, 5.0 / 18};

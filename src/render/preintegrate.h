@@ -9,21 +9,22 @@ namespace bccsplat {
 
 enum class Preintegrate : uint8_t { automatic, on, off };
 
-// The function's integrals over the table's values; empty where the table has one entry only. Extinctions are
-// cut at 1e6 per unit distance: a shell of full opacity a thousandth of a step thick is opaque still.
+// Returns the function's integrals over the table's values, empty where the table has one entry only.
+// Extinctions are cut at 1e6 per unit distance: a shell of full opacity a thousandth of a step thick is
+// opaque still.
 [[nodiscard]] ValueIntegrals integrate_values(const TransferFunction& function, const ClassTable& table);
 
-// How far the picture of a segment of world length `path` is from that of its middle value, at most, where
-// the value changes by `change` across it: premultiplied colour and opacity, relative to the function's
+// Returns how far the picture of a segment of world length `path` is from that of its middle value, at most,
+// where the value changes by `change` across it: premultiplied colour and opacity, relative to the function's
 // largest. A ramp has change / 8 of its rise per value at its ends, a step 1/2, a peak narrower than the
 // change up to 1.
 [[nodiscard]] double narrowness(const ClassTable& table, double change, double path);
-// From here on pre-integration pays: ramps come to 0.004 to 0.07, a peak whose segments are 20 dB farther
-// without it to 0.22 (tests/bench/notes/pre-integration.md).
+// Pre-integration pays from this narrowness on: ramps come to 0.004 to 0.07, a peak whose segments are 20 dB
+// farther without it to 0.22 (tests/bench/notes/pre-integration.md).
 inline constexpr double narrow_function = 0.15;
 
-// How much values change along one lattice unit where they change fast: the 95th percentile of the gradient's
-// length at points of the slice, some hundred of them, the same in every picture.
+// Returns how much values change along one lattice unit where they change fast: the 95th percentile of the
+// gradient's length at points of the slice, some hundred of them, the same in every picture.
 [[nodiscard]] double change_per_unit(const Slice& slice, const SplatPoints& points);
 
 } // namespace bccsplat

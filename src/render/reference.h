@@ -1,6 +1,6 @@
-// The slow truth: each pixel's ray integrated in double precision, in fine steps, with the transfer function
-// itself, the field's own gradient, and the same laws of shading and compositing as the splatter. No stop at
-// nearly full opacity.
+// The slow truth: each pixel's ray is integrated in double precision, in fine steps, with the transfer
+// function itself, the field's own gradient, and the same laws of shading and compositing as the splatter. It
+// does not stop at nearly full opacity.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace bccsplat {
 
-// Value (absolute) at a point in lattice units, and its gradient per lattice unit unless null.
+// The value (absolute) at a point in lattice units, and its gradient per lattice unit unless null.
 using Field = std::function<double(const Vec3& point, Vec3* gradient)>;
 
 [[nodiscard]] Field slice_field(const Slice& slice);
@@ -18,8 +18,8 @@ struct ReferenceOptions {
   double step = 1.0 / 16; // lattice units along the view direction
 };
 
-// Steps for pictures of mode composite: 1/16, finer down to 1/128 where the opacity rises over less of the
-// values' range, for the field may run through a good part of it along one lattice unit.
+// Returns the step for pictures of mode composite: 1/16, finer down to 1/128 where the opacity rises over
+// less of the values' range, for the field may run through a good part of it along one lattice unit.
 [[nodiscard]] double reference_step(const TransferFunction& function, const std::array<double, 2>& bounds);
 
 // `field` need not be the slice's: an analytic field in the slice's domain gives the error against the

@@ -1,3 +1,5 @@
+// Cuts the moments of a trail out of the 4D field: instants of a time slice, or parallel hyperplanes along
+// the normal of another, each drawn as a still, or their mean or maximum over a sub-interval.
 #include "render/trail.h"
 
 #include <algorithm>
@@ -12,13 +14,12 @@
 namespace bccsplat {
 namespace {
 
-// Stills per sub-interval where the caller leaves their number open: one per layer, index unit, or lattice
-// unit where that is less, within
-// these. Few would show as separate pictures, many cost time (tests/bench/notes/trail.md). No measurement of
-// the limits is noted.
+// Where the caller leaves the number of stills per sub-interval open it is one per layer, index unit, or
+// lattice unit where that is less, within these limits. Few would show as separate pictures, many cost time
+// (tests/bench/notes/trail.md). No measurement of the limits is noted.
 constexpr int fewest_stills = 4, most_stills = 64;
 
-// A moment that is a slice of its own.
+// Adds a moment that is a slice of its own.
 void add_slice(Trail& trail, Slice&& slice, const Moment& m, const Context& context) {
   trail.bounds = trail.moments.empty() ? slice.bounds
                                        : std::array{std::min(trail.bounds[0], slice.bounds[0]),
@@ -28,7 +29,7 @@ void add_slice(Trail& trail, Slice&& slice, const Moment& m, const Context& cont
   add_source(trail, std::move(slice), context);
 }
 
-// Stills at the midpoints of `count` equal parts of the sub-intervals of [begin, end].
+// Returns stills at the midpoints of `count` equal parts of the sub-intervals of [begin, end].
 std::vector<Moment> midpoints(double begin, double end, int intervals, int count) {
   std::vector<Moment> moments;
   const double part = (end - begin) / intervals;
@@ -76,7 +77,7 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
   }
 }
 
-// Offsets along the normal at which the hyperplane meets the domain.
+// Returns the offsets along the normal between which the hyperplane meets the domain.
 std::array<double, 2> offsets_inside(const Hyperplane& h, const Lattice4& lattice) {
   double low = h[4], high = h[4];
   for (size_t a = 0; a < 4; ++a) {

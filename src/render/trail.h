@@ -19,8 +19,8 @@ enum class TrailContent : uint8_t { classified = 1, mean = 2, maximum = 3 };
 
 struct TrailOptions {
   TrailContent content = TrailContent::classified;
-  // Relative to the slice: frames; of other hyperplanes index units along the unit normal. Clipped to the
-  // domain.
+  // Relative to the slice, in frames, for other hyperplanes than those of time in index units along the unit
+  // normal; it is clipped to the domain.
   std::array<double, 2> interval{0, 0};
   int samples = 0;   // stills per sub-interval; 0: one per lattice layer or index unit, 4 to 64
   int intervals = 1; // sub-intervals, each of a colour of its own when more than one
@@ -50,18 +50,19 @@ struct Trail {
 [[nodiscard]] BrickBox trail_reads(const TrailOptions& options, const HypersliceOptions& like,
                                    const Lattice4& lattice);
 
-// classified: stills at the midpoints of equal parts, each with its share (midpoint rule: second order in the
-// parts). Where it is cheaper the sources are the lattice's layers, of which stills are mixed sheet by sheet:
-// many stills then cost little more than few. mean, maximum: one slice per sub-interval; over time the mean
-// is exact, along other normals it is a Gauss-Legendre quadrature (slice/thickness.h).
-// The slice was cut with `like`, out of a volume of this spatial affine.
+// Content `classified` is made of stills at the midpoints of equal parts, each with its share (midpoint rule:
+// second order in the parts). Where it is cheaper the sources are the lattice's layers, of which stills are
+// mixed sheet by sheet: many stills then cost little more than few. Contents `mean` and `maximum` are one
+// slice per sub-interval; over time the mean is exact, along other normals it is a Gauss-Legendre quadrature
+// (slice/thickness.h). `slice` was cut with `like`, out of a volume of this spatial affine.
 [[nodiscard]] Trail make_trail(const Coefficients& coefficients, const Slice& slice,
                                const TrailOptions& options, const HypersliceOptions& like,
                                const Affine3& index_to_world, const Context& context);
 
-// The function with every colour replaced.
+// Returns the function with every colour replaced.
 [[nodiscard]] TransferFunction tinted(const TransferFunction& function, const Vec3& color);
-// Colours of sub-intervals: from blue at the interval's begin over white to orange at its end.
+// Returns the colour of a sub-interval, from blue at the interval's beginning over white to orange at its
+// end.
 [[nodiscard]] Vec3 ramp_color(int interval, int intervals);
 
 } // namespace bccsplat

@@ -1,3 +1,6 @@
+// Makes the stills of a trail sums of the lattice's layers, with the weights of a time slice, so that layers
+// and not stills are splatted. A layer alone says nothing of what a sum shows, so that the ranges by which
+// bricks and cells are left out are bounds of the sums.
 #include "render/trail_layers.h"
 
 #include <algorithm>
@@ -13,7 +16,7 @@ namespace {
 // all of them, but of a still more is known to be invisible (tests/bench/notes/trail.md).
 constexpr double stills_per_layer = 1.25;
 
-// Cells of the one brick and those of another: the wider ranges of both.
+// Widens the ranges of cells by those of another brick.
 void widen(BrickCells& cells, const BrickCells& by) {
   for (size_t c = 0; c < cells_per_brick; ++c) {
     cells.low[c] = std::min(cells.low[c], by.low[c]);
@@ -21,7 +24,8 @@ void widen(BrickCells& cells, const BrickCells& by) {
   }
 }
 
-// Of a layer alone, with 0: it holds one coset's points, so that every cell has sites that are none.
+// Returns the ranges of a layer's brick alone, with 0: it holds one coset's points, so that every cell has
+// sites without one.
 BrickCells cells_of(const SplatPoints& points, const SplatBrick& brick) {
   BrickCells cells;
   for (uint32_t n = brick.first; n < brick.first + brick.count; ++n) {
@@ -58,8 +62,8 @@ struct LayerBricks {
   }
 };
 
-// What the sums of the moments that a layer takes part in come to in a brick's cells, per layer. coset: of
-// each layer.
+// Returns, for each layer, bounds of the sums in a brick's cells over the moments that the layer takes part
+// in. `coset` is that of each layer.
 std::vector<BrickCells> bound_sums(const Trail& trail, const std::vector<size_t>& coset,
                                    const std::vector<uint32_t>& bricks) {
   std::vector<BrickCells> own(bricks.size()), bound(bricks.size());
@@ -82,8 +86,7 @@ std::vector<BrickCells> bound_sums(const Trail& trail, const std::vector<size_t>
   return bound;
 }
 
-// Sets what is known around the bricks and cells of each layer's points: a layer alone tells nothing of a
-// sum.
+// Sets what is known around the bricks and cells of each layer's points to bounds of the sums.
 void bound_layers(Trail& trail, const std::vector<size_t>& coset, const Context& context) {
   const size_t layers = trail.sources.size();
   const LayerBricks bricks(trail);
@@ -148,7 +151,7 @@ void add_source(Trail& trail, Slice&& slice, const Context& context) {
 
 bool add_layers(Trail& trail, const Coefficients& coefficients, const Slice& like,
                 const std::vector<Moment>& moments, const Context& context) {
-  // A still's are not a sum of layers'.
+  // Corrections and masks of a still are not sums of those of layers.
   if (coefficients.corrections() || coefficients.masks()) return false;
   const Lattice4& lattice = coefficients.source().lattice();
   std::vector<std::vector<LayerWeight>> weights;

@@ -1,3 +1,4 @@
+// Evaluates transfer functions, makes the tables that sheets are classified by, and the default function.
 #include "render/transfer_function.h"
 
 #include <algorithm>
@@ -10,14 +11,14 @@
 namespace bccsplat {
 namespace {
 
-// Index of the last point at or before `value`, -1 before the first; points rise.
+// Returns the index of the last point at or before `value`, -1 before the first; points rise.
 template<class Points> std::ptrdiff_t segment(const Points& points, double value) {
   const auto after = std::upper_bound(points.begin(), points.end(), value,
                                       [](double v, const auto& p) { return v < p.value; });
   return after - points.begin() - 1;
 }
 
-// Position of `value` between points n and n + 1, in [0, 1].
+// Returns the position of `value` between points n and n + 1, in [0, 1].
 template<class Points> double between(const Points& points, size_t n, double value) {
   return (value - points[n].value) / (points[n + 1].value - points[n].value);
 }
@@ -75,19 +76,19 @@ double extinction(double opacity, double unit_distance) {
 ClassTable make_class_table(const TransferFunction& function, double low, double high, double anchor,
                             double unit_distance, int entries) {
   ClassTable table;
-  // Outside the function's own points nothing changes: no entry is spent there.
+  // No entry is spent outside the function's own points, where nothing changes.
   const double from = std::min(function.colors.front().value, function.opacities.front().value);
   const double to = std::max(function.colors.back().value, function.opacities.back().value);
   double a = std::clamp(from, low, high), b = std::clamp(to, low, high);
   table.unit_distance = static_cast<float>(unit_distance);
-  // A scale is a float: values that lie closer together share an entry.
+  // A scale is a float, so that values that lie closer together share an entry.
   const double most = (b - a) * std::numeric_limits<float>::max();
   const bool flat = !(most >= 2);
   if (most < entries) entries = static_cast<int>(most);
   double step = 0;
   if (!flat) {
     step = (b - a) / (entries - 1);
-    if (anchor > a && anchor < b) { // one entry more, and all of them moved so that one stands on the anchor
+    if (anchor > a && anchor < b) { // one entry more, and all of them moved so that one is at the anchor
       const double below = std::ceil((anchor - a) / step);
       a = anchor - below * step, ++entries;
     }
@@ -117,7 +118,7 @@ TransferFunction default_transfer_function(double percentile_2, double percentil
     const double x = static_cast<double>(i) / colors;
     f.colors.push_back({low + (high - low) * x, viridis(x)});
   }
-  // A ramp on either side of air, as steep for the farther end of the values as for the nearer.
+  // Opacity is a ramp on either side of air, as steep on the one side as on the other.
   constexpr double most = 0.25;
   const double reach = std::max(std::fabs(high - air), std::fabs(low - air));
   if (low < air) f.opacities.push_back({std::min(low, air - 1e-9 * reach), most * (air - low) / reach});
@@ -127,7 +128,7 @@ TransferFunction default_transfer_function(double percentile_2, double percentil
 }
 
 Vec3 viridis(double x) {
-  // Ten stops of the map in 8-bit sRGB, straight lines between them.
+  // The map has ten stops in 8-bit sRGB, with straight lines between them.
   static constexpr uint32_t stops[] = {0x440154, 0x482878, 0x3e4a89, 0x31688e, 0x26828e,
                                        0x1f9e89, 0x35b779, 0x6dcd59, 0xb4de2c, 0xfde725};
   constexpr size_t last = std::size(stops) - 1;

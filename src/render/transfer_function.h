@@ -33,17 +33,18 @@ struct TransferFunction {
 // -ln(1 - opacity) / unit_distance; full opacity is a large finite number.
 [[nodiscard]] double extinction(double opacity, double unit_distance);
 
-// `entries` samples of the function over the values of the slice, [low, high], and one more where needed so
-// that one of them stands on `anchor`, the air value: what is transparent at air must not veil the whole
-// domain. unit_distance > 0.
+// Makes a table of `entries` samples of the function over the values of the slice, [low, high], and one more
+// where needed so that one of them is at `anchor`, the value of the field's base: what is transparent there
+// must not veil the whole domain. unit_distance > 0.
 [[nodiscard]] ClassTable make_class_table(const TransferFunction& function, double low, double high,
                                           double anchor, double unit_distance, int entries);
 
-// Viridis over the 2nd to 99.8th percentile of the stored values; opacity rises from 0 at air.
+// Returns viridis over the 2nd to 99.8th percentile of the stored values, with opacity that rises from 0 at
+// air.
 [[nodiscard]] TransferFunction default_transfer_function(double percentile_2, double percentile_998,
                                                          double air);
 
-// Viridis at x in [0, 1], linear RGB.
+// Returns viridis at x in [0, 1], linear RGB.
 [[nodiscard]] Vec3 viridis(double x);
 
 } // namespace bccsplat

@@ -15,7 +15,7 @@ namespace {
 // Reading the samples is about this share of a slice's work, for reports of progress.
 constexpr double read_end = 0.5;
 
-// Planes on either side of a position whose samples matter: kernel and prefilter.
+// Returns how many planes on either side of a position matter, for kernel and prefilter.
 int reach_planes(const Lattice4& lattice, const Kernel& kernel) {
   const double support = kernel.time.half_width / kernel_time_per_layer(lattice);
   const int prefilter = lattice.space.bcc ? prefilter_reach(kernel.prefilter4).time

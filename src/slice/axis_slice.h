@@ -1,4 +1,4 @@
-// The hyperplanes x, y or z = constant: change over time of a plane of space.
+// The hyperplanes x, y or z = constant: how a plane of space changes over time.
 //
 // D4* is the same along all four axes, so an axis slice is a time slice of the turned volume, under the
 // kernel that is radial in the other two axes and time and a B-spline along the axis: a weighted sum of the
@@ -18,8 +18,8 @@ namespace bccsplat {
 // along the axis.
 [[nodiscard]] bool can_turn(const Coefficients& coefficients, size_t axis);
 
-// position: along the axis, index units, inside the domain. Slice space is that of plane_axes; the result's
-// lattice is the source's. Thick slices are as exact as those of time slices, clipped to the domain.
+// `position` is along the axis, in index units, inside the domain. Slice space is that of plane_axes; the
+// result's lattice is the source's. Thick slices are as exact as those of time slices, clipped to the domain.
 [[nodiscard]] Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
                                const Thickness& thickness, const Context& context);
 

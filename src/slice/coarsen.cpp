@@ -15,8 +15,8 @@ namespace bccsplat {
 namespace {
 
 constexpr int taps = 4; // of a cubic B-spline
-// Coefficients below this part of the largest are dropped: fewer points to draw for an error below that of a
-// byte.
+// Coefficients below this part of the largest are dropped, which leaves fewer points to draw, for an error
+// below that of a byte.
 constexpr float dropped_part = 1.0f / 4096;
 
 // The sites of a coset that a new site averages along one axis.
@@ -25,7 +25,7 @@ struct Average {
   std::array<float, taps> weight{};
 };
 
-// x: the new site, counted in sites of the coset.
+// x is the new site, counted in sites of the coset.
 Average average_at(double x, bool bcc) {
   Average a;
   const double below = std::floor(x), f = x - below;
@@ -44,7 +44,7 @@ Average average_at(double x, bool bcc) {
 // Adds `scale` times the averages of an old coset to a brick of a new one.
 class Averager {
  public:
-  // ratio: new plane distance in old ones.
+  // `ratio` is the new plane distance in old ones.
   Averager(const Lattice3& lattice, const Vec3& ratio) : bcc_(lattice.bcc), ratio_(ratio) {}
 
   void add(const BrickLayer& from, const BrickLayer& to, const Int3& brick, float scale, float* out) {
@@ -74,7 +74,7 @@ class Averager {
         along_x_[row * edge + i] =
             a.weight[0] * in[0] + a.weight[1] * in[1] + a.weight[2] * in[2] + a.weight[3] * in[3];
       }
-    // Weighted sums of four rows of n floats.
+    // Adds weighted sums of four rows of n floats.
     const auto combine = [](const Average& a, const float* in, size_t n, float factor, float* result) {
       for (size_t i = 0; i < n; ++i)
         result[i] += factor * (a.weight[0] * in[i] + a.weight[1] * in[i + n] + a.weight[2] * in[i + 2 * n] +
@@ -99,7 +99,7 @@ class Averager {
   std::vector<float> dense_, along_x_, along_y_;
 };
 
-// Holes of a new brick; null when there are none.
+// Returns the holes of a new brick; null when there are none.
 std::unique_ptr<BrickMask> find_holes(const Slice& slice, const Lattice3& coarse, const Vec3& ratio,
                                       const BrickLayer& to, const Int3& brick) {
   auto mask = std::make_unique<BrickMask>();

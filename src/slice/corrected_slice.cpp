@@ -1,3 +1,5 @@
+// Puts the corrections of a file into slices. A time slice takes those of the frames around it; any other
+// slice is compared with the volume's field at points of a grid, and corrected by what it lacks there.
 #include "slice/corrected_slice.h"
 
 #include <algorithm>
@@ -69,7 +71,7 @@ class Mending {
   }
 
  private:
-  // Absolute; NaN outside the domain and in holes.
+  // Sets the volume's values at the grid, absolute; NaN outside the domain and in holes.
   void volume_field(const Grid& grid, std::vector<float>& field, const Context& context) const {
     std::vector<Vec4> points(field.size());
     const auto nx = static_cast<size_t>(grid.dims[0]);

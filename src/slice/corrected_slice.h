@@ -8,13 +8,13 @@
 
 namespace bccsplat {
 
-// Of a time slice, merged from layers: those of the frames around, as exact as the slice. t0 < t1: what they
-// are in the mean, or the sum, over these frames.
+// Corrects a time slice, merged from layers, by the corrections of the frames around it, as exactly as the
+// slice itself is. Where t0 < t1 they are taken in the mean, or the sum, over these frames.
 void correct_time_slice(Slice& slice, const Coefficients& coefficients, double t0, double t1,
                         ThicknessKind kind);
 
-// Of any other slice: at the points of a grid of spacing 1 in slice space that begins where the domain does,
-// what the slice lacks of the volume's field, corrections included. So it also mends what the slice's own
+// Corrects any other slice, at the points of a grid of spacing 1 in slice space that begins where the domain
+// does, by what it lacks of the volume's field, corrections included. This also mends what the slice's own
 // lattice, or its turned kernel, loses there. For x, y and z slices at a source sample these points are all
 // source samples in it.
 void correct_slice(Slice& slice, const Coefficients& coefficients, const Thickness& thickness,

@@ -20,8 +20,9 @@ constexpr double gaussian = 2; // per T^2
 constexpr double reach = 2;    // T: e^-8 of the peak
 constexpr float cell_edge = 2; // T
 
-// Sum of exp(-2 |p - s|^2), |p - s| < 2, over all sites of D4*, by Poisson's formula: the mean, with what
-// lies beyond the reach left out, and the 24 shortest dual vectors (+-1, +-1, 0, 0) / sqrt2 and so on.
+// Returns the sum of exp(-2 |p - s|^2), |p - s| < 2, over all sites of D4*, by Poisson's formula: the mean,
+// with what lies beyond the reach left out, and the 24 shortest dual vectors (+-1, +-1, 0, 0) / sqrt2 and so
+// on.
 double site_sum(const Vec4& p) {
   const double mean = std::pow(std::numbers::pi / gaussian, 2) / 2 * (1 - 9 * std::exp(-8));
   double pairs = 0, sum = 0;
@@ -46,7 +47,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
     scale_[a] = a < 3 ? 1 / unit[a] : kernel_time_per_frame(lattice);
     end_[a] = lattice.dims[a] - 1.0;
   }
-  // Hyperplane and directions in lattice units.
+  // Hyperplane and directions are brought to lattice units.
   const Hyperplane plane(h[0] / scale_[0], h[1] / scale_[1], h[2] / scale_[2], h[3] / scale_[3], h[4]);
   std::array<Vec4, 3> directions = axes.basis;
   for (size_t a = 0; a < 4; ++a) {

@@ -18,15 +18,15 @@ namespace bccsplat {
 
 class Extraction {
  public:
-  // source: a D4* volume that holds samples. axes: slice space, in the hyperplane.
+  // `source` is a D4* volume that holds samples; `axes` are slice space, in the hyperplane.
   Extraction(const SampleSource& source, int channel, const Hyperplane& hyperplane, const PlaneAxes& axes,
              const Context& context);
 
   [[nodiscard]] uint64_t points() const { return points_.size(); }
   [[nodiscard]] std::array<double, 2> bounds() const; // no value lies outside
   [[nodiscard]] uint64_t bytes() const { return points_.size() * sizeof(Point); }
-  // The field at points of slice space: the sum of the splats, divided by that of a full lattice (closed
-  // form); beyond the domain NaN. Returns how many lay there.
+  // Sets the field at points of slice space: the sum of the splats, divided by that of a full lattice (closed
+  // form); NaN beyond the domain. Returns how many points lie there.
   uint64_t sample(std::span<const Vec3> uvw, std::span<float> values, const Context& context) const;
   void sample(const Grid& grid, float* values, const Context& context) const; // x fastest
   // Writes positions (slice space, 3 floats each) and weighted samples relative to air of the first
@@ -36,7 +36,7 @@ class Extraction {
  private:
   struct Point {
     std::array<float, 3> at; // along directions_, from origin_
-    float weighted;          // sample relative to air times exp(-2 d^2)
+    float weighted;          // sample relative to the base times exp(-2 d^2)
     float d2;
   };
   [[nodiscard]] size_t cell(const std::array<float, 3>& at) const;
@@ -48,7 +48,7 @@ class Extraction {
   Vec4 origin_{};
   std::array<Vec4, 3> directions_{}; // orthonormal in lattice units, in the hyperplane
   float air_ = 0, base_ = 0;
-  std::array<float, 2> range_{0, 0}; // of the samples relative to air, and 0
+  std::array<float, 2> range_{0, 0}; // of the samples relative to the base, and 0
   std::vector<Point> points_;        // by cell
   std::vector<uint64_t> start_;
   std::array<float, 3> low_{};

@@ -1,3 +1,4 @@
+// Chooses how a hyperplane is cut, checks that the options allow it, and adds corrections and masks.
 #include "slice/hyperslice.h"
 
 #include <algorithm>
@@ -13,7 +14,7 @@
 namespace bccsplat {
 namespace {
 
-// Cutting is about this share of a slice's work where it is mended afterwards, for reports of progress.
+// Cutting is about this share of the work on a slice that is corrected afterwards, for reports of progress.
 constexpr double mend_begin = 0.7;
 constexpr double rounding = 1e-9; // index units: a hyperplane this far beyond an end still touches it
 

@@ -7,9 +7,10 @@
 
 namespace bccsplat {
 
-// Of a time slice the frame nearest to it decides, of one with an interval or a thickness that of its middle.
+// The frame nearest to a time slice decides what is missing; with an interval or a thickness it is the frame
+// nearest to the slice's own instant.
 void mask_time_slice(Slice& slice, const Coefficients& coefficients);
-// Of any other slice: the frames that it meets. Its origin and basis are set.
+// The frames that any other slice meets decide what is missing. Its origin and basis must be set.
 void mask_slice(Slice& slice, const Coefficients& coefficients);
 
 } // namespace bccsplat

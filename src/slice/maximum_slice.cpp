@@ -10,7 +10,8 @@
 namespace bccsplat {
 namespace {
 
-// Sites of a brick as points, x fastest; those beyond the coset's dims are moved to its last site.
+// Returns the sites of a brick as points, x fastest; those beyond the coset's dims are moved to its last
+// site.
 std::vector<Vec3> brick_points(const Slice& slice, const BrickLayer& layer, const Int3& b) {
   std::vector<Vec3> points;
   points.reserve(brick_sites);

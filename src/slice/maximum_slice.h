@@ -12,9 +12,9 @@
 
 namespace bccsplat {
 
-// Maximum over slices, one after the other, at the sites of their lattice, and in the end the 3D prefilter,
-// so that the result interpolates those maxima. The slices are time slices of one volume under one kernel;
-// frame, origin and maps are the first one's.
+// Takes the maximum over slices, one after the other, at the sites of their lattice, and filters it in the
+// end, so that the result interpolates those maxima. The slices are time slices of one volume under one
+// kernel; frame, origin and maps are the first one's.
 class SiteMaxima {
  public:
   void add(const Slice& instant, const Context& context);
@@ -23,7 +23,8 @@ class SiteMaxima {
  private:
   std::optional<Slice> first_;
   std::array<BrickLayer, 2> largest_; // -infinity where every instant so far had a hole
-  std::array<BrickLayer, 2> fills_;   // where every one so far was missing by its mask: of what fills that
+  std::array<BrickLayer, 2>
+      fills_; // the largest of what fills missing data, for sites that every mask so far leaves out
   std::vector<std::shared_ptr<const SliceMask>> masks_; // of all instants; null: nothing is missing
 };
 

@@ -36,7 +36,7 @@ void Occupancy::add(int32_t layer, const BrickLayer& points) {
 }
 
 bool Occupancy::any(const Vec4& low, const Vec4& high) const {
-  // What a box beyond an end sees is the image of as much inside.
+  // What a box meets beyond an end is the image of as much inside.
   std::array<std::array<double, 2>, 4> planes; // in plane numbers
   for (size_t a = 0; a < 4; ++a) {
     const double step = a < 3 ? lattice_.space_step[a] : lattice_.time_step;

@@ -9,7 +9,8 @@
 namespace bccsplat {
 namespace {
 
-// v without its parts along the directions before it, at unit length; the length it had left.
+// Takes the parts along the directions before it from v and brings it to unit length; returns the length that
+// it had left.
 double orthonormalise(Vec4& v, const Vec4* before, size_t count) {
   double left = 0;
   for (int pass = 0; pass < 2; ++pass) { // the second pass removes what rounding left of the first
@@ -65,7 +66,8 @@ PlaneAxes plane_axes(const Vec4& point, const std::array<Vec4, 3>& directions) {
 }
 
 Hyperplane hyperplane_of(const PlaneAxes& axes) {
-  // What is left of the coordinate axis furthest from the basis: the normal's largest component is positive.
+  // The normal is what is left of the coordinate axis furthest from the basis, so that its largest component
+  // is positive.
   const auto& basis = axes.basis;
   size_t axis = 0;
   double best = 2;
@@ -91,7 +93,7 @@ std::optional<AxisCut> axis_cut(const Hyperplane& h, const std::array<uint32_t, 
     centre -= h[a] / h[axis] * extent / 2;
   }
   if (tilt >= 1e-6) return std::nullopt;
-  // -0 prints badly.
+  // Adding 0 turns -0, which prints badly, into 0.
   return AxisCut{axis, centre + 0.0};
 }
 
@@ -111,7 +113,8 @@ PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const Pla
     }
     e.empty = false;
   };
-  // The edges of the domain that cross the hyperplane, and the corners that lie on it.
+  // The extent is that of the points where edges of the domain cross the hyperplane, and of the corners on
+  // it.
   for (unsigned corner = 0; corner < 16; ++corner)
     for (size_t axis = 0; axis < 4; ++axis) {
       if (corner >> axis & 1) continue;
@@ -136,11 +139,12 @@ double lattice_density(const Lattice4& lattice, const Vec4& direction) {
   double square = 0;
   for (size_t i = 0; i < 4; ++i)
     if (scales[i] > 0) square += direction[i] / scales[i] * (direction[i] / scales[i]);
-  // That of a unit vector, rounded.
+  // A unit vector's is 1 but for rounding.
   return std::fabs(square - 1) < 1e-12 ? 1 : std::sqrt(square);
 }
 
-// The Cholesky factor of the Gram matrix of the directions under the metric (affine^T affine, time_length^2).
+// The affine is the Cholesky factor of the Gram matrix of the directions under the metric (affine^T affine,
+// time_length^2).
 Affine3 display_affine(const std::array<Vec4, 3>& basis, const Affine3& index_to_world, double time_length) {
   std::array<Vec4, 3> world;
   for (size_t k = 0; k < 3; ++k) {

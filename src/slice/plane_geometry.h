@@ -20,11 +20,11 @@ struct PlaneAxes {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
 }
 
-// The usual axes: the origin is the foot of the index origin, the basis are the coordinate axes without the
-// one closest to the normal, projected and orthonormalised in order.
+// Returns the usual axes: the origin is the foot of the index origin, the basis the coordinate axes without
+// the one closest to the normal, projected and orthonormalised in order.
 [[nodiscard]] PlaneAxes plane_axes(const Hyperplane& h);
-// Axes through `point` along three directions, which are orthonormalised in order; throws invalid_argument
-// when they are not finite or nearly dependent. The normal is their cross product.
+// Returns axes through `point` along three directions, which are orthonormalised in order; throws
+// invalid_argument when they are not finite or nearly dependent. The normal is their cross product.
 [[nodiscard]] PlaneAxes plane_axes(const Vec4& point, const std::array<Vec4, 3>& directions);
 [[nodiscard]] Hyperplane hyperplane_of(const PlaneAxes& axes);
 
@@ -44,13 +44,13 @@ struct PlaneExtent {
 };
 [[nodiscard]] PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const PlaneAxes& axes);
 
-// Lattice units that a step of unit length takes, in index units: as many times the Nyquist frequency of the
-// source's samples a wave in the lattice's ball may reach along `direction`. A lattice asked for at distance
-// 1 has 1.
+// Returns how many lattice units a step of length 1 in index units takes: as many times the Nyquist frequency
+// of the source's samples a wave in the lattice's ball may reach along `direction`. A lattice asked for at
+// distance 1 has 1.
 [[nodiscard]] double lattice_density(const Lattice4& lattice, const Vec4& direction);
 
-// Lengths and angles that the directions of slice space have in the volume's world, with time as a fourth,
-// orthogonal axis of `time_length` world units per frame, as an affine.
+// Returns an affine with the lengths and angles that the directions of slice space have in the volume's
+// world, with time as a fourth, orthogonal axis of `time_length` world units per frame.
 [[nodiscard]] Affine3 display_affine(const std::array<Vec4, 3>& basis, const Affine3& index_to_world,
                                      double time_length);
 

@@ -20,16 +20,16 @@
 namespace bccsplat {
 namespace {
 
-// About where, in the whole work, reading the samples ends, making the volume's coefficients, and making the
-// slice's samples; filtering these is the rest. Progress reports show it, nothing else depends on it.
+// The parts of the whole work at which, roughly, the samples are read, the volume's coefficients made, and
+// the slice's samples made; filtering these is the rest. Only reports of progress depend on it.
 constexpr double read_end = 0.1, make_end = 0.4, sample_end = 0.97;
-// Planes of the target lattice along an axis: a slice of more is a mistake in its spacing.
+// A slice of more planes along an axis is a mistake in its spacing.
 constexpr double most_planes = 1e6;
-// The part of the coefficient cache that samples read at once may take: the rest is for the coefficients made
-// of them.
+// Samples that are read at once may take one part in so many of the coefficient cache; the rest is for the
+// coefficients made of them.
 constexpr uint64_t held_part = 4;
 
-// Distances of the target lattice along its axes.
+// Returns the distances of the target lattice along its axes.
 Vec3 spacings(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes) {
   Vec3 spacing;
   for (size_t k = 0; k < 3; ++k) {
@@ -39,13 +39,14 @@ Vec3 spacings(const Lattice4& lattice, const PlaneOptions& options, const PlaneA
   return spacing;
 }
 
-// Sites this far beyond the ends of the domain, index units, are filled in: the slice's filter and kernel.
+// Returns how far beyond the ends of the domain, in index units, sites are filled in, for the slice's filter
+// and kernel.
 double margin_of(const Slice& slice, double unit) {
   return unit * (slice.kernel.space.radius +
                  (prefilter_reach(slice.kernel.prefilter3).space + 2) * slice.lattice.plane_distance());
 }
 
-// The reach of the volume's kernel in index units and frames.
+// Returns the reach of the volume's kernel in index units and frames.
 Vec4 kernel_reach(const Coefficients& coefficients) {
   const Lattice4& lattice = coefficients.source().lattice();
   const Kernel& kernel = coefficients.kernel();
@@ -55,7 +56,7 @@ Vec4 kernel_reach(const Coefficients& coefficients) {
   return reach;
 }
 
-// Kernel and prefilter of the volume, and a site for rounding.
+// The reach is that of the volume's kernel and prefilter, and a site for rounding.
 TouchReach touch_reach(const Coefficients& coefficients, double margin, double thickness) {
   const Lattice4& lattice = coefficients.source().lattice();
   const Kernel& kernel = coefficients.kernel();
@@ -70,7 +71,7 @@ TouchReach touch_reach(const Coefficients& coefficients, double margin, double t
   return reach;
 }
 
-// The bricks that hold all samples in reach of the box.
+// Returns the bricks that hold all samples in reach of the box.
 BrickBox bricks_around(const Lattice4& lattice, const PlaneExtent& extent, const TouchReach& touch) {
   BrickBox box;
   const Vec3 unit = lattice.lattice_unit();
@@ -86,7 +87,7 @@ BrickBox bricks_around(const Lattice4& lattice, const PlaneExtent& extent, const
   return box;
 }
 
-// Positions of the target lattice in index space: at + along * p, p in lattice units.
+// A point p of the target lattice, in lattice units, is at + along * p in index space.
 struct Placement {
   Vec4 at;
   std::array<Vec3, 4> along; // per index axis
@@ -106,7 +107,7 @@ struct Placement {
   }
 };
 
-// The faces of the domain that cut the slice's bounding box.
+// Returns the faces of the domain that cut the slice's bounding box.
 std::vector<HalfSpace> domain_faces(const Lattice4& lattice, const Slice& slice, const Placement& place) {
   std::vector<HalfSpace> faces;
   const auto add = [&](const Vec3& n, double offset) {
@@ -147,7 +148,7 @@ struct Wanted {
 constexpr int block_edge = 4;
 constexpr int brick_blocks = brick_edge / block_edge;
 
-// The slice's samples on one coset of its lattice.
+// Returns the slice's samples on one coset of its lattice.
 BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& target, int coset,
                         const Placement& placed, const Wanted& wanted, const Context& context) {
   BrickLayer layer(target.space, coset);
@@ -158,7 +159,8 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
     half[i] = 0;
     for (const double x : placed.along[i]) half[i] += half_block * std::fabs(x);
   }
-  // One z of bricks at a time, or as many rows of it as the budget has room for at once.
+  // One layer of bricks along z is sampled at a time, or as many rows of it as the budget has room for at
+  // once.
   const auto row_sites = static_cast<uint64_t>(bricks[0]) * brick_sites;
   int rows = bricks[1];
   Reservation memory;
@@ -219,7 +221,8 @@ BrickLayer sample_coset(const ThickField& field, Slice& slice, const Lattice4& t
   return layer;
 }
 
-// The target lattice as a static volume: mirrored at the ends of the bounding box and stretched to fit.
+// Returns the target lattice as a static volume, mirrored at the ends of the bounding box and stretched to
+// fit.
 Lattice4 target_lattice(const Lattice4& lattice, const PlaneOptions& options, const PlaneAxes& axes,
                         const PlaneExtent& extent) {
   const Vec3 spacing = spacings(lattice, options, axes);

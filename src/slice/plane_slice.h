@@ -13,20 +13,21 @@
 namespace bccsplat {
 
 struct PlaneOptions {
-  // Of the target lattice in index units; 0: along each of its axes that of the source's samples, and less
-  // where the volume's lattice is finer.
+  // The distance of the target lattice, in index units; 0: along each of its axes that of the source's
+  // samples, or less where the volume's lattice is finer.
   double spacing = 0;
   double time_length = 1;                // world units that one frame is drawn as
   LatticeKind target = LatticeKind::bcc; // or cc
-  // Means, sums and maxima by Gauss-Legendre quadrature along the normal at each site, clipped to the domain.
+  // Means, sums and maxima come from Gauss-Legendre quadrature along the normal at each site, clipped to the
+  // domain.
   Thickness thickness;
   std::optional<PlaneAxes> axes; // slice space; none: plane_axes of the hyperplane
 };
 
-// hyperplane: unit normal (a, b, c, d) and e, index space (t in frames). World space of the slice keeps the
-// lengths and angles that directions have in the volume's world with time as a fourth, orthogonal axis. A
-// hyperplane that misses the domain gives an empty slice. Only bricks in reach of the thickness around the
-// hyperplane are read.
+// The hyperplane is its unit normal (a, b, c, d) and e in index space, t in frames. World space of the slice
+// keeps the lengths and angles that directions have in the volume's world with time as a fourth, orthogonal
+// axis. A hyperplane that misses the domain gives an empty slice. Only bricks in reach of the thickness
+// around the hyperplane are read.
 [[nodiscard]] Slice plane_slice(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                 const PlaneOptions& options, const Affine3& index_to_world,
                                 const Context& context);

@@ -16,20 +16,20 @@ namespace bccsplat {
 // along the normal over a thickness.
 class ThickField {
  public:
-  // The coefficients outlive it.
+  // The coefficients must outlive it.
   ThickField(const Coefficients& coefficients, const Hyperplane& h, const Thickness& thickness);
   [[nodiscard]] float base() const { return along_normal(coefficients_.base()); }
   [[nodiscard]] float air() const { return along_normal(coefficients_.air()); }
   // Returns about what a point takes while values() runs: itself and its place, value and hole; order and
   // keys (point_order.cpp); of thick slices its line and sums.
   [[nodiscard]] uint64_t bytes_per_point() const { return nodes_.node.empty() ? 68 : 160; }
-  // Of points anywhere near the domain; holes: 1 where the nearest site is one.
+  // Points may be anywhere near the domain; `holes` becomes 1 where the nearest site is a hole.
   void values(std::span<const Vec4> points, std::span<float> out, std::span<uint8_t> holes,
               const Context& context) const;
 
  private:
   [[nodiscard]] std::array<double, 2> clip(Vec4& p) const;
-  // What a slice holds of a constant.
+  // Returns what a slice holds of a constant field.
   [[nodiscard]] float along_normal(float value) const {
     return thickness_.kind == ThicknessKind::sum && thickness_.length > 0
                ? static_cast<float>(value * thickness_.length)

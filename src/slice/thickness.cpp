@@ -9,8 +9,9 @@
 namespace bccsplat {
 namespace {
 
-// About twice what a wave at the Nyquist frequency converges with (thickness.h), and a few more, which short
-// lengths need. Up to this density that is enough: a third more than it converges with.
+// Nodes per index unit: about twice what a wave at the Nyquist frequency converges with (thickness.h). Up to
+// dense_from that is enough, with a third more nodes than such a density converges with. Short lengths need a
+// few nodes more.
 constexpr double nodes_per_unit = 1.5, dense_from = 1.43;
 constexpr int more_nodes = 3;
 // A node costs an evaluation at every site of the slice, so a thicker cut is a mistake in its units.

@@ -14,7 +14,7 @@ struct Thickness {
   ThicknessKind kind = ThicknessKind::mean;
 };
 
-// Gauss-Legendre nodes and weights on [0, 1]; the weights sum to 1.
+// Gauss-Legendre nodes and weights on [0, 1], whose weights sum to 1.
 struct Quadrature {
   std::vector<double> node, weight;
 };

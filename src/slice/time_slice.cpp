@@ -12,7 +12,7 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// out = sum_k weight[k] * brick[k], in the order given; range: smallest and largest of out.
+// Sets out = sum_k weight[k] * brick[k], summed in the order given, and widens `range` by it.
 void MergeBricks(const float* const* bricks, const float* weights, size_t count, float* out, float* range) {
   const hn::ScalableTag<float> d;
   auto low = hn::Set(d, range[0]), high = hn::Set(d, range[1]);
@@ -48,8 +48,8 @@ HWY_EXPORT(MergeBricks);
 
 namespace {
 
-// Weights weight(kernel time of the layer) for all layers with a non-zero weight in
-// [begin, end] +- half_width, kernel time.
+// Returns weight(kernel time of the layer) for all layers in [begin, end] +- half_width, kernel time, where
+// it is not 0.
 template<class Weight>
 std::vector<LayerWeight> layer_weights(const Lattice4& lattice, const Kernel& kernel, double begin,
                                        double end, const Weight& weight) {
@@ -82,7 +82,7 @@ struct Part {
   float weight;
 };
 
-// range: grows to hold every coefficient.
+// Merges one coset's layers; `range` grows to hold every coefficient.
 BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& parts,
                  std::array<float, 2>& range, const Context& context) {
   BrickLayer result(lattice, coset);
@@ -139,7 +139,7 @@ std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& ker
 
 namespace {
 
-// The interval [frame + begin, frame + end] within the series.
+// Returns the interval around the frame, clipped to the series.
 std::array<double, 2> clipped_interval(const Lattice4& lattice, double frame,
                                        const std::array<double, 2>& interval) {
   const double end = lattice.last_frame();
@@ -155,7 +155,7 @@ std::array<double, 2> clipped_interval(const Lattice4& lattice, double frame,
 // Making layers is about this share of a slice's work, for reports of progress; merging them is the rest.
 constexpr double merge_begin = 0.9;
 
-// Weighted layers become a slice at `frame`; `length` multiplies what they add up to.
+// Makes a slice at `frame` of weighted layers; `length` multiplies what they add up to.
 Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<LayerWeight> weights,
                    double length, const Affine3& index_to_world, const Context& context) {
   const auto start = std::chrono::steady_clock::now();

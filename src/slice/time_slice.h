@@ -18,16 +18,16 @@ struct LayerWeight {
   float weight;
 };
 
-// Layers of both cosets that take part in the instant `frame`, or in the mean over [begin, end] (frames,
-// begin < end). A normalised kernel divides by the sum over all layers of the coset. On a static lattice: one
-// layer per coset.
+// These return the layers of both cosets that take part in the instant `frame`, or in the mean over [begin,
+// end] (frames, begin < end). A normalised kernel divides by the sum over all layers of the coset. A static
+// lattice has one layer per coset.
 [[nodiscard]] std::vector<LayerWeight> instant_weights(const Lattice4& lattice, const Kernel& kernel,
                                                        double frame);
 [[nodiscard]] std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& kernel,
                                                     double begin, double end);
 
-// The slice at `frame`, or the mean over [frame + interval[0], frame + interval[1]] clipped to the series
-// when the interval is not empty. index_to_world is the volume's spatial affine. Throws out_of_domain.
+// Returns the slice at `frame`, or the mean over [frame + interval[0], frame + interval[1]] clipped to the
+// series when the interval is not empty. index_to_world is the volume's spatial affine. Throws out_of_domain.
 [[nodiscard]] Slice time_slice(const Coefficients& coefficients, double frame,
                                const std::array<double, 2>& interval, const Affine3& index_to_world,
                                const Context& context);
@@ -36,10 +36,10 @@ struct LayerWeight {
 void prepare_time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
                         const Context& context);
 
-// Cuts what else than the mean a thickness can hold. Sum: the integral over the interval, in value times
-// frames, exact as the mean is; air is that of the air value. Maximum: at the sites the largest value at the
-// nodes of a quadrature over the interval (thickness.h), interpolated between them; it is nowhere less than
-// the mean at a site but for rounding. An empty interval is the instant, whatever the kind.
+// Cuts whatever a thickness can hold. The sum is the integral over the interval, in value times frames, exact
+// as the mean is; its air is the integral of the air value. The maximum is at each site the largest value at
+// the nodes of a quadrature over the interval (thickness.h), interpolated between them; it is nowhere less
+// than the mean at a site but for rounding. An empty interval is the instant, whatever the kind.
 [[nodiscard]] Slice thick_time_slice(const Coefficients& coefficients, double frame,
                                      const std::array<double, 2>& interval, ThicknessKind kind,
                                      const Affine3& index_to_world, const Context& context);

@@ -70,7 +70,7 @@ BrickLayer TouchedSamples::read_layer(int channel, int32_t layer, const BrickBox
     begin[a] = std::max(0, region.begin[a]);
     end[a] = std::min(out.brick_dims()[a], region.end[a]);
   }
-  // Rows of bricks along x, those with the same ends read together.
+  // Bricks are read in rows along x; rows with the same ends are read together.
   const auto read = [&](const BrickBox& box) {
     const BrickLayer part = source_.read_layer(channel, layer, box, context);
     for (int z = box.begin[2]; z < box.end[2]; ++z)

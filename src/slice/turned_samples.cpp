@@ -9,7 +9,7 @@
 namespace bccsplat {
 namespace {
 
-// Site of a coset on a plane.
+// Returns the site of a coset on a plane.
 int site_of(const Lattice3& lattice, int coset, int32_t plane) {
   return lattice.bcc ? (plane - coset) / 2 : plane;
 }
@@ -17,7 +17,7 @@ int site_of(const Lattice3& lattice, int coset, int32_t plane) {
 using OpenBricks = std::vector<std::shared_ptr<Brick>>; // by slot of the turned layer
 
 // Copies site `at` along the axis of all bricks of `from`, a plane of 16 x 16 sites each, to the bricks of
-// the turned layer, where it is the plane of number `row` of 16 (its third axis is the volume's time).
+// the turned layer, where it becomes the plane `time_site` (the third axis is the volume's time).
 void copy_plane(const BrickLayer& from, size_t axis, int at, const BrickLayer& layer, int time_site,
                 OpenBricks& to) {
   const std::array<size_t, 4> axes = turned_axes(axis);
@@ -87,7 +87,8 @@ Lattice4 turned_lattice(const Lattice4& lattice, size_t axis) {
     turned.behind[a] = axes[a] == 3 ? 0 : lattice.behind[axes[a]];
   }
   turned.dims[3] = lattice.dims[axis];
-  // Layers before the first frame are planes outside, and the planes outside of the axis layers before.
+  // Layers before the first frame become planes outside the domain, and planes outside along the axis become
+  // layers before the first.
   turned.lead = lattice.before[axis];
   turned.last_layer = lattice.space.last[axis];
   turned.time_step = lattice.space_step[axis];

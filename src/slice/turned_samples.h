@@ -1,5 +1,5 @@
-// A volume turned in space-time: one of its spatial axes in the place of time. Its time slices are the axis
-// slices of the volume, with everything that holds for time slices.
+// A volume turned in space-time, with one of its spatial axes in the place of time. Its time slices are the
+// axis slices of the volume, with everything that holds for time slices.
 #pragma once
 
 #include <map>
