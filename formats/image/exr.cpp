@@ -62,7 +62,7 @@ Imf::Header make_header(int width, int height, const ExrOptions& options) {
   return header;
 }
 
-// Writes a file: `write` fills the stream and closes OpenEXR's file, whose destructor writes the table of
+// Writes a file: `write` fills the stream and must close OpenEXR's file, whose destructor writes the table of
 // lines.
 template<class Write>
 void write_file(const std::string& path, const ExrOptions& options, const Write& write) {

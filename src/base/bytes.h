@@ -1,4 +1,4 @@
-// Little-endian byte cursor: every read is checked against the bytes present.
+// A little-endian byte cursor, each of whose reads is checked against the bytes present.
 #pragma once
 
 #include <bit>

@@ -1,3 +1,5 @@
+// Sources and sinks of bytes over files, memory and host streams. A file that is written lies beside its
+// final name, locked against other writers, until commit() renames it.
 #include "base/files.h"
 
 #include <fcntl.h>
@@ -134,7 +136,7 @@ class StreamSource final : public ByteSource {
   std::string name_ = "stream";
 };
 
-// All bytes at an offset, however many calls it takes. `path` for error texts.
+// Writes all bytes at an offset, however many calls it takes. `path` is for error texts.
 void write_all(int fd, const std::string& path, uint64_t offset, std::span<const std::byte> bytes) {
   size_t done = 0;
   while (done < bytes.size()) {
@@ -197,8 +199,8 @@ class FileSink final : public ByteSink {
   }
 
  private:
-  // Opens and locks the unfinished file; false when another writer finished or removed the one that was
-  // opened.
+  // Opens and locks the unfinished file; returns false when another writer finished or removed the one that
+  // was opened.
   bool open_alone() {
     fd_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (fd_ < 0) fail_errno(path_, "create", errno);

@@ -1,4 +1,4 @@
-// Bytes by offset: files, memory and host streams. The only place that opens files.
+// Bytes by offset: files, memory and host streams. Files are opened nowhere else.
 #pragma once
 
 #include <cstddef>
@@ -35,21 +35,22 @@ class ByteSink {
   virtual void write_at(uint64_t offset, std::span<const std::byte> bytes) = 0;
   // Everything written so far survives a crash once this returns.
   virtual void flush() = 0;
-  // Gives the file its final name; without it the destructor removes what was written.
+  // Ends the writing for good: a file gets its final name, a journal is removed. Without it the destructor
+  // leaves what Partial says.
   virtual void commit() = 0;
 };
 
-// What becomes of the file under way when it is not committed, and what of one that is there already.
+// What becomes of the file under way when it is not committed, and of an old one that is there already.
 enum class Partial : uint8_t {
   removed,   // nothing stays; an old one is overwritten
   kept,      // it stays; an old one is overwritten
   taken_over // it stays; writing goes on in an old one
 };
 // Writes to `path`.partial beside `path`; commit() renames it. An existing `path` is refused unless
-// `overwrite`. But for Partial::removed no two sinks of one `path` may be open (Code::wrong_state).
+// `overwrite`. No two sinks of one `path` may be open at once (Code::wrong_state).
 [[nodiscard]] std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwrite,
                                                          Partial partial = Partial::removed);
-// The file itself, cut to its first `keep` bytes; commit() removes it.
+// Writes to the file itself, cut to its first `keep` bytes; commit() removes it.
 [[nodiscard]] std::unique_ptr<ByteSink> create_journal_sink(const std::string& path, uint64_t keep);
 [[nodiscard]] bool file_exists(const std::string& path);
 using WriteAt = std::function<int64_t(uint64_t offset, std::span<const std::byte> bytes)>;

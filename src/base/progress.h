@@ -21,10 +21,10 @@ class Progress {
  public:
   using Callback = std::function<int(double fraction)>;
   Progress() = default;
-  // count_stages: advance() is heard; else it is a check().
+  // With count_stages advance() reports; else it only checks.
   explicit Progress(Callback callback, bool count_stages = false)
       : callback_(std::move(callback)), counts_(count_stages) {}
-  // The part from begin to end of another, which must outlive it: a stage's [0, 1] stands for that.
+  // The part from begin to end of another Progress, which must outlive it: a stage's [0, 1] is mapped to it.
   Progress(Progress& whole, double begin, double end)
       : whole_(&whole), begin_(begin), length_(end - begin), counts_(whole.counts_) {}
 
@@ -34,8 +34,8 @@ class Progress {
   }
 
   // Throws Code::cancelled once cancelled. Stages that cannot tell how far they are give the host its chance
-  // to cancel here: the callback hears the last fraction again when it is due. Cheap: a load and, with a
-  // callback, a look at the clock.
+  // to cancel here: the callback hears the last fraction again when it is due. It is cheap: a load and, with
+  // a callback, a look at the clock.
   void check() {
     if (whole_) return whole_->check();
     if (callback_ && since_last() >= interval) ask(-1);
@@ -48,7 +48,7 @@ class Progress {
     throw_if_cancelled();
   }
 
-  // Of a stage: done of total.
+  // Says that a stage has done so many parts of a total.
   void advance(uint64_t done, uint64_t total) {
     if (!counts_) return check();
     report(static_cast<double>(done) / static_cast<double>(total));
@@ -61,12 +61,12 @@ class Progress {
   [[nodiscard]] Clock::duration since_last() const {
     return Clock::now().time_since_epoch() - last_.load(std::memory_order_relaxed);
   }
-  // A negative fraction is the last one.
+  // A negative fraction means the last one.
   void ask(double fraction) {
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock) return;
-    reached_ =
-        std::max(reached_, fraction); // also between calls, so that a check does not take a report's turn
+    // It is kept between calls, too, so that a check does not take a report's turn.
+    reached_ = std::max(reached_, fraction);
     const bool due = !asked_ || fraction >= 1 || since_last() >= interval;
     if (!due) return;
     asked_ = true;
@@ -84,7 +84,7 @@ class Progress {
   bool counts_ = false;
   std::atomic<bool> cancelled_{false};
   std::mutex mutex_;
-  bool asked_ = false; // with reported_ under the mutex
+  bool asked_ = false; // under the mutex, as reached_ is
   double reached_ = 0;
   std::atomic<Clock::duration> last_{Clock::now().time_since_epoch()};
 };

@@ -1,3 +1,5 @@
+// The pool of threads behind parallel_for: its workers help with the newest job that has indices left, and
+// the caller works, too.
 #include "base/tasks.h"
 
 #include <algorithm>
@@ -65,9 +67,9 @@ struct Tasks::Pool {
     try {
       for (int i = 0; i < count; ++i) workers.emplace_back([this] { work(); });
     } catch (const std::system_error&) {
-      // The system gives no more threads: those there are, and the caller, do the work.
+      // The system gives no more threads, so those there are, and the caller, do the work.
     } catch (const std::bad_alloc&) {
-      // The same.
+      // As above.
     }
   }
   ~Pool() {
@@ -79,7 +81,7 @@ struct Tasks::Pool {
     for (auto& worker : workers) worker.join();
   }
 
-  // The newest job with indices left; the mutex is held.
+  // Returns the newest job with indices left; the mutex must be held.
   Job* open_job() {
     for (auto it = jobs.rbegin(); it != jobs.rend(); ++it)
       if (!(*it)->drained()) return *it;

@@ -17,7 +17,7 @@ using HostRunner = std::function<void(uint64_t count, const std::function<void(u
 
 class Tasks {
  public:
-  // threads = 0: as many as the machine has. Threads start at the first parallel call and are joined by the
+  // 0 threads are as many as the machine has. Threads start at the first parallel call and are joined by the
   // destructor.
   explicit Tasks(int threads = 0);
   // Every parallel call goes through `runner`; `threads` tells how many it uses.

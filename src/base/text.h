@@ -17,7 +17,7 @@ requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std:
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   out.append(buffer, end);
 }
-// Shortest form that reads back as the same number.
+// Appends the shortest form that reads back as the same number.
 template<std::floating_point F> void append_text(std::string& out, F value) {
   char buffer[64];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
@@ -30,7 +30,7 @@ template<class... Parts> [[nodiscard]] std::string concat(const Parts&... parts)
   return out;
 }
 
-// The whole of `text` as a number, or nothing.
+// Returns the whole of `text` as a number, or nothing.
 template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::string_view text) {
   Number value{};
   const auto [ptr, ec] = std::from_chars(text.data(), text.data() + text.size(), value);

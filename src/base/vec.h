@@ -1,4 +1,4 @@
-// Small fixed vectors and affine maps in double: all geometry is decided here.
+// Small fixed vectors and affine maps in double, which all geometry is decided in.
 #pragma once
 
 #include <array>

@@ -6,7 +6,7 @@
 namespace bccsplat {
 
 double autocorrelation(const RadialKernel& phi, double distance) {
-  // In cylinders around d: z along it, r away from it.
+  // The integral is taken in cylinders around d: z runs along it, r away from it.
   constexpr int steps = 64; // of r; z has steps of the same length
   const double h = phi.radius / steps;
   double sum = 0;

@@ -1,5 +1,5 @@
-// How much of a kernel overlaps with itself somewhere else: how errors of two coefficients add up in the
-// field.
+// How much of a kernel overlaps with itself somewhere else, which says how errors of two coefficients add up
+// in the field.
 #pragma once
 
 #include "kernel/kernel.h"

@@ -1,3 +1,5 @@
+// Makes the Cartesian forms of kernels: scaled for CC, with prefilters of cc_tables.inc, or for `exact` with
+// the inverse of what the kernel makes of coefficients at the sites.
 #include "kernel/cc_kernel.h"
 
 #include <algorithm>
@@ -16,12 +18,12 @@ namespace {
 constexpr double paper_gaussian = 2; // exp(-2 r^2)
 constexpr double largest_radius = 2; // four sites per axis: what evaluation and splatting look at
 
-// The shape of kernel exact, a_2 .. a_7: of those whose values at neighbours fall by one factor (cc_kernel.h)
-// the most accurate ones, interpolating, of waves up to .7 of the Nyquist frequency in
-// space: 45.2, 40.6, 33.1 and 22.2 dB at rho .3 .5 .7 .9.
+// The shape of kernel exact, a_2 .. a_7: of the shapes whose values at neighbours fall by one factor
+// (cc_kernel.h) it is the most accurate one, interpolating, for waves up to 0.7 of the Nyquist frequency in
+// space (tests/bench/notes/kernels.md).
 constexpr double exact_radius = 2;
 constexpr double exact_shape[] = {0.581315722, -3.87203097, 11.9788735, -18.2456612, 13.7852683, -4.0108329};
-// The pole of the quadratic B-spline is -.17, and its power of twice this 7e-7.
+// The pole of the quadratic B-spline is -0.17, and its power of twice this 7e-7.
 constexpr int exact_strides = 4;
 
 TemporalKernel spline(int order) {
@@ -41,11 +43,11 @@ struct Inverse {
     pole = (std::sqrt(1 - 4 * b * b) - 1) / (2 * b);
     gain = (1 + pole * pole) / centre;
   }
-  // Sum of |taps|.
+  // Returns the sum of |taps|.
   [[nodiscard]] double sum() const { return gain / ((1 + pole) * (1 + pole)); }
 };
 
-// Stages that invert what the kernel makes of coefficients at the sites.
+// Makes the stages that invert what the kernel makes of coefficients at the sites.
 void make_exact(CcKernel& cc) {
   Kernel& k = cc.kernel;
   k.normalised = false;
@@ -54,7 +56,7 @@ void make_exact(CcKernel& cc) {
   const double integral = radial_integral(k.space);
   for (double& a : k.space.a) a /= integral;
   k.time = spline(3);
-  // Per axis the third part of what the site itself has.
+  // Each axis takes the cube root of the weight of the site itself.
   const double along = std::cbrt(k.space.value(0));
   const Inverse space(along, along * k.space.value(1) / k.space.value(0));
   k.prefilter3 = {{.self = space.gain * space.gain * space.gain, .pole = space.pole}};
@@ -105,7 +107,7 @@ CcKernel make_cc_kernel(std::string_view name) {
 
 double cc_lattice_sum(const Kernel& kernel, double x, double y, double z) {
   if (!kernel.normalised) return 1;
-  // Poisson, axis by axis: 1 + 2 sum_n q^(n^2) cos(2 pi n x), q = exp(-pi^2 / g).
+  // By Poisson's formula the sum along each axis is 1 + 2 sum_n q^(n^2) cos(2 pi n x), q = exp(-pi^2 / g).
   const double q = std::exp(-std::numbers::pi * std::numbers::pi / paper_gaussian);
   const auto along = [&](double at) {
     const double turn = 2 * std::numbers::pi * at;

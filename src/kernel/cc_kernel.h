@@ -18,18 +18,18 @@ struct CcKernel {
   std::vector<PrefilterStage> time;
 };
 
-// Makes the Cartesian form of the kernel that make_kernel gives this name. exact: a phi of its own, whose
-// values at the distances of neighbours, p0, p1, p2, p3 at 0, 1, sqrt2 and sqrt3, fall by the same factor
-// each. What it makes of coefficients at the sites is then a product of filters along the axes, of three taps
-// each, and so is the inverse: samples come back to rounding. paper: the Gaussian exp(-2 r^2), normalised by
-// the lattice sum, and linear weights in time (Neophytou & Mueller 2002, section 4.1). Throws unsupported for
-// kernels that reach further than 2 T: radial24 and gauss09.
+// Makes the Cartesian form of the kernel that make_kernel gives this name. `exact` has a phi of its own,
+// whose values at the distances of neighbours, p0, p1, p2, p3 at 0, 1, sqrt2 and sqrt3, fall by the same
+// factor each. What it makes of coefficients at the sites is then a product of filters along the axes, of
+// three taps each, and so is the inverse: samples come back to rounding. `paper` is the Gaussian exp(-2 r^2),
+// normalised by the lattice sum, and linear weights in time (Neophytou & Mueller 2002, section 4.1). Throws
+// unsupported for kernels that reach further than 2 T: radial24 and gauss09.
 [[nodiscard]] CcKernel make_cc_kernel(std::string_view name);
 
-// lattice_sum of a CC kernel: relative to its mean 1, closed form for the Gaussian.
+// The lattice_sum of a CC kernel, relative to its mean 1, in closed form for the Gaussian.
 [[nodiscard]] double cc_lattice_sum(const Kernel& kernel, double x, double y, double z);
 
-// lattice_sum of the kernel of a slice, on the slice's lattice.
+// The lattice_sum of the kernel of a slice, on the slice's lattice.
 [[nodiscard]] inline double lattice_sum(const Kernel& kernel, bool bcc, double x, double y, double z) {
   return bcc ? lattice_sum(kernel, x, y, z) : cc_lattice_sum(kernel, x, y, z);
 }

@@ -31,8 +31,8 @@ struct RadialEntry {
   std::array<double, 6> a; // a_2 .. a_7
 };
 
-// Shapes, made by `bccsplat_bench kernels --shape NAME`: best error over the band and at 0 with the best
-// prefilter, phi monotone (radial18 is the set it could not beat).
+// Shapes, made by `bccsplat_bench kernels --shape NAME`: those of least error over the band and at 0 with the
+// best prefilter, phi being monotone (radial18 is the set it could not beat).
 constexpr RadialEntry radial_entries[] = {
     {"radial16", 1.6, {0.712486763, -3.75225702, 12.1204175, -18.2852967, 13.3827716, -3.66374063}},
     {"radial18", 1.8, {0.39237846, -2.007005707, 6.45913287, -9.910368855, 7.925313934, -2.447107359}},
@@ -40,9 +40,10 @@ constexpr RadialEntry radial_entries[] = {
     {"radial24", 2.4, {0.0246464229, -0.048707812, 0.232477255, -0.118333418, 0.0927300279, 0.0749821557}},
 };
 
-// Bends of the temporal splines b2, b3, b4, made by `bccsplat_bench kernels --bend all`: least error over the
-// band, the louder phases counting more. Hats stay straight: with one layer of a coset at some phases and two
-// at others no weights make these alike, and what the loudest win the mean loses.
+// Bends of the temporal splines b2, b3, b4, made by `bccsplat_bench kernels --bend all`: those of least error
+// over the band, with the phases of larger error counting more. Hats stay straight: with one layer of a coset
+// at some phases and two at others no weights make these alike, and what the worst phases gain the mean
+// loses.
 struct BendEntry {
   std::string_view space;
   std::array<std::array<double, 2>, 3> bend;
@@ -191,9 +192,9 @@ Kernel make_kernel(std::string_view name) {
 
 double lattice_sum(const Kernel& kernel, double x, double y, double z) {
   if (!kernel.normalised) return 1;
-  // Poisson: the sum relative to its mean is sum_k exp(-pi^2 |k|^2 / g) cos(2 pi k.x) over the dual lattice,
-  // 12 vectors
-  // (+-1, +-1, 0) / sqrt2 and 6 vectors sqrt2 (+-1, 0, 0) being enough for the paper's Gaussian.
+  // By Poisson's formula the sum relative to its mean is sum_k exp(-pi^2 |k|^2 / g) cos(2 pi k.x) over the
+  // dual lattice, 12 vectors (+-1, +-1, 0) / sqrt2 and 6 vectors sqrt2 (+-1, 0, 0) being enough for the
+  // paper's Gaussian.
   constexpr double pi = std::numbers::pi;
   const double first = std::exp(-pi * pi / kernel.time.gaussian);
   const double cx = std::cos(std::numbers::sqrt2 * pi * x);

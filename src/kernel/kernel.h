@@ -1,6 +1,6 @@
 // Reconstruction kernels K(x, t) = phi(|x|) beta(t) on BCC and D4*, and the prefilters that make them
 // interpolate. Lengths are in lattice units (T): coset pitch sqrt2, nearest sites of the two cosets sqrt(3/2)
-// apart in space. The table of kernels, and what a new one needs: kernel.cpp.
+// apart in space. The table of kernels, and what a new one needs, are in kernel.cpp.
 #pragma once
 
 #include <array>
@@ -12,9 +12,9 @@
 
 namespace bccsplat {
 
-// phi(r) = sum_j a[j] u^j with u = max(0, 1 - r^2 / radius^2): compact, rotation invariant, no table, no exp.
-// Gaussians are the same form with enough terms: exp(-g r^2) = exp(-g R^2) exp(g R^2 u).
-// The sum of phi over the sites of BCC is 1 in the mean.
+// phi(r) = sum_j a[j] u^j with u = max(0, 1 - r^2 / radius^2): compact and rotation invariant, without a
+// table or exp. Gaussians are the same form with enough terms: exp(-g r^2) = exp(-g R^2) exp(g R^2 u). The
+// sum of phi over the sites of BCC is 1 in the mean.
 struct RadialKernel {
   static constexpr int max_terms = 20;
   double radius = 0;
@@ -53,16 +53,16 @@ struct TemporalKernel {
 // S sums the 6 own-coset spatial neighbours (sqrt2 away), T the 2 own-coset temporal ones (layers m +- 2), ST
 // is S of those two layers, X sums the nearest neighbours in the other coset (16 on D4*: 8 spatial corners in
 // each of the layers m +- 1; the 8 corners on BCC). Neighbours beyond the domain are mirror images. T and ST
-// are 0 on BCC. B makes polynomials with complex roots possible; products of A alone lose 20 dB and more.
-// Cost: h0 + S h1 + X h2 with h0, h1, h2 linear in c and f at one place, so one S and one X pass per stage.
+// are 0 on BCC. B makes polynomials with complex roots possible; products of A alone lose 20 dB and more. A
+// stage costs one S and one X pass: it is h0 + S h1 + X h2 with h0, h1, h2 linear in c and f at one place.
 struct PrefilterStage {
   double self = 1, spatial = 0, temporal = 0, mixed = 0, cross = 0;
   double source = 0, source_spatial = 0, source_temporal = 0, source_mixed = 0;
-  // On Cartesian lattices: T sums layers this far apart; B then has no part in time.
+  // On Cartesian lattices T sums layers this far apart; B then has no part in time.
   int stride = 1;
-  // On Cartesian lattices: where p is not 0, A is `self` times the inverse of (1 - p w) (1 - p / w) along
-  // each of x, y and z, w a step of one site: p^|n| / (1 - p^2) from the n-th neighbour, up to `pole_reach`
-  // ones.
+  // On Cartesian lattices, where the pole p is not 0, A is `self` times the inverse of (1 - p w) (1 - p / w)
+  // along each of x, y and z, w a step of one site: p^|n| / (1 - p^2) from the n-th neighbour, up to
+  // `pole_reach` ones.
   double pole = 0;
   static constexpr int pole_reach = 15;
 
@@ -83,23 +83,24 @@ struct Kernel {
   TemporalKernel time;
   std::vector<PrefilterStage> prefilter4; // samples on D4* -> coefficients, applied in order
   std::vector<PrefilterStage> prefilter3; // samples on BCC -> coefficients
-  bool normalised =
-      false; // divide by the lattice sum of the weights when reconstructing (the paper's kernel)
-  double prefilter_gain =
-      1; // bound of max |coefficient| / max |sample| (sum of |taps| of the worse prefilter)
+  // Whether reconstruction divides by the lattice sum of the weights (the paper's kernel).
+  bool normalised = false;
+  // Bound of max |coefficient| / max |sample|: the sum of |taps| of the worse prefilter.
+  double prefilter_gain = 1;
 
-  // Layers on either side of an instant whose samples matter: kernel support plus prefilter reach.
+  // Returns how many layers on either side of an instant matter: kernel support plus prefilter reach.
   [[nodiscard]] int reach_layers() const;
 };
 
-// Names: fast (radial16+b2), default (radial20+b3), fine (radial24+b4), exact (for Cartesian lattices,
+// The names are fast (radial16+b2), default (radial20+b3), fine (radial24+b4), exact (for Cartesian lattices,
 // cc_kernel.h; on others the same as default), paper, gauss09, or SPACE+TIME with SPACE one of radial16
-// radial18 radial20 radial24 and TIME one of b2 b3 b4. Empty: default. Throws not_found naming the nearest.
+// radial18 radial20 radial24 and TIME one of b2 b3 b4. An empty name is default. Throws not_found naming the
+// nearest.
 [[nodiscard]] Kernel make_kernel(std::string_view name);
 [[nodiscard]] std::vector<std::string> kernel_names();
 
-// The sum of phi over all sites of BCC at a point (lattice units), relative to its mean 1: closed form for
-// Gaussians (first dual shell), 1 for kernels that are not normalised.
+// Returns the sum of phi over all sites of BCC at a point (lattice units), relative to its mean 1: in closed
+// form for the paper's Gaussian, 1 for kernels that are not normalised.
 [[nodiscard]] double lattice_sum(const Kernel& kernel, double x, double y, double z);
 
 } // namespace bccsplat

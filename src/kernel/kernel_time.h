@@ -9,17 +9,17 @@
 
 namespace bccsplat {
 
-// Distance of neighbouring layers.
+// Returns the distance of neighbouring layers.
 [[nodiscard]] inline double kernel_time_per_layer(const Lattice4& lattice) {
   return std::numbers::sqrt2 / lattice.layer_period();
 }
 
-// Kernel time of one frame; 1 for a static lattice, which has no time.
+// Returns the kernel time of one frame; 1 for a static lattice, which has no time.
 [[nodiscard]] inline double kernel_time_per_frame(const Lattice4& lattice) {
   return lattice.is_static() ? 1 : kernel_time_per_layer(lattice) / lattice.time_step;
 }
 
-// Kernel time of a layer, from frame 0 on.
+// Returns the kernel time of a layer, from frame 0 on.
 [[nodiscard]] inline double kernel_time_of_layer(const Lattice4& lattice, int32_t layer) {
   return (layer - lattice.lead) * kernel_time_per_layer(lattice);
 }

@@ -1,4 +1,4 @@
-// The spatial kernels: moments, normalisation and the Gaussian in polynomial form.
+// Moments and normalisation of the spatial kernels, and the Gaussian in polynomial form.
 #pragma once
 
 #include <numbers>
@@ -7,16 +7,17 @@
 
 namespace bccsplat {
 
-// Integral of phi over space.
+// Returns the integral of phi over space.
 [[nodiscard]] double radial_integral(const RadialKernel& phi);
 
-// Second moment of phi along one axis, for unit integral (T^2).
+// Returns the second moment of phi along one axis, for unit integral (T^2).
 [[nodiscard]] double radial_variance(const RadialKernel& phi);
 
 // Scales phi so that its sum over the sites of BCC is 1 in the mean: integral = cell volume = sqrt2.
 void normalise_on_bcc(RadialKernel& phi);
 
-// exp(-g r^2) cut at radius, in polynomial form (error < 1e-7 phi(0) inside the radius), normalised on BCC.
+// Returns exp(-g r^2) cut at radius, in polynomial form (error < 1e-7 phi(0) inside the radius), normalised
+// on BCC.
 [[nodiscard]] RadialKernel gaussian_kernel(double g, double radius);
 
 } // namespace bccsplat

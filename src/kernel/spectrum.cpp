@@ -36,7 +36,8 @@ double look_up(const std::vector<double>& table, double k) {
          table[i + 1] * (-(f + 1) * f * (f - 2) / 2) + table[i + 2] * ((f + 1) * f * (f - 1) / 6);
 }
 
-// Half steps (units of 1/sqrt2) in `axes` dimensions, a box of the reach of all stages.
+// The taps of a filter by half steps (units of 1/sqrt2) in `axes` dimensions, in a box of the reach of all
+// stages.
 struct Taps {
   size_t axes;
   int reach;

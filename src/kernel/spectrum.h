@@ -1,5 +1,5 @@
-// Kernels and prefilters in the frequency domain. Frequencies are in cycles per T; transforms are 1 at 0.
-// The dual of D4* is the set of n / sqrt2 with n in Z^4 of even sum (BCC: Z^3): shortest vectors have
+// Kernels and prefilters in the frequency domain. Frequencies are in cycles per T; transforms are 1 at 0. The
+// dual of D4* is the set of n / sqrt2 with n in Z^4 of even sum (BCC: Z^3), whose shortest vectors have
 // length 1.
 #pragma once
 
@@ -19,7 +19,7 @@ struct NeighbourMeans {
 [[nodiscard]] NeighbourMeans neighbour_means4(const std::array<double, 4>& frequency);
 [[nodiscard]] NeighbourMeans neighbour_means3(const std::array<double, 3>& frequency);
 
-// Returns the factor by which all stages together multiply a plane wave. cross_neighbours: 16 on D4*, 8 on
+// Returns the factor by which all stages together multiply a plane wave. cross_neighbours is 16 on D4*, 8 on
 // BCC.
 [[nodiscard]] double prefilter_symbol(std::span<const PrefilterStage> stages, const NeighbourMeans& means,
                                       int cross_neighbours);
@@ -28,7 +28,7 @@ struct NeighbourMeans {
                                     int cross_neighbours);
 [[nodiscard]] double source_symbol(const PrefilterStage& stage, const NeighbourMeans& means);
 
-// Sum of |taps| of the FIR that the stages make: max |coefficient| <= this * max |sample|.
+// Returns the sum of |taps| of the filter that the stages make: max |coefficient| <= this * max |sample|.
 [[nodiscard]] double prefilter_gain4(std::span<const PrefilterStage> stages);
 [[nodiscard]] double prefilter_gain3(std::span<const PrefilterStage> stages);
 
@@ -39,8 +39,8 @@ class KernelSpectrum {
   [[nodiscard]] double space(double k) const;
   [[nodiscard]] double time(double k) const;
 
-  // The result of summing the kernel over the sites for a plane wave (a sum over the dual lattice, but exact
-  // and finite). dimensions: 3 for BCC, 4 for D4*.
+  // Returns what summing the kernel over the sites makes of a plane wave: a sum over the dual lattice, but
+  // computed at the sites, where it is exact and finite. dimensions is 3 for BCC, 4 for D4*.
   [[nodiscard]] double symbol(const std::array<double, 4>& xi, int dimensions) const;
 
  private:

@@ -1,3 +1,5 @@
+// Values, slopes and integrals of the temporal kernels: B-splines in closed form, their bends (kernel.h), and
+// cut Gaussians.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -26,10 +28,11 @@ double spline_sum(int p, int n, double x) {
   return sum;
 }
 
-// The part of the bends at x = |dt| / pitch (kernel.h): value, slope and integral from x to infinity.
+// What is asked of the bends at x = |dt| / pitch (kernel.h): their value, slope, or integral from x to
+// infinity.
 enum class Of : uint8_t { value, slope, tail };
 
-// The gain of the outer layers of order 3 and 4, at h from the end of the support.
+// Returns the gain of the outer layers of order 3 and 4, at h from the end of the support.
 double outer_bend(const TemporalKernel& beta, Of what, double h) {
   const auto [first, second] = beta.bend;
   const double h2 = h * h, h3 = h2 * h;
@@ -43,7 +46,7 @@ double outer_bend(const TemporalKernel& beta, Of what, double h) {
   return first * h3 * (1.0 / 3 + h * (-0.5 + 0.2 * h));
 }
 
-// The factor of bend[1], at x < 1.
+// Returns the factor of bend[1], at x < 1.
 double middle_bend(int m, Of what, double x) {
   const double y = 1 - 2 * x, z = 1 - y * y;
   const double power = m == 1 ? 1 : z; // z^(m - 1)
@@ -58,7 +61,7 @@ double bend_sum(const TemporalKernel& beta, Of what, double x) {
   if (h <= 0) return 0;
   if (beta.order == 3) {
     if (x >= 0.5) return turn * outer_bend(beta, what, h);
-    // The middle layer gives what the layers a pitch before and after take, at x - 1 and x + 1.
+    // The middle layer gives what the layers a pitch before and behind it take, at x - 1 and x + 1.
     const double after = turn * outer_bend(beta, what, 0.5 + x),
                  before = turn * outer_bend(beta, what, 0.5 - x);
     return what == Of::value ? -after - before : after - before;
@@ -70,10 +73,10 @@ double bend_sum(const TemporalKernel& beta, Of what, double x) {
   return x < 1 ? sum + beta.bend[1] * middle_bend(beta.order / 2, what, x) : sum;
 }
 
-// Integral of a centred B-spline of order p from x to infinity.
+// Returns the integral of a centred B-spline of order p from x to infinity.
 double spline_tail(int p, double x) { return x < 0 ? 1 - spline_sum(p, p, -x) : spline_sum(p, p, x); }
 
-// The same for a spline with its bends, which add nothing to the whole.
+// Returns the same for a spline with its bends, which add nothing to the whole.
 double tail(const TemporalKernel& beta, double x) {
   const double bent = bend_sum(beta, Of::tail, std::abs(x));
   return spline_tail(beta.order, x) + (x < 0 ? -bent : bent);

@@ -13,7 +13,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double pitch = std::numbers::sqrt2;
 
-// Additive recurrence of the generalised golden ratio: x^(d+1) = x + 1 (Roberts). Fills the unit cube evenly.
+// The additive recurrence of the generalised golden ratio, x^(d+1) = x + 1 (Roberts), which fills the unit
+// cube evenly.
 class Recurrence {
  public:
   explicit Recurrence(int d) {
@@ -106,11 +107,12 @@ std::vector<WaveSample> ball_waves(const KernelSpectrum& kernel, int dimensions,
 }
 
 std::vector<WaveSample> all_waves(const KernelSpectrum& kernel, int dimensions, size_t count) {
-  // Symbols are even in every component and periodic over the dual: the box [0, 1/sqrt2] per axis holds them
-  // all.
+  // Symbols are even in every component and periodic over the dual, so that the box [0, 1/sqrt2] per axis
+  // holds them all.
   std::vector<WaveSample> waves;
   waves.reserve(count);
-  // Multiples of 1/4 of that box: centre, vertices, edges and faces of the dual cell are among them.
+  // Multiples of 1/4 of that box come first: centre, vertices, edges and faces of the dual cell are among
+  // them.
   const int planes = 5;
   for (int i = 0; i < planes * planes * planes * (dimensions == 4 ? planes : 1); ++i) {
     std::array<double, 4> xi{};

@@ -19,24 +19,24 @@ struct WaveSample {
   double pass = 1;   // Phi(xi)
   double alias2 = 0; // sum of Phi(xi + k)^2 over k != 0
   double symbol = 1; // sum of Phi(xi + k) over all k: what the kernel makes of the wave at the sites
-  // Returns the same for the gradient in space: |xi|^2 and the sum of |xi + k|^2 Phi(xi + k)^2 over k != 0,
-  // spatial parts.
+  // The same for the gradient in space: |xi|^2 and the sum of |xi + k|^2 Phi(xi + k)^2 over k != 0, where
+  // |.|^2 takes the spatial part.
   double space2 = 0;
   double alias_gradient2 = 0;
 };
 
-// xi in cycles per T. dimensions: 3 for BCC (the last component is then 0), 4 for D4*; the same below.
+// xi is in cycles per T; dimensions is 3 for BCC (the last component is then 0), 4 for D4*; so it is below.
 [[nodiscard]] WaveSample wave_sample(const KernelSpectrum& kernel, int dimensions,
                                      const std::array<double, 4>& xi);
 
-// Frequencies (cycles per T) uniform in the ball |xi| <= rho / 2 (rho 1: the Nyquist sphere of CC),
+// Returns frequencies (cycles per T) uniform in the ball |xi| <= rho / 2 (rho 1: the Nyquist sphere of CC),
 // deterministic and of low discrepancy.
 [[nodiscard]] std::vector<std::array<double, 4>> ball_frequencies(int dimensions, double rho, size_t count);
 
-// The waves of these frequencies.
+// Returns the waves of these frequencies.
 [[nodiscard]] std::vector<WaveSample> ball_waves(const KernelSpectrum& kernel, int dimensions, double rho,
                                                  size_t count);
-// Waves uniform over all frequencies of the lattice, its extreme points first.
+// Returns waves uniform over all frequencies of the lattice, its extreme points first.
 [[nodiscard]] std::vector<WaveSample> all_waves(const KernelSpectrum& kernel, int dimensions, size_t count);
 
 [[nodiscard]] inline double wave_error(const WaveSample& w, double q) {
@@ -50,13 +50,14 @@ struct WaveSample {
   return w.space2 * miss * miss + q * q * w.alias_gradient2;
 }
 
-// Signal-to-error in dB: -10 log10 of the mean error. Stages empty: no prefilter.
+// Returns the signal-to-error ratio in dB: -10 log10 of the mean error. Without stages there is no prefilter.
 [[nodiscard]] double snr_db(std::span<const WaveSample> waves, std::span<const PrefilterStage> stages,
                             int dimensions);
-// The SNR of the analytic gradient in space: mean square of the signal's gradient over that of the error.
+// Returns the SNR of the analytic gradient in space: mean square of the signal's gradient over that of the
+// error.
 [[nodiscard]] double gradient_snr_db(std::span<const WaveSample> waves,
                                      std::span<const PrefilterStage> stages, int dimensions);
-// The first with the prefilter that interpolates exactly, Q = 1 / symbol.
+// Returns snr_db() for the prefilter that interpolates exactly, Q = 1 / symbol.
 [[nodiscard]] double snr_db_interpolating(std::span<const WaveSample> waves);
 
 } // namespace bccsplat

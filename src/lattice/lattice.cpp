@@ -16,7 +16,7 @@ int32_t fold(int64_t h, int64_t last) {
   return static_cast<int32_t>(h <= last ? h : period - h);
 }
 
-// The first plane at or beyond `end` when planes are `distance` apart; a rounding error is no further
+// The first plane at or beyond `end` when planes are `distance` apart; a rounding error makes no further
 // plane.
 int32_t planes_to(double end, double distance) {
   const double planes = std::ceil(end / distance - 1e-9);

@@ -3,17 +3,18 @@
 // A lattice is described by its mirror planes. Along each axis planes h = 0 .. last lie at equal distances;
 // planes 0 and `last` are the two ends of the domain, and the field continues beyond them as its mirror
 // image.
-//   BCC, D4*: sites are the points whose plane numbers h all have the same parity (coset 0: even, coset 1:
-//   odd);
-//             planes are 1/sqrt2 apart in lattice units, so that each coset is a CC grid of pitch sqrt2.
+//   BCC, D4*: sites are the points whose plane numbers h all have the same parity (even in coset 0, odd in
+//             coset 1); planes are 1/sqrt2 apart in lattice units, so a coset is a CC grid of pitch sqrt2.
 //   CC:       every plane holds sites; planes are 1 apart in lattice units.
 // Lattice units are the T of the kernels. In space a lattice is stretched by less than one part in `last` so
 // that a plane falls on the first source sample and another exactly on the last one: both ends are alike.
-// Distances may differ from axis to axis, in lattice units they never do.
-// In time the distance is exact (a series can grow) and plane `last` lies at or beyond the last frame.
+// Distances may differ from axis to axis; in lattice units they never do. In time the distance is exact (a
+// series can grow), and plane `last` lies at or beyond the last frame.
+//
 // So that the mirrors are out of sight, planes may lie `before` the first source sample of an axis and
 // `behind` the last one, and `lead` layers before the first frame and about as many after the last one: a
 // field is not its own mirror image.
+//
 // Sources: Conway & Sloane, Sphere Packings, ch. 4; Neophytou & Mueller 2002, section 3.
 #pragma once
 
@@ -31,12 +32,13 @@ struct Lattice3 {
   Int3 last{1, 1, 1}; // number of the last plane per axis, >= 1
 
   [[nodiscard]] int cosets() const { return bcc ? 2 : 1; }
-  // Distance of neighbouring planes in lattice units.
+  // Returns the distance of neighbouring planes in lattice units.
   [[nodiscard]] double plane_distance() const { return bcc ? 1 / std::numbers::sqrt2 : 1.0; }
-  // Cell volume in lattice units: the sum of a kernel over the sites times this is its integral in the mean.
+  // Returns the cell volume in lattice units: the sum of a kernel over the sites times this is its integral
+  // in the mean.
   [[nodiscard]] double cell_volume() const { return bcc ? std::numbers::sqrt2 : 1.0; }
 
-  // Sites per axis of one coset (x, y, z).
+  // Returns the sites per axis of one coset (x, y, z).
   [[nodiscard]] Int3 dims(int coset) const {
     Int3 n;
     for (size_t a = 0; a < 3; ++a) n[a] = bcc ? (last[a] - coset) / 2 + 1 : last[a] + 1;
@@ -46,9 +48,9 @@ struct Lattice3 {
     const Int3 n = dims(coset);
     return int64_t{n[0]} * n[1] * n[2];
   }
-  // Plane number of site i of a coset, along any axis.
+  // Returns the plane number of site i of a coset, along any axis.
   [[nodiscard]] int32_t plane(int coset, int32_t i) const { return bcc ? 2 * i + coset : i; }
-  // The site of the coset, along `axis`, whose value i has by mirroring; i may be any integer.
+  // Returns the site of the coset, along `axis`, whose value i has by mirroring; i may be any integer.
   [[nodiscard]] int32_t mirror(size_t axis, int coset, int32_t i) const;
 
   bool operator==(const Lattice3&) const = default;
@@ -70,28 +72,30 @@ struct Lattice4 {
   double time_step = 1;     // distance of layers in frames; 0 for a static lattice
   int32_t lead = 0;         // layers before frame 0, even: layer `lead` is at frame 0; 0 when static
 
-  // scales: the distances asked for. In space they are realised by whole numbers of planes, so that they come
-  // out a little smaller. A series of one step becomes BCC (kind d4star or bcc) or 3D CC. lead: layers beyond
-  // each end of time. margins: planes outside both faces of each axis, even.
+  // Makes a lattice with the distances `scales`. In space they are realised by whole numbers of planes, so
+  // that they come out a little smaller. A series of one step becomes BCC (kind d4star or bcc) or 3D CC.
+  // `lead` layers lie beyond each end of time; `margins` counts the planes outside both faces of each axis,
+  // which must be even.
   static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims,
                       const LatticeScales& scales = {1, 1, 1, 1}, int32_t lead = 0,
                       const Int3& margins = {0, 0, 0});
 
   [[nodiscard]] bool is_static() const { return time_step == 0; }
   [[nodiscard]] int32_t layers() const { return last_layer + 1; }
-  // The coset a layer belongs to.
+  // Returns the coset that a layer belongs to.
   [[nodiscard]] int coset(int32_t layer) const { return space.bcc ? layer & 1 : 0; }
   // Layers of one coset are this many layers apart.
   [[nodiscard]] int32_t layer_period() const { return space.bcc ? 2 : 1; }
   [[nodiscard]] double layer_frame(int32_t layer) const { return (layer - lead) * time_step; }
-  // Layer distance in lattice units, the unit of the temporal kernels.
+  // Returns the layer distance in lattice units, the unit of the temporal kernels.
   [[nodiscard]] double layer_distance() const { return space.plane_distance(); }
-  // The layer whose values `layer` has by mirroring; any integer. A static lattice maps onto its cosets.
+  // Returns the layer whose values `layer` has by mirroring, which may be any integer. A static lattice maps
+  // onto its cosets.
   [[nodiscard]] int32_t mirror_layer(int32_t layer) const;
-  // Last frame index: the domain in time is [0, last_frame].
+  // Returns the last frame index: the domain in time is [0, last_frame].
   [[nodiscard]] double last_frame() const { return dims[3] - 1.0; }
 
-  // Source index position of a plane along an axis, and of a site.
+  // These return the position of a plane along an axis, and of a site, in source index units.
   [[nodiscard]] double plane_position(size_t axis, double plane) const {
     return (plane - before[axis]) * space_step[axis];
   }
@@ -100,36 +104,36 @@ struct Lattice4 {
     for (size_t a = 0; a < 3; ++a) p[a] = plane_position(a, space.plane(coset, i[a]));
     return p;
   }
-  // Where source sample 0 stands, lattice units from plane 0 of each axis.
+  // Returns where source sample 0 is, in lattice units from plane 0 of each axis.
   [[nodiscard]] Vec3 first_sample() const {
     const double d = space.plane_distance();
     return {d * before[0], d * before[1], d * before[2]};
   }
-  // Planes from the first source sample of an axis to the last.
+  // Returns the number of planes from the first source sample of an axis to the last.
   [[nodiscard]] int32_t inner_planes(size_t axis) const {
     return space.last[axis] - before[axis] - behind[axis];
   }
   [[nodiscard]] bool has_margins() const { return before != Int3{} || behind != Int3{}; }
-  // Source index units -> lattice units, per axis: divide by this.
+  // Returns the lattice unit along each axis in source index units: dividing by it gives lattice units.
   [[nodiscard]] Vec3 lattice_unit() const {
     const double d = space.plane_distance();
     return {space_step[0] / d, space_step[1] / d, space_step[2] / d};
   }
-  // The same without what lies outside the source samples along x, y and z.
+  // Returns the lattice without what lies outside the source samples along x, y and z.
   [[nodiscard]] Lattice4 without_margins() const;
-  // Sites of layers begin .. end - 1 that lie outside there.
+  // Returns how many sites of layers begin .. end - 1 lie outside there.
   [[nodiscard]] int64_t sites_outside(int32_t begin, int32_t end) const;
-  // The site of a coset that stands first in there.
+  // Returns the first site of a coset that is not outside there.
   [[nodiscard]] Int3 first_inside() const {
     const int per_site = space.bcc ? 2 : 1;
     return {before[0] / per_site, before[1] / per_site, before[2] / per_site};
   }
-  // The distances as they are; along t 0 when static.
+  // Returns the distances as they are; along t 0 when static.
   [[nodiscard]] LatticeScales scales() const {
     const Vec3 unit = lattice_unit();
     return {unit[0], unit[1], unit[2], time_step / layer_distance()};
   }
-  // The same, but 1 where they are smaller only for a whole number of planes.
+  // Returns the same, but 1 where they are smaller only for a whole number of planes.
   [[nodiscard]] LatticeScales nominal_scales() const;
   [[nodiscard]] int64_t sites() const;
   // Whether its sites are the source samples, one by one.
@@ -138,7 +142,8 @@ struct Lattice4 {
   bool operator==(const Lattice4&) const = default;
 };
 
-// One number for three distances: their geometric mean, and they themselves where they are the same.
+// Returns one number for the three distances in space: their geometric mean, or without rounding the distance
+// itself where they are the same.
 [[nodiscard]] double mean_in_space(const LatticeScales& scales);
 
 } // namespace bccsplat

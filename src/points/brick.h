@@ -41,7 +41,7 @@ struct Brick {
   int keep_above(float threshold);
 };
 
-// What stands at the brick positions of one coset of one 3D lattice. Slot: false where nothing does.
+// What is at the brick positions of one coset of one 3D lattice. A Slot converts to false where nothing is.
 template<class Slot> class BrickSlots {
  public:
   BrickSlots() = default;
@@ -82,17 +82,16 @@ template<class Slot> class BrickSlots {
     bricks_[slot] = std::move(brick);
   }
 
-  // Rows of slots along x: row r holds slots r * row_slots() and on. What is empty can be passed over by
-  // rows.
+  // Rows of slots along x: row r holds slots r * row_slots() and on. Empty rows can be passed over.
   [[nodiscard]] size_t rows() const { return row_bricks_.size(); }
   [[nodiscard]] size_t row_slots() const { return static_cast<size_t>(brick_dims_[0]); }
   [[nodiscard]] bool row_empty(size_t row) const { return row_bricks_[row] == 0; }
-  [[nodiscard]] uint64_t bricks() const { // that stand anywhere
+  [[nodiscard]] uint64_t bricks() const { // that are there
     return static_cast<uint64_t>(std::accumulate(row_bricks_.begin(), row_bricks_.end(), int64_t{0}));
   }
 
  protected:
-  // Calls body(brick) for all that stand anywhere.
+  // Calls body(brick) for all that are there.
   template<class Body> void for_bricks(const Body& body) const {
     for (size_t r = 0; r < rows(); ++r)
       for (size_t s = r * row_slots(); !row_empty(r) && s < (r + 1) * row_slots(); ++s)
@@ -116,11 +115,11 @@ class BrickLayer : public BrickSlots<std::shared_ptr<const Brick>> {
  public:
   using BrickSlots::BrickSlots;
 
-  // null: air throughout.
+  // Returns null where all sites are air.
   [[nodiscard]] const Brick* brick(size_t slot) const { return share(slot).get(); }
   [[nodiscard]] const Brick* brick(int bx, int by, int bz) const { return brick(slot(bx, by, bz)); }
 
-  // Value relative to air at site (x, y, z) inside dims.
+  // Returns the value relative to air at site (x, y, z) inside dims.
   [[nodiscard]] float value(int x, int y, int z) const {
     const Brick* b = brick(x / brick_edge, y / brick_edge, z / brick_edge);
     return b ? b->value[static_cast<size_t>((z % 16 * 16 + y % 16) * 16 + x % 16)] : 0.0f;
@@ -130,7 +129,7 @@ class BrickLayer : public BrickSlots<std::shared_ptr<const Brick>> {
   [[nodiscard]] uint64_t bytes() const; // memory held by the bricks
 };
 
-// One layer of a dense array onto bricks and back: `dense` has dims() sites, x fastest.
+// These turn one layer of a dense array into bricks and back; `dense` has dims() sites, x fastest.
 [[nodiscard]] BrickLayer layer_from_dense(const Lattice3& lattice, int coset, std::span<const float> dense);
 [[nodiscard]] std::vector<float> layer_to_dense(const BrickLayer& layer);
 

@@ -5,7 +5,7 @@
 
 namespace bccsplat {
 
-// The sites from `first` on, as many as a layer of `lattice` of the same coset has.
+// Returns the sites from `first` on, as many as a layer of `lattice` of the same coset has.
 [[nodiscard]] BrickLayer crop_layer(const BrickLayer& layer, const Lattice3& lattice, const Int3& first);
 
 } // namespace bccsplat

@@ -63,7 +63,7 @@ uint16_t RunDecoder::mixed_row(int width) {
     run_ -= static_cast<uint64_t>(run);
     x += run;
   }
-  // The pair to come, so that what it skips can be passed over at once.
+  // The next pair is read already, so that what it skips can be passed over at once.
   if (run_ == 0 && kept_ > 0) next_pair();
   return static_cast<uint16_t>(bits);
 }

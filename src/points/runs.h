@@ -18,7 +18,7 @@ namespace bccsplat {
 class RunEncoder {
  public:
   explicit RunEncoder(ByteWriter& out) : out_(out) {}
-  // The next `width` sites, 0 .. 16; bit x is site x, bits from `width` on must be clear.
+  // Takes the next `width` sites, 0 .. 16; bit x is site x, bits from `width` on must be clear.
   void row(uint16_t bits, int width);
   // Writes the last run.
   void finish();
@@ -30,7 +30,8 @@ class RunEncoder {
 
 class RunDecoder {
  public:
-  // `sites` in all rows together, `kept` of them set. Throws corrupt or truncated with the place in the file.
+  // All rows together have `sites` sites, of which `kept` are set. Throws corrupt or truncated with the place
+  // in the file.
   RunDecoder(ByteReader& in, uint64_t sites, uint64_t kept) : in_(in), sites_(sites), kept_(kept) {}
   [[nodiscard]] uint16_t row(int width) {
     const auto n = static_cast<uint64_t>(width);
@@ -39,9 +40,9 @@ class RunDecoder {
     run_ -= n;
     return static_cast<uint16_t>((1u << width) - 1);
   }
-  // The next rows, of sixteen sites each, all of them clear before.
+  // Fills the next rows, of sixteen sites each, which must be clear before.
   void fill(std::span<uint16_t> rows);
-  // Passes over the next sites if none of them is set, as far as one pair tells.
+  // Passes over the next sites if none of them is set, as far as one pair says.
   [[nodiscard]] bool skip(uint64_t sites) {
     if (skip_ < sites) return false;
     skip_ -= sites;
@@ -61,12 +62,12 @@ class RunDecoder {
   bool first_ = true;
 };
 
-// Bits of `bits` at the set bits of `mask`, pushed together at the low end.
+// Returns the bits of `bits` at the set bits of `mask`, pushed together at the low end.
 [[nodiscard]] uint16_t compress_bits(uint16_t bits, uint16_t mask);
 // The reverse: the low bits of `bits` spread to the set bits of `mask`.
 [[nodiscard]] uint16_t expand_bits(uint16_t bits, uint16_t mask);
 
-// Index of the first value of each row in the list of kept values; the last entry is their number.
+// The index of the first value of each row in the list of kept values; the last entry is their number.
 using RowIndex = std::array<uint16_t, brick_rows + 1>;
 [[nodiscard]] RowIndex row_index(const BrickMask& kept);
 

@@ -16,11 +16,12 @@ struct PlanePart {
   int plane = 0, x = 0, y = 0, width = brick_edge, height = brick_edge;
 };
 
-// A brick whose samples stand as codes.
+// A brick whose samples are held as codes.
 class CodedBrick {
  public:
   virtual ~CodedBrick() = default;
-  // Writes the values of a Brick, rows `stride` apart; behind rows of less than 16 sites up to 15 more.
+  // Writes values as a Brick has them, rows `stride` apart; behind rows of fewer than 16 sites up to 15 more
+  // are written.
   virtual void read(const PlanePart& part, float* to, std::ptrdiff_t stride) const = 0;
   [[nodiscard]] virtual const BrickMask* hole() const = 0; // null: no holes
   [[nodiscard]] virtual uint64_t bytes() const = 0;

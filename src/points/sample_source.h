@@ -43,10 +43,11 @@ class SampleSource {
   [[nodiscard]] virtual int channels() const = 0;
   // The value of sites that are not there.
   [[nodiscard]] virtual float air(int channel) const = 0;
-  // Layers hold values minus it: air, or where no site is left out another value (formats/bcc4/field_base.h).
+  // The value that layers hold theirs relative to: air, or where no site is left out another value
+  // (formats/bcc4/field_base.h).
   [[nodiscard]] virtual float base(int channel) const { return air(channel); }
-  // Samples (or, in a file that stores them, coefficients) of the bricks of one layer inside `region`; bricks
-  // outside may be absent. layer in [0, lattice().layers()). Concurrent calls are allowed.
+  // Returns the samples (or, of a file that stores them, coefficients) of the bricks of one layer inside
+  // `region`; bricks outside may be absent. layer in [0, lattice().layers()). Concurrent calls are allowed.
   [[nodiscard]] virtual BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                                               const Context& context) const = 0;
   // Hands over several layers, in the order given: cheaper than one by one where layers that follow each
@@ -54,7 +55,7 @@ class SampleSource {
   template<class Layer> using TakeLayer = std::function<void(int32_t layer, Layer&& read)>;
   virtual void read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
                            const Context& context, const TakeLayer<BrickLayer>& take) const;
-  // The same in the form that takes least memory.
+  // Does the same in the form that takes least memory.
   virtual void read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                             const Context& context, const TakeLayer<SampleLayer>& take) const;
   // The kernel whose coefficients are stored, or empty for samples.

@@ -18,9 +18,9 @@ TimeAxis::TimeAxis(std::vector<double> times)
   slopes_.assign(n, 0);
   if (n < 2) return;
   const auto step = [&](size_t i) { return times_[i + 1] - times_[i]; };
-  // Harmonic mean of the neighbouring steps: monotone, and exact for equal steps.
+  // The harmonic mean of the neighbouring steps keeps the curve monotone and is exact for equal steps.
   for (size_t i = 1; i + 1 < n; ++i) slopes_[i] = 2 / (1 / step(i - 1) + 1 / step(i));
-  // One-sided at the ends, kept within the limit of monotonicity.
+  // The slopes at the ends are one-sided, kept within the limit of monotonicity.
   const auto end = [](double inner, double step_at_end) {
     return std::clamp(1.5 * step_at_end - 0.5 * inner, 0.0, 3 * step_at_end);
   };
@@ -55,7 +55,7 @@ double TimeAxis::index_of(double time) const {
   const auto above = std::upper_bound(times_.begin(), times_.end(), time);
   const auto i = std::min(static_cast<size_t>(std::max<std::ptrdiff_t>(above - times_.begin() - 1, 0)),
                           times_.size() - 2);
-  // Monotone inside the segment: bisection to the last bit.
+  // The curve is monotone inside the segment, so that bisection finds the index to the last bit.
   double low = 0, high = 1;
   for (int k = 0; k < 60; ++k) {
     const double middle = (low + high) / 2;

@@ -9,14 +9,14 @@ namespace bccsplat {
 class TimeAxis {
  public:
   TimeAxis() = default;
-  // Frame i at first + i * step, `count` frames, step > 0.
+  // Puts frame i at first + i * step, for `count` frames; step > 0.
   TimeAxis(double first, double step, double count) : first_(first), step_(step), count_(count) {}
-  // Rises strictly; at least one.
+  // The times must rise strictly, and there must be at least one.
   explicit TimeAxis(std::vector<double> times);
 
   [[nodiscard]] double first() const { return times_.empty() ? first_ : times_.front(); }
   [[nodiscard]] double last() const { return times_.empty() ? first_ + (count_ - 1) * step_ : times_.back(); }
-  // Throw out_of_domain outside the series; a rounding error beyond an end counts as the end.
+  // Both throw out_of_domain outside the series; a rounding error beyond an end counts as the end.
   [[nodiscard]] double index_of(double time) const;
   [[nodiscard]] double time_of(double index) const;
 

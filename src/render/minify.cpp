@@ -22,8 +22,8 @@ const CoarseLevels::Level& CoarseLevels::level(const Slice& base, int n, const C
 
 int minification_level(const Slice& slice, const Camera& camera, int width, int height) {
   const SheetView view = make_view(slice, resolve_camera(camera), width, height, 1);
-  // The size of a pixel at the centre of the domain, in the direction where it is smallest; it is negative with
-  // the centre behind the eye.
+  // The size of a pixel at the centre of the domain, in the direction where it is smallest; it is negative
+  // with the centre behind the eye.
   const double pixel = view.scale(0) * SheetMetric(view).extremes()[0];
   constexpr int32_t fewest = 4;
   const int32_t planes = *std::min_element(slice.lattice.last.begin(), slice.lattice.last.end());
