@@ -9,11 +9,11 @@ namespace bcc4 {
 using std::size_t;
 using Affine = std::array<double, 16>;
 
-// Columns are the world steps of one sample along x, y and z.
+// Makes an affine whose columns are the world steps of one sample along x, y and z.
 [[nodiscard]] Affine affine_from_columns(const std::array<std::array<double, 3>, 3>& columns,
                                          const std::array<double, 3>& origin);
 [[nodiscard]] double determinant(const Affine& m);
-// The affine of a grid whose sample 0 is at index `begin` of this one.
+// Returns the affine of a grid whose sample 0 is at index `begin` of this one.
 [[nodiscard]] Affine moved_origin(const Affine& affine, const std::array<double, 3>& begin);
 
 } // namespace bcc4

@@ -19,11 +19,11 @@ class InputFile {
   explicit InputFile(std::string path);
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] uint64_t size() const { return size_; }
-  // Bytes read: fewer than asked for only at the end of the file.
+  // Returns how many bytes were read: fewer than asked for only at the end of the file.
   [[nodiscard]] size_t read_some(uint64_t offset, std::span<std::byte> out);
   // Fills `out` or says at which offset the file ends.
   void read(uint64_t offset, std::span<std::byte> out);
-  // Offset after `lines` line ends counted from `offset`.
+  // Returns the offset behind `lines` line ends counted from `offset`.
   [[nodiscard]] uint64_t skip_lines(uint64_t offset, uint64_t lines);
 
  private:
@@ -32,16 +32,16 @@ class InputFile {
   std::ifstream stream_;
 };
 
-// The text of a small file; larger than `limit` bytes is refused.
+// Returns the text of a small file; one of more than `limit` bytes is refused.
 [[nodiscard]] std::string read_text_file(const std::string& path, uint64_t limit);
 [[nodiscard]] uint64_t file_size(const std::string& path);
-// Deflate cannot make more than this many bytes of `compressed` ones.
+// Returns how many bytes deflate can make of `compressed` ones at most.
 [[nodiscard]] uint64_t largest_inflated(uint64_t compressed);
 
 class ByteStream {
  public:
   virtual ~ByteStream() = default;
-  // The next bytes; fewer than asked for only at the end.
+  // Reads the next bytes; fewer than asked for come only at the end.
   [[nodiscard]] virtual size_t read(std::span<std::byte> out) = 0;
 };
 
@@ -58,7 +58,7 @@ struct Segment {
   bool exact = false;          // more decoded bytes than `bytes` are an error
 };
 
-// Throws when its file is missing or cannot hold what it declares: to be called before anything is allocated
+// Throws when its file is missing or cannot hold what it declares. It is called before anything is allocated
 // by declared sizes.
 void check_segment(const Segment& segment);
 
@@ -72,7 +72,7 @@ class SegmentedBytes {
   explicit SegmentedBytes(std::vector<Segment> segments);
   [[nodiscard]] uint64_t size() const { return begins_.back(); }
   void read(uint64_t offset, std::span<std::byte> out);
-  // Of the segment that holds `offset`.
+  // Returns the path of the segment that holds `offset`.
   [[nodiscard]] const std::string& path_at(uint64_t offset) const;
 
  private:

@@ -46,7 +46,7 @@ std::vector<std::string> numbered_data_files(const std::string& header, const st
     fail_input(where, "data files by number want a format and three numbers: first, last, step");
   if ((*last - *first) / *step >= 1'000'000) fail_input(where, "more than a million data files");
   std::vector<std::string> paths;
-  // Names that differ by their digits lie in one folder: it is looked at once.
+  // Names that differ by their digits lie in one folder, which is looked at once.
   const std::string name = with_number(where, words[0], *first), whole = confined_path(header, name);
   const auto folder = std::string_view(whole).substr(0, whole.size() - name.size());
   for (int64_t n = *first; *step > 0 ? n <= *last : n >= *last; n += *step)

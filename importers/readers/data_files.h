@@ -8,12 +8,12 @@
 
 namespace bcc4 {
 
-// The path of a data file named by a header; throws when it does not lie below the header's own folder, so
-// that a file from a stranger cannot make another one be read.
+// Returns the path of a data file named by a header; throws when it does not lie below the header's own
+// folder, so that a file from a stranger cannot make another one be read.
 [[nodiscard]] std::string confined_path(const std::string& header, std::string_view name);
 
-// "name.%03d 1 93 1": the format with the numbers first, first + step ... last put in, as confined paths.
-// `words` are the format and three numbers; `where` begins the texts of errors.
+// Returns the files that "name.%03d 1 93 1" names, as confined paths: the format with the numbers first,
+// first + step ... last put in. `words` are the format and three numbers; `where` begins the texts of errors.
 [[nodiscard]] std::vector<std::string> numbered_data_files(const std::string& header,
                                                            const std::string& where,
                                                            const std::vector<std::string_view>& words);

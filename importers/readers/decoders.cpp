@@ -1,3 +1,4 @@
+// Decodes gzip and zlib by zlib, piece by piece or a block at once, and numbers written as text.
 #include "readers/decoders.h"
 
 #include <zlib.h>

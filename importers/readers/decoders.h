@@ -10,10 +10,10 @@
 
 namespace bcc4 {
 
-// gzip members (one or more) or a zlib stream from `offset` to the end of the file. Damage is an error with
-// its offset.
+// Opens gzip members (one or more) or a zlib stream, from `offset` to the end of the file. Damage is an error
+// with its offset.
 [[nodiscard]] std::unique_ptr<ByteStream> open_gzip(std::unique_ptr<InputFile> file, uint64_t offset);
-// Numbers separated by white space or commas.
+// Opens numbers separated by white space or commas.
 [[nodiscard]] std::unique_ptr<ByteStream> open_ascii(std::unique_ptr<InputFile> file, uint64_t offset,
                                                      Type type);
 
@@ -24,9 +24,9 @@ struct FileStart {
 };
 [[nodiscard]] FileStart read_start(const std::string& path, size_t count);
 
-// One zlib stream of exactly out.size() bytes; false when it is damaged or of another size.
+// Unpacks one zlib stream of exactly out.size() bytes; returns false when it is damaged or of another size.
 [[nodiscard]] bool inflate_block(std::span<const std::byte> compressed, std::span<std::byte> out);
-// `text` as a number of `type` at `to`; false when it is none or does not fit.
+// Writes `text` as a number of `type` to `to`; returns false when it is none or does not fit.
 [[nodiscard]] bool parse_value(std::string_view text, Type type, std::byte* to);
 
 } // namespace bcc4

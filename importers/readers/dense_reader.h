@@ -8,7 +8,7 @@
 
 namespace bcc4 {
 
-// One frame per file: the files, one after the other, are the slowest axis, time.
+// Makes the files of one frame each, one after the other, the slowest axis, time.
 inline void stack_files(DenseLayout& layout, const Sequence& sequence) {
   std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
   layout.axes.push_back({AxisRole::t, sequence.files.size()});

@@ -20,16 +20,17 @@ struct DenseLayout : StoredValues {
   [[nodiscard]] uint64_t size_of(AxisRole role) const;
 };
 
-// Product of the axes' sizes and the type's size in bytes; throws when an axis is empty or the product
-// overflows.
+// Returns the product of the axes' sizes and the type's size in bytes; throws when an axis is empty or the
+// product overflows.
 [[nodiscard]] uint64_t layout_bytes(const DenseLayout& layout, const std::string& path);
-// "x 64 (fastest), y 64, z 64, t 99 (slowest)".
+// Returns text such as "x 64 (fastest), y 64, z 64, t 99 (slowest)".
 [[nodiscard]] std::string layout_text(const DenseLayout& layout);
-// Axes from letters such as "zyxt" or "xyz" with sizes by letter; throws for other letters or a letter twice.
+// Makes axes of letters such as "zyxt" or "xyz" with sizes by letter; throws for other letters or a letter
+// twice.
 [[nodiscard]] std::vector<FileAxis> axes_from_letters(const std::string& letters,
                                                       const std::array<uint64_t, 4>& sizes);
-// The roles that --axes gives to the `count` axes of a file, fastest first; `owner` has the axes, for the
-// error.
+// Returns the roles that --axes gives to the `count` axes of a file, fastest first; `owner` names what has
+// the axes, for the error.
 [[nodiscard]] std::vector<AxisRole> roles_from_letters(const std::string& letters, size_t count,
                                                        const std::string& owner);
 
@@ -39,11 +40,11 @@ class DenseSeries {
  public:
   DenseSeries(std::vector<Segment> segments, DenseLayout layout, uint64_t memory_limit);
 
-  // Types of the frames handed out: the source's, or a float type where values are converted.
+  // Returns the type of the frames handed out: the source's, or a float type where values are converted.
   [[nodiscard]] Type frame_type() const { return frame_type_; }
   [[nodiscard]] Frame read(uint64_t t, uint64_t component);
   [[nodiscard]] const std::string& path_of(uint64_t t) const;
-  // How a file is read in which time is not the slowest axis, "" where it is.
+  // Says how a file is read in which time is not the slowest axis; "" where it is.
   [[nodiscard]] std::string passes_text() const;
 
  private:

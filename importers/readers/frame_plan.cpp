@@ -1,3 +1,5 @@
+// Plans a series: which frames of the source it takes, what stands in for missing ones, and at which times;
+// PlannedReader reads the source by that plan.
 #include "readers/frame_plan.h"
 
 #include <algorithm>
@@ -20,7 +22,7 @@ class PlannedReader : public FrameReader {
   Frame read(uint64_t frame, size_t channel) override {
     const PlannedFrame& p = frames_[frame];
     if (p.weight == 0) return source_->read(p.a, channel);
-    // Between two frames: dense, as f32.
+    // A frame between two others is dense, as f32.
     const auto& dims = description_.dims;
     const double air = description_.channels[channel].air;
     const Frame a = source_->read(p.a, channel), b = source_->read(p.b, channel);
@@ -89,7 +91,7 @@ std::vector<uint64_t> plan_counts(const std::vector<uint64_t>& source, const Fra
   return counts;
 }
 
-// A held frame has the times of its neighbours only when those come from headers.
+// Where times come from headers, a frame that is held over a gap gets a time between those of its neighbours.
 void spread_held_times(std::vector<PlannedFrame>& frames, std::vector<double>& values) {
   for (size_t i = 1; i + 1 < frames.size(); ++i) {
     if (frames[i].weight != 0 || frames[i].a != frames[i - 1].a) continue;

@@ -25,20 +25,22 @@ struct FramePlan {
   int64_t stride = 1;            // numbers of neighbouring frames of the source are this far apart
 };
 
-// One source frame per file. Throws for a gap under GapPolicy::error, naming the missing numbers.
+// Plans one source frame per file. Throws for a gap under GapPolicy::error, naming the missing numbers.
 [[nodiscard]] FramePlan plan_files(const Sequence& sequence, const ReaderOptions& options);
 inline constexpr uint64_t most_frames = uint64_t{1} << 22;
 // Refuses a declared number of frames that no real series has, before memory is taken for each.
 void check_frame_count(uint64_t count, const std::string& path);
-// Frames 0 .. count-1 of one source.
+// Plans the frames 0 .. count - 1 of one source.
 [[nodiscard]] FramePlan plan_selection(uint64_t count, const FrameSelection& selection,
                                        const std::string& path);
 
-// `count` frames of one file, or of several files that hold as many: then each is known by its file's number.
+// Plans `count` frames of one file, or of several files that hold one each: then a frame is known by its
+// file's number.
 [[nodiscard]] FramePlan plan_frames(const Sequence& sequence, uint64_t count, const ReaderOptions& options);
 
-// The series as planned. A source whose description has no times gets dt * number, the user's times, or the
-// frame index; the times rise strictly or it throws. --spacing replaces the affine, --origin its translation.
+// Returns the series as planned. A source whose description has no times gets dt * number, the user's times,
+// or the frame index; the times rise strictly or it throws. --spacing replaces the affine, --origin its
+// translation.
 [[nodiscard]] std::unique_ptr<FrameReader> planned_series(std::unique_ptr<FrameReader> source, FramePlan plan,
                                                           const ReaderOptions& options);
 

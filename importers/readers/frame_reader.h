@@ -59,8 +59,8 @@ struct SourceFile {
   uint64_t bytes = 0;
 };
 
-// Affines are row-major 4x4, index space -> world; (x, y, z) is fastest to slowest unless the reader says
-// otherwise.
+// Affines are row-major 4x4, index space -> world; x is the fastest axis and z the slowest unless the reader
+// says otherwise.
 struct SeriesDescription {
   std::string format;
   std::array<uint64_t, 4> dims{1, 1, 1, 1};
@@ -85,23 +85,23 @@ class FrameReader {
   virtual ~FrameReader() = default;
   [[nodiscard]] virtual const SeriesDescription& description() const = 0;
   [[nodiscard]] virtual Frame read(uint64_t frame, size_t channel) = 0;
-  // The file a frame comes from, for error texts.
+  // Returns the file that a frame comes from, for error texts.
   [[nodiscard]] virtual std::string frame_name(uint64_t frame) const = 0;
 };
 
-// Bytes of one frame of one channel when dense.
+// Returns the bytes of one frame of one channel when dense.
 [[nodiscard]] inline uint64_t frame_bytes(const SeriesDescription& d, size_t channel) {
   return d.dims[0] * d.dims[1] * d.dims[2] * type_size(d.channels[channel].precision);
 }
 
-// Bytes of the values of all frames and channels when dense.
+// Returns the bytes of the values of all frames and channels when dense.
 [[nodiscard]] inline uint64_t source_bytes(const SeriesDescription& d) {
   uint64_t bytes = 0;
   for (size_t c = 0; c < d.channels.size(); ++c) bytes += frame_bytes(d, c) * d.dims[3];
   return bytes;
 }
 
-// The plane z of a frame as doubles, x fastest: nx * ny values, `air` where no box is.
+// Copies the plane z of a frame as doubles, x fastest: nx * ny values, `air` where no box is.
 void gather_plane(const Frame& frame, const std::array<uint64_t, 4>& dims, uint64_t z, double air,
                   double* plane);
 
@@ -112,8 +112,8 @@ struct FileAxis {
   uint64_t size;
 };
 
-// One dense box over `bytes`, the values of one frame along `axes`, fastest first: an axis of time does not
-// count, and of an axis of components the one asked for is taken.
+// Makes a frame of one dense box over `bytes`, the values of one frame along `axes`, fastest first: an axis
+// of time does not count, and of an axis of components the one asked for is taken.
 [[nodiscard]] Frame dense_frame(Type type, std::shared_ptr<const Bytes> bytes,
                                 const std::vector<FileAxis>& axes, uint64_t component = 0);
 

@@ -12,9 +12,9 @@ namespace bcc4 {
 
 class HeaderLines {
  public:
-  // format: its name, for error texts.
+  // `format` is the format's name, for error texts.
   HeaderLines(const std::string& path, const char* format) : file_(path), format_(format) {}
-  // The next line without its end (LF or CR LF); false at the end of the file.
+  // Reads the next line without its end (LF or CR LF); returns false at the end of the file.
   bool next(std::string& line) {
     line.clear();
     for (;;) {
@@ -35,7 +35,7 @@ class HeaderLines {
     return true;
   }
   [[nodiscard]] uint64_t offset() const { return read_; }
-  // Begins the text of an error in the line read last.
+  // Returns how the text of an error in the line read last begins.
   [[nodiscard]] std::string where() const {
     return concat(file_.path(), ": line ", line_, " of the ", format_, " header: ");
   }

@@ -1,5 +1,5 @@
-// A reader holds the file of the frame it was asked for last: what describes the series has opened the first
-// one, and channels of one frame share theirs.
+// A reader holds the file of the frame it was asked for last, for describing the series has opened the first
+// one, and the channels of one frame share theirs.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace bcc4 {
 
-// The file at `path`: the one that is held, or else that file in its place.
+// Returns the file at `path`: the one that is held, or that file in its place.
 template<class File> [[nodiscard]] File& hold_file(std::unique_ptr<File>& held, const std::string& path) {
   if (!held || held->path() != path) {
     held.reset(); // first: two files take the memory of two

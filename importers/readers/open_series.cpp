@@ -61,7 +61,7 @@ bool is_nrrd(std::string_view start) { return start.starts_with("NRRD000"); }
 
 bool is_vtk(std::string_view start) { return start.find("<VTKFile") != std::string_view::npos; }
 
-// In the order of the list of readers. Raw is what none of the others recognises.
+// The table is in the order of the list of readers. Raw is what none of the others recognises.
 const std::vector<Format>& formats() {
   static const std::vector<Format> table{
       {"raw", {}, nullptr, open_raw, "plain or gzip"},

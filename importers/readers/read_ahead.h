@@ -1,4 +1,4 @@
-// Frames in order, the next one being read on a second thread.
+// Hands out frames in order, while the next one is read on a second thread.
 #pragma once
 
 #include <future>
@@ -10,15 +10,14 @@ namespace bcc4 {
 
 class ReadAhead {
  public:
-  // Channels of a frame come one after the other, then the next frame. The reader is not to be used
-  // meanwhile.
+  // Channels of a frame come one after the other, then the next frame. The reader must not be used meanwhile.
   explicit ReadAhead(FrameReader& reader) : ReadAhead(reader, 0, reader.description().dims[3]) {}
-  // Only frames first .. end - 1.
+  // Reads only frames first .. end - 1.
   ReadAhead(FrameReader& reader, uint64_t first, uint64_t end)
       : reader_(reader), end_(end), channels_(reader.description().channels.size()), frame_(first) {
     start();
   }
-  // The next frame; throws what the reader threw.
+  // Returns the next frame; throws what the reader threw.
   [[nodiscard]] Frame next() {
     Frame frame = pending_.get();
     if (++channel_ == channels_) {

@@ -18,7 +18,7 @@ struct FrameSelection {
   int64_t step = 1;
   bool given = false;
 };
-// "A-B", "A-BxS", "A", "A-" or "-B".
+// Parses "A-B", "A-BxS", "A", "A-" or "-B".
 [[nodiscard]] FrameSelection parse_frame_selection(std::string_view text);
 
 enum class GapPolicy : uint8_t { error, hold, skip, interpolate };
@@ -45,8 +45,8 @@ struct ReaderOptions {
 // Bytes a reader may hold.
 [[nodiscard]] uint64_t memory_limit(const ReaderOptions& options);
 
-// The option that makes no sense for a format is an error, not ignored: throws naming the first one that is
-// set.
+// An option that makes no sense for a format is an error and not ignored: throws, naming the first one that
+// is set.
 void refuse_raw_options(const ReaderOptions& options, const std::string& path, const char* format,
                         bool axes_allowed);
 void refuse_grid_option(const ReaderOptions& options, const std::string& path, const char* format);

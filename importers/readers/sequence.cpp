@@ -1,3 +1,5 @@
+// Finds the files that inputs name, by pattern, glob or list, tells their numbers by the digits in which
+// their names differ, and finds the gaps.
 #include "readers/sequence.h"
 
 #include <fnmatch.h>
@@ -21,7 +23,7 @@ struct Pattern {
   size_t width = 1; // digits at least
 };
 
-// %d, %4d, %04d or a run of # in the last part of a path.
+// Finds %d, %4d, %04d or a run of # in the last part of a path.
 std::optional<Pattern> find_pattern(const std::string& path) {
   const size_t name = path.find_last_of('/') + 1;
   const size_t hash = path.find('#', name);
@@ -57,7 +59,7 @@ template<class Accept> std::vector<std::string> list_folder(const std::string& i
   return found;
 }
 
-// A number of exactly `width` digits, or of more without a leading zero; "%d" takes any.
+// Returns a number of exactly `width` digits, or of more without a leading zero; "%d" takes any.
 std::optional<int64_t> pattern_number(std::string_view digits, size_t width) {
   if (digits.empty() || !std::all_of(digits.begin(), digits.end(), is_digit)) return std::nullopt;
   if (width > 1 && (digits.size() < width || (digits.size() > width && digits[0] == '0')))
@@ -104,7 +106,7 @@ std::vector<Token> tokens(std::string_view name) {
   return out;
 }
 
-// Numbers of paths whose names differ in digits only; false when they do not.
+// Numbers the files whose names differ in digits only; returns false when they do not.
 bool number_files(std::vector<SequenceFile>& files) {
   const auto name = [&](size_t i) {
     return std::string_view(files[i].path).substr(files[i].path.find_last_of('/') + 1);
@@ -177,7 +179,7 @@ void find_gaps(Sequence& s, const FrameSelection& selection) {
   }
 }
 
-// The files of a single input that is a pattern, numbered by it; none when it is something else.
+// Returns the files of a single input that is a pattern, numbered by it; none when it is something else.
 std::vector<SequenceFile> find_by_pattern(const std::vector<std::string>& inputs) {
   const auto pattern = inputs.size() == 1 ? find_pattern(inputs[0]) : std::nullopt;
   if (!pattern || fs::exists(inputs[0])) return {};
@@ -189,7 +191,7 @@ struct ListedFiles {
   bool from_glob = false; // some of them
 };
 
-// Inputs as they are, lists and globs replaced by what they name.
+// Returns the inputs as they are, with lists and globs replaced by what they name.
 ListedFiles list_files(const std::vector<std::string>& inputs) {
   ListedFiles files;
   for (const std::string& input : inputs) {

@@ -1,4 +1,4 @@
-// Inputs of the command line -> files of a series, sorted by frame number.
+// Turns the inputs of the command line into the files of a series, sorted by frame number.
 #pragma once
 
 #include <cstdint>
@@ -29,10 +29,10 @@ struct Sequence {
 // are errors.
 [[nodiscard]] Sequence find_sequence(const std::vector<std::string>& inputs, const FrameSelection& selection);
 
-// "3, 7-9 and 12": numbers of a missing list as ranges of the stride.
+// Returns text such as "3, 7-9 and 12": the numbers as ranges of the stride.
 [[nodiscard]] std::string range_text(const std::vector<int64_t>& numbers, int64_t stride);
 
-// Does `name` hold a frame pattern? Then replaces it by the number, padded as asked for.
+// These tell whether `name` holds a frame pattern, and replace it by a number, padded as asked for.
 [[nodiscard]] bool has_frame_pattern(const std::string& name);
 [[nodiscard]] std::string apply_frame_pattern(const std::string& name, int64_t number);
 

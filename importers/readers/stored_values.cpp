@@ -9,8 +9,8 @@
 namespace bcc4 {
 namespace {
 
-// What floats tell apart where the values of 8 or 16 bits are largest; wider integers are known to be
-// rounded.
+// Returns what floats can tell apart where the values of 8 or 16 bits are largest; wider integers are known
+// to be rounded.
 double float_step(const StoredValues& s) {
   if (is_float(s.type) || type_size(s.type) > 2) return 0;
   return (std::abs(s.slope) * 0x1p16 + std::abs(s.intercept)) * 0x1p-24;

@@ -16,8 +16,8 @@ struct StoredValues {
   std::vector<double> fills;                  // stored values that mean "no data"
   std::optional<std::array<double, 2>> valid; // stored values outside mean "no data"
 
-  // The type after conversion: the stored one where nothing is to be done, else a float type that holds the
-  // values; 64-bit integers become f64.
+  // Returns the type after conversion: the stored one where nothing is to be done, else a float type that
+  // holds the values; 64-bit integers become f64.
   [[nodiscard]] Type value_type() const;
   [[nodiscard]] bool scaled() const { return slope != 1 || intercept != 0; }
   // Tells the channel its steps, and the reader's user how its values come about.

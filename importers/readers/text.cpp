@@ -1,3 +1,4 @@
+// Splits, joins and compares text, and writes numbers and sizes as people read them.
 #include "readers/text.h"
 
 #include <algorithm>
@@ -10,7 +11,7 @@ namespace {
 
 char lower_char(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-// Optimal string alignment: insert, delete, replace, swap of neighbours.
+// Returns the distance of optimal string alignment: insert, delete, replace, swap of neighbours.
 size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<size_t> before(b.size() + 1), last(b.size() + 1), now(b.size() + 1);
   std::iota(last.begin(), last.end(), size_t{0});

@@ -1,4 +1,4 @@
-// Text: building it, and numbers from it, without the locale.
+// Builds text, and reads numbers from it, without the locale.
 #pragma once
 
 #include <charconv>
@@ -20,7 +20,7 @@ requires(!std::same_as<I, char> && !std::same_as<I, bool>) void append_text(std:
 }
 // Whether people write a number out that came as `text`: 100000, not 1e+05.
 [[nodiscard]] bool written_out(double value, std::string_view text);
-// Shortest form that reads back as the same number, without an exponent where people use none.
+// Appends the shortest form that reads back as the same number, without an exponent where people use none.
 template<std::floating_point F> void append_text(std::string& out, F value) {
   char buffer[64];
   std::string_view text(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
@@ -34,7 +34,7 @@ template<class... Parts> [[nodiscard]] std::string concat(const Parts&... parts)
   return out;
 }
 
-// The whole of `text` as a number (a leading + is allowed), or nothing.
+// Returns the whole of `text` as a number (a leading + is allowed), or nothing.
 template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   Number value{};
@@ -45,24 +45,24 @@ template<class Number> [[nodiscard]] std::optional<Number> parse_number(std::str
 
 [[nodiscard]] std::string_view trim(std::string_view text);
 [[nodiscard]] std::string lower(std::string_view text);
-// The parts between separators; neighbouring separators count as one, empty parts are dropped.
+// Returns the parts between separators; neighbouring separators count as one, empty parts are dropped.
 [[nodiscard]] std::vector<std::string_view> split(std::string_view text,
                                                   std::string_view separators = " \t\r\n");
-// Like split at commas, empty parts kept.
+// Splits at commas and keeps empty parts.
 [[nodiscard]] std::vector<std::string_view> split_commas(std::string_view text);
-// All parts as numbers, or nothing.
+// Returns all parts as numbers, or nothing.
 [[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::span<const std::string_view> parts);
 
-// "a, b and c".
+// Returns text such as "a, b and c".
 [[nodiscard]] std::string join(std::span<const std::string> names, std::string_view last = " and ");
-// The candidate closest to `name` by edit distance (letter case free), "" when none is near.
+// Returns the candidate closest to `name` by edit distance (letter case free), "" when none is near.
 [[nodiscard]] std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
-// " (did you mean X?)" or "".
+// Returns " (did you mean X?)" or "".
 [[nodiscard]] std::string did_you_mean(std::string_view name, std::span<const std::string> candidates);
 
-// "1.5 GiB".
+// Returns text such as "1.5 GiB".
 [[nodiscard]] std::string byte_text(double bytes);
-// `value` with `digits` significant digits, and all that stand before the point.
+// Returns `value` with `digits` significant digits, and all digits before the point.
 [[nodiscard]] std::string short_number(double value, int digits = 4);
 
 } // namespace bcc4

@@ -23,7 +23,8 @@ struct Half {
 
 [[nodiscard]] size_t type_size(Type type);
 [[nodiscard]] const char* type_name(Type type);
-// Our names (u8, f32) and the usual ones of C and NRRD (uchar, unsigned short, uint16_t, float, double ...).
+// Finds a type by our names (u8, f32) and the usual ones of C and NRRD (uchar, unsigned short, uint16_t,
+// float, double ...).
 [[nodiscard]] std::optional<Type> type_by_name(std::string_view name);
 [[nodiscard]] inline bool is_float(Type type) { return type >= Type::f16; }
 
@@ -68,13 +69,13 @@ template<class T> [[nodiscard]] double load_as(const std::byte* at) {
 // Writes `value` as T: integers rounded to nearest and clamped, NaN as 0.
 template<class T> void store_as(double value, std::byte* at);
 
-// 64-bit integers become f64, the type handed out; others stay.
+// Returns the type handed out: f64 for 64-bit integers, others as they are.
 [[nodiscard]] inline Type widened(Type type) {
   return type == Type::i64 || type == Type::u64 ? Type::f64 : type;
 }
 void widen_values(std::span<std::byte> values, Type type);
 
-// Are values of that byte order to be swapped on this machine?
+// Whether values of that byte order must be swapped on this machine.
 [[nodiscard]] inline bool needs_swap(bool big_endian) {
   return big_endian != (std::endian::native == std::endian::big);
 }

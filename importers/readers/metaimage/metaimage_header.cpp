@@ -1,3 +1,5 @@
+// Parses the keys of a MetaImage header line by line and finds the data files it names. Format: the
+// documentation of MetaIO.
 #include "readers/metaimage/metaimage_header.h"
 
 #include <cmath>
@@ -51,7 +53,7 @@ struct Parser {
   size_t axes = 0;
   bool typed = false, compressed = false, text = false;
 
-  // An array with an entry per axis (or per axis squared).
+  // Returns an array that must have `count` entries, one per axis or per axis squared.
   std::vector<double> per_axis(std::string_view value, size_t count) const {
     if (axes == 0) lines.refuse("NDims must come first");
     std::vector<double> v = numbers(lines, value);
@@ -74,7 +76,7 @@ struct Parser {
     return v[0];
   }
 
-  // False for a key that does not say how to read the data.
+  // Takes a field; returns false for a key that does not say how to read the data.
   bool field(const std::string& key, std::string_view value) {
     if (key == "ObjectType") {
       if (lower(value) != "image") lines.refuse("ObjectType ", value, ", not Image");
@@ -117,7 +119,7 @@ struct Parser {
     return true;
   }
 
-  // The last key of a header: LOCAL, LIST, a format with numbers, or a name.
+  // Takes the last key of a header: LOCAL, LIST, a format with numbers, or a name.
   void data_file(std::string_view value) {
     const auto words = split(value);
     if (words.empty()) lines.refuse("ElementDataFile names nothing");

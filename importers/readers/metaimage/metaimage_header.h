@@ -32,7 +32,7 @@ struct MetaImageHeader {
 // refused.
 [[nodiscard]] MetaImageHeader read_metaimage_header(const std::string& path);
 
-// One segment per data file, each an equal share of the array.
+// Returns one segment per data file, each an equal share of the array.
 [[nodiscard]] std::vector<Segment> metaimage_segments(const MetaImageHeader& header, uint64_t total_bytes);
 
 } // namespace bcc4

@@ -8,7 +8,7 @@ namespace {
 
 constexpr uint64_t kMostPerLevel = 4;
 
-// Between which levels of the source a sample is, and how far on the way.
+// The levels of the source that a sample is between, and how far it is from the one to the other.
 struct Place {
   uint64_t below = 0;
   double weight = 0;

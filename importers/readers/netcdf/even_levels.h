@@ -1,4 +1,4 @@
-// Levels that stand at uneven places -> samples evenly spaced along z.
+// Makes samples evenly spaced along z of levels at uneven places.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace bcc4 {
 
-// Where even samples are taken: at begin + k step, k below count. Their distance is that of the closest
-// levels, unless that makes more than four times as many.
+// Even samples are taken at begin + k step, k below count. Their distance is that of the closest levels,
+// unless that makes more than four times as many.
 struct EvenLevels {
   std::vector<double> levels; // of the source; rising or falling strictly
   double begin = 0, step = 1;
@@ -18,7 +18,7 @@ struct EvenLevels {
 [[nodiscard]] bool strictly_monotonic(const std::vector<double>& levels);
 [[nodiscard]] EvenLevels even_levels(const std::vector<double>& levels);
 
-// The series with its z axis sampled at even levels, linearly between those of the source, as floats.
+// Returns the series with its z axis sampled at even levels, linearly between those of the source, as floats.
 [[nodiscard]] std::unique_ptr<FrameReader> resample_levels(std::unique_ptr<FrameReader> source,
                                                            const EvenLevels& even);
 

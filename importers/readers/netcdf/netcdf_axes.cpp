@@ -13,7 +13,7 @@ bool one_of(const std::string& text, std::initializer_list<const char*> words) {
   return std::find(words.begin(), words.end(), text) != words.end();
 }
 
-// By the attributes of the coordinate variable (CF conventions 4).
+// Tells a role by the attributes of the coordinate variable (CF conventions, chapter 4).
 std::optional<AxisRole> by_attributes(const NetcdfFile& file, const NetcdfDimension& dim) {
   const NetcdfVariable* coordinate = file.find(dim.name);
   if (!coordinate) return std::nullopt;

@@ -14,7 +14,7 @@ struct NetcdfAxes {
   std::string why;             // what the roles were known by
 };
 
-// letters: --axes, fastest first, or "". Throws when two dimensions claim one role or more than four are
+// `letters` is --axes, fastest first, or "". Throws when two dimensions claim one role or more than four are
 // left.
 [[nodiscard]] NetcdfAxes find_axes(const NetcdfFile& file, const NetcdfVariable& variable,
                                    const std::string& letters);

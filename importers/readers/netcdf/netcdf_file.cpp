@@ -1,3 +1,5 @@
+// Wraps libnetcdf: what a file holds is read once when it is opened, values when they are asked for. Classic
+// files that were cut off are found by their size, because the library reads zeros beyond their end.
 #include "readers/netcdf/netcdf_file.h"
 
 #include <algorithm>
@@ -41,9 +43,10 @@ std::optional<Type> type_of(nc_type type) {
 constexpr size_t kAttributeLimit = 1 << 20; // values
 constexpr size_t kLineLimit = 1 << 24;
 
-// What a classic file holds at the very least: its header to the byte (the format's specification, appendix B
-// of the NetCDF user's guide) and the values of all variables, without the padding between them. The library
-// reads what lies beyond the end of a file as zeros, so a file that was cut off must be found by its size.
+// Returns the bytes that a classic file holds at the very least: its header to the byte (the format's
+// specification, appendix B of the NetCDF user's guide) and the values of all variables, without the padding
+// between them. The library reads what lies beyond the end of a file as zeros, so a file that was cut off
+// must be found by its size.
 uint64_t least_classic_bytes(int id, bool wide, const std::vector<NetcdfVariable>& variables) {
   const uint64_t word = wide ? 8 : 4; // counts and sizes
   const auto padded = [](uint64_t n) { return (n + 3) / 4 * 4; };

@@ -1,5 +1,5 @@
-// A NetCDF file as plain data: variables, dimensions, attributes. Not for concurrent use: the library has one
-// lock for nobody.
+// A NetCDF file as plain data: variables, dimensions, attributes. It is not for concurrent use, for the
+// library takes no locks.
 #pragma once
 
 #include <cstddef>
@@ -37,18 +37,18 @@ class NetcdfFile {
   [[nodiscard]] const std::vector<NetcdfVariable>& variables() const { return variables_; }
   [[nodiscard]] const NetcdfVariable* find(const std::string& name) const;
 
-  // Attributes; nothing when absent or of the other sort.
+  // These return attributes; nothing when they are absent or of the other sort.
   [[nodiscard]] std::string text(const NetcdfVariable& variable, const char* name) const;
   [[nodiscard]] std::vector<double> numbers(const NetcdfVariable& variable, const char* name) const;
-  // The value of what was never written, where the file does not switch filling off.
+  // Returns the value of what was never written, where the file does not switch filling off.
   [[nodiscard]] std::optional<double> default_fill(const NetcdfVariable& variable) const;
 
-  // The hyperslab [start, start + count) in the variable's own type and native byte order.
+  // Reads the hyperslab [start, start + count) in the variable's own type and native byte order.
   void read(const NetcdfVariable& variable, std::span<const size_t> start, std::span<const size_t> count,
             std::span<std::byte> out) const;
-  // All of a one-dimensional variable as doubles.
+  // Returns all of a one-dimensional variable as doubles.
   [[nodiscard]] std::vector<double> line(const NetcdfVariable& variable) const;
-  // Bytes of the chunks in which the variable is compressed; 0 when it is not.
+  // Returns the bytes of the chunks in which the variable is compressed; 0 when it is not.
   [[nodiscard]] uint64_t chunk_bytes(const NetcdfVariable& variable) const;
 
  private:

@@ -1,3 +1,5 @@
+// Opens variables of NetCDF files as a series: chooses the variables, tells axes, scaling, holes and times by
+// the CF conventions, and joins files along time.
 #include "readers/netcdf/netcdf_reader.h"
 
 #include <algorithm>
@@ -130,7 +132,7 @@ class NetcdfReader : public FrameReader {
   std::unique_ptr<NetcdfFile> file_;
 };
 
-// Even to a thousandth of a step.
+// Whether positions are even to a thousandth of a step.
 bool evenly_spaced(const std::vector<double>& at) {
   const double step = (at.back() - at.front()) / static_cast<double>(at.size() - 1);
   bool even = step != 0 && std::isfinite(step);
@@ -139,8 +141,8 @@ bool evenly_spaced(const std::vector<double>& at) {
   return even;
 }
 
-// Even steps become spacing and origin, in z with depths below 0. Uneven levels are to be resampled, unless
-// the user gives the spacing: returned; other uneven axes cannot and are said.
+// Makes spacing and origin of even steps, in z with depths below 0. Returns uneven levels, which are to be
+// resampled unless the user gives the spacing; other axes cannot be, and a note says so.
 std::optional<EvenLevels> set_affine(SeriesDescription& d, const NetcdfFile& file, const NetcdfVariable& v,
                                      const std::vector<AxisRole>& roles, bool keep_levels) {
   std::optional<EvenLevels> uneven;
@@ -185,7 +187,7 @@ std::optional<EvenLevels> set_affine(SeriesDescription& d, const NetcdfFile& fil
   return uneven;
 }
 
-// Times of the frames of one file, appended; a file without them leaves the whole series without.
+// Appends the times of the frames of one file; a file without them leaves the whole series without.
 void add_times(SeriesDescription& d, const NetcdfFile& file, const NetcdfVariable& v,
                const std::vector<AxisRole>& roles, bool first) {
   const auto time = std::find(roles.begin(), roles.end(), AxisRole::t);
@@ -210,7 +212,8 @@ void add_times(SeriesDescription& d, const NetcdfFile& file, const NetcdfVariabl
   for (const double t : file.line(*coordinate)) d.times.values.push_back(t);
 }
 
-// Frames in a file: the size of its time axis, 1 without. Sizes are checked before anything is read.
+// Returns the frames in a file: the size of its time axis, 1 without one. Sizes are checked before anything
+// is read.
 uint64_t check_sizes(const NetcdfFile& file, const NetcdfVariable& v, const std::vector<AxisRole>& roles,
                      Type type, uint64_t limit) {
   uint64_t frames = 1, bytes = type_size(type);

@@ -10,15 +10,15 @@
 
 namespace bcc4 {
 
-// A variable of three spatial axes and time, any of them absent; --channel names variables, without it the
-// file must hold one candidate. Axes are known by the CF conventions (attribute axis, units, standard_name,
-// positive), then by the names of dimensions, then by their place: time, z, y, x from slowest to fastest.
-// Packed values are unpacked; _FillValue, missing_value and valid_range mark holes. Files of a sequence are
-// joined along time.
+// Opens a variable of three spatial axes and time, any of which may be absent; --channel names variables,
+// without it the file must hold one candidate. Axes are known by the CF conventions (attribute axis, units,
+// standard_name, positive), then by the names of dimensions, then by their place: time, z, y, x from slowest
+// to fastest. Packed values are unpacked; _FillValue, missing_value and valid_range mark holes. Files of a
+// sequence are joined along time.
 [[nodiscard]] std::unique_ptr<FrameReader> open_netcdf(const Sequence& sequence,
                                                        const ReaderOptions& options);
 
-// Of the library, such as "4.9.0".
+// Returns the version of the library, such as "4.9.0".
 [[nodiscard]] std::string netcdf_version();
 
 } // namespace bcc4

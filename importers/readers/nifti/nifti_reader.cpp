@@ -1,3 +1,5 @@
+// Reads the fixed fields of a NIfTI-1 or NIfTI-2 header in either byte order and opens the image behind it as
+// one dense array.
 #include "readers/nifti/nifti_reader.h"
 
 #include <algorithm>
@@ -42,7 +44,7 @@ class Header {
   [[nodiscard]] double real(size_t offset, size_t i = 0) const {
     return f_.wide ? at<double>(offset + 8 * i) : static_cast<double>(at<float>(offset + 4 * i));
   }
-  // A float as the decimal number it was made from: 2.54, not 2.5399999618530273.
+  // Returns a float as the decimal number it was made from: 2.54, not 2.5399999618530273.
   [[nodiscard]] double decimal(size_t offset, size_t i = 0) const {
     if (f_.wide) return real(offset, i);
     return parse_number<double>(concat(at<float>(offset + 4 * i))).value_or(real(offset, i));
@@ -92,7 +94,7 @@ Type type_of(int code, const std::string& path) {
   fail_input(path, ": NIfTI data type ", code, " cannot be read; integers and floats up to 64 bits can");
 }
 
-// The sform where there is one, else the qform, else the voxel sizes alone.
+// Takes the sform where there is one, else the qform, else the voxel sizes alone.
 void set_affine(SeriesDescription& d, const Header& h, const std::string& path) {
   const Fields& f = h.fields();
   std::array<double, 3> size{};

@@ -1,3 +1,4 @@
+// Parses the fields of a NRRD header line by line and finds the data files it names.
 #include "readers/nrrd/nrrd_header.h"
 
 #include <algorithm>
@@ -12,7 +13,7 @@ namespace {
 
 constexpr size_t kAxesLimit = 16; // as in Teem
 
-// "x", "y z" between double quotes, backslash escapes.
+// Returns the strings of a list such as "x" "y z": double quotes around each, backslash escapes inside.
 std::vector<std::string> quoted_strings(std::string_view text) {
   std::vector<std::string> out;
   for (size_t i = 0; i < text.size(); ++i) {
@@ -52,7 +53,7 @@ struct Parser {
     return std::isfinite(value) ? std::optional(value) : std::nullopt;
   }
 
-  // "(1,0,0) none (0,2,0)".
+  // Returns the vectors of a list such as "(1,0,0) none (0,2,0)".
   std::vector<std::optional<std::vector<double>>> vectors(std::string_view text) const {
     std::vector<std::optional<std::vector<double>>> out;
     for (size_t i = 0; i < text.size();) {

@@ -47,7 +47,7 @@ struct NrrdHeader {
 // the folder of the header are refused.
 [[nodiscard]] NrrdHeader read_nrrd_header(const std::string& path);
 
-// One segment per data file (or the attached data), each an equal share of the array.
+// Returns one segment per data file (or the attached data), each an equal share of the array.
 [[nodiscard]] std::vector<Segment> nrrd_segments(const NrrdHeader& header, uint64_t total_bytes);
 
 } // namespace bcc4

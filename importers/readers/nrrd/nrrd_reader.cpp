@@ -1,3 +1,5 @@
+// Opens NRRD files as one dense array: tells the sort of each axis by its kind, label and direction, never by
+// its place, and takes affine and times from the header.
 #include "readers/nrrd/nrrd_reader.h"
 
 #include <algorithm>
@@ -25,7 +27,7 @@ bool holds_components(const std::string& kind) {
          kind == "point" || kind == "scalar" || kind == "stub";
 }
 
-// Along time only, in a space that has time as its fourth dimension.
+// Whether an axis runs along time only, in a space that has time as its fourth dimension.
 bool points_in_time(const NrrdAxis& axis) {
   const auto& d = axis.direction;
   return d && d->size() == 4 && (*d)[0] == 0 && (*d)[1] == 0 && (*d)[2] == 0 && (*d)[3] != 0;
@@ -66,7 +68,7 @@ Roles find_roles(const NrrdHeader& h) {
       refuse_axes(h, "its list axis holds diffusion gradients, not times");
     time = Sort::list;
   }
-  // Beside an axis of time a list is of values.
+  // Beside an axis of time, one of kind list counts values.
   if (time == Sort::time && count(Sort::time) == 1)
     std::replace(sorts.begin(), sorts.end(), Sort::list, Sort::component);
   if (count(time) > 1 || (time == Sort::time && count(Sort::list) > 0))

@@ -1,3 +1,5 @@
+// Opens raw arrays by what the user says of them, checks that the files have the sizes that follow, and warns
+// where one frame looks as if it were declared wrongly (roughness.h).
 #include "readers/raw/raw_reader.h"
 
 #include <algorithm>
@@ -12,11 +14,11 @@
 namespace bcc4 {
 namespace {
 
-// By its name: what begins like gzip under another name may be values. Such a file of the wrong size is
-// named.
+// Whether a file is gzip is told by its name: what begins like gzip under another name may be values. The
+// error for such a file of the wrong size says so.
 bool is_gzip(const std::string& path) { return lower(path).ends_with(".gz"); }
 
-// "64 x 64 x 64 x 2 bytes (u16)".
+// Returns text such as "64 x 64 x 64 x 2 bytes (u16)".
 std::string arithmetic(const DenseLayout& layout, uint64_t frames) {
   std::string text;
   for (const FileAxis& axis : layout.axes)
@@ -38,8 +40,8 @@ void check_file(const Segment& s, const DenseLayout& layout, uint64_t frames) {
              s.offset > 0 ? concat(" + ", s.offset, " skipped") : "", " = ", s.offset + s.bytes, "; ", hint);
 }
 
-// Axes in file order: those of the letters, and of several arrays one of components where c stands, else
-// before time.
+// Returns the axes in file order: those of the letters, and for several arrays one of components, where c is
+// among the letters or else before time.
 std::vector<FileAxis> raw_axes(std::string letters, const std::array<uint64_t, 4>& dims, uint64_t arrays) {
   const size_t c = letters.find('c');
   if (c != std::string::npos) {
@@ -55,7 +57,8 @@ std::vector<FileAxis> raw_axes(std::string letters, const std::array<uint64_t, 4
   return axes;
 }
 
-// What is probably wrong by the look of one frame; of several arrays the first one, where it is in one piece.
+// Returns what is probably wrong by the look of one frame; of several arrays the first one is looked at,
+// where it is in one piece.
 std::vector<std::string> suspicions_of(const Frame& frame, DenseLayout layout) {
   if (frame.boxes[0].type != layout.type) return {};
   std::erase_if(layout.axes, [](const FileAxis& a) { return a.role == AxisRole::t; });
@@ -132,8 +135,8 @@ std::unique_ptr<FrameReader> open_raw(const Sequence& sequence, const ReaderOpti
                            skip > 0 ? concat(", ", skip, " bytes skipped") : ""));
   FramePlan plan = plan_frames(sequence, dims[3], options);
   DenseSeries series(std::move(segments), layout, memory_limit(options));
-  // The middle frame: the first one of a simulation is often empty. What is packed is unpacked from its
-  // start.
+  // The middle frame is looked at, for the first one of a simulation is often empty; of a packed file it is
+  // the first, because unpacking begins at the start.
   const bool packed = is_gzip(first) && !file_per_frame;
   d.warnings = suspicions_of(series.read(plan.frames[packed ? 0 : plan.frames.size() / 2].a, 0), layout);
   return planned_series(std::make_unique<DenseReader>(std::move(d), std::move(series), wanted),

@@ -1,3 +1,5 @@
+// Compares how much neighbouring samples differ as declared, with the bytes of each value reversed, and with
+// the axes in another order; values that would be smooth in one of these other ways are suspicious.
 #include "readers/raw/roughness.h"
 
 #include <algorithm>
@@ -24,8 +26,8 @@ double value_at(const Bytes& bytes, Type type, uint64_t i, bool swapped) {
   return visit_type(type, [&](auto zero) { return load_as<decltype(zero)>(element); });
 }
 
-// Mean |difference| of samples `stride` apart over their mean deviation: about 1 for noise, small for smooth
-// data; infinite when there are non-finite or absurd values.
+// Returns the mean |difference| of samples `stride` apart over their mean deviation: about 1 for noise, small
+// for smooth data; infinite when there are non-finite or absurd values.
 double relative_step(const Bytes& bytes, Type type, uint64_t stride, bool swapped) {
   const uint64_t count = bytes.size() / type_size(type);
   if (count <= stride) return 0;
@@ -42,7 +44,7 @@ double relative_step(const Bytes& bytes, Type type, uint64_t stride, bool swappe
   return deviation > 0 ? step / deviation : 0;
 }
 
-// Values that are whole multiples of what the other byte order reads as small numbers.
+// Whether all values are whole multiples of what the other byte order reads as small numbers.
 bool only_high_bytes(const Bytes& bytes, Type type) {
   if (is_float(type)) return false;
   const size_t size = type_size(type);
@@ -56,8 +58,8 @@ bool only_high_bytes(const Bytes& bytes, Type type) {
   return any;
 }
 
-// Integers that are near both ends of their type with nothing between have another sign: those of the upper
-// half are negative, or those of the lower half large. Bytes may well be so.
+// Whether the type looks as if it had the other sign: of integers near both ends of a type, with nothing in
+// between, those of the upper half are negative, or those of the lower half large. Bytes may well be so.
 bool split_by_sign(const Bytes& bytes, Type type) {
   if (is_float(type) || type_size(type) == 1) return false;
   const double range = std::exp2(8.0 * static_cast<double>(type_size(type)));

@@ -1,4 +1,4 @@
-// Suspicions about raw data: a wrong byte order or swapped axes make neighbours differ wildly.
+// Suspicions about raw data: a wrong byte order, a wrong sign or swapped axes make neighbours differ wildly.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace bcc4 {
 
-// `bytes`: one frame in file order, native byte order as declared, axes without time. Returns warnings,
-// mostly none.
+// `bytes` are one frame in file order, brought to native byte order as declared, with axes without time.
+// Returns warnings, mostly none.
 [[nodiscard]] std::vector<std::string> find_suspicions(const Bytes& bytes, Type type,
                                                        const std::vector<FileAxis>& axes);
 

@@ -1,3 +1,5 @@
+// Reads scalar grids of OpenVDB files: names and bounds from metadata alone where a file has them, voxels as
+// boxes of the blocks that hold anything but background.
 #include "readers/vdb/vdb_grid.h"
 
 #include <openvdb/openvdb.h>
@@ -34,7 +36,7 @@ template<class T> constexpr Type box_type() {
 
 } // namespace
 
-// What OpenVDB calls a file, its exceptions as ours.
+// A file as OpenVDB has it, with its exceptions turned into ours.
 class VdbFile::Archive {
  public:
   explicit Archive(const std::string& path) : path_(path), file_(path) {
@@ -70,7 +72,7 @@ class VdbFile::Archive {
     return grid;
   }
 
-  // The tree without its leaves' values: metadata alone do not hold the background.
+  // Reads the tree without the values of its leaves, for metadata alone do not hold the background.
   openvdb::GridBase::Ptr topology(const std::string& name) {
     openvdb::GridBase::Ptr grid;
     const openvdb::Vec3d nowhere(1e30);
@@ -128,7 +130,7 @@ template<class GridT> struct BoxCopier {
   }
 
  private:
-  // To the next leaf border.
+  // Returns the voxels to the next border of leaves.
   static int32_t step(int32_t index) { return kBlock - (index & (kBlock - 1)); }
 
   template<class Out>
@@ -152,7 +154,7 @@ template<class GridT> struct BoxCopier {
   }
 };
 
-// Blocks (8^3, relative to the block of `origin`) that hold anything but background.
+// Returns the blocks (8^3, relative to the block of `origin`) that hold anything but background.
 template<class GridT>
 std::vector<std::array<int32_t, 3>> filled_blocks(const GridT& grid, bool level_set,
                                                   const openvdb::CoordBBox& domain,

@@ -13,7 +13,7 @@
 
 namespace bcc4 {
 
-// Index space of the grid; `end` is exclusive. Empty when end <= begin.
+// A box in the index space of the grid; `end` is exclusive, and the box is empty when end <= begin.
 struct VdbBounds {
   std::array<int32_t, 3> begin{INT32_MAX, INT32_MAX, INT32_MAX};
   std::array<int32_t, 3> end{INT32_MIN, INT32_MIN, INT32_MIN};
@@ -43,16 +43,16 @@ class VdbFile {
   VdbFile& operator=(const VdbFile&) = delete;
 
   [[nodiscard]] const std::string& path() const;
-  // Names of all grids, a name that is there twice with its number: "density[1]".
+  // Returns the names of all grids, one that is there twice with its number: "density[1]".
   [[nodiscard]] std::vector<std::string> names();
-  // Names of the grids that can be read: scalars that are no points.
+  // Returns the names of the grids that can be read: scalars that are no points.
   [[nodiscard]] std::vector<std::string> scalar_names();
-  // Reads the metadata only, unless the file does not say its bounds. fog: level sets are read as fog, 1
-  // inside, falling to 0 at the surface. Throws for unknown names (with the nearest), points, vectors and
+  // Reads the metadata only, unless the file does not say its bounds. With `fog` level sets are read as fog,
+  // 1 inside, falling to 0 at the surface. Throws for unknown names (with the nearest), points, vectors and
   // non-linear transforms.
   [[nodiscard]] VdbGridInfo read_info(const std::string& name, bool with_background, bool fog);
-  // The voxels of a grid as dense boxes relative to `origin` within `dims`; at most `memory_limit` bytes.
-  // Throws when its background is another.
+  // Reads the voxels of a grid as dense boxes relative to `origin` within `dims`; at most `memory_limit`
+  // bytes. Throws when its background is another.
   [[nodiscard]] Frame read_frame(const std::string& name, const std::array<int32_t, 3>& origin,
                                  const std::array<uint64_t, 4>& dims, double background,
                                  uint64_t memory_limit, bool fog);

@@ -1,3 +1,5 @@
+// Opens OpenVDB files, one per frame: unites the bounds of their active voxels, checks that their transforms
+// differ by whole voxels only, and reads each grid that was asked for as a channel.
 #include "readers/vdb/vdb_reader.h"
 
 #include <algorithm>
@@ -53,7 +55,8 @@ std::vector<std::string> chosen_grids(const ReaderOptions& options, VdbFile& fil
   return {"density"};
 }
 
-// Whole voxels from the grid of `reference` to that of `other` when their transforms differ by nothing else.
+// Returns the whole voxels from the grid of `reference` to that of `other`; throws when their transforms
+// differ by anything else.
 Offset voxel_offset(const VdbGridInfo& reference, const VdbGridInfo& other, const std::string& path) {
   const Affine &a = reference.affine, &b = other.affine;
   const double size = std::cbrt(std::abs(determinant(a)));
@@ -64,7 +67,7 @@ Offset voxel_offset(const VdbGridInfo& reference, const VdbGridInfo& other, cons
     fail_input(path, ": the voxels of grid \"", other.name,
                "\" differ in size or direction from those of the first frame: "
                "resample the sequence to one transform");
-  // Solves A * offset = translation difference (Cramer).
+  // Cramer's rule solves A * offset = difference of translations.
   const std::array<double, 3> t{b[3] - a[3], b[7] - a[7], b[11] - a[11]};
   Offset offset{};
   for (size_t column = 0; column < 3; ++column) {

@@ -1,3 +1,5 @@
+// Parses the XML of a .vti file up to its appended data and decodes its arrays, written as text, base64 or
+// raw bytes, in one piece or in zlib blocks.
 #include "readers/vti/vti_file.h"
 
 #include <algorithm>
@@ -13,8 +15,8 @@ namespace {
 
 constexpr std::string_view kAppended = "<AppendedData";
 
-// The file's text up to the appended data, or all of it. Bytes are read in chunks: appended data can be
-// large.
+// Returns the file's text up to the appended data, or all of it. Bytes are read in chunks, for appended data
+// can be large.
 std::string read_header_text(InputFile& file) {
   std::string text;
   for (;;) {

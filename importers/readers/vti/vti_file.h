@@ -35,12 +35,12 @@ class VtiFile {
   [[nodiscard]] const Affine& affine() const { return affine_; }
   [[nodiscard]] bool cell_data() const { return cell_data_; }
   [[nodiscard]] const std::vector<VtiArray>& arrays() const { return arrays_; }
-  // Name of the array marked as the active scalars, "" when none is.
+  // Returns the name of the array marked as the active scalars, "" when none is.
   [[nodiscard]] const std::string& active() const { return active_; }
   [[nodiscard]] std::optional<double> time() const { return time_; }
-  // "appended, zlib blocks, Float32" and the like.
+  // Returns text such as "appended, zlib blocks, Float32".
   [[nodiscard]] std::string storage(const VtiArray& array) const;
-  // All values of an array, native byte order, components fastest.
+  // Returns all values of an array, in native byte order, components fastest.
   [[nodiscard]] Bytes values(const VtiArray& array);
 
  private:

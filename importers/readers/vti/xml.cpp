@@ -1,3 +1,5 @@
+// A recursive parser of the small part of XML that VTK's files need, which may stop at the start of an
+// element whose content is no XML.
 #include "readers/vti/xml.h"
 
 #include "readers/error.h"
@@ -31,7 +33,7 @@ class XmlParser {
     if (found == std::string_view::npos) refuse("\"", end, "\" is missing");
     at_ = found + end.size();
   }
-  // Comments and declarations; false when there is none here.
+  // Skips a comment or a declaration; returns false when there is none here.
   bool skip_extras() {
     if (looking_at("<!--"))
       skip_past("-->");
@@ -90,7 +92,7 @@ class XmlParser {
     at_ = end + 1;
   }
 
-  // False when the parser stopped inside.
+  // Parses an element; returns false when the parser stopped inside it.
   bool element(XmlElement& e, int depth) {
     if (depth > kDepthLimit) refuse("more than ", kDepthLimit, " elements inside each other");
     ++at_; // <

@@ -1,4 +1,4 @@
-// As much XML as VTK's files need: elements, attributes, text. No DTDs, no entities beyond the five.
+// As much XML as VTK's files need: elements, attributes and text, without DTDs or entities beyond the five.
 #pragma once
 
 #include <string>
@@ -14,16 +14,16 @@ struct XmlElement {
   std::string_view text; // between the start tag and the first child or the end tag; in the parsed document
   std::vector<XmlElement> children;
 
-  // "" when absent.
+  // Returns "" when the attribute is absent.
   [[nodiscard]] std::string_view attribute(std::string_view key) const;
-  // First child of that name, or null.
+  // Returns the first child of that name, or null.
   [[nodiscard]] const XmlElement* child(std::string_view key) const;
 };
 
 struct XmlDocument {
   XmlElement root;
-  size_t stopped_at =
-      std::string_view::npos; // offset after the start tag of the element to stop at, when it was met
+  // Offset behind the start tag of the element to stop at, when it was met.
+  size_t stopped_at = std::string_view::npos;
 };
 
 // Parses until the end of the root element, or until the start tag of an element named `stop_at` has been
