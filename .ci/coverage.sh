@@ -9,14 +9,15 @@ cd "$top" || exit 1
 source tests/packages.sh
 install_missing gcovr "${build_packages[@]}" libgtest-dev || exit 1
 
-# Counters are shared by threads. Files without links to other libraries' instrumented code: as for the sanitizers.
+# Counters are shared by threads, so updates are atomic. Libraries that are not instrumented are left out, as
+# for the sanitizers.
 flags="-O1 -g1 --coverage -fprofile-update=atomic"
 cmake -S . -B build-coverage -G Ninja "${launchers[@]}" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG="$flags" \
   -DCMAKE_CXX_FLAGS_DEBUG="$flags" -DBCCSPLAT_WITH_OPENVDB=OFF -DBCCSPLAT_BUILD_TOOL=OFF -DBCCSPLAT_BUILD_BENCH=OFF \
   -DBCCSPLAT_BUILD_EXAMPLES=OFF || exit 1
 find build-coverage -name '*.gcda' -delete
 cmake --build build-coverage --target bccsplat_unit bccsplat_api bccsplat_stability bccsplat_faults bccsplat_c_host || exit 1
-# Tests of reaction times mean nothing here; a test that fails is a matter of .ci/run.
+# Tests of reaction times mean nothing here, and a test that fails is a matter of .ci/run.
 ctest --test-dir build-coverage -L 'unit|stability|^api$|faults' -E 'Reaction|plugin|budget' -j "$(nproc)" | tail -12
 
 report=$(mktemp)

@@ -1,8 +1,8 @@
 // insitu_simulation OUT.bcc4 [PICTURE.png]: two clusters of particles meet under their own gravity, and the
 // solver hands its density to the lattice while it runs. There is no Cartesian grid anywhere: each layer of
-// the D4* lattice says at which moment it stands and where its sites are; the solver steps to that moment and
-// sums the particles' kernels there. Then the file is opened and drawn, with a trail of the motion. Public
-// header only.
+// the D4* lattice says at which moment it is and where its sites are; the solver steps to that moment and
+// sums the particles' kernels there. Then the file is opened and drawn, with a trail of the motion. It uses
+// the public header only.
 #include <bccsplat.h>
 
 #include <array>
@@ -60,7 +60,7 @@ class Solver {
 
   [[nodiscard]] double time() const { return time_; }
 
-  // Leapfrog in equal steps, the last of which ends at `time` (frames) exactly.
+  // Advances by the leapfrog method in equal steps, the last of which ends at `time` (frames) exactly.
   void advance_to(double time) {
     const int steps = static_cast<int>(std::ceil((time - time_) / longest_step));
     for (int s = 0; s < steps; ++s) {

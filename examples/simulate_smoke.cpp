@@ -47,14 +47,14 @@ void usage(std::FILE* to) {
       static_cast<double>(frames_per_second), smoke::has_vdb ? "" : " (not built in)");
 }
 
-// False when the text is not a whole number in [least, most].
+// Reads a whole number; returns false when the text is none in [least, most].
 bool read_number(const char* text, int least, int most, int& number) {
   const char* end = text + std::strlen(text);
   const auto [stop, error] = std::from_chars(text, end, number);
   return error == std::errc() && stop == end && number >= least && number <= most;
 }
 
-// False after a message when the command line makes no sense.
+// Reads the command line; returns false after a message when it makes no sense.
 bool read_settings(int argc, char** argv, Settings& s) {
   for (int i = 1; i < argc; ++i) {
     const std::string option = argv[i];
@@ -92,8 +92,8 @@ bool read_settings(int argc, char** argv, Settings& s) {
   return true;
 }
 
-// Two jets that lean towards each other and blow in turn, so that each breath rolls up into a ring of its
-// own. Their nozzles swing in a circle, against each other, which breaks the symmetry.
+// Returns two jets that lean towards each other and blow in turn, so that each breath rolls up into a ring of
+// its own. Their nozzles swing in a circle, against each other, which breaks the symmetry.
 std::array<smoke::Source, 2> sources(float seconds) {
   constexpr float turn = 6.2831853f, breaths_per_second = 2.2f, swings_per_second = 3;
   const auto breath = [seconds](float shift) {

@@ -1,6 +1,7 @@
-// viewer FILE.bcc4 [SCREENSHOT.bmp]: looks around in a series. Drafts while something moves, a fine picture
-// at rest; the window stays responsive, for pictures are made and cancelled in a thread of their own. With a
-// second argument the window is saved there when it closes, and the counts of pictures are printed.
+// viewer FILE.bcc4 [SCREENSHOT.bmp]: looks around in a series. It shows drafts while something moves and a
+// fine picture at rest; the window stays responsive, for pictures are made and cancelled in a thread of their
+// own. With a second argument the window is saved there when it closes, and the counts of pictures are
+// printed.
 #include "viewer/draw.h"
 #include "viewer/panel.h"
 
@@ -41,7 +42,8 @@ void save_window(SDL_Renderer* renderer, const char* path) {
     throw std::runtime_error(SDL_GetError());
 }
 
-// The mouse outside the panel. Angles follow from where the drag began, however seldom we come by.
+// Turns the view with the mouse outside the panel. Angles follow from where the drag began, however seldom
+// events are looked at.
 class Orbit {
  public:
   void apply(Wish& wish) {

@@ -8,7 +8,8 @@ namespace {
 
 constexpr float faint = 1 / 256.0f; // of the density at a source
 
-// One axis: `step` samples apart, n of them; a cell beyond the wall counts as the one at the wall.
+// Averages along one axis, whose n samples are `step` apart; a cell beyond the wall counts as the one at the
+// wall.
 void average_line(const float* in, float* out, size_t step, int n) {
   for (int i = 0; i < n; ++i) {
     const size_t at = static_cast<size_t>(i) * step;

@@ -1,4 +1,4 @@
-// From the solver's density to what is recorded.
+// Makes what is recorded of the solver's density.
 #pragma once
 
 #include "smoke/grid.h"
@@ -6,8 +6,8 @@
 namespace smoke {
 
 // Averages each cell with its neighbours, 1/4 1/2 1/4 along each axis, as a detector would: the sharpest
-// edges of the solver belong to its grid and not to the smoke, and no later sampling could hold them. Then
-// ends the faint rim at exactly 0, so that the air around the smoke is air.
+// edges of the solver belong to its grid and not to the smoke, and no later sampling could hold them. The
+// faint rim then ends at exactly 0, so that the air around the smoke is air.
 Grid expose(const Grid& density);
 
 } // namespace smoke

@@ -38,7 +38,7 @@ struct Corner {
   float fx, fy, fz; // in [0, 1]
 };
 
-// p in sample indices; points outside are moved to the border.
+// p is in sample indices; points outside are moved to the border.
 inline Corner corner(const Grid& grid, Vec3 p) {
   const float x = std::clamp(p.x, 0.0f, static_cast<float>(grid.nx - 1));
   const float y = std::clamp(p.y, 0.0f, static_cast<float>(grid.ny - 1));

@@ -7,16 +7,16 @@
 
 namespace smoke {
 
-// FOLDER/smoke.0007.raw and so on.
+// Returns FOLDER/smoke.0007.raw and so on.
 std::filesystem::path frame_path(const std::filesystem::path& folder, int frame, const char* extension);
 
-// Bare little-endian float32, x fastest. Throws std::runtime_error.
+// Writes bare little-endian float32, x fastest. Throws std::runtime_error.
 void write_raw(const std::filesystem::path& path, const Grid& grid);
 
-// True when the program was built with OpenVDB.
+// Whether the program was built with OpenVDB.
 extern const bool has_vdb;
-// A fog volume "density" with background 0 and voxels of edge `voxel` (world units); only voxels other than 0
-// are active; `half` stores 16-bit floats. Throws std::runtime_error.
+// Writes a fog volume "density" with background 0 and voxels of edge `voxel` (world units); only voxels other
+// than 0 are active; `half` stores 16-bit floats. Throws std::runtime_error.
 void write_vdb(const std::filesystem::path& path, const Grid& grid, double voxel, bool half);
 
 } // namespace smoke

@@ -1,4 +1,5 @@
-// Slabs of an index range over threads. What a slab computes does not depend on how the range was cut.
+// Spreads the parts of an index range over threads; what is computed must not depend on how the range was
+// cut.
 #pragma once
 
 #include <algorithm>

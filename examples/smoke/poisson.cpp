@@ -1,3 +1,5 @@
+// Geometric multigrid in V-cycles: red-black Gauss-Seidel on every level, residuals averaged down,
+// corrections interpolated up.
 #include "smoke/poisson.h"
 
 #include <algorithm>
@@ -101,7 +103,7 @@ void Poisson::compute_residual(Level& level) {
   });
 }
 
-// Mean of the eight children.
+// Each coarse cell gets the mean of its eight children.
 void Poisson::restrict_to(const Level& fine, Level& coarse) {
   const int n = coarse.n;
   parallel_ranges(n < 16 ? 1 : threads_, n, [&](int begin, int end) {
@@ -116,7 +118,7 @@ void Poisson::restrict_to(const Level& fine, Level& coarse) {
   });
 }
 
-// Trilinear between coarse centres: 3/4 of the nearer, 1/4 of the farther, per axis.
+// Corrections are trilinear between coarse centres: 3/4 of the nearer and 1/4 of the farther along each axis.
 void Poisson::correct_from(const Level& coarse, Level& fine) {
   const int n = fine.n;
   parallel_ranges(n < 16 ? 1 : threads_, n, [&](int begin, int end) {

@@ -15,7 +15,7 @@ class Poisson {
   Poisson(int n, int threads);
 
   Grid& rhs() { return levels_.front().rhs; }
-  // Kept from call to call, as the start of the next solution.
+  // The pressure is kept from call to call, as the start of the next solution.
   Grid& pressure() { return levels_.front().p; }
   void solve(int v_cycles);
 

@@ -1,3 +1,5 @@
+// One step of the smoke solver: sources and forces change the velocity, the projection makes it free of
+// divergence, and density and velocity are carried along. solver.h names the papers.
 #include "smoke/solver.h"
 
 #include <cmath>
@@ -9,7 +11,7 @@ namespace smoke {
 
 namespace {
 
-// Where sample (0, 0, 0) of each grid stands, in cells.
+// Where sample (0, 0, 0) of each grid is, in cells.
 constexpr Vec3 centre_offset{0.5f, 0.5f, 0.5f}, u_offset{0, 0.5f, 0.5f}, v_offset{0.5f, 0, 0.5f},
     w_offset{0.5f, 0.5f, 0};
 
@@ -20,7 +22,7 @@ Vec3 place(int i, int j, int k, Vec3 offset) {
 Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 float length(Vec3 a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
 
-// 1 inside 0.6 radii, 0 beyond 1, smooth between.
+// Returns 1 inside 0.6 radii, 0 beyond 1, and smooth values in between.
 float inside(const Source& source, Vec3 p) {
   const float s = std::clamp((1 - length(p - source.centre) / source.radius) / 0.4f, 0.0f, 1.0f);
   return s * s * (3 - 2 * s);
@@ -90,8 +92,8 @@ void Solver::add_forces(float seconds, const Physics& physics) {
     curl_size_(i, j, k) = length(curl);
   });
 
-  // Acceleration at the centres, in origin_: towards the vortex cores across the curl, and upwards where
-  // there is smoke.
+  // origin_ holds the acceleration at the centres: towards the vortex cores across the curl, and upwards
+  // where there is smoke.
   const float strength = physics.confinement / static_cast<float>(n);
   for_each(threads_, density_, [&](int i, int j, int k) {
     const Grid& s = curl_size_;
@@ -103,7 +105,7 @@ void Solver::add_forces(float seconds, const Physics& physics) {
     origin_[at] = (seconds / 2) * force;
   });
 
-  // A face gets the mean of its two cells. Faces in the walls stay closed.
+  // A face gets the mean of its two cells; faces in the walls stay closed.
   for_each(threads_, density_, [&](int i, int j, int k) {
     const auto mean = [&](int a, int b, int c) {
       return origin_[density_.index(i, j, k)] + origin_[density_.index(a, b, c)];
@@ -160,7 +162,7 @@ void Solver::advect(float seconds) {
   std::swap(w_, next_w_);
 }
 
-// MacCormack: carries the field along, carries the result back, and takes half of what that lost as
+// The MacCormack method carries the field along, carries the result back, and takes half of what that lost as
 // correction, kept within the values it came from.
 void Solver::advect_one(const Grid& from, Grid& to, Vec3 offset, float cells_per_speed) {
   for_each(threads_, from, [&](int i, int j, int k) {

@@ -1,6 +1,6 @@
 // Incompressible smoke in a closed cube of edge 1 ("stable fluids": Stam 1999; staggered velocities;
 // MacCormack advection: Selle et al. 2008; vorticity confinement: Fedkiw, Stam, Jensen 2001). y is up.
-// Lengths in cube edges, times in seconds.
+// Lengths are in cube edges, times in seconds.
 #pragma once
 
 #include <span>
@@ -27,12 +27,12 @@ struct Physics {
 
 class Solver {
  public:
-  // n cells per axis; n must be even.
+  // There are n cells per axis; n must be even.
   Solver(int n, int threads);
 
   [[nodiscard]] const Grid& density() const { return density_; }
   void step(float seconds, std::span<const Source> sources, const Physics& physics);
-  // Largest divergence of the velocity times the cell size, edges / s.
+  // Returns the largest divergence of the velocity times the cell size, edges / s.
   [[nodiscard]] float divergence();
 
  private:
@@ -44,8 +44,8 @@ class Solver {
   [[nodiscard]] Vec3 velocity_at(Vec3 cells) const;
 
   int n_, threads_;
-  // Cell (i, j, k) has its centre at (i + 1/2, j + 1/2, k + 1/2) cells; u, v, w stand on the faces across x,
-  // y, z.
+  // Cell (i, j, k) has its centre at (i + 1/2, j + 1/2, k + 1/2) cells; u, v, w are on the faces across x, y,
+  // z.
   Grid density_, u_, v_, w_;
   Grid next_density_, next_u_, next_v_, next_w_;
   Grid curl_size_;

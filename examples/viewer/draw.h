@@ -1,4 +1,4 @@
-// Draws the controls through SDL's own renderer: the backend for it is not in Debian's ImGui.
+// Draws the controls through SDL's own renderer, because the backend for it is not in Debian's ImGui.
 #pragma once
 
 #include <SDL.h>

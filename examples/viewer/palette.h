@@ -9,7 +9,7 @@ namespace viewer {
 
 inline constexpr const char* palette_names[] = {"fire", "ice", "grey"};
 
-// at in [0, 1].
+// Returns the colour at `at` in [0, 1].
 [[nodiscard]] inline std::array<double, 3> palette_color(int palette, double at) {
   static constexpr double points[3][4][3] = {
       {{0.10, 0.02, 0.15}, {0.55, 0.06, 0.10}, {1.0, 0.38, 0.04}, {1.0, 0.92, 0.55}},

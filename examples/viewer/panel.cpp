@@ -1,3 +1,5 @@
+// The controls of the viewer: time, cut and view, the transfer function as a curve over the histogram, and
+// what the last picture took.
 #include "viewer/panel.h"
 
 #include "viewer/palette.h"
@@ -10,7 +12,7 @@
 namespace viewer {
 namespace {
 
-// Drag a point of the curve up and down; behind it the histogram of the stored values.
+// Lets points of the curve be dragged up and down, with the histogram of the stored values behind them.
 void curve_editor(Wish& wish, const Facts& facts) {
   const ImVec2 size(ImGui::GetContentRegionAvail().x, 110), from = ImGui::GetCursorScreenPos();
   const auto x_of = [&](float f) { return from.x + f * size.x; };

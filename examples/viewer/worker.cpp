@@ -1,3 +1,5 @@
+// Makes pictures in a thread of their own: waits for a wish that is newer than the picture under way, cancels
+// that one, and draws first a draft and then the fine picture.
 #include "viewer/worker.h"
 
 #include "viewer/palette.h"
@@ -162,7 +164,7 @@ void Worker::draw(const Wish& wish, bool fine) {
   check(bccsplat_renderer_set_trail(renderer_.get(), wish.trail && time_slice ? &trail : nullptr));
   auto options = sized<bccsplat_render_options>();
   options.quality = fine ? BCCSPLAT_QUALITY_FINE : BCCSPLAT_QUALITY_DRAFT;
-  // The cancel that goes with a wish may come before the render starts: the callback sees to that.
+  // The cancel that goes with a wish may come before the render starts, which is why the callback asks, too.
   options.progress_user = this;
   options.progress = [](void* self, double) { return static_cast<Worker*>(self)->outdated() ? 1 : 0; };
   check(bccsplat_renderer_set_options(renderer_.get(), &options));

@@ -1,5 +1,5 @@
-// Pictures in a thread of their own: the newest wish wins, a draft comes first, the fine picture when nothing
-// moves.
+// Makes pictures in a thread of their own: the newest wish wins, a draft comes first, the fine picture when
+// nothing moves.
 #pragma once
 
 #include <bccsplat.h>
@@ -28,7 +28,7 @@ struct Release {
 template<class T> using Handle = std::unique_ptr<T, Release>;
 
 struct Cancelled {};
-// Throws what went wrong; Cancelled when a newer wish ended the call.
+// Throws what went wrong, or Cancelled when a newer wish ended the call.
 void check(bccsplat_status status);
 
 constexpr int curve_points = 9; // of the transfer function, evenly spread over the range of values
@@ -69,9 +69,10 @@ class Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  // From the window's thread; cancels what is under way for an older wish. False: it is the one before.
+  // Called from the window's thread; cancels what is under way for an older wish. Returns false when the wish
+  // is the one before.
   bool wish(const Wish& wish);
-  // The newest picture, if there is one that was not taken yet.
+  // Returns the newest picture, if there is one that was not taken yet.
   [[nodiscard]] std::unique_ptr<Picture> take();
   [[nodiscard]] const Counts& counts() const { return counts_; }
 

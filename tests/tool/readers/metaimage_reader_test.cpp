@@ -1,3 +1,5 @@
+// The MetaImage reader on files made here: every way of storing the data, the grid's place, files of a
+// series, and what is refused.
 #include "readers/metaimage/metaimage_reader.h"
 
 #include <numeric>

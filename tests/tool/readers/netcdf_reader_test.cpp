@@ -1,3 +1,5 @@
+// The NetCDF reader on files made with the library: formats and types, roles of axes, packed values and
+// holes, series of files, uneven levels, and what is refused.
 #include "readers/netcdf/netcdf_reader.h"
 
 #include <netcdf.h>
@@ -77,7 +79,7 @@ TEST(NetcdfReader, ReadsEveryFormatAndType) {
 
 TEST(NetcdfReader, KnowsAxesByAttributesNamesAndPlace) {
   Scratch s;
-  // The order of the file is x, t, y, z from slowest to fastest; nothing in it stands in its usual place.
+  // The order of the file is x, t, y, z from slowest to fastest; nothing in it is in its usual place.
   Nc attributes(s.path("a.nc"), {{"a", 2, "degrees_east", 2.5},
                                  {"b", 5, "hours since 2000-01-01", 6},
                                  {"c", 3, "degrees_north", -1},
@@ -216,7 +218,7 @@ TEST(NetcdfReader, WarnsOfLevelsOutOfOrderAndNeedsNoTime) {
   ASSERT_EQ(reader->description().warnings.size(), 1u);
   EXPECT_NE(reader->description().warnings[0].find("level is not evenly spaced"), std::string::npos);
   EXPECT_EQ(reader->description().times.values, (std::vector<double>{0, 1, 2}));
-  // Never written: the default fill value of floats is no data.
+  // What was never written is the default fill value of floats, which is no data.
   EXPECT_TRUE(std::isnan(dense(*reader, 1)[3]));
 }
 

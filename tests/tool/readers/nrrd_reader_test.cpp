@@ -1,3 +1,5 @@
+// The NRRD reader on headers written here: where the data are, which axis is time, times and components, and
+// malformed headers.
 #include "readers/nrrd/nrrd_reader.h"
 
 #include <numeric>
@@ -8,7 +10,7 @@
 namespace bcc4::test {
 namespace {
 
-// 2 x 3 x 4 x 5 of u16, each its own index in x, y, z, t order.
+// Returns 2 x 3 x 4 x 5 values of u16, each its own index in x, y, z, t order.
 std::string payload(bool big = false) {
   std::vector<uint16_t> v(2 * 3 * 4 * 5);
   std::iota(v.begin(), v.end(), uint16_t{0});
@@ -203,7 +205,7 @@ TEST(NrrdReader, RefusesOptionsThatAreNotItsOwn) {
   EXPECT_REFUSED(refusal(o), Exit::usage, "--dtype");
 }
 
-// Every byte of a header replaced by many others: refused or read, never worse.
+// Every byte of a header is replaced by many others: the file is refused or read, never worse.
 TEST(NrrdReader, SurvivesMutations) {
   Scratch s;
   const std::string good =

@@ -5,7 +5,7 @@
 namespace bcc4::test {
 namespace {
 
-// The first file is opened once more than the others: to be recognised.
+// The first file is opened once more than the others, to be recognised.
 TEST(OpenSeries, ReadsTheFirstHeaderOnce) {
   const std::string voxels(24, '\1');
   std::string nifti(352, '\0');

@@ -1,4 +1,5 @@
-// How often files are opened, as the system tells: a series is found once and its first header is read once.
+// Counts how often files are opened, as the system tells it, because a series is to be found once and its
+// first header read once.
 #pragma once
 
 #include <sys/inotify.h>
@@ -13,12 +14,12 @@
 
 namespace bcc4::test {
 
-// Openings of the files of a folder while the object lives; "" stands for the folder itself, opened to be
+// The openings of the files of a folder while the object lives; "" means the folder itself, opened to be
 // listed.
 class Openings {
  public:
   explicit Openings(const std::string& folder) : queue_(inotify_init1(IN_NONBLOCK)) {
-    // Equal events in a row are told once: reading and closing comes between two openings.
+    // Equal events in a row are told once, but reading and closing comes between two openings.
     watched_ =
         queue_ >= 0 && inotify_add_watch(queue_, folder.c_str(), IN_OPEN | IN_ACCESS | IN_CLOSE_NOWRITE) >= 0;
   }

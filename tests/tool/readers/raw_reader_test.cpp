@@ -1,3 +1,5 @@
+// The reader of raw arrays: orders of axes, types, gzip, several arrays and frames, memory, sizes that do not
+// fit, and the warnings about data that look wrongly declared.
 #include "readers/raw/raw_reader.h"
 
 #include <cmath>
@@ -12,12 +14,12 @@ namespace {
 
 constexpr std::array<uint64_t, 4> kDims{3, 4, 5, 6};
 
-// A value that tells its place.
+// Returns a value that says where it is.
 double value_at(uint64_t x, uint64_t y, uint64_t z, uint64_t t) {
   return static_cast<double>(x + 10 * y + 100 * z + 1000 * t);
 }
 
-// All samples in the file order of `axes`, fastest first.
+// Returns all samples in the file order of `axes`, fastest first.
 template<class T>
 std::vector<T> file_values(const std::string& axes, const std::array<uint64_t, 4>& dims = kDims) {
   std::vector<T> out;
@@ -120,7 +122,7 @@ TEST(RawReader, ReadsGzipSkipsAndFilesPerFrame) {
   expect_series(o);
 }
 
-// Array c of frame t of a file of several arrays, every value telling its place.
+// Expects of a file of several arrays that every value of array c of frame t says where it is.
 void expect_arrays(const ReaderOptions& o, const std::vector<uint64_t>& arrays, uint64_t frames) {
   const auto reader = open_series(o);
   const SeriesDescription& d = reader->description();
@@ -234,8 +236,8 @@ TEST(RawReader, StopsAtDamagedAndExplodingGzip) {
   EXPECT_REFUSED(refusal(raw(s.file("bad.gz", bad), Type::f32)), Exit::bad_input, "damaged compressed data");
   EXPECT_REFUSED(refusal(raw(s.file("short.gz", gzipped("few")), Type::f32)), Exit::bad_input,
                  "1440 are expected");
-  // 64 MiB of zeros in 64 KiB: more than declared is not unpacked, less cannot be declared beyond what
-  // deflate can do.
+  // The file holds 64 MiB of zeros in 64 KiB: more than declared is not unpacked, and no more can be declared
+  // than deflate can make.
   const std::string bomb = s.file("bomb.gz", gzipped(std::string(64 << 20, '\0')));
   ReaderOptions o = raw(bomb, Type::f32);
   EXPECT_REFUSED(refusal(o), Exit::bad_input, "more than the 1440 bytes");

@@ -17,7 +17,7 @@
 
 namespace bcc4::test {
 
-// Named after the test; emptied at the start, removed at the end.
+// A folder named after the test, emptied at the start and removed at the end.
 class Scratch {
  public:
   Scratch() {
@@ -68,7 +68,7 @@ inline std::string gzipped(const std::string& data) {
   return out;
 }
 
-// A frame as nx * ny * nz values, x fastest.
+// Returns a frame as nx * ny * nz values, x fastest.
 inline std::vector<double> dense(FrameReader& reader, uint64_t frame, size_t channel = 0) {
   const SeriesDescription& d = reader.description();
   const uint64_t plane = d.dims[0] * d.dims[1];

@@ -1,3 +1,5 @@
+// Finding the files of a series: numbers, gaps, selections, lists and patterns; and the frames and times
+// planned from them.
 #include "readers/sequence.h"
 
 #include "readers/frame_plan.h"
@@ -110,7 +112,7 @@ TEST(Sequence, PatternsNameOutputs) {
   EXPECT_FALSE(has_frame_pattern("a%b/plain.png"));
 }
 
-// A series of one voxel whose value is its file number.
+// Returns a series of one voxel whose value is its file number.
 std::unique_ptr<FrameReader> numbered_series(Scratch& s, const std::vector<int>& files, GapPolicy gaps,
                                              std::optional<double> dt = {}) {
   for (const int n : files) s.file(concat("v.", n, ".raw"), std::string(1, static_cast<char>(n)));

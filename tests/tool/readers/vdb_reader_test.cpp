@@ -1,3 +1,5 @@
+// The OpenVDB reader on grids made with the library, against the trees' own values: scattered voxels, shifts,
+// level sets, types, and what is refused.
 #if BCCSPLAT_WITH_OPENVDB
 #include "readers/vdb/vdb_reader.h"
 
@@ -30,7 +32,7 @@ void write(const std::string& path, const openvdb::GridCPtrVec& grids, bool stat
   file.write(grids);
 }
 
-// Every voxel of the reader equals the tree's value where it is active, background elsewhere.
+// Expects every voxel of the reader to be the tree's value where it is active, and background elsewhere.
 template<class GridT>
 void expect_equal(FrameReader& reader, uint64_t frame, const GridT& grid, const Coord& origin,
                   size_t channel = 0) {

@@ -47,7 +47,7 @@ TEST(Progress, ANonZeroAnswerCancels) {
   EXPECT_THROW(progress.check(), Error);
 }
 
-// A stage that only checks: the host still hears of it, and may cancel.
+// The host hears of a stage that only checks, too, and may cancel.
 TEST(Progress, ChecksAskTheHostToo) {
   std::vector<double> seen;
   Progress progress([&](double fraction) {
@@ -69,7 +69,7 @@ TEST(Progress, CancelWorksWithoutACallback) {
 }
 
 } // namespace
-// Stages within stages: what each tells stands for its share of the whole.
+// In stages within stages, what each reports is scaled to its share of the whole.
 TEST(Progress, SharesNest) {
   double heard = 0;
   Progress whole(

@@ -1,4 +1,4 @@
-// What the shipped kernels and prefilters are stated to do; tests/bench/notes/kernels.md has the same
+// The shipped kernels and prefilters do what is stated of them; tests/bench/notes/kernels.md has the same
 // figures.
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ TEST_P(ShippedKernels, ReachTheirFigures) {
   for (size_t r = 0; r < rhos.size(); ++r) {
     const std::vector<WaveSample> waves = ball_waves(spectrum, dimensions, rhos[r], 700);
     EXPECT_GE(snr_db(waves, stages, dimensions), GetParam().snr[r] - 0.3) << "rho " << rhos[r];
-    // No prefilter beats the projection onto the space of the kernel: the figures are no artefact of the
+    // No prefilter beats the projection onto the space of the kernel: the figures are no artefacts of the
     // symbol.
     double best = 0;
     for (const WaveSample& w : waves) best += wave_error(w, w.pass / (w.pass * w.pass + w.alias2));

@@ -130,7 +130,7 @@ TEST_P(CcVolume, SliceAgreesWithTheVolume) {
       ASSERT_GE(slice_values[i], slice.bounds[0]);
       ASSERT_LE(slice_values[i], slice.bounds[1]);
     }
-    // And the dense way.
+    // The dense way must agree, too.
     std::vector<float> grid(20 * 17 * 35);
     sample_grid(slice, {{0, 0, 0}, {1, 1, 1}, {20, 17, 35}}, grid.data(), context.get());
     for (size_t i = 0; i < grid.size(); i += 97) {
@@ -182,14 +182,14 @@ TEST(CcVolume, SamplesComeBackAtTheSites) {
   for (int i = 0; i < 2000; ++i)
     sites.push_back(
         {double(6 + i % 12), double(6 + i / 12 % 12), double(6 + i / 144 % 12), double(5 + i % 6)});
-  // Far better than between the sites, where the kernel itself limits.
+  // This is far better than between the sites, where the kernel itself limits.
   EXPECT_GE(
       snr_db(evaluate_values({samples, 0, make_kernel("radial20+b4"), 0, large_cache}, sites, context.get()),
              sites, f),
       48);
 }
 
-// Samples of full swing from site to site, all frequencies alike.
+// Returns samples of full swing from site to site, with all frequencies alike.
 MemorySamples white_noise(const Lattice4& lattice, double codes) {
   std::mt19937 random(7);
   return sample_field(lattice, [&](const Vec4&) {
@@ -271,7 +271,7 @@ TEST(ExactKernel, HolesStayAndAirIsPruned) {
   const Coefficients c(samples, 0, make_kernel("exact"), 0.01f, large_cache);
   const auto made = c.layer(0, context.get());
   EXPECT_TRUE(made->brick(3, 0, 0)->is_hole(5 * 16));
-  EXPECT_FALSE(made->brick(2, 0, 0)); // all below .01
+  EXPECT_FALSE(made->brick(2, 0, 0)); // all below 0.01
   EXPECT_GT(made->brick(0, 0, 0)->count(), 100);
 }
 
@@ -289,7 +289,7 @@ TEST(CcVolume, StaticVolumesAreThreeDimensional) {
 }
 
 TEST(CcVolume, PaperIsTheGaussianOfThePaper) {
-  // One site of value 1: the normalised Gaussian in space, the hat in time.
+  // One site of value 1 becomes the normalised Gaussian in space and the hat in time.
   TestContext context;
   const auto lattice = Lattice4::fit(LatticeKind::cc, {13, 13, 13, 9});
   const auto samples = sample_field(lattice, [](const Vec4& p) { return p == Vec4{6, 6, 6, 4} ? 1.0 : 0.0; });

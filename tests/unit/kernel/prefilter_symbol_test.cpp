@@ -10,9 +10,9 @@ namespace {
 
 using Point = std::array<double, 4>;
 
-// Displacements between sites of D4* (BCC: t = 0 only) up to two layers and the given squared length in
-// space. Coordinates are planes and layers, 1/sqrt2 apart: all even or all odd. On BCC the cosets are odd and
-// even in space.
+// Returns the displacements between sites of D4* (BCC: t = 0 only) up to two layers and the given squared
+// length in space. Coordinates are planes and layers, 1/sqrt2 apart: all even or all odd. On BCC the cosets
+// are odd and even in space.
 std::vector<Point> neighbours(int layers, int square, int dimensions) {
   std::vector<Point> found;
   for (int x = -2; x <= 2; ++x)
@@ -29,7 +29,7 @@ std::vector<Point> neighbours(int layers, int square, int dimensions) {
   return found;
 }
 
-// What summing the neighbours does to a plane wave.
+// Returns what summing the neighbours does to a plane wave.
 double sum_symbol(const std::vector<Point>& sites, const Point& xi) {
   double sum = 0;
   for (const Point& d : sites)

@@ -1,3 +1,4 @@
+// The spatial kernels: shape, slope, integral and site sums, and the Gaussian in polynomial form.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +12,7 @@ namespace {
 
 constexpr double pitch = std::numbers::sqrt2;
 
-// The sum of phi over all sites of BCC at a point, site by site.
+// Returns the sum of phi over all sites of BCC at a point, site by site.
 double site_sum(const RadialKernel& phi, double x, double y, double z) {
   double sum = 0;
   for (const double half : {0.0, 0.5})

@@ -1,3 +1,5 @@
+// Spectra of kernels against closed forms and integrals, and the error of waves against a wave that is summed
+// from its sites.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,7 +39,7 @@ TEST(KernelSpectrum, StartsWithTheSecondMoment) {
       variance += 2 * t * t * kernel.time.value(t) / pitch * kernel.time.half_width / steps;
     }
     EXPECT_NEAR(spectrum.time(k), 1 - drop * variance, 1e-6);
-    // Between and at the entries of its table, against the integral.
+    // The table agrees with the integral between its entries and at them.
     for (const double f : {0.123456, 0.7, 1.37, 2.9}) {
       double sum = 0;
       constexpr int n = 20000;
@@ -100,7 +102,7 @@ TEST(WaveError, IsTheMeanSquareErrorOfTheSum) {
       }
       EXPECT_NEAR(error, wave_error(w, q), 0.04 * error + 1e-7) << c.name << ", Q " << q;
     }
-    // The gradient's error, by differences of the error.
+    // The gradient's error comes from differences of the error.
     double gradient = 0;
     constexpr int n = 300;
     constexpr double h = 1e-4;

@@ -1,3 +1,5 @@
+// Cameras: what fits into the picture, matrices for other programs against the samples of the splatter, and
+// views that make no sense.
 #include "render/camera.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +11,7 @@ namespace {
 
 using test::make_slice;
 
-// Pixel of a world point, fractional, centre of the top left pixel (0, 0).
+// Returns the pixel of a world point, fractional; the centre of the top left pixel is (0, 0).
 std::array<double, 2> project(const WorldCamera& c, const Vec3& p, int width, int height) {
   const Vec3 d = p - c.position;
   const double depth = c.perspective ? dot(d, c.forward) : 1.0;
@@ -49,14 +51,15 @@ TEST(Camera, FitShowsTheWholeSliceAndNoMore) {
       }
 }
 
-// x M, divided by the fourth part.
+// Returns x M divided by its fourth part.
 Vec3 times(const Vec3& p, const std::array<double, 16>& m) {
   std::array<double, 4> out{};
   for (size_t c = 0; c < 4; ++c) out[c] = p[0] * m[c] + p[1] * m[4 + c] + p[2] * m[8 + c] + m[12 + c];
   return (1 / out[3]) * Vec3{out[0], out[1], out[2]};
 }
 
-// Against the points at which the splatter samples: pixel (i, j) of any sheet is the middle of its square.
+// The points at which the splatter samples pixel (i, j), on any sheet, must come out in the middle of its
+// square.
 TEST(Camera, MatricesPutSamplesIntoTheirPixels) {
   const Slice slice = make_slice(
       {9, 14, 6}, [](double, double, double) { return 1; }, "default", sheared());
@@ -137,7 +140,7 @@ TEST(Camera, SamplesOfAViewProjectOntoTheirPixels) {
           EXPECT_NEAR(dot(p - c.position, c.forward), (k + view.depth) * view.step_world, 1e-9);
           EXPECT_NEAR(view.sheet(view.sample(i, j, k)), k, 1e-9);
         }
-    // Sheets stand `step` apart in lattice space.
+    // Sheets are `step` apart in lattice space.
     EXPECT_NEAR(dot(view.normal, view.sample(3, 4, 1) - view.sample(3, 4, 0)), 0.5, 1e-12);
   }
 }

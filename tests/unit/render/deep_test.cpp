@@ -1,3 +1,5 @@
+// Deep pictures: composited they are the flat picture, cut anywhere they are what lies in front, and OpenEXR
+// reads them as we write them.
 #include "render/deep.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +49,7 @@ struct Deep {
   }
 };
 
-// Red, green, blue, opacity of what lies in front of z, by OpenEXR's rule for cutting a sample.
+// Returns red, green, blue and opacity of what lies in front of z, by OpenEXR's rule for cutting a sample.
 std::array<double, 4> flatten(std::span<const float> samples, double z) {
   std::array<double, 4> sum{};
   for (size_t n = 0; n < samples.size() && static_cast<double>(samples[n]) < z; n += DeepImage::components) {
@@ -73,7 +75,7 @@ class DeepPicture : public testing::Test {
   void look(bool perspective) { scene.camera = fit_camera(slice, perspective, 20, 30, width, height); }
   void take(Deep& deep, int threads = 2) const { deep.draw(scene, options, threads); }
 
-  // Tidy samples that are the flat picture when composited.
+  // Expects tidy samples that are the flat picture when composited.
   void expect_flat(const Deep& deep, double error = 1e-5) {
     uint64_t seen = 0;
     for (size_t p = 0; p < size_t{width} * height; ++p) {
@@ -334,7 +336,7 @@ TEST_F(DeepPicture, IsWhatOpenExrReadsAndComposites) {
         ASSERT_EQ(samples[p][n % DeepImage::components][n / DeepImage::components], expected[n]);
     }
   }
-  // OpenEXR's own compositing.
+  // OpenEXR's own compositing must give the flat picture, too.
   Imf::DeepScanLineInputFile file(path.c_str());
   Imf::CompositeDeepScanLine composite;
   composite.addSource(&file);

@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-// Noise up to the band limit, fading towards the ends of the domain.
+// Returns noise up to the band limit, fading towards the ends of the domain.
 Slice noise(uint32_t n) {
   const PlaneWaves waves(24, 0.95, 3, 3);
   const double centre = (n - 1) / 2.0;
@@ -40,7 +40,7 @@ struct Small {
   }
 };
 
-// RMSE against the mean of the picture drawn `factor` times as large, over its largest value.
+// Returns the RMSE against the mean of the picture drawn `factor` times as large, over its largest value.
 double error_of(Small& drawn, const RenderOptions& options, int size, int factor, RenderStats* stats) {
   ImageStorage small(size, size), large(factor * size, factor * size);
   *stats = drawn.draw(options, small);
@@ -75,7 +75,7 @@ TEST(Minify, FourTimesSmallerIsTheAreaAverageAtASixteenthOfThePoints) {
   EXPECT_LT(with, 0.03);
   EXPECT_LT(with, 0.8 * without); // which aliases
   EXPECT_LT(coarse.points_total * 16, full.points_total);
-  // Classified pictures: what classification makes of fine detail is lost.
+  // In classified pictures, what classification makes of fine detail is lost.
   o = {};
   EXPECT_LT(error_of(small, o, size, 8, &coarse), 0.06);
   EXPECT_EQ(coarse.level, 2);
@@ -134,7 +134,7 @@ TEST(Minify, LevelsFollowThePixelAndEndWithTheLattice) {
   EXPECT_EQ(level(3.99 * unit), 1);
   EXPECT_EQ(level(4.01 * unit), 2);
   EXPECT_EQ(level(1e6), 3); // 56 planes: 28, 14, 7
-  // Behind the camera and at its eye.
+  // The volume may be behind the camera or at its eye.
   camera = fit_camera(slice, true, 0, 0, 64, 64);
   camera.target = camera.position + (camera.position - camera.target);
   EXPECT_EQ(minification_level(slice, camera, 64, 64), 0);

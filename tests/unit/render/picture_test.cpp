@@ -88,7 +88,7 @@ TEST(Render, APlaneOfOneSampleIsAsThickAsASample) {
         EXPECT_NEAR(out.image.rgba.at(16, 16)[3], 1 - std::pow(1 - 0.3, thickness / 1.7), 1e-5)
             << axis << ' ' << perspective << " step " << step;
         EXPECT_NEAR(*out.image.value.at(16, 16), 5, 5 * 0.02);
-        // The same edges and inside as the slow integration.
+        // Edges and inside must be those of the slow integration.
         ImageStorage slow(33, 33, true, true, true);
         TestContext context;
         (void)render_reference(scene, flat(step), slice_field(slice), {}, context.get(), slow.image);
@@ -129,7 +129,7 @@ TEST(Render, XrayOfASingleSiteIsTheKernelsLineIntegral) {
           const Vec3 d = view.sample(i, j, k) - centre;
           integral += 3 * slice.kernel.space.value(dot(d, d)) * h * per_step;
         }
-        // Sheets .25 T apart integrate this smooth kernel all but exactly.
+        // Sheets 0.25 T apart integrate this smooth kernel all but exactly.
         ASSERT_NEAR(out.image.rgba.at(i, j)[0], integral, 2e-4) << i << ' ' << j;
         most = std::max(most, integral);
       }
@@ -184,7 +184,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& instance) { return instance.param.name; });
 
 TEST_P(AgainstReference, ClassifiesAndCompositesToSecondOrder) {
-  // Limits: measured less about 6 dB, for better kernels change the field.
+  // The limits are what was measured less about 6 dB, for better kernels change the field.
   const double coarse = db(flat(1)), middle = db(flat(0.5)), fine = db(flat(0.25));
   EXPECT_GT(coarse, 43);
   EXPECT_GT(middle, 56);

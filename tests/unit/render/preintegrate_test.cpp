@@ -38,7 +38,7 @@ ClassTable table_of(const TransferFunction& f, double low, double high, int entr
   return t;
 }
 
-// The mean of (colour * extinction, extinction) between two values, in fine steps.
+// Returns the mean of (colour * extinction, extinction) between two values, in fine steps.
 std::array<double, 4> mean_between(const TransferFunction& f, double a, double b) {
   std::array<double, 4> sum{};
   constexpr int steps = 40000;
@@ -75,7 +75,7 @@ TEST(Preintegrate, SegmentsHoldTheExactMeanOfTheFunction) {
     for (size_t c = 0; c < 3; ++c)
       EXPECT_NEAR(static_cast<double>(s.color[c]), mean[c] / mean[3], 1e-4 + part) << a << ' ' << b;
   }
-  // Nothing between the peaks, not even rounding.
+  // Nothing is between the peaks, not even rounding.
   EXPECT_EQ(classify_half(table, entry(0.21), entry(0.36), 1).absorbed, 0);
   EXPECT_FALSE(table.integrals.visible(entry(0.21), entry(0.36)));
   EXPECT_TRUE(table.integrals.visible(entry(0.21), entry(0.38)));
@@ -141,7 +141,7 @@ struct Sheets {
 };
 
 TEST(Preintegrate, LinearRaysHaveTheExactIntegral) {
-  // Values that rise by .11 per sheet through a box, a peak and an edge narrower than that, and rays that
+  // Values that rise by 0.11 per sheet through a box, a peak and an edge narrower than that, and rays that
   // begin and end anywhere inside a segment.
   TransferFunction f = shells({0.31}, 0.01, 0.8);
   f.opacities.insert(f.opacities.end(),
@@ -280,7 +280,7 @@ TEST(Preintegrate, NarrowFunctionsConvergeFromCoarseSheets) {
     const Scene scene = make_scene(slice, shells({0.35, 0.5, 0.65}, 0.015, 0.7),
                                    fit_camera(slice, perspective, 20, 30, Exact::size, Exact::size));
     const Exact exact(scene);
-    // Limits: measured less about 3 dB.
+    // The limits are what was measured less about 3 dB.
     const double coarse = exact.db(flat(1)), middle = exact.db(flat(0.5)), fine = exact.db(flat(0.25));
     EXPECT_GT(coarse, 27);
     EXPECT_GT(middle, 40);
@@ -384,7 +384,7 @@ TEST(Preintegrate, IsChosenWhereTheFunctionIsNarrowerThanAStep) {
     return draw(make_scene(slice, f, camera), o, out).preintegrated;
   };
   ImageStorage a(48, 48, true, true, true), b(48, 48, true, true, true);
-  // Smooth functions: as if there were no such thing.
+  // Smooth functions are drawn as if there were no such thing.
   for (const TransferFunction& f :
        {ramp_function(0.3, 1, 0.35), ramp_function(0, 1, 0.9), default_transfer_function(0, 1, 0)})
     for (const Quality q : {Quality::draft, Quality::normal, Quality::fine, Quality::best}) {

@@ -80,7 +80,7 @@ inline double largest_difference(const std::vector<float>& a, const std::vector<
   return d;
 }
 
-// The trail with a slice of its own for every moment.
+// Returns the trail with a slice of its own for every moment.
 inline Trail stills_of(const Trail& trail, const Coefficients& coefficients, const Context& context) {
   Trail stills;
   stills.moments = trail.moments, stills.bounds = trail.bounds;

@@ -8,7 +8,7 @@ namespace {
 
 using namespace test;
 
-// 3 pixels to a T: beyond 2 shaded sheets are raised.
+// At 3 pixels to a T, beyond 2, shaded sheets are raised.
 class TrailRaised : public TrailPicture {
  protected:
   TrailRaised() {
@@ -58,8 +58,8 @@ TEST_F(TrailRaised, IsAsAtThePixels) {
     }
 }
 
-// Extinctions average: the opacity follows from those of the stills, each integrated along the rays with all
-// the weight.
+// Extinctions average, so that the opacity follows from those of the stills, each integrated along the rays
+// with all the weight.
 TEST_F(TrailRaised, OpacityIsThatOfTheReference) {
   const Slice s = still(20);
   const auto t = trail(s, {.interval = {-12, 0}, .samples = 5});
@@ -94,7 +94,7 @@ TEST_F(TrailRaised, OpacityIsThatOfTheReference) {
   EXPECT_LT(of_raised, 1.5 * of_pixels);
 }
 
-// Nor does what is left out.
+// Neither threads, tiles nor what is left out changes a bit.
 TEST_F(TrailRaised, ThreadsAndTilesDoNotChangeABit) {
   const Slice s = still(20);
   TestContext alone(1), three(3);
@@ -128,7 +128,7 @@ TEST_F(TrailRaised, SurfacesHideWhatIsBehindThem) {
   }
 }
 
-// Where memory is short tiles are smaller and no points are copied: the same picture.
+// Where memory is short, tiles are smaller and no points are copied, but the picture is the same.
 TEST_F(TrailRaised, ShortMemoryDoesNotChangeABit) {
   const Slice s = still(20);
   const auto t = trail(s, {.interval = {-10, 0}, .samples = 40});

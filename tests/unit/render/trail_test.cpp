@@ -1,3 +1,5 @@
+// Trails: their moments and weights, stills against sums of layers and slices, other hyperplanes, and what
+// covers what.
 #include "render/trail.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +35,7 @@ TEST_F(TrailPicture, NoIntervalIsNoTrail) {
 }
 
 TEST_F(TrailPicture, OneStillIsThatStill) {
-  // A transparent slice and a trail of one still, all of the weight: the still's own picture.
+  // A transparent slice and a trail of one still with all of the weight give the still's own picture.
   TransferFunction nothing = solid;
   nothing.opacities = {{0, 0}};
   const auto t = trail(still(11), {.interval = {-4, 0}, .samples = 1});
@@ -107,7 +109,7 @@ TEST_F(TrailFlash, NoLayerIsLeftOutForWhatItIsAlone) {
   EXPECT_LT(largest_difference(mixed, draw(s, nothing, layers)), 1e-6);
 }
 
-// The mean of the field over the interval against that of 128 slices.
+// The mean of the field over the interval is compared with that of 128 slices.
 TEST_F(TrailPicture, MeanIsTheMeanOfSlices) {
   const Trail t = trail(still(20), {.content = TrailContent::mean, .interval = {-9, 0}});
   ASSERT_EQ(t.sources.size(), 1u);
@@ -127,8 +129,8 @@ TEST_F(TrailPicture, MeanIsTheMeanOfSlices) {
   for (size_t n = 0; n < points.size(); ++n) EXPECT_NEAR(static_cast<double>(mean[n]), sum[n], 2e-4);
 }
 
-// Trails along any normal: the accumulation of classified slices of the same hyperplane, moved; past, future
-// and centred. The slice itself is transparent.
+// A trail along any normal is the accumulation of classified slices of the same hyperplane, moved into the
+// past, the future, or both. The slice itself is transparent.
 TEST_F(TrailPicture, AnyHyperplane) {
   TransferFunction nothing = solid;
   nothing.opacities = {{0, 0}};
@@ -140,7 +142,7 @@ TEST_F(TrailPicture, AnyHyperplane) {
          {std::array{-4.0, 0.0}, std::array{0.0, 3.0}, std::array{-2.0, 2.0}}) {
       const Trail t = trail(s, {.interval = interval, .samples = 5});
       ASSERT_EQ(t.moments.size(), 5u);
-      // One by one, each with all the weight: extinctions average.
+      // The slices are drawn one by one, each with all the weight, for extinctions average.
       std::vector<double> sum(size_t{4} * width * height);
       double seen = 0;
       for (size_t m = 0; m < t.moments.size(); ++m) {
@@ -221,8 +223,8 @@ TEST_F(TrailPicture, InFrontItCoversTheObject) {
   EXPECT_LT(at(post, 24, 12)[1], 0.5f * at(physical, 24, 12)[1]);
 }
 
-// What the runner adds at the object's centre: the trail while it passes there against the trail when it is
-// past.
+// What the runner adds at the object's centre is seen by comparing the trail while it passes there with the
+// trail when it is past.
 TEST_F(TrailBehind, TheObjectHidesIt) {
   const Slice s = still(22);
   const auto passing = draw(s, solid, trail(s, {.interval = {-16, -10}}));
@@ -266,7 +268,7 @@ TEST_F(TrailPicture, MeanTimeOfAMovingBall) {
   const Slice s = still(20);
   std::vector<float> time;
   (void)draw(s, nothing, trail(s, {.interval = {-18, 0}, .samples = 36}), TrailCombine::physical, &time);
-  // The runner stands at x = 5 + t; pixel i looks at x = 15.5 + (i + .5 - 24) / 1.5.
+  // The runner is at x = 5 + t; pixel i looks at x = 15.5 + (i + 0.5 - 24) / 1.5.
   for (const int i : {31, 33, 35}) {
     const double x = 15.5 + (i + 0.5 - 24) / 1.5;
     EXPECT_NEAR(time[12 * width + static_cast<size_t>(i)], x - 5, 0.4);

@@ -1,3 +1,5 @@
+// Transfer functions: values between and beyond their points, the tables made of them, what is refused, and
+// the default.
 #include "render/transfer_function.h"
 
 #include <gtest/gtest.h>

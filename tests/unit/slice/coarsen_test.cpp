@@ -1,4 +1,4 @@
-// Slices of half the resolution: laws of the low pass, and of pictures that are smaller than the data.
+// Slices of half the resolution: what the low pass keeps and what it takes away.
 #include "slice/coarsen.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 using namespace test;
 
-// Largest deviation of the slice from `f` (index space) at points of the domain.
+// Returns the largest deviation of the slice from `f` (index space) at points of the domain.
 double deviation(const Slice& slice, const Field3& f) {
   double most = 0;
   for (int n = 0; n < 400; ++n) {

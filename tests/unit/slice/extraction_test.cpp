@@ -1,4 +1,4 @@
-// The paper's extraction against its formula, summed the slow way.
+// The paper's extraction is compared with its formula, summed the slow way.
 #include "slice/extraction.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ class ExtractionTest : public testing::Test {
   TestContext context;
   Lattice4 lattice = Lattice4::fit(LatticeKind::d4star, {20, 18, 19, 17}, {1, 1, 1, 1.1});
 
-  // Points of slice space, `margin` inside the domain.
+  // Returns points of slice space, `margin` inside the domain.
   std::vector<Vec3> points_of(const PlaneAxes& axes, double margin, size_t count) {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(-30, 30);
@@ -86,7 +86,7 @@ TEST_F(ExtractionTest, ListsThePointsInReach) {
   const Extraction extraction(samples, 0, h, axes, context.get());
   std::vector<float> uvw(3 * extraction.points()), weighted(extraction.points());
   ASSERT_EQ(extraction.list(extraction.points(), uvw.data(), weighted.data()), extraction.points());
-  // The volume within reach of the hyperplane's part of the domain times the density of D4*.
+  // The count is the volume within reach of the hyperplane's part of the domain times the density of D4*.
   double high = 0, low = 10;
   for (size_t n = 0; n < weighted.size(); ++n) {
     high = std::max<double>(high, weighted[n]), low = std::min<double>(low, weighted[n]);

@@ -23,7 +23,7 @@ using test::TestContext;
 constexpr uint64_t large_cache = 1u << 30;
 constexpr int32_t margin = 8; // more than kernel and prefilter reach
 
-// Points of the domain, each within a sample of some face.
+// Returns points of the domain, each within a sample of some face.
 std::vector<Vec4> points_at_faces(const Lattice4& lattice, size_t count) {
   auto points = test::random_points(lattice, count, 11);
   std::mt19937 random(12);
@@ -55,7 +55,7 @@ class Margins : public testing::TestWithParam<LatticeKind> {
     }
     return 10 * std::log10(signal / error);
   }
-  // Of a slice at points of its hyperplane that lie within a sample of a face.
+  // Returns the SNR of a slice at points of its hyperplane that lie within a sample of a face.
   double slice_snr(const Slice& slice) {
     std::vector<Vec3> at;
     std::vector<Vec4> points;
@@ -97,7 +97,7 @@ TEST_P(Margins, AreSeenByEvaluation) {
 TEST_P(Margins, AreSeenByTimeSlices) {
   const Slice slice = time_slice(coefficients, lattice.is_static() ? 0 : 11.3, {0, 0}, {}, context.get());
   EXPECT_GT(slice_snr(slice), 45);
-  // From source sample to source sample.
+  // The domain goes from source sample to source sample.
   const Vec3 begin = slice.lattice_to_slice.point(slice.domain_begin),
              end = slice.lattice_to_slice.point(slice.domain_end);
   for (size_t a = 0; a < 3; ++a) {

@@ -1,4 +1,4 @@
-// What may be skipped: nothing near a stored point, its mirror image or a hole.
+// Nothing near a stored point, its mirror image or a hole may be skipped.
 #include "slice/occupancy.h"
 
 #include <gtest/gtest.h>

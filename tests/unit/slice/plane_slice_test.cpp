@@ -1,3 +1,5 @@
+// Slices of any hyperplane: how near they are to the field, that nearly axis-aligned ones agree with the
+// axis, what they read, and their place in the world.
 #include "slice/plane_slice.h"
 
 #include <algorithm>
@@ -35,7 +37,7 @@ Vec4 index_point(const Slice& s, const Vec3& uvw) {
   return p;
 }
 
-// SNR of the slice against f at random points at least `margin` inside the domain.
+// Returns the SNR of the slice against f at random points at least `margin` inside the domain.
 double slice_snr(const Slice& s, const Lattice4& lattice, const test::Field4& f, double margin,
                  const Context& context) {
   std::mt19937 random(5);
@@ -265,7 +267,8 @@ TEST_F(PlaneSlice, OutsideTheDomainIsEmpty) {
 }
 
 TEST_F(PlaneSlice, AxisSlicesAreTimeSlicesOfTheTurnedField) {
-  // Bit for bit, on both lattices, whatever the axis; also near the ends, where planes are mirrored.
+  // The two agree bit for bit, on both lattices, whatever the axis; also near the ends, where planes are
+  // mirrored.
   const std::array<uint32_t, 4> dims{19, 17, 21, 14};
   const PlaneWaves f(6, 0.6, 71);
   for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc})

@@ -73,7 +73,7 @@ class ThickSlice : public testing::TestWithParam<Plane> {
     return cut(Coefficients(samples, 0, make_kernel("default"), 0, large_cache), GetParam().h, thickness,
                kind);
   }
-  // Points of slice space whose line of length `thickness` lies inside the domain.
+  // Returns points of slice space whose line of length `thickness` lies inside the domain.
   std::vector<Vec3> inner_points(const Slice& s, double thickness, size_t count) {
     std::mt19937 random(3);
     std::vector<Vec3> points;
@@ -176,8 +176,8 @@ TEST_P(ThickSlice, MaximumIsNoLessThanTheMean) {
 }
 
 TEST_P(ThickSlice, IsClippedToTheDomain) {
-  // Far thicker than the volume: the mean of a field that is level along the normal's axes stays what it is
-  // only if nothing beyond the ends counts.
+  // In a cut far thicker than the volume, the mean of a field that is level along the normal's axes stays
+  // what it is only if nothing beyond the ends counts.
   const auto flat = sample_field(lattice, [](const Vec4&) { return 2.0; });
   const Slice mean = cut(flat, 500, ThicknessKind::mean), sum = cut(flat, 500, ThicknessKind::sum);
   const auto points = inner_points(mean, 0, 100);

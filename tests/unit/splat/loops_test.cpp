@@ -1,4 +1,4 @@
-// Every SIMD target this machine has against the reference loops.
+// Every SIMD target that this machine has is compared with the reference loops.
 #include "splat/loop/loops.h"
 
 #include <gtest/gtest.h>
@@ -231,7 +231,7 @@ TEST(Loops, PicturesAgreeOnEveryTarget) {
 }
 
 TEST(Loops, AbsorptionIsExactForThinAndThickSegments) {
-  // Through the composite loop: one sheet, extinction x.
+  // The law of absorption goes through the composite loop, as one sheet of extinction x.
   ClassTable table;
   for (const float x : {0.0f, 1e-7f, 1e-5f, 0.01f, 0.3f, 0.7f, 3.0f, 20.0f, 1e9f}) {
     table.entry = {{1, 1, 1, x}};

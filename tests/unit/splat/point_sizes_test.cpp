@@ -1,4 +1,5 @@
-// Which points are near enough to large ones: bits against loops, and pictures with and without the others.
+// Which points are near enough to large ones: the words of bits are compared with loops, and pictures with
+// and without the other points.
 #include "splat/points/point_sizes.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +48,7 @@ TEST(PointSizes, CellsFromCodes) {
   }
 }
 
-// Every pair of points, one in a large cell of any of the 27 bricks, one in the middle brick.
+// Looks at every pair of points, one in a large cell of any of the 27 bricks, one in the middle brick.
 TEST(PointSizes, BallsMeetTheCellsThatArePossiblyNear) {
   std::mt19937 random(6);
   for (const int edge : {8, 4})

@@ -1,4 +1,4 @@
-// The points of a slice against its sites, one by one; every loop against its reference form.
+// The points of a slice are compared with its sites, one by one, and every loop with its reference form.
 #include "splat/points/points.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,8 @@ namespace {
 
 using namespace test;
 
-// Coefficients at random: `filled` of the sites of a lattice whose boxes of some sites are empty throughout.
+// Returns coefficients at random, at `filled` of the sites of a lattice, some of whose boxes are empty
+// throughout.
 Slice random_slice(bool bcc, const Int3& last, double filled, unsigned seed) {
   Slice slice;
   slice.lattice = {bcc, last};
@@ -41,7 +42,7 @@ Slice random_slice(bool bcc, const Int3& last, double filled, unsigned seed) {
   return slice;
 }
 
-// Coefficient at a plane of either parity, mirrored; 0 where no site or no point stands.
+// Returns the coefficient at planes of either parity, mirrored; 0 where no site or no point is.
 float site_at(const Slice& slice, const Int3& plane) {
   const bool bcc = slice.lattice.bcc;
   const int c = bcc ? plane[0] & 1 : 0;
@@ -110,7 +111,7 @@ TEST_P(SplatPointsOf, ASliceAreItsSitesAndTheirMirrors) {
     ASSERT_EQ(b.low, low);
     ASSERT_EQ(b.high, high);
 
-    // Cells and codes from the sites themselves.
+    // Cells and codes are made again from the sites themselves.
     const auto range = [&](const Int3& from, const Int3& to) { // over sites, planes counted in the brick
       CellRange r{1e9f, -1e9f};
       for (int z = from[2]; z < to[2]; ++z)

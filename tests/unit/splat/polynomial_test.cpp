@@ -43,7 +43,7 @@ TEST(ShortPolynomial, IsNearTheKernelAndKeepsConstants) {
   }
 }
 
-// Sums of the weights of all lattice points around a place: 1 everywhere, within a ripple.
+// Returns by how much the sum of the weights of all lattice points around a place differs from 1 at most.
 double largest_ripple(const KernelPolynomial& k, double radius, bool bcc) {
   const double side = bcc ? std::numbers::sqrt2 : 1;
   double most = 0;
@@ -75,7 +75,7 @@ TEST(FlatPolynomial, ConstantsComeOutFlatter) {
   EXPECT_LT(largest_ripple(k, phi.radius, false), 0.02);
 }
 
-// What culling by coefficients relies on: no form of a radial kernel ripples by 2 % on BCC.
+// Culling by coefficients relies on this: no form of a radial kernel ripples by 2 % on BCC.
 TEST(KernelPolynomial, RadialKernelsHardlyRipple) {
   for (const char* name : {"radial16+b2", "radial18+b3", "radial20+b3", "radial24+b4"})
     for (const auto form : {KernelForm::exact, KernelForm::short_form, KernelForm::flat_form}) {
@@ -102,7 +102,7 @@ TEST(ShortPolynomial, OthersStayAsTheyAre) {
   }
 }
 
-// What the short form costs a picture: less than the sheet distance it is used with.
+// The short form costs a picture less than the sheet distance that it is used with.
 TEST(ShortPolynomial, PicturesAreAsCloseToTheFieldsOwnIntegral) {
   const Slice slice = make_slice({28, 28, 28}, marschner_lobb(28, 4));
   Scene scene = make_scene(slice, ramp_function(0.3, 1, 0.3), fit_camera(slice, false, 20, 30, 96, 96));

@@ -50,7 +50,7 @@ TEST(RaiseFan, WeightsAreThoseOfThePlace) {
   }
 }
 
-// Of every sheet between two: the samples of pixels and their border are within fan_samples, and the pixels
+// On every sheet between two, the samples of pixels and their border are within fan_samples, and the pixels
 // of those samples within fan_pixels.
 TEST(RaiseFan, RangesHoldWhatIsNeeded) {
   const RaiseFan fan = make_fan(6);
@@ -74,8 +74,8 @@ TEST(RaiseFan, RangesHoldWhatIsNeeded) {
     }
 }
 
-// From inside, where the first sheet is magnified hundreds of times: near to sheets at the pixels, and no bit
-// depends on tiles, threads or skips.
+// Seen from inside, where the first sheet is magnified hundreds of times, the picture is near to that of
+// sheets at the pixels, and no bit depends on tiles, threads or skips.
 TEST(RaiseFan, CameraInsideTheVolume) {
   const Slice slice = make_slice({40, 36, 44}, marschner_lobb(44, 3));
   Camera camera;

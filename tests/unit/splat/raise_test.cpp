@@ -32,7 +32,7 @@ TEST(Raise, WeightsReproduceConstantsAndAreSymmetric) {
     }
 }
 
-// Largest error of a wave of `cycles` per T, of amplitude 1, over all phases.
+// Returns the largest error of a wave of `cycles` per T, of amplitude 1, over all phases.
 double wave_error(int taps, double density, double cycles) {
   double most = 0;
   for (int p = 0; p <= 32; ++p) {
@@ -130,11 +130,11 @@ struct Magnified {
   Magnified& operator=(const Magnified&) = delete;
 };
 
-// Side by side; along the normal, too; along it only.
+// Filters that raise side by side, along the normal, too, or along it only.
 constexpr RaiseFilter six{6, 1.49, 1.1, 1.1}, eight{8, 1.99, 1.1, 1.1, 2}, deep{8, 1.99, 1e30, 1e30, 2, 1e30},
     no_fan{6, 1.49, 1.1, 1.1, 0, 1e30}, none{};
 
-// Root of the mean square difference of two pictures.
+// Returns the root of the mean square difference of two pictures.
 double difference(const ImageStorage& a, const ImageStorage& b) {
   double sum = 0;
   for (size_t n = 0; n < a.rgba.size(); ++n)

@@ -1,3 +1,5 @@
+// Points on surfaces: rays that graze, layers thinner than the sheets' distance, how near roots are, and the
+// loops that look for crossings.
 #include "splat/shade/surface.h"
 
 #include <gtest/gtest.h>
@@ -37,11 +39,11 @@ TEST(Surface, GrazingRaysHitWhatLiesBetweenTheSheets) {
   }
 }
 
-// A layer thinner than the distance of the sheets, which stand at 6.5 and 7.5.
+// A layer is thinner than the distance of the sheets, which are at 6.5 and 7.5.
 TEST(Surface, ThinLayersBetweenTheSheets) {
   constexpr int n = 16, size = 32;
   for (const double centre : {6.9, 7.0, 7.1})
-    for (const double iso : {0.95, 1.2}) { // .64 T thick; never reached
+    for (const double iso : {0.95, 1.2}) { // 0.64 T thick; never reached
       const Slice s = test::make_slice(
           {n, n, n}, [&](double, double, double z) { return std::exp(-(z - centre) * (z - centre) / 2); });
       Scene scene =
@@ -105,7 +107,7 @@ TEST(Surface, RootsAreAsNearAsAskedFor) {
     }
 }
 
-// On either lattice, beyond the ends, too, where the mirror images of sites count.
+// Points are taken on either lattice, beyond the ends, too, where the mirror images of sites count.
 TEST(Surface, FieldsAreThoseOfTheReference) {
   for (const LatticeKind kind : {LatticeKind::bcc, LatticeKind::cc})
     for (const char* kernel : {"default", "fast", "paper"}) {

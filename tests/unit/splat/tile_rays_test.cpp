@@ -1,4 +1,4 @@
-// The rays of a tile: whole rows at a time, against one ray at a time.
+// The rays of a tile, made whole rows at a time, are compared with one ray at a time.
 #include "splat/tile/tile_rays.h"
 
 #include <gtest/gtest.h>

@@ -47,7 +47,7 @@ TEST(TrailMemory, WaitsForOthers) {
   EXPECT_LE(budget.peak(), 1000u);
 }
 
-// What a tile grew to beyond what was foreseen is reserved while it is kept, and given back with it.
+// What a tile grew to beyond what was reserved is reserved while it is kept, and given back with it.
 TEST(TrailMemory, CountsWhatATileHolds) {
   MemoryBudget budget(10000);
   {
