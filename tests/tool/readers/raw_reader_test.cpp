@@ -285,7 +285,7 @@ TEST(RawReader, WarnsOfAWrongByteOrderHoweverRoughTheDataAre) {
   Scratch s;
   std::minstd_rand random(1);
   const auto noisy = [&](int x, int y, int z) {
-    return 3000 + 1500 * std::sin(.3 * x) * std::cos(.2 * (y + z)) + static_cast<double>(random() % 1400);
+    return 3000 + 1500 * std::sin(0.3 * x) * std::cos(0.2 * (y + z)) + static_cast<double>(random() % 1400);
   };
   const auto few = [&](int x, int y, int z) { return (x * x + 3 * y + z) % 256; }; // fill one byte of two
   const auto checked = [&](const std::string& bytes, Type type) {

@@ -66,7 +66,7 @@ void expect_counting(const std::string& path) {
   const auto v = dense(*reader, 0);
   for (size_t i = 0; i < v.size(); ++i) ASSERT_EQ(v[i], static_cast<double>(i));
   EXPECT_EQ(reader->description().affine,
-            (std::array<double, 16>{.5, 0, 0, 1, 0, 1, 0, 2, 0, 0, 2, 3, 0, 0, 0, 1}));
+            (std::array<double, 16>{0.5, 0, 0, 1, 0, 1, 0, 2, 0, 0, 2, 3, 0, 0, 0, 1}));
 }
 
 TEST(VtiReader, ReadsEveryKindOfData) {

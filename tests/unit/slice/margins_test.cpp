@@ -39,7 +39,7 @@ class Margins : public testing::TestWithParam<LatticeKind> {
  protected:
   TestContext context;
   Lattice4 lattice =
-      Lattice4::fit(GetParam(), {24, 66, 80, GetParam() == LatticeKind::bcc ? 1u : 24u}, {.36, 1, 1.2, 1},
+      Lattice4::fit(GetParam(), {24, 66, 80, GetParam() == LatticeKind::bcc ? 1u : 24u}, {0.36, 1, 1.2, 1},
                     GetParam() == LatticeKind::bcc ? 0 : 8, {margin, margin, margin});
   PlaneWaves waves{12, 0.35, 3};
   test::Field4 field = test::in_lattice_units(lattice, waves);
@@ -123,7 +123,7 @@ TEST_P(SeriesMargins, AreSeenByAxisSlices) {
 }
 
 TEST_P(SeriesMargins, AreSeenByObliqueSlices) {
-  const Hyperplane h(.5, -.3, .2, .4, -6);
+  const Hyperplane h(0.5, -0.3, 0.2, 0.4, -6);
   EXPECT_GT(slice_snr(hyperslice(coefficients, h, {}, {}, context.get())), 36);
 }
 
