@@ -410,7 +410,8 @@ typedef struct bccsplat_box {
   const void* data;        /* borrowed during the call; sample (begin[0], begin[1], begin[2]) stands first */
   int64_t begin[3];        /* index of the first sample (x, y, z) */
   int64_t dims[3];         /* samples per axis; begin + dims <= the writer's dims */
-  int64_t stride_bytes[3]; /* distance of neighbouring samples per axis; all zero: packed, x fastest */
+  int64_t stride_bytes[3]; /* distance of neighbouring samples per axis, any sign, 0 to repeat one; all zero:
+                              packed, x fastest */
 } bccsplat_box;
 
 /* Where the sites of a layer stand, for producers that sample the lattice themselves. Site (i, j, k) of the
@@ -905,8 +906,8 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* sli
                                                        uint32_t width, uint32_t height,
                                                        bccsplat_camera* camera);
 
-/* Piecewise linear in the value, constant beyond the first and last point; colour is linear RGB, not
- * premultiplied. */
+/* Piecewise linear in the value, constant beyond the first and last point; colour is linear RGB, 0 to
+ * 1e9, not premultiplied. */
 typedef struct bccsplat_transfer_function {
   uint32_t struct_size;
   uint32_t color_count; /* points of 4 doubles: value, red, green, blue; values rise */

@@ -1,6 +1,8 @@
 #include "api/writer.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "api/structs.h"
 #include "store/join.h"
@@ -25,11 +27,26 @@ bccsplat_status create(bccsplat_device* device, const char* path, const bccsplat
   });
 }
 
+// Whether the last element of an array lies where no address can be.
+bool runs_over(const bccsplat_box& box) {
+  constexpr int64_t memory = int64_t{1} << 57; // that a process of any kind can see
+  int64_t reach = 0;
+  for (size_t a = 0; a < 3; ++a) {
+    int64_t along = 0;
+    const int64_t steps = std::max<int64_t>(box.dims[a], 1) - 1;
+    if (__builtin_mul_overflow(steps, box.stride_bytes[a], &along) || along == INT64_MIN ||
+        __builtin_add_overflow(reach, std::abs(along), &reach) || reach > memory)
+      return true;
+  }
+  return false;
+}
+
 FrameBox read_box(const bccsplat_box* boxes, uint64_t i) {
   const auto box = read_struct(element(boxes, i), "bccsplat_box");
   if (box.type < 1 || box.type > 9)
     fail(Code::invalid_argument, "box ", i, ": type ", box.type, " is not a type of values");
   require(box.data, "box.data");
+  if (runs_over(box)) fail(Code::invalid_argument, "box ", i, ": its strides reach further than memory");
   FrameBox out;
   out.type = static_cast<SourceType>(box.type);
   out.data = box.data;

@@ -11,6 +11,8 @@
 namespace bccsplat {
 namespace {
 
+constexpr double brightest = 1e9; // more, lit and summed in single precision, would come to no number
+
 // Returns the index of the last point at or before `value`, -1 before the first; points rise.
 template<class Points> std::ptrdiff_t segment(const Points& points, double value) {
   const auto after = std::upper_bound(points.begin(), points.end(), value,
@@ -41,8 +43,8 @@ void TransferFunction::check() const {
   check_values(opacities, "opacity");
   for (const ColorPoint& p : colors)
     for (const double c : p.color)
-      if (!(std::isfinite(c) && c >= 0))
-        fail(Code::invalid_argument, "transfer function: colours must be finite and not negative");
+      if (!(c >= 0 && c <= brightest))
+        fail(Code::invalid_argument, "transfer function: a colour of ", c, " is not in 0 .. ", brightest);
   for (const OpacityPoint& p : opacities)
     if (!(p.opacity >= 0 && p.opacity <= 1))
       fail(Code::invalid_argument, "transfer function: opacity ", p.opacity, " is outside [0, 1]");

@@ -1,3 +1,5 @@
+// The largest values of instants at the sites of their lattice, filtered to the coefficients of a slice that
+// interpolates them. What is missing at every instant stays missing; what a mask hides is filled meanwhile.
 #include "slice/maximum_slice.h"
 
 #include <algorithm>
@@ -72,7 +74,7 @@ void SiteMaxima::add(const Slice& instant, const Context& context) {
 Slice SiteMaxima::finish(const Context& context) {
   Slice& first = *first_;
   Lattice4 lattice; // the slices' lattice as a static volume
-  lattice.kind = LatticeKind::bcc;
+  lattice.kind = first.lattice.bcc ? LatticeKind::bcc : LatticeKind::cc;
   lattice.space = first.lattice;
   lattice.time_step = 0;
   lattice.last_layer = first.lattice.cosets() - 1;
@@ -90,9 +92,15 @@ Slice SiteMaxima::finish(const Context& context) {
         const bool site = b[0] * brick_edge + s % brick_edge < layer.dims()[0] &&
                           b[1] * brick_edge + s / brick_edge % brick_edge < layer.dims()[1] &&
                           b[2] * brick_edge + s / brick_rows < layer.dims()[2];
-        if (site && std::isfinite(v)) brick->value[static_cast<size_t>(s)] = v;
+        if (!site) continue;
+        if (std::isfinite(v)) {
+          brick->value[static_cast<size_t>(s)] = v;
+          continue;
+        }
+        if (!brick->hole) brick->hole = std::make_unique<BrickMask>(); // at every instant
+        (*brick->hole)[static_cast<size_t>(s / brick_edge)] |= static_cast<uint16_t>(1u << (s % brick_edge));
       }
-      if (brick->keep_above(0) > 0) layer.set(slot, std::move(brick));
+      if (brick->keep_above(0) > 0 || brick->hole) layer.set(slot, std::move(brick));
     }
     largest_[c] = fills_[c] = BrickLayer();
     channels[0].push_back(std::move(layer));

@@ -46,7 +46,7 @@ Quadrature gauss_legendre(int count) {
 }
 
 int thickness_nodes(double length, double density) {
-  if (!(length < thickest)) fail(Code::limit_exceeded, "slab: thicker than 2000 samples");
+  if (!(length < thickest)) fail(Code::limit_exceeded, "slice: thicker than 2000 samples");
   const double per_unit = nodes_per_unit * std::max(1.0, density / dense_from);
   return static_cast<int>(std::ceil(per_unit * length)) + more_nodes;
 }

@@ -157,6 +157,36 @@ TEST(Misuse, AWriterIsUsedByOneCallAtATime) {
   EXPECT_EQ(meddling.refused, meddling.calls);
 }
 
+TEST(Misuse, StridesThatReachOutOfMemory) {
+  const Folder folder;
+  const Device device = make_device();
+  const Writer writer = make_writer(device, folder.file("w.bcc4"), options_of({}));
+  const std::vector<float> values(20 * 19 * 18, 1);
+  auto box = sized<bccsplat_box>();
+  box.type = BCCSPLAT_TYPE_F32, box.data = values.data();
+  box.dims[0] = 20, box.dims[1] = 19, box.dims[2] = 18;
+  for (const int64_t stride : {INT64_MAX / 4, INT64_MIN / 17, INT64_MIN}) {
+    box.stride_bytes[0] = 4, box.stride_bytes[1] = 80, box.stride_bytes[2] = stride;
+    EXPECT_EQ(bccsplat_writer_add_frame(writer.get(), 0, 0, &box, 1), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  }
+  box.stride_bytes[2] = 0; // the same plane again and again; and the writer is as it was
+  EXPECT_OK(bccsplat_writer_add_frame(writer.get(), 0, 0, &box, 1));
+}
+
+TEST(Misuse, ColoursThatComeToNoNumber) {
+  const Device device = make_device();
+  bccsplat_renderer* r = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+  const Renderer renderer(r);
+  double colors[4] = {0, 1, 1e300, 1};
+  const double opacities[2] = {0, 0.5};
+  auto f = sized<bccsplat_transfer_function>();
+  f.color_count = f.opacity_count = 1, f.colors = colors, f.opacities = opacities;
+  EXPECT_EQ(bccsplat_renderer_set_transfer_function(r, &f), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  colors[2] = 1e9;
+  EXPECT_OK(bccsplat_renderer_set_transfer_function(r, &f));
+}
+
 TEST(Misuse, AFrameThatIsNotAligned) {
   const Device device = make_device();
   std::vector<float> rgba(4 * 4 * 4 + 1);

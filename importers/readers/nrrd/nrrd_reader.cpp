@@ -46,6 +46,12 @@ Sort sort_of(const NrrdHeader& h, const NrrdAxis& axis) {
   return axis.kind == "domain" || axis.kind.empty() ? Sort::space : Sort::unknown;
 }
 
+// Of an axis that was taken for time.
+std::string reason_of_time(const NrrdAxis& axis) {
+  if (axis.kind == "time" || axis.kind == "list") return concat("kind, ", axis.kind);
+  return points_in_time(axis) ? "direction" : "label";
+}
+
 [[noreturn]] void refuse_axes(const NrrdHeader& h, std::string_view why) {
   std::string suggestion = "xyzt";
   suggestion.resize(std::clamp<size_t>(h.axes.size(), 3, 4));
@@ -81,8 +87,7 @@ Roles find_roles(const NrrdHeader& h) {
   for (size_t a = 0; a < sorts.size(); ++a) {
     if (sorts[a] == time) {
       out.roles.push_back(AxisRole::t);
-      out.why = h.axes[a].kind.empty() ? concat("axis ", a, " is time by its label")
-                                       : concat("axis ", a, " is time by its kind, ", h.axes[a].kind);
+      out.why = concat("axis ", a, " is time by its ", reason_of_time(h.axes[a]));
     } else if (sorts[a] == Sort::component) {
       out.roles.push_back(AxisRole::component);
     } else {

@@ -121,6 +121,22 @@ TEST(NrrdReader, NeverTakesTimeByItsPlace) {
   EXPECT_REFUSED(refusal(inputs({path})), Exit::bad_input, "gradients");
 }
 
+TEST(NrrdReader, TellsWhatTimeWasKnownBy) {
+  Scratch s;
+  const std::string plain =
+      "NRRD0005\ntype: ushort\ndimension: 4\nsizes: 2 3 4 5\nendian: little\nencoding: raw\n";
+  const auto axes = [&](const std::string& fields) {
+    return open_series(inputs({s.file("a.nrrd", plain + fields + "\n" + payload())}))->description().axes;
+  };
+  const auto ends_with = [](const std::string& text, const char* end) { return text.ends_with(end); };
+  EXPECT_PRED2(ends_with, axes("kinds: domain domain domain list\n"), "time by its kind, list");
+  EXPECT_PRED2(ends_with, axes("kinds: domain domain domain domain\nlabels: \"x\" \"y\" \"z\" \"time\"\n"),
+               "time by its label");
+  EXPECT_PRED2(ends_with,
+               axes("space dimension: 4\nspace directions: (1,0,0,0) (0,1,0,0) (0,0,1,0) (0,0,0,2)\n"),
+               "time by its direction");
+}
+
 TEST(NrrdReader, BelievesKindsBeforeLabelsAndListsBesideTimeAreValues) {
   Scratch s;
   const std::string start = "NRRD0004\ntype: ushort\nendian: little\nencoding: raw\n";

@@ -1,6 +1,8 @@
 // Thick slices: means, sums and maxima along the normal, of time, axis and oblique slices.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "base/error.h"
 #include "field/sample_grid.h"
 #include "slice/hyperslice.h"
@@ -224,6 +226,45 @@ TEST(ThicknessOptions, AreChecked) {
   EXPECT_EQ(refused({0, 0, 1, 0, -2}, o), Code::invalid_argument);
   EXPECT_EQ(refused({0, 0, 0, 1, -9}, {}), Code::out_of_domain);
   EXPECT_EQ(refused({0, 0, 1, 0, -9}, {}), Code::ok); // empty
+}
+
+// What is missing at every instant stays missing, and what is there at one of them is not.
+TEST(ThickMaximum, OfHolesIsAHole) {
+  TestContext context;
+  const auto lattice = Lattice4::fit(LatticeKind::d4star, {24, 24, 24, 16});
+  const MemorySamples whole = test::sample_field(lattice, [](const Vec4&) { return 2.0; });
+  std::vector<std::vector<BrickLayer>> layers(1);
+  for (int32_t m = 0; m < lattice.layers(); ++m) {
+    BrickLayer layer = whole.read_layer(0, m, {}, context.get());
+    for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
+      auto brick = std::make_shared<Brick>();
+      brick->value = layer.brick(slot)->value, brick->kept = layer.brick(slot)->kept;
+      brick->hole = std::make_unique<BrickMask>();
+      const Int3 b = layer.slot_position(slot);
+      for (int s = 0; s < brick_sites; ++s) {
+        const Int3 i{b[0] * brick_edge + s % brick_edge, b[1] * brick_edge + s / brick_edge % brick_edge,
+                     b[2] * brick_edge + s / brick_rows};
+        const Vec3 p = lattice.site_position(layer.coset(), i);
+        const bool always = p[0]<8, at_first = p[0]> 16 && lattice.layer_frame(m) < 7;
+        if (always || at_first)
+          (*brick->hole)[static_cast<size_t>(s / brick_edge)] |=
+              static_cast<uint16_t>(1u << (s % brick_edge));
+      }
+      layer.set(slot, std::move(brick));
+    }
+    layers[0].push_back(std::move(layer));
+  }
+  const MemorySamples samples(lattice, {0}, std::move(layers));
+  HypersliceOptions options;
+  options.thickness = {6, ThicknessKind::maximum};
+  const Slice slice = hyperslice(Coefficients(samples, 0, make_kernel("default"), 0, large_cache),
+                                 {0, 0, 0, 1, -8}, options, {}, context.get());
+  const Vec3 points[] = {{3, 12, 12}, {12, 12, 12}, {20, 12, 12}};
+  float values[3];
+  EXPECT_EQ(evaluate(slice, points, values, {}).holes, 1u);
+  EXPECT_TRUE(std::isnan(values[0]));
+  EXPECT_NEAR(values[1], 2, 0.01);
+  EXPECT_NEAR(values[2], 2, 0.01);
 }
 
 } // namespace
