@@ -66,14 +66,15 @@ class Bcc4Writer {
   Bcc4Writer(const Bcc4Writer&) = delete;
   Bcc4Writer& operator=(const Bcc4Writer&) = delete;
 
-  // Writes the layers of one slab of one channel, in order: slab_layers of them, fewer only at the end of the
-  // series. Bricks hold values minus air; a hole counts as kept. The slabs of a channel come in rising order;
-  // one left out is air. Integer types round to nearest and clamp. Values must be finite
-  // (Code::nonfinite_value).
-  void write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers, const Context& context);
+  // Writes the layers of one slab of one channel at a level, in order: slab_layers of them, fewer only at the
+  // end of the series. Bricks hold values minus air; a hole counts as kept. The slabs of a channel at a level
+  // come in rising order; one left out is air. Integer types round to nearest and clamp. Values must be
+  // finite (Code::nonfinite_value).
+  void write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
+                  const Context& context);
 
   // Writes a slab by copying its chunks, undecoded, from a file of equal coding.
-  void copy_slab(int32_t slab, int channel, const Bcc4Reader& from);
+  void copy_slab(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from);
 
   // Write the corrections of one frame, in any order of channels and frames; a frame that gets none has none.
   // Those to add go into bricks where the channel's are local (ResidualInfo).
@@ -82,8 +83,8 @@ class Bcc4Writer {
   // Write which samples of one frame are missing, as MaskRunWriter has it; empty: none.
   void write_mask(int channel, uint32_t frame, std::span<const std::byte> runs);
   void copy_mask(int channel, uint32_t frame, const Bcc4Reader& from);
-  // The caller completes dims[3], last_layer, times and statistics before finish; what decides how samples
-  // are coded may not change any more.
+  // The caller completes dims[3], last_layer (of all levels), times and statistics before finish; what
+  // decides how samples are coded may not change any more.
   [[nodiscard]] VolumeInfo& info();
   // Writes index, metadata and roots and commits the sink.
   Bcc4Report finish(const Context& context);
@@ -116,6 +117,7 @@ struct Bcc4Damage {
   std::string message;
   uint64_t offset = 0;
   int channel = -1;                         // -1: the whole file
+  int level = 0;                            // whose layers and bricks these are
   int32_t first_layer = 0, last_layer = -1; // layers that cannot be read; none when last < first
   bool whole_layers = false;                // else only `brick`
   Int3 brick{};
@@ -149,17 +151,20 @@ class Bcc4Reader {
 
   // The chunks of one slab in `region`, by rising slot. Reads the index pages of the slab that are not
   // cached.
-  [[nodiscard]] std::vector<Bcc4Chunk> chunks(int channel, int32_t slab, const BrickBox& region = {}) const;
+  [[nodiscard]] std::vector<Bcc4Chunk> chunks(const ChannelLevel& at, int32_t slab,
+                                              const BrickBox& region = {}) const;
   // The position of a slot in bricks, as in a BrickLayer of coset 0.
-  [[nodiscard]] Int3 brick_position(uint32_t slot) const;
+  [[nodiscard]] Int3 brick_position(uint32_t slot, int level = 0) const;
   // The smallest and the largest kept sample of a chunk, relative to air.
-  [[nodiscard]] Range sample_range(int channel, const Bcc4Chunk& chunk) const;
+  [[nodiscard]] Range sample_range(const ChannelLevel& at, const Bcc4Chunk& chunk) const;
+  // The bytes of the chunks of a level, of all channels.
+  [[nodiscard]] uint64_t level_bytes(int level) const;
 
   // The bytes of a chunk as the file holds them, padding included; their checksum has been verified.
   [[nodiscard]] std::vector<std::byte> stored_bytes(const Bcc4Chunk& chunk) const;
-  // Decodes chunks of one channel in parallel; neighbours in the file are read together.
+  // Decodes chunks of one channel and level in parallel; neighbours in the file are read together.
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
-  read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const;
+  read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context) const;
   // The corrections at the samples of a source frame that stand in one block, empty where there are none.
   // Neither they nor those below are cached; when salvaging, damaged ones are left out.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
@@ -172,13 +177,13 @@ class Bcc4Reader {
   // A block of corrections, or a mask, as the file holds it, with zeros up to a multiple of 8; its checksum
   // is right. `what` names it in error texts.
   [[nodiscard]] std::vector<std::byte> stored_block(const BlockRef& block, std::string_view what) const;
-  // The base of a channel's field (field_base.h).
+  // The base of a channel's field (field_base.h), at all levels.
   [[nodiscard]] float base(int channel) const;
   // The brick of one layer of a chunk, 0 .. slab_layers - 1; null where all of it is air.
-  [[nodiscard]] std::shared_ptr<const Brick> brick(int channel, const ChunkData& data, int layer_of_slab,
-                                                   RelativeTo to = RelativeTo::air) const;
+  [[nodiscard]] std::shared_ptr<const Brick> brick(const ChannelLevel& at, const ChunkData& data,
+                                                   int layer_of_slab, RelativeTo to = RelativeTo::air) const;
   // The same in the form that takes least memory.
-  [[nodiscard]] SampleBrick samples(int channel, const ChunkData& data, int layer_of_slab,
+  [[nodiscard]] SampleBrick samples(const ChannelLevel& at, const ChunkData& data, int layer_of_slab,
                                     RelativeTo to = RelativeTo::air) const;
 
   // Reads and checks everything; damage is listed, not thrown.
@@ -190,14 +195,14 @@ class Bcc4Reader {
   std::unique_ptr<State> state_;
 };
 
-// The samples of a file as a SampleSource, relative to air or to the base of the field. Decoded chunks are
-// cached, least recently used first out, as far as `budget` (which must outlive this) and `cache_bytes`
-// allow: consecutive layers of a slab decode each chunk once, and so do those that are read together,
-// whatever the cache.
+// The samples of a level of a file as a SampleSource, relative to air or to the base of the field. Decoded
+// chunks are cached, least recently used first out, as far as `budget` (which must outlive this) and
+// `cache_bytes` allow: consecutive layers of a slab decode each chunk once, and so do those that are read
+// together, whatever the cache.
 class Bcc4Samples final : public SampleSource {
  public:
   Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes = 256 << 20,
-              RelativeTo to = RelativeTo::air);
+              RelativeTo to = RelativeTo::air, int level = 0);
   ~Bcc4Samples() override;
 
   const Lattice4& lattice() const override;
@@ -213,6 +218,7 @@ class Bcc4Samples final : public SampleSource {
   const std::string& coefficient_kernel() const override;
 
   [[nodiscard]] const Bcc4Reader& reader() const;
+  [[nodiscard]] int level() const { return level_; }
   // The number of chunks decoded so far.
   [[nodiscard]] uint64_t chunks_decoded() const;
 
@@ -232,6 +238,7 @@ class Bcc4Samples final : public SampleSource {
   std::shared_ptr<Bcc4Reader> reader_;
   std::unique_ptr<Cache> cache_;
   RelativeTo to_;
+  int level_;
 };
 
 } // namespace bccsplat

@@ -21,9 +21,10 @@ constexpr int32_t max_margin = 255;
   return std::isfinite(r.low) && std::isfinite(r.high) && r.low <= r.high;
 }
 
-void check_lattice(const VolumeInfo& info, Code code) {
+// name: "lattice", or that of a level.
+void check_lattice(const StoredLattice& info, const std::string& name, Code code) {
   const Lattice4& l = info.lattice;
-  const auto bad = [&](const auto&... why) { fail(code, "lattice: ", why...); };
+  const auto bad = [&](const auto&... why) { fail(code, name, ": ", why...); };
   if (l.kind != LatticeKind::d4star && l.kind != LatticeKind::bcc && l.kind != LatticeKind::cc)
     bad("unknown kind ", static_cast<int>(l.kind));
   if (l.space.bcc != (l.kind != LatticeKind::cc)) bad("the spatial lattice does not belong to its kind");
@@ -61,12 +62,47 @@ void check_lattice(const VolumeInfo& info, Code code) {
     if (l.layer_frame(l.last_layer) < end - 1e-8 * end)
       bad("the last layer stands at frame ", l.layer_frame(l.last_layer), ", the last frame is ", end);
   }
-  if (!positive(info.scale) || !positive(info.time_scale)) bad("scales must be positive");
   if (info.slab_layers < 1 || info.slab_layers > max_slab_layers) bad(info.slab_layers, " layers in a slab");
   unsigned __int128 bricks = 1;
   for (const int32_t n : slot_dims(l)) bricks *= static_cast<unsigned>(n);
   if (bricks > UINT32_MAX) bad("more than 2^32 bricks in a layer");
   if (4096 * bricks * static_cast<unsigned>(l.layers()) > INT64_MAX) bad("more than 2^63 sites");
+}
+
+// The same series, on a lattice that is coarser than the one before.
+void check_level(const VolumeInfo& info, int number, Code code) {
+  const auto& level = static_cast<const LevelInfo&>(info.level(number));
+  const std::string name = concat("level ", number);
+  const Lattice4 &l = level.lattice, &finer = info.level(number - 1).lattice;
+  if (l.kind != info.lattice.kind || l.dims != info.lattice.dims)
+    fail(code, name, ": not of the kind and the samples of level 0");
+  check_lattice(level, name, code);
+  for (size_t a = 0; a < 3; ++a)
+    if (l.dims[a] > 1 && l.space_step[a] < finer.space_step[a])
+      fail(code, name, ": planes of axis ", a, " are ", l.space_step[a], " apart, those of the level before ",
+           finer.space_step[a]);
+  if (l.time_step < finer.time_step)
+    fail(code, name, ": layers are ", l.time_step, " frames apart, those of the level before ",
+         finer.time_step);
+  if (level.channels.size() != info.channels.size())
+    fail(code, name, ": ", level.channels.size(), " channels of ", info.channels.size());
+  for (size_t c = 0; c < level.channels.size(); ++c) {
+    const ChannelInfo& channel = info.channels[c];
+    const double scale = level.channels[c].scale;
+    const bool steps = channel.type == ValueType::i32 && positive(scale) && scale * 0x1p31 < 0x1p127;
+    if (!steps && scale != channel.scale)
+      fail(code, name, ": scale ", scale, " of channel ", channel.name, ", which has ", channel.scale);
+  }
+}
+
+// What was counted at a level.
+void check_level_counts(const VolumeInfo& info, int number, Code code) {
+  const LevelInfo& level = info.levels[static_cast<size_t>(number) - 1];
+  const auto sites = static_cast<uint64_t>(level.lattice.sites());
+  for (const LevelChannel& c : level.channels)
+    if (c.sites_kept > sites || c.holes > c.sites_kept || !is_range(c.kept_range))
+      fail(code, "level ", number, ": ", c.sites_kept, " kept sites of ", sites, ", ", c.holes,
+           " holes, samples from ", c.kept_range.low, " to ", c.kept_range.high);
 }
 
 void check_channel(const ChannelInfo& c, Code code) {
@@ -91,8 +127,8 @@ void check_errors(const VolumeInfo& info, Code code) {
   const auto key = [](const MeasuredError& e) { return std::tuple(e.channel, e.level, e.kind); };
   for (size_t i = 0; i < info.errors.size(); ++i) {
     const MeasuredError& e = info.errors[i];
-    if (e.channel >= info.channels.size() || e.level != 0 || e.kind > MeasuredError::corrected ||
-        (i > 0 && !(key(info.errors[i - 1]) < key(e))))
+    if (e.channel >= info.channels.size() || e.level > info.levels.size() ||
+        e.kind > MeasuredError::corrected || (i > 0 && !(key(info.errors[i - 1]) < key(e))))
       fail(code, "measured errors of channel ", e.channel, ", level ", e.level, ", kind ", e.kind);
     for (const double v : {e.rmse, e.largest, e.range})
       if (!(v >= 0 && std::isfinite(v))) fail(code, "a measured error is ", v);
@@ -102,7 +138,8 @@ void check_errors(const VolumeInfo& info, Code code) {
 } // namespace
 
 void check_fixed(const VolumeInfo& info, Code code) {
-  check_lattice(info, code);
+  check_lattice(info, "lattice", code);
+  if (!positive(info.scale) || !positive(info.time_scale)) fail(code, "lattice: scales must be positive");
   if (info.channels.empty()) fail(code, "no channels");
   std::set<std::string> names;
   for (const ChannelInfo& c : info.channels) {
@@ -110,6 +147,8 @@ void check_fixed(const VolumeInfo& info, Code code) {
     if (!names.insert(c.name).second) fail(code, "two channels are named ", c.name);
     check_channel(c, code);
   }
+  if (info.levels.size() > most_levels) fail(code, info.levels.size(), " levels, at most ", most_levels);
+  for (int l = 1; l < info.level_count(); ++l) check_level(info, l, code);
 }
 
 void check_info(const VolumeInfo& info, Code code) {
@@ -149,18 +188,23 @@ void check_info(const VolumeInfo& info, Code code) {
   }
   if (info.part)
     for (const PartWrite& w : info.part->writes)
-      if (w.slab >= info.slabs()) fail(code, "part: a write of slab ", w.slab, " of ", info.slabs());
+      if (const int32_t slabs = info.level(w.level).slabs(); w.slab >= slabs)
+        fail(code, "part: a write of slab ", w.slab, " of ", slabs);
   if (info.counts && (info.counts->slabs < 0 || info.counts->slabs > info.slabs()))
     fail(code, "the counts are of ", info.counts->slabs, " slabs of ", info.slabs());
   if (info.tail) {
     if (info.tail->slabs < 0 || info.tail->slabs > info.slabs())
       fail(code, "the tail counts ", info.tail->slabs, " slabs of ", info.slabs());
-    for (size_t c = 0; c < info.channels.size(); ++c)
-      if (info.tail->clamped.at(c) > info.channels[c].clamped)
-        fail(code, "the tail counts ", info.tail->clamped[c], " clamped samples of ",
-             info.channels[c].clamped);
+    const size_t channels = info.channels.size();
+    for (size_t i = 0; i < channels * static_cast<size_t>(info.level_count()); ++i) {
+      const uint64_t all = i < channels ? info.channels[i].clamped
+                                        : info.levels[i / channels - 1].channels[i % channels].clamped;
+      if (info.tail->clamped.at(i) > all)
+        fail(code, "the tail counts ", info.tail->clamped[i], " clamped samples of ", all);
+    }
   }
   check_errors(info, code);
+  for (int l = 1; l < info.level_count(); ++l) check_level_counts(info, l, code);
   for (const ChannelInfo& c : info.channels) {
     for (const auto* s : {&c.name, &c.quantity, &c.unit}) text(*s);
     for (const Range* r : {&c.source_range, &c.kept_range, &c.histogram_range})

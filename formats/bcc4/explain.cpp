@@ -30,8 +30,7 @@ struct Frames {
 };
 
 // The source frames that depend on the layers first .. last.
-Frames frames_of(const VolumeInfo& info, int32_t first, int32_t last, int reach) {
-  const Lattice4& l = info.lattice;
+Frames frames_of(const Lattice4& l, int32_t first, int32_t last, int reach) {
   const int64_t end = int64_t{l.dims[3]} - 1;
   if (l.is_static()) return {0, end};
   // Frames are strictly within reach, as a layer at the end of the kernel has weight 0.
@@ -48,8 +47,9 @@ std::string frames_text(const Frames& f) {
 
 std::string describe_loss(const VolumeInfo& info, const Bcc4Damage& damage) {
   if (damage.channel < 0 || damage.last_layer < damage.first_layer) return {};
-  const Lattice4& l = info.lattice;
+  const Lattice4& l = info.level(damage.level).lattice;
   std::string text = concat("; lost: channel ", info.channels[static_cast<size_t>(damage.channel)].name);
+  if (damage.level > 0) text += concat(", level ", damage.level);
   if (!damage.whole_layers) {
     text += ", samples";
     for (size_t a = 0; a < 3; ++a) {
@@ -63,17 +63,20 @@ std::string describe_loss(const VolumeInfo& info, const Bcc4Damage& damage) {
   } else {
     text += ", any samples";
   }
-  const Frames f = frames_of(info, damage.first_layer, damage.last_layer, 1);
+  const Frames f = frames_of(l, damage.first_layer, damage.last_layer, 1);
   return text + concat(" of frames ", frames_text(f));
 }
 
 std::string describe_survivors(const VolumeInfo& info, std::span<const Bcc4Damage> damage) {
   const int reach = reach_of(info);
   std::vector<Frames> touched;
+  bool coarser = false;
   for (const Bcc4Damage& d : damage)
-    if (d.channel >= 0 && d.last_layer >= d.first_layer)
-      touched.push_back(frames_of(info, d.first_layer, d.last_layer, reach));
-  if (touched.empty()) return "no sample is lost";
+    if (d.channel >= 0 && d.last_layer >= d.first_layer) {
+      coarser = coarser || d.level > 0;
+      if (d.level == 0) touched.push_back(frames_of(info.lattice, d.first_layer, d.last_layer, reach));
+    }
+  if (touched.empty()) return coarser ? "no sample of level 0 is lost" : "no sample is lost";
   std::sort(touched.begin(), touched.end(),
             [](const Frames& a, const Frames& b) { return a.first < b.first; });
   std::string whole;

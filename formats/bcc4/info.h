@@ -100,8 +100,9 @@ struct SourceInfo {
 
 // What a writer that continues the series cannot see in the file.
 struct TailInfo {
-  int32_t slabs = 0;             // how many of the first ones more frames leave as they are
-  std::vector<uint64_t> clamped; // per channel, samples in them outside the range of the stored type
+  int32_t slabs = 0; // how many of the first ones more frames leave as they are
+  std::vector<uint64_t>
+      clamped; // per level and channel, samples in them outside the range of the stored type
   bool operator==(const TailInfo&) const = default;
 };
 
@@ -113,15 +114,57 @@ struct CountsInfo {
   bool operator==(const CountsInfo&) const = default;
 };
 
-struct VolumeInfo {
-  // Fixed once samples are written, except dims[3] and last_layer.
+// A lattice and how its layers are stored. Fixed once samples are written, except dims[3] and last_layer.
+struct StoredLattice {
   Lattice4 lattice;
+  int32_t slab_layers = 8; // layers per chunk, 1 .. 32
+
+  [[nodiscard]] int32_t slabs() const { return (lattice.layers() + slab_layers - 1) / slab_layers; }
+  [[nodiscard]] int32_t slab_of(int32_t layer) const { return layer / slab_layers; }
+  [[nodiscard]] int32_t layers_of(int32_t slab) const { // fewer than slab_layers only in the last slab
+    return std::min(slab_layers, lattice.layers() - slab * slab_layers);
+  }
+  bool operator==(const StoredLattice&) const = default;
+};
+
+inline constexpr int most_levels = 15; // beside level 0
+
+// What is said of a channel at a level; the writer of the file counts, but for what was clamped before.
+struct LevelChannel {
+  double scale = 1; // of i32 that of the level, else that of the channel
+  uint64_t sites_kept = 0, holes = 0, clamped = 0;
+  Range kept_range; // of the stored samples, absolute; 0..0 when none are kept
+  bool operator==(const LevelChannel&) const = default;
+};
+
+// The same series on a coarser lattice of the same kind.
+struct LevelInfo : StoredLattice {
+  std::vector<LevelChannel> channels;
+  bool operator==(const LevelInfo&) const = default;
+};
+
+// A channel at one of the levels of its volume.
+struct ChannelLevel {
+  ChannelLevel(int c, int l = 0) : channel(c), level(l) {} // a channel alone is meant at level 0
+  int channel, level;
+  auto operator<=>(const ChannelLevel&) const = default;
+};
+// Both in one number, as files have it.
+inline constexpr uint32_t level_unit = 1u << 24;
+[[nodiscard]] inline uint32_t packed(const ChannelLevel& at) {
+  return static_cast<uint32_t>(at.channel) + level_unit * static_cast<uint32_t>(at.level);
+}
+[[nodiscard]] inline ChannelLevel unpacked(uint32_t both) {
+  return {static_cast<int>(both % level_unit), static_cast<int>(both / level_unit)};
+}
+
+struct VolumeInfo : StoredLattice {
   double scale = 1, time_scale = 1; // as asked for when the lattice was fitted, in space their mean
-  int32_t slab_layers = 8;          // layers per chunk, 1 .. 32
   Affine3 affine;                   // source index -> world
   std::string spatial_unit;
   TimeMap time;
   std::vector<ChannelInfo> channels;
+  std::vector<LevelInfo> levels;              // 1 and up, each coarser than the one before
   std::string coefficient_kernel;             // the kernel whose coefficients are stored; empty: samples
   std::vector<double> coefficient_parameters; // the numbers that define it, as its name may be redefined
   std::string recommended_kernel;             // may be empty
@@ -135,10 +178,18 @@ struct VolumeInfo {
   [[nodiscard]] uint64_t cc_samples() const { // per channel
     return uint64_t{lattice.dims[0]} * lattice.dims[1] * lattice.dims[2] * lattice.dims[3];
   }
-  [[nodiscard]] int32_t slabs() const { return (lattice.layers() + slab_layers - 1) / slab_layers; }
-  [[nodiscard]] int32_t slab_of(int32_t layer) const { return layer / slab_layers; }
-  [[nodiscard]] int32_t layers_of(int32_t slab) const { // fewer than slab_layers only in the last slab
-    return std::min(slab_layers, lattice.layers() - slab * slab_layers);
+  // Level 0 is the volume's own lattice.
+  [[nodiscard]] const StoredLattice& level(int l) const {
+    return l == 0 ? *this : static_cast<const StoredLattice&>(levels.at(static_cast<size_t>(l) - 1));
+  }
+  [[nodiscard]] int level_count() const { return static_cast<int>(levels.size()) + 1; } // with level 0
+  // How the samples of a channel are coded at a level.
+  [[nodiscard]] Quantiser coding(const ChannelLevel& at) const {
+    Quantiser q = channels.at(static_cast<size_t>(at.channel));
+    if (at.level > 0)
+      q.scale =
+          levels.at(static_cast<size_t>(at.level) - 1).channels.at(static_cast<size_t>(at.channel)).scale;
+    return q;
   }
 
   bool operator==(const VolumeInfo&) const = default;

@@ -18,7 +18,7 @@ constexpr uint64_t most_bytes = uint64_t{1} << 30;
 
 std::vector<std::byte> payload_of(const WrittenSlab& s) {
   ByteWriter out;
-  out.write(s.slab), out.write(s.channel), out.write(s.layers);
+  out.write(s.slab), out.write(packed(s.at)), out.write(s.layers);
   out.write(static_cast<uint32_t>(s.chunks.size()));
   out.write(s.clamped);
   for (const Bcc4Chunk& c : s.chunks) {
@@ -33,7 +33,7 @@ std::vector<std::byte> payload_of(const WrittenSlab& s) {
 WrittenSlab slab_of(std::span<const std::byte> payload) {
   ByteReader in(payload, "journal");
   WrittenSlab s;
-  s.slab = in.read<int32_t>(), s.channel = in.read<int32_t>(), s.layers = in.read<int32_t>();
+  s.slab = in.read<int32_t>(), s.at = unpacked(in.read<uint32_t>()), s.layers = in.read<int32_t>();
   const auto n = in.read<uint32_t>();
   s.clamped = in.read<uint64_t>();
   if (in.remaining() != n * entry_bytes)
@@ -78,7 +78,7 @@ void Bcc4Journal::read(std::span<const std::byte> bytes) {
     if (crc32_of(payload) != crc) return;
     WrittenSlab s = slab_of(payload);
     end_ += 8 + size;
-    earlier_[{s.slab, s.channel}] = std::move(s);
+    earlier_[{s.slab, s.at}] = std::move(s);
   }
 }
 
@@ -98,8 +98,8 @@ void Bcc4Journal::start(uint32_t fingerprint) {
   end_ = head_bytes;
 }
 
-const WrittenSlab* Bcc4Journal::find(int32_t slab, int32_t channel) const {
-  const auto it = earlier_.find({slab, channel});
+const WrittenSlab* Bcc4Journal::find(int32_t slab, const ChannelLevel& at) const {
+  const auto it = earlier_.find({slab, at});
   return it == earlier_.end() ? nullptr : &it->second;
 }
 

@@ -20,9 +20,11 @@
 
 namespace bccsplat {
 
-// One slab of one channel as the file holds it; without chunks all of it is air.
+// One slab of one channel at a level as the file holds it; without chunks all of it is air.
 struct WrittenSlab {
-  int32_t slab = 0, channel = 0, layers = 0;
+  int32_t slab = 0;
+  ChannelLevel at = 0;
+  int32_t layers = 0;
   uint64_t clamped = 0; // samples
   std::vector<Bcc4Chunk> chunks;
 };
@@ -39,7 +41,7 @@ class Bcc4Journal {
   // (Code::wrong_state).
   void start(uint32_t fingerprint);
   // The slab as an earlier writer left it; null where it is still to be written.
-  [[nodiscard]] const WrittenSlab* find(int32_t slab, int32_t channel) const;
+  [[nodiscard]] const WrittenSlab* find(int32_t slab, const ChannelLevel& at) const;
   void add(const WrittenSlab& slab); // written by commit
   [[nodiscard]] bool commit_is_due() const;
   // Writes the records of all slabs added; their chunks must be safe on disk.
@@ -51,9 +53,9 @@ class Bcc4Journal {
   void read(std::span<const std::byte> bytes);
   std::string path_;
   std::unique_ptr<ByteSink> sink_;
-  bool found_ = false;                                         // there was a journal to take over
-  uint32_t fingerprint_ = 0;                                   // of that journal
-  std::map<std::pair<int32_t, int32_t>, WrittenSlab> earlier_; // by slab, channel
+  bool found_ = false;       // there was a journal to take over
+  uint32_t fingerprint_ = 0; // of that journal
+  std::map<std::pair<int32_t, ChannelLevel>, WrittenSlab> earlier_;
   std::vector<std::byte> pending_;
   uint64_t end_ = 0, pending_bytes_ = 0, interval_;
   std::chrono::steady_clock::time_point committed_ = std::chrono::steady_clock::now();

@@ -23,6 +23,7 @@ enum RecordType : uint16_t {
   sources = 6,
   attributes = 7,
   domain = 8,
+  levels = 9,
   masks = 10,
   corrections = 11,
   residuals = 0x8002,
@@ -63,10 +64,10 @@ void write_range(ByteWriter& out, const Range& r) {
   return count;
 }
 
-[[nodiscard]] TailInfo read_tail(ByteReader& in, size_t channels) {
+[[nodiscard]] TailInfo read_tail(ByteReader& in, size_t numbers) {
   TailInfo tail;
   tail.slabs = in.read<int32_t>();
-  for (size_t c = 0; c < channels; ++c) tail.clamped.push_back(in.read<uint64_t>());
+  for (size_t i = 0; i < numbers; ++i) tail.clamped.push_back(in.read<uint64_t>());
   return tail;
 }
 
@@ -109,6 +110,69 @@ void read_lattice(ByteReader& in, VolumeInfo& info) {
   l.time_step = in.read<double>();
   info.scale = in.read<double>();
   info.time_scale = in.read<double>();
+}
+
+constexpr uint64_t level_lattice_bytes = 64, level_channel_bytes = 48;
+
+void write_level(ByteWriter& out, const StoredLattice& level) {
+  const Lattice4& l = level.lattice;
+  out.write(static_cast<uint8_t>(level.slab_layers));
+  for (int i = 0; i < 3; ++i) out.write(uint8_t{0});
+  for (const int32_t n :
+       {l.before[0], l.before[1], l.before[2], l.lead, l.behind[0], l.behind[1], l.behind[2]})
+    out.write(static_cast<uint8_t>(n));
+  out.write(uint8_t{0});
+  for (const int32_t n : l.space.last) out.write(n);
+  out.write(l.last_layer);
+  out.write(uint32_t{0});
+  for (const double v : l.space_step) out.write(v);
+  out.write(l.time_step);
+}
+// base: the lattice of record 1, with which it shares its kind and the source samples.
+[[nodiscard]] LevelInfo read_level(ByteReader& in, const Lattice4& base) {
+  LevelInfo level;
+  Lattice4& l = level.lattice;
+  l.kind = base.kind, l.dims = base.dims, l.space.bcc = base.space.bcc;
+  level.slab_layers = in.read<uint8_t>();
+  bool zero = true;
+  for (int i = 0; i < 3; ++i) zero = in.read<uint8_t>() == 0 && zero;
+  for (int32_t* n :
+       {&l.before[0], &l.before[1], &l.before[2], &l.lead, &l.behind[0], &l.behind[1], &l.behind[2]})
+    *n = in.read<uint8_t>();
+  zero = in.read<uint8_t>() == 0 && zero;
+  for (int32_t& n : l.space.last) n = in.read<int32_t>();
+  l.last_layer = in.read<int32_t>();
+  zero = in.read<uint32_t>() == 0 && zero;
+  if (!zero) fail(Code::corrupt, "metadata: reserved bytes of a level are not zero");
+  for (double& v : l.space_step) v = in.read<double>();
+  l.time_step = in.read<double>();
+  return level;
+}
+
+void write_levels(ByteWriter& out, const std::vector<LevelInfo>& list) {
+  out.write(static_cast<uint32_t>(list.size()));
+  for (const LevelInfo& level : list) write_level(out, level);
+  for (const LevelInfo& level : list)
+    for (const LevelChannel& c : level.channels) {
+      out.write(c.scale);
+      for (const uint64_t n : {c.sites_kept, c.holes, c.clamped}) out.write(n);
+      write_range(out, c.kept_range);
+    }
+}
+void read_levels(ByteReader& in, VolumeInfo& info) {
+  const auto count = in.read<uint32_t>();
+  const uint64_t each = level_lattice_bytes + info.channels.size() * level_channel_bytes;
+  if (count == 0 || count > most_levels || in.remaining() != count * each)
+    fail(Code::corrupt, "metadata: ", count, " levels in ", in.remaining(), " bytes");
+  for (uint32_t l = 0; l < count; ++l) info.levels.push_back(read_level(in, info.lattice));
+  for (LevelInfo& level : info.levels) {
+    level.channels.resize(info.channels.size());
+    for (LevelChannel& c : level.channels) {
+      c.scale = in.read<double>();
+      for (uint64_t* n : {&c.sites_kept, &c.holes, &c.clamped}) *n = in.read<uint64_t>();
+      c.kept_range = read_range(in);
+    }
+  }
 }
 
 // How the field goes on beyond the outermost planes of an axis, of record 8.
@@ -298,7 +362,9 @@ void read_errors(ByteReader& in, std::vector<MeasuredError>& list) {
 } // namespace
 
 uint16_t lowest_reader(const VolumeInfo& info) {
-  if (info.lattice.has_margins() || any_masks(info) || any_local(info) || !info.errors.empty()) return 3;
+  if (!info.levels.empty() || info.lattice.has_margins() || any_masks(info) || any_local(info) ||
+      !info.errors.empty())
+    return 3;
   for (const ChannelInfo& c : info.channels)
     if (c.type == ValueType::i32) return 3;
   return info.lattice.lead > 0 ? 2 : 1;
@@ -343,6 +409,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
     }
   });
   if (info.lattice.has_margins()) record(domain, [&](ByteWriter& p) { write_domain(p, info); });
+  if (!info.levels.empty()) record(levels, [&](ByteWriter& p) { write_levels(p, info.levels); });
   if (any_masks(info))
     record(masks, [&](ByteWriter& p) {
       for (const ChannelInfo& c : info.channels) write_blocks(p, c.masks);
@@ -434,6 +501,10 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
       read_domain(record, info.lattice);
       record.expect_end();
       continue;
+    case levels:
+      read_levels(record, info);
+      record.expect_end();
+      continue;
     case masks:
       for (ChannelInfo& c : info.channels) read_blocks(record, c.masks);
       record.expect_end();
@@ -447,7 +518,7 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
       record.expect_end();
       continue;
     case tail:
-      info.tail = read_tail(record, info.channels.size());
+      info.tail = read_tail(record, info.channels.size() * (info.levels.size() + 1));
       record.expect_end();
       continue;
     case counts:
@@ -459,7 +530,7 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
       record.expect_end();
       continue;
     case part:
-      info.part = read_part(record, info.lattice.dims[3], info.channels.size());
+      info.part = read_part(record, info.lattice.dims[3], info.channels.size(), info.level_count());
       record.expect_end();
       continue;
     default:
@@ -476,9 +547,9 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
   for (size_t c = 0; c < air_codes.size(); ++c)
     if (SampleCoder(info.channels[c]).codes().air != air_codes[c])
       fail(Code::corrupt, "channel ", info.channels[c].name, ": code of air ", air_codes[c]);
-  if (slot_count(info.lattice) > limits.bricks_per_layer)
-    fail(Code::limit_exceeded, "a layer of ", slot_count(info.lattice), " bricks, the limit is ",
-         limits.bricks_per_layer);
+  for (int l = 0; l < info.level_count(); ++l)
+    if (const uint64_t bricks = slot_count(info.level(l).lattice); bricks > limits.bricks_per_layer)
+      fail(Code::limit_exceeded, "a layer of ", bricks, " bricks, the limit is ", limits.bricks_per_layer);
   return info;
 }
 

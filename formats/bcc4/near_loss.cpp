@@ -59,13 +59,11 @@ std::shared_ptr<const Brick> with_holes(const Brick* brick, const BrickMask& hol
 
 // The site nearest to a point is at most a plane from it along any axis (on CC half of one), and at most a
 // layer.
-NearLoss::NearLoss(const VolumeInfo& info) {
-  const bool bcc = info.lattice.space.bcc;
-  const Kernel kernel =
-      bcc ? make_kernel(info.coefficient_kernel) : make_cc_kernel(info.coefficient_kernel).kernel;
+NearLoss::NearLoss(const std::string& coefficient_kernel, const Lattice4& lattice) {
+  const bool bcc = lattice.space.bcc;
+  const Kernel kernel = bcc ? make_kernel(coefficient_kernel) : make_cc_kernel(coefficient_kernel).kernel;
   planes_ = below(bcc ? kernel.space.radius * std::numbers::sqrt2 + 1 : kernel.space.radius + 0.5);
-  if (!info.lattice.is_static())
-    layers_ = below(kernel.time.half_width / kernel_time_per_layer(info.lattice) + 1);
+  if (!lattice.is_static()) layers_ = below(kernel.time.half_width / kernel_time_per_layer(lattice) + 1);
 }
 
 void NearLoss::mark(std::span<const Int3> lost, BrickLayer& layer) const {

@@ -4,16 +4,17 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 
-#include "formats/bcc4/info.h"
+#include "lattice/lattice.h"
 #include "points/brick.h"
 
 namespace bccsplat {
 
 class NearLoss {
  public:
-  // info: of a file that stores coefficients.
-  explicit NearLoss(const VolumeInfo& info);
+  // Of a file that stores coefficients of a kernel.
+  NearLoss(const std::string& coefficient_kernel, const Lattice4& lattice);
 
   // Layers up to this far from a lost one have points that miss it.
   [[nodiscard]] int32_t layers() const { return layers_; }

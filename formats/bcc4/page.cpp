@@ -113,7 +113,7 @@ void set_column(Bcc4Chunk& c, uint8_t id, uint64_t value) {
   return id == 5 ? before.offset + before.stored() : 0;
 }
 
-void check_chunk(const Bcc4Chunk& c, const VolumeInfo& info, const Int3& slots, const SampleCoder& coder,
+void check_chunk(const Bcc4Chunk& c, const StoredLattice& info, const Int3& slots, const SampleCoder& coder,
                  uint64_t file_bytes) {
   const auto bad = [&](const auto&... why) {
     fail(Code::corrupt, "index entry of the chunk at offset ", c.offset, " (slab ", c.slab, ", brick ",
@@ -178,9 +178,9 @@ std::vector<std::byte> write_page(std::span<const Bcc4Chunk> chunks) {
   return out.release();
 }
 
-PageRef describe_page(uint32_t channel, std::span<const Bcc4Chunk> chunks) {
+PageRef describe_page(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks) {
   PageRef ref;
-  ref.channel = channel;
+  ref.channel = static_cast<uint32_t>(at.channel), ref.level = static_cast<uint32_t>(at.level);
   ref.first_slab = chunks.front().slab, ref.first_slot = chunks.front().slot;
   ref.last_slab = chunks.back().slab, ref.last_slot = chunks.back().slot;
   ref.entries = static_cast<uint32_t>(chunks.size());
@@ -230,18 +230,19 @@ std::vector<Bcc4Chunk> read_page(std::span<const std::byte> decoded, const PageR
   if (known != columns.size()) bad("columns are missing");
   in.expect_end();
 
-  const SampleCoder coder(info.channels[ref.channel]);
-  const Int3 slots = slot_dims(info.lattice);
-  const uint64_t count = slot_count(info.lattice);
+  const SampleCoder coder(info.coding(ref.at()));
+  const StoredLattice& level = info.level(ref.at().level);
+  const Int3 slots = slot_dims(level.lattice);
+  const uint64_t count = slot_count(level.lattice);
   const Bcc4Chunk* before = nullptr;
   PageRef found;
   found.min_code = UINT32_MAX;
   for (const Bcc4Chunk& c : chunks) {
-    if (c.slab < 0 || c.slab >= info.slabs() || c.slot >= count)
+    if (c.slab < 0 || c.slab >= level.slabs() || c.slot >= count)
       bad("slab ", c.slab, ", brick ", c.slot, " do not exist");
     if (before && std::tie(before->slab, before->slot) >= std::tie(c.slab, c.slot))
       bad("entries do not rise at slab ", c.slab, ", brick ", c.slot);
-    check_chunk(c, info, slots, coder, file_bytes);
+    check_chunk(c, level, slots, coder, file_bytes);
     found.min_code = std::min(found.min_code, c.min_code);
     found.max_code = std::max(found.max_code, c.max_code);
     before = &c;
@@ -266,7 +267,8 @@ std::vector<std::byte> write_directory(std::span<const PageRef> pages) {
     write_block_ref(out, p.block);
     out.write(p.min_code);
     out.write(p.max_code);
-    out.write(uint64_t{0});
+    out.write(p.level);
+    out.write(uint32_t{0});
   }
   return out.release();
 }
@@ -279,7 +281,6 @@ std::vector<PageRef> read_directory(std::span<const std::byte> decoded, const Vo
   if (decoded.size() % page_ref_bytes != 0) bad(decoded.size(), " bytes are no whole number of records");
   ByteReader in(decoded, "index directory", offset);
   std::vector<PageRef> pages(decoded.size() / page_ref_bytes);
-  const uint64_t slots = slot_count(info.lattice);
   uint64_t chunks = 0;
   const PageRef* before = nullptr;
   for (PageRef& p : pages) {
@@ -292,16 +293,21 @@ std::vector<PageRef> read_directory(std::span<const std::byte> decoded, const Vo
     p.block = read_block_ref(in);
     p.min_code = in.read<uint32_t>();
     p.max_code = in.read<uint32_t>();
-    if (in.read<uint64_t>() != 0) bad("reserved bytes are not zero");
+    p.level = in.read<uint32_t>();
+    if (in.read<uint32_t>() != 0) bad("reserved bytes are not zero");
     if (p.channel >= info.channels.size()) bad("channel ", p.channel, " of ", info.channels.size());
+    if (p.level > info.levels.size()) bad("level ", p.level, " of ", info.level_count());
+    const StoredLattice& level = info.level(p.at().level);
+    const uint64_t slots = slot_count(level.lattice);
     if (p.entries == 0 || p.entries > max_page_entries) bad("a page of ", p.entries, " entries");
-    if (p.first_slab < 0 || p.last_slab >= info.slabs() || p.first_slot >= slots || p.last_slot >= slots ||
+    if (p.first_slab < 0 || p.last_slab >= level.slabs() || p.first_slot >= slots || p.last_slot >= slots ||
         std::tie(p.first_slab, p.first_slot) > std::tie(p.last_slab, p.last_slot))
       bad("a page from slab ", p.first_slab, ", brick ", p.first_slot, " to slab ", p.last_slab, ", brick ",
           p.last_slot);
-    if (before && std::tie(before->channel, before->last_slab, before->last_slot) >=
-                      std::tie(p.channel, p.first_slab, p.first_slot))
-      bad("pages do not rise at channel ", p.channel, ", slab ", p.first_slab, ", brick ", p.first_slot);
+    if (before && std::tie(before->channel, before->level, before->last_slab, before->last_slot) >=
+                      std::tie(p.channel, p.level, p.first_slab, p.first_slot))
+      bad("pages do not rise at channel ", p.channel, ", level ", p.level, ", slab ", p.first_slab,
+          ", brick ", p.first_slot);
     check_block_ref(p.block, "index page", root.file_bytes);
     if (p.block.decoded > max_page_bytes) bad("a page of ", p.block.decoded, " bytes");
     chunks += p.entries;

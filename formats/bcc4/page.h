@@ -18,14 +18,15 @@ inline constexpr uint64_t page_ref_bytes = 64;
 // later versions.
 inline constexpr uint64_t max_page_bytes = uint64_t{max_page_entries} * 128;
 
-// A page of the index: entries of one channel with rising (slab, slot).
+// A page of the index: entries of one channel at one level with rising (slab, slot).
 struct PageRef {
-  uint32_t channel = 0;
+  uint32_t channel = 0, level = 0;
   int32_t first_slab = 0, last_slab = 0;
   uint32_t first_slot = 0, last_slot = 0;
   uint32_t entries = 0;
   BlockRef block;
   uint32_t min_code = 0, max_code = 0; // of all its chunks
+  [[nodiscard]] ChannelLevel at() const { return {static_cast<int>(channel), static_cast<int>(level)}; }
 };
 
 // The number of bricks along x, y, z of a layer of coset 0.
@@ -38,19 +39,19 @@ struct PageRef {
 }
 
 // The chunk of a slab at a brick position.
-[[nodiscard]] inline ChunkShape chunk_shape(const VolumeInfo& info, int32_t slab, const Int3& brick) {
+[[nodiscard]] inline ChunkShape chunk_shape(const StoredLattice& info, int32_t slab, const Int3& brick) {
   return chunk_shape(info.lattice, slab * info.slab_layers, info.layers_of(slab), brick);
 }
 
 [[nodiscard]] std::vector<std::byte> write_page(std::span<const Bcc4Chunk> chunks);
 // Describes a page but for its block, which is not written yet.
-[[nodiscard]] PageRef describe_page(uint32_t channel, std::span<const Bcc4Chunk> chunks);
+[[nodiscard]] PageRef describe_page(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks);
 // Reads a page and checks every entry against the lattice, the channel and the directory.
 [[nodiscard]] std::vector<Bcc4Chunk> read_page(std::span<const std::byte> decoded, const PageRef& ref,
                                                const VolumeInfo& info, uint64_t file_bytes);
 
 [[nodiscard]] std::vector<std::byte> write_directory(std::span<const PageRef> pages);
-// Reads the directory; its pages rise by (channel, slab, slot).
+// Reads the directory; its pages rise by (channel, level, slab, slot).
 [[nodiscard]] std::vector<PageRef> read_directory(std::span<const std::byte> decoded, const VolumeInfo& info,
                                                   const Root& root, uint64_t offset);
 

@@ -14,6 +14,9 @@ constexpr size_t write_record_bytes = 16;
 std::string difference(const VolumeInfo& a, const VolumeInfo& b) {
   if (a.lattice.dims != b.lattice.dims) return "the numbers of samples or frames differ";
   if (a.lattice != b.lattice || a.slab_layers != b.slab_layers) return "the lattices differ";
+  if (!std::equal(a.levels.begin(), a.levels.end(), b.levels.begin(), b.levels.end(),
+                  [](const StoredLattice& x, const StoredLattice& y) { return x == y; }))
+    return "the levels differ";
   if (a.channels.size() != b.channels.size()) return "the channels differ";
   for (size_t c = 0; c < a.channels.size(); ++c) {
     const ChannelInfo &x = a.channels[c], &y = b.channels[c];
@@ -38,14 +41,15 @@ void write_part(ByteWriter& out, const PartInfo& part) {
   out.write(part.first), out.write(part.end), out.write(part.series);
   out.write(static_cast<uint32_t>(part.writes.size()));
   for (const PartWrite& w : part.writes) {
-    out.write(w.trigger), out.write(w.channel), out.write(w.slab);
+    out.write(w.trigger), out.write(w.channel + level_unit * static_cast<uint32_t>(w.level)),
+        out.write(w.slab);
     out.write(static_cast<uint32_t>(w.frame + 1));
   }
   out.write(static_cast<uint32_t>(part.statistics.size()));
   out.write_bytes(part.statistics);
 }
 
-PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels) {
+PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels, int levels) {
   PartInfo part;
   part.first = in.read<uint32_t>(), part.end = in.read<uint32_t>(), part.series = in.read<uint32_t>();
   if (part.first >= part.end || part.end > frames)
@@ -55,11 +59,16 @@ PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels) {
     fail(Code::corrupt, "part: ", count, " writes do not fit their record");
   part.writes.resize(count);
   for (PartWrite& w : part.writes) {
-    w.trigger = in.read<uint32_t>(), w.channel = in.read<uint32_t>(), w.slab = in.read<int32_t>();
+    w.trigger = in.read<uint32_t>();
+    const auto [channel, level] = unpacked(in.read<uint32_t>());
+    w.channel = static_cast<uint32_t>(channel), w.level = level, w.slab = in.read<int32_t>();
     w.frame = int64_t{in.read<uint32_t>()} - 1;
     const bool exists = w.slab >= 0 || (w.slab == PartWrite::mask && w.frame != PartWrite::chunks);
-    if (w.trigger > frames || w.channel >= channels || !exists || w.frame >= int64_t{frames})
-      fail(Code::corrupt, "part: a write of channel ", w.channel, ", slab ", w.slab, ", frame ", w.frame);
+    // Masks and corrections are of no level but 0.
+    const bool known = w.channel < channels && level < levels && (level == 0 || w.frame == PartWrite::chunks);
+    if (w.trigger > frames || !known || !exists || w.frame >= int64_t{frames})
+      fail(Code::corrupt, "part: a write of channel ", w.channel, ", level ", level, ", slab ", w.slab,
+           ", frame ", w.frame);
   }
   const auto bytes = in.take(in.read<uint32_t>());
   part.statistics.assign(bytes.begin(), bytes.end());

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "base/bytes.h"
@@ -14,8 +15,7 @@
 namespace bccsplat {
 
 // One thing that a writer put into its file: the chunks of a slab, or the corrections or the mask of a frame.
-// Sorted by (trigger, channel, slab, frame), those of all parts have the order in which one writer of the
-// whole series writes them.
+// Sorted, those of all parts have the order in which one writer of the whole series writes them.
 struct PartWrite {
   static constexpr int64_t chunks = -1;
   static constexpr int32_t mask = -1; // in place of a slab: before those that the frame completes
@@ -23,7 +23,15 @@ struct PartWrite {
   uint32_t channel = 0;
   int32_t slab = 0;       // the slab itself, or the one that completed what the corrections depend on
   int64_t frame = chunks; // of the corrections, or of the mask
-  auto operator<=>(const PartWrite&) const = default;
+  int level = 0;          // of chunks
+  // By trigger and channel; masks first, then coarse levels before finer ones; by slab and frame.
+  auto operator<=>(const PartWrite& other) const { return order() <=> other.order(); }
+  bool operator==(const PartWrite&) const = default;
+
+ private:
+  [[nodiscard]] std::tuple<uint32_t, uint32_t, int, int32_t, int64_t> order() const {
+    return {trigger, channel, slab == mask ? INT32_MIN : -level, slab, frame};
+  }
 };
 
 struct PartInfo {
@@ -36,8 +44,8 @@ struct PartInfo {
 };
 
 void write_part(ByteWriter& out, const PartInfo& part);
-// `frames` and `channels` are those of the series. Throws corrupt, truncated.
-[[nodiscard]] PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels);
+// `frames`, `channels` and `levels` (0 among them) are those of the series. Throws corrupt, truncated.
+[[nodiscard]] PartInfo read_part(ByteReader& in, uint32_t frames, size_t channels, int levels);
 
 class Bcc4Reader;
 

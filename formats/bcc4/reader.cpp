@@ -64,11 +64,14 @@ void Bcc4Reader::State::open() {
     fail(Code::corrupt, name, ": it says that readers of version ", preamble.lowest_reader,
          " can read it, but holds what came with version ", lowest_reader(info));
   pages = read_directory(read_block(root.directory, "index directory"), info, root, root.directory.offset);
-  slots = slot_dims(info.lattice);
-  for (const ChannelInfo& c : info.channels) {
-    bases.push_back(field_base(info, c));
-    coders.emplace_back(c);
-    from_base.push_back(bases.back() == c.air ? coders.back() : SampleCoder(c, bases.back()));
+  for (const ChannelInfo& c : info.channels) bases.push_back(field_base(info, c));
+  for (int level = 0; level < info.level_count(); ++level) {
+    slots.push_back(slot_dims(info.level(level).lattice));
+    for (size_t c = 0; c < bases.size(); ++c) {
+      const Quantiser coding = info.coding({static_cast<int>(c), level});
+      coders.emplace_back(coding);
+      from_base.push_back(bases[c] == coding.air ? coders.back() : SampleCoder(coding, bases[c]));
+    }
   }
   bytes.file = root.file_bytes;
   bytes.runs = root.runs_bytes, bytes.values = root.values_bytes, bytes.index = root.index_bytes;
@@ -94,15 +97,21 @@ std::shared_ptr<const Page> Bcc4Reader::State::page(size_t index) const {
   return loaded;
 }
 
-ChunkData Bcc4Reader::State::decode(int channel, const Bcc4Chunk& chunk, std::span<const std::byte> stored,
-                                    ChunkScratch& scratch) const {
-  const ChunkCodes& codes = coders[static_cast<size_t>(channel)].codes();
-  const ChunkShape shape = chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot));
-  return decode_chunk(shape, codes, chunk, stored, scratch);
+void Bcc4Reader::State::require(const ChannelLevel& at) const {
+  if (at.channel < 0 || static_cast<size_t>(at.channel) >= info.channels.size())
+    fail(Code::not_found, source->name(), ": no channel ", at.channel);
+  if (at.level < 0 || at.level >= info.level_count())
+    fail(Code::not_found, source->name(), ": no level ", at.level, ", the last one is ",
+         info.level_count() - 1);
+}
+
+ChunkData Bcc4Reader::State::decode(const ChannelLevel& at, const Bcc4Chunk& chunk,
+                                    std::span<const std::byte> stored, ChunkScratch& scratch) const {
+  return decode_chunk(shape_of(chunk, at.level), coder(at).codes(), chunk, stored, scratch);
 }
 
 Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
-  const auto count = static_cast<uint32_t>(slot_count(info.lattice));
+  const auto count = static_cast<uint32_t>(slot_count(info.level(ref.at().level).lattice));
   Page page;
   for (int32_t slab = ref.first_slab; slab <= ref.last_slab; ++slab)
     for (uint32_t slot = slab == ref.first_slab ? ref.first_slot : 0;
@@ -117,22 +126,21 @@ Page Bcc4Reader::State::lost_page(const PageRef& ref) const {
   return page;
 }
 
-ChunkData Bcc4Reader::State::lost_chunk(int channel, const Bcc4Chunk& chunk) const {
-  ChunkData data = chunk_of_holes(chunk_shape(info, chunk.slab, slot_brick(slots, chunk.slot)),
-                                  coders[static_cast<size_t>(channel)].codes());
+ChunkData Bcc4Reader::State::lost_chunk(const ChannelLevel& at, const Bcc4Chunk& chunk) const {
+  ChunkData data = chunk_of_holes(shape_of(chunk, at.level), coder(at).codes());
   data.lost = true;
   return data;
 }
 
-ChunkData Bcc4Reader::State::decode_or_lose(int channel, const Bcc4Chunk& chunk,
+ChunkData Bcc4Reader::State::decode_or_lose(const ChannelLevel& at, const Bcc4Chunk& chunk,
                                             std::span<const std::byte> stored, ChunkScratch& scratch) const {
-  if (!limits.salvage) return decode(channel, chunk, stored, scratch);
+  if (!limits.salvage) return decode(at, chunk, stored, scratch);
   try {
-    if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(channel, chunk, stored, scratch);
+    if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(at, chunk, stored, scratch);
   } catch (const Error&) {
     // The chunk is lost.
   }
-  return lost_chunk(channel, chunk);
+  return lost_chunk(at, chunk);
 }
 
 std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks) {
@@ -168,29 +176,38 @@ uint64_t Bcc4Reader::chunk_count() const { return state_->root.chunks; }
 uint64_t Bcc4Reader::bytes_read() const { return state_->bytes_read.load(std::memory_order_relaxed); }
 bool Bcc4Reader::salvages() const { return state_->limits.salvage; }
 bool Bcc4Reader::root_damaged() const { return state_->root_damaged; }
-Int3 Bcc4Reader::brick_position(uint32_t slot) const { return slot_brick(state_->slots, slot); }
+Int3 Bcc4Reader::brick_position(uint32_t slot, int level) const { return state_->brick_of(slot, level); }
 
-std::vector<Bcc4Chunk> Bcc4Reader::chunks(int channel, int32_t slab, const BrickBox& region) const {
+std::vector<Bcc4Chunk> Bcc4Reader::chunks(const ChannelLevel& at, int32_t slab,
+                                          const BrickBox& region) const {
   const State& s = *state_;
-  if (channel < 0 || static_cast<size_t>(channel) >= s.coders.size())
-    fail(Code::not_found, s.source->name(), ": no channel ", channel);
-  if (slab < 0 || slab >= s.info.slabs()) fail(Code::out_of_domain, s.source->name(), ": no slab ", slab);
-  const auto key = std::pair(static_cast<uint32_t>(channel), slab);
+  s.require(at);
+  if (slab < 0 || slab >= s.info.level(at.level).slabs())
+    fail(Code::out_of_domain, s.source->name(), ": no slab ", slab);
+  const auto key = std::pair(at, slab);
   auto page = std::partition_point(s.pages.begin(), s.pages.end(),
-                                   [&](const PageRef& p) { return std::pair(p.channel, p.last_slab) < key; });
+                                   [&](const PageRef& p) { return std::pair(p.at(), p.last_slab) < key; });
   std::vector<Bcc4Chunk> found;
-  for (; page != s.pages.end() && std::pair(page->channel, page->first_slab) <= key; ++page) {
+  for (; page != s.pages.end() && std::pair(page->at(), page->first_slab) <= key; ++page) {
     const auto entries = s.page(static_cast<size_t>(page - s.pages.begin()));
     auto c = std::partition_point(entries->begin(), entries->end(),
                                   [&](const Bcc4Chunk& e) { return e.slab < slab; });
     for (; c != entries->end() && c->slab == slab; ++c)
-      if (region.contains(slot_brick(s.slots, c->slot))) found.push_back(*c);
+      if (region.contains(s.brick_of(c->slot, at.level))) found.push_back(*c);
   }
   return found;
 }
 
-Range Bcc4Reader::sample_range(int channel, const Bcc4Chunk& chunk) const {
-  const SampleCoder& coder = state_->coders.at(static_cast<size_t>(channel));
+uint64_t Bcc4Reader::level_bytes(int level) const {
+  uint64_t bytes = 0;
+  for (size_t p = 0; p < state_->pages.size(); ++p)
+    if (state_->pages[p].at().level == level)
+      for (const Bcc4Chunk& c : *state_->page(p)) bytes += c.stored();
+  return bytes;
+}
+
+Range Bcc4Reader::sample_range(const ChannelLevel& at, const Bcc4Chunk& chunk) const {
+  const SampleCoder& coder = state_->coder(at);
   return {coder.decode(chunk.min_code), coder.decode(chunk.max_code)};
 }
 
@@ -202,8 +219,9 @@ std::vector<std::byte> Bcc4Reader::stored_bytes(const Bcc4Chunk& chunk) const {
   return stored;
 }
 
-std::vector<std::shared_ptr<const ChunkData>>
-Bcc4Reader::read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Context& context) const {
+std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const ChannelLevel& at,
+                                                                      std::span<const Bcc4Chunk> chunks,
+                                                                      const Context& context) const {
   std::vector<std::shared_ptr<const ChunkData>> out(chunks.size());
   const std::vector<ChunkGroup> groups = group_chunks(chunks);
   context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
@@ -214,7 +232,7 @@ Bcc4Reader::read_chunks(int channel, std::span<const Bcc4Chunk> chunks, const Co
     for (const size_t i : groups[g].members) {
       auto part = std::span<const std::byte>(stored);
       part = read ? part.subspan(chunks[i].offset - groups[g].offset, chunks[i].stored()) : part.first(0);
-      out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(channel, chunks[i], part, scratch));
+      out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(at, chunks[i], part, scratch));
     }
   });
   return out;
@@ -302,8 +320,8 @@ std::vector<std::byte> Bcc4Reader::stored_block(const BlockRef& block, std::stri
 
 float Bcc4Reader::base(int channel) const { return state_->bases.at(static_cast<size_t>(channel)); }
 
-std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& data, int layer_of_slab,
-                                               RelativeTo to) const {
+std::shared_ptr<const Brick> Bcc4Reader::brick(const ChannelLevel& at, const ChunkData& data,
+                                               int layer_of_slab, RelativeTo to) const {
   const auto m = static_cast<size_t>(layer_of_slab);
   const uint32_t first = data.first.at(m);
   if (data.first.at(m + 1) == first) return nullptr;
@@ -311,16 +329,16 @@ std::shared_ptr<const Brick> Bcc4Reader::brick(int channel, const ChunkData& dat
   brick->kept = data.kept[m];
   if (!data.hole.empty() && data.hole[m] != BrickMask{})
     brick->hole = std::make_unique<BrickMask>(data.hole[m]);
-  spread_codes(state_->coder(channel, to), data.coded, brick->kept, data.codes, first, brick->value);
+  spread_codes(state_->coder(at, to), data.coded, brick->kept, data.codes, first, brick->value);
   return brick;
 }
 
-SampleBrick Bcc4Reader::samples(int channel, const ChunkData& data, int layer_of_slab, RelativeTo to) const {
+SampleBrick Bcc4Reader::samples(const ChannelLevel& at, const ChunkData& data, int layer_of_slab,
+                                RelativeTo to) const {
   const auto m = static_cast<size_t>(layer_of_slab);
   if (data.first.at(m + 1) == data.first.at(m)) return {};
-  if (is_float(data.coded.type) || data.coded.bytes() > 2)
-    return {brick(channel, data, layer_of_slab, to), {}};
-  return {nullptr, std::make_shared<const LayerCodes>(state_->coder(channel, to), data, m)};
+  if (is_float(data.coded.type) || data.coded.bytes() > 2) return {brick(at, data, layer_of_slab, to), {}};
+  return {nullptr, std::make_shared<const LayerCodes>(state_->coder(at, to), data, m)};
 }
 
 } // namespace bccsplat

@@ -30,17 +30,26 @@ struct Bcc4Reader::State {
   bool root_damaged = false;
   VolumeInfo info;
   Bcc4Bytes bytes;
-  Int3 slots{};                       // brick dims of coset 0
-  std::vector<SampleCoder> coders;    // one per channel, relative to air
+  std::vector<Int3> slots;            // by level: brick dims of coset 0
+  std::vector<SampleCoder> coders;    // by level and channel, relative to air
   std::vector<SampleCoder> from_base; // relative to the base of the field
-  std::vector<float> bases;
-  std::vector<PageRef> pages; // the directory
+  std::vector<float> bases;           // by channel
+  std::vector<PageRef> pages;         // the directory
   mutable LruCache<size_t, Page> cached;
   mutable std::atomic<uint64_t> bytes_read{0};
 
   void open();
-  [[nodiscard]] const SampleCoder& coder(int channel, RelativeTo to) const {
-    return (to == RelativeTo::base ? from_base : coders).at(static_cast<size_t>(channel));
+  // Throws unless there are such a channel and level.
+  void require(const ChannelLevel& at) const;
+  [[nodiscard]] const SampleCoder& coder(const ChannelLevel& at, RelativeTo to = RelativeTo::air) const {
+    return (to == RelativeTo::base ? from_base : coders)
+        .at(static_cast<size_t>(at.level) * info.channels.size() + static_cast<size_t>(at.channel));
+  }
+  [[nodiscard]] Int3 brick_of(uint32_t slot, int level) const {
+    return slot_brick(slots.at(static_cast<size_t>(level)), slot);
+  }
+  [[nodiscard]] ChunkShape shape_of(const Bcc4Chunk& chunk, int level) const {
+    return chunk_shape(info.level(level), chunk.slab, brick_of(chunk.slot, level));
   }
   // Reads from the source and counts the bytes.
   void read(uint64_t offset, std::span<std::byte> out) const;
@@ -56,11 +65,11 @@ struct Bcc4Reader::State {
   // The chunks that a damaged page may have listed; a chunk that is lost has kept == 0.
   [[nodiscard]] Page lost_page(const PageRef& ref) const;
   // A chunk whose sites are all holes, for one that is lost.
-  [[nodiscard]] ChunkData lost_chunk(int channel, const Bcc4Chunk& chunk) const;
-  [[nodiscard]] ChunkData decode_or_lose(int channel, const Bcc4Chunk& chunk,
+  [[nodiscard]] ChunkData lost_chunk(const ChannelLevel& at, const Bcc4Chunk& chunk) const;
+  [[nodiscard]] ChunkData decode_or_lose(const ChannelLevel& at, const Bcc4Chunk& chunk,
                                          std::span<const std::byte> stored, ChunkScratch& scratch) const;
-  [[nodiscard]] ChunkData decode(int channel, const Bcc4Chunk& chunk, std::span<const std::byte> stored,
-                                 ChunkScratch& scratch) const;
+  [[nodiscard]] ChunkData decode(const ChannelLevel& at, const Bcc4Chunk& chunk,
+                                 std::span<const std::byte> stored, ChunkScratch& scratch) const;
 };
 
 // Chunks that are read together, as indices into a list, in the order of the file.

@@ -37,11 +37,14 @@ struct Bcc4Samples::Cache {
 };
 
 Bcc4Samples::Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes,
-                         RelativeTo to)
-    : reader_(std::move(reader)), cache_(std::make_unique<Cache>(budget, cache_bytes)), to_(to) {}
+                         RelativeTo to, int level)
+    : reader_(std::move(reader)), cache_(std::make_unique<Cache>(budget, cache_bytes)), to_(to),
+      level_(level) {
+  if (level < 0 || level >= reader_->info().level_count()) fail(Code::not_found, "no level ", level);
+}
 Bcc4Samples::~Bcc4Samples() = default;
 
-const Lattice4& Bcc4Samples::lattice() const { return reader_->info().lattice; }
+const Lattice4& Bcc4Samples::lattice() const { return reader_->info().level(level_).lattice; }
 int Bcc4Samples::channels() const { return static_cast<int>(reader_->info().channels.size()); }
 float Bcc4Samples::air(int channel) const {
   return reader_->info().channels.at(static_cast<size_t>(channel)).air;
@@ -55,10 +58,11 @@ uint64_t Bcc4Samples::chunks_decoded() const { return cache_->decoded.load(std::
 
 void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, const Context& context,
                              const ChunkBody& body) const {
-  const std::vector<Bcc4Chunk> wanted = reader_->chunks(channel, slab, region);
+  const std::vector<Bcc4Chunk> wanted = reader_->chunks({channel, level_}, slab, region);
   // One layer and a batch of chunks are in memory beyond the cache, so that a batch is small where the budget
   // is short.
-  const uint64_t chunk_bytes = static_cast<uint64_t>(reader_->info().slab_layers) * sizeof(Brick);
+  const uint64_t chunk_bytes =
+      static_cast<uint64_t>(reader_->info().level(level_).slab_layers) * sizeof(Brick);
   const uint64_t room = cache_->budget.limit() - cache_->budget.used();
   const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
   for (size_t first = 0; first < wanted.size(); first += at_once) {
@@ -72,7 +76,7 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
       missing.push_back(batch[i]);
       missing_at.push_back(i);
     }
-    auto decoded = reader_->read_chunks(channel, missing, context);
+    auto decoded = reader_->read_chunks({channel, level_}, missing, context);
     cache_->decoded.fetch_add(decoded.size(), std::memory_order_relaxed);
     for (size_t i = 0; i < decoded.size(); ++i) {
       cache_->keep({channel, slab, missing[i].slot}, decoded[i]);
@@ -85,8 +89,8 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
 // Of coefficients, what lies beside a lost chunk is lost as well.
 void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
                                   BrickLayer& out) const {
-  const VolumeInfo& info = reader_->info();
-  const NearLoss near(info);
+  const StoredLattice& info = reader_->info().level(level_);
+  const NearLoss near(coefficient_kernel(), info.lattice);
   BrickBox around = region;
   for (size_t a = 0; a < 3; ++a) {
     around.begin[a] = std::max(around.begin[a], 1) - 1;
@@ -100,7 +104,7 @@ void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& re
     for_chunks(channel, slab, around, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
       if (!data.lost) return;
       const std::scoped_lock lock(mutex);
-      lost.push_back(reader_->brick_position(chunk.slot));
+      lost.push_back(reader_->brick_position(chunk.slot, level_));
     });
   near.mark(lost, out);
 }
@@ -109,7 +113,7 @@ template<class Layer, class MakeBrick>
 void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const BrickBox& region,
                              const Context& context, const TakeLayer<Layer>& take,
                              const MakeBrick& brick) const {
-  const VolumeInfo& info = reader_->info();
+  const StoredLattice& info = reader_->info().level(level_);
   for (const int32_t m : layers)
     if (m < 0 || m >= info.lattice.layers()) fail(Code::out_of_domain, "no layer ", m);
   for (size_t first = 0, end = 0; first < layers.size(); first = end) {
@@ -117,7 +121,7 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
     while (end < layers.size() && info.slab_of(layers[end]) == slab) ++end;
     // One layer stands beside the budget, the others of the slab within it, as many as there is room for;
     // codes take no more than values.
-    const uint64_t bytes = reader_->chunks(channel, slab, region).size() * sizeof(Brick);
+    const uint64_t bytes = reader_->chunks({channel, level_}, slab, region).size() * sizeof(Brick);
     std::vector<Reservation> held;
     while (held.size() + 1 < end - first && cache_->budget.try_reserve(bytes))
       held.push_back(Reservation::adopt(cache_->budget, bytes));
@@ -126,7 +130,7 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
     for (size_t i = first; i < end; ++i) read.emplace_back(info.lattice.space, info.lattice.coset(layers[i]));
     // Each task sets the slots of its own bricks.
     for_chunks(channel, slab, region, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
-      const Int3 b = reader_->brick_position(chunk.slot);
+      const Int3 b = reader_->brick_position(chunk.slot, level_);
       for (size_t i = 0; i < read.size(); ++i)
         if (auto made = brick(data, layers[first + i] % info.slab_layers))
           read[i].set(read[i].slot(b[0], b[1], b[2]), std::move(made));
@@ -145,16 +149,18 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
     lose_neighbours(channel, m, region, context, layer);
     take(m, std::move(layer));
   };
-  read_slabs(channel, layers, region, context, lossy ? lose : take,
-             [&](const ChunkData& data, int m) { return reader_->brick(channel, data, m, to_); });
+  read_slabs(channel, layers, region, context, lossy ? lose : take, [&](const ChunkData& data, int m) {
+    return reader_->brick({channel, level_}, data, m, to_);
+  });
 }
 
 void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                const Context& context, const TakeLayer<SampleLayer>& take) const {
   if (!coefficient_kernel().empty()) // of which damage takes more than its bricks
     return SampleSource::read_samples(channel, layers, region, context, take);
-  read_slabs(channel, layers, region, context, take,
-             [&](const ChunkData& data, int m) { return reader_->samples(channel, data, m, to_); });
+  read_slabs(channel, layers, region, context, take, [&](const ChunkData& data, int m) {
+    return reader_->samples({channel, level_}, data, m, to_);
+  });
 }
 
 BrickLayer Bcc4Samples::read_layer(int channel, int32_t layer, const BrickBox& region,

@@ -1,5 +1,6 @@
 // Reads and checks everything a file holds, and lists the damage.
 #include <algorithm>
+#include <map>
 #include <mutex>
 #include <set>
 #include <tuple>
@@ -28,12 +29,10 @@ struct Bcc4Reader::State::Verification {
   const Context& context;
   Bcc4VerifyResult result{};
   std::vector<Extent> extents{}; // of all parts of the file
-  std::vector<Totals> totals{};  // by channel
+  std::map<ChannelLevel, Totals> totals{};
   uint64_t runs = 0, values = 0; // bytes
 
-  [[nodiscard]] int32_t last_layer_of(int32_t slab) const {
-    return std::min((slab + 1) * file.info.slab_layers, file.info.lattice.layers()) - 1;
-  }
+  [[nodiscard]] Bcc4Damage damaged_slabs(const ChannelLevel& at, int32_t first, int32_t last) const;
   void add_file_damage(Code code, std::string message, uint64_t offset) {
     Bcc4Damage d;
     d.code = code, d.message = std::move(message), d.offset = offset;
@@ -47,11 +46,22 @@ struct Bcc4Reader::State::Verification {
   void check_masks();
   template<class Look> void look_at(const BlockRef& block, const Look& look);
   void check_page(size_t index);
-  void check_chunks(int channel, const Page& page);
+  void check_chunks(const ChannelLevel& at, const Page& page);
   void check_extents(bool pages_whole);
   void check_totals();
   [[nodiscard]] Bcc4VerifyResult check_all();
 };
+
+// The layers of slabs, of which nothing is known but their place.
+Bcc4Damage Bcc4Reader::State::Verification::damaged_slabs(const ChannelLevel& at, int32_t first,
+                                                          int32_t last) const {
+  const StoredLattice& level = file.info.level(at.level);
+  Bcc4Damage d;
+  d.channel = at.channel, d.level = at.level;
+  d.first_layer = first * level.slab_layers;
+  d.last_layer = last * level.slab_layers + level.layers_of(last) - 1;
+  return d;
+}
 
 // Counts a block that is there, and lists what look() finds wrong with it.
 template<class Look> void Bcc4Reader::State::Verification::look_at(const BlockRef& block, const Look& look) {
@@ -104,7 +114,6 @@ void Bcc4Reader::State::Verification::check_masks() {
 
 void Bcc4Reader::State::Verification::check_page(size_t index) {
   const PageRef& ref = file.pages[index];
-  const auto channel = static_cast<int>(ref.channel);
   result.chunks += ref.entries;
   add_block(ref.block);
   std::shared_ptr<const Page> page;
@@ -112,18 +121,14 @@ void Bcc4Reader::State::Verification::check_page(size_t index) {
     page = file.load_page(index);
   } catch (const Error& e) {
     result.chunks_damaged += ref.entries;
-    result.damage.push_back({e.code(),
-                             e.message(),
-                             ref.block.offset,
-                             channel,
-                             ref.first_slab * file.info.slab_layers,
-                             last_layer_of(ref.last_slab),
-                             true,
-                             {}});
+    Bcc4Damage d = damaged_slabs(ref.at(), ref.first_slab, ref.last_slab);
+    d.code = e.code(), d.message = e.message(), d.offset = ref.block.offset;
+    d.whole_layers = true;
+    result.damage.push_back(std::move(d));
     return;
   }
-  check_chunks(channel, *page);
-  Totals& t = totals[ref.channel];
+  check_chunks(ref.at(), *page);
+  Totals& t = totals[ref.at()];
   for (const Bcc4Chunk& c : *page) {
     extents.push_back({c.offset, c.offset + c.stored()});
     result.bytes_checked += c.stored();
@@ -133,7 +138,7 @@ void Bcc4Reader::State::Verification::check_page(size_t index) {
   }
 }
 
-void Bcc4Reader::State::Verification::check_chunks(int channel, const Page& page) {
+void Bcc4Reader::State::Verification::check_chunks(const ChannelLevel& at, const Page& page) {
   std::mutex mutex;
   const std::vector<ChunkGroup> groups = group_chunks(page);
   context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
@@ -144,12 +149,14 @@ void Bcc4Reader::State::Verification::check_chunks(int channel, const Page& page
       try {
         std::vector<std::byte> stored(c.stored());
         file.read(c.offset, stored);
-        static_cast<void>(file.decode(channel, c, stored, scratch));
+        static_cast<void>(file.decode(at, c, stored, scratch));
       } catch (const Error& e) {
+        Bcc4Damage d = damaged_slabs(at, c.slab, c.slab);
+        d.code = e.code(), d.message = e.message(), d.offset = c.offset;
+        d.brick = file.brick_of(c.slot, at.level);
         const std::scoped_lock lock(mutex);
         ++result.chunks_damaged;
-        result.damage.push_back({e.code(), e.message(), c.offset, channel, c.slab * file.info.slab_layers,
-                                 last_layer_of(c.slab), false, slot_brick(file.slots, c.slot)});
+        result.damage.push_back(std::move(d));
       }
     }
   });
@@ -173,21 +180,24 @@ void Bcc4Reader::State::Verification::check_extents(bool pages_whole) {
 }
 
 void Bcc4Reader::State::Verification::check_totals() {
-  for (size_t c = 0; c < totals.size(); ++c) {
-    const ChannelInfo& channel = file.info.channels[c];
-    const SampleCoder& coder = file.coders[c];
-    const Range range =
-        totals[c].kept ? Range{coder.value(totals[c].min_code), coder.value(totals[c].max_code)} : Range{};
-    if (totals[c].kept != channel.sites_kept || totals[c].holes != channel.holes ||
-        range != channel.kept_range)
-      add_file_damage(Code::corrupt,
-                      concat("channel ", channel.name, ": counts or range differ from the index"),
+  const auto check = [&](const ChannelLevel& at, const auto& told, const std::string& what) {
+    const Totals& t = totals[at];
+    const SampleCoder& coder = file.coder(at);
+    const Range range = t.kept ? Range{coder.value(t.min_code), coder.value(t.max_code)} : Range{};
+    if (t.kept != told.sites_kept || t.holes != told.holes || range != told.kept_range)
+      add_file_damage(Code::corrupt, concat(what, ": counts or range differ from the index"),
                       file.root.metadata.offset);
+  };
+  for (int c = 0; c < static_cast<int>(file.info.channels.size()); ++c) {
+    const ChannelInfo& channel = file.info.channels[static_cast<size_t>(c)];
+    check(c, channel, concat("channel ", channel.name));
+    for (int l = 1; l < file.info.level_count(); ++l)
+      check({c, l}, file.info.levels[static_cast<size_t>(l) - 1].channels[static_cast<size_t>(c)],
+            concat("channel ", channel.name, ", level ", l));
   }
 }
 
 Bcc4VerifyResult Bcc4Reader::State::Verification::check_all() {
-  totals.resize(file.info.channels.size());
   result.bytes_checked = preamble_bytes;
   if (file.root_damaged)
     add_file_damage(Code::checksum_mismatch,

@@ -15,6 +15,7 @@
 #include "formats/bcc4/mask_blocks.h"
 #include "formats/bcc4/metadata.h"
 #include "formats/bcc4/page.h"
+#include "formats/bcc4/writer_index.h"
 
 namespace bccsplat {
 namespace {
@@ -22,26 +23,27 @@ namespace {
 constexpr size_t batch_chunks = 256;     // encoded together, which bounds the memory of a slab
 constexpr size_t write_bytes = 1u << 20; // handed to the sink together
 
-struct ChannelState {
-  explicit ChannelState(const ChannelInfo& info) : coder(info) {}
-  SampleCoder coder;
-  std::vector<Bcc4Chunk> pending; // entries of no page yet
-  std::vector<PageRef> pages;
-  int32_t last_slab = -1, last_slab_layers = 0;
-  uint64_t kept = 0, holes = 0, clamped = 0;
-  uint32_t min_code = UINT32_MAX, max_code = 0;
+// What a channel has beside chunks.
+struct ChannelBlocks {
   std::vector<BlockRef> residuals, tables; // of corrections, by frame
   std::vector<BlockRef> masks;             // by frame
 };
 
+[[nodiscard]] bool same_layers(const StoredLattice& a, const StoredLattice& b) {
+  return a.slab_layers == b.slab_layers && a.lattice.kind == b.lattice.kind &&
+         a.lattice.space == b.lattice.space && a.lattice.time_step == b.lattice.time_step &&
+         a.lattice.lead == b.lattice.lead;
+}
+
 // Whether two infos agree in what may not change once samples are written.
 [[nodiscard]] bool same_coding(const VolumeInfo& a, const VolumeInfo& b) {
-  if (a.slab_layers != b.slab_layers || a.lattice.kind != b.lattice.kind ||
-      !(a.lattice.space == b.lattice.space) || a.lattice.time_step != b.lattice.time_step ||
-      a.lattice.lead != b.lattice.lead || a.channels.size() != b.channels.size())
-    return false;
-  return std::equal(a.channels.begin(), a.channels.end(), b.channels.begin(),
-                    [](const Quantiser& x, const Quantiser& y) { return x == y; });
+  if (a.channels.size() != b.channels.size() || a.levels.size() != b.levels.size()) return false;
+  for (int l = 0; l < a.level_count(); ++l) {
+    if (!same_layers(a.level(l), b.level(l))) return false;
+    for (int c = 0; c < static_cast<int>(a.channels.size()); ++c)
+      if (a.coding({c, l}) != b.coding({c, l})) return false;
+  }
+  return true;
 }
 
 } // namespace
@@ -58,12 +60,13 @@ struct Bcc4Writer::State {
 
   std::unique_ptr<ByteSink> sink;
   Bcc4WriterOptions options;
-  VolumeInfo info, fixed; // fixed: as it was when the first samples came
-  std::vector<ChannelState> channels;
+  VolumeInfo info, fixed;           // fixed: as it was when the first samples came
+  std::optional<WriterIndex> index; // from the first samples on
+  std::vector<ChannelBlocks> blocks;
   MaskBlocks mask_blocks;
   uint64_t position = 0; // where the next bytes go, those in `buffer` included
   std::vector<std::byte> buffer;
-  uint64_t unused = 0, chunks = 0, runs_bytes = 0, values_bytes = 0;
+  uint64_t unused = 0;
   uint64_t slabs_reused = 0, correction_bytes = 0;
   bool closed = false; // finished, or failed half way
 
@@ -83,19 +86,13 @@ struct Bcc4Writer::State {
     append(block.bytes);
     return block.ref;
   }
-  void append_page(uint32_t channel) {
-    ChannelState& c = channels[channel];
-    PageRef ref = describe_page(channel, c.pending);
-    ref.block = append_block(write_page(c.pending));
-    c.pages.push_back(ref);
-    c.pending.clear();
-  }
 
   void start() {
-    if (channels.empty()) {
+    if (!index) {
       check_fixed(info, Code::invalid_argument);
       fixed = info;
-      for (const ChannelInfo& c : info.channels) channels.emplace_back(c);
+      index.emplace(info, [this](std::span<const std::byte> decoded) { return append_block(decoded); });
+      blocks.resize(info.channels.size());
       if (options.journal) {
         VolumeInfo tidied = info;
         tidy(tidied);
@@ -108,39 +105,29 @@ struct Bcc4Writer::State {
     }
   }
 
-  // Fails unless the slab may be the next one of its channel.
-  void check_slab(int32_t slab, int channel) const {
+  void check_layers(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers) const {
     const auto bad = [&](const auto&... why) {
-      fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", channel, ": ", why...);
+      fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", at.channel, ", level ", at.level,
+           ": ", why...);
     };
-    if (channel < 0 || static_cast<size_t>(channel) >= channels.size()) bad("no such channel");
-    const ChannelState& c = channels[static_cast<size_t>(channel)];
-    if (slab < 0 || slab >= INT32_MAX / info.slab_layers) bad("no such slab");
-    if (slab <= c.last_slab) bad("slabs must rise");
-    if (c.last_slab >= 0 && c.last_slab_layers < info.slab_layers) bad("the one before was not full");
-  }
-
-  void check_layers(int32_t slab, int channel, std::span<const BrickLayer> layers) const {
-    const auto bad = [&](const auto&... why) {
-      fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", channel, ": ", why...);
-    };
-    if (layers.empty() || layers.size() > static_cast<size_t>(info.slab_layers))
+    const StoredLattice& level = info.level(at.level);
+    if (layers.empty() || layers.size() > static_cast<size_t>(level.slab_layers))
       bad(layers.size(), " layers");
     for (size_t m = 0; m < layers.size(); ++m) {
-      const int coset = info.lattice.coset(slab * info.slab_layers + static_cast<int32_t>(m));
-      if (!(layers[m].lattice() == info.lattice.space) || layers[m].coset() != coset)
+      const int coset = level.lattice.coset(slab * level.slab_layers + static_cast<int32_t>(m));
+      if (!(layers[m].lattice() == level.lattice.space) || layers[m].coset() != coset)
         bad("layer ", m, " is not of coset ", coset, " of the lattice");
     }
   }
 
-  void write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers, const Context& context);
-  WrittenSlab encode_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+  void write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
+                  const Context& context);
+  WrittenSlab encode_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
                           const Context& context);
-  [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, int channel, int32_t layers);
-  WrittenSlab copy_chunks(int32_t slab, int channel, const Bcc4Reader& from);
-  void enter_chunk(uint32_t channel, const Bcc4Chunk& entry);
+  [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, const ChannelLevel& at, int32_t layers);
+  WrittenSlab copy_chunks(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from);
   void commit_journal(const WrittenSlab& written);
-  [[nodiscard]] ChannelState& state_of(int channel);
+  [[nodiscard]] ChannelBlocks& blocks_of(int channel);
   void write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list);
   void copy_corrections(int channel, uint32_t frame, const Bcc4Reader& from);
   void add_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table);
@@ -194,23 +181,14 @@ namespace {
 
 } // namespace
 
-// Lists a chunk whose bytes are in their place.
-void Bcc4Writer::State::enter_chunk(uint32_t channel, const Bcc4Chunk& entry) {
-  ChannelState& c = channels[channel];
-  c.kept += entry.kept, c.holes += entry.holes;
-  c.min_code = std::min(c.min_code, entry.min_code), c.max_code = std::max(c.max_code, entry.max_code);
-  ++chunks, runs_bytes += entry.runs_bytes, values_bytes += entry.values_bytes;
-  c.pending.push_back(entry);
-  if (c.pending.size() == page_entries) append_page(channel);
-}
-
-WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
-                                           const Context& context) {
-  const ChannelState& c = channels[static_cast<size_t>(channel)];
-  WrittenSlab written{.slab = slab, .channel = channel, .chunks = {}};
-  const Int3 dims = slot_dims(info.lattice);
+WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
+                                           std::span<const BrickLayer> layers, const Context& context) {
+  const SampleCoder& coder = index->coder(at);
+  const StoredLattice& level = info.level(at.level);
+  WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
+  const Int3 dims = slot_dims(level.lattice);
   std::vector<uint32_t> slots;
-  for (uint32_t s = 0; s < slot_count(info.lattice); ++s)
+  for (uint32_t s = 0; s < slot_count(level.lattice); ++s)
     if (std::any_of(layers.begin(), layers.end(),
                     [&](const BrickLayer& l) { return brick_at(l, slot_brick(dims, s)); }))
       slots.push_back(s);
@@ -224,11 +202,11 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<
       context.progress.check();
       const Int3 brick = slot_brick(dims, slots[first + i]);
       const ChunkShape shape =
-          chunk_shape(info.lattice, slab * info.slab_layers, static_cast<int32_t>(layers.size()), brick);
-      ChunkSites sites = collect_sites(shape, layers, brick, c.coder, results[i].clamped);
-      keep_scattered_air(sites, c.coder.codes());
+          chunk_shape(level.lattice, slab * level.slab_layers, static_cast<int32_t>(layers.size()), brick);
+      ChunkSites sites = collect_sites(shape, layers, brick, coder, results[i].clamped);
+      keep_scattered_air(sites, coder.codes());
       if (!sites.codes.empty())
-        results[i].chunk = encode_chunk(std::move(sites), c.coder.codes(), options.level);
+        results[i].chunk = encode_chunk(std::move(sites), coder.codes(), options.level);
     });
     for (size_t i = 0; i < results.size(); ++i) {
       written.clamped += results[i].clamped;
@@ -238,7 +216,7 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<
       entry.slot = slots[first + i];
       entry.offset = position;
       append(results[i].chunk->bytes);
-      enter_chunk(static_cast<uint32_t>(channel), entry);
+      index->enter_chunk(at, entry);
       written.chunks.push_back(entry);
     }
   }
@@ -246,9 +224,10 @@ WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, int channel, std::span<
 }
 
 // Takes a slab over from an earlier writer, whose chunks are where they would go, or from an earlier file.
-std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, int channel, int32_t layers) {
+std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, const ChannelLevel& at,
+                                                         int32_t layers) {
   if (options.journal) {
-    const WrittenSlab* found = options.journal->find(slab, channel);
+    const WrittenSlab* found = options.journal->find(slab, at);
     if (found && found->layers == layers) {
       flush();
       for (const Bcc4Chunk& entry : found->chunks) {
@@ -257,22 +236,23 @@ std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, int chann
           fail(Code::wrong_state, "writer: the unfinished file has slab ", slab, " at offset ", entry.offset,
                " instead of ", position, "; start anew without resuming");
         position += entry.stored();
-        enter_chunk(static_cast<uint32_t>(channel), entry);
+        index->enter_chunk(at, entry);
       }
       return *found;
     }
   }
-  if (!options.earlier || slab >= options.earlier_slabs || layers != info.slab_layers) return std::nullopt;
-  return copy_chunks(slab, channel, *options.earlier);
+  if (!options.earlier || slab >= options.earlier_slabs || layers != info.level(at.level).slab_layers)
+    return std::nullopt;
+  return copy_chunks(slab, at, *options.earlier);
 }
 
-WrittenSlab Bcc4Writer::State::copy_chunks(int32_t slab, int channel, const Bcc4Reader& from) {
-  WrittenSlab written{.slab = slab, .channel = channel, .chunks = from.chunks(channel, slab)};
+WrittenSlab Bcc4Writer::State::copy_chunks(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from) {
+  WrittenSlab written{.slab = slab, .at = at, .chunks = from.chunks(at, slab)};
   for (Bcc4Chunk& entry : written.chunks) {
     const std::vector<std::byte> bytes = from.stored_bytes(entry);
     entry.offset = position;
     append(bytes);
-    enter_chunk(static_cast<uint32_t>(channel), entry);
+    index->enter_chunk(at, entry);
   }
   return written;
 }
@@ -285,44 +265,30 @@ void Bcc4Writer::State::commit_journal(const WrittenSlab& written) {
   options.journal->commit();
 }
 
-void Bcc4Writer::State::write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+void Bcc4Writer::State::write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
                                    const Context& context) {
   const auto count = static_cast<int32_t>(layers.size());
-  std::optional<WrittenSlab> written = reuse_slab(slab, channel, count);
+  std::optional<WrittenSlab> written = reuse_slab(slab, at, count);
   const bool reused = written.has_value();
-  if (!written) written = encode_slab(slab, channel, layers, context);
+  if (!written) written = encode_slab(slab, at, layers, context);
   written->layers = count;
   slabs_reused += reused;
-  if (options.journal && !options.journal->find(slab, channel)) commit_journal(*written);
-  ChannelState& c = channels[static_cast<size_t>(channel)];
-  c.clamped += written->clamped;
-  c.last_slab = slab;
-  c.last_slab_layers = count;
+  if (options.journal && !options.journal->find(slab, at)) commit_journal(*written);
+  index->enter_slab(slab, at, count, written->clamped);
 }
 
 Bcc4Report Bcc4Writer::State::finish(const Context& context) {
-  for (size_t i = 0; i < channels.size(); ++i) {
-    const ChannelState& c = channels[i];
-    if (c.last_slab < 0) continue;
-    if (c.last_slab_layers != info.layers_of(c.last_slab))
-      fail(Code::wrong_state, "writer: channel ", i, " ends after ", c.last_slab_layers, " layers of slab ",
-           c.last_slab, ", the lattice has ", info.lattice.layers(), " layers");
-  }
+  index->check_ends(info);
   Bcc4Report report;
-  std::vector<PageRef> pages;
-  for (size_t i = 0; i < channels.size(); ++i) {
-    ChannelState& c = channels[i];
-    if (!c.pending.empty()) append_page(static_cast<uint32_t>(i));
-    pages.insert(pages.end(), c.pages.begin(), c.pages.end());
+  const std::vector<PageRef> pages = index->finish_pages();
+  index->describe(info, report);
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    ChannelBlocks& c = blocks[i];
     ChannelInfo& out = info.channels[i];
-    out.sites_kept = c.kept, out.holes = c.holes, out.clamped += c.clamped;
     out.residuals.frames = std::move(c.residuals), out.residuals.tables = std::move(c.tables);
     out.masks = std::move(c.masks);
     for (auto* frames : {&out.residuals.frames, &out.residuals.tables, &out.masks})
       if (!frames->empty()) frames->resize(info.lattice.dims[3]);
-    out.kept_range = c.kept ? Range{c.coder.value(c.min_code), c.coder.value(c.max_code)} : Range{};
-    report.sites_total += static_cast<uint64_t>(info.lattice.sites());
-    report.sites_kept += c.kept, report.holes += c.holes, report.clamped += c.clamped;
   }
   tidy(info);
   check_info(info, Code::invalid_argument);
@@ -332,8 +298,9 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   root.directory = append_block(write_directory(pages));
   root.metadata = append_block(write_metadata(info));
   root.file_bytes = position;
-  root.chunks = chunks, root.runs_bytes = runs_bytes, root.values_bytes = values_bytes;
-  root.index_bytes = position - unused - runs_bytes - values_bytes;
+  root.chunks = index->chunks(), root.runs_bytes = index->runs_bytes();
+  root.values_bytes = index->values_bytes();
+  root.index_bytes = position - unused - root.runs_bytes - root.values_bytes;
   flush();
   sink->flush();
   // Both roots say the same, so that the file survives damage to one of them.
@@ -344,10 +311,10 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   sink->commit();
   if (options.journal) options.journal->remove();
 
-  report.chunks = chunks;
+  report.chunks = root.chunks;
   report.bytes_corrections = correction_bytes;
   report.slabs_reused = slabs_reused;
-  report.bytes = {root.file_bytes, runs_bytes, values_bytes, root.index_bytes, unused};
+  report.bytes = {root.file_bytes, root.runs_bytes, root.values_bytes, root.index_bytes, unused};
   return report;
 }
 
@@ -359,40 +326,37 @@ Bcc4Writer::~Bcc4Writer() = default;
 
 VolumeInfo& Bcc4Writer::info() { return state_->info; }
 
-void Bcc4Writer::write_slab(int32_t slab, int channel, std::span<const BrickLayer> layers,
+void Bcc4Writer::write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
                             const Context& context) {
   State& s = *state_;
   if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
   s.start();
-  s.check_slab(slab, channel);
-  s.check_layers(slab, channel, layers);
+  s.index->check_slab(slab, at, s.info);
+  s.check_layers(slab, at, layers);
   s.closed = true;
-  s.write_slab(slab, channel, layers, context);
+  s.write_slab(slab, at, layers, context);
   s.closed = false;
 }
 
-void Bcc4Writer::copy_slab(int32_t slab, int channel, const Bcc4Reader& from) {
+void Bcc4Writer::copy_slab(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from) {
   State& s = *state_;
   if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
   s.start();
-  s.check_slab(slab, channel);
+  s.index->check_slab(slab, at, s.info);
   if (!same_coding(from.info(), s.info))
     fail(Code::invalid_argument, "writer: slab ", slab, " comes from a file of another lattice or coding");
   s.closed = true;
-  static_cast<void>(s.copy_chunks(slab, channel, from));
-  ChannelState& c = s.channels[static_cast<size_t>(channel)];
-  c.last_slab = slab;
-  c.last_slab_layers = s.info.layers_of(slab);
+  static_cast<void>(s.copy_chunks(slab, at, from));
+  s.index->enter_slab(slab, at, s.info.level(at.level).layers_of(slab), 0);
   s.closed = false;
 }
 
-ChannelState& Bcc4Writer::State::state_of(int channel) {
+ChannelBlocks& Bcc4Writer::State::blocks_of(int channel) {
   if (closed) fail(Code::wrong_state, "writer: finished, or failed before");
   start();
-  if (channel < 0 || static_cast<size_t>(channel) >= channels.size())
-    fail(Code::invalid_argument, "writer: corrections or masks of channel ", channel, " of ",
-         channels.size());
-  return channels[static_cast<size_t>(channel)];
+  if (channel < 0 || static_cast<size_t>(channel) >= blocks.size())
+    fail(Code::invalid_argument, "writer: corrections or masks of channel ", channel, " of ", blocks.size());
+  return blocks[static_cast<size_t>(channel)];
 }
 
 namespace {
@@ -422,7 +386,7 @@ BlockRef Bcc4Writer::State::copy_block(const BlockRef& block, const Bcc4Reader& 
 void Bcc4Writer::State::add_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table) {
   ByteWriter out;
   write_correction_table(out, table);
-  set_block(channels[static_cast<size_t>(channel)].tables, frame, add_corrections(out.bytes()));
+  set_block(blocks[static_cast<size_t>(channel)].tables, frame, add_corrections(out.bytes()));
 }
 
 void Bcc4Writer::State::write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list) {
@@ -444,7 +408,7 @@ void Bcc4Writer::State::write_corrections(int channel, uint32_t frame, std::span
 void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
   State& s = *state_;
   if (residuals.empty()) return;
-  ChannelState& c = s.state_of(channel);
+  ChannelBlocks& c = s.blocks_of(channel);
   s.closed = true;
   const bool local = s.info.channels[static_cast<size_t>(channel)].residuals.local;
   if (local && !residuals.add.empty()) s.write_corrections(channel, frame, residuals.add);
@@ -466,7 +430,7 @@ void Bcc4Writer::State::copy_corrections(int channel, uint32_t frame, const Bcc4
 
 void Bcc4Writer::copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from) {
   State& s = *state_;
-  ChannelState& c = s.state_of(channel);
+  ChannelBlocks& c = s.blocks_of(channel);
   s.closed = true;
   s.copy_corrections(channel, frame, from);
   const auto& frames = from.info().channels[static_cast<size_t>(channel)].residuals.frames;
@@ -476,7 +440,7 @@ void Bcc4Writer::copy_residuals(int channel, uint32_t frame, const Bcc4Reader& f
 }
 
 void Bcc4Writer::State::add_mask(int channel, uint32_t frame, PackedBlock block) {
-  ChannelState& c = state_of(channel);
+  ChannelBlocks& c = blocks_of(channel);
   closed = true;
   std::optional<BlockRef> place = mask_blocks.find(block);
   if (!place) {

@@ -378,7 +378,7 @@ struct Fit::State {
     emit(c, index, layer, {&tap, 1}, 0);
   }
 
-  FitReport finish() {
+  void end() {
     uint32_t frames = options.dims[3];
     for (const auto& c : channels) {
       if (layers_given) {
@@ -399,16 +399,23 @@ struct Fit::State {
         channels[i]->lowpass->finish(filtered(*channels[i], static_cast<int>(i)), context);
     lattice = lattice_of(options, frames);
     finished = true;
+  }
+
+  void finish_channel(int index) {
+    Channel& c = channel(index);
+    // A part has made its layers by now, unless it ends with the series.
+    const bool more = !options.part || options.part->end_given == lattice.dims[3];
+    if (!layers_given && more) make_layers(c, index);
+    if (c.next_layer != end_layer())
+      fail(Code::internal, "fit: layer ", c.next_layer, " of ", end_layer(), " could not be made");
+    hand_out(c, index);
+    c.window.clear();
+  }
+
+  FitReport report() {
     FitReport report{lattice, {}};
-    for (size_t i = 0; i < channels.size(); ++i) {
-      Channel& c = *channels[i];
-      // A part has made its layers by now, unless it ends with the series.
-      const bool more = !options.part || options.part->end_given == frames;
-      if (!layers_given && more) make_layers(c, static_cast<int>(i));
-      if (c.next_layer != end_layer())
-        fail(Code::internal, "fit: layer ", c.next_layer, " of ", end_layer(), " could not be made");
-      hand_out(c, static_cast<int>(i));
-      c.window.clear();
+    for (const auto& channel : channels) {
+      Channel& c = *channel;
       c.report.lasting = counts_of(c.lasting, c.report.lasting.sites_total);
       static_cast<LayerCounts&>(c.report) = counts_of(c.maker, c.report.sites_total);
       c.report.add(c.report.lasting);
@@ -432,7 +439,17 @@ void Fit::add_frame(int channel, std::span<const FrameBox> boxes) { state_->add_
 
 void Fit::add_layer(int channel, std::span<const float> samples) { state_->add_layer(channel, samples); }
 
-FitReport Fit::finish() { return state_->finish(); }
+void Fit::end() { state_->end(); }
+
+void Fit::finish_channel(int channel) { state_->finish_channel(channel); }
+
+FitReport Fit::report() { return state_->report(); }
+
+FitReport Fit::finish() {
+  end();
+  for (size_t c = 0; c < state_->channels.size(); ++c) finish_channel(static_cast<int>(c));
+  return report();
+}
 
 const Lattice4& Fit::lattice() const { return state_->lattice; }
 

@@ -122,8 +122,14 @@ class Fit {
   // The next layer of a channel as samples (absolute values, x fastest, dims of lattice().space of the
   // layer's coset). Needs dims[3] > 0.
   void add_layer(int channel, std::span<const float> samples);
-  // Emits what is left. Every channel must have got the same number of frames, dims[3] of them when that was
+  // No more data come: every channel must have got the same number of frames, dims[3] of them when that was
   // given.
+  void end();
+  // Then emits what is left of a channel, and of all channels in turn.
+  void finish_channel(int channel);
+  // What was counted, once all channels are finished.
+  [[nodiscard]] FitReport report();
+  // All of that.
   [[nodiscard]] FitReport finish();
 
   // Final when dims[3] > 0, or after finish; before, its spatial part is.

@@ -130,12 +130,21 @@ std::optional<std::vector<LayerCounts>> told_counts(const VolumeInfo& info, int3
   if (!info.counts || info.counts->slabs != slabs) return std::nullopt;
   try {
     std::vector<LayerCounts> counts;
-    for (PartChannelReport& c : read_part_report(info.counts->counts, info.channels.size()).channels)
+    const size_t streams = info.channels.size() * static_cast<size_t>(info.level_count());
+    for (PartChannelReport& c : read_part_report(info.counts->counts, streams).channels)
       counts.push_back(std::move(c.fit.lasting));
     return counts;
   } catch (const Error&) {
     return std::nullopt;
   }
+}
+
+bool any_clamped(const VolumeInfo& info) {
+  const auto clamped = [](const auto& c) { return c.clamped > 0; };
+  return std::any_of(info.channels.begin(), info.channels.end(), clamped) ||
+         std::any_of(info.levels.begin(), info.levels.end(), [&](const LevelInfo& level) {
+           return std::any_of(level.channels.begin(), level.channels.end(), clamped);
+         });
 }
 
 // Throws unless the file says the same times of its frames as the series that goes on.
@@ -163,6 +172,12 @@ void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t 
     differs("the lattices");
   if (frames > 0 && a.dims[3] > b.dims[3]) differs("the numbers of frames");
   if (was.coefficient_kernel != now.coefficient_kernel) differs("the kernels of coefficients");
+  const auto same_layers = [](const StoredLattice& x, const StoredLattice& y) {
+    return x.slab_layers == y.slab_layers && x.lattice.space == y.lattice.space &&
+           x.lattice.before == y.lattice.before && x.lattice.behind == y.lattice.behind;
+  };
+  if (!std::equal(was.levels.begin(), was.levels.end(), now.levels.begin(), now.levels.end(), same_layers))
+    differs("the levels");
   if (was.channels.size() != now.channels.size()) differs("the channels");
   for (size_t c = 0; c < was.channels.size(); ++c) {
     const ChannelInfo &x = was.channels[c], &y = now.channels[c];
@@ -197,10 +212,9 @@ Continuation::Continuation(const WriterSettings& settings, FitOptions options, c
   options.lead = was.lattice.lead, options.margins = was.lattice.before;
   lattice_ = lattice_of(options, options.dims[3]);
   rest_ = rest_of_series(lattice_, options, use, done);
-  for (const ChannelInfo& channel : was.channels)
-    if (was.coefficient_kernel.empty() && !use.coefficients && channel.clamped > 0 &&
-        !(was.tail && was.tail->slabs == slabs()))
-      refuse("it does not tell where samples were clamped, as newer files do");
+  if (was.coefficient_kernel.empty() && !use.coefficients && any_clamped(was) &&
+      !(was.tail && was.tail->slabs == slabs()))
+    refuse("it does not tell where samples were clamped, as newer files do");
   if (!was.coefficient_kernel.empty() && use.coefficients && slabs() > 0 &&
       !(told_ = told_counts(was, slabs())))
     refuse("it does not tell of the samples that its coefficients were made of, as files of this version do");
@@ -214,8 +228,9 @@ void Continuation::find_places() {
   const auto channels = static_cast<int>(info().channels.size());
   for (int32_t slab = 0; slab < slabs(); ++slab)
     for (int c = 0; c < channels; ++c)
-      if (const auto chunks = old_->chunks(c, slab); !chunks.empty())
-        slab_places_.push_back({chunks.front().offset, slab, c, 0});
+      for (int level = 0; level < info().level_count(); ++level)
+        if (const auto chunks = old_->chunks({c, level}, slab); !chunks.empty())
+          slab_places_.push_back({chunks.front().offset, slab, {c, level}, 0});
   std::sort(slab_places_.begin(), slab_places_.end(),
             [](const Place& a, const Place& b) { return a.offset < b.offset; });
   const uint64_t last = slab_places_.empty() ? 0 : slab_places_.back().offset;
@@ -238,9 +253,9 @@ void Continuation::copy_what_stays(Bcc4Writer& container, Progress& progress) co
              std::back_inserter(order), [](const Place& a, const Place& b) { return a.offset < b.offset; });
   for (const Place& p : order) {
     if (p.slab == PartWrite::mask)
-      container.copy_mask(p.channel, p.frame, *old_);
+      container.copy_mask(p.at.channel, p.frame, *old_);
     else
-      container.copy_slab(p.slab, p.channel, *old_);
+      container.copy_slab(p.slab, p.at, *old_);
     progress.check();
   }
 }
@@ -251,8 +266,10 @@ std::vector<LayerCounts> Continuation::old_counts(const Context& context) const 
   std::vector<LayerCounts> counts;
   for (size_t c = 0; c < was.channels.size(); ++c) {
     counts.push_back(count_slabs(*old_, static_cast<int>(c), slabs(), context));
-    if (slabs() > 0 && was.tail) counts.back().clamped = was.tail->clamped[c];
   }
+  counts.resize(was.channels.size() * static_cast<size_t>(was.level_count()));
+  if (slabs() > 0 && was.tail)
+    for (size_t i = 0; i < counts.size(); ++i) counts[i].clamped = was.tail->clamped[i];
   return counts;
 }
 
@@ -260,10 +277,17 @@ void Continuation::add_to(FitReport& report, const Context& context) const {
   const VolumeInfo& was = info();
   PartReport all, rest;
   const std::vector<LayerCounts> counts = old_counts(context);
-  for (size_t c = 0; c < was.channels.size(); ++c) {
-    const ChannelInfo& channel = was.channels[c];
+  for (size_t c = 0; c < counts.size(); ++c) {
     FitChannelReport old;
     static_cast<LayerCounts&>(old) = old.lasting = counts[c];
+    old.clamped_slabs.assign(static_cast<size_t>(slabs()), 0);
+    if (slabs() > 0) old.clamped_slabs[0] = old.clamped;
+    rest.channels.push_back({std::move(report.channels[c]), 0, {}, {}});
+    if (c >= was.channels.size()) { // of a coarser level
+      all.channels.push_back({std::move(old), 0, {}, {}});
+      continue;
+    }
+    const ChannelInfo& channel = was.channels[c];
     old.source_range = channel.source_range;
     const bool only_holes = channel.holes > 0 && channel.holes == channel.sites_kept;
     const bool none = only_holes || (channel.sites_kept == 0 && all_missing(*old_, static_cast<int>(c)));
@@ -271,13 +295,10 @@ void Continuation::add_to(FitReport& report, const Context& context) const {
     old.frames = channel.frames;
     old.source_samples = was.cc_samples();
     old.cc_relevant = channel.cc_relevant;
-    old.clamped_slabs.assign(static_cast<size_t>(slabs()), 0);
-    if (slabs() > 0) old.clamped_slabs[0] = old.clamped;
-    all.channels.push_back({old, 0, {}, {}});
-    rest.channels.push_back({std::move(report.channels[c]), 0, {}, {}});
+    all.channels.push_back({std::move(old), 0, {}, {}});
   }
   add_part_report(all, std::move(rest));
-  for (size_t c = 0; c < was.channels.size(); ++c) report.channels[c] = std::move(all.channels[c].fit);
+  for (size_t c = 0; c < counts.size(); ++c) report.channels[c] = std::move(all.channels[c].fit);
 }
 
 } // namespace bccsplat

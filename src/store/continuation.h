@@ -58,7 +58,7 @@ class Continuation {
   struct Place {
     uint64_t offset;
     int32_t slab; // PartWrite::mask: none
-    int channel;
+    ChannelLevel at;
     uint32_t frame; // of a mask
   };
   std::vector<Place> slab_places_, mask_places_; // rising

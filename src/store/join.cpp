@@ -13,7 +13,9 @@ namespace {
 PartReport add_reports(const SeriesParts& parts) {
   PartReport sum;
   for (const auto& part : parts)
-    add_part_report(sum, read_part_report(part->info().part->statistics, part->info().channels.size()));
+    add_part_report(sum, read_part_report(part->info().part->statistics,
+                                          part->info().channels.size() *
+                                              static_cast<size_t>(part->info().level_count())));
   return sum;
 }
 
@@ -36,6 +38,12 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
     if (r.bound > 0) add_measured(errors, fits[c].source_range, c, r.errors.size(), info.errors);
     if (sum.psnr > 0) require_psnr(channel.name, errors, fits[c].source_range, sum.psnr);
   }
+  for (size_t l = 0; l < info.levels.size(); ++l)
+    for (size_t c = 0; c < info.channels.size(); ++c) {
+      LevelChannel& channel = info.levels[l].channels[c];
+      channel = {.scale = channel.scale, .kept_range = {}};
+      for (const auto& part : parts) channel.clamped += part->info().levels[l].channels[c].clamped;
+    }
   describe_tail(sum.lasting, fits, info);
   return info;
 }
@@ -63,7 +71,7 @@ WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool o
     if (write.slab == PartWrite::mask) {
       writer.copy_mask(channel, static_cast<uint32_t>(write.frame), *parts[part]);
     } else if (write.frame == PartWrite::chunks) {
-      writer.copy_slab(write.slab, channel, *parts[part]);
+      writer.copy_slab(write.slab, {channel, write.level}, *parts[part]);
       ++report.slabs_reused;
     } else {
       writer.copy_residuals(channel, static_cast<uint32_t>(write.frame), *parts[part]);
@@ -74,13 +82,13 @@ WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool o
   const Bcc4Report written = writer.finish(context);
   const VolumeInfo& info = writer.info();
   report.frames = info.lattice.dims[3];
-  for (size_t c = 0; c < fits.size(); ++c) {
+  for (size_t c = 0; c < info.channels.size(); ++c) {
     report.add(fits[c], info.cc_samples(), info.channels[c].source_type);
     for (const SampleErrors& e : sum.channels[c].errors) report.corrected += e.corrected;
     report.frames_measured = std::max<uint64_t>(report.frames_measured, sum.channels[c].errors.size());
   }
-  report.take_outside(info.lattice, 0, info.lattice.layers(), fits.size());
-  report.coding_rmse = coding_rmse(fits);
+  report.take_outside(info.lattice, 0, info.lattice.layers(), info.channels.size());
+  report.coding_rmse = coding_rmse(std::span(fits).first(info.channels.size()));
   report.set_file(written);
   return report;
 }

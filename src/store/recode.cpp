@@ -40,6 +40,8 @@ VolumeInfo recoded_info(const VolumeInfo& was, const RecodeSettings& settings) {
   }
   info.slab_layers = slab_layers_for(coefficients);
   info.errors.clear();
+  info.levels.clear(); // made of frames, which are not there
+  if (info.tail) info.tail->clamped.resize(info.channels.size());
   bool all_kept = true;
   for (size_t c = 0; c < info.channels.size(); ++c) {
     ChannelInfo& channel = info.channels[c];

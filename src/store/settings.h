@@ -86,6 +86,7 @@ struct WriterSettings {
   Faces faces = Faces::automatic;
   std::array<bool, 3> faces_along{}; // axes of Faces::along
   bool coefficients = false;         // stored in place of samples
+  int levels = 0; // coarser ones, of frames; a series that is appended to keeps those it has
   std::optional<PartSettings> part;
 
   double abs_error = 0, psnr = 0; // bounds of the error at source samples; 0: none

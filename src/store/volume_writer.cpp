@@ -97,6 +97,8 @@ void VolumeWriter::check_settings() const {
     if (s.dims[a] == 0) fail(Code::invalid_argument, "writer: dims[", a, "] is 0");
   if (s.lowpass && s.lattice == LatticeKind::cc)
     fail(Code::invalid_argument, "writer: a low-pass is of use on D4* and BCC only");
+  if (s.levels < 0 || s.levels > most_levels)
+    fail(Code::invalid_argument, "writer: ", s.levels, " coarser levels, not 0 to ", most_levels);
   if (!(s.abs_error >= 0 && std::isfinite(s.abs_error)) || !(s.psnr >= 0 && std::isfinite(s.psnr)))
     fail(Code::invalid_argument, "writer: abs_error and psnr must be finite and not negative");
   if ((measuring_.required() || s.coefficients) && s.dims[3] == 0)
@@ -196,12 +198,20 @@ int32_t VolumeWriter::predicted_layers() const {
   return lattice.layers() < fewest_layers ? 0 : end_layers;
 }
 
+// A series that is appended to keeps the levels it has.
+int VolumeWriter::levels() const {
+  if (settings_.continuity == Continuity::append)
+    return static_cast<int>(Bcc4Reader::open(open_file_source(settings_.path))->info().levels.size());
+  return settings_.levels;
+}
 // `wanted` or none, by axis. A series that is appended to keeps the planes it has.
-Int3 VolumeWriter::outside_planes(int32_t wanted) const {
+Int3 VolumeWriter::outside_planes(int32_t wanted, int level) const {
   const WriterSettings& s = settings_;
   if (s.continuity == Continuity::append)
-    return Bcc4Reader::open(open_file_source(s.path))->info().lattice.before;
-  const Lattice4 lattice = Lattice4::fit(s.lattice, {s.dims[0], s.dims[1], s.dims[2], 1}, s.scales);
+    return Bcc4Reader::open(open_file_source(s.path))->info().level(level).lattice.before;
+  LatticeScales scales = s.scales;
+  for (size_t a = 0; a < 3; ++a) scales[a] = std::ldexp(scales[a], level);
+  const Lattice4 lattice = Lattice4::fit(s.lattice, {s.dims[0], s.dims[1], s.dims[2], 1}, scales);
   Int3 planes{};
   if (s.faces == Faces::mirror || (s.faces == Faces::automatic && lattice.sites_are_samples())) return planes;
   const int32_t part = s.faces == Faces::predict ? most_asked : most_unasked;
@@ -282,19 +292,19 @@ MeasuredErrors VolumeWriter::measured(uint32_t channel, int64_t index) const {
 WriteReport VolumeWriter::finish() {
   WriteReport report;
   run_step([&] {
-    if (!fit_) fail(Code::wrong_state, "writer: nothing was added");
+    if (fits_.empty()) fail(Code::wrong_state, "writer: nothing was added");
     now_.trigger = settings_.dims[3];
-    FitReport result = fit_->finish();
+    FitReport result = finish_fits();
     make_container();
     store_masks();
     // The error of coding is known of what was coded.
-    report.coding_rmse = coding_rmse(result.channels);
+    report.coding_rmse = coding_rmse(std::span(result.channels).first(added_.size()));
     if (continued_) continued_->add_to(result, context_);
     complete_info(result);
 
     const VolumeInfo& info = container_->info();
     report.frames = part_ ? part_->fit.end_counted - part_->fit.first_counted : result.lattice.dims[3];
-    for (size_t c = 0; c < result.channels.size(); ++c) {
+    for (size_t c = 0; c < added_.size(); ++c) {
       const FitChannelReport& r = result.channels[c];
       report.add(r, part_ ? r.source_samples : info.cc_samples(), info.channels[c].source_type);
       source_ranges_.push_back(r.source_range);
@@ -320,14 +330,32 @@ WriteReport VolumeWriter::finish() {
   return report;
 }
 
+// The report of level 0, with the channels of coarser levels behind its own.
+FitReport VolumeWriter::finish_fits() {
+  for (const auto& level : fits_) level->fit().end();
+  for (int c = 0; c < static_cast<int>(added_.size()); ++c)
+    for (const auto& level : fits_) level->fit().finish_channel(c);
+  FitReport result = fit().report();
+  for (size_t l = 1; l < fits_.size(); ++l)
+    for (const FitChannelReport& r : fits_[fits_.size() - 1 - l]->fit().report().channels)
+      result.channels.push_back(level_counts(r));
+  return result;
+}
+
 void VolumeWriter::complete_info(const FitReport& result) {
   VolumeInfo& info = container_->info();
   info.lattice = result.lattice;
+  for (size_t l = 1; l < fits_.size(); ++l) {
+    LevelInfo& level = info.levels[l - 1];
+    level.lattice = fits_[fits_.size() - 1 - l]->fit().lattice();
+    for (size_t c = 0; c < added_.size(); ++c)
+      level.channels[c].clamped = result.channels[l * added_.size() + c].clamped;
+  }
   info.time = input_ == Input::frames ? time_map() : initial_.time;
   require_bounds(result);
   info.sources = initial_.sources;
   info.attributes = initial_.attributes;
-  for (size_t c = 0; c < result.channels.size(); ++c) {
+  for (size_t c = 0; c < added_.size(); ++c) {
     describe_channel(result.channels[c], info.channels[c]);
     // A part knows nothing of the rest of the series.
     if (const RoundTrip* const r = measuring_.round_trip(); r && !part_ && info.channels[c].residuals.local)
@@ -373,9 +401,10 @@ void VolumeWriter::describe_part(const FitReport& result) {
   PartReport report;
   report.psnr = settings_.psnr;
   report.lasting = lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]);
-  for (size_t c = 0; c < info.channels.size(); ++c) {
+  for (size_t c = 0; c < result.channels.size(); ++c) {
     PartChannelReport& channel = report.channels.emplace_back();
     channel.fit = result.channels[c];
+    if (c >= info.channels.size()) continue; // of a coarser level
     channel.bound = info.channels[c].residuals.bound;
     if (const RoundTrip* const measured = measuring_.round_trip())
       for (size_t i = 0; i < measured->frames().size(); ++i) {

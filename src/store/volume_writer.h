@@ -1,8 +1,7 @@
 // A volume in, a file out: the pipeline of a writer, which owns the order of its calls.
 //
 //   frames, or layers, or a field
-//     -> Fit               slabs of lattice samples
-//     -> CoefficientSlabs  slabs of coefficients, where those are stored
+//     -> LevelFit          at each level slabs of lattice samples, or of coefficients, where those are stored
 //     -> Bcc4Writer        the file, with a journal, as a part, or behind the slabs of an older one
 //     -> Measuring         what a reader will get, against the frames; corrections back into the file
 //
@@ -21,9 +20,9 @@
 #include "base/context.h"
 #include "fit/fit.h"
 #include "formats/bcc4/bcc4.h"
-#include "store/coefficient_slabs.h"
 #include "store/continuation.h"
 #include "store/field_samples.h"
+#include "store/level_fit.h"
 #include "store/measuring.h"
 #include "store/series_part.h"
 #include "store/settings.h"
@@ -91,7 +90,9 @@ class VolumeWriter {
   // Planes outside each face: of frames, which make up for the mirrors behind them (fit/face_table.h), and of
   // layers and fields, which do not.
   static constexpr int32_t frame_planes = 2, given_planes = 4;
-  [[nodiscard]] Int3 outside_planes(int32_t wanted) const;
+  [[nodiscard]] Int3 outside_planes(int32_t wanted, int level = 0) const;
+  [[nodiscard]] int levels() const;
+  void begin_levels();
   [[nodiscard]] LayerUse layer_use() const;
   // What is made of the series; null: all of it.
   [[nodiscard]] const SeriesPart* part_made() const {
@@ -117,8 +118,7 @@ class VolumeWriter {
   void report_added(uint64_t first, uint64_t end);
 
   // From the fit into the file.
-  void take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
-  void store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
+  void store_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers);
   void store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
   void take_mask(int channel, uint32_t frame, std::vector<std::byte> runs);
   void store_masks();
@@ -127,6 +127,7 @@ class VolumeWriter {
   [[nodiscard]] uint32_t writer_checksum() const;
 
   // What finish() adds.
+  [[nodiscard]] FitReport finish_fits();
   void complete_info(const FitReport& result);
   void describe_part(const FitReport& result);
   void require_bounds(const FitReport& result) const;
@@ -142,8 +143,10 @@ class VolumeWriter {
   std::vector<double> times_;
   std::vector<uint64_t> added_; // frames or layers, per channel
 
-  std::unique_ptr<Fit> fit_;
-  std::unique_ptr<CoefficientSlabs> coefficients_; // null: samples are stored
+  [[nodiscard]] Fit& fit() { return fits_.back()->fit(); }
+  [[nodiscard]] const Fit& fit() const { return fits_.back()->fit(); }
+  std::vector<std::unique_ptr<LevelFit>>
+      fits_; // the coarsest first, level 0 last; empty before the first data
   std::unique_ptr<Bcc4Writer> container_;
   Measuring measuring_;
   std::vector<Range> source_ranges_; // once finished
@@ -159,7 +162,7 @@ class VolumeWriter {
   };
   std::vector<WaitingMask> masks_;
   std::vector<PartWrite> writes_; // of a part
-  PartWrite now_;                 // the write under way: trigger, channel and slab
+  PartWrite now_;                 // the write under way: trigger, channel, level and slab
 };
 
 } // namespace bccsplat

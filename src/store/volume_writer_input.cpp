@@ -41,7 +41,7 @@ void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const Fram
     begin_measuring(true);
     measuring_.with_round_trip(
         [&](RoundTrip& r) { r.add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), boxes); });
-    fit_->add_frame(static_cast<int>(channel), boxes);
+    for (const auto& level : fits_) level->fit().add_frame(static_cast<int>(channel), boxes);
     ++added_[channel];
     const auto [first, end] = given_frames();
     if (end > 0) report_added(first, end);
@@ -61,9 +61,9 @@ void VolumeWriter::add_layer(uint32_t channel, int64_t layer, std::span<const fl
       fail(Code::wrong_state, "layer ", layer, ": the series has ", initial_.lattice.layers(), " layers");
     begin_input(Input::layers, channel, SourceType::f32);
     begin_measuring(false);
-    fit_->add_layer(static_cast<int>(channel), samples);
+    fit().add_layer(static_cast<int>(channel), samples);
     ++added_[channel];
-    report_added(0, static_cast<uint64_t>(fit_->lattice().layers()));
+    report_added(0, static_cast<uint64_t>(fit().lattice().layers()));
     context_.progress.check();
   });
 }
@@ -78,7 +78,7 @@ void VolumeWriter::add_field(uint32_t channel, const Field& field) {
     begin_input(Input::layers, channel, SourceType::f32);
     begin_measuring(true);
     const std::string what = concat("channel ", channel);
-    const int32_t layers = fit_->lattice().layers();
+    const int32_t layers = fit().lattice().layers();
     size_t measured = 0;
     for (int32_t layer = 0; layer < layers; ++layer) {
       const FieldGrid sites = layer_geometry(layer).sites;
@@ -98,7 +98,7 @@ void VolumeWriter::add_field(uint32_t channel, const Field& field) {
           r.add_frame(static_cast<int>(channel), frame, {&box, 1});
         });
       }
-      fit_->add_layer(static_cast<int>(channel), sample_field(field, sites, what, context_));
+      fit().add_layer(static_cast<int>(channel), sample_field(field, sites, what, context_));
       ++added_[channel];
       report_added(0, static_cast<uint64_t>(layers));
     }
@@ -137,7 +137,10 @@ void VolumeWriter::check_boxes(uint64_t frame, std::span<const FrameBox> boxes) 
 
 // Settles, with the first data, how each channel is coded and what the fit has to do.
 void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType first_type) {
-  if (fit_) return;
+  if (!fits_.empty()) return;
+  if (input == Input::layers && levels() > 0)
+    fail(Code::unsupported,
+         "writer: coarser levels are made of frames; layers and fields have level 0 alone");
   input_ = input;
   fit_options_.channels.clear();
   for (size_t c = 0; c < added_.size(); ++c)
@@ -150,17 +153,33 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
     fit_options_.lasting_layers =
         fit_options_.slab_layers * lasting_slabs(lattice_of(fit_options_, settings_.dims[3]), fit_options_,
                                                  layer_use(), settings_.dims[3]);
-  fit_ = std::make_unique<Fit>(
-      fit_options_,
-      [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
-        take_slab(slab, channel, layers);
-      },
-      context_,
-      [this](int channel, uint32_t frame, std::vector<std::byte> runs) {
-        take_mask(channel, frame, std::move(runs));
-      });
-  if (settings_.coefficients)
-    coefficients_ = std::make_unique<CoefficientSlabs>(fit_->lattice(), initial_, part_made());
+  begin_levels();
+}
+
+// Coarser levels come first, so that a coarse slab is one read; the coarsest tells what is missing, which is
+// the same at all of them.
+void VolumeWriter::begin_levels() {
+  const auto store = [this](int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers) {
+    store_slab(slab, at, layers);
+  };
+  const MaskSink untold = [](int, uint32_t, const std::vector<std::byte>&) {};
+  MaskSink told = [this](int channel, uint32_t frame, std::vector<std::byte> runs) {
+    take_mask(channel, frame, std::move(runs));
+  };
+  initial_.levels.resize(static_cast<size_t>(levels()));
+  for (int level = levels(); level >= 0; --level) {
+    const FitOptions options =
+        level == 0 ? fit_options_
+                   : options_of_level(fit_options_, level, outside_planes(frame_planes, level));
+    fits_.push_back(std::make_unique<LevelFit>(level, options, store, context_,
+                                               fits_.empty() ? std::move(told) : untold));
+    if (settings_.coefficients) fits_.back()->store_coefficients(initial_, part_made());
+    if (level == 0) break;
+    LevelInfo& info = initial_.levels[static_cast<size_t>(level) - 1];
+    info.lattice = fits_.back()->fit().lattice(), info.slab_layers = initial_.slab_layers;
+    for (const ChannelInfo& c : initial_.channels)
+      info.channels.push_back({.scale = c.scale, .kept_range = {}});
+  }
 }
 
 // The frames that are measured: of the series, of a part, or of those that continue a file as far as all the
@@ -171,7 +190,7 @@ std::vector<uint32_t> VolumeWriter::frames_to_measure() const {
     const SeriesPart& rest = continued_->rest();
     std::vector<uint32_t> list = measuring_.choose_frames(rest.fit.first_counted, frames);
     std::erase_if(list, [&](uint32_t f) {
-      return layers_to_measure(fit_->lattice(), initial_.recommended_kernel, settings_.coefficients, f)
+      return layers_to_measure(fit().lattice(), initial_.recommended_kernel, settings_.coefficients, f)
                  .begin < rest.first_layer;
     });
     return list;
@@ -205,7 +224,7 @@ void VolumeWriter::begin_measuring(bool frames_known) {
   std::vector<uint32_t> frames = frames_to_measure();
   measuring_.attempt([&] {
     measuring_.begin(std::make_unique<RoundTrip>(
-        fit_->lattice(), std::move(channels), initial_.recommended_kernel, settings_.coefficients,
+        fit().lattice(), std::move(channels), initial_.recommended_kernel, settings_.coefficients,
         std::move(frames),
         [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
           store_residuals(channel, frame, residuals);

@@ -5,23 +5,15 @@
 
 namespace bccsplat {
 
-void VolumeWriter::take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
-  if (!coefficients_) return store_slab(slab, channel, layers);
-  coefficients_->add_layers(channel, layers, context_,
-                            [this](int32_t made, int of, std::span<const BrickLayer> coefficients) {
-                              store_slab(made, of, coefficients);
-                            });
-}
-
-void VolumeWriter::store_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
-  now_.slab = slab, now_.channel = static_cast<uint32_t>(channel);
+void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers) {
+  now_.slab = slab, now_.channel = static_cast<uint32_t>(at.channel), now_.level = at.level;
   if (!part_ || (slab >= part_->first_slab && slab < part_->end_slab)) {
     make_container();
     store_masks();
-    container_->write_slab(slab, channel, layers, context_);
+    container_->write_slab(slab, at, layers, context_);
     if (part_) writes_.push_back(now_);
   }
-  measuring_.with_round_trip([&](RoundTrip& r) { r.add_layers(channel, layers); });
+  if (at.level == 0) measuring_.with_round_trip([&](RoundTrip& r) { r.add_layers(at.channel, layers); });
 }
 
 void VolumeWriter::store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
@@ -30,7 +22,7 @@ void VolumeWriter::store_residuals(int channel, uint32_t frame, const FrameResid
   container_->write_residuals(channel, frame, residuals);
   if (!part_) return;
   writes_.push_back(now_);
-  writes_.back().frame = frame;
+  writes_.back().frame = frame, writes_.back().level = 0;
 }
 
 // Frames that are given to a part for the sake of its slabs alone are those of another one.
@@ -52,7 +44,7 @@ void VolumeWriter::store_masks() {
 void VolumeWriter::make_container() {
   if (container_) return;
   VolumeInfo info = initial_;
-  info.lattice = fit_->lattice();
+  info.lattice = fit().lattice();
   const Bcc4WriterOptions options = container_options(info);
   container_ = std::make_unique<Bcc4Writer>(std::move(sink_), info, options);
   if (continued_) continued_->copy_what_stays(*container_, context_.progress);

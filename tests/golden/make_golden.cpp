@@ -240,6 +240,17 @@ void make_optional() {
                           }}));
 }
 
+void make_levels() {
+  save("v3_levels", levels_file());
+  save("bad_level_planes", rebuild(levels_file(), {.metadata = [](Bytes& m) {
+                                     VolumeInfo v = read_metadata(m, 0, {});
+                                     std::swap(v.levels[0].lattice, v.levels[1].lattice);
+                                     m = write_metadata(v);
+                                   }}));
+  save("bad_level_of_page",
+       rebuild(levels_file(), {.pages = [](std::vector<PageRef>& p) { p.back().level = 3; }}));
+}
+
 void make_bad() {
   const Bytes good =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
@@ -329,6 +340,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_corrections();
   bccsplat::test::make_masks();
   bccsplat::test::make_domain();
+  bccsplat::test::make_levels();
   bccsplat::test::make_bad();
   bccsplat::test::make_bad_steps();
   return 0;

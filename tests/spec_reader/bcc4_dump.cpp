@@ -18,6 +18,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace {
@@ -168,6 +169,7 @@ struct Volume {
   bool divided = false; // by the sum of the kernel
   std::vector<Channel> channels;
   std::vector<std::pair<std::string, std::string>> attributes;
+  std::vector<Volume> levels; // coarser ones: what they share is copied
 
   int coset(int layer) const { return kind == 3 ? 0 : layer & 1; }
   int sites(int c, int axis) const {
@@ -274,7 +276,7 @@ void read_errors(Cursor& r, const Volume& v, int lowest) {
   std::vector<uint32_t> before;
   for (uint32_t i = r.u32(); i > 0; --i) {
     const uint32_t channel = r.u32(), level = r.u32(), kind = r.u32();
-    must(channel < v.channels.size() && level == 0 && kind <= 2, "errors: what they are of");
+    must(channel < v.channels.size() && level <= v.levels.size() && kind <= 2, "errors: what they are of");
     const std::vector<uint32_t> key{channel, level, kind};
     must(before < key, "errors: order");
     before = key;
@@ -282,6 +284,7 @@ void read_errors(Cursor& r, const Volume& v, int lowest) {
     const auto samples = static_cast<unsigned long long>(r.u64());
     const double rmse = r.f64(), largest = r.f64(), range = r.f64();
     for (const double e : {rmse, largest, range}) must(std::isfinite(e) && e >= 0, "errors: value");
+    if (level > 0) std::printf("level %u ", level);
     std::printf("error channel %u kind %u frames %u samples %llu rmse %.17g largest %.17g range %.17g\n",
                 channel, kind, frames, samples, rmse, largest, range);
   }
@@ -300,6 +303,59 @@ void read_domain(Cursor& r, Volume& v, int lowest) {
   for (int& n : v.behind) n = r.u8();
   r.zeros(1);
   for (int i = 0; i < 4; ++i) must(r.f64() > 0, "domain: scales");
+  must(r.left() == 0, "metadata: record too long");
+}
+
+void check_planes(const Volume& v);
+
+// The rules of record 1 that levels have, too.
+void check_layers(const Volume& v) {
+  must(v.slab_layers >= 1 && v.slab_layers <= 32, "lattice");
+  must((v.dims[3] == 1) == (v.ht == 0), "lattice: static or not");
+  must(v.lead % 2 == 0 && (v.ht != 0 || v.lead == 0), "lattice: layers before frame 0");
+  must((v.last_layer - v.lead) * v.ht >= (v.dims[3] - 1.0) * (1 - 1e-8), "lattice: the last layer");
+  for (const int32_t l : v.last_plane) must(l >= 1 && l <= 1000000000, "lattice: planes");
+  must(v.last_layer >= 0 && v.last_layer <= 1000000000, "lattice: layers");
+}
+
+// Record 9.
+void read_levels(Cursor& r, Volume& v, int lowest) {
+  must(lowest >= 3, "levels need version 3");
+  const uint32_t n = r.u32();
+  must(n >= 1 && n <= 15, "levels: count");
+  for (uint32_t i = 0; i < n; ++i) {
+    Volume level = v;
+    level.levels.clear();
+    level.slab_layers = r.u8();
+    r.zeros(3);
+    for (int& b : level.before) b = r.u8();
+    level.lead = r.u8();
+    for (int& b : level.behind) b = r.u8();
+    r.zeros(1);
+    for (int32_t& l : level.last_plane) l = r.i32();
+    level.last_layer = r.i32();
+    r.zeros(4);
+    for (double& d : level.h) d = r.f64();
+    level.ht = r.f64();
+    check_layers(level);
+    check_planes(level);
+    const Volume& finer = i == 0 ? v : v.levels.back();
+    for (int a = 0; a < 3; ++a)
+      must(std::isfinite(level.h[a]) && level.h[a] > 0 && (v.dims[a] == 1 || level.h[a] >= finer.h[a]),
+           "levels: planes closer than before");
+    must(level.ht >= finer.ht, "levels: layers closer than before");
+    v.levels.push_back(level);
+  }
+  for (Volume& level : v.levels)
+    for (Channel& c : level.channels) {
+      const double scale = r.f64();
+      must(scale == c.scale || (c.type == 5 && scale > 0 && 0x1p31 * scale < 0x1p127), "levels: scale");
+      c.scale = scale;
+      c.kept = r.u64(), c.holes = r.u64();
+      r.u64(); // clamped
+      const double low = r.f64(), high = r.f64();
+      must(std::isfinite(low) && std::isfinite(high) && low <= high, "levels: range");
+    }
   must(r.left() == 0, "metadata: record too long");
 }
 
@@ -338,6 +394,10 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       read_domain(r, v, lowest);
       continue;
     }
+    if (type == 9) {
+      read_levels(r, v, lowest);
+      continue;
+    }
     if (type == 10) {
       read_masks(r, v, lowest);
       must(r.left() == 0, "metadata: record too long");
@@ -352,7 +412,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       continue;
     }
     if (type >= 0x8000) continue;
-    must(type != 9 && type != 12, "metadata: this reader knows no levels and stencils");
+    must(type != 12, "metadata: this reader knows no stencils");
     must(type >= 1 && type <= 7, "metadata: unknown record");
     seen[type] = true;
     if (type == 1) {
@@ -367,12 +427,8 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
       for (double& d : v.h) d = r.f64();
       v.ht = r.f64();
       r.f64(), r.f64(); // scale, time scale
-      must(v.kind >= 1 && v.kind <= 3 && v.slab_layers >= 1 && v.slab_layers <= 32, "lattice");
-      must((v.dims[3] == 1) == (v.ht == 0), "lattice: static or not");
-      must(v.lead % 2 == 0 && (v.ht != 0 || v.lead == 0), "lattice: layers before frame 0");
-      must((v.last_layer - v.lead) * v.ht >= (v.dims[3] - 1.0) * (1 - 1e-8), "lattice: the last layer");
-      for (const int32_t l : v.last_plane) must(l >= 1 && l <= 1000000000, "lattice: planes");
-      must(v.last_layer >= 0 && v.last_layer <= 1000000000, "lattice: layers");
+      must(v.kind >= 1 && v.kind <= 3, "lattice");
+      check_layers(v);
     } else if (type == 2) {
       for (int i = 0; i < 12; ++i) must(std::isfinite(r.f64()), "world");
       r.text();
@@ -891,6 +947,39 @@ void dump_masks(const File& file, const Volume& v, const Channel& ch) {
   }
 }
 
+using Slots = std::map<uint32_t, Decoded>;
+using Chunks = std::map<std::tuple<uint32_t, uint32_t, uint32_t>, Slots>; // level, channel, slab
+
+// Prints a channel of a level, layer by layer; each line begins with `name`.
+void dump_layers(const Volume& v, uint32_t c, uint32_t level, const std::string& name, Chunks& chunks) {
+  const Channel& ch = v.channels[c];
+  for (int m = 0; m < v.layers(); ++m) {
+    const int coset = v.coset(m), n[3] = {v.sites(coset, 0), v.sites(coset, 1), v.sites(coset, 2)};
+    const Slots& slab = chunks[{level, c, static_cast<uint32_t>(m / v.slab_layers)}];
+    Bytes all;
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y)
+        for (int x = 0; x < n[0]; ++x) {
+          const auto slot = static_cast<uint32_t>((z / 16 * v.bricks(1) + y / 16) * v.bricks(0) + x / 16);
+          const auto found = slab.find(slot);
+          uint8_t state = 0;
+          float sample = 0;
+          if (found != slab.end()) {
+            const auto layer = static_cast<size_t>(m % v.slab_layers);
+            const auto index = static_cast<size_t>((z % 16 * 16 + y % 16) * 16 + x % 16);
+            state = found->second.state[layer][index];
+            if (state) sample = relative(ch, found->second.code[layer][index]);
+          }
+          uint8_t bytes[4];
+          std::memcpy(bytes, &sample, 4);
+          all.push_back(state);
+          all.insert(all.end(), bytes, bytes + 4);
+        }
+    std::printf("%slayer %d sites %d %d %d crc %08x\n", name.c_str(), m, n[0], n[1], n[2],
+                crc(all.data(), all.size()));
+  }
+}
+
 void dump(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   must(static_cast<bool>(in), "cannot open the file");
@@ -913,6 +1002,9 @@ void dump(const std::string& path) {
   for (int a = 0; a < 3; ++a)
     if (v.before[a] + v.behind[a] > 0)
       std::printf("%c planes outside %d %d\n", "xyz"[a], v.before[a], v.behind[a]);
+  for (size_t l = 0; l < v.levels.size(); ++l)
+    std::printf("lattice of level %zu planes %d %d %d layers %d\n", l + 1, v.levels[l].last_plane[0],
+                v.levels[l].last_plane[1], v.levels[l].last_plane[2], v.levels[l].layers());
   if (v.times.empty()) std::printf("times %.17g step %.17g\n", v.first, v.step);
   for (const double t : v.times) std::printf("time %.17g\n", t);
   std::printf("store %s recommended %s\n", v.kernel.empty() ? "samples" : v.kernel.c_str(),
@@ -923,60 +1015,56 @@ void dump(const std::string& path) {
     std::printf("attribute %s = %s\n", key.c_str(), value.c_str());
 
   // Decodes everything, then prints layer by layer.
-  std::map<std::pair<uint32_t, uint32_t>, std::map<uint32_t, Decoded>> chunks; // (channel, slab) -> slot
+  Chunks chunks;
   const Bytes records = directory.read(file);
   must(records.size() % 64 == 0, "directory: size");
   Cursor d(records);
   uint64_t count = 0;
-  std::vector<uint64_t> kept(v.channels.size()), holes(v.channels.size());
+  std::map<std::pair<uint32_t, uint32_t>, std::pair<uint64_t, uint64_t>>
+      counts;                                               // channel, level: kept, holes
+  std::tuple<uint32_t, uint32_t, int32_t, uint32_t> next{}; // channel, level, and chunk: those behind them
   while (d.left() > 0) {
     const uint32_t channel = d.u32();
     must(channel < v.channels.size(), "directory: channel");
-    d.take(16); // first and last chunk
+    const int32_t first_slab = d.i32();
+    const uint32_t first_slot = d.u32();
+    const int32_t last_slab = d.i32();
+    const uint32_t last_slot = d.u32();
     const uint32_t entries = d.u32();
     const BlockRef page(d);
     d.take(8); // smallest and largest sample
-    must(d.u32() == 0, "directory: this reader knows no levels");
+    const uint32_t level = d.u32();
+    must(level <= v.levels.size(), "directory: level");
     d.zeros(4);
+    must(std::tuple(channel, level, first_slab, first_slot) >= next, "directory: pages do not rise");
+    next = {channel, level, last_slab, last_slot + 1};
+    const Volume& lattice = level == 0 ? v : v.levels[level - 1];
     const std::vector<Chunk> list = read_page(page.read(file));
     must(list.size() == entries, "directory: entries");
     count += entries;
     for (const Chunk& e : list) {
-      must(e.slab * static_cast<uint64_t>(v.slab_layers) < static_cast<uint64_t>(v.layers()), "page: slab");
-      kept[channel] += e.kept, holes[channel] += e.holes;
-      chunks[{channel, e.slab}][e.slot] = decode(file, v, v.channels[channel], e);
+      must(e.slab * static_cast<uint64_t>(lattice.slab_layers) < static_cast<uint64_t>(lattice.layers()),
+           "page: slab");
+      counts[{channel, level}].first += e.kept, counts[{channel, level}].second += e.holes;
+      chunks[{level, channel, e.slab}][e.slot] = decode(file, lattice, lattice.channels[channel], e);
     }
   }
   must(count == chunk_count, "root: chunks");
-  for (size_t c = 0; c < v.channels.size(); ++c) {
+  for (uint32_t c = 0; c < v.channels.size(); ++c) {
     const Channel& ch = v.channels[c];
-    must(kept[c] == ch.kept && holes[c] == ch.holes, "channel: counts");
-    std::printf("channel %zu %s type %d air %.9g kept %llu holes %llu\n", c, ch.name.c_str(), ch.type,
+    const auto count_of = [&](uint32_t level) { return counts[{c, level}]; };
+    must(count_of(0) == std::pair(ch.kept, ch.holes), "channel: counts");
+    std::printf("channel %u %s type %d air %.9g kept %llu holes %llu\n", c, ch.name.c_str(), ch.type,
                 static_cast<double>(ch.air), static_cast<unsigned long long>(ch.kept),
                 static_cast<unsigned long long>(ch.holes));
-    for (int m = 0; m < v.layers(); ++m) {
-      const int coset = v.coset(m), n[3] = {v.sites(coset, 0), v.sites(coset, 1), v.sites(coset, 2)};
-      const auto& slab = chunks[{static_cast<uint32_t>(c), static_cast<uint32_t>(m / v.slab_layers)}];
-      Bytes all;
-      for (int z = 0; z < n[2]; ++z)
-        for (int y = 0; y < n[1]; ++y)
-          for (int x = 0; x < n[0]; ++x) {
-            const auto slot = static_cast<uint32_t>((z / 16 * v.bricks(1) + y / 16) * v.bricks(0) + x / 16);
-            const auto found = slab.find(slot);
-            uint8_t state = 0;
-            float sample = 0;
-            if (found != slab.end()) {
-              const auto layer = static_cast<size_t>(m % v.slab_layers);
-              const auto index = static_cast<size_t>((z % 16 * 16 + y % 16) * 16 + x % 16);
-              state = found->second.state[layer][index];
-              if (state) sample = relative(ch, found->second.code[layer][index]);
-            }
-            uint8_t bytes[4];
-            std::memcpy(bytes, &sample, 4);
-            all.push_back(state);
-            all.insert(all.end(), bytes, bytes + 4);
-          }
-      std::printf("layer %d sites %d %d %d crc %08x\n", m, n[0], n[1], n[2], crc(all.data(), all.size()));
+    dump_layers(v, c, 0, "", chunks);
+    for (uint32_t l = 1; l <= v.levels.size(); ++l) {
+      const Volume& level = v.levels[l - 1];
+      const auto [kept, holes] = std::pair(level.channels[c].kept, level.channels[c].holes);
+      must(count_of(l) == std::pair(kept, holes), "level: counts");
+      std::printf("level %u channel %u kept %llu holes %llu\n", l, c, static_cast<unsigned long long>(kept),
+                  static_cast<unsigned long long>(holes));
+      dump_layers(level, c, l, "level " + std::to_string(l) + " ", chunks);
     }
     dump_corrections(file, v, ch);
     dump_masks(file, v, ch);

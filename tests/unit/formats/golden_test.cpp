@@ -80,33 +80,46 @@ std::string describe_masks(const Bcc4Reader& reader, int channel) {
   return text;
 }
 
-// The lines `channel`, `layer`, `corrections` and `mask` of the second reader.
+// The lines `layer` of the second reader, of a channel of a level.
+std::string describe_layers(const std::vector<BrickLayer>& layers, const std::string& name) {
+  std::string text;
+  for (size_t m = 0; m < layers.size(); ++m) {
+    const BrickLayer& layer = layers[m];
+    const Int3 n = layer.dims();
+    ByteWriter bytes;
+    for (int z = 0; z < n[2]; ++z)
+      for (int y = 0; y < n[1]; ++y)
+        for (int x = 0; x < n[0]; ++x) {
+          const Brick* b = layer.brick(x / 16, y / 16, z / 16);
+          const int site = (z % 16 * 16 + y % 16) * 16 + x % 16;
+          const bool kept = b && b->kept[static_cast<size_t>(site / 16)] >> (site % 16) & 1;
+          bytes.write(static_cast<uint8_t>(!kept ? 0 : b->is_hole(site) ? 2 : 1));
+          bytes.write(layer.value(x, y, z));
+        }
+    char crc[16];
+    std::snprintf(crc, sizeof crc, "%08x", crc32_of(bytes.bytes()));
+    text += concat(name, "layer ", m, " sites ", n[0], " ", n[1], " ", n[2], " crc ", crc, "\n");
+  }
+  return text;
+}
+
+// The lines `channel`, `layer`, `level`, `corrections` and `mask` of the second reader.
 std::string describe(const std::shared_ptr<Bcc4Reader>& reader) {
   Bench bench;
-  const Layers all = read_all(reader, bench);
+  std::vector<Layers> all;
+  for (int l = 0; l < reader->info().level_count(); ++l) all.push_back(read_all(reader, bench, l));
   std::string text;
-  for (size_t c = 0; c < all.size(); ++c) {
+  for (size_t c = 0; c < all[0].size(); ++c) {
     const ChannelInfo& info = reader->info().channels[c];
     char air[32];
     std::snprintf(air, sizeof air, "%.9g", static_cast<double>(info.air));
     text += concat("channel ", c, " ", info.name, " type ", static_cast<int>(info.type), " air ", air,
                    " kept ", info.sites_kept, " holes ", info.holes, "\n");
-    for (size_t m = 0; m < all[c].size(); ++m) {
-      const BrickLayer& layer = all[c][m];
-      const Int3 n = layer.dims();
-      ByteWriter bytes;
-      for (int z = 0; z < n[2]; ++z)
-        for (int y = 0; y < n[1]; ++y)
-          for (int x = 0; x < n[0]; ++x) {
-            const Brick* b = layer.brick(x / 16, y / 16, z / 16);
-            const int site = (z % 16 * 16 + y % 16) * 16 + x % 16;
-            const bool kept = b && b->kept[static_cast<size_t>(site / 16)] >> (site % 16) & 1;
-            bytes.write(static_cast<uint8_t>(!kept ? 0 : b->is_hole(site) ? 2 : 1));
-            bytes.write(layer.value(x, y, z));
-          }
-      char crc[16];
-      std::snprintf(crc, sizeof crc, "%08x", crc32_of(bytes.bytes()));
-      text += concat("layer ", m, " sites ", n[0], " ", n[1], " ", n[2], " crc ", crc, "\n");
+    text += describe_layers(all[0][c], "");
+    for (size_t l = 1; l < all.size(); ++l) {
+      const LevelChannel& level = reader->info().levels[l - 1].channels[c];
+      text += concat("level ", l, " channel ", c, " kept ", level.sites_kept, " holes ", level.holes, "\n");
+      text += describe_layers(all[l][c], concat("level ", l, " "));
     }
     text += describe_corrections(*reader, static_cast<int>(c));
     text += describe_masks(*reader, static_cast<int>(c));
@@ -122,8 +135,8 @@ TEST(Bcc4Golden, GoodFilesHoldTheirSamples) {
     ASSERT_TRUE(in) << name;
     std::string expected, line;
     while (std::getline(in, line))
-      if (line.starts_with("channel ") || line.starts_with("layer ") || line.starts_with("corrections ") ||
-          line.starts_with("mask "))
+      if (line.starts_with("channel ") || line.starts_with("layer ") || line.starts_with("level ") ||
+          line.starts_with("corrections ") || line.starts_with("mask "))
         expected += line + "\n";
     EXPECT_EQ(describe(open(name)), expected) << name;
   }
@@ -257,7 +270,9 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_steps_range", Code::corrupt},
                                                 {"bad_steps_predictor", Code::corrupt},
                                                 {"bad_corrections_of_version_2", Code::corrupt},
-                                                {"bad_corrections_shape", Code::corrupt}};
+                                                {"bad_corrections_shape", Code::corrupt},
+                                                {"bad_level_planes", Code::corrupt},
+                                                {"bad_level_of_page", Code::corrupt}};
   std::set<std::string> seen;
   for (const std::string& name : names("bad")) {
     seen.insert(name);

@@ -46,8 +46,7 @@ class Rebuild {
         padding += c.stored() - c.runs_bytes - c.values_bytes;
       }
       if (edit.entries) edit.entries(entries);
-      const uint32_t channel = p.channel;
-      p = describe_page(channel, entries);
+      p = describe_page(p.at(), entries);
       Bytes decoded = write_page(entries);
       if (edit.page) edit.page(decoded);
       p.block = add_block(decoded);

@@ -169,6 +169,58 @@ inline std::vector<std::byte> masked_file() {
   return bytes;
 }
 
+// What a level of a volume looks like as a volume of its own.
+inline VolumeInfo volume_of_level(const VolumeInfo& info, int level) {
+  VolumeInfo one = info;
+  static_cast<StoredLattice&>(one) = info.level(level);
+  for (size_t c = 0; c < one.channels.size(); ++c)
+    one.channels[c].scale = info.coding({static_cast<int>(c), level}).scale;
+  one.levels.clear();
+  return one;
+}
+
+// A series of two channels at two coarser levels, of which the last has steps of its own.
+inline VolumeInfo levels_info() {
+  constexpr std::array<uint32_t, 4> dims{40, 26, 22, 7};
+  VolumeInfo info =
+      volume(LatticeKind::d4star, dims, {channel("value", ValueType::u8), channel("steps", ValueType::i32)});
+  info.channels[1].scale = 0.25;
+  for (const int l : {1, 2}) {
+    LevelInfo& level = info.levels.emplace_back();
+    const double scale = 1 << l;
+    level.lattice = Lattice4::fit(LatticeKind::d4star, dims, {scale, scale, scale, 1}, l == 2 ? 2 : 0,
+                                  {l == 1 ? 2 : 0, 0, 0});
+    level.slab_layers = l == 1 ? 8 : 4;
+    for (const ChannelInfo& c : info.channels) level.channels.push_back({.scale = c.scale, .kept_range = {}});
+  }
+  info.levels[1].channels[1].scale = 0.5;
+  return info;
+}
+
+// Coarser levels of a slab come first.
+inline void write_levels(Bcc4Writer& writer, const VolumeInfo& info, const Formula& formula, Bench& bench) {
+  for (int level = info.level_count() - 1; level >= 0; --level) {
+    const VolumeInfo one = volume_of_level(info, level);
+    const Layers layers = make_volume(one, formula);
+    for (int32_t s = 0; s < one.slabs(); ++s)
+      for (int c = 0; c < static_cast<int>(layers.size()); ++c)
+        writer.write_slab(
+            s, {c, level},
+            std::span(layers[static_cast<size_t>(c)])
+                .subspan(static_cast<size_t>(s * one.slab_layers), static_cast<size_t>(one.layers_of(s))),
+            bench.context);
+  }
+}
+inline std::vector<std::byte> levels_file(const Formula& formula = ball) {
+  Bench bench;
+  std::vector<std::byte> bytes;
+  const VolumeInfo info = levels_info();
+  Bcc4Writer writer(create_memory_sink(bytes), info);
+  write_levels(writer, info, formula, bench);
+  writer.finish(bench.context);
+  return bytes;
+}
+
 // A file with corrections in three bricks of two frames and samples to set, and what was measured.
 inline std::vector<std::byte> corrected_file() {
   VolumeInfo info = volume(LatticeKind::d4star, {70, 9, 68, 3}, {channel("value", ValueType::u8)});
@@ -202,9 +254,9 @@ inline std::vector<std::byte> corrected_file() {
   return bytes;
 }
 
-// Every sample of a file.
-inline Layers read_all(const std::shared_ptr<Bcc4Reader>& reader, Bench& bench) {
-  const Bcc4Samples samples(reader, bench.memory);
+// Every sample of a level of a file.
+inline Layers read_all(const std::shared_ptr<Bcc4Reader>& reader, Bench& bench, int level = 0) {
+  const Bcc4Samples samples(reader, bench.memory, 256 << 20, RelativeTo::air, level);
   Layers all(reader->info().channels.size());
   for (size_t c = 0; c < all.size(); ++c)
     for (int32_t m = 0; m < samples.lattice().layers(); ++m)

@@ -23,7 +23,7 @@ TEST(Bcc4Part, ComesBack) {
   ByteWriter out;
   write_part(out, example());
   ByteReader in(out.bytes(), "part");
-  EXPECT_EQ(read_part(in, 9, 2), example());
+  EXPECT_EQ(read_part(in, 9, 2, 1), example());
   in.expect_end();
 }
 
@@ -32,13 +32,13 @@ TEST(Bcc4Part, CutShortOrWrongIsRefused) {
   write_part(out, example());
   for (size_t n = 0; n < out.size(); ++n) {
     ByteReader in(out.bytes().first(n), "part");
-    EXPECT_THROW(static_cast<void>(read_part(in, 9, 2)), Error) << n << " bytes";
+    EXPECT_THROW(static_cast<void>(read_part(in, 9, 2, 1)), Error) << n << " bytes";
   }
   const auto refused = [](const PartInfo& part, uint32_t frames, size_t channels) {
     ByteWriter bytes;
     write_part(bytes, part);
     ByteReader in(bytes.bytes(), "part");
-    EXPECT_THROW(static_cast<void>(read_part(in, frames, channels)), Error);
+    EXPECT_THROW(static_cast<void>(read_part(in, frames, channels, 1)), Error);
   };
   refused(example(), 6, 2); // end beyond the series
   refused(example(), 8, 2); // a trigger beyond its end

@@ -1,0 +1,91 @@
+// Collects the entries of chunks in pages, and sums them up for the metadata.
+#include "formats/bcc4/writer_index.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/error.h"
+
+namespace bccsplat {
+
+WriterIndex::WriterIndex(const VolumeInfo& info, AppendBlock append)
+    : append_(std::move(append)), levels_(info.level_count()) {
+  for (int c = 0; c < static_cast<int>(info.channels.size()); ++c)
+    for (int l = 0; l < levels_; ++l) streams_.emplace_back(ChannelLevel{c, l}, info.coding({c, l}));
+}
+
+void WriterIndex::check_slab(int32_t slab, const ChannelLevel& at, const VolumeInfo& info) const {
+  const auto bad = [&](const auto&... why) {
+    fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", at.channel, ", level ", at.level,
+         ": ", why...);
+  };
+  if (at.channel < 0 || static_cast<size_t>(at.channel) >= info.channels.size()) bad("no such channel");
+  if (at.level < 0 || at.level >= levels_) bad("no such level");
+  const Stream& s = stream(at);
+  const int32_t slab_layers = info.level(at.level).slab_layers;
+  if (slab < 0 || slab >= INT32_MAX / slab_layers) bad("no such slab");
+  if (slab <= s.last_slab) bad("slabs must rise");
+  if (s.last_slab >= 0 && s.last_slab_layers < slab_layers) bad("the one before was not full");
+}
+
+void WriterIndex::append_page(Stream& s) {
+  PageRef ref = describe_page(s.at, s.pending);
+  ref.block = append_(write_page(s.pending));
+  s.pages.push_back(ref);
+  s.pending.clear();
+}
+
+void WriterIndex::enter_chunk(const ChannelLevel& at, const Bcc4Chunk& entry) {
+  Stream& s = stream(at);
+  s.kept += entry.kept, s.holes += entry.holes;
+  s.min_code = std::min(s.min_code, entry.min_code), s.max_code = std::max(s.max_code, entry.max_code);
+  ++chunks_, runs_bytes_ += entry.runs_bytes, values_bytes_ += entry.values_bytes;
+  s.pending.push_back(entry);
+  if (s.pending.size() == page_entries) append_page(s);
+}
+
+void WriterIndex::enter_slab(int32_t slab, const ChannelLevel& at, int32_t layers, uint64_t clamped) {
+  Stream& s = stream(at);
+  s.clamped += clamped;
+  s.last_slab = slab;
+  s.last_slab_layers = layers;
+}
+
+void WriterIndex::check_ends(const VolumeInfo& info) const {
+  for (const Stream& s : streams_) {
+    const StoredLattice& level = info.level(s.at.level);
+    if (s.last_slab >= 0 && s.last_slab_layers != level.layers_of(s.last_slab))
+      fail(Code::wrong_state, "writer: channel ", s.at.channel, ", level ", s.at.level, " ends after ",
+           s.last_slab_layers, " layers of slab ", s.last_slab, ", the lattice has ", level.lattice.layers(),
+           " layers");
+  }
+}
+
+std::vector<PageRef> WriterIndex::finish_pages() {
+  std::vector<PageRef> pages;
+  for (Stream& s : streams_) {
+    if (!s.pending.empty()) append_page(s);
+    pages.insert(pages.end(), s.pages.begin(), s.pages.end());
+  }
+  return pages;
+}
+
+template<class Counts> void WriterIndex::add_counts(const Stream& s, Counts& out) {
+  out.sites_kept = s.kept, out.holes = s.holes, out.clamped += s.clamped;
+  out.kept_range = s.kept ? Range{s.coder.value(s.min_code), s.coder.value(s.max_code)} : Range{};
+}
+
+void WriterIndex::describe(VolumeInfo& info, Bcc4Report& report) const {
+  for (const Stream& s : streams_) {
+    const auto c = static_cast<size_t>(s.at.channel);
+    if (s.at.level > 0) {
+      add_counts(s, info.levels[static_cast<size_t>(s.at.level) - 1].channels[c]);
+      continue;
+    }
+    add_counts(s, info.channels[c]);
+    report.sites_total += static_cast<uint64_t>(info.lattice.sites());
+    report.sites_kept += s.kept, report.holes += s.holes, report.clamped += s.clamped;
+  }
+}
+
+} // namespace bccsplat

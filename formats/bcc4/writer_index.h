@@ -1,0 +1,66 @@
+// The index of a file that is being written: the chunks of every channel and level in pages, and their sums.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/page.h"
+
+namespace bccsplat {
+
+class WriterIndex {
+ public:
+  // Puts a decoded block into the file.
+  using AppendBlock = std::function<BlockRef(std::span<const std::byte>)>;
+  // info: says how channels are coded, at every level.
+  WriterIndex(const VolumeInfo& info, AppendBlock append);
+
+  [[nodiscard]] const SampleCoder& coder(const ChannelLevel& at) const { return stream(at).coder; }
+  // Fails unless the slab may be the next one of its channel and level.
+  void check_slab(int32_t slab, const ChannelLevel& at, const VolumeInfo& info) const;
+  // Lists a chunk whose bytes are in their place; writes its page when that is full.
+  void enter_chunk(const ChannelLevel& at, const Bcc4Chunk& entry);
+  void enter_slab(int32_t slab, const ChannelLevel& at, int32_t layers, uint64_t clamped);
+  // Fails where the last slab of a channel is not that of its lattice.
+  void check_ends(const VolumeInfo& info) const;
+  // Writes what is left of the pages; returns all of them, as the directory lists them.
+  [[nodiscard]] std::vector<PageRef> finish_pages();
+  // Adds what was counted to `info`, and to `report` what level 0 counted.
+  void describe(VolumeInfo& info, Bcc4Report& report) const;
+
+  [[nodiscard]] uint64_t chunks() const { return chunks_; }
+  [[nodiscard]] uint64_t runs_bytes() const { return runs_bytes_; }
+  [[nodiscard]] uint64_t values_bytes() const { return values_bytes_; }
+
+ private:
+  // One channel at one level.
+  struct Stream {
+    Stream(const ChannelLevel& which, const Quantiser& coding) : at(which), coder(coding) {}
+    ChannelLevel at;
+    SampleCoder coder;
+    std::vector<Bcc4Chunk> pending; // entries of no page yet
+    std::vector<PageRef> pages;
+    int32_t last_slab = -1, last_slab_layers = 0;
+    uint64_t kept = 0, holes = 0, clamped = 0;
+    uint32_t min_code = UINT32_MAX, max_code = 0;
+  };
+  [[nodiscard]] size_t place_of(const ChannelLevel& at) const {
+    return static_cast<size_t>(at.channel * levels_ + at.level);
+  }
+  [[nodiscard]] const Stream& stream(const ChannelLevel& at) const { return streams_.at(place_of(at)); }
+  [[nodiscard]] Stream& stream(const ChannelLevel& at) { return streams_.at(place_of(at)); }
+  void append_page(Stream& s);
+  // For what VolumeInfo says of a channel at a level.
+  template<class Counts> static void add_counts(const Stream& s, Counts& out);
+
+  AppendBlock append_;
+  int levels_;
+  std::vector<Stream> streams_; // by channel, then level
+  uint64_t chunks_ = 0, runs_bytes_ = 0, values_bytes_ = 0;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,41 @@
+#include "store/level_fit.h"
+
+#include <cmath>
+
+namespace bccsplat {
+
+FitOptions options_of_level(FitOptions options, int level, const Int3& margins) {
+  for (size_t a = 0; a < 3; ++a) options.scales[a] = std::ldexp(options.scales[a], level);
+  options.margins = margins;
+  return options;
+}
+
+LevelFit::LevelFit(int level, const FitOptions& options, Store store, const Context& context, MaskSink masks)
+    : level_(level), store_(std::move(store)), context_(context),
+      fit_(
+          options,
+          [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
+            take_slab(slab, channel, layers);
+          },
+          context, std::move(masks)) {}
+
+void LevelFit::store_coefficients(const VolumeInfo& info, const SeriesPart* part) {
+  coefficients_ = std::make_unique<CoefficientSlabs>(fit_.lattice(), info, part);
+}
+
+void LevelFit::take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
+  if (!coefficients_) return store_(slab, {channel, level_}, layers);
+  coefficients_->add_layers(channel, layers, context_,
+                            [this](int32_t made, int of, std::span<const BrickLayer> coefficients) {
+                              store_(made, {of, level_}, coefficients);
+                            });
+}
+
+FitChannelReport level_counts(const FitChannelReport& report) {
+  FitChannelReport counts;
+  counts.clamped = report.clamped, counts.clamped_slabs = report.clamped_slabs;
+  counts.lasting.clamped = report.lasting.clamped;
+  return counts;
+}
+
+} // namespace bccsplat
