@@ -388,7 +388,10 @@ typedef struct bccsplat_writer_options {
                       constants stay exact; at scale 1, 30 frames to either side take part (scale and
                       time_scale widen this), held as floats within the memory budget. INVALID_ARGUMENT for
                       CC; layers and fields are taken as they are; 0: none */
-  uint32_t reserved;
+  uint32_t levels; /* coarser ones, 0 to 15: level l is the same series at 2^l times the distance in space,
+                      for small pictures (bccsplat_slice_options.level); of frames only, layers and fields are
+                      refused (UNSUPPORTED). Bounds and corrections are those of level 0. PARTIAL_APPEND keeps
+                      those of the file; 0: none */
   const bccsplat_series_part*
       part; /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
                series, and those of bccsplat_writer_get_part_frames are added */
@@ -606,7 +609,20 @@ typedef struct bccsplat_volume_info {
   uint32_t planes_before[3]; /* planes of the lattice outside the first sample along x, y, z */
   uint32_t planes_behind[3]; /* and outside the last */
   uint64_t sites_outside;    /* lattice sites per channel on these planes */
+  uint32_t level_count;      /* coarser levels, 1 .. level_count beside level 0; see get_level_info */
+  uint32_t reserved;
 } bccsplat_volume_info;
+
+/* A level of a volume; level 0 is the one that all of the volume's information is about. */
+typedef struct bccsplat_level_info {
+  uint32_t struct_size;
+  uint32_t reserved;
+  double scales[4]; /* lattice distance as it is, as in bccsplat_volume_info */
+  uint64_t layer_count;
+  uint64_t sites_total; /* lattice sites per channel, those outside the faces not counted */
+  uint64_t sites_kept;  /* of all channels, those outside the faces counted */
+  uint64_t bytes;       /* of its samples in the file, without the index */
+} bccsplat_level_info;
 
 typedef struct bccsplat_channel_info {
   uint32_t struct_size;
@@ -670,6 +686,9 @@ BCCSPLAT_API void bccsplat_volume_release(bccsplat_volume* volume);
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume,
                                                       bccsplat_volume_info* info);
 /* NOT_FOUND past the last channel. */
+/* NOT_FOUND beyond level_count. Reads the index of the level. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, uint32_t level,
+                                                            bccsplat_level_info* info);
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, uint32_t channel,
                                                               bccsplat_channel_info* info);
 /* Index of the channel of that name. */
@@ -796,7 +815,9 @@ typedef struct bccsplat_slice_options {
                          lattice is finer. Any other (for time slices but 1) resamples. */
   double time_length; /* world units that one frame is drawn as off the time axis; 0: one mean voxel */
   int32_t lattice;    /* target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC */
-  uint32_t reserved;  /* 0 */
+  uint32_t level; /* of the volume: 0 all of it; l of 1 .. level_count what its coarser lattice l holds, an
+                     eighth of the points and of the work for each, without the file's corrections;
+                     NOT_FOUND beyond. A slice that is resampled has the same spacing at every level */
   bccsplat_progress_fn progress; /* NULL: none; about the share of the work done, 1 at success */
   void* progress_user;
   double thickness; /* of a slab centred on the hyperplane, in index units along the unit normal (frames for
@@ -831,6 +852,8 @@ typedef struct bccsplat_slice_info {
   uint64_t bytes_read; /* from the file, to make this slice */
   double milliseconds; /* it took */
   const char* kernel;
+  uint32_t level; /* of the volume, that it is made of */
+  uint32_t reserved;
 } bccsplat_slice_info;
 
 /* A dense box in slice space: sample (i, j, k) stands at origin + step * (i, j, k). */

@@ -92,6 +92,12 @@ bccsplat_channel_info channel_info(const Volume& volume, uint32_t channel) {
   return info;
 }
 
+bccsplat_level_info level_info(const Volume& volume, uint32_t level) {
+  auto info = sized<bccsplat_level_info>();
+  check(bccsplat_volume_get_level_info(volume.get(), level, &info), "");
+  return info;
+}
+
 uint32_t find_channel(const Volume& volume, const std::string& name) {
   if (name.empty()) return 0;
   uint32_t channel = 0;

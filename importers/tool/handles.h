@@ -47,6 +47,7 @@ void check_kernel(bccsplat_status status, const std::string& what, const std::st
 [[nodiscard]] Volume open_volume(const Device& device, const std::string& path, const std::string& kernel);
 [[nodiscard]] bccsplat_volume_info volume_info(const Volume& volume);
 [[nodiscard]] bccsplat_channel_info channel_info(const Volume& volume, uint32_t channel);
+[[nodiscard]] bccsplat_level_info level_info(const Volume& volume, uint32_t level);
 // By name or number.
 [[nodiscard]] uint32_t find_channel(const Volume& volume, const std::string& name);
 

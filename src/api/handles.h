@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -161,19 +162,23 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
 struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   bccsplat_volume(bccsplat_device* owner, std::unique_ptr<bccsplat::ByteSource> source,
                   const bccsplat_volume_options& options);
-  // Coefficients of a channel under a kernel; NULL or "": the volume's. Made once, kept with the volume.
-  // They come with the file's masks, and under the file's own kernel with its corrections.
-  [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name) const;
+  // Coefficients of a channel under a kernel at a level; NULL or "": the volume's. Made once, kept with the
+  // volume. They come with the file's masks, and at level 0 under the file's own kernel with its corrections.
+  [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name,
+                                                           uint32_t level = 0) const;
   // Those of some bricks alone, or all. Kept until others are asked for, so that a series plays in a box as
   // it does in all of it; not longer than the volume.
   [[nodiscard]] std::shared_ptr<const bccsplat::Coefficients>
-  coefficients(uint32_t channel, const char* kernel_name, const bccsplat::BrickBox& region) const;
+  coefficients(uint32_t channel, const char* kernel_name, uint32_t level,
+               const bccsplat::BrickBox& region) const;
+  // Fails where there is no such level.
+  [[nodiscard]] const bccsplat::Lattice4& lattice(uint32_t level) const;
   [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
   [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;
 
   bccsplat::api::Ref<bccsplat_device> device;
   std::shared_ptr<bccsplat::Bcc4Reader> reader;
-  std::unique_ptr<bccsplat::Bcc4Samples> samples;
+  std::vector<std::unique_ptr<bccsplat::Bcc4Samples>> samples; // by level
   bccsplat::TimeAxis times;
   bccsplat::Kernel kernel;
   std::string recommended_kernel;
@@ -182,14 +187,15 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   std::vector<std::unique_ptr<bccsplat::Masks>> masks_of;             // likewise
 
  private:
-  using Key = std::pair<uint32_t, std::string>; // channel, canonical kernel name
+  using Key = std::tuple<uint32_t, std::string, uint32_t>; // channel, canonical kernel name, level
   struct Part {
     bccsplat::BrickBox region;
     std::shared_ptr<const bccsplat::Coefficients> coefficients;
   };
   [[nodiscard]] bccsplat::Kernel kernel_of(const char* name) const; // the volume's where there is no name
   [[nodiscard]] std::unique_ptr<bccsplat::Coefficients>
-  make_coefficients(uint32_t channel, bccsplat::Kernel kernel, const bccsplat::BrickBox& region) const;
+  make_coefficients(uint32_t channel, bccsplat::Kernel kernel, uint32_t level,
+                    const bccsplat::BrickBox& region) const;
 
   mutable std::mutex mutex_;
   mutable std::map<Key, std::unique_ptr<bccsplat::Coefficients>> coefficients_;
@@ -201,7 +207,7 @@ struct bccsplat_slice : bccsplat::api::Object<bccsplat::api::Kind::slice> {
   [[nodiscard]] const bccsplat::SplatPoints& points(const bccsplat::Context& context) const;
 
   bccsplat::api::Ref<bccsplat_volume> volume;
-  uint32_t channel = 0;
+  uint32_t channel = 0, level = 0;
   bccsplat::Slice slice;           // without points where they are extracted
   bccsplat::HypersliceOptions cut; // what it was cut with
   std::unique_ptr<const bccsplat::Extraction> extraction;

@@ -85,12 +85,11 @@ TransferFunction default_function(const bccsplat_slice& slice) {
 void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
   if (!renderer.trail) {
     const bccsplat_slice& slice = *renderer.slice.get();
-    const VolumeInfo& info = slice.volume->info();
-    const auto coefficients =
-        slice.volume->coefficients(slice.channel, slice.slice.kernel.name.c_str(),
-                                   trail_reads(renderer.trail_options, slice.cut, info.lattice));
-    renderer.trail =
-        make_trail(*coefficients, slice.slice, renderer.trail_options, slice.cut, info.affine, context);
+    const auto coefficients = slice.volume->coefficients(
+        slice.channel, slice.slice.kernel.name.c_str(), slice.level,
+        trail_reads(renderer.trail_options, slice.cut, slice.volume->lattice(slice.level)));
+    renderer.trail = make_trail(*coefficients, slice.slice, renderer.trail_options, slice.cut,
+                                slice.volume->info().affine, context);
   }
   const TransferFunction& function = renderer.trail_function ? *renderer.trail_function : scene.function;
   for (const Vec3& color : renderer.trail_colors) scene.trail_functions.push_back(tinted(function, color));

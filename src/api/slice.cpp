@@ -30,7 +30,6 @@ IndexBox read_box(const double* numbers, const Lattice4& lattice) {
 }
 
 HypersliceOptions read_options(const bccsplat_slice_options& o, const VolumeInfo& info) {
-  require_zero(o.reserved, "bccsplat_slice_options.reserved");
   HypersliceOptions r;
   if (o.lattice == BCCSPLAT_LATTICE_BCC)
     r.target = LatticeKind::bcc;
@@ -144,7 +143,7 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     const VolumeInfo& info = volume->info();
     HypersliceOptions cut = read_options(o, info);
     const Hyperplane h = read_hyperplane(hyperplane, o, cut);
-    const auto held = volume->coefficients(o.channel, o.kernel, cut.reads(info.lattice));
+    const auto held = volume->coefficients(o.channel, o.kernel, o.level, cut.reads(volume->lattice(o.level)));
     const Coefficients& coefficients = *held;
     Progress progress(progress_callback(o.progress, o.progress_user), true);
     Progress making(progress, 0, 0.999); // 1 is for a slice that is there
@@ -153,7 +152,7 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
 
     auto result = std::make_unique<bccsplat_slice>();
     result->volume = Ref(const_cast<bccsplat_volume*>(volume));
-    result->channel = o.channel;
+    result->channel = o.channel, result->level = o.level;
     if (o.method == BCCSPLAT_METHOD_EXTRACTED)
       extract(*result, coefficients, h, cut, info.affine, context);
     else
@@ -176,7 +175,8 @@ bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume, const bc
     const Hyperplane h = read_hyperplane(hyperplane, o, cut);
     if (o.method == BCCSPLAT_METHOD_EXTRACTED)
       fail(Code::unsupported, "prefetch: extracted points read samples on their own");
-    const auto coefficients = volume->coefficients(o.channel, o.kernel, cut.reads(volume->info().lattice));
+    const auto coefficients =
+        volume->coefficients(o.channel, o.kernel, o.level, cut.reads(volume->lattice(o.level)));
     Progress progress(progress_callback(o.progress, o.progress_user), true);
     prepare_hyperslice(*coefficients, h, cut, volume->device->context(progress));
     progress.report(1);
@@ -210,6 +210,7 @@ bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_sl
     out.bytes_read = s.bytes_read;
     out.milliseconds = s.milliseconds;
     out.kernel = s.kernel.name.c_str();
+    out.level = slice->level;
     write_struct(info, out, "info");
   });
 }

@@ -24,6 +24,10 @@ TimeAxis time_axis(const VolumeInfo& info) {
   return TimeAxis(info.time.times);
 }
 
+// Of a cache of level 0: a level has an eighth of the sites of the one before, in bricks that are not all
+// full.
+uint64_t cache_of_level(uint64_t bytes, uint32_t level) { return bytes >> (2 * level); }
+
 // The kernel a caller named, or the file's: stored coefficients fix it, else its recommendation, else the
 // default.
 std::string choose_kernel(const VolumeInfo& info, const char* asked) {
@@ -69,7 +73,10 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
                              ? options.cache_bytes
                              : default_cache_bytes(playing, owner->memory.limit(), machine_memory());
   const VolumeCache share = share_cache(cache, playing);
-  samples = std::make_unique<Bcc4Samples>(reader, owner->memory, share.chunks, RelativeTo::base);
+  for (int level = 0; level < info().level_count(); ++level)
+    samples.push_back(std::make_unique<Bcc4Samples>(
+        reader, owner->memory, cache_of_level(share.chunks, static_cast<uint32_t>(level)), RelativeTo::base,
+        level));
   cache_bytes = share.coefficients;
   for (const ChannelInfo& c : info().channels) {
     const auto index = static_cast<int>(corrections_of.size());
@@ -88,42 +95,56 @@ const ChannelInfo& bccsplat_volume::channel(uint32_t index) const {
   return info().channels[index];
 }
 
+const Lattice4& bccsplat_volume::lattice(uint32_t level) const {
+  if (level >= samples.size())
+    fail(Code::not_found, "level ", level, " of a file whose last one is ", samples.size() - 1);
+  return samples[level]->lattice();
+}
+
 Kernel bccsplat_volume::kernel_of(const char* name) const {
   return name && *name ? make_kernel(name) : kernel;
 }
 
 std::unique_ptr<Coefficients> bccsplat_volume::make_coefficients(uint32_t channel_index, Kernel k,
+                                                                 uint32_t level,
                                                                  const BrickBox& region) const {
   const ChannelInfo& c = channel(channel_index);
+  (void)lattice(level);
   // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter
   // beside air.
   const auto index = static_cast<int>(channel_index);
-  const float prune = samples->base(index) == c.air ? c.threshold / 2 : 0;
+  const Bcc4Samples& source = *samples[level];
+  const float prune = source.base(index) == c.air ? c.threshold / 2 : 0;
   const bool own = k.name == make_kernel(choose_kernel(info(), nullptr)).name;
-  auto made = std::make_unique<Coefficients>(*samples, index, std::move(k), prune, cache_bytes, region);
-  if (own) made->set_corrections(corrections_of[channel_index].get());
+  auto made = std::make_unique<Coefficients>(source, index, std::move(k), prune,
+                                             cache_of_level(cache_bytes, level), region);
+  if (own && level == 0) made->set_corrections(corrections_of[channel_index].get());
   made->set_masks(masks_of[channel_index].get());
   return made;
 }
 
-const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const char* kernel_name) const {
+const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const char* kernel_name,
+                                                  uint32_t level) const {
   Kernel k = kernel_of(kernel_name);
+  const Key key{channel_index, k.name, level};
   const std::scoped_lock lock(mutex_);
-  if (const auto it = coefficients_.find({channel_index, k.name}); it != coefficients_.end())
-    return *it->second;
-  auto made = make_coefficients(channel_index, k, {});
-  return *(coefficients_[{channel_index, k.name}] = std::move(made));
+  if (const auto it = coefficients_.find(key); it != coefficients_.end()) return *it->second;
+  auto made = make_coefficients(channel_index, std::move(k), level, {});
+  return *(coefficients_[key] = std::move(made));
 }
 
-std::shared_ptr<const Coefficients>
-bccsplat_volume::coefficients(uint32_t channel_index, const char* kernel_name, const BrickBox& region) const {
-  if (region == BrickBox{}) return {std::shared_ptr<void>{}, &coefficients(channel_index, kernel_name)};
+std::shared_ptr<const Coefficients> bccsplat_volume::coefficients(uint32_t channel_index,
+                                                                  const char* kernel_name, uint32_t level,
+                                                                  const BrickBox& region) const {
+  if (region == BrickBox{})
+    return {std::shared_ptr<void>{}, &coefficients(channel_index, kernel_name, level)};
   Kernel k = kernel_of(kernel_name);
+  const Key key{channel_index, k.name, level};
   const std::scoped_lock lock(mutex_);
-  if (const auto it = parts_.find({channel_index, k.name}); it != parts_.end() && it->second.region == region)
+  if (const auto it = parts_.find(key); it != parts_.end() && it->second.region == region)
     return it->second.coefficients;
-  std::shared_ptr<const Coefficients> made = make_coefficients(channel_index, k, region);
-  parts_[{channel_index, k.name}] = {region, made};
+  std::shared_ptr<const Coefficients> made = make_coefficients(channel_index, std::move(k), level, region);
+  parts_[key] = {region, made};
   return made;
 }
 
@@ -198,6 +219,27 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.bytes_read = volume->reader->bytes_read();
     out.attribute_count = v.attributes.size();
     if (v.part) out.part_first = v.part->first, out.part_end = v.part->end;
+    out.level_count = static_cast<uint32_t>(v.levels.size());
+    write_struct(info, out, "info");
+  });
+}
+
+bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, uint32_t level,
+                                               bccsplat_level_info* info) {
+  return guard([&] {
+    require(volume, "volume");
+    const VolumeInfo& v = volume->info();
+    if (level > v.levels.size())
+      fail(Code::not_found, "level ", level, " of a file whose last one is ", v.levels.size());
+    const Lattice4& lattice = v.level(static_cast<int>(level)).lattice;
+    bccsplat_level_info out{};
+    const LatticeScales scales = lattice.scales();
+    std::copy(scales.begin(), scales.end(), out.scales);
+    out.layer_count = static_cast<uint64_t>(lattice.layers());
+    out.sites_total = static_cast<uint64_t>(lattice.sites() - lattice.sites_outside(0, lattice.layers()));
+    for (size_t c = 0; c < v.channels.size(); ++c)
+      out.sites_kept += level == 0 ? v.channels[c].sites_kept : v.levels[level - 1].channels[c].sites_kept;
+    out.bytes = volume->reader->level_bytes(static_cast<int>(level));
     write_struct(info, out, "info");
   });
 }

@@ -105,7 +105,6 @@ ChannelSettings read_channel(const bccsplat_channel_options& in) {
 
 WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char* path) {
   require_zero(o.set_mask, "bccsplat_writer_options.set_mask");
-  require_zero(o.reserved, "bccsplat_writer_options.reserved");
   WriterSettings s;
   s.path = text_or(path, "");
   s.overwrite = o.overwrite != 0;
@@ -120,6 +119,9 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   read_faces(o.faces, s);
   s.coefficients = choose(o.store, BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS, "store") ==
                    BCCSPLAT_STORE_COEFFICIENTS;
+  if (o.levels > static_cast<uint32_t>(most_levels))
+    fail(Code::invalid_argument, "writer: levels ", o.levels, ": 0 to ", most_levels);
+  s.levels = static_cast<int>(o.levels);
   s.abs_error = o.abs_error, s.psnr = o.psnr;
   s.measure = choose(o.measure, Measure::bounded, BCCSPLAT_MEASURE_ALL, "measure");
   s.affine = read_affine(o.affine);

@@ -268,7 +268,7 @@ TEST(Misuse, WriterOptions) {
   o.lowpass = 1;
   EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
   o = options_of({});
-  o.reserved = 1;
+  o.levels = 16;
   EXPECT_EQ(create(o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
   o = options_of({});
   o.scale = -1;

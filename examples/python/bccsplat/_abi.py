@@ -236,7 +236,7 @@ class WriterOptions(Struct):
     measure: int
     partial: int
     lowpass: int
-    reserved: int
+    levels: int
     part: Any
     ends: int
     faces: int
@@ -247,7 +247,7 @@ class WriterOptions(Struct):
         ("affine", c_double * 16), ("spatial_unit", c_char_p), ("time_unit", c_char_p), ("scale", c_double),
         ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
-        ("partial", c_int32), ("lowpass", c_int32), ("reserved", c_uint32), ("part", POINTER(SeriesPart)),
+        ("partial", c_int32), ("lowpass", c_int32), ("levels", c_uint32), ("part", POINTER(SeriesPart)),
         ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4)]
 
 
@@ -375,6 +375,8 @@ class VolumeInfo(Struct):
     planes_before: Array[c_uint32]
     planes_behind: Array[c_uint32]
     sites_outside: int
+    level_count: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -384,7 +386,19 @@ class VolumeInfo(Struct):
         ("bytes_file", c_uint64), ("bytes_runs", c_uint64), ("bytes_values", c_uint64),
         ("bytes_index", c_uint64), ("bytes_read", c_uint64), ("attribute_count", c_uint64),
         ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4),
-        ("planes_before", c_uint32 * 3), ("planes_behind", c_uint32 * 3), ("sites_outside", c_uint64)]
+        ("planes_before", c_uint32 * 3), ("planes_behind", c_uint32 * 3), ("sites_outside", c_uint64),
+        ("level_count", c_uint32), ("reserved", c_uint32)]
+
+
+class LevelInfo(Struct):
+    reserved: int
+    scales: Array[c_double]
+    layer_count: int
+    sites_total: int
+    sites_kept: int
+    bytes: int
+    _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("scales", c_double * 4),
+        ("layer_count", c_uint64), ("sites_total", c_uint64), ("sites_kept", c_uint64), ("bytes", c_uint64)]
 
 
 class ChannelInfo(Struct):
@@ -466,7 +480,7 @@ class SliceOptions(Struct):
     spacing: float
     time_length: float
     lattice: int
-    reserved: int
+    level: int
     progress: Any
     progress_user: int | None
     thickness: float
@@ -477,7 +491,7 @@ class SliceOptions(Struct):
     box: int | None
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
-        ("reserved", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
+        ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
         ("thickness", c_double), ("point", c_void_p), ("basis", c_void_p), ("slab", c_int32),
         ("method", c_int32), ("box", c_void_p)]
 
@@ -496,10 +510,13 @@ class SliceInfo(Struct):
     bytes_read: int
     milliseconds: float
     kernel: bytes | None
+    level: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("hyperplane", c_double * 5),
         ("origin", c_double * 4), ("basis", c_double * 4 * 3), ("extent", c_double * 2 * 3),
         ("dims", c_uint64 * 3), ("affine", c_double * 16), ("bounds", c_double * 2), ("air", c_double),
-        ("points", c_uint64), ("bytes_read", c_uint64), ("milliseconds", c_double), ("kernel", c_char_p)]
+        ("points", c_uint64), ("bytes_read", c_uint64), ("milliseconds", c_double), ("kernel", c_char_p),
+        ("level", c_uint32), ("reserved", c_uint32)]
 
 
 class Grid(Struct):
@@ -686,6 +703,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_retain": (None, c_void_p,),
     "bccsplat_volume_release": (None, c_void_p,),
     "bccsplat_volume_get_info": (c_int32, c_void_p, POINTER(VolumeInfo),),
+    "bccsplat_volume_get_level_info": (c_int32, c_void_p, c_uint32, POINTER(LevelInfo),),
     "bccsplat_volume_get_channel_info": (c_int32, c_void_p, c_uint32, POINTER(ChannelInfo),),
     "bccsplat_volume_find_channel": (c_int32, c_void_p, c_char_p, c_void_p,),
     "bccsplat_volume_get_times": (c_int32, c_void_p, c_void_p, c_uint64, c_void_p,),

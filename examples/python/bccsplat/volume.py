@@ -60,6 +60,12 @@ class Volume(Child):
         call("volume_get_info", self.pointer, byref(info))
         return info
 
+    def level_info(self, level: int) -> _abi.LevelInfo:
+        """Of a coarser level, 1 .. info().level_count, or of level 0."""
+        info = _abi.LevelInfo()
+        call("volume_get_level_info", self.pointer, level, byref(info))
+        return info
+
     def channel_info(self, channel: int = 0) -> _abi.ChannelInfo:
         info = _abi.ChannelInfo()
         call("volume_get_channel_info", self.pointer, channel, byref(info))

@@ -33,6 +33,7 @@ struct ImportArguments {
   std::string scale;      // a number, or one for each axis
   std::string time_scale; // a number, or auto
   std::string lattice;    // a name, or auto
+  std::string levels;     // a number, auto or none
   std::optional<double> density;
   bool exact = false;
   std::string output;
@@ -86,6 +87,17 @@ void read_lattice(const ImportArguments& a, WriterSettings& settings) {
   if (!(*a.density > 0 && *a.density <= 4)) fail_usage("--density ", *a.density, ": more than 0, at most 4");
   if (!a.scale.empty() || !a.time_scale.empty())
     fail_usage("--density chooses the distances that --scale and --time-scale give: one or the other");
+}
+
+// --levels N, auto: until a frame at the distance of the last one is smaller than 96^3 samples, or none.
+uint32_t read_levels(const std::string& text, const std::array<uint64_t, 4>& dims) {
+  constexpr double small_frame = 96 * 96 * 96;
+  if (text.empty() || text == "none") return 0;
+  if (text != "auto") return option_number<uint32_t>("--levels", text);
+  uint32_t levels = 0;
+  for (double samples = static_cast<double>(dims[0] * dims[1] * dims[2]); samples > small_frame; samples /= 8)
+    ++levels;
+  return levels;
 }
 
 // Is the lattice, or its shape, to be chosen?
@@ -242,6 +254,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const std::unique_ptr<FrameReader> reader = open_input(a);
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
+  if (!planned) a.settings.levels = read_levels(a.levels, s.dims);
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
 
   a.settings.own_air =
@@ -368,6 +381,12 @@ Run add_import(CLI::App& app, std::string command_line) {
                       "Type of the stored values (default: the source's own precision)");
   add_choice<int32_t>(import, "--store", a->settings.store, kStoreChoices,
                       "Store samples, or coefficients of the kernel (default samples)");
+  import
+      .add_option("--levels", a->levels,
+                  "Store coarser levels as well, each at twice the distance in space, for small pictures "
+                  "(bcc4 render --level): so many, or auto: until a frame is below 96^3 (default none; "
+                  "--append keeps those of the file)")
+      ->type_name("auto|none|N");
   import.add_option("--kernel", a->settings.kernel, "Kernel recommended to readers")->type_name("NAME");
   add_threads(import, a->common);
   add_max_memory(import, a->common);

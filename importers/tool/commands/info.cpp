@@ -77,6 +77,15 @@ Json info_json(const Volume& volume, bool histogram) {
   j["recommended_kernel"] = v.recommended_kernel;
   j["store"] = v.store == BCCSPLAT_STORE_COEFFICIENTS ? "coefficients" : "samples";
   j["holes"] = v.has_holes != 0;
+  j["levels"] = Json::array();
+  for (uint32_t l = 1; l <= v.level_count; ++l) {
+    const bccsplat_level_info level = level_info(volume, l);
+    j["levels"].push_back({{"scales", level.scales},
+                           {"layers", level.layer_count},
+                           {"sites_total", level.sites_total},
+                           {"sites_kept", level.sites_kept},
+                           {"bytes", level.bytes}});
+  }
   j["channels"] = Json::array();
   for (uint32_t c = 0; c < v.channel_count; ++c)
     j["channels"].push_back(channel_json(channel_info(volume, c), histogram));
@@ -129,10 +138,10 @@ std::string outside_text(const bccsplat_volume_info& v) {
   return text;
 }
 
-std::string distances_text(const bccsplat_volume_info& v) {
+std::string distances_text(const bccsplat_volume_info& v, const double* scales) {
   std::string text;
   for (size_t a = 0; a < (v.dims[3] > 1 ? 4 : 3); ++a)
-    text += (a == 0 ? "" : " x ") + short_number(v.scales[a], 3);
+    text += (a == 0 ? "" : " x ") + short_number(scales[a], 3);
   return text;
 }
 
@@ -165,7 +174,12 @@ void print_info(const Volume& volume, const InfoArguments& a) {
   std::printf("%s\n", a.file.c_str());
   line("samples", v.dims[0], " x ", v.dims[1], " x ", v.dims[2], " x ", v.dims[3], " = ", v.cc_samples);
   line("lattice", lattice_name(v.lattice), ", ", v.sites_total, " sites", share(v.sites_total, v.cc_samples),
-       " in ", v.layer_count, " layers", ", distances ", distances_text(v), outside_text(v));
+       " in ", v.layer_count, " layers", ", distances ", distances_text(v, v.scales), outside_text(v));
+  for (uint32_t l = 1; l <= v.level_count; ++l) {
+    const bccsplat_level_info level = level_info(volume, l);
+    line(l == 1 ? "levels" : "", l, ": distances ", distances_text(v, level.scales), ", ", level.sites_total,
+         " sites, ", level.bytes, " bytes");
+  }
   line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
        v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven");
   if (v.part_end > 0)

@@ -40,6 +40,9 @@ Exit run_recode(const RecodeArguments& a) {
   options.format = a.format;
   options.progress = Progress::show_fraction;
   options.progress_user = &progress;
+  if (volume_info(volume).level_count > 0)
+    std::fprintf(stderr, "bcc4: warning: %s: its coarser levels are not recoded, they are made of frames\n",
+                 a.file.c_str());
   auto report = sized<bccsplat_writer_report>();
   const bccsplat_status status = bccsplat_volume_recode(volume.get(), a.output.c_str(), &options, &report);
   progress.clear();

@@ -94,6 +94,7 @@ Json slice_json(const bccsplat_slice_info& info, const Cut& where, const std::st
   j["spacing"] = {1, 1, 1};
   j["affine"] = matrix_json(box_affine(info).data());
   j["lattice"] = lattice_name(info.lattice);
+  j["level"] = info.level;
   j["points"] = info.points;
   j["range"] = range.empty() ? Json() : Json{range.min, range.max};
   j["nan"] = range.holes;

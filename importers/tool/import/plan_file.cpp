@@ -36,6 +36,7 @@ Json settings_json(const WriterSettings& s) {
   j["ends"] = name_of(s.ends, kEndsChoices);
   j["faces"] = name_of(s.faces, kFacesChoices);
   j["store"] = name_of(s.store, kStoreChoices);
+  j["levels"] = s.levels;
   j["nonfinite"] = name_of(s.nonfinite, kNonfiniteChoices);
   j["quantize"] = name_of(s.quantize, kTypeChoices);
   j["scale"] = s.scale, j["time_scale"] = s.time_scale, j["scales"] = s.scales;
@@ -57,6 +58,7 @@ WriterSettings read_settings(const Json& j) {
   s.ends = value_of(j.at("ends"), kEndsChoices, BCCSPLAT_ENDS_DEFAULT);
   s.faces = value_of(j.at("faces"), kFacesChoices, BCCSPLAT_FACES_DEFAULT);
   s.store = value_of(j.at("store"), kStoreChoices, BCCSPLAT_STORE_DEFAULT);
+  s.levels = j.value("levels", uint32_t{0}); // which older plans do not have
   s.nonfinite = value_of(j.at("nonfinite"), kNonfiniteChoices, BCCSPLAT_NONFINITE_DEFAULT);
   s.quantize = value_of(j.at("quantize"), kTypeChoices, BCCSPLAT_TYPE_DEFAULT);
   s.scale = j.at("scale").get<double>(), s.time_scale = j.at("time_scale").get<double>();

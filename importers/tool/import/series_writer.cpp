@@ -231,6 +231,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.ends = settings.ends;
   options.faces = settings.faces;
   options.store = settings.store;
+  options.levels = stream ? 0 : settings.levels; // who compares files of a stream looks at level 0
   options.nonfinite = settings.nonfinite;
   if (has_fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT)
     options.nonfinite = BCCSPLAT_NONFINITE_HOLE;

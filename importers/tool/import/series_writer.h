@@ -31,6 +31,7 @@ struct WriterSettings {
   int32_t ends = BCCSPLAT_ENDS_DEFAULT;
   int32_t faces = BCCSPLAT_FACES_DEFAULT;
   int32_t store = BCCSPLAT_STORE_DEFAULT;
+  uint32_t levels = 0; // coarser ones
   int32_t nonfinite = BCCSPLAT_NONFINITE_DEFAULT;
   int32_t quantize = BCCSPLAT_TYPE_DEFAULT;
   double scale = 0; // 0: the library's default

@@ -45,6 +45,7 @@ Json stats_json(const RenderTimes& times, const bccsplat_volume_info& volume) {
           {"tiles", s.tiles},
           {"sheets", s.sheets},
           {"kernel", times.kernel},
+          {"level", times.slice.level},
           {"sheet_step", s.sheet_step},
           {"preintegrated", s.preintegrated != 0}};
 }

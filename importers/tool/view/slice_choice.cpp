@@ -54,6 +54,10 @@ void add_slice_choice(CLI::App& app, SliceChoiceArguments& a) {
   numbers("--point", a.point, 4, "x,y,z,t",
           "Instead of --plane: a point of the hyperplane, the slice's origin");
   numbers("--basis", a.basis, 12, "u,v,w", "With --point: three directions x,y,z,t in the hyperplane");
+  app.add_option(
+         "--level", a.level,
+         "Cut a coarser level of the file, see bcc4 info: an eighth of the work each (default 0, all of it)")
+      ->type_name("N");
   add_number(app, "--thickness", a.thickness,
              "Of a slab around the hyperplane, in samples (or frames) along its normal");
   add_choice<int32_t>(
@@ -119,7 +123,7 @@ void set_shape(Cut& cut, const SliceChoiceArguments& a) {
   if (a.slab != BCCSPLAT_SLAB_DEFAULT && !a.thickness) fail_usage("--slab goes with --thickness D");
   if (a.spacing && !(*a.spacing > 0)) fail_usage("--slice-spacing must be positive");
   cut.thickness = a.thickness.value_or(0), cut.spacing = a.spacing.value_or(0);
-  cut.slab = a.slab, cut.method = a.method, cut.lattice = a.lattice;
+  cut.slab = a.slab, cut.method = a.method, cut.lattice = a.lattice, cut.level = a.level;
   if (a.region && !cut.is_time_slice) fail_usage("--roi goes with --time: a box is a part of a time slice");
   cut.region = a.region;
 }
@@ -138,7 +142,7 @@ Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel) {
   hyperplane.d = where.plane[3];
   hyperplane.e = where.plane[4];
   auto options = sized<bccsplat_slice_options>();
-  options.channel = channel;
+  options.channel = channel, options.level = where.level;
   options.thickness = where.thickness, options.spacing = where.spacing;
   options.slab = where.slab, options.method = where.method, options.lattice = where.lattice;
   if (where.point) options.point = where.point->data(), options.basis = where.basis.data();

@@ -33,7 +33,7 @@ static void wrong_planes(const bccsplat_volume* volume) {
   WRONG(NOT_FOUND, "cubic", o.kernel = "cubic");
   WRONG(INVALID_ARGUMENT, "interval", o.interval[0] = 1);
   WRONG(INVALID_ARGUMENT, "interval", o.interval[0] = NAN);
-  WRONG(INVALID_ARGUMENT, "reserved", o.reserved = 1);
+  WRONG(NOT_FOUND, "level 1", o.level = 1);
   WRONG(UNSUPPORTED, "interval", p.a = 1; o.interval[1] = 1);
   WRONG(INVALID_ARGUMENT, "lattice", o.lattice = BCCSPLAT_LATTICE_D4STAR);
   WRONG(INVALID_STRUCT_SIZE, "bccsplat_hyperplane", p.struct_size = 2);

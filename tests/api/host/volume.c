@@ -90,6 +90,7 @@ static int32_t cancel_at_once(void* user, double fraction) {
 static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   SIZED(bccsplat_volume_info, info);
   SIZED(bccsplat_channel_info, channel_info);
+  SIZED(bccsplat_level_info, level_info);
   SIZED(bccsplat_verify_report, report);
   double times[NT + 1] = {0}, number = -1;
   const char *key = "unset", *value = "unset";
@@ -106,6 +107,15 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_info(NULL, &info));
   REFUSED(INVALID_ARGUMENT, "info is NULL", bccsplat_volume_get_info(volume, NULL));
   OUTPUT_SIZES(bccsplat_volume_info, bccsplat_volume_get_info(volume, out), (void)0);
+
+  OK(bccsplat_volume_get_level_info(volume, 0, &level_info));
+  EXPECT(info.level_count == 0 && level_info.sites_total == info.sites_total);
+  EXPECT(level_info.layer_count == info.layer_count && level_info.scales[2] == info.scales[2]);
+  EXPECT(level_info.bytes >= info.bytes_values + info.bytes_runs && level_info.bytes < file_size);
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_level_info(NULL, 0, &level_info));
+  REFUSED(INVALID_ARGUMENT, "info is NULL", bccsplat_volume_get_level_info(volume, 0, NULL));
+  REFUSED(NOT_FOUND, "level 1", bccsplat_volume_get_level_info(volume, 1, &level_info));
+  OUTPUT_SIZES(bccsplat_level_info, bccsplat_volume_get_level_info(volume, 0, out), (void)0);
 
   OK(bccsplat_volume_get_channel_info(volume, 0, &channel_info));
   EXPECT(strcmp(channel_info.name, "value") == 0 && channel_info.value_type == BCCSPLAT_TYPE_F32);

@@ -1,0 +1,87 @@
+"""Coarser levels of a file: written, told of, cut and drawn, by whatever way a file is made."""
+import json
+import math
+import os
+
+from harness import ToolTest, main
+
+FIXED = ('--lattice', 'd4star', '--exact')
+
+
+def waves(x, y, z, t):
+    return 50 * math.cos(.3 * x + .2 * y - .25 * z) * math.cos(.4 * t) + 20 * math.sin(.3 * y + .3 * t)
+
+
+class LevelsTest(ToolTest):
+    def read(self, name):
+        with open(self.path(name), 'rb') as f:
+            return f.read()
+
+    def without_sources(self, name):
+        """What a file says but for the names of its source files, which are not the same here."""
+        return {k: v for k, v in self.json('info', name).items() if k not in ('sources', 'bytes')}
+
+    def test_info_slice_and_render(self):
+        args = self.raw('a.raw', (40, 30, 26, 5), waves)
+        self.json('import', *args, '-o', 'none.bcc4', *FIXED)
+        self.assertEqual(self.json('info', 'none.bcc4')['levels'], [])
+        self.json('import', *args, '-o', 'v.bcc4', '--levels', 2, *FIXED)
+        info = self.json('info', 'v.bcc4')
+        sites = info['sites_total']
+        for level in info['levels']:
+            self.assertLess(4 * level['sites_total'], sites)
+            self.assertGreater(level['bytes'], 1000)
+            sites = level['sites_total']
+        self.assertEqual(len(info['levels']), 2)
+        self.assertIn('2: distances 3.', self.bcc4('info', 'v.bcc4')[0])
+        self.assertLess(os.path.getsize(self.path('v.bcc4')), 1.35 * os.path.getsize(self.path('none.bcc4')))
+        cuts = [self.json('slice', 'v.bcc4', '--time', 2, '--index', '-o', f's{level}.nrrd', '--level', level)
+                for level in range(3)]
+        self.assertEqual([c['level'] for c in cuts], [0, 1, 2])
+        for fine, coarse in zip(cuts, cuts[1:]):
+            self.assertLess(4 * coarse['points'], fine['points'])
+            self.assertEqual(coarse['dims'], fine['dims'])
+            self.assertLess(coarse['bytes_read'], fine['bytes_read'])
+        self.bcc4('render', 'v.bcc4', '--time', 2, '--index', '-o', 'p.png', '--size', '32x32', '--level', 1,
+                  '--stats', 'stats.json')
+        with open(self.path('stats.json')) as f:
+            self.assertEqual(json.load(f)['level'], 1)
+        self.refused(2, 'level 3 of a file whose last one is 2', 'slice', 'v.bcc4', '--time', 2, '--index', '-o', 's.nrrd',
+                     '--level', 3)
+        self.assertEqual(self.json('verify', 'v.bcc4')['chunks_damaged'], 0)
+
+    def test_how_many(self):
+        args = self.raw('a.raw', (100, 98, 96, 2), lambda x, y, z, t: x % 7)
+        for asked, count in (('auto', 1), ('none', 0), (3, 3)):
+            self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--levels', asked, *FIXED)
+            self.assertEqual(len(self.json('info', 'v.bcc4')['levels']), count, asked)
+        self.refused(2, 'a number is expected', 'import', *args, '-o', 'w.bcc4', '--levels', 'some')
+        self.refused(2, '16', 'import', *args, '-o', 'w.bcc4', '--levels', 16, *FIXED)
+
+    def test_parts_and_append_give_the_same_bytes(self):
+        whole = self.raw('a.raw', (26, 24, 22, 24), waves)
+        first = self.raw('b.raw', (26, 24, 22, 18), waves)
+        more = ('--levels', 2, '--ends', 'mirror', '--faces', 'mirror', '--air', 0, *FIXED)
+        self.json('import', *whole, '-o', 'v.bcc4', *more)
+        self.json('import', *whole, '--dry-run', '--plan', 'plan.json', *more)
+        for part in (1, 2):
+            self.json('import', '--plan', 'plan.json', '--part', f'{part}/2', '-o', f'p{part}.bcc4')
+        self.bcc4('concat', 'p1.bcc4', 'p2.bcc4', '-o', 'joined.bcc4')
+        self.assertEqual(self.read('joined.bcc4'), self.read('v.bcc4'))
+        self.json('import', *first, '-o', 'grown.bcc4', *more)
+        self.json('import', *whole, '-o', 'grown.bcc4', '--append', *(o for o in more if o not in ('--levels', 2)))
+        self.assertEqual(len(self.json('info', 'grown.bcc4')['levels']), 2)
+        self.assertEqual(self.json('verify', 'grown.bcc4')['chunks_damaged'], 0)
+        self.json('import', *whole, '-o', 'v.bcc4', '--overwrite', *more)
+        self.assertEqual(*(self.without_sources(n) for n in ('grown.bcc4', 'v.bcc4')))
+
+    def test_recoding_says_that_it_leaves_them_out(self):
+        args = self.raw('a.raw', (26, 24, 22, 4), waves)
+        self.json('import', *args, '-o', 'v.bcc4', '--levels', 1, *FIXED)
+        _, said = self.bcc4('recode', 'v.bcc4', '-o', 'r.bcc4')
+        self.assertIn('its coarser levels are not recoded', said)
+        self.assertEqual(self.json('info', 'r.bcc4')['levels'], [])
+
+
+if __name__ == '__main__':
+    main()
