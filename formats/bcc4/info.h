@@ -180,7 +180,8 @@ struct VolumeInfo : StoredLattice {
   }
   // Level 0 is the volume's own lattice.
   [[nodiscard]] const StoredLattice& level(int l) const {
-    return l == 0 ? *this : static_cast<const StoredLattice&>(levels.at(static_cast<size_t>(l) - 1));
+    if (l == 0) return *this;
+    return levels.at(static_cast<size_t>(l) - 1);
   }
   [[nodiscard]] int level_count() const { return static_cast<int>(levels.size()) + 1; } // with level 0
   // How the samples of a channel are coded at a level.
