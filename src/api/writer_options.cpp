@@ -59,14 +59,15 @@ LatticeScales read_scales(const bccsplat_writer_options& o) {
 }
 
 void read_faces(int32_t faces, WriterSettings& s) {
-  constexpr std::array<int32_t, 3> axes{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
-                                        BCCSPLAT_FACES_PREDICT_Z};
-  if (faces < axes[0]) {
+  if (faces < BCCSPLAT_FACES_PREDICT_X) {
     s.faces = choose(faces, Faces::automatic, BCCSPLAT_FACES_MIRROR, "faces");
     return;
   }
   s.faces = Faces::along;
-  for (size_t a = 0; a < 3; ++a) s.faces_along[a] = (faces & axes[a]) != 0, faces &= ~axes[a];
+  for (size_t a = 0; a < 3; ++a) {
+    const int32_t bit = BCCSPLAT_FACES_PREDICT_X << a;
+    s.faces_along[a] = (faces & bit) != 0, faces &= ~bit;
+  }
   if (faces != 0) fail(Code::invalid_argument, "faces: unknown bits ", faces);
 }
 
