@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "tool/import/lattice_shape.h"
+#include "tool/import/beyond.h"
 
 namespace bcc4 {
 
@@ -72,11 +72,9 @@ void adopt_lattice(const Device& device, const std::string& path, WriterSettings
   const bccsplat_volume_info info = volume_info(open_volume(device, path, ""));
   settings.lattice = info.lattice;
   std::copy(std::begin(info.scales), std::end(info.scales), settings.scales.begin());
-  constexpr std::array<int32_t, 3> across{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
-                                          BCCSPLAT_FACES_PREDICT_Z};
   int32_t faces = 0;
   for (size_t a = 0; a < 3; ++a)
-    if (info.planes_before[a] > 0) faces += across[a];
+    if (info.planes_before[a] > 0) faces += face_bit(a);
   settings.faces = faces > 0 ? faces : BCCSPLAT_FACES_MIRROR;
   std::array<uint64_t, 4> dims{};
   std::copy(std::begin(info.dims), std::end(info.dims), dims.begin());

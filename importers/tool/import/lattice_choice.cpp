@@ -1,19 +1,22 @@
 #include "tool/import/lattice_choice.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace bcc4 {
 namespace {
 
-// Errors fall so with the number of sites: what a candidate has more of them is no merit of its shape.
-constexpr double kOfDensity = 2;
-constexpr double kHopeless = 12; // dB behind the best one foretold: not tried
+// dB that a forecast may be too low; by Beyond: what is predicted beyond the ends of time does better than a
+// spectrum that fades out there says.
+constexpr std::array kTooLow{4.0, 4.0, 8.0};
+constexpr double kGain = 0.25; // dB that prediction has to gain to be worth its trouble
 // Of the error power of the lattice, by rounding. An even spread of width q has the power q^2 / 12.
 constexpr double kRoundingShare = 1.0 / 15, kCoarsestRounding = 1.0 / 512;
 constexpr double kSpread = 12;
-constexpr double kMostSites = 1.25; // of those wished for
-constexpr int kOutsideSteps = 3;    // to the density at which all sites are as many as wished for
+constexpr double kMostSites = 1.25;    // of those wished for
+constexpr int kOutsideSteps = 3;       // to the density at which all sites are as many as wished for
+constexpr double kSameDensity = 0.005; // in parts: a shape fits it, too
 
 double decibels(double mean_square) { return mean_square > 0 ? -10 * std::log10(mean_square) : HUGE_VAL; }
 
@@ -22,9 +25,10 @@ LatticeShape fewer_frames(double density) {
   return {BCCSPLAT_LATTICE_CC, {1, 1, 1, std::max(1.0, std::round(1 / density))}};
 }
 
-double merit(const LatticeCandidate& c, double density, const SeriesDescription& s) {
-  const double more = site_density(c.shape, s.dims) * (1 + outside_share(c.shape, s.dims)) / density;
-  return c.psnr() - kOfDensity * 10 * std::log10(std::max(1e-9, more));
+// dB by which a candidate must be better than one that is mirrored and has as many sites as wished for; fewer
+// are no merit, as what is noise loses nothing with them.
+double handicap(const LatticeCandidate& c, double density, const SeriesDescription& s) {
+  return std::max(0.0, -merit(0, c.shape, s.dims, density)) + (c.beyond == Beyond::plain ? 0 : kGain);
 }
 
 // The widest step that a channel is worth.
@@ -40,7 +44,8 @@ std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const Latt
   const auto add = [&](const std::string& name, const LatticeShape& shape, Beyond beyond) {
     for (const LatticeCandidate& c : found)
       if (c.shape == shape) return;
-    found.push_back({name, shape, decibels(foretold_error(spectra.of(beyond), shape, series.dims)), {}});
+    found.push_back(
+        {name, shape, beyond, decibels(foretold_error(spectra.of(beyond), shape, series.dims)), {}});
   };
   // In all ways to go on beyond the ends that are not the same, sites outside being sites.
   const auto add_all = [&](const std::string& name, const auto& shape_of) {
@@ -48,9 +53,9 @@ std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const Latt
     std::vector<LatticeShape> others;
     for (const Beyond beyond : kBeyond) {
       LatticeShape shape;
-      double density = wish.density;
-      for (int i = 0; i < kOutsideSteps; ++i) {
-        shape = shape_of(spectra.of(beyond), density);
+      double density = wish.density, fitted = 0;
+      for (int i = 0; i < kOutsideSteps && std::fabs(density / fitted - 1) > kSameDensity; ++i) {
+        shape = shape_of(spectra.of(beyond), fitted = density);
         shape.faces = wish.faces, shape.ends = wish.ends;
         shape = with_beyond(shape, beyond);
         density = std::max(wish.density / 2, wish.density / (1 + outside_share(shape, series.dims)));
@@ -58,8 +63,7 @@ std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const Latt
       if (std::any_of(others.begin(), others.end(),
                       [&](const LatticeShape& o) { return goes_on_alike(o, shape, series.dims); }))
         continue;
-      const double sites = site_density(shape, series.dims) * (1 + outside_share(shape, series.dims));
-      if (beyond != Beyond::plain && sites > kMostSites * wish.density) continue;
+      if (beyond != Beyond::plain && whole_density(shape, series.dims) > kMostSites * wish.density) continue;
       others.push_back(shape);
       add(concat(name, names[static_cast<size_t>(beyond)]), shape, beyond);
     }
@@ -82,6 +86,18 @@ std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const Latt
   return found;
 }
 
+// The first one, which others are compared with in reports, and then the others, those that may be best
+// first.
+template<class Worth>
+std::vector<size_t> by_promise(const std::vector<LatticeCandidate>& candidates, const Worth& worth) {
+  std::vector<size_t> order;
+  for (size_t i = 0; i < candidates.size(); ++i) order.push_back(i);
+  std::stable_sort(order.begin() + 1, order.end(), [&](size_t a, size_t b) {
+    return worth(candidates[a].foretold, candidates[a]) > worth(candidates[b].foretold, candidates[b]);
+  });
+  return order;
+}
+
 } // namespace
 
 LatticeChoice choose_lattice(Trier& trier, const Spectra& spectra, const LatticeWish& wish,
@@ -90,14 +106,18 @@ LatticeChoice choose_lattice(Trier& trier, const Spectra& spectra, const Lattice
   choice.labels = wish.labels;
   choice.half_the_frames = trier.half_the_frames();
   choice.candidates = find_candidates(spectra, wish, series);
-  double hoped = 0;
-  for (const LatticeCandidate& c : choice.candidates) hoped = std::max(hoped, c.foretold);
-  for (size_t i = 0; i < choice.candidates.size(); ++i) {
+  const auto worth = [&](double psnr, const LatticeCandidate& c) {
+    return psnr - handicap(c, wish.density, series);
+  };
+  double best = -HUGE_VAL;
+  for (const size_t i : by_promise(choice.candidates, worth)) {
     LatticeCandidate& c = choice.candidates[i];
-    if (i > 0 && c.foretold < hoped - kHopeless) continue;
-    c.trial = trier.tried()[trier.try_coding({c.shape, {}, 0})];
-    if (merit(c, wish.density, series) > merit(choice.candidates[choice.best], wish.density, series))
-      choice.best = i;
+    if (worth(c.foretold, c) + kTooLow[static_cast<size_t>(c.beyond)] < best) continue;
+    const double least = i == 0 ? -HUGE_VAL : best + handicap(c, wish.density, series);
+    const std::optional<size_t> trial = trier.try_above({c.shape, {}, 0}, least);
+    if (!trial) continue;
+    c.trial = trier.tried()[*trial];
+    if (worth(c.trial->psnr, c) > best) best = worth(c.trial->psnr, c), choice.best = i;
   }
   return choice;
 }
@@ -119,8 +139,8 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
   const auto dB = [](double psnr) {
     return std::isinf(psnr) ? std::string("exact") : short_number(psnr, 3) + " dB";
   };
-  lines.push_back(concat(shape_text(choice.chosen().shape, series.dims), ": ", dB(choice.chosen().psnr()),
-                         " of the sampled range foretold"));
+  lines.push_back(concat(shape_text(choice.chosen().shape, series.dims), ": ",
+                         dB(choice.chosen().trial->psnr), " of the sampled range foretold"));
   std::string others, labels;
   for (size_t c = 0; c < choice.labels.size(); ++c)
     if (choice.labels[c]) labels += concat(labels.empty() ? "" : ", ", series.channels[c].name);
@@ -131,14 +151,14 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
                                                                  : "; --lattice cc does not blend them"));
   for (size_t i = 0; i < choice.candidates.size(); ++i) {
     const LatticeCandidate& c = choice.candidates[i];
-    if (i != choice.best)
-      others += concat(shape_text(c.shape, series.dims), c.trial ? " " : " about ", dB(c.psnr()), "; ");
+    if (i != choice.best && c.trial)
+      others += concat(shape_text(c.shape, series.dims), " ", dB(c.trial->psnr), "; ");
   }
   if (!choice.rounded.coding.steps.empty())
     lines.push_back(concat("lossy: ", steps_text(choice.rounded.coding, series), ", which leaves ",
                            dB(choice.rounded.psnr),
                            "; --exact keeps the source's precision, --psnr or --abs the error you say"));
-  if (!others.empty())
+  if (choice.candidates.size() > 1)
     lines.push_back(
         concat("instead of ", others, "every second frame, blended ", dB(choice.half_the_frames)));
   return lines;
@@ -153,10 +173,12 @@ Json choice_json(const LatticeChoice& choice, const SeriesDescription& series) {
   j["candidates"] = Json::array();
   for (const LatticeCandidate& c : choice.candidates) {
     Json one = shape_json(c.shape, series);
-    if (c.trial) one.update(trial_json(*c.trial, series));
+    if (c.trial) {
+      one.update(trial_json(*c.trial, series));
+      one["foretold"] = c.foretold;
+    }
     one["name"] = c.name;
-    one["foretold"] = c.foretold;
-    one["psnr"] = c.psnr();
+    if (!c.trial) one["psnr"] = nullptr;
     one["tried"] = c.trial.has_value();
     j["candidates"].push_back(std::move(one));
   }

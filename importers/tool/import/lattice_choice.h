@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tool/import/spectrum.h"
+#include "tool/import/lattice_fit.h"
 #include "tool/import/trial.h"
 
 namespace bcc4 {
@@ -25,9 +25,9 @@ struct LatticeWish {
 struct LatticeCandidate {
   std::string name; // "d4star, cubic"
   LatticeShape shape;
+  Beyond beyond = Beyond::plain;
   double foretold = 0;              // dB, by the spectrum alone
-  std::optional<CodingTrial> trial; // on the sample, values as exact as the source's; none: not worth it
-  [[nodiscard]] double psnr() const { return trial ? trial->psnr : foretold; }
+  std::optional<CodingTrial> trial; // on the sample, values as exact as the source's; none: it cannot be best
 };
 
 struct LatticeChoice {

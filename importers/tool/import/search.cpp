@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <tuple>
 
 #include "tool/import/lattice_choice.h"
 
@@ -22,10 +24,12 @@ constexpr double kPeaks[] = {3, 2.3, 4};
 // spread.
 constexpr double kRoundingPeak = 1.7321, kNoError = 0.01; // of the bound
 constexpr double kDenser = 1.35;                          // from one density to the next
-// Errors fall so with the number of sites: what faces predicted gain by more of them is no merit.
-constexpr double kOfSites = 2;
-constexpr int kRoundings = 4;   // trials for the steps of a shape
-constexpr double kClose = 0.15; // dB above the goal that are near enough
+constexpr int kRoundings = 4;                             // trials for the steps of a shape
+constexpr double kClose = 0.15;                           // dB above the goal that are near enough
+// Once it is known what rounding adds: aimed at so much above the goal, as what is missed by a hair is lost.
+constexpr double kAim = 0.04;
+// A lattice that begins with so many times the bytes of the best coding so far is not searched further.
+constexpr double kHopelessBytes = 1.3;
 constexpr double kLeastDensity = 0.004, kMostDensity = 1.5;
 constexpr double kSpread = 12; // an even spread of width q has the mean square q^2 / 12
 constexpr double kTimeScales[] = {8, 6, 4, 3, 2.5, 2, 1.5, 1.25};
@@ -72,11 +76,11 @@ class BoundSearch {
       LatticeShape best = shape;
       for (const Beyond beyond : {Beyond::faces, Beyond::all}) {
         const LatticeShape next = with_beyond(shape, beyond);
-        if (!goes_on_alike(next, best, series_.dims) && merit(next) > merit(best)) best = next;
+        if (!goes_on_alike(next, best, series_.dims) && merit_of(next) > merit_of(best)) best = next;
       }
       consider(best);
     } else {
-      for (const int32_t lattice : lattices()) search_densities(lattice);
+      search_lattices();
       // All samples: what can be rounded away there no lattice knows better.
       if (may_be_cartesian()) consider({BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings_.faces, settings_.ends});
     }
@@ -101,10 +105,10 @@ class BoundSearch {
     return kinds;
   }
   // Mean square error that a channel may have, as a root.
-  [[nodiscard]] double allowed_root(size_t channel, double peak) const {
+  [[nodiscard]] double allowed_root(size_t channel, double peak, double above = 0) const {
     if (bound_.abs > 0) return bound_.abs / peak;
     const ChannelScan& s = scans_[channel];
-    return s.empty() ? 0 : (s.max - s.min) * std::pow(10, -(bound_.psnr + kPsnrReserve) / 20);
+    return s.empty() ? 0 : (s.max - s.min) * std::pow(10, -(bound_.psnr + kPsnrReserve + above) / 20);
   }
   // Over the square of the range, of the channel that may have least.
   [[nodiscard]] double allowed_part() const {
@@ -136,7 +140,8 @@ class BoundSearch {
       return {};
     std::vector<double> wanted;
     for (size_t c = 0; c < scans_.size(); ++c) {
-      const double allowed = std::pow(allowed_root(c, peak), 2), lattice = plain.mean_squares[c];
+      const double allowed = std::pow(allowed_root(c, peak, rounded ? kAim : 0), 2);
+      const double lattice = plain.mean_squares[c];
       double gain = 1;
       if (rounded && c < rounded->coding.steps.size() && rounded->coding.steps[c].step > 0) {
         const double step = rounded->coding.steps[c].step;
@@ -219,16 +224,19 @@ class BoundSearch {
       if (plain.mean_squares[c] > kLatticeShare * std::pow(allowed_root(c, kPeaks[0]), 2)) return false;
     return true;
   }
-  // Decibels of the sample, less what more sites make of them.
-  [[nodiscard]] double merit(const LatticeShape& shape) {
-    const double sites = site_density(shape, series_.dims) * (1 + outside_share(shape, series_.dims));
-    return plain_trial(shape).psnr - kOfSites * 10 * std::log10(sites);
+  [[nodiscard]] double merit_of(const LatticeShape& shape) {
+    return merit(plain_trial(shape).psnr, shape, series_.dims, 1);
   }
   // What is done beyond the ends, and the shape that fits it.
-  [[nodiscard]] LatticeShape fitted(int32_t lattice, double density, Beyond beyond) const {
-    LatticeShape shape = fit_lattice(spectra_.of(beyond), lattice, density, series_.dims);
-    shape.faces = settings_.faces, shape.ends = settings_.ends;
-    return with_beyond(shape, beyond);
+  [[nodiscard]] LatticeShape fitted(int32_t lattice, double density, Beyond beyond) {
+    const auto [found, is_new] = fitted_.try_emplace({lattice, density, beyond});
+    if (is_new) {
+      LatticeShape& shape = found->second;
+      shape = fit_lattice(spectra_.of(beyond), lattice, density, series_.dims);
+      shape.faces = settings_.faces, shape.ends = settings_.ends;
+      shape = with_beyond(shape, beyond);
+    }
+    return found->second;
   }
   struct Start {
     double density = 0;
@@ -246,7 +254,7 @@ class BoundSearch {
            leaves_most(plain_trial(fitted(lattice, density / kDenser, beyond))))
       density /= kDenser;
     const LatticeShape shape = fitted(lattice, density, beyond);
-    return {density, beyond, consider(shape).bytes, merit(shape)};
+    return {density, beyond, consider(shape).bytes, merit_of(shape)};
   }
   Start best_start(int32_t lattice) {
     Start best = start_of(lattice, Beyond::plain);
@@ -256,9 +264,17 @@ class BoundSearch {
     }
     return best;
   }
+  void search_lattices() {
+    double least = HUGE_VAL; // bytes of a coding that holds
+    for (const int32_t lattice : lattices()) {
+      const Start start = best_start(lattice);
+      if (start.bytes == UINT64_MAX || static_cast<double>(start.bytes) <= kHopelessBytes * least)
+        search_densities(lattice, start);
+      if (best_ && holds(trier_.tried()[*best_])) least = static_cast<double>(trier_.tried()[*best_].bytes);
+    }
+  }
   // Denser and denser until it takes more bytes, then the other way if there was nothing to gain.
-  void search_densities(int32_t lattice) {
-    const Start start = best_start(lattice);
+  void search_densities(int32_t lattice, const Start& start) {
     const double first = start.density;
     const auto at = [&](double density) { return consider(fitted(lattice, density, start.beyond)); };
     const Outcome outcome = at(first);
@@ -291,6 +307,7 @@ class BoundSearch {
   const ErrorBound& bound_;
   const std::vector<ChannelScan>& scans_;
   std::optional<size_t> best_, most_exact_;
+  std::map<std::tuple<int32_t, double, Beyond>, LatticeShape> fitted_;
 };
 
 } // namespace

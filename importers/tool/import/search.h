@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "tool/import/lattice_fit.h"
 #include "tool/import/trial.h"
 
 namespace bcc4 {

@@ -32,7 +32,7 @@ LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, 
   const bool all_labels = std::find(wish.labels.begin(), wish.labels.end(), false) == wish.labels.end();
   if (all_labels && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&
       has_cartesian(settings.kernel))
-    wish.fixed = LatticeShape{BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}};
+    wish.fixed = LatticeShape{BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings.faces, settings.ends};
   if (!unsettled.auto_lattice) wish.fixed = shape_of(settings, s);
   if (unsettled.density > 0) wish.density = unsettled.density;
   if (settings.lattice != BCCSPLAT_LATTICE_DEFAULT) {

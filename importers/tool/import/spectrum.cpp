@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "readers/error.h"
+#include "tool/import/beyond.h"
 #include "tool/interrupt.h"
 
 namespace bcc4 {
@@ -192,11 +193,9 @@ struct BlockAxis {
 
 // Does a lattice mirror this axis at its ends, which are treated so?
 bool is_mirrored(size_t axis, uint64_t samples, int32_t faces, int32_t ends) {
-  constexpr std::array<int32_t, 3> across{BCCSPLAT_FACES_PREDICT_X, BCCSPLAT_FACES_PREDICT_Y,
-                                          BCCSPLAT_FACES_PREDICT_Z};
   if (axis == 3)
     return ends == BCCSPLAT_ENDS_MIRROR || (ends == BCCSPLAT_ENDS_DEFAULT && samples < kPredicted);
-  if (faces >= across[0]) return (faces & across[axis]) == 0;
+  if (faces >= BCCSPLAT_FACES_PREDICT_X) return (faces & face_bit(axis)) == 0;
   return faces == BCCSPLAT_FACES_MIRROR || (faces == BCCSPLAT_FACES_DEFAULT && samples < kLong);
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "tool/import/beyond.h"
 #include "tool/interrupt.h"
 #include "tool/view/time_slice.h"
 
@@ -128,13 +129,26 @@ WriterSettings apply_coding(WriterSettings s, const Coding& coding) {
   return s;
 }
 
-size_t Trier::try_coding(const Coding& coding) {
+std::optional<size_t> Trier::find(const Coding& coding) const {
   for (size_t i = 0; i < tried_.size(); ++i)
     if (tried_[i].coding == coding) return i;
-  CodingTrial trial = measure(coding);
+  return std::nullopt;
+}
+
+size_t Trier::try_coding(const Coding& coding) {
+  if (const std::optional<size_t> known = find(coding)) return *known;
+  CodingTrial trial = *measure(coding, -HUGE_VAL);
   if (!coding.steps.empty() && coding.abs_error == 0 && trial.holds)
     weigh_rounding(trial, tried_[try_coding({coding.shape, {}, 0})]);
   tried_.push_back(std::move(trial));
+  return tried_.size() - 1;
+}
+
+std::optional<size_t> Trier::try_above(const Coding& coding, double least) {
+  if (const std::optional<size_t> known = find(coding)) return known;
+  std::optional<CodingTrial> trial = measure(coding, least);
+  if (!trial) return std::nullopt;
+  tried_.push_back(*std::move(trial));
   return tried_.size() - 1;
 }
 
@@ -153,45 +167,74 @@ int32_t Trier::ends_of(const SampleStretch& stretch, const LatticeShape& shape) 
   return at_end && predicts_ends(shape, series_.dims) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
 }
 
-CodingTrial Trier::measure(const Coding& coding) const {
+// Errors only add up: a PSNR that a part of the stretches spoils does not recover.
+std::optional<CodingTrial> Trier::measure(const Coding& coding, double least) {
   CodingTrial trial;
   trial.coding = coding;
-  trial.mean_squares.assign(series_.channels.size(), 0);
-  WriterSettings s = apply_coding(settings_, coding);
+  const size_t channels = series_.channels.size();
+  std::vector<std::vector<double>> mean_squares(sample_.stretches.size(), std::vector<double>(channels));
+  if (order_.empty())
+    for (size_t i = 0; i < sample_.stretches.size(); ++i) order_.push_back(i);
+  std::vector<double> so_far(channels);
+  for (const size_t i : order_) {
+    trial.holds = measure_stretch(sample_.stretches[i], trial, mean_squares[i]);
+    if (!trial.holds) trial.bytes = std::numeric_limits<uint64_t>::max();
+    for (size_t c = 0; c < channels; ++c) so_far[c] += mean_squares[i][c];
+    if (psnr_of(so_far) < least) return std::nullopt;
+    if (!trial.holds) break;
+  }
+  // Summed up in one order: to the last bit the same whichever was taken.
+  trial.mean_squares.assign(channels, 0);
+  for (const std::vector<double>& of_stretch : mean_squares)
+    for (size_t c = 0; c < channels; ++c) trial.mean_squares[c] += of_stretch[c];
+  trial.psnr = trial.holds ? psnr_of(trial.mean_squares) : 0;
+  if (tried_.empty() && trial.holds)
+    std::stable_sort(order_.begin(), order_.end(), [&](size_t a, size_t b) {
+      return share_of_ranges(mean_squares[a]) > share_of_ranges(mean_squares[b]);
+    });
+  return trial;
+}
+
+bool Trier::measure_stretch(const SampleStretch& stretch, CodingTrial& trial,
+                            std::vector<double>& mean_squares) const {
+  const LatticeShape& whole = trial.coding.shape;
+  WriterSettings s = apply_coding(settings_, trial.coding);
   s.psnr = 0; // a goal of the series
   s.measure = BCCSPLAT_MEASURE_DEFAULT;
   if (s.nonfinite == BCCSPLAT_NONFINITE_DEFAULT) s.nonfinite = BCCSPLAT_NONFINITE_HOLE;
-  for (const SampleStretch& stretch : sample_.stretches) {
-    const SeriesDescription part = describe_stretch(series_, stretch);
-    const LatticeShape shape = shape_of_part(coding.shape, series_.dims, part.dims, stretch.ends > 0);
-    s.scales = shape.scales;
-    s.ends = ends_of(stretch, coding.shape);
-    s.faces = faces_of_part(coding.shape, series_.dims);
-    MemoryFile file;
-    auto stream = sized<bccsplat_write_stream>();
-    stream.write_at = MemoryFile::write_at;
-    stream.user = &file;
-    {
-      const Writer writer = create_writer(device_, "", part, s, scans_, stretch.frames, nullptr, &stream);
-      trial.holds = write_stretch(writer, part, stretch);
-    }
-    if (!trial.holds) {
-      trial.bytes = std::numeric_limits<uint64_t>::max();
-      return trial;
-    }
-    // Of a box more stands outside the faces than of the series.
-    trial.bytes += static_cast<uint64_t>(
-        static_cast<double>(file.bytes.size()) * (1 + outside_share(coding.shape, series_.dims)) /
-        (1 + outside_share(shape, part.dims, s.faces, s.ends == BCCSPLAT_ENDS_PREDICT)));
-    const Volume volume = open_memory(device_, file);
-    for (uint32_t c = 0; c < part.channels.size(); ++c) {
-      const Squares squares = compare_channel(volume, stretch, c);
-      trial.mean_squares[c] += stretch.weight * squares.mean();
-      trial.max_abs = std::max(trial.max_abs, squares.largest);
-    }
+  const SeriesDescription part = describe_stretch(series_, stretch);
+  const LatticeShape shape = shape_of_part(whole, series_.dims, part.dims, stretch.ends > 0);
+  s.scales = shape.scales;
+  s.ends = ends_of(stretch, whole);
+  s.faces = faces_of_part(whole, series_.dims);
+  MemoryFile file;
+  auto stream = sized<bccsplat_write_stream>();
+  stream.write_at = MemoryFile::write_at;
+  stream.user = &file;
+  {
+    const Writer writer = create_writer(device_, "", part, s, scans_, stretch.frames, nullptr, &stream);
+    if (!write_stretch(writer, part, stretch)) return false;
   }
-  trial.psnr = psnr_of(trial.mean_squares);
-  return trial;
+  // Of a box more stands outside the faces than of the series.
+  trial.bytes += static_cast<uint64_t>(
+      static_cast<double>(file.bytes.size()) * (1 + outside_share(whole, series_.dims)) /
+      (1 + outside_share(shape, part.dims, s.faces, s.ends == BCCSPLAT_ENDS_PREDICT)));
+  const Volume volume = open_memory(device_, file);
+  for (uint32_t c = 0; c < part.channels.size(); ++c) {
+    const Squares squares = compare_channel(volume, stretch, c);
+    mean_squares[c] = stretch.weight * squares.mean();
+    trial.max_abs = std::max(trial.max_abs, squares.largest);
+  }
+  return true;
+}
+
+// Over the squares of the ranges, all channels.
+double Trier::share_of_ranges(const std::vector<double>& mean_squares) const {
+  double sum = 0;
+  for (size_t c = 0; c < mean_squares.size(); ++c)
+    if (!ranges_[c].empty() && ranges_[c].max > ranges_[c].min)
+      sum += mean_squares[c] / std::pow(ranges_[c].max - ranges_[c].min, 2);
+  return sum;
 }
 
 double Trier::psnr_of(const std::vector<double>& mean_squares) const {
@@ -243,9 +286,8 @@ std::string coding_text(const CodingTrial& t, const SeriesDescription& series) {
 // "xz": the axes across which planes stand outside.
 std::string axes_text(int32_t faces) {
   std::string text;
-  if (faces & BCCSPLAT_FACES_PREDICT_X) text += 'x';
-  if (faces & BCCSPLAT_FACES_PREDICT_Y) text += 'y';
-  if (faces & BCCSPLAT_FACES_PREDICT_Z) text += 'z';
+  for (size_t a = 0; a < 3; ++a)
+    if (faces & face_bit(a)) text += "xyz"[a];
   return text;
 }
 

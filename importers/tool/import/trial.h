@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,13 +46,20 @@ class Trier {
 
   // Runs the sample through the writer, unless it was tried before; its place in tried().
   size_t try_coding(const Coding& coding);
+  // The same of a coding without steps, unless it turns out on the way that its PSNR stays below `least`.
+  std::optional<size_t> try_above(const Coding& coding, double least);
   [[nodiscard]] const std::vector<CodingTrial>& tried() const { return tried_; }
   // Every second frame of the sample, the others blended of their neighbours: PSNR as of a trial.
   [[nodiscard]] double half_the_frames() const;
 
  private:
   [[nodiscard]] int32_t ends_of(const SampleStretch& stretch, const LatticeShape& shape) const;
-  [[nodiscard]] CodingTrial measure(const Coding& coding) const;
+  [[nodiscard]] std::optional<size_t> find(const Coding& coding) const;
+  // None: its PSNR is below `least`.
+  std::optional<CodingTrial> measure(const Coding& coding, double least);
+  [[nodiscard]] bool measure_stretch(const SampleStretch& stretch, CodingTrial& trial,
+                                     std::vector<double>& mean_squares) const;
+  [[nodiscard]] double share_of_ranges(const std::vector<double>& mean_squares) const;
   void weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const;
   [[nodiscard]] double psnr_of(const std::vector<double>& mean_squares) const;
 
@@ -62,6 +70,7 @@ class Trier {
   const std::vector<ChannelScan>& scans_;
   const std::vector<ChannelScan>& ranges_;
   std::vector<CodingTrial> tried_;
+  std::vector<size_t> order_; // of the stretches: those where a lattice loses most first
 };
 
 // "values in steps of 3"; empty: none.
