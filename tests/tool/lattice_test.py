@@ -56,15 +56,17 @@ class LatticeTest(ToolTest):
             self.assert_foretold(forced)
 
     def assert_all_foretold(self, args):
-        """What the report says of each candidate is what it gives; about so where it was far behind and not tried."""
+        """What the report says of each candidate is what it gives; of those that were not tried it says nothing."""
         choice = self.imported(args)['plan']['choice']
         for c in choice['candidates']:
-            if c['ends_predicted'] and not c['tried']:
-                continue  # what happens at the ends was faded out
+            self.assertEqual(c['tried'], c['psnr'] is not None, c['name'])
+            if not c['tried']:
+                self.assertFalse({'bytes', 'rmse', 'foretold'} & set(c), c['name'])
+                continue
             given = self.imported(args, '--lattice', c['lattice'], '--scale', ','.join(map(repr, c['scales'])), '--exact',
                                   '--faces', c['faces_predicted'] or 'mirror', '--ends', 'predict' if c['ends_predicted'] else 'mirror')
             reached = given['error']['channels'][0]['psnr']
-            self.assertLess(abs(c['psnr'] - reached), 1.5 if c['tried'] else 4, (c['name'], c['psnr'], reached))
+            self.assertLess(abs(c['psnr'] - reached), 1.5, (c['name'], c['psnr'], reached))
 
     def long_series(self, name, dims, of_frame, of_row):
         """Too much to be tried out whole: rows of waves whose phase and size depend on where they are."""
@@ -183,6 +185,10 @@ class LatticeTest(ToolTest):
         # Across the axes that are named, whatever it costs.
         self.imported(args, '--faces', 'xz')
         self.assertEqual(self.json('info', 'v.bcc4')['planes_outside']['before'], [2, 0, 2])
+        # Of noise nothing can be foretold: the planes would be in vain.
+        noise = random.Random(1)
+        report = self.imported(self.raw('a.raw', (20, 18, 16, 8), lambda *_: noise.uniform(0, 9)))
+        self.assertEqual(self.json('info', 'v.bcc4')['planes_outside']['before'], [0, 0, 0])
 
     def test_labels_are_kept(self):
         def organ(x, y, z, t):
@@ -203,6 +209,11 @@ class LatticeTest(ToolTest):
             if labels:
                 out, _ = self.bcc4('import', *args, '-o', 'v.bcc4', '--overwrite')
                 self.assertIn('labels: value has few values and no gradations', out)
+                # On the samples themselves, and outside whatever was asked for.
+                layers = self.json('info', 'v.bcc4')['layers']
+                self.imported(args, '--faces', 'xz', '--ends', 'predict')
+                info = self.json('info', 'v.bcc4')
+                self.assertEqual((info['lattice'], info['planes_outside']['before'], info['layers']), ('cc', [2, 0, 2], layers + 4))
         # On a lattice that was asked for they are as precise as the source's, too.
         for more in (['--density', .5], ['--lattice', 'd4star']):
             report = self.imported(self.raw('a.raw', (22, 20, 18, 12), organ, 'u8'), *more)
