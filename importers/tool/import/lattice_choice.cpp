@@ -25,10 +25,11 @@ LatticeShape fewer_frames(double density) {
   return {BCCSPLAT_LATTICE_CC, {1, 1, 1, std::max(1.0, std::round(1 / density))}};
 }
 
-// dB by which a candidate must be better than one that is mirrored and has as many sites as wished for; fewer
-// are no merit, as what is noise loses nothing with them.
+// dB by which a candidate must be better than one that is mirrored and has as many sites as wished for. Fewer
+// are half as much of a merit as more are a fault: noise loses little with them.
 double handicap(const LatticeCandidate& c, double density, const SeriesDescription& s) {
-  return std::max(0.0, -merit(0, c.shape, s.dims, density)) + (c.beyond == Beyond::plain ? 0 : kGain);
+  const double more = -merit(0, c.shape, s.dims, density);
+  return (more > 0 ? more : more / 2) + (c.beyond == Beyond::plain ? 0 : kGain);
 }
 
 // The widest step that a channel is worth.
