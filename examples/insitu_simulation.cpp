@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // insitu_simulation OUT.bcc4 [PICTURE.png]: two clusters of particles meet under their own gravity, and the
 // solver hands its density to the lattice while it runs. There is no Cartesian grid anywhere: each layer of
 // the D4* lattice says at which moment it is and where its sites are; the solver steps to that moment and

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* render_frame FILE.bcc4 OUT.png [TIME]: the smallest host that draws. Opens a volume, cuts a time slice and
  * saves a picture of it in the default view and colours. C99 and the public header only. */
 #include <bccsplat.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A little smoke simulation that makes a 4D data set: two puffing jets collide, billow and rise.
 // Writes smoke.0000.raw ... (float32, x fastest) and smoke.0000.vdb ... (fog volume "density"). y is up.
 #include <algorithm>

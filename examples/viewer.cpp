@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // viewer FILE.bcc4 [SCREENSHOT.bmp]: looks around in a series. It shows drafts while something moves and a
 // fine picture at rest; the window stays responsive, for pictures are made and cancelled in a thread of their
 // own. With a second argument the window is saved there when it closes, and the counts of pictures are

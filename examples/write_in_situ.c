@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* write_in_situ OUT.bcc4: a simulation that samples the lattice itself, with no Cartesian grid in between.
  * Two soft blobs circle each other; the lattice is asked layer by layer where its sites stand. C99 and the
  * public header only. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* bccsplat: time-varying volumes on the D4* lattice. Store, slice, splat.
  *
  * This header is the manual. Conventions that hold everywhere are stated here once.

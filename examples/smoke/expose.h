@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes what is recorded of the solver's density.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A dense box of floats, x fastest, and trilinear interpolation in it.
 #pragma once
 

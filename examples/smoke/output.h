@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes frames of a simulation: raw floats and OpenVDB.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "smoke/output.h"
 
 #ifdef SMOKE_WITH_OPENVDB

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spreads the parts of an index range over threads; what is computed must not depend on how the range was
 // cut.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Geometric multigrid in V-cycles: red-black Gauss-Seidel on every level, residuals averaged down,
 // corrections interpolated up.
 #include "smoke/poisson.h"

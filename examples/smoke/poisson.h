@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Geometric multigrid for the pressure of a closed cube.
 #pragma once
 

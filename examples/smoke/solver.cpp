@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One step of the smoke solver: sources and forces change the velocity, the projection makes it free of
 // divergence, and density and velocity are carried along. solver.h names the papers.
 #include "smoke/solver.h"

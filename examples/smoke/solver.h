@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Incompressible smoke in a closed cube of edge 1 ("stable fluids": Stam 1999; staggered velocities;
 // MacCormack advection: Selle et al. 2008; vorticity confinement: Fedkiw, Stam, Jensen 2001). y is up.
 // Lengths are in cube edges, times in seconds.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws the controls through SDL's own renderer, because the backend for it is not in Debian's ImGui.
 #pragma once
 

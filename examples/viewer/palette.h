@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Colours over the range of values, linear RGB.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The controls of the viewer: time, cut and view, the transfer function as a curve over the histogram, and
 // what the last picture took.
 #include "viewer/panel.h"

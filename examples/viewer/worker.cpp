@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes pictures in a thread of their own: waits for a wish that is newer than the picture under way, cancels
 // that one, and draws first a draft and then the fine picture.
 #include "viewer/worker.h"

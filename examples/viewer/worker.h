@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes pictures in a thread of their own: the newest wish wins, a draft comes first, the fine picture when
 // nothing moves.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The .bcc4 container: sparse samples of a 4D volume, written slab by slab and read chunk by chunk
 // (formats/bcc4.md).
 //

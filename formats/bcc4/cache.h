@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A cache that drops the least recently used values when their weights exceed its capacity; safe to use from
 // many threads.
 #pragma once

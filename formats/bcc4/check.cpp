@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checks the rules that a VolumeInfo keeps, which are the same for a caller's and for a file's.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Corrections of a frame in bricks of 64^3 source samples, each with bounds: what looks at a part of a frame
 // reads the bricks near it (bcc4.md, section 10).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Puts the damage of a file into words: what is lost, and what is not.
 #include <algorithm>
 #include <cmath>

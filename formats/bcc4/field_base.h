@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The value that the field of a channel is built up from.
 //
 // A kernel's sum over the sites ripples about 1, and so does a constant, by a share of its distance from the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a .bcc4 file says about itself: everything but the samples and their index.
 #pragma once
 

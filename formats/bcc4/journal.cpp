@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes and reads the journal of an unfinished file (journal.h has its layout).
 #include "formats/bcc4/journal.h"
 

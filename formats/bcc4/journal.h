@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A record of what an unfinished writer has written, in a file beside its own: an interrupted import goes on
 // from there.
 //

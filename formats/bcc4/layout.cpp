@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes and reads the header, the root records and the blocks of a file.
 #include "formats/bcc4/layout.h"
 

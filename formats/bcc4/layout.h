@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The fixed records at the head of a .bcc4 file, and blocks (bcc4.md, sections 2 to 4).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Masks on their way into a file: frames that miss the same samples share a block.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes a VolumeInfo as records and reads it back, with a check of every count before anything is allocated.
 #include "formats/bcc4/metadata.h"
 

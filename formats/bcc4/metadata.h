@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The metadata block: VolumeInfo as records (bcc4.md, section 3).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is lost beside a lost chunk of coefficients. A sample that is lost is missing where it stood, a
 // coefficient wherever its kernel reaches.
 #pragma once

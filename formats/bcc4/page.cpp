@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes and reads index pages, column by column, and their directory; every entry that is read is checked.
 #include "formats/bcc4/page.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pages of the index and their directory (bcc4.md, section 4).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a part of a series knows beyond a whole file: several processes write one series, each a part, and the
 // parts are joined without coding anything again (bcc4.md, section 11).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens a file, finds the chunks of a slab in its index, reads and decodes them; when salvaging, what is
 // damaged becomes holes.
 #include <algorithm>

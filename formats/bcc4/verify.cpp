@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads and checks everything a file holds, and lists the damage.
 #include <algorithm>
 #include <map>

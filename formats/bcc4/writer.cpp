@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes a file in one pass: chunks slab by slab, each page of the index when it is full, and at the end
 // directory, metadata and roots. Slabs of an earlier writer or file are taken over without coding them again.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Collects the entries of chunks in pages, and sums them up for the metadata.
 #include "formats/bcc4/writer_index.h"
 

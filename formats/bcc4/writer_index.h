@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The index of a file that is being written: the chunks of every channel and level in pages, and their sums.
 #pragma once
 

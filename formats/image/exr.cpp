@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes pictures and deep pictures with OpenEXR, through a sink that only a finished file leaves behind.
 #include "formats/image/exr.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes OpenEXR files: scan lines of 32-bit floats with ZIP compression, deep ones with ZIPS.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes pictures with libpng, whose errors are long jumps and become exceptions here.
 #include "formats/image/png.h"
 

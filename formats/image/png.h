@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes PNG files of 8-bit sRGB.
 #pragma once
 

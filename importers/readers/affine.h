@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Index space -> world, 4x4 row-major.
 #pragma once
 

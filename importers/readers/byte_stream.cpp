@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads files by offset, and segments of encoded files as one array: encoded bytes are decoded from the
 // beginning of their segment, so that reading back means to begin again.
 #include "readers/byte_stream.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files by offset, and the decoded bytes of encoded data as a stream.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Data files that a header names: inside its own folder, one by one or by a format with numbers.
 #pragma once
 

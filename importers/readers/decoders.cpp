@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Decodes gzip and zlib by zlib, piece by piece or a block at once, and numbers written as text.
 #include "readers/decoders.h"
 

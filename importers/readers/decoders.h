@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Streams of decoded bytes: gzip and zlib, zlib blocks in memory, numbers as text.
 #pragma once
 

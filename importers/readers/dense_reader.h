@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reader of every format that is one dense array (raw, NRRD, NIfTI ...): a description and the array.
 #pragma once
 

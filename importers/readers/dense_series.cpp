@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cuts frames out of an array of any order of axes. Where time is the slowest axis a frame is one piece of
 // the array; elsewhere the array is read in passes, each of which collects as many frames as memory allows.
 #include "readers/dense_series.h"

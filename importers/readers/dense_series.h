@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames out of one big array of bytes, whatever the order of its axes.
 #pragma once
 

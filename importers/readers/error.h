@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one exception of the readers and the tool: what failed, where, what to try, and the exit code it means.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plans a series: which frames of the source it takes, what stands in for missing ones, and at which times;
 // PlannedReader reads the source by that plan.
 #include "readers/frame_plan.h"

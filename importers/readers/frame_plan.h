@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which frames of a source become which frames of the series: selection, gaps, times.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every reader of a series gives: a description, then its frames one by one.
 #pragma once
 

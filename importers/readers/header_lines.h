@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A text header at the start of a file, line by line, with the place for error texts.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A reader holds the file of the frame it was asked for last, for describing the series has opened the first
 // one, and the channels of one frame share theirs.
 #pragma once

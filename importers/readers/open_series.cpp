@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which reader reads what. A new format takes three places:
 //   - readers/NAME/NAME_reader.{h,cpp} with open_NAME, after the model of metaimage (the build finds them),
 //   - a line of the table below,

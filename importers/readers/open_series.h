@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Picks the reader for what the inputs are.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hands out frames in order, while the next one is read on a second thread.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One pass over all frames: ranges and how much of a series is air.
 #pragma once
 

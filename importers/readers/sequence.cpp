@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finds the files that inputs name, by pattern, glob or list, tells their numbers by the digits in which
 // their names differ, and finds the gaps.
 #include "readers/sequence.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Turns the inputs of the command line into the files of a series, sorted by frame number.
 #pragma once
 

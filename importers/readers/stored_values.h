@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From stored numbers to values: scaling, and what means "no data".
 #pragma once
 

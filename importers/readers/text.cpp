@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splits, joins and compares text, and writes numbers and sizes as people read them.
 #include "readers/text.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Builds text, and reads numbers from it, without the locale.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Names of types as they are met in headers and on the command line, and conversions between values and
 // bytes.
 #include "readers/value_type.h"

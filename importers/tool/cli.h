@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options of the command line: numbers without the locale, words with the nearest name, positions of
 // mistakes.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The objects of the C API as values that release themselves, and its status codes as exceptions.
 #pragma once
 

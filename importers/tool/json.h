@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // JSON with keys in the order they are set. NaN and infinities become null.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4: the command line of bccsplat.
 #include <cstdio>
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One line of progress on stderr: redrawn on a terminal, a new line every 10 s elsewhere.
 #pragma once
 

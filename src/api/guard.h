@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The edge of the library: no exception leaves it, every failure becomes a status and a text; and the host's
 // floating-point environment stays outside.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the opaque handles point to. Each is reference counted and keeps its parents alive.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The slice functions of the C API: check, call hyperslice or the extraction, and read from what they made.
 #include <algorithm>
 #include <chrono>

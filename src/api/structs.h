@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Size-tagged structs across versions of the header.
 #pragma once
 

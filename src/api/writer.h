@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What stands behind a writer's handle, and the translation of its options.
 #pragma once
 

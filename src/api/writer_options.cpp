@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options and reports of writers, between the C ABI and the core.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A little-endian byte cursor, each of whose reads is checked against the bytes present.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every stage may use: threads, the memory budget, and the progress of the call it works for.
 #pragma once
 

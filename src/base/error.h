@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one exception type of the core. Codes are the numbers of the C ABI (src/api checks that they agree).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sources and sinks of bytes over files, memory and host streams. A file that is written lies beside its
 // final name, locked against other writers, until commit() renames it.
 #include "base/files.h"

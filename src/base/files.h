@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bytes by offset: files, memory and host streams. Files are opened nowhere else.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // IEEE 754 binary16, round to nearest even; overflow to infinity, subnormals kept.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A memory budget: bytes are reserved before they are allocated and given back when the reservation ends.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Progress of a long call and the wish to cancel it.
 #pragma once
 

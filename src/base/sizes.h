@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Overflow-safe arithmetic on sizes that come from files or callers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pool of threads behind parallel_for: its workers help with the newest job that has indices left, and
 // the caller works, too.
 #include "base/tasks.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parallel-for over indices: a small pool of our own, or the host's runner.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The floating-point environment that the library computes in, whatever the host's is.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small fixed vectors and affine maps in double, which all geometry is decided in.
 #pragma once
 

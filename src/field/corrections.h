@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Corrections of a file at its source samples (formats/bcc4.md, section 10), on the reading side: they keep
 // the error bound that was asked for at import, and belong to the field: whoever looks at it sees them.
 //

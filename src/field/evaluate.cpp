@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Evaluates slices and volumes at arbitrary points: points are ordered by what they share, handed to the
 // inner loop in blocks, and marked where they lie outside or in holes.
 #include "field/evaluate.h"

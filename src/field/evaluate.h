@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The field at arbitrary points: of a slice (slice.h) and of the 4D volume.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a correction falls off along an axis: a polynomial of what is left to the next sample (bcc4.md,
 // section 10).
 #pragma once

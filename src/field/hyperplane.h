@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A hyperplane of a 4D space: index space, unless said otherwise.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which source samples of a file are missing (formats/bcc4.md, record 10), on the reading side. One rule
 // tells it of any point of space-time, and all who look at the field ask here: a point has no value if the
 // source sample nearest to it is missing, along each axis the later one of two at equal distance.

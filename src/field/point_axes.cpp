@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Places and scales the points of a caller, vector by vector.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "field/point_axes.cpp"

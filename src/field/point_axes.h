@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The way from the points of a caller to those of the inner loop: whether they lie in the volume, where they
 // belong in a batch, and their places in lattice units.
 #pragma once

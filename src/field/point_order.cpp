@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sorts the points of a batch by windows in time, and by cells of space where they jump about.
 #include "field/point_order.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The order in which a batch of 4D points is evaluated: points of one window, the stretch between two layers,
 // share the coefficient layers they need; within a window points of one brick share cache lines.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Samples a slice on a dense grid in tiles: sites are copied once per tile, weights along an axis are shared
 // by all its rows.
 #include "field/sample_grid.h"

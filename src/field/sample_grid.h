@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A slice as arrays: at points and boxes of slice space, and as the list of its lattice points.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The 3D field on a hyperplane: coefficients of a radial kernel on a 3D lattice, with its place in the 4D
 // volume.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Corrections as a slice has them: values at points of a grid of spacing 1 in slice space, which fall off to
 // the next points along its axes. They are part of the slice's field.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values at few points of a 3D grid, in bricks of 16^3 that are found, bounded and left out as a whole.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the outermost plane, or layer, of two outside an end holds besides its own.
 //
 // Readers take mirror images beyond it, which the field is not: on BCC and D4* it makes up for them. With s_k

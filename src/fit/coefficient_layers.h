@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Layers of samples in, layers of prefiltered coefficients out: for files that spare their readers the
 // prefilter and its reach.
 #pragma once

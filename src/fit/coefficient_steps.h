@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rounds slabs of coefficients to whole steps from air, as a file stores them.
 #pragma once
 

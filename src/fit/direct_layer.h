@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lattice samples that a producer gives directly, in the form the rest of the fit works on.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The layers near the ends of a series: frames beyond an end are replaced by predictions from those next to
 // it (ends.h), no bolder than the series itself bears out.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Predicts the frames beyond the ends of a series, and the samples beyond those of a row.
 //
 // The mirror image of a field has a kink at its end, and the interpolants of the first and last few samples

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How well the samples next to the faces of a frame are foretold by those inside: what lies outside should be
 // predicted no bolder than that.
 #pragma once

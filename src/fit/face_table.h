@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Filters for the sites of an axis with planes outside its source samples.
 //
 // Samples beyond a face are replaced by what predicts them (ends.h); on BCC and D4* the outermost of two

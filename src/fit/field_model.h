@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The fields that predictions are made for, and the least squares that make them: waves whose frequencies
 // fill balls, most of them far below Nyquist.
 #pragma once

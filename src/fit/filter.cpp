@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The resampling filters as functions, and tables of their weights at given positions.
 #include "fit/filter.h"
 

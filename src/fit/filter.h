@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One-dimensional resampling: source samples at 0 .. n-1 -> values at given positions.
 #pragma once
 

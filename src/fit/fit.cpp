@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keeps the frames within reach of the next layer, makes each layer as soon as its frames are there, and
 // hands finished slabs to the sink.
 #include "fit/fit.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Streaming fit: frames of a Cartesian series, or layers of lattice samples, in; the relevant lattice samples
 // out, slab by slab. Memory does not grow with the number of frames (but for 16 bytes each, their ranges).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checks the boxes of a frame and reads rows of it, finding boxes by the cells of a coarse grid.
 #include "fit/frame.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One frame of a Cartesian series as its owner holds it: dense boxes of any numeric type, air between them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts samples by code or by leading bits of the float, and reads ranges and percentiles from the counts.
 #include "fit/histogram.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts of stored samples fine enough for percentiles, without knowing their range beforehand. Only integers
 // are added, so the result depends on neither order nor threads.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fills missing samples by a pyramid of means, relaxed on every level, and carries the holes over to the
 // sites.
 #include "fit/holes.h"

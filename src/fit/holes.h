@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Missing data: filled smoothly before resampling, so that the filter sees no false edge, and marked on the
 // lattice.
 #pragma once

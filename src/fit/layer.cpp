@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Combines frames to a layer, brick by brick: weighted differences from the nearest frame, then rounding and
 // relevance.
 #undef HWY_TARGET_INCLUDE

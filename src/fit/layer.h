@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One lattice layer out of the frames within reach: the temporal filter, rounding and relevance, brick by
 // brick.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The last layers of a fit as a source of samples: what a reader of the file will see, before it is a file.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Designs the filters of the six pairs of axes and runs frames through them: pairs in space one after the
 // other on a frame, pairs with time as a chain of sliding windows.
 #include "fit/lowpass.h"

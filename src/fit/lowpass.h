@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Optional low-pass before resampling: removes what D4* (static: BCC) cannot hold.
 //
 // The separable resampling filters keep a whole cube of frequencies; the lattice holds the 24-cell

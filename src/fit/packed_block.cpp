@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Floats to whole numbers of a power of two, and back without loss.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/packed_block.cpp"

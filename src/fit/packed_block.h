@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Blocks of whole numbers: what waits for the filter in time takes half the memory of floats, where what is
 // lost by it is nothing beside the rounding to the stored type.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rounds real values to those a file can hold. The fit hands out rounded values, so that what is kept, what
 // is counted and what a reader gets back agree; the container's own rounding then changes nothing.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rounds the sites of a brick to stored values and selects the relevant ones.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/relevance.cpp"

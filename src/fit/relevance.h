@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Decides which sites are worth storing, in the precision in which they are stored.
 //
 // A site is kept when its stored value differs from air by more than the threshold; with threshold 0 when its

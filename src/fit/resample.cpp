@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cuts a frame into tiles of bricks that are not all air, and resamples each from the source samples it
 // depends on.
 #include "fit/resample.h"

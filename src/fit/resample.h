@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spatial resampling: one frame -> its values at the sites of both cosets.
 #pragma once
 

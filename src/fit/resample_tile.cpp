@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The passes along z, y and x over one tile, as loops over sixteen floats. Products are rounded before they
 // are added (no fused operation), so that every target computes the same: the parts of a series may come from
 // different machines.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The inner loops of spatial resampling: z, then y, then x, on rows that stay in cache.
 #pragma once
 

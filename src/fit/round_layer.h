@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rounds a layer to what a file can hold.
 #pragma once
 

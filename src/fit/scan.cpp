@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scans the boxes of a frame row by row for ranges of cells and for values that are not finite.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fit/scan.cpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One pass over a frame before it is resampled: where it is not air, its range, and what is not finite.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Positions of the sites of a coset along one axis, in source samples.
 #pragma once
 

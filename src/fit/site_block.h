@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Blocks of lattice samples between the stages of a fit, drawn from the memory budget and used again.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much of a kernel overlaps with itself somewhere else, which says how errors of two coefficients add up
 // in the field.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes the Cartesian forms of kernels: scaled for CC, with prefilters of cc_tables.inc, or for `exact` with
 // the inverse of what the kernel makes of coefficients at the sites.
 #include "kernel/cc_kernel.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Kernels on Cartesian lattices of pitch 1 (CC), for comparison with BCC and D4*: the same phi and beta,
 // scaled so that phi sums to 1 over the sites of CC in the mean, with prefilters of their own.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernels that files and hosts name, in three tables below. A new kernel needs
 //   a line in radial_entries and one in bend_entries for a new shape, or one in presets for a short name of
 //   such a pair

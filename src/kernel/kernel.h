@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reconstruction kernels K(x, t) = phi(|x|) beta(t) on BCC and D4*, and the prefilters that make them
 // interpolate. Lengths are in lattice units (T): coset pitch sqrt2, nearest sites of the two cosets sqrt(3/2)
 // apart in space. The table of kernels, and what a new one needs, are in kernel.cpp.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Kernel time: the unit in which temporal kernels are given. The layers of one coset are sqrt2 apart on every
 // lattice; on D4* this is the lattice unit.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernel/prefilter_tables.h"
 
 #include "base/error.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The shipped prefilters, designed by `bccsplat_bench kernels --design`; kernel.cpp says what else a kernel
 // needs.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Moments and normalisation of the spatial kernels, and the Gaussian in polynomial form.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fourier transforms of kernels, and responses of prefilters and of sums over the lattice sites.
 #include "kernel/spectrum.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Kernels and prefilters in the frequency domain. Frequencies are in cycles per T; transforms are 1 at 0. The
 // dual of D4* is the set of n / sqrt2 with n in Z^4 of even sum (BCC: Z^3), whose shortest vectors have
 // length 1.

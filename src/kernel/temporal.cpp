@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values, slopes and integrals of the temporal kernels: B-splines in closed form, their bends (kernel.h), and
 // cut Gaussians.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exact mean-square error of a reconstructed plane wave, and its mean over the waves of a ball of
 // frequencies. A wave exp(2 pi i xi x) sampled on a lattice, prefiltered (symbol Q) and reconstructed with K
 // has, averaged over positions, the error |1 - Q Phi(xi)|^2 + sum over dual vectors k != 0 of |Q Phi(xi +

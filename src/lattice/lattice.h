@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lattices: BCC and CC in space, D4* and CC in space-time.
 //
 // A lattice is described by its mirror planes. Along each axis planes h = 0 .. last lie at equal distances;

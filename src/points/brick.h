@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bricks: 16^3 sites of one coset of one layer, and the sparse layer made of them.
 //
 // A site is in one of three states. Kept: its occupancy bit is set and its value counts. Air: the bit is

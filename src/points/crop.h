@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A box of sites of a layer, as a layer of its own.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes and reads run lists, and moves bits between masks.
 #include "points/runs.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Occupancy rows <-> run lists: (skip, run) pairs of variable-length integers over the sites of rows laid end
 // to end.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A layer of samples in the form that takes least memory: as the codes that a file holds, or as values. What
 // reads many layers makes values of codes where it needs them.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A source of the samples of a 4D volume: a .bcc4 file, or memory.
 #pragma once
 

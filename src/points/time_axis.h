@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Time values <-> frame indices: uniform, or monotone cubic between uneven times (Fritsch & Carlson 1980).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Types of samples, in a source and as they are stored, and ranges of values.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A deep picture: what each pixel holds along its ray, put together from the tiles.
 #pragma once
 

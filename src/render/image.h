@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures: planes of float32 pixels, row 0 at the top.
 #pragma once
 

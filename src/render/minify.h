@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures smaller than the data: where a pixel covers more than one lattice distance, a coarser slice
 // (slice/coarsen.h) is drawn. Nothing aliases, and the cost falls with the picture.
 #pragma once

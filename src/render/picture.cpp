@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws a picture: chooses the slice's level, sheet distance, gradient, kernel form and raising by the
 // quality asked for, makes the table of the transfer function, and has the splatter draw, with a trail or
 // without. quality_settings() holds what each quality means.

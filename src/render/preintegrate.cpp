@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Integrates a transfer function over the value, piece by piece between its points so that no step of it is
 // missed, and measures how much the integrals would change a picture.
 #include "render/preintegrate.h"

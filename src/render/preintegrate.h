@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pre-integrated classification: the integrals of a transfer function, and when a picture needs them.
 #pragma once
 

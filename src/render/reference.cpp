@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Integrates every ray in double precision: composites, X-rays and maxima by the midpoint rule, surfaces by
 // bisection between samples. Pictures of the splatter are compared with it.
 #include "render/reference.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The slow truth: each pixel's ray is integrated in double precision, in fine steps, with the transfer
 // function itself, the field's own gradient, and the same laws of shading and compositing as the splatter. It
 // does not stop at nearly full opacity.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cuts the moments of a trail out of the 4D field: instants of a time slice, or parallel hyperplanes along
 // the normal of another, each drawn as a still, or their mean or maximum over a sub-interval.
 #include "render/trail.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a motion trail is made of: the moments of an interval and their shares.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes the stills of a trail sums of the lattice's layers, with the weights of a time slice, so that layers
 // and not stills are splatted. A layer alone says nothing of what a sum shows, so that the ranges by which
 // bricks and cells are left out are bounds of the sums.

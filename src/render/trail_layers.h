@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stills of a trail as sums of the lattice's layers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Evaluates transfer functions, makes the tables that sheets are classified by, and the default function.
 #include "render/transfer_function.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Transfer functions: piecewise linear colour and opacity over the value.
 #pragma once
 

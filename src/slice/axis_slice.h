@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The hyperplanes x, y or z = constant: how a plane of space changes over time.
 //
 // D4* is the same along all four axes, so an axis slice is a time slice of the turned volume, under the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Averages a slice onto the lattice of twice the distance, axis by axis and brick by brick, and filters the
 // result back to coefficients.
 #include "slice/coarsen.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A slice at half the resolution per axis, for pictures whose pixels are larger than its lattice distance.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Puts the corrections of a file into slices. A time slice takes those of the frames around it; any other
 // slice is compared with the volume's field at points of a grid, and corrected by what it lacks there.
 #include "slice/corrected_slice.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Puts the corrections of a volume's field into slices of it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Collects the 4D lattice points near a hyperplane in cells of slice space, and sums their Gaussians around
 // points.
 #include "slice/extraction.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's extraction, for comparison: every 4D lattice point within reach of the hyperplane is projected
 // onto it and splatted there with the 3D Gaussian, weighted by the part of the 4D Gaussian that its distance
 // leaves: exp(-2 |p - q|^2) = exp(-2 d^2) exp(-2 r^2). Source: Neophytou & Mueller, Space-time points: 4D

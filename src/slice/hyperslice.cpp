@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Chooses how a hyperplane is cut, checks that the options allow it, and adds corrections and masks.
 #include "slice/hyperslice.h"
 

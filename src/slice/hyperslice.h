@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any hyperplane a x + b y + c z + d t + e = 0, by the best way there is for it: merged layers for
 // hyperplanes normal to an axis, resampling for all others and wherever a lattice of its own is asked for.
 #pragma once

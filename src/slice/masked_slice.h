@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gives slices of a volume the masks of its missing samples: a point of a slice has no value where the volume
 // has none, at the resolution of the source.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The largest values of instants at the sites of their lattice, filtered to the coefficients of a slice that
 // interpolates them. What is missing at every instant stays missing; what a mask hides is filled meanwhile.
 #include "slice/maximum_slice.h"

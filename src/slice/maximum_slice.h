@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The largest value that the field takes over several instants, as one slice.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tells where a volume holds points at all, in cells of 4 sites per axis of each layer: what lies far from
 // any point is the base of the field and need not be evaluated.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A part of a time slice: a box of it, made of no more than what the field in there depends on.
 #pragma once
 

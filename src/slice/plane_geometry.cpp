@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Linear algebra of hyperplanes: bases by Gram-Schmidt, the axis one is normal to, its part of the domain.
 #include "slice/plane_geometry.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hyperplanes of index space: bases, axes they are normal to, and their part of the domain.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Resamples the 4D field on a lattice in the hyperplane: reads what is in reach, evaluates the field at the
 // sites that can differ from the base of the field, and filters these samples to coefficients.
 #include "slice/plane_slice.h"

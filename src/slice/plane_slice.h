@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any hyperplane, resampled: the 4D field evaluated at the sites of a BCC (or CC) lattice in the hyperplane,
 // then the 3D prefilter, so that the slice's own reconstruction interpolates those values.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a slice of some thickness holds of the field.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a slice with thickness holds of the field along its normal, and the quadrature for it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Merges coefficient layers into a time slice: one weight per layer, brick by brick.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "slice/time_slice.cpp"

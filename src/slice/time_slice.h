@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The hyperplane t = constant. With a kernel that is a product of space and time the 3D coefficients are
 // weighted sums of the layers in reach, coset by coset, and the result is exact: evaluating it is evaluating
 // the 4D field.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slice/touched_samples.h"
 
 #include <algorithm>

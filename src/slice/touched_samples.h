@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of a volume that a slice depends on: of every layer only the bricks in reach of its hyperplane, or
 // of the thickness around it, are read; the others count as the base of the field.
 #pragma once

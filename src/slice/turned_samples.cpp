@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads the planes of a volume that lie across one spatial axis and turns them into layers of the turned
 // volume.
 #include "slice/turned_samples.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A volume turned in space-time, with one of its spatial axes in the place of time. Its time slices are the
 // axis slices of the volume, with everything that holds for time slices.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image-aligned sheet-buffer splatting: the points of a slice, drawn tile by tile, front to back.
 //
 // Per tile a ring of live sheets gathers the kernels of the points; a sheet that no later point can reach is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warns of air far from the values of a channel of which no site is air.
 //
 // A kernel brings a constant back to within a share of its distance from the base of the field, its ripple.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The layers of a channel under way relative to the base that its field will have
 // (formats/bcc4/field_base.h), as far as those seen so far tell: once a site is left out, or air is near, it
 // stays so.

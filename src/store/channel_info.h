@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a file says of a channel: how its samples are stored, as its settings and its source demand, and what
 // the fit counted.
 #pragma once

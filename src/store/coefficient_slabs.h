@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Slabs of samples in, slabs of prefiltered coefficients out: the stage between fit and file of a volume that
 // stores coefficients.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A finished file whose series goes on: what new frames must agree with, and what of the old file stays.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A host's field, asked for its values on grids.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checksums that tell whether two writers would make the same samples.
 #pragma once
 

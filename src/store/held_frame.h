@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A source frame kept for comparison, in the precision in which it came.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What makes the slabs of one level of a volume that is written: a fit of the frames, or layers, and behind
 // it the prefilter where coefficients are stored.
 #pragma once

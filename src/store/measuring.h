@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The comparison with the source while a file is written: which frames take part, and what happens where it
 // is not possible. It must be possible where a bound or all errors are asked for; else it is given up when
 // memory is short or the kernel does not exist on the lattice.

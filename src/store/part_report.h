@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What each part of a series counted and measured, and how the reports of all parts become that of the
 // series.
 #pragma once

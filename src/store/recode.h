@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One file made of another, without the source: samples become coefficients or the reverse, another kernel,
 // another step, an older version of the format.
 #pragma once

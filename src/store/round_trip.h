@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What becomes of the source samples: layers as they are stored -> the field as a reader reconstructs it ->
 // the difference from the source, frame by frame while the file is written; and the corrections that keep it
 // within a bound.

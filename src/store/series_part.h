@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A part of a series that several processes write, or that continues a file: what it must be given, and what
 // it makes.
 #pragma once

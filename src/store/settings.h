@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the writer of a volume is asked for. The options of the C ABI are translated into it once; from here
 // on nothing knows of them.
 #pragma once

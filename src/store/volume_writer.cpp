@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a writer settles before its first data, and what finish() adds to the file.
 #include "store/volume_writer.h"
 

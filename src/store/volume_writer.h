@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A volume in, a file out: the pipeline of a writer, which owns the order of its calls.
 //
 //   frames, or layers, or a field

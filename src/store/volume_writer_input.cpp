@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The ways into a writer: frames, layers, or a field of the host.
 #include <algorithm>
 #include <cmath>

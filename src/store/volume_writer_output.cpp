@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The way of slabs from the fit into the file.
 #include "formats/bcc4/journal.h"
 #include "store/fingerprint.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A host that leaves air where its values are not is told so, in the log of its device.
 #include <cmath>
 

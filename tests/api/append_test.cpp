@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A series that goes on: only the new frames and some before them are given, and the file is that of all
 // frames.
 #include <fstream>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A sea with a coast and moving ice: what is missing is missing at the resolution of the source, in every way
 // of looking at a file, whatever the distance of its lattice.
 #include <chrono>

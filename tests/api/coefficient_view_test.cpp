@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What files of coefficients in whole steps show, beside what files of samples of the same steps show.
 #include <iostream>
 #include <random>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every way of looking at a file with a bound sees its corrections: what was promised is what is drawn.
 #include <random>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a writer does at the ends of a series, and what stands in the file about it.
 #include <fstream>
 

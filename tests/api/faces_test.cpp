@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The faces of a field: what a writer stores outside them, and how true the field is beside them.
 #include <algorithm>
 #include <random>

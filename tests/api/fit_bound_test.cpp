@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bounds of the error at the source samples: what the writer promises is what every reader finds.
 #include <random>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Other ways into a file: a host's field, layers, and coefficients instead of samples.
 #include <random>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files in memory through the C ABI, for tests of bounds and stores.
 #pragma once
 

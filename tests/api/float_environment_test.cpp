@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hosts that trap on invalid numbers, round upwards or flush denormals: they get what all others get, and
 // keep what they have.
 #include <cfenv>

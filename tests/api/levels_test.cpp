@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Coarser levels of a file, as hosts see them.
 #include "support.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a host can do wrong: every misuse has its code and text, and breaks nothing.
 #include <atomic>
 #include <thread>

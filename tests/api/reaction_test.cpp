@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How soon a long call hears its host: with one thread, the processor time from one progress call to the next
 // and from a cancelling answer to the return stays below 0.1 s, whatever the call is doing. Processor time,
 // so that a busy machine does not matter.

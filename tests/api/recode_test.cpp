@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files written anew without their source.
 #include <cstdio>
 #include <filesystem>

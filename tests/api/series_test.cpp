@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A series through the whole ABI: frames -> file -> volume -> slices and values.
 #include <cstring>
 #include <fstream>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The slice options of the ABI: slabs, lattices, methods, hyperplanes by point and basis, empty slices.
 #include <cmath>
 #include <limits>

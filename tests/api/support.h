@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hosts of the C ABI in C++: handles that release themselves, and a small series to work on.
 #pragma once
 

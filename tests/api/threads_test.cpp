@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Const calls of one volume, slice and frame from many threads at once, with one device for all; run under
 // the thread sanitizer it proves that they share nothing unguarded.
 #include <atomic>

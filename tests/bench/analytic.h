@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fields whose value and gradient are known everywhere: what pictures are compared with.
 #pragma once
 

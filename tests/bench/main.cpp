@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [the suite's options]: benchmarks and measurements,
 // by name.
 #include <cstdio>

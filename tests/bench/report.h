@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every suite of the benchmark prints with: tables as Markdown or JSON lines, plots as PNG.
 #pragma once
 

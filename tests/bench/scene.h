@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scenes of the suites `render` and `skip`: an analytic field, how it is shown, and its samples on the
 // lattices.
 #pragma once

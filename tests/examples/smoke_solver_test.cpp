@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The solver behind the quickstart's data: pressure against closed form, no divergence, air stays air, any
 // thread count.
 #include <algorithm>

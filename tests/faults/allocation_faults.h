@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The allocations of this program, counted and made to fail.
 #pragma once
 

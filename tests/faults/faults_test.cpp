@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What fails once must fail cleanly: allocation N, read N, write N, a disk full after N bytes, a call
 // cancelled at N, for every N. The answer is a status that names the cause, outputs stay empty, nothing
 // leaks, and the name of the target never holds a broken file.

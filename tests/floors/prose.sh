@@ -1,7 +1,8 @@
 #!/bin/bash
-# prose.sh TOP: checks what can be checked of the prose below TOP and prints each line that does not hold. A source of more
-# than 120 lines opens with a comment that says what it does, and numbers in comments and in the notes of the benchmark have
-# a leading zero; what commands print, in the indented and fenced parts of the notes, is left as it is.
+# prose.sh TOP: checks what can be checked of the prose below TOP and prints each line that does not hold. Every source names
+# its licence in its first line, and of more than 120 lines it says in a comment below what it does. Numbers in comments and in
+# the notes of the benchmark have a leading zero; what commands print, in the indented and fenced parts of the notes, is left as
+# it is.
 set -euo pipefail
 cd "${1:?usage: prose.sh TOP}"
 
@@ -30,9 +31,11 @@ function end_file() {
 }
 FNR == 1 {
   end_file()
-  file = FILENAME; notes = file ~ /\.md$/; skipped = is_later(); headed = $0 ~ /^\/[\/*]/; fenced = in_block = 0
+  file = FILENAME; notes = file ~ /\.md$/; skipped = is_later(); headed = fenced = in_block = 0
   files++
+  if (!notes && file !~ /\.inc$/ && $0 !~ /^\/[\/*] SPDX-License-Identifier: Apache-2\.0( \*\/)?$/) wrong(file, "does not name its licence in its first line")
 }
+FNR == 2 || (FNR == 1 && FILENAME ~ /\.inc$/) { headed = $0 ~ /^\/[\/*]/ }
 { lines = FNR }
 skipped { next }
 # The prose of a line: in notes all but what commands print, in sources what is behind the slashes or in a block of C.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fuzzed sequences of calls of the C ABI: whatever a host does in whatever order, every call answers with a
 // status, failures leave a text, and nothing leaks.
 #include <bccsplat.h>

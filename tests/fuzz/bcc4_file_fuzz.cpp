@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens fuzzed bytes as a .bcc4 file, decodes what can be decoded and verifies it.
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/coding/chunk.h"

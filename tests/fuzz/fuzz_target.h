@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What libFuzzer and the replay of the corpus call, and how a target takes its input apart.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fuzzed bytes as a file of a foreign format: its header, and the first and last frame.
 // Input: one byte for the format, raw only: sizes and options; then the file.
 #include <unistd.h>

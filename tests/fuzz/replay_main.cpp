@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a fuzz target on files, or on all files of folders, so that what libFuzzer found stays found with any
 // compiler. Prints the number of inputs; fails without any.
 #include <cstdio>

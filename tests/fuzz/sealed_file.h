@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A .bcc4 file out of fuzzed bytes. Zeros of the preamble are left out of the input and checksums are set
 // right, so that mutations reach the code behind them.
 #pragma once

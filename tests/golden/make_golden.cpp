@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes the golden files of the format version of the day: make_golden FOLDER. Files of a released version
 // are never made again; a new version gets new files beside them.
 #include <gtest/gtest.h> // for the helpers

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A second reader of .bcc4, written from formats/bcc4.md alone and for clarity: no header of the project, no
 // speed.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cameras and worlds far from comfortable.
 #include "tests/stability/stability.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Many thin sheets, none, and one that hides all.
 #include "tests/stability/stability.h"
 

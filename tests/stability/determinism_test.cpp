@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same bits, whoever works and how often.
 #include "tests/stability/stability.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hyperplanes on the verge of something else.
 #include "tests/stability/stability.h"
 

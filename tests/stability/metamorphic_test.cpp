@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole chain under symmetries: what is done to the source is done to the result.
 #include "tests/stability/stability.h"
 

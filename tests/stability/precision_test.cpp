@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Single precision where much is added up, or far from the origin.
 #include "tests/stability/stability.h"
 

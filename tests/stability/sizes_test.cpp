@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The smallest, oddest and largest things that may be asked for.
 #include "tests/stability/stability.h"
 

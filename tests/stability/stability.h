@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the stability tests share: volumes in memory, made and read through the C ABI, pictures of them.
 #pragma once
 

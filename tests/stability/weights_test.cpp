@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums of weights, and prefilters on the inputs that suit them least.
 #include "tests/stability/stability.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Handles of the C ABI that release themselves, and structs with their size set.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fields known everywhere, with a stated band: plane waves of a ball, and the test signal of Marschner &
 // Lobb.
 #pragma once

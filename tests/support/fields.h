@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Analytic fields sampled on the lattices, and the context tests run in.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fields known everywhere: sums of plane waves inside a ball of frequencies.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small scenes for the tests of the renderer.
 #pragma once
 

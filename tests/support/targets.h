@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every instruction set of this machine that the core was compiled for.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OpenVDB grids for the end-to-end tests: vdb_probe make FILE sphere|fog|FRAMES writes one, vdb_probe FILE
 // tells of each float grid, as JSON, what a reader of the file sees.
 #include <openvdb/openvdb.h>

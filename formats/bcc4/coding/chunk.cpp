@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Codes one chunk: run lists of its kept sites and holes, and its codes by the predictor that promises the
 // fewest bits; and decodes it again.
 #include "formats/bcc4/coding/chunk.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One chunk: the sites of a 4D brick as codes, and its two coded parts (bcc4.md, sections 5 to 7).
 #pragma once
 

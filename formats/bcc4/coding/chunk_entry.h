@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the index of a .bcc4 file says of one chunk (bcc4.md, section 4).
 #pragma once
 

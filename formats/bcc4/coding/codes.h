@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Turns samples of one channel into codes and back (bcc4.md, section 6).
 //
 // Samples are relative to air, or to another value where a reader wants that. Ordered codes are unsigned

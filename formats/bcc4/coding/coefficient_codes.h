@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Coefficients as whole steps from air (ValueType::i32), a chunk at a time.
 //
 // The steps of a chunk come in units of 2^shift, which the writer chooses here and the container finds again.

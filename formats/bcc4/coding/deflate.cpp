@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Deflates with zlib, by the strategy that suits the bytes, and inflates with libdeflate where it is there.
 #include "formats/bcc4/coding/deflate.h"
 

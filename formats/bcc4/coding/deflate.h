@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Raw deflate streams (RFC 1951) and CRC-32 (ISO-HDLC, as in zlib and PNG).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Estimates how many bits a coder will need, in a fraction of its time. All in integers, so that choices do
 // not depend on the libm of a machine.
 #pragma once

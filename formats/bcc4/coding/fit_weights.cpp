@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fits the weights of predictor 5 to a chunk by least squares (bcc4.md, section 7): sums products of
 // neighbours over a sample of the sites, class by class, and solves the normal equations.
 #include <algorithm>

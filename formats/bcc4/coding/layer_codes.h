@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The samples of one layer of a decoded chunk, apart from the others and in no more bytes than they have
 // there.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which samples of a source frame are missing, as a run list (bcc4.md, record 10).
 #pragma once
 

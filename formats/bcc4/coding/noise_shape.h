@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the rounding errors of coefficients go: to frequencies that the kernel does not pass.
 //
 // What rounding adds to a coefficient is taken back, with weights, from neighbours that are rounded later.

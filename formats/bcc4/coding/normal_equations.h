@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums of products for least squares over the neighbours of sites, many at once.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Prediction of codes from neighbours on the lattice (bcc4.md, section 7).
 #pragma once
 

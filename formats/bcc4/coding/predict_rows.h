@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Prediction with given weights, row by row, in loops that are compiled once for each instruction set.
 #pragma once
 

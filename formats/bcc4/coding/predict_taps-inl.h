@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The weighted neighbours of a row of sites. This file is included once per target.
 #if defined(BCCSPLAT_PREDICT_TAPS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef BCCSPLAT_PREDICT_TAPS_INL_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Visits rows of sites in coding order, with the cells they are predicted from (bcc4.md, section 7).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Corrections at source samples, by which a stated error bound holds where the lattice alone misses it
 // (bcc4.md, section 10).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory that is used again for chunk after chunk.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Turns packed codes into the values of a brick, a vector at a time where the kept sites of a row are one
 // run.
 #undef HWY_TARGET_INCLUDE

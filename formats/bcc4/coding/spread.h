@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Puts the values of kept sites at their places in a brick.
 #pragma once
 

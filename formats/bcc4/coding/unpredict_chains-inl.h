@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Decodes rows in which each site is predicted from the one before. This file is included once per target.
 #if defined(BCCSPLAT_UNPREDICT_CHAINS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef BCCSPLAT_UNPREDICT_CHAINS_INL_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads rows of residuals, writes rows of codes, and decodes rows whose sites do not depend on each other.
 // This file is included once per target.
 #if defined(BCCSPLAT_UNPREDICT_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "formats/bcc4/coding/unpredict_rows.cpp"
 #include <hwy/foreach_target.h>

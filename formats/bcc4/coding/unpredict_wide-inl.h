@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Decodes codes of 32 bits. Their cells are kept modulo 2^32, so that they take no more room than those of
 // other types. This file is included once per target.
 #if defined(BCCSPLAT_UNPREDICT_WIDE_INL_H) == defined(HWY_TARGET_TOGGLE)

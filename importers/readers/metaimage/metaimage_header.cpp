@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parses the keys of a MetaImage header line by line and finds the data files it names. Format: the
 // documentation of MetaIO.
 #include "readers/metaimage/metaimage_header.h"

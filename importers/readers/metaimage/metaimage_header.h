@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The header of a MetaImage file and where its data are.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens MetaImage files as one dense array: roles of the axes, affine and times from the header, frames by
 // DenseSeries. It is the model for new readers of dense formats.
 #include "readers/metaimage/metaimage_reader.h"

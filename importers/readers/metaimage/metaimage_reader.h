@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // MetaImage: .mha with the data inside, .mhd with data files beside it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes samples evenly spaced along z of levels at uneven places.
 #pragma once
 

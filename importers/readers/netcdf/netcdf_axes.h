@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which dimension of a NetCDF variable is x, y, z and time.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Wraps libnetcdf: what a file holds is read once when it is opened, values when they are asked for. Classic
 // files that were cut off are found by their size, because the library reads zeros beyond their end.
 #include "readers/netcdf/netcdf_file.h"

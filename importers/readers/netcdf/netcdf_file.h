@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A NetCDF file as plain data: variables, dimensions, attributes. It is not for concurrent use, for the
 // library takes no locks.
 #pragma once

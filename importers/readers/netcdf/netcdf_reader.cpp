@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens variables of NetCDF files as a series: chooses the variables, tells axes, scaling, holes and times by
 // the CF conventions, and joins files along time.
 #include "readers/netcdf/netcdf_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NetCDF, classic and 4, through libnetcdf.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads the fixed fields of a NIfTI-1 or NIfTI-2 header in either byte order and opens the image behind it as
 // one dense array.
 #include "readers/nifti/nifti_reader.h"

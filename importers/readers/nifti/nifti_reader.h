@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NIfTI-1 and NIfTI-2 images in one file (.nii, .nii.gz), 3D or 4D. Format: nifti1.h and nifti2.h of the
 // NIfTI DFWG.
 #pragma once

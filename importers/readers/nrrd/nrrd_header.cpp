@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parses the fields of a NRRD header line by line and finds the data files it names.
 #include "readers/nrrd/nrrd_header.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The header of a NRRD file, field by field. Format: Teem's "Definition of NRRD File Format" (NRRD0001 ..
 // NRRD0005).
 #pragma once

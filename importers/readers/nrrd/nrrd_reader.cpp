@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens NRRD files as one dense array: tells the sort of each axis by its kind, label and direction, never by
 // its place, and takes affine and times from the header.
 #include "readers/nrrd/nrrd_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NRRD series: one file of three or four axes, or one file per frame.
 #pragma once
 

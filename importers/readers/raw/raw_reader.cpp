@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens raw arrays by what the user says of them, checks that the files have the sizes that follow, and warns
 // where one frame looks as if it were declared wrongly (roughness.h).
 #include "readers/raw/raw_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Raw arrays: one file for the series or one per frame, plain or gzip.
 #pragma once
 

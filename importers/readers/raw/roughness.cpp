@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compares how much neighbouring samples differ as declared, with the bytes of each value reversed, and with
 // the axes in another order; values that would be smooth in one of these other ways are suspicious.
 #include "readers/raw/roughness.h"

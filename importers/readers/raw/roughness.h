@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suspicions about raw data: a wrong byte order, a wrong sign or swapped axes make neighbours differ wildly.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "readers/vdb/block_boxes.h"
 
 #include <algorithm>

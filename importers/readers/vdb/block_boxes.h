@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes few rectangular boxes of the scattered blocks of a sparse grid.
 #pragma once
 

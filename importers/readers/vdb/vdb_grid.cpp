@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads scalar grids of OpenVDB files: names and bounds from metadata alone where a file has them, voxels as
 // boxes of the blocks that hold anything but background.
 #include "readers/vdb/vdb_grid.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An OpenVDB file: what its scalar grids are, and their voxels as boxes. Only the vdb files know OpenVDB.
 #pragma once
 

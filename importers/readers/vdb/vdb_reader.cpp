@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens OpenVDB files, one per frame: unites the bounds of their active voxels, checks that their transforms
 // differ by whole voxels only, and reads each grid that was asked for as a channel.
 #include "readers/vdb/vdb_reader.h"

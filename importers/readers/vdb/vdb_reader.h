@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OpenVDB series: one file per frame, fog volumes and level sets of scalar type.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Base64 as VTK writes it: runs one after the other, each padded by itself.
 #pragma once
 

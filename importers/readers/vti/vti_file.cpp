@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parses the XML of a .vti file up to its appended data and decodes its arrays, written as text, base64 or
 // raw bytes, in one piece or in zlib blocks.
 #include "readers/vti/vti_file.h"

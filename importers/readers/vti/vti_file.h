@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One VTK XML ImageData file (.vti): its header and its arrays.
 // Format: VTK File Formats, "XML File Formats" (serial ImageData; ascii, binary and appended data, zlib
 // blocks).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens .vti files, numbered or named by a .pvd collection, as a series: arrays or their components become
 // channels, and sizes, spacing and origin must agree.
 #include "readers/vti/vti_reader.h"

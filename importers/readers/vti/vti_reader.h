@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // VTK ImageData series: numbered .vti files, or a .pvd collection that names files and times.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A recursive parser of the small part of XML that VTK's files need, which may stop at the start of an
 // element whose content is no XML.
 #include "readers/vti/xml.h"

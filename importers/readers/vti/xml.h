@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // As much XML as VTK's files need: elements, attributes and text, without DTDs or entities beyond the five.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The subcommands. Each adds itself to the command line and returns what to run once it has been parsed.
 #pragma once
 

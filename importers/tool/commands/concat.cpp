@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4 concat: parts of a series -> one .bcc4 file.
 #include <cstdio>
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4 export: frames back on the source grid, as raw, NRRD or OpenVDB files.
 #include <cmath>
 #include <cstdio>

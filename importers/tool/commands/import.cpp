@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4 import: a series of frames -> one .bcc4 file.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4 info: what is in a .bcc4 file.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4 manual and bcc4 completion: written from the options themselves, so that neither can fall behind them.
 #include <algorithm>
 #include <cstdio>

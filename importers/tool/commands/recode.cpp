@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4 recode: one .bcc4 file made of another, without the source.
 #include <cstdio>
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4 render: pictures of slices.
 #include <algorithm>
 #include <array>

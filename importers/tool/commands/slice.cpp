@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4 slice: a hyperplane of a volume as a dense NRRD or OpenVDB box at the source's resolution.
 #include <cmath>
 #include <cstdio>

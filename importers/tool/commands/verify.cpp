@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bcc4 verify: checksums of a file, and its field against the source it was made from.
 #include <algorithm>
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a series changes: what finds the parts of it that tell most about the errors of a lattice.
 #pragma once
 

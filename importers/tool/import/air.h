@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The value of empty space where the source does not say it: 0, or for dense data of floats a value among
 // theirs. The nearer values are to air, the less a constant among them ripples.
 #pragma once

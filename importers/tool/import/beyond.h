@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lies beyond the faces of a field and the ends of a series, as a writer does it: mirrored, or foretold
 // on planes and layers of the file's own, which are sites, too.
 #pragma once

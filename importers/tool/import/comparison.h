@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A volume against the source it was made from, sample by sample.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an import would cost, before it is made.
 #pragma once
 

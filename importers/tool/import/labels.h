@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Labels: numbers of categories, between which there is nothing. A lattice that blends them makes up others.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lattice that a series is stored on where nobody says it, and the precision of its values: what its
 // spectrum foretells, proved on a sample.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a lattice is likely to lose of a spectrum, and the distances that lose least.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lattices with a distance for each axis, and how they come out.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A part of a series, imported by a process of its own.
 #pragma once
 

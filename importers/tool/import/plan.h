@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What import is about to do, in words and as JSON.
 #pragma once
 

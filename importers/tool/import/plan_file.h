@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a dry run decides about a series, in a file: several processes import parts of it alike.
 #pragma once
 

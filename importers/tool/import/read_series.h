@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of a series from first to last, with a line of progress.
 #pragma once
 

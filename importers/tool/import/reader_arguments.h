@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The options that say how the input is to be read, shared by import and verify.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Errors against the source, in words and as JSON with stable keys: of import and of verify.
 #pragma once
 

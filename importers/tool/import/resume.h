@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Unfinished imports: what stays of them, and going on.
 #pragma once
 

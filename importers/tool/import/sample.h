@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A part of a series small enough to be tried out: boxes of it, through stretches of frames, picked where the
 // series is busy, and what each of them stands for.
 #pragma once

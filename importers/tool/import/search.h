@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The coarsest coding that keeps the error a user accepts, found on a part of the series that goes through
 // the real writer.
 #pragma once

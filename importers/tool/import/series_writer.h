@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A series as the reader describes it -> the writer of the library.
 #pragma once
 

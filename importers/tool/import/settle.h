@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an import has to find out about a series before it can write it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The files a series comes from, as a .bcc4 records them.
 #pragma once
 

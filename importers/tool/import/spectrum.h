@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far the content of a series reaches in frequency, all four axes together, and what lies where a lattice
 // does not keep it.
 #pragma once

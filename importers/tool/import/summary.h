@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an import tells when it is done, in words and as JSON with stable keys.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Codings tried on a sample of a series: through the real writer and back.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lattices make of plane waves: tables of the default kernel and resampling filter.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A series, or a part of it, through the library's writer into a file.
 #pragma once
 

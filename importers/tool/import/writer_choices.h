@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Names of the writer's settings on the command line and in plans.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The type in which export gives the values of a channel back.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of a volume on the source grid -> raw, NRRD or OpenVDB files.
 #pragma once
 

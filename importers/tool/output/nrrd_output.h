@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Header text of attached NRRD files with raw little-endian data.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a file tells of the OpenVDB grid it was made of, for one that is written.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A dense box of values -> an OpenVDB grid. Only the vdb files know OpenVDB.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cameras as JSON: {"position": [x,y,z], "target": [x,y,z], "up": [x,y,z], "fovy_deg": d or "ortho_height":
 // h, "resolution": [w,h], "frames": [{...}, ...]}, in world space, right-handed. Each of the frames is a
 // camera of its own, with the outer one's keys where it has none.

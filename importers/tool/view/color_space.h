@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Colours for blending: linear light, display sRGB, and the spaces ParaView's maps are blended in.
 #pragma once
 

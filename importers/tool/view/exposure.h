@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long the pictures of a sequence gather light, for programs that read them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pictures that one command makes: which slice, turned how far, from which of the cameras, and
 // under which name.
 #pragma once

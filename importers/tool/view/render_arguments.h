@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `bcc4 render` was asked for.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The transfer functions that `bcc4 render` was asked for.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Times and counts of a picture, as `bcc4 render --stats` writes them.
 #pragma once
 

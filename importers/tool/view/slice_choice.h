@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which hyperplane, and what the slice holds of it: --time, --index, --plane, --point and --basis,
 // --thickness, --roi and so on, for every command that cuts.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // --sweep A:B,N: a hyperplane moved along its normal, one slice after the other.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Slices by time, and dense samples of a slice some planes at a time.
 #pragma once
 

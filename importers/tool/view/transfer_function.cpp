@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tool/view/transfer_function.h"
 
 #include <algorithm>

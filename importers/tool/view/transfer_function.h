@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Transfer functions of the tool: built-in maps and ParaView's JSON colour maps.
 #pragma once
 

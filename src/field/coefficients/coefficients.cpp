@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes coefficient layers stage by stage on demand, keeps them in a cache, and makes them in stretches where
 // the cache is too small for a whole layer's dependencies.
 #include "field/coefficients/coefficients.h"

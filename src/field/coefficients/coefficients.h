@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Kernel coefficients of a 4D volume, layer by layer: made from the samples on first use and kept while
 // memory allows.
 //

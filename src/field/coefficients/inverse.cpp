@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums the layers in reach, then inverts one axis after the other: a brick with the sites in reach along the
 // axis is copied, and shrinks to the brick factor by factor. Products are rounded before they are added, so
 // that every target computes the same coefficients.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The prefilter of kernel exact: it inverts, along x, y, z and t, what the kernel makes of coefficients at
 // the sites of a Cartesian lattice (PrefilterStage in kernel/kernel.h).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All stages of a prefilter at once, for some layers: plane by plane along z, in rings of planes that stay in
 // the processor's caches, so that only samples are read and only coefficients are written.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The steps from samples on a lattice to the coefficients of a kernel.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums the coefficients around every site of a layer, brick by brick, with weights that are the same for all
 // sites: those of the kernel at the distances between sites.
 #include "field/coefficients/sampled_field.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The samples of a volume that stores coefficients: the field of its own kernel at the sites. Other kernels
 // and axis slices, whose prefilters start from samples, read them in place of those of a file.
 #pragma once

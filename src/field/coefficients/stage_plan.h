@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which planes of which layers each stage of a prefilter adds up, and where they lie in memory.
 #pragma once
 

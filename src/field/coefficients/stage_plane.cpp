@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products are rounded before they are added, so that every target computes the same coefficients; and sums
 // are the same where before and behind are exchanged, so that a mirror image has the bits of its original.
 #undef HWY_TARGET_INCLUDE

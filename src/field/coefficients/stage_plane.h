@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One prefilter stage on one plane of one layer: sums over planes that lie in memory row by row, margins
 // included (formula: PrefilterStage in kernel/kernel.h).
 #pragma once

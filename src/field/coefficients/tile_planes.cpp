@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "field/coefficients/tile_planes.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A box of bricks through all stages of a prefilter, plane by plane along z.
 #pragma once
 

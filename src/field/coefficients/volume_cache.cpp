@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "field/coefficients/volume_cache.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How large the caches of a volume are: what playing its series needs, and how a given size is shared.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Copies of the sites around a batch of points: where points lie close together, copying a box once is
 // cheaper than finding bricks and mirrors for each.
 #pragma once

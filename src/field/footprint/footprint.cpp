@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums footprints of points, a lane each: sites come from copies around a batch, from bricks shared by a run
 // of points, or patch by patch (tests/bench/notes/kernels.md, "Speed").
 #undef HWY_TARGET_INCLUDE

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums of kernel-weighted coefficients around points: the inner loop of every evaluation.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums of kernel-weighted coefficients for a row of samples along x: the inner loop of dense sampling, many
 // samples at a time.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tells whether a point of space falls on missing data: the nearest site, of either coset, decides.
 #pragma once
 

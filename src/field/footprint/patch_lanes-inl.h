@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Brings the sites of the patches of several points into the lanes of vectors, a lane a point. Included once
 // per target.
 #if defined(BCCSPLAT_SLICE_PATCH_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Copies the sites of a patch that lies in several bricks or crosses an end of the lattice.
 #include "field/footprint/patch_sites.h"
 

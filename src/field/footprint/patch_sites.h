@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finds the sites of a patch in memory: in one brick, or copied where bricks or mirrors meet.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The arithmetic of footprints for as many points as a vector has lanes: weights of the sites of a patch, and
 // what the weighted sites add up to. Included once per target.
 #if defined(BCCSPLAT_SLICE_PATCH_SUM_INL_H) == defined(HWY_TARGET_TOGGLE)

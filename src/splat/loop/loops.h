@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The inner loops of the splatter and the data they share: one body for every SIMD target (*_simd.cpp), and a
 // slow reference that reads like the formulae (reference.cpp).
 //

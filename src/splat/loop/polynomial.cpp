@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes float polynomials of radial kernels for the inner loops: the kernel itself, and the shorter forms of
 // loops.h that reproduce constants like it.
 #include <cmath>

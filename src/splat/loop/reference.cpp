@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference loops are slow and read like the formulae of loops.h; tests compare the SIMD loops with them.
 #include <algorithm>
 #include <cmath>

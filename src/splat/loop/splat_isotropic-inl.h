@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adds points to the ring where a sheet's metric is a multiple of the identity and rays run along its normal,
 // for the target being compiled; the file is included once per target.
 //

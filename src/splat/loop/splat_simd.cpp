@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adds points to the ring through Highway: one body is compiled for every target, and the best is chosen at
 // run time. SplatForm() chooses the loop for a window; the loops for isotropic windows are in
 // splat_isotropic-inl.h.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A point's weights on a vector of samples, for the target being compiled; the file is included once per
 // target.
 #if defined(BCCSPLAT_SPLAT_WEIGHTS_INL_H) == defined(HWY_TARGET_TOGGLE)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Moves points to the screen and takes finished sheets out of the ring, through Highway: one body is compiled
 // for every target, and the best is chosen at run time. The formulae are those of reference.cpp.
 #undef HWY_TARGET_INCLUDE

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plans a picture before its tiles start, in the order of make_plan() at the end: the sheets, whether they
 // are sampled more coarsely than the picture and raised to it, the lanes and windows of every gap, the tiles,
 // and the bricks that each of them needs. The notes on the limits are tests/bench/notes/splat.md,

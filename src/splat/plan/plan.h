@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a picture needs before its tiles start: sheets and gaps, windows, the bricks that may be seen and the
 // order in which the front reaches them.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Judges every brick of a slice's points for a picture: whether it may show, which gaps and pixels its points
 // may touch, and which of its cells are needed. The bricks that are left become plan.bricks, sorted by their
 // first gap.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which bricks of a slice's points a picture needs, and where their points fall.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bounds what samples can show by the ranges of the coefficients around them, so that bricks and cells which
 // nothing visible looks at are left out. A sample lies between the least and the most that its coefficients
 // times the sum of kernel weights can amount to; the notes are in tests/bench/notes/render-speed.md.

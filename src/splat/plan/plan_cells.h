@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which cells of a brick, 4^3 planes of the lattice, a picture needs, by what the coefficients in and around
 // them can amount to.
 #pragma once

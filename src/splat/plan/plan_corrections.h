@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the corrections of a slice fall in a picture.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a view in perspective is raised from a fan (raise_fan.h), and where its bricks are then.
 #pragma once
 

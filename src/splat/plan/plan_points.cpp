@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Picks the single points that a picture needs out of its bricks: those within reach of a point whose
 // coefficient alone could make a sample visible. Cells of 2^3 planes stand for points, one bit each, so that
 // a brick and its neighbours are judged by a few words (point_sizes.h).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which points of its bricks a picture needs, by cells of 2^3 planes.
 #pragma once
 

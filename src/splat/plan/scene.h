@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a picture shows and how it is drawn.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distances on the sheets of a view, in pixels and in lattice units.
 #pragma once
 

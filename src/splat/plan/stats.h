@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What drawing a picture took, and what of it was left out.
 #pragma once
 

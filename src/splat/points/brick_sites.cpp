@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads the sites of a slice that one brick of the splatter covers, mirror images included, and holds the
 // reference loops that sum them up and list their points (brick_sites_simd.cpp has the fast ones).
 #include "splat/points/brick_sites.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From the sites of a slice to one brick of the splatter: its coefficients in the order of the lattice, what
 // they amount to, and its points.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The range of coefficients around each cell of a brick, from the cells of the bricks beside it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What corrections add to the ranges that bricks and cells of points are left out by.
 #pragma once
 

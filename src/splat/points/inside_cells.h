@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a field is known to lie beyond an isosurface, seen from air: no surface is there, and points that
 // only such places look at need not be drawn.
 #pragma once

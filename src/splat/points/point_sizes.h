@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How large the coefficients in cells of 2^3 planes are, and from that which points are near enough to one
 // that a picture may show.
 #pragma once

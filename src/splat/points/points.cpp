@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes the points of a slice: finds the bricks that its bricks reach, sums up their sites, then lists the
 // points of those that hold any, with the ranges of coefficients around them by which pictures leave bricks
 // out.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The points of a slice as the splatter reads them: bricks of compact points, mirror images included.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which bricks of the splatter a slice's bricks reach, mirror images included; nothing is spent on the
 // others.
 #pragma once

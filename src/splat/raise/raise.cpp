@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Computes the weights that raise.h defines, once per axis of a picture, and holds the reference loops.
 #include "splat/raise/raise.h"
 

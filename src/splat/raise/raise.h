@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sheets that hold fewer samples than the picture has pixels, and the filter that raises them to its pixels.
 //
 // A kernel leaves little above half a cycle per T, so that a magnified picture is drawn as well from 1.5 to 2

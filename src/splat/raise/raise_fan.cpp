@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splat/raise/raise_fan.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Perspective from sheets that are sampled side by side.
 //
 // The samples of all sheets lie on the same lines along the sheets' normal, as those of an orthographic view,

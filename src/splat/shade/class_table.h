@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The transfer function as the sheets use it: a table from value to colour and extinction.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shading: two-sided Phong with directional lights, in world space.
 //   colour * (ambient + diffuse sum_l light_l |N.L_l|) + specular sum_l light_l |N.H_l|^shininess
 // N is the normalised gradient, L points to the light, H is halfway between L and the direction to the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finds where rays pass an iso value, by the field itself: Newton's method inside the bracket that two sheets
 // give, for many rays at once, because sums of footprints are cheapest side by side. The notes are
 // tests/bench/notes/isosurfaces.md.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Points on a surface: where the field along a ray passes the iso value, found by the field itself, more
 // finely than sheets are apart.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference form of pre-integrated classification; sheet_classify-inl.h has the fast one.
 #include "splat/shade/value_integrals.h"
 

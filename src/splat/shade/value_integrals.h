@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Integrals of the transfer function over the value, for segments in which the value runs through more of the
 // function than one entry tells (pre-integrated classification: Engel, Kraus, Ertl 2001, section 3.2, in its
 // one-dimensional form: the mean of extinction and emission between two values is the difference of two

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference form of sheet.h, which reads like the formulae; sheet_simd.cpp has the fast one.
 #include "splat/sheet/sheet.h"
 

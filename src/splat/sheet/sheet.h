@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What happens to a finished sheet of a tile: it is classified, shaded and composited, or integrated, or the
 // maximum is kept.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a completed sheet and its neighbours to what its pixels are classified and shaded from.
 #pragma once
 

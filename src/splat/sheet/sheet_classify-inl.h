@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From the values of neighbouring pixels of a sheet to the colour and opacity of their segments: by one entry
 // of the table, or by the table's integrals. The file is included once per target.
 #include "splat/sheet/sheet_pixels-inl.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the sheets' SIMD loops share: pixels side by side, their rays, gradients and light. The file is
 // included once per target.
 #include <hwy/highway.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loops of sheet.h through Highway: one body is compiled for every target, and the best is chosen at run
 // time. Pixels and light are in sheet_pixels-inl.h, classification in sheet_classify-inl.h.
 #undef HWY_TARGET_INCLUDE

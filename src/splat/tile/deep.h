@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What each pixel of a tile gathers along its ray, as a list of samples by depth: the deep picture.
 //
 // A sample is a part [front, back] of the ray that absorbs evenly, with the opacity it has by itself and its

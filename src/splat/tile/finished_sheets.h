@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is known of each of the last finished sheets of a tile.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The finished sheets of a view, kept from picture to picture: under another transfer function, other lights
 // or another iso value they are classified again, and no point is drawn.
 //

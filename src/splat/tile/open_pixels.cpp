@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splat/tile/open_pixels.h"
 
 #include <algorithm>

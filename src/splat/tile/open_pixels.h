@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which pixels of a tile are still open: sums over rectangles of its ring's samples, so that what only
 // finished pixels would see is not drawn.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adds the corrections of a slice to the sheets of a tile: those near a sheet become small bumps on it.
 #pragma once
 

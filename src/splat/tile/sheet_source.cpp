@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats the points of one tile gap by gap and takes finished sheets out of the ring. A brick is transformed
 // when the front reaches it; its points wait in bins, one per gap, so that every sheet is complete as soon as
 // the last gap that reaches it is drawn. How sheets are raised is in sheet_source_raise.cpp.

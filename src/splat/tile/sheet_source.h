@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sheets of one set of points in one tile, front to back: bricks are moved to the screen when the front
 // reaches them, their points splatted into the ring gap by gap, finished sheets taken out of it.
 #pragma once

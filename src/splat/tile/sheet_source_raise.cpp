@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of SheetSource for sheets that have fewer samples than the picture, along the normal or side by
 // side; see raise.h.
 #include <algorithm>

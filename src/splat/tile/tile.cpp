@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws one tile of a picture: marches through its sheets, classifies each as it is completed, or looks for
 // surfaces between two of them, and divides the sums at the end. What one sheet does to its pixels is in
 // splat/sheet; where the sheets come from is in sheet_source.h.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws one tile of a picture, front to back.
 #pragma once
 

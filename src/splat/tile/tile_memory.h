@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The memory that a tile works in, which is kept from tile to tile.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The finished pixels of a tile.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cuts the rays of a tile's pixels by the half-spaces of the domain, a row at a time, so that loops without
 // branches do it; ray_interval() of view.h is the same for one ray, and the reference in tests.
 #include "splat/tile/tile_rays.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rays of a tile's pixels: where they run inside the domain, how long a sheet step is along them, and
 // where the viewer is.
 #pragma once

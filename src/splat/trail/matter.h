@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What several objects in one space absorb and emit on one sheet of a tile, and how it is composited.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loops of matter.h through Highway: one body is compiled for every target, and the best is chosen at run
 // time.
 #undef HWY_TARGET_INCLUDE

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws a slice with its trail: plans all objects on one grid of tiles, with tiles small enough for every
 // thread to find memory for one, and has each tile drawn. Where the slice is drawn apart, as a surface or a
 // picture of its own, it is drawn first; a surface then ends the trail's rays, and a picture is laid over the

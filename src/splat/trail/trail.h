@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // 3.5D motion blur (Neophytou & Mueller 2002, section 4.3): a slice and what moved, drawn into one picture.
 // All objects go through the sheets side by side, front to back.
 #pragma once

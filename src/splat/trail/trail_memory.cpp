@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Estimates what a tile of a trail takes, array by array, before it is drawn, and lends memory for it: a
 // thread that finds none waits for another tile to end.
 #include "splat/trail/trail_memory.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The memory of the tiles of a trail, within the budget: as many tiles are drawn at once as fit it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws one tile of a picture with a trail. Each object (the slice, and each source of the trail) has sheets
 // of its own; a still is one object or a weighted sum of several, and what all of them absorb on a sheet is
 // gathered in two groups, the slice's and the trail's, and composited by the rule of TrailCombine.

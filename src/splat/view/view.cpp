@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes the view of a picture from its camera and slice, and cuts rays and sheets by the domain.
 #include "splat/view/view.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the samples of a picture are: sheets perpendicular to the view direction, seen through pixel centres.
 //
 // Sheets are `step` lattice units apart, measured in lattice space along the normal of the sheets, where the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Device: threads start late and end with it, its options are checked, its memory is counted. */
 #include "host.h"
 

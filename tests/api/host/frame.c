@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Frame: pixels of its own or of the host, and images on disk. */
 #include "host.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* host SCRATCH NAME: one of the tests below; 0 when everything held. */
 #include "host.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* Hosts in C99: checks that count, and a small series to work on. */
 #ifndef BCCSPLAT_TEST_HOST_H
 #define BCCSPLAT_TEST_HOST_H

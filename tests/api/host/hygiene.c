@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* The library leaves its host's process alone: no output, no locale, no floating-point mode, UTF-8 paths. */
 #include "host.h"
 

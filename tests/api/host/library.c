@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What needs no object: versions, names, texts. */
 #include "host.h"
 

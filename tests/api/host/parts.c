@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Parts of a series: written apart, joined, and everything that does not fit together. */
 #include "host.h"
 

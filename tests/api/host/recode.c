@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A file written anew: what it may be asked for, and what comes out. */
 #include "host.h"
 

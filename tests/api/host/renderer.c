@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Renderer: what it is given is checked when it is given; a picture out of order is refused. */
 #include "host.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Slice: time, axis and oblique hyperplanes; grids, points and cameras of them. */
 #include "host.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Volume: opened from a file, memory and a stream; asked about everything, rightly and wrongly. */
 #include "host.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Writer: frames, layers, streams; every wrong order and every wrong value. */
 #include "host.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* budget_host SCRATCH: import, slice and render under memory budgets from roomy to hopeless. Whatever the
  * heap really held is compared with the budget: a call does its work within it or fails with MEMORY_BUDGET,
  * and leaves nothing. */

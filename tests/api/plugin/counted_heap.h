@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* Every malloc of the process, those of the libraries it loads included. */
 #ifndef BCCSPLAT_TEST_COUNTED_HEAP_H
 #define BCCSPLAT_TEST_COUNTED_HEAP_H

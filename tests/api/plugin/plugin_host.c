@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* plugin_host LIBRARY SCRATCH: a host that knows the library by dlopen only, as a plugin's host does. Loads
  * and unloads it a hundred times, and two copies of it at once. */
 #include <bccsplat.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `evaluate`: time per point of the batch evaluation, beside its error and beside a tensor-product
 // cubic on the Cartesian grid in the same run.
 #pragma once

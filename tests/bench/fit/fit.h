@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `fit`: import onto the lattice - speed against a memory copy, accuracy per filter, samples kept.
 #pragma once
 

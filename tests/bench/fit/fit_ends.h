@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much less accurate a series is near its ends than inside.
 #pragma once
 

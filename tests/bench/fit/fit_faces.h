@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much less accurate a volume is near its faces, edges and corners than inside, and what could be done.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fields with known values everywhere, for measuring the fit.
 #pragma once
 

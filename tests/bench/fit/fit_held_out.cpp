@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/fit/fit_held_out.h"
 
 #include <algorithm>

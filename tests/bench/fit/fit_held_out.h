@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the lattice in time is worth on real series: every second frame is left out and asked for.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the low-pass before resampling costs and what it is worth.
 #pragma once
 

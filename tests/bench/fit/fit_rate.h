@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Error against bytes of whole files: D4* at several scales, Cartesian, and every second frame left out.
 #pragma once
 

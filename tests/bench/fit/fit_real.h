@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `bcc4 import` chooses for real series and for generated ones that are no balls of frequencies, beside
 // the other ways to keep as many samples, and beside zfp.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Series as a host holds them, and fits of them.
 #pragma once
 

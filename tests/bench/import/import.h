@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `import`: what it costs to import a series, beside reading it and no more.
 #pragma once
 

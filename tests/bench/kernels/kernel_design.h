@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Designs the prefilter stages of a kernel: minimises the mean over rho of the error in dB (design by exact
 // error, see kernel/wave_error.h) with the response at the sites bounded at every frequency.
 #pragma once

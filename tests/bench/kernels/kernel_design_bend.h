@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Time slices phase by phase: the error of plane waves at one distance from the layers, and the bends of a
 // temporal spline (kernel/kernel.h) for which it is least.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Designs the prefilters of kernels on the Cartesian lattice (kernel/cc_kernel.h): least squares in the
 // coefficients of polynomials of neighbour sums, weighted by the inverse of the least possible error.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Designs the spatial kernels themselves: phi(r) = sum_{j=2..7} a_j u^j of a given radius, monotone.
 #pragma once
 

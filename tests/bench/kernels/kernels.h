@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `kernels`: what the kernels and their prefilters do to plane waves, predicted and measured.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The references of every accuracy table: tensor-product kernels on the Cartesian grid, in double.
 #pragma once
 

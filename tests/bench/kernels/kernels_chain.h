@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What reaches a user: the whole way from samples to values, against fields known everywhere.
 #pragma once
 

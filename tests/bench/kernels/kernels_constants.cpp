@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What becomes of a constant, and of what varies little around a large one.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pipeline of Neophytou & Mueller 2002 on plane waves, step by step as it is printed, beside the
 // library's `paper` and `default`.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Periodic lattices in memory: the prefilter stages as they are defined, sums at points, and exact
 // interpolation by conjugate gradients. Slow and plain: references for measurements.
 #pragma once

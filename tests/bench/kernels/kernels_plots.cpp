@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Error against frequency and against taps, from the exact mean-square error.
 #include <cmath>
 

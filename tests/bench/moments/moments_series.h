@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Series of the size that people have, made on the spot and written into a file in memory.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `paper`: tables 1 and 3 of Neophytou & Mueller 2002 again, on real sets and on generated smoke.
 #pragma once
 

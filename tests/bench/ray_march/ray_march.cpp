@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The marcher's packets through Highway: one body, compiled for every target, the best chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tests/bench/ray_march/ray_march.cpp"

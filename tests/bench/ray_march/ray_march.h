@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The baseline of the renderer: a ray-marcher over a dense Cartesian grid, trilinear, with macro cells that
 // the transfer function skips, early ray termination and packets of rays in vectors. Camera, transfer
 // function, opacity correction and shading are those of the splatter; samples stand on the same sheets.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the vector body of the ray-marcher is given, in float.
 #pragma once
 

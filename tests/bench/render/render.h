@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `render`: time against error of the renderer, the ray-marcher and the paper's method on the same
 // pictures.
 #pragma once

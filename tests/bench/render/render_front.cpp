@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Time against error: every way of drawing on the same picture, and the plot.
 #include <algorithm>
 #include <cmath>

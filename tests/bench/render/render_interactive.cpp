@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a viewer waits for: another view, the next moment, any moment.
 #include <algorithm>
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures smaller than the data: each level of a slice against the area average of the picture in full size.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Transfer functions narrower than the change of the field from sheet to sheet: slabs classified by one entry
 // against pre-integrated ones, both against the exact integration of the field that the samples stand for.
 #include <cmath>

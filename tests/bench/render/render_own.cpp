@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The renderer against the exact integration of the field that its own samples stand for: what sheets and
 // gradients cost, kernel and lattice apart.
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two ways of drawing in turn, and the ratio of their times.
 #include <algorithm>
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `scale`: what grows with points, frames, pixels and threads, and what does not.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A host of the C API for the suite `scale`: a series of puffs of smoke of any size, written frame by frame
 // without ever being held, and pictures of it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `skip`: what each way of skipping saves, and that it changes no pixel.
 #pragma once
 

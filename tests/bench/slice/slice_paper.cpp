@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The methods of Neophytou & Mueller 2002, section 4, beside ours.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `splat`: how fast the splatter's loops run against what the machine can do, and where a frame's time
 // goes.
 #pragma once

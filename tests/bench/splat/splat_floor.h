@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one core of this machine can do at most: the figures that splat rates are fractions of.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/storage/coefficient_trial.h"
 
 #include <algorithm>

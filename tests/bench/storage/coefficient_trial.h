@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One series as coefficients in integer codes, in several ways: bytes, and how far the field and its gradient
 // are from those of coefficients that are not rounded.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Series for measuring the container, and their way into a file in memory and back.
 #pragma once
 

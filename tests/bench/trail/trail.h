@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suite `trail`: what a picture with a motion trail costs, as a ratio to the picture without.
 #pragma once
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* A small host: is the library that was found the one the header belongs to, and does it work? */
 #include <bccsplat.h>
 #include <stdio.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The MetaImage reader on files made here: every way of storing the data, the grid's place, files of a
 // series, and what is refused.
 #include "readers/metaimage/metaimage_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The NetCDF reader on files made with the library: formats and types, roles of axes, packed values and
 // holes, series of files, uneven levels, and what is refused.
 #include "readers/netcdf/netcdf_reader.h"

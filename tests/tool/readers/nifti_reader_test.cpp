@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The NIfTI reader on headers made byte by byte: byte orders, scaling, transforms and times, and damaged
 // headers.
 #include "readers/nifti/nifti_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The NRRD reader on headers written here: where the data are, which axis is time, times and components, and
 // malformed headers.
 #include "readers/nrrd/nrrd_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts how often files are opened, as the system tells it, because a series is to be found once and its
 // first header read once.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reader of raw arrays: orders of axes, types, gzip, several arrays and frames, memory, sizes that do not
 // fit, and the warnings about data that look wrongly declared.
 #include "readers/raw/raw_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the tests of the readers share: a folder of their own, files, and frames as plain arrays.
 #pragma once
 

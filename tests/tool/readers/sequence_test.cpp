@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finding the files of a series: numbers, gaps, selections, lists and patterns; and the frames and times
 // planned from them.
 #include "readers/sequence.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The OpenVDB reader on grids made with the library, against the trees' own values: scattered voxels, shifts,
 // level sets, types, and what is refused.
 #if BCCSPLAT_WITH_OPENVDB

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reader of VTK ImageData on files written here: every encoding, cells, collections and their times,
 // choices of arrays, and damaged files.
 #include "readers/vti/vti_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The benchmark's ray-marcher against its double-precision reference.
 #include "tests/bench/ray_march/ray_march.h"
 

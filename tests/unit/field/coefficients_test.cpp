@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Prefiltered layers: against the stages' formula, and whatever the memory.
 #include "field/coefficients/coefficients.h"
 

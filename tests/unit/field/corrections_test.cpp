@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Corrections of files of both kinds against their formula, and the grids that hold them.
 #include <gtest/gtest.h>
 

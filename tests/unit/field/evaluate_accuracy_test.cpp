@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How close values come to fields known everywhere, from samples to points: the figures users choose a kernel
 // by. `bccsplat_bench kernels --chain --marschner` measures the same on larger fields.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What prefiltering promises whoever evaluates: bounded on any input, local in time and space, exact enough
 // at the sites.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values of a volume at points, against the truth and against their own differences.
 #pragma once
 

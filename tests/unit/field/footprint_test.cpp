@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The inner loop of evaluation: every instruction set against the formula, and whatever shares the batch.
 #include "field/footprint/footprint.h"
 

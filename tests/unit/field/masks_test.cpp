@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Masks of files: the one rule of what is missing, for points and for slices, and what becomes of damage.
 #include <gtest/gtest.h>
 

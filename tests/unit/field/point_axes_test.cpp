@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Points of a caller to points of the inner loop, on every instruction set against a reference.
 #include "field/point_axes.h"
 

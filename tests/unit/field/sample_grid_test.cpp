@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Dense sampling of a slice against the slow reference.
 #include "field/sample_grid.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The samples of a volume that stores coefficients: the field of its kernel at the sites.
 #include "field/coefficients/sampled_field.h"
 

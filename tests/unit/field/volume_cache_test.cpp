@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a series costs that plays, whatever its cache: nothing twice where the cache is what playing needs,
 // never more with a larger one, and the same bits with any.
 #include "field/coefficients/volume_cache.h"

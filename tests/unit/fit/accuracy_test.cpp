@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How close the samples on D4* come to a band-limited field, from its Cartesian samples.
 #include <complex>
 

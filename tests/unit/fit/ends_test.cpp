@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The ends of a series: what moves there is stored and read as well as elsewhere.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Predictions of what lies outside the faces: their weights, and how bold they are.
 #include <gtest/gtest.h>
 

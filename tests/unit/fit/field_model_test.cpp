@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The correlation of the fields that predictions are made for, against waves themselves.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small series in memory, a fit of it, and the same resampling as a slow double-precision sum.
 #pragma once
 

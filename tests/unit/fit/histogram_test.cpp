@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Percentiles and bins of stored samples, against sorting them.
 #include <algorithm>
 #include <cmath>

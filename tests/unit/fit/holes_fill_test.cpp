@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Missing data: the fill is smooth, what is known stays, and the lattice knows what is missing.
 #include <gtest/gtest.h>
 

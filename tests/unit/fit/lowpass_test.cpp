@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The low-pass of the 24-cell: products of cosines that fit the mirrored domain are its eigenfunctions, so
 // one gain must hold at every sample, ends included.
 #include <cstring>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Blocks of whole numbers: what they lose, and when they are not made.
 #include "fit/packed_block.h"
 

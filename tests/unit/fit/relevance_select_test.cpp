@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is stored of a brick: rounding of every type, thresholds, holes, edges.
 #include <cfloat>
 #include <cmath>

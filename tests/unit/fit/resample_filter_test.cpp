@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One-dimensional resampling filters.
 #include <cmath>
 #include <complex>

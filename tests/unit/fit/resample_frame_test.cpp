@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of any type and shape as floats relative to air, and what a scan of one finds.
 #include <cstring>
 #include <limits>

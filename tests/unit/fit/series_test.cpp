@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Laws of the streaming fit: what a series of frames becomes on the lattice.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The streaming fit as a machine: slabs in order, bounded memory, lattice samples given directly, data
 // that do not fit.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "formats/bcc4/coding/deflate.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which base the field of a channel has, and that samples are read relative to it.
 #include "formats/bcc4/field_base.h"
 

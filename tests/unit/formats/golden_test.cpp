@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files of every released version stay readable: samples and account as the second reader printed them when
 // the file was made (tests/spec_reader), bad files refused with the code they were made for.
 #include <gtest/gtest.h>

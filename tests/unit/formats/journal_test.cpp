@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A writer that goes on from where an earlier one was stopped, and one that goes on from a finished file.
 #include "formats/bcc4/journal.h"
 

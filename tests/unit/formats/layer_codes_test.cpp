@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Samples that stay as codes are those that bricks of values have, whichever part of them is read.
 #include "formats/bcc4/coding/layer_codes.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Coarser levels in the container: lattices, slabs, chunks and counts of their own.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Damage and malice: every rule of formats/bcc4.md has a file that breaks it, checksums right where they can
 // be.
 #include <gtest/gtest.h>

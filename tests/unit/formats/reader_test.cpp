@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reading only what is needed, caches, large offsets, many threads, and the writer's own rules.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Takes a .bcc4 file apart and puts it together again with changes, every checksum right: what a damaged or
 // hostile writer could have made. New parts go behind the old file; the old ones stay, unused.
 #pragma once

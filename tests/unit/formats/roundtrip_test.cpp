@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is written is read: samples, holes and metadata, for every value type and lattice.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small volumes for the tests of the container: any lattice, sparse and with holes, values from a formula.
 #pragma once
 

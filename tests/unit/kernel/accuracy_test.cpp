@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The shipped kernels and prefilters do what is stated of them; tests/bench/notes/kernels.md has the same
 // figures.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Cartesian twin: kernels on CC, and slices and evaluation of 4D CC series.
 #include "kernel/cc_kernel.h"
 

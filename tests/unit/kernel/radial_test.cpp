@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The spatial kernels: shape, slope, integral and site sums, and the Gaussian in polynomial form.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spectra of kernels against closed forms and integrals, and the error of waves against a wave that is summed
 // from its sites.
 #include <gtest/gtest.h>

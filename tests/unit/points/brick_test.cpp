@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "points/brick.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Run lists: what is written comes back, in rows or all at once, and malformed lists are refused.
 #include "points/runs.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cameras: what fits into the picture, matrices for other programs against the samples of the splatter, and
 // views that make no sense.
 #include "render/camera.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Deep pictures: composited they are the flat picture, cut anywhere they are what lies in front, and OpenEXR
 // reads them as we write them.
 #include "render/deep.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures smaller than the data: drawn from coarser levels of the slice.
 #include "render/minify.h"
 

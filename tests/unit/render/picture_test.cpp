@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The renderer against closed forms and against the slow reference.
 #include "render/picture.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pre-integrated classification: against exact integrals, the slow reference and itself.
 #include "render/preintegrate.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A ball that stands still and one that runs past it, and pictures of their trails.
 #pragma once
 

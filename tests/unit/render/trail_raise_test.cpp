@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trails of magnified pictures: the sheets of stills and layers are raised as a picture's own are.
 #include <gtest/gtest.h>
 

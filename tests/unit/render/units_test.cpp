@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures do not depend on the units of values and lengths: densities of plasmas are 1e20 per m3, those of
 // gas between the stars 1e-24 g/cm3, and the voxels of galaxies 1e20 cm long.
 #include <gtest/gtest.h>

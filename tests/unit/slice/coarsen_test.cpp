@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Slices of half the resolution: what the low pass keeps and what it takes away.
 #include "slice/coarsen.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's extraction is compared with its formula, summed the slow way.
 #include "slice/extraction.h"
 

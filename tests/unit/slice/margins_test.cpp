@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Planes outside the source samples: whichever way one looks, a field that its lattice holds beyond the faces
 // is as true at a face as anywhere.
 #include <gtest/gtest.h>

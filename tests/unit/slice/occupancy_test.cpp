@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Nothing near a stored point, its mirror image or a hole may be skipped.
 #include "slice/occupancy.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A box of a time slice: what is made for it, and that it is the whole slice in there, bit for bit.
 #include "slice/part.h"
 

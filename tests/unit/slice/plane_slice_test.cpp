@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Slices of any hyperplane: how near they are to the field, that nearly axis-aligned ones agree with the
 // axis, what they read, and their place in the world.
 #include "slice/plane_slice.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Thick slices: means, sums and maxima along the normal, of time, axis and oblique slices.
 #include <gtest/gtest.h>
 

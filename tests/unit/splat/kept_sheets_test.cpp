@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sheets kept from picture to picture: pictures are the same with them, they are dropped when the view
 // changes, and they stay within the memory budget.
 #include "splat/tile/kept_sheets.h"

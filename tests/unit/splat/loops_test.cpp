@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every SIMD target that this machine has is compared with the reference loops.
 #include "splat/loop/loops.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loops of trails, in vectors, against their reference forms, and the law that extinctions add.
 #include "splat/trail/matter.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which points are near enough to large ones: the words of bits are compared with loops, and pictures with
 // and without the other points.
 #include "splat/points/point_sizes.h"

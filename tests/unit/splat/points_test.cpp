@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The points of a slice are compared with its sites, one by one, and every loop with its reference form.
 #include "splat/points/points.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernels as the inner loops take them, and their short forms.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Perspective out of sheets that are sampled side by side: the tables of raise_fan.h, and a camera inside the
 // volume.
 #include "splat/raise/raise_fan.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sheets of fewer samples than pixels: the filter, its loops, and pictures drawn through them.
 #include "splat/raise/raise.h"
 

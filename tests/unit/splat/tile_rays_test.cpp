@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rays of a tile, made whole rows at a time, are compared with one ray at a time.
 #include "splat/tile/tile_rays.h"
 

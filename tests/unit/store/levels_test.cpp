@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A series written with coarser levels: what they hold, and that the bytes do not depend on how it is
 // written.
 #include <gtest/gtest.h>

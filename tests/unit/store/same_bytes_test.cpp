@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A file does not depend on the machine that writes it: parts of a series may come from several.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of a series: who makes which layers, and what parts tell each other.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The order of a writer's calls, and settings that contradict each other.
 #include "store/volume_writer.h"
 
