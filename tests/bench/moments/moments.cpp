@@ -2,6 +2,7 @@
 #include "tests/bench/moments/moments.h"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <set>
 
@@ -9,6 +10,7 @@
 #include "base/machine.h"
 #include "field/coefficients/coefficients.h"
 #include "field/coefficients/volume_cache.h"
+#include "field/sample_grid.h"
 #include "formats/bcc4/bcc4.h"
 #include "slice/hyperslice.h"
 #include "slice/time_slice.h"
@@ -24,11 +26,12 @@ struct Options {
   uint32_t edge = 256, frames = 16;
   int count = 6; // random moments
   std::vector<bool> sparse{false, true}, coefficients{false, true};
+  int levels = 0;     // coarser ones, of series that are written without them first
   uint64_t cache = 0; // bytes; 0: a volume's default
   bool cuts = false;
 };
 
-// A volume as a host opens it, on one thread.
+// A level of a volume as a host opens it, on one thread.
 struct Opened {
   test::TestContext context{1};
   std::shared_ptr<Bcc4Reader> reader;
@@ -40,19 +43,22 @@ struct Opened {
   Coefficients field;
   uint64_t opening; // bytes read
 
-  Opened(const WrittenSeries& written, const Options& o)
+  Opened(const WrittenSeries& written, const Options& o, int level = 0)
       : reader(Bcc4Reader::open(open_memory_source(written.file))), playing(playing_cache(*reader, kernel)),
         cache(o.cache > 0 ? o.cache : default_cache_bytes(playing, UINT64_MAX, machine_memory())),
-        share(share_cache(cache, playing)), samples(reader, context.memory, share.chunks),
+        share(share_cache(cache, playing)),
+        samples(reader, context.memory, share.chunks, RelativeTo::base, level),
         field(samples, 0, kernel, 0, share.coefficients), opening(reader->bytes_read()) {}
 
-  void moment(double frame) { (void)time_slice(field, frame, {0, 0}, {}, context.get()); }
+  Slice moment(double frame) { return time_slice(field, frame, {0, 0}, {}, context.get()); }
+  [[nodiscard]] const StoredLattice& stored() const { return reader->info().level(samples.level()); }
 
   // Chunks are decoded as a whole.
   [[nodiscard]] double layers_decoded() const {
-    const VolumeInfo& info = reader->info();
+    const StoredLattice& info = stored();
     uint64_t most = 0;
-    for (int32_t s = 0; s < info.slabs(); ++s) most = std::max<uint64_t>(most, reader->chunks(0, s).size());
+    for (int32_t s = 0; s < info.slabs(); ++s)
+      most = std::max<uint64_t>(most, reader->chunks({0, samples.level()}, s).size());
     return static_cast<double>(samples.chunks_decoded()) / static_cast<double>(most) * info.slab_layers;
   }
   // Beyond once each, of those in the file.
@@ -62,7 +68,7 @@ struct Opened {
   }
   // The layers of the file that a moment depends on.
   [[nodiscard]] std::set<int32_t> in_reach(double frame) const {
-    const Lattice4& lattice = reader->info().lattice;
+    const Lattice4& lattice = stored().lattice;
     std::set<int32_t> layers;
     for (const LayerWeight& w : instant_weights(lattice, field.kernel(), frame))
       layers.merge(field.reads(lattice.mirror_layer(w.layer)));
@@ -84,15 +90,15 @@ Row import_row(Row row, const MomentSeries& s, const WrittenSeries& w, double gz
 }
 
 // The mean of moments, each from a volume that has been opened but not looked at.
-Row random_row(Row row, const WrittenSeries& w, const Options& o, double blend) {
+Row random_row(Row row, const WrittenSeries& w, const Options& o, double blend, int level) {
   double seconds = 0, bytes = 0, decoded = 0, reach = 0, mebibytes = 0;
   std::mt19937 random(9);
   std::uniform_real_distribution<double> at(std::min(3.0, o.frames / 4.0),
                                             o.frames - std::min(4.0, o.frames / 4.0));
   for (int i = 0; i < o.count; ++i) {
-    Opened volume(w, o);
+    Opened volume(w, o, level);
     const double frame = at(random);
-    seconds += cpu_seconds([&] { volume.moment(frame); }) / o.count;
+    seconds += cpu_seconds([&] { (void)volume.moment(frame); }) / o.count;
     bytes += static_cast<double>(volume.reader->bytes_read() - volume.opening) / o.count;
     decoded += volume.layers_decoded() / o.count;
     reach += static_cast<double>(volume.in_reach(frame).size()) / o.count;
@@ -113,7 +119,7 @@ Row playing_row(Row row, const WrittenSeries& w, const Options& o) {
   double first = 0, others = 0, slowest = 0;
   const uint32_t steps = 2 * (o.frames - 1);
   for (uint32_t i = 0; i <= steps; ++i) {
-    const double s = cpu_seconds([&] { volume.moment(0.5 * i); });
+    const double s = cpu_seconds([&] { (void)volume.moment(0.5 * i); });
     (i == 0 ? first : others) += s;
     if (i > 0) slowest = std::max(slowest, s);
   }
@@ -181,6 +187,47 @@ void box_rows(const Row& head, const WrittenSeries& w, const Options& o, std::ve
   }
 }
 
+// The means of a moment over pixels of 2^level voxels along each axis, in the middle of the box.
+std::vector<float> pixels(Opened& volume, double frame, int level) {
+  constexpr int32_t pixels = 12;
+  const int32_t side = 1 << level, n = pixels * side;
+  const Slice slice = volume.moment(frame);
+  Grid grid;
+  for (size_t a = 0; a < 3; ++a) {
+    grid.dims[a] = n, grid.step[a] = 1;
+    grid.origin[a] = std::floor((volume.stored().lattice.dims[a] - n) / 2.0);
+  }
+  std::vector<float> values(static_cast<size_t>(n) * static_cast<size_t>(n) * static_cast<size_t>(n));
+  sample_grid(slice, grid, values.data(), volume.context.get());
+  std::vector<float> means(static_cast<size_t>(pixels) * pixels * pixels);
+  for (size_t i = 0; i < values.size(); ++i) {
+    const auto at = [&](size_t voxels) {
+      return i / voxels % static_cast<size_t>(n) / static_cast<size_t>(side);
+    };
+    const auto row = static_cast<size_t>(n);
+    means[(at(row * row) * pixels + at(row)) * pixels + at(1)] +=
+        values[i] / static_cast<float>(side * side * side);
+  }
+  return means;
+}
+
+// A level against level 0 at its own pixels.
+Row level_row(Row row, const WrittenSeries& w, const Options& o, int level) {
+  Opened whole(w, o), coarse(w, o, level);
+  const double frame = 0.47 * o.frames;
+  const std::vector<float> exact = pixels(whole, frame, level), given = pixels(coarse, frame, level);
+  double squares = 0, largest = 0;
+  for (size_t i = 0; i < exact.size(); ++i) {
+    const double error = std::fabs(static_cast<double>(given[i] - exact[i]));
+    squares += error * error / static_cast<double>(exact.size()), largest = std::max(largest, error);
+  }
+  row.push_back(figure("MB of its chunks", static_cast<double>(coarse.reader->level_bytes(level)) / 1e6, 2));
+  row.push_back(figure("RMSE at its pixels, codes", std::sqrt(squares), 3));
+  row.push_back(figure("PSNR, dB of 255", 20 * std::log10(255 / std::sqrt(squares)), 1));
+  row.push_back(figure("largest", largest, 2));
+  return row;
+}
+
 Options read_options(std::span<const std::string> args, bool quick) {
   Options o;
   if (quick) o.edge = 48, o.count = 2;
@@ -196,6 +243,8 @@ Options read_options(std::span<const std::string> args, bool quick) {
       o.frames = static_cast<uint32_t>(number());
     else if (a == "--count")
       o.count = static_cast<int>(number());
+    else if (a == "--levels")
+      o.levels = static_cast<int>(number());
     else if (a == "--cache")
       o.cache = uint64_t{number()} << 20;
     else if (a == "--dense" || a == "--sparse")
@@ -216,18 +265,28 @@ Options read_options(std::span<const std::string> args, bool quick) {
 
 int run_moments_suite(std::span<const std::string> args, const Report& report) {
   const Options o = read_options(args, report.quick);
-  std::vector<Row> imports, moments, playing, boxes, cuts;
+  std::vector<Row> imports, moments, playing, boxes, cuts, levels;
   for (const bool sparse : o.sparse) {
     MomentSeries series{.edge = o.edge, .frames = o.frames, .sparse = sparse};
     const double blend = blend_seconds(series), gzip = gzip_seconds(series);
     for (const bool coefficients : o.coefficients) {
       series.coefficients = coefficients;
-      const WrittenSeries w = write_series(series);
       const Row head{
           word("series", concat(o.edge, "^3 x ", o.frames, " u8, ", sparse ? "an eighth filled" : "dense")),
           word("stores", coefficients ? "coefficients" : "samples")};
-      imports.push_back(import_row(head, series, w, gzip));
-      moments.push_back(random_row(head, w, o, blend));
+      const auto levelled = [&](int level, const char* name) {
+        Row row = head;
+        if (o.levels > 0) row.push_back(figure(name, level, 0));
+        return row;
+      };
+      series.levels = 0;
+      if (o.levels > 0)
+        imports.push_back(import_row(levelled(0, "levels"), series, write_series(series), gzip));
+      series.levels = o.levels;
+      const WrittenSeries w = write_series(series);
+      imports.push_back(import_row(levelled(o.levels, "levels"), series, w, gzip));
+      for (int l = 0; l <= o.levels; ++l) moments.push_back(random_row(levelled(l, "level"), w, o, blend, l));
+      for (int l = 1; l <= o.levels; ++l) levels.push_back(level_row(levelled(l, "level"), w, o, l));
       playing.push_back(playing_row(head, w, o));
       box_rows(head, w, o, boxes);
       if (o.cuts) cut_rows(head, w, o, cuts);
@@ -235,6 +294,7 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
   }
   report.table("import, one thread", imports);
   report.table("a random moment, one thread", moments);
+  report.table("levels against level 0", levels);
   report.table("half a frame on at a time, one thread", playing);
   report.table("a box of a moment, one thread", boxes);
   report.table("other cuts, one thread", cuts);

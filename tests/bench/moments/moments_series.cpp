@@ -75,7 +75,7 @@ WrittenSeries write_series(const MomentSeries& series) {
   WrittenSeries out;
   WriterSettings settings;
   settings.dims = {series.edge, series.edge, series.edge, series.frames};
-  settings.coefficients = series.coefficients;
+  settings.coefficients = series.coefficients, settings.levels = series.levels;
   VolumeWriter writer(settings, create_memory_sink(out.file), context.get());
   for (uint32_t t = 0; t < series.frames; ++t) {
     const std::vector<uint8_t> values = series.frame(t);

@@ -12,6 +12,7 @@ struct MomentSeries {
   uint32_t edge = 256, frames = 16; // voxels along each axis of space
   bool sparse = false;              // only a ball that moves and fills an eighth of the box
   bool coefficients = false;        // what the file stores
+  int levels = 0;                   // coarser ones, likewise
 
   [[nodiscard]] double voxels() const; // of all frames
   // A u8 frame: a sum of moving plane waves of 8 to 60 voxels.
