@@ -164,7 +164,7 @@ void VolumeWriter::begin_levels() {
     store_slab(slab, at, layers);
   };
   const MaskSink untold = [](int, uint32_t, const std::vector<std::byte>&) {};
-  MaskSink told = [this](int channel, uint32_t frame, std::vector<std::byte> runs) {
+  const MaskSink told = [this](int channel, uint32_t frame, std::vector<std::byte> runs) {
     take_mask(channel, frame, std::move(runs));
   };
   initial_.levels.resize(static_cast<size_t>(levels()));
@@ -172,8 +172,8 @@ void VolumeWriter::begin_levels() {
     const FitOptions options =
         level == 0 ? fit_options_
                    : options_of_level(fit_options_, level, outside_planes(frame_planes, level));
-    fits_.push_back(std::make_unique<LevelFit>(level, options, store, context_,
-                                               fits_.empty() ? std::move(told) : untold));
+    fits_.push_back(
+        std::make_unique<LevelFit>(level, options, store, context_, fits_.empty() ? told : untold));
     if (settings_.coefficients) fits_.back()->store_coefficients(initial_, part_made());
     if (level == 0) break;
     LevelInfo& info = initial_.levels[static_cast<size_t>(level) - 1];
