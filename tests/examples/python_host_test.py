@@ -151,6 +151,9 @@ def volume_facts(volume):
     assert volume.time_to_index(1.25) == 2.5 and volume.index_to_time(2.5) == 1.25
     assert volume.attributes()["source"] == volume.find_attribute("source") == "made up: ü"
     raises(Error, Status.NOT_FOUND, volume.find_channel, "colour")
+    whole = volume.level_info(0)
+    assert whole.layer_count == volume.info().layer_count and whole.sites_total == volume.info().sites_total
+    raises(Error, Status.NOT_FOUND, volume.level_info, 1)
     assert volume.sources() == [("nowhere.raw", 12, 34)]
     report = volume.verify()
     assert report.damages == 0 and report.chunks > 0

@@ -199,7 +199,7 @@ class Render(ToolTest):
         self.picture('--time', 2, '--stats', 's.json', '--repeat', 3)
         with open(self.path('s.json')) as f:
             j = json.load(f)
-        self.assertEqual(set(j), {'ms', 'cpu_ms', 'threads', 'points', 'bytes_read', 'bytes_file', 'tiles', 'sheets', 'kernel', 'sheet_step', 'preintegrated'})
+        self.assertEqual(set(j), {'ms', 'cpu_ms', 'threads', 'points', 'bytes_read', 'bytes_file', 'tiles', 'sheets', 'kernel', 'sheet_step', 'level', 'preintegrated'})
         self.assertEqual(set(j['ms']), {'open', 'slice', 'transform', 'splat', 'shade', 'total'})
         self.assertEqual(set(j['points']), {'total', 'after_cull', 'splatted', 'occluded'})
         self.assertEqual(j['bytes_file'], os.path.getsize(self.path('v.bcc4')))
