@@ -59,15 +59,14 @@ TEST(Bcc4Levels, ACoarseSlabIsOneReadOfFewBytes) {
 }
 
 TEST(Bcc4Levels, ThoseThatAreNotThereAreRefused) {
-  const auto reader = open(levels_file());
+  const Bytes levels = levels_file();
+  const auto reader = open(levels);
   Bench bench;
   EXPECT_THROW((void)reader->chunks({0, 3}, 0), Error);
   EXPECT_THROW(Bcc4Samples(reader, bench.memory, 0, RelativeTo::air, 3), Error);
-  EXPECT_THROW(
-      Bcc4Samples(
-          open(write_file(volume(LatticeKind::d4star, {12, 12, 12, 3}, {channel("a", ValueType::u8)}), ball)),
-          bench.memory, 0, RelativeTo::air, 1),
-      Error);
+  const Bytes plain =
+      write_file(volume(LatticeKind::d4star, {12, 12, 12, 3}, {channel("a", ValueType::u8)}), ball);
+  EXPECT_THROW(Bcc4Samples(open(plain), bench.memory, 0, RelativeTo::air, 1), Error);
 }
 
 TEST(Bcc4Levels, TheWriterKeepsThemApart) {
@@ -234,7 +233,8 @@ TEST(Bcc4Levels, HostileOnesAreRefusedByName) {
   for (const Broken& b : all) {
     SCOPED_TRACE(b.text);
     try {
-      const auto reader = open(rebuild(file, b.edit));
+      const Bytes broken = rebuild(file, b.edit);
+      const auto reader = open(broken);
       for (int l = 0; l < reader->info().level_count(); ++l) (void)read_all(reader, bench, l);
       ADD_FAILURE() << "was read";
     } catch (const Error& e) {
