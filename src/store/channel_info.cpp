@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "base/error.h"
 #include "fit/packed_block.h"
@@ -112,21 +113,36 @@ double few_digits(double error) {
   return std::ldexp(std::floor(mantissa * digits + 1e-3) / digits, exponent);
 }
 
+void add(MeasuredError& e, MeasuredError::Kind kind, const ErrorSum& sum, std::vector<MeasuredError>& list) {
+  e.kind = kind, e.samples = sum.count;
+  e.rmse = few_digits(sum.rms()), e.largest = few_digits(sum.largest);
+  list.push_back(e);
+}
+
 } // namespace
 
 void add_measured(const SampleErrors& errors, const Range& source, size_t channel, size_t frames,
                   std::vector<MeasuredError>& list) {
-  const auto add = [&](MeasuredError::Kind kind, const ErrorSum& e) {
-    list.push_back({.channel = static_cast<uint32_t>(channel),
-                    .kind = kind,
-                    .frames = static_cast<uint32_t>(frames),
-                    .samples = e.count,
-                    .rmse = few_digits(e.rms()),
-                    .largest = few_digits(e.largest),
-                    .range = source.high - source.low});
-  };
-  add(MeasuredError::stored, errors.bare);
-  add(MeasuredError::corrected, errors.all);
+  MeasuredError e{.channel = static_cast<uint32_t>(channel),
+                  .frames = static_cast<uint32_t>(frames),
+                  .range = source.high - source.low};
+  add(e, MeasuredError::stored, errors.bare, list);
+  add(e, MeasuredError::corrected, errors.all, list);
+}
+
+void add_measured_level(const SampleErrors& errors, const Range& source, size_t channel, size_t level,
+                        size_t frames, std::vector<MeasuredError>& list) {
+  MeasuredError e{.channel = static_cast<uint32_t>(channel),
+                  .level = static_cast<uint32_t>(level),
+                  .frames = static_cast<uint32_t>(frames),
+                  .range = source.high - source.low};
+  add(e, MeasuredError::stored, errors.bare, list);
+}
+
+void sort_errors(std::vector<MeasuredError>& list) {
+  std::sort(list.begin(), list.end(), [](const MeasuredError& a, const MeasuredError& b) {
+    return std::tuple(a.channel, a.level, a.kind) < std::tuple(b.channel, b.level, b.kind);
+  });
 }
 
 void describe_channel(const FitChannelReport& report, ChannelInfo& info) {

@@ -25,6 +25,11 @@ namespace bccsplat {
 // with corrections.
 void add_measured(const SampleErrors& errors, const Range& source, size_t channel, size_t frames,
                   std::vector<MeasuredError>& list);
+// The same of a coarser level, which has no corrections.
+void add_measured_level(const SampleErrors& errors, const Range& source, size_t channel, size_t level,
+                        size_t frames, std::vector<MeasuredError>& list);
+// Puts them in the order that a file has them in.
+void sort_errors(std::vector<MeasuredError>& list);
 
 // Completes what `info` says about the source: ranges, histogram, percentiles, frames, cc_relevant, clamped.
 void describe_channel(const FitChannelReport& report, ChannelInfo& info);

@@ -51,17 +51,42 @@ void widen_row(SourceType type, const std::byte* data, int64_t count, double* ou
   }
 }
 
+std::array<int64_t, 3> packed_strides(const FrameBox& b) {
+  const auto size = static_cast<int64_t>(source_bytes(b.type));
+  return {size, size * b.dims[0], size * b.dims[0] * b.dims[1]};
+}
+
+// The samples of a box whose indices `every` divides, in units of `every`; its dims may be 0.
+FrameBox thinned(FrameBox box, int64_t every) {
+  const auto stride = box.stride == std::array<int64_t, 3>{} ? packed_strides(box) : box.stride;
+  const auto* data = static_cast<const std::byte*>(box.data);
+  for (size_t a = 0; a < 3; ++a) {
+    const int64_t end = box.begin[a] + box.dims[a], first = (box.begin[a] + every - 1) / every;
+    data += (first * every - box.begin[a]) * stride[a];
+    box.begin[a] = first, box.dims[a] = std::max<int64_t>((end + every - 1) / every - first, 0);
+    box.stride[a] = stride[a] * every;
+  }
+  box.data = data;
+  return box;
+}
+
 } // namespace
 
-HeldFrame::HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& memory) : air_(air) {
+HeldFrame::HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& memory, int64_t every)
+    : air_(air) {
+  std::vector<FrameBox> held;
   uint64_t bytes = 0;
-  for (const FrameBox& b : boxes)
-    bytes += source_bytes(b.type) * static_cast<uint64_t>(b.dims[0] * b.dims[1] * b.dims[2]);
+  for (const FrameBox& whole : boxes) {
+    const FrameBox b = thinned(whole, every);
+    const auto samples = static_cast<uint64_t>(b.dims[0] * b.dims[1] * b.dims[2]);
+    if (samples == 0) continue;
+    held.push_back(b);
+    bytes += source_bytes(b.type) * samples;
+  }
   memory_ = Reservation(memory, bytes, "source frames kept to measure the error");
-  for (const FrameBox& b : boxes) {
-    const auto size = static_cast<int64_t>(source_bytes(b.type));
-    const std::array<int64_t, 3> packed{size, size * b.dims[0], size * b.dims[0] * b.dims[1]};
-    const auto stride = b.stride == std::array<int64_t, 3>{} ? packed : b.stride;
+  for (const FrameBox& b : held) {
+    const std::array<int64_t, 3> packed = packed_strides(b), &stride = b.stride;
+    const int64_t size = packed[0];
     Box box{b.type, b.begin, b.dims, {}};
     box.data.resize(static_cast<size_t>(packed[2] * b.dims[2]));
     const auto* from = static_cast<const std::byte*>(b.data);

@@ -13,10 +13,11 @@ namespace bccsplat {
 
 class HeldFrame {
  public:
-  // Copies the samples. air: what no box covers.
-  HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& memory);
+  // Copies the samples, or those whose indices `every` divides. air: what no box covers.
+  HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& memory, int64_t every = 1);
 
-  // Absolute values of plane z, `nx` x `ny` of them, x fastest; NaN and infinities as they are.
+  // Absolute values of plane z of the samples held, `nx` x `ny` of them, x fastest; NaN and infinities as
+  // they are.
   void plane(int64_t z, int64_t nx, int64_t ny, double* out) const;
 
  private:

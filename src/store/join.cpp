@@ -44,7 +44,13 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
       LevelChannel& channel = info.levels[l].channels[c];
       channel = {.scale = channel.scale, .kept_range = {}};
       for (const auto& part : parts) channel.clamped += part->info().levels[l].channels[c].clamped;
+      const PartChannelReport& r = sum.channels.at((l + 1) * info.channels.size() + c);
+      SampleErrors errors;
+      for (const SampleErrors& e : r.errors) errors.add(e);
+      if (!r.errors.empty())
+        add_measured_level(errors, fits[c].source_range, c, l + 1, r.errors.size(), info.errors);
     }
+  sort_errors(info.errors);
   describe_tail(sum.lasting, fits, info);
   return info;
 }

@@ -26,7 +26,8 @@ struct PlaneErrors {
 struct PlaneJob {
   const RoundTripChannel& channel;
   const HeldFrame& source;
-  std::array<int64_t, 3> n;
+  std::array<int64_t, 3> n; // samples that are compared
+  int64_t every;            // of the source's
   uint32_t frame;
 
   void compare(int64_t z, const float* got, PlaneErrors& out) const;
@@ -73,7 +74,8 @@ void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
     const double difference = static_cast<double>(value) - want;
     if (e.all.count == 0 || std::fabs(difference) > e.all.largest) {
       e.frame = frame;
-      e.voxel = {static_cast<uint64_t>(i % n[0]), static_cast<uint64_t>(i / n[0]), static_cast<uint64_t>(z)};
+      e.voxel = {static_cast<uint64_t>(i % n[0] * every), static_cast<uint64_t>(i / n[0] * every),
+                 static_cast<uint64_t>(z * every)};
       e.expected = want, e.got = static_cast<double>(value);
     }
     e.all.add(difference);
@@ -213,9 +215,9 @@ void make_layers(const Coefficients& field, const LayerSpan& span, const Context
 
 RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
                      std::string kernel, bool coefficients, std::vector<uint32_t> frames, ResidualSink sink,
-                     const Context& context, int32_t first_layer)
+                     const Context& context, int32_t first_layer, int32_t every)
     : lattice_(lattice), kernel_(std::move(kernel)), frames_(std::move(frames)), sink_(std::move(sink)),
-      context_(context) {
+      context_(context), every_(every) {
   for (const RoundTripChannel& c : channels)
     channels_.push_back(std::make_unique<Channel>(lattice_, c, kernel_, coefficients,
                                                   context.memory.limit() / 4 / channels.size(), first_layer));
@@ -226,7 +228,7 @@ RoundTrip::~RoundTrip() = default;
 void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes) {
   if (!std::binary_search(frames_.begin(), frames_.end(), frame)) return;
   Channel& c = *channels_[static_cast<size_t>(channel)];
-  c.frames.emplace(frame, HeldFrame(boxes, static_cast<double>(c.options.air), context_.memory));
+  c.frames.emplace(frame, HeldFrame(boxes, static_cast<double>(c.options.air), context_.memory, every_));
 }
 
 void RoundTrip::add_layers(int channel, std::span<const BrickLayer> layers) {
@@ -266,8 +268,9 @@ SampleErrors RoundTrip::compare(const Channel& c, const Coefficients& field, uin
                                 FrameResiduals& residuals) const {
   make_layers(field, layers_of(field, frame), context_);
   const Slice slice = time_slice(field, frame, {0, 0}, {}, context_);
-  const std::array<int64_t, 3> n{lattice_.dims[0], lattice_.dims[1], lattice_.dims[2]};
-  const PlaneJob job{c.options, c.frames.at(frame), n, frame};
+  std::array<int64_t, 3> n;
+  for (size_t a = 0; a < 3; ++a) n[a] = (lattice_.dims[a] + every_ - 1) / every_;
+  const PlaneJob job{c.options, c.frames.at(frame), n, every_, frame};
   const int64_t planes = std::clamp<int64_t>(samples_at_a_time / (n[0] * n[1]), 1, n[2]);
   const Reservation memory(context_.memory, static_cast<uint64_t>(planes * n[0] * n[1]) * sizeof(float),
                            "samples of a frame to measure the error");
@@ -276,7 +279,8 @@ SampleErrors RoundTrip::compare(const Channel& c, const Coefficients& field, uin
   for (int64_t z = 0; z < n[2]; z += planes) {
     const int64_t count = std::min(planes, n[2] - z);
     Grid grid;
-    grid.origin[2] = static_cast<double>(z);
+    grid.origin[2] = static_cast<double>(z * every_);
+    grid.step.fill(static_cast<double>(every_));
     grid.dims = {static_cast<int32_t>(n[0]), static_cast<int32_t>(n[1]), static_cast<int32_t>(count)};
     sample_grid(slice, grid, values.data(), context_);
     std::vector<PlaneErrors> parts(static_cast<size_t>(count));

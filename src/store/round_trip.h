@@ -71,10 +71,11 @@ class RoundTrip {
  public:
   // kernel: the one the error is measured with; coefficients: layers hold coefficients of it. frames: those
   // that are measured, rising. first_layer: the first that is given, layers_to_measure before the first
-  // frame.
+  // frame. every: of the source samples, those whose indices it divides are compared; all of them where there
+  // is a bound.
   RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels, std::string kernel,
             bool coefficients, std::vector<uint32_t> frames, ResidualSink sink, const Context& context,
-            int32_t first_layer = 0);
+            int32_t first_layer = 0, int32_t every = 1);
   ~RoundTrip();
 
   // Every frame of a channel, before the fit gets it.
@@ -101,6 +102,7 @@ class RoundTrip {
   std::vector<uint32_t> frames_;
   ResidualSink sink_;
   Context context_;
+  int64_t every_;
   std::vector<std::unique_ptr<Channel>> channels_;
 };
 

@@ -363,11 +363,25 @@ void VolumeWriter::complete_info(const FitReport& result) {
       add_measured(r->errors(static_cast<int>(c)), result.channels[c].source_range, c, r->frames().size(),
                    info.errors);
   }
+  if (!part_) describe_level_errors(result);
   if (part_)
     describe_part(result);
   else if (input_ == Input::frames)
     describe_tail(lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]),
                   result.channels, info);
+}
+
+void VolumeWriter::describe_level_errors(const FitReport& result) {
+  VolumeInfo& info = container_->info();
+  for (size_t l = 1; l < fits_.size(); ++l)
+    for (size_t c = 0; c < added_.size(); ++c)
+      if (const RoundTrip* const r = measuring_.level(static_cast<int>(l)); r && !r->frames().empty())
+        add_measured_level(r->errors(static_cast<int>(c)), result.channels[c].source_range, c, l,
+                           r->frames().size(), info.errors);
+  if (continued_)
+    for (const MeasuredError& e : continued_->info().errors)
+      if (e.level > 0) info.errors.push_back(e);
+  sort_errors(info.errors);
 }
 
 // Times of frames, in the short form where they are evenly spaced.
@@ -405,13 +419,15 @@ void VolumeWriter::describe_part(const FitReport& result) {
   for (size_t c = 0; c < result.channels.size(); ++c) {
     PartChannelReport& channel = report.channels.emplace_back();
     channel.fit = result.channels[c];
-    if (c >= info.channels.size()) continue; // of a coarser level
-    channel.bound = info.channels[c].residuals.bound;
-    if (const RoundTrip* const measured = measuring_.round_trip())
+    const size_t level = c / info.channels.size(), of_level = c % info.channels.size();
+    if (const RoundTrip* const measured =
+            level == 0 ? measuring_.round_trip() : measuring_.level(static_cast<int>(level)))
       for (size_t i = 0; i < measured->frames().size(); ++i) {
         channel.measured.push_back(measured->frames()[i]);
-        channel.errors.push_back(measured->frame_errors(static_cast<int>(c), i));
+        channel.errors.push_back(measured->frame_errors(static_cast<int>(of_level), i));
       }
+    if (level > 0) continue;
+    channel.bound = info.channels[c].residuals.bound;
     // Nothing is said about frames of other parts.
     info.channels[c].residuals.bound = 0;
     info.channels[c].frames.clear();

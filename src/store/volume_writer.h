@@ -113,7 +113,10 @@ class VolumeWriter {
   }
   void begin_input(Input input, uint32_t channel, SourceType first_type);
   void begin_measuring(bool frames_known);
+  void begin_measuring_levels();
   [[nodiscard]] std::vector<uint32_t> frames_to_measure() const;
+  // Those of the list that the frames given are counted for.
+  [[nodiscard]] std::vector<uint32_t> own_frames(std::vector<uint32_t> list) const;
   void take_time(uint64_t frame, double time);
   void check_boxes(uint64_t frame, std::span<const FrameBox> boxes) const;
   void report_added(uint64_t first, uint64_t end);
@@ -131,6 +134,7 @@ class VolumeWriter {
   [[nodiscard]] FitReport finish_fits();
   void complete_info(const FitReport& result);
   void describe_part(const FitReport& result);
+  void describe_level_errors(const FitReport& result);
   void require_bounds(const FitReport& result) const;
   [[nodiscard]] TimeMap time_map() const;
 

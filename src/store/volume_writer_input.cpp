@@ -40,8 +40,10 @@ void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const Fram
     now_.trigger = static_cast<uint32_t>(frame);
     begin_input(Input::frames, channel, boxes.empty() ? SourceType::f32 : boxes.front().type);
     begin_measuring(true);
-    measuring_.with_round_trip(
-        [&](RoundTrip& r) { r.add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), boxes); });
+    for (int level = 0; level <= levels(); ++level)
+      measuring_.with_level(level, [&](RoundTrip& r) {
+        r.add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), boxes);
+      });
     for (const auto& level : fits_) level->fit().add_frame(static_cast<int>(channel), boxes);
     ++added_[channel];
     const auto [first, end] = given_frames();
@@ -196,7 +198,10 @@ std::vector<uint32_t> VolumeWriter::frames_to_measure() const {
     });
     return list;
   }
-  std::vector<uint32_t> list = measuring_.choose_frames(0, frames);
+  return own_frames(measuring_.choose_frames(0, frames));
+}
+
+std::vector<uint32_t> VolumeWriter::own_frames(std::vector<uint32_t> list) const {
   if (part_)
     std::erase_if(list,
                   [&](uint32_t f) { return f < part_->fit.first_counted || f >= part_->fit.end_counted; });
@@ -232,6 +237,25 @@ void VolumeWriter::begin_measuring(bool frames_known) {
         },
         context_, part ? part->first_layer : 0));
   });
+  begin_measuring_levels();
+}
+
+// The frames that continue a file know too little of the earlier ones: what was measured of these stays.
+void VolumeWriter::begin_measuring_levels() {
+  if (continued_ || !measuring_.round_trip()) return;
+  const std::vector<uint32_t> frames = own_frames(measuring_.choose_level_frames(0, settings_.dims[3]));
+  for (int level = 1; level <= static_cast<int>(initial_.levels.size()); ++level) {
+    std::vector<RoundTripChannel> channels;
+    for (const ChannelInfo& c : initial_.channels)
+      channels.push_back({c.name, c.air, c.threshold, 0, part_made() == nullptr});
+    // Samples between those of the level, in all places relative to them.
+    const int32_t every = (1 << level) + 1;
+    measuring_.begin_level(level, [&] {
+      return std::make_unique<RoundTrip>(initial_.levels[static_cast<size_t>(level) - 1].lattice, channels,
+                                         initial_.recommended_kernel, settings_.coefficients, frames, nullptr,
+                                         context_, part_ ? part_->first_layer : 0, every);
+    });
+  }
 }
 
 // first, end: of the frames or layers that a channel is given.

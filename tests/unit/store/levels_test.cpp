@@ -204,6 +204,79 @@ TEST_F(Levels, ResumedPartsAndAppendedTheBytesAreTheSame) {
   }
 }
 
+// What the file says a level is off by is what a reader finds there.
+TEST_F(Levels, ErrorsAreThoseOfTheLevel) {
+  for (const bool coefficients : {false, true}) {
+    SCOPED_TRACE(coefficients);
+    WriterSettings settings = settings_of(coefficients);
+    settings.measure = Measure::some;
+    write(settings, "x");
+    const auto reader = open("x");
+    const VolumeInfo& info = reader->info();
+    ASSERT_EQ(info.errors.size(), 2u);
+    Bench bench(2);
+    for (const MeasuredError& e : info.errors) {
+      const auto level = static_cast<int>(e.level);
+      SCOPED_TRACE(level);
+      EXPECT_EQ(e.level, &e == &info.errors[0] ? 1u : 2u);
+      EXPECT_EQ(e.kind, MeasuredError::stored);
+      EXPECT_EQ(e.frames, 3u);
+      const uint32_t every = (1u << level) + 1;
+      const Bcc4Samples samples(reader, bench.memory, 64 << 20, RelativeTo::base, level);
+      const Coefficients field(samples, 0, make_kernel(info.recommended_kernel), 0, 64 << 20);
+      std::vector<Vec4> points;
+      std::vector<double> source;
+      for (const uint32_t t : {4u, 14u, 23u})
+        for (uint32_t z = 0; z < dims[2]; z += every)
+          for (uint32_t y = 0; y < dims[1]; y += every)
+            for (uint32_t x = 0; x < dims[0]; x += every) {
+              points.push_back({static_cast<double>(x), static_cast<double>(y), static_cast<double>(z),
+                                static_cast<double>(t)});
+              const FrameBox frame = box(t);
+              source.push_back(static_cast<double>(
+                  static_cast<const float*>(frame.data)[(size_t{z} * dims[1] + y) * dims[0] + x]));
+            }
+      std::vector<float> values(points.size());
+      (void)evaluate4(field, points, values, {}, bench.context());
+      ErrorSum sum;
+      for (size_t i = 0; i < values.size(); ++i) sum.add(static_cast<double>(values[i]) - source[i]);
+      EXPECT_EQ(e.samples, sum.count);
+      EXPECT_NEAR(e.rmse, sum.rms(), 2e-3 * sum.rms());
+      EXPECT_NEAR(e.largest, sum.largest, 2e-3 * sum.largest);
+    }
+    EXPECT_GT(info.errors[0].rmse, 0.02) << "noise, which levels do not hold";
+  }
+}
+
+TEST_F(Levels, PartsTellTheErrorsOfTheSeries) {
+  WriterSettings settings = settings_of(false);
+  settings.measure = Measure::some;
+  write(settings, "whole");
+  std::vector<std::string> names;
+  for (const uint64_t first : {0u, 9u, 18u}) {
+    WriterSettings one = settings;
+    one.part = part(first, first == 0 ? 9 : first == 9 ? 18 : dims[3]);
+    names.push_back(file("part" + std::to_string(first)));
+    write(one, "part" + std::to_string(first));
+  }
+  Bench bench(1);
+  (void)join_parts(open_parts(names), file("joined"), true, bench.context());
+  ASSERT_EQ(open("whole")->info().errors.size(), 2u);
+  EXPECT_EQ(bytes("joined"), bytes("whole"));
+}
+
+TEST_F(Levels, WhatWasMeasuredStaysWhenFramesComeBehind) {
+  WriterSettings settings = settings_of(false);
+  settings.measure = Measure::some, settings.dims[3] = 22;
+  write(settings, "series");
+  const auto before = open("series")->info().errors;
+  ASSERT_EQ(before.size(), 2u);
+  settings.dims[3] = dims[3], settings.continuity = Continuity::append;
+  settings.part = part(22, dims[3]);
+  write(settings, "series");
+  EXPECT_EQ(open("series")->info().errors, before);
+}
+
 TEST_F(Levels, PartsOfAnotherNumberOfLevelsAreNotJoined) {
   WriterSettings settings = settings_of(false);
   settings.part = part(0, 20);
