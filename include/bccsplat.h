@@ -392,7 +392,7 @@ typedef struct bccsplat_writer_options {
   uint32_t levels; /* coarser ones, 0 to 15: level l is the same series at 2^l times the distance in space,
                       for small pictures (bccsplat_slice_options.level); of frames only, layers and fields are
                       refused (UNSUPPORTED). Bounds and corrections are those of level 0. PARTIAL_APPEND keeps
-                      those of the file; 0: none */
+                      those of the file; 0: none. With `measure` their errors are told, too (relative_rmse) */
   const bccsplat_series_part*
       part; /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
                series, and those of bccsplat_writer_get_part_frames are added */
@@ -623,6 +623,9 @@ typedef struct bccsplat_level_info {
   uint64_t sites_total; /* lattice sites per channel, those outside the faces not counted */
   uint64_t sites_kept;  /* of all channels, those outside the faces counted */
   uint64_t bytes;       /* of its samples in the file, without the index */
+  double relative_rmse; /* of what the level gives at source samples, measured at some of them while the file
+                           was written: the largest of any channel, each in units of its source's range; 0:
+                           not measured. Of level 0 only where a bound was asked for */
 } bccsplat_level_info;
 
 typedef struct bccsplat_channel_info {
@@ -1028,6 +1031,33 @@ typedef struct bccsplat_render_options {
   int32_t preintegrate;  /* DEFAULT: where the transfer function is narrower than a step */
   uint32_t reserved;     /* 0 */
 } bccsplat_render_options;
+
+/* What of the volume a picture of a time slice needs. */
+typedef struct bccsplat_picture_needs {
+  uint32_t struct_size;
+  uint32_t level; /* the coarsest that draws it as well as its quality asks: of draft and normal pictures one
+                     of which a pixel covers a lattice distance or more, in the direction of fewest; of drafts
+                     half a distance where the level's error is below that of drafts themselves (35.5 dB of
+                     the range, over what is kept). 0 for fine, best and reference pictures, mode MAXIMUM, and
+                     where SKIP_FINE_DETAIL is switched off */
+  double box[6];  /* what the camera sees of the slice, and three samples more, as bccsplat_slice_options.box
+                     takes it; all samples where it sees nothing */
+  int32_t seen;   /* 0: nothing of the slice is in the picture */
+  int32_t reserved;
+  double distances_per_pixel; /* of level 0: how many a pixel covers at the centre of the domain, in the
+                                 direction of fewest */
+} bccsplat_picture_needs;
+
+/* Tells what a picture needs before the slice for it is made. Any time slice of the volume will do, of
+ * the channel that is drawn: a host cuts one of the coarsest level, which costs next to nothing, fits its
+ * camera to it, may draw it at once, and cuts the one that is needed. Reads nothing. options may be NULL:
+ * defaults. UNSUPPORTED for slices that are not in time, of extracted
+ * points, or with a basis of their own. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice,
+                                                              const bccsplat_camera* camera, uint32_t width,
+                                                              uint32_t height,
+                                                              const bccsplat_render_options* options,
+                                                              bccsplat_picture_needs* needs);
 
 enum { /* what the trail holds */
        BCCSPLAT_TRAIL_CONTENT_DEFAULT = 0,

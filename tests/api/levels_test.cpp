@@ -16,6 +16,7 @@ class Levels : public testing::Test {
   [[nodiscard]] Volume stored(uint32_t levels, int32_t store, double abs_error = 0) const {
     auto o = options_of(series);
     o.levels = levels, o.store = store, o.overwrite = 1, o.abs_error = abs_error;
+    o.measure = BCCSPLAT_MEASURE_SOME;
     const std::string path = folder.file("v");
     const Writer w = make_writer(device, path, o);
     EXPECT_OK(add_frames(w.get(), series));
@@ -116,6 +117,85 @@ TEST_F(Levels, BoundsAndCorrectionsAreThoseOfLevelZero) {
   EXPECT_OK(bccsplat_volume_get_channel_info(volume.get(), 0, &channel));
   ASSERT_GT(channel.corrections, 0u);
   EXPECT_LT(error(cut_level(volume, 1)), 1);
+}
+
+TEST_F(Levels, PicturesNeedWhatTheirPixelsShow) {
+  const Volume volume = stored(2, BCCSPLAT_STORE_SAMPLES);
+  const Slice coarse = cut_level(volume, 2);
+  auto camera = sized<bccsplat_camera>();
+  const auto needs_of = [&](uint32_t size, int32_t quality, double height) {
+    auto options = sized<bccsplat_render_options>();
+    options.quality = quality;
+    EXPECT_OK(bccsplat_slice_fit_camera(coarse.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, 20, 30, size, size,
+                                        &camera));
+    if (height > 0) camera.ortho_height = height;
+    auto needs = sized<bccsplat_picture_needs>();
+    EXPECT_OK(bccsplat_slice_get_picture_needs(coarse.get(), &camera, size, size, &options, &needs));
+    EXPECT_EQ(needs.seen, 1);
+    return needs;
+  };
+  // The picture spans the diagonal of the box: 78 samples of 2 and 4 distances.
+  EXPECT_EQ(needs_of(512, BCCSPLAT_QUALITY_NORMAL, 0).level, 0u);
+  EXPECT_EQ(needs_of(34, BCCSPLAT_QUALITY_NORMAL, 0).level, 1u);
+  EXPECT_EQ(needs_of(16, BCCSPLAT_QUALITY_NORMAL, 0).level, 2u);
+  EXPECT_EQ(needs_of(34, BCCSPLAT_QUALITY_FINE, 0).level, 0u);
+  EXPECT_EQ(needs_of(60, BCCSPLAT_QUALITY_NORMAL, 0).level, 0u);
+  EXPECT_EQ(needs_of(60, BCCSPLAT_QUALITY_DRAFT, 0).level, 1u) << "a level that errs by little";
+  EXPECT_EQ(needs_of(200, BCCSPLAT_QUALITY_DRAFT, 0).level, 0u);
+  auto level = sized<bccsplat_level_info>();
+  EXPECT_OK(bccsplat_volume_get_level_info(volume.get(), 1, &level));
+  EXPECT_GT(level.relative_rmse, 1e-5);
+  EXPECT_LT(level.relative_rmse, 0.0168);
+  EXPECT_OK(bccsplat_volume_get_level_info(volume.get(), 0, &level));
+  EXPECT_EQ(level.relative_rmse, 0);
+
+  // A picture of a part is drawn of that part.
+  const auto part = needs_of(200, BCCSPLAT_QUALITY_NORMAL, 8);
+  EXPECT_GT(part.box[1], 3);
+  EXPECT_LT(part.box[4], 42);
+  const Slice whole = cut_level(volume, 0);
+  auto plane = sized<bccsplat_hyperplane>();
+  plane.d = 1, plane.e = -2.5;
+  auto options = sized<bccsplat_slice_options>();
+  options.box = part.box;
+  bccsplat_slice* made = nullptr;
+  ASSERT_OK(bccsplat_slice_create(volume.get(), &plane, &options, &made));
+  const Slice boxed(made);
+  EXPECT_LT(info_of(boxed).extent[1][1] - info_of(boxed).extent[1][0], 41);
+  std::vector<std::vector<float>> pictures;
+  for (const bccsplat_slice* slice : {whole.get(), boxed.get()}) {
+    bccsplat_renderer* r = nullptr;
+    ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+    const Renderer renderer(r);
+    ASSERT_OK(bccsplat_renderer_set_slice(renderer.get(), slice));
+    ASSERT_OK(bccsplat_renderer_set_camera(renderer.get(), &camera));
+    std::vector<float>& picture = pictures.emplace_back(4 * 200 * 200);
+    bccsplat_frame* wrapped = nullptr;
+    ASSERT_OK(bccsplat_frame_wrap(device.get(), 200, 200, picture.data(), 0, &wrapped));
+    const Frame frame(wrapped);
+    ASSERT_OK(bccsplat_renderer_render(renderer.get(), frame.get()));
+  }
+  double largest = 0, brightest = 0;
+  for (size_t i = 0; i < pictures[0].size(); ++i) {
+    largest = std::max(largest, std::fabs(static_cast<double>(pictures[0][i] - pictures[1][i])));
+    brightest = std::max(brightest, static_cast<double>(pictures[0][i]));
+  }
+  EXPECT_GT(brightest, 0.3);
+  EXPECT_LT(largest, 0.02) << "sheets lie elsewhere, the field is the same";
+}
+
+TEST_F(Levels, OtherSlicesThanThoseInTimeAreNotAsked) {
+  const Volume volume = stored(1, BCCSPLAT_STORE_SAMPLES);
+  auto plane = sized<bccsplat_hyperplane>();
+  plane.a = 1, plane.e = -20;
+  bccsplat_slice* made = nullptr;
+  ASSERT_OK(bccsplat_slice_create(volume.get(), &plane, nullptr, &made));
+  const Slice slice(made);
+  auto camera = sized<bccsplat_camera>();
+  ASSERT_OK(bccsplat_slice_fit_camera(slice.get(), 0, 0, 0, 32, 32, &camera));
+  auto needs = sized<bccsplat_picture_needs>();
+  EXPECT_EQ(bccsplat_slice_get_picture_needs(slice.get(), &camera, 32, 32, nullptr, &needs),
+            BCCSPLAT_ERROR_UNSUPPORTED);
 }
 
 TEST_F(Levels, LayersAndFieldsHaveNone) {

@@ -206,7 +206,10 @@ def pictures(device, cut, folder):
 
     renderer.set_transfer_function(TransferFunction([(0, 1, 0, 0), (1, 1, 0, 0)], [(0, 0), (1, 0.9)]))
     renderer.set_options(shading="off", quality="draft")
-    renderer.set_camera(cut.fit_camera(60, 40, 0, 0, "perspective"))
+    camera = cut.fit_camera(60, 40, 0, 0, "perspective")
+    renderer.set_camera(camera)
+    needs = cut.picture_needs(camera, 60, 40, quality="draft")
+    assert needs.seen == 1 and needs.level == 0 and needs.box[3] > needs.box[0] and needs.distances_per_pixel > 0
     renderer.set_lights([((0, 0, -1), (1, 1, 1))], ambient=1)
     renderer.render(frame)
     assert pixels[..., 0].any() and not pixels[..., 1].any()

@@ -397,8 +397,10 @@ class LevelInfo(Struct):
     sites_total: int
     sites_kept: int
     bytes: int
+    relative_rmse: float
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("scales", c_double * 4),
-        ("layer_count", c_uint64), ("sites_total", c_uint64), ("sites_kept", c_uint64), ("bytes", c_uint64)]
+        ("layer_count", c_uint64), ("sites_total", c_uint64), ("sites_kept", c_uint64), ("bytes", c_uint64),
+        ("relative_rmse", c_double)]
 
 
 class ChannelInfo(Struct):
@@ -592,6 +594,16 @@ class RenderOptions(Struct):
         ("preintegrate", c_int32), ("reserved", c_uint32)]
 
 
+class PictureNeeds(Struct):
+    level: int
+    box: Array[c_double]
+    seen: int
+    reserved: int
+    distances_per_pixel: float
+    _fields_ = [("struct_size", c_uint32), ("level", c_uint32), ("box", c_double * 6), ("seen", c_int32),
+        ("reserved", c_int32), ("distances_per_pixel", c_double)]
+
+
 class Trail(Struct):
     content: int
     combine: int
@@ -727,6 +739,8 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_slice_get_points": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_slice_fit_camera": (c_int32, c_void_p, c_int32, c_double, c_double, c_uint32, c_uint32,
         POINTER(Camera),),
+    "bccsplat_slice_get_picture_needs": (c_int32, c_void_p, POINTER(Camera), c_uint32, c_uint32,
+        POINTER(RenderOptions), POINTER(PictureNeeds),),
     "bccsplat_renderer_create": (c_int32, c_void_p, c_void_p,),
     "bccsplat_renderer_retain": (None, c_void_p,),
     "bccsplat_renderer_release": (None, c_void_p,),

@@ -257,3 +257,11 @@ class Slice(Child):
         call("slice_fit_camera", self.pointer, choose("PROJECTION", projection), rotate_x, rotate_y, width, height,
              byref(camera))
         return camera
+
+    def picture_needs(self, camera: _abi.Camera, width: int, height: int, *, mode: int | str | None = None,
+                      quality: int | str | None = None) -> _abi.PictureNeeds:
+        """The level and the box that a picture of this time slice needs, told by a slice of any level."""
+        needs = _abi.PictureNeeds()
+        options = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality))
+        call("slice_get_picture_needs", self.pointer, byref(camera), width, height, byref(options), byref(needs))
+        return needs

@@ -130,6 +130,32 @@ static void cameras(const bccsplat_slice* slice) {
   OUTPUT_SIZES(bccsplat_camera, bccsplat_slice_fit_camera(slice, 0, 20, 30, 64, 48, out), (void)0);
 }
 
+static void picture_needs(const bccsplat_slice* slice) {
+  SIZED(bccsplat_camera, camera);
+  SIZED(bccsplat_render_options, options);
+  SIZED(bccsplat_picture_needs, needs);
+  OK(bccsplat_slice_fit_camera(slice, BCCSPLAT_PROJECTION_ORTHOGRAPHIC, 0, 0, 64, 48, &camera));
+  OK(bccsplat_slice_get_picture_needs(slice, &camera, 64, 48, NULL, &needs));
+  EXPECT(needs.level == 0 && needs.seen == 1 && needs.distances_per_pixel > 0);
+  EXPECT(needs.box[0] == 0 && needs.box[3] == NX - 1);
+  camera.ortho_height = 1;
+  options.quality = BCCSPLAT_QUALITY_DRAFT;
+  OK(bccsplat_slice_get_picture_needs(slice, &camera, 64, 48, &options, &needs));
+  EXPECT(needs.box[0] > 0 && needs.box[3] < NX - 1 && needs.box[0] < needs.box[3]);
+  REFUSED(INVALID_ARGUMENT, "slice is NULL",
+          bccsplat_slice_get_picture_needs(NULL, &camera, 9, 9, NULL, &needs));
+  REFUSED(INVALID_ARGUMENT, "camera is NULL",
+          bccsplat_slice_get_picture_needs(slice, NULL, 9, 9, NULL, &needs));
+  REFUSED(INVALID_ARGUMENT, "needs is NULL",
+          bccsplat_slice_get_picture_needs(slice, &camera, 9, 9, NULL, NULL));
+  REFUSED(INVALID_ARGUMENT, "0 pixels", bccsplat_slice_get_picture_needs(slice, &camera, 9, 0, NULL, &needs));
+  options.quality = 9;
+  REFUSED(INVALID_ARGUMENT, "quality",
+          bccsplat_slice_get_picture_needs(slice, &camera, 9, 9, &options, &needs));
+  OUTPUT_SIZES(bccsplat_picture_needs, bccsplat_slice_get_picture_needs(slice, &camera, 64, 48, NULL, out),
+               (void)0);
+}
+
 void test_slice(void) {
   SIZED(bccsplat_slice_options, mean);
   SIZED(bccsplat_slice_info, info);
@@ -150,6 +176,7 @@ void test_slice(void) {
   grids(slice);
   points(slice);
   cameras(slice);
+  picture_needs(slice);
   bccsplat_slice_release(slice);
 
   OK(bccsplat_device_create(NULL, &device));

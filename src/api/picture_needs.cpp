@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/picture_needs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "api/handles.h"
+#include "api/render_options.h"
+#include "api/structs.h"
+
+using namespace bccsplat;
+using namespace bccsplat::api;
+
+// RMSE of a coarser level of a channel, as a fraction of its range; none where it was not measured.
+std::optional<double> bccsplat_volume::level_error(uint32_t channel_index, uint32_t level) const {
+  for (const MeasuredError& e : info().errors)
+    if (e.channel == channel_index && e.level == level && e.kind == MeasuredError::stored && e.samples > 0 &&
+        e.range > 0)
+      return e.rmse / e.range;
+  return std::nullopt;
+}
+
+namespace {
+
+// The same over what is kept alone, where the errors are.
+std::optional<double> error_where_kept(const bccsplat_volume& volume, uint32_t channel, uint32_t level) {
+  const std::optional<double> error = volume.level_error(channel, level);
+  const uint64_t kept = volume.channel(channel).sites_kept;
+  if (!error || kept == 0) return error;
+  return *error * std::sqrt(static_cast<double>(volume.info().lattice.sites()) / static_cast<double>(kept));
+}
+
+} // namespace
+
+extern "C" {
+
+bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice, const bccsplat_camera* camera,
+                                                 uint32_t width, uint32_t height,
+                                                 const bccsplat_render_options* options,
+                                                 bccsplat_picture_needs* needs) {
+  return guard([&] {
+    require(slice, "slice"), require(camera, "camera");
+    check_output(needs, "needs");
+    if (width == 0 || height == 0 || width > 65536 || height > 65536)
+      fail(Code::invalid_argument, "picture needs: ", width, " x ", height, " pixels");
+    if (!slice->slice.is_time_slice() || slice->extraction || slice->cut.axes)
+      fail(Code::unsupported, "picture needs: of slices in time alone, along the axes of the volume");
+    const Camera view = read_camera(camera);
+    const RenderOptions o = read_render_options(options);
+    const auto w = static_cast<int>(width), h = static_cast<int>(height);
+    const bccsplat_volume& volume = *slice->volume.get();
+    std::vector<LevelOption> levels;
+    for (uint32_t l = 0; l <= volume.info().levels.size(); ++l)
+      levels.push_back({distances_per_pixel(slice->slice, volume.lattice(l), view, w, h),
+                        error_where_kept(volume, slice->channel, l)});
+    bccsplat_picture_needs out{};
+    out.level = static_cast<uint32_t>(enough_level(levels, o));
+    out.distances_per_pixel = levels.front().per_pixel;
+    const Lattice4& lattice = volume.lattice(0);
+    IndexBox box;
+    for (size_t a = 0; a < 3; ++a) box.end[a] = lattice.dims[a] - 1.0;
+    if (const auto seen = seen_box(slice->slice, view, w, h))
+      box = clip_to_samples(*seen, lattice), out.seen = 1;
+    std::copy(box.begin.begin(), box.begin.end(), out.box);
+    std::copy(box.end.begin(), box.end.end(), out.box + 3);
+    write_struct(needs, out, "needs");
+  });
+}
+
+} // extern "C"

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "api/render_options.h"
+
+#include <cmath>
+
+#include "api/structs.h"
+
+namespace bccsplat::api {
+
+Camera read_camera(const bccsplat_camera* camera) {
+  const auto in = read_struct(camera, "bccsplat_camera");
+  if (in.projection < 0 || in.projection > 2)
+    fail(Code::invalid_argument, "camera: projection ", in.projection);
+  Camera c;
+  c.perspective = in.projection == BCCSPLAT_PROJECTION_PERSPECTIVE;
+  c.position = vec3(in.position), c.target = vec3(in.target), c.up = vec3(in.up);
+  c.fovy_degrees = in.fovy_degrees, c.ortho_height = in.ortho_height;
+  (void)resolve_camera(c); // refuses what cannot be looked through
+  return c;
+}
+
+RenderOptions read_render_options(const bccsplat_render_options* options) {
+  const auto in = read_struct(options, "bccsplat_render_options");
+  require_zero(in.reserved, "bccsplat_render_options.reserved");
+  if (in.set_mask & ~1u) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
+  if (in.mode < 0 || in.mode > 4) fail(Code::invalid_argument, "render options: mode ", in.mode);
+  if (in.quality < 0 || in.quality > 4) fail(Code::invalid_argument, "render options: quality ", in.quality);
+  if (in.shading < 0 || in.shading > 2) fail(Code::invalid_argument, "render options: shading ", in.shading);
+  if (in.disable_skips & ~63u) fail(Code::invalid_argument, "render options: unknown bits in disable_skips");
+  if (in.sheet_step != 0 && !(in.sheet_step >= 1e-3 && in.sheet_step <= 16))
+    fail(Code::invalid_argument, "render options: sheet_step ", in.sheet_step, " is not in .001 .. 16 T");
+  if (!(in.opacity_stop >= 0 && in.opacity_stop <= 1))
+    fail(Code::invalid_argument, "render options: opacity_stop ", in.opacity_stop);
+  if (in.tile_size < 0 || in.tile_size > 4096)
+    fail(Code::invalid_argument, "render options: tile_size ", in.tile_size);
+  if (in.preintegrate < 0 || in.preintegrate > 2)
+    fail(Code::invalid_argument, "render options: preintegrate ", in.preintegrate);
+  RenderOptions out;
+  if (in.preintegrate)
+    out.preintegrate = in.preintegrate == BCCSPLAT_PREINTEGRATE_ON ? Preintegrate::on : Preintegrate::off;
+  if (in.mode) out.mode = static_cast<RenderMode>(in.mode);
+  if (in.quality) out.quality = static_cast<Quality>(in.quality);
+  if (in.shading) out.shading = in.shading == BCCSPLAT_SHADING_ON;
+  const bool iso_given = in.set_mask & BCCSPLAT_RENDER_SET_ISO;
+  if (iso_given && !std::isfinite(in.iso_value))
+    fail(Code::invalid_argument, "render options: iso_value must be finite");
+  if (out.mode == RenderMode::isosurface && !iso_given)
+    fail(Code::invalid_argument, "render options: mode isosurface needs iso_value (and its bit in set_mask)");
+  out.iso_value = in.iso_value;
+  out.sheet_step = in.sheet_step;
+  if (in.opacity_stop != 0) out.opacity_stop = in.opacity_stop;
+  out.disable_skips = in.disable_skips;
+  out.tile_size = in.tile_size;
+  out.reference = in.reference != 0;
+  if (!(in.deep_tolerance >= 0 && in.deep_tolerance <= 1))
+    fail(Code::invalid_argument, "render options: deep_tolerance ", in.deep_tolerance, " is not in [0, 1]");
+  if (in.deep_tolerance > 0) out.deep_tolerance = in.deep_tolerance;
+  return out;
+}
+
+} // namespace bccsplat::api

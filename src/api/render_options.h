@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a caller says of a picture, checked and in the core's terms.
+#pragma once
+
+#include "bccsplat.h"
+
+#include "render/camera.h"
+#include "render/picture.h"
+
+namespace bccsplat::api {
+
+[[nodiscard]] inline Vec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+// These throw invalid_argument where a value is senseless. NULL options are the defaults; their callback is
+// not looked at.
+[[nodiscard]] Camera read_camera(const bccsplat_camera* camera);
+[[nodiscard]] RenderOptions read_render_options(const bccsplat_render_options* options);
+
+} // namespace bccsplat::api
