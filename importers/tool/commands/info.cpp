@@ -85,7 +85,8 @@ Json info_json(const Volume& volume, bool histogram) {
                            {"layers", level.layer_count},
                            {"sites_total", level.sites_total},
                            {"sites_kept", level.sites_kept},
-                           {"bytes", level.bytes}});
+                           {"bytes", level.bytes},
+                           {"relative_rmse", level.relative_rmse}});
   }
   j["channels"] = Json::array();
   for (uint32_t c = 0; c < v.channel_count; ++c)
@@ -152,9 +153,8 @@ std::string steps_text(const bccsplat_channel_info& c) {
   return integers && c.value_scale != 1 ? concat(" in steps of ", short_number(c.value_scale, 6)) : "";
 }
 
-// dB of the range.
-std::string psnr_text(const bccsplat_channel_info& c, double rmse) {
-  const double peak = c.range[1] - c.range[0];
+// dB, the range of the values the peak.
+std::string psnr_text(double peak, double rmse) {
   return rmse > 0 && peak > 0 ? concat(short_number(20 * std::log10(peak / rmse), 3), " dB") : "no error";
 }
 
@@ -164,8 +164,9 @@ void print_errors(const bccsplat_channel_info& c) {
   line("error", "at most ", short_number(c.error_bound, 5), " at source samples, ", c.corrections,
        " of them corrected");
   if (!(c.lattice_max_abs > 0)) return;
-  line("", "RMSE ", short_number(c.rmse, 4), ", PSNR ", psnr_text(c, c.rmse), "; the lattice alone ",
-       short_number(c.lattice_rmse, 4), ", ", psnr_text(c, c.lattice_rmse), ", off by up to ",
+  const double peak = c.range[1] - c.range[0];
+  line("", "RMSE ", short_number(c.rmse, 4), ", PSNR ", psnr_text(peak, c.rmse), "; the lattice alone ",
+       short_number(c.lattice_rmse, 4), ", ", psnr_text(peak, c.lattice_rmse), ", off by up to ",
        short_number(c.lattice_max_abs, 4));
 }
 
@@ -179,7 +180,8 @@ void print_info(const Volume& volume, const InfoArguments& a) {
   for (uint32_t l = 1; l <= v.level_count; ++l) {
     const bccsplat_level_info level = level_info(volume, l);
     line(l == 1 ? "levels" : "", l, ": distances ", distances_text(v, level.scales), ", ", level.sites_total,
-         " sites, ", level.bytes, " bytes");
+         " sites, ", level.bytes, " bytes",
+         level.relative_rmse > 0 ? concat(", ", psnr_text(1, level.relative_rmse)) : "");
   }
   line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
        v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven");

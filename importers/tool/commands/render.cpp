@@ -14,6 +14,7 @@
 #include "tool/progress.h"
 #include "tool/view/camera_file.h"
 #include "tool/view/exposure.h"
+#include "tool/view/picture_cut.h"
 #include "tool/view/picture_sequence.h"
 #include "tool/view/render_arguments.h"
 #include "tool/view/render_function.h"
@@ -51,7 +52,7 @@ CameraChoice choose_camera(const RenderArguments& a) {
   return choice;
 }
 
-void set_options(const Renderer& renderer, const RenderArguments& a) {
+bccsplat_render_options render_options(const RenderArguments& a) {
   auto o = sized<bccsplat_render_options>();
   o.mode = a.mode;
   if (a.iso) {
@@ -68,7 +69,7 @@ void set_options(const Renderer& renderer, const RenderArguments& a) {
   o.deep_tolerance = a.deep_tolerance.value_or(0);
   o.disable_skips = BCCSPLAT_SKIP_UNCHANGED; // --repeat times whole pictures
   o.progress = Progress::cancel_only;
-  check(bccsplat_renderer_set_options(renderer.get(), &o), "render options");
+  return o;
 }
 
 // Begin and end of the trail relative to the slice, as bccsplat_trail takes them.
@@ -133,6 +134,7 @@ struct Scene {
   const Volume& volume;
   uint32_t channel;
   CameraChoice camera;
+  bccsplat_render_options options;
   Renderer renderer;
   std::optional<TransferFunction> trail_function;
   double open_ms;
@@ -154,12 +156,13 @@ struct Scene {
   RenderTimes draw(const Picture& picture) {
     RenderTimes times;
     times.open_ms = open_ms;
-    const Slice slice = cut_slice(volume, picture.where, channel);
-    times.slice = slice_info(slice);
+    const PictureCut cut =
+        cut_for_picture(volume, picture.where, channel, !a.which.level, options,
+                        {camera.size[0], camera.size[1]}, [&](const Slice& s) { return view(s, picture); });
+    times.slice = cut.info;
     times.kernel = times.slice.kernel;
-    check(bccsplat_renderer_set_slice(renderer.get(), slice.get()), "");
-    const bccsplat_camera seen_by = view(slice, picture);
-    check(bccsplat_renderer_set_camera(renderer.get(), &seen_by), a.camera);
+    check(bccsplat_renderer_set_slice(renderer.get(), cut.slice.get()), "");
+    check(bccsplat_renderer_set_camera(renderer.get(), &cut.camera), a.camera);
     const auto trail = set_trail(renderer, a, volume, picture.where, trail_function);
     uint32_t planes = BCCSPLAT_FRAME_RGBA;
     if (a.deep)
@@ -225,9 +228,17 @@ Exit run_render(RenderArguments a) {
 
   bccsplat_renderer* created = nullptr;
   check(bccsplat_renderer_create(device.get(), &created), "");
-  Scene scene{
-      a, device, volume, channel, camera, Renderer(created), std::nullopt, open_ms, pictures.size() > 1};
-  set_options(scene.renderer, a);
+  Scene scene{a,
+              device,
+              volume,
+              channel,
+              camera,
+              render_options(a),
+              Renderer(created),
+              std::nullopt,
+              open_ms,
+              pictures.size() > 1};
+  check(bccsplat_renderer_set_options(created, &scene.options), "render options");
   const bccsplat_channel_info info = channel_info(volume, channel);
   if (const auto f = transfer_function(slice_function(a), info)) {
     const bccsplat_transfer_function t = as_struct(*f);

@@ -37,7 +37,7 @@ UnfinishedImport::~UnfinishedImport() {
   std::error_code error;
   const fs::path journal = output_ + ".journal", partial = output_ + ".partial";
   const uintmax_t size = fs::file_size(journal, error);
-  if (error || size <= empty_journal) { // none, or without a slab: nothing to go on from
+  if (error || worthless_ || size <= empty_journal) { // none, or without a slab: nothing to go on from
     fs::remove(journal, error);
     fs::remove(partial, error);
   } else if (!quiet_) {

@@ -16,7 +16,7 @@ void add_resume_options(CLI::App& import, ResumeArguments& arguments);
 [[nodiscard]] int32_t partial_mode(const ResumeArguments& arguments);
 
 // Watches over one import. When it ends early, work worth going on from stays and a line says how; else
-// nothing stays.
+// nothing stays: what misses its bound would miss it again.
 class UnfinishedImport {
  public:
   UnfinishedImport(std::string output, bool quiet) : output_(std::move(output)), quiet_(quiet) {}
@@ -24,10 +24,11 @@ class UnfinishedImport {
   UnfinishedImport& operator=(const UnfinishedImport&) = delete;
   ~UnfinishedImport();
   void finished() { finished_ = true; }
+  void missed_its_bound() { worthless_ = true; }
 
  private:
   std::string output_;
-  bool quiet_, finished_ = false;
+  bool quiet_, finished_ = false, worthless_ = false;
 };
 
 } // namespace bcc4

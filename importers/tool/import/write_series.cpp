@@ -51,7 +51,7 @@ std::vector<StepCoding> finer_steps(const SeriesDescription& s, const WriterSett
   return steps;
 }
 
-ImportResult write_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
+ImportResult write_file(FrameReader& reader, const Device& device, const WriterSettings& settings,
                         const std::vector<ChannelScan>& scans, const ImportScope& scope,
                         const CommonOptions& common) {
   const SeriesDescription& s = reader.description();
@@ -61,7 +61,6 @@ ImportResult write_once(FrameReader& reader, const Device& device, const WriterS
     part.lead = scope.lead;
     part.times = s.times.values.data();
   }
-  UnfinishedImport unfinished(scope.output, common.quiet);
   const Writer writer =
       create_writer(device, scope.output, s, settings, scans, s.dims[3], scope.part ? &part : nullptr);
   record_origin(writer, s, settings, scope);
@@ -73,9 +72,22 @@ ImportResult write_once(FrameReader& reader, const Device& device, const WriterS
                 add_frame(writer, c, s.times.values[f], values, reader.frame_name(f));
               });
   check(bccsplat_writer_finish(writer.get(), &result.report), scope.output);
-  unfinished.finished();
   result.errors = measured_errors(writer, s.channels.size(), result.report.frames_measured);
   return result;
+}
+
+ImportResult write_once(FrameReader& reader, const Device& device, const WriterSettings& settings,
+                        const std::vector<ChannelScan>& scans, const ImportScope& scope,
+                        const CommonOptions& common) {
+  UnfinishedImport unfinished(scope.output, common.quiet);
+  try {
+    ImportResult result = write_file(reader, device, settings, scans, scope, common);
+    unfinished.finished();
+    return result;
+  } catch (const StatusError& e) {
+    if (e.status() == BCCSPLAT_ERROR_BOUND_NOT_MET) unfinished.missed_its_bound();
+    throw;
+  }
 }
 
 } // namespace

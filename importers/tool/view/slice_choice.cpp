@@ -55,9 +55,10 @@ void add_slice_choice(CLI::App& app, SliceChoiceArguments& a) {
   numbers("--point", a.point, 4, "x,y,z,t",
           "Instead of --plane: a point of the hyperplane, the slice's origin");
   numbers("--basis", a.basis, 12, "u,v,w", "With --point: three directions x,y,z,t in the hyperplane");
-  app.add_option(
-         "--level", a.level,
-         "Cut a coarser level of the file, see bcc4 info: an eighth of the work each (default 0, all of it)")
+  app.add_option("--level", a.level,
+                 "Cut a coarser level of the file, see bcc4 info: an eighth of the work each (default: "
+                 "render takes the "
+                 "coarsest that draws the picture as well as its quality asks, slice all of it, 0)")
       ->type_name("N");
   add_number(app, "--thickness", a.thickness,
              "Of a slab around the hyperplane, in samples (or frames) along its normal");
@@ -124,7 +125,7 @@ void set_shape(Cut& cut, const SliceChoiceArguments& a) {
   if (a.slab != BCCSPLAT_SLAB_DEFAULT && !a.thickness) fail_usage("--slab goes with --thickness D");
   if (a.spacing && !(*a.spacing > 0)) fail_usage("--slice-spacing must be positive");
   cut.thickness = a.thickness.value_or(0), cut.spacing = a.spacing.value_or(0);
-  cut.slab = a.slab, cut.method = a.method, cut.lattice = a.lattice, cut.level = a.level;
+  cut.slab = a.slab, cut.method = a.method, cut.lattice = a.lattice, cut.level = a.level.value_or(0);
   if (a.region && !cut.is_time_slice) fail_usage("--roi goes with --time: a box is a part of a time slice");
   cut.region = a.region;
 }

@@ -23,7 +23,7 @@ struct SliceChoiceArguments {
   int32_t method = BCCSPLAT_METHOD_DEFAULT;
   int32_t lattice = BCCSPLAT_LATTICE_DEFAULT;
   std::optional<SampleBox> region; // of a time slice
-  uint32_t level = 0;
+  std::optional<uint32_t> level;   // none: all of it, or what a picture needs
 };
 // --roi X0-X1,Y0-Y1,Z0-Z1: samples of the source grid from 0, both ends included.
 void add_region(CLI::App& app, std::optional<SampleBox>& region, const char* help);
