@@ -54,8 +54,8 @@ void statistics(const Picture& p, const Counts& counts) {
   };
   const bccsplat_render_stats& s = p.stats;
   ImGui::Text("%s, %.0f ms, %u threads", p.fine ? "fine" : "draft", s.ms_total, s.threads);
-  ImGui::Text("slice: %.0f ms, %.2f MB read", p.slice.milliseconds,
-              static_cast<double>(p.slice.bytes_read) / 1e6);
+  ImGui::Text("slice: %.0f ms, %.2f MB read, level %u", p.slice.milliseconds,
+              static_cast<double>(p.slice.bytes_read) / 1e6, p.slice.level);
   ImGui::Text("points: %llu", static_cast<unsigned long long>(s.points_total));
   ImGui::Text("  invisible or out of view: %.1f %%", 100 - percent(s.points_after_cull, s.points_total));
   ImGui::Text("  visits hidden: %.1f %%", percent(s.points_occluded, s.points_splatted + s.points_occluded));

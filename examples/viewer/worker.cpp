@@ -37,6 +37,9 @@ Worker::Worker(bccsplat_device* device, const bccsplat_volume* volume, std::arra
   bccsplat_renderer* r = nullptr;
   check(bccsplat_renderer_create(device, &r));
   renderer_.reset(r);
+  auto info = sized<bccsplat_volume_info>();
+  check(bccsplat_volume_get_info(volume, &info));
+  coarsest_ = info.level_count;
   thread_ = std::thread([this] { run(); });
 }
 
@@ -91,8 +94,8 @@ void Worker::run() {
   }
 }
 
-void Worker::cut(const Wish& wish) {
-  if (slice_is_made_ && wish.frame == drawn_.frame && wish.tilt == drawn_.tilt) return;
+void Worker::cut(const Wish& wish, uint32_t level) {
+  if (slice_is_made_ && wish.frame == drawn_.frame && wish.tilt == drawn_.tilt && level == level_) return;
   auto info = sized<bccsplat_volume_info>();
   check(bccsplat_volume_get_info(volume_, &info));
   // t = frame + sum of tilt (x - centre) / (n - 1).
@@ -106,6 +109,7 @@ void Worker::cut(const Wish& wish) {
     plane.e += wish.tilt[a] / 2;
   }
   auto options = sized<bccsplat_slice_options>();
+  options.level = level;
   options.progress_user = this;
   options.progress = [](void* self, double) { return static_cast<Worker*>(self)->outdated() ? 1 : 0; };
   bccsplat_slice* slice = nullptr;
@@ -113,17 +117,37 @@ void Worker::cut(const Wish& wish) {
   check(bccsplat_slice_create(volume_, &plane, &options, &slice));
   slice_.reset(slice);
   check(bccsplat_renderer_set_slice(renderer_.get(), slice));
-  slice_is_made_ = true;
+  slice_is_made_ = true, level_ = level;
+  drawn_.frame = wish.frame, drawn_.tilt = wish.tilt;
+}
+
+bccsplat_camera Worker::camera(const Wish& wish) const {
+  auto camera = sized<bccsplat_camera>();
+  check(bccsplat_slice_fit_camera(slice_.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, wish.rotate_x,
+                                  wish.rotate_y, static_cast<uint32_t>(wish.width),
+                                  static_cast<uint32_t>(wish.height), &camera));
+  camera.ortho_height /= wish.zoom;
+  return camera;
+}
+
+uint32_t Worker::level(const Wish& wish, const bccsplat_camera& camera,
+                       const bccsplat_render_options& options) const {
+  auto needs = sized<bccsplat_picture_needs>();
+  check(bccsplat_slice_get_picture_needs(slice_.get(), &camera, static_cast<uint32_t>(wish.width),
+                                         static_cast<uint32_t>(wish.height), &options, &needs));
+  return needs.level;
 }
 
 // Time slices only: of others nothing is kept. What fails here is told by the slice itself.
 void Worker::look_ahead(const Wish& wish) {
   if (!wish.playing || wish.tilt != std::array<double, 3>{}) return;
   if (ahead_.valid() && ahead_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  ahead_ = std::async(std::launch::async, [volume = volume_, frame = wish.frame + wish.step] {
+  ahead_ = std::async(std::launch::async, [volume = volume_, frame = wish.frame + wish.step, level = level_] {
     auto plane = sized<bccsplat_hyperplane>();
     plane.d = 1, plane.e = -frame;
-    (void)bccsplat_volume_prefetch(volume, &plane, nullptr);
+    auto options = sized<bccsplat_slice_options>();
+    options.level = level;
+    (void)bccsplat_volume_prefetch(volume, &plane, &options);
   });
 }
 
@@ -143,7 +167,18 @@ void Worker::classify(const Wish& wish) {
 }
 
 void Worker::draw(const Wish& wish, bool fine) {
-  cut(wish);
+  const bool time_slice = wish.tilt == std::array<double, 3>{};
+  auto options = sized<bccsplat_render_options>();
+  options.quality = fine ? BCCSPLAT_QUALITY_FINE : BCCSPLAT_QUALITY_DRAFT;
+  // The cancel that goes with a wish may come before the render starts, which is why the callback asks, too.
+  options.progress_user = this;
+  options.progress = [](void* self, double) { return static_cast<Worker*>(self)->outdated() ? 1 : 0; };
+  check(bccsplat_renderer_set_options(renderer_.get(), &options));
+  // A slice of any level and moment tells what the picture needs; the coarsest is there at once.
+  if (!slice_is_made_ || wish.tilt != drawn_.tilt) cut(wish, time_slice ? coarsest_ : 0);
+  const bccsplat_camera seen_by = camera(wish);
+  cut(wish, time_slice ? level(wish, seen_by, options) : 0);
+  check(bccsplat_renderer_set_camera(renderer_.get(), &seen_by));
   look_ahead(wish);
   classify(wish);
   drawn_ = wish;
@@ -154,22 +189,9 @@ void Worker::draw(const Wish& wish, bool fine) {
   check(bccsplat_slice_get_info(slice_.get(), &picture->slice));
 
   const auto width = static_cast<uint32_t>(wish.width), height = static_cast<uint32_t>(wish.height);
-  auto camera = sized<bccsplat_camera>();
-  check(bccsplat_slice_fit_camera(slice_.get(), BCCSPLAT_PROJECTION_ORTHOGRAPHIC, wish.rotate_x,
-                                  wish.rotate_y, width, height, &camera));
-  camera.ortho_height /= wish.zoom;
-  check(bccsplat_renderer_set_camera(renderer_.get(), &camera));
   auto trail = sized<bccsplat_trail>();
   trail.interval[0] = -wish.trail_frames;
-  const bool time_slice = wish.tilt == std::array<double, 3>{};
   check(bccsplat_renderer_set_trail(renderer_.get(), wish.trail && time_slice ? &trail : nullptr));
-  auto options = sized<bccsplat_render_options>();
-  options.quality = fine ? BCCSPLAT_QUALITY_FINE : BCCSPLAT_QUALITY_DRAFT;
-  // The cancel that goes with a wish may come before the render starts, which is why the callback asks, too.
-  options.progress_user = this;
-  options.progress = [](void* self, double) { return static_cast<Worker*>(self)->outdated() ? 1 : 0; };
-  check(bccsplat_renderer_set_options(renderer_.get(), &options));
-
   std::vector<float> rgba(size_t{width} * height * 4);
   bccsplat_frame* f = nullptr;
   check(bccsplat_frame_wrap(device_, width, height, rgba.data(), 0, &f));

@@ -80,7 +80,11 @@ class Worker {
  private:
   void run();
   void draw(const Wish& wish, bool fine);
-  void cut(const Wish& wish);
+  void cut(const Wish& wish, uint32_t level);
+  // The view of the wish, and the level of the file that a picture of it needs.
+  [[nodiscard]] bccsplat_camera camera(const Wish& wish) const;
+  [[nodiscard]] uint32_t level(const Wish& wish, const bccsplat_camera& camera,
+                               const bccsplat_render_options& options) const;
   void look_ahead(const Wish& wish);
   void classify(const Wish& wish);
   [[nodiscard]] bool outdated() const { return newest_.load() != current_; }
@@ -90,7 +94,8 @@ class Worker {
   std::array<double, 2> range_;
   Handle<bccsplat_renderer> renderer_;
   Handle<bccsplat_slice> slice_;
-  Wish drawn_; // what slice and renderer are set to
+  Wish drawn_;                        // what slice and renderer are set to
+  uint32_t coarsest_ = 0, level_ = 0; // levels of the file, and of the slice
   bool slice_is_made_ = false;
   int current_ = 0; // number of the wish under way
   std::atomic<int> newest_{0};

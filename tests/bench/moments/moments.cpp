@@ -4,78 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <set>
 
 #include "base/error.h"
-#include "base/machine.h"
-#include "field/coefficients/coefficients.h"
-#include "field/coefficients/volume_cache.h"
 #include "field/sample_grid.h"
-#include "formats/bcc4/bcc4.h"
 #include "slice/hyperslice.h"
-#include "slice/time_slice.h"
-#include "tests/bench/moments/moments_series.h"
-#include "tests/support/fields.h"
+#include "tests/bench/moments/level_pictures.h"
+#include "tests/bench/moments/moments_volume.h"
 
 namespace bccsplat::bench {
 namespace {
-
-constexpr double mebibyte = 1 << 20;
-
-struct Options {
-  uint32_t edge = 256, frames = 16;
-  int count = 6; // random moments
-  std::vector<bool> sparse{false, true}, coefficients{false, true};
-  int levels = 0;     // coarser ones, of series that are written without them first
-  uint64_t cache = 0; // bytes; 0: a volume's default
-  bool cuts = false;
-};
-
-// A level of a volume as a host opens it, on one thread.
-struct Opened {
-  test::TestContext context{1};
-  std::shared_ptr<Bcc4Reader> reader;
-  Kernel kernel = make_kernel("default");
-  VolumeCache playing;
-  uint64_t cache;
-  VolumeCache share;
-  Bcc4Samples samples;
-  Coefficients field;
-  uint64_t opening; // bytes read
-
-  Opened(const WrittenSeries& written, const Options& o, int level = 0)
-      : reader(Bcc4Reader::open(open_memory_source(written.file))), playing(playing_cache(*reader, kernel)),
-        cache(o.cache > 0 ? o.cache : default_cache_bytes(playing, UINT64_MAX, machine_memory())),
-        share(share_cache(cache, playing)),
-        samples(reader, context.memory, share.chunks, RelativeTo::base, level),
-        field(samples, 0, kernel, 0, share.coefficients), opening(reader->bytes_read()) {}
-
-  Slice moment(double frame) { return time_slice(field, frame, {0, 0}, {}, context.get()); }
-  [[nodiscard]] const StoredLattice& stored() const { return reader->info().level(samples.level()); }
-
-  // Chunks are decoded as a whole.
-  [[nodiscard]] double layers_decoded() const {
-    const StoredLattice& info = stored();
-    uint64_t most = 0;
-    for (int32_t s = 0; s < info.slabs(); ++s)
-      most = std::max<uint64_t>(most, reader->chunks({0, samples.level()}, s).size());
-    return static_cast<double>(samples.chunks_decoded()) / static_cast<double>(most) * info.slab_layers;
-  }
-  // Beyond once each, of those in the file.
-  [[nodiscard]] double layers_decoded_twice() const {
-    const auto once = static_cast<double>(std::min(samples.chunks_decoded(), reader->chunk_count()));
-    return layers_decoded() * (1 - once / static_cast<double>(samples.chunks_decoded()));
-  }
-  // The layers of the file that a moment depends on.
-  [[nodiscard]] std::set<int32_t> in_reach(double frame) const {
-    const Lattice4& lattice = stored().lattice;
-    std::set<int32_t> layers;
-    for (const LayerWeight& w : instant_weights(lattice, field.kernel(), frame))
-      layers.merge(field.reads(lattice.mirror_layer(w.layer)));
-    return layers;
-  }
-  [[nodiscard]] double mebibytes() const { return static_cast<double>(context.memory.peak()) / mebibyte; }
-};
 
 Row import_row(Row row, const MomentSeries& s, const WrittenSeries& w, double gzip) {
   const double bytes = s.voxels();
@@ -90,7 +27,7 @@ Row import_row(Row row, const MomentSeries& s, const WrittenSeries& w, double gz
 }
 
 // The mean of moments, each from a volume that has been opened but not looked at.
-Row random_row(Row row, const WrittenSeries& w, const Options& o, double blend, int level) {
+Row random_row(Row row, const WrittenSeries& w, const MomentOptions& o, double blend, int level) {
   double seconds = 0, bytes = 0, decoded = 0, reach = 0, mebibytes = 0;
   std::mt19937 random(9);
   std::uniform_real_distribution<double> at(std::min(3.0, o.frames / 4.0),
@@ -114,7 +51,7 @@ Row random_row(Row row, const WrittenSeries& w, const Options& o, double blend, 
 }
 
 // All of the series, half a frame on at a time, from a volume that stays open.
-Row playing_row(Row row, const WrittenSeries& w, const Options& o) {
+Row playing_row(Row row, const WrittenSeries& w, const MomentOptions& o) {
   Opened volume(w, o);
   double first = 0, others = 0, slowest = 0;
   const uint32_t steps = 2 * (o.frames - 1);
@@ -139,7 +76,7 @@ Row playing_row(Row row, const WrittenSeries& w, const Options& o) {
 }
 
 // Slices through the middle of the series, each from a volume that has been opened but not looked at.
-void cut_rows(const Row& head, const WrittenSeries& w, const Options& o, std::vector<Row>& rows) {
+void cut_rows(const Row& head, const WrittenSeries& w, const MomentOptions& o, std::vector<Row>& rows) {
   const double x = 0.47 * o.edge, middle = 0.5 * o.edge, t = 0.53 * o.frames;
   const std::pair<const char*, Hyperplane> cuts[] = {
       {"x slice", Hyperplane::through({x, middle, middle, t}, {1, 0, 0, 0})},
@@ -161,7 +98,7 @@ void cut_rows(const Row& head, const WrittenSeries& w, const Options& o, std::ve
 
 // Boxes of a moment in the middle of the series, of whole, half and a quarter of its edges, each from a
 // volume that has been opened but not looked at, and half a frame on.
-void box_rows(const Row& head, const WrittenSeries& w, const Options& o, std::vector<Row>& rows) {
+void box_rows(const Row& head, const WrittenSeries& w, const MomentOptions& o, std::vector<Row>& rows) {
   for (const int part : {1, 2, 4}) {
     Opened volume(w, o);
     const double middle = 0.5 * (o.edge - 1), half = middle / part, frame = 0.53 * o.frames;
@@ -212,7 +149,7 @@ std::vector<float> pixels(Opened& volume, double frame, int level) {
 }
 
 // A level against level 0 at its own pixels.
-Row level_row(Row row, const WrittenSeries& w, const Options& o, int level) {
+Row level_row(Row row, const WrittenSeries& w, const MomentOptions& o, int level) {
   Opened whole(w, o), coarse(w, o, level);
   const double frame = 0.47 * o.frames;
   const std::vector<float> exact = pixels(whole, frame, level), given = pixels(coarse, frame, level);
@@ -228,8 +165,8 @@ Row level_row(Row row, const WrittenSeries& w, const Options& o, int level) {
   return row;
 }
 
-Options read_options(std::span<const std::string> args, bool quick) {
-  Options o;
+MomentOptions read_options(std::span<const std::string> args, bool quick) {
+  MomentOptions o;
   if (quick) o.edge = 48, o.count = 2;
   for (size_t i = 0; i < args.size(); ++i) {
     const std::string& a = args[i];
@@ -264,8 +201,8 @@ Options read_options(std::span<const std::string> args, bool quick) {
 } // namespace
 
 int run_moments_suite(std::span<const std::string> args, const Report& report) {
-  const Options o = read_options(args, report.quick);
-  std::vector<Row> imports, moments, playing, boxes, cuts, levels;
+  const MomentOptions o = read_options(args, report.quick);
+  std::vector<Row> imports, moments, playing, boxes, cuts, levels, pictures;
   for (const bool sparse : o.sparse) {
     MomentSeries series{.edge = o.edge, .frames = o.frames, .sparse = sparse};
     const double blend = blend_seconds(series), gzip = gzip_seconds(series);
@@ -287,6 +224,7 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
       imports.push_back(import_row(levelled(o.levels, "levels"), series, w, gzip));
       for (int l = 0; l <= o.levels; ++l) moments.push_back(random_row(levelled(l, "level"), w, o, blend, l));
       for (int l = 1; l <= o.levels; ++l) levels.push_back(level_row(levelled(l, "level"), w, o, l));
+      if (o.levels > 0) level_picture_rows(head, w, o, pictures);
       playing.push_back(playing_row(head, w, o));
       box_rows(head, w, o, boxes);
       if (o.cuts) cut_rows(head, w, o, cuts);
@@ -295,6 +233,7 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
   report.table("import, one thread", imports);
   report.table("a random moment, one thread", moments);
   report.table("levels against level 0", levels);
+  report.table("pictures of levels, one thread", pictures);
   report.table("half a frame on at a time, one thread", playing);
   report.table("a box of a moment, one thread", boxes);
   report.table("other cuts, one thread", cuts);

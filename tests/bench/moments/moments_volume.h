@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the suite `moments` is asked for, and a volume of it as a host opens it.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <vector>
+
+#include "base/machine.h"
+#include "field/coefficients/coefficients.h"
+#include "field/coefficients/volume_cache.h"
+#include "formats/bcc4/bcc4.h"
+#include "slice/time_slice.h"
+#include "tests/bench/moments/moments_series.h"
+#include "tests/support/fields.h"
+
+namespace bccsplat::bench {
+
+inline constexpr double mebibyte = 1 << 20;
+
+struct MomentOptions {
+  uint32_t edge = 256, frames = 16;
+  int count = 6; // random moments
+  std::vector<bool> sparse{false, true}, coefficients{false, true};
+  int levels = 0;     // coarser ones, of series that are written without them first
+  uint64_t cache = 0; // bytes; 0: a volume's default
+  bool cuts = false;
+};
+
+// A level of a volume as a host opens it, on one thread.
+struct Opened {
+  test::TestContext context{1};
+  std::shared_ptr<Bcc4Reader> reader;
+  Kernel kernel = make_kernel("default");
+  VolumeCache playing;
+  uint64_t cache;
+  VolumeCache share;
+  Bcc4Samples samples;
+  Coefficients field;
+  uint64_t opening; // bytes read
+
+  Opened(const WrittenSeries& written, const MomentOptions& o, int level = 0)
+      : reader(Bcc4Reader::open(open_memory_source(written.file))), playing(playing_cache(*reader, kernel)),
+        cache(o.cache > 0 ? o.cache : default_cache_bytes(playing, UINT64_MAX, machine_memory())),
+        share(share_cache(cache, playing)),
+        samples(reader, context.memory, share.chunks, RelativeTo::base, level),
+        field(samples, 0, kernel, 0, share.coefficients), opening(reader->bytes_read()) {}
+
+  Slice moment(double frame) { return time_slice(field, frame, {0, 0}, {}, context.get()); }
+  [[nodiscard]] const StoredLattice& stored() const { return reader->info().level(samples.level()); }
+
+  // Chunks are decoded as a whole.
+  [[nodiscard]] double layers_decoded() const {
+    const StoredLattice& info = stored();
+    uint64_t most = 0;
+    for (int32_t s = 0; s < info.slabs(); ++s)
+      most = std::max<uint64_t>(most, reader->chunks({0, samples.level()}, s).size());
+    return static_cast<double>(samples.chunks_decoded()) / static_cast<double>(most) * info.slab_layers;
+  }
+  // Beyond once each, of those in the file.
+  [[nodiscard]] double layers_decoded_twice() const {
+    const auto once = static_cast<double>(std::min(samples.chunks_decoded(), reader->chunk_count()));
+    return layers_decoded() * (1 - once / static_cast<double>(samples.chunks_decoded()));
+  }
+  // The layers of the file that a moment depends on.
+  [[nodiscard]] std::set<int32_t> in_reach(double frame) const {
+    const Lattice4& lattice = stored().lattice;
+    std::set<int32_t> layers;
+    for (const LayerWeight& w : instant_weights(lattice, field.kernel(), frame))
+      layers.merge(field.reads(lattice.mirror_layer(w.layer)));
+    return layers;
+  }
+  [[nodiscard]] double mebibytes() const { return static_cast<double>(context.memory.peak()) / mebibyte; }
+};
+
+} // namespace bccsplat::bench
