@@ -27,8 +27,8 @@ struct LevelOption {
 
 // Returns the coarsest of the levels, the finest first, that draws the picture as well as its quality asks:
 // one of which a pixel covers a lattice distance or more, as a slice of level 0 would be made coarser for it
-// (minify.h); or, in a draft, half a distance, where the level's error is no more than what a draft is off by
-// anyhow. Pictures that no coarser slice is drawn for get level 0.
+// (minify.h); or, in a draft, a fifth of it, where the level's error leaves the picture as good as drafts
+// are. Pictures that no coarser slice is drawn for get level 0.
 [[nodiscard]] int enough_level(std::span<const LevelOption> levels, const RenderOptions& options);
 
 // Returns the box of source samples that the camera sees of a time slice, a little more on all sides; none

@@ -145,7 +145,7 @@ TEST_F(Levels, PicturesNeedWhatTheirPixelsShow) {
   auto level = sized<bccsplat_level_info>();
   EXPECT_OK(bccsplat_volume_get_level_info(volume.get(), 1, &level));
   EXPECT_GT(level.relative_rmse, 1e-5);
-  EXPECT_LT(level.relative_rmse, 0.0168);
+  EXPECT_LT(level.relative_rmse, 0.0056);
   EXPECT_OK(bccsplat_volume_get_level_info(volume.get(), 0, &level));
   EXPECT_EQ(level.relative_rmse, 0);
 

@@ -198,6 +198,11 @@ MomentOptions read_options(std::span<const std::string> args, bool quick) {
   return o;
 }
 
+WrittenSeries measured(MomentSeries series) {
+  series.measured = true;
+  return write_series(series);
+}
+
 } // namespace
 
 int run_moments_suite(std::span<const std::string> args, const Report& report) {
@@ -224,7 +229,7 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
       imports.push_back(import_row(levelled(o.levels, "levels"), series, w, gzip));
       for (int l = 0; l <= o.levels; ++l) moments.push_back(random_row(levelled(l, "level"), w, o, blend, l));
       for (int l = 1; l <= o.levels; ++l) levels.push_back(level_row(levelled(l, "level"), w, o, l));
-      if (o.levels > 0) level_picture_rows(head, w, o, pictures);
+      if (o.levels > 0) level_picture_rows(head, measured(series), o, pictures);
       playing.push_back(playing_row(head, w, o));
       box_rows(head, w, o, boxes);
       if (o.cuts) cut_rows(head, w, o, cuts);

@@ -76,6 +76,7 @@ WrittenSeries write_series(const MomentSeries& series) {
   WriterSettings settings;
   settings.dims = {series.edge, series.edge, series.edge, series.frames};
   settings.coefficients = series.coefficients, settings.levels = series.levels;
+  if (series.measured) settings.measure = Measure::some;
   VolumeWriter writer(settings, create_memory_sink(out.file), context.get());
   for (uint32_t t = 0; t < series.frames; ++t) {
     const std::vector<uint8_t> values = series.frame(t);

@@ -13,6 +13,7 @@ struct MomentSeries {
   bool sparse = false;              // only a ball that moves and fills an eighth of the box
   bool coefficients = false;        // what the file stores
   int levels = 0;                   // coarser ones, likewise
+  bool measured = false;            // what it is off by is told, of some frames
 
   [[nodiscard]] double voxels() const; // of all frames
   // A u8 frame: a sum of moving plane waves of 8 to 60 voxels.
