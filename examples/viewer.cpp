@@ -116,9 +116,7 @@ int run(const char* path, const char* screenshot) {
 
   Wish wish;
   wish.frame = facts.last_frame / 2;
-  for (size_t i = 0; i < wish.opacity.size(); ++i)
-    wish.opacity[i] =
-        0.25f * static_cast<float>(i * i) / static_cast<float>((curve_points - 1) * (curve_points - 1));
+  wish.opacity = facts.opacity;
   Worker worker(d, v, facts.range);
   std::unique_ptr<Picture> shown;
   Sdl<SDL_Texture> texture;

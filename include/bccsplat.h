@@ -945,6 +945,47 @@ typedef struct bccsplat_transfer_function {
   double unit_distance; /* world length; 0: one mean voxel */
 } bccsplat_transfer_function;
 
+enum {                            /* how a channel is to look */
+       BCCSPLAT_LOOK_DEFAULT = 0, /* by its kind */
+       BCCSPLAT_LOOK_CT_BONE = 1, /* what is denser than soft tissue */
+       BCCSPLAT_LOOK_CT_SOFT = 2, /* soft tissue translucent, bone in it */
+       BCCSPLAT_LOOK_MR = 3,
+       BCCSPLAT_LOOK_FOG = 4,
+       BCCSPLAT_LOOK_FIRE = 5,
+       BCCSPLAT_LOOK_SIGNED = 6, /* one colour on either side of 0, which is transparent */
+       BCCSPLAT_LOOK_LABELS = 7  /* a colour for every whole number */
+};
+enum {                              /* what the stored histogram says of a channel's values */
+       BCCSPLAT_KIND_EMPTY = 0,     /* nothing but air */
+       BCCSPLAT_KIND_CONSTANT = 1,  /* one value beside air */
+       BCCSPLAT_KIND_LABELS = 2,    /* few whole numbers */
+       BCCSPLAT_KIND_LEVEL_SET = 3, /* distances, negative inside */
+       BCCSPLAT_KIND_SIGNED = 4,    /* both sides of 0, around which most are */
+       BCCSPLAT_KIND_SOLID = 5,     /* an object of values that stand apart from the background's */
+       BCCSPLAT_KIND_FOG = 6,       /* values that rise from the background's without a gap */
+       BCCSPLAT_KIND_DENSE = 7      /* no background: all is data */
+};
+
+/* A transfer function made from a channel's stored histogram: air and noise transparent, the rest as opaque
+ * as the number of voxels that a ray crosses of it asks for. The same for all frames of a series. */
+typedef struct bccsplat_look {
+  uint32_t struct_size;
+  int32_t kind;
+  double empty[2];         /* values in between are taken for air and noise; infinite where a side has no end;
+                              [0] > [1]: none are */
+  double range[2];         /* that the colours span */
+  double iso_value;        /* of a surface between background and object */
+  uint32_t color_count;    /* at least 1 */
+  uint32_t opacity_count;  /* at least 1 */
+  double colors[64][4];    /* points as those of bccsplat_transfer_function */
+  double opacities[32][2]; /* per mean voxel */
+} bccsplat_look;
+
+/* `look` is a BCCSPLAT_LOOK_, `mode` the BCCSPLAT_MODE_ that it is for: of maximum what is not air is opaque,
+ * an isosurface has one colour. INVALID_ARGUMENT, NOT_FOUND (channel). */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_look(const bccsplat_volume* volume, uint32_t channel,
+                                                      int32_t look, int32_t mode, bccsplat_look* out);
+
 typedef struct bccsplat_light {
   double direction[3]; /* towards the light, world space; all zero: from the camera */
   double color[3];     /* linear */
@@ -1134,7 +1175,7 @@ BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* rend
 /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted at render). */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer,
                                                           const bccsplat_camera* camera);
-/* NULL: viridis over the 2nd to 99.8th percentile of the stored values, opacity a ramp from 0 at air. */
+/* NULL: that of bccsplat_volume_get_look for the mode of the picture. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_transfer_function(
     bccsplat_renderer* renderer, const bccsplat_transfer_function* function);
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer,

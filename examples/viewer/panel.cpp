@@ -48,6 +48,23 @@ void curve_editor(Wish& wish, const Facts& facts) {
   }
 }
 
+bccsplat_look made_look(const bccsplat_volume* volume) {
+  bccsplat_look look{};
+  look.struct_size = sizeof look;
+  check(bccsplat_volume_get_look(volume, 0, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_COMPOSITE, &look));
+  return look;
+}
+
+// Linear between the look's points and constant beyond them.
+float opacity_at(const bccsplat_look& look, double value) {
+  uint32_t i = 0;
+  while (i < look.opacity_count && look.opacities[i][0] <= value) ++i;
+  const double* after = look.opacities[std::min(i, look.opacity_count - 1)];
+  const double* before = look.opacities[i > 0 ? i - 1 : 0];
+  const double width = after[0] - before[0], f = width > 0 ? (value - before[0]) / width : 0;
+  return static_cast<float>(before[1] + f * (after[1] - before[1]));
+}
+
 void statistics(const Picture& p, const Counts& counts) {
   const auto percent = [](uint64_t part, uint64_t whole) {
     return whole > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
@@ -75,8 +92,12 @@ Facts read_facts(const bccsplat_volume* volume) {
   check(bccsplat_volume_get_channel_info(volume, 0, &channel));
   Facts f;
   f.last_frame = static_cast<double>(info.dims[3] - 1);
-  f.range = {std::max(channel.kept_range[0], channel.air), channel.percentile_998};
+  const bccsplat_look look = made_look(volume);
+  f.range = {look.range[0], look.range[1]};
   if (!(f.range[0] < f.range[1])) f.range = {channel.kept_range[0], channel.kept_range[0] + 1};
+  for (size_t i = 0; i < f.opacity.size(); ++i)
+    f.opacity[i] = opacity_at(look, f.range[0] + static_cast<double>(i) / (curve_points - 1) *
+                                                     (f.range[1] - f.range[0]));
   f.name = channel.name, f.unit = channel.unit, f.time_unit = info.time_unit;
   f.time_first = info.time_first, f.time_last = info.time_last;
   const double most = static_cast<double>(*std::max_element(channel.histogram, channel.histogram + 256));

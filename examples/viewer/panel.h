@@ -11,6 +11,7 @@ constexpr float panel_width = 330; // pixels
 struct Facts { // of the file, for labels and limits
   double last_frame = 0;
   std::array<double, 2> range{};
+  std::array<float, curve_points> opacity{}; // over the range, as the library would have it
   std::string name, unit, time_unit;
   double time_first = 0, time_last = 0;
   std::array<float, 256> histogram{}; // logarithmic

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "api/handles.h"
+#include "api/look.h"
 #include "api/render_options.h"
 #include "api/structs.h"
 #include "render/picture.h"
@@ -59,16 +60,9 @@ TransferFunction read_function(const bccsplat_transfer_function& in) {
   return f;
 }
 
-TransferFunction default_function(const bccsplat_slice& slice) {
-  const ChannelInfo& c = slice.volume->channel(slice.channel);
-  double low = c.kept_range.low, high = c.kept_range.high;
-  for (const Percentile& p : c.percentiles) {
-    if (p.percent == 2) low = p.value;
-    if (p.percent == 99.8) high = p.value;
-  }
-  // Stored samples overshoot the source a little; a source without values below air shows none.
-  if (c.source_range.low >= c.air) low = std::max<double>(low, c.air);
-  return default_transfer_function(low, high, c.air);
+TransferFunction own_look(const bccsplat_slice& slice, RenderMode mode) {
+  const ValueCounts counts = value_counts(*slice.volume.get(), slice.channel);
+  return look_function(survey_values(counts), Look::automatic, mode);
 }
 
 void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
@@ -268,7 +262,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.slice = &slice.slice;
     scene.levels = &slice.levels;
     scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
-    scene.function = renderer->function.value_or(default_function(slice));
+    scene.function = renderer->function ? *renderer->function : own_look(slice, renderer->options.mode);
     scene.lights = renderer->lights;
     scene.kept = &renderer->kept;
     if (renderer->has_trail) add_trail(*renderer, scene, context);

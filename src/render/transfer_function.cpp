@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evaluates transfer functions, makes the tables that sheets are classified by, and the default function.
+// Evaluates transfer functions and makes the tables that sheets are classified by.
 #include "render/transfer_function.h"
 
 #include <algorithm>
@@ -110,24 +110,6 @@ ClassTable make_class_table(const TransferFunction& function, double low, double
   }
   index_visible(table);
   return table;
-}
-
-TransferFunction default_transfer_function(double percentile_2, double percentile_998, double air) {
-  TransferFunction f;
-  double low = percentile_2, high = percentile_998;
-  if (!(high > low)) high = low + std::max(1e-6, 1e-6 * std::fabs(low));
-  constexpr int colors = 32;
-  for (int i = 0; i <= colors; ++i) {
-    const double x = static_cast<double>(i) / colors;
-    f.colors.push_back({low + (high - low) * x, viridis(x)});
-  }
-  // Opacity is a ramp on either side of air, as steep on the one side as on the other.
-  constexpr double most = 0.25;
-  const double reach = std::max(std::fabs(high - air), std::fabs(low - air));
-  if (low < air) f.opacities.push_back({std::min(low, air - 1e-9 * reach), most * (air - low) / reach});
-  f.opacities.push_back({air, 0});
-  if (high > air) f.opacities.push_back({high, most * (high - air) / reach});
-  return f;
 }
 
 Vec3 viridis(double x) {

@@ -40,11 +40,6 @@ struct TransferFunction {
 [[nodiscard]] ClassTable make_class_table(const TransferFunction& function, double low, double high,
                                           double anchor, double unit_distance, int entries);
 
-// Returns viridis over the 2nd to 99.8th percentile of the stored values, with opacity that rises from 0 at
-// air.
-[[nodiscard]] TransferFunction default_transfer_function(double percentile_2, double percentile_998,
-                                                         double air);
-
 // Returns viridis at x in [0, 1], linear RGB.
 [[nodiscard]] Vec3 viridis(double x);
 

@@ -114,6 +114,11 @@ std::vector<float> trail_picture(const Device& device, const Volume& volume, int
   auto trail = sized<bccsplat_trail>();
   trail.interval[0] = -12, trail.content = content;
   EXPECT_OK(bccsplat_renderer_set_trail(r, &trail));
+  const double colors[] = {0, 1, 0, 0, 200, 0, 1, 0}, opacities[] = {0, 0, 200, 0.25};
+  auto function = sized<bccsplat_transfer_function>();
+  function.color_count = function.opacity_count = 2;
+  function.colors = colors, function.opacities = opacities;
+  EXPECT_OK(bccsplat_renderer_set_transfer_function(r, &function));
   std::vector<float> rgba(size_t{96} * 96 * 4);
   bccsplat_frame* f = nullptr;
   EXPECT_OK(bccsplat_frame_wrap(device.get(), 96, 96, rgba.data(), 0, &f));

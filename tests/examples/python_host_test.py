@@ -190,7 +190,7 @@ def slices(volume):
     return cut
 
 
-def pictures(device, cut, folder):
+def pictures(device, volume, cut, folder):
     renderer = Renderer(device)
     raises(Error, Status.WRONG_STATE, renderer.stats)
     renderer.set_slice(cut)
@@ -204,6 +204,9 @@ def pictures(device, cut, folder):
     renderer.render(Frame.wrap(device, wide[:, :60]))
     assert np.array_equal(wide[:, :60], first) and not wide[:, 60:].any()
 
+    renderer.set_transfer_function(TransferFunction.of(volume.look(mode="composite")))
+    renderer.render(frame)
+    assert np.array_equal(pixels, first)  # what nobody sets is this
     renderer.set_transfer_function(TransferFunction([(0, 1, 0, 0), (1, 1, 0, 0)], [(0, 0), (1, 0.9)]))
     renderer.set_options(shading="off", quality="draft")
     camera = cut.fit_camera(60, 40, 0, 0, "perspective")
@@ -386,7 +389,7 @@ with Device(threads=2) as device:
     volume = files(device, scratch)
     volume_facts(volume)
     cut = slices(volume)
-    pictures(device, cut, scratch)
+    pictures(device, volume, cut, scratch)
     layers(device, scratch)
     fields(device, scratch)
     parts(device, scratch)

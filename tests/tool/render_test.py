@@ -325,7 +325,6 @@ class Render(ToolTest):
     def test_refusals(self):
         go = ('render', 'v.bcc4', '--time', 2, '-o', 'x.png')
         self.refused(2, '.png or .exr', 'render', 'v.bcc4', '--time', 2, '-o', 'x.jpg', output='x.jpg')
-        self.refused(2, '--iso V', *go, '--mode', 'iso', output='x.png')
         self.refused(2, 'value of an isosurface', *go, '--mode', 'mip', '--iso', 3, output='x.png')
         self.refused(2, '--opacity inf', *go, '--opacity', 'inf', output='x.png')
         self.refused(2, 'WxH', *go, '--size', '0x5', output='x.png')

@@ -93,6 +93,22 @@ METHOD_EXTRACTED = 3
 PROJECTION_DEFAULT = 0
 PROJECTION_ORTHOGRAPHIC = 1
 PROJECTION_PERSPECTIVE = 2
+LOOK_DEFAULT = 0
+LOOK_CT_BONE = 1
+LOOK_CT_SOFT = 2
+LOOK_MR = 3
+LOOK_FOG = 4
+LOOK_FIRE = 5
+LOOK_SIGNED = 6
+LOOK_LABELS = 7
+KIND_EMPTY = 0
+KIND_CONSTANT = 1
+KIND_LABELS = 2
+KIND_LEVEL_SET = 3
+KIND_SIGNED = 4
+KIND_SOLID = 5
+KIND_FOG = 6
+KIND_DENSE = 7
 MODE_DEFAULT = 0
 MODE_COMPOSITE = 1
 MODE_ISOSURFACE = 2
@@ -554,6 +570,20 @@ class TransferFunction(Struct):
         ("unit_distance", c_double)]
 
 
+class Look(Struct):
+    kind: int
+    empty: Array[c_double]
+    range: Array[c_double]
+    iso_value: float
+    color_count: int
+    opacity_count: int
+    colors: Array[Array[c_double]]
+    opacities: Array[Array[c_double]]
+    _fields_ = [("struct_size", c_uint32), ("kind", c_int32), ("empty", c_double * 2),
+        ("range", c_double * 2), ("iso_value", c_double), ("color_count", c_uint32),
+        ("opacity_count", c_uint32), ("colors", c_double * 4 * 64), ("opacities", c_double * 2 * 32)]
+
+
 class Light(Structure):
     direction: Array[c_double]
     color: Array[c_double]
@@ -741,6 +771,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         POINTER(Camera),),
     "bccsplat_slice_get_picture_needs": (c_int32, c_void_p, POINTER(Camera), c_uint32, c_uint32,
         POINTER(RenderOptions), POINTER(PictureNeeds),),
+    "bccsplat_volume_get_look": (c_int32, c_void_p, c_uint32, c_int32, c_int32, POINTER(Look),),
     "bccsplat_renderer_create": (c_int32, c_void_p, c_void_p,),
     "bccsplat_renderer_retain": (None, c_void_p,),
     "bccsplat_renderer_release": (None, c_void_p,),

@@ -28,6 +28,12 @@ class TransferFunction:
         self.opacities = np.ascontiguousarray(opacities, np.float64).reshape(-1, 2)
         self.unit_distance = unit_distance
 
+    @classmethod
+    def of(cls, look: _abi.Look) -> TransferFunction:
+        """That of Volume.look."""
+        return cls([tuple(p) for p in look.colors[:look.color_count]],
+                   [tuple(p) for p in look.opacities[:look.opacity_count]])
+
     def struct(self) -> _abi.TransferFunction:
         """Looks into this object's arrays."""
         return _abi.TransferFunction(color_count=len(self.colors), colors=self.colors.ctypes.data,

@@ -71,6 +71,12 @@ class Volume(Child):
         call("volume_get_channel_info", self.pointer, channel, byref(info))
         return info
 
+    def look(self, channel: int = 0, look: int | str | None = None, mode: int | str | None = None) -> _abi.Look:
+        """A transfer function from the stored histogram, air and noise transparent; see TransferFunction.of."""
+        made = _abi.Look()
+        call("volume_get_look", self.pointer, channel, choose("LOOK", look), choose("MODE", mode), byref(made))
+        return made
+
     def find_channel(self, name: str) -> int:
         channel = c_uint32()
         call("volume_find_channel", self.pointer, encode(name), byref(channel))

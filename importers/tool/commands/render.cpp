@@ -21,6 +21,7 @@
 #include "tool/view/render_stats.h"
 #include "tool/view/slice_choice.h"
 #include "tool/view/time_slice.h"
+#include "tool/view/xray_exposure.h"
 
 namespace bcc4 {
 namespace {
@@ -52,15 +53,11 @@ CameraChoice choose_camera(const RenderArguments& a) {
   return choice;
 }
 
-bccsplat_render_options render_options(const RenderArguments& a) {
+bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_look& look) {
   auto o = sized<bccsplat_render_options>();
   o.mode = a.mode;
-  if (a.iso) {
-    o.set_mask = BCCSPLAT_RENDER_SET_ISO;
-    o.iso_value = *a.iso;
-    if (a.mode == BCCSPLAT_MODE_DEFAULT) o.mode = BCCSPLAT_MODE_ISOSURFACE;
-  }
-  if (o.mode == BCCSPLAT_MODE_ISOSURFACE && !a.iso) fail_usage("--mode iso needs a value: --iso V");
+  o.set_mask = BCCSPLAT_RENDER_SET_ISO;
+  o.iso_value = a.iso.value_or(look.iso_value);
   o.quality = a.quality;
   o.preintegrate = a.preintegrate;
   if (a.no_shading) o.shading = BCCSPLAT_SHADING_OFF;
@@ -138,7 +135,8 @@ struct Scene {
   Renderer renderer;
   std::optional<TransferFunction> trail_function;
   double open_ms;
-  bool sequence; // more than one picture
+  bool sequence;                        // more than one picture
+  std::optional<XrayExposure> exposure; // of the first picture
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) const {
     auto view = sized<bccsplat_camera>();
@@ -179,6 +177,8 @@ struct Scene {
       check(bccsplat_renderer_get_stats(renderer.get(), &stats), "");
       times.renders.push_back(stats);
     }
+    if (a.mode == BCCSPLAT_MODE_XRAY && !lower(picture.path).ends_with(".exr"))
+      expose_xray(image, cut.camera, times.slice, exposure);
     save_picture(image, picture.path, a, sequence, exposure_seconds(volume, picture.where, trail));
     return times;
   }
@@ -188,6 +188,16 @@ void write_text(const std::string& path, const std::string& text) {
   OutputFile file(path, true);
   file.write(std::as_bytes(std::span(text)));
   file.finish();
+}
+
+// What nobody chose is told, and how to choose.
+void tell_look(const RenderArguments& a, const bccsplat_look& look) {
+  const bool iso = a.mode == BCCSPLAT_MODE_ISOSURFACE;
+  if (a.common.quiet || !a.tf.empty() || a.range || a.mode == BCCSPLAT_MODE_XRAY || (iso && a.iso)) return;
+  const std::string words =
+      iso ? concat("the surface at ", short_number(look.iso_value, 3), " is drawn; --iso to change")
+          : concat(look_in_words(look), "; --tf, --range or --look to change");
+  std::fprintf(stderr, "bcc4: %s: %s\n", a.file.c_str(), words.c_str());
 }
 
 // A series of which no moment was chosen shows its first frame, after a word on that.
@@ -226,6 +236,9 @@ Exit run_render(RenderArguments a) {
   for (const std::string* out : {&a.stats, &a.dump_tf})
     if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
 
+  if (a.iso && a.mode == BCCSPLAT_MODE_DEFAULT) a.mode = BCCSPLAT_MODE_ISOSURFACE;
+  const bccsplat_look look = make_look(volume, channel, a.look, a.mode);
+  tell_look(a, look);
   bccsplat_renderer* created = nullptr;
   check(bccsplat_renderer_create(device.get(), &created), "");
   Scene scene{a,
@@ -233,14 +246,15 @@ Exit run_render(RenderArguments a) {
               volume,
               channel,
               camera,
-              render_options(a),
+              render_options(a, look),
               Renderer(created),
               std::nullopt,
               open_ms,
-              pictures.size() > 1};
+              pictures.size() > 1,
+              std::nullopt};
   check(bccsplat_renderer_set_options(created, &scene.options), "render options");
   const bccsplat_channel_info info = channel_info(volume, channel);
-  if (const auto f = transfer_function(slice_function(a), info)) {
+  if (const auto f = transfer_function(slice_function(a), info, look)) {
     const bccsplat_transfer_function t = as_struct(*f);
     check(bccsplat_renderer_set_transfer_function(scene.renderer.get(), &t),
           a.tf.empty() ? "transfer function" : a.tf);
@@ -248,7 +262,7 @@ Exit run_render(RenderArguments a) {
       write_text(a.dump_tf, paraview_json(*f, a.colormap.empty() ? "bcc4" : a.colormap));
   }
   if (const FunctionChoice choice = trail_function(a); choice.always)
-    scene.trail_function = transfer_function(choice, info);
+    scene.trail_function = transfer_function(choice, info, look);
 
   Progress progress("render", pictures.size(), false, a.common.quiet);
   std::vector<RenderTimes> times;

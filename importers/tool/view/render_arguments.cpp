@@ -116,11 +116,22 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   add_number(app, "--rotate-y", a.rotate_y,
              "Degrees about the vertical axis, applied first (default 30; 0 looks along z, from behind)");
   add_number(app, "--zoom", a.zoom, "Factor on the size of what is seen, about the middle of the picture");
+  add_choice<int32_t>(app, "--look", a.look,
+                      {{"auto", BCCSPLAT_LOOK_DEFAULT},
+                       {"ct-bone", BCCSPLAT_LOOK_CT_BONE},
+                       {"ct-soft", BCCSPLAT_LOOK_CT_SOFT},
+                       {"mr", BCCSPLAT_LOOK_MR},
+                       {"fog", BCCSPLAT_LOOK_FOG},
+                       {"fire", BCCSPLAT_LOOK_FIRE},
+                       {"signed", BCCSPLAT_LOOK_SIGNED},
+                       {"labels", BCCSPLAT_LOOK_LABELS}},
+                      "Colours and opacities made from the file's histogram (default auto: air and noise "
+                      "transparent, by the kind of the values)");
   app.add_option("--tf", a.tf, "ParaView colour map (JSON)")->type_name("FILE.json");
   app.add_option("--colormap", a.colormap, concat("Built-in colours: ", join(colormap_names())))
       ->type_name("NAME");
   text("--range", "LO,HI",
-       "Values the colours span (default: the percentiles 2 and 99.8; the file's own with --tf)",
+       "Values the colours and a ramp of opacity span (default: by --look; the file's own with --tf)",
        [&a](const std::string& t) { a.range = option_numbers("--range", t, 2); });
   add_number(app, "--opacity", a.opacity, "Factor on all opacities");
   add_number(app, "--unit-distance", a.unit_distance,
@@ -132,8 +143,9 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                        {"iso", BCCSPLAT_MODE_ISOSURFACE},
                        {"xray", BCCSPLAT_MODE_XRAY},
                        {"mip", BCCSPLAT_MODE_MAXIMUM}},
-                      "What is drawn (default composite)");
-  add_number(app, "--iso", a.iso, "Value of the isosurface; makes --mode iso the default");
+                      "What is drawn (default composite); xray as PNG: exposed so that the most is white");
+  add_number(app, "--iso", a.iso,
+             "Value of the isosurface; makes --mode iso the default (its default: between air and object)");
   add_choice<int32_t>(app, "--quality", a.quality,
                       {{"draft", BCCSPLAT_QUALITY_DRAFT},
                        {"normal", BCCSPLAT_QUALITY_NORMAL},
@@ -226,6 +238,8 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--deep: --trail-mode post lays two pictures over each other, which has no order in depth");
   if (a.iso && a.mode != BCCSPLAT_MODE_DEFAULT && a.mode != BCCSPLAT_MODE_ISOSURFACE)
     fail_usage("--iso is the value of an isosurface; another --mode has none");
+  if (a.look != BCCSPLAT_LOOK_DEFAULT && (!a.tf.empty() || a.range))
+    fail_usage("--look makes the transfer function by itself; --tf and --range exclude it");
   if (a.deep_tolerance && !a.deep) fail_usage("--deep-tolerance goes with --deep");
   if (a.deep_tolerance && !(*a.deep_tolerance > 0 && *a.deep_tolerance <= 1))
     fail_usage("--deep-tolerance ", *a.deep_tolerance, ": above 0, at most 1");

@@ -37,6 +37,7 @@ struct RenderArguments {
   std::optional<std::vector<double>> range, trail_range;
   std::optional<double> opacity, trail_opacity, iso, step, unit_distance;
   int32_t mode = BCCSPLAT_MODE_DEFAULT;
+  int32_t look = BCCSPLAT_LOOK_DEFAULT;
   int32_t quality = BCCSPLAT_QUALITY_DEFAULT;
   int32_t preintegrate = BCCSPLAT_PREINTEGRATE_DEFAULT;
   bool no_shading = false, reference = false, deep = false;

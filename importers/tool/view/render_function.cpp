@@ -8,7 +8,7 @@
 namespace bcc4 {
 
 FunctionChoice slice_function(const RenderArguments& a) {
-  return {a.tf, a.colormap, a.range, a.opacity, a.unit_distance, !a.dump_tf.empty()};
+  return {a.tf, a.colormap, a.range, a.opacity, a.unit_distance, a.look, !a.dump_tf.empty()};
 }
 
 FunctionChoice trail_function(const RenderArguments& a) {
@@ -21,11 +21,13 @@ FunctionChoice trail_function(const RenderArguments& a) {
   return c;
 }
 
-std::optional<TransferFunction> transfer_function(const FunctionChoice& a, const bccsplat_channel_info& c) {
-  if (a.tf.empty() && a.colormap.empty() && !a.range && !a.opacity && !a.unit_distance && !a.always)
+std::optional<TransferFunction> transfer_function(const FunctionChoice& a, const bccsplat_channel_info& c,
+                                                  const bccsplat_look& look) {
+  if (a.tf.empty() && a.colormap.empty() && !a.range && !a.opacity && !a.unit_distance && !a.always &&
+      a.look == BCCSPLAT_LOOK_DEFAULT)
     return std::nullopt;
   if (!a.tf.empty() && !a.colormap.empty()) fail_usage("--tf and --colormap exclude each other");
-  double low = c.percentile_2, high = c.percentile_998;
+  double low = look.range[0], high = look.range[1];
   if (a.range) {
     low = (*a.range)[0];
     high = (*a.range)[1];
@@ -45,11 +47,46 @@ std::optional<TransferFunction> transfer_function(const FunctionChoice& a, const
       high = std::max(f.colors.back()[0], low + 1e-9 * std::max(1.0, std::abs(low)));
     }
   }
+  // Who gives values gets a ramp over them; else the look says what is transparent.
+  const bool given = a.range.has_value() || !a.tf.empty();
+  if (f.colors.empty() && !given && a.colormap.empty())
+    for (uint32_t i = 0; i < look.color_count; ++i)
+      f.colors.push_back({look.colors[i][0], look.colors[i][1], look.colors[i][2], look.colors[i][3]});
   if (f.colors.empty()) f.colors = colormap(a.colormap.empty() ? "viridis" : a.colormap, low, high).colors;
+  if (f.opacities.empty() && !given)
+    for (uint32_t i = 0; i < look.opacity_count; ++i)
+      f.opacities.push_back({look.opacities[i][0], look.opacities[i][1]});
   if (f.opacities.empty()) add_default_opacity(f, low, high, c.air);
   scale_opacity(f, a.opacity.value_or(1));
   if (a.unit_distance) f.unit_distance = *a.unit_distance;
   return f;
+}
+
+bccsplat_look make_look(const Volume& volume, uint32_t channel, int32_t look, int32_t mode) {
+  auto made = sized<bccsplat_look>();
+  check(bccsplat_volume_get_look(volume.get(), channel, look, mode, &made), "--look");
+  return made;
+}
+
+std::string look_in_words(const bccsplat_look& l) {
+  switch (l.kind) {
+  case BCCSPLAT_KIND_EMPTY:
+    return "nothing but air";
+  case BCCSPLAT_KIND_CONSTANT:
+    return "one value beside air";
+  case BCCSPLAT_KIND_LABELS:
+    return "labels, a colour for each";
+  case BCCSPLAT_KIND_LEVEL_SET:
+    return "a level set, its surface at 0";
+  default:
+    break;
+  }
+  if (l.empty[0] > l.empty[1]) return "no air found, all values drawn";
+  const std::string from = short_number(l.empty[0], 3), to = short_number(l.empty[1], 3);
+  const std::string what = l.kind == BCCSPLAT_KIND_DENSE ? "the commoner values" : "air and noise";
+  if (std::isinf(l.empty[0])) return concat(what, " below ", to, " transparent");
+  if (std::isinf(l.empty[1])) return concat(what, " above ", from, " transparent");
+  return concat(what, " from ", from, " to ", to, " transparent");
 }
 
 bccsplat_transfer_function as_struct(const TransferFunction& f) {

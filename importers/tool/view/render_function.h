@@ -15,15 +15,21 @@ struct FunctionChoice {
   std::string tf, colormap;
   std::optional<std::vector<double>> range;
   std::optional<double> opacity, unit_distance;
+  int32_t look = BCCSPLAT_LOOK_DEFAULT;
   bool always = false; // even when nothing else asks for it
 };
 [[nodiscard]] FunctionChoice slice_function(const RenderArguments& arguments);
 // What is not given for the trail is the slice's.
 [[nodiscard]] FunctionChoice trail_function(const RenderArguments& arguments);
 
-// Colours and opacities; none: the library's own.
+// Colours and opacities; none: the library's own, which is `look` unchanged.
 [[nodiscard]] std::optional<TransferFunction> transfer_function(const FunctionChoice& choice,
-                                                                const bccsplat_channel_info& channel);
+                                                                const bccsplat_channel_info& channel,
+                                                                const bccsplat_look& look);
+// The look that was chosen, for a mode of drawing.
+[[nodiscard]] bccsplat_look make_look(const Volume& volume, uint32_t channel, int32_t look, int32_t mode);
+// What of a channel's values is transparent, in words.
+[[nodiscard]] std::string look_in_words(const bccsplat_look& look);
 // The struct of the API; it borrows the function's points.
 [[nodiscard]] bccsplat_transfer_function as_struct(const TransferFunction& function);
 

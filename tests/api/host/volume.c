@@ -93,6 +93,7 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   SIZED(bccsplat_channel_info, channel_info);
   SIZED(bccsplat_level_info, level_info);
   SIZED(bccsplat_verify_report, report);
+  SIZED(bccsplat_look, look);
   double times[NT + 1] = {0}, number = -1;
   const char *key = "unset", *value = "unset";
   uint64_t count = 0, bytes = 0;
@@ -117,6 +118,15 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   REFUSED(INVALID_ARGUMENT, "info is NULL", bccsplat_volume_get_level_info(volume, 0, NULL));
   REFUSED(NOT_FOUND, "level 1", bccsplat_volume_get_level_info(volume, 1, &level_info));
   OUTPUT_SIZES(bccsplat_level_info, bccsplat_volume_get_level_info(volume, 0, out), (void)0);
+
+  OK(bccsplat_volume_get_look(volume, 0, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_DEFAULT, &look));
+  EXPECT(look.color_count >= 1 && look.opacity_count >= 1 && look.range[0] <= look.range[1]);
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_look(NULL, 0, 0, 0, &look));
+  REFUSED(INVALID_ARGUMENT, "out is NULL", bccsplat_volume_get_look(volume, 0, 0, 0, NULL));
+  REFUSED(INVALID_ARGUMENT, "look 8", bccsplat_volume_get_look(volume, 0, 8, 0, &look));
+  REFUSED(INVALID_ARGUMENT, "mode 5", bccsplat_volume_get_look(volume, 0, 0, 5, &look));
+  REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_get_look(volume, 1, 0, 0, &look));
+  OUTPUT_SIZES(bccsplat_look, bccsplat_volume_get_look(volume, 0, 0, 0, out), (void)0);
 
   OK(bccsplat_volume_get_channel_info(volume, 0, &channel_info));
   EXPECT(strcmp(channel_info.name, "value") == 0 && channel_info.value_type == BCCSPLAT_TYPE_F32);

@@ -306,7 +306,6 @@ TEST(Preintegrate, ShellsBetweenAirAndTheFirstSampleAreSeen) {
 TEST(Preintegrate, TheReferenceTakesFinerStepsForNarrowFunctions) {
   const auto step = [](const TransferFunction& f) { return reference_step(f, {-1, 1}); };
   EXPECT_EQ(step(ramp_function(-0.3, 1, 0.9)), 1.0 / 16);
-  EXPECT_EQ(step(default_transfer_function(-1, 1, 0)), 1.0 / 16);
   EXPECT_NEAR(step(peak(0.5, 0.04, 0.2)), 0.02, 1e-12);
   EXPECT_EQ(step(peak(0.5, 0.001, 0.2)), 1.0 / 128);
   TransferFunction f = ramp_function(0, 1, 0.5);
@@ -386,8 +385,7 @@ TEST(Preintegrate, IsChosenWhereTheFunctionIsNarrowerThanAStep) {
   };
   ImageStorage a(48, 48, true, true, true), b(48, 48, true, true, true);
   // Smooth functions are drawn as if there were no such thing.
-  for (const TransferFunction& f :
-       {ramp_function(0.3, 1, 0.35), ramp_function(0, 1, 0.9), default_transfer_function(0, 1, 0)})
+  for (const TransferFunction& f : {ramp_function(0.3, 1, 0.35), ramp_function(0, 1, 0.9)})
     for (const Quality q : {Quality::draft, Quality::normal, Quality::fine, Quality::best}) {
       EXPECT_FALSE(drawn(f, q, Preintegrate::automatic, a));
       EXPECT_FALSE(drawn(f, q, Preintegrate::off, b));

@@ -85,24 +85,6 @@ TEST(TransferFunction, RefusesSenselessPoints) {
   EXPECT_TRUE(bad([](TransferFunction& f) { f.unit_distance = -1; }));
 }
 
-TEST(TransferFunction, DefaultIsTransparentAtAirAndRisesAwayFromIt) {
-  for (const auto& [low, high, air] :
-       {std::array{1.0, 9.0, 0.0}, {-5.0, -1.0, 0.0}, {-3.0, 7.0, 0.0}, {2.0, 2.0, 2.0}, {0.0, 1.0, 5.0}}) {
-    const TransferFunction f = default_transfer_function(low, high, air);
-    EXPECT_NO_THROW(f.check());
-    EXPECT_EQ(f.opacity(air), 0);
-    if (high > air) {
-      EXPECT_GT(f.opacity(high), 0);
-      EXPECT_GT(f.opacity(high), f.opacity(0.5 * (air + high)));
-    }
-    if (low < air) {
-      EXPECT_GT(f.opacity(low), 0);
-    }
-    EXPECT_EQ(f.color(low - 1), viridis(0));
-    EXPECT_EQ(f.color(high + 1), viridis(1));
-  }
-}
-
 TEST(TransferFunction, ViridisEndsWhereItShould) {
   // 8-bit sRGB 68 1 84 and 253 231 37.
   EXPECT_NEAR(viridis(0)[2], 0.0887, 1e-3);

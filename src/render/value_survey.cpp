@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tells air and noise from what is to be seen. The background is the peak that most samples are in, where
+// there is one; noise ends where the slope beside that peak does (the triangle method of Zack, Rogers and
+// Latt 1977), and not before three standard deviations of its narrower side. Values that pile up beyond a
+// valley are a solid object, whose boundary is midway between the two peaks.
+#include "render/value_survey.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+
+namespace bccsplat {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr int working_bins = 256;
+constexpr size_t most_labels = 32;
+// A peak is a background if no wider than this share of the range, and with so many of the samples in it.
+constexpr double widest_background = 0.12, least_background = 0.15;
+constexpr double sigma_per_half_width = 1 / 1.1774; // of a normal distribution
+constexpr double noise_sigmas = 3;
+constexpr double smoothing = 1; // bins that smoothing adds to the half-width of a peak
+// The other side of a background is shown, too, where it has this share of the samples beyond the noise, and
+// of the values: what is a little darker than noise is air as well.
+constexpr double least_side = 0.1, least_side_range = 0.25;
+// A pile is this much higher than the valley before it, and above its counting noise.
+constexpr double pile_over_valley = 1.5, pile_sigmas = 4, least_pile = 0.1;
+// Of values of both signs, those near 0 are not shown: so many standard deviations, told by the median, but
+// at most this share of the farthest.
+constexpr double sign_sigmas = 2.5, sigma_per_median = 1.4826, most_near_zero = 0.2;
+// Of the way from a background to the boundary of a solid: what noise may reach.
+constexpr double of_boundary = 0.4;
+// Of the samples beyond the noise that are left out of the range of colours, at either end.
+constexpr double color_tail = 0.002;
+
+// Counts over one range, with air among them and ringing in the outermost bins.
+struct Histogram {
+  Range range;
+  std::vector<double> all, stored; // with and without the sites that are not stored
+  [[nodiscard]] double width() const { return (range.high - range.low) / static_cast<double>(all.size()); }
+  [[nodiscard]] double value(double bin) const { return range.low + (bin + 0.5) * width(); }
+  [[nodiscard]] size_t bin(double v) const {
+    return static_cast<size_t>(
+        std::clamp((v - range.low) / width(), 0.0, static_cast<double>(all.size()) - 1));
+  }
+  [[nodiscard]] double total() const { return std::accumulate(all.begin(), all.end(), 0.0); }
+  // Samples in [low, high].
+  [[nodiscard]] double mass(double low, double high) const {
+    double sum = 0;
+    for (size_t i = 0; i < all.size(); ++i)
+      if (const double v = value(static_cast<double>(i)); v >= low && v <= high) sum += all[i];
+    return sum;
+  }
+};
+
+Histogram working_histogram(const ValueCounts& c) {
+  Histogram h;
+  h.range = c.source;
+  if (c.air_sites > 0) h.range = {std::min(h.range.low, c.air), std::max(h.range.high, c.air)};
+  // What a damaged file says may have no width, or none that is a number.
+  const auto wide = [](const Range& r) {
+    const double width = (r.high - r.low) / working_bins;
+    return width > 0 && std::isfinite(width) && std::isfinite(r.low);
+  };
+  if (!wide(h.range)) return h;
+  h.all.resize(working_bins);
+  const double step =
+      wide(c.stored) ? (c.stored.high - c.stored.low) / static_cast<double>(c.bins.size()) : 0;
+  for (size_t i = 0; i < c.bins.size(); ++i)
+    h.all[h.bin(c.stored.low + (static_cast<double>(i) + 0.5) * step)] += static_cast<double>(c.bins[i]);
+  h.stored = h.all;
+  h.all[h.bin(c.air)] += static_cast<double>(c.air_sites);
+  return h;
+}
+
+// A mean over 2 * reach + 1 bins, twice: what is left are peaks wider than combs of quantisation.
+std::vector<double> smoothed(const std::vector<double>& bins, int reach) {
+  std::vector<double> from = bins, to(bins.size());
+  const auto n = static_cast<int>(bins.size());
+  for (int pass = 0; pass < 2; ++pass, from.swap(to))
+    for (int i = 0; i < n; ++i) {
+      const int a = std::max(0, i - reach), b = std::min(n - 1, i + reach);
+      to[static_cast<size_t>(i)] = std::accumulate(from.begin() + a, from.begin() + b + 1, 0.0) / (b - a + 1);
+    }
+  return from;
+}
+
+// Where a smoothed count falls to half the peak's, in bins from it, on the side of `step`; the number of bins
+// where it does not.
+double half_width(const std::vector<double>& bins, size_t peak, int step) {
+  double n = 0;
+  for (auto i = static_cast<std::ptrdiff_t>(peak); bins[static_cast<size_t>(i)] > 0.5 * bins[peak]; ++n) {
+    i += step;
+    if (i < 0 || i >= static_cast<std::ptrdiff_t>(bins.size())) return static_cast<double>(bins.size());
+  }
+  return n - 0.5;
+}
+
+// The bin farthest below the line from the peak to the last bin on the side of `step` that has samples.
+double triangle_knee(const std::vector<double>& bins, size_t peak, int step) {
+  const auto at = [&](std::ptrdiff_t i) { return bins[static_cast<size_t>(i)]; };
+  const auto from = static_cast<std::ptrdiff_t>(peak);
+  std::ptrdiff_t end = step > 0 ? static_cast<std::ptrdiff_t>(bins.size()) - 1 : 0;
+  while (end != from && at(end) == 0) end -= step;
+  double deepest = 0;
+  std::ptrdiff_t knee = from;
+  for (std::ptrdiff_t i = from; i != end; i += step) {
+    const double f = static_cast<double>(i - from) / static_cast<double>(end - from);
+    const double depth = (1 - f) * at(from) + f * at(end) - at(i);
+    if (depth > deepest) deepest = depth, knee = i;
+  }
+  return static_cast<double>(knee);
+}
+
+struct Background {
+  bool found = false;
+  double value = 0;
+  Range noise; // no sample of what else there may be is taken for it where the two cannot be told apart
+  Range slope; // all of the slope beside the peak
+};
+
+// A mode among the stored samples that air alone did not make: noise beside exact air counts, air does not
+// hide it.
+Background find_background(const Histogram& h, const ValueCounts& c) {
+  Background b;
+  const auto robust = [&](double share) {
+    double left = share * h.total();
+    for (size_t i = 0; i < h.all.size(); ++i)
+      if ((left -= h.all[i]) <= 0) return static_cast<double>(i);
+    return static_cast<double>(h.all.size());
+  };
+  const double spread = std::max(robust(0.998) - robust(0.002), 1.0), total = h.total();
+  const std::vector<double> all = smoothed(h.all, 1);
+  const auto peak = static_cast<size_t>(std::max_element(all.begin(), all.end()) - all.begin());
+  const double left = half_width(all, peak, -1), right = half_width(all, peak, 1);
+  const double full = std::min(left, 2 * right) + std::min(right, 2 * left);
+  const double reach = 1.5 * std::max(full, 1.0) * h.width(), at = h.value(static_cast<double>(peak));
+  if (full > std::max(widest_background * spread, 4.0) ||
+      h.mass(at - reach, at + reach) < least_background * total)
+    return b;
+  b.found = true;
+  b.value = c.air_sites > 0 && h.bin(c.air) + 1 >= peak && h.bin(c.air) <= peak + 1 ? c.air : at;
+  // The slope that noise leaves among the stored samples, by their own peak near the background.
+  const std::vector<double> stored = smoothed(h.stored, 1);
+  const auto from = static_cast<size_t>(std::max(0.0, static_cast<double>(peak) - 2)),
+             to = std::min(h.all.size(), peak + 3);
+  const auto own = static_cast<size_t>(std::max_element(stored.begin() + static_cast<std::ptrdiff_t>(from),
+                                                        stored.begin() + static_cast<std::ptrdiff_t>(to)) -
+                                       stored.begin());
+  const double sigma = std::max(std::min(left, right) - smoothing, 0.5) * sigma_per_half_width;
+  const double away = noise_sigmas * sigma;
+  const double knee_above = triangle_knee(stored, own, 1), knee_below = triangle_knee(stored, own, -1);
+  const auto middle = static_cast<double>(peak);
+  const auto above = [&](double most) {
+    return h.value(std::max(middle + away, std::min(knee_above, most)) + 0.5);
+  };
+  const auto below = [&](double most) {
+    return h.value(std::min(middle - away, std::max(knee_below, most)) - 0.5);
+  };
+  b.noise = {below(middle - 2 * away - 1), above(middle + 2 * away + 1)};
+  b.slope = {below(middle - 4 * away - 8), above(middle + 4 * away + 8)};
+  return b;
+}
+
+// Where samples pile up beyond `from`, and behind a valley: the first top of those that are not far lower
+// than the highest, which are ringing and the like.
+struct Pile {
+  bool found = false;
+  double top = 0;
+};
+
+Pile find_pile(const Histogram& h, double from, int step) {
+  constexpr int reach = 3;
+  const std::vector<double> s = smoothed(h.all, reach);
+  const auto n = static_cast<std::ptrdiff_t>(s.size());
+  std::vector<size_t> tops;
+  double least = infinity;
+  bool rising = false;
+  for (auto i = static_cast<std::ptrdiff_t>(h.bin(from)); i >= 0 && i < n; i += step) {
+    const auto at = static_cast<size_t>(i);
+    const double here = s[at], noise = pile_sigmas * std::sqrt(std::max(least, 1.0) / (2 * reach + 1));
+    least = std::min(least, here);
+    if (rising && here > s[tops.back()]) {
+      tops.back() = at;
+    } else if (rising && here < s[tops.back()] / pile_over_valley) {
+      rising = false, least = here;
+    } else if (!rising && here > pile_over_valley * least && here > least + noise &&
+               here > 1e-4 * h.total()) {
+      rising = true, tops.push_back(at);
+    }
+  }
+  double highest = 0;
+  for (const size_t t : tops) highest = std::max(highest, s[t]);
+  for (const size_t t : tops)
+    if (s[t] > least_pile * highest) return {true, h.value(static_cast<double>(t))};
+  return {};
+}
+
+bool find_labels(const ValueCounts& c, std::vector<double>& labels) {
+  if (!c.integers || c.source.high - c.source.low > 255 || c.stored.high - c.stored.low > 255) return false;
+  const double step = (c.stored.high - c.stored.low) / static_cast<double>(c.bins.size());
+  for (size_t i = 0; i < c.bins.size(); ++i) {
+    if (c.bins[i] == 0) continue;
+    const double low = c.stored.low + static_cast<double>(i) * step;
+    const double label = std::floor(low + step + 1e-6);
+    if (label != c.air && label <= c.source.high && (labels.empty() || labels.back() != label))
+      labels.push_back(label);
+    if (labels.size() > most_labels) return false;
+  }
+  return !labels.empty();
+}
+
+// Distances are floats, cut off at the same distance inside and outside, and most samples lie there.
+bool is_level_set(const Histogram& h, const ValueCounts& c) {
+  const Range& r = h.range;
+  if (c.integers || !(r.low < 0 && r.high > 0) || std::fabs(r.low + r.high) > 0.1 * r.high) return false;
+  const double edge = 0.04 * (r.high - r.low), total = h.total();
+  const double inside = h.mass(-infinity, r.low + edge), outside = h.mass(r.high - edge, infinity);
+  return inside + outside > 0.5 * total && inside > 0.002 * total && outside > 0.002 * total;
+}
+
+// Most are near 0, and what is not is on both sides, less of it the farther.
+bool has_both_signs(const Histogram& h) {
+  const Range& r = h.range;
+  if (!(r.low < 0 && r.high > 0)) return false;
+  const double reach = std::max(-r.low, r.high);
+  if (std::min(-r.low, r.high) < 0.2 * reach) return false;
+  const std::vector<double> s = smoothed(h.all, 3);
+  const auto mode = static_cast<double>(std::max_element(s.begin(), s.end()) - s.begin());
+  if (std::fabs(h.value(mode)) > 0.1 * reach) return false;
+  const double total = h.total(), small = 0.02 * reach;
+  if (h.mass(-infinity, -small) < 0.02 * total || h.mass(small, infinity) < 0.02 * total) return false;
+  return h.mass(-infinity, 0.75 * r.low) <= h.mass(0.5 * r.low, 0.25 * r.low) &&
+         h.mass(0.75 * r.high, infinity) <= h.mass(0.25 * r.high, 0.5 * r.high);
+}
+
+// The distance from 0 that half of the stored samples do not exceed.
+double median_size(const Histogram& h) {
+  std::vector<double> by_size(h.all.size());
+  const double reach = std::max(-h.range.low, h.range.high),
+               step = reach / static_cast<double>(by_size.size());
+  for (size_t i = 0; i < h.all.size(); ++i) {
+    const auto at = static_cast<size_t>(std::fabs(h.value(static_cast<double>(i))) / step);
+    by_size[std::min(at, by_size.size() - 1)] += h.stored[i];
+  }
+  double left = 0.5 * std::accumulate(by_size.begin(), by_size.end(), 0.0);
+  for (size_t i = 0; i < by_size.size(); ++i)
+    if ((left -= by_size[i]) <= 0) return (static_cast<double>(i) + 1) * step;
+  return reach;
+}
+
+// Completes a survey by what the samples outside its empty values are.
+void describe_rest(const Histogram& h, const ValueCounts& c, ValueSurvey& s) {
+  double count = 0, distance = 0;
+  std::vector<double> rest(h.all.size(), 0.0);
+  for (size_t i = 0; i < h.all.size(); ++i) {
+    const double v = h.value(static_cast<double>(i));
+    const bool shown = (s.above && v > s.empty.high) || (s.below && v < s.empty.low);
+    if (!shown && s.empty.low <= s.empty.high) continue;
+    rest[i] = h.all[i], count += h.all[i];
+    distance += h.all[i] * std::fabs(v - s.background);
+  }
+  if (count == 0) return;
+  s.mean = distance / count;
+  s.crossing = std::max(2.0, std::cbrt(count / h.total() * c.voxels));
+  const auto tail = [&](bool from_above) {
+    double left = color_tail * count;
+    for (size_t n = 0; n < rest.size(); ++n) {
+      const size_t i = from_above ? rest.size() - 1 - n : n;
+      if ((left -= rest[i]) < 0) return h.value(static_cast<double>(i) + (from_above ? 0.5 : -0.5));
+    }
+    return from_above ? h.range.high : h.range.low;
+  };
+  s.colors = {tail(false), tail(true)};
+}
+
+ValueSurvey survey_signs(const Histogram& h, const ValueCounts& c) {
+  ValueSurvey s;
+  s.kind = ValueKind::both_signs, s.below = s.above = true;
+  const double reach = std::max(-h.range.low, h.range.high);
+  const double limit = std::min(most_near_zero * reach, sign_sigmas * sigma_per_median * median_size(h));
+  s.empty = {-limit, limit};
+  describe_rest(h, c, s);
+  const double far = std::max(-s.colors.low, s.colors.high);
+  s.colors = {-far, far};
+  s.boundary = 0.5 * (limit + s.mean);
+  return s;
+}
+
+ValueSurvey survey_dense(const Histogram& h, const ValueCounts& c) {
+  ValueSurvey s;
+  s.kind = ValueKind::dense;
+  s.empty = {1, 0};
+  s.above = true;
+  s.background = h.range.low;
+  describe_rest(h, c, s);
+  s.boundary = otsu_threshold(h.all, h.range, h.range.low);
+  if (c.incomplete) return s;
+  // Where nothing is missing the box itself would be all that is seen: the commoner half is not shown.
+  double left = 0.5 * h.total();
+  size_t middle = 0;
+  while (middle + 1 < h.all.size() && (left -= h.all[middle]) > 0) ++middle;
+  const double median = h.value(static_cast<double>(middle));
+  s.background = median;
+  s.below = median - s.colors.low > 1.5 * (s.colors.high - median);
+  s.above = !s.below;
+  s.empty = s.above ? Range{-infinity, median} : Range{median, infinity};
+  const Range colors = s.colors;
+  describe_rest(h, c, s);
+  s.colors = colors;
+  s.boundary = 0.5 * (median + (s.above ? colors.high : colors.low));
+  return s;
+}
+
+ValueSurvey survey_object(const Histogram& h, const ValueCounts& c, const Background& b) {
+  ValueSurvey s;
+  s.background = b.value;
+  const double over = h.mass(b.noise.high, infinity), under = h.mass(-infinity, b.noise.low);
+  const double far_over = h.range.high - b.noise.high, far_under = b.noise.low - h.range.low;
+  s.below = under > least_side * over && far_under > least_side_range * far_over;
+  s.above = !s.below || (over > least_side * under && far_over > least_side_range * far_under);
+  s.empty = {s.below ? b.noise.low : -infinity, s.above ? b.noise.high : infinity};
+  describe_rest(h, c, s);
+  const double sign = s.above ? 1 : -1;
+  const double edge = s.above ? b.noise.high : b.noise.low;
+  const Pile pile = find_pile(h, s.above ? b.slope.high : b.slope.low, s.above ? 1 : -1);
+  s.kind = pile.found ? ValueKind::solid : ValueKind::fog;
+  s.object = pile.found ? pile.top : b.value + sign * s.mean;
+  s.boundary = 0.5 * (s.background + s.object);
+  if (!pile.found && s.above) s.boundary = otsu_threshold(h.all, h.range, b.value);
+  if (sign * (s.boundary - edge) <= 0) s.boundary = 0.5 * (edge + s.object);
+  if (!pile.found) return s;
+  // Between the peaks there is room for more of the slope.
+  const auto distance = [&](double v) { return std::fabs(v - s.background); };
+  const auto clear = [&](double noise, double slope) {
+    const double room = std::min(distance(slope), of_boundary * distance(s.boundary));
+    return s.background + std::copysign(std::max(distance(noise), room), noise - s.background);
+  };
+  if (s.above) s.empty.high = clear(b.noise.high, b.slope.high);
+  if (s.below) s.empty.low = clear(b.noise.low, b.slope.low);
+  describe_rest(h, c, s);
+  return s;
+}
+
+} // namespace
+
+double otsu_threshold(const std::vector<double>& bins, const Range& range, double low) {
+  const double width = (range.high - range.low) / static_cast<double>(bins.size());
+  const auto middle = [&](size_t i) { return range.low + (static_cast<double>(i) + 0.5) * width; };
+  double count = 0, sum = 0;
+  for (size_t i = 0; i < bins.size(); ++i)
+    if (middle(i) >= low) count += bins[i], sum += bins[i] * middle(i);
+  double below = 0, sum_below = 0, best = 0, threshold = low + 0.5 * (range.high - low);
+  for (size_t i = 0; i < bins.size(); ++i) {
+    if (middle(i) < low) continue;
+    below += bins[i], sum_below += bins[i] * middle(i);
+    if (below == 0 || below >= count) continue;
+    const double apart = sum_below / below - (sum - sum_below) / (count - below);
+    const double between = below * (count - below) * apart * apart;
+    if (between > best) best = between, threshold = middle(i) + 0.5 * width;
+  }
+  return threshold;
+}
+
+ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
+  ValueSurvey s;
+  const Histogram h = working_histogram(c);
+  s.background = c.air;
+  if (std::accumulate(c.bins.begin(), c.bins.end(), uint64_t{0}) == 0) return s;
+  std::vector<double> labels;
+  const double value = c.source.low;
+  if (h.all.empty() || (c.source.low == c.source.high && value != c.air)) {
+    s.kind = ValueKind::constant;
+    s.object = value, s.mean = std::fabs(value - c.air), s.boundary = 0.5 * (value + c.air);
+    s.colors = {std::min(value, c.air), std::max(value, c.air)};
+    s.above = value >= c.air, s.below = !s.above;
+    s.empty = value == c.air ? Range{1, 0}
+              : s.above      ? Range{-infinity, s.boundary}
+                             : Range{s.boundary, infinity};
+    s.crossing = std::max(2.0, std::cbrt(c.voxels));
+    return s;
+  }
+  if (as == ValueKind::both_signs) return survey_signs(h, c);
+  if (!as && (c.level_set || is_level_set(h, c))) {
+    s.kind = ValueKind::level_set, s.below = true;
+    s.background = h.range.high;
+    s.empty = {0, infinity};
+    describe_rest(h, c, s);
+    s.boundary = 0;
+    return s;
+  }
+  if (find_labels(c, labels)) {
+    s.kind = ValueKind::labels, s.above = true;
+    s.background = labels.front() - 1, s.labels = labels;
+    s.empty = {-infinity, labels.front() - 0.5};
+    describe_rest(h, c, s);
+    s.boundary = labels.front() - 0.5;
+    return s;
+  }
+  if (as) return s;
+  if (has_both_signs(h)) return survey_signs(h, c);
+  const Background b = find_background(h, c);
+  return b.found ? survey_object(h, c, b) : survey_dense(h, c);
+}
+
+} // namespace bccsplat

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the histogram of a channel says about it: which values are air and noise, which an object, and of what
+// kind the values are.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "points/values.h"
+
+namespace bccsplat {
+
+// Counts of a channel's samples, and what else its file says of them.
+struct ValueCounts {
+  std::vector<uint64_t> bins; // of the stored samples, over `stored`, the last one closed
+  Range stored;
+  Range source;            // of the source's values; what lies beyond is ringing
+  double air = 0;          // of the sites that are not stored
+  uint64_t air_sites = 0;  // how many these are
+  bool integers = false;   // the source is of whole numbers
+  bool incomplete = false; // some of the domain is missing
+  bool level_set = false;  // values are known to be distances, negative inside
+  double voxels = 1;       // of a frame
+};
+
+enum class ValueKind : uint8_t { empty, constant, labels, level_set, both_signs, solid, fog, dense };
+
+struct ValueSurvey {
+  ValueKind kind = ValueKind::empty;
+  // Values between are air and noise; infinite where nothing but these is beyond; low > high: none are.
+  Range empty{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  bool below = false, above = false; // on which sides of the empty values there are others
+  Range colors{0, 1};                // what is not empty, but for the last few per mille on either side
+  double background = 0;             // the value that empty space has
+  double object = 0;                 // of a solid: the first value where its samples pile up
+  double mean = 0;                   // of what is not empty, as distance from the background
+  double boundary = 0;               // between background and object
+  double crossing = 1;               // voxels along a ray through the middle of what is not empty
+  std::vector<double> labels;        // rising, without the background
+};
+
+// as: what the values are taken for, both_signs or labels (none found: no list of them), whatever they look
+// like.
+[[nodiscard]] ValueSurvey survey_values(const ValueCounts& counts,
+                                        std::optional<ValueKind> as = std::nullopt);
+
+// Returns the value that divides the samples in [low, high] into two classes that differ most (Otsu 1979).
+[[nodiscard]] double otsu_threshold(const std::vector<double>& bins, const Range& range, double low);
+
+} // namespace bccsplat

@@ -1,0 +1,197 @@
+"""Pictures nobody gave options for: air and noise are transparent, the object is seen. Of made-up volumes, and of real
+ones where they are there."""
+import json
+import math
+import os
+import random
+import struct
+import unittest
+import zlib
+
+from harness import DATA, ToolTest, main
+
+SIDE, CENTRE = 40, 19.5
+PIXELS = 96
+
+
+def radius(x, y, z):
+    return math.dist((x, y, z), (CENTRE, CENTRE, CENTRE))
+
+
+def read_png(path):
+    """Rows of (red, green, blue, alpha) of an 8-bit RGBA picture."""
+    with open(path, 'rb') as f:
+        data = f.read()
+    width, height = struct.unpack('>II', data[16:24])
+    at, packed = 8, b''
+    while at < len(data):
+        length, kind = struct.unpack_from('>I4s', data, at)
+        packed += data[at + 8:at + 8 + length] if kind == b'IDAT' else b''
+        at += 12 + length
+    raw, rows, before = zlib.decompress(packed), [], bytes(4 * width)
+    for y in range(height):
+        start = y * (4 * width + 1)
+        row = bytearray(raw[start + 1:start + 1 + 4 * width])
+        for i in range(4 * width):
+            left, up, corner = (row[i - 4] if i >= 4 else 0), before[i], (before[i - 4] if i >= 4 else 0)
+            guess = left + up - corner
+            paeth = min((left, up, corner), key=lambda v: abs(guess - v))
+            row[i] = (row[i] + (0, left, up, (left + up) // 2, paeth)[raw[start]]) & 255
+        rows.append([tuple(row[4 * x:4 * x + 4]) for x in range(width)])
+        before = row
+    return rows
+
+
+class Look(ToolTest):
+    def picture(self, volume, *more, name='p.png'):
+        _, err = self.bcc4('render', volume, '--index', '--time', 0, '-o', name, '--size', f'{PIXELS}x{PIXELS}', *more)
+        return read_png(self.path(name)), err
+
+    def mask(self, volume, points):
+        """Where a function of steps of opacity, [value, opacity, ...], is opaque."""
+        function = {'ColorSpace': 'RGB', 'Name': 'm', 'RGBPoints': [points[0], 1, 1, 1, points[-2], 1, 1, 1],
+                    'Points': [n for i in range(0, len(points), 2) for n in (points[i], points[i + 1], .5, 0)]}
+        with open(self.path('mask.json'), 'w') as f:
+            json.dump([function], f)
+        rows, _ = self.picture(volume, '--tf', 'mask.json', '--no-shading', '--quiet', name='mask.png')
+        return [[pixel[3] > 127 for pixel in row] for row in rows]
+
+    def background(self, rows, mask):
+        """Mean opacity, of 255, where no object is within four pixels."""
+        far = [rows[y][x][3] for y in range(PIXELS) for x in range(PIXELS)
+               if not any(mask[b][a] for b in range(max(0, y - 4), min(PIXELS, y + 5))
+                          for a in range(max(0, x - 4), min(PIXELS, x + 5)))]
+        return sum(far) / max(1, len(far))
+
+    def overlap(self, rows, mask):
+        pairs = [(rows[y][x][3] > 25, mask[y][x]) for y in range(PIXELS) for x in range(PIXELS)]
+        return sum(a and b for a, b in pairs) / max(1, sum(a or b for a, b in pairs))
+
+    def check(self, volume, points, *words):
+        rows, err = self.picture(volume)
+        for word in words:
+            self.assertIn(word, err)
+        mask = self.mask(volume, points)
+        self.assertTrue(any(any(row) for row in mask), 'the object is nowhere')
+        found = self.overlap(rows, mask), self.background(rows, mask)
+        self.assertGreaterEqual(found[0], .8, (volume, found))
+        self.assertLessEqual(found[1], 1, (volume, found))
+        return rows
+
+    def made(self, f, dtype='f32', *more):
+        return self.volume((SIDE, SIDE, SIDE, 1), lambda x, y, z, t: f(x, y, z), '--quiet', '--overwrite', *more,
+                           dtype=dtype)
+
+    def test_a_ball_in_noise(self):
+        noise = random.Random(1)
+        ball = (lambda x, y, z: 180 if radius(x, y, z) < 13 else 0)
+        v = self.made(lambda x, y, z: min(255, int(ball(x, y, z) + abs(noise.gauss(0, 8)))), 'u8')
+        self.check(v, [89, 0, 91, 1], 'air and noise below')
+
+    def test_hounsfield_units(self):
+        noise = random.Random(2)
+
+        def head(x, y, z):
+            r = radius(x, y, z)
+            return round((-1000 if r > 15 else 900 if r > 12 else 40) + noise.gauss(0, 15))
+
+        v = self.made(head, 'i16')
+        rows = self.check(v, [-501, 0, -499, 1], 'air and noise below')
+        bone, _ = self.picture(v, '--look', 'ct-bone', '--quiet')
+        soft, _ = self.picture(v, '--look', 'ct-soft', '--quiet')
+        self.assertNotEqual(bone, soft)
+        self.assertNotEqual(bone, rows)
+
+    def test_signed_waves(self):
+        step = 2 * math.pi / 20
+        v = self.made(lambda x, y, z: 3 * math.sin(step * x) * math.sin(step * y) * math.sin(step * z))
+        rows = self.check(v, [-1.01, 1, -.99, 0, .99, 0, 1.01, 1], 'from -', 'transparent')
+        colors = [p for row in rows for p in row if p[3] > 100]
+        self.assertTrue(any(p[0] > 1.5 * p[2] for p in colors) and any(p[2] > 1.5 * p[0] for p in colors))
+
+    def test_labels(self):
+        v = self.made(lambda x, y, z: 0 if radius(x, y, z) > 16 else 1 if x < 18 else 2 if y < 18 else 5, 'u8')
+        self.check(v, [.49, 0, .51, 1], 'labels')
+
+    def test_distances(self):
+        v = self.made(lambda x, y, z: max(-3, min(3, radius(x, y, z) - 12)))
+        self.check(v, [-.01, 1, .01, 0], 'level set')
+
+    def test_water_without_land(self):
+        def water(x, y, z):
+            ground = z < 8 + 4 * math.sin(x / 6) or math.hypot(x - 30, y - 28) < 8
+            return math.nan if ground else 4 + (24 - .2 * abs(y - 20)) * math.exp((z - SIDE) / 15)
+
+        v = self.made(water, 'f32', '--on-nonfinite', 'hole')
+        self.check(v, [-100, 1, 100, 1], 'all values drawn')
+
+    def test_one_value_and_nothing(self):
+        self.check(self.made(lambda x, y, z: 7), [3.4, 0, 3.6, 1], 'one value')
+        rows, err = self.picture(self.made(lambda x, y, z: 0))
+        self.assertIn('nothing but air', err)
+        self.assertFalse(any(p[3] for row in rows for p in row))
+
+    def test_modes_fit_the_numbers(self):
+        noise = random.Random(3)
+        v = self.made(lambda x, y, z: round((-1000 if radius(x, y, z) > 13 else 200) + noise.gauss(0, 15)), 'i16')
+        mask = self.mask(v, [-401, 0, -399, 1])
+        most, _ = self.picture(v, '--mode', 'mip')
+        self.assertLessEqual(self.background(most, mask), 1)
+        self.assertEqual(most[PIXELS // 2][PIXELS // 2][3], 255)
+        surface, err = self.picture(v, '--mode', 'iso')
+        self.assertIn('the surface at -4', err)
+        self.assertGreaterEqual(self.overlap(surface, mask), .8)
+        self.assertEqual(self.picture(v, '--mode', 'iso', '--iso', -400)[1], '')
+        rays, err = self.picture(v, '--mode', 'xray')
+        self.assertEqual(err, '')
+        grey = [[p[0] * p[3] // 255 for p in row] for row in rays]
+        self.assertGreater(grey[PIXELS // 2][PIXELS // 2], 200)
+        inside = [g for row, m in zip(grey, mask) for g, hit in zip(row, m) if hit]
+        outside = [g for row, m in zip(grey, mask) for g, hit in zip(row, m) if not hit]
+        self.assertGreater(sum(inside) / len(inside), 4 * sum(outside) / len(outside))
+
+    def test_looks_are_chosen_and_refused(self):
+        v = self.made(lambda x, y, z: 100 * math.exp(-radius(x, y, z) ** 2 / 50))
+        looks = ('auto', 'ct-bone', 'ct-soft', 'mr', 'fog', 'fire', 'signed')
+        drawn = [self.picture(v, '--look', look)[0] for look in looks]
+        for i, one in enumerate(drawn):
+            self.assertNotIn(one, drawn[:i])
+        self.refused(2, 'whole numbers', 'render', v, '--look', 'labels', '-o', 'x.png', output='x.png')
+        self.refused(2, '--look', 'render', v, '--look', 'fog', '--range', '1,2', '-o', 'x.png', output='x.png')
+        self.refused(2, 'did you mean fire?', 'render', v, '--look', 'fir', '-o', 'x.png', output='x.png')
+
+    def test_the_look_is_told_unless_another_is_given(self):
+        v = self.made(lambda x, y, z: 100 * math.exp(-radius(x, y, z) ** 2 / 50))
+        self.assertIn('to change', self.picture(v)[1])
+        self.assertEqual(self.picture(v, '--range', '0,90')[1], '')
+        self.assertEqual(self.picture(v, '--quiet')[1], '')
+
+    # file: (import arguments, value at which the object begins)
+    REAL = {
+        'tooth_103x94x161_u8.nrrd': ([], 113),
+        'engine_256x256x128_u8.raw.gz': (['--dims', '256,256,128', '--dtype', 'u8'], 65),
+        'cranium.nhdr': ([], -480),
+        'headsq/quarter.nhdr': ([], 500),
+        'fuel_64x64x64_u8.vti': ([], 25),
+        'neghip_64x64x64_u8.raw': (['--dims', '64,64,64', '--dtype', 'u8'], 60),
+        'nucleon_41x41x41_u8.raw': (['--dims', '41,41,41', '--dtype', 'u8'], 50),
+        'viscous_fingers_run01_t050_original_f32_zlib.vti': ([], 15),
+        'pcasl_52x68x20x10_f32.nii.gz': ([], 350),
+        'dx_mri_16x128x128_u16be.raw': (['--dims', '128,128,16', '--axes', 'zxy', '--dtype', 'u16', '--endian', 'big'],
+                                        8000),
+    }
+
+    def test_real_data(self):
+        here = [name for name in self.REAL if DATA and os.path.exists(os.path.join(DATA, name))]
+        if not here:
+            raise unittest.SkipTest('SKIPPED: none of the real data sets is here')
+        for name in here:
+            arguments, begins = self.REAL[name]
+            with self.subTest(name):
+                self.bcc4('import', os.path.join(DATA, name), *arguments, '-o', 'real.bcc4', '--overwrite', '--quiet')
+                step = 1e-3 * abs(begins)
+                self.check('real.bcc4', [begins - step, 0, begins + step, 1], 'air and noise below')
+
+
+if __name__ == '__main__':
+    main()

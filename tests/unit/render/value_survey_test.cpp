@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// Histograms of the shapes that volumes have, and what is made of them.
+#include "render/value_survey.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace bccsplat {
+namespace {
+
+// A histogram as a file has it, made of normal distributions, exponential tails and single values.
+struct Counts : ValueCounts {
+  Counts(double low, double high) {
+    stored = source = {low, high};
+    bins.assign(256, 0);
+    voxels = 1e6;
+  }
+  [[nodiscard]] double value(size_t bin) const {
+    return stored.low + (static_cast<double>(bin) + 0.5) * (stored.high - stored.low) / 256;
+  }
+  void add(double count, const auto& density) {
+    double sum = 0;
+    for (size_t i = 0; i < bins.size(); ++i) sum += density(value(i));
+    for (size_t i = 0; i < bins.size(); ++i)
+      bins[i] += static_cast<uint64_t>(count * density(value(i)) / sum + 0.5);
+  }
+  Counts& normal(double count, double mean, double sigma) {
+    add(count, [&](double v) { return std::exp(-0.5 * std::pow((v - mean) / sigma, 2)); });
+    return *this;
+  }
+  Counts& tail(double count, double from, double length) {
+    add(count, [&](double v) { return v < from ? 0.0 : std::exp((from - v) / length); });
+    return *this;
+  }
+  Counts& even(double count) {
+    add(count, [](double) { return 1.0; });
+    return *this;
+  }
+};
+
+TEST(ValueSurvey, AnObjectInNoiseIsASolidWhoseNoiseIsEmpty) {
+  const ValueSurvey s =
+      survey_values(Counts(0, 255).normal(7e5, 76, 6).normal(2e5, 150, 8).normal(1e5, 220, 9));
+  EXPECT_EQ(s.kind, ValueKind::solid);
+  EXPECT_TRUE(s.above && !s.below);
+  EXPECT_GE(s.empty.high, 76 + 3 * 6);
+  EXPECT_LE(s.empty.high, 125);
+  EXPECT_NEAR(s.object, 150, 4);
+  EXPECT_NEAR(s.boundary, 113, 4);
+  EXPECT_NEAR(s.crossing, std::cbrt(3e5), 5);
+}
+
+TEST(ValueSurvey, HounsfieldUnitsHaveTheirAirAtTheLowEnd) {
+  Counts c(-1024, 2986);
+  c.normal(6e5, -1000, 20).normal(3e5, 40, 30).tail(5e4, 200, 300);
+  const ValueSurvey s = survey_values(c); // air, where nothing is stored, is 0: it says nothing here
+  EXPECT_EQ(s.kind, ValueKind::solid);
+  EXPECT_NEAR(s.background, -1000, 20);
+  EXPECT_LE(s.empty.high, -500);
+  EXPECT_NEAR(s.boundary, -480, 30);
+}
+
+TEST(ValueSurvey, RingingBeyondTheSourceIsNoValueOfItsOwn) {
+  Counts c(-1500, 1500);
+  c.source = {-1000, 900};
+  c.normal(6e5, -1000, 80).normal(3e5, 900, 60);
+  const ValueSurvey s = survey_values(c);
+  EXPECT_GE(s.colors.low, -1000);
+  EXPECT_LE(s.colors.high, 900);
+}
+
+TEST(ValueSurvey, FogRisesFromAirWithoutAGap) {
+  Counts c(0, 5);
+  c.tail(2e5, 0, 0.5);
+  c.air_sites = 800000;
+  const ValueSurvey s = survey_values(c);
+  EXPECT_EQ(s.kind, ValueKind::fog);
+  EXPECT_EQ(s.background, 0);
+  EXPECT_GT(s.empty.high, 0);
+  EXPECT_LT(s.empty.high, 0.5);
+  EXPECT_GT(s.boundary, s.empty.high);
+}
+
+TEST(ValueSurvey, NoiseBesideExactAirIsEmptyToo) {
+  Counts c(0, 255);
+  c.tail(3e5, 0, 4).normal(2e5, 135, 8);
+  c.air_sites = 500000;
+  const ValueSurvey s = survey_values(c);
+  EXPECT_EQ(s.kind, ValueKind::solid);
+  EXPECT_GE(s.empty.high, 8); // where the tail has fallen to an eighth
+}
+
+TEST(ValueSurvey, SignedValuesAreShownOnBothSides) {
+  const ValueSurvey s = survey_values(Counts(-9, 18).normal(9e5, 0, 1).normal(5e4, 0, 5));
+  EXPECT_EQ(s.kind, ValueKind::both_signs);
+  EXPECT_TRUE(s.above && s.below);
+  EXPECT_EQ(s.empty.low, -s.empty.high);
+  EXPECT_EQ(s.colors.low, -s.colors.high);
+}
+
+TEST(ValueSurvey, LabelsAreListed) {
+  Counts c(1, 5);
+  c.integers = true;
+  c.bins.assign(256, 0);
+  for (const size_t label : {1, 2, 5}) c.bins[std::min<size_t>(255, (label - 1) * 64)] = 1000;
+  c.air_sites = 9000;
+  const ValueSurvey s = survey_values(c);
+  EXPECT_EQ(s.kind, ValueKind::labels);
+  EXPECT_EQ(s.labels, (std::vector<double>{1, 2, 5}));
+  c.integers = false;
+  EXPECT_NE(survey_values(c).kind, ValueKind::labels);
+}
+
+TEST(ValueSurvey, DistancesCutOffOnBothSidesAreALevelSet) {
+  const ValueSurvey s = survey_values(Counts(-3, 3).normal(8e5, 3, 0.02).normal(1e5, -3, 0.02).even(1e5));
+  EXPECT_EQ(s.kind, ValueKind::level_set);
+  EXPECT_TRUE(s.below && !s.above);
+  EXPECT_EQ(s.boundary, 0);
+}
+
+TEST(ValueSurvey, WithoutABackgroundAllIsData) {
+  Counts c(4, 28);
+  c.even(1e6);
+  c.incomplete = true;
+  const ValueSurvey water = survey_values(c);
+  EXPECT_EQ(water.kind, ValueKind::dense);
+  EXPECT_GT(water.empty.low, water.empty.high); // none is transparent, the mean least of all
+  c.incomplete = false;
+  const ValueSurvey box = survey_values(c);
+  EXPECT_EQ(box.kind, ValueKind::dense);
+  EXPECT_NEAR(box.empty.high, 16, 0.5);
+}
+
+TEST(ValueSurvey, NothingAndOneValueAreTold) {
+  EXPECT_EQ(survey_values(Counts(0, 0)).kind, ValueKind::empty);
+  Counts c(7, 7);
+  c.bins[0] = 1000;
+  const ValueSurvey s = survey_values(c);
+  EXPECT_EQ(s.kind, ValueKind::constant);
+  EXPECT_EQ(s.boundary, 3.5);
+  EXPECT_EQ(s.object, 7);
+}
+
+TEST(ValueSurvey, WhatDamagedFilesSayIsSurvived) {
+  constexpr double most = std::numeric_limits<double>::max(),
+                   least = std::numeric_limits<double>::denorm_min();
+  for (const Range& range : {Range{-most, most}, {0, least}, {most, most}, {5, -5}, {0, most}, {-1, 1}})
+    for (const Range& source : {range, Range{-1, 2}}) {
+      Counts c(range.low, range.high);
+      c.source = source;
+      c.bins.assign(256, UINT64_MAX / 300);
+      c.air = -3e38, c.air_sites = UINT64_MAX;
+      const ValueSurvey s = survey_values(c);
+      EXPECT_LE(s.colors.low, s.colors.high);
+      EXPECT_TRUE(std::isfinite(s.boundary));
+    }
+}
+
+TEST(ValueSurvey, BrightBackgroundsAreEmptyAbove) {
+  const ValueSurvey s = survey_values(Counts(0, 255).normal(8e5, 230, 4).normal(2e5, 90, 10));
+  EXPECT_TRUE(s.below && !s.above);
+  EXPECT_LT(s.empty.low, 230 - 10);
+  EXPECT_NEAR(s.boundary, 160, 4);
+}
+
+TEST(ValueSurvey, OtsuDividesTwoPeaksBetweenThem) {
+  std::vector<double> bins(100, 0.0);
+  bins[20] = 5, bins[21] = 5, bins[70] = 3, bins[71] = 2;
+  const double t = otsu_threshold(bins, {0, 100}, 0);
+  EXPECT_GE(t, 22);
+  EXPECT_LE(t, 70);
+}
+
+} // namespace
+} // namespace bccsplat
