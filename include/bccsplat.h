@@ -210,6 +210,14 @@ typedef struct bccsplat_write_stream {
 
 /* ---- Writer: frames or lattice samples in, .bcc4 out ---- */
 
+/* Failures. What is refused for its arguments (INVALID_ARGUMENT, INVALID_STRUCT_SIZE, NOT_FOUND,
+ * UNSUPPORTED), for its place in the order of calls (WRONG_STATE: a frame too many, a layer out of turn,
+ * finish too early) or for its values (NONFINITE_VALUE, LIMIT_EXCEEDED) leaves the writer as it was: the host
+ * goes on as if the call had not been made, and the file is the same byte for byte. A writer ends with what
+ * fails while it works: files and streams, memory (OUT_OF_MEMORY, MEMORY_BUDGET), a bound that is missed
+ * (BOUND_NOT_MET), a callback that gives up (CANCELLED), a field function that gives a value that is refused,
+ * and a file or journal to go on with that turns out not to fit. It can then only be released; every other
+ * call is WRONG_STATE and says that an earlier one failed. */
 typedef struct bccsplat_writer bccsplat_writer;
 
 enum { /* types of source values and of stored samples */
@@ -495,8 +503,7 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* devi
                                                            bccsplat_writer** writer);
 /* Adds the next frame of a channel. `time` is in the volume's time unit and rises strictly from frame to
  * frame; every channel of a frame gets the same time. count = 0: the whole frame is air. Memory held does not
- * depend on the number of frames. NONFINITE_VALUE, NO_SPACE, IO, CANCELLED; after a failure the writer can
- * only be released. */
+ * depend on the number of frames. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel, double time,
                                                        const bccsplat_box* boxes, uint64_t count);
 /* The frames that a writer takes: begin .. end-1, in order. Of a part: those its layers are made of, a few
@@ -527,8 +534,8 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writ
 /* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* name,
                                                         uint64_t bytes, uint32_t crc32);
-/* Writes what is pending and gives the file its name. report may be NULL. The writer can only be released
- * afterwards. */
+/* Writes what is pending and gives the file its name. report may be NULL. WRONG_STATE while frames or layers
+ * are missing. The writer can only be released afterwards. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report);
 /* What was measured, after finish: measured = -1 for the series, else 0 .. frames_measured-1 for one frame.
  * WRONG_STATE before finish, NOT_FOUND when nothing was measured or past the last. */

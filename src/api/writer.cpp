@@ -88,14 +88,10 @@ bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t chan
     const Alone alone(writer, "writer");
     if (count > 0) require(boxes, "boxes");
     writer->writer.require_channel(channel);
+    if (count > UINT32_MAX) fail(Code::invalid_argument, "count: ", count, " boxes of one frame");
     std::vector<FrameBox> frame;
-    try {
-      frame.reserve(count);
-      for (uint64_t i = 0; i < count; ++i) frame.push_back(read_box(boxes, i));
-    } catch (...) {
-      writer->writer.abandon();
-      throw;
-    }
+    frame.reserve(count);
+    for (uint64_t i = 0; i < count; ++i) frame.push_back(read_box(boxes, i));
     writer->writer.add_frame(channel, time, frame);
   });
 }

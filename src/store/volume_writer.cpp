@@ -290,10 +290,20 @@ MeasuredErrors VolumeWriter::measured(uint32_t channel, int64_t index) const {
   return out;
 }
 
+// Whether the series is complete.
+void VolumeWriter::check_end() const {
+  if (fits_.empty()) fail(Code::wrong_state, "writer: nothing was added");
+  for (const auto& level : fits_) level->fit().check_end();
+  if (input_ == Input::frames) return;
+  const double last = initial_.time.first + (settings_.dims[3] - 1.0) * initial_.time.step;
+  if (!std::isfinite(last)) fail(Code::wrong_state, "times: that of the last frame is not finite");
+}
+
 WriteReport VolumeWriter::finish() {
   WriteReport report;
+  require_open();
+  check_end();
   run_step([&] {
-    if (fits_.empty()) fail(Code::wrong_state, "writer: nothing was added");
     now_.trigger = settings_.dims[3];
     FitReport result = finish_fits();
     make_container();

@@ -53,16 +53,14 @@ class VolumeWriter {
   VolumeWriter(const VolumeWriter&) = delete;
   VolumeWriter& operator=(const VolumeWriter&) = delete;
 
-  // Data of a channel, in order: frames, or layers, or a field. After a failure the writer is of no use.
+  // Data of a channel, in order: frames, or layers, or a field. What is refused for its arguments, its place
+  // in the order of calls or its values leaves the writer as it was; after a failure of the work itself
+  // (files, memory, cancelling, a bound, a field that gives up) the writer is of no use.
   void add_frame(uint32_t channel, double time, std::span<const FrameBox> boxes);
   void add_layer(uint32_t channel, int64_t layer, std::span<const float> samples);
   void add_field(uint32_t channel, const Field& field);
-  // Completes the file and gives it its name.
+  // Completes the file and gives it its name. Refused while frames or layers are missing.
   WriteReport finish();
-  // Leaves the writer as a failed call does; for a caller whose own data turn out to be unreadable.
-  void abandon() noexcept {
-    if (state_ == State::open) state_ = State::failed;
-  }
 
   // Set what the file says of itself, at any time before finish.
   void set_times(double first, double step);
@@ -104,17 +102,39 @@ class VolumeWriter {
   // The ways in.
   void require_open() const;
   void require_input(Input input) const;
+  // Settles what the first data settle, and checks what that is needed for. A step that is refused undoes it.
+  template<class Step> void prepare(const Step& step) {
+    const bool first = fits_.empty();
+    const Settled settled = first ? Settled{initial_, fit_options_} : Settled{};
+    try {
+      step();
+    } catch (const Error& e) {
+      if (first) unsettle(settled);
+      if (!is_refusal(e.code())) state_ = State::failed;
+      throw;
+    } catch (...) {
+      state_ = State::failed;
+      throw;
+    }
+  }
   // A step that fails leaves the writer failed.
   template<class Step> void run_step(const Step& step) {
-    require_open();
     state_ = State::failed;
     step();
     state_ = State::open;
   }
+  // What begin_input() changes.
+  struct Settled {
+    VolumeInfo info;
+    FitOptions options;
+  };
+  void unsettle(const Settled& settled);
+  [[nodiscard]] static bool is_refusal(Code code);
   void begin_input(Input input, uint32_t channel, SourceType first_type);
   void begin_measuring(bool frames_known);
   [[nodiscard]] std::vector<uint32_t> frames_to_measure() const;
-  void take_time(uint64_t frame, double time);
+  void check_time(uint64_t frame, double time) const;
+  void require_layers() const;
   void check_boxes(uint64_t frame, std::span<const FrameBox> boxes) const;
   void report_added(uint64_t first, uint64_t end);
 
@@ -128,6 +148,7 @@ class VolumeWriter {
   [[nodiscard]] uint32_t writer_checksum() const;
 
   // What finish() adds.
+  void check_end() const;
   [[nodiscard]] FitReport finish_fits();
   void complete_info(const FitReport& result);
   void describe_part(const FitReport& result);
