@@ -535,8 +535,19 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writ
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* name,
                                                         uint64_t bytes, uint32_t crc32);
 /* Writes what is pending and gives the file its name. report may be NULL. WRONG_STATE while frames or layers
- * are missing. The writer can only be released afterwards. */
+ * are missing: they may still come, or finish_short ends without them. The writer can only be released
+ * afterwards. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report);
+/* The same for a series that ends sooner than dims[3] said, such as a simulation that is stopped: of as many
+ * frames as every channel got, or of the frames that the layers reach. The file is that of a writer that was
+ * told this number at the start, byte for byte, but for: what the number that was told has settled, layers
+ * beyond the ends (ENDS_DEFAULT) and which frames MEASURE_SOME looks at; the order of the chunks where there
+ * are several channels or levels; layers that were given beyond the last frame, which stay; and counts of
+ * coefficients, without which PARTIAL_APPEND needs all frames of the file. WRONG_STATE where channels got
+ * more than others, fewer frames than the file of PARTIAL_APPEND has, or layers of one frame alone;
+ * UNSUPPORTED for parts. With all frames it is finish. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_finish_short(bccsplat_writer* writer,
+                                                          bccsplat_writer_report* report);
 /* What was measured, after finish: measured = -1 for the series, else 0 .. frames_measured-1 for one frame.
  * WRONG_STATE before finish, NOT_FOUND when nothing was measured or past the last. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_t channel,

@@ -56,6 +56,16 @@ FrameBox read_box(const bccsplat_box* boxes, uint64_t i) {
   return out;
 }
 
+template<class Finish>
+bccsplat_status finish(bccsplat_writer* writer, bccsplat_writer_report* report, const Finish& run) {
+  return guard([&] {
+    const Alone alone(writer, "writer");
+    check_output(report, "report");
+    write_report(report, run(writer->writer));
+    for (const std::string& text : writer->writer.warnings()) writer->device->log(BCCSPLAT_LOG_WARNING, text);
+  });
+}
+
 } // namespace
 
 extern "C" {
@@ -179,12 +189,11 @@ bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* 
 }
 
 bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report) {
-  return guard([&] {
-    const Alone alone(writer, "writer");
-    check_output(report, "report");
-    write_report(report, writer->writer.finish());
-    for (const std::string& text : writer->writer.warnings()) writer->device->log(BCCSPLAT_LOG_WARNING, text);
-  });
+  return finish(writer, report, [](VolumeWriter& w) { return w.finish(); });
+}
+
+bccsplat_status bccsplat_writer_finish_short(bccsplat_writer* writer, bccsplat_writer_report* report) {
+  return finish(writer, report, [](VolumeWriter& w) { return w.finish_short(); });
 }
 
 bccsplat_status bccsplat_writer_get_part_frames(const bccsplat_writer* writer, uint64_t* begin,

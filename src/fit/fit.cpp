@@ -41,6 +41,7 @@ struct Channel {
   bool any_known = false; // a frame that is not missing altogether
 
   std::unique_ptr<Lowpass> lowpass; // null: none
+  bool filtered = false;            // it has handed out all frames
   uint32_t given = 0;               // frames
   uint32_t frames = 0;              // those of them in the window or past it: a low-pass holds some back
   int32_t next_layer = 0;           // the first not made
@@ -212,10 +213,14 @@ struct Fit::State {
     if (c.lowpass) {
       const auto take = filtered(c, index);
       c.lowpass->add(scan.finite > 0 ? &frame : nullptr, std::move(holes), take, context);
-      if (c.given == options.dims[3]) c.lowpass->finish(take, context);
+      if (c.given == options.dims[3]) finish_lowpass(c, index);
       return;
     }
     take_frame(c, index, frame, scan, holes);
+  }
+
+  void finish_lowpass(Channel& c, int index) {
+    if (c.lowpass && !std::exchange(c.filtered, true)) c.lowpass->finish(filtered(c, index), context);
   }
 
   // Takes a frame from the low-pass.
@@ -402,6 +407,14 @@ struct Fit::State {
     emit(c, index, layer, {&tap, 1}, 0);
   }
 
+  void shorten(uint32_t frames) {
+    options.dims[3] = lattice.dims[3] = frames;
+    if (layers_given)
+      lattice.last_layer = channels.front()->next_layer - 1;
+    else
+      lattice = lattice_of(options, frames);
+  }
+
   // The frames of the series as far as they were given.
   [[nodiscard]] uint32_t frames_given() const {
     return options.dims[3] > 0 ? options.dims[3] : channels.front()->given;
@@ -425,10 +438,10 @@ struct Fit::State {
 
   void end() {
     const uint32_t frames = frames_given();
-    if (options.lowpass && options.dims[3] == 0)
-      for (size_t i = 0; i < channels.size(); ++i)
-        channels[i]->lowpass->finish(filtered(*channels[i], static_cast<int>(i)), context);
-    lattice = lattice_of(options, frames);
+    // A low-pass whose frames had no known end.
+    if (!options.part)
+      for (size_t i = 0; i < channels.size(); ++i) finish_lowpass(*channels[i], static_cast<int>(i));
+    if (!layers_given) lattice = lattice_of(options, frames);
     finished = true;
   }
 
@@ -481,6 +494,13 @@ DirectLayerScan Fit::check_layer(int channel, std::span<const float> samples) co
 void Fit::add_layer(int channel, std::span<const float> samples, const DirectLayerScan& scan) {
   state_->add_layer(channel, samples, scan);
 }
+
+bool Fit::has_begun() const {
+  return std::any_of(state_->channels.begin(), state_->channels.end(),
+                     [](const auto& c) { return c->next_layer > 0; });
+}
+
+void Fit::shorten(uint32_t frames) { state_->shorten(frames); }
 
 void Fit::check_end() const { state_->check_end(); }
 

@@ -136,6 +136,11 @@ class Fit {
   void add_layer(int channel, std::span<const float> samples) {
     add_layer(channel, samples, check_layer(channel, samples));
   }
+  // Whether a layer of any channel has been made.
+  [[nodiscard]] bool has_begun() const;
+  // The series has fewer frames than was said, and ends with the data that every channel got: with a layer
+  // for the last frame, or where layers are given with the last one of these.
+  void shorten(uint32_t frames);
   // Refuses to end where not every channel got the same number of frames, dims[3] of them when that was
   // given.
   void check_end() const;

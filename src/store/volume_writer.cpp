@@ -275,7 +275,7 @@ MeasuredErrors VolumeWriter::measured(uint32_t channel, int64_t index) const {
   require_channel(channel);
   if (state_ != State::finished) fail(Code::wrong_state, "writer: errors are known after finish");
   const RoundTrip* const r = measuring_.round_trip();
-  if (!r || index < -1 || index >= static_cast<int64_t>(r->frames().size()))
+  if (!r || r->frames().empty() || index < -1 || index >= static_cast<int64_t>(r->frames().size()))
     fail(Code::not_found, "measured frame ", index, " of ", r ? r->frames().size() : 0);
   const Range& range = source_ranges_[channel];
   const auto c = static_cast<int>(channel);
@@ -294,9 +294,56 @@ MeasuredErrors VolumeWriter::measured(uint32_t channel, int64_t index) const {
 void VolumeWriter::check_end() const {
   if (fits_.empty()) fail(Code::wrong_state, "writer: nothing was added");
   for (const auto& level : fits_) level->fit().check_end();
-  if (input_ == Input::frames) return;
-  const double last = initial_.time.first + (settings_.dims[3] - 1.0) * initial_.time.step;
+  check_times(settings_.dims[3]);
+}
+
+void VolumeWriter::check_times(uint32_t frames) const {
+  if (input_ != Input::layers) return;
+  const double last = initial_.time.first + (frames - 1.0) * initial_.time.step;
   if (!std::isfinite(last)) fail(Code::wrong_state, "times: that of the last frame is not finite");
+}
+
+// The frames of a series that ends with what every channel has been given.
+uint32_t VolumeWriter::frames_of_short() const {
+  if (fits_.empty()) fail(Code::wrong_state, "writer: nothing was added");
+  const uint64_t given = added_.front();
+  for (size_t c = 0; c < added_.size(); ++c)
+    if (added_[c] != given)
+      fail(Code::wrong_state, "writer: channel ", c, " was given ", added_[c], ", channel 0 ", given);
+  if (input_ == Input::frames) return static_cast<uint32_t>(given);
+  // Layers reach as far as the last one stands.
+  const Lattice4& lattice = fit().lattice();
+  const double last = std::floor(lattice.layer_frame(static_cast<int32_t>(given) - 1) + 1e-9);
+  return static_cast<uint32_t>(std::min(last, lattice.last_frame())) + 1;
+}
+
+void VolumeWriter::shorten(uint32_t frames) {
+  for (const auto& level : fits_) level->shorten(frames, initial_);
+  settings_.dims[3] = fit_options_.dims[3] = frames;
+  initial_.lattice = fit().lattice();
+  measuring_.with_round_trip([&](RoundTrip& r) { r.set_lattice(initial_.lattice); });
+}
+
+WriteReport VolumeWriter::finish_short() {
+  require_open();
+  const uint32_t frames = frames_of_short();
+  const uint64_t all =
+      input_ == Input::frames ? settings_.dims[3] : static_cast<uint64_t>(fit().lattice().layers());
+  const bool whole = settings_.dims[3] == 0 || added_.front() == all;
+  if (fit_options_.part && !whole)
+    fail(Code::unsupported, "a part of a series has the frames that it was made for");
+  if (!whole) {
+    if (frames == 1 && (input_ == Input::layers || fit().has_begun()))
+      fail(Code::wrong_state,
+           "writer: one frame alone is a lattice without time, and layers in time are there");
+    if (settings_.continuity == Continuity::append)
+      if (const uint32_t was = Bcc4Reader::open(open_file_source(settings_.path))->info().lattice.dims[3];
+          frames < was)
+        fail(Code::wrong_state, settings_.path, ": it has ", was, " frames already, ", frames, " were given");
+    check_times(frames);
+    run_step([&] { shorten(frames); });
+  }
+  return finish();
 }
 
 WriteReport VolumeWriter::finish() {
@@ -375,9 +422,13 @@ void VolumeWriter::complete_info(const FitReport& result) {
   }
   if (part_)
     describe_part(result);
-  else if (input_ == Input::frames)
-    describe_tail(lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]),
-                  result.channels, info);
+  else if (input_ == Input::frames) {
+    const int32_t lasting = lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]);
+    describe_tail(lasting, result.channels, info);
+    // A series that ended sooner than was said has counted other slabs by themselves.
+    if (settings_.coefficients && lasting * info.slab_layers != fit_options_.lasting_layers)
+      info.counts.reset();
+  }
 }
 
 // Times of frames, in the short form where they are evenly spaced.

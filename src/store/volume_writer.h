@@ -61,6 +61,8 @@ class VolumeWriter {
   void add_field(uint32_t channel, const Field& field);
   // Completes the file and gives it its name. Refused while frames or layers are missing.
   WriteReport finish();
+  // The same of a series that ends sooner than was said: with what every channel has been given.
+  WriteReport finish_short();
 
   // Set what the file says of itself, at any time before finish.
   void set_times(double first, double step);
@@ -149,6 +151,9 @@ class VolumeWriter {
 
   // What finish() adds.
   void check_end() const;
+  void check_times(uint32_t frames) const;
+  [[nodiscard]] uint32_t frames_of_short() const;
+  void shorten(uint32_t frames);
   [[nodiscard]] FitReport finish_fits();
   void complete_info(const FitReport& result);
   void describe_part(const FitReport& result);

@@ -691,6 +691,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_writer_set_attribute": (c_int32, c_void_p, c_char_p, c_char_p,),
     "bccsplat_writer_add_source": (c_int32, c_void_p, c_char_p, c_uint64, c_uint32,),
     "bccsplat_writer_finish": (c_int32, c_void_p, POINTER(WriterReport),),
+    "bccsplat_writer_finish_short": (c_int32, c_void_p, POINTER(WriterReport),),
     "bccsplat_writer_get_error": (c_int32, c_void_p, c_uint32, c_int64, POINTER(ErrorReport),),
     "bccsplat_writer_retain": (None, c_void_p,),
     "bccsplat_writer_release": (None, c_void_p,),

@@ -173,8 +173,15 @@ class Writer(Child):
         self._call("writer_add_source", encode(name), size, crc32)
 
     def finish(self) -> _abi.WriterReport:
+        return self._finish("writer_finish")
+
+    def finish_short(self) -> _abi.WriterReport:
+        """The same with the frames that were given, fewer than the writer was made for."""
+        return self._finish("writer_finish_short")
+
+    def _finish(self, name: str) -> _abi.WriterReport:
         report = _abi.WriterReport()
-        self._call("writer_finish", byref(report))
+        self._call(name, byref(report))
         self._finished = True
         return report
 
