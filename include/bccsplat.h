@@ -413,6 +413,16 @@ typedef struct bccsplat_writer_options {
   double scales[4]; /* lattice distance along x, y, z in source samples, and along t in frames, each up to
                        65536; 0: scale, along t time_scale. In space it is made a little smaller, so that a
                        whole number of planes ends on the last sample */
+  uint32_t live; /* > 0: after every so many slabs (of 8 layers, coefficients 4) that all channels have, the
+                    file under way, `path`.partial, is made to be opened as it stands, durable, for a live
+                    view and against crashes: bccsplat_volume_info.frames_expected. Its frames are those of
+                    which all layers are there that the kernel of the file reaches: at the same moments they
+                    are what the finished file has (where air is far from a field without air, but for the
+                    last digits). With other kernels the last ones are as accurate as those of ENDS_MIRROR.
+                    What becomes of the file without finish is as `partial` says: KEEP lets it stay. The
+                    finished file has a few more bytes, which nothing refers to. UNSUPPORTED with part; 0: it
+                    can be opened when it is finished */
+  uint32_t reserved; /* 0 */
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */
@@ -630,6 +640,9 @@ typedef struct bccsplat_volume_info {
   uint64_t sites_outside;    /* lattice sites per channel on these planes */
   uint32_t level_count;      /* coarser levels, 1 .. level_count beside level 0; see get_level_info */
   uint32_t reserved;
+  uint64_t frames_expected; /* of a series that is being written, or was left unfinished: the frames it is to
+                               have, dims[3] where that is not known; dims[3] are those that can be looked at.
+                               Opened again it may have more. 0: finished */
 } bccsplat_volume_info;
 
 /* A level of a volume; level 0 is the one that all of the volume's information is about. */

@@ -456,19 +456,18 @@ struct Fit::State {
     c.window.clear();
   }
 
-  FitReport report() {
+  [[nodiscard]] FitReport report() const {
     FitReport report{lattice, {}};
     for (const auto& channel : channels) {
-      Channel& c = *channel;
-      c.report.lasting = counts_of(c.lasting, c.report.lasting.sites_total);
-      static_cast<LayerCounts&>(c.report) = counts_of(c.maker, c.report.sites_total);
-      c.report.add(c.report.lasting);
+      const Channel& c = *channel;
+      FitChannelReport& r = report.channels.emplace_back(c.report);
+      r.lasting = counts_of(c.lasting, c.report.lasting.sites_total);
+      static_cast<LayerCounts&>(r) = counts_of(c.maker, c.report.sites_total);
+      r.add(r.lasting);
       const CodingError &first = c.lasting.coding_error(), &coding = c.maker.coding_error();
-      c.report.coding_max = std::max(first.largest, coding.largest);
-      if (c.report.sites_total > 0)
-        c.report.coding_rmse =
-            std::sqrt((first.squares + coding.squares) / static_cast<double>(c.report.sites_total));
-      report.channels.push_back(std::move(c.report));
+      r.coding_max = std::max(first.largest, coding.largest);
+      if (r.sites_total > 0)
+        r.coding_rmse = std::sqrt((first.squares + coding.squares) / static_cast<double>(r.sites_total));
     }
     return report;
   }
@@ -508,7 +507,7 @@ void Fit::end() { state_->end(); }
 
 void Fit::finish_channel(int channel) { state_->finish_channel(channel); }
 
-FitReport Fit::report() { return state_->report(); }
+FitReport Fit::report() const { return state_->report(); }
 
 FitReport Fit::finish() {
   check_end();

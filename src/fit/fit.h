@@ -149,7 +149,7 @@ class Fit {
   // Then emits what is left of a channel, and of all channels in turn.
   void finish_channel(int channel);
   // What was counted, once all channels are finished.
-  [[nodiscard]] FitReport report();
+  [[nodiscard]] FitReport report() const;
   // All of that.
   [[nodiscard]] FitReport finish();
 

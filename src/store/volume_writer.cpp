@@ -98,6 +98,9 @@ void VolumeWriter::check_settings() const {
     if (s.dims[a] == 0) fail(Code::invalid_argument, "writer: dims[", a, "] is 0");
   if (s.lowpass && s.lattice == LatticeKind::cc)
     fail(Code::invalid_argument, "writer: a low-pass is of use on D4* and BCC only");
+  if (s.live_slabs > 0 && s.part)
+    fail(Code::unsupported,
+         "writer: parts of a series, and what continues a file, are seen when they are finished");
   if (s.levels < 0 || s.levels > most_levels)
     fail(Code::invalid_argument, "writer: ", s.levels, " coarser levels, not 0 to ", most_levels);
   if (!(s.abs_error >= 0 && std::isfinite(s.abs_error)) || !(s.psnr >= 0 && std::isfinite(s.psnr)))
@@ -393,6 +396,10 @@ FitReport VolumeWriter::finish_fits() {
   for (const auto& level : fits_) level->fit().end();
   for (int c = 0; c < static_cast<int>(added_.size()); ++c)
     for (const auto& level : fits_) level->fit().finish_channel(c);
+  return report_of_fits();
+}
+
+FitReport VolumeWriter::report_of_fits() const {
   FitReport result = fit().report();
   for (size_t l = 1; l < fits_.size(); ++l)
     for (const FitChannelReport& r : fits_[fits_.size() - 1 - l]->fit().report().channels)
@@ -409,7 +416,7 @@ void VolumeWriter::complete_info(const FitReport& result) {
     for (size_t c = 0; c < added_.size(); ++c)
       level.channels[c].clamped = result.channels[l * added_.size() + c].clamped;
   }
-  info.time = input_ == Input::frames ? time_map() : initial_.time;
+  info.time = input_ == Input::frames ? time_map(static_cast<uint32_t>(times_.size())) : initial_.time;
   require_bounds(result);
   info.sources = initial_.sources;
   info.attributes = initial_.attributes;
@@ -432,17 +439,18 @@ void VolumeWriter::complete_info(const FitReport& result) {
 }
 
 // Times of frames, in the short form where they are evenly spaced.
-TimeMap VolumeWriter::time_map() const {
+TimeMap VolumeWriter::time_map(uint32_t frames) const {
+  const auto times = std::span(times_).first(frames);
   TimeMap map{.uniform = true,
-              .first = times_.front(),
+              .first = times.front(),
               .step = 1,
               .times = {},
               .unit = container_->info().time.unit,
               .epoch = {}};
-  if (times_.size() > 1) map.step = (times_.back() - times_.front()) / static_cast<double>(times_.size() - 1);
-  for (size_t i = 0; i < times_.size() && map.uniform; ++i)
-    map.uniform = std::fabs(times_[i] - map.at(i)) <= 1e-9 * map.step;
-  if (!map.uniform) map.times = times_;
+  if (frames > 1) map.step = (times.back() - times.front()) / (frames - 1.0);
+  for (size_t i = 0; i < times.size() && map.uniform; ++i)
+    map.uniform = std::fabs(times[i] - map.at(i)) <= 1e-9 * map.step;
+  if (!map.uniform) map.times.assign(times.begin(), times.end());
   return map;
 }
 

@@ -7,7 +7,8 @@
 //     -> Measuring         what a reader will get, against the frames; corrections back into the file
 //
 // Files: volume_writer.cpp has what is settled before the first data and what finish() adds,
-// volume_writer_input.cpp the ways in, volume_writer_output.cpp the way from the fit into the file.
+// volume_writer_input.cpp the ways in, volume_writer_output.cpp the way from the fit into the file,
+// volume_writer_live.cpp what can be looked at while it is written.
 #pragma once
 
 #include <array>
@@ -146,6 +147,10 @@ class VolumeWriter {
   void take_mask(int channel, uint32_t frame, std::vector<std::byte> runs);
   void store_masks();
   void make_container();
+  // What an unfinished file shows.
+  void show_if_due();
+  [[nodiscard]] uint32_t frames_to_show(int32_t layers) const;
+  [[nodiscard]] VolumeInfo info_to_show(uint32_t frames, int32_t layers) const;
   [[nodiscard]] Bcc4WriterOptions container_options(const VolumeInfo& info) const;
   [[nodiscard]] uint32_t writer_checksum() const;
 
@@ -155,10 +160,11 @@ class VolumeWriter {
   [[nodiscard]] uint32_t frames_of_short() const;
   void shorten(uint32_t frames);
   [[nodiscard]] FitReport finish_fits();
+  [[nodiscard]] FitReport report_of_fits() const;
   void complete_info(const FitReport& result);
   void describe_part(const FitReport& result);
   void require_bounds(const FitReport& result) const;
-  [[nodiscard]] TimeMap time_map() const;
+  [[nodiscard]] TimeMap time_map(uint32_t frames) const;
 
   WriterSettings settings_;
   Context context_;
@@ -175,6 +181,7 @@ class VolumeWriter {
   std::vector<std::unique_ptr<LevelFit>>
       fits_; // the coarsest first, level 0 last; empty before the first data
   std::unique_ptr<Bcc4Writer> container_;
+  int32_t shown_slabs_ = 0;
   Measuring measuring_;
   std::vector<Range> source_ranges_; // once finished
   std::vector<std::string> warnings_;

@@ -71,6 +71,7 @@ void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const Fram
         [&](RoundTrip& r) { r.add_frame(index, static_cast<uint32_t>(frame), boxes); });
     for (const auto& level : fits_) level->fit().add_frame(index, boxes, scan);
     ++added_[channel];
+    show_if_due();
     const auto [first, end] = given_frames();
     if (end > 0) report_added(first, end);
     context_.progress.check();
@@ -103,6 +104,7 @@ void VolumeWriter::add_layer(uint32_t channel, int64_t layer, std::span<const fl
   run_step([&] {
     fit().add_layer(index, samples, scan);
     ++added_[channel];
+    show_if_due();
     report_added(0, static_cast<uint64_t>(fit().lattice().layers()));
     context_.progress.check();
   });
@@ -141,6 +143,7 @@ void VolumeWriter::add_field(uint32_t channel, const Field& field) {
       }
       fit().add_layer(static_cast<int>(channel), sample_field(field, sites, what, context_));
       ++added_[channel];
+      show_if_due();
       report_added(0, static_cast<uint64_t>(layers));
     }
   });

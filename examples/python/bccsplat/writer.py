@@ -52,6 +52,7 @@ class Writer(Child):
     dims: samples along x, y, z and the number of frames (0: as many as come). A with block that ends without an
     exception finishes the file; one that ends with an exception leaves no file.
     scale: lattice distance in samples, one for x, y and z, or each of them, and time's.
+    live: after every so many slabs the file under way, target + ".partial", can be opened as it stands.
     part: (first, end) makes one file of several for join_parts: the frames of part_frames() are added. part_times are
     those of the whole series.
     """
