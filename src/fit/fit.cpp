@@ -439,7 +439,7 @@ struct Fit::State {
   void end() {
     const uint32_t frames = frames_given();
     // A low-pass whose frames had no known end.
-    if (!options.part)
+    if (!options.part && !layers_given)
       for (size_t i = 0; i < channels.size(); ++i) finish_lowpass(*channels[i], static_cast<int>(i));
     if (!layers_given) lattice = lattice_of(options, frames);
     finished = true;
