@@ -158,7 +158,7 @@ std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots, uint16_t
   out.write(crc32_of(out.bytes()));
   for (size_t i = 0; i < roots.size(); ++i) {
     while (out.size() < root_offsets[i]) out.write(uint8_t{0});
-    if (roots[i].sequence > 0) out.write_bytes(write_root(roots[i]));
+    if (roots[i].file_bytes > 0) out.write_bytes(write_root(roots[i]));
   }
   while (out.size() < preamble_bytes) out.write(uint8_t{0});
   return out.release();

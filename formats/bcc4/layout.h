@@ -58,7 +58,7 @@ struct PackedBlock {
 [[nodiscard]] std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::byte> bytes,
                                                   std::string_view what);
 
-// Returns the whole preamble; a root of sequence number 0 is unused. lowest_reader is the version that a
+// Returns the whole preamble; a root of a file of no bytes is unused. lowest_reader is the version that a
 // reader of the file needs.
 [[nodiscard]] std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots,
                                                     uint16_t lowest_reader = 1);
