@@ -210,6 +210,14 @@ typedef struct bccsplat_write_stream {
 
 /* ---- Writer: frames or lattice samples in, .bcc4 out ---- */
 
+/* Failures. What is refused for its arguments (INVALID_ARGUMENT, INVALID_STRUCT_SIZE, NOT_FOUND,
+ * UNSUPPORTED), for its place in the order of calls (WRONG_STATE: a frame too many, a layer out of turn,
+ * finish too early) or for its values (NONFINITE_VALUE, LIMIT_EXCEEDED) leaves the writer as it was: the host
+ * goes on as if the call had not been made, and the file is the same byte for byte. A writer ends with what
+ * fails while it works: files and streams, memory (OUT_OF_MEMORY, MEMORY_BUDGET), a bound that is missed
+ * (BOUND_NOT_MET), a callback that gives up (CANCELLED), a field function that gives a value that is refused,
+ * and a file or journal to go on with that turns out not to fit. It can then only be released; every other
+ * call is WRONG_STATE and says that an earlier one failed. */
 typedef struct bccsplat_writer bccsplat_writer;
 
 enum { /* types of source values and of stored samples */
@@ -405,6 +413,16 @@ typedef struct bccsplat_writer_options {
   double scales[4]; /* lattice distance along x, y, z in source samples, and along t in frames, each up to
                        65536; 0: scale, along t time_scale. In space it is made a little smaller, so that a
                        whole number of planes ends on the last sample */
+  uint32_t live; /* > 0: after every so many slabs (of 8 layers, coefficients 4) that all channels have, the
+                    file under way, `path`.partial, is made to be opened as it stands, durable, for a live
+                    view and against crashes: bccsplat_volume_info.frames_expected. Its frames are those of
+                    which all layers are there that the kernel of the file reaches: at the same moments they
+                    are what the finished file has (where air is far from a field without air, but for the
+                    last digits). With other kernels the last ones are as accurate as those of ENDS_MIRROR.
+                    What becomes of the file without finish is as `partial` says: KEEP lets it stay. The
+                    finished file has a few more bytes, which nothing refers to. UNSUPPORTED with part; 0: it
+                    can be opened when it is finished */
+  uint32_t reserved; /* 0 */
 } bccsplat_writer_options;
 
 /* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */
@@ -495,8 +513,7 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* devi
                                                            bccsplat_writer** writer);
 /* Adds the next frame of a channel. `time` is in the volume's time unit and rises strictly from frame to
  * frame; every channel of a frame gets the same time. count = 0: the whole frame is air. Memory held does not
- * depend on the number of frames. NONFINITE_VALUE, NO_SPACE, IO, CANCELLED; after a failure the writer can
- * only be released. */
+ * depend on the number of frames. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel, double time,
                                                        const bccsplat_box* boxes, uint64_t count);
 /* The frames that a writer takes: begin .. end-1, in order. Of a part: those its layers are made of, a few
@@ -527,9 +544,20 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writ
 /* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* name,
                                                         uint64_t bytes, uint32_t crc32);
-/* Writes what is pending and gives the file its name. report may be NULL. The writer can only be released
+/* Writes what is pending and gives the file its name. report may be NULL. WRONG_STATE while frames or layers
+ * are missing: they may still come, or finish_short ends without them. The writer can only be released
  * afterwards. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report);
+/* The same for a series that ends sooner than dims[3] said, such as a simulation that is stopped: of as many
+ * frames as every channel got, or of the frames that the layers reach. The file is that of a writer that was
+ * told this number at the start, byte for byte, but for: what the number that was told has settled, layers
+ * beyond the ends (ENDS_DEFAULT) and which frames MEASURE_SOME looks at; the order of the chunks where there
+ * are several channels or levels; layers that were given beyond the last frame, which stay; and counts of
+ * coefficients, without which PARTIAL_APPEND needs all frames of the file. WRONG_STATE where channels got
+ * more than others, fewer frames than the file of PARTIAL_APPEND has, or layers of one frame alone;
+ * UNSUPPORTED for parts. With all frames it is finish. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_finish_short(bccsplat_writer* writer,
+                                                          bccsplat_writer_report* report);
 /* What was measured, after finish: measured = -1 for the series, else 0 .. frames_measured-1 for one frame.
  * WRONG_STATE before finish, NOT_FOUND when nothing was measured or past the last. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_t channel,
@@ -612,6 +640,9 @@ typedef struct bccsplat_volume_info {
   uint64_t sites_outside;    /* lattice sites per channel on these planes */
   uint32_t level_count;      /* coarser levels, 1 .. level_count beside level 0; see get_level_info */
   uint32_t reserved;
+  uint64_t frames_expected; /* of a series that is being written, or was left unfinished: the frames it is to
+                               have, dims[3] where that is not known; dims[3] are those that can be looked at.
+                               Opened again it may have more. 0: finished */
 } bccsplat_volume_info;
 
 /* A level of a volume; level 0 is the one that all of the volume's information is about. */

@@ -84,6 +84,12 @@ class Bcc4Writer {
   // Write which samples of one frame are missing, as MaskRunWriter has it; empty: none.
   void write_mask(int channel, uint32_t frame, std::span<const std::byte> runs);
   void copy_mask(int channel, uint32_t frame, const Bcc4Reader& from);
+  // Slabs that every channel has at every level; 0 where some have more than others.
+  [[nodiscard]] int32_t common_slabs() const;
+  // Lets readers see an unfinished series: puts index, metadata and a root of it behind what is written,
+  // durable before the root, and goes on. info: what is said of the series, a whole one of dims[3] frames and
+  // of the layers of common_slabs(), completed as for finish.
+  void show(VolumeInfo info, const Context& context);
   // The caller completes dims[3], last_layer (of all levels), times and statistics before finish; what
   // decides how samples are coded may not change any more.
   [[nodiscard]] VolumeInfo& info();

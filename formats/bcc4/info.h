@@ -175,6 +175,9 @@ struct VolumeInfo : StoredLattice {
   std::optional<TailInfo> tail;                                // none: no sample was clamped
   std::optional<PartInfo> part;                                // none: a whole file
   std::optional<CountsInfo> counts; // none: of samples, of layers, or too short to have lasting slabs
+  // Of a series that is being written, or was left unfinished, of which dims[3] frames can be looked at.
+  bool unfinished = false;
+  uint32_t expected_frames = 0; // what its writer was made for; 0: finished, or not known
 
   [[nodiscard]] uint64_t cc_samples() const { // per channel
     return uint64_t{lattice.dims[0]} * lattice.dims[1] * lattice.dims[2] * lattice.dims[3];

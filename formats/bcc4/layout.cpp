@@ -20,22 +20,6 @@ constexpr std::array<char, 8> root_magic{'B', 'C', 'C', '4', 'R', 'O', 'O', 'T'}
   return std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{0}; });
 }
 
-void write_root(ByteWriter& out, const Root& root) {
-  ByteWriter record;
-  record.write_bytes(std::as_bytes(std::span(root_magic)));
-  record.write(root.sequence);
-  record.write(root.file_bytes);
-  write_block_ref(record, root.metadata);
-  write_block_ref(record, root.directory);
-  record.write(root.chunks);
-  record.write(root.runs_bytes);
-  record.write(root.values_bytes);
-  record.write(root.index_bytes);
-  while (record.size() < root_bytes - 4) record.write(uint8_t{0});
-  record.write(crc32_of(record.bytes()));
-  out.write_bytes(record.bytes());
-}
-
 // Reads a root record; throws when it fails a check.
 [[nodiscard]] Root read_root(std::span<const std::byte> bytes, uint64_t offset) {
   if (crc32_of(bytes.first(root_bytes - 4)) !=
@@ -54,6 +38,12 @@ void write_root(ByteWriter& out, const Root& root) {
   root.runs_bytes = in.read<uint64_t>();
   root.values_bytes = in.read<uint64_t>();
   root.index_bytes = in.read<uint64_t>();
+  const auto state = in.read<uint32_t>();
+  root.unfinished = state == 1, root.frames = in.read<uint32_t>();
+  if (state > 1) fail(Code::corrupt, "root record at offset ", offset, ": unknown state ", state);
+  if (root.unfinished != (root.frames > 0))
+    fail(Code::corrupt, "root record at offset ", offset, ": ", root.frames, " frames of ",
+         root.unfinished ? "an unfinished" : "a finished", " series can be looked at");
   if (!all_zero(in.take(in.remaining() - 4)))
     fail(Code::corrupt, "root record at offset ", offset, ": reserved bytes are not zero");
   if (root.sequence == 0) fail(Code::corrupt, "root record at offset ", offset, ": sequence number 0");
@@ -141,6 +131,24 @@ std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::by
   return decoded;
 }
 
+std::vector<std::byte> write_root(const Root& root) {
+  ByteWriter record;
+  record.write_bytes(std::as_bytes(std::span(root_magic)));
+  record.write(root.sequence);
+  record.write(root.file_bytes);
+  write_block_ref(record, root.metadata);
+  write_block_ref(record, root.directory);
+  record.write(root.chunks);
+  record.write(root.runs_bytes);
+  record.write(root.values_bytes);
+  record.write(root.index_bytes);
+  record.write(uint32_t{root.unfinished});
+  record.write(root.frames);
+  while (record.size() < root_bytes - 4) record.write(uint8_t{0});
+  record.write(crc32_of(record.bytes()));
+  return record.release();
+}
+
 std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots, uint16_t lowest_reader) {
   ByteWriter out;
   out.write_bytes(std::as_bytes(std::span(magic)));
@@ -150,7 +158,7 @@ std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots, uint16_t
   out.write(crc32_of(out.bytes()));
   for (size_t i = 0; i < roots.size(); ++i) {
     while (out.size() < root_offsets[i]) out.write(uint8_t{0});
-    write_root(out, roots[i]);
+    if (roots[i].file_bytes > 0) out.write_bytes(write_root(roots[i]));
   }
   while (out.size() < preamble_bytes) out.write(uint8_t{0});
   return out.release();

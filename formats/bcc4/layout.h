@@ -37,7 +37,11 @@ struct Root {
   uint64_t chunks = 0;
   uint64_t runs_bytes = 0, values_bytes = 0; // of the stored parts of all chunks
   uint64_t index_bytes = 0;                  // preamble, blocks, padding of chunks
+  bool unfinished = false;                   // of a series that is being written, or was left
+  uint32_t frames = 0;                       // of an unfinished one: those that can be looked at
 };
+// A record of root_bytes.
+[[nodiscard]] std::vector<std::byte> write_root(const Root& root);
 
 void write_block_ref(ByteWriter& out, const BlockRef& ref);
 [[nodiscard]] BlockRef read_block_ref(ByteReader& in);
@@ -54,7 +58,8 @@ struct PackedBlock {
 [[nodiscard]] std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::byte> bytes,
                                                   std::string_view what);
 
-// Returns the whole preamble. lowest_reader is the version that a reader of the file needs.
+// Returns the whole preamble; a root of a file of no bytes is unused. lowest_reader is the version that a
+// reader of the file needs.
 [[nodiscard]] std::vector<std::byte> write_preamble(const std::array<Root, 2>& roots,
                                                     uint16_t lowest_reader = 1);
 

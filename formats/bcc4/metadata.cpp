@@ -31,7 +31,8 @@ enum RecordType : uint16_t {
   part = 0x8003,
   tail = 0x8004,
   errors = 0x8005,
-  counts = 0x8007
+  counts = 0x8007,
+  expected = 0x8008
 };
 constexpr uint16_t optional_record = 0x8000;
 
@@ -436,6 +437,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       p.write(static_cast<uint32_t>(info.counts->counts.size()));
       p.write_bytes(info.counts->counts);
     });
+  if (info.expected_frames > 0) record(expected, [&](ByteWriter& p) { p.write(info.expected_frames); });
   return out.release();
 }
 
@@ -524,6 +526,10 @@ VolumeInfo read_metadata(std::span<const std::byte> decoded, uint64_t offset, co
       continue;
     case counts:
       info.counts = read_counts(record);
+      record.expect_end();
+      continue;
+    case expected:
+      info.expected_frames = record.read<uint32_t>();
       record.expect_end();
       continue;
     case residuals:

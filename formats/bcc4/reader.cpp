@@ -45,6 +45,28 @@ std::vector<std::byte> Bcc4Reader::State::read_block(const BlockRef& ref, std::s
   return unpack_block(ref, stored, what);
 }
 
+// The series as far as an unfinished file can be looked at: of fewer frames, on the layers that are there.
+VolumeInfo Bcc4Reader::State::shown_part(const std::string& name, uint16_t lowest_version) const {
+  const uint32_t frames = root.frames;
+  if (lowest_version < 3)
+    fail(Code::corrupt, name, ": it says that readers of version ", lowest_version,
+         " can read it, but is unfinished, which came with version 3");
+  if (frames > info.lattice.dims[3])
+    fail(Code::corrupt, name, ": the root says that ", frames, " frames can be looked at, the series has ",
+         info.lattice.dims[3]);
+  VolumeInfo part = info;
+  part.unfinished = true;
+  part.lattice.dims[3] = frames;
+  for (LevelInfo& level : part.levels) level.lattice.dims[3] = frames;
+  const auto cut = [&](auto& list) {
+    if (!list.empty()) list.resize(frames);
+  };
+  cut(part.time.times);
+  for (ChannelInfo& c : part.channels)
+    cut(c.frames), cut(c.residuals.frames), cut(c.residuals.tables), cut(c.masks);
+  return part;
+}
+
 void Bcc4Reader::State::open() {
   const std::string& name = source->name();
   std::vector<std::byte> head(std::min(source->size(), preamble_bytes));
@@ -64,6 +86,7 @@ void Bcc4Reader::State::open() {
   if (lowest_reader(info) > preamble.lowest_reader)
     fail(Code::corrupt, name, ": it says that readers of version ", preamble.lowest_reader,
          " can read it, but holds what came with version ", lowest_reader(info));
+  if (root.unfinished) shown = shown_part(name, preamble.lowest_reader);
   pages = read_directory(read_block(root.directory, "index directory"), info, root, root.directory.offset);
   for (const ChannelInfo& c : info.channels) bases.push_back(field_base(info, c));
   for (int level = 0; level < info.level_count(); ++level) {
@@ -171,7 +194,7 @@ std::shared_ptr<Bcc4Reader> Bcc4Reader::open(std::unique_ptr<ByteSource> source,
   return std::shared_ptr<Bcc4Reader>(new Bcc4Reader(std::move(state)));
 }
 
-const VolumeInfo& Bcc4Reader::info() const { return state_->info; }
+const VolumeInfo& Bcc4Reader::info() const { return state_->shown ? *state_->shown : state_->info; }
 const Bcc4Bytes& Bcc4Reader::bytes() const { return state_->bytes; }
 uint64_t Bcc4Reader::chunk_count() const { return state_->root.chunks; }
 uint64_t Bcc4Reader::bytes_read() const { return state_->bytes_read.load(std::memory_order_relaxed); }

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,7 +30,8 @@ struct Bcc4Reader::State {
   Bcc4Limits limits;
   Root root;
   bool root_damaged = false;
-  VolumeInfo info;
+  VolumeInfo info;                 // as the file has it
+  std::optional<VolumeInfo> shown; // of an unfinished series: of the frames that can be looked at
   Bcc4Bytes bytes;
   std::vector<Int3> slots;            // by level: brick dims of coset 0
   std::vector<SampleCoder> coders;    // by level and channel, relative to air
@@ -40,6 +42,7 @@ struct Bcc4Reader::State {
   mutable std::atomic<uint64_t> bytes_read{0};
 
   void open();
+  [[nodiscard]] VolumeInfo shown_part(const std::string& name, uint16_t lowest_version) const;
   // Throws unless there are such a channel and level.
   void require(const ChannelLevel& at) const;
   [[nodiscard]] const SampleCoder& coder(const ChannelLevel& at, RelativeTo to = RelativeTo::air) const {

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/coding/chunk.h"
@@ -21,8 +23,9 @@
 namespace bccsplat {
 namespace {
 
-constexpr size_t batch_chunks = 256;     // encoded together, which bounds the memory of a slab
-constexpr size_t write_bytes = 1u << 20; // handed to the sink together
+constexpr size_t batch_chunks = 256;       // encoded together, which bounds the memory of a slab
+constexpr size_t write_bytes = 1u << 20;   // handed to the sink together
+constexpr uint16_t unfinished_version = 3; // of the format, that a reader of an unfinished series needs
 
 // What a channel has beside chunks.
 struct ChannelBlocks {
@@ -69,7 +72,10 @@ struct Bcc4Writer::State {
   std::vector<std::byte> buffer;
   uint64_t unused = 0;
   uint64_t slabs_reused = 0, correction_bytes = 0;
-  bool closed = false; // finished, or failed half way
+  uint64_t shown = 0;       // roots written so far
+  uint64_t replaced = 0;    // bytes of tables that were shown before the last time
+  uint64_t shown_bytes = 0; // of those of the last time
+  bool closed = false;      // finished, or failed half way
 
   void append(std::span<const std::byte> bytes) {
     buffer.insert(buffer.end(), bytes.begin(), bytes.end());
@@ -135,6 +141,10 @@ struct Bcc4Writer::State {
   [[nodiscard]] BlockRef add_corrections(std::span<const std::byte> decoded);
   [[nodiscard]] BlockRef copy_block(const BlockRef& block, const Bcc4Reader& from);
   void add_mask(int channel, uint32_t frame, PackedBlock block);
+  void take_blocks(VolumeInfo& to) const;
+  [[nodiscard]] uint64_t masks_beyond(uint32_t frames) const;
+  [[nodiscard]] Root append_state(const VolumeInfo& of, std::span<const PageRef> pages, uint64_t beyond);
+  void show(VolumeInfo of, const Context& context);
   [[nodiscard]] Bcc4Report finish(const Context& context);
 };
 
@@ -278,35 +288,88 @@ void Bcc4Writer::State::write_slab(int32_t slab, const ChannelLevel& at, std::sp
   index->enter_slab(slab, at, count, written->clamped);
 }
 
+// The blocks of the frames that the info has.
+void Bcc4Writer::State::take_blocks(VolumeInfo& to) const {
+  for (size_t i = 0; i < blocks.size(); ++i) {
+    ChannelInfo& out = to.channels[i];
+    out.residuals.frames = blocks[i].residuals, out.residuals.tables = blocks[i].tables;
+    out.masks = blocks[i].masks;
+    for (auto* frames : {&out.residuals.frames, &out.residuals.tables, &out.masks})
+      if (!frames->empty()) frames->resize(to.lattice.dims[3]);
+  }
+}
+
+// Bytes of masks that only frames from `frames` on have.
+uint64_t Bcc4Writer::State::masks_beyond(uint32_t frames) const {
+  std::set<uint64_t> known;
+  uint64_t bytes = 0;
+  const auto for_masks = [&](bool beyond, const auto& body) {
+    for (const ChannelBlocks& c : blocks) {
+      const size_t within = std::min<size_t>(frames, c.masks.size());
+      for (size_t f = beyond ? within : 0; f < (beyond ? c.masks.size() : within); ++f)
+        if (c.masks[f].stored > 0 && known.insert(c.masks[f].offset).second) body(c.masks[f]);
+    }
+  };
+  for_masks(false, [](const BlockRef&) {});
+  for_masks(true, [&](const BlockRef& mask) { bytes += mask.padded(); });
+  return bytes;
+}
+
+// Appends directory and metadata and makes all that is written durable. beyond: bytes of blocks that the
+// state does not refer to.
+Root Bcc4Writer::State::append_state(const VolumeInfo& of, std::span<const PageRef> pages, uint64_t beyond) {
+  replaced += std::exchange(shown_bytes, 0);
+  Root root;
+  root.directory = append_block(write_directory(pages));
+  root.metadata = append_block(write_metadata(of));
+  root.file_bytes = position;
+  root.chunks = index->chunks(), root.runs_bytes = index->runs_bytes();
+  root.values_bytes = index->values_bytes();
+  root.index_bytes =
+      position - unused - replaced - index->replaced_bytes() - beyond - root.runs_bytes - root.values_bytes;
+  flush();
+  sink->flush();
+  return root;
+}
+
+void Bcc4Writer::State::show(VolumeInfo of, const Context& context) {
+  Bcc4Report ignored;
+  index->describe(of, ignored);
+  take_blocks(of);
+  tidy(of);
+  check_info(of, Code::invalid_argument);
+  context.progress.check();
+  Root root = append_state(of, index->show_pages(), masks_beyond(of.lattice.dims[3]));
+  shown_bytes = root.directory.padded() + root.metadata.padded();
+  root.unfinished = true, root.frames = of.lattice.dims[3];
+  root.sequence = ++shown;
+  // The first root stands in A, those that follow overwrite the older one.
+  if (shown == 1)
+    sink->write_at(0, write_preamble({root, Root{}}, unfinished_version));
+  else
+    sink->write_at(root_offsets[(shown - 1) % 2], write_root(root));
+  sink->flush();
+}
+
 Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   index->check_ends(info);
   Bcc4Report report;
   const std::vector<PageRef> pages = index->finish_pages();
   index->describe(info, report);
-  for (size_t i = 0; i < blocks.size(); ++i) {
-    ChannelBlocks& c = blocks[i];
-    ChannelInfo& out = info.channels[i];
-    out.residuals.frames = std::move(c.residuals), out.residuals.tables = std::move(c.tables);
-    out.masks = std::move(c.masks);
-    for (auto* frames : {&out.residuals.frames, &out.residuals.tables, &out.masks})
-      if (!frames->empty()) frames->resize(info.lattice.dims[3]);
-  }
+  take_blocks(info);
+  info.unfinished = false, info.expected_frames = 0;
   tidy(info);
   check_info(info, Code::invalid_argument);
   context.progress.check();
 
-  Root root;
-  root.directory = append_block(write_directory(pages));
-  root.metadata = append_block(write_metadata(info));
-  root.file_bytes = position;
-  root.chunks = index->chunks(), root.runs_bytes = index->runs_bytes();
-  root.values_bytes = index->values_bytes();
-  root.index_bytes = position - unused - root.runs_bytes - root.values_bytes;
-  flush();
-  sink->flush();
+  const Root root = append_state(info, pages, 0);
   // Both roots say the same, so that the file survives damage to one of them.
   std::array<Root, 2> roots{root, root};
-  roots[0].sequence = 1, roots[1].sequence = 2;
+  for (size_t i = 0; i < 2; ++i) roots[(shown + i) % 2].sequence = shown + 1 + i;
+  if (shown > 0) { // the older root first: there is a valid one at any moment
+    sink->write_at(root_offsets[shown % 2], write_root(roots[shown % 2]));
+    sink->flush();
+  }
   sink->write_at(0, write_preamble(roots, lowest_reader(info)));
   sink->flush();
   sink->commit();
@@ -315,7 +378,8 @@ Bcc4Report Bcc4Writer::State::finish(const Context& context) {
   report.chunks = root.chunks;
   report.bytes_corrections = correction_bytes;
   report.slabs_reused = slabs_reused;
-  report.bytes = {root.file_bytes, root.runs_bytes, root.values_bytes, root.index_bytes, unused};
+  report.bytes = {root.file_bytes, root.runs_bytes, root.values_bytes, root.index_bytes,
+                  unused + replaced + index->replaced_bytes()};
   return report;
 }
 
@@ -462,6 +526,20 @@ void Bcc4Writer::copy_mask(int channel, uint32_t frame, const Bcc4Reader& from) 
   const auto& masks = from.info().channels.at(static_cast<size_t>(channel)).masks;
   if (frame < masks.size() && masks[frame].stored > 0)
     state_->add_mask(channel, frame, {masks[frame], from.stored_block(masks[frame], "mask")});
+}
+
+int32_t Bcc4Writer::common_slabs() const {
+  const State& s = *state_;
+  return s.index ? s.index->common_slabs(s.info) : 0;
+}
+
+void Bcc4Writer::show(VolumeInfo info, const Context& context) {
+  State& s = *state_;
+  if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
+  s.start();
+  s.closed = true;
+  s.show(std::move(info), context);
+  s.closed = false;
 }
 
 Bcc4Report Bcc4Writer::finish(const Context& context) {

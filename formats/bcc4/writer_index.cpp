@@ -29,11 +29,16 @@ void WriterIndex::check_slab(int32_t slab, const ChannelLevel& at, const VolumeI
   if (s.last_slab >= 0 && s.last_slab_layers < slab_layers) bad("the one before was not full");
 }
 
-void WriterIndex::append_page(Stream& s) {
-  PageRef ref = describe_page(s.at, s.pending);
-  ref.block = append_(write_page(s.pending));
-  s.pages.push_back(ref);
-  s.pending.clear();
+PageRef WriterIndex::append_page(const Stream& s, size_t first) {
+  const auto entries = std::span(s.pending).subspan(first);
+  PageRef ref = describe_page(s.at, entries);
+  ref.block = append_(write_page(entries));
+  return ref;
+}
+
+void WriterIndex::drop_shown(Stream& s) {
+  for (const PageRef& page : s.shown) replaced_bytes_ += page.block.padded();
+  s.shown.clear();
 }
 
 void WriterIndex::enter_chunk(const ChannelLevel& at, const Bcc4Chunk& entry) {
@@ -42,7 +47,10 @@ void WriterIndex::enter_chunk(const ChannelLevel& at, const Bcc4Chunk& entry) {
   s.min_code = std::min(s.min_code, entry.min_code), s.max_code = std::max(s.max_code, entry.max_code);
   ++chunks_, runs_bytes_ += entry.runs_bytes, values_bytes_ += entry.values_bytes;
   s.pending.push_back(entry);
-  if (s.pending.size() == page_entries) append_page(s);
+  if (s.pending.size() < page_entries) return;
+  drop_shown(s);
+  s.pages.push_back(append_page(s, 0));
+  s.pending.clear();
 }
 
 void WriterIndex::enter_slab(int32_t slab, const ChannelLevel& at, int32_t layers, uint64_t clamped) {
@@ -65,10 +73,41 @@ void WriterIndex::check_ends(const VolumeInfo& info) const {
 std::vector<PageRef> WriterIndex::finish_pages() {
   std::vector<PageRef> pages;
   for (Stream& s : streams_) {
-    if (!s.pending.empty()) append_page(s);
+    if (s.shown.size() == 1 && s.shown[0].entries == s.pending.size()) {
+      s.pages.push_back(s.shown[0]);
+    } else if (!s.pending.empty()) {
+      drop_shown(s);
+      s.pages.push_back(append_page(s, 0));
+    }
     pages.insert(pages.end(), s.pages.begin(), s.pages.end());
   }
   return pages;
+}
+
+std::vector<PageRef> WriterIndex::show_pages() {
+  std::vector<PageRef> pages;
+  for (Stream& s : streams_) {
+    size_t first = 0; // of those on no page
+    for (const PageRef& page : s.shown) first += page.entries;
+    if (first < s.pending.size()) {
+      while (!s.shown.empty() && s.shown.back().entries <= s.pending.size() - first) {
+        first -= s.shown.back().entries;
+        replaced_bytes_ += s.shown.back().block.padded();
+        s.shown.pop_back();
+      }
+      s.shown.push_back(append_page(s, first));
+    }
+    pages.insert(pages.end(), s.pages.begin(), s.pages.end());
+    pages.insert(pages.end(), s.shown.begin(), s.shown.end());
+  }
+  return pages;
+}
+
+int32_t WriterIndex::common_slabs(const VolumeInfo& info) const {
+  const int32_t last = streams_.front().last_slab;
+  for (const Stream& s : streams_)
+    if (s.last_slab != last || s.last_slab_layers != info.level(s.at.level).slab_layers) return 0;
+  return last + 1;
 }
 
 template<class Counts> void WriterIndex::add_counts(const Stream& s, Counts& out) {

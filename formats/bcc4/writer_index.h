@@ -30,6 +30,13 @@ class WriterIndex {
   void check_ends(const VolumeInfo& info) const;
   // Writes what is left of the pages; returns all of them, as the directory lists them.
   [[nodiscard]] std::vector<PageRef> finish_pages();
+  // The same while chunks are still to come. Pages that are not full are merged as they come to be of equal
+  // size: there are few of them, and what they leave behind is at most a few times what they hold.
+  [[nodiscard]] std::vector<PageRef> show_pages();
+  // Bytes of pages that were shown, and that later ones have replaced.
+  [[nodiscard]] uint64_t replaced_bytes() const { return replaced_bytes_; }
+  // Slabs that every channel has at every level; 0 where some have more than others, or an unfull last one.
+  [[nodiscard]] int32_t common_slabs(const VolumeInfo& info) const;
   // Adds what was counted to `info`, and to `report` what level 0 counted.
   void describe(VolumeInfo& info, Bcc4Report& report) const;
 
@@ -45,6 +52,7 @@ class WriterIndex {
     SampleCoder coder;
     std::vector<Bcc4Chunk> pending; // entries of no page yet
     std::vector<PageRef> pages;
+    std::vector<PageRef> shown; // of the first of `pending`, ever smaller ones
     int32_t last_slab = -1, last_slab_layers = 0;
     uint64_t kept = 0, holes = 0, clamped = 0;
     uint32_t min_code = UINT32_MAX, max_code = 0;
@@ -54,14 +62,15 @@ class WriterIndex {
   }
   [[nodiscard]] const Stream& stream(const ChannelLevel& at) const { return streams_.at(place_of(at)); }
   [[nodiscard]] Stream& stream(const ChannelLevel& at) { return streams_.at(place_of(at)); }
-  void append_page(Stream& s);
+  [[nodiscard]] PageRef append_page(const Stream& s, size_t first);
+  void drop_shown(Stream& s);
   // For what VolumeInfo says of a channel at a level.
   template<class Counts> static void add_counts(const Stream& s, Counts& out);
 
   AppendBlock append_;
   int levels_;
   std::vector<Stream> streams_; // by channel, then level
-  uint64_t chunks_ = 0, runs_bytes_ = 0, values_bytes_ = 0;
+  uint64_t chunks_ = 0, runs_bytes_ = 0, values_bytes_ = 0, replaced_bytes_ = 0;
 };
 
 } // namespace bccsplat

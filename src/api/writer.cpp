@@ -56,6 +56,16 @@ FrameBox read_box(const bccsplat_box* boxes, uint64_t i) {
   return out;
 }
 
+template<class Finish>
+bccsplat_status finish(bccsplat_writer* writer, bccsplat_writer_report* report, const Finish& run) {
+  return guard([&] {
+    const Alone alone(writer, "writer");
+    check_output(report, "report");
+    write_report(report, run(writer->writer));
+    for (const std::string& text : writer->writer.warnings()) writer->device->log(BCCSPLAT_LOG_WARNING, text);
+  });
+}
+
 } // namespace
 
 extern "C" {
@@ -88,14 +98,10 @@ bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t chan
     const Alone alone(writer, "writer");
     if (count > 0) require(boxes, "boxes");
     writer->writer.require_channel(channel);
+    if (count > UINT32_MAX) fail(Code::invalid_argument, "count: ", count, " boxes of one frame");
     std::vector<FrameBox> frame;
-    try {
-      frame.reserve(count);
-      for (uint64_t i = 0; i < count; ++i) frame.push_back(read_box(boxes, i));
-    } catch (...) {
-      writer->writer.abandon();
-      throw;
-    }
+    frame.reserve(count);
+    for (uint64_t i = 0; i < count; ++i) frame.push_back(read_box(boxes, i));
     writer->writer.add_frame(channel, time, frame);
   });
 }
@@ -183,12 +189,11 @@ bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* 
 }
 
 bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report) {
-  return guard([&] {
-    const Alone alone(writer, "writer");
-    check_output(report, "report");
-    write_report(report, writer->writer.finish());
-    for (const std::string& text : writer->writer.warnings()) writer->device->log(BCCSPLAT_LOG_WARNING, text);
-  });
+  return finish(writer, report, [](VolumeWriter& w) { return w.finish(); });
+}
+
+bccsplat_status bccsplat_writer_finish_short(bccsplat_writer* writer, bccsplat_writer_report* report) {
+  return finish(writer, report, [](VolumeWriter& w) { return w.finish_short(); });
 }
 
 bccsplat_status bccsplat_writer_get_part_frames(const bccsplat_writer* writer, uint64_t* begin,

@@ -124,6 +124,8 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   if (o.levels > static_cast<uint32_t>(most_levels))
     fail(Code::invalid_argument, "writer: levels ", o.levels, ": 0 to ", most_levels);
   s.levels = static_cast<int>(o.levels);
+  require_zero(o.reserved, "bccsplat_writer_options.reserved");
+  s.live_slabs = o.live;
   s.abs_error = o.abs_error, s.psnr = o.psnr;
   s.measure = choose(o.measure, Measure::bounded, BCCSPLAT_MEASURE_ALL, "measure");
   s.affine = read_affine(o.affine);

@@ -75,15 +75,13 @@ class FileSource final : public ByteSource {
   explicit FileSource(const std::string& path)
       : name_(path), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
     if (file_.get() < 0) fail_errno(path, "open", errno);
-    struct stat info {};
-    if (::fstat(file_.get(), &info) != 0) fail_errno(path, "read", errno);
-    if (!S_ISREG(info.st_mode)) fail(Code::io_error, path, ": not a regular file");
-    size_ = static_cast<uint64_t>(info.st_size);
+    if (!S_ISREG(look().st_mode)) fail(Code::io_error, path, ": not a regular file");
   }
-  uint64_t size() const override { return size_; }
+  // That of the moment: a file that is being written grows.
+  uint64_t size() const override { return static_cast<uint64_t>(look().st_size); }
   const std::string& name() const override { return name_; }
   void read_at(uint64_t offset, std::span<std::byte> out) const override {
-    if (offset > size_ || out.size() > size_ - offset) fail_range(name_, offset, out.size(), size_);
+    if (offset > INT64_MAX || out.size() > INT64_MAX - offset) fail_range(name_, offset, out.size(), size());
     size_t done = 0;
     while (done < out.size()) {
       const auto n =
@@ -96,9 +94,14 @@ class FileSource final : public ByteSource {
   }
 
  private:
+  [[nodiscard]] struct stat look() const {
+    struct stat info {};
+    if (::fstat(file_.get(), &info) != 0) fail_errno(name_, "read", errno);
+    return info;
+  }
+
   std::string name_;
   Descriptor file_;
-  uint64_t size_ = 0;
 };
 
 class MemorySource final : public ByteSource {

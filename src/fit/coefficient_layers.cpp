@@ -20,13 +20,22 @@ float dead_zone(const Quantiser& quantiser, float threshold) {
 
 CoefficientLayers::CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
                                      const std::string& kernel, int32_t samples, int32_t first, int32_t end)
-    : window_(lattice, quantiser.air, {}, samples),
-      field_(window_, 0, make_kernel(kernel), dead_zone(quantiser, threshold),
-             coefficient_cache_bytes(window_, kernel)),
+    : window_(lattice, quantiser.air, {}, samples), kernel_(kernel), prune_(dead_zone(quantiser, threshold)),
       reach_(prefilter_layers(lattice, kernel)), next_(first), end_(end), quantiser_(quantiser) {
+  make_field();
   if (!is_float(quantiser.type) && quantiser.type != ValueType::i32)
     fail(Code::invalid_argument,
          "coefficients are stored as i32, f16 or f32: they swing further than samples");
+}
+
+void CoefficientLayers::make_field() {
+  field_.emplace(window_, 0, make_kernel(kernel_), prune_, coefficient_cache_bytes(window_, kernel_));
+}
+
+void CoefficientLayers::set_lattice(const Lattice4& lattice) {
+  window_.set_lattice(lattice);
+  reach_ = prefilter_layers(lattice, kernel_), end_ = lattice.layers();
+  make_field();
 }
 
 std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> samples, const Context& context) {
@@ -36,11 +45,11 @@ std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> sampl
   for (; next_ < end_; ++next_) {
     if (window_.end() < (window_.lattice().is_static() ? layers : std::min(next_ + reach_ + 1, layers)))
       break;
-    const auto made = field_.layer(next_, context);
+    const auto made = field_->layer(next_, context);
     uint64_t clamped = 0; // the container counts none either: it gets what fits
     out.push_back(quantiser_.type == ValueType::f16 ? round_layer(*made, quantiser_, 0, clamped, context)
                                                     : *made);
-    if (!window_.lattice().is_static()) field_.forget(next_ + 1, next_ + 1);
+    if (!window_.lattice().is_static()) field_->forget(next_ + 1, next_ + 1);
   }
   // A layer beyond the end mirrors one as far before it.
   if (!window_.lattice().is_static()) window_.forget(next_ - reach_ - 1);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,11 +33,18 @@ class CoefficientLayers {
   // when the last layer has gone in.
   [[nodiscard]] std::vector<BrickLayer> add(std::span<const BrickLayer> samples, const Context& context);
 
-  [[nodiscard]] const Kernel& kernel() const { return field_.kernel(); }
+  // The series ends elsewhere than was said, with layers that have not been made yet; of a whole series.
+  void set_lattice(const Lattice4& lattice);
+
+  [[nodiscard]] const Kernel& kernel() const { return field_->kernel(); }
 
  private:
+  void make_field();
+
   LayerWindow window_;
-  Coefficients field_;
+  std::string kernel_;
+  float prune_;
+  std::optional<Coefficients> field_;
   int32_t reach_, next_, end_;
   Quantiser quantiser_;
 };

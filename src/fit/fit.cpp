@@ -41,6 +41,7 @@ struct Channel {
   bool any_known = false; // a frame that is not missing altogether
 
   std::unique_ptr<Lowpass> lowpass; // null: none
+  bool filtered = false;            // it has handed out all frames
   uint32_t given = 0;               // frames
   uint32_t frames = 0;              // those of them in the window or past it: a low-pass holds some back
   int32_t next_layer = 0;           // the first not made
@@ -133,20 +134,23 @@ struct Fit::State {
 
   [[nodiscard]] bool length_known() const { return options.dims[3] > 0 || finished; }
 
-  Channel& channel(int index) {
+  [[nodiscard]] Channel& channel(int index) const {
     if (index < 0 || static_cast<size_t>(index) >= channels.size())
       fail(Code::invalid_argument, "fit: there is no channel ", index);
     return *channels[static_cast<size_t>(index)];
   }
 
-  void note_range(Channel& c, double low, double high, bool finite, const std::string& what) {
-    if (!finite) return;
+  // Refuses values so far from air that filters overflow.
+  static void check_range(const Channel& c, double low, double high, bool finite, const std::string& what) {
     const auto air = static_cast<double>(c.options.quantiser.air);
-    if (low - air < -largest_value || high - air > largest_value)
+    if (finite && (low - air < -largest_value || high - air > largest_value))
       fail(Code::limit_exceeded, what, ": its values reach from ", low, " to ", high, ", further than ",
            largest_value,
            " from air, where filters in 32-bit floats overflow; declare fill values missing, or scale the "
            "values");
+  }
+  static void note_range(Channel& c, double low, double high, bool finite) {
+    if (!finite) return;
     FitChannelReport& r = c.report;
     r.source_range.low = r.any_finite ? std::min(r.source_range.low, low) : low;
     r.source_range.high = r.any_finite ? std::max(r.source_range.high, high) : high;
@@ -164,20 +168,34 @@ struct Fit::State {
     return {relative(range.low), relative(range.high)};
   }
 
-  void add_frame(int index, std::span<const FrameBox> boxes) {
-    Channel& c = channel(index);
+  [[nodiscard]] static std::string next_frame(const Channel& c) {
+    return concat("channel '", c.options.name, "', frame ", c.given);
+  }
+  [[nodiscard]] Frame frame_of(const Channel& c, std::span<const FrameBox> boxes) const {
+    return {
+        boxes, {options.dims[0], options.dims[1], options.dims[2]}, c.options.quantiser.air, next_frame(c)};
+  }
+
+  [[nodiscard]] FrameScan check_frame(int index, std::span<const FrameBox> boxes) const {
+    const Channel& c = channel(index);
     if (c.given == INT32_MAX) fail(Code::limit_exceeded, "fit: too many frames");
-    const std::string what = concat("channel '", c.options.name, "', frame ", c.given);
-    Frame frame(boxes, {options.dims[0], options.dims[1], options.dims[2]}, c.options.quantiser.air, what);
-    const FrameScan scan = scan_frame(frame, c.options.threshold, context);
+    const std::string what = next_frame(c);
+    FrameScan scan = scan_frame(frame_of(c, boxes), c.options.threshold, context);
     if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error)
       fail(Code::nonfinite_value, what, ": ", scan.nonfinite,
            " values are not finite, the first one at voxel (", scan.first_nonfinite[0], ", ",
            scan.first_nonfinite[1], ", ", scan.first_nonfinite[2], "); treat them as holes, or clamp them");
     if (scan.finite == 0 && options.part && c.given > 0 && c.given == options.part->first_given)
       fail(Code::wrong_state, what, ": it is missing altogether; a part begins with a frame that is not");
+    if (counts_frame(c.given)) check_range(c, scan.low, scan.high, scan.finite > 0, what);
+    return scan;
+  }
+
+  void add_frame(int index, std::span<const FrameBox> boxes, const FrameScan& scan) {
+    Channel& c = channel(index);
+    Frame frame = frame_of(c, boxes);
     if (counts_frame(c.given)) {
-      note_range(c, scan.low, scan.high, scan.finite > 0, what);
+      note_range(c, scan.low, scan.high, scan.finite > 0);
       c.report.frames.push_back({scan.low, scan.high});
       c.report.source_samples += checked_product({options.dims[0], options.dims[1], options.dims[2]});
       c.report.cc_relevant += scan.relevant;
@@ -195,10 +213,14 @@ struct Fit::State {
     if (c.lowpass) {
       const auto take = filtered(c, index);
       c.lowpass->add(scan.finite > 0 ? &frame : nullptr, std::move(holes), take, context);
-      if (c.given == options.dims[3]) c.lowpass->finish(take, context);
+      if (c.given == options.dims[3]) finish_lowpass(c, index);
       return;
     }
     take_frame(c, index, frame, scan, holes);
+  }
+
+  void finish_lowpass(Channel& c, int index) {
+    if (c.lowpass && !std::exchange(c.filtered, true)) c.lowpass->finish(filtered(c, index), context);
   }
 
   // Takes a frame from the low-pass.
@@ -349,27 +371,33 @@ struct Fit::State {
     c.slab_memory.clear();
   }
 
-  void add_layer(int index, std::span<const float> samples) {
-    Channel& c = channel(index);
+  [[nodiscard]] DirectLayerScan check_layer(int index, std::span<const float> samples) const {
+    const Channel& c = channel(index);
     const int32_t layer = c.next_layer;
-    layers_given = true;
     const int coset = lattice.coset(layer);
-    const BrickLayer shape(lattice.space, coset);
-    const Int3 n = shape.dims();
     if (samples.size() != static_cast<uint64_t>(lattice.space.sites(coset)))
       fail(Code::invalid_argument, "fit: layer ", layer, " has ", lattice.space.sites(coset), " sites, not ",
            samples.size());
-
-    const float air = c.options.quantiser.air;
-    const DirectLayerScan scan = scan_layer(samples, air);
+    const DirectLayerScan scan = scan_layer(samples, c.options.quantiser.air);
+    const std::string what = concat("channel '", c.options.name, "', layer ", layer);
     if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error) {
+      const Int3 n = lattice.space.dims(coset);
       const auto nx = static_cast<size_t>(n[0]), ny = static_cast<size_t>(n[1]), first = scan.first_nonfinite;
-      fail(Code::nonfinite_value, "channel '", c.options.name, "', layer ", layer, ": ", scan.nonfinite,
+      fail(Code::nonfinite_value, what, ": ", scan.nonfinite,
            " values are not finite, the first one at site (", first % nx, ", ", first / nx % ny, ", ",
            first / nx / ny, "); treat them as holes, or clamp them");
     }
-    note_range(c, scan.low, scan.high, scan.finite > 0,
-               concat("channel '", c.options.name, "', layer ", layer));
+    check_range(c, scan.low, scan.high, scan.finite > 0, what);
+    return scan;
+  }
+
+  void add_layer(int index, std::span<const float> samples, const DirectLayerScan& scan) {
+    Channel& c = channel(index);
+    const int32_t layer = c.next_layer;
+    layers_given = true;
+    const BrickLayer shape(lattice.space, lattice.coset(layer));
+    const float air = c.options.quantiser.air;
+    note_range(c, scan.low, scan.high, scan.finite > 0);
     c.report.source_samples += samples.size();
     c.report.nonfinite += scan.nonfinite;
     const FrameSites sites =
@@ -379,8 +407,20 @@ struct Fit::State {
     emit(c, index, layer, {&tap, 1}, 0);
   }
 
-  void end() {
-    uint32_t frames = options.dims[3];
+  void shorten(uint32_t frames) {
+    options.dims[3] = lattice.dims[3] = frames;
+    if (layers_given)
+      lattice.last_layer = channels.front()->next_layer - 1;
+    else
+      lattice = lattice_of(options, frames);
+  }
+
+  // The frames of the series as far as they were given.
+  [[nodiscard]] uint32_t frames_given() const {
+    return options.dims[3] > 0 ? options.dims[3] : channels.front()->given;
+  }
+
+  void check_end() const {
     for (const auto& c : channels) {
       if (layers_given) {
         if (c->next_layer != lattice.layers())
@@ -388,17 +428,20 @@ struct Fit::State {
                " of its ", lattice.layers(), " layers");
         continue;
       }
-      if (frames == 0) frames = c->given;
-      if (frames == 0) fail(Code::wrong_state, "fit: no frame was given");
-      const uint32_t end = options.part ? options.part->end_given : frames;
+      const uint32_t end = options.part ? options.part->end_given : frames_given();
+      if (end == 0) fail(Code::wrong_state, "fit: no frame was given");
       if (c->given != end)
         fail(Code::wrong_state, "fit: channel '", c->options.name, "' was given ", c->given, " frames, not ",
              end);
     }
-    if (options.lowpass && options.dims[3] == 0)
-      for (size_t i = 0; i < channels.size(); ++i)
-        channels[i]->lowpass->finish(filtered(*channels[i], static_cast<int>(i)), context);
-    lattice = lattice_of(options, frames);
+  }
+
+  void end() {
+    const uint32_t frames = frames_given();
+    // A low-pass whose frames had no known end.
+    if (!options.part && !layers_given)
+      for (size_t i = 0; i < channels.size(); ++i) finish_lowpass(*channels[i], static_cast<int>(i));
+    if (!layers_given) lattice = lattice_of(options, frames);
     finished = true;
   }
 
@@ -413,19 +456,18 @@ struct Fit::State {
     c.window.clear();
   }
 
-  FitReport report() {
+  [[nodiscard]] FitReport report() const {
     FitReport report{lattice, {}};
     for (const auto& channel : channels) {
-      Channel& c = *channel;
-      c.report.lasting = counts_of(c.lasting, c.report.lasting.sites_total);
-      static_cast<LayerCounts&>(c.report) = counts_of(c.maker, c.report.sites_total);
-      c.report.add(c.report.lasting);
+      const Channel& c = *channel;
+      FitChannelReport& r = report.channels.emplace_back(c.report);
+      r.lasting = counts_of(c.lasting, c.report.lasting.sites_total);
+      static_cast<LayerCounts&>(r) = counts_of(c.maker, c.report.sites_total);
+      r.add(r.lasting);
       const CodingError &first = c.lasting.coding_error(), &coding = c.maker.coding_error();
-      c.report.coding_max = std::max(first.largest, coding.largest);
-      if (c.report.sites_total > 0)
-        c.report.coding_rmse =
-            std::sqrt((first.squares + coding.squares) / static_cast<double>(c.report.sites_total));
-      report.channels.push_back(std::move(c.report));
+      r.coding_max = std::max(first.largest, coding.largest);
+      if (r.sites_total > 0)
+        r.coding_rmse = std::sqrt((first.squares + coding.squares) / static_cast<double>(r.sites_total));
     }
     return report;
   }
@@ -436,17 +478,39 @@ Fit::Fit(const FitOptions& options, FitSink sink, const Context& context, MaskSi
 
 Fit::~Fit() = default;
 
-void Fit::add_frame(int channel, std::span<const FrameBox> boxes) { state_->add_frame(channel, boxes); }
+FrameScan Fit::check_frame(int channel, std::span<const FrameBox> boxes) const {
+  return state_->check_frame(channel, boxes);
+}
 
-void Fit::add_layer(int channel, std::span<const float> samples) { state_->add_layer(channel, samples); }
+void Fit::add_frame(int channel, std::span<const FrameBox> boxes, const FrameScan& scan) {
+  state_->add_frame(channel, boxes, scan);
+}
+
+DirectLayerScan Fit::check_layer(int channel, std::span<const float> samples) const {
+  return state_->check_layer(channel, samples);
+}
+
+void Fit::add_layer(int channel, std::span<const float> samples, const DirectLayerScan& scan) {
+  state_->add_layer(channel, samples, scan);
+}
+
+bool Fit::has_begun() const {
+  return std::any_of(state_->channels.begin(), state_->channels.end(),
+                     [](const auto& c) { return c->next_layer > 0; });
+}
+
+void Fit::shorten(uint32_t frames) { state_->shorten(frames); }
+
+void Fit::check_end() const { state_->check_end(); }
 
 void Fit::end() { state_->end(); }
 
 void Fit::finish_channel(int channel) { state_->finish_channel(channel); }
 
-FitReport Fit::report() { return state_->report(); }
+FitReport Fit::report() const { return state_->report(); }
 
 FitReport Fit::finish() {
+  check_end();
   end();
   for (size_t c = 0; c < state_->channels.size(); ++c) finish_channel(static_cast<int>(c));
   return report();

@@ -13,10 +13,12 @@
 #include <vector>
 
 #include "base/context.h"
+#include "fit/direct_layer.h"
 #include "fit/filter.h"
 #include "fit/frame.h"
 #include "fit/histogram.h"
 #include "fit/quantise.h"
+#include "fit/scan.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
 #include "points/values.h"
@@ -118,18 +120,36 @@ class Fit {
   Fit(const Fit&) = delete;
   Fit& operator=(const Fit&) = delete;
 
-  // The next frame of a channel; no boxes: all air. Calls the sink when layers are complete.
-  void add_frame(int channel, std::span<const FrameBox> boxes);
+  // Refuses what cannot be the next frame of a channel, for its boxes or its values, and changes nothing.
+  [[nodiscard]] FrameScan check_frame(int channel, std::span<const FrameBox> boxes) const;
+  // The next frame of a channel; no boxes: all air. Calls the sink when layers are complete. scan: what
+  // check_frame returned, of this fit or of one of the same series on another lattice.
+  void add_frame(int channel, std::span<const FrameBox> boxes, const FrameScan& scan);
+  void add_frame(int channel, std::span<const FrameBox> boxes) {
+    add_frame(channel, boxes, check_frame(channel, boxes));
+  }
+  // Refuses what cannot be the next layer of a channel, and changes nothing.
+  [[nodiscard]] DirectLayerScan check_layer(int channel, std::span<const float> samples) const;
   // The next layer of a channel as samples (absolute values, x fastest, dims of lattice().space of the
-  // layer's coset). Needs dims[3] > 0.
-  void add_layer(int channel, std::span<const float> samples);
-  // No more data come: every channel must have got the same number of frames, dims[3] of them when that was
+  // layer's coset). Needs dims[3] > 0. scan: what check_layer returned.
+  void add_layer(int channel, std::span<const float> samples, const DirectLayerScan& scan);
+  void add_layer(int channel, std::span<const float> samples) {
+    add_layer(channel, samples, check_layer(channel, samples));
+  }
+  // Whether a layer of any channel has been made.
+  [[nodiscard]] bool has_begun() const;
+  // The series has fewer frames than was said, and ends with the data that every channel got: with a layer
+  // for the last frame, or where layers are given with the last one of these.
+  void shorten(uint32_t frames);
+  // Refuses to end where not every channel got the same number of frames, dims[3] of them when that was
   // given.
+  void check_end() const;
+  // No more data come.
   void end();
   // Then emits what is left of a channel, and of all channels in turn.
   void finish_channel(int channel);
   // What was counted, once all channels are finished.
-  [[nodiscard]] FitReport report();
+  [[nodiscard]] FitReport report() const;
   // All of that.
   [[nodiscard]] FitReport finish();
 

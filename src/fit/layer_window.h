@@ -22,6 +22,8 @@ class LayerWindow final : public SampleSource {
   void forget(int32_t before) {
     for (; first_ < before && !layers_.empty(); ++first_) layers_.pop_front();
   }
+  // The series ends elsewhere than was said; what has been made of its layers must be made anew.
+  void set_lattice(const Lattice4& lattice) { lattice_ = lattice; }
   [[nodiscard]] int32_t end() const { return first_ + static_cast<int32_t>(layers_.size()); }
 
   const Lattice4& lattice() const override { return lattice_; }

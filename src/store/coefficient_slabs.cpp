@@ -14,6 +14,14 @@ CoefficientSlabs::CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& in
   }
 }
 
+void CoefficientSlabs::set_lattice(const Lattice4& lattice, const VolumeInfo& info) {
+  layers_ = lattice.layers();
+  for (size_t c = 0; c < channels_.size(); ++c) {
+    channels_[c]->maker.set_lattice(lattice);
+    if (channels_[c]->steps) channels_[c]->steps.emplace(lattice, info.channels[c], info.coefficient_kernel);
+  }
+}
+
 void CoefficientSlabs::add_layers(int channel, std::span<const BrickLayer> samples, const Context& context,
                                   const FitSink& store) {
   Channel& c = *channels_[static_cast<size_t>(channel)];

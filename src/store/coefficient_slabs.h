@@ -21,6 +21,8 @@ class CoefficientSlabs {
   // info: says how each channel is coded, and of which kernel the coefficients are. part: null for a whole
   // series.
   CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& info, const SeriesPart* part);
+  // The series, a whole one, ends elsewhere than was said.
+  void set_lattice(const Lattice4& lattice, const VolumeInfo& info);
 
   // The next layers of samples of a channel; `store` is called for each slab that is complete with them.
   void add_layers(int channel, std::span<const BrickLayer> samples, const Context& context,

@@ -162,6 +162,7 @@ void require_equal_times(const std::string& path, const VolumeInfo& was, std::sp
 void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t frames,
                          const std::string& path) {
   if (was.part) fail(Code::wrong_state, path, ": a part of a series; join all parts first");
+  if (was.unfinished) fail(Code::wrong_state, path, ": an unfinished series; code it anew first (recode)");
   const Lattice4 &a = was.lattice, &b = now.lattice;
   const auto differs = [&](const char* what) {
     fail(Code::wrong_state, path, ": ", what,

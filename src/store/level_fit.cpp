@@ -24,6 +24,11 @@ void LevelFit::store_coefficients(const VolumeInfo& info, const SeriesPart* part
   coefficients_ = std::make_unique<CoefficientSlabs>(fit_.lattice(), info, part);
 }
 
+void LevelFit::shorten(uint32_t frames, const VolumeInfo& info) {
+  fit_.shorten(frames);
+  if (coefficients_) coefficients_->set_lattice(fit_.lattice(), info);
+}
+
 void LevelFit::take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
   if (!coefficients_) return store_(slab, {channel, level_}, layers);
   coefficients_->add_layers(channel, layers, context_,

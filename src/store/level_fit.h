@@ -27,6 +27,8 @@ class LevelFit {
 
   // Called before any data where coefficients are stored; info, part: as of CoefficientSlabs.
   void store_coefficients(const VolumeInfo& info, const SeriesPart* part);
+  // Ends the series with what every channel was given; info: as of CoefficientSlabs.
+  void shorten(uint32_t frames, const VolumeInfo& info);
   [[nodiscard]] int level() const { return level_; }
   [[nodiscard]] Fit& fit() { return fit_; }
   [[nodiscard]] const Fit& fit() const { return fit_; }

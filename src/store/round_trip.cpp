@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "base/error.h"
 #include "field/sample_grid.h"
@@ -141,12 +142,25 @@ LayerSpan layers_to_measure(const Lattice4& lattice, const std::string& kernel, 
 }
 
 // What is measured of a channel with one base of its field.
-struct MeasuredField {
-  MeasuredField(const SampleSource& layers, const std::string& kernel, float prune, uint64_t cache_bytes)
-      : field(layers, 0, make_kernel(kernel), prune, cache_bytes) {}
-  Coefficients field;
+class MeasuredField {
+ public:
+  MeasuredField(const SampleSource& layers, std::string kernel, float prune, uint64_t cache_bytes)
+      : layers_(layers), kernel_(std::move(kernel)), prune_(prune), cache_bytes_(cache_bytes) {
+    renew();
+  }
+  // Makes its coefficients anew, of layers that end elsewhere.
+  void renew() { field_.emplace(layers_, 0, make_kernel(kernel_), prune_, cache_bytes_); }
+  [[nodiscard]] const Coefficients& field() const { return *field_; }
+
   SampleErrors total;
   std::vector<SampleErrors> each;
+
+ private:
+  const SampleSource& layers_;
+  std::string kernel_;
+  float prune_;
+  uint64_t cache_bytes_;
+  std::optional<Coefficients> field_;
 };
 
 struct RoundTrip::Channel {
@@ -184,8 +198,13 @@ struct RoundTrip::Channel {
   }
   [[nodiscard]] const MeasuredField& measured() const { return above_base ? *above_base : above_air; }
   void forget(int32_t first, int32_t end) const {
-    above_air.field.forget(first, end);
-    if (above_base) above_base->field.forget(first, end);
+    above_air.field().forget(first, end);
+    if (above_base) above_base->field().forget(first, end);
+  }
+  void set_lattice(const Lattice4& lattice) {
+    window.set_lattice(lattice);
+    above_air.renew();
+    if (above_base) above_base->renew();
   }
 };
 
@@ -225,6 +244,12 @@ RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel
 
 RoundTrip::~RoundTrip() = default;
 
+void RoundTrip::set_lattice(const Lattice4& lattice) {
+  lattice_ = lattice;
+  std::erase_if(frames_, [&](uint32_t frame) { return frame >= lattice.dims[3]; });
+  for (const auto& c : channels_) c->set_lattice(lattice);
+}
+
 void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes) {
   if (!std::binary_search(frames_.begin(), frames_.end(), frame)) return;
   Channel& c = *channels_[static_cast<size_t>(channel)];
@@ -243,7 +268,7 @@ void RoundTrip::add_layers(int channel, std::span<const BrickLayer> layers) {
     // Layers beyond the end mirror those before it.
     measure(c, channel, frame);
     if (++c.next == frames_.size()) break;
-    const Coefficients& field = c.above_air.field;
+    const Coefficients& field = c.above_air.field();
     const int32_t made = layers_of(field, frame).end, first = layers_of(field, frames_[c.next]).begin;
     c.forget(first, std::max(first, made));
   }
@@ -255,7 +280,7 @@ void RoundTrip::measure(Channel& c, int index, uint32_t frame) {
   c.choose_base();
   FrameResiduals residuals;
   const auto add = [&](MeasuredField& to) {
-    to.each.push_back(compare(c, to.field, frame, residuals));
+    to.each.push_back(compare(c, to.field(), frame, residuals));
     to.total.add(to.each.back());
   };
   if (c.above_base) add(*c.above_base);

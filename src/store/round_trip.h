@@ -84,6 +84,9 @@ class RoundTrip {
   // bound_not_met where even corrections cannot keep the bound.
   void add_layers(int channel, std::span<const BrickLayer> layers);
 
+  // The series ends sooner than was said; frames behind its end are not measured.
+  void set_lattice(const Lattice4& lattice);
+
   // Value of one step of the corrections.
   [[nodiscard]] static double step(double bound) { return bound; }
   [[nodiscard]] const std::vector<uint32_t>& frames() const { return frames_; }

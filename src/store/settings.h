@@ -92,6 +92,7 @@ struct WriterSettings {
 
   double abs_error = 0, psnr = 0; // bounds of the error at source samples; 0: none
   Measure measure = Measure::bounded;
+  uint32_t live_slabs = 0; // after how many slabs the unfinished file is made to be looked at; 0: never
 
   Affine3 affine; // source index -> world
   std::string spatial_unit, time_unit;

@@ -98,6 +98,9 @@ void VolumeWriter::check_settings() const {
     if (s.dims[a] == 0) fail(Code::invalid_argument, "writer: dims[", a, "] is 0");
   if (s.lowpass && s.lattice == LatticeKind::cc)
     fail(Code::invalid_argument, "writer: a low-pass is of use on D4* and BCC only");
+  if (s.live_slabs > 0 && s.part)
+    fail(Code::unsupported,
+         "writer: parts of a series, and what continues a file, are seen when they are finished");
   if (s.levels < 0 || s.levels > most_levels)
     fail(Code::invalid_argument, "writer: ", s.levels, " coarser levels, not 0 to ", most_levels);
   if (!(s.abs_error >= 0 && std::isfinite(s.abs_error)) || !(s.psnr >= 0 && std::isfinite(s.psnr)))
@@ -275,7 +278,7 @@ MeasuredErrors VolumeWriter::measured(uint32_t channel, int64_t index) const {
   require_channel(channel);
   if (state_ != State::finished) fail(Code::wrong_state, "writer: errors are known after finish");
   const RoundTrip* const r = measuring_.round_trip();
-  if (!r || index < -1 || index >= static_cast<int64_t>(r->frames().size()))
+  if (!r || r->frames().empty() || index < -1 || index >= static_cast<int64_t>(r->frames().size()))
     fail(Code::not_found, "measured frame ", index, " of ", r ? r->frames().size() : 0);
   const Range& range = source_ranges_[channel];
   const auto c = static_cast<int>(channel);
@@ -290,10 +293,68 @@ MeasuredErrors VolumeWriter::measured(uint32_t channel, int64_t index) const {
   return out;
 }
 
+// Whether the series is complete.
+void VolumeWriter::check_end() const {
+  if (fits_.empty()) fail(Code::wrong_state, "writer: nothing was added");
+  for (const auto& level : fits_) level->fit().check_end();
+  check_times(settings_.dims[3]);
+}
+
+void VolumeWriter::check_times(uint32_t frames) const {
+  if (input_ != Input::layers) return;
+  const double last = initial_.time.first + (frames - 1.0) * initial_.time.step;
+  if (!std::isfinite(last)) fail(Code::wrong_state, "times: that of the last frame is not finite");
+}
+
+// The frames of a series that ends with what every channel has been given.
+uint32_t VolumeWriter::frames_of_short() const {
+  if (fits_.empty()) fail(Code::wrong_state, "writer: nothing was added");
+  const uint64_t given = added_.front();
+  for (size_t c = 0; c < added_.size(); ++c)
+    if (added_[c] != given)
+      fail(Code::wrong_state, "writer: channel ", c, " was given ", added_[c], ", channel 0 ", given);
+  if (input_ == Input::frames) return static_cast<uint32_t>(given);
+  // Layers reach as far as the last one stands.
+  const Lattice4& lattice = fit().lattice();
+  const double last = std::floor(lattice.layer_frame(static_cast<int32_t>(given) - 1) + 1e-9);
+  return static_cast<uint32_t>(std::min(last, lattice.last_frame())) + 1;
+}
+
+void VolumeWriter::shorten(uint32_t frames) {
+  for (const auto& level : fits_) level->shorten(frames, initial_);
+  settings_.dims[3] = fit_options_.dims[3] = frames;
+  initial_.lattice = fit().lattice();
+  for (const auto& level : fits_)
+    measuring_.with_level(level->level(), [&](RoundTrip& r) { r.set_lattice(level->fit().lattice()); });
+}
+
+WriteReport VolumeWriter::finish_short() {
+  require_open();
+  const uint32_t frames = frames_of_short();
+  const uint64_t all =
+      input_ == Input::frames ? settings_.dims[3] : static_cast<uint64_t>(fit().lattice().layers());
+  const bool whole = settings_.dims[3] == 0 || added_.front() == all;
+  if (fit_options_.part && !whole)
+    fail(Code::unsupported, "a part of a series has the frames that it was made for");
+  if (!whole) {
+    if (frames == 1 && (input_ == Input::layers || fit().has_begun()))
+      fail(Code::wrong_state,
+           "writer: one frame alone is a lattice without time, and layers in time are there");
+    if (settings_.continuity == Continuity::append)
+      if (const uint32_t was = Bcc4Reader::open(open_file_source(settings_.path))->info().lattice.dims[3];
+          frames < was)
+        fail(Code::wrong_state, settings_.path, ": it has ", was, " frames already, ", frames, " were given");
+    check_times(frames);
+    run_step([&] { shorten(frames); });
+  }
+  return finish();
+}
+
 WriteReport VolumeWriter::finish() {
   WriteReport report;
+  require_open();
+  check_end();
   run_step([&] {
-    if (fits_.empty()) fail(Code::wrong_state, "writer: nothing was added");
     now_.trigger = settings_.dims[3];
     FitReport result = finish_fits();
     make_container();
@@ -336,6 +397,10 @@ FitReport VolumeWriter::finish_fits() {
   for (const auto& level : fits_) level->fit().end();
   for (int c = 0; c < static_cast<int>(added_.size()); ++c)
     for (const auto& level : fits_) level->fit().finish_channel(c);
+  return report_of_fits();
+}
+
+FitReport VolumeWriter::report_of_fits() const {
   FitReport result = fit().report();
   for (size_t l = 1; l < fits_.size(); ++l)
     for (const FitChannelReport& r : fits_[fits_.size() - 1 - l]->fit().report().channels)
@@ -352,7 +417,7 @@ void VolumeWriter::complete_info(const FitReport& result) {
     for (size_t c = 0; c < added_.size(); ++c)
       level.channels[c].clamped = result.channels[l * added_.size() + c].clamped;
   }
-  info.time = input_ == Input::frames ? time_map() : initial_.time;
+  info.time = input_ == Input::frames ? time_map(static_cast<uint32_t>(times_.size())) : initial_.time;
   require_bounds(result);
   info.sources = initial_.sources;
   info.attributes = initial_.attributes;
@@ -366,9 +431,13 @@ void VolumeWriter::complete_info(const FitReport& result) {
   if (!part_) describe_level_errors(result);
   if (part_)
     describe_part(result);
-  else if (input_ == Input::frames)
-    describe_tail(lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]),
-                  result.channels, info);
+  else if (input_ == Input::frames) {
+    const int32_t lasting = lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]);
+    describe_tail(lasting, result.channels, info);
+    // A series that ended sooner than was said has counted other slabs by themselves.
+    if (settings_.coefficients && lasting * info.slab_layers != fit_options_.lasting_layers)
+      info.counts.reset();
+  }
 }
 
 void VolumeWriter::describe_level_errors(const FitReport& result) {
@@ -385,17 +454,18 @@ void VolumeWriter::describe_level_errors(const FitReport& result) {
 }
 
 // Times of frames, in the short form where they are evenly spaced.
-TimeMap VolumeWriter::time_map() const {
+TimeMap VolumeWriter::time_map(uint32_t frames) const {
+  const auto times = std::span(times_).first(frames);
   TimeMap map{.uniform = true,
-              .first = times_.front(),
+              .first = times.front(),
               .step = 1,
               .times = {},
               .unit = container_->info().time.unit,
               .epoch = {}};
-  if (times_.size() > 1) map.step = (times_.back() - times_.front()) / static_cast<double>(times_.size() - 1);
-  for (size_t i = 0; i < times_.size() && map.uniform; ++i)
-    map.uniform = std::fabs(times_[i] - map.at(i)) <= 1e-9 * map.step;
-  if (!map.uniform) map.times = times_;
+  if (frames > 1) map.step = (times.back() - times.front()) / (frames - 1.0);
+  for (size_t i = 0; i < times.size() && map.uniform; ++i)
+    map.uniform = std::fabs(times[i] - map.at(i)) <= 1e-9 * map.step;
+  if (!map.uniform) map.times.assign(times.begin(), times.end());
   return map;
 }
 

@@ -7,7 +7,8 @@
 //     -> Measuring         what a reader will get, against the frames; corrections back into the file
 //
 // Files: volume_writer.cpp has what is settled before the first data and what finish() adds,
-// volume_writer_input.cpp the ways in, volume_writer_output.cpp the way from the fit into the file.
+// volume_writer_input.cpp the ways in, volume_writer_output.cpp the way from the fit into the file,
+// volume_writer_live.cpp what can be looked at while it is written.
 #pragma once
 
 #include <array>
@@ -53,16 +54,16 @@ class VolumeWriter {
   VolumeWriter(const VolumeWriter&) = delete;
   VolumeWriter& operator=(const VolumeWriter&) = delete;
 
-  // Data of a channel, in order: frames, or layers, or a field. After a failure the writer is of no use.
+  // Data of a channel, in order: frames, or layers, or a field. What is refused for its arguments, its place
+  // in the order of calls or its values leaves the writer as it was; after a failure of the work itself
+  // (files, memory, cancelling, a bound, a field that gives up) the writer is of no use.
   void add_frame(uint32_t channel, double time, std::span<const FrameBox> boxes);
   void add_layer(uint32_t channel, int64_t layer, std::span<const float> samples);
   void add_field(uint32_t channel, const Field& field);
-  // Completes the file and gives it its name.
+  // Completes the file and gives it its name. Refused while frames or layers are missing.
   WriteReport finish();
-  // Leaves the writer as a failed call does; for a caller whose own data turn out to be unreadable.
-  void abandon() noexcept {
-    if (state_ == State::open) state_ = State::failed;
-  }
+  // The same of a series that ends sooner than was said: with what every channel has been given.
+  WriteReport finish_short();
 
   // Set what the file says of itself, at any time before finish.
   void set_times(double first, double step);
@@ -104,20 +105,42 @@ class VolumeWriter {
   // The ways in.
   void require_open() const;
   void require_input(Input input) const;
+  // Settles what the first data settle, and checks what that is needed for. A step that is refused undoes it.
+  template<class Step> void prepare(const Step& step) {
+    const bool first = fits_.empty();
+    const Settled settled = first ? Settled{initial_, fit_options_} : Settled{};
+    try {
+      step();
+    } catch (const Error& e) {
+      if (first) unsettle(settled);
+      if (!is_refusal(e.code())) state_ = State::failed;
+      throw;
+    } catch (...) {
+      state_ = State::failed;
+      throw;
+    }
+  }
   // A step that fails leaves the writer failed.
   template<class Step> void run_step(const Step& step) {
-    require_open();
     state_ = State::failed;
     step();
     state_ = State::open;
   }
+  // What begin_input() changes.
+  struct Settled {
+    VolumeInfo info;
+    FitOptions options;
+  };
+  void unsettle(const Settled& settled);
+  [[nodiscard]] static bool is_refusal(Code code);
   void begin_input(Input input, uint32_t channel, SourceType first_type);
   void begin_measuring(bool frames_known);
   void begin_measuring_levels();
   [[nodiscard]] std::vector<uint32_t> frames_to_measure() const;
   // Those of the list that the frames given are counted for.
   [[nodiscard]] std::vector<uint32_t> own_frames(std::vector<uint32_t> list) const;
-  void take_time(uint64_t frame, double time);
+  void check_time(uint64_t frame, double time) const;
+  void require_layers() const;
   void check_boxes(uint64_t frame, std::span<const FrameBox> boxes) const;
   void report_added(uint64_t first, uint64_t end);
 
@@ -127,16 +150,25 @@ class VolumeWriter {
   void take_mask(int channel, uint32_t frame, std::vector<std::byte> runs);
   void store_masks();
   void make_container();
+  // What an unfinished file shows.
+  void show_if_due();
+  [[nodiscard]] uint32_t frames_to_show(int32_t layers) const;
+  [[nodiscard]] VolumeInfo info_to_show(uint32_t frames, int32_t layers) const;
   [[nodiscard]] Bcc4WriterOptions container_options(const VolumeInfo& info) const;
   [[nodiscard]] uint32_t writer_checksum() const;
 
   // What finish() adds.
+  void check_end() const;
+  void check_times(uint32_t frames) const;
+  [[nodiscard]] uint32_t frames_of_short() const;
+  void shorten(uint32_t frames);
   [[nodiscard]] FitReport finish_fits();
+  [[nodiscard]] FitReport report_of_fits() const;
   void complete_info(const FitReport& result);
   void describe_part(const FitReport& result);
   void describe_level_errors(const FitReport& result);
   void require_bounds(const FitReport& result) const;
-  [[nodiscard]] TimeMap time_map() const;
+  [[nodiscard]] TimeMap time_map(uint32_t frames) const;
 
   WriterSettings settings_;
   Context context_;
@@ -153,6 +185,7 @@ class VolumeWriter {
   std::vector<std::unique_ptr<LevelFit>>
       fits_; // the coarsest first, level 0 last; empty before the first data
   std::unique_ptr<Bcc4Writer> container_;
+  int32_t shown_slabs_ = 0;
   Measuring measuring_;
   std::vector<Range> source_ranges_; // once finished
   std::vector<std::string> warnings_;

@@ -30,42 +30,82 @@ void VolumeWriter::require_input(Input input) const {
     fail(Code::wrong_state, "writer: frames and layers do not mix");
 }
 
+bool VolumeWriter::is_refusal(Code code) {
+  switch (code) {
+  case Code::invalid_argument:
+  case Code::wrong_state:
+  case Code::unsupported:
+  case Code::not_found:
+  case Code::nonfinite_value:
+  case Code::limit_exceeded:
+    return true;
+  default:
+    return false;
+  }
+}
+
+void VolumeWriter::unsettle(const Settled& settled) {
+  fits_.clear();
+  input_ = Input::none;
+  initial_ = settled.info, fit_options_ = settled.options;
+}
+
 void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const FrameBox> boxes) {
   require_channel(channel);
-  run_step([&] {
-    require_input(Input::frames);
-    const uint64_t frame = added_[channel];
-    take_time(frame, time);
-    check_boxes(frame, boxes);
-    now_.trigger = static_cast<uint32_t>(frame);
+  require_open();
+  require_input(Input::frames);
+  const uint64_t frame = added_[channel];
+  check_time(frame, time);
+  check_boxes(frame, boxes);
+  const auto index = static_cast<int>(channel);
+  FrameScan scan;
+  prepare([&] {
     begin_input(Input::frames, channel, boxes.empty() ? SourceType::f32 : boxes.front().type);
+    scan = fit().check_frame(index, boxes);
     begin_measuring(true);
+  });
+  run_step([&] {
+    if (frame == times_.size()) times_.push_back(time);
+    now_.trigger = static_cast<uint32_t>(frame);
     for (int level = 0; level <= levels(); ++level)
-      measuring_.with_level(level, [&](RoundTrip& r) {
-        r.add_frame(static_cast<int>(channel), static_cast<uint32_t>(frame), boxes);
-      });
-    for (const auto& level : fits_) level->fit().add_frame(static_cast<int>(channel), boxes);
+      measuring_.with_level(level,
+                            [&](RoundTrip& r) { r.add_frame(index, static_cast<uint32_t>(frame), boxes); });
+    for (const auto& level : fits_) level->fit().add_frame(index, boxes, scan);
     ++added_[channel];
+    show_if_due();
     const auto [first, end] = given_frames();
     if (end > 0) report_added(first, end);
     context_.progress.check();
   });
 }
 
+// Whether the writer may take layers, or a field.
+void VolumeWriter::require_layers() const {
+  if (fit_options_.part) fail(Code::unsupported, "a part of a series is made of frames");
+  if (settings_.dims[3] == 0)
+    fail(Code::wrong_state, "layers and fields need the number of frames: set dims[3]");
+  require_input(Input::layers);
+}
+
 void VolumeWriter::add_layer(uint32_t channel, int64_t layer, std::span<const float> samples) {
   require_channel(channel);
-  run_step([&] {
-    if (fit_options_.part) fail(Code::unsupported, "a part of a series is made of frames");
-    if (settings_.dims[3] == 0) fail(Code::wrong_state, "layers need the number of frames: set dims[3]");
-    require_input(Input::layers);
-    if (layer != static_cast<int64_t>(added_[channel]))
-      fail(Code::wrong_state, "layer ", layer, " given, ", added_[channel], " is next");
-    if (layer >= initial_.lattice.layers())
-      fail(Code::wrong_state, "layer ", layer, ": the series has ", initial_.lattice.layers(), " layers");
+  require_open();
+  require_layers();
+  if (layer != static_cast<int64_t>(added_[channel]))
+    fail(Code::wrong_state, "layer ", layer, " given, ", added_[channel], " is next");
+  if (layer >= initial_.lattice.layers())
+    fail(Code::wrong_state, "layer ", layer, ": the series has ", initial_.lattice.layers(), " layers");
+  const auto index = static_cast<int>(channel);
+  DirectLayerScan scan;
+  prepare([&] {
     begin_input(Input::layers, channel, SourceType::f32);
+    scan = fit().check_layer(index, samples);
     begin_measuring(false);
-    fit().add_layer(static_cast<int>(channel), samples);
+  });
+  run_step([&] {
+    fit().add_layer(index, samples, scan);
     ++added_[channel];
+    show_if_due();
     report_added(0, static_cast<uint64_t>(fit().lattice().layers()));
     context_.progress.check();
   });
@@ -73,13 +113,14 @@ void VolumeWriter::add_layer(uint32_t channel, int64_t layer, std::span<const fl
 
 void VolumeWriter::add_field(uint32_t channel, const Field& field) {
   require_channel(channel);
-  run_step([&] {
-    if (fit_options_.part) fail(Code::unsupported, "a part of a series is made of frames");
-    if (settings_.dims[3] == 0) fail(Code::wrong_state, "a field needs the number of frames: set dims[3]");
-    require_input(Input::layers);
-    if (added_[channel] != 0) fail(Code::wrong_state, "channel ", channel, " has data already");
+  require_open();
+  require_layers();
+  if (added_[channel] != 0) fail(Code::wrong_state, "channel ", channel, " has data already");
+  prepare([&] {
     begin_input(Input::layers, channel, SourceType::f32);
     begin_measuring(true);
+  });
+  run_step([&] {
     const std::string what = concat("channel ", channel);
     const int32_t layers = fit().lattice().layers();
     size_t measured = 0;
@@ -103,13 +144,14 @@ void VolumeWriter::add_field(uint32_t channel, const Field& field) {
       }
       fit().add_layer(static_cast<int>(channel), sample_field(field, sites, what, context_));
       ++added_[channel];
+      show_if_due();
       report_added(0, static_cast<uint64_t>(layers));
     }
   });
 }
 
-// Checks the time of a channel's next frame against those known, and keeps it where it is new.
-void VolumeWriter::take_time(uint64_t frame, double time) {
+// Checks the time of a channel's next frame against those known.
+void VolumeWriter::check_time(uint64_t frame, double time) const {
   if (!std::isfinite(time)) fail(Code::invalid_argument, "frame ", frame, ": the time is not finite");
   if (part_ && frame >= part_->fit.end_given)
     fail(Code::wrong_state, "frame ", frame, ": the part takes frames ", part_->fit.first_given, " to ",
@@ -122,10 +164,13 @@ void VolumeWriter::take_time(uint64_t frame, double time) {
            fit_options_.part ? " of the part's times" : " of another channel");
     return;
   }
-  if (!times_.empty() && !(time > times_.back()))
+  if (times_.empty()) return;
+  if (!(time > times_.back()))
     fail(Code::invalid_argument, "frame ", frame, ": time ", time, " does not rise above ", times_.back(),
          " of the frame before");
-  times_.push_back(time);
+  if (!std::isfinite(time - times_.front()))
+    fail(Code::invalid_argument, "frame ", frame, ": time ", time, " is too far from ", times_.front(),
+         " of frame 0");
 }
 
 void VolumeWriter::check_boxes(uint64_t frame, std::span<const FrameBox> boxes) const {

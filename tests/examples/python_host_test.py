@@ -278,6 +278,36 @@ def layers(device, folder):
         assert np.allclose(volume.evaluate([[4, 4, 4, 2.2], [1, 2, 3, 4]]), 3, atol=0.01)
 
 
+def refused_and_short(device, folder):
+    """A frame that is refused does no harm, and a series may end before its time."""
+    path = os.path.join(folder, "short.bcc4")
+    with Writer(device, path, (9, 9, 9, 12), overwrite=True) as writer:
+        for t in range(5):
+            writer.add_frame(np.full((9, 9, 9), 1 + t, np.float32), t)
+            raises(Error, Status.INVALID_ARGUMENT, writer.add_frame, np.zeros((9, 9, 9), np.float32), t,
+                   text="does not rise")
+        raises(Error, Status.WRONG_STATE, writer.finish, text="5 frames, not 12")
+        assert writer.finish_short().frames == 5
+    with Volume(device, path) as volume:
+        assert np.allclose(volume.times(), [0, 1, 2, 3, 4])
+
+
+def live(device, folder):
+    """A series that is looked at while it is written."""
+    path = os.path.join(folder, "live.bcc4")
+    with Writer(device, path, (9, 9, 9, 40), overwrite=True, live=1) as writer:
+        for t in range(30):
+            writer.add_frame(np.full((9, 9, 9), 1 + t, np.float32), t)
+        with Volume(device, path + ".partial") as volume:
+            shown = volume.info().dims[3]
+            assert volume.info().frames_expected == 40 and 10 < shown < 30
+            before = volume.evaluate([[4, 4, 4, shown - 1.5]])
+        writer.finish_short()
+    with Volume(device, path) as volume:
+        assert volume.info().frames_expected == 0 and volume.info().dims[3] == 30
+        assert np.array_equal(volume.evaluate([[4, 4, 4, shown - 1.5]]), before)
+
+
 def fields(device, folder):
     """A function of space and time, with a bound that is kept at every source sample."""
     path = os.path.join(folder, "field.bcc4")
@@ -391,6 +421,8 @@ with Device(threads=2) as device:
     cut = slices(volume)
     pictures(device, volume, cut, scratch)
     layers(device, scratch)
+    refused_and_short(device, scratch)
+    live(device, scratch)
     fields(device, scratch)
     parts(device, scratch)
 hooks(scratch)

@@ -252,6 +252,23 @@ void make_levels() {
        rebuild(levels_file(), {.pages = [](std::vector<PageRef>& p) { p.back().level = 3; }}));
 }
 
+void make_unfinished() {
+  const Bytes good = unfinished_file();
+  save("v3_unfinished", good);
+  save("bad_unfinished_frames", rebuild(good, {.root = [](Root& r) { r.frames = 99; }}));
+  save("bad_finished_frames", rebuild(good, {.root = [](Root& r) { r.unfinished = false; }}));
+  Bytes bad = good;
+  bad[14] = std::byte{2}; // lowest reader
+  poke<uint32_t>(bad, 60, crc32_of(std::span(bad).first(60)));
+  save("bad_unfinished_of_version_2", bad);
+  bad = good;
+  for (const uint64_t root : root_offsets) {
+    bad[root + 104] = std::byte{2}; // state
+    poke<uint32_t>(bad, root + 124, crc32_of(std::span(bad).subspan(root, 124)));
+  }
+  save("bad_root_state", bad);
+}
+
 void make_bad() {
   const Bytes good =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
@@ -342,6 +359,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_masks();
   bccsplat::test::make_domain();
   bccsplat::test::make_levels();
+  bccsplat::test::make_unfinished();
   bccsplat::test::make_bad();
   bccsplat::test::make_bad_steps();
   return 0;

@@ -991,12 +991,15 @@ void dump(const std::string& path) {
   const BlockRef metadata(root), directory(root);
   const uint64_t chunk_count = root.u64();
   root.take(24); // bytes of runs, values and index
-  if (root.u64() != 0) {
-    must(lowest >= 3, "root: reserved bytes are not zero");
-    refuse("root: this reader knows no unfinished series");
-  }
+  const uint32_t state = root.u32(), frames = root.u32();
+  must(state <= 1 && (state == 0 || lowest >= 3), "root: state");
+  must((state == 1) == (frames > 0), "root: frames that can be looked at");
   root.zeros(12);
   const Volume v = read_metadata(metadata.read(file), lowest);
+  if (state == 1) {
+    must(frames <= v.dims[3], "root: more frames than the series has");
+    std::printf("unfinished, %u frames can be looked at\n", frames);
+  }
   must(v.lead == 0 || lowest >= 2, "layers before frame 0 need version 2");
   std::printf("lattice kind %d dims %u %u %u %u planes %d %d %d layers %d\n", v.kind, v.dims[0], v.dims[1],
               v.dims[2], v.dims[3], v.last_plane[0], v.last_plane[1], v.last_plane[2], v.layers());

@@ -7,7 +7,7 @@ import subprocess
 import time
 import zlib
 
-from harness import BCC4, ToolTest, main
+from harness import BCC4, Nrrd, ToolTest, main
 
 N, FRAMES = 40, 48
 
@@ -98,6 +98,34 @@ class Resume(ToolTest):
     def test_coefficients_killed_at_any_moment(self):
         self.killed_at_any_moment('--store', 'coefficients')
         self.assertEqual(self.json('info', 'whole.bcc4')['value_type'], 'i32')
+
+    def test_looked_at_while_it_is_written(self):
+        whole = self.undisturbed('--live', '1')
+        p = self.started('--live', '1')
+        while p.poll() is None and subprocess.run([BCC4, 'info', self.path('x.bcc4.partial')],
+                                                  capture_output=True).returncode != 0:
+            time.sleep(.001)
+        if p.poll() is not None:
+            self.skipTest('it was faster than a look at it')
+        p.kill()
+        p.communicate()
+        shown = self.json('info', 'x.bcc4.partial')['unfinished']
+        self.assertEqual(shown['expected'], FRAMES)
+        last = shown['frames'] - 1
+        self.assertIn(f'{last + 1} of {FRAMES} frames can be looked at', self.bcc4('info', 'x.bcc4.partial')[0])
+        self.bcc4('verify', 'x.bcc4.partial')
+        for moment in 0, last / 2, last:
+            for name in 'x.bcc4.partial', 'whole.bcc4':
+                self.bcc4('slice', name, '--time', str(moment), '-o', name + '.nrrd')
+            self.assertEqual(Nrrd(self.path('x.bcc4.partial.nrrd')).values, Nrrd(self.path('whole.bcc4.nrrd')).values)
+        self.refused(2, f'from 0 to {last}', 'slice', 'x.bcc4.partial', '--time', str(last + .5), '-o', 'y.nrrd')
+        self.bcc4('render', 'x.bcc4.partial', '--time', str(last), '--size', '64x64', '-o', 'x.png')
+        self.bcc4('export', 'x.bcc4.partial', '--all', '-o', 'all.nrrd')
+        self.assertEqual(Nrrd(self.path('all.nrrd')).sizes[3], last + 1)
+        for name in 'x.bcc4.partial.nrrd', 'x.png':
+            os.remove(self.path(name))
+        self.run_import('--resume', '--quiet', '--live', '1')
+        self.assertEqual(self.read('x.bcc4'), whole)
 
     def test_ctrl_c_says_how_to_go_on(self):
         self.dims = self.dims[:-len(FIXED)]  # what was chosen is chosen again

@@ -257,6 +257,8 @@ class WriterOptions(Struct):
     ends: int
     faces: int
     scales: Array[c_double]
+    live: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
@@ -264,7 +266,8 @@ class WriterOptions(Struct):
         ("time_scale", c_double), ("recommended_kernel", c_char_p), ("progress", bccsplat_progress_fn),
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
         ("partial", c_int32), ("lowpass", c_int32), ("levels", c_uint32), ("part", POINTER(SeriesPart)),
-        ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4)]
+        ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4), ("live", c_uint32),
+        ("reserved", c_uint32)]
 
 
 class Box(Struct):
@@ -393,6 +396,7 @@ class VolumeInfo(Struct):
     sites_outside: int
     level_count: int
     reserved: int
+    frames_expected: int
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -403,7 +407,7 @@ class VolumeInfo(Struct):
         ("bytes_index", c_uint64), ("bytes_read", c_uint64), ("attribute_count", c_uint64),
         ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4),
         ("planes_before", c_uint32 * 3), ("planes_behind", c_uint32 * 3), ("sites_outside", c_uint64),
-        ("level_count", c_uint32), ("reserved", c_uint32)]
+        ("level_count", c_uint32), ("reserved", c_uint32), ("frames_expected", c_uint64)]
 
 
 class LevelInfo(Struct):
@@ -733,6 +737,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_writer_set_attribute": (c_int32, c_void_p, c_char_p, c_char_p,),
     "bccsplat_writer_add_source": (c_int32, c_void_p, c_char_p, c_uint64, c_uint32,),
     "bccsplat_writer_finish": (c_int32, c_void_p, POINTER(WriterReport),),
+    "bccsplat_writer_finish_short": (c_int32, c_void_p, POINTER(WriterReport),),
     "bccsplat_writer_get_error": (c_int32, c_void_p, c_uint32, c_int64, POINTER(ErrorReport),),
     "bccsplat_writer_retain": (None, c_void_p,),
     "bccsplat_writer_release": (None, c_void_p,),

@@ -52,6 +52,7 @@ class Writer(Child):
     dims: samples along x, y, z and the number of frames (0: as many as come). A with block that ends without an
     exception finishes the file; one that ends with an exception leaves no file.
     scale: lattice distance in samples, one for x, y and z, or each of them, and time's.
+    live: after every so many slabs the file under way, target + ".partial", can be opened as it stands.
     part: (first, end) makes one file of several for join_parts: the frames of part_frames() are added. part_times are
     those of the whole series.
     """
@@ -173,8 +174,15 @@ class Writer(Child):
         self._call("writer_add_source", encode(name), size, crc32)
 
     def finish(self) -> _abi.WriterReport:
+        return self._finish("writer_finish")
+
+    def finish_short(self) -> _abi.WriterReport:
+        """The same with the frames that were given, fewer than the writer was made for."""
+        return self._finish("writer_finish_short")
+
+    def _finish(self, name: str) -> _abi.WriterReport:
         report = _abi.WriterReport()
-        self._call("writer_finish", byref(report))
+        self._call(name, byref(report))
         self._finished = True
         return report
 

@@ -141,7 +141,7 @@ PlanFile recall_plan(ImportArguments& a) {
   for (const auto& [key, text] : plan.options) set_reader_option(a.reader, key, text);
   const WriterSettings typed = a.settings;
   a.settings = plan.settings;
-  a.settings.overwrite = typed.overwrite, a.settings.partial = typed.partial;
+  a.settings.overwrite = typed.overwrite, a.settings.partial = typed.partial, a.settings.live = typed.live;
   return plan;
 }
 
@@ -242,7 +242,7 @@ void report_import(const ImportArguments& a, const ImportPlan& plan, const Impor
 
 Exit run_import(ImportArguments& a, const std::string& command_line) {
   check_outputs(a);
-  a.settings.partial = partial_mode(a.resume);
+  a.settings.partial = partial_mode(a.resume), a.settings.live = a.resume.live;
   std::optional<PlanFile> planned;
   ErrorBound bound;
   if (a.follows_plan())
@@ -306,8 +306,8 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
 
 // What the plan has decided cannot be typed again.
 void refuse_planned_options(const CLI::App& import) {
-  static const std::vector<std::string> allowed{"output", "plan",      "part", "threads", "max-mem",
-                                                "resume", "overwrite", "json", "quiet"};
+  static const std::vector<std::string> allowed{"output", "plan",   "part",      "threads", "max-mem",
+                                                "live",   "resume", "overwrite", "json",    "quiet"};
   for (const CLI::Option* option : import.get_options()) {
     if (option->count() == 0 || option->get_lnames().empty()) continue;
     const std::string& name = option->get_lnames().front();

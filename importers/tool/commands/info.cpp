@@ -68,6 +68,7 @@ Json info_json(const Volume& volume, bool histogram) {
                 {"last", v.time_last},
                 {"unit", v.time_unit},
                 {"uniform", v.time_uniform != 0}};
+  if (v.frames_expected > 0) j["unfinished"] = {{"frames", v.dims[3]}, {"expected", v.frames_expected}};
   if (v.part_end > 0) j["part"] = {{"first", v.part_first}, {"last", v.part_end - 1}};
   j["affine"] = matrix_json(v.affine);
   j["spatial_unit"] = v.spatial_unit;
@@ -185,6 +186,8 @@ void print_info(const Volume& volume, const InfoArguments& a) {
   }
   line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
        v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven");
+  if (v.frames_expected > 0)
+    line("unfinished", v.dims[3], " of ", v.frames_expected, " frames can be looked at");
   if (v.part_end > 0)
     line("part", "frames ", v.part_first, " to ", v.part_end - 1,
          ", elsewhere air; bcc4 concat joins all parts");

@@ -22,6 +22,11 @@ void add_resume_options(CLI::App& import, ResumeArguments& arguments) {
                   "Go on with an import that was interrupted: same input, same options");
   import.add_flag("--append", arguments.append,
                   "The output exists and holds the first frames of the input: add the others");
+  import
+      .add_option(
+          "--live", arguments.live,
+          "After every N slabs of layers, OUT.partial can be looked at as far as it is: info, slice, render")
+      ->type_name("N");
 }
 
 int32_t partial_mode(const ResumeArguments& arguments) {

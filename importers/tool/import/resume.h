@@ -2,6 +2,7 @@
 // Unfinished imports: what stays of them, and going on.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "tool/cli.h"
@@ -10,6 +11,7 @@ namespace bcc4 {
 
 struct ResumeArguments {
   bool resume = false, append = false;
+  uint32_t live = 0; // slabs
 };
 void add_resume_options(CLI::App& import, ResumeArguments& arguments);
 // BCCSPLAT_PARTIAL_... for the writer; refuses both at once.

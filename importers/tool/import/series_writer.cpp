@@ -261,6 +261,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
                  "", settings.kernel);
   } else {
     options.partial = settings.partial;
+    options.live = settings.live;
     check_kernel(bccsplat_writer_create(device.get(), path.c_str(), &options, &writer), path,
                  settings.kernel);
   }

@@ -44,6 +44,7 @@ struct WriterSettings {
   std::string kernel;
   bool overwrite = false;
   int32_t partial = BCCSPLAT_PARTIAL_DEFAULT; // of files
+  uint32_t live = 0;                          // of files: shown after so many slabs
 };
 
 // Codes a step apart that are the integers of a scaled source, or lie between them where air does.

@@ -58,7 +58,7 @@ static void wrong_options(bccsplat_device* device) {
 
 static void wrong_frames(bccsplat_device* device) {
   const bccsplat_writer_options options = series_options();
-  /* Each failure ends a writer of its own: after it the writer can only be released. */
+  /* Each is refused, and the writer is as it was. */
 #define WRONG(status, word, ...)                                                                             \
   do {                                                                                                       \
     bccsplat_box box = frame_box(samples);                                                                   \
@@ -67,8 +67,8 @@ static void wrong_frames(bccsplat_device* device) {
     OK(bccsplat_writer_add_frame(writer, 0, -1, &box, 1));                                                   \
     __VA_ARGS__;                                                                                             \
     REFUSED(status, word, bccsplat_writer_add_frame(writer, 0, time, &box, 1));                              \
-    REFUSED(WRONG_STATE, "release", bccsplat_writer_add_frame(writer, 0, time + 1, NULL, 0));                \
-    REFUSED(WRONG_STATE, "release", bccsplat_writer_finish(writer, NULL));                                   \
+    REFUSED(WRONG_STATE, "given 1 frames, not 5", bccsplat_writer_finish(writer, NULL));                     \
+    OK(bccsplat_writer_add_frame(writer, 0, 0, NULL, 0));                                                    \
     bccsplat_writer_release(writer);                                                                         \
     EXPECT(access(scratch("w.bcc4"), F_OK) != 0);                                                            \
   } while (0)
@@ -100,6 +100,7 @@ static void wrong_order(bccsplat_device* device) {
 
   writer = make(device, &options);
   REFUSED(WRONG_STATE, "nothing was added", bccsplat_writer_finish(writer, NULL));
+  REFUSED(WRONG_STATE, "nothing was added", bccsplat_writer_finish_short(writer, NULL));
   bccsplat_writer_release(writer);
 
   writer = make(device, &options); /* frames and layers do not mix */
@@ -193,6 +194,24 @@ static void layers(bccsplat_device* device) {
   writer = make(device, &options);
   REFUSED(INVALID_ARGUMENT, "", bccsplat_writer_add_layer(writer, 0, 0, samples, 1)); /* wrong count */
   bccsplat_writer_release(writer);
+}
+
+static void short_series(bccsplat_device* device) {
+  const bccsplat_writer_options options = series_options();
+  const bccsplat_box box = frame_box(samples);
+  SIZED(bccsplat_writer_report, report);
+  bccsplat_writer* writer = make(device, &options);
+  int t;
+  for (t = 0; t < NT - 2; ++t) OK(bccsplat_writer_add_frame(writer, 0, t, &box, 1));
+  REFUSED(WRONG_STATE, "3 frames, not 5", bccsplat_writer_finish(writer, NULL));
+  REFUSED(INVALID_ARGUMENT, "writer is NULL", bccsplat_writer_finish_short(NULL, &report));
+  report.struct_size = 7;
+  REFUSED(INVALID_STRUCT_SIZE, "report", bccsplat_writer_finish_short(writer, &report));
+  report.struct_size = sizeof report;
+  OK(bccsplat_writer_finish_short(writer, &report));
+  EXPECT(report.frames == NT - 2);
+  bccsplat_writer_release(writer);
+  unlink(scratch("w.bcc4"));
 }
 
 static unsigned char stored[64 * 1024];
@@ -316,6 +335,7 @@ void test_writer(void) {
   bccsplat_writer_release(NULL);
   fields(device);
   layers(device);
+  short_series(device);
   streams(device);
   bccsplat_device_release(device);
 }

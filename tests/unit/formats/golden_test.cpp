@@ -235,6 +235,15 @@ TEST(Bcc4Golden, FramesThatMissTheSameShareAMask) {
   EXPECT_EQ(b[2].stored, 0u);
 }
 
+TEST(Bcc4Golden, ASeriesUnderWay) {
+  const auto reader = open("v3_unfinished");
+  const VolumeInfo& info = reader->info();
+  EXPECT_TRUE(info.unfinished);
+  EXPECT_EQ(info.expected_frames, 30u);
+  EXPECT_EQ(info.lattice.layers(), 16);
+  EXPECT_EQ(info.lattice.dims[3], 11u);
+}
+
 TEST(Bcc4Golden, UnevenTimes) {
   const TimeMap t = open("v1_d4star_f32_uneven_times")->info().time;
   EXPECT_FALSE(t.uniform);
@@ -272,6 +281,10 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_steps_predictor", Code::corrupt},
                                                 {"bad_corrections_of_version_2", Code::corrupt},
                                                 {"bad_corrections_shape", Code::corrupt},
+                                                {"bad_unfinished_frames", Code::corrupt},
+                                                {"bad_unfinished_of_version_2", Code::corrupt},
+                                                {"bad_finished_frames", Code::checksum_mismatch},
+                                                {"bad_root_state", Code::checksum_mismatch},
                                                 {"bad_level_planes", Code::corrupt},
                                                 {"bad_level_of_page", Code::corrupt}};
   std::set<std::string> seen;

@@ -139,6 +139,33 @@ inline std::vector<std::byte> write_file(const VolumeInfo& info, const Formula& 
   return write_file(info, make_volume(info, formula), threads, options);
 }
 
+// A series under way: what an unfinished file says of itself with its first slabs.
+inline VolumeInfo first_slabs(VolumeInfo info, int32_t slabs) {
+  info.lattice.last_layer = slabs * info.slab_layers - 1;
+  info.lattice.dims[3] = static_cast<uint32_t>(info.lattice.layer_frame(info.lattice.last_layer)) + 1;
+  return info;
+}
+// Left by its writer after four of its slabs, which it has shown one by one.
+inline std::vector<std::byte> unfinished_file() {
+  VolumeInfo info = volume(LatticeKind::d4star, {20, 11, 9, 30},
+                           {channel("value", ValueType::u8), channel("other", ValueType::u16)});
+  info.slab_layers = 4;
+  const Layers layers = make_volume(info, ball_without_holes);
+  std::vector<std::byte> bytes;
+  Bench bench;
+  Bcc4Writer writer(create_memory_sink(bytes), info);
+  for (int32_t s = 0; s < 4; ++s) {
+    for (int c = 0; c < 2; ++c)
+      writer.write_slab(s, c,
+                        std::span(layers[static_cast<size_t>(c)]).subspan(static_cast<size_t>(4 * s), 4),
+                        bench.context);
+    VolumeInfo shown = first_slabs(info, s + 1);
+    shown.expected_frames = 30;
+    if (shown.lattice.dims[3] > 1) writer.show(shown, bench.context);
+  }
+  return bytes;
+}
+
 // A series whose frames miss a coast, all the same one, and ice that comes and goes; the last one misses
 // nothing.
 inline std::vector<std::byte> masked_file() {
