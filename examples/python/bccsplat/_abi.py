@@ -70,6 +70,7 @@ MEASURE_ALL = 2
 ENDS_DEFAULT = 0
 ENDS_PREDICT = 1
 ENDS_MIRROR = 2
+ENDS_PERIODIC = 3
 FACES_DEFAULT = 0
 FACES_PREDICT = 1
 FACES_MIRROR = 2
@@ -376,7 +377,8 @@ class VolumeInfo(Struct):
     planes_behind: Array[c_uint32]
     sites_outside: int
     level_count: int
-    reserved: int
+    time_periodic: int
+    time_end: float
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -387,7 +389,7 @@ class VolumeInfo(Struct):
         ("bytes_index", c_uint64), ("bytes_read", c_uint64), ("attribute_count", c_uint64),
         ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4),
         ("planes_before", c_uint32 * 3), ("planes_behind", c_uint32 * 3), ("sites_outside", c_uint64),
-        ("level_count", c_uint32), ("reserved", c_uint32)]
+        ("level_count", c_uint32), ("time_periodic", c_uint32), ("time_end", c_double)]
 
 
 class LevelInfo(Struct):
