@@ -63,11 +63,9 @@ Json info_json(const Volume& volume, bool histogram) {
   j["planes_outside"] = {{"before", v.planes_before}, {"behind", v.planes_behind}};
   j["value_type"] = value_type_name(first.value_type);
   j["range"] = {first.range[0], first.range[1]};
-  j["times"] = {{"count", v.dims[3]},
-                {"first", v.time_first},
-                {"last", v.time_last},
-                {"unit", v.time_unit},
-                {"uniform", v.time_uniform != 0}};
+  j["times"] = {{"count", v.dims[3]},  {"first", v.time_first},          {"last", v.time_last},
+                {"unit", v.time_unit}, {"uniform", v.time_uniform != 0}, {"periodic", v.time_periodic != 0},
+                {"end", v.time_end}};
   if (v.part_end > 0) j["part"] = {{"first", v.part_first}, {"last", v.part_end - 1}};
   j["affine"] = matrix_json(v.affine);
   j["spatial_unit"] = v.spatial_unit;
@@ -182,7 +180,8 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          " sites, ", level.bytes, " bytes");
   }
   line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
-       v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven");
+       v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven",
+       v.time_periodic ? concat(", periodic: ", v.time_end, unit, " is the first frame again") : "");
   if (v.part_end > 0)
     line("part", "frames ", v.part_first, " to ", v.part_end - 1,
          ", elsewhere air; bcc4 concat joins all parts");
