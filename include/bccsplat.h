@@ -275,8 +275,13 @@ enum { /* how a series of frames goes on beyond its first and last one, for the 
        BCCSPLAT_ENDS_PREDICT = 1, /* as the frames next to the end foretell, no bolder than these bear out:
                                      what moves is nearly as accurate there as elsewhere. Two more layers
                                      stand at each end of the file */
-       BCCSPLAT_ENDS_MIRROR = 2   /* as its mirror image: no more layers; the first and last three or four
+       BCCSPLAT_ENDS_MIRROR = 2,  /* as its mirror image: no more layers; the first and last three or four
                                      frames are less accurate where anything moves */
+       BCCSPLAT_ENDS_PERIODIC = 3 /* the last frame leads to the first, as of heart beats and climatologies:
+                                     the frame behind the last one is frame 0 again, and no frame is less
+                                     accurate than others. Of layers and fields as well. Needs dims[3] of at
+                                     least 2; UNSUPPORTED in parts, live, short or with PARTIAL_APPEND.
+                                     Readers need version 3 */
 };
 
 enum { /* how a field goes on beyond its faces, the first and last sample along x, y and z, for the sake of
@@ -406,13 +411,14 @@ typedef struct bccsplat_writer_options {
                series, and those of bccsplat_writer_get_part_frames are added */
   int32_t ends;  /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 20 layers, to which the ends add
                     a fifth at most (14 frames at time_scale 1; dims[3] known), else MIRROR. Layers and fields
-                    are mirrored, always */
+                    are mirrored, but for PERIODIC */
   int32_t faces; /* BCCSPLAT_FACES_...; DEFAULT: of frames PREDICT along axes of which the planes outside are
                     a sixteenth at most (43 samples at scale 1), unless the sites are the source samples in
                     space (CC at distance 1); else, and for layers and fields, MIRROR */
   double scales[4]; /* lattice distance along x, y, z in source samples, and along t in frames, each up to
                        65536; 0: scale, along t time_scale. In space it is made a little smaller, so that a
-                       whole number of planes ends on the last sample */
+                       whole number of planes ends on the last sample; in time only with ENDS_PERIODIC, so
+                       that a whole number of layers makes a turn */
   uint32_t live; /* > 0: after every so many slabs (of 8 layers, coefficients 4) that all channels have, the
                     file under way, `path`.partial, is made to be opened as it stands, durable, for a live
                     view and against crashes: bccsplat_volume_info.frames_expected. Its frames are those of
@@ -613,9 +619,9 @@ typedef struct bccsplat_volume_info {
   double scale; /* lattice distance in source samples as asked for; where those along x, y and z differ
                    their geometric mean */
   double time_scale;
-  double affine[16]; /* index space -> world */
-  double time_first; /* of frame 0 */
-  double time_last;
+  double affine[16];        /* index space -> world */
+  double time_first;        /* of frame 0 */
+  double time_last;         /* of frame dims[3] - 1 */
   double mean_voxel;        /* cube root of a voxel's world volume */
   const char* spatial_unit; /* "" when unknown */
   const char* time_unit;
@@ -639,10 +645,12 @@ typedef struct bccsplat_volume_info {
   uint32_t planes_behind[3]; /* and outside the last */
   uint64_t sites_outside;    /* lattice sites per channel on these planes */
   uint32_t level_count;      /* coarser levels, 1 .. level_count beside level 0; see get_level_info */
-  uint32_t reserved;
-  uint64_t frames_expected; /* of a series that is being written, or was left unfinished: the frames it is to
-                               have, dims[3] where that is not known; dims[3] are those that can be looked at.
-                               Opened again it may have more. 0: finished */
+  uint32_t time_periodic;    /* 1: the last frame leads to the first (BCCSPLAT_ENDS_PERIODIC), and times and
+                                indices go on to time_end and dims[3], which are those of frame 0 again */
+  double time_end;           /* of the last moment that can be looked at; time_last but where time_periodic */
+  uint64_t frames_expected;  /* of a series that is being written, or was left unfinished: the frames it is to
+                                have, dims[3] where that is not known; dims[3] are those that can be looked at.
+                                Opened again it may have more. 0: finished */
 } bccsplat_volume_info;
 
 /* A level of a volume; level 0 is the one that all of the volume's information is about. */
@@ -856,7 +864,8 @@ typedef struct bccsplat_slice_options {
   bccsplat_progress_fn progress; /* NULL: none; about the share of the work done, 1 at success */
   void* progress_user;
   double thickness; /* of a slab centred on the hyperplane, in index units along the unit normal (frames for
-                       time slices), clipped to the domain; 0: none. Excludes interval. */
+                       time slices), clipped to the domain, but where time is periodic; 0: none. Excludes
+                       interval. */
   const double* point; /* 4 doubles, index space: the origin of slice space. NULL: chosen, with the basis */
   const double* basis; /* 3 x 4 doubles: directions of u, v, w in index space, any lengths, orthonormalised in
                           order. With point and basis, which are copied, the slice is resampled on a lattice

@@ -51,6 +51,7 @@ void check_lattice(const StoredLattice& info, const std::string& name, Code code
           ", the last sample at ", end);
   }
   if (l.dims[3] == 1) {
+    if (l.periodic) bad("one frame is not periodic");
     if (l.kind == LatticeKind::d4star || l.time_step != 0 || l.lead != 0 ||
         l.last_layer != l.space.cosets() - 1)
       bad("one frame needs a static lattice");
@@ -60,7 +61,13 @@ void check_lattice(const StoredLattice& info, const std::string& name, Code code
       bad(l.dims[3], " frames need a lattice in time");
     if (l.lead < 0 || l.lead > max_lead || l.lead % 2 != 0)
       bad(l.lead, " layers before the first frame, not an even number up to ", max_lead);
-    if (l.layer_frame(l.last_layer) < end - 1e-8 * end)
+    if (l.periodic) {
+      const double turn = l.layers() * l.time_step;
+      if (l.lead != 0 || (l.space.bcc && l.layers() % 2 != 0) ||
+          std::fabs(turn - l.dims[3]) > 1e-9 * l.dims[3])
+        bad(l.layers(), " layers with ", l.lead, " before the first frame take ", turn, " frames, a turn of ",
+            l.dims[3]);
+    } else if (l.layer_frame(l.last_layer) < end - 1e-8 * end)
       bad("the last layer stands at frame ", l.layer_frame(l.last_layer), ", the last frame is ", end);
   }
   if (info.slab_layers < 1 || info.slab_layers > max_slab_layers) bad(info.slab_layers, " layers in a slab");
@@ -75,8 +82,8 @@ void check_level(const VolumeInfo& info, int number, Code code) {
   const auto& level = static_cast<const LevelInfo&>(info.level(number));
   const std::string name = concat("level ", number);
   const Lattice4 &l = level.lattice, &finer = info.level(number - 1).lattice;
-  if (l.kind != info.lattice.kind || l.dims != info.lattice.dims)
-    fail(code, name, ": not of the kind and the samples of level 0");
+  if (l.kind != info.lattice.kind || l.dims != info.lattice.dims || l.periodic != info.lattice.periodic)
+    fail(code, name, ": not of the kind, the samples and the ends of level 0");
   check_lattice(level, name, code);
   for (size_t a = 0; a < 3; ++a)
     if (l.dims[a] > 1 && l.space_step[a] < finer.space_step[a])
@@ -154,6 +161,7 @@ void check_fixed(const VolumeInfo& info, Code code) {
 
 void check_info(const VolumeInfo& info, Code code) {
   check_fixed(info, code);
+  if (info.part && info.lattice.periodic) fail(code, "a part of a periodic series");
   for (const Vec3& row : info.affine.linear)
     for (const double v : row)
       if (!std::isfinite(v)) fail(code, "affine: not finite");

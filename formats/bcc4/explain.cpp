@@ -30,14 +30,19 @@ struct Frames {
   int64_t first, last; // closed
 };
 
-// The source frames that depend on the layers first .. last.
-Frames frames_of(const Lattice4& l, int32_t first, int32_t last, int reach) {
+// The source frames that depend on the layers first .. last; of a periodic series two stretches where they go
+// on across its end.
+std::vector<Frames> frames_of(const Lattice4& l, int32_t first, int32_t last, int reach) {
   const int64_t end = int64_t{l.dims[3]} - 1;
-  if (l.is_static()) return {0, end};
+  if (l.is_static()) return {{0, end}};
   // Frames are strictly within reach, as a layer at the end of the kernel has weight 0.
   const auto low = static_cast<int64_t>(std::floor(l.layer_frame(first - reach))) + 1;
   const auto high = static_cast<int64_t>(std::ceil(l.layer_frame(last + reach))) - 1;
-  return {std::clamp<int64_t>(low, 0, end), std::clamp<int64_t>(high, 0, end)};
+  if (!l.periodic) return {{std::clamp<int64_t>(low, 0, end), std::clamp<int64_t>(high, 0, end)}};
+  if (high - low >= end) return {{0, end}};
+  const int64_t from = l.turned_frame(low), to = l.turned_frame(high);
+  if (from <= to) return {{from, to}};
+  return {{0, to}, {from, end}};
 }
 
 std::string frames_text(const Frames& f) {
@@ -64,8 +69,10 @@ std::string describe_loss(const VolumeInfo& info, const Bcc4Damage& damage) {
   } else {
     text += ", any samples";
   }
-  const Frames f = frames_of(l, damage.first_layer, damage.last_layer, 1);
-  return text + concat(" of frames ", frames_text(f));
+  std::string frames;
+  for (const Frames& f : frames_of(l, damage.first_layer, damage.last_layer, 1))
+    frames += concat(frames.empty() ? "" : ", ", frames_text(f));
+  return text + concat(" of frames ", frames);
 }
 
 std::string describe_survivors(const VolumeInfo& info, std::span<const Bcc4Damage> damage) {
@@ -75,7 +82,9 @@ std::string describe_survivors(const VolumeInfo& info, std::span<const Bcc4Damag
   for (const Bcc4Damage& d : damage)
     if (d.channel >= 0 && d.last_layer >= d.first_layer) {
       coarser = coarser || d.level > 0;
-      if (d.level == 0) touched.push_back(frames_of(info.lattice, d.first_layer, d.last_layer, reach));
+      if (d.level > 0) continue;
+      for (const Frames& f : frames_of(info.lattice, d.first_layer, d.last_layer, reach))
+        touched.push_back(f);
     }
   if (touched.empty()) return coarser ? "no sample of level 0 is lost" : "no sample is lost";
   std::sort(touched.begin(), touched.end(),

@@ -130,11 +130,11 @@ void write_level(ByteWriter& out, const StoredLattice& level) {
   for (const double v : l.space_step) out.write(v);
   out.write(l.time_step);
 }
-// base: the lattice of record 1, with which it shares its kind and the source samples.
+// base: the lattice of record 1, with which it shares its kind, the source samples and the ends of time.
 [[nodiscard]] LevelInfo read_level(ByteReader& in, const Lattice4& base) {
   LevelInfo level;
   Lattice4& l = level.lattice;
-  l.kind = base.kind, l.dims = base.dims, l.space.bcc = base.space.bcc;
+  l.kind = base.kind, l.dims = base.dims, l.space.bcc = base.space.bcc, l.periodic = base.periodic;
   level.slab_layers = in.read<uint8_t>();
   bool zero = true;
   for (int i = 0; i < 3; ++i) zero = in.read<uint8_t>() == 0 && zero;
@@ -182,7 +182,8 @@ enum End : uint8_t { mirror, odd, periodic, stencils };
 
 void write_domain(ByteWriter& out, const VolumeInfo& info) {
   const Lattice4& l = info.lattice;
-  for (size_t end = 0; end < 8; ++end) out.write(static_cast<uint8_t>(mirror));
+  for (size_t end = 0; end < 8; ++end)
+    out.write(static_cast<uint8_t>(end % 4 == 3 && l.periodic ? periodic : mirror));
   for (const int32_t n : l.before) out.write(static_cast<uint8_t>(n));
   out.write(static_cast<uint8_t>(l.lead));
   for (const int32_t n : l.behind) out.write(static_cast<uint8_t>(n));
@@ -192,14 +193,17 @@ void write_domain(ByteWriter& out, const VolumeInfo& info) {
   out.write(info.time_scale);
 }
 void read_domain(ByteReader& in, Lattice4& l) {
-  for (size_t end = 0; end < 8; ++end) {
-    const auto kind = in.read<uint8_t>();
+  std::array<uint8_t, 8> kinds;
+  for (size_t end = 0; end < kinds.size(); ++end) {
+    const auto kind = kinds[end] = in.read<uint8_t>();
     if (kind > stencils) fail(Code::corrupt, "metadata: end of kind ", static_cast<int>(kind));
     constexpr std::array<const char*, 4> names{"mirror", "odd", "periodic", "stencils"};
-    if (kind != mirror)
+    if (kind != mirror && !(kind == periodic && end % 4 == 3))
       fail(Code::unsupported_version, "metadata: axis ", "xyzt"[end % 4], " has ends of kind '", names[kind],
            "', which this version cannot draw; update bccsplat");
   }
+  if (kinds[3] != kinds[7]) fail(Code::corrupt, "metadata: one end of time is periodic, the other is not");
+  l.periodic = kinds[3] == periodic;
   for (int32_t& n : l.before) n = in.read<uint8_t>();
   bool right = in.read<uint8_t>() == l.lead;
   for (int32_t& n : l.behind) n = in.read<uint8_t>();
@@ -364,8 +368,8 @@ void read_errors(ByteReader& in, std::vector<MeasuredError>& list) {
 } // namespace
 
 uint16_t lowest_reader(const VolumeInfo& info) {
-  if (!info.levels.empty() || info.lattice.has_margins() || any_masks(info) || any_local(info) ||
-      !info.errors.empty())
+  if (!info.levels.empty() || info.lattice.has_margins() || info.lattice.periodic || any_masks(info) ||
+      any_local(info) || !info.errors.empty())
     return 3;
   for (const ChannelInfo& c : info.channels)
     if (c.type == ValueType::i32) return 3;
@@ -410,7 +414,8 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       p.write_string(value);
     }
   });
-  if (info.lattice.has_margins()) record(domain, [&](ByteWriter& p) { write_domain(p, info); });
+  if (info.lattice.has_margins() || info.lattice.periodic)
+    record(domain, [&](ByteWriter& p) { write_domain(p, info); });
   if (!info.levels.empty()) record(levels, [&](ByteWriter& p) { write_levels(p, info.levels); });
   if (any_masks(info))
     record(masks, [&](ByteWriter& p) {

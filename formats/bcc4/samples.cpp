@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <atomic>
 #include <mutex>
+#include <set>
 #include <tuple>
 
 #include "formats/bcc4/bcc4.h"
@@ -99,9 +100,11 @@ void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& re
   }
   std::mutex mutex;
   std::vector<Int3> lost;
-  const int32_t first = info.slab_of(std::max(0, layer - near.layers())),
-                last = info.slab_of(std::min(info.lattice.last_layer, layer + near.layers()));
-  for (int32_t slab = first; slab <= last; ++slab)
+  const Lattice4& l = info.lattice;
+  std::set<int32_t> slabs;
+  for (int32_t m = layer - near.layers(); m <= layer + near.layers(); ++m)
+    if (l.periodic || (m >= 0 && m <= l.last_layer)) slabs.insert(info.slab_of(l.mirror_layer(m)));
+  for (const int32_t slab : slabs)
     for_chunks(channel, slab, around, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
       if (!data.lost) return;
       const std::scoped_lock lock(mutex);

@@ -36,7 +36,7 @@ struct ChannelBlocks {
 [[nodiscard]] bool same_layers(const StoredLattice& a, const StoredLattice& b) {
   return a.slab_layers == b.slab_layers && a.lattice.kind == b.lattice.kind &&
          a.lattice.space == b.lattice.space && a.lattice.time_step == b.lattice.time_step &&
-         a.lattice.lead == b.lattice.lead;
+         a.lattice.lead == b.lattice.lead && a.lattice.periodic == b.lattice.periodic;
 }
 
 // Whether two infos agree in what may not change once samples are written.

@@ -25,7 +25,10 @@ void WriterIndex::check_slab(int32_t slab, const ChannelLevel& at, const VolumeI
   const Stream& s = stream(at);
   const int32_t slab_layers = info.level(at.level).slab_layers;
   if (slab < 0 || slab >= INT32_MAX / slab_layers) bad("no such slab");
-  if (slab <= s.last_slab) bad("slabs must rise");
+  const bool turns = info.lattice.periodic && !s.turned && slab < s.first_slab;
+  if (slab <= s.last_slab && !turns) bad("slabs must rise");
+  if (s.turned && slab >= s.first_slab) bad("it is there already");
+  if (turns) return; // check_ends sees whether the last slab is full
   if (s.last_slab >= 0 && s.last_slab_layers < slab_layers) bad("the one before was not full");
 }
 
@@ -41,8 +44,16 @@ void WriterIndex::drop_shown(Stream& s) {
   s.shown.clear();
 }
 
+// Pages rise: what follows goes before all that is there.
+void WriterIndex::turn(Stream& s) {
+  if (!s.pending.empty()) s.pages.push_back(append_page(s, 0)), s.pending.clear();
+  s.turned = true;
+  s.turned_pages = s.pages.size();
+}
+
 void WriterIndex::enter_chunk(const ChannelLevel& at, const Bcc4Chunk& entry) {
   Stream& s = stream(at);
+  if (entry.slab < s.first_slab && !s.turned) turn(s);
   s.kept += entry.kept, s.holes += entry.holes;
   s.min_code = std::min(s.min_code, entry.min_code), s.max_code = std::max(s.max_code, entry.max_code);
   ++chunks_, runs_bytes_ += entry.runs_bytes, values_bytes_ += entry.values_bytes;
@@ -56,16 +67,19 @@ void WriterIndex::enter_chunk(const ChannelLevel& at, const Bcc4Chunk& entry) {
 void WriterIndex::enter_slab(int32_t slab, const ChannelLevel& at, int32_t layers, uint64_t clamped) {
   Stream& s = stream(at);
   s.clamped += clamped;
+  if (s.first_slab < 0) s.first_slab = slab;
+  if (slab < s.first_slab && !s.turned) turn(s);
   s.last_slab = slab;
   s.last_slab_layers = layers;
+  if (slab >= s.end_slab) s.end_slab = slab, s.end_slab_layers = layers;
 }
 
 void WriterIndex::check_ends(const VolumeInfo& info) const {
   for (const Stream& s : streams_) {
     const StoredLattice& level = info.level(s.at.level);
-    if (s.last_slab >= 0 && s.last_slab_layers != level.layers_of(s.last_slab))
+    if (s.end_slab >= 0 && s.end_slab_layers != level.layers_of(s.end_slab))
       fail(Code::wrong_state, "writer: channel ", s.at.channel, ", level ", s.at.level, " ends after ",
-           s.last_slab_layers, " layers of slab ", s.last_slab, ", the lattice has ", level.lattice.layers(),
+           s.end_slab_layers, " layers of slab ", s.end_slab, ", the lattice has ", level.lattice.layers(),
            " layers");
   }
 }
@@ -79,6 +93,9 @@ std::vector<PageRef> WriterIndex::finish_pages() {
       drop_shown(s);
       s.pages.push_back(append_page(s, 0));
     }
+    if (s.turned)
+      std::rotate(s.pages.begin(), s.pages.begin() + static_cast<std::ptrdiff_t>(s.turned_pages),
+                  s.pages.end());
     pages.insert(pages.end(), s.pages.begin(), s.pages.end());
   }
   return pages;

@@ -21,7 +21,8 @@ class WriterIndex {
   WriterIndex(const VolumeInfo& info, AppendBlock append);
 
   [[nodiscard]] const SampleCoder& coder(const ChannelLevel& at) const { return stream(at).coder; }
-  // Fails unless the slab may be the next one of its channel and level.
+  // Fails unless the slab may be the next one of its channel and level: they rise, and of a periodic series
+  // the first ones may come behind the last one.
   void check_slab(int32_t slab, const ChannelLevel& at, const VolumeInfo& info) const;
   // Lists a chunk whose bytes are in their place; writes its page when that is full.
   void enter_chunk(const ChannelLevel& at, const Bcc4Chunk& entry);
@@ -53,7 +54,11 @@ class WriterIndex {
     std::vector<Bcc4Chunk> pending; // entries of no page yet
     std::vector<PageRef> pages;
     std::vector<PageRef> shown; // of the first of `pending`, ever smaller ones
+    int32_t first_slab = -1;    // the one that came first
     int32_t last_slab = -1, last_slab_layers = 0;
+    int32_t end_slab = -1, end_slab_layers = 0; // the one that stands last
+    bool turned = false;                        // slabs before the first one have begun
+    size_t turned_pages = 0;                    // pages of the slabs that came before these
     uint64_t kept = 0, holes = 0, clamped = 0;
     uint32_t min_code = UINT32_MAX, max_code = 0;
   };
@@ -64,6 +69,7 @@ class WriterIndex {
   [[nodiscard]] Stream& stream(const ChannelLevel& at) { return streams_.at(place_of(at)); }
   [[nodiscard]] PageRef append_page(const Stream& s, size_t first);
   void drop_shown(Stream& s);
+  void turn(Stream& s);
   // For what VolumeInfo says of a channel at a level.
   template<class Counts> static void add_counts(const Stream& s, Counts& out);
 

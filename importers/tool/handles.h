@@ -47,6 +47,10 @@ void check_kernel(bccsplat_status status, const std::string& what, const std::st
 // `kernel` empty: the file's.
 [[nodiscard]] Volume open_volume(const Device& device, const std::string& path, const std::string& kernel);
 [[nodiscard]] bccsplat_volume_info volume_info(const Volume& volume);
+// The last frame index that can be looked at: of a periodic series that of frame 0 again.
+[[nodiscard]] inline double last_index(const bccsplat_volume_info& v) {
+  return static_cast<double>(v.dims[3]) - (v.time_periodic ? 0 : 1);
+}
 [[nodiscard]] bccsplat_channel_info channel_info(const Volume& volume, uint32_t channel);
 [[nodiscard]] bccsplat_level_info level_info(const Volume& volume, uint32_t level);
 // By name or number.

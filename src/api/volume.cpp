@@ -20,9 +20,14 @@ namespace {
 // Of the cache, at most, for each channel that has some.
 constexpr uint64_t corrections_part = 8, masks_part = 16;
 
+// Up to the end of the domain: of a periodic series that is frame 0 again, and as long after the last frame
+// as frames are apart in the mean.
 TimeAxis time_axis(const VolumeInfo& info) {
-  if (info.time.uniform) return {info.time.first, info.time.step, static_cast<double>(info.lattice.dims[3])};
-  return TimeAxis(info.time.times);
+  const Lattice4& l = info.lattice;
+  if (info.time.uniform) return {info.time.first, info.time.step, l.last_frame() + 1};
+  std::vector<double> times = info.time.times;
+  if (l.periodic) times.push_back(times.back() + (times.back() - times.front()) / (l.dims[3] - 1.0));
+  return TimeAxis(std::move(times));
 }
 
 // Of a cache of level 0: a level has an eighth of the sites of the one before, in bricks that are not all
@@ -206,7 +211,9 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
       out.affine[4 * r + 3] = v.affine.offset[r];
     }
     out.affine[15] = 1;
-    out.time_first = volume->times.first(), out.time_last = volume->times.last();
+    out.time_first = v.time.at(0), out.time_last = v.time.at(v.lattice.dims[3] - 1);
+    out.time_periodic = v.lattice.periodic;
+    out.time_end = volume->times.last();
     out.mean_voxel = std::cbrt(std::fabs(v.affine.determinant()));
     out.spatial_unit = v.spatial_unit.c_str(), out.time_unit = v.time.unit.c_str();
     out.kernel = volume->kernel.name.c_str(), out.recommended_kernel = volume->recommended_kernel.c_str();

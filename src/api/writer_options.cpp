@@ -19,7 +19,8 @@ static_assert(static_cast<int>(NonFinite::error) == BCCSPLAT_NONFINITE_ERROR &&
               static_cast<int>(NonFinite::hole) == BCCSPLAT_NONFINITE_HOLE &&
               static_cast<int>(NonFinite::clamp) == BCCSPLAT_NONFINITE_CLAMP);
 static_assert(static_cast<int>(Ends::predict) == BCCSPLAT_ENDS_PREDICT &&
-              static_cast<int>(Ends::mirror) == BCCSPLAT_ENDS_MIRROR);
+              static_cast<int>(Ends::mirror) == BCCSPLAT_ENDS_MIRROR &&
+              static_cast<int>(Ends::periodic) == BCCSPLAT_ENDS_PERIODIC);
 static_assert(static_cast<int>(Measure::some) == BCCSPLAT_MEASURE_SOME &&
               static_cast<int>(Measure::all) == BCCSPLAT_MEASURE_ALL);
 static_assert(static_cast<int>(Continuity::journal) == BCCSPLAT_PARTIAL_KEEP &&
@@ -117,7 +118,7 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   s.filter = choose(o.filter, Filter::kaiser8, 3, "filter");
   s.lowpass = o.lowpass != 0;
   s.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
-  s.ends = choose(o.ends, Ends::automatic, BCCSPLAT_ENDS_MIRROR, "ends");
+  s.ends = choose(o.ends, Ends::automatic, BCCSPLAT_ENDS_PERIODIC, "ends");
   read_faces(o.faces, s);
   s.coefficients = choose(o.store, BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS, "store") ==
                    BCCSPLAT_STORE_COEFFICIENTS;

@@ -149,33 +149,37 @@ class Corrections::Lookup {
 
 namespace {
 
-// The source samples around a place along one axis, with weights and slopes; those beyond the ends have none.
+// The source samples around a place along one axis, with weights and slopes; those beyond the ends have none,
+// or are those at the other end of a periodic axis.
 struct Around {
   std::array<int64_t, 2> at{};
   std::array<double, 2> weight{}, slope{};
 
-  Around(double p, int64_t n, const FallOff& fall) {
-    const double cell = std::clamp(std::floor(p), -2.0, static_cast<double>(n));
+  Around(double p, int64_t n, bool periodic, const FallOff& fall) {
+    const double cell = periodic ? std::floor(p) : std::clamp(std::floor(p), -2.0, static_cast<double>(n));
     for (size_t k = 0; k < 2; ++k) {
       at[k] = static_cast<int64_t>(cell) + static_cast<int64_t>(k);
-      if (at[k] < 0 || at[k] >= n) continue;
       const double d = p - static_cast<double>(at[k]);
+      if (periodic) at[k] = (at[k] % n + n) % n;
+      if (at[k] < 0 || at[k] >= n) continue;
       weight[k] = fall.value(d), slope[k] = fall.slope(d);
     }
   }
 };
 
 // The source sample a point is meant to be; false: none.
-bool source_sample(const Vec4& p, const std::array<int64_t, 4>& n, std::array<int64_t, 4>& at) {
+bool source_sample(const Vec4& p, const Lattice4& lattice, std::array<int64_t, 4>& at) {
+  const auto& n = lattice.dims;
   for (size_t a = 0; a < 4; ++a) {
     if (n[a] == 1 && a == 3) {
       at[a] = 0;
       continue;
     }
     const double near = std::nearbyint(p[a]);
-    if (!(std::fabs(p[a] - near) < same_place) || near < 0 || near >= static_cast<double>(n[a])) return false;
+    if (!(std::fabs(p[a] - near) < same_place) || near < 0 || near > lattice.domain_end(a)) return false;
     at[a] = static_cast<int64_t>(near);
   }
+  at[3] = lattice.turned_frame(at[3]);
   return true;
 }
 
@@ -184,12 +188,13 @@ bool source_sample(const Vec4& p, const std::array<int64_t, 4>& n, std::array<in
 uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<float> values,
                                     std::span<std::array<float, 4>> gradients, const Context& context) const {
   const FallOff fall(shape());
+  const Lattice4& lattice = reader_->info().lattice;
   std::atomic<uint64_t> found{0};
   const auto add = [&](Lookup& look, size_t i) {
     const Vec4& p = points[i];
-    const std::array<Around, 3> space{Around(p[0], n_[0], fall), Around(p[1], n_[1], fall),
-                                      Around(p[2], n_[2], fall)};
-    const Around time(n_[3] == 1 ? 0 : p[3], n_[3], fall);
+    const std::array<Around, 3> space{Around(p[0], n_[0], false, fall), Around(p[1], n_[1], false, fall),
+                                      Around(p[2], n_[2], false, fall)};
+    const Around time(n_[3] == 1 ? 0 : p[3], n_[3], lattice.periodic, fall);
     float sum = 0;
     std::array<double, 4> slope{};
     for (size_t m = 0; m < 2; ++m) {
@@ -225,7 +230,7 @@ uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<floa
         continue;
       }
       std::array<int64_t, 4> at;
-      if (!source_sample(points[i], n_, at)) continue;
+      if (!source_sample(points[i], lattice, at)) continue;
       const float* value = look.frame(at[3]).set.find(static_cast<int>(at[0]), static_cast<int>(at[1]),
                                                       static_cast<int>(at[2]));
       if (value) values[i] = *value, ++found;

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 
 namespace bccsplat {
@@ -17,9 +18,16 @@ constexpr uint64_t block_points = 4096; // of a task
 // one.
 constexpr double rounding = 1e-9;
 
+double near_index(double position) { return std::floor(position + 0.5 + rounding); }
+
+// Of a periodic axis, on which points may be anywhere; what is further off than that is no place of a series.
+int64_t counted_index(double position) {
+  constexpr double most = 1e15;
+  return static_cast<int64_t>(std::clamp(near_index(position), -most, most));
+}
+
 int64_t nearest_of(double position, int64_t n) {
-  const double near = std::floor(position + 0.5 + rounding);
-  return static_cast<int64_t>(std::clamp(near, 0.0, static_cast<double>(n - 1)));
+  return static_cast<int64_t>(std::clamp(near_index(position), 0.0, static_cast<double>(n - 1)));
 }
 
 uint64_t voxels_of(const std::array<int64_t, 3>& n) {
@@ -53,12 +61,17 @@ uint64_t FrameMask::count() const {
 
 Masks::Masks(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget,
              uint64_t cache_bytes)
-    : reader_(std::move(reader)), channel_(channel), budget_(budget), cache_(cache_bytes) {
+    : reader_(std::move(reader)), channel_(channel), periodic_(reader_->info().lattice.periodic),
+      budget_(budget), cache_(cache_bytes) {
   const auto& dims = reader_->info().lattice.dims;
   for (size_t a = 0; a < 4; ++a) n_[a] = dims[a];
 }
 
 int64_t Masks::nearest(double position, size_t axis) const { return nearest_of(position, n_[axis]); }
+
+int64_t Masks::counted_frame(double moment) const {
+  return periodic_ ? counted_index(moment) : nearest(moment, 3);
+}
 
 FrameMaskPtr Masks::read(int64_t frame) const {
   const uint64_t offset = blocks()[static_cast<size_t>(frame)].offset;
@@ -94,7 +107,8 @@ FrameMaskPtr Masks::read_nearest_whole(int64_t frame) const {
   return nullptr;
 }
 
-FrameMaskPtr Masks::frame(int64_t frame) const {
+FrameMaskPtr Masks::frame(int64_t counted) const {
+  const int64_t frame = reader_->info().lattice.turned_frame(counted);
   if (blocks()[static_cast<size_t>(frame)].stored == 0) return nullptr;
   return reader_->salvages() ? read_nearest_whole(frame) : read(frame);
 }
@@ -121,13 +135,13 @@ template<class Body>
 void Masks::each_missing(std::span<const Vec4> points, const Context& context, const Body& body) const {
   context.tasks.parallel_for((points.size() + block_points - 1) / block_points, [&](uint64_t b) {
     context.progress.check();
-    int64_t held = -1; // frame
+    std::optional<int64_t> held; // frame
     FrameMaskPtr mask;
     for (size_t i = b * block_points; i < std::min<size_t>(points.size(), (b + 1) * block_points); ++i) {
       const Vec4& p = points[i];
       const double t = n_[3] == 1 ? 0 : p[3]; // a static volume ignores it
       if (!(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]) && std::isfinite(t))) continue;
-      if (const int64_t f = nearest(t, 3); f != held) mask = frame(f), held = f;
+      if (const int64_t f = counted_frame(t); f != held) mask = frame(f), held = f;
       if (mask && mask->at({nearest(p[0], 0), nearest(p[1], 1), nearest(p[2], 2)})) body(i);
     }
   });
@@ -151,13 +165,15 @@ void Masks::mark(std::span<const Vec4> points, std::span<uint8_t> missing, const
 
 SliceMask::SliceMask(const Masks& masks, const Vec4& origin, const std::array<Vec4, 3>& basis, int64_t first,
                      std::vector<FrameMaskPtr> frames)
-    : n_(masks.samples()), origin_(origin), basis_(basis), first_(first), frames_(std::move(frames)) {}
+    : n_(masks.samples()), periodic_(masks.periodic()), origin_(origin), basis_(basis), first_(first),
+      frames_(std::move(frames)) {}
 
 bool SliceMask::missing(const Vec3& uvw) const {
   std::array<int64_t, 4> at;
-  for (size_t a = 0; a < 4; ++a)
-    at[a] =
-        nearest_of(origin_[a] + basis_[0][a] * uvw[0] + basis_[1][a] * uvw[1] + basis_[2][a] * uvw[2], n_[a]);
+  for (size_t a = 0; a < 4; ++a) {
+    const double p = origin_[a] + basis_[0][a] * uvw[0] + basis_[1][a] * uvw[1] + basis_[2][a] * uvw[2];
+    at[a] = a == 3 && periodic_ ? counted_index(p) : nearest_of(p, n_[a]);
+  }
   const auto last = first_ + static_cast<int64_t>(frames_.size()) - 1;
   const auto& frame = frames_[static_cast<size_t>(std::clamp(at[3], first_, last) - first_)];
   return frame && frame->at({at[0], at[1], at[2]}) &&

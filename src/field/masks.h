@@ -51,11 +51,14 @@ class Masks {
   Masks(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget, uint64_t cache_bytes);
 
   [[nodiscard]] const std::array<int64_t, 4>& samples() const { return n_; } // along x, y, z, t
+  [[nodiscard]] bool periodic() const { return periodic_; }                  // in time
   // The source sample that decides about a coordinate along an axis.
   [[nodiscard]] int64_t nearest(double position, size_t axis) const;
-  // Null: nothing is missing. Of a file that is salvaged a damaged mask is that of the nearest frame whose
-  // mask is whole; where none is, nothing counts as missing.
-  [[nodiscard]] FrameMaskPtr frame(int64_t frame) const;
+  // The frame of a moment; of a periodic series counted on beyond its ends.
+  [[nodiscard]] int64_t counted_frame(double moment) const;
+  // Of a periodic series the number may be counted on. Null: nothing is missing. Of a file that is salvaged a
+  // damaged mask is that of the nearest frame whose mask is whole; where none is, nothing counts as missing.
+  [[nodiscard]] FrameMaskPtr frame(int64_t counted) const;
   // How many samples of the series are missing, as far as the file is whole.
   [[nodiscard]] uint64_t count() const;
 
@@ -79,6 +82,7 @@ class Masks {
   std::shared_ptr<const Bcc4Reader> reader_;
   int channel_;
   std::array<int64_t, 4> n_{};
+  bool periodic_;
   MemoryBudget& budget_;
   mutable LruCache<uint64_t, FrameMask> cache_; // by offset of the block
   // Those in use that the cache may have dropped.
@@ -89,7 +93,8 @@ class Masks {
 // The masks of the frames that a slice meets: points of slice space are missing as those of the volume are.
 class SliceMask {
  public:
-  // origin, basis: as of Slice. frames: `first` and those behind it, null where nothing is missing.
+  // origin, basis: as of Slice. frames: `first` and those behind it, as counted, null where nothing is
+  // missing.
   SliceMask(const Masks& masks, const Vec4& origin, const std::array<Vec4, 3>& basis, int64_t first,
             std::vector<FrameMaskPtr> frames);
 
@@ -101,6 +106,7 @@ class SliceMask {
 
  private:
   std::array<int64_t, 4> n_;
+  bool periodic_;
   Vec4 origin_;
   std::array<Vec4, 3> basis_;
   int64_t first_;

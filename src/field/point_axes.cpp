@@ -103,7 +103,7 @@ HWY_EXPORT(ScalePoints);
 
 PointAxes::PointAxes(const Lattice4& lattice, size_t points) {
   const Vec3 unit = lattice.lattice_unit();
-  for (size_t a = 0; a < 4; ++a) end[a] = lattice.dims[a] - 1.0;
+  for (size_t a = 0; a < 4; ++a) end[a] = lattice.domain_end(a);
   const Vec3 first = lattice.first_sample();
   for (size_t a = 0; a < 3; ++a) scale[a] = 1 / unit[a], shift[a] = first[a];
   scale[3] = kernel_time_per_frame(lattice);

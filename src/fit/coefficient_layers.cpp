@@ -21,7 +21,8 @@ float dead_zone(const Quantiser& quantiser, float threshold) {
 CoefficientLayers::CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
                                      const std::string& kernel, int32_t samples, int32_t first, int32_t end)
     : window_(lattice, quantiser.air, {}, samples), kernel_(kernel), prune_(dead_zone(quantiser, threshold)),
-      reach_(prefilter_layers(lattice, kernel)), next_(first), end_(end), quantiser_(quantiser) {
+      reach_(prefilter_layers(lattice, kernel)), next_(first), end_(end), complete_(lattice.layers()),
+      quantiser_(quantiser) {
   make_field();
   if (!is_float(quantiser.type) && quantiser.type != ValueType::i32)
     fail(Code::invalid_argument,
@@ -34,25 +35,39 @@ void CoefficientLayers::make_field() {
 
 void CoefficientLayers::set_lattice(const Lattice4& lattice) {
   window_.set_lattice(lattice);
-  reach_ = prefilter_layers(lattice, kernel_), end_ = lattice.layers();
+  reach_ = prefilter_layers(lattice, kernel_), end_ = complete_ = lattice.layers();
   make_field();
+}
+
+int32_t CoefficientLayers::turn_from(int32_t first, int32_t slab_layers) {
+  const int32_t layers = window_.lattice().layers();
+  next_ = (first + reach_ + slab_layers - 1) / slab_layers * slab_layers;
+  if (next_ >= layers) next_ = 0;
+  end_ = next_ + layers, complete_ = first + layers;
+  // What depends on none of the last layers comes first; else all of them come together.
+  window_.turn_from(first, next_ > 0 ? std::min(next_ + reach_ + 1, complete_) : complete_);
+  return next_;
 }
 
 std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> samples, const Context& context) {
   for (const BrickLayer& layer : samples) window_.push(layer);
   const int32_t layers = window_.lattice().layers();
   std::vector<BrickLayer> out;
+  const bool turns = window_.lattice().periodic;
   for (; next_ < end_; ++next_) {
-    if (window_.end() < (window_.lattice().is_static() ? layers : std::min(next_ + reach_ + 1, layers)))
-      break;
+    const int32_t needed = turns && next_ == 0 ? complete_ : std::min(next_ + reach_ + 1, complete_);
+    if (window_.end() < (window_.lattice().is_static() ? layers : needed)) break;
     const auto made = field_->layer(next_, context);
     uint64_t clamped = 0; // the container counts none either: it gets what fits
     out.push_back(quantiser_.type == ValueType::f16 ? round_layer(*made, quantiser_, 0, clamped, context)
                                                     : *made);
-    if (!window_.lattice().is_static()) field_->forget(next_ + 1, next_ + 1);
+    if (!window_.lattice().is_static() && next_ < layers) field_->forget(next_ + 1, next_ + 1);
   }
   // A layer beyond the end mirrors one as far before it.
-  if (!window_.lattice().is_static()) window_.forget(next_ - reach_ - 1);
+  if (turns && window_.end() >= complete_)
+    window_.forget_all();
+  else if (!window_.lattice().is_static())
+    window_.forget(next_ - reach_ - 1);
   return out;
 }
 

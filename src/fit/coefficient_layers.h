@@ -28,9 +28,12 @@ class CoefficientLayers {
   CoefficientLayers(const Lattice4& lattice, const Quantiser& quantiser, float threshold,
                     const std::string& kernel, int32_t samples, int32_t first, int32_t end);
 
+  // Before any layer, of a periodic series: samples come from layer `first` on, coefficients from the first
+  // whole slab on that needs none before it. Returns where that is.
+  int32_t turn_from(int32_t first, int32_t slab_layers);
   // The next layers of samples; returns the layers of coefficients that are complete with them, in order and
   // as stored, but for steps (i32), to which whole slabs are rounded (coefficient_steps.h). All have come out
-  // when the last layer has gone in.
+  // when the last layer has gone in; those of a periodic series that come before the first one last.
   [[nodiscard]] std::vector<BrickLayer> add(std::span<const BrickLayer> samples, const Context& context);
 
   // The series ends elsewhere than was said, with layers that have not been made yet; of a whole series.
@@ -46,6 +49,7 @@ class CoefficientLayers {
   float prune_;
   std::optional<Coefficients> field_;
   int32_t reach_, next_, end_;
+  int32_t complete_; // layers of samples
   Quantiser quantiser_;
 };
 

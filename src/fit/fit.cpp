@@ -44,9 +44,11 @@ struct Channel {
   bool filtered = false;            // it has handed out all frames
   uint32_t given = 0;               // frames
   uint32_t frames = 0;              // those of them in the window or past it: a low-pass holds some back
-  int32_t next_layer = 0;           // the first not made
+  int32_t next_layer = 0;           // the first not made; of a periodic series counted on in the second turn
   std::deque<FrameSites> window;    // frames window_first ..
   uint32_t window_first = 0;
+  std::vector<FrameSites>
+      head; // of a periodic series: frames first_frame .. that are needed again at its end
   EndLevels end_levels;
 
   std::vector<BrickLayer> slab; // layers made and not handed out
@@ -80,7 +82,7 @@ LayerCounts counts_of(const LayerMaker& maker, uint64_t sites_total) {
 
 Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
   return Lattice4::fit(options.lattice, {options.dims[0], options.dims[1], options.dims[2], frames},
-                       options.scales, options.lead, options.margins);
+                       options.scales, options.lead, options.margins, options.periodic);
 }
 
 void LayerCounts::add(const LayerCounts& other) {
@@ -98,10 +100,16 @@ struct Fit::State {
       fail(Code::invalid_argument, "fit: ", options.lead,
            " layers before the first frame; an even number is needed");
     if (options.slab_layers < 1) fail(Code::invalid_argument, "fit: a slab has at least one layer");
+    if (options.periodic && (options.dims[3] < 2 || options.lead > 0 || options.part))
+      fail(Code::invalid_argument,
+           "fit: a periodic series needs the number of its frames, at least 2, and has ",
+           "neither layers beyond its ends nor parts");
+    if (options.periodic) begin_turn();
     for (const FitChannel& channel : options.channels) {
       channels.push_back(std::make_unique<Channel>(channel));
       if (options.part) begin_part(*channels.back(), *options.part);
       if (options.lowpass) channels.back()->lowpass = std::make_unique<Lowpass>(lattice, channel.ringing);
+      if (options.periodic) begin_turn(*channels.back());
     }
   }
 
@@ -115,6 +123,11 @@ struct Fit::State {
   EndPredictions ends;
   std::vector<std::unique_ptr<Channel>> channels;
   bool layers_given = false; // instead of frames
+  // Of a periodic series: the frame that the window begins with (a low-pass holds those before it back until
+  // the end), the layer that can be made first, and the number of frames that are needed again at the end.
+  uint32_t first_frame = 0;
+  int32_t first_layer = 0;
+  uint32_t head_frames = 0;
   bool finished = false;
 
   void begin_part(Channel& c, const FitPart& part) const {
@@ -128,8 +141,31 @@ struct Fit::State {
   [[nodiscard]] bool counts_layer(int32_t layer) const {
     return !options.part || (layer >= options.part->first_own && layer < options.part->end_own);
   }
+  // The first whole slab whose layers need no frame before the first one there is; all layers need the last
+  // frames where there is none.
+  void begin_turn() {
+    if (options.lowpass) first_frame = static_cast<uint32_t>(lowpass_time_reach(lattice));
+    const int reach = filter_reach(options.filter, time_widening(lattice));
+    const double needed = first_frame + reach - 1.0;
+    const auto layer = static_cast<int64_t>(std::ceil(needed / lattice.time_step));
+    const int64_t slab = (layer + options.slab_layers - 1) / options.slab_layers * options.slab_layers;
+    if (slab < lattice.layers()) first_layer = static_cast<int32_t>(slab);
+    const double last = std::ceil(lattice.layer_frame(first_layer)) + reach + 1;
+    const double frames = slab < lattice.layers() ? std::max(last - first_frame, 0.0) : options.dims[3];
+    head_frames = static_cast<uint32_t>(std::min<double>(frames, options.dims[3]));
+  }
   [[nodiscard]] int32_t end_layer() const {
-    return options.part ? options.part->end_layer : lattice.layers();
+    return options.part ? options.part->end_layer : first_layer + lattice.layers();
+  }
+  void begin_turn(Channel& c) const {
+    c.frames = c.window_first = first_frame;
+    c.next_layer = first_layer;
+    c.slab_index = first_layer / options.slab_layers;
+  }
+  // A frame by its number in the series, or of a periodic one as counted from first_frame on.
+  [[nodiscard]] const FrameSites& frame_at(const Channel& c, int64_t f) const {
+    if (f < c.window_first) return c.head.at(static_cast<size_t>(f - first_frame));
+    return c.window[static_cast<size_t>(f - c.window_first)];
   }
 
   [[nodiscard]] bool length_known() const { return options.dims[3] > 0 || finished; }
@@ -237,8 +273,10 @@ struct Fit::State {
       sites.block = c.window.back().block;
     else
       sites = resampler_of(frame).resample(frame, scan.cells, c.options.unit, pool, context);
-    if (scan.finite > 0 && !c.any_known)
+    if (scan.finite > 0 && !c.any_known) {
+      for (FrameSites& earlier : c.head) earlier.block = sites.block;
       for (FrameSites& earlier : c.window) earlier.block = sites.block;
+    }
     c.any_known = c.any_known || scan.finite > 0;
     sites.holes = mark_sites(holes, lattice);
     sites.masked = options.masks;
@@ -277,7 +315,8 @@ struct Fit::State {
     const int64_t frames = finished         ? int64_t{c.frames}
                            : length_known() ? int64_t{options.dims[3]}
                                             : INT32_MAX;
-    const bool complete = c.frames == frames;
+    const bool complete = c.frames == frames + first_frame;
+    if (options.periodic) return make_turning_layers(c, index, widening, complete);
     // Missing frames at the start wait for what they are to hold, as long as it can matter.
     if (!c.any_known && !complete &&
         c.frames <= 2 * filter_reach(options.filter, widening) + (options.lead > 0 ? ends.used() : 0))
@@ -301,6 +340,40 @@ struct Fit::State {
       emit(c, index, c.next_layer, taps, nearest_tap);
     }
     forget_frames(c, widening);
+  }
+
+  // The same of a periodic series. Frames and layers are counted on beyond its end; the first layers are made
+  // there.
+  void make_turning_layers(Channel& c, int index, double widening, bool complete) {
+    const int64_t there = int64_t{c.frames} - first_frame;
+    if (!c.any_known && !complete && there <= 2 * filter_reach(options.filter, widening)) return;
+    for (; c.next_layer < end_layer(); ++c.next_layer) {
+      const double position = lattice.layer_frame(c.next_layer);
+      const FilterTable table = filter_table(options.filter, widening, std::span(&position, 1));
+      const int64_t begin = table.first[0], end = begin + table.taps;
+      if (!complete && (begin < first_frame || end > c.frames)) break;
+      std::vector<LayerTap> taps;
+      std::map<int64_t, size_t> tap_of; // by frame: a short series turns several times within the filter
+      for (int64_t f = begin; f < end; ++f) {
+        const auto [at, is_new] = tap_of.try_emplace(counted_frame(f), taps.size());
+        if (is_new) taps.push_back({&frame_at(c, at->first), 0});
+        taps[at->second].weight += table.weight[static_cast<size_t>(f - begin)];
+      }
+      const int64_t nearest = counted_frame(lattice.nearest_frame(position));
+      const auto found = tap_of.find(nearest);
+      emit(c, index, lattice.mirror_layer(c.next_layer), taps, found == tap_of.end() ? 0 : found->second);
+    }
+    const auto needed = static_cast<int64_t>(std::floor(lattice.layer_frame(c.next_layer))) -
+                        filter_reach(options.filter, widening);
+    while (c.window.size() > 1 && c.window_first < needed) {
+      if (c.window_first - first_frame < head_frames) c.head.push_back(std::move(c.window.front()));
+      c.window.pop_front();
+      ++c.window_first;
+    }
+  }
+  // The number, from first_frame on, of a frame of any turn.
+  [[nodiscard]] int64_t counted_frame(int64_t frame) const {
+    return first_frame + lattice.turned_frame(frame - first_frame);
   }
 
   // Returns the taps of a layer; frames beyond the ends of a series of n are replaced by those that predict
@@ -358,10 +431,12 @@ struct Fit::State {
           static_cast<uint64_t>(lattice.space.sites(coset));
       const int32_t first = options.part ? options.part->first_own : 0;
       const auto slab = static_cast<size_t>((layer - first) / options.slab_layers);
-      c.report.clamped_slabs.resize(slab + 1);
+      c.report.clamped_slabs.resize(std::max(c.report.clamped_slabs.size(), slab + 1));
       c.report.clamped_slabs[slab] += maker.clamped() - clamped_before;
     }
-    if (static_cast<int32_t>(c.slab.size()) == options.slab_layers) hand_out(c, index);
+    const bool last = options.periodic && layer == lattice.last_layer;
+    if (last || static_cast<int32_t>(c.slab.size()) == options.slab_layers) hand_out(c, index);
+    if (last) c.slab_index = 0;
   }
 
   void hand_out(Channel& c, int index) {
@@ -371,9 +446,16 @@ struct Fit::State {
     c.slab_memory.clear();
   }
 
+  // Layers are given from the first one on.
+  void begin_layers() {
+    layers_given = true;
+    first_layer = 0;
+    for (const auto& c : channels) c->next_layer = c->slab_index = 0;
+  }
+
   [[nodiscard]] DirectLayerScan check_layer(int index, std::span<const float> samples) const {
     const Channel& c = channel(index);
-    const int32_t layer = c.next_layer;
+    const int32_t layer = layers_given ? c.next_layer : 0;
     const int coset = lattice.coset(layer);
     if (samples.size() != static_cast<uint64_t>(lattice.space.sites(coset)))
       fail(Code::invalid_argument, "fit: layer ", layer, " has ", lattice.space.sites(coset), " sites, not ",
@@ -393,8 +475,8 @@ struct Fit::State {
 
   void add_layer(int index, std::span<const float> samples, const DirectLayerScan& scan) {
     Channel& c = channel(index);
+    if (!layers_given) begin_layers();
     const int32_t layer = c.next_layer;
-    layers_given = true;
     const BrickLayer shape(lattice.space, lattice.coset(layer));
     const float air = c.options.quantiser.air;
     note_range(c, scan.low, scan.high, scan.finite > 0);

@@ -57,6 +57,9 @@ struct FitOptions {
   // Layers beyond each end of time, even, made of predicted frames (ends.h); 0: none, and frames beyond an
   // end are mirror images. Layers that are given are never more than those of the series.
   int32_t lead = 0;
+  // The last frame leads to the first: frames beyond an end are those at the other one. Needs dims[3] > 0, no
+  // lead and no part.
+  bool periodic = false;
   // Planes outside both faces of each axis, even, made of predicted samples; 0: none, and samples beyond a
   // face are mirror images. Layers that are given hold them.
   Int3 margins{0, 0, 0};
@@ -76,7 +79,8 @@ struct FitOptions {
 [[nodiscard]] Lattice4 lattice_of(const FitOptions& options, uint32_t frames);
 
 // Layers slab * slab_layers .. of one channel, fewer than slab_layers only at the end. Slabs of a channel
-// come in rising order, all of them, from the thread that called the Fit. Values are relative to air and
+// come in rising order, all of them, from the thread that called the Fit; of periodic frames those that need
+// the last frames, the first ones, come last. Values are relative to air and
 // exactly representable in the stored type.
 using FitSink = std::function<void(int32_t slab, int channel, std::span<const BrickLayer> layers)>;
 

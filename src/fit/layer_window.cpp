@@ -36,9 +36,16 @@ int32_t support_layers(const Lattice4& lattice, const Kernel& kernel) {
 } // namespace
 
 BrickLayer LayerWindow::read_layer(int, int32_t layer, const BrickBox&, const Context&) const {
-  if (layer < first_ || layer >= end())
-    fail(Code::internal, "layer ", layer, " is not among ", first_, " .. ", end() - 1, " at hand");
-  return layers_[static_cast<size_t>(layer - first_)];
+  const BrickLayer* found = find(layer);
+  if (!found && lattice_.periodic) found = find(layer + lattice_.layers());
+  if (!found) fail(Code::internal, "layer ", layer, " is not among ", first_, " .. ", end() - 1, " at hand");
+  return *found;
+}
+
+const BrickLayer* LayerWindow::find(int32_t number) const {
+  if (number >= first_ && number < end()) return &layers_[static_cast<size_t>(number - first_)];
+  const auto kept = kept_.find(number);
+  return kept == kept_.end() ? nullptr : &kept->second;
 }
 
 int32_t prefilter_layers(const Lattice4& lattice, const std::string& kernel) {

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The last layers of a fit as a source of samples: what a reader of the file will see, before it is a file.
+//
+// Layers are numbered as they come. Those of a periodic series begin anywhere, and count on behind the last
+// one of the lattice: the first ones of the lattice come last.
 #pragma once
 
 #include <deque>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,9 +22,20 @@ class LayerWindow final : public SampleSource {
 
   // The next layer.
   void push(BrickLayer layer) { layers_.push_back(std::move(layer)); }
+  // Before any layer, of a periodic series: layer `first` comes first, and those before `kept` are needed
+  // again when all have come.
+  void turn_from(int32_t first, int32_t kept) { first_ = first, kept_end_ = kept; }
   // Layers before this one are not needed any more.
   void forget(int32_t before) {
-    for (; first_ < before && !layers_.empty(); ++first_) layers_.pop_front();
+    for (; first_ < before && !layers_.empty(); ++first_) {
+      if (first_ < kept_end_) kept_[first_] = std::move(layers_.front());
+      layers_.pop_front();
+    }
+  }
+  // None is.
+  void forget_all() {
+    forget(end());
+    kept_.clear();
   }
   // The series ends elsewhere than was said; what has been made of its layers must be made anew.
   void set_lattice(const Lattice4& lattice) { lattice_ = lattice; }
@@ -36,8 +51,12 @@ class LayerWindow final : public SampleSource {
   Lattice4 lattice_;
   float air_;
   std::string kernel_;
+  [[nodiscard]] const BrickLayer* find(int32_t number) const;
+
   std::deque<BrickLayer> layers_;
   int32_t first_; // number of the front
+  int32_t kept_end_ = 0;
+  std::map<int32_t, BrickLayer> kept_; // by number
 };
 
 // Returns how many layers on either side of an instant matter when `kernel` reads `source`.

@@ -80,6 +80,11 @@ Lowpass::Lowpass(const Lattice4& lattice, float ringing) : ringing_(ringing) {
       stage.pair = lowpass_pair({i, 3}, {unit[i], unit[3]});
     }
   }
+  periodic_ = lattice.periodic;
+  if (periodic_) {
+    turn_ = 2 * static_cast<size_t>(lowpass_time_reach(lattice));
+    for (Stage& stage : time_) stage.next = stage.pair.reach[1];
+  }
   margin_ = reach_[0];
   pitch_ = (n_[0] + 15) / 16 * 16 + 2 * margin_;
 }
@@ -199,9 +204,9 @@ void Lowpass::add(const Frame* frame, HoleMap holes, const Sink& sink, const Con
     previous_ = read(*frame, std::move(holes), context);
     for (const LowpassPair& pair : space_) previous_ = apply(pair, *previous_, {}, context);
     push_missing(sink, context);
-    push(0, previous_, false, sink, context);
+    push_first(previous_, sink, context);
   } else
-    push(0, again(*previous_, std::move(holes), context), false, sink, context);
+    push_first(again(*previous_, std::move(holes), context), sink, context);
 }
 
 Lowpass::FramePtr Lowpass::again(const LowpassFrame& frame, HoleMap holes, const Context& context) const {
@@ -219,8 +224,13 @@ Lowpass::FramePtr Lowpass::again(const LowpassFrame& frame, HoleMap holes, const
 
 // Frames missing at the start, once it is known what they are to hold.
 void Lowpass::push_missing(const Sink& sink, const Context& context) {
-  for (HoleMap& holes : missing_) push(0, again(*previous_, std::move(holes), context), false, sink, context);
+  for (HoleMap& holes : missing_) push_first(again(*previous_, std::move(holes), context), sink, context);
   missing_.clear();
+}
+
+void Lowpass::push_first(const FramePtr& frame, const Sink& sink, const Context& context) {
+  if (head_.size() < turn_) head_.push_back(frame);
+  push(0, frame, false, sink, context);
 }
 
 void Lowpass::finish(const Sink& sink, const Context& context) {
@@ -228,8 +238,12 @@ void Lowpass::finish(const Sink& sink, const Context& context) {
     previous_ = make_frame(context);
     push_missing(sink, context);
   }
-  push(0, nullptr, true, sink, context);
+  if (periodic_)
+    for (size_t i = 0; i < turn_; ++i) push(0, head_[i % head_.size()], false, sink, context);
+  else
+    push(0, nullptr, true, sink, context);
   previous_ = nullptr;
+  head_.clear();
 }
 
 void Lowpass::push(size_t stage, FramePtr frame, bool last, const Sink& sink, const Context& context) {
@@ -243,7 +257,8 @@ void Lowpass::push(size_t stage, FramePtr frame, bool last, const Sink& sink, co
   for (; s.next < end && (last || s.next + reach < end); ++s.next) {
     // The first frames mirror the same for any number, and the last ones are only made when it is known.
     const auto at = [&](int64_t offset) -> const LowpassFrame& {
-      return *s.window[static_cast<size_t>(mirror_index(s.next + offset, end) - s.first)];
+      const int64_t number = periodic_ ? s.next + offset : mirror_index(s.next + offset, end);
+      return *s.window[static_cast<size_t>(number - s.first)];
     };
     push(stage + 1, apply(s.pair, at(0), at, context), false, sink, context);
     // What follows the last frame mirrors `reach` + 1 frames before it.

@@ -6,7 +6,8 @@
 // Nyquist frequency of a grid of the lattice distance, and what lies outside folds back. The cell is the
 // intersection of six octagons, one for each pair of axes, so the filter is a product of six 2D filters: a
 // windowed ideal response each (Kaiser along both diagonals). The three that involve time run as a chain of
-// sliding windows. Ends are mirrored as those of the resampling are.
+// sliding windows. Ends are mirrored as those of the resampling are; of a periodic series the first frames
+// come once more behind the last one.
 #pragma once
 
 #include <array>
@@ -59,7 +60,8 @@ struct LowpassFrame {
 // One channel. Memory: frames within reach as dense floats (lowpass_time_reach, twice, and some).
 class Lowpass {
  public:
-  // Called in the order of the frames.
+  // Called in the order of the frames; of a periodic series from frame lowpass_time_reach on, and for those
+  // before it last.
   using Sink = std::function<void(const Frame& frame, const HoleMap& holes)>;
 
   // ringing: what the filter leaves where the source is air is air again up to this fraction of the largest
@@ -77,7 +79,7 @@ class Lowpass {
   struct Stage { // of a pair with time
     LowpassPair pair;
     std::deque<FramePtr> window;
-    int64_t first = 0, next = 0; // frame of window.front(), and the next to be made
+    int64_t first = 0, next = 0; // frame of window.front(), and the next to be made; counted from the first
   };
   using At = std::function<const LowpassFrame&(int64_t offset)>; // frames by their distance in time
 
@@ -88,6 +90,7 @@ class Lowpass {
   [[nodiscard]] FramePtr again(const LowpassFrame& frame, HoleMap holes, const Context& context) const;
   void push_missing(const Sink& sink, const Context& context);
   void close_row(LowpassFrame& frame, size_t row) const;
+  void push_first(const FramePtr& frame, const Sink& sink, const Context& context);
   void push(size_t stage, FramePtr frame, bool last, const Sink& sink, const Context& context);
   void hand_out(const LowpassFrame& filtered, const Sink& sink, const Context& context) const;
 
@@ -100,6 +103,9 @@ class Lowpass {
   std::vector<Stage> time_;
   FramePtr previous_;            // the last one that was given, filtered in space
   std::vector<HoleMap> missing_; // frames at the start
+  bool periodic_ = false;
+  size_t turn_ = 0; // frames of a periodic series that come once more at its end, where it is as long
+  std::vector<FramePtr> head_; // these
 };
 
 } // namespace bccsplat

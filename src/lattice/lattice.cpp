@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Planes and layers: how many there are at a distance, and which of them stands for one beyond the ends.
 #include "lattice/lattice.h"
 
 #include <algorithm>
@@ -33,7 +34,7 @@ int32_t Lattice3::mirror(size_t axis, int coset, int32_t i) const {
 }
 
 Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, const LatticeScales& scales,
-                       int32_t lead, const Int3& margins) {
+                       int32_t lead, const Int3& margins, bool periodic) {
   for (const uint32_t n : dims)
     if (n == 0) fail(Code::invalid_argument, "lattice: every dimension must be at least 1");
   constexpr double most = 65536; // filters are as wide
@@ -58,21 +59,37 @@ Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, co
   } else {
     if (kind == LatticeKind::bcc) l.kind = LatticeKind::d4star;
     l.time_step = scales[3] * l.space.plane_distance();
-    l.lead = lead;
-    l.last_layer = planes_to(dims[3] - 1.0, l.time_step) + 2 * lead;
+    if (periodic) {
+      const int32_t period = l.layer_period(), turns = planes_to(dims[3], l.time_step * period);
+      l.periodic = true;
+      l.last_layer = std::max(2, turns * period) - 1;
+      l.time_step = static_cast<double>(dims[3]) / l.layers();
+    } else {
+      l.lead = lead;
+      l.last_layer = planes_to(dims[3] - 1.0, l.time_step) + 2 * lead;
+    }
   }
   return l;
 }
 
 int32_t Lattice4::mirror_layer(int32_t layer) const {
   if (is_static()) return space.bcc ? layer & 1 : 0;
-  return fold(layer, last_layer);
+  if (!periodic) return fold(layer, last_layer);
+  const int32_t turned = layer % layers();
+  return turned < 0 ? turned + layers() : turned;
+}
+
+int64_t Lattice4::nearest_frame(double frame) const {
+  const double near = std::floor(frame + 0.5);
+  if (periodic) return turned_frame(static_cast<int64_t>(near));
+  return static_cast<int64_t>(std::clamp(near, 0.0, dims[3] - 1.0));
 }
 
 LatticeScales Lattice4::nominal_scales() const {
   LatticeScales s = scales();
   for (size_t a = 0; a < 3; ++a)
     if (s[a] < 1 && s[a] > 1 - 1.0 / inner_planes(a)) s[a] = 1;
+  if (periodic && s[3] < 1 && s[3] > 1 - 1.0 * layer_period() / layers()) s[3] = 1;
   return s;
 }
 

@@ -16,6 +16,9 @@
 // `behind` the last one, and `lead` layers before the first frame and about as many after the last one: a
 // field is not its own mirror image.
 //
+// A series whose last frame leads to the first is periodic in time: layers run round, a whole number of them
+// (even but for CC) in as many frames as there are, and none is beyond an end.
+//
 // Sources: Conway & Sloane, Sphere Packings, ch. 4; Neophytou & Mueller 2002, section 3.
 #pragma once
 
@@ -72,14 +75,16 @@ struct Lattice4 {
   int32_t last_layer = 0;   // time planes 0 .. last_layer; a static lattice has one layer per coset
   double time_step = 1;     // distance of layers in frames; 0 for a static lattice
   int32_t lead = 0;         // layers before frame 0, even: layer `lead` is at frame 0; 0 when static
+  bool periodic = false;    // in time: behind the last layer comes layer 0, at frame dims[3]
 
   // Makes a lattice with the distances `scales`. In space they are realised by whole numbers of planes, so
   // that they come out a little smaller. A series of one step becomes BCC (kind d4star or bcc) or 3D CC.
   // `lead` layers lie beyond each end of time; `margins` counts the planes outside both faces of each axis,
-  // which must be even.
+  // which must be even. periodic: the distance of layers is as much smaller as a whole turn of them takes,
+  // and there is no lead.
   static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims,
                       const LatticeScales& scales = {1, 1, 1, 1}, int32_t lead = 0,
-                      const Int3& margins = {0, 0, 0});
+                      const Int3& margins = {0, 0, 0}, bool periodic = false);
 
   [[nodiscard]] bool is_static() const { return time_step == 0; }
   [[nodiscard]] int32_t layers() const { return last_layer + 1; }
@@ -90,11 +95,23 @@ struct Lattice4 {
   [[nodiscard]] double layer_frame(int32_t layer) const { return (layer - lead) * time_step; }
   // Returns the layer distance in lattice units, the unit of the temporal kernels.
   [[nodiscard]] double layer_distance() const { return space.plane_distance(); }
-  // Returns the layer whose values `layer` has by mirroring, which may be any integer. A static lattice maps
-  // onto its cosets.
+  // Returns the layer whose values `layer` has by mirroring, or when periodic by going round; it may be any
+  // integer. A static lattice maps onto its cosets.
   [[nodiscard]] int32_t mirror_layer(int32_t layer) const;
-  // Returns the last frame index: the domain in time is [0, last_frame].
-  [[nodiscard]] double last_frame() const { return dims[3] - 1.0; }
+  // The domain along an axis is [0, domain_end]: up to the last sample, or when periodic up to the first one
+  // again.
+  [[nodiscard]] double domain_end(size_t axis) const {
+    return axis == 3 && periodic ? dims[3] : dims[axis] - 1.0;
+  }
+  [[nodiscard]] double last_frame() const { return domain_end(3); }
+  // Returns the source frame that stands at a whole number of frames, which may be any where time is
+  // periodic.
+  [[nodiscard]] int64_t turned_frame(int64_t frame) const {
+    const int64_t n = dims[3];
+    return periodic ? ((frame % n) + n) % n : frame;
+  }
+  // Returns the source frame nearest to a moment; the later one of two at equal distance.
+  [[nodiscard]] int64_t nearest_frame(double frame) const;
 
   // These return the position of a plane along an axis, and of a site, in source index units.
   [[nodiscard]] double plane_position(size_t axis, double plane) const {

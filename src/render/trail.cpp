@@ -43,9 +43,8 @@ std::vector<Moment> midpoints(double begin, double end, int intervals, int count
 void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slice,
                const TrailOptions& options, const std::optional<IndexBox>& box, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
-  const double end = lattice.last_frame();
-  const double from = std::clamp(slice.frame + options.interval[0], 0.0, end);
-  const double to = std::clamp(slice.frame + options.interval[1], 0.0, end);
+  const auto [from, to] =
+      time_span(lattice, slice.frame + options.interval[0], slice.frame + options.interval[1]);
   if (!(from < to) || lattice.is_static()) return;
   const double part = (to - from) / options.intervals;
   const int samples = options.samples > 0 ? options.samples
@@ -82,7 +81,7 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
 std::array<double, 2> offsets_inside(const Hyperplane& h, const Lattice4& lattice) {
   double low = h[4], high = h[4];
   for (size_t a = 0; a < 4; ++a) {
-    const double across = h[a] * (lattice.dims[a] - 1.0);
+    const double across = h[a] * lattice.domain_end(a);
     (across < 0 ? low : high) += across;
   }
   return {low, high};

@@ -44,7 +44,7 @@ class Mending {
       dims_[a] = static_cast<int32_t>(std::floor(length + rounding)) + 1;
     }
     const Lattice4& lattice = coefficients.source().lattice();
-    for (size_t a = 0; a < 4; ++a) end_[a] = lattice.dims[a] - 1.0;
+    for (size_t a = 0; a < 4; ++a) end_[a] = lattice.domain_end(a);
   }
   [[nodiscard]] const Vec3& origin() const { return origin_; }
   [[nodiscard]] const Int3& dims() const { return dims_; }
@@ -115,10 +115,12 @@ void correct_time_slice(Slice& slice, const Coefficients& coefficients, double t
   const int64_t frames = fix->samples()[3];
   if (frames == 1) t0 = t1 = 0;
   std::vector<GridValue> add, set;
-  const int64_t first = std::max<int64_t>(0, static_cast<int64_t>(std::floor(t0))),
-                last = std::min(frames - 1, static_cast<int64_t>(std::ceil(t1)));
-  for (int64_t f = first; f <= last; ++f) {
-    const auto at = static_cast<double>(f);
+  const Lattice4& lattice = coefficients.source().lattice();
+  auto first = static_cast<int64_t>(std::floor(t0)), last = static_cast<int64_t>(std::ceil(t1));
+  if (!lattice.periodic) first = std::max<int64_t>(0, first), last = std::min(frames - 1, last);
+  for (int64_t counted = first; counted <= last; ++counted) {
+    const auto at = static_cast<double>(counted);
+    const int64_t f = lattice.turned_frame(counted);
     double weight = fall.value(t0 - at);
     if (t0 < t1) weight = fall.integral(t0 - at, t1 - at) / (kind == ThicknessKind::sum ? 1 : t1 - t0);
     const auto w = static_cast<float>(weight);

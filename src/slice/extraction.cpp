@@ -46,7 +46,7 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 4; ++a) {
     scale_[a] = a < 3 ? 1 / unit[a] : kernel_time_per_frame(lattice);
-    end_[a] = lattice.dims[a] - 1.0;
+    end_[a] = lattice.domain_end(a);
   }
   // Hyperplane and directions are brought to lattice units.
   const Hyperplane plane(h[0] / scale_[0], h[1] / scale_[1], h[2] / scale_[2], h[3] / scale_[3], h[4]);
@@ -61,10 +61,14 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
   for (size_t a = 0; a < 4; ++a) touch.samples[a] = reach / scale_[a];
   const TouchedSamples touched(source, h, touch);
   std::vector<Point> found;
-  for (int32_t m = 0; m < lattice.layers(); ++m) {
-    context.progress.advance(static_cast<uint64_t>(m), static_cast<uint64_t>(lattice.layers()));
-    const BrickLayer layer = touched.read_layer(channel, m, {}, context);
-    const double d = lattice.space.plane_distance();
+  const double d = lattice.space.plane_distance();
+  // Of a periodic series the layers beyond its ends are those at the other one.
+  const auto beyond =
+      lattice.periodic ? static_cast<int32_t>(std::ceil(reach / lattice.layer_distance())) : 0;
+  for (int32_t m = -beyond; m < lattice.layers() + beyond; ++m) {
+    context.progress.advance(static_cast<uint64_t>(m + beyond),
+                             static_cast<uint64_t>(lattice.layers() + 2 * beyond));
+    const BrickLayer layer = touched.read_layer(channel, lattice.mirror_layer(m), {}, context);
     for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
       const Brick* brick = layer.brick(slot);
       if (!brick) continue;

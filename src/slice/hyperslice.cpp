@@ -45,7 +45,7 @@ Way choose_way(const Coefficients& coefficients, const Hyperplane& h, const Hype
   const auto cut = axis_cut(h, lattice.dims);
   const bool is_time = cut && cut->axis == 3;
   check_options(options, is_time, lattice);
-  const double end = cut ? lattice.dims[cut->axis] - 1.0 : 0;
+  const double end = cut ? lattice.domain_end(cut->axis) : 0;
   const bool inside = cut && cut->position >= -rounding && cut->position <= end + rounding;
   if (is_time && !inside && !lattice.is_static())
     fail(Code::out_of_domain, "time slice: frame ", cut->position, " is outside the series, 0 to ", end);

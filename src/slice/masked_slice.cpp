@@ -22,7 +22,7 @@ void set_mask(Slice& slice, const Masks& masks, int64_t first, int64_t last) {
 void mask_time_slice(Slice& slice, const Coefficients& coefficients) {
   const Masks* masks = coefficients.masks();
   if (!masks) return;
-  const int64_t frame = masks->nearest(slice.frame, 3);
+  const int64_t frame = masks->counted_frame(slice.frame);
   set_mask(slice, *masks, frame, frame);
 }
 
@@ -38,7 +38,7 @@ void mask_slice(Slice& slice, const Coefficients& coefficients) {
     for (size_t k = 0; k < 3; ++k) t += slice.basis[k][3] * uvw[k];
     low = corner == 0 ? t : std::min(low, t), high = corner == 0 ? t : std::max(high, t);
   }
-  set_mask(slice, *masks, masks->nearest(low, 3), masks->nearest(high, 3));
+  set_mask(slice, *masks, masks->counted_frame(low), masks->counted_frame(high));
 }
 
 } // namespace bccsplat

@@ -45,11 +45,12 @@ bool Occupancy::any(const Vec4& low, const Vec4& high) const {
     const double zero = a < 3 ? lattice_.before[a] : lattice_.lead;
     const double from = low[a] / step + zero, to = high[a] / step + zero;
     planes[a] = {std::max(0.0, std::min(from, 2 * last - to)), std::min(last, std::max(to, -from))};
+    if (a == 3 && lattice_.periodic) planes[a] = {from, std::min(to, from + last)};
   }
   const auto first_layer = static_cast<int32_t>(std::ceil(planes[3][0]));
   const auto last_layer = static_cast<int32_t>(std::floor(planes[3][1]));
   for (int32_t m = first_layer; m <= last_layer; ++m) {
-    const Layer& l = layers_[static_cast<size_t>(m)];
+    const Layer& l = layers_[static_cast<size_t>(lattice_.mirror_layer(m))];
     if (l.used.empty()) continue;
     std::array<int, 3> first, end;
     for (size_t a = 0; a < 3; ++a) {

@@ -120,9 +120,9 @@ PlaneExtent plane_extent(const Lattice4& lattice, const Hyperplane& h, const Pla
     for (size_t axis = 0; axis < 4; ++axis) {
       if (corner >> axis & 1) continue;
       Vec4 p{};
-      for (size_t i = 0; i < 4; ++i) p[i] = (corner >> i & 1) ? lattice.dims[i] - 1.0 : 0;
+      for (size_t i = 0; i < 4; ++i) p[i] = (corner >> i & 1) ? lattice.domain_end(i) : 0;
       Vec4 q = p;
-      q[axis] = lattice.dims[axis] - 1.0;
+      q[axis] = lattice.domain_end(axis);
       const double from = height(h, p), to = height(h, q);
       const double slack = 1e-9;
       if (std::fabs(from) <= slack) include(p);

@@ -118,7 +118,7 @@ std::vector<HalfSpace> domain_faces(const Lattice4& lattice, const Slice& slice,
   };
   for (size_t i = 0; i < 4; ++i) {
     add(place.along[i], place.at[i]);
-    add(-1.0 * place.along[i], lattice.dims[i] - 1.0 - place.at[i]);
+    add(-1.0 * place.along[i], lattice.domain_end(i) - place.at[i]);
   }
   return faces;
 }
@@ -133,7 +133,7 @@ struct Wanted {
 
   [[nodiscard]] bool near_domain(const Vec4& p) const {
     for (size_t i = 0; i < 4; ++i)
-      if (p[i] < -margin || p[i] > lattice.dims[i] - 1.0 + margin) return false;
+      if (p[i] < -margin || p[i] > lattice.domain_end(i) + margin) return false;
     return true;
   }
   [[nodiscard]] bool box(const Vec4& centre, const Vec4& half) const {
@@ -315,10 +315,12 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
     occupancy.emplace(lattice);
     const double beyond = margin + wanted.reach[3], part = (make_end - read_end) / lattice.layers();
     for (int32_t m = 0; m < lattice.layers(); ++m) {
-      const double at = lattice.layer_frame(m);
+      const double at = lattice.layer_frame(m), low = extent.box_low[3] - beyond,
+                   high = extent.box_high[3] + beyond;
+      const bool turned =
+          lattice.periodic && (at + lattice.last_frame() <= high || at - lattice.last_frame() >= low);
       Progress making(context.progress, read_end + m * part, read_end + (m + 1) * part);
-      if (at >= extent.box_low[3] - beyond && at <= extent.box_high[3] + beyond)
-        occupancy->add(m, *local.layer(m, context.with(making)));
+      if (turned || (at >= low && at <= high)) occupancy->add(m, *local.layer(m, context.with(making)));
     }
     wanted.occupancy = &*occupancy;
   }

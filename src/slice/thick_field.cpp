@@ -16,7 +16,7 @@ ThickField::ThickField(const Coefficients& coefficients, const Hyperplane& h, co
   const Lattice4& lattice = coefficients.source().lattice();
   double diagonal = 0; // no line through the domain is longer
   for (size_t i = 0; i < 4; ++i) {
-    end_[i] = lattice.dims[i] - 1.0;
+    end_[i] = lattice.domain_end(i);
     diagonal = std::hypot(diagonal, end_[i]);
   }
   if (thickness.length > 0)
@@ -64,6 +64,7 @@ void ThickField::values(std::span<const Vec4> points, std::span<float> out, std:
 std::array<double, 2> ThickField::clip(Vec4& p) const {
   std::array<double, 2> s{-thickness_.length / 2, thickness_.length / 2};
   for (size_t i = 0; i < 4; ++i) {
+    if (i == 3 && coefficients_.source().lattice().periodic) continue; // what is beyond goes on
     p[i] = std::fabs(p[i]);
     if (p[i] > end_[i]) p[i] = std::max(0.0, 2 * end_[i] - p[i]);
     if (normal_[i] == 0) continue;

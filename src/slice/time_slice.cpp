@@ -138,19 +138,24 @@ std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& ker
                        [&](double at) { return kernel.time.integral(t0 - at, t1 - at) / (t1 - t0); });
 }
 
+std::array<double, 2> time_span(const Lattice4& lattice, double begin, double end) {
+  const double last = lattice.last_frame(), beyond = lattice.periodic ? last : 0;
+  return {std::clamp(begin, -beyond, last + beyond), std::clamp(end, -beyond, last + beyond)};
+}
+
 namespace {
 
 // Returns the interval around the frame, clipped to the series.
 std::array<double, 2> clipped_interval(const Lattice4& lattice, double frame,
                                        const std::array<double, 2>& interval) {
-  const double end = lattice.last_frame();
-  if (!(frame >= 0 && frame <= end) && !lattice.is_static())
-    fail(Code::out_of_domain, "time slice: frame ", frame, " is outside the series, 0 to ", end);
+  if (!lattice.is_static() && time_span(lattice, frame, frame) != std::array{frame, frame})
+    fail(Code::out_of_domain, "time slice: frame ", frame, " is outside the series, 0 to ",
+         lattice.last_frame());
   if (!(interval[0] <= interval[1]))
     fail(Code::invalid_argument, "time slice: the interval ", interval[0], " .. ", interval[1],
          " is not ordered");
   if (interval[0] == interval[1]) return {frame, frame};
-  return {std::clamp(frame + interval[0], 0.0, end), std::clamp(frame + interval[1], 0.0, end)};
+  return time_span(lattice, frame + interval[0], frame + interval[1]);
 }
 
 // Making layers is about this share of a slice's work, for reports of progress; merging them is the rest.

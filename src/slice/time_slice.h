@@ -27,8 +27,13 @@ struct LayerWeight {
 [[nodiscard]] std::vector<LayerWeight> mean_weights(const Lattice4& lattice, const Kernel& kernel,
                                                     double begin, double end);
 
-// Returns the slice at `frame`, or the mean over [frame + interval[0], frame + interval[1]] clipped to the
-// series when the interval is not empty. index_to_world is the volume's spatial affine. Throws out_of_domain.
+// Returns the part of [begin, end] that lies in the series; of a periodic one that lies in it or in a turn
+// before or behind.
+[[nodiscard]] std::array<double, 2> time_span(const Lattice4& lattice, double begin, double end);
+
+// Returns the slice at `frame`, or the mean over [frame + interval[0], frame + interval[1]] clipped to
+// time_span when the interval is not empty. Of a periodic series frames may lie a turn beyond. index_to_world
+// is the volume's spatial affine. Throws out_of_domain.
 [[nodiscard]] Slice time_slice(const Coefficients& coefficients, double frame,
                                const std::array<double, 2>& interval, const Affine3& index_to_world,
                                const Context& context);

@@ -11,20 +11,28 @@ struct Interval {
   double low, high;
 };
 
-// An interval and its mirror images at both ends of an axis, cut to what a slice may look at.
+// An interval and its images beyond both ends of an axis, cut to what a slice may look at.
 struct Images {
   std::array<Interval, 3> at;
   int count = 0;
 };
 
-Images images(const Interval& own, const Interval& mirrors, double low_limit, double high_limit) {
+Images images(const std::array<Interval, 3>& all, double low_limit, double high_limit) {
   Images r;
-  for (const Interval& i : {own, Interval{2 * mirrors.low - own.high, 2 * mirrors.low - own.low},
-                            Interval{2 * mirrors.high - own.high, 2 * mirrors.high - own.low}}) {
+  for (const Interval& i : all) {
     const Interval cut{std::max(i.low, low_limit), std::min(i.high, high_limit)};
     if (cut.low <= cut.high) r.at[static_cast<size_t>(r.count++)] = cut;
   }
   return r;
+}
+
+std::array<Interval, 3> mirrored(const Interval& own, const Interval& mirrors) {
+  return {own, Interval{2 * mirrors.low - own.high, 2 * mirrors.low - own.low},
+          Interval{2 * mirrors.high - own.high, 2 * mirrors.high - own.low}};
+}
+
+std::array<Interval, 3> turned(const Interval& own, double period) {
+  return {own, Interval{own.low - period, own.high - period}, Interval{own.low + period, own.high + period}};
 }
 
 } // namespace
@@ -46,7 +54,9 @@ bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) 
     }
     own.low -= reach_.samples[a], own.high += reach_.samples[a];
     const double beyond = reach_.mirrored[a] + reach_.half_thickness * std::fabs(hyperplane_[a]);
-    axes[a] = images(own, mirrors, -beyond, lattice.dims[a] - 1.0 + beyond);
+    const bool turns = a == 3 && lattice.periodic;
+    axes[a] = images(turns ? turned(own, lattice.last_frame()) : mirrored(own, mirrors), -beyond,
+                     lattice.domain_end(a) + beyond);
   }
   // The hyperplane's height over a box has its extremes at corners: centre +- half widths.
   for (int i = 0; i < axes[0].count * axes[1].count * axes[2].count * axes[3].count; ++i) {

@@ -13,15 +13,16 @@ namespace bccsplat {
 // The axes of the turned volume, as axes of the volume: the others in order, then `axis` (0, 1 or 2).
 [[nodiscard]] std::array<size_t, 4> turned_axes(size_t axis);
 // D4* and 4D CC map onto themselves. The lattice must have more than one plane of samples along the axis, and
-// time.
-[[nodiscard]] Lattice4 turned_lattice(const Lattice4& lattice, size_t axis);
+// time. beyond: even; of a periodic series as many layers of its other turns stand at each end, which then is
+// none: of what is turned nothing is periodic.
+[[nodiscard]] Lattice4 turned_lattice(const Lattice4& lattice, size_t axis, int32_t beyond = 0);
 
 // Planes first .. last of the axis, read once and held in memory; no other layer may be asked for.
 class TurnedSamples final : public SampleSource {
  public:
-  // The source must hold samples, not coefficients.
+  // The source must hold samples, not coefficients. beyond: as of turned_lattice.
   TurnedSamples(const SampleSource& source, int channel, size_t axis, int32_t first, int32_t last,
-                const Context& context);
+                int32_t beyond, const Context& context);
 
   const Lattice4& lattice() const override { return lattice_; }
   int channels() const override { return 1; }

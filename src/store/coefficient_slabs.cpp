@@ -4,7 +4,7 @@
 namespace bccsplat {
 
 CoefficientSlabs::CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& info, const SeriesPart* part)
-    : layers_(lattice.layers()), slab_layers_(info.slab_layers) {
+    : layers_(lattice.layers()), slab_layers_(info.slab_layers), periodic_(lattice.periodic) {
   const int32_t samples = part ? part->fit.first_layer : 0, first = part ? part->first_layer : 0,
                 end = part ? part->end_layer : layers_;
   for (const ChannelInfo& c : info.channels) {
@@ -22,9 +22,11 @@ void CoefficientSlabs::set_lattice(const Lattice4& lattice, const VolumeInfo& in
   }
 }
 
-void CoefficientSlabs::add_layers(int channel, std::span<const BrickLayer> samples, const Context& context,
-                                  const FitSink& store) {
+void CoefficientSlabs::add_layers(int channel, int32_t first, std::span<const BrickLayer> samples,
+                                  const Context& context, const FitSink& store) {
   Channel& c = *channels_[static_cast<size_t>(channel)];
+  if (!c.begun && periodic_) c.next_slab = c.maker.turn_from(first, slab_layers_) / slab_layers_;
+  c.begun = true;
   for (BrickLayer& layer : c.maker.add(samples, context)) {
     c.slab.push_back(std::move(layer));
     const auto count = static_cast<int32_t>(c.slab.size());
@@ -32,6 +34,7 @@ void CoefficientSlabs::add_layers(int channel, std::span<const BrickLayer> sampl
     if (c.steps) c.slab = c.steps->round(c.next_slab * slab_layers_, c.slab, context);
     store(c.next_slab++, channel, c.slab);
     c.slab.clear();
+    if (periodic_ && c.next_slab * slab_layers_ >= layers_) c.next_slab = 0;
   }
 }
 

@@ -24,8 +24,9 @@ class CoefficientSlabs {
   // The series, a whole one, ends elsewhere than was said.
   void set_lattice(const Lattice4& lattice, const VolumeInfo& info);
 
-  // The next layers of samples of a channel; `store` is called for each slab that is complete with them.
-  void add_layers(int channel, std::span<const BrickLayer> samples, const Context& context,
+  // The next layers of samples of a channel, `first` and up; `store` is called for each slab that is complete
+  // with them.
+  void add_layers(int channel, int32_t first, std::span<const BrickLayer> samples, const Context& context,
                   const FitSink& store);
 
  private:
@@ -34,10 +35,12 @@ class CoefficientSlabs {
     explicit Channel(int32_t first_slab, const Layers&... layers) : maker(layers...), next_slab(first_slab) {}
     CoefficientLayers maker;
     int32_t next_slab;
+    bool begun = false;
     std::vector<BrickLayer> slab; // layers made and not stored
     std::optional<CoefficientSteps> steps;
   };
   int32_t layers_, slab_layers_;
+  bool periodic_;
   std::vector<std::unique_ptr<Channel>> channels_;
 };
 

@@ -159,6 +159,12 @@ void require_equal_times(const std::string& path, const VolumeInfo& was, std::sp
 
 } // namespace
 
+void require_open_end(const VolumeInfo& was, const std::string& path) {
+  if (was.lattice.periodic)
+    fail(Code::unsupported, path, ": its series is periodic and ends where it begins, so that none goes on; ",
+         "import all anew");
+}
+
 void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t frames,
                          const std::string& path) {
   if (was.part) fail(Code::wrong_state, path, ": a part of a series; join all parts first");

@@ -18,6 +18,8 @@
 
 namespace bccsplat {
 
+// Throws unsupported where the series of the file at `path` is periodic.
+void require_open_end(const VolumeInfo& was, const std::string& path);
 // Throws wrong_state unless new frames can follow those of the file at `path`, which says `was` of itself.
 // frames: of the series that goes on; 0: not known yet.
 void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t frames,

@@ -18,6 +18,7 @@ uint32_t options_checksum(const FitOptions& options, double abs_error, std::opti
   if (options.masks) text += " masks";
   if (psnr) text += concat(" psnr ", *psnr);
   if (options.lead > 0) text += concat(" lead ", options.lead);
+  if (options.periodic) text += " periodic";
   if (const Int3& m = options.margins; m != Int3{}) text += concat(" margins ", m[0], ' ', m[1], ' ', m[2]);
   for (const FitChannel& c : options.channels) {
     text += concat(" ", c.threshold, " ", c.ringing);

@@ -12,7 +12,7 @@ FitOptions options_of_level(FitOptions options, int level, const Int3& margins) 
 }
 
 LevelFit::LevelFit(int level, const FitOptions& options, Store store, const Context& context, MaskSink masks)
-    : level_(level), store_(std::move(store)), context_(context),
+    : level_(level), slab_layers_(options.slab_layers), store_(std::move(store)), context_(context),
       fit_(
           options,
           [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
@@ -31,7 +31,7 @@ void LevelFit::shorten(uint32_t frames, const VolumeInfo& info) {
 
 void LevelFit::take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
   if (!coefficients_) return store_(slab, {channel, level_}, layers);
-  coefficients_->add_layers(channel, layers, context_,
+  coefficients_->add_layers(channel, slab * slab_layers_, layers, context_,
                             [this](int32_t made, int of, std::span<const BrickLayer> coefficients) {
                               store_(made, {of, level_}, coefficients);
                             });

@@ -37,6 +37,7 @@ class LevelFit {
   void take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
 
   int level_;
+  int32_t slab_layers_;
   Store store_;
   Context context_;
   std::unique_ptr<CoefficientSlabs> coefficients_; // null: samples are stored

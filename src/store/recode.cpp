@@ -124,8 +124,9 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, c
   const VolumeInfo info = recoded_info(was, settings);
   if (const uint16_t lowest = lowest_reader(info); settings.format != 0 && lowest > settings.format)
     fail(Code::unsupported, "recode: what is asked for needs version ", lowest, " of the format, ",
-         lowest == 2       ? "as there are layers before the first frame"
-         : has_masks(info) ? "as masks say which source samples are missing"
+         lowest == 2             ? "as there are layers before the first frame"
+         : info.lattice.periodic ? "as the series is periodic"
+         : has_masks(info)       ? "as masks say which source samples are missing"
                            : "as coefficients are whole steps; store samples, or coefficients as floats");
   const Layers layers(samples, info);
   Bcc4Writer writer(create_file_sink(settings.path, settings.overwrite), info);
@@ -146,7 +147,7 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, c
         writer.write_slab(number, of, made, context);
       };
       if (slabs)
-        slabs->add_layers(c, slab, context, store);
+        slabs->add_layers(c, first, slab, context, store);
       else
         store(first / info.slab_layers, c, slab);
       context.progress.report(0.99 * (first + 1) / all);

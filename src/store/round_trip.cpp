@@ -127,9 +127,11 @@ void require_psnr(const std::string& channel, const SampleErrors& e, const Range
 
 namespace {
 
+// Of a periodic series in numbers that count on beyond its ends.
 LayerSpan span_of(const Lattice4& lattice, int32_t reach, uint32_t frame) {
   if (lattice.is_static()) return {0, lattice.layers()};
   const int32_t layer = lattice.lead + static_cast<int32_t>(std::floor(frame / lattice.time_step));
+  if (lattice.periodic) return {layer - reach - 1, layer + reach + 2};
   return {std::max(0, layer - reach - 1), std::min(layer + reach + 2, lattice.layers())};
 }
 
@@ -153,7 +155,7 @@ class MeasuredField {
   [[nodiscard]] const Coefficients& field() const { return *field_; }
 
   SampleErrors total;
-  std::vector<SampleErrors> each;
+  std::vector<SampleErrors> each; // by frame to be measured
 
  private:
   const SampleSource& layers_;
@@ -184,6 +186,11 @@ struct RoundTrip::Channel {
   std::unique_ptr<MeasuredField> above_base;
   std::map<uint32_t, HeldFrame> frames; // to be measured
   size_t next = 0;                      // of the frames to be measured
+  // Of a periodic series, whose layers come from one of them on until they are complete: the frame that is
+  // measured first. Those before it wait for the last layers, or all do.
+  bool begun = false, all_wait = false;
+  int32_t complete = 0;
+  size_t start = 0;
 
   void push(const BrickLayer& layer) {
     window.push(layer);
@@ -210,12 +217,13 @@ struct RoundTrip::Channel {
 
 namespace {
 
-// Layers first .. end - 1 that a field at an instant is a sum of.
+// Layers first .. end - 1 that a field at an instant is a sum of; of a periodic series in numbers that count
+// on beyond its ends.
 LayerSpan layers_of(const Coefficients& field, uint32_t frame) {
   const Lattice4& lattice = field.source().lattice();
-  LayerSpan span{lattice.last_layer, 0};
+  LayerSpan span{INT32_MAX, INT32_MIN};
   for (const LayerWeight& l : instant_weights(lattice, field.kernel(), frame)) {
-    const int32_t at = lattice.mirror_layer(l.layer);
+    const int32_t at = lattice.periodic ? l.layer : lattice.mirror_layer(l.layer);
     span = {std::min(span.begin, at), std::max(span.end, at + 1)};
   }
   return span;
@@ -226,7 +234,7 @@ LayerSpan layers_of(const Coefficients& field, uint32_t frame) {
 void make_layers(const Coefficients& field, const LayerSpan& span, const Context& context) {
   for (int32_t m = span.begin; m < span.end; ++m) {
     [[maybe_unused]] const auto made = field.layer(m, context);
-    field.forget(span.begin, m + 1);
+    if (m < field.source().lattice().layers()) field.forget(span.begin, m + 1);
   }
 }
 
@@ -256,32 +264,62 @@ void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox>
   c.frames.emplace(frame, HeldFrame(boxes, static_cast<double>(c.options.air), context_.memory, every_));
 }
 
-void RoundTrip::add_layers(int channel, std::span<const BrickLayer> layers) {
+// What the frames need that wait for the last layers of a periodic series is kept until then.
+void RoundTrip::begin_turn(Channel& c, int32_t first) const {
+  const int32_t reach = layers_in_reach(c.window, kernel_), layers = lattice_.layers();
+  c.complete = first + layers;
+  int32_t kept = first;
+  for (; c.start < frames_.size(); ++c.start) {
+    const LayerSpan needed = span_of(lattice_, reach, frames_[c.start]);
+    if (needed.begin >= first) break;
+    kept = std::max(kept, needed.end);
+  }
+  c.all_wait = c.start == frames_.size();
+  if (c.all_wait) c.start = 0, kept = c.complete;
+  if (!frames_.empty()) kept = std::max(kept, span_of(lattice_, reach, frames_.back()).end - layers);
+  c.window.turn_from(first, std::min(kept, c.complete));
+}
+
+// The layers that must be there to measure a frame.
+LayerSpan RoundTrip::needed_for(const Channel& c, size_t at) const {
+  const int32_t layers = lattice_.layers();
+  LayerSpan needed = span_of(lattice_, layers_in_reach(c.window, kernel_), frames_[at]);
+  if (!lattice_.periodic) return needed;
+  if (c.all_wait) return {c.complete - layers, c.complete};
+  if (at < c.start) needed.begin += layers, needed.end += layers; // in the second turn
+  return {needed.begin, std::min(needed.end, c.complete)};
+}
+
+void RoundTrip::add_layers(int channel, int32_t first_layer, std::span<const BrickLayer> layers) {
   Channel& c = *channels_[static_cast<size_t>(channel)];
+  if (!c.begun && lattice_.periodic) begin_turn(c, first_layer);
+  c.begun = true;
   for (const BrickLayer& layer : layers) c.push(layer);
-  const int32_t reach = layers_in_reach(c.window, kernel_);
   while (c.next < frames_.size()) {
-    const uint32_t frame = frames_[c.next];
-    const LayerSpan needed = span_of(lattice_, reach, frame);
+    const size_t at = (c.start + c.next) % frames_.size();
+    const LayerSpan needed = needed_for(c, at);
     c.window.forget(needed.begin);
     if (c.window.end() < needed.end) return;
     // Layers beyond the end mirror those before it.
-    measure(c, channel, frame);
+    measure(c, channel, at);
     if (++c.next == frames_.size()) break;
     const Coefficients& field = c.above_air.field();
-    const int32_t made = layers_of(field, frame).end, first = layers_of(field, frames_[c.next]).begin;
+    const uint32_t next = frames_[(c.start + c.next) % frames_.size()];
+    const int32_t made = layers_of(field, frames_[at]).end, first = layers_of(field, next).begin;
     c.forget(first, std::max(first, made));
   }
-  c.window.forget(c.window.end());
+  c.window.forget_all();
   c.forget(lattice_.layers(), INT32_MAX);
 }
 
-void RoundTrip::measure(Channel& c, int index, uint32_t frame) {
+void RoundTrip::measure(Channel& c, int index, size_t at) {
   c.choose_base();
+  const uint32_t frame = frames_[at];
   FrameResiduals residuals;
   const auto add = [&](MeasuredField& to) {
-    to.each.push_back(compare(c, to.field(), frame, residuals));
-    to.total.add(to.each.back());
+    to.each.resize(frames_.size());
+    to.each[at] = compare(c, to.field(), frame, residuals);
+    to.total.add(to.each[at]);
   };
   if (c.above_base) add(*c.above_base);
   add(c.above_air);

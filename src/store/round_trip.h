@@ -80,9 +80,9 @@ class RoundTrip {
 
   // Every frame of a channel, before the fit gets it.
   void add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes);
-  // The next layers of a channel, as stored. Frames whose layers are all there are measured at once. Throws
-  // bound_not_met where even corrections cannot keep the bound.
-  void add_layers(int channel, std::span<const BrickLayer> layers);
+  // The next layers of a channel, `first` and up, as stored. Frames whose layers are all there are measured
+  // at once. Throws bound_not_met where even corrections cannot keep the bound.
+  void add_layers(int channel, int32_t first, std::span<const BrickLayer> layers);
 
   // The series ends sooner than was said; frames behind its end are not measured.
   void set_lattice(const Lattice4& lattice);
@@ -96,7 +96,9 @@ class RoundTrip {
 
  private:
   struct Channel;
-  void measure(Channel& c, int index, uint32_t frame);
+  void begin_turn(Channel& c, int32_t first) const;
+  [[nodiscard]] LayerSpan needed_for(const Channel& c, size_t at) const;
+  void measure(Channel& c, int index, size_t at);
   [[nodiscard]] SampleErrors compare(const Channel& c, const Coefficients& field, uint32_t frame,
                                      FrameResiduals& residuals) const;
 

@@ -104,7 +104,7 @@ SeriesPart part_of_series(const Lattice4& lattice, const FitOptions& options, co
 
 int32_t lasting_slabs(const Lattice4& lattice, const FitOptions& options, const LayerUse& use,
                       uint32_t frames) {
-  if (lattice.is_static()) return 0;
+  if (lattice.is_static() || lattice.periodic) return 0;
   const double widening = std::max(1.0, lattice.time_step / lattice.layer_distance());
   // With fewer, what stands before the first frame changes as well.
   if (lattice.lead > 0 &&

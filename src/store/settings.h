@@ -22,7 +22,8 @@ namespace bccsplat {
 enum class Ends : uint8_t {
   automatic = 0, // predicted where a series is long enough to pay for the layers
   predict = 1,
-  mirror = 2
+  mirror = 2,
+  periodic = 3 // the last frame leads to the first
 };
 
 // How the field goes on beyond the faces.

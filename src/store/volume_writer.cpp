@@ -58,6 +58,7 @@ FitOptions fit_options_of(const WriterSettings& s) {
   options.masks = s.nonfinite == NonFinite::hole && !marks_holes(s);
   if (options.masks) options.mask_reach = reach_planes(s);
   options.slab_layers = slab_layers_of(s);
+  options.periodic = s.ends == Ends::periodic && s.dims[3] > 1; // check_settings refuses other numbers
   return options;
 }
 
@@ -83,6 +84,8 @@ VolumeWriter::VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> st
   begin_info();
   if (settings_.continuity == Continuity::append && !file_exists(settings_.path))
     fail(Code::file_not_found, settings_.path, ": no file to append to");
+  if (settings_.continuity == Continuity::append)
+    require_open_end(Bcc4Reader::open(open_file_source(settings_.path))->info(), settings_.path);
   if (settings_.part) begin_part();
   if (!sink_)
     sink_ =
@@ -108,6 +111,7 @@ void VolumeWriter::check_settings() const {
   if ((measuring_.required() || s.coefficients) && s.dims[3] == 0)
     fail(Code::invalid_argument,
          "writer: a bound, measuring, or coefficients need the number of frames in dims[3]");
+  if (s.ends == Ends::periodic) check_periodic();
   if (s.lattice == LatticeKind::bcc && s.dims[3] != 1)
     fail(Code::invalid_argument, "writer: lattice BCC holds one frame; set dims[3] to 1 or choose D4STAR");
   for (size_t c = 0; c < s.channels.size(); ++c) {
@@ -123,6 +127,22 @@ void VolumeWriter::check_settings() const {
                            std::isfinite(channel.range->high)))
       fail(Code::invalid_argument, "channel ", channel.name, ": range must be finite and rise");
   }
+}
+
+void VolumeWriter::check_periodic() const {
+  const WriterSettings& s = settings_;
+  if (s.dims[3] < 2)
+    fail(Code::invalid_argument, "writer: a periodic series needs the number of its frames in dims[3], ",
+         "at least 2, as a whole number of layers makes a turn");
+  if (s.continuity == Continuity::append)
+    fail(Code::unsupported, "writer: a periodic series ends where it begins, so that none goes on; ",
+         "write it anew");
+  if (s.part)
+    fail(Code::unsupported, "writer: a periodic series is not written in parts, as its first layers need ",
+         "the last frames; write it in one go");
+  if (settings_.live_slabs > 0)
+    fail(Code::unsupported,
+         "writer: a periodic series is not looked at while it is written, as its first layers ", "come last");
 }
 
 void VolumeWriter::begin_info() {
@@ -196,7 +216,7 @@ int32_t VolumeWriter::predicted_layers() const {
   if (s.dims[3] == 1) return 0;
   if (s.continuity == Continuity::append)
     return Bcc4Reader::open(open_file_source(s.path))->info().lattice.lead;
-  if (s.ends != Ends::automatic) return s.ends == Ends::mirror ? 0 : end_layers;
+  if (s.ends != Ends::automatic) return s.ends == Ends::predict ? end_layers : 0;
   if (s.lattice == LatticeKind::cc || s.dims[3] == 0) return 0;
   const Lattice4 lattice = Lattice4::fit(s.lattice, s.dims, s.scales);
   return lattice.layers() < fewest_layers ? 0 : end_layers;
@@ -336,6 +356,9 @@ WriteReport VolumeWriter::finish_short() {
   const bool whole = settings_.dims[3] == 0 || added_.front() == all;
   if (fit_options_.part && !whole)
     fail(Code::unsupported, "a part of a series has the frames that it was made for");
+  if (fit_options_.periodic && !whole)
+    fail(Code::unsupported,
+         "writer: a periodic series ends with the frame that leads to its first, and sooner ", "it is none");
   if (!whole) {
     if (frames == 1 && (input_ == Input::layers || fit().has_begun()))
       fail(Code::wrong_state,
@@ -431,7 +454,7 @@ void VolumeWriter::complete_info(const FitReport& result) {
   if (!part_) describe_level_errors(result);
   if (part_)
     describe_part(result);
-  else if (input_ == Input::frames) {
+  else if (input_ == Input::frames && !result.lattice.periodic) {
     const int32_t lasting = lasting_slabs(result.lattice, fit_options_, layer_use(), result.lattice.dims[3]);
     describe_tail(lasting, result.channels, info);
     // A series that ended sooner than was said has counted other slabs by themselves.

@@ -86,6 +86,7 @@ class VolumeWriter {
 
   // Settled before the first data.
   void check_settings() const;
+  void check_periodic() const;
   void begin_info();
   void begin_part();
   [[nodiscard]] int32_t predicted_layers() const;

@@ -14,7 +14,8 @@ void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, std::span<co
     container_->write_slab(slab, at, layers, context_);
     if (part_) writes_.push_back(now_);
   }
-  measuring_.with_level(at.level, [&](RoundTrip& r) { r.add_layers(at.channel, layers); });
+  measuring_.with_level(
+      at.level, [&](RoundTrip& r) { r.add_layers(at.channel, slab * fit_options_.slab_layers, layers); });
 }
 
 void VolumeWriter::store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {

@@ -71,7 +71,7 @@ TEST(WriterEnds, PredictionIsTheDefaultAndMirrorsStayReadableByVersionOne) {
   EXPECT_EQ(lowest(4, BCCSPLAT_ENDS_PREDICT, true), 2);
   EXPECT_EQ(lowest(1, BCCSPLAT_ENDS_PREDICT, true), 1);
   auto bad = options_of(s);
-  bad.ends = 3;
+  bad.ends = 4;
   bccsplat_writer* none = nullptr;
   EXPECT_EQ(bccsplat_writer_create(device.get(), folder.file("bad.bcc4").c_str(), &bad, &none),
             BCCSPLAT_ERROR_INVALID_ARGUMENT);
@@ -98,6 +98,64 @@ TEST(WriterEnds, ASeriesThatIsAppendedToKeepsItsEnds) {
     EXPECT_EQ(x, y);
     std::filesystem::remove(path), std::filesystem::remove(whole);
   }
+}
+
+TEST(WriterEnds, APeriodicSeriesGoesOnToItsFirstFrame) {
+  const Device device = make_device();
+  const Folder folder;
+  const auto round = [](double x, double y, double z, double t) {
+    return 50 + 20 * std::cos(0.3 * x - 0.2 * y + 0.25 * z - 3.14159265358979 * t / 5);
+  };
+  const Series s{.nt = 10, .first = 3, .step = 0.5, .field = round};
+  const std::string path = folder.file("p.bcc4");
+  write(device, path, s, BCCSPLAT_ENDS_PERIODIC);
+  EXPECT_EQ(lowest_reader(path), 3);
+  const Volume volume = open(device, path);
+  auto info = sized<bccsplat_volume_info>();
+  ASSERT_OK(bccsplat_volume_get_info(volume.get(), &info));
+  EXPECT_EQ(info.time_periodic, 1u);
+  EXPECT_EQ(info.time_last, 7.5);
+  EXPECT_EQ(info.time_end, 8);
+  double index = 0;
+  EXPECT_OK(bccsplat_volume_time_to_index(volume.get(), 7.75, &index));
+  EXPECT_EQ(index, 9.5);
+  EXPECT_EQ(bccsplat_volume_time_to_index(volume.get(), 8.01, &index), BCCSPLAT_ERROR_OUT_OF_DOMAIN);
+  const std::vector<double> points{9, 9, 9, 9.5, 9, 9, 9, 10, 9, 9, 9, 0, 9, 9, 9, 10.01};
+  std::vector<float> values(4), gradients(16);
+  EXPECT_EQ(bccsplat_volume_evaluate(volume.get(), 4, points.data(), values.data(), gradients.data()),
+            BCCSPLAT_ERROR_OUT_OF_DOMAIN);
+  EXPECT_NEAR(values[0], round(9, 9, 9, 9.5), 0.2);
+  EXPECT_NEAR(values[1], values[2], 1e-4);
+  EXPECT_NEAR(gradients[7], gradients[11], 1e-3);
+  EXPECT_TRUE(std::isnan(values[3]));
+  const Slice late = cut_time(volume, 9.5);
+  ASSERT_TRUE(late);
+  // As long after the last frame as frames are apart in the mean.
+  const auto uneven = folder.file("u.bcc4");
+  {
+    auto o = options_of(s);
+    o.ends = BCCSPLAT_ENDS_PERIODIC;
+    const Writer w = make_writer(device, uneven, o);
+    const std::vector<float> frame(size_t{s.nx} * s.ny * s.nz, 1.0f);
+    auto box = sized<bccsplat_box>();
+    box.type = BCCSPLAT_TYPE_F32, box.data = frame.data();
+    box.dims[0] = s.nx, box.dims[1] = s.ny, box.dims[2] = s.nz;
+    for (uint32_t t = 0; t < s.nt; ++t)
+      ASSERT_OK(bccsplat_writer_add_frame(w.get(), 0, t + (t > 4 ? 0.9 : 0), &box, 1));
+    ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+  }
+  ASSERT_OK(bccsplat_volume_get_info(open(device, uneven).get(), &info));
+  EXPECT_EQ(info.time_uniform, 0u);
+  EXPECT_NEAR(info.time_end, 9.9 + 1.1, 1e-9);
+  // What cannot be is refused by name.
+  auto bad = options_of(s);
+  bad.ends = BCCSPLAT_ENDS_PERIODIC, bad.dims[3] = 0;
+  bccsplat_writer* none = nullptr;
+  EXPECT_EQ(bccsplat_writer_create(device.get(), folder.file("x.bcc4").c_str(), &bad, &none),
+            BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  bad = options_of(s);
+  bad.partial = BCCSPLAT_PARTIAL_APPEND;
+  EXPECT_EQ(bccsplat_writer_create(device.get(), path.c_str(), &bad, &none), BCCSPLAT_ERROR_UNSUPPORTED);
 }
 
 TEST(WriterEnds, ABoundHoldsAtTheEnds) {

@@ -219,6 +219,19 @@ void make_domain() {
   save_bad("bad_domain_lead", 11, 2);
 }
 
+// A turn of 6 frames in 10 layers; D4* asks for an even number.
+void make_periodic() {
+  VolumeInfo round = volume(LatticeKind::d4star, {14, 12, 16, 6}, {channel("value", ValueType::u16)});
+  round.lattice = Lattice4::fit(LatticeKind::d4star, round.lattice.dims, {1, 1, 1, 1}, 0, {}, true);
+  const Bytes good = write_file(round, ball);
+  save("v3_periodic", good);
+  const auto save_bad = [&](const std::string& name, const std::function<void(Bytes&)>& spoil) {
+    save(name, rebuild(good, {.metadata = spoil}));
+  };
+  save_bad("bad_periodic_one_end", [](Bytes& m) { poke<uint8_t>(m, payload_of(m, 8) + 7, 0); });
+  save_bad("bad_periodic_turn", [](Bytes& m) { poke<double>(m, payload_of(m, 1) + 64, 0.7); });
+}
+
 void make_optional() {
   const Bytes file =
       write_file(volume(LatticeKind::d4star, {14, 14, 14, 4}, {channel("value", ValueType::u8)}), ball);
@@ -358,6 +371,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_corrections();
   bccsplat::test::make_masks();
   bccsplat::test::make_domain();
+  bccsplat::test::make_periodic();
   bccsplat::test::make_levels();
   bccsplat::test::make_unfinished();
   bccsplat::test::make_bad();

@@ -162,6 +162,7 @@ struct Volume {
   int32_t last_plane[3], last_layer = 0;
   int lead = 0;
   int before[3] = {}, behind[3] = {}; // planes outside the source samples
+  bool periodic = false;              // in time
   double h[3], ht = 0;
   double first = 0, step = 0;
   std::vector<double> times;
@@ -294,11 +295,17 @@ void read_errors(Cursor& r, const Volume& v, int lowest) {
 // Record 8.
 void read_domain(Cursor& r, Volume& v, int lowest) {
   must(lowest >= 3, "domain: needs version 3");
+  bool turns[2] = {};
   for (int end = 0; end < 8; ++end) {
     const int kind = r.u8();
     must(kind <= 3, "domain: end");
-    if (kind != 0) refuse("domain: this reader knows no ends but mirrors");
+    if (kind == 2 && end % 4 == 3)
+      turns[end / 4] = true;
+    else if (kind != 0)
+      refuse("domain: this reader knows no ends but mirrors, and of time periodic ones");
   }
+  must(turns[0] == turns[1], "domain: periodic at one end");
+  v.periodic = turns[0];
   for (int& n : v.before) n = r.u8();
   must(r.u8() == v.lead, "domain: layers before frame 0");
   for (int& n : v.behind) n = r.u8();
@@ -314,9 +321,18 @@ void check_layers(const Volume& v) {
   must(v.slab_layers >= 1 && v.slab_layers <= 32, "lattice");
   must((v.dims[3] == 1) == (v.ht == 0), "lattice: static or not");
   must(v.lead % 2 == 0 && (v.ht != 0 || v.lead == 0), "lattice: layers before frame 0");
-  must((v.last_layer - v.lead) * v.ht >= (v.dims[3] - 1.0) * (1 - 1e-8), "lattice: the last layer");
   for (const int32_t l : v.last_plane) must(l >= 1 && l <= 1000000000, "lattice: planes");
   must(v.last_layer >= 0 && v.last_layer <= 1000000000, "lattice: layers");
+}
+
+// How the layers fit the frames, once record 8 is known.
+void check_time(const Volume& v) {
+  if (!v.periodic) {
+    must((v.last_layer - v.lead) * v.ht >= (v.dims[3] - 1.0) * (1 - 1e-8), "lattice: the last layer");
+    return;
+  }
+  must(v.dims[3] > 1 && v.lead == 0 && (v.kind == 3 || v.layers() % 2 == 0), "lattice: periodic");
+  must(std::fabs(v.layers() * v.ht - v.dims[3]) <= 1e-9 * v.dims[3], "lattice: a turn");
 }
 
 // Record 9.
@@ -339,6 +355,7 @@ void read_levels(Cursor& r, Volume& v, int lowest) {
     for (double& d : level.h) d = r.f64();
     level.ht = r.f64();
     check_layers(level);
+    check_time(level);
     check_planes(level);
     const Volume& finer = i == 0 ? v : v.levels.back();
     for (int a = 0; a < 3; ++a)
@@ -455,6 +472,7 @@ Volume read_metadata(const Bytes& bytes, int lowest) {
     must(r.left() == 0, "metadata: record too long");
   }
   for (int type = 1; type <= 7; ++type) must(seen[type], "metadata: a record is missing");
+  check_time(v);
   check_planes(v);
   return v;
 }
@@ -1006,6 +1024,7 @@ void dump(const std::string& path) {
   for (int a = 0; a < 3; ++a)
     if (v.before[a] + v.behind[a] > 0)
       std::printf("%c planes outside %d %d\n", "xyz"[a], v.before[a], v.behind[a]);
+  if (v.periodic) std::printf("periodic in time\n");
   for (size_t l = 0; l < v.levels.size(); ++l)
     std::printf("lattice of level %zu planes %d %d %d layers %d\n", l + 1, v.levels[l].last_plane[0],
                 v.levels[l].last_plane[1], v.levels[l].last_plane[2], v.levels[l].layers());

@@ -70,6 +70,7 @@ MEASURE_ALL = 2
 ENDS_DEFAULT = 0
 ENDS_PREDICT = 1
 ENDS_MIRROR = 2
+ENDS_PERIODIC = 3
 FACES_DEFAULT = 0
 FACES_PREDICT = 1
 FACES_MIRROR = 2
@@ -395,7 +396,8 @@ class VolumeInfo(Struct):
     planes_behind: Array[c_uint32]
     sites_outside: int
     level_count: int
-    reserved: int
+    time_periodic: int
+    time_end: float
     frames_expected: int
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
@@ -407,7 +409,8 @@ class VolumeInfo(Struct):
         ("bytes_index", c_uint64), ("bytes_read", c_uint64), ("attribute_count", c_uint64),
         ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4),
         ("planes_before", c_uint32 * 3), ("planes_behind", c_uint32 * 3), ("sites_outside", c_uint64),
-        ("level_count", c_uint32), ("reserved", c_uint32), ("frames_expected", c_uint64)]
+        ("level_count", c_uint32), ("time_periodic", c_uint32), ("time_end", c_double),
+        ("frames_expected", c_uint64)]
 
 
 class LevelInfo(Struct):
@@ -774,9 +777,9 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_slice_get_points": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p,),
     "bccsplat_slice_fit_camera": (c_int32, c_void_p, c_int32, c_double, c_double, c_uint32, c_uint32,
         POINTER(Camera),),
+    "bccsplat_volume_get_look": (c_int32, c_void_p, c_uint32, c_int32, c_int32, POINTER(Look),),
     "bccsplat_slice_get_picture_needs": (c_int32, c_void_p, POINTER(Camera), c_uint32, c_uint32,
         POINTER(RenderOptions), POINTER(PictureNeeds),),
-    "bccsplat_volume_get_look": (c_int32, c_void_p, c_uint32, c_int32, c_int32, POINTER(Look),),
     "bccsplat_renderer_create": (c_int32, c_void_p, c_void_p,),
     "bccsplat_renderer_retain": (None, c_void_p,),
     "bccsplat_renderer_release": (None, c_void_p,),

@@ -268,7 +268,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     return Exit::ok;
   }
 
-  ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}};
+  ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}, {}};
   ImportScope scope;
   scope.output = a.output;
   scope.attributes = reader_attributes(a.reader);
@@ -287,6 +287,8 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   if (a.dry_run) {
     if (!a.plan.empty()) save_plan(a, plan);
     plan.estimate = estimate_import(*reader, device, a.settings, plan.scans);
+    if (!planned && a.settings.ends != BCCSPLAT_ENDS_PERIODIC && a.part.empty() && !a.resume.append)
+      plan.turn = measure_turn(*reader);
     if (a.common.json)
       print_json(plan_json(plan));
     else
@@ -350,9 +352,11 @@ Run add_import(CLI::App& app, std::string command_line) {
                       "Resampling filter (default kaiser8)");
   import.add_flag("--lowpass", a->settings.lowpass,
                   "First remove the frequencies the lattice cannot hold (outside_cell of --dry-run)");
-  add_choice<int32_t>(import, "--ends", a->settings.ends, kEndsChoices,
-                      "Before the first frame and after the last: as they foretell, with two layers more at "
-                      "each end (default on D4* from 14 frames on, at distance 1), or the mirror image");
+  add_choice<int32_t>(
+      import, "--ends", a->settings.ends, kEndsChoices,
+      "Before the first frame and after the last: as they foretell, with two layers more at "
+      "each end (default on D4* from 14 frames on, at distance 1), the mirror image, or periodic: "
+      "the last frame leads to the first, as of heart beats and climatologies");
   add_choice<int32_t>(
       import, "--faces", a->settings.faces, kFacesChoices,
       "Beyond the first and last sample along x, y and z: as those inside foretell, with two "

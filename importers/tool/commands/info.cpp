@@ -63,11 +63,9 @@ Json info_json(const Volume& volume, bool histogram) {
   j["planes_outside"] = {{"before", v.planes_before}, {"behind", v.planes_behind}};
   j["value_type"] = value_type_name(first.value_type);
   j["range"] = {first.range[0], first.range[1]};
-  j["times"] = {{"count", v.dims[3]},
-                {"first", v.time_first},
-                {"last", v.time_last},
-                {"unit", v.time_unit},
-                {"uniform", v.time_uniform != 0}};
+  j["times"] = {{"count", v.dims[3]},  {"first", v.time_first},          {"last", v.time_last},
+                {"unit", v.time_unit}, {"uniform", v.time_uniform != 0}, {"periodic", v.time_periodic != 0},
+                {"end", v.time_end}};
   if (v.frames_expected > 0) j["unfinished"] = {{"frames", v.dims[3]}, {"expected", v.frames_expected}};
   if (v.part_end > 0) j["part"] = {{"first", v.part_first}, {"last", v.part_end - 1}};
   j["affine"] = matrix_json(v.affine);
@@ -185,7 +183,8 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          level.relative_rmse > 0 ? concat(", ", psnr_text(1, level.relative_rmse)) : "");
   }
   line("times", v.time_first, " to ", v.time_last, unit, ", ", v.dims[3],
-       v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven");
+       v.dims[3] == 1 ? " frame" : " frames", v.time_uniform ? "" : ", uneven",
+       v.time_periodic ? concat(", periodic: ", v.time_end, unit, " is the first frame again") : "");
   if (v.frames_expected > 0)
     line("unfinished", v.dims[3], " of ", v.frames_expected, " frames can be looked at");
   if (v.part_end > 0)

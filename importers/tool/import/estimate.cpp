@@ -21,8 +21,8 @@ uint64_t count_sites(const Device& device, const SeriesDescription& s, WriterSet
   settings.faces = BCCSPLAT_FACES_MIRROR; // sites outside are not counted
   auto whole = sized<bccsplat_series_part>();
   whole.end = s.dims[3], whole.times = s.times.values.data();
-  return lattice_sites(
-             create_writer(device, "", s, settings, scans, s.dims[3], s.dims[3] > 1 ? &whole : nullptr)) *
+  const bool as_part = s.dims[3] > 1 && settings.ends != BCCSPLAT_ENDS_PERIODIC; // which has no parts
+  return lattice_sites(create_writer(device, "", s, settings, scans, s.dims[3], as_part ? &whole : nullptr)) *
          s.channels.size();
 }
 
@@ -65,6 +65,9 @@ ImportEstimate estimate_import(FrameReader& reader, const Device& device, const 
   if (settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT) sampled.nonfinite = BCCSPLAT_NONFINITE_HOLE;
   sampled.psnr = 0; // a goal of the series
   if (sampled.abs_error == 0) sampled.measure = BCCSPLAT_MEASURE_SOME;
+  // Some frames of a series that goes round do not.
+  if (sampled.ends == BCCSPLAT_ENDS_PERIODIC && e.sampled_frames < s.dims[3])
+    sampled.ends = BCCSPLAT_ENDS_MIRROR;
   const Writer writer = create_writer(device, "", s, sampled, scans, e.sampled_frames);
   const Progress clock("", 0, false, true);
   // The middle frames: the first ones of a simulation are often empty.

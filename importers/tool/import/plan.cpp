@@ -101,6 +101,10 @@ void print_plan(const ImportPlan& plan) {
     line(c == 0 ? "values" : "", text);
   }
   for (const std::string& note : s.notes) line("note", note);
+  if (plan.turn && plan.turn->leads_to_first())
+    line("ends",
+         "the last frame is as near to the first as frames are to the next: if the series goes round, as "
+         "heart beats and climatologies do, --ends periodic");
   if (plan.spectra) {
     const auto lines = spectrum_lines(plan.spectra->plain);
     for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "bandwidth" : "", lines[i]);
@@ -171,6 +175,11 @@ Json plan_json(const ImportPlan& plan) {
   if (plan.spectra) j["spectrum"] = spectrum_json(plan.spectra->plain);
   if (plan.choice) j["choice"] = choice_json(*plan.choice, s);
   if (plan.search) j["coding"] = search_json(*plan.search, s);
+  if (plan.turn)
+    j["turn"] = {{"last_to_first", plan.turn->last_to_first},
+                 {"to_next", plan.turn->to_next},
+                 {"across", plan.turn->across},
+                 {"periodic", plan.turn->leads_to_first()}};
   j["notes"] = s.notes;
   j["warnings"] = s.warnings;
   return j;

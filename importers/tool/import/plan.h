@@ -12,6 +12,7 @@
 #include "tool/import/search.h"
 #include "tool/import/series_writer.h"
 #include "tool/import/spectrum.h"
+#include "tool/import/turn.h"
 #include "tool/json.h"
 
 namespace bcc4 {
@@ -34,6 +35,7 @@ struct ImportPlan {
   std::optional<Spectra> spectra;
   std::optional<LatticeChoice> choice; // of the lattice and the steps that `settings` hold
   std::optional<CodingSearch> search;  // the same where a bound was asked for
+  std::optional<Turn> turn;            // of a dry run
 };
 
 [[nodiscard]] uint64_t cc_samples(const SeriesDescription& series); // all channels

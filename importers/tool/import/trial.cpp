@@ -165,6 +165,11 @@ void Trier::weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const {
 // What a writer of the series does at its ends; where a stretch is cut out of it, nothing counts.
 int32_t Trier::ends_of(const SampleStretch& stretch, const LatticeShape& shape) const {
   const bool at_end = stretch.first == 0 || stretch.first + stretch.frames == series_.dims[3];
+  if (shape.ends == BCCSPLAT_ENDS_PERIODIC) {
+    // A stretch does not go round; what foretells comes next to what does.
+    if (stretch.frames == series_.dims[3] && stretch.frames > 1) return BCCSPLAT_ENDS_PERIODIC;
+    return at_end ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
+  }
   return at_end && predicts_ends(shape, series_.dims) ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
 }
 

@@ -34,7 +34,8 @@ inline const Choices<int32_t> kFacesChoices{
     {"yz", BCCSPLAT_FACES_PREDICT_Y + BCCSPLAT_FACES_PREDICT_Z},
     {"xyz", BCCSPLAT_FACES_PREDICT_X + BCCSPLAT_FACES_PREDICT_Y + BCCSPLAT_FACES_PREDICT_Z}};
 inline const Choices<int32_t> kEndsChoices{{"predict", BCCSPLAT_ENDS_PREDICT},
-                                           {"mirror", BCCSPLAT_ENDS_MIRROR}};
+                                           {"mirror", BCCSPLAT_ENDS_MIRROR},
+                                           {"periodic", BCCSPLAT_ENDS_PERIODIC}};
 inline const Choices<int32_t> kStoreChoices{{"samples", BCCSPLAT_STORE_SAMPLES},
                                             {"coefficients", BCCSPLAT_STORE_COEFFICIENTS}};
 

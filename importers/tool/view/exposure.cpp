@@ -30,7 +30,7 @@ double exposure_seconds(const Volume& volume, const Cut& where, const std::array
   const bccsplat_volume_info info = volume_info(volume);
   const double unit = seconds_per_unit(info.time_unit);
   if (!where.is_time_slice || unit == 0) return 0;
-  const double last = static_cast<double>(info.dims[3]) - 1;
+  const double last = last_index(info);
   const auto time = [&](double offset) {
     double t = 0;
     check(bccsplat_volume_index_to_time(volume.get(), std::clamp(where.index + offset, 0.0, last), &t),

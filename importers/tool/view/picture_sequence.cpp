@@ -13,7 +13,7 @@ namespace {
 std::vector<Picture> pictures_of_frames(const Volume& volume, const RenderArguments& a) {
   if (a.which.time || a.which.index || a.which.plane || a.which.point)
     fail_usage("--frames excludes --time, --plane and --point");
-  const double last_frame = static_cast<double>(volume_info(volume).dims[3]) - 1;
+  const double last_frame = last_index(volume_info(volume));
   if (!(a.frames->first >= 0 && a.frames->last <= last_frame))
     fail_usage("--frames: the frames are 0 to ", last_frame);
   std::vector<Picture> out;

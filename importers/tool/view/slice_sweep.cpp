@@ -32,7 +32,7 @@ std::array<double, 4> unit_normal(const std::array<double, 12>& basis) {
 Cut moved(const Volume& volume, const Cut& base, double offset) {
   Cut cut = base;
   if (cut.is_time_slice) {
-    const double last = static_cast<double>(volume_info(volume).dims[3]) - 1, to = base.index + offset;
+    const double last = last_index(volume_info(volume)), to = base.index + offset;
     if (!(to >= 0 && to <= last)) fail_usage("--sweep: frame ", to, " is outside the series, 0 to ", last);
     const Cut there = cut_at_index(volume, to);
     std::copy(there.plane, there.plane + 5, cut.plane);

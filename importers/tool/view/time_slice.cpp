@@ -17,14 +17,14 @@ constexpr uint64_t kValuesAtOnce = uint64_t{1} << 24; // sampled at a time
 double frame_index(const Volume& volume, double time, bool index) {
   const bccsplat_volume_info info = volume_info(volume);
   if (index) {
-    const double last = static_cast<double>(info.dims[3]) - 1;
+    const double last = last_index(info);
     if (!(time >= 0 && time <= last)) fail_usage("--index --time ", time, ": the frames are 0 to ", last);
     return time;
   }
   double frame = 0;
   const bccsplat_status status = bccsplat_volume_time_to_index(volume.get(), time, &frame);
   if (status == BCCSPLAT_ERROR_OUT_OF_DOMAIN || status == BCCSPLAT_ERROR_INVALID_ARGUMENT)
-    fail_usage("--time ", time, ": the series runs from ", info.time_first, " to ", info.time_last,
+    fail_usage("--time ", time, ": the series runs from ", info.time_first, " to ", info.time_end,
                *info.time_unit ? concat(" ", info.time_unit) : "", " (--index takes frame numbers)");
   check(status, "--time");
   return frame;

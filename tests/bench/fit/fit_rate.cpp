@@ -81,7 +81,7 @@ RatePoint through_lattice(const FitSource& source, LatticeKind kind, double scal
       options,
       [&](int32_t slab, int c, std::span<const BrickLayer> layers) {
         writer.write_slab(slab, c, layers, context);
-        back.add_layers(c, layers);
+        back.add_layers(c, slab * info.slab_layers, layers);
       },
       context);
   for (uint32_t t = 0; t < source.dims[3]; ++t) {

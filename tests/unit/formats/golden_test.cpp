@@ -198,6 +198,15 @@ TEST(Bcc4Golden, DomainsHavePlanesOutside) {
   EXPECT_NEAR(lattice.plane_position(2, lattice.space.last[2] - 2), 19, 1e-9);
 }
 
+TEST(Bcc4Golden, PeriodicSeriesGoRound) {
+  const Lattice4 lattice = open("v3_periodic")->info().lattice;
+  EXPECT_TRUE(lattice.periodic);
+  EXPECT_FALSE(open("v3_domain")->info().lattice.periodic);
+  EXPECT_EQ(lattice.layers(), 10);
+  EXPECT_NEAR(lattice.layer_frame(lattice.layers()), 6, 1e-9);
+  EXPECT_EQ(lattice.mirror_layer(-1), 9);
+}
+
 TEST(Bcc4Golden, StoredKernelsKeepTheirNumbers) {
   const auto reader = open("v3_coefficients");
   const VolumeInfo& info = reader->info();
@@ -267,6 +276,8 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_domain_end", Code::corrupt},
                                                 {"bad_domain_periodic", Code::unsupported_version},
                                                 {"bad_domain_odd", Code::corrupt},
+                                                {"bad_periodic_one_end", Code::corrupt},
+                                                {"bad_periodic_turn", Code::corrupt},
                                                 {"bad_domain_planes", Code::corrupt},
                                                 {"bad_domain_lead", Code::corrupt},
                                                 {"bad_masks_frames", Code::corrupt},

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tool/import/turn.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "tool/interrupt.h"
+
+namespace bcc4 {
+namespace {
+
+constexpr uint64_t kFewestFrames = 6;
+constexpr uint64_t kPairs = 6;       // of frames one apart, and half a series apart
+constexpr uint64_t kPlanesSeen = 16; // of a frame
+
+// Some planes of the frames of a channel; a frame is read once.
+class Planes {
+ public:
+  Planes(FrameReader& reader, size_t channel)
+      : reader_(reader), dims_(reader.description().dims), channel_(channel),
+        air_(reader.description().channels[channel].air) {}
+
+  // The root mean square of the differences where both have a value; 0 where none has.
+  double difference(uint64_t a, uint64_t b) {
+    const std::vector<float>&first = planes(a), &second = planes(b);
+    double squares = 0, count = 0;
+    for (size_t i = 0; i < first.size(); ++i) {
+      const double d = static_cast<double>(first[i]) - static_cast<double>(second[i]);
+      if (!std::isfinite(d)) continue;
+      squares += d * d, ++count;
+    }
+    return count > 0 ? std::sqrt(squares / count) : 0;
+  }
+
+ private:
+  const std::vector<float>& planes(uint64_t frame) {
+    std::vector<float>& held = held_[frame];
+    if (!held.empty()) return held;
+    stop_if_interrupted();
+    const Frame values = reader_.read(frame, channel_);
+    std::vector<double> plane(dims_[0] * dims_[1]);
+    const uint64_t step = std::max<uint64_t>(1, dims_[2] / kPlanesSeen);
+    for (uint64_t z = step / 2; z < dims_[2]; z += step) {
+      gather_plane(values, dims_, z, air_, plane.data());
+      held.insert(held.end(), plane.begin(), plane.end());
+    }
+    return held;
+  }
+
+  FrameReader& reader_;
+  std::array<uint64_t, 4> dims_;
+  size_t channel_;
+  double air_;
+  std::map<uint64_t, std::vector<float>> held_;
+};
+
+Turn turn_of(Planes planes, uint64_t frames) {
+  Turn turn;
+  turn.last_to_first = planes.difference(frames - 1, 0);
+  const uint64_t half = frames / 2;
+  for (uint64_t i = 0; i < kPairs; ++i) {
+    const uint64_t next = i * (frames - 2) / (kPairs - 1), far = i * (half - 1) / (kPairs - 1);
+    turn.to_next = std::max(turn.to_next, planes.difference(next, next + 1));
+    const double across = planes.difference(far, far + half);
+    turn.across = i == 0 ? across : std::min(turn.across, across);
+  }
+  return turn;
+}
+
+} // namespace
+
+std::optional<Turn> measure_turn(FrameReader& reader) {
+  const SeriesDescription& s = reader.description();
+  if (s.dims[3] < kFewestFrames) return std::nullopt;
+  std::optional<Turn> least;
+  for (size_t c = 0; c < s.channels.size(); ++c) {
+    const Turn turn = turn_of(Planes(reader, c), s.dims[3]);
+    if (!least || least->leads_to_first()) least = turn;
+  }
+  return least;
+}
+
+} // namespace bcc4
