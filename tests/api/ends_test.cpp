@@ -156,6 +156,23 @@ TEST(WriterEnds, APeriodicSeriesGoesOnToItsFirstFrame) {
   bad = options_of(s);
   bad.partial = BCCSPLAT_PARTIAL_APPEND;
   EXPECT_EQ(bccsplat_writer_create(device.get(), path.c_str(), &bad, &none), BCCSPLAT_ERROR_UNSUPPORTED);
+  bad = options_of(s);
+  bad.ends = BCCSPLAT_ENDS_PERIODIC, bad.live = 1;
+  EXPECT_EQ(bccsplat_writer_create(device.get(), folder.file("x.bcc4").c_str(), &bad, &none),
+            BCCSPLAT_ERROR_UNSUPPORTED);
+  // One that ends early stays as it was, and its frames may still come.
+  bad.live = 0;
+  const Writer early = make_writer(device, folder.file("early.bcc4"), bad);
+  const std::vector<float> frame(size_t{s.nx} * s.ny * s.nz, 1.0f);
+  auto box = sized<bccsplat_box>();
+  box.type = BCCSPLAT_TYPE_F32, box.data = frame.data();
+  box.dims[0] = s.nx, box.dims[1] = s.ny, box.dims[2] = s.nz;
+  for (uint32_t t = 0; t < s.nt; ++t) {
+    EXPECT_EQ(bccsplat_writer_finish_short(early.get(), nullptr),
+              t == 0 ? BCCSPLAT_ERROR_WRONG_STATE : BCCSPLAT_ERROR_UNSUPPORTED);
+    ASSERT_OK(bccsplat_writer_add_frame(early.get(), 0, t, &box, 1));
+  }
+  ASSERT_OK(bccsplat_writer_finish_short(early.get(), nullptr));
 }
 
 TEST(WriterEnds, ABoundHoldsAtTheEnds) {
