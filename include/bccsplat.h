@@ -1118,7 +1118,7 @@ typedef struct bccsplat_picture_needs {
   uint32_t struct_size;
   uint32_t level; /* the coarsest that draws it as well as its quality asks: of draft and normal pictures one
                      of which a pixel covers a lattice distance or more, in the direction of fewest; of drafts
-                     a fifth of it where the level's error is at most 0.0056 of the range (over what is kept),
+                     a fifth of it where the level's error is at most 0.002 of the range (over what is kept),
                      for then it is below that of drafts. 0 for fine, best and reference pictures, mode
                      MAXIMUM, and where SKIP_FINE_DETAIL is switched off */
   double box[6];  /* what the camera sees of the slice, and three samples more, as bccsplat_slice_options.box

@@ -13,9 +13,9 @@
 namespace bccsplat {
 namespace {
 
-// Of a level whose field is off by no more, 45 dB of the range, and whose distance is no more than five
+// Of a level whose field is off by no more, 54 dB of the range, and whose distance is no more than five
 // pixels, a draft is as near to the truth as drafts are, 35.5 dB (tests/bench/notes/moments.md).
-constexpr double draft_error = 0.0056, draft_distance = 0.2;
+constexpr double draft_error = 0.002, draft_distance = 0.2;
 // Rounding of a pixel's size.
 constexpr double nearly = 1 - 1e-9;
 // Pixels beyond the picture's edge, and source samples beyond what they see, whose field shading asks for.

@@ -99,7 +99,7 @@ TEST_F(PictureNeeds, TheLevelIsTheCoarsestThatIsGoodEnough) {
   RenderOptions normal, draft, fine, maximum, whole;
   draft.quality = Quality::draft, fine.quality = Quality::fine, maximum.mode = RenderMode::maximum;
   whole.disable_skips = skip_fine_detail;
-  const std::vector<LevelOption> even{{2.2, {}}, {1.1, 0.005}, {0.55, 0.005}, {0.27, 0.006}};
+  const std::vector<LevelOption> even{{2.2, {}}, {1.1, 0.0019}, {0.55, 0.0019}, {0.27, 0.0021}};
   EXPECT_EQ(enough_level(even, normal), 1);
   EXPECT_EQ(enough_level(even, draft), 2);
   EXPECT_EQ(enough_level(even, fine), 0);
