@@ -243,7 +243,8 @@ TEST(Live, LayersAndStreamsAreShownAsWell) {
   ASSERT_EQ(bccsplat_volume_get_info(unfinished.volume, &info), BCCSPLAT_OK);
   EXPECT_EQ(info.frames_expected, frames);
   EXPECT_GT(info.dims[3], frames / 2);
-  EXPECT_EQ(unfinished.frame(info.dims[3] - 1.0), finished.frame(info.dims[3] - 1.0));
+  const double last = static_cast<double>(info.dims[3]) - 1;
+  EXPECT_EQ(unfinished.frame(last), finished.frame(last));
 }
 
 // A writer that is killed at any moment leaves a file that opens up to what it showed last.
