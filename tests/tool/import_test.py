@@ -100,7 +100,7 @@ class Import(ToolTest):
         self.assertIn('bcc4 import a.raw --dims 9,8,7,6', j['command'])
         info = self.json('info', 'a.bcc4')
         self.assertEqual(info['dims'], list(DIMS))
-        self.assertEqual(info['times'], {'count': 6, 'first': 0, 'last': 1.25, 'unit': '', 'uniform': True})
+        self.assertEqual(info['times'], {'count': 6, 'first': 0, 'last': 1.25, 'unit': '', 'uniform': True, 'periodic': False, 'end': 1.25})
         self.assertEqual(info['attributes']['import.dims'], '9,8,7,6')
 
     def test_axes_endianness_and_gzip_change_nothing(self):

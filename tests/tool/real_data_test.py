@@ -132,7 +132,8 @@ class RealData(ToolTest):
         self.bcc4('import', path, '-o', 'f.bcc4', '--quiet')
         j = self.json('info', 'f.bcc4')
         self.assertEqual(j['dims'], [64, 64, 64, 99])
-        self.assertEqual(j['times'], {'count': 99, 'first': 0, 'last': 98, 'unit': '', 'uniform': True})
+        self.assertEqual(j['times'], {'count': 99, 'first': 0, 'last': 98, 'unit': '', 'uniform': True, 'periodic': False,
+                                      'end': 98})
         sites = j['sites_total'] + j['sites_outside']
         self.assertTrue(.45 < sites / j['cc_samples'] < .56, sites / j['cc_samples'])
         self.assertGreater(self.json('verify', 'f.bcc4', '--against', path, '--frames', '0-98')['psnr'], 50)

@@ -143,7 +143,7 @@ class Slice(ToolTest):
         for key in ('dims', 'lattice', 'cc_samples', 'sites_total', 'sites_kept', 'value_type', 'range', 'times', 'affine', 'air',
                     'bytes', 'kernel'):
             self.assertIn(key, j)
-        self.assertEqual(set(j['times']), {'count', 'first', 'last', 'unit', 'uniform'})
+        self.assertEqual(set(j['times']), {'count', 'first', 'last', 'unit', 'uniform', 'periodic', 'end'})
         self.assertEqual(set(j['bytes']), {'file', 'runs', 'values', 'index'})
         self.assertEqual(j['affine'], [[1, 0, 0, 0], [0, 2, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]])
         self.assertEqual(sum(j['channels'][0]['histogram']), j['sites_kept'])
@@ -287,7 +287,7 @@ class Slice(ToolTest):
         self.assertEqual(info['attributes']['import.format'], 'OpenVDB')
         self.assertGreater(self.json('verify', 'again.bcc4', '--against', 'v.####.vdb')['psnr'], 40)
         self.bcc4('import', 'v.####.vdb', '-o', 'few.bcc4', '--quiet', '--frames', '2-12x5')
-        self.assertEqual(self.json('info', 'few.bcc4')['times'], {'count': 3, 'first': 0, 'last': 10, 'unit': '', 'uniform': True})
+        self.assertEqual(self.json('info', 'few.bcc4')['times'], {'count': 3, 'first': 0, 'last': 10, 'unit': '', 'uniform': True, 'periodic': False, 'end': 10})
         os.remove(self.path('v.0007.vdb'))
         self.refused(3, 'missing from the sequence: 7 (1 of 16)', 'import', 'v.####.vdb', '-o', 'x.bcc4', output='x.bcc4')
         for policy, count in (('hold', 16), ('skip', 15), ('interpolate', 16)):
