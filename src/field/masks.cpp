@@ -14,35 +14,110 @@ namespace {
 
 constexpr uint64_t block_points = 4096; // of a task
 
-// Half a step of rounding is no reason for a point that is meant to lie half way to belong to the earlier
-// one.
-constexpr double rounding = 1e-9;
-
-double near_index(double position) { return std::floor(position + 0.5 + rounding); }
-
-// Of a periodic axis, on which points may be anywhere; what is further off than that is no place of a series.
-int64_t counted_index(double position) {
-  constexpr double most = 1e15;
-  return static_cast<int64_t>(std::clamp(near_index(position), -most, most));
-}
-
-int64_t nearest_of(double position, int64_t n) {
-  return static_cast<int64_t>(std::clamp(near_index(position), 0.0, static_cast<double>(n - 1)));
-}
-
 uint64_t voxels_of(const std::array<int64_t, 3>& n) {
   return static_cast<uint64_t>(n[0]) * static_cast<uint64_t>(n[1]) * static_cast<uint64_t>(n[2]);
 }
 
+uint64_t words_of(const std::array<int64_t, 3>& n) { return (voxels_of(n) + 63) / 64; }
+
+uint64_t corners_of(const std::array<int64_t, 3>& blocks) {
+  return voxels_of({blocks[0] + 1, blocks[1] + 1, blocks[2] + 1});
+}
+
 } // namespace
 
+int64_t counted_sample(double position) {
+  constexpr double most = 1e15;
+  return static_cast<int64_t>(std::clamp(std::floor(position + 0.5 + nearest_rounding), -most, most));
+}
+
+std::array<int64_t, 3> FrameMask::blocks_of(const std::array<int64_t, 3>& samples) {
+  std::array<int64_t, 3> blocks;
+  for (size_t a = 0; a < 3; ++a) blocks[a] = (samples[a] + block_edge - 1) / block_edge;
+  return blocks;
+}
+
 FrameMask::FrameMask(const std::array<int64_t, 3>& samples, Reservation memory, bool all)
-    : n_(samples), bits_(bytes_of(samples) / sizeof(uint64_t)), memory_(std::move(memory)) {
-  if (all) add(0, voxels_of(n_));
+    : n_(samples), blocks_(blocks_of(samples)), bits_(words_of(samples)), before_(corners_of(blocks_)),
+      memory_(std::move(memory)) {
+  if (!all) return;
+  add(0, voxels_of(n_));
+  count_blocks();
 }
 
 uint64_t FrameMask::bytes_of(const std::array<int64_t, 3>& samples) {
-  return (voxels_of(samples) + 63) / 64 * sizeof(uint64_t);
+  return (words_of(samples) + corners_of(blocks_of(samples))) * sizeof(uint64_t);
+}
+
+size_t FrameMask::before_at(int64_t bx, int64_t by, int64_t bz) const {
+  return static_cast<size_t>((bz * (blocks_[1] + 1) + by) * (blocks_[0] + 1) + bx);
+}
+uint64_t& FrameMask::before(int64_t bx, int64_t by, int64_t bz) { return before_[before_at(bx, by, bz)]; }
+uint64_t FrameMask::before(int64_t bx, int64_t by, int64_t bz) const {
+  return before_[before_at(bx, by, bz)];
+}
+
+void FrameMask::count_blocks() {
+  for (size_t w = 0; w < bits_.size(); ++w)
+    for (uint64_t bits = bits_[w]; bits != 0;) {
+      // A run of ones of the word, as far as it stays in a block.
+      const auto from = static_cast<int64_t>(std::countr_zero(bits));
+      const auto i = static_cast<int64_t>(w * 64) + from, x = i % n_[0], row = i / n_[0];
+      const int64_t room = std::min(block_edge - x % block_edge, n_[0] - x);
+      const int64_t run = std::min<int64_t>(room, std::countr_one(bits >> from));
+      before(x / block_edge + 1, row % n_[1] / block_edge + 1, row / n_[1] / block_edge + 1) +=
+          static_cast<uint64_t>(run);
+      bits &= from + run == 64 ? 0 : ~uint64_t{0} << (from + run);
+    }
+  // Sums along one axis after the other.
+  for (int64_t z = 1; z <= blocks_[2]; ++z)
+    for (int64_t y = 1; y <= blocks_[1]; ++y)
+      for (int64_t x = 1; x <= blocks_[0]; ++x) before(x, y, z) += before(x - 1, y, z);
+  for (int64_t z = 1; z <= blocks_[2]; ++z)
+    for (int64_t y = 1; y <= blocks_[1]; ++y)
+      for (int64_t x = 1; x <= blocks_[0]; ++x) before(x, y, z) += before(x, y - 1, z);
+  for (int64_t z = 1; z <= blocks_[2]; ++z)
+    for (int64_t y = 1; y <= blocks_[1]; ++y)
+      for (int64_t x = 1; x <= blocks_[0]; ++x) before(x, y, z) += before(x, y, z - 1);
+}
+
+uint64_t FrameMask::row_bits(const std::array<int64_t, 3>& first, int64_t count) const {
+  const auto i = static_cast<uint64_t>((first[2] * n_[1] + first[1]) * n_[0] + first[0]);
+  const uint64_t from = i % 64, n = static_cast<uint64_t>(count);
+  uint64_t bits = bits_[i / 64] >> from;
+  if (from + n > 64) bits |= bits_[i / 64 + 1] << (64 - from);
+  return n == 64 ? bits : bits & ((uint64_t{1} << n) - 1);
+}
+
+Missing FrameMask::within(const std::array<int64_t, 3>& first, const std::array<int64_t, 3>& last) const {
+  constexpr int64_t most_rows = 32;
+  const Missing blocks = within_blocks(first, last);
+  const int64_t count = last[0] - first[0] + 1;
+  if (blocks != Missing::some || count > 64 ||
+      (last[1] - first[1] + 1) * (last[2] - first[2] + 1) > most_rows)
+    return blocks;
+  uint64_t any = 0, all = ~uint64_t{0} >> (64 - count);
+  const uint64_t whole = all;
+  for (int64_t z = first[2]; z <= last[2]; ++z)
+    for (int64_t y = first[1]; y <= last[1]; ++y) {
+      const uint64_t bits = row_bits({first[0], y, z}, count);
+      any |= bits, all &= bits;
+      if (any != 0 && all != whole) return Missing::some;
+    }
+  return any == 0 ? Missing::none : Missing::all;
+}
+
+Missing FrameMask::within_blocks(const std::array<int64_t, 3>& first,
+                                 const std::array<int64_t, 3>& last) const {
+  std::array<int64_t, 3> b, e;
+  uint64_t samples = 1;
+  for (size_t a = 0; a < 3; ++a) {
+    b[a] = first[a] / block_edge, e[a] = last[a] / block_edge + 1;
+    samples *= static_cast<uint64_t>(std::min(e[a] * block_edge, n_[a]) - b[a] * block_edge);
+  }
+  const auto column = [&](int64_t x, int64_t y) { return before(x, y, e[2]) - before(x, y, b[2]); };
+  const uint64_t missing = column(e[0], e[1]) - column(b[0], e[1]) - column(e[0], b[1]) + column(b[0], b[1]);
+  return missing == 0 ? Missing::none : missing == samples ? Missing::all : Missing::some;
 }
 
 void FrameMask::add(uint64_t begin, uint64_t end) {
@@ -67,10 +142,10 @@ Masks::Masks(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget
   for (size_t a = 0; a < 4; ++a) n_[a] = dims[a];
 }
 
-int64_t Masks::nearest(double position, size_t axis) const { return nearest_of(position, n_[axis]); }
+int64_t Masks::nearest(double position, size_t axis) const { return nearest_sample(position, n_[axis]); }
 
 int64_t Masks::counted_frame(double moment) const {
-  return periodic_ ? counted_index(moment) : nearest(moment, 3);
+  return periodic_ ? counted_sample(moment) : nearest(moment, 3);
 }
 
 FrameMaskPtr Masks::read(int64_t frame) const {
@@ -82,6 +157,7 @@ FrameMaskPtr Masks::read(int64_t frame) const {
   auto made = std::make_shared<FrameMask>(n, Reservation(budget_, FrameMask::bytes_of(n), "a mask"), false);
   reader_->mask_runs(channel_, static_cast<uint64_t>(frame),
                      [&](uint64_t begin, uint64_t end) { made->add(begin, end); });
+  made->count_blocks();
   in_use_[offset] = made;
   // The mask itself holds its memory.
   cache_.insert(offset, FrameMaskPtr(made), made->bytes(), 0);
@@ -161,34 +237,6 @@ uint64_t Masks::hide(std::span<const Vec4> points, std::span<float> values,
 
 void Masks::mark(std::span<const Vec4> points, std::span<uint8_t> missing, const Context& context) const {
   each_missing(points, context, [&](size_t i) { missing[i] = 1; });
-}
-
-SliceMask::SliceMask(const Masks& masks, const Vec4& origin, const std::array<Vec4, 3>& basis, int64_t first,
-                     std::vector<FrameMaskPtr> frames)
-    : n_(masks.samples()), periodic_(masks.periodic()), origin_(origin), basis_(basis), first_(first),
-      frames_(std::move(frames)) {}
-
-bool SliceMask::missing(const Vec3& uvw) const {
-  std::array<int64_t, 4> at;
-  for (size_t a = 0; a < 4; ++a) {
-    const double p = origin_[a] + basis_[0][a] * uvw[0] + basis_[1][a] * uvw[1] + basis_[2][a] * uvw[2];
-    at[a] = a == 3 && periodic_ ? counted_index(p) : nearest_of(p, n_[a]);
-  }
-  const auto last = first_ + static_cast<int64_t>(frames_.size()) - 1;
-  const auto& frame = frames_[static_cast<size_t>(std::clamp(at[3], first_, last) - first_)];
-  return frame && frame->at({at[0], at[1], at[2]}) &&
-         std::all_of(others_.begin(), others_.end(), [&](const auto& m) { return m->missing(uvw); });
-}
-
-SliceMask SliceMask::also(std::vector<std::shared_ptr<const SliceMask>> others) const {
-  SliceMask mask = *this;
-  mask.others_ = std::move(others);
-  return mask;
-}
-
-bool SliceMask::any() const {
-  return std::any_of(frames_.begin(), frames_.end(),
-                     [](const FrameMaskPtr& f) { return f && f->count() > 0; });
 }
 
 } // namespace bccsplat

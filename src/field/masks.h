@@ -7,6 +7,7 @@
 // a block share them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -22,6 +23,19 @@
 
 namespace bccsplat {
 
+// The source sample that decides about a coordinate. Half a step of rounding is no reason for a point that is
+// meant to lie half way to belong to the earlier one.
+inline constexpr double nearest_rounding = 1e-9;
+[[nodiscard]] inline int64_t nearest_sample(double position, int64_t n) {
+  // What is cut off is the fraction: it is not negative.
+  return static_cast<int64_t>(std::clamp(position + 0.5 + nearest_rounding, 0.0, static_cast<double>(n - 1)));
+}
+// Of a periodic axis, on which points may be anywhere; what is further off than 1e15 is no place of a series.
+[[nodiscard]] int64_t counted_sample(double position);
+
+// What of some region is missing. It may be said to be some where that would take longer to find out.
+enum class Missing : uint8_t { none, some, all };
+
 // The missing samples of a frame.
 class FrameMask {
  public:
@@ -30,17 +44,34 @@ class FrameMask {
   [[nodiscard]] static uint64_t bytes_of(const std::array<int64_t, 3>& samples);
 
   void add(uint64_t begin, uint64_t end); // voxels
+  void count_blocks();                    // once all are added: within() answers from then on
+
+  // Of the samples first .. last, both included and in range: of a few rows exactly, else as the blocks they
+  // touch tell.
+  [[nodiscard]] Missing within(const std::array<int64_t, 3>& first, const std::array<int64_t, 3>& last) const;
 
   [[nodiscard]] bool at(const std::array<int64_t, 3>& sample) const {
     const auto i = static_cast<uint64_t>((sample[2] * n_[1] + sample[1]) * n_[0] + sample[0]);
     return bits_[i / 64] >> (i % 64) & 1;
   }
   [[nodiscard]] uint64_t count() const;
-  [[nodiscard]] uint64_t bytes() const { return bits_.size() * sizeof(uint64_t); }
+  [[nodiscard]] uint64_t bytes() const { return (bits_.size() + before_.size()) * sizeof(uint64_t); }
 
  private:
-  std::array<int64_t, 3> n_;
-  std::vector<uint64_t> bits_;
+  // Blocks of 8 samples along each axis, the last ones cut off.
+  static constexpr int64_t block_edge = 8;
+  [[nodiscard]] static std::array<int64_t, 3> blocks_of(const std::array<int64_t, 3>& samples);
+  // How many samples are missing in the blocks below (bx, by, bz), which may be as many as there are.
+  [[nodiscard]] uint64_t& before(int64_t bx, int64_t by, int64_t bz);
+  [[nodiscard]] uint64_t before(int64_t bx, int64_t by, int64_t bz) const;
+  [[nodiscard]] size_t before_at(int64_t bx, int64_t by, int64_t bz) const;
+  [[nodiscard]] Missing within_blocks(const std::array<int64_t, 3>& first,
+                                      const std::array<int64_t, 3>& last) const;
+  // At most 64 samples of a row along x, the first one in the lowest bit.
+  [[nodiscard]] uint64_t row_bits(const std::array<int64_t, 3>& first, int64_t count) const;
+
+  std::array<int64_t, 3> n_, blocks_;
+  std::vector<uint64_t> bits_, before_;
   Reservation memory_;
 };
 using FrameMaskPtr = std::shared_ptr<const FrameMask>;
@@ -88,30 +119,6 @@ class Masks {
   // Those in use that the cache may have dropped.
   mutable std::mutex mutex_;
   mutable std::map<uint64_t, std::weak_ptr<const FrameMask>> in_use_;
-};
-
-// The masks of the frames that a slice meets: points of slice space are missing as those of the volume are.
-class SliceMask {
- public:
-  // origin, basis: as of Slice. frames: `first` and those behind it, as counted, null where nothing is
-  // missing.
-  SliceMask(const Masks& masks, const Vec4& origin, const std::array<Vec4, 3>& basis, int64_t first,
-            std::vector<FrameMaskPtr> frames);
-
-  [[nodiscard]] bool missing(const Vec3& uvw) const;
-  // Whether any sample of its frames is.
-  [[nodiscard]] bool any() const;
-  // What is missing here and in all the others.
-  [[nodiscard]] SliceMask also(std::vector<std::shared_ptr<const SliceMask>> others) const;
-
- private:
-  std::array<int64_t, 4> n_;
-  bool periodic_;
-  Vec4 origin_;
-  std::array<Vec4, 3> basis_;
-  int64_t first_;
-  std::vector<FrameMaskPtr> frames_;
-  std::vector<std::shared_ptr<const SliceMask>> others_;
 };
 
 } // namespace bccsplat

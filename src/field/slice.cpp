@@ -22,7 +22,7 @@ bool Slice::inside(const Vec3& p) const {
 bool Slice::is_hole(const Vec3& p) const {
   if (!has_holes) return false;
   return (mask && mask->missing(lattice_to_slice.point(p))) ||
-         is_hole_at({&coset[0], lattice.bcc ? &coset[1] : nullptr}, p);
+         (!holes_by_mask && is_hole_at({&coset[0], lattice.bcc ? &coset[1] : nullptr}, p));
 }
 
 int64_t Slice::points() const {

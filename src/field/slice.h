@@ -11,8 +11,8 @@
 
 #include "base/vec.h"
 #include "field/hyperplane.h"
-#include "field/masks.h"
 #include "field/slice_corrections.h"
+#include "field/slice_mask.h"
 #include "kernel/kernel.h"
 #include "lattice/lattice.h"
 #include "points/brick.h"
@@ -40,6 +40,7 @@ struct Slice {
   float base = 0;                     // of the field: what no coefficient reaches has this value
   float air = 0;                      // of the volume; where the base is another no site is air
   bool has_holes = false;             // or a mask
+  bool holes_by_mask = false;         // no site is a hole: the mask alone says what is missing
   std::array<double, 2> bounds{0, 0}; // no value lies outside
 
   // The domain is the box [domain_begin, domain_end] in lattice units, cut by `clip` (none for time and axis

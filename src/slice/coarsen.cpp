@@ -186,6 +186,7 @@ Slice coarsen(const Slice& slice, const Context& context) {
   coarse.frame = slice.frame;
   coarse.air = slice.air;
   coarse.mask = slice.mask;
+  coarse.holes_by_mask = slice.mask && !coarse.has_holes;
   coarse.has_holes = coarse.has_holes || slice.mask;
   return coarse;
 }

@@ -14,6 +14,7 @@ void set_mask(Slice& slice, const Masks& masks, int64_t first, int64_t last) {
   auto mask = std::make_shared<const SliceMask>(masks, slice.origin, slice.basis, first, std::move(frames));
   if (!mask->any()) return;
   slice.mask = std::move(mask);
+  slice.holes_by_mask = !slice.has_holes;
   slice.has_holes = true;
 }
 

@@ -110,6 +110,7 @@ Slice SiteMaxima::finish(const Context& context) {
   const Coefficients filtered(samples, 0, first.kernel, 0, std::numeric_limits<uint64_t>::max());
   Slice result = first;
   result.corrections = nullptr; // the maxima have them
+  result.holes_by_mask = false; // sites are holes that are it at every instant
   if (std::find(masks_.begin(), masks_.end(), nullptr) != masks_.end())
     result.mask = nullptr;
   else

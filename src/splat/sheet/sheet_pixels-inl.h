@@ -119,9 +119,8 @@ struct Pixels {
   // Pixels that are not holes.
   HWY_INLINE M solid() const {
     if (!s.hole) return hn::Eq(hn::Zero(d), hn::Zero(d));
-    alignas(64) float hole[16];
-    for (size_t l = 0; l < hn::Lanes(d); ++l) hole[l] = s.hole[p + l];
-    return hn::Eq(hn::Load(d, hole), hn::Zero(d));
+    const auto hole = hn::PromoteTo(di, hn::LoadU(hn::Rebind<uint8_t, D>(), s.hole + p));
+    return hn::RebindMask(d, hn::Eq(hole, hn::Zero(di)));
   }
   HWY_INLINE V time() const {
     return hn::MulAdd(Set(s.time[1]), column(), Set(s.time[0] + s.time[2] * static_cast<float>(s.y + y)));

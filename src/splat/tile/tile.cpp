@@ -14,6 +14,7 @@
 #include "splat/sheet/sheet.h"
 #include "splat/sheet/sheet_args.h"
 #include "splat/tile/sheet_source.h"
+#include "splat/tile/tile_holes.h"
 #include "splat/tile/tile_rays.h"
 
 namespace bccsplat {
@@ -26,9 +27,6 @@ constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 constexpr double root_tolerance = 0.01;
 // A root may lie this far outside of its ray's part of the domain, sheets: rays are rounded to floats.
 constexpr double domain_tolerance = 1e-5;
-// Pixels are read and written once for all sheets composited together: 3 to 5 % less time than one by one
-// (tests/bench/notes/render-speed.md). More would need more finished sheets.
-constexpr int most_sheets_at_once = 4;
 
 class Tile {
  public:
@@ -138,7 +136,7 @@ class Tile {
   // Returns how many sheets are looked at together; each needs the planes of its neighbours.
   [[nodiscard]] int sheets_at_once() const {
     if (options_.mode == RenderMode::isosurface) return CrossingArgs::most;
-    if (options_.mode != RenderMode::composite || scene_.slice->has_holes || options_.with_deep) return 1;
+    if (options_.mode != RenderMode::composite || options_.with_deep) return 1;
     return std::min(most_sheets_at_once, static_cast<int>(finished_sheets) - 2 * around_);
   }
 
@@ -163,7 +161,7 @@ class Tile {
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
     a.plane_pitch = source_.plane_pitch();
     a.shading = options_.shading;
-    if (!sees_base()) a.seen = touched(k);
+    if (options_.mode == RenderMode::composite && !sees_base()) a.seen = touched(k);
     a.base = scene_.slice->base, a.above_air = scene_.slice->base - scene_.slice->air;
     a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
     a.table = scene_.table, a.lights = scene_.lights;
@@ -174,8 +172,10 @@ class Tile {
     if (options_.preintegrate)
       set_halfway(a, view_, k, plan_.halfway, [&](int64_t sheet) { return source_.plane(sheet, 0); });
     if (scene_.slice->has_holes) {
-      find_holes(*scene_.slice, view_, tile_, k, pixel_, m_.pixel_pitch, m_.hole.data());
-      a.hole = m_.hole.data();
+      uint8_t* const hole = m_.hole_plane(sheets_.size(), tile_.height);
+      const Missing missing = find_holes(*scene_.slice, view_, a, hole);
+      if (missing == Missing::all) return;
+      if (missing == Missing::some) a.hole = hole;
     }
     if (pixel_.time) a.time = sheet_time(time_, view_, k);
     if (options_.mode == RenderMode::xray) {

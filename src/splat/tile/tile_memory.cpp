@@ -65,7 +65,7 @@ void TileMemory::prepare_pixels(int tile_width, int tile_height) {
   const size_t pixel_floats = static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
   pixels.reserve(pixel_planes * pixel_floats);
   std::fill_n(pixels.data(), pixel_planes * pixel_floats, 0.0f);
-  hole.reserve(pixel_floats);
+  hole.reserve(most_sheets_at_once * pixel_floats);
 }
 
 TilePixels finished_tile(const PlannedTile& tile, int pitch, const PixelPlanes& pixel, const DeepTile* deep) {

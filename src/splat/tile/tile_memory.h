@@ -15,6 +15,10 @@
 
 namespace bccsplat {
 
+// Pixels are read and written once for all sheets composited together: 3 to 5 % less time than one by one
+// (tests/bench/notes/render-speed.md). More would need more finished sheets.
+inline constexpr int most_sheets_at_once = 4;
+
 // Spare floats before the first pixel of a plane: vectors may look two pixels to the left.
 inline constexpr int plane_margin = 16;
 
@@ -41,7 +45,7 @@ struct TileMemory {
   int pixel_pitch = 0;
   AlignedArray<float> pixels;
   static constexpr size_t pixel_planes = 13;
-  AlignedArray<uint8_t> hole;
+  AlignedArray<uint8_t> hole; // per pixel, for each of the sheets at once
   std::vector<SheetCrossing> crossings;
   DeepTile deep; // where the options ask for it
 
@@ -75,6 +79,9 @@ struct TileMemory {
   }
   [[nodiscard]] float* pixel_plane(size_t n, int tile_height) const {
     return pixels.data() + n * static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
+  }
+  [[nodiscard]] uint8_t* hole_plane(size_t n, int tile_height) {
+    return hole.data() + n * static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
   }
 };
 

@@ -139,15 +139,4 @@ TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile&
   return rays;
 }
 
-void find_holes(const Slice& slice, const SheetView& view, const PlannedTile& tile, int64_t k,
-                const PixelPlanes& rays, int pitch, uint8_t* hole) {
-  const auto sheet = static_cast<float>(k);
-  for (int y = 0; y < tile.height; ++y)
-    for (int x = 0; x < tile.width; ++x) {
-      const auto p = static_cast<size_t>(y) * static_cast<size_t>(pitch) + static_cast<size_t>(x);
-      const bool inside = sheet + 0.5f > rays.enter[p] && sheet - 0.5f < rays.leave[p];
-      hole[p] = inside && slice.is_hole(view.sample(tile.x + x, tile.y + y, static_cast<double>(k)));
-    }
-}
-
 } // namespace bccsplat

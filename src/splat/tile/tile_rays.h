@@ -24,8 +24,4 @@ TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile&
                    float* planes, PixelPlanes& out);
 inline constexpr size_t ray_planes = 6;
 
-// Marks the pixels whose sample on sheet k is a hole.
-void find_holes(const Slice& slice, const SheetView& view, const PlannedTile& tile, int64_t k,
-                const PixelPlanes& rays, int pitch, uint8_t* hole);
-
 } // namespace bccsplat

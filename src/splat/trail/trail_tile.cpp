@@ -12,6 +12,7 @@
 
 #include "splat/sheet/sheet_args.h"
 #include "splat/tile/sheet_source.h"
+#include "splat/tile/tile_holes.h"
 #include "splat/tile/tile_rays.h"
 
 namespace bccsplat {
@@ -320,8 +321,9 @@ class TrailTile {
     set_sheet(a, *scene.slice, *scene.view, k, analytic_, differences_,
               [&](int64_t sheet, size_t quantity) { return plane(d, sheet, quantity); });
     if (scene.slice->has_holes) {
-      find_holes(*scene.slice, *scene.view, tile_, k, rays, pitch_, m_.hole.data());
-      a.hole = m_.hole.data();
+      const Missing missing = find_holes(*scene.slice, *scene.view, a, m_.hole.data());
+      if (missing == Missing::all) return;
+      if (missing == Missing::some) a.hole = m_.hole.data();
     }
     if (pixel_.time) a.time = sheet_time(d.time, *scene.view, k);
     loops_.absorb(a, d.weight, out);

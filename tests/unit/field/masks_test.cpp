@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "field/masks.h"
+#include "field/slice_mask.h"
 #include "tests/unit/formats/test_data.h"
 
 namespace bccsplat {
@@ -107,6 +107,73 @@ TEST(Masks, SlicesMissWhatTheVolumeMisses) {
   EXPECT_TRUE(one->missing({18 / 0.6, 2, 8}));
   EXPECT_FALSE(both.missing({18 / 0.6, 2, 8}));
   EXPECT_TRUE(both.missing({0, 2, 8}));
+}
+
+// Boxes of samples, by their blocks or exactly: never none or all where it is not so, and exact where they
+// are small.
+TEST(Masks, BoxesOfAFrame) {
+  const std::array<int64_t, 3> size{70, 19, 13};
+  MemoryBudget budget(1 << 20);
+  FrameMask mask(size, Reservation(budget, FrameMask::bytes_of(size), "a mask"), false);
+  std::mt19937 random(7);
+  const auto pick = [&](int64_t end) { return std::uniform_int_distribution<int64_t>(0, end - 1)(random); };
+  for (int run = 0; run < 40; ++run) {
+    const auto begin = static_cast<uint64_t>(pick(70 * 19 * 13 - 200));
+    mask.add(begin, begin + static_cast<uint64_t>(pick(200)));
+  }
+  mask.add(0, 70 * 19 * 3); // the lowest planes
+  mask.count_blocks();
+  size_t told = 0;
+  for (int i = 0; i < 20000; ++i) {
+    std::array<int64_t, 3> first, last;
+    for (size_t a = 0; a < 3; ++a) {
+      first[a] = pick(size[a]), last[a] = std::min(size[a] - 1, first[a] + pick(i % 2 ? 4 : size[a]));
+      if (i % 8 == 0) first[a] = 0;
+    }
+    uint64_t missing = 0, samples = 0;
+    for (int64_t z = first[2]; z <= last[2]; ++z)
+      for (int64_t y = first[1]; y <= last[1]; ++y)
+        for (int64_t x = first[0]; x <= last[0]; ++x) missing += mask.at({x, y, z}), ++samples;
+    const Missing truth = missing == 0 ? Missing::none : missing == samples ? Missing::all : Missing::some;
+    const Missing said = mask.within(first, last);
+    if (said != Missing::some || i % 2) {
+      ASSERT_EQ(said, truth) << i;
+    }
+    told += said != Missing::some;
+  }
+  EXPECT_GT(told, 5000u);
+  const FrameMask all(size, Reservation(budget, FrameMask::bytes_of(size), "a mask"), true);
+  EXPECT_EQ(all.within({0, 0, 0}, {69, 18, 12}), Missing::all);
+  EXPECT_EQ(all.within({65, 3, 12}, {69, 18, 12}), Missing::all);
+}
+
+// A plane of points says of each point what the slice says, and of rectangles nothing that does not hold for
+// all of them.
+TEST(Masks, PlanesOfSlices) {
+  File file;
+  const Masks masks = file.masks();
+  const std::array<Vec4, 3> basis{Vec4{0.6, 0, 0, 0.8}, Vec4{0, 1, 0, 0}, Vec4{0, 0, 1, 0}};
+  const SliceMask slice(masks, {6, 5, 4, 0.7}, basis, 0, {masks.frame(0), masks.frame(1), masks.frame(2)});
+  const auto other = std::make_shared<const SliceMask>(masks, Vec4{}, basis, 0, std::vector{masks.frame(0)});
+  const Vec3 o{-7, -4, -5}, u{0.31, 0.02, 0.11}, v{-0.07, 0.21, 0.13};
+  for (const SliceMask& mask : {slice, slice.also({other})}) {
+    const MaskPlane plane(mask, o, u, v);
+    std::array<size_t, 3> said{};
+    for (int j = 0; j < 60; j += 3)
+      for (int i = 0; i < 90; i += 3) {
+        const Missing within = plane.within({1.0 * i, i + 2.0}, {1.0 * j, j + 2.0});
+        ++said[static_cast<size_t>(within)];
+        for (int at = 0; at < 9; ++at) {
+          const double x = i + at % 3, y = j + at / 3;
+          const bool missing = mask.missing(o + x * u + y * v);
+          ASSERT_EQ(plane.missing(x, y), missing) << x << ' ' << y;
+          if (within != Missing::some) {
+            ASSERT_EQ(missing, within == Missing::all) << x << ' ' << y;
+          }
+        }
+      }
+    for (const size_t count : said) EXPECT_GT(count, 10u);
+  }
 }
 
 // Of a salvaged file the nearest whole mask tells; where none is whole, nothing is missing.

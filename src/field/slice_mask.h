@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// What of a slice is missing: points of slice space are missing as those of the volume are.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/vec.h"
+#include "field/masks.h"
+
+namespace bccsplat {
+
+// The masks of the frames that a slice meets.
+class SliceMask {
+ public:
+  // origin, basis: as of Slice. frames: `first` and those behind it, as counted, null where nothing is
+  // missing.
+  SliceMask(const std::array<int64_t, 4>& samples, bool periodic, const Vec4& origin,
+            const std::array<Vec4, 3>& basis, int64_t first, std::vector<FrameMaskPtr> frames);
+  SliceMask(const Masks& masks, const Vec4& origin, const std::array<Vec4, 3>& basis, int64_t first,
+            std::vector<FrameMaskPtr> frames);
+
+  [[nodiscard]] bool missing(const Vec3& uvw) const;
+  // Whether any sample of its frames is.
+  [[nodiscard]] bool any() const;
+  // What is missing here and in all the others.
+  [[nodiscard]] SliceMask also(std::vector<std::shared_ptr<const SliceMask>> others) const;
+
+ private:
+  friend class MaskPlane;
+  // Which of the frames decides at a moment.
+  [[nodiscard]] size_t frame_at(double moment) const {
+    const int64_t f = periodic_ ? counted_sample(moment) : nearest_sample(moment, n_[3]);
+    const auto last = first_ + static_cast<int64_t>(frames_.size()) - 1;
+    return static_cast<size_t>(std::clamp(f, first_, last) - first_);
+  }
+
+  std::array<int64_t, 4> n_;
+  bool periodic_;
+  Vec4 origin_;
+  std::array<Vec4, 3> basis_;
+  int64_t first_;
+  std::vector<FrameMaskPtr> frames_;
+  std::vector<std::shared_ptr<const SliceMask>> others_;
+};
+
+// The same for the points o + i u + j v of a plane of slice space, for many of them at once.
+class MaskPlane {
+ public:
+  // mask: outlives it.
+  MaskPlane(const SliceMask& mask, const Vec3& o, const Vec3& u, const Vec3& v);
+
+  [[nodiscard]] bool missing(double i, double j) const;
+  // Of the points i[0] <= i <= i[1], j[0] <= j <= j[1].
+  [[nodiscard]] Missing within(const std::array<double, 2>& i, const std::array<double, 2>& j) const;
+
+ private:
+  // Place in the volume: at + i along_i + j along_j.
+  struct Layer {
+    const SliceMask* mask;
+    Vec4 at, along_i, along_j;
+    [[nodiscard]] double position(size_t axis, double i, double j) const {
+      return at[axis] + (i * along_i[axis] + j * along_j[axis]);
+    }
+    // Between which positions along an axis the points are.
+    [[nodiscard]] std::array<double, 2> between(size_t axis, const std::array<double, 2>& i,
+                                                const std::array<double, 2>& j) const;
+    [[nodiscard]] bool missing(double i, double j) const;
+    [[nodiscard]] Missing within(const std::array<double, 2>& i, const std::array<double, 2>& j) const;
+  };
+  void add(const SliceMask& mask, const Vec3& o, const Vec3& u, const Vec3& v);
+
+  std::vector<Layer> layers_; // a point is missing that is missing in all of them
+};
+
+} // namespace bccsplat
