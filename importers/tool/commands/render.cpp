@@ -10,11 +10,13 @@
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/interrupt.h"
+#include "tool/output/film.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
 #include "tool/view/camera_file.h"
 #include "tool/view/exposure.h"
 #include "tool/view/picture_cut.h"
+#include "tool/view/picture_output.h"
 #include "tool/view/picture_sequence.h"
 #include "tool/view/render_arguments.h"
 #include "tool/view/render_function.h"
@@ -102,29 +104,6 @@ std::array<double, 2> set_trail(const Renderer& renderer, const RenderArguments&
   return interval;
 }
 
-void save_picture(const Image& image, const std::string& path, const RenderArguments& a, bool sequence,
-                  double exposure) {
-  auto o = sized<bccsplat_image_options>();
-  o.overwrite = 1; // pictures are made again and again
-  if (a.background) {
-    o.use_background = 1;
-    for (size_t i = 0; i < 3; ++i) o.background[i] = srgb_to_linear((*a.background)[i]);
-  }
-  if (lower(path).ends_with(".exr")) {
-    constexpr std::array<int32_t, 2> usual{24, 1};
-    if (sequence || a.fps) {
-      const auto rate = a.fps.value_or(usual);
-      std::copy(rate.begin(), rate.end(), o.frames_per_second);
-    }
-    o.exposure_seconds = exposure;
-    o.comments = a.command_line.c_str();
-    const auto save_exr = a.deep ? bccsplat_frame_save_deep_exr : bccsplat_frame_save_exr;
-    check(save_exr(image.get(), path.c_str(), &o), path);
-  } else {
-    check(bccsplat_frame_save_png(image.get(), path.c_str(), &o), path);
-  }
-}
-
 struct Scene {
   const RenderArguments& a;
   const Device& device;
@@ -135,7 +114,7 @@ struct Scene {
   Renderer renderer;
   std::optional<TransferFunction> trail_function;
   double open_ms;
-  bool sequence;                        // more than one picture
+  PictureOutput& output;
   std::optional<XrayExposure> exposure; // of the first picture
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) const {
@@ -150,7 +129,7 @@ struct Scene {
     return zoomed(view, a.zoom.value_or(1));
   }
 
-  // Renders one picture, --repeat times, and saves it.
+  // Renders one picture, --repeat times, and hands it on.
   RenderTimes draw(const Picture& picture) {
     RenderTimes times;
     times.open_ms = open_ms;
@@ -179,7 +158,7 @@ struct Scene {
     }
     if (a.mode == BCCSPLAT_MODE_XRAY && !lower(picture.path).ends_with(".exr"))
       expose_xray(image, cut.camera, times.slice, exposure);
-    save_picture(image, picture.path, a, sequence, exposure_seconds(volume, picture.where, trail));
+    output.take(image, picture, exposure_seconds(volume, picture.where, trail));
     return times;
   }
 };
@@ -200,15 +179,19 @@ void tell_look(const RenderArguments& a, const bccsplat_look& look) {
   std::fprintf(stderr, "bcc4: %s: %s\n", a.file.c_str(), words.c_str());
 }
 
-// A series of which no moment was chosen shows its first frame, after a word on that.
-void choose_moment(const Volume& volume, RenderArguments& a) {
+// A series of which no moment was chosen shows its first frame, in a film all of them, after a word on that.
+void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera) {
   const SliceChoiceArguments& w = a.which;
   const bccsplat_volume_info v = volume_info(volume);
   if (v.dims[3] == 1 || w.time || w.index || w.plane || w.point || w.basis || w.sweep || a.frames) return;
-  a.which.time = 0, a.which.index = true;
-  std::fprintf(stderr,
-               "bcc4: %s: no --time given: the first of %llu frames is drawn; they run %s to %s%s%s\n",
-               a.file.c_str(), static_cast<unsigned long long>(v.dims[3]), concat(v.time_first).c_str(),
+  const bool all = is_film(a.output) && !a.turntable && !moving_camera;
+  if (all)
+    a.frames = {0, static_cast<double>(v.dims[3] - 1), 1};
+  else
+    a.which.time = 0, a.which.index = true;
+  std::fprintf(stderr, "bcc4: %s: no %s given: %s %llu frames %s drawn; they run %s to %s%s%s\n",
+               a.file.c_str(), all ? "--frames" : "--time", all ? "all" : "the first of",
+               static_cast<unsigned long long>(v.dims[3]), all ? "are" : "is", concat(v.time_first).c_str(),
                concat(v.time_last).c_str(), *v.time_unit ? " " : "", v.time_unit);
 }
 
@@ -229,9 +212,9 @@ Exit run_render(RenderArguments a) {
   const Volume volume = open_for_pictures(device, a);
   const double open_ms = milliseconds_since(start);
   const uint32_t channel = find_channel(volume, a.channel);
-  choose_moment(volume, a);
-  const std::vector<Picture> pictures =
-      picture_sequence(volume, a, camera.file ? camera.file->cameras.size() : 1);
+  const size_t cameras = camera.file ? camera.file->cameras.size() : 1;
+  choose_moment(volume, a, cameras > 1);
+  const std::vector<Picture> pictures = picture_sequence(volume, a, cameras);
   for (const Picture& p : pictures) refuse_existing(p.path, true);
   for (const std::string* out : {&a.stats, &a.dump_tf})
     if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
@@ -239,6 +222,7 @@ Exit run_render(RenderArguments a) {
   if (a.iso && a.mode == BCCSPLAT_MODE_DEFAULT) a.mode = BCCSPLAT_MODE_ISOSURFACE;
   const bccsplat_look look = make_look(volume, channel, a.look, a.mode);
   tell_look(a, look);
+  const auto output = picture_output(a, {camera.size[0], camera.size[1]}, pictures.size());
   bccsplat_renderer* created = nullptr;
   check(bccsplat_renderer_create(device.get(), &created), "");
   Scene scene{a,
@@ -250,7 +234,7 @@ Exit run_render(RenderArguments a) {
               Renderer(created),
               std::nullopt,
               open_ms,
-              pictures.size() > 1,
+              *output,
               std::nullopt};
   check(bccsplat_renderer_set_options(created, &scene.options), "render options");
   const bccsplat_channel_info info = channel_info(volume, channel);
@@ -269,8 +253,9 @@ Exit run_render(RenderArguments a) {
   for (size_t i = 0; i < pictures.size(); ++i) {
     stop_if_interrupted();
     times.push_back(scene.draw(pictures[i]));
-    progress.update(i + 1, pictures[i].path);
+    progress.update(i + 1, concat(pictures[i].path, "  ", i + 1, " of ", pictures.size()));
   }
+  output->finish();
   progress.clear();
   if (!a.stats.empty()) {
     Json json = stats_json(times.front(), volume_info(volume));
@@ -282,11 +267,12 @@ Exit run_render(RenderArguments a) {
   }
   if (!a.common.quiet) {
     const bccsplat_render_stats s = median_stats(times.back());
-    std::printf("%s: %u x %u, %s ms after %s ms of slicing, %llu of %llu points, %llu sheets\n",
+    std::printf("%s: %u x %u, %s ms after %s ms of slicing, %llu of %llu points, %llu sheets%s\n",
                 a.output.c_str(), camera.size[0], camera.size[1], short_number(s.ms_total, 3).c_str(),
                 short_number(times.back().slice.milliseconds, 3).c_str(),
                 static_cast<unsigned long long>(s.points_after_cull),
-                static_cast<unsigned long long>(s.points_total), static_cast<unsigned long long>(s.sheets));
+                static_cast<unsigned long long>(s.points_total), static_cast<unsigned long long>(s.sheets),
+                output->in_words().c_str());
   }
   return Exit::ok;
 }

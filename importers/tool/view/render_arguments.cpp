@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "readers/sequence.h"
+#include "tool/output/film.h"
 #include "tool/view/slice_sweep.h"
 #include "tool/view/transfer_function.h"
 
@@ -84,16 +85,14 @@ TrailInterval parse_trail(const std::string& text) {
 const Choices<std::array<double, 2>> kViews{{"front", {0, 180}}, {"back", {0, 0}},   {"left", {0, 90}},
                                             {"right", {0, -90}}, {"top", {90, 180}}, {"bottom", {-90, 180}}};
 
-bool is_picture(const std::string& path) {
-  return lower(path).ends_with(".png") || lower(path).ends_with(".exr");
-}
-
 } // namespace
 
 void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("FILE", a.file, "A .bcc4 file");
-  app.add_option("-o,--output", a.output,
-                 "The .png or .exr to write; a pattern such as p.%04d.png for several")
+  app.add_option(
+         "-o,--output", a.output,
+         "The .png or .exr to write; a pattern such as p.%04d.png for several; or a film of them, .mp4 or "
+         ".webm, encoded by ffmpeg (H.264, VP9)")
       ->type_name("OUT");
   add_slice_choice(app, a.which);
   add_sweep(app, a.which);
@@ -196,13 +195,16 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                        {"post", BCCSPLAT_TRAIL_POST},
                        {"interleaved-consistent", BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT}},
                       "How trail and slice meet (default physical)");
-  text("--background", "R,G,B", "PNG: opaque over this display colour, 0 to 1 each",
+  text("--background", "R,G,B",
+       "PNG and films: opaque over this display colour, 0 to 1 each (default: PNGs are transparent, films "
+       "black)",
        [&a](const std::string& t) {
          a.background = option_numbers("--background", t, 3);
          for (const double c : *a.background)
            if (c < 0 || c > 1) fail_usage("--background ", t, ": each part must be 0 to 1");
        });
-  text("--fps", "N[/D]", "EXR: rate at which the pictures are to be shown (default 24 for sequences)",
+  text("--fps", "N[/D]",
+       "EXR and films: rate at which the pictures are to be shown (default 24 for sequences)",
        [&a](const std::string& t) { a.fps = parse_rate(t); });
   app.add_flag(
       "--deep", a.deep,
@@ -219,6 +221,20 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_flag("--quiet", a.common.quiet, "Print warnings and errors only");
 }
 
+namespace {
+
+// What the kind of file that is written has no place for.
+void check_output(const RenderArguments& a) {
+  const bool exr = lower(a.output).ends_with(".exr"), film = is_film(a.output);
+  if (!exr && !film && !lower(a.output).ends_with(".png"))
+    fail_usage("-o ", a.output, ": must end in .png or .exr, or a film in .mp4 or .webm");
+  if (a.background && exr) fail_usage("--background is for PNG and films; an EXR keeps its opacity");
+  if (a.fps && !exr && !film) fail_usage("--fps is for EXR and films; a PNG has no place for a rate");
+  if (a.deep && !exr) fail_usage("--deep is for EXR: -o picture.exr");
+}
+
+} // namespace
+
 std::array<double, 2> rotations(const RenderArguments& a) {
   return a.view.value_or(std::array{a.rotate_x.value_or(20), a.rotate_y.value_or(30)});
 }
@@ -226,12 +242,7 @@ std::array<double, 2> rotations(const RenderArguments& a) {
 void check_arguments(const RenderArguments& a) {
   require_option(a.file, "FILE", "bcc4 render smoke.bcc4 --time 10 -o smoke.png");
   require_option(a.output, "-o", "-o picture.png");
-  if (!is_picture(a.output)) fail_usage("-o ", a.output, ": must end in .png or .exr");
-  if (a.background && lower(a.output).ends_with(".exr"))
-    fail_usage("--background is for PNG; an EXR keeps its opacity");
-  if (a.fps && !lower(a.output).ends_with(".exr"))
-    fail_usage("--fps is for EXR; a PNG has no place for a rate");
-  if (a.deep && !lower(a.output).ends_with(".exr")) fail_usage("--deep is for EXR: -o picture.exr");
+  check_output(a);
   if (a.deep && (a.mode == BCCSPLAT_MODE_XRAY || a.mode == BCCSPLAT_MODE_MAXIMUM || a.reference))
     fail_usage("--deep goes with --mode composite and iso, without --reference");
   if (a.deep && a.trail_mode == BCCSPLAT_TRAIL_POST)
