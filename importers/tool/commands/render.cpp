@@ -10,7 +10,6 @@
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/interrupt.h"
-#include "tool/output/film.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
 #include "tool/view/camera_file.h"
@@ -179,12 +178,13 @@ void tell_look(const RenderArguments& a, const bccsplat_look& look) {
   std::fprintf(stderr, "bcc4: %s: %s\n", a.file.c_str(), words.c_str());
 }
 
-// A series of which no moment was chosen shows its first frame, in a film all of them, after a word on that.
+// A series of which no moment was chosen shows its first frame, in a film or on a sheet all of them, after a
+// word on that.
 void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera) {
   const SliceChoiceArguments& w = a.which;
   const bccsplat_volume_info v = volume_info(volume);
   if (v.dims[3] == 1 || w.time || w.index || w.plane || w.point || w.basis || w.sweep || a.frames) return;
-  const bool all = is_film(a.output) && !a.turntable && !moving_camera;
+  const bool all = makes_one_file(a) && !a.turntable && !moving_camera;
   if (all)
     a.frames = {0, static_cast<double>(v.dims[3] - 1), 1};
   else
@@ -222,7 +222,7 @@ Exit run_render(RenderArguments a) {
   if (a.iso && a.mode == BCCSPLAT_MODE_DEFAULT) a.mode = BCCSPLAT_MODE_ISOSURFACE;
   const bccsplat_look look = make_look(volume, channel, a.look, a.mode);
   tell_look(a, look);
-  const auto output = picture_output(a, {camera.size[0], camera.size[1]}, pictures.size());
+  const auto output = picture_output(a, device, {camera.size[0], camera.size[1]}, pictures.size());
   bccsplat_renderer* created = nullptr;
   check(bccsplat_renderer_create(device.get(), &created), "");
   Scene scene{a,

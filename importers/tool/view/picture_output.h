@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What drawn pictures become: files of their own or a film.
+// What drawn pictures become: files of their own, a sheet or a film.
 #pragma once
 
 #include <memory>
@@ -27,9 +27,12 @@ class PictureOutput {
   [[nodiscard]] virtual std::string in_words() const { return {}; }
 };
 
-// count: of the pictures that it will take. It keeps a reference to the arguments.
-[[nodiscard]] std::unique_ptr<PictureOutput> picture_output(const RenderArguments& arguments,
-                                                            const PictureSize& size, size_t count);
+// count: of the pictures that it will take. It keeps references to the arguments and the device.
+[[nodiscard]] std::unique_ptr<PictureOutput>
+picture_output(const RenderArguments& arguments, const Device& device, const PictureSize& size, size_t count);
+
+// Over the background that was chosen, or transparent; replaces what is there.
+void save_png(const Image& image, const std::string& path, const RenderArguments& arguments);
 
 // Linear, for what lies behind a picture.
 [[nodiscard]] std::optional<Color> linear_background(const RenderArguments& arguments);

@@ -11,12 +11,13 @@
 namespace bcc4 {
 namespace {
 
-std::array<uint32_t, 2> parse_size(const std::string& text) {
+// "AxB" with A and B from 1 to `most`.
+std::array<uint32_t, 2> parse_product(const std::string& option, const std::string& text, uint32_t most,
+                                      const std::string& expected) {
   const auto parts = split(text, "x");
   const auto w = parts.size() == 2 ? parse_number<uint32_t>(parts[0]) : std::nullopt;
   const auto h = parts.size() == 2 ? parse_number<uint32_t>(parts[1]) : std::nullopt;
-  if (!w || !h || *w < 1 || *h < 1 || *w > 65536 || *h > 65536)
-    fail_usage("--size ", text, ": WxH is expected, such as 512x512");
+  if (!w || !h || *w < 1 || *h < 1 || *w > most || *h > most) fail_usage(option, " ", text, ": ", expected);
   return {*w, *h};
 }
 
@@ -105,7 +106,14 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
     a.turntable = option_number<int>("--turntable", t);
     if (*a.turntable < 1 || *a.turntable > 100000) fail_usage("--turntable ", t, ": 1 to 100000 pictures");
   });
-  text("--size", "WxH", "Pixels (default 512x512)", [&a](const std::string& t) { a.size = parse_size(t); });
+  text("--sheet", "CxR",
+       "PNG: a contact sheet, pictures in so many columns and rows; of more pictures as many, evenly",
+       [&a](const std::string& t) {
+         a.sheet = parse_product("--sheet", t, 1000, "CxR is expected, columns and rows such as 4x3");
+       });
+  text("--size", "WxH", "Pixels of a picture (default 512x512)", [&a](const std::string& t) {
+    a.size = parse_product("--size", t, 65536, "WxH is expected, such as 512x512");
+  });
   app.add_option("--camera", a.camera, "Fitted view, or a camera file (default ortho)")
       ->type_name("ortho|persp|FILE.json");
   text("--view", "SIDE",
@@ -231,9 +239,12 @@ void check_output(const RenderArguments& a) {
   if (a.background && exr) fail_usage("--background is for PNG and films; an EXR keeps its opacity");
   if (a.fps && !exr && !film) fail_usage("--fps is for EXR and films; a PNG has no place for a rate");
   if (a.deep && !exr) fail_usage("--deep is for EXR: -o picture.exr");
+  if (a.sheet && (exr || film)) fail_usage("--sheet is a PNG: -o sheet.png");
 }
 
 } // namespace
+
+bool makes_one_file(const RenderArguments& a) { return a.sheet || is_film(a.output); }
 
 std::array<double, 2> rotations(const RenderArguments& a) {
   return a.view.value_or(std::array{a.rotate_x.value_or(20), a.rotate_y.value_or(30)});

@@ -28,7 +28,8 @@ struct RenderArguments {
   std::string file, output, kernel, channel;
   SliceChoiceArguments which;
   std::optional<FrameRange> frames;
-  std::optional<int> turntable; // pictures
+  std::optional<int> turntable;                 // pictures
+  std::optional<std::array<uint32_t, 2>> sheet; // columns and rows
   std::optional<std::array<uint32_t, 2>> size;
   std::string camera = "ortho";
   std::optional<double> rotate_x, rotate_y, zoom;
@@ -55,6 +56,8 @@ struct RenderArguments {
 };
 
 void add_render_options(CLI::App& app, RenderArguments& arguments);
+// A film or a sheet: one file for all pictures.
+[[nodiscard]] bool makes_one_file(const RenderArguments& arguments);
 // The rotations about x and y that the fitted view has.
 [[nodiscard]] std::array<double, 2> rotations(const RenderArguments& arguments);
 // What no single option can tell.
