@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "tool/annotate/annotation.h"
+#include "tool/annotate/font.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/interrupt.h"
@@ -26,6 +28,8 @@
 
 namespace bcc4 {
 namespace {
+
+constexpr uint32_t least_annotated = 160; // pixels a side
 
 using Clock = std::chrono::steady_clock;
 double milliseconds_since(Clock::time_point start) {
@@ -115,6 +119,7 @@ struct Scene {
   double open_ms;
   PictureOutput& output;
   std::optional<XrayExposure> exposure; // of the first picture
+  std::optional<Annotation> annotation;
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) const {
     auto view = sized<bccsplat_camera>();
@@ -129,7 +134,7 @@ struct Scene {
   }
 
   // Renders one picture, --repeat times, and hands it on.
-  RenderTimes draw(const Picture& picture) {
+  RenderTimes draw(const Picture& picture, size_t number) {
     RenderTimes times;
     times.open_ms = open_ms;
     const PictureCut cut =
@@ -157,6 +162,7 @@ struct Scene {
     }
     if (a.mode == BCCSPLAT_MODE_XRAY && !lower(picture.path).ends_with(".exr"))
       expose_xray(image, cut.camera, times.slice, exposure);
+    if (annotation) annotation->draw(image, number, cut.camera, cut.domain, exposure);
     output.take(image, picture, exposure_seconds(volume, picture.where, trail));
     return times;
   }
@@ -166,6 +172,17 @@ void write_text(const std::string& path, const std::string& text) {
   OutputFile file(path, true);
   file.write(std::as_bytes(std::span(text)));
   file.finish();
+}
+
+// Before any work: whether there is a font, and room for letters.
+void prepare_annotation(RenderArguments& a, const std::array<uint32_t, 2>& size) {
+  if (!a.title.empty() && !a.annotate) a.annotate.emplace();
+  if (!a.title.empty()) a.annotate->title = true;
+  if (!a.annotate) return;
+  require_font();
+  if (std::min(size[0], size[1]) < least_annotated)
+    fail_usage("--annotate: a picture of ", size[0], " x ", size[1], " has no room for letters; --size ",
+               least_annotated, "x", least_annotated, " or more");
 }
 
 // What nobody chose is told, and how to choose.
@@ -207,6 +224,7 @@ Volume open_for_pictures(const Device& device, const RenderArguments& a) {
 Exit run_render(RenderArguments a) {
   check_arguments(a);
   const CameraChoice camera = choose_camera(a);
+  prepare_annotation(a, camera.size);
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const auto start = Clock::now();
   const Volume volume = open_for_pictures(device, a);
@@ -235,11 +253,14 @@ Exit run_render(RenderArguments a) {
               std::nullopt,
               open_ms,
               *output,
+              std::nullopt,
               std::nullopt};
   check(bccsplat_renderer_set_options(created, &scene.options), "render options");
   const bccsplat_channel_info info = channel_info(volume, channel);
+  std::vector<std::array<double, 4>> colors = colors_of(look);
   if (const auto f = transfer_function(slice_function(a), info, look)) {
     const bccsplat_transfer_function t = as_struct(*f);
+    colors = f->colors;
     check(bccsplat_renderer_set_transfer_function(scene.renderer.get(), &t),
           a.tf.empty() ? "transfer function" : a.tf);
     if (!a.dump_tf.empty())
@@ -248,11 +269,14 @@ Exit run_render(RenderArguments a) {
   if (const FunctionChoice choice = trail_function(a); choice.always)
     scene.trail_function = transfer_function(choice, info, look);
 
+  if (a.annotate)
+    scene.annotation.emplace(a, volume, channel, std::move(colors), scene.options.iso_value, pictures);
+
   Progress progress("render", pictures.size(), false, a.common.quiet);
   std::vector<RenderTimes> times;
   for (size_t i = 0; i < pictures.size(); ++i) {
     stop_if_interrupted();
-    times.push_back(scene.draw(pictures[i]));
+    times.push_back(scene.draw(pictures[i], i));
     progress.update(i + 1, concat(pictures[i].path, "  ", i + 1, " of ", pictures.size()));
   }
   output->finish();

@@ -86,6 +86,25 @@ TrailInterval parse_trail(const std::string& text) {
 const Choices<std::array<double, 2>> kViews{{"front", {0, 180}}, {"back", {0, 0}},   {"left", {0, 90}},
                                             {"right", {0, -90}}, {"top", {90, 180}}, {"bottom", {-90, 180}}};
 
+// No name: all parts.
+AnnotationParts parse_parts(const std::string& text) {
+  AnnotationParts parts;
+  const Choices<bool AnnotationParts::*> choices{
+      {"colorbar", &AnnotationParts::colorbar}, {"time", &AnnotationParts::time},
+      {"axes", &AnnotationParts::axes},         {"scale", &AnnotationParts::scale},
+      {"box", &AnnotationParts::box},           {"title", &AnnotationParts::title}};
+  if (text.empty() || text == "all") {
+    for (const auto& [name, part] : choices) parts.*part = true;
+    return parts;
+  }
+  if (lower(text).ends_with(".bcc4"))
+    fail_usage("--annotate ", text, ": write --annotate=all, or the file before it");
+  parts.by_name = true;
+  for (const std::string& name : option_names("--annotate", text))
+    parts.*option_choice("--annotate", name, choices) = true;
+  return parts;
+}
+
 } // namespace
 
 void add_render_options(CLI::App& app, RenderArguments& a) {
@@ -211,6 +230,15 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
          for (const double c : *a.background)
            if (c < 0 || c > 1) fail_usage("--background ", t, ": each part must be 0 to 1");
        });
+  app.add_option_function<std::string>(
+         "--annotate", [&a](const std::string& t) { a.annotate = parse_parts(t); },
+         "Into PNGs and films: colorbar, time, axes, scale, box (of the domain), title, or some of them with "
+         "commas "
+         "(default: all)")
+      ->type_name("PARTS")
+      ->expected(0, 1);
+  text("--title", "TEXT", "The title of --annotate (default: the file's name); alone: only a title",
+       [&a](const std::string& t) { a.title = t; });
   text("--fps", "N[/D]",
        "EXR and films: rate at which the pictures are to be shown (default 24 for sequences)",
        [&a](const std::string& t) { a.fps = parse_rate(t); });
@@ -239,6 +267,8 @@ void check_output(const RenderArguments& a) {
   if (a.background && exr) fail_usage("--background is for PNG and films; an EXR keeps its opacity");
   if (a.fps && !exr && !film) fail_usage("--fps is for EXR and films; a PNG has no place for a rate");
   if (a.deep && !exr) fail_usage("--deep is for EXR: -o picture.exr");
+  if (exr && (a.annotate || !a.title.empty()))
+    fail_usage("--annotate and --title are for PNG and films; an EXR keeps what was rendered");
   if (a.sheet && (exr || film)) fail_usage("--sheet is a PNG: -o sheet.png");
 }
 

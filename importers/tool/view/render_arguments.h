@@ -24,6 +24,12 @@ struct TrailInterval {
   uint32_t intervals = 0; // 0: one
 };
 
+// What --annotate draws into a picture.
+struct AnnotationParts {
+  bool colorbar = false, time = false, axes = false, scale = false, box = false, title = false;
+  bool by_name = false; // some of them, which the user wants to see
+};
+
 struct RenderArguments {
   std::string file, output, kernel, channel;
   SliceChoiceArguments which;
@@ -49,7 +55,9 @@ struct RenderArguments {
   int32_t trail_mode = BCCSPLAT_TRAIL_COMBINE_DEFAULT;
   std::optional<std::vector<double>> background; // display colours
   std::optional<std::array<int32_t, 2>> fps;     // numerator and denominator
-  std::string command_line;                      // what was typed
+  std::optional<AnnotationParts> annotate;
+  std::string title;
+  std::string command_line; // what was typed
   std::string stats;
   int repeat = 1;
   CommonOptions common;
