@@ -121,6 +121,8 @@ class Film(ToolTest):
         self.refused(2, 'no pattern', 'render', 'v.bcc4', '--frames', '0-3', '-o', 'x.%04d.mp4')
         self.refused(2, '.mp4 or .webm', *go, '-o', 'x.avi', output='x.avi')
         self.refused(2, '--fps', *go, '--fps', 24, '-o', 'x.png', output='x.png')
+        _, err = self.bcc4(*go, '-o', 'none/x.mp4', expect=3, env=self.environment('refuse'))
+        self.assertIn('none/x.mp4: cannot be written', err)
         os.makedirs(self.path('d.mp4'))
         self.refused(2, 'folder', *go, '-o', 'd.mp4')
 

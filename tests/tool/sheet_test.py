@@ -60,6 +60,7 @@ class Sheet(ToolTest):
         self.refused(2, 'is a PNG', *go, '--sheet', '2x2', '-o', 'x.exr', output='x.exr')
         self.refused(2, 'is a PNG', *go, '--sheet', '2x2', '-o', 'x.mp4', output='x.mp4')
         self.refused(2, 'no pattern', *go, '--sheet', '2x2', '-o', 'x.%d.png')
+        self.refused(3, 'none/x.png: cannot be written', *go, '--sheet', '2x2', '-o', 'none/x.png')
         self.refused(2, 'too many', *go, '--sheet', '1000x1', '-o', 'x.png', output='x.png')
 
 

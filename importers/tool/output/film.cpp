@@ -98,6 +98,7 @@ Film::Film(std::string path, const FilmFormat& format)
     : path_(std::move(path)), partial_(partial_path(path_)), words_(std::tmpfile(), std::fclose),
       former_sigpipe_(std::signal(SIGPIPE, SIG_IGN)) { // an encoder that dies is an error of a write
   try {
+    require_writable_folder(path_);
     if (!words_)
       fail(Exit::no_resources, path_, ": no temporary file for ffmpeg's words (", std::strerror(errno), ")");
     start(ffmpeg_arguments(path_, partial_, format));

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "tool/output/output_file.h"
+
 namespace bcc4 {
 namespace {
 
@@ -26,6 +28,7 @@ std::vector<size_t> places_on_sheet(size_t pictures, size_t places, bool circle)
 ContactSheet::ContactSheet(const RenderArguments& a, const Device& device, const PictureSize& size)
     : a_(a), device_(device), size_(size),
       gap_(std::max<uint32_t>(1, std::min(size.width, size.height) / gap_share)) {
+  require_writable_folder(a.output);
   const auto [columns, rows] = *a.sheet;
   const auto side = [&](uint64_t count, uint64_t pixels) { return count * pixels + (count - 1) * gap_; };
   const uint64_t width = side(columns, size.width), height = side(rows, size.height);
