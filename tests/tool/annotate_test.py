@@ -84,7 +84,7 @@ class Annotate(ToolTest):
     @READER
     def test_ticks_are_round_numbers_of_the_range(self):
         for span, ticks in (('0,1', '1.0 0.8 0.6 0.4 0.2 0.0'), ('-1000,1000', '1000 500 0 -500 -1000'), ('0,3e-5', '3e-5 2e-5 1e-5 0'),
-                            ('10,10.3', '10.3 10.2 10.1 10.0'), ('0,4e7', '4e7 3e7 2e7 1e7 0'), ('0,40000', '40000 30000 20000 10000 0')):
+                            ('10,10.3', '10.3 10.2 10.1 10.0'), ('5,5.00004', '5.00004 5.00003 5.00002 5.00001 5.00000'), ('0,4e7', '4e7 3e7 2e7 1e7 0'), ('0,40000', '40000 30000 20000 10000 0')):
             rows = self.picture('--time', 500, '--annotate', 'colorbar', '--range', span, *WHITE)
             read = re.findall(r'-?\d[\d.e-]*', self.read(rows, (.6, .2, 1, .8)).replace('le', '1e'))
             # A single 0 is not always found beside the bar.

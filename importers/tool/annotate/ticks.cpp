@@ -10,7 +10,7 @@
 namespace bcc4 {
 namespace {
 
-constexpr int most_digits = 6, digits_of_one = 5;
+constexpr int most_digits = 12, digits_of_one = 5;
 constexpr double largest_written_out = 1e6;
 
 std::string text_of(double value, std::chars_format format, int digits) {
@@ -25,21 +25,26 @@ std::string text_of(double value, std::chars_format format, int digits) {
   return text;
 }
 
-// Digits behind the point that keep every value; of values that go on and on, one more than tells them apart.
-int digits_of(const std::vector<double>& values, double unit) {
+// The smallest difference of neighbours that differ; 0 where none do.
+double nearest_difference(const std::vector<double>& values) {
   double nearest = 0;
   for (size_t i = 1; i < values.size(); ++i) {
-    const double difference = std::fabs(values[i] - values[i - 1]) / unit;
+    const double difference = std::fabs(values[i] - values[i - 1]);
     if (difference > 0 && (nearest == 0 || difference < nearest)) nearest = difference;
   }
-  const int most = nearest > 0
-                       ? std::clamp(static_cast<int>(std::ceil(-std::log10(nearest))) + 1, 0, most_digits)
-                       : most_digits;
+  return nearest;
+}
+
+// Digits behind the point that keep every value, in `unit`; of values that go on and on, one more than tells
+// them apart.
+int digits_of(const std::vector<double>& values, double nearest, double unit) {
+  const double apart = nearest / unit;
+  const int most = std::clamp(static_cast<int>(std::ceil(-std::log10(apart))) + 1, 0, most_digits);
   int digits = 0;
   for (const double v : values) {
     const auto off = [&](int d) {
-      const double scaled = v / unit * std::pow(10, d);
-      return std::fabs(scaled - std::round(scaled)) > 1e-4 * std::max(1.0, 1e-8 * std::fabs(scaled));
+      const double power = std::pow(10, d), scaled = v / unit * power;
+      return std::fabs(scaled - std::round(scaled)) > 1e-3 * apart * power;
     };
     while (digits < most && off(digits)) ++digits;
   }
@@ -70,7 +75,10 @@ std::vector<double> round_ticks(double low, double high, size_t most) {
 }
 
 std::vector<std::string> tick_texts(const std::vector<double>& values) {
-  if (values.size() == 1) return {short_number(values.front(), digits_of_one)};
+  const double nearest = nearest_difference(values);
+  if (nearest == 0)
+    return std::vector<std::string>(values.size(),
+                                    values.empty() ? "" : short_number(values.front(), digits_of_one));
   double largest = 0, least = 0; // but for 0
   for (const double v : values) {
     largest = std::max(largest, std::fabs(v));
@@ -80,7 +88,7 @@ std::vector<std::string> tick_texts(const std::vector<double>& values) {
   std::vector<std::string> texts;
   if (exponents) {
     const double unit = std::pow(10, std::floor(std::log10(largest)));
-    const int digits = digits_of(values, unit);
+    const int digits = digits_of(values, nearest, unit);
     for (const double v : values)
       texts.push_back(v == 0 ? std::string("0")
                              : text_of(v, std::chars_format::scientific,
@@ -88,7 +96,7 @@ std::vector<std::string> tick_texts(const std::vector<double>& values) {
                                                                std::log10(std::fabs(v)) - std::log10(unit))),
                                                   0, most_digits)));
   } else {
-    const int digits = digits_of(values, 1);
+    const int digits = digits_of(values, nearest, 1);
     for (const double v : values) texts.push_back(text_of(v, std::chars_format::fixed, digits));
   }
   return texts;
