@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "tool/annotate/annotation.h"
+#include "tool/annotate/font.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/interrupt.h"
@@ -15,6 +17,7 @@
 #include "tool/view/camera_file.h"
 #include "tool/view/exposure.h"
 #include "tool/view/picture_cut.h"
+#include "tool/view/picture_output.h"
 #include "tool/view/picture_sequence.h"
 #include "tool/view/render_arguments.h"
 #include "tool/view/render_function.h"
@@ -25,6 +28,8 @@
 
 namespace bcc4 {
 namespace {
+
+constexpr uint32_t least_annotated = 160; // pixels a side
 
 using Clock = std::chrono::steady_clock;
 double milliseconds_since(Clock::time_point start) {
@@ -102,29 +107,6 @@ std::array<double, 2> set_trail(const Renderer& renderer, const RenderArguments&
   return interval;
 }
 
-void save_picture(const Image& image, const std::string& path, const RenderArguments& a, bool sequence,
-                  double exposure) {
-  auto o = sized<bccsplat_image_options>();
-  o.overwrite = 1; // pictures are made again and again
-  if (a.background) {
-    o.use_background = 1;
-    for (size_t i = 0; i < 3; ++i) o.background[i] = srgb_to_linear((*a.background)[i]);
-  }
-  if (lower(path).ends_with(".exr")) {
-    constexpr std::array<int32_t, 2> usual{24, 1};
-    if (sequence || a.fps) {
-      const auto rate = a.fps.value_or(usual);
-      std::copy(rate.begin(), rate.end(), o.frames_per_second);
-    }
-    o.exposure_seconds = exposure;
-    o.comments = a.command_line.c_str();
-    const auto save_exr = a.deep ? bccsplat_frame_save_deep_exr : bccsplat_frame_save_exr;
-    check(save_exr(image.get(), path.c_str(), &o), path);
-  } else {
-    check(bccsplat_frame_save_png(image.get(), path.c_str(), &o), path);
-  }
-}
-
 struct Scene {
   const RenderArguments& a;
   const Device& device;
@@ -135,8 +117,9 @@ struct Scene {
   Renderer renderer;
   std::optional<TransferFunction> trail_function;
   double open_ms;
-  bool sequence;                        // more than one picture
+  PictureOutput& output;
   std::optional<XrayExposure> exposure; // of the first picture
+  std::optional<Annotation> annotation;
 
   [[nodiscard]] bccsplat_camera view(const Slice& slice, const Picture& picture) const {
     auto view = sized<bccsplat_camera>();
@@ -150,8 +133,8 @@ struct Scene {
     return zoomed(view, a.zoom.value_or(1));
   }
 
-  // Renders one picture, --repeat times, and saves it.
-  RenderTimes draw(const Picture& picture) {
+  // Renders one picture, --repeat times, and hands it on.
+  RenderTimes draw(const Picture& picture, size_t number) {
     RenderTimes times;
     times.open_ms = open_ms;
     const PictureCut cut =
@@ -179,7 +162,8 @@ struct Scene {
     }
     if (a.mode == BCCSPLAT_MODE_XRAY && !lower(picture.path).ends_with(".exr"))
       expose_xray(image, cut.camera, times.slice, exposure);
-    save_picture(image, picture.path, a, sequence, exposure_seconds(volume, picture.where, trail));
+    if (annotation) annotation->draw(image, number, cut.camera, cut.domain, exposure);
+    output.take(image, picture, exposure_seconds(volume, picture.where, trail));
     return times;
   }
 };
@@ -188,6 +172,17 @@ void write_text(const std::string& path, const std::string& text) {
   OutputFile file(path, true);
   file.write(std::as_bytes(std::span(text)));
   file.finish();
+}
+
+// Before any work: whether there is a font, and room for letters.
+void prepare_annotation(RenderArguments& a, const std::array<uint32_t, 2>& size) {
+  if (!a.title.empty() && !a.annotate) a.annotate.emplace();
+  if (!a.title.empty()) a.annotate->title = true;
+  if (!a.annotate) return;
+  require_font();
+  if (std::min(size[0], size[1]) < least_annotated)
+    fail_usage("--annotate: a picture of ", size[0], " x ", size[1], " has no room for letters; --size ",
+               least_annotated, "x", least_annotated, " or more");
 }
 
 // What nobody chose is told, and how to choose.
@@ -200,15 +195,20 @@ void tell_look(const RenderArguments& a, const bccsplat_look& look) {
   std::fprintf(stderr, "bcc4: %s: %s\n", a.file.c_str(), words.c_str());
 }
 
-// A series of which no moment was chosen shows its first frame, after a word on that.
-void choose_moment(const Volume& volume, RenderArguments& a) {
+// A series of which no moment was chosen shows its first frame, in a film or on a sheet all of them, after a
+// word on that.
+void choose_moment(const Volume& volume, RenderArguments& a, bool moving_camera) {
   const SliceChoiceArguments& w = a.which;
   const bccsplat_volume_info v = volume_info(volume);
   if (v.dims[3] == 1 || w.time || w.index || w.plane || w.point || w.basis || w.sweep || a.frames) return;
-  a.which.time = 0, a.which.index = true;
-  std::fprintf(stderr,
-               "bcc4: %s: no --time given: the first of %llu frames is drawn; they run %s to %s%s%s\n",
-               a.file.c_str(), static_cast<unsigned long long>(v.dims[3]), concat(v.time_first).c_str(),
+  const bool all = makes_one_file(a) && !a.turntable && !moving_camera;
+  if (all)
+    a.frames = {0, static_cast<double>(v.dims[3] - 1), 1};
+  else
+    a.which.time = 0, a.which.index = true;
+  std::fprintf(stderr, "bcc4: %s: no %s given: %s %llu frames %s drawn; they run %s to %s%s%s\n",
+               a.file.c_str(), all ? "--frames" : "--time", all ? "all" : "the first of",
+               static_cast<unsigned long long>(v.dims[3]), all ? "are" : "is", concat(v.time_first).c_str(),
                concat(v.time_last).c_str(), *v.time_unit ? " " : "", v.time_unit);
 }
 
@@ -224,14 +224,15 @@ Volume open_for_pictures(const Device& device, const RenderArguments& a) {
 Exit run_render(RenderArguments a) {
   check_arguments(a);
   const CameraChoice camera = choose_camera(a);
+  prepare_annotation(a, camera.size);
   const Device device = create_device(a.common.threads, a.common.max_memory);
   const auto start = Clock::now();
   const Volume volume = open_for_pictures(device, a);
   const double open_ms = milliseconds_since(start);
   const uint32_t channel = find_channel(volume, a.channel);
-  choose_moment(volume, a);
-  const std::vector<Picture> pictures =
-      picture_sequence(volume, a, camera.file ? camera.file->cameras.size() : 1);
+  const size_t cameras = camera.file ? camera.file->cameras.size() : 1;
+  choose_moment(volume, a, cameras > 1);
+  const std::vector<Picture> pictures = picture_sequence(volume, a, cameras);
   for (const Picture& p : pictures) refuse_existing(p.path, true);
   for (const std::string* out : {&a.stats, &a.dump_tf})
     if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
@@ -239,6 +240,7 @@ Exit run_render(RenderArguments a) {
   if (a.iso && a.mode == BCCSPLAT_MODE_DEFAULT) a.mode = BCCSPLAT_MODE_ISOSURFACE;
   const bccsplat_look look = make_look(volume, channel, a.look, a.mode);
   tell_look(a, look);
+  const auto output = picture_output(a, device, {camera.size[0], camera.size[1]}, pictures.size());
   bccsplat_renderer* created = nullptr;
   check(bccsplat_renderer_create(device.get(), &created), "");
   Scene scene{a,
@@ -250,12 +252,15 @@ Exit run_render(RenderArguments a) {
               Renderer(created),
               std::nullopt,
               open_ms,
-              pictures.size() > 1,
+              *output,
+              std::nullopt,
               std::nullopt};
   check(bccsplat_renderer_set_options(created, &scene.options), "render options");
   const bccsplat_channel_info info = channel_info(volume, channel);
+  std::vector<std::array<double, 4>> colors = colors_of(look);
   if (const auto f = transfer_function(slice_function(a), info, look)) {
     const bccsplat_transfer_function t = as_struct(*f);
+    colors = f->colors;
     check(bccsplat_renderer_set_transfer_function(scene.renderer.get(), &t),
           a.tf.empty() ? "transfer function" : a.tf);
     if (!a.dump_tf.empty())
@@ -264,13 +269,17 @@ Exit run_render(RenderArguments a) {
   if (const FunctionChoice choice = trail_function(a); choice.always)
     scene.trail_function = transfer_function(choice, info, look);
 
+  if (a.annotate)
+    scene.annotation.emplace(a, volume, channel, std::move(colors), scene.options.iso_value, pictures);
+
   Progress progress("render", pictures.size(), false, a.common.quiet);
   std::vector<RenderTimes> times;
   for (size_t i = 0; i < pictures.size(); ++i) {
     stop_if_interrupted();
-    times.push_back(scene.draw(pictures[i]));
-    progress.update(i + 1, pictures[i].path);
+    times.push_back(scene.draw(pictures[i], i));
+    progress.update(i + 1, concat(pictures[i].path, "  ", i + 1, " of ", pictures.size()));
   }
+  output->finish();
   progress.clear();
   if (!a.stats.empty()) {
     Json json = stats_json(times.front(), volume_info(volume));
@@ -282,11 +291,12 @@ Exit run_render(RenderArguments a) {
   }
   if (!a.common.quiet) {
     const bccsplat_render_stats s = median_stats(times.back());
-    std::printf("%s: %u x %u, %s ms after %s ms of slicing, %llu of %llu points, %llu sheets\n",
+    std::printf("%s: %u x %u, %s ms after %s ms of slicing, %llu of %llu points, %llu sheets%s\n",
                 a.output.c_str(), camera.size[0], camera.size[1], short_number(s.ms_total, 3).c_str(),
                 short_number(times.back().slice.milliseconds, 3).c_str(),
                 static_cast<unsigned long long>(s.points_after_cull),
-                static_cast<unsigned long long>(s.points_total), static_cast<unsigned long long>(s.sheets));
+                static_cast<unsigned long long>(s.points_total), static_cast<unsigned long long>(s.sheets),
+                output->in_words().c_str());
   }
   return Exit::ok;
 }

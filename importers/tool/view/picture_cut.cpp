@@ -33,8 +33,8 @@ PictureCut cut_for_picture(const Volume& volume, const Cut& where, uint32_t chan
   const bool merged = where.is_time_slice && where.method != BCCSPLAT_METHOD_EXTRACTED;
   Cut cut = where;
   if (choose && merged) cut.level = v.level_count;
-  PictureCut out{cut_slice(volume, cut, channel), {}, {}};
-  out.camera = camera(out.slice), out.info = slice_info(out.slice);
+  PictureCut out{cut_slice(volume, cut, channel), {}, {}, {}};
+  out.camera = camera(out.slice), out.info = out.domain = slice_info(out.slice);
   if (!choose || !merged || v.level_count == 0) return out;
   auto needs = sized<bccsplat_picture_needs>();
   check(bccsplat_slice_get_picture_needs(out.slice.get(), &out.camera, size.width, size.height, &options,

@@ -11,7 +11,8 @@ namespace bcc4 {
 struct PictureCut {
   Slice slice;
   bccsplat_camera camera;
-  bccsplat_slice_info info; // of the slice; what it took includes what told its level
+  bccsplat_slice_info info;   // of the slice; what it took includes what told its level
+  bccsplat_slice_info domain; // of what was to be cut, of which the camera may see a part
 };
 
 struct PictureSize {

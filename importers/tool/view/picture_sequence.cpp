@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "readers/sequence.h"
+#include "tool/view/contact_sheet.h"
 #include "tool/view/slice_sweep.h"
 
 namespace bcc4 {
@@ -46,15 +47,27 @@ std::vector<Picture> picture_sequence(const Volume& volume, const RenderArgument
     for (size_t i = 0; i < pictures.size(); ++i) pictures[i].camera = i;
   }
 
+  if (a.sheet) {
+    std::vector<Picture> chosen;
+    for (const size_t i :
+         places_on_sheet(pictures.size(), size_t{(*a.sheet)[0]} * (*a.sheet)[1], a.turntable.has_value()))
+      chosen.push_back(pictures[i]);
+    pictures = std::move(chosen);
+  }
+
   // Numbered by frame where frames are whole, else by their order.
   const bool several = a.frames || a.which.sweep || a.turntable || pictures.size() > 1;
-  if (pictures.size() > 1 && !has_frame_pattern(a.output))
+  const bool together = makes_one_file(a);
+  if (together && has_frame_pattern(a.output))
+    fail_usage("-o ", a.output, ": a ", a.sheet ? "sheet" : "film",
+               " is one file; its name needs no pattern");
+  if (pictures.size() > 1 && !together && !has_frame_pattern(a.output))
     fail_usage("-o ", a.output, ": ", pictures.size(), " pictures need a pattern such as smoke.%04d.png");
   const bool by_frame = a.frames && std::all_of(pictures.begin(), pictures.end(), [](const Picture& p) {
                           return p.where.index == std::floor(p.where.index);
                         });
   for (size_t i = 0; i < pictures.size(); ++i)
-    pictures[i].path = several
+    pictures[i].path = several && !together
                            ? apply_frame_pattern(a.output, by_frame ? std::llround(pictures[i].where.index)
                                                                     : static_cast<int64_t>(i))
                            : a.output;

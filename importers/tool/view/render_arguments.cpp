@@ -4,18 +4,20 @@
 #include <cmath>
 
 #include "readers/sequence.h"
+#include "tool/output/film.h"
 #include "tool/view/slice_sweep.h"
 #include "tool/view/transfer_function.h"
 
 namespace bcc4 {
 namespace {
 
-std::array<uint32_t, 2> parse_size(const std::string& text) {
+// "AxB" with A and B from 1 to `most`.
+std::array<uint32_t, 2> parse_product(const std::string& option, const std::string& text, uint32_t most,
+                                      const std::string& expected) {
   const auto parts = split(text, "x");
   const auto w = parts.size() == 2 ? parse_number<uint32_t>(parts[0]) : std::nullopt;
   const auto h = parts.size() == 2 ? parse_number<uint32_t>(parts[1]) : std::nullopt;
-  if (!w || !h || *w < 1 || *h < 1 || *w > 65536 || *h > 65536)
-    fail_usage("--size ", text, ": WxH is expected, such as 512x512");
+  if (!w || !h || *w < 1 || *h < 1 || *w > most || *h > most) fail_usage(option, " ", text, ": ", expected);
   return {*w, *h};
 }
 
@@ -84,16 +86,33 @@ TrailInterval parse_trail(const std::string& text) {
 const Choices<std::array<double, 2>> kViews{{"front", {0, 180}}, {"back", {0, 0}},   {"left", {0, 90}},
                                             {"right", {0, -90}}, {"top", {90, 180}}, {"bottom", {-90, 180}}};
 
-bool is_picture(const std::string& path) {
-  return lower(path).ends_with(".png") || lower(path).ends_with(".exr");
+// No name: all parts.
+AnnotationParts parse_parts(const std::string& text) {
+  AnnotationParts parts;
+  const Choices<bool AnnotationParts::*> choices{
+      {"colorbar", &AnnotationParts::colorbar}, {"time", &AnnotationParts::time},
+      {"axes", &AnnotationParts::axes},         {"scale", &AnnotationParts::scale},
+      {"box", &AnnotationParts::box},           {"title", &AnnotationParts::title}};
+  if (text.empty() || text == "all") {
+    for (const auto& [name, part] : choices) parts.*part = true;
+    return parts;
+  }
+  if (lower(text).ends_with(".bcc4"))
+    fail_usage("--annotate ", text, ": write --annotate=all, or the file before it");
+  parts.by_name = true;
+  for (const std::string& name : option_names("--annotate", text))
+    parts.*option_choice("--annotate", name, choices) = true;
+  return parts;
 }
 
 } // namespace
 
 void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("FILE", a.file, "A .bcc4 file");
-  app.add_option("-o,--output", a.output,
-                 "The .png or .exr to write; a pattern such as p.%04d.png for several")
+  app.add_option(
+         "-o,--output", a.output,
+         "The .png or .exr to write; a pattern such as p.%04d.png for several; or a film of them, .mp4 or "
+         ".webm, encoded by ffmpeg (H.264, VP9)")
       ->type_name("OUT");
   add_slice_choice(app, a.which);
   add_sweep(app, a.which);
@@ -106,7 +125,14 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
     a.turntable = option_number<int>("--turntable", t);
     if (*a.turntable < 1 || *a.turntable > 100000) fail_usage("--turntable ", t, ": 1 to 100000 pictures");
   });
-  text("--size", "WxH", "Pixels (default 512x512)", [&a](const std::string& t) { a.size = parse_size(t); });
+  text("--sheet", "CxR",
+       "PNG: a contact sheet, pictures in so many columns and rows; of more pictures as many, evenly",
+       [&a](const std::string& t) {
+         a.sheet = parse_product("--sheet", t, 1000, "CxR is expected, columns and rows such as 4x3");
+       });
+  text("--size", "WxH", "Pixels of a picture (default 512x512)", [&a](const std::string& t) {
+    a.size = parse_product("--size", t, 65536, "WxH is expected, such as 512x512");
+  });
   app.add_option("--camera", a.camera, "Fitted view, or a camera file (default ortho)")
       ->type_name("ortho|persp|FILE.json");
   text("--view", "SIDE",
@@ -196,13 +222,25 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                        {"post", BCCSPLAT_TRAIL_POST},
                        {"interleaved-consistent", BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT}},
                       "How trail and slice meet (default physical)");
-  text("--background", "R,G,B", "PNG: opaque over this display colour, 0 to 1 each",
+  text("--background", "R,G,B",
+       "PNG and films: opaque over this display colour, 0 to 1 each (default: PNGs are transparent, films "
+       "black)",
        [&a](const std::string& t) {
          a.background = option_numbers("--background", t, 3);
          for (const double c : *a.background)
            if (c < 0 || c > 1) fail_usage("--background ", t, ": each part must be 0 to 1");
        });
-  text("--fps", "N[/D]", "EXR: rate at which the pictures are to be shown (default 24 for sequences)",
+  app.add_option_function<std::string>(
+         "--annotate", [&a](const std::string& t) { a.annotate = parse_parts(t); },
+         "Into PNGs and films: colorbar, time, axes, scale, box (of the domain), title, or some of them with "
+         "commas "
+         "(default: all)")
+      ->type_name("PARTS")
+      ->expected(0, 1);
+  text("--title", "TEXT", "The title of --annotate (default: the file's name); alone: only a title",
+       [&a](const std::string& t) { a.title = t; });
+  text("--fps", "N[/D]",
+       "EXR and films: rate at which the pictures are to be shown (default 24 for sequences)",
        [&a](const std::string& t) { a.fps = parse_rate(t); });
   app.add_flag(
       "--deep", a.deep,
@@ -219,6 +257,25 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_flag("--quiet", a.common.quiet, "Print warnings and errors only");
 }
 
+namespace {
+
+// What the kind of file that is written has no place for.
+void check_output(const RenderArguments& a) {
+  const bool exr = lower(a.output).ends_with(".exr"), film = is_film(a.output);
+  if (!exr && !film && !lower(a.output).ends_with(".png"))
+    fail_usage("-o ", a.output, ": must end in .png or .exr, or a film in .mp4 or .webm");
+  if (a.background && exr) fail_usage("--background is for PNG and films; an EXR keeps its opacity");
+  if (a.fps && !exr && !film) fail_usage("--fps is for EXR and films; a PNG has no place for a rate");
+  if (a.deep && !exr) fail_usage("--deep is for EXR: -o picture.exr");
+  if (exr && (a.annotate || !a.title.empty()))
+    fail_usage("--annotate and --title are for PNG and films; an EXR keeps what was rendered");
+  if (a.sheet && (exr || film)) fail_usage("--sheet is a PNG: -o sheet.png");
+}
+
+} // namespace
+
+bool makes_one_file(const RenderArguments& a) { return a.sheet || is_film(a.output); }
+
 std::array<double, 2> rotations(const RenderArguments& a) {
   return a.view.value_or(std::array{a.rotate_x.value_or(20), a.rotate_y.value_or(30)});
 }
@@ -226,12 +283,7 @@ std::array<double, 2> rotations(const RenderArguments& a) {
 void check_arguments(const RenderArguments& a) {
   require_option(a.file, "FILE", "bcc4 render smoke.bcc4 --time 10 -o smoke.png");
   require_option(a.output, "-o", "-o picture.png");
-  if (!is_picture(a.output)) fail_usage("-o ", a.output, ": must end in .png or .exr");
-  if (a.background && lower(a.output).ends_with(".exr"))
-    fail_usage("--background is for PNG; an EXR keeps its opacity");
-  if (a.fps && !lower(a.output).ends_with(".exr"))
-    fail_usage("--fps is for EXR; a PNG has no place for a rate");
-  if (a.deep && !lower(a.output).ends_with(".exr")) fail_usage("--deep is for EXR: -o picture.exr");
+  check_output(a);
   if (a.deep && (a.mode == BCCSPLAT_MODE_XRAY || a.mode == BCCSPLAT_MODE_MAXIMUM || a.reference))
     fail_usage("--deep goes with --mode composite and iso, without --reference");
   if (a.deep && a.trail_mode == BCCSPLAT_TRAIL_POST)

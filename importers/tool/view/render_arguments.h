@@ -24,11 +24,18 @@ struct TrailInterval {
   uint32_t intervals = 0; // 0: one
 };
 
+// What --annotate draws into a picture.
+struct AnnotationParts {
+  bool colorbar = false, time = false, axes = false, scale = false, box = false, title = false;
+  bool by_name = false; // some of them, which the user wants to see
+};
+
 struct RenderArguments {
   std::string file, output, kernel, channel;
   SliceChoiceArguments which;
   std::optional<FrameRange> frames;
-  std::optional<int> turntable; // pictures
+  std::optional<int> turntable;                 // pictures
+  std::optional<std::array<uint32_t, 2>> sheet; // columns and rows
   std::optional<std::array<uint32_t, 2>> size;
   std::string camera = "ortho";
   std::optional<double> rotate_x, rotate_y, zoom;
@@ -48,13 +55,17 @@ struct RenderArguments {
   int32_t trail_mode = BCCSPLAT_TRAIL_COMBINE_DEFAULT;
   std::optional<std::vector<double>> background; // display colours
   std::optional<std::array<int32_t, 2>> fps;     // numerator and denominator
-  std::string command_line;                      // what was typed
+  std::optional<AnnotationParts> annotate;
+  std::string title;
+  std::string command_line; // what was typed
   std::string stats;
   int repeat = 1;
   CommonOptions common;
 };
 
 void add_render_options(CLI::App& app, RenderArguments& arguments);
+// A film or a sheet: one file for all pictures.
+[[nodiscard]] bool makes_one_file(const RenderArguments& arguments);
 // The rotations about x and y that the fitted view has.
 [[nodiscard]] std::array<double, 2> rotations(const RenderArguments& arguments);
 // What no single option can tell.

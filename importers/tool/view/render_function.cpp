@@ -7,6 +7,13 @@
 
 namespace bcc4 {
 
+std::vector<std::array<double, 4>> colors_of(const bccsplat_look& look) {
+  std::vector<std::array<double, 4>> colors;
+  for (uint32_t i = 0; i < look.color_count; ++i)
+    colors.push_back({look.colors[i][0], look.colors[i][1], look.colors[i][2], look.colors[i][3]});
+  return colors;
+}
+
 FunctionChoice slice_function(const RenderArguments& a) {
   return {a.tf, a.colormap, a.range, a.opacity, a.unit_distance, a.look, !a.dump_tf.empty()};
 }
@@ -49,9 +56,7 @@ std::optional<TransferFunction> transfer_function(const FunctionChoice& a, const
   }
   // Who gives values gets a ramp over them; else the look says what is transparent.
   const bool given = a.range.has_value() || !a.tf.empty();
-  if (f.colors.empty() && !given && a.colormap.empty())
-    for (uint32_t i = 0; i < look.color_count; ++i)
-      f.colors.push_back({look.colors[i][0], look.colors[i][1], look.colors[i][2], look.colors[i][3]});
+  if (f.colors.empty() && !given && a.colormap.empty()) f.colors = colors_of(look);
   if (f.colors.empty()) f.colors = colormap(a.colormap.empty() ? "viridis" : a.colormap, low, high).colors;
   if (f.opacities.empty() && !given)
     for (uint32_t i = 0; i < look.opacity_count; ++i)

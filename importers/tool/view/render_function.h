@@ -28,6 +28,8 @@ struct FunctionChoice {
                                                                 const bccsplat_look& look);
 // The look that was chosen, for a mode of drawing.
 [[nodiscard]] bccsplat_look make_look(const Volume& volume, uint32_t channel, int32_t look, int32_t mode);
+// Its points of value and linear colour.
+[[nodiscard]] std::vector<std::array<double, 4>> colors_of(const bccsplat_look& look);
 // What of a channel's values is transparent, in words.
 [[nodiscard]] std::string look_in_words(const bccsplat_look& look);
 // The struct of the API; it borrows the function's points.

@@ -8,24 +8,15 @@
 #include <numbers>
 #include <vector>
 
+#include "tool/view/vectors.h"
+
 namespace bcc4 {
 namespace {
-
-using Vector = std::array<double, 3>;
 
 // Rays this much shorter than the longest, at the edges of the domain, say little of what is along them.
 constexpr double kShortRay = 0.25;
 // Of the rays: as dark as this share is the background, as bright as all but this share is white.
 constexpr double kDark = 0.02, kBright = 0.002;
-
-Vector cross(const Vector& a, const Vector& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-Vector normalised(const Vector& v) {
-  const double length = std::hypot(v[0], v[1], v[2]);
-  return {v[0] / length, v[1] / length, v[2] / length};
-}
 
 // Rays of a camera, and the world lengths that they have inside of a slice's domain.
 class RayLengths {
