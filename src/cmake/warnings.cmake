@@ -10,5 +10,9 @@ target_compile_options(bccsplat_flags INTERFACE
 if(BCCSPLAT_SANITIZE)
   target_compile_options(bccsplat_flags INTERFACE
     -fsanitize=${BCCSPLAT_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  if(BCCSPLAT_SANITIZE MATCHES float-)
+    # Divisions by zero have a meaning where they are wanted: said everywhere, an error where UBSAN_OPTIONS=halt_on_error=1.
+    target_compile_options(bccsplat_flags INTERFACE -fsanitize-recover=float-divide-by-zero,float-cast-overflow)
+  endif()
   target_link_options(bccsplat_flags INTERFACE -fsanitize=${BCCSPLAT_SANITIZE})
 endif()
