@@ -14,7 +14,7 @@
 
 namespace bccsplat::bench {
 
-//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow]    all of them without an
+//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow] [--coast]    all of them without an
 //   option
 int run_render_suite(std::span<const std::string> args, const Report& report);
 
@@ -44,5 +44,6 @@ void render_ratios(const Report& report);      // two methods in turn
 void render_interactive(const Report& report); // turn the camera, play, jump
 void render_minify(const Report& report);      // pictures smaller than the data
 void render_narrow(const Report& report);      // transfer functions narrower than a step
+void render_coast(const Report& report);       // data with missing samples
 
 } // namespace bccsplat::bench
