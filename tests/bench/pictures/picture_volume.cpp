@@ -116,6 +116,12 @@ Drawn PictureVolume::draw(const Shot& shot) const {
   return out;
 }
 
+std::array<double, 2> PictureVolume::empty() const {
+  auto look = sized<bccsplat_look>();
+  api(bccsplat_volume_get_look(volume_.get(), 0, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_COMPOSITE, &look));
+  return {look.empty[0], look.empty[1]};
+}
+
 std::vector<float> PictureVolume::field(const std::vector<std::array<double, 4>>& points) const {
   std::vector<float> values(points.size());
   api(bccsplat_volume_evaluate(volume_.get(), points.size(), points.data()->data(), values.data(), nullptr));

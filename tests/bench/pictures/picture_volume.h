@@ -48,6 +48,8 @@ class PictureVolume {
   [[nodiscard]] Drawn draw(const Shot& shot) const;
   // The field at points in index space.
   [[nodiscard]] std::vector<float> field(const std::vector<std::array<double, 4>>& points) const;
+  // The values that its look takes for air.
+  [[nodiscard]] std::array<double, 2> empty() const;
 
  private:
   bccsplat_device* device_;

@@ -14,7 +14,7 @@ struct Part {
   const char* option;
   void (*run)(const std::string& folder, const Report&);
 };
-constexpr std::array parts{Part{"--plateaus", pictures_plateaus}};
+constexpr std::array parts{Part{"--plateaus", pictures_plateaus}, Part{"--background", pictures_background}};
 
 } // namespace
 
