@@ -1089,7 +1089,7 @@ enum { /* bits of disable_skips: each switches one way of skipping work off, for
                                        take at most a quarter of the memory budget; a renderer keeps those of
                                        its last two views until it is given another slice. Not with trails */
 };
-enum { BCCSPLAT_RENDER_SET_ISO = 1 };
+enum { BCCSPLAT_RENDER_SET_ISO = 1, BCCSPLAT_RENDER_SET_GRADIENT_NOISE = 2 };
 
 typedef struct bccsplat_render_options {
   uint32_t struct_size;
@@ -1111,6 +1111,13 @@ typedef struct bccsplat_render_options {
                             in [0, 1]; 0: .001. The uncut picture does not change */
   int32_t preintegrate;  /* DEFAULT: where the transfer function is narrower than a step */
   uint32_t reserved;     /* 0 */
+  double gradient_noise; /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel: what has less of a
+                            gradient has no surface and is lit as if it faced every light, without highlight;
+                            three times as much is a surface as any, and what lies between is lit by a mean of
+                            the two. 0: every gradient is a surface's. Not set: .02 of a value's distance from
+                            air, which the kernel's ripple has, and what the file tells: three standard
+                            deviations of its steps, of its air_threshold and of the values that most of a
+                            solid object has, but no more than lights an edge of three voxels fully */
 } bccsplat_render_options;
 
 /* What of the volume a picture of a time slice needs. */

@@ -22,7 +22,7 @@ Camera read_camera(const bccsplat_camera* camera) {
 RenderOptions read_render_options(const bccsplat_render_options* options) {
   const auto in = read_struct(options, "bccsplat_render_options");
   require_zero(in.reserved, "bccsplat_render_options.reserved");
-  if (in.set_mask & ~1u) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
+  if (in.set_mask & ~3u) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
   if (in.mode < 0 || in.mode > 4) fail(Code::invalid_argument, "render options: mode ", in.mode);
   if (in.quality < 0 || in.quality > 4) fail(Code::invalid_argument, "render options: quality ", in.quality);
   if (in.shading < 0 || in.shading > 2) fail(Code::invalid_argument, "render options: shading ", in.shading);
@@ -46,6 +46,10 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
     fail(Code::invalid_argument, "render options: iso_value must be finite");
   if (out.mode == RenderMode::isosurface && !iso_given)
     fail(Code::invalid_argument, "render options: mode isosurface needs iso_value (and its bit in set_mask)");
+  if (in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE &&
+      !(in.gradient_noise >= 0 && std::isfinite(in.gradient_noise)))
+    fail(Code::invalid_argument, "render options: gradient_noise ", in.gradient_noise,
+         " must be finite and >= 0");
   out.iso_value = in.iso_value;
   out.sheet_step = in.sheet_step;
   if (in.opacity_stop != 0) out.opacity_stop = in.opacity_stop;

@@ -7,6 +7,7 @@
 #include "api/look.h"
 #include "api/render_options.h"
 #include "api/structs.h"
+#include "render/gradient_noise.h"
 #include "render/picture.h"
 #include "render/trail.h"
 
@@ -21,6 +22,7 @@ struct bccsplat_renderer : Object<Kind::renderer> {
   std::optional<TransferFunction> function;
   Lights lights;
   RenderOptions options;
+  std::optional<double> gradient_noise; // value per mean voxel; none: as the file tells
   TrailOptions trail_options;
   TrailCombine combine = TrailCombine::physical;
   std::optional<TransferFunction> trail_function;
@@ -63,6 +65,19 @@ TransferFunction read_function(const bccsplat_transfer_function& in) {
 TransferFunction own_look(const bccsplat_slice& slice, RenderMode mode) {
   const ValueCounts counts = value_counts(*slice.volume.get(), slice.channel);
   return look_function(survey_values(counts), Look::automatic, mode);
+}
+
+GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>& asked) {
+  const double voxel = mean_voxel(slice.slice);
+  if (asked) return per_length({*asked, 0}, voxel);
+  const ValueCounts counts = value_counts(*slice.volume.get(), slice.channel);
+  const VolumeInfo& info = slice.volume->info();
+  const ChannelInfo& channel = slice.volume->channel(slice.channel);
+  const Quantiser coding = info.coding({static_cast<int>(slice.channel), static_cast<int>(slice.level)});
+  double step = is_float(coding.type) ? 0 : coding.scale;
+  if (counts.integers) step = std::max(step, 1.0);
+  return per_length(gradient_noise(survey_values(counts), step, static_cast<double>(channel.threshold)),
+                    voxel);
 }
 
 void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
@@ -232,6 +247,8 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
     const Alone alone(renderer, "renderer");
     renderer->options = read_render_options(options);
     const auto in = read_struct(options, "bccsplat_render_options");
+    renderer->gradient_noise =
+        in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE ? std::optional(in.gradient_noise) : std::nullopt;
     renderer->progress = in.progress, renderer->progress_user = in.progress_user;
   });
 }
@@ -264,6 +281,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
     scene.function = renderer->function ? *renderer->function : own_look(slice, renderer->options.mode);
     scene.lights = renderer->lights;
+    scene.lights.noise = noise_of(slice, renderer->gradient_noise);
     scene.kept = &renderer->kept;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
     if (!renderer->options.reference &&

@@ -36,8 +36,9 @@ struct Ray {
   [[nodiscard]] Shading lit(const Vec3& p) const {
     if (!shaded(options)) return {{1, 1, 1}, {}};
     Vec3 gradient;
-    (void)field(p, &gradient);
-    return shade(scene.lights, view.lattice_to_world.inverse().transposed(gradient), to_viewer(view, i, j));
+    const double above_base = field(p, &gradient) - static_cast<double>(scene.slice->base);
+    return shade(scene.lights, view.lattice_to_world.inverse().transposed(gradient), to_viewer(view, i, j),
+                 above_base);
   }
 };
 

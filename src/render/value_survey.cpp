@@ -20,7 +20,8 @@ constexpr size_t most_labels = 32;
 constexpr double widest_background = 0.12, least_background = 0.15;
 constexpr double sigma_per_half_width = 1 / 1.1774; // of a normal distribution
 constexpr double noise_sigmas = 3;
-constexpr double smoothing = 1; // bins that smoothing adds to the half-width of a peak
+constexpr double smoothing = 1;    // bins that smoothing adds to the half-width of a peak
+constexpr double single_bin = 1.5; // half-width that it gives to a peak of one bin
 // The other side of a background is shown, too, where it has this share of the samples beyond the noise, and
 // of the values: what is a little darker than noise is air as well.
 constexpr double least_side = 0.1, least_side_range = 0.25;
@@ -197,6 +198,19 @@ Pile find_pile(const Histogram& h, double from, int step) {
   return {};
 }
 
+// The standard deviation that the narrower side of a pile has; 0 where bins are too wide to tell.
+double pile_noise(const Histogram& h, double top) {
+  constexpr size_t around = 4; // the pile was found by a longer mean
+  const std::vector<double> s = smoothed(h.all, 1);
+  const size_t near = h.bin(top), from = near - std::min(near, around),
+               to = std::min(near + around + 1, s.size());
+  const auto peak = static_cast<size_t>(std::max_element(s.begin() + static_cast<std::ptrdiff_t>(from),
+                                                         s.begin() + static_cast<std::ptrdiff_t>(to)) -
+                                        s.begin());
+  const double half = std::min(half_width(s, peak, -1), half_width(s, peak, 1));
+  return std::max(half - single_bin, 0.0) * h.width() * sigma_per_half_width;
+}
+
 bool find_labels(const ValueCounts& c, std::vector<double>& labels) {
   if (!c.integers || c.source.high - c.source.low > 255 || c.stored.high - c.stored.low > 255) return false;
   const double step = (c.stored.high - c.stored.low) / static_cast<double>(c.bins.size());
@@ -331,6 +345,7 @@ ValueSurvey survey_object(const Histogram& h, const ValueCounts& c, const Backgr
   if (!pile.found && s.above) s.boundary = otsu_threshold(h.all, h.range, b.value);
   if (sign * (s.boundary - edge) <= 0) s.boundary = 0.5 * (edge + s.object);
   if (!pile.found) return s;
+  s.noise = pile_noise(h, pile.top);
   // Between the peaks there is room for more of the slope.
   const auto distance = [&](double v) { return std::fabs(v - s.background); };
   const auto clear = [&](double noise, double slope) {

@@ -36,9 +36,10 @@ struct ValueSurvey {
   double background = 0;             // the value that empty space has
   double object = 0;                 // of a solid: the first value where its samples pile up
   double mean = 0;                   // of what is not empty, as distance from the background
-  double boundary = 0;               // between background and object
-  double crossing = 1;               // voxels along a ray through the middle of what is not empty
-  std::vector<double> labels;        // rising, without the background
+  double noise = 0;    // of a solid: standard deviation of the values of which most is made; 0: not seen
+  double boundary = 0; // between background and object
+  double crossing = 1; // voxels along a ray through the middle of what is not empty
+  std::vector<double> labels; // rising, without the background
 };
 
 // as: what the values are taken for, both_signs or labels (none found: no list of them), whatever they look

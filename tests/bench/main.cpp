@@ -14,6 +14,7 @@
 #include "tests/bench/kernels/kernels.h"
 #include "tests/bench/moments/moments.h"
 #include "tests/bench/paper/paper.h"
+#include "tests/bench/pictures/pictures.h"
 #include "tests/bench/render/render.h"
 #include "tests/bench/report.h"
 #include "tests/bench/scale/scale.h"
@@ -39,7 +40,7 @@ constexpr Suite suites[] = {
     {"skip", bccsplat::bench::run_skip_suite},       {"scale", bccsplat::bench::run_scale_suite},
     {"splat", bccsplat::bench::run_splat_suite},     {"slice", bccsplat::bench::run_slice_suite},
     {"paper", bccsplat::bench::run_paper_suite},     {"import", bccsplat::bench::run_import_suite},
-    {"moments", bccsplat::bench::run_moments_suite}};
+    {"moments", bccsplat::bench::run_moments_suite}, {"pictures", bccsplat::bench::run_pictures_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");

@@ -239,6 +239,12 @@ def pictures(device, volume, cut, folder):
         assert renderer.stats().preintegrated == (choice == "on")
     assert np.array_equal(drawn["off"], drawn[None]) and not np.array_equal(drawn["off"], drawn["on"])
     raises(ValueError, None, renderer.set_options, preintegrate="sometimes")
+    raises(Error, Status.INVALID_ARGUMENT, renderer.set_options, gradient_noise=-1)
+    for noise in (0, 1e6, None):
+        renderer.set_options(gradient_noise=noise)
+        renderer.render(frame)
+        drawn[noise] = frame.rgba().copy()
+    assert not np.array_equal(drawn[0], drawn[1e6]) and not np.array_equal(drawn[None], drawn[1e6])
     renderer.set_options()
     frame.save_png(os.path.join(folder, "p.png"), overwrite=True, background=(0, 0, 0))
     frame.save_exr(os.path.join(folder, "p.exr"), overwrite=True)

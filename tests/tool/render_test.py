@@ -148,8 +148,14 @@ class Render(ToolTest):
         self.assertEqual(plain, self.picture('--time', 2, '--threads', 3), 'threads change the picture')
         for more in (['--camera', 'persp'], ['--rotate-x', 60], ['--rotate-y', -80], ['--colormap', 'fire'], ['--range', '20,50'],
                      ['--opacity', 4], ['--unit-distance', .1], ['--iso', 30], ['--mode', 'xray'], ['--mode', 'mip'], ['--no-shading'],
-                     ['--kernel', 'paper'], ['--quality', 'draft'], ['--step', 2], ['--background', '1,0,0']):
+                     ['--kernel', 'paper'], ['--quality', 'draft'], ['--step', 2], ['--background', '1,0,0'],
+                     ['--gradient-noise', 5]):
             self.assertNotEqual(plain, self.picture('--time', 2, *more), more)
+        self.assertEqual(plain, self.picture('--time', 2, '--gradient-noise', 'auto'))
+        self.assertEqual(self.picture('--time', 2, '--gradient-noise', 'none'), self.picture('--time', 2, '--gradient-noise', 0))
+        for noise in ('-1', 'nan', 'some'):
+            self.refused(2, '--gradient-noise', 'render', 'v.bcc4', '--time', 2, '--gradient-noise=' + noise, '-o', 'x.png',
+                         output='x.png')
         self.assertNotEqual(plain, self.picture('--time', 4))
         self.assertNotEqual(plain, self.picture('--plane', '0,0,1,0,-3'))
         self.assertEqual(plain, self.picture('--plane', '0,0,0,1,-2'))

@@ -133,6 +133,7 @@ SKIP_EMPTY_SHEETS = 8
 SKIP_FINE_DETAIL = 16
 SKIP_UNCHANGED = 32
 RENDER_SET_ISO = 1
+RENDER_SET_GRADIENT_NOISE = 2
 TRAIL_CONTENT_DEFAULT = 0
 TRAIL_CLASSIFIED = 1
 TRAIL_MEAN = 2
@@ -624,11 +625,12 @@ class RenderOptions(Struct):
     deep_tolerance: float
     preintegrate: int
     reserved: int
+    gradient_noise: float
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
         ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
         ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
         ("progress", bccsplat_progress_fn), ("progress_user", c_void_p), ("deep_tolerance", c_double),
-        ("preintegrate", c_int32), ("reserved", c_uint32)]
+        ("preintegrate", c_int32), ("reserved", c_uint32), ("gradient_noise", c_double)]
 
 
 class PictureNeeds(Struct):

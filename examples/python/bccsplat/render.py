@@ -184,7 +184,8 @@ class Renderer(Child):
 
     def set_options(self, *, mode: int | str | None = None, quality: int | str | None = None,
                     shading: int | str | None = None, preintegrate: int | str | None = None,
-                    iso_value: float | None = None, progress: Progress | None = None, **options: Any) -> None:
+                    iso_value: float | None = None, gradient_noise: float | None = None,
+                    progress: Progress | None = None, **options: Any) -> None:
         """Further options by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
         o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
                                shading=choose("SHADING", shading),
@@ -192,6 +193,9 @@ class Renderer(Child):
         if iso_value is not None:
             o.set_mask |= _abi.RENDER_SET_ISO
             o.iso_value = iso_value
+        if gradient_noise is not None:
+            o.set_mask |= _abi.RENDER_SET_GRADIENT_NOISE
+            o.gradient_noise = gradient_noise
         watch = Watch(progress)
         o.progress = watch.function
         call("renderer_set_options", self.pointer, byref(o))

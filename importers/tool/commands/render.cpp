@@ -66,6 +66,8 @@ bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_
   o.quality = a.quality;
   o.preintegrate = a.preintegrate;
   if (a.no_shading) o.shading = BCCSPLAT_SHADING_OFF;
+  if (a.gradient_noise)
+    o.set_mask |= BCCSPLAT_RENDER_SET_GRADIENT_NOISE, o.gradient_noise = *a.gradient_noise;
   o.sheet_step = a.step.value_or(0);
   o.reference = a.reference;
   o.deep_tolerance = a.deep_tolerance.value_or(0);

@@ -58,6 +58,15 @@ std::array<double, 2> parse_span(const std::string& option, const std::string& t
   return {*from, *to};
 }
 
+std::optional<double> parse_noise(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  if (text == "none") return 0;
+  const double noise = option_number<double>("--gradient-noise", text);
+  if (!(noise >= 0 && std::isfinite(noise)))
+    fail_usage("--gradient-noise ", text, ": auto, none or a value >= 0 is expected");
+  return noise;
+}
+
 TrailInterval parse_trail(const std::string& text) {
   TrailInterval t;
   const auto parts = split(text, ",");
@@ -192,6 +201,11 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("--channel", a.channel, "Channel, by name or number (default: the first)")
       ->type_name("NAME");
   app.add_flag("--no-shading", a.no_shading, "Colours without light");
+  text("--gradient-noise", "auto|none|V",
+       "Change of the value per mean voxel up to which there is no surface to be lit (default auto: the "
+       "kernel's "
+       "ripple and the noise that the file tells)",
+       [&a](const std::string& t) { a.gradient_noise = parse_noise(t); });
   app.add_flag("--reference", a.reference, "Slow double-precision integration of the same field");
   text(
       "--trail", "DT[f][,K]|A:B[f][,K]",

@@ -3,9 +3,11 @@
 //   colour * (ambient + diffuse sum_l light_l |N.L_l|) + specular sum_l light_l |N.H_l|^shininess
 // N is the normalised gradient, L points to the light, H is halfway between L and the direction to the
 // viewer. Where the gradient vanishes there is no surface: the sample is lit as if it faced every light,
-// without highlight.
+// without highlight. Between that and a surface lie gradients that may be noise, which has directions, too,
+// and glitters: |N.L_l| is w |N.L_l| + 1 - w there, and the highlight w times itself.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -19,21 +21,41 @@ struct Light {
   Vec3 color{1, 1, 1};
 };
 
+// The largest gradient that noise has, in value per world length: where the field is `value` from its base,
+// constant + of_value |value|, for kernels ripple by a share of that.
+struct GradientNoise {
+  double constant = 0, of_value = 0;
+  [[nodiscard]] double at(double value) const { return constant + of_value * std::fabs(value); }
+};
+
+// Gradients from so many times the noise on are surfaces.
+inline constexpr double surface_over_noise = 3;
+
 struct Lights {
   std::vector<Light> lights = std::vector<Light>(1); // GCC 12 doubts a copied list
   double ambient = 0.3, diffuse = 0.7, specular = 0.2, shininess = 20;
+  GradientNoise noise; // none: every gradient is a surface's
 };
+
+// Returns the weight w of a surface: rises smoothly from 0 at the noise to 1.
+[[nodiscard]] inline double surface_weight(double gradient, double noise) {
+  if (!(gradient > 0)) return 0;
+  constexpr double steepness = surface_over_noise / (surface_over_noise - 1);
+  const double t = std::clamp(steepness * (1 - noise / gradient), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
 
 // What multiplies the colour, per channel, and what is added to it.
 struct Shading {
   Vec3 scale{}, highlight{};
 };
 
-// gradient: world space, any length; to_viewer: unit vector.
-[[nodiscard]] inline Shading shade(const Lights& lights, const Vec3& gradient, const Vec3& to_viewer) {
+// gradient: world space; to_viewer: unit vector; value: of the field, less its base.
+[[nodiscard]] inline Shading shade(const Lights& lights, const Vec3& gradient, const Vec3& to_viewer,
+                                   double value) {
   Shading s;
   s.scale = {lights.ambient, lights.ambient, lights.ambient};
-  const double norm = length(gradient);
+  const double norm = length(gradient), weight = surface_weight(norm, lights.noise.at(value));
   for (const Light& light : lights.lights) {
     const bool headlight = dot(light.direction, light.direction) == 0;
     const Vec3 to_light = headlight ? to_viewer : normalized(light.direction);
@@ -44,8 +66,8 @@ struct Shading {
       const double h = length(half);
       if (h > 0) shine = std::pow(std::fabs(dot(gradient, half)) / (norm * h), lights.shininess);
     }
-    s.scale = s.scale + (lights.diffuse * facing) * light.color;
-    s.highlight = s.highlight + (lights.specular * shine) * light.color;
+    s.scale = s.scale + (lights.diffuse * (weight * facing + (1 - weight))) * light.color;
+    s.highlight = s.highlight + (lights.specular * (weight * shine)) * light.color;
   }
   return s;
 }

@@ -32,7 +32,8 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y) {
   gi *= s.basis.unit, gj *= s.basis.unit, gk *= s.basis.unit;
   Vec3 g;
   for (size_t a = 0; a < 3; ++a)
-    g[a] = static_cast<double>(gi * s.basis.x[a] + (gj * s.basis.y[a] + gk * s.basis.z[a]));
+    g[a] =
+        static_cast<double>(gi * s.basis.x[a] + (gj * s.basis.y[a] + gk * s.basis.z[a])) / s.basis.enlarged;
   return g;
 }
 
@@ -91,14 +92,16 @@ int composite_sheet(const SheetArgs& s) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
       float& alpha = s.pixel.alpha[p];
       if (alpha >= s.stop || (s.hole && s.hole[p])) continue;
-      const Segment segment = classify(s, p, static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x);
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x;
+      const Segment segment = classify(s, p, at);
       if (!(segment.absorbed > 0)) continue;
       const float f = (1 - alpha) * segment.absorbed;
       Shading lit{{1, 1, 1}, {}};
       if (s.shading)
         lit = shade(*s.lights, world_gradient(s, x, y),
                     {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
-                     static_cast<double>(s.pixel.view_z[p])});
+                     static_cast<double>(s.pixel.view_z[p])},
+                    static_cast<double>(s.value[at]));
       s.pixel.red[p] +=
           f * (segment.color[0] * static_cast<float>(lit.scale[0]) + static_cast<float>(lit.highlight[0]));
       s.pixel.green[p] +=

@@ -27,12 +27,13 @@ struct PixelPlanes {
   const float *view_x = nullptr, *view_y = nullptr, *view_z = nullptr;
 };
 
-// The direction of the world gradient follows from three sums of a sample: of the analytic gradient di, dj
+// The world gradient follows from three sums of a sample: of the analytic gradient di, dj
 // and dk, else the differences of the field per pixel and per sheet. From the last of these the part that is
 // due to the ray's slant, in pixels per sheet, is taken off.
 struct GradientBasis {
-  std::array<float, 3> x{}, y{}, z{}; // of a length near 1: only the direction of a gradient is asked for
+  std::array<float, 3> x{}, y{}, z{}; // of a length near 1
   float unit = 1; // a power of two: the sums times this are near 1, too, and have squares that are floats
+  double enlarged = 1;                    // what comes of them is so many times the world gradient
   float slant_x = 0, slant_y = 0;         // at pixel (0, 0) of the picture
   float slant_per_x = 0, slant_per_y = 0; // more per pixel (perspective)
 };
@@ -64,6 +65,7 @@ struct SheetArgs {
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;
   GradientBasis basis;
+  float noise = 0, noise_of_value = 0; // of the lights, enlarged as gradients are
   // Segments are classified by the table's integrals, the value running linearly from half a sheet before k
   // to k and on to half a sheet behind it. Samples more than `known` sheets outside the domain are not looked
   // at.
@@ -121,7 +123,7 @@ struct SheetLoops {
 
 // The part of the segment [k - front, k + 1/2] inside the domain at pixel p.
 [[nodiscard]] float segment_weight(const SheetArgs& sheet, size_t p);
-[[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y); // of any length
-[[nodiscard]] const SheetLoops& simd_sheet_loops();                      // best target of this machine
+[[nodiscard]] Vec3 world_gradient(const SheetArgs& sheet, int x, int y);
+[[nodiscard]] const SheetLoops& simd_sheet_loops(); // best target of this machine
 
 } // namespace bccsplat

@@ -57,7 +57,8 @@ void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, con
   a.known = static_cast<float>(samples_beyond / view.step);
 }
 
-// Sets number, planes and gradient of sheet k. `plane(k, quantity)` is as SheetSource's.
+// Sets number, planes and gradient of sheet k, whose lights are set. `plane(k, quantity)` is as
+// SheetSource's.
 template<class Plane>
 void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t k, bool analytic,
                int differences, const Plane& plane) {
@@ -78,7 +79,10 @@ void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t 
   } else if (analytic) {
     a.sum_i = plane(k, size_t{1}), a.sum_j = plane(k, size_t{2}), a.sum_k = plane(k, size_t{3});
   }
-  if (differences > 0 || analytic) a.basis = gradient_basis(slice, view, k, differences);
+  if (differences == 0 && !analytic) return;
+  a.basis = gradient_basis(slice, view, k, differences);
+  a.noise = static_cast<float>(a.lights->noise.constant * a.basis.enlarged);
+  a.noise_of_value = static_cast<float>(a.lights->noise.of_value * a.basis.enlarged);
 }
 
 } // namespace bccsplat

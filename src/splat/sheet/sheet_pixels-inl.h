@@ -77,6 +77,10 @@ HWY_INLINE V Dot(V ax, V ay, V az, V bx, V by, V bz) {
   return hn::MulAdd(ax, bx, hn::MulAdd(ay, by, hn::Mul(az, bz)));
 }
 
+// Squares of lengths up to this are of no gradient: the sample is lit as if it faced every light, without
+// highlight.
+constexpr float least_square = 1e-36f;
+
 // What lights do to a colour: a factor and a highlight for each part.
 struct Lit {
   V scale_r, scale_g, scale_b, shine_r, shine_g, shine_b;
@@ -84,12 +88,11 @@ struct Lit {
       : scale_r(Set(ambient)), scale_g(scale_r), scale_b(scale_r), shine_r(hn::Zero(d)), shine_g(shine_r),
         shine_b(shine_r) {}
 
-  // Adds a light of which the surface sees `facing` and mirrors `shine` (cosines); where there is no surface
-  // it is lit as if it faced the light, without highlight.
-  HWY_INLINE void add(V facing, V shine, M surface, float diffuse, float specular, float shininess,
+  // Adds a light of which the surface sees `facing` and mirrors `shine` (cosines), as far as there is one.
+  HWY_INLINE void add(V facing, V shine, V surface, float diffuse, float specular, float shininess,
                       const std::array<float, 3>& color) {
-    facing = hn::Mul(hn::IfThenElse(surface, facing, Set(1.0f)), Set(diffuse));
-    shine = hn::Mul(hn::IfThenElseZero(surface, Power(shine, shininess)), Set(specular));
+    facing = hn::Mul(hn::MulAdd(surface, facing, hn::Sub(Set(1.0f), surface)), Set(diffuse));
+    shine = hn::Mul(hn::Mul(surface, Power(shine, shininess)), Set(specular));
     const V r = Set(color[0]), g = Set(color[1]), b = Set(color[2]);
     scale_r = hn::MulAdd(facing, r, scale_r), scale_g = hn::MulAdd(facing, g, scale_g),
     scale_b = hn::MulAdd(facing, b, scale_b);
@@ -153,7 +156,18 @@ struct Pixels {
     gi = hn::Mul(unit, gi), gj = hn::Mul(unit, gj), gk = hn::Mul(unit, gk);
   }
 
-  // World gradient, of any length.
+  // The weight of a surface, 0 to 1, as surface_weight(); square, inverse: of the length of the gradient.
+  HWY_INLINE V surface(V square, V inverse) const {
+    constexpr auto steepness = static_cast<float>(surface_over_noise / (surface_over_noise - 1));
+    const V above_base = hn::Abs(hn::LoadU(d, s.value + at));
+    const V ratio = hn::Mul(hn::MulAdd(above_base, Set(s.noise_of_value), Set(s.noise)), inverse);
+    const V rise = hn::NegMulAdd(ratio, Set(steepness), Set(steepness));
+    const V t = hn::Min(hn::Max(rise, hn::Zero(d)), Set(1.0f));
+    const V weight = hn::Mul(hn::Mul(t, t), hn::NegMulAdd(Set(2.0f), t, Set(3.0f)));
+    return hn::IfThenElseZero(hn::Gt(square, Set(least_square)), weight);
+  }
+
+  // World gradient, enlarged.
   HWY_INLINE void gradient(V& gx, V& gy, V& gz) const {
     V gi, gj, gk;
     gradient_parts(gi, gj, gk);
@@ -170,9 +184,8 @@ struct Pixels {
     gradient(gx, gy, gz);
     const V vx = load(s.pixel.view_x), vy = load(s.pixel.view_y), vz = load(s.pixel.view_z);
     const V square = Dot(gx, gy, gz, gx, gy, gz);
-    // Squares below this are no gradient: the sample is lit as if it faced every light, without highlight.
-    const M surface = hn::Gt(square, Set(1e-36f));
-    const V inverse = InverseRoot(hn::IfThenElse(surface, square, Set(1.0f)));
+    const V inverse = InverseRoot(hn::Max(square, Set(least_square)));
+    const V weight = surface(square, inverse);
     Lit lit(static_cast<float>(s.lights->ambient));
     for (const Light& l : s.lights->lights) {
       const bool headlight = dot(l.direction, l.direction) == 0;
@@ -193,7 +206,7 @@ struct Pixels {
         shine = hn::IfThenElseZero(some, shine);
       }
       lit.add(
-          facing, shine, surface, static_cast<float>(s.lights->diffuse),
+          facing, shine, weight, static_cast<float>(s.lights->diffuse),
           static_cast<float>(s.lights->specular), static_cast<float>(s.lights->shininess),
           {static_cast<float>(l.color[0]), static_cast<float>(l.color[1]), static_cast<float>(l.color[2])});
     }
@@ -259,8 +272,8 @@ struct AlikeLights {
     }
     const V norm2 =
         hn::MulAdd(square_i, gi, hn::MulAdd(square_j, gj, hn::Mul(hn::Mul(Set(square[5]), gk), gk)));
-    const M surface = hn::Gt(norm2, Set(1e-36f));
-    const V inverse = InverseRoot(hn::IfThenElse(surface, norm2, Set(1.0f)));
+    const V inverse = InverseRoot(hn::Max(norm2, Set(least_square)));
+    const V weight = px.surface(norm2, inverse);
     const auto along = [&](const std::array<float, 3>& to) HWY_ATTR {
       const V cosine = hn::Abs(Dot(Set(to[0]), Set(to[1]), Set(to[2]), gi, gj, gk));
       return hn::Min(hn::Mul(cosine, inverse), Set(1.0f));
@@ -269,7 +282,7 @@ struct AlikeLights {
     for (size_t n = 0; n < count; ++n) {
       const Parts& l = light[n];
       const V facing = along(l.facing);
-      lit.add(facing, l.headlight ? facing : along(l.half), surface, diffuse, specular, shininess, l.color);
+      lit.add(facing, l.headlight ? facing : along(l.half), weight, diffuse, specular, shininess, l.color);
     }
     lit.apply(red, green, blue);
   }

@@ -262,7 +262,7 @@ class Tile {
           hits[n].k > static_cast<double>(pixel_.leave[p]) + domain_tolerance)
         continue;
       if (scene_.slice->has_holes && scene_.slice->is_hole(hits[n].position)) continue;
-      paint_pixel(p, color, 1.0f, hits[n].gradient, crossings[n].i, crossings[n].j);
+      paint_pixel(p, color, 1.0f, hits[n].gradient, target, crossings[n].i, crossings[n].j);
       pixel_.depth[p] = static_cast<float>(hits[n].k);
       if (pixel_.value) pixel_.value[p] = static_cast<float>(options_.iso_value);
       if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(hits[n].position));
@@ -271,10 +271,11 @@ class Tile {
     }
   }
 
-  void paint_pixel(size_t p, const std::array<float, 4>& color, float alpha, const Vec3& gradient, int i,
-                   int j) {
+  // above_base: the value there, relative to the base.
+  void paint_pixel(size_t p, const std::array<float, 4>& color, float alpha, const Vec3& gradient,
+                   double above_base, int i, int j) {
     Shading lit{{1, 1, 1}, {}};
-    if (options_.shading) lit = shade(*scene_.lights, gradient, to_viewer(view_, i, j));
+    if (options_.shading) lit = shade(*scene_.lights, gradient, to_viewer(view_, i, j), above_base);
     float* const out[3] = {&pixel_.red[p], &pixel_.green[p], &pixel_.blue[p]};
     for (size_t c = 0; c < 3; ++c)
       *out[c] = alpha * (color[c] * static_cast<float>(lit.scale[c]) + static_cast<float>(lit.highlight[c]));
@@ -360,7 +361,7 @@ class Tile {
     const float alpha = absorbed(entry[3] * scene_.table->unit_distance);
     const int i = tile_.x + x, j = tile_.y + y;
     const Vec3 position = view_.sample(i, j, static_cast<double>(k));
-    paint_pixel(p, entry, alpha, gradient, i, j);
+    paint_pixel(p, entry, alpha, gradient, static_cast<double>(value - scene_.slice->base), i, j);
     if (alpha >= 0.5f) pixel_.depth[p] = k;
     if (pixel_.value) pixel_.value[p] = value;
     if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(position));

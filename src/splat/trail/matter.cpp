@@ -16,7 +16,8 @@ void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
     for (int x = seen.x0; x < seen.x1; ++x) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
       if (s.pixel.alpha[p] >= s.stop || (s.hole && s.hole[p])) continue;
-      const float value = s.base + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      const float above_base = s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x],
+                  value = s.base + above_base;
       const auto& [red, green, blue, extinction] = s.table->entry[static_cast<size_t>(s.table->index(value))];
       const float depth = weight * extinction * segment_weight(s, p) * s.pixel.path[p];
       if (!(depth > 0)) continue;
@@ -24,7 +25,8 @@ void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
       if (s.shading)
         lit = shade(*s.lights, world_gradient(s, x, y),
                     {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
-                     static_cast<double>(s.pixel.view_z[p])});
+                     static_cast<double>(s.pixel.view_z[p])},
+                    static_cast<double>(above_base));
       const auto light = [&](float color, size_t c) {
         return depth * (color * static_cast<float>(lit.scale[c]) + static_cast<float>(lit.highlight[c]));
       };

@@ -109,6 +109,8 @@ static void options(bccsplat_renderer* renderer) {
   WRONG("preintegrate", o.preintegrate = -1);
   WRONG("iso_value", o.mode = BCCSPLAT_MODE_ISOSURFACE);
   WRONG("iso_value", o.set_mask = BCCSPLAT_RENDER_SET_ISO, o.iso_value = NAN);
+  WRONG("gradient_noise", o.set_mask = BCCSPLAT_RENDER_SET_GRADIENT_NOISE, o.gradient_noise = -1);
+  WRONG("gradient_noise", o.set_mask = BCCSPLAT_RENDER_SET_GRADIENT_NOISE, o.gradient_noise = NAN);
 #undef WRONG
   INPUT_SIZES(bccsplat_render_options, right, bccsplat_renderer_set_options(renderer, in), (void)0);
   REFUSED(INVALID_ARGUMENT, "renderer is NULL", bccsplat_renderer_set_options(NULL, &right));

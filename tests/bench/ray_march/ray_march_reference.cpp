@@ -61,7 +61,7 @@ void ray_march_reference(const MarchScene& scene, const MarchOptions& options, I
       };
       const auto lit = [&](const Vec3& p) {
         if (!options.shading) return Shading{{1, 1, 1}, {}};
-        return shade(scene.lights, field.gradient(p), to_viewer(view, i, j));
+        return shade(scene.lights, field.gradient(p), to_viewer(view, i, j), 0); // no gradient is noise
       };
       Vec3 color{};
       double alpha = 0;

@@ -14,7 +14,7 @@ using namespace test;
 struct Picture {
   ImageStorage out{30, 26};
 
-  Picture(double value, double length, const RenderOptions& options, bool perspective) {
+  Picture(double value, double length, const RenderOptions& options, bool perspective, bool noise = false) {
     const Field3 one = marschner_lobb(14, 2.2);
     Affine3 affine;
     for (size_t a = 0; a < 3; ++a) affine.linear[a][a] = length;
@@ -23,6 +23,7 @@ struct Picture {
     Scene scene = make_scene(slice, ramp_function(0.3 * value, value, 0.5),
                              fit_camera(slice, perspective, 25, 40, 30, 26));
     scene.lights.lights.push_back({{1, 2, 3}, {0.5, 0.25, 1}});
+    if (noise) scene.lights.noise = {0.02 * value / length, 0.05 / length};
     draw(scene, options, out);
   }
 };
@@ -35,10 +36,10 @@ TEST(RenderUnits, PicturesStayTheSame) {
          {GradientMethod::analytic, GradientMethod::central, GradientMethod::fourth_order}) {
       RenderOptions o;
       o.gradient = method;
-      const Picture usual(1, 1, o, perspective);
+      const Picture usual(1, 1, o, perspective, true);
       for (const double value : {0x1p-100, 0x1p-66, 1.0, 0x1p66, 0x1p100})
         for (const double length : {0x1p-75, 1.0, 0x1p75})
-          EXPECT_LT(difference({value, length, o, perspective}, usual), 1e-6)
+          EXPECT_LT(difference({value, length, o, perspective, true}, usual), 1e-6)
               << value << ' ' << length << ' ' << perspective << ' ' << static_cast<int>(method);
     }
 }

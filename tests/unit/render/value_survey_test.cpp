@@ -47,6 +47,7 @@ TEST(ValueSurvey, AnObjectInNoiseIsASolidWhoseNoiseIsEmpty) {
   EXPECT_GE(s.empty.high, 76 + 3 * 6);
   EXPECT_LE(s.empty.high, 125);
   EXPECT_NEAR(s.object, 150, 4);
+  EXPECT_NEAR(s.noise, 8, 1.5);
   EXPECT_NEAR(s.boundary, 113, 4);
   EXPECT_NEAR(s.crossing, std::cbrt(3e5), 5);
 }

@@ -178,6 +178,7 @@ TEST(Loops, PicturesAgreeOnEveryTarget) {
     for (const bool perspective : {false, true})
       for (const auto mode : {RenderMode::composite, RenderMode::xray, RenderMode::maximum}) {
         lights.shininess = shininess;
+        lights.noise = shininess == 20 ? GradientNoise{} : GradientNoise{0.01, 0.05};
         const SheetView view =
             make_view(slice, resolve_camera(fit_camera(slice, perspective, 20, 30, 50, 40)), 50, 40, 0.5);
         const ClassTable table =

@@ -60,9 +60,10 @@ void expect_near(const std::vector<float>& a, const std::vector<float>& b, float
 }
 
 TEST(Matter, AbsorbingIsTheSameInVectors) {
-  for (const bool shading : {false, true}) {
+  for (const auto& [shading, noise] : {std::pair(false, 0.0), {true, 0.0}, {true, 0.1}}) {
     Sheet reference, vectors;
     for (Sheet* s : {&reference, &vectors}) {
+      s->lights.noise = {noise, noise};
       SheetArgs a;
       a.k = 5, a.width = Sheet::width, a.height = Sheet::height, a.pitch = Sheet::pitch;
       a.plane_pitch = Sheet::plane_pitch;
@@ -70,6 +71,7 @@ TEST(Matter, AbsorbingIsTheSameInVectors) {
       a.before = a.after = a.value;
       a.shading = shading, a.central = true;
       a.basis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+      a.noise = a.noise_of_value = static_cast<float>(noise);
       a.stop = 0.995f, a.table = &s->table, a.lights = &s->lights;
       a.time = {3, 0.25f, -0.5f, 0};
       a.pixel = s->planes();

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/bench/pictures/picture_volume.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace bccsplat::bench {
+namespace {
+
+using host::sized;
+
+int64_t write_bytes(void* user, uint64_t offset, const void* data, uint64_t size) {
+  auto& bytes = *static_cast<std::vector<unsigned char>*>(user);
+  if (bytes.size() < offset + size) bytes.resize(offset + size);
+  std::memcpy(bytes.data() + offset, data, size);
+  return static_cast<int64_t>(size);
+}
+
+std::vector<unsigned char> written(bccsplat_device* device, const FitSource& source) {
+  std::vector<unsigned char> file;
+  auto stream = sized<bccsplat_write_stream>();
+  stream.write_at = write_bytes, stream.user = &file;
+  auto options = sized<bccsplat_writer_options>();
+  std::copy(source.dims.begin(), source.dims.end(), options.dims);
+  options.dims[3] = 1;
+  bccsplat_writer* w = nullptr;
+  api(bccsplat_writer_create_stream(device, &stream, &options, &w));
+  const Handle<bccsplat_writer> writer(w);
+  auto box = sized<bccsplat_box>();
+  box.type = source.type == SourceType::u8 ? BCCSPLAT_TYPE_U8 : BCCSPLAT_TYPE_F32;
+  box.data = source.bytes.data();
+  for (size_t a = 0; a < 3; ++a) box.dims[a] = source.dims[a];
+  api(bccsplat_writer_add_frame(w, 0, 0, &box, 1));
+  api(bccsplat_writer_finish(w, nullptr));
+  return file;
+}
+
+Handle<bccsplat_slice> sliced(const bccsplat_volume* volume, const std::array<uint32_t, 4>& dims,
+                              const std::optional<double>& cut) {
+  auto plane = sized<bccsplat_hyperplane>();
+  plane.d = 1;
+  const double box[6] = {0, 0, 0, dims[0] - 1.0, dims[1] - 1.0, cut.value_or(dims[2] - 1.0)};
+  auto options = sized<bccsplat_slice_options>();
+  if (cut) options.box = box;
+  bccsplat_slice* slice = nullptr;
+  api(bccsplat_slice_create(volume, &plane, &options, &slice));
+  return Handle<bccsplat_slice>(slice);
+}
+
+// World space is index space.
+void look_from_front(bccsplat_renderer* renderer, const std::array<uint32_t, 4>& dims) {
+  auto camera = sized<bccsplat_camera>();
+  camera.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
+  for (int a = 0; a < 3; ++a) camera.position[a] = camera.target[a] = 0.5 * (dims[a] - 1.0);
+  camera.position[2] = 2.0 * dims[2];
+  camera.up[1] = 1;
+  camera.ortho_height = dims[1];
+  api(bccsplat_renderer_set_camera(renderer, &camera));
+}
+
+} // namespace
+
+double Body::outside(double x, double y, double z) const {
+  const double c = 0.5 * (n - 1.0), dx = std::fabs(x - c), dy = std::fabs(y - c), dz = std::fabs(z - c);
+  return (ball ? std::hypot(dx, dy, dz) : std::max({dx, dy, dz})) - radius();
+}
+
+FitSource Body::source() const {
+  FitSeries s{{n, n, n, 1}, {}};
+  for (uint32_t z = 0; z < n; ++z)
+    for (uint32_t y = 0; y < n; ++y)
+      for (uint32_t x = 0; x < n; ++x) {
+        const double d = outside(x, y, z);
+        const double share = edge > 0 ? std::clamp(0.5 - d / edge, 0.0, 1.0) : d < 0 ? 1.0 : 0.0;
+        s.values.push_back(static_cast<float>(inside * share));
+      }
+  return type == SourceType::u8 ? source_of<uint8_t>(s, type, 1, "") : source_of<float>(s, type, 1, "");
+}
+
+PictureVolume::PictureVolume(bccsplat_device* device, const FitSource& source)
+    : device_(device), dims_(source.dims), file_(written(device, source)) {
+  bccsplat_volume* volume = nullptr;
+  api(bccsplat_volume_open_memory(device, file_.data(), file_.size(), nullptr, &volume));
+  volume_.reset(volume);
+}
+
+Drawn PictureVolume::draw(const Shot& shot) const {
+  const Handle<bccsplat_slice> slice = sliced(volume_.get(), dims_, shot.cut);
+  bccsplat_renderer* r = nullptr;
+  api(bccsplat_renderer_create(device_, &r));
+  const Handle<bccsplat_renderer> renderer(r);
+  api(bccsplat_renderer_set_slice(r, slice.get()));
+  Drawn out;
+  out.width = shot.from_front ? static_cast<int>(2 * dims_[0]) : 512;
+  out.height = shot.from_front ? static_cast<int>(2 * dims_[1]) : 512;
+  if (shot.from_front) look_from_front(r, dims_);
+  if (shot.white) {
+    const double colors[] = {shot.middle, 0.8, 0.8, 0.8},
+                 opacities[] = {0.75 * shot.middle, 0, 1.25 * shot.middle, *shot.white};
+    auto function = sized<bccsplat_transfer_function>();
+    function.colors = colors, function.color_count = 1;
+    function.opacities = opacities, function.opacity_count = 2;
+    api(bccsplat_renderer_set_transfer_function(r, &function));
+  }
+  auto options = sized<bccsplat_render_options>();
+  options.quality = shot.quality;
+  if (shot.any_gradient) options.set_mask = BCCSPLAT_RENDER_SET_GRADIENT_NOISE;
+  api(bccsplat_renderer_set_options(r, &options));
+  out.rgba.resize(size_t{4} * static_cast<size_t>(out.width) * static_cast<size_t>(out.height));
+  bccsplat_frame* f = nullptr;
+  api(bccsplat_frame_wrap(device_, static_cast<uint32_t>(out.width), static_cast<uint32_t>(out.height),
+                          out.rgba.data(), 0, &f));
+  const Handle<bccsplat_frame> frame(f);
+  api(bccsplat_renderer_render(r, f));
+  return out;
+}
+
+std::array<double, 2> PictureVolume::empty() const {
+  auto look = sized<bccsplat_look>();
+  api(bccsplat_volume_get_look(volume_.get(), 0, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_COMPOSITE, &look));
+  return {look.empty[0], look.empty[1]};
+}
+
+std::vector<float> PictureVolume::field(const std::vector<std::array<double, 4>>& points) const {
+  std::vector<float> values(points.size());
+  api(bccsplat_volume_evaluate(volume_.get(), points.size(), points.data()->data(), values.data(), nullptr));
+  return values;
+}
+
+} // namespace bccsplat::bench
