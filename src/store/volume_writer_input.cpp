@@ -67,8 +67,8 @@ void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const Fram
   run_step([&] {
     if (frame == times_.size()) times_.push_back(time);
     now_.trigger = static_cast<uint32_t>(frame);
-    for (int level = 0; level <= levels(); ++level)
-      measuring_.with_level(level,
+    for (const auto& level : fits_)
+      measuring_.with_level(level->level(),
                             [&](RoundTrip& r) { r.add_frame(index, static_cast<uint32_t>(frame), boxes); });
     for (const auto& level : fits_) level->fit().add_frame(index, boxes, scan);
     ++added_[channel];
@@ -214,8 +214,9 @@ void VolumeWriter::begin_levels() {
   const MaskSink told = [this](int channel, uint32_t frame, std::vector<std::byte> runs) {
     take_mask(channel, frame, std::move(runs));
   };
-  initial_.levels.resize(static_cast<size_t>(levels()));
-  for (int level = levels(); level >= 0; --level) {
+  const int coarsest = levels();
+  initial_.levels.resize(static_cast<size_t>(coarsest));
+  for (int level = coarsest; level >= 0; --level) {
     const FitOptions options =
         level == 0 ? fit_options_
                    : options_of_level(fit_options_, level, outside_planes(frame_planes, level));
