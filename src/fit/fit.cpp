@@ -208,8 +208,7 @@ struct Fit::State {
     return concat("channel '", c.options.name, "', frame ", c.given);
   }
   [[nodiscard]] Frame frame_of(const Channel& c, std::span<const FrameBox> boxes) const {
-    return {
-        boxes, {options.dims[0], options.dims[1], options.dims[2]}, c.options.quantiser.air, next_frame(c)};
+    return {boxes, source_dims(), c.options.quantiser.air, next_frame(c)};
   }
 
   [[nodiscard]] FrameScan check_frame(int index, std::span<const FrameBox> boxes) const {
@@ -227,9 +226,9 @@ struct Fit::State {
     return scan;
   }
 
-  void add_frame(int index, std::span<const FrameBox> boxes, const FrameScan& scan) {
+  PreparedFrame prepare_frame(int index, std::span<const FrameBox> boxes, const FrameScan& scan) {
     Channel& c = channel(index);
-    Frame frame = frame_of(c, boxes);
+    PreparedFrame made{frame_of(c, boxes), scan, {}, usual_face_levels};
     if (counts_frame(c.given)) {
       note_range(c, scan.low, scan.high, scan.finite > 0);
       c.report.frames.push_back({scan.low, scan.high});
@@ -237,22 +236,31 @@ struct Fit::State {
       c.report.cc_relevant += scan.relevant;
       c.report.nonfinite += scan.nonfinite;
     }
-
-    HoleMap holes;
     if (scan.nonfinite > 0 && options.nonfinite == NonFinite::clamp) {
       const auto [low, high] = clamp_range(c);
-      frame.clamp(low, high);
+      made.frame.clamp(low, high);
     }
-    if (options.nonfinite == NonFinite::hole) holes = patch_holes(frame, scan, context);
-    if (options.masks && !holes.missing.empty()) mask_sink(index, c.given, mask_runs(holes, frame.dims()));
+    if (options.nonfinite == NonFinite::hole) made.holes = patch_holes(made.frame, scan, context);
+    if (options.masks && !made.holes.missing.empty())
+      mask_sink(index, c.given, mask_runs(made.holes, made.frame.dims()));
+    if (!c.lowpass) made.faces = faces_of(made.frame);
+    return made;
+  }
+  [[nodiscard]] FaceLevels faces_of(const Frame& frame) const {
+    return lattice.has_margins() ? choose_face_levels(frame, lattice) : usual_face_levels;
+  }
+
+  void add_frame(int index, const PreparedFrame& given, const FrameImage& image) {
+    Channel& c = channel(index);
     ++c.given;
     if (c.lowpass) {
       const auto take = filtered(c, index);
-      c.lowpass->add(scan.finite > 0 ? &frame : nullptr, std::move(holes), take, context);
+      c.lowpass->add(given.scan.finite > 0 ? &given.frame : nullptr, given.holes.copy(context.memory), take,
+                     context);
       if (c.given == options.dims[3]) finish_lowpass(c, index);
       return;
     }
-    take_frame(c, index, frame, scan, holes);
+    take_frame(c, index, image, given.scan.finite > 0, given.holes);
   }
 
   void finish_lowpass(Channel& c, int index) {
@@ -262,34 +270,52 @@ struct Fit::State {
   // Takes a frame from the low-pass.
   Lowpass::Sink filtered(Channel& c, int index) {
     return [this, &c, index](const Frame& frame, const HoleMap& holes) {
-      take_frame(c, index, frame, scan_frame(frame, 0, context), holes);
+      const FrameScan scan = scan_frame(frame, 0, context);
+      take_frame(c, index, {frame, scan.cells, faces_of(frame)}, scan.finite > 0, holes);
     };
   }
 
-  void take_frame(Channel& c, int index, const Frame& frame, const FrameScan& scan, const HoleMap& holes) {
+  // known: not missing altogether.
+  void take_frame(Channel& c, int index, const FrameImage& image, bool known, const HoleMap& holes) {
     // A frame that is missing altogether holds what the one before holds, the first ones what follows them.
     FrameSites sites;
-    if (scan.finite == 0 && !c.window.empty())
+    if (!known && !c.window.empty())
       sites.block = c.window.back().block;
     else
-      sites = resampler_of(frame).resample(frame, scan.cells, c.options.unit, pool, context);
-    if (scan.finite > 0 && !c.any_known) {
+      sites = resampler_of(image).resample(image.frame, image.cells, c.options.unit, pool, context);
+    if (known && !c.any_known) {
       for (FrameSites& earlier : c.head) earlier.block = sites.block;
       for (FrameSites& earlier : c.window) earlier.block = sites.block;
     }
-    c.any_known = c.any_known || scan.finite > 0;
+    c.any_known = c.any_known || known;
     sites.holes = mark_sites(holes, lattice);
     sites.masked = options.masks;
     if (options.masks)
-      sites.deep = mark_sites(deep_holes(holes, frame.dims(), mask_reach(), context), lattice);
+      sites.deep = mark_sites(deep_holes(holes, source_dims(), mask_reach(), context), lattice);
     c.window.push_back(std::move(sites));
     ++c.frames;
     make_layers(c, index);
   }
+  [[nodiscard]] std::array<int64_t, 3> source_dims() const {
+    return {options.dims[0], options.dims[1], options.dims[2]};
+  }
 
-  const SpatialResampler& resampler_of(const Frame& frame) {
-    const FaceLevels faces = lattice.has_margins() ? choose_face_levels(frame, lattice) : usual_face_levels;
-    return resamplers.try_emplace(faces, lattice, options.filter, faces).first->second;
+  const SpatialResampler& resampler_of(const FrameImage& image) {
+    const auto found = resamplers.find(image.faces);
+    if (found != resamplers.end()) return found->second;
+    const Lattice4 seen = lattice_over(image.frame.dims());
+    return resamplers.try_emplace(image.faces, seen, options.filter, image.faces).first->second;
+  }
+  // The lattice in samples of what the frames were halved to, whose first and last ones are those of the
+  // source.
+  [[nodiscard]] Lattice4 lattice_over(const std::array<int64_t, 3>& dims) const {
+    Lattice4 seen = lattice;
+    for (size_t a = 0; a < 3; ++a) {
+      if (dims[a] == int64_t{lattice.dims[a]}) continue;
+      seen.space_step[a] *= (static_cast<double>(dims[a]) - 1) / (lattice.dims[a] - 1.0);
+      seen.dims[a] = static_cast<uint32_t>(dims[a]);
+    }
+    return seen;
   }
 
   // In source samples; that around a sample belongs to it for half a distance.
@@ -564,8 +590,12 @@ FrameScan Fit::check_frame(int channel, std::span<const FrameBox> boxes) const {
   return state_->check_frame(channel, boxes);
 }
 
-void Fit::add_frame(int channel, std::span<const FrameBox> boxes, const FrameScan& scan) {
-  state_->add_frame(channel, boxes, scan);
+PreparedFrame Fit::prepare_frame(int channel, std::span<const FrameBox> boxes, const FrameScan& scan) {
+  return state_->prepare_frame(channel, boxes, scan);
+}
+
+void Fit::add_frame(int channel, const PreparedFrame& frame, const FrameImage& image) {
+  state_->add_frame(channel, frame, image);
 }
 
 DirectLayerScan Fit::check_layer(int channel, std::span<const float> samples) const {

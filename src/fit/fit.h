@@ -14,9 +14,11 @@
 
 #include "base/context.h"
 #include "fit/direct_layer.h"
+#include "fit/face_noise.h"
 #include "fit/filter.h"
 #include "fit/frame.h"
 #include "fit/histogram.h"
+#include "fit/holes.h"
 #include "fit/quantise.h"
 #include "fit/scan.h"
 #include "lattice/lattice.h"
@@ -115,6 +117,20 @@ struct FitReport {
   std::vector<FitChannelReport> channels;
 };
 
+// A frame of a channel as the filters take it, and where it was missing; what it was given stays where it is.
+struct PreparedFrame {
+  Frame frame; // clamped, or filled in
+  const FrameScan& scan;
+  HoleMap holes;
+  FaceLevels faces; // how samples beyond its faces are foretold, at all levels
+};
+// What a fit resamples: a prepared frame, or what it was halved to (halved_frame.h).
+struct FrameImage {
+  const Frame& frame;
+  const CellRanges& cells;
+  const FaceLevels& faces;
+};
+
 // The order of calls is the caller's (store/volume_writer.h): a fit takes frames or layers, no more of them
 // than the series has, and nothing after finish or a failure.
 class Fit {
@@ -126,11 +142,17 @@ class Fit {
 
   // Refuses what cannot be the next frame of a channel, for its boxes or its values, and changes nothing.
   [[nodiscard]] FrameScan check_frame(int channel, std::span<const FrameBox> boxes) const;
-  // The next frame of a channel; no boxes: all air. Calls the sink when layers are complete. scan: what
-  // check_frame returned, of this fit or of one of the same series on another lattice.
-  void add_frame(int channel, std::span<const FrameBox> boxes, const FrameScan& scan);
+  // The next frame of a channel, for this fit and for those of the same series on other lattices; no boxes:
+  // all air. Counts its samples and tells its mask. scan: what check_frame returned.
+  [[nodiscard]] PreparedFrame prepare_frame(int channel, std::span<const FrameBox> boxes,
+                                            const FrameScan& scan);
+  // Takes it. Calls the sink when layers are complete. image: what is resampled; a low-pass takes the frame
+  // itself.
+  void add_frame(int channel, const PreparedFrame& frame, const FrameImage& image);
   void add_frame(int channel, std::span<const FrameBox> boxes) {
-    add_frame(channel, boxes, check_frame(channel, boxes));
+    const FrameScan scan = check_frame(channel, boxes);
+    const PreparedFrame frame = prepare_frame(channel, boxes, scan);
+    add_frame(channel, frame, {frame.frame, scan.cells, frame.faces});
   }
   // Refuses what cannot be the next layer of a channel, and changes nothing.
   [[nodiscard]] DirectLayerScan check_layer(int channel, std::span<const float> samples) const;

@@ -120,6 +120,14 @@ bool HoleMap::at(int64_t x, int64_t y, int64_t z) const {
   return !missing.empty() && missing[static_cast<size_t>(row * region.length(0) + x - region.begin[0])];
 }
 
+HoleMap HoleMap::copy(MemoryBudget& budget) const {
+  HoleMap map;
+  if (missing.empty()) return map;
+  map.memory = Reservation(budget, missing.size(), "missing data");
+  map.region = region, map.missing = missing;
+  return map;
+}
+
 void fill_missing(std::span<float> values, std::span<const uint8_t> missing, const Dims& dims,
                   const Context& context) {
   std::vector<size_t> list;

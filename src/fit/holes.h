@@ -21,6 +21,7 @@ struct HoleMap {
   std::vector<uint8_t> missing; // 1 where missing, x fastest; empty: none
   Reservation memory;           // of the map and of the frame's patch
   [[nodiscard]] bool at(int64_t x, int64_t y, int64_t z) const;
+  [[nodiscard]] HoleMap copy(MemoryBudget& budget) const;
 };
 
 // Gives the missing samples of a dense array (x fastest) a smooth continuation of those around them: means of

@@ -25,6 +25,7 @@
 #include "store/continuation.h"
 #include "store/field_samples.h"
 #include "store/level_fit.h"
+#include "store/level_frames.h"
 #include "store/measuring.h"
 #include "store/series_part.h"
 #include "store/settings.h"
@@ -184,7 +185,8 @@ class VolumeWriter {
   [[nodiscard]] Fit& fit() { return fits_.back()->fit(); }
   [[nodiscard]] const Fit& fit() const { return fits_.back()->fit(); }
   std::vector<std::unique_ptr<LevelFit>>
-      fits_; // the coarsest first, level 0 last; empty before the first data
+      fits_;                                // the coarsest first, level 0 last; empty before the first data
+  std::optional<LevelFrames> level_frames_; // as the fits
   std::unique_ptr<Bcc4Writer> container_;
   int32_t shown_slabs_ = 0;
   Measuring measuring_;

@@ -46,6 +46,7 @@ bool VolumeWriter::is_refusal(Code code) {
 
 void VolumeWriter::unsettle(const Settled& settled) {
   fits_.clear();
+  level_frames_.reset();
   input_ = Input::none;
   initial_ = settled.info, fit_options_ = settled.options;
 }
@@ -67,10 +68,12 @@ void VolumeWriter::add_frame(uint32_t channel, double time, std::span<const Fram
   run_step([&] {
     if (frame == times_.size()) times_.push_back(time);
     now_.trigger = static_cast<uint32_t>(frame);
-    for (int level = 0; level <= levels(); ++level)
-      measuring_.with_level(level,
+    for (const auto& level : fits_)
+      measuring_.with_level(level->level(),
                             [&](RoundTrip& r) { r.add_frame(index, static_cast<uint32_t>(frame), boxes); });
-    for (const auto& level : fits_) level->fit().add_frame(index, boxes, scan);
+    const PreparedFrame prepared = fit().prepare_frame(index, boxes, scan);
+    const LevelFrames::Images images = level_frames_->make(prepared, fit_options_.channels[channel].ringing);
+    for (const auto& level : fits_) level->fit().add_frame(index, prepared, images.at(level->level()));
     ++added_[channel];
     show_if_due();
     const auto [first, end] = given_frames();
@@ -204,8 +207,8 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
   begin_levels();
 }
 
-// Coarser levels come first, so that a coarse slab is one read; the coarsest tells what is missing, which is
-// the same at all of them.
+// Coarser levels come first, so that a coarse slab is one read. Level 0 prepares the frames of all, and tells
+// what is missing before any of them takes a frame.
 void VolumeWriter::begin_levels() {
   const auto store = [this](int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers) {
     store_slab(slab, at, layers);
@@ -214,13 +217,15 @@ void VolumeWriter::begin_levels() {
   const MaskSink told = [this](int channel, uint32_t frame, std::vector<std::byte> runs) {
     take_mask(channel, frame, std::move(runs));
   };
-  initial_.levels.resize(static_cast<size_t>(levels()));
-  for (int level = levels(); level >= 0; --level) {
-    const FitOptions options =
-        level == 0 ? fit_options_
-                   : options_of_level(fit_options_, level, outside_planes(frame_planes, level));
-    fits_.push_back(
-        std::make_unique<LevelFit>(level, options, store, context_, fits_.empty() ? told : untold));
+  const int coarsest = levels();
+  initial_.levels.resize(static_cast<size_t>(coarsest));
+  std::vector<FitOptions> options{fit_options_};
+  for (int level = 1; level <= coarsest; ++level)
+    options.push_back(options_of_level(fit_options_, level, outside_planes(frame_planes, level)));
+  level_frames_.emplace(options, context_);
+  for (int level = coarsest; level >= 0; --level) {
+    fits_.push_back(std::make_unique<LevelFit>(level, options[static_cast<size_t>(level)], store, context_,
+                                               level == 0 ? told : untold));
     if (settings_.coefficients) fits_.back()->store_coefficients(initial_, part_made());
     if (level == 0) break;
     LevelInfo& info = initial_.levels[static_cast<size_t>(level) - 1];

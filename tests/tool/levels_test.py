@@ -78,11 +78,47 @@ class LevelsTest(ToolTest):
 
     def test_how_many(self):
         args = self.raw('a.raw', (100, 98, 96, 2), lambda x, y, z, t: x % 7)
-        for asked, count in (('auto', 1), ('none', 0), (3, 3)):
+        for asked, count in (('auto', 0), ('none', 0), (3, 3)):
             self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--levels', asked, *FIXED)
             self.assertEqual(len(self.json('info', 'v.bcc4')['levels']), count, asked)
         self.refused(2, 'a number is expected', 'import', *args, '-o', 'w.bcc4', '--levels', 'some')
         self.refused(2, '16', 'import', *args, '-o', 'w.bcc4', '--levels', 16, *FIXED)
+
+    def large(self, name, row, frames=2):
+        """A series of 200 x 192 x 190 bytes whose rows are a row of numbers, moved from one to the next."""
+        nx, ny, nz = 200, 192, 190
+        rows = [bytes(int(row(x + move)) for x in range(nx)) for move in range(64)]
+        plane = [b''.join(rows[(y + z) % 64] for y in range(ny)) for z in range(64)]
+        self.write(name, b''.join(plane[(z + t) % 64] for t in range(frames) for z in range(nz)))
+        return name, '--dims', f'{nx},{ny},{nz},{frames}', '--dtype', 'u8'
+
+    def test_large_data_have_them_unasked(self):
+        args = self.large('a.raw', lambda x: 128 + 60 * math.cos(math.pi * x / 32), 3)
+        self.assertIn('2 coarser ones, at 2 to 4 times the distance, for small pictures (--levels none: without)',
+                      self.bcc4('import', *args, '--dry-run', *FIXED)[0])
+        plan = self.json('import', *args, '-o', 'v.bcc4', *FIXED)['plan']
+        self.assertEqual(plan['levels'], 2)
+        for level in self.json('info', 'v.bcc4')['levels']:
+            self.assertLess(level['relative_rmse'], .02)
+        self.assertGreater(self.drawn('--size', '48x48')['level'], 0)
+        self.json('import', *args, '-o', 'none.bcc4', '--levels', 'none', *FIXED)
+        self.assertEqual(self.json('info', 'none.bcc4')['levels'], [])
+        # Who appends keeps what the file has.
+        more = self.large('b.raw', lambda x: 128 + 60 * math.cos(math.pi * x / 32), 4)
+        for name, count in (('none.bcc4', 0), ('v.bcc4', 2)):
+            plan = self.json('import', *more, '-o', name, '--append', *FIXED)['plan']
+            self.assertEqual((plan['levels'], len(self.json('info', name)['levels'])), (count, count))
+
+    def test_labels_have_none_unasked(self):
+        args = self.large('a.raw', lambda x: (0, 7, 2, 5)[x // 16 % 4])
+        for lattice in (), FIXED:
+            said = self.bcc4('import', *args, '-o', 'v.bcc4', '--overwrite', *lattice)[0]
+            self.assertIn('none: labels have no means', said)
+            self.assertEqual(self.json('info', 'v.bcc4')['levels'], [])
+        self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--levels', 'auto', *FIXED)
+        self.assertEqual(self.json('info', 'v.bcc4')['levels'], [])
+        self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--levels', 1, *FIXED)
+        self.assertEqual(len(self.json('info', 'v.bcc4')['levels']), 1)
 
     def test_parts_and_append_give_the_same_bytes(self):
         whole = self.raw('a.raw', (26, 24, 22, 24), waves)

@@ -99,6 +99,11 @@ class Resume(ToolTest):
         self.killed_at_any_moment('--store', 'coefficients')
         self.assertEqual(self.json('info', 'whole.bcc4')['value_type'], 'i32')
 
+    def test_levels_killed_at_any_moment(self):
+        self.killed_at_any_moment('--levels', '1')
+        level, = self.json('info', 'whole.bcc4')['levels']
+        self.assertGreater(level['bytes'], 100_000)
+
     def test_looked_at_while_it_is_written(self):
         whole = self.undisturbed('--live', '1')
         p = self.started('--live', '1')

@@ -34,7 +34,7 @@ struct ImportArguments {
   std::string scale;      // a number, or one for each axis
   std::string time_scale; // a number, or auto
   std::string lattice;    // a name, or auto
-  std::string levels;     // a number, auto or none
+  std::string levels;     // a number, auto or none; empty: auto
   std::optional<double> density;
   bool exact = false;
   std::string output;
@@ -43,6 +43,7 @@ struct ImportArguments {
   ResumeArguments resume;
   ImportArguments() { settings.measure = BCCSPLAT_MEASURE_SOME; }
   [[nodiscard]] bool follows_plan() const { return !plan.empty() && !dry_run; }
+  [[nodiscard]] bool auto_levels() const { return levels.empty() || levels == "auto"; }
 };
 
 // What cannot be written is said before the work.
@@ -90,15 +91,10 @@ void read_lattice(const ImportArguments& a, WriterSettings& settings) {
     fail_usage("--density chooses the distances that --scale and --time-scale give: one or the other");
 }
 
-// --levels N, auto: until a frame at the distance of the last one is smaller than 96^3 samples, or none.
-uint32_t read_levels(const std::string& text, const std::array<uint64_t, 4>& dims) {
-  constexpr double small_frame = 96 * 96 * 96;
-  if (text.empty() || text == "none") return 0;
-  if (text != "auto") return option_number<uint32_t>("--levels", text);
-  uint32_t levels = 0;
-  for (double samples = static_cast<double>(dims[0] * dims[1] * dims[2]); samples > small_frame; samples /= 8)
-    ++levels;
-  return levels;
+// --levels N, auto or none.
+uint32_t read_levels(const ImportArguments& a, const std::array<uint64_t, 4>& dims) {
+  if (a.auto_levels()) return levels_for(dims);
+  return a.levels == "none" ? 0 : option_number<uint32_t>("--levels", a.levels);
 }
 
 // Is the lattice, or its shape, to be chosen?
@@ -255,12 +251,13 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
   const std::unique_ptr<FrameReader> reader = open_input(a);
   const SeriesDescription& s = reader->description();
   refuse_sources_as_output(a, s);
-  if (!planned) a.settings.levels = read_levels(a.levels, s.dims);
+  if (!planned) a.settings.levels = read_levels(a, s.dims);
   const Device device = create_device(a.common.threads, a.common.max_memory - a.common.max_memory / 4);
 
   a.settings.own_air =
       appends_to_file(a) && !a.air ? air_in_file(device, a.output) : dense_air(*reader, a.settings);
   AppendedFile appended;
+  if (appends_to_file(a)) a.settings.levels = levels_in_file(device, a.output);
   if (appends_to_file(a) && !a.dry_run)
     appended = open_appended(device, a.output, s, filtering_text(a.settings));
   if (appended.frames == s.dims[3]) {
@@ -268,7 +265,8 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     return Exit::ok;
   }
 
-  ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}, {}};
+  ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}, {}, {}};
+  plan.levels.automatic = !planned && a.auto_levels() && !appends_to_file(a);
   ImportScope scope;
   scope.output = a.output;
   scope.attributes = reader_attributes(a.reader);
@@ -389,8 +387,9 @@ Run add_import(CLI::App& app, std::string command_line) {
   import
       .add_option("--levels", a->levels,
                   "Store coarser levels as well, each at twice the distance in space, for small pictures "
-                  "(bcc4 render --level): so many, or auto: until a frame is below 96^3 (default none; "
-                  "--append keeps those of the file)")
+                  "(bcc4 render takes what is enough): so many, or auto (default): of frames of 192^3 and "
+                  "more, but not of labels, until one is "
+                  "below 96^3; --append keeps those of the file")
       ->type_name("auto|none|N");
   import.add_option("--kernel", a->settings.kernel, "Kernel recommended to readers")->type_name("NAME");
   add_threads(import, a->common);

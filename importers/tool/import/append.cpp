@@ -69,6 +69,10 @@ AppendedFile open_appended(const Device& device, const std::string& path, const 
   return file;
 }
 
+uint32_t levels_in_file(const Device& device, const std::string& path) {
+  return volume_info(open_volume(device, path, "")).level_count;
+}
+
 void adopt_lattice(const Device& device, const std::string& path, WriterSettings& settings) {
   const bccsplat_volume_info info = volume_info(open_volume(device, path, ""));
   settings.lattice = info.lattice;

@@ -116,6 +116,8 @@ void print_plan(const ImportPlan& plan) {
   if (plan.search)
     line("coding", coding_text(plan.search->chosen(), s), " (the smallest of ", plan.search->tried.size(),
          " tried on ", plan.search->sampled_frames, " frames)");
+  if (const std::string text = levels_text(plan.levels, plan.settings.levels); !text.empty())
+    line("levels", text);
   if (plan.estimate) {
     const ImportEstimate& e = *plan.estimate;
     line("lattice", cc_samples(s), " samples -> ", e.sites, " sites (",
@@ -162,6 +164,7 @@ Json plan_json(const ImportPlan& plan) {
     j["channels"].push_back(std::move(entry));
   }
   j["cc_samples"] = cc_samples(s);
+  j["levels"] = plan.settings.levels;
   if (plan.estimate) {
     const ImportEstimate& e = *plan.estimate;
     j["sites_total"] = e.sites;

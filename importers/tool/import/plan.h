@@ -9,6 +9,7 @@
 #include "readers/frame_reader.h"
 #include "readers/scan.h"
 #include "tool/import/lattice_choice.h"
+#include "tool/import/level_choice.h"
 #include "tool/import/search.h"
 #include "tool/import/series_writer.h"
 #include "tool/import/spectrum.h"
@@ -36,6 +37,7 @@ struct ImportPlan {
   std::optional<LatticeChoice> choice; // of the lattice and the steps that `settings` hold
   std::optional<CodingSearch> search;  // the same where a bound was asked for
   std::optional<Turn> turn;            // of a dry run
+  LevelChoice levels;                  // of which `settings` hold the number
 };
 
 [[nodiscard]] uint64_t cc_samples(const SeriesDescription& series); // all channels

@@ -73,11 +73,16 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   const bool rounded = !bound.any() && rounds(unsettled, settings, s);
   const bool chosen =
       !bound.any() && ((unsettled.auto_lattice && s.dims[3] > 1) || unsettled.density > 0 || rounded);
-  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
+  const bool levels = plan.levels.automatic && settings.levels > 0;
+  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale && !levels) return;
 
   std::vector<double> air;
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
   const SeriesSample sample = sample_series(reader, air, {});
+  const std::vector<bool> labels = find_labels(s, sample, air);
+  if (levels && std::find(labels.begin(), labels.end(), true) != labels.end())
+    plan.levels.labels = true, settings.levels = 0;
+  if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
   plan.spectra.emplace(Spectra{{s, sample, air, settings.faces, settings.ends},
                                {s, sample, air, BCCSPLAT_FACES_PREDICT, settings.ends},
                                {s, sample, air, BCCSPLAT_FACES_PREDICT, BCCSPLAT_ENDS_PREDICT}});
@@ -87,7 +92,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   if (unsettled.auto_time_scale)
     settings.time_scale = prove_time_scale(trier, plan.spectra->plain, s, settings);
   if (chosen) {
-    const LatticeWish wish = wish_of(unsettled, settings, s, find_labels(s, sample, air));
+    const LatticeWish wish = wish_of(unsettled, settings, s, labels);
     choose_and_round(trier, sample, wish, rounded, settings, plan);
   }
   if (!bound.any()) return;

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tool/import/level_choice.h"
+
+#include "readers/text.h"
+
+namespace bcc4 {
+
+uint32_t levels_for(const std::array<uint64_t, 4>& dims) {
+  constexpr double small_frame = 96.0 * 96 * 96;
+  std::array<uint64_t, 3> n{dims[0], dims[1], dims[2]};
+  const auto samples = [&] {
+    return static_cast<double>(n[0]) * static_cast<double>(n[1]) * static_cast<double>(n[2]);
+  };
+  if (samples() < 8 * small_frame) return 0;
+  uint32_t levels = 0;
+  for (; samples() > small_frame; ++levels)
+    for (uint64_t& length : n) length = (length + 1) / 2;
+  return levels;
+}
+
+std::string levels_text(const LevelChoice& choice, uint32_t levels) {
+  if (choice.labels) return "none: labels have no means (--levels N stores some all the same)";
+  if (levels == 0) return "";
+  std::string text = "1 coarser one, at 2 times the distance";
+  if (levels > 1)
+    text = concat(levels, " coarser ones, at 2 to ", uint64_t{1} << levels, " times the distance");
+  return text + (choice.automatic ? ", for small pictures (--levels none: without)" : "");
+}
+
+} // namespace bcc4

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame at twice the distance of its samples: what a coarser level of a series is resampled from, so that
+// all of the source is read and filtered once more, whatever the number of levels.
+//
+// The filter is that of the resampling, widened to the distances of the halved frame: what these hold passes,
+// the rest is removed. The first and the last sample of an axis stay where they are; those between are evenly
+// spread, at most two samples apart.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "base/context.h"
+#include "fit/face_noise.h"
+#include "fit/filter.h"
+#include "fit/frame.h"
+#include "fit/scan.h"
+#include "lattice/lattice.h"
+
+namespace bccsplat {
+
+// Relative to the air of its source; what was missing is filled.
+struct HalvedFrame {
+  std::vector<float> values; // x fastest
+  std::optional<Frame> frame;
+  CellRanges cells;
+  Reservation memory;
+};
+
+// Axes of a frame.
+using AxisFlags = std::array<bool, 3>;
+
+class FrameHalver {
+ public:
+  // dims: of the frames. halved: the axes along which they are. foretold: those beyond whose faces samples
+  // are predicted (face_table.h); beyond the others they are mirror images.
+  FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& halved, const AxisFlags& foretold,
+              Filter filter);
+
+  [[nodiscard]] std::array<int64_t, 3> dims() const;
+  // faces: how boldly samples are predicted. ringing: where the nearest sample of the frame is air, so is
+  // what the filter leaves up to this fraction of the largest departure from air in its reach. The result has
+  // the same bits for any number of threads and however the frame is divided into boxes; what is air costs
+  // next to nothing.
+  [[nodiscard]] HalvedFrame halve(const Frame& frame, const CellRanges& cells, const FaceLevels& faces,
+                                  float ringing, const Context& context);
+  // Takes back what a frame's samples were held in, for the next one.
+  void reuse(HalvedFrame frame) { spare_ = std::move(frame.values), spare_memory_ = std::move(frame.memory); }
+
+  // The filters along the axes.
+  struct Tables {
+    // One axis: what the samples of the halved frame are made of, and which sample each is nearest to.
+    struct Axis {
+      FilterTable table;
+      std::vector<int32_t> sample; // by weight of the table
+      std::vector<int64_t> nearest;
+      std::vector<std::array<int64_t, 2>> inside; // by sample of the halved frame: samples it depends on
+    };
+    // Sixteen samples along x (resample_tile.h).
+    struct BrickX {
+      int64_t base = 0;
+      std::array<int32_t, 16> index{};
+      std::vector<float> weight;
+      std::array<int64_t, 2> inside{};
+      int64_t nearest_base = 0; // and the samples nearest to them
+      std::array<int32_t, 16> nearest{};
+    };
+    std::array<int64_t, 3> from{}, to{}; // samples
+    std::array<Axis, 3> axis;
+    std::vector<BrickX> x;
+    int64_t row_begin = 0, row_end = 0; // of a row with what is beyond its faces
+  };
+
+ private:
+  [[nodiscard]] const Tables& tables_of(const FaceLevels& faces);
+
+  std::array<int64_t, 3> from_;
+  AxisFlags foretold_;
+  Filter filter_;
+  Lattice4 grid_; // of the halved samples
+  std::map<FaceLevels, Tables> tables_;
+  std::vector<float> spare_;
+  Reservation spare_memory_;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// Halved frames against sums that read like their definition, and what must not change them.
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "fit/halved_frame.h"
+#include "fit/site_axis.h"
+#include "tests/unit/fit/fit_series.h"
+
+namespace bccsplat::test {
+namespace {
+
+using Dims = std::array<int64_t, 3>;
+constexpr Dims dims{45, 30, 37};
+
+size_t at(const Dims& n, int64_t x, int64_t y, int64_t z) {
+  return static_cast<size_t>((z * n[1] + y) * n[0] + x);
+}
+
+// Noise around 3 within a ball, 0 outside it; of a radius beyond all corners noise everywhere.
+std::vector<float> noise_in_ball(double radius) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> unit(1, 5);
+  std::vector<float> values(at(dims, 0, 0, dims[2]));
+  for (int64_t z = 0; z < dims[2]; ++z)
+    for (int64_t y = 0; y < dims[1]; ++y)
+      for (int64_t x = 0; x < dims[0]; ++x) {
+        const float v = unit(random);
+        const auto off = [&](int64_t i, size_t a) {
+          return static_cast<double>(i) - 0.5 * static_cast<double>(dims[a]);
+        };
+        values[at(dims, x, y, z)] = std::hypot(off(x, 0), off(y, 1), off(z, 2)) < radius ? v : 0;
+      }
+  return values;
+}
+
+HalvedFrame halve(const std::vector<float>& values, std::span<const FrameBox> boxes, int threads,
+                  float ringing = 0, const AxisFlags& foretold = {}) {
+  Bench bench(threads);
+  FrameBox whole;
+  whole.data = values.data(), whole.dims = dims;
+  const Frame frame(boxes.empty() ? std::span(&whole, 1) : boxes, dims, 0, "frame");
+  const FrameScan scan = scan_frame(frame, 0, bench.context());
+  FrameHalver halver(dims, {true, true, true}, foretold, Filter::kaiser8);
+  HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, ringing, bench.context());
+  made.memory = {}; // of a budget that ends here
+  return made;
+}
+
+TEST(HalvedFrame, IsTheFilteredFrameAtTwiceTheDistance) {
+  const std::vector<float> values = noise_in_ball(1000);
+  const HalvedFrame made = halve(values, {}, 2);
+  const Dims n = made.frame->dims();
+  EXPECT_EQ(n, (Dims{23, 16, 19}));
+  std::array<FilterTable, 3> table;
+  for (size_t a = 0; a < 3; ++a) {
+    const double step = (static_cast<double>(dims[a]) - 1) / (static_cast<double>(n[a]) - 1);
+    std::vector<double> positions;
+    for (int64_t i = 0; i < n[a]; ++i) positions.push_back(static_cast<double>(i) * step);
+    table[a] = filter_table(Filter::kaiser8, step, positions);
+  }
+  for (int64_t z = 0; z < n[2]; z += 6)
+    for (int64_t y = 0; y < n[1]; y += 5)
+      for (int64_t x = 0; x < n[0]; x += 2) {
+        double sum = 0;
+        const auto tap = [&](size_t a, int64_t i, int k) {
+          const auto row = static_cast<size_t>(i);
+          return std::pair(
+              mirror_index(table[a].first[row] + k, dims[a]),
+              static_cast<double>(
+                  table[a].weight[row * static_cast<size_t>(table[a].taps) + static_cast<size_t>(k)]));
+        };
+        for (int c = 0; c < table[2].taps; ++c)
+          for (int b = 0; b < table[1].taps; ++b)
+            for (int a = 0; a < table[0].taps; ++a) {
+              const auto [i, u] = tap(0, x, a);
+              const auto [j, v] = tap(1, y, b);
+              const auto [k, w] = tap(2, z, c);
+              sum += u * v * w * static_cast<double>(values[at(dims, i, j, k)]);
+            }
+        ASSERT_NEAR(static_cast<double>(made.values[at(n, x, y, z)]), sum, 1e-5) << x << " " << y << " " << z;
+      }
+}
+
+// What is left out because it is air changes nothing, nor do threads and boxes; and the ranges are those of
+// the values.
+TEST(HalvedFrame, IsTheSameHoweverItIsMade) {
+  const std::vector<float> values = noise_in_ball(11);
+  const HalvedFrame made = halve(values, {}, 1, 1.0f / 512);
+  std::vector<FrameBox> boxes;
+  for (int64_t z = 0; z < dims[2]; z += 10)
+    for (int64_t x = 0; x < dims[0]; x += 9) {
+      FrameBox& box = boxes.emplace_back();
+      box.begin = {x, 0, z}, box.dims = {9, dims[1], std::min<int64_t>(10, dims[2] - z)};
+      box.data = &values[at(dims, x, 0, z)];
+      box.stride = {4, 4 * dims[0], 4 * dims[0] * dims[1]};
+    }
+  EXPECT_EQ(halve(values, {}, 4, 1.0f / 512).values, made.values);
+  EXPECT_EQ(halve(values, boxes, 2, 1.0f / 512).values, made.values);
+
+  Bench bench(1);
+  const FrameScan scan = scan_frame(*made.frame, 0, bench.context());
+  ASSERT_EQ(made.cells.cell.size(), scan.cells.cell.size());
+  size_t air = 0;
+  for (size_t i = 0; i < made.cells.cell.size(); ++i) {
+    EXPECT_EQ(made.cells.cell[i].low, scan.cells.cell[i].low) << i;
+    EXPECT_EQ(made.cells.cell[i].high, scan.cells.cell[i].high) << i;
+    air += made.cells.cell[i].air() ? 1 : 0;
+  }
+  EXPECT_GT(air, 0u);
+}
+
+TEST(HalvedFrame, RingingInAirIsAir) {
+  const std::vector<float> values = noise_in_ball(11);
+  const HalvedFrame rings = halve(values, {}, 1, 0), clean = halve(values, {}, 1, 1.0f / 512);
+  size_t dropped = 0;
+  for (size_t i = 0; i < rings.values.size(); ++i) {
+    if (clean.values[i] == rings.values[i]) continue;
+    ++dropped;
+    EXPECT_EQ(clean.values[i], 0);
+    EXPECT_LE(std::fabs(rings.values[i]), 5.0f / 512);
+  }
+  EXPECT_GT(dropped, 100u);
+}
+
+// A constant stays one, bit for bit; a ramp has no bend at faces beyond which samples are foretold.
+TEST(HalvedFrame, ConstantsAndRampsStayWhatTheyAre) {
+  for (const float v : halve(std::vector<float>(at(dims, 0, 0, dims[2]), 70.1f), {}, 2).values)
+    ASSERT_EQ(v, 70.1f);
+  std::vector<float> ramp(at(dims, 0, 0, dims[2]));
+  for (size_t i = 0; i < ramp.size(); ++i)
+    ramp[i] = 10 + static_cast<float>(i % static_cast<size_t>(dims[0]));
+  const auto bend = [&](const AxisFlags& foretold) {
+    const HalvedFrame made = halve(ramp, {}, 2, 0, foretold);
+    return std::fabs(made.values[0] - 10);
+  };
+  EXPECT_GT(bend({}), 0.3f);
+  EXPECT_LT(bend({true, true, true}), 0.1f);
+}
+
+} // namespace
+} // namespace bccsplat::test
