@@ -11,13 +11,15 @@
 
 namespace bccsplat {
 
-uint32_t options_checksum(const FitOptions& options, double abs_error, std::optional<double> psnr) {
+uint32_t options_checksum(const FitOptions& options, uint32_t levels, double abs_error,
+                          std::optional<double> psnr) {
   std::string text =
       concat(static_cast<int>(options.filter), " ", static_cast<int>(options.nonfinite), " ", abs_error);
   if (options.lowpass) text += " lowpass";
   if (options.masks) text += " masks";
   if (psnr) text += concat(" psnr ", *psnr);
   if (options.lead > 0) text += concat(" lead ", options.lead);
+  if (levels > 0) text += " of halved frames"; // older versions resampled those of the source
   if (options.periodic) text += " periodic";
   if (const Int3& m = options.margins; m != Int3{}) text += concat(" margins ", m[0], ' ', m[1], ' ', m[2]);
   for (const FitChannel& c : options.channels) {

@@ -11,8 +11,8 @@
 namespace bccsplat {
 
 // Returns the checksum of every option that changes the samples but is not stored in the file. psnr: of a
-// part of a series, which is checked when the parts are joined.
-[[nodiscard]] uint32_t options_checksum(const FitOptions& options, double abs_error,
+// part of a series, which is checked when the parts are joined. levels: the coarser ones.
+[[nodiscard]] uint32_t options_checksum(const FitOptions& options, uint32_t levels, double abs_error,
                                         std::optional<double> psnr);
 
 // Returns the checksum of the same options for one part of the series.

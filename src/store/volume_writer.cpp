@@ -228,6 +228,7 @@ int VolumeWriter::levels() const {
     return static_cast<int>(Bcc4Reader::open(open_file_source(settings_.path))->info().levels.size());
   return settings_.levels;
 }
+
 // `wanted` or none, by axis. A series that is appended to keeps the planes it has.
 Int3 VolumeWriter::outside_planes(int32_t wanted, int level) const {
   const WriterSettings& s = settings_;
@@ -504,7 +505,8 @@ void VolumeWriter::describe_part(const FitReport& result) {
   VolumeInfo& info = container_->info();
   PartInfo out;
   out.first = part_->fit.first_counted, out.end = part_->fit.end_counted;
-  out.series = series_checksum(info, options_checksum(fit_options_, settings_.abs_error, settings_.psnr));
+  out.series = series_checksum(
+      info, options_checksum(fit_options_, settings_.levels, settings_.abs_error, settings_.psnr));
   out.writes = std::move(writes_);
   PartReport report;
   report.psnr = settings_.psnr;

@@ -73,9 +73,10 @@ Bcc4WriterOptions VolumeWriter::container_options(const VolumeInfo& info) const 
 // The checksum that must be equal for this writer to take over what an earlier one left.
 uint32_t VolumeWriter::writer_checksum() const {
   if (!part_)
-    return options_checksum(fit_options_, settings_.abs_error, {}) ^
+    return options_checksum(fit_options_, settings_.levels, settings_.abs_error, {}) ^
            settings_.live_slabs; // which sets offsets
-  return part_checksum(options_checksum(fit_options_, settings_.abs_error, settings_.psnr), part_->fit);
+  return part_checksum(options_checksum(fit_options_, settings_.levels, settings_.abs_error, settings_.psnr),
+                       part_->fit);
 }
 
 } // namespace bccsplat
