@@ -41,7 +41,7 @@ void render_coast(const Report& report) {
     const int size = report.quick ? 48 : 512;
     const FieldScene field = marschner_lobb_scene(n);
     const SampledScene sea = sample_scene(field, LatticeKind::bcc, "default");
-    SampledScene coast = sea;
+    SampledScene coast = sample_scene(field, LatticeKind::bcc, "default");
     const std::array<Vec4, 3> basis{Vec4{1, 0, 0, 0}, Vec4{0, 1, 0, 0}, Vec4{0, 0, 1, 0}};
     coast.slice.mask = std::make_shared<const SliceMask>(std::array<int64_t, 4>{n, n, n, 1}, false, Vec4{},
                                                          basis, 0, std::vector{land(n, one.memory)});
