@@ -14,8 +14,8 @@
 
 namespace bccsplat::bench {
 
-//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow] [--coast]    all of them without an
-//   option
+//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow] [--coast]    all of them
+//   without an option
 int run_render_suite(std::span<const std::string> args, const Report& report);
 
 // One way of drawing a picture.

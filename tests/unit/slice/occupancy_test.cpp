@@ -73,8 +73,9 @@ TEST(Occupancy, SkippingChangesNothing) {
     return ball(8 + 0.5 * p[3], 14, 12) + ball(28, 3, 24 - 0.5 * p[3]);
   });
   for (const Hyperplane& h : {Hyperplane{0.7, 0.1, 0.2, 0.6, -20}, Hyperplane{0.5, 0.5, 0.5, 0.5, -28}})
-    for (const Thickness& thickness : {Thickness{}, Thickness{5, ThicknessKind::mean}, Thickness{5, ThicknessKind::sum},
-                                       Thickness{5, ThicknessKind::maximum}}) {
+    for (const Thickness& thickness :
+         {Thickness{}, Thickness{5, ThicknessKind::mean}, Thickness{5, ThicknessKind::sum},
+          Thickness{5, ThicknessKind::maximum}}) {
       HypersliceOptions o;
       o.thickness = thickness;
       const Coefficients c(samples, 0, make_kernel("default"), 0, 1u << 30);
