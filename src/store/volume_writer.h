@@ -157,6 +157,9 @@ class VolumeWriter {
   [[nodiscard]] uint32_t frames_to_show(int32_t layers) const;
   [[nodiscard]] VolumeInfo info_to_show(uint32_t frames, int32_t layers) const;
   [[nodiscard]] Bcc4WriterOptions container_options(const VolumeInfo& info) const;
+  // Of what the bytes of a series depend on and the file does not tell.
+  [[nodiscard]] uint32_t settings_checksum(std::optional<double> psnr) const;
+  // What must be equal for this writer to take over what an earlier one left.
   [[nodiscard]] uint32_t writer_checksum() const;
 
   // What finish() adds.

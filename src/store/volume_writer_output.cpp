@@ -70,13 +70,13 @@ Bcc4WriterOptions VolumeWriter::container_options(const VolumeInfo& info) const 
   return options;
 }
 
-// The checksum that must be equal for this writer to take over what an earlier one left.
+uint32_t VolumeWriter::settings_checksum(std::optional<double> psnr) const {
+  return options_checksum(fit_options_, settings_.levels, settings_.abs_error, psnr);
+}
+
 uint32_t VolumeWriter::writer_checksum() const {
-  if (!part_)
-    return options_checksum(fit_options_, settings_.levels, settings_.abs_error, {}) ^
-           settings_.live_slabs; // which sets offsets
-  return part_checksum(options_checksum(fit_options_, settings_.levels, settings_.abs_error, settings_.psnr),
-                       part_->fit);
+  if (part_) return part_checksum(settings_checksum(settings_.psnr), part_->fit);
+  return settings_checksum({}) ^ settings_.live_slabs; // which sets offsets
 }
 
 } // namespace bccsplat
