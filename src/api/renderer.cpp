@@ -67,17 +67,18 @@ TransferFunction own_look(const bccsplat_slice& slice, RenderMode mode) {
   return look_function(survey_values(counts), Look::automatic, mode);
 }
 
-GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>& asked) {
-  const double voxel = mean_voxel(slice.slice);
-  if (asked) return per_length({*asked, 0}, voxel);
+// level: how often the slice is made coarser to be drawn.
+GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>& asked, int level) {
+  if (asked) return per_length({*asked, 0}, mean_voxel(slice.slice));
   const ValueCounts counts = value_counts(*slice.volume.get(), slice.channel);
   const VolumeInfo& info = slice.volume->info();
   const ChannelInfo& channel = slice.volume->channel(slice.channel);
   const Quantiser coding = info.coding({static_cast<int>(slice.channel), static_cast<int>(slice.level)});
   double step = is_float(coding.type) ? 0 : coding.scale;
   if (counts.integers) step = std::max(step, 1.0);
-  return per_length(gradient_noise(survey_values(counts), step, static_cast<double>(channel.threshold)),
-                    voxel);
+  return per_length(gradient_noise(survey_values(counts), step, static_cast<double>(channel.threshold),
+                                   ripple_gradient(slice.slice.kernel, slice.slice.lattice.bcc)),
+                    std::ldexp(mean_distance(slice.slice), level));
 }
 
 void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
@@ -281,12 +282,12 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.camera = renderer->camera.value_or(fit_camera(slice.slice, false, 20, 30, width, height));
     scene.function = renderer->function ? *renderer->function : own_look(slice, renderer->options.mode);
     scene.lights = renderer->lights;
-    scene.lights.noise = noise_of(slice, renderer->gradient_noise);
     scene.kept = &renderer->kept;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
-    if (!renderer->options.reference &&
-        drawn_level(scene, renderer->options, frame->image.width, frame->image.height) == 0)
-      scene.points = &slice.points(context);
+    const RenderOptions& options = renderer->options;
+    const int coarser = drawn_level(scene, options, frame->image.width, frame->image.height);
+    scene.lights.noise = noise_of(slice, renderer->gradient_noise, coarser);
+    if (!options.reference && coarser == 0) scene.points = &slice.points(context);
     frame->deep = {}; // gives its memory back first
     const RenderStats stats = render(scene, renderer->options, context, frame->image);
     frame->attributes = describe_picture(slice, stats);

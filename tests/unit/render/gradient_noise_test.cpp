@@ -2,9 +2,14 @@
 // What a file tells of the noise of its gradients, and that pictures of every mode follow it.
 #include "render/gradient_noise.h"
 
+#include <algorithm>
+#include <random>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "render/trail.h"
+#include "splat/shade/surface.h"
 #include "tests/support/splat_scene.h"
 
 namespace bccsplat {
@@ -15,27 +20,48 @@ using namespace test;
 TEST(GradientNoise, RippleIsAShareOfTheValueAndNoiseIsNot) {
   ValueSurvey s;
   s.kind = ValueKind::solid, s.object = 100;
-  EXPECT_EQ(gradient_noise(s, 0, 0).constant, 0);
-  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0).of_value, 0.02);
+  EXPECT_EQ(gradient_noise(s, 0, 0, 0.03).constant, 0);
+  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0, 0.03).of_value, 0.03);
   s.noise = 2;
-  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0).constant, 6);
+  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0, 0.02).constant, 6);
   // Rounding to a step is off by a standard deviation of step / sqrt(12), and so is a threshold.
   s.noise = 0;
-  EXPECT_NEAR(gradient_noise(s, 1, 0).constant, 3 / std::sqrt(12), 1e-3);
-  EXPECT_NEAR(gradient_noise(s, 0, 2).constant, 6 / std::sqrt(12), 2e-3);
+  EXPECT_NEAR(gradient_noise(s, 1, 0, 0.02).constant, 3 / std::sqrt(12), 1e-3);
+  EXPECT_NEAR(gradient_noise(s, 0, 2, 0.02).constant, 6 / std::sqrt(12), 2e-3);
 }
 
 TEST(GradientNoise, EdgesOfThreeVoxelsAreSurfaces) {
   ValueSurvey s;
   s.kind = ValueKind::solid, s.object = 100, s.noise = 20;
-  EXPECT_EQ(surface_weight(100 / 3.0, gradient_noise(s, 0, 0).constant), 1);
+  EXPECT_EQ(surface_weight(100 / 3.0, gradient_noise(s, 0, 0, 0.02).constant), 1);
   // The boundary of a mask, and that between labels that are one apart, though all are rounded to 1.
   s = {};
   s.kind = ValueKind::labels, s.background = 0, s.labels = {2, 3, 7};
-  EXPECT_EQ(surface_weight(1 / 3.0, gradient_noise(s, 1, 0).constant), 1);
+  EXPECT_EQ(surface_weight(1 / 3.0, gradient_noise(s, 1, 0, 0.02).constant), 1);
   s = {};
   s.kind = ValueKind::constant, s.object = 1;
-  EXPECT_EQ(surface_weight(1 / 3.0, gradient_noise(s, 1, 0).constant), 1);
+  EXPECT_EQ(surface_weight(1 / 3.0, gradient_noise(s, 1, 0, 0.02).constant), 1);
+}
+
+// A constant field as kernels bring it back: gradients at random points, of which one in a hundred is larger.
+TEST(GradientNoise, RippleIsThatOfTheKernel) {
+  for (const char* name : {"fast", "default", "fine"}) {
+    const Slice slice = make_slice(
+        {20, 20, 20}, [](double, double, double) { return 1.0; }, name);
+    ASSERT_TRUE(slice.lattice.bcc && slice.base == 0) << name;
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> at(8, 12);
+    std::vector<Vec3> points(4000), gradients(points.size());
+    for (Vec3& p : points) p = {at(random), at(random), at(random)};
+    std::vector<float> values(points.size());
+    field_at(SurfaceField(slice), points, values, gradients);
+    std::vector<double> lengths;
+    for (const Vec3& g : gradients) lengths.push_back(length(g));
+    std::sort(lengths.begin(), lengths.end());
+    const double expected = lengths[lengths.size() * 99 / 100];
+    EXPECT_NEAR(ripple_gradient(slice.kernel, true), expected, 0.2 * expected) << name;
+  }
+  EXPECT_EQ(ripple_gradient(make_kernel("paper"), true), 0) << "divided by the lattice sum";
 }
 
 // A field that rises slowly and aslant to the view.
