@@ -1114,10 +1114,11 @@ typedef struct bccsplat_render_options {
   double gradient_noise; /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel: what has less of a
                             gradient has no surface and is lit as if it faced every light, without highlight;
                             three times as much is a surface as any, and what lies between is lit by a mean of
-                            the two. 0: every gradient is a surface's. Not set: .02 of a value's distance from
-                            air, which the kernel's ripple has, and what the file tells: three standard
-                            deviations of its steps, of its air_threshold and of the values that most of a
-                            solid object has, but no more than lights an edge of three voxels fully */
+                            the two. 0: every gradient is a surface's. Not set: per lattice distance of the
+                            slice what the kernel's ripple has, of a value's distance from air, 0.02 with the
+                            default one, and what the file tells: three standard deviations of its steps, of
+                            its air_threshold and of the values that most of a solid object has, but no more
+                            than lights an edge of three distances fully */
 } bccsplat_render_options;
 
 /* What of the volume a picture of a time slice needs. */
@@ -1125,8 +1126,9 @@ typedef struct bccsplat_picture_needs {
   uint32_t struct_size;
   uint32_t level; /* the coarsest that draws it as well as its quality asks: of draft and normal pictures one
                      of which a pixel covers a lattice distance or more, in the direction of fewest; of drafts
-                     a fifth of it where the level's error is at most 0.002 of the range (over what is kept),
-                     for then it is below that of drafts. 0 for fine, best and reference pictures, mode
+                     a fifth of it and of normal pictures two fifths where the level's error is at most 0.002
+                     of the range (over what is kept) and nowhere above 0.02, for then it is below that of
+                     the quality. 0 for fine, best and reference pictures, mode
                      MAXIMUM, and where SKIP_FINE_DETAIL is switched off */
   double box[6];  /* what the camera sees of the slice, and three samples more, as bccsplat_slice_options.box
                      takes it; all samples where it sees nothing */

@@ -176,8 +176,8 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   [[nodiscard]] const bccsplat::Lattice4& lattice(uint32_t level) const;
   [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
   [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;
-  // RMSE of a coarser level against the source, as a fraction of its range; none where it was not measured.
-  [[nodiscard]] std::optional<double> level_error(uint32_t channel, uint32_t level) const;
+  // Of a coarser level against the source, whose range is not 0; null where it was not measured.
+  [[nodiscard]] const bccsplat::MeasuredError* level_error(uint32_t channel, uint32_t level) const;
 
   bccsplat::api::Ref<bccsplat_device> device;
   std::shared_ptr<bccsplat::Bcc4Reader> reader;

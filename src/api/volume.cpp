@@ -250,7 +250,8 @@ bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, ui
       out.sites_kept += level == 0 ? v.channels[c].sites_kept : v.levels[level - 1].channels[c].sites_kept;
     out.bytes = volume->reader->level_bytes(static_cast<int>(level));
     for (uint32_t c = 0; c < v.channels.size(); ++c)
-      out.relative_rmse = std::max(out.relative_rmse, volume->level_error(c, level).value_or(0));
+      if (const MeasuredError* const e = volume->level_error(c, level))
+        out.relative_rmse = std::max(out.relative_rmse, e->rmse / e->range);
     write_struct(info, out, "info");
   });
 }

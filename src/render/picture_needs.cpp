@@ -13,9 +13,11 @@
 namespace bccsplat {
 namespace {
 
-// Of a level whose field is off by no more, 54 dB of the range, and whose distance is no more than five
-// pixels, a draft is as near to the truth as drafts are, 35.5 dB (tests/bench/notes/moments.md).
-constexpr double draft_error = 0.002, draft_distance = 0.2;
+// Of a level whose field is off by no more, 54 dB of the range and nowhere by more than five steps of u8, and
+// whose distance is no more than so many pixels, five in a draft, pictures are as near to the truth as their
+// quality is, 35.5 and 39 dB (tests/bench/notes/moments.md).
+constexpr double good_error = 0.002, good_largest = 0.02;
+constexpr double draft_distance = 1 / 5.0, normal_distance = 1 / 2.5;
 // Rounding of a pixel's size.
 constexpr double nearly = 1 - 1e-9;
 // Pixels beyond the picture's edge, and source samples beyond what they see, whose field shading asks for.
@@ -70,11 +72,12 @@ int enough_level(std::span<const LevelOption> levels, const RenderOptions& optio
   if (options.reference || options.mode == RenderMode::maximum ||
       (options.disable_skips & skip_fine_detail) || !quality_settings(options.quality).coarse_levels)
     return 0;
+  const double distance = options.quality == Quality::draft ? draft_distance : normal_distance;
   int enough = 0;
   for (size_t l = 1; l < levels.size(); ++l) {
     const LevelOption& level = levels[l];
-    const bool good = options.quality == Quality::draft && level.rmse && *level.rmse <= draft_error;
-    if (level.per_pixel >= (good ? draft_distance : 1) * nearly) enough = static_cast<int>(l);
+    const bool good = level.rmse && *level.rmse <= good_error && level.largest <= good_largest;
+    if (level.per_pixel >= (good ? distance : 1) * nearly) enough = static_cast<int>(l);
   }
   return enough;
 }

@@ -23,12 +23,13 @@ namespace bccsplat {
 struct LevelOption {
   double per_pixel = 0;       // distances_per_pixel
   std::optional<double> rmse; // against the source, of its range; none: not measured
+  double largest = 0;         // likewise, with rmse
 };
 
 // Returns the coarsest of the levels, the finest first, that draws the picture as well as its quality asks:
 // one of which a pixel covers a lattice distance or more, as a slice of level 0 would be made coarser for it
-// (minify.h); or, in a draft, a fifth of it, where the level's error leaves the picture as good as drafts
-// are. Pictures that no coarser slice is drawn for get level 0.
+// (minify.h); or a fifth of it in a draft, two fifths in a normal picture, where the level's errors leave
+// the picture as good as its quality is. Pictures that no coarser slice is drawn for get level 0.
 [[nodiscard]] int enough_level(std::span<const LevelOption> levels, const RenderOptions& options);
 
 // Returns the box of source samples that the camera sees of a time slice, a little more on all sides; none

@@ -2,6 +2,7 @@
 // Coarser levels of a file, as hosts see them.
 #include "support.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace host {
@@ -51,6 +52,24 @@ class Levels : public testing::Test {
                                             smooth(uvw[3 * i], uvw[3 * i + 1], uvw[3 * i + 2], 2.5)));
     return largest;
   }
+  [[nodiscard]] std::vector<float> draw(const Slice& slice, const bccsplat_render_options& options) const {
+    bccsplat_renderer* made = nullptr;
+    EXPECT_OK(bccsplat_renderer_create(device.get(), &made));
+    const Renderer renderer(made);
+    EXPECT_OK(bccsplat_renderer_set_slice(renderer.get(), slice.get()));
+    EXPECT_OK(bccsplat_renderer_set_options(renderer.get(), &options));
+    std::vector<float> picture(4 * 32 * 32);
+    bccsplat_frame* wrapped = nullptr;
+    EXPECT_OK(bccsplat_frame_wrap(device.get(), 32, 32, picture.data(), 0, &wrapped));
+    const Frame frame(wrapped);
+    EXPECT_OK(bccsplat_renderer_render(renderer.get(), frame.get()));
+    return picture;
+  }
+  static double rms_difference(const std::vector<float>& a, const std::vector<float>& b) {
+    double squares = 0;
+    for (size_t i = 0; i < a.size(); ++i) squares += std::pow(static_cast<double>(a[i] - b[i]), 2);
+    return std::sqrt(squares / static_cast<double>(a.size()));
+  }
   static bccsplat_slice_info info_of(const Slice& slice) {
     auto info = sized<bccsplat_slice_info>();
     EXPECT_OK(bccsplat_slice_get_info(slice.get(), &info));
@@ -93,27 +112,35 @@ TEST_F(Levels, SlicesAreOfAnEighthOfThePointsAndOfTheSameField) {
 
 TEST_F(Levels, ThePictureIsNearThatOfTheWholeField) {
   const Volume volume = stored(1, BCCSPLAT_STORE_SAMPLES);
-  std::vector<std::vector<float>> pictures;
-  for (const uint32_t level : {0u, 1u}) {
+  const auto defaults = sized<bccsplat_render_options>();
+  const std::vector<float> whole = draw(cut_level(volume, 0), defaults);
+  const double difference = rms_difference(whole, draw(cut_level(volume, 1), defaults));
+  EXPECT_GT(*std::max_element(whole.begin(), whole.end()), 0.3f);
+  EXPECT_GT(difference, 0) << "the same points";
+  EXPECT_LT(difference, 0.02);
+}
+
+// Gradients of 1.2 a sample are below what a threshold of 2 lets pass as noise between samples, and far above
+// it between the samples of a level four times as coarse.
+TEST_F(Levels, SlopesAreSurfacesWhereTheirLevelTellsThemFromNoise) {
+  const auto gentle = [](double x, double, double, double) { return 100 + 8 * std::sin(0.15 * x); };
+  auto o = options_of(series);
+  auto channel = sized<bccsplat_channel_options>();
+  channel.air_threshold = 2;
+  o.levels = 2, o.channels = &channel, o.channel_count = 1;
+  const std::string path = folder.file("gentle");
+  const Writer w = make_writer(device, path, o);
+  ASSERT_OK(add_frames(w.get(), {44, 45, 46, 6, 0, 1, gentle}));
+  ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+  const Volume volume = open(device, path);
+  auto any = sized<bccsplat_render_options>();
+  any.set_mask = BCCSPLAT_RENDER_SET_GRADIENT_NOISE; // 0: every slope is a surface
+  const auto unlit = [&](uint32_t level) {
     const Slice slice = cut_level(volume, level);
-    bccsplat_renderer* made = nullptr;
-    ASSERT_OK(bccsplat_renderer_create(device.get(), &made));
-    const Renderer renderer(made);
-    ASSERT_OK(bccsplat_renderer_set_slice(renderer.get(), slice.get()));
-    std::vector<float>& picture = pictures.emplace_back(4 * 32 * 32);
-    bccsplat_frame* wrapped = nullptr;
-    ASSERT_OK(bccsplat_frame_wrap(device.get(), 32, 32, picture.data(), 0, &wrapped));
-    const Frame frame(wrapped);
-    ASSERT_OK(bccsplat_renderer_render(renderer.get(), frame.get()));
-  }
-  double squares = 0, brightest = 0;
-  for (size_t i = 0; i < pictures[0].size(); ++i) {
-    squares += std::pow(static_cast<double>(pictures[0][i] - pictures[1][i]), 2);
-    brightest = std::max(brightest, static_cast<double>(pictures[0][i]));
-  }
-  EXPECT_GT(brightest, 0.3);
-  EXPECT_GT(squares, 0) << "the same points";
-  EXPECT_LT(std::sqrt(squares / static_cast<double>(pictures[0].size())), 0.02);
+    return rms_difference(draw(slice, sized<bccsplat_render_options>()), draw(slice, any));
+  };
+  EXPECT_GT(unlit(0), 0.02);
+  EXPECT_LT(unlit(2), 0.5 * unlit(0));
 }
 
 TEST_F(Levels, BoundsAndCorrectionsAreThoseOfLevelZero) {
@@ -149,8 +176,9 @@ TEST_F(Levels, PicturesNeedWhatTheirPixelsShow) {
   EXPECT_EQ(needs_of(34, BCCSPLAT_QUALITY_NORMAL, 0).level, 1u);
   EXPECT_EQ(needs_of(16, BCCSPLAT_QUALITY_NORMAL, 0).level, 2u);
   EXPECT_EQ(needs_of(34, BCCSPLAT_QUALITY_FINE, 0).level, 0u);
-  EXPECT_EQ(needs_of(60, BCCSPLAT_QUALITY_NORMAL, 0).level, 0u);
-  EXPECT_EQ(needs_of(60, BCCSPLAT_QUALITY_DRAFT, 0).level, 2u) << "levels that err by little";
+  EXPECT_EQ(needs_of(60, BCCSPLAT_QUALITY_NORMAL, 0).level, 1u) << "levels that err by little";
+  EXPECT_EQ(needs_of(60, BCCSPLAT_QUALITY_DRAFT, 0).level, 2u);
+  EXPECT_EQ(needs_of(110, BCCSPLAT_QUALITY_NORMAL, 0).level, 0u);
   EXPECT_EQ(needs_of(200, BCCSPLAT_QUALITY_DRAFT, 0).level, 0u);
   auto level = sized<bccsplat_level_info>();
   EXPECT_OK(bccsplat_volume_get_level_info(volume.get(), 1, &level));

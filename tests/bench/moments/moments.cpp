@@ -190,6 +190,8 @@ MomentOptions read_options(std::span<const std::string> args, bool quick) {
       o.coefficients = {a == "--coefficients"};
     else if (a == "--cuts")
       o.cuts = true;
+    else if (a == "--contents")
+      o.contents = true;
     else
       fail(Code::invalid_argument, "moments: unknown option ", a);
   }
@@ -203,10 +205,24 @@ WrittenSeries measured(MomentSeries series) {
   return write_series(series);
 }
 
+// Pictures of levels of dense series that differ in what fills them.
+void report_contents(const MomentOptions& o, const Report& report) {
+  std::vector<Row> pictures;
+  for (int i = 0; i < contents; ++i) {
+    MomentSeries series{.edge = o.edge, .frames = o.frames, .fill = static_cast<Content>(i), .exact = true};
+    const std::unique_ptr<ImageStorage> truth = best_picture(write_series(series), o);
+    series.exact = false, series.levels = o.levels;
+    const Row head{word("series", concat(name_of(series.fill), ", ", o.edge, "^3 x ", o.frames, " u8"))};
+    level_picture_rows(head, measured(series), o, truth->image, pictures);
+  }
+  report.table("pictures of levels, one thread", pictures);
+}
+
 } // namespace
 
 int run_moments_suite(std::span<const std::string> args, const Report& report) {
   const MomentOptions o = read_options(args, report.quick);
+  if (o.contents) return report_contents(o, report), 0;
   std::vector<Row> imports, moments, playing, boxes, cuts, levels, pictures;
   for (const bool sparse : o.sparse) {
     MomentSeries series{.edge = o.edge, .frames = o.frames, .sparse = sparse};
@@ -229,7 +245,7 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
       imports.push_back(import_row(levelled(o.levels, "levels"), series, w, gzip));
       for (int l = 0; l <= o.levels; ++l) moments.push_back(random_row(levelled(l, "level"), w, o, blend, l));
       for (int l = 1; l <= o.levels; ++l) levels.push_back(level_row(levelled(l, "level"), w, o, l));
-      if (o.levels > 0) level_picture_rows(head, measured(series), o, pictures);
+      if (o.levels > 0) level_picture_rows(head, measured(series), o, best_picture(w, o)->image, pictures);
       playing.push_back(playing_row(head, w, o));
       box_rows(head, w, o, boxes);
       if (o.cuts) cut_rows(head, w, o, cuts);

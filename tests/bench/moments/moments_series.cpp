@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <random>
 
 #include <zlib.h>
 
@@ -14,59 +12,26 @@
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {
-namespace {
-
-struct Wave {
-  double x, y, z, t, phase; // radians a voxel or frame
-};
-
-std::vector<Wave> make_waves() {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  std::vector<Wave> made;
-  for (int i = 0; i < 12; ++i) {
-    Wave w{unit(random), unit(random), unit(random), unit(random), 3 * unit(random)};
-    const double length = std::sqrt(w.x * w.x + w.y * w.y + w.z * w.z + w.t * w.t);
-    const double scale = 2 * std::numbers::pi / (8 + 52 * std::fabs(unit(random))) / length;
-    w.x *= scale, w.y *= scale, w.z *= scale, w.t *= scale;
-    made.push_back(w);
-  }
-  return made;
-}
-
-// Adds a wave at time t to n^3 values: a product of turns along the axes, two multiplications a voxel.
-void add_wave(const Wave& w, double t, size_t n, std::vector<float>& sum) {
-  const double c = std::cos(w.x), s = std::sin(w.x);
-  for (size_t z = 0; z < n; ++z)
-    for (size_t y = 0; y < n; ++y) {
-      const double start = w.y * static_cast<double>(y) + w.z * static_cast<double>(z) + w.t * t + w.phase;
-      double re = std::cos(start), im = std::sin(start);
-      float* row = sum.data() + (z * n + y) * n;
-      for (size_t x = 0; x < n; ++x) {
-        row[x] += static_cast<float>(re);
-        const double next = re * c - im * s;
-        im = re * s + im * c, re = next;
-      }
-    }
-}
-
-} // namespace
-
 double MomentSeries::voxels() const { return std::pow(edge, 3) * frames; }
 
-std::vector<uint8_t> MomentSeries::frame(uint32_t t) const {
-  static const std::vector<Wave> waves = make_waves();
+std::vector<float> MomentSeries::unrounded(uint32_t t) const {
   const size_t n = edge;
-  std::vector<float> sum(n * n * n);
-  for (const Wave& w : waves) add_wave(w, t, n, sum);
-  std::vector<uint8_t> values(sum.size());
+  std::vector<float> values = content_values(fill, n, t);
   const double radius = 0.31 * edge, middle = 0.5 * edge + 0.2 * t;
   for (size_t i = 0; i < values.size(); ++i) {
     const double dx = static_cast<double>(i % n) - middle, dy = static_cast<double>(i / n % n) - 0.5 * edge,
                  dz = static_cast<double>(i / n / n) - 0.5 * edge;
     const bool empty = sparse && dx * dx + dy * dy + dz * dz > radius * radius;
-    values[i] = empty ? 0 : static_cast<uint8_t>(std::clamp(128.5f + 14 * sum[i], 1.0f, 255.0f));
+    values[i] = empty ? 0 : std::clamp(values[i], 1.0f, 255.0f);
   }
+  return values;
+}
+
+std::vector<uint8_t> MomentSeries::frame(uint32_t t) const {
+  const std::vector<float> given = unrounded(t);
+  std::vector<uint8_t> values(given.size());
+  for (size_t i = 0; i < values.size(); ++i)
+    values[i] = static_cast<uint8_t>(std::min(given[i] + 0.5f, 255.0f));
   return values;
 }
 
@@ -79,11 +44,12 @@ WrittenSeries write_series(const MomentSeries& series) {
   if (series.measured) settings.measure = Measure::some;
   VolumeWriter writer(settings, create_memory_sink(out.file), context.get());
   for (uint32_t t = 0; t < series.frames; ++t) {
-    const std::vector<uint8_t> values = series.frame(t);
+    const std::vector<uint8_t> codes = series.exact ? std::vector<uint8_t>{} : series.frame(t);
+    const std::vector<float> values = series.exact ? series.unrounded(t) : std::vector<float>{};
     FrameBox box;
-    box.type = SourceType::u8;
+    box.type = series.exact ? SourceType::f32 : SourceType::u8;
     for (int64_t& n : box.dims) n = series.edge;
-    box.data = values.data();
+    box.data = series.exact ? static_cast<const void*>(values.data()) : codes.data();
     out.seconds += cpu_seconds([&] { writer.add_frame(0, t, {&box, 1}); });
   }
   out.seconds += cpu_seconds([&] { (void)writer.finish(); });

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "tests/bench/moments/moments_content.h"
+
 namespace bccsplat::bench {
 
 struct MomentSeries {
@@ -14,9 +16,11 @@ struct MomentSeries {
   bool coefficients = false;        // what the file stores
   int levels = 0;                   // coarser ones, likewise
   bool measured = false;            // what it is off by is told, of some frames
+  Content fill = Content::waves;
+  bool exact = false; // f32 frames, nothing rounded
 
   [[nodiscard]] double voxels() const; // of all frames
-  // A u8 frame: a sum of moving plane waves of 8 to 60 voxels.
+  [[nodiscard]] std::vector<float> unrounded(uint32_t t) const;
   [[nodiscard]] std::vector<uint8_t> frame(uint32_t t) const;
 };
 

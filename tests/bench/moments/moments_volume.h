@@ -27,6 +27,7 @@ struct MomentOptions {
   int levels = 0;     // coarser ones, of series that are written without them first
   uint64_t cache = 0; // bytes; 0: a volume's default
   bool cuts = false;
+  bool contents = false; // only pictures of levels, of all kinds of contents
 };
 
 // A level of a volume as a host opens it, on one thread.
