@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Divides a series into one or two stretches of time and cells in space, picks cells in even steps along the
+// sum of their activity, and calibrates the weights of their boxes so that together they have the activity of
+// all. Then it reads the boxes.
 #include "tool/import/sample.h"
 
 #include <algorithm>
