@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Rounding of coefficients: the units that a chunk gets, how large errors may be and where they go, what is
+// kept of air, gaps and holes; and the weights that errors are handed on with.
 #include "formats/bcc4/coding/coefficient_codes.h"
 
 #include <gtest/gtest.h>
