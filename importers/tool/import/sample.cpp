@@ -66,7 +66,7 @@ std::vector<size_t> cells_by_kind(const Activity& activity) {
 }
 
 // Picks `count` cells in even steps along the sum of their shares, the first one `offset` of a step behind
-// its begin: those that have more are picked rather.
+// its beginning: those that have more are picked more often.
 std::vector<Pick> pick_cells(const Shares& shares, const Activity& activity, uint64_t count, double offset) {
   std::vector<Pick> picks;
   double sum = 0;
