@@ -24,7 +24,7 @@ struct CcDesign {
 // A B-spline of this order at unit pitch.
 [[nodiscard]] CcDesign design_cc_time(int order, int stages);
 
-// Prints what cc_kernel.cpp holds.
+// Prints what src/kernel/cc_tables.inc holds.
 void print_cc_designs(std::ostream& out);
 
 } // namespace bccsplat::bench

@@ -257,7 +257,7 @@ TEST(NoiseShape, WeightsHangOnTheLayersBehind) {
             part(still.weights[1], own_taps, cross_taps));
 }
 
-// Files are the same on every machine: the weights must not hang on a libm.
+// Files are the same on every machine: the weights must not depend on a libm.
 TEST(NoiseShape, IsAsItWas) {
   const Weights& w = default_shape().weights[3];
   std::array<int, 4> sums{};
