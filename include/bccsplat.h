@@ -337,7 +337,7 @@ typedef struct bccsplat_channel_options {
   int32_t value_type;   /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision */
   double air;           /* value of sites that are not stored; default 0 (SET_AIR). Where some are not, and
                            where abs_error keeps a bound, values come back within a share of their distance
-                           from it, .24 % with the default kernel: of a field about a large constant air is
+                           from it, 0.24 % with the default kernel: of a field about a large constant air is
                            that constant. Where all sites are stored readers take a value among them in its
                            place when it is further away than they are from each other. Floats, and integers
                            of 32 bits, are stored as floats relative to it: far from it in coarse steps.
@@ -815,7 +815,7 @@ typedef struct bccsplat_hyperplane {
 /* A slab holds, at each point of the hyperplane, the field's mean, its integral (SUM: value times index
  * units) or its largest value along the normal. Mean and sum of merged slices are exact (integrals of the
  * kernel); else they are Gauss-Legendre quadrature with 1.5 nodes per index unit and 3 more. MAXIMUM is the
- * largest value at the nodes of that quadrature, which stand at most .8 index units apart. */
+ * largest value at the nodes of that quadrature, which stand at most 0.8 index units apart. */
 enum {
   BCCSPLAT_SLAB_DEFAULT = 0, /* MEAN */
   BCCSPLAT_SLAB_MEAN = 1,
@@ -1035,7 +1035,7 @@ typedef struct bccsplat_lights {
   uint32_t struct_size;
   uint32_t count;               /* 0: one white light from the camera */
   const bccsplat_light* lights; /* directional, at most 8 */
-  double ambient; /* material, as fractions of the classified colour; all four zero: .3 .7 .2 20 */
+  double ambient; /* material, as fractions of the classified colour; all four zero: 0.3 0.7 0.2 20 */
   double diffuse;
   double specular; /* white */
   double shininess;
@@ -1050,24 +1050,24 @@ enum {
   BCCSPLAT_MODE_MAXIMUM = 4     /* the largest value along the ray, classified */
 };
 enum { /* sheet distance and gradient. Errors expected, as PSNR in dB (peak 1) of a semi-transparent picture
-          of a field at .94 of the Nyquist rate, 2 pixels per T: unshaded and shaded against the exact picture
-          of the same samples; shaded against that of the field they were taken from, where kernel and lattice
-          decide. Smoother fields fare better (smoke 58 to 60 dB). Times relative to draft. */
+          of a field at 0.94 of the Nyquist rate, 2 pixels per T: unshaded and shaded against the exact
+          picture of the same samples; shaded against that of the field they were taken from, where kernel and
+          lattice decide. Smoother fields fare better (smoke 58 to 60 dB). Times relative to draft. */
        BCCSPLAT_QUALITY_DEFAULT = 0,
        BCCSPLAT_QUALITY_DRAFT = 1,  /* sheets 1 T apart: 64, 43, 38 dB */
-       BCCSPLAT_QUALITY_NORMAL = 2, /* .5 T: 77, 46, 39 dB; time 1.6 */
-       BCCSPLAT_QUALITY_FINE = 3,   /* .25 T, for thin features: 88, 46, 39 dB;
+       BCCSPLAT_QUALITY_NORMAL = 2, /* 0.5 T: 77, 46, 39 dB; time 1.6 */
+       BCCSPLAT_QUALITY_FINE = 3,   /* 0.25 T, for thin features: 88, 46, 39 dB;
                                        time 3.0 */
-       BCCSPLAT_QUALITY_BEST = 4    /* .125 T: 101, 46, 39 dB; time 4.6 */
+       BCCSPLAT_QUALITY_BEST = 4    /* 0.125 T: 101, 46, 39 dB; time 4.6 */
 };
 enum { BCCSPLAT_SHADING_DEFAULT = 0, BCCSPLAT_SHADING_OFF = 1, BCCSPLAT_SHADING_ON = 2 };
 enum { /* What stands for the field between two sheets, in mode composite of pictures without a trail
           (everything else ignores it). Pre-integrated, the value runs from each sheet to halfway to the next,
           and all that the transfer function shows of the values in between is drawn: peaks, steps and bands
           of colour narrower than that neither break up into rings nor are missed. Four thin peaks with sheets
-          .5 T apart, against the exact picture of the same samples: 41 instead of 22 dB unshaded, 31 instead
+          0.5 T apart, against the exact picture of the same samples: 41 instead of 22 dB unshaded, 31 instead
           of 22 shaded. Frames take 1.2 to 1.6 times as long. */
-       BCCSPLAT_PREINTEGRATE_DEFAULT = 0, /* on where the picture of a slab changes by more than .15 of the
+       BCCSPLAT_PREINTEGRATE_DEFAULT = 0, /* on where the picture of a slab changes by more than 0.15 of the
                                              function's largest: peaks of a half-width below about 1.7 times
                                              the change of the values across a step, where they change fast;
                                              steps; ramps narrower than the change. Else off, bit for bit */
@@ -1098,17 +1098,17 @@ typedef struct bccsplat_render_options {
   int32_t quality; /* DEFAULT: normal; sets sheet_step and gradient unless given */
   int32_t shading; /* DEFAULT: on for composite and isosurface */
   uint32_t disable_skips;
-  double sheet_step;   /* distance of sheets in T; 0: by quality (draft 1, normal .5, fine .25, best .125; of
-                          slices with corrections or masks in source samples where these are closer) */
+  double sheet_step;   /* distance of sheets in T; 0: by quality (draft 1, normal 0.5, fine 0.25, best 0.125;
+                          of slices with corrections or masks in source samples where these are closer) */
   double iso_value;    /* RENDER_SET_ISO; without it set_options refuses mode isosurface */
-  double opacity_stop; /* a pixel this opaque is finished; 0: .995; 1: never */
+  double opacity_stop; /* a pixel this opaque is finished; 0: 0.995; 1: never */
   int32_t reference;   /* non-zero: slow double-precision integration of the same field in fine steps */
   int32_t tile_size;   /* pixels; 0: chosen */
   bccsplat_progress_fn progress;
   void* progress_user;
   double deep_tolerance; /* FRAME_DEEP: neighbouring samples are merged while the picture cut off at any depth
                             stays within this of the one of all sheets, in opacity and in colours of up to 1;
-                            in [0, 1]; 0: .001. The uncut picture does not change */
+                            in [0, 1]; 0: 0.001. The uncut picture does not change */
   int32_t preintegrate;  /* DEFAULT: where the transfer function is narrower than a step */
   uint32_t reserved;     /* 0 */
   double gradient_noise; /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel: what has less of a

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes and reads the record of a part, refuses parts that are not one series without gaps and overlaps,
+// naming what is wrong, and puts the writes of all into one order. Copying them is left to store/join.cpp.
 #include "formats/bcc4/part.h"
 
 #include <algorithm>

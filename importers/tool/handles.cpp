@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Turns status codes into exit codes and adds to the library's texts what helps: the option to use, the
+// nearest name of a kernel or channel. Opens devices and volumes, and fetches the structs that describe them.
 #include "tool/handles.h"
 
 #include <cstdio>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Frames hold pixels of their own or wrap the host's. What is written into files is gathered here from frame
+// and options (camera, rate, exposure); the files are written by formats/image.
 #include <algorithm>
 #include <cmath>
 #include <limits>

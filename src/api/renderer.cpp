@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// A renderer keeps what the host has set and what can be used again (sheets, the trail), makes a scene of it
+// for each picture, and may be cancelled from another thread. Camera and options are read in
+// render_options.cpp.
 #include <algorithm>
 #include <cmath>
 #include <optional>

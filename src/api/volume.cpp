@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Opens a file, divides its cache among chunks, coefficients, corrections and masks, and makes coefficients
+// as they are first asked for, by channel, kernel and level; then what a host may ask of a volume.
 #include <algorithm>
 #include <cmath>
 #include <cstring>

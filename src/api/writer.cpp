@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Checks what a host gives a writer, boxes above all, whose strides must not reach beyond memory, and passes
+// it on to VolumeWriter; joins parts. Options and reports are translated in writer_options.cpp.
 #include "api/writer.h"
 
 #include <algorithm>

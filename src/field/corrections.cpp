@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Weighs at each point the corrections of the 16 source samples around it, by a fall-off along each axis, and
+// adds their sum. Tables of frames and bricks of corrections are cached, and each task has the last ones at
+// hand.
 #include "field/corrections.h"
 
 #include <algorithm>

@@ -21,8 +21,8 @@ EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4>
                          const Context& context);
 
 // Does the same for points anywhere near the domain, beyond whose ends the field continues as its mirror
-// image; `holes` (empty, or one per point) gets 1 where the nearest site is a hole, or the
-// nearest source sample missing. Values are relative to the base of the field.
+// image; `holes` (empty, or one per point) gets 1 where the nearest site is a hole, or the nearest
+// source sample missing. Values are relative to the base of the field.
 void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> points,
                         std::span<float> values, std::span<std::array<float, 4>> gradients,
                         std::span<uint8_t> holes, const Context& context);

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Holds a frame's mask as bits, with counts of blocks summed along all axes, so that a box takes eight of
+// them. Where the file is damaged and read in spite of it, the nearest whole mask in time stands for a lost
+// one.
 #include "field/masks.h"
 
 #include <algorithm>

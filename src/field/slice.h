@@ -44,8 +44,8 @@ struct Slice {
   std::array<double, 2> bounds{0, 0}; // no value lies outside
 
   // The domain is the box [domain_begin, domain_end] in lattice units, cut by `clip` (none for time and axis
-  // slices). It begins at 0 but where planes or layers lie outside the source samples. An empty
-  // slice, of a hyperplane that misses the volume, ends below 0: no point is inside.
+  // slices). It begins at 0 but where planes or layers lie outside the source samples. An empty slice, of
+  // a hyperplane that misses the volume, ends below 0: no point is inside.
   Vec3 domain_begin{}, domain_end{};
   std::vector<HalfSpace> clip;
 

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Chooses a channel's codes from the type, range or step asked for, of samples or coefficients, and refuses
+// what they cannot hold. Measured errors are cut to a few digits, so that files do not depend on the
+// instruction set.
 #include "store/channel_info.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Compares an old file with the series that goes on, finds where it has what stays, and copies that. What was
+// counted of it is taken from the file where it tells, and counted again from its chunks where they are
+// samples.
 #include "store/continuation.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes and reads a part's report, field by field behind the number of its version, and adds reports up:
+// counts are summed, ranges widened, and what is kept by frame or slab is appended.
 #include "store/part_report.h"
 
 #include <algorithm>

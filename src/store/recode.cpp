@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Takes the old file through slab by slab: layers are read as samples or as what is stored, cropped, rounded
+// or prefiltered as the new file asks, and written. Masks are copied; levels are dropped, as there are no
+// frames to make them of.
 #include "store/recode.h"
 
 #include <algorithm>

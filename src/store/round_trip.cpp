@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Holds source frames until the stored layers around them are there, makes the time slice that a reader
+// would, and compares plane by plane; where a bound is missed it counts the steps of a correction. Layers
+// that no later frame needs are let go.
 #include "store/round_trip.h"
 
 #include <algorithm>

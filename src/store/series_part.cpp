@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Works out which slabs, layers and frames a part or the rest of a series takes, from the reach of
+// resampling, low-pass, prefilter and measuring, so that each slab comes out as a writer of the whole series
+// makes it.
 #include "store/series_part.h"
 
 #include <algorithm>

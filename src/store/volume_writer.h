@@ -6,9 +6,9 @@
 //     -> Bcc4Writer        the file, with a journal, as a part, or behind the slabs of an older one
 //     -> Measuring         what a reader will get, against the frames; corrections back into the file
 //
-// Files: volume_writer.cpp has what is settled before the first data and what finish() adds,
-// volume_writer_input.cpp the ways in, volume_writer_output.cpp the way from the fit into the file,
-// volume_writer_live.cpp what can be looked at while it is written.
+// Files: volume_writer.cpp has what is settled before the first data, volume_writer_input.cpp the ways in,
+// volume_writer_output.cpp the way from the fit into the file, volume_writer_live.cpp what can be looked at
+// while it is written, volume_writer_finish.cpp how the series ends.
 #pragma once
 
 #include <array>

@@ -53,7 +53,7 @@ TEST(AirWarning, ABoundFarFromAirIsWarnedOf) {
   const std::vector<std::string> warnings = warnings_of(around(101325), NAN, 1);
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("pressure"), std::string::npos);
-  EXPECT_NE(warnings[0].find("243."), std::string::npos); // .24 % of 101374
+  EXPECT_NE(warnings[0].find("243."), std::string::npos); // 0.24 % of 101374
   EXPECT_TRUE(warnings_of(around(101325), 101325, 1).empty());
   EXPECT_TRUE(warnings_of(around(101325)).empty()); // without one nothing ripples
   // Far is a matter of the values' range.

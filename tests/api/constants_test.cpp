@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fields about a large constant whose air is somewhere else: a host's pressure, 101325 Pa with air 0. A
-// kernel's sum ripples about 1 by .0024 (default), which of the distance from air would be 240 Pa.
+// kernel's sum ripples about 1 by 0.0024 (default), which of the distance from air would be 240 Pa.
 #include <algorithm>
 #include <random>
 

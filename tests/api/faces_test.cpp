@@ -8,7 +8,7 @@
 namespace bccsplat::test {
 namespace {
 
-// A plane wave of .4 of the frequencies that the lattice holds, askew to all faces.
+// A plane wave of 0.4 of the frequencies that the lattice holds, askew to all faces.
 double wave(double x, double y, double z, double t) {
   return std::sin(.9 * x - .6 * y + .45 * z + .4 * t + 1);
 }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes tables as Markdown or JSON lines, has gnuplot draw plots, and takes processor times, of which the
+// median counts.
 #include "tests/bench/report.h"
 
 #include <algorithm>

@@ -30,7 +30,7 @@ struct FieldScene {
   double iso_value = 0.5;
 };
 [[nodiscard]] FieldScene marschner_lobb_scene(int samples);
-[[nodiscard]] FieldScene bessel_scene(int samples); // band limited to .8 of Nyquist
+[[nodiscard]] FieldScene bessel_scene(int samples); // band limited to 0.8 of Nyquist
 [[nodiscard]] FieldScene smoke_scene(int samples);  // sparse
 
 // Sampled on BCC (71 % of the samples of the Cartesian grid) or on that grid, prefiltered for the kernel.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Stands in for malloc and its like, also in libraries that the program loads; sanitizers own malloc, so that
+// with them it stands in for operator new alone.
 #include "allocation_faults.h"
 
 #include <atomic>

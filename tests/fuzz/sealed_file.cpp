@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Spreads the input over a file and follows its references from the roots, inner blocks first, to set the
+// checksums of chunks, pages, corrections, metadata and roots. References that lead out of the file stay as
+// they are.
 #include "sealed_file.h"
 
 #include <algorithm>

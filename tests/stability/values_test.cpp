@@ -9,7 +9,7 @@ namespace {
 uint16_t half_bits(double value) {
   if (std::abs(value) < 0x1p-14) return 0;
   int exponent = 0;
-  const double mantissa = std::frexp(std::abs(value), &exponent); // [.5, 1)
+  const double mantissa = std::frexp(std::abs(value), &exponent); // [0.5, 1)
   const auto bits = (exponent + 14) * 1024 + static_cast<int>(std::lround((2 * mantissa - 1) * 1024));
   return static_cast<uint16_t>((value < 0 ? 0x8000 : 0) | bits);
 }

@@ -71,7 +71,7 @@ TEST(StabilityPrefilter, WhiteNoiseComesBackAtTheSites) {
   ASSERT_OK(bccsplat_writer_finish(w, nullptr));
   struct Case {
     const char* kernel;
-    double most, rms; // of uniform noise in [-1, 1], .577 root mean square
+    double most, rms; // of uniform noise in [-1, 1], 0.577 root mean square
   };
   for (const auto& [kernel, most, rms] :
        {Case{"fast", 0.35, 0.1}, Case{"default", 0.32, 0.07}, Case{"fine", 0.5, 0.09}}) {

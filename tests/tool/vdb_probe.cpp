@@ -12,7 +12,7 @@
 
 namespace {
 
-// A ball with a sharp edge, densities from .001 in a world that is stretched; `at` moves it.
+// A ball with a sharp edge, densities from 0.001 in a world that is stretched; `at` moves it.
 openvdb::FloatGrid::Ptr fog(double at) {
   const auto grid = openvdb::FloatGrid::create(0);
   auto accessor = grid->getAccessor();

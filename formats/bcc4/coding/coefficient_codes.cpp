@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Rounds a chunk row by row in coding order, each site with what its predecessors' errors leave it, and keeps
+// what does not become air. Whether coarser units pay is seen from a first rounding in single steps: by how
+// far its codes are from their predictions.
 #include "formats/bcc4/coding/coefficient_codes.h"
 
 #include <algorithm>

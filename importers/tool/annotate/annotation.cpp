@@ -79,8 +79,8 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
     colors_ = {only};
   }
   if (title_.empty()) title_ = std::filesystem::path(a.file).stem().string();
-  // Dark letters on what is bright; on a transparent picture bright ones with a dark seam, which both are
-  // read on.
+  // Dark letters on what is bright; on a transparent picture bright ones with a dark seam, which can
+  // be read on either.
   if (const auto b = linear_background(a); b && 0.21 * (*b)[0] + 0.72 * (*b)[1] + 0.07 * (*b)[2] > 0.2)
     std::swap(ink_.color, ink_.halo);
   for (const Picture& p : pictures) is_time_slice_.push_back(p.where.is_time_slice);

@@ -18,10 +18,10 @@ struct TextMask {
 
 // Throws where the program was built without a font (BCCSPLAT_WITH_TEXT).
 void require_font();
-// Pixels from the begin of a line of UTF-8 to its end; em: pixels of the font's size.
+// Pixels from the start of a line of UTF-8 to its end; em: pixels of the font's size.
 [[nodiscard]] double text_width(std::string_view text, double em);
 [[nodiscard]] TextMask text_mask(std::string_view text, double em, int pad);
-// The text, or as much of its begin as fits with an ellipsis.
+// The text, or as much of its beginning as fits with an ellipsis.
 [[nodiscard]] std::string fitted_text(const std::string& text, double em, double width);
 
 } // namespace bcc4

@@ -76,7 +76,7 @@ bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_
   return o;
 }
 
-// Begin and end of the trail relative to the slice, as bccsplat_trail takes them.
+// Beginning and end of the trail relative to the slice, as bccsplat_trail takes them.
 std::array<double, 2> trail_interval(const TrailInterval& t, bool index, const Volume& volume,
                                      const Cut& where) {
   if (!where.is_time_slice || t.frames || index) return {t.from, t.to};

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Looks at some planes of a few moments and sums squares by cells: second differences in pairs of axes and
+// along time, first differences at the faces. The frames before and behind a span are looked at as well, to
+// know its share.
 #include "tool/import/activity.h"
 
 #include <cmath>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Cuts the volume at each frame of the source and compares plane by plane: all samples, those outside air,
+// and those that an export would round; the worst one, and missing data on either side. Prints the result or
+// makes JSON of it.
 #include "tool/import/comparison.h"
 
 #include <algorithm>

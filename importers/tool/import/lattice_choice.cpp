@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Makes candidates of about the density wished for, cubic and fitted, in each way to go on beyond the ends,
+// and tries the most promising first: one that cannot beat the best tried by more than forecasts err is left
+// out.
 #include "tool/import/lattice_choice.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Sums up bin by bin what kernel and filter leave of a wave, of its image in the source's grid and of what
+// they fold to. Distances are searched in pairs, one wider and one narrower; most steps are refused by a
+// glance at one bin in 16.
 #include "tool/import/lattice_fit.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Prints a plan as lines with a key before each, and makes JSON of it with the same facts. What chooses,
+// searches and measures makes lines and JSON of its own.
 #include "tool/import/plan.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes a plan as JSON: settings by the names of their options, the scan of each channel, names, sizes and
+// checksums of the sources. Reads it back, and compares a series with it by all but the checksums.
 #include "tool/import/plan_file.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Parses the options in one place, whether they are typed or recalled from a file. A file keeps only those
+// that decide which values are read; times and spacing are not needed to compare it with its source.
 #include "tool/import/reader_arguments.h"
 
 #include <algorithm>

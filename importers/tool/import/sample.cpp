@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Divides a series into one or two stretches of time and cells in space, picks cells in even steps along the
+// sum of their activity, and calibrates the weights of their boxes so that together they have the activity of
+// all. Then it reads the boxes.
 #include "tool/import/sample.h"
 
 #include <algorithm>
@@ -63,7 +66,7 @@ std::vector<size_t> cells_by_kind(const Activity& activity) {
 }
 
 // Picks `count` cells in even steps along the sum of their shares, the first one `offset` of a step behind
-// its begin: those that have more are picked rather.
+// its beginning: those that have more are picked more often.
 std::vector<Pick> pick_cells(const Shares& shares, const Activity& activity, uint64_t count, double offset) {
   std::vector<Pick> picks;
   double sum = 0;

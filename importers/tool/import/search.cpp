@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Begins each lattice at the density that its spectrum foretells, goes denser, then coarser while the sample
+// takes fewer bytes, and gives each shape the steps that use up the error accepted. What no coding reaches is
+// left to corrections.
 #include "tool/import/search.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Decides the type or step that each channel is stored in, so that a source's integers are codes and air is
+// among them, and fills the options of the C API with it. Frames are handed over as the reader's boxes,
+// without a copy.
 #include "tool/import/series_writer.h"
 
 #include <algorithm>

@@ -71,7 +71,7 @@ struct ScaledCoding {
                                                   const SeriesDescription& series,
                                                   const WriterSettings& settings,
                                                   const std::vector<ChannelScan>& known);
-// Are there codes enough for whatever comes, that its range must not be known?
+// Are there codes enough for whatever comes, so that its range need not be known?
 [[nodiscard]] bool has_wide_codes(double step, const ChannelScan& known);
 // The value from code to code of a channel; 0: that of its type.
 [[nodiscard]] double step_of(const WriterSettings& settings, size_t channel);

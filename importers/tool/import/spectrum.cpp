@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Cuts the sample into blocks, transforms them axis by axis by matrices of cosines that have the window in
+// them, and adds the squares up in bins of frequency. Ends are mirrored where the lattice mirrors them, and
+// fade out elsewhere.
 #include "tool/import/spectrum.h"
 
 #include <algorithm>

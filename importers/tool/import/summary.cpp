@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Puts the writer's report into words and JSON: bytes against the source, sites, what was clamped or missing,
+// errors by channel, time and peak memory.
 #include "tool/import/summary.h"
 
 #include <sys/resource.h>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes the boxes of a sample into memory one by one, opens each as a volume and adds up the squared errors
+// by what a box stands for. Boxes that lost most in the first trial come first, so that one with too low a
+// PSNR ends early.
 #include "tool/import/trial.h"
 
 #include <algorithm>
@@ -166,7 +169,7 @@ void Trier::weigh_rounding(CodingTrial& trial, const CodingTrial& plain) const {
 int32_t Trier::ends_of(const SampleStretch& stretch, const LatticeShape& shape) const {
   const bool at_end = stretch.first == 0 || stretch.first + stretch.frames == series_.dims[3];
   if (shape.ends == BCCSPLAT_ENDS_PERIODIC) {
-    // A stretch does not go round; what foretells comes next to what does.
+    // A stretch does not go round; one that predicts its ends comes closest to a series that does.
     if (stretch.frames == series_.dims[3] && stretch.frames > 1) return BCCSPLAT_ENDS_PERIODIC;
     return at_end ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR;
   }

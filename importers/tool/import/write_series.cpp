@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Has frames read ahead (read_series.h), hands them to the library's writer and records in the file where
+// they come from. Where a PSNR is missed it begins again, first with finer steps, in the end with
+// corrections.
 #include "tool/import/write_series.h"
 
 #include <cmath>

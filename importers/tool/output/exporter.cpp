@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Samples a time slice at the source grid, plane by plane, and writes raw values, with or without an NRRD
+// header before them, or an OpenVDB grid that is like the source's own (vdb_origin.h). Values that are
+// missing and become 0 are counted.
 #include "tool/output/exporter.h"
 
 #include <algorithm>

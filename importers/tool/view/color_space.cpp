@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Converts display colours to CIELAB (D65), HSV and Moreland's Msh and back, and blends in them.
 #include "tool/view/color_space.h"
 
 #include <algorithm>

@@ -9,7 +9,7 @@
 namespace bcc4 {
 
 // Which of so many pictures a sheet with fewer places shows: evenly from the first to the last, or, where
-// those of a circle are, to the one that leads to the first.
+// they go round a circle, to the one that leads to the first.
 [[nodiscard]] std::vector<size_t> places_on_sheet(size_t pictures, size_t places, bool circle);
 
 class ContactSheet : public PictureOutput {

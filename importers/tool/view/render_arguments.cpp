@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Declares the options of `bcc4 render` with their texts, parses those that are no plain numbers, and refuses
+// combinations that exclude each other or that the kind of file has no place for. Nothing here needs a
+// volume.
 #include "tool/view/render_arguments.h"
 
 #include <cmath>

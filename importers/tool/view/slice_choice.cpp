@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Declares the options, makes a cut of them by the times of an opened volume, and has the library make the
+// slice.
 #include "tool/view/slice_choice.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Bakes maps into stops of linear light, which the library blends in: 256 steps where a map is blended in
+// another space. Reads and writes ParaView's JSON and warns of what has no counterpart, such as midpoints.
 #include "tool/view/transfer_function.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Computes the length of each pixel's ray in the domain; background is the mean value that 2 % of the rays
+// stay below, white the integral above it that 0.2 % exceed. Rays that only graze the domain do not count for
+// the background.
 #include "tool/view/xray_exposure.h"
 
 #include <algorithm>

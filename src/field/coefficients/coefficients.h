@@ -38,9 +38,9 @@ class Coefficients {
  public:
   // prune: coefficients up to this magnitude (value units) are dropped; 0 keeps all that are not zero.
   // region: only its bricks are made, as they are without one, of samples up to a brick around it. The source
-  // must outlive the object. On a Cartesian lattice
-  // the kernel's form for it takes its place (kernel/cc_kernel.h). Where the source stores coefficients of
-  // another kernel, the samples they give are prefiltered.
+  // must outlive the object. On a Cartesian lattice the kernel's form for it takes its place
+  // (kernel/cc_kernel.h). Where the source stores coefficients of another kernel, the samples they give are
+  // prefiltered.
   Coefficients(const SampleSource& source, int channel, Kernel kernel, float prune, uint64_t cache_bytes,
                const BrickBox& region = {});
 

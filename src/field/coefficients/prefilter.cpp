@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Finds the layers that stages depend on, and divides a region into tiles that threads take through all
+// stages (tile_planes.h), large where memory and threads allow. Prefilters whose first stage has a pole are
+// left to inverse.h.
 #include "field/coefficients/prefilter.h"
 
 #include <algorithm>

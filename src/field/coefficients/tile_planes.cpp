@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Goes along z once: loads the planes of samples ahead, mirrored beyond the lattice, makes a plane of each
+// stage as soon as those it reads are there, and puts finished ones into bricks. The sums are made in
+// stage_plane.cpp.
 #include "field/coefficients/tile_planes.h"
 
 #include <algorithm>

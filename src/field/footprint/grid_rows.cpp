@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Weighs the three or four sites in reach of each sample, a vector of samples at a time: coefficients are
+// taken out of one vector where it holds the sites of all, and are gathered from memory elsewhere. Made for
+// all instruction sets.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "field/footprint/grid_rows.cpp"
 #include <hwy/foreach_target.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Evaluates sets of points, as hosts ask for them, one by one, in a slice and as the renderer does, in turn
+// with the quadricubic spline; errors are those of plane waves at random points.
 #include "tests/bench/evaluate/evaluate.h"
 
 #include <algorithm>
@@ -53,7 +55,7 @@ std::vector<Points> point_sets(const std::array<uint32_t, 4>& dims, size_t count
       for (size_t x = 0; x < edge; ++x)
         sets[0].at.push_back({margin + step * static_cast<double>(x), margin + step * static_cast<double>(y),
                               margin + step * static_cast<double>(z), 0.5 * dims[3] + 0.37});
-  // T and frames a step
+  // Each step goes `stride` T through space and `duration` frames through time.
   const auto add_paths = [&](Points& to, size_t length, double stride, double duration) {
     while (to.at.size() + length <= count) {
       const Vec4 from = anywhere();
@@ -71,7 +73,7 @@ std::vector<Points> point_sets(const std::array<uint32_t, 4>& dims, size_t count
   };
   add_paths(sets[1], 256, 0.02, 0.005);
   add_paths(sets[2], 16, 0.3, 0.05);
-  // Tiles of 8 x 8 pixels .4 T apart, the depth of a sloping surface.
+  // Tiles of 8 x 8 pixels 0.4 T apart, the depth of a sloping surface.
   constexpr size_t tile = 8;
   const auto across = static_cast<size_t>((dims[0] - 1 - 2 * margin) / (0.4 * tile));
   for (size_t n = 0; sets[3].at.size() + tile * tile <= count; ++n)

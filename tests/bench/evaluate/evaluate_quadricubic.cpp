@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Sums rows of four coefficients as vectors, for all instruction sets; derivatives along y, z and t share the
+// loads with the value.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tests/bench/evaluate/evaluate_quadricubic.cpp"
 #include <hwy/foreach_target.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reads the options of the suite and makes the tables of speed, accuracy, kept samples and round trips; each
+// of the others has a file of its own.
 #include "tests/bench/fit/fit.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Fits waves, a blob, white noise and real series with ends mirrored and predicted, and compares the field by
+// distance from the first and the last frame.
 #include "tests/bench/fit/fit_ends.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Fits waves, a cloud on a face and boxes cut out of real sets with faces mirrored and predicted, and
+// compares values and gradients by distance from them. What planes outside take is measured through the whole
+// writer.
 #include "tests/bench/fit/fit_faces.h"
 
 #include <algorithm>
@@ -160,7 +163,7 @@ FitSeries sampled(const std::array<uint32_t, 4>& dims, const std::function<doubl
   return s;
 }
 
-// A frame of plane waves whose frequencies fill the ball of radius .3.
+// A frame of plane waves whose frequencies fill the ball of radius 0.3.
 std::vector<uint8_t> moving_waves(uint32_t edge, uint32_t t) {
   static const test::PlaneWaves waves(4, 0.3, 5);
   std::vector<uint8_t> values;
@@ -206,7 +209,7 @@ void report_cloud(const Report& report) {
                rows);
 }
 
-// Waves of rho .3 in 8 bits at sizes people have: what planes outside take.
+// Waves of rho 0.3 in 8 bits at sizes people have: what planes outside take.
 void report_cost(const Report& report) {
   std::vector<Row> rows;
   std::vector<uint32_t> edges{64, 128};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much less accurate a volume is near its faces, edges and corners than inside, and what could be done.
+// How much less accurate a volume is near its faces, edges and corners than inside, and how far planes
+// outside mend that.
 #pragma once
 
 #include <string>
@@ -8,8 +9,8 @@
 
 namespace bccsplat::bench {
 
-// Plane waves, and a blob that a face cuts, by distance from the face: values and gradients, as the field is
-// continued today (mirrored) and as candidates would.
+// Plane waves by distance from the faces: values and gradients, with faces mirrored and predicted; the air
+// beside a cloud that touches a face; and what planes outside take.
 void report_faces(const Report& report);
 // Real sets: a box of them against the same box with more around it, whose field is the truth.
 void report_faces(const std::string& folder, const Report& report);

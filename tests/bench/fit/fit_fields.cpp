@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Makes values of plane waves on grids as products along the axes, makes puffs, and compares the samples that
+// the fit makes of waves with the waves at the sites.
 #include "tests/bench/fit/fit_fields.h"
 
 #include <algorithm>

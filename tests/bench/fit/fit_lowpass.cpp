@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Compares the windowed spectrum of the sites with that of the source at wave vectors in balls, with and
+// without the low-pass, of white noise and of smoke.
 #include "tests/bench/fit/fit_lowpass.h"
 
 #include <cmath>

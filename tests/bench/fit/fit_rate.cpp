@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Takes a series through fit, container and round trip, at several scales and steps, and beside it every
+// second frame with those between interpolated; makes tables and plots of error against bytes.
 #include "tests/bench/fit/fit_rate.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes each set as raw samples, runs the tool on it and reads its JSON; gzip, zfp and every second frame
+// stand beside it. Where the tool is not built there is only an error.
 #include "tests/bench/fit/fit_real.h"
 
 #include <zlib.h>
@@ -39,7 +41,7 @@ namespace fs = std::filesystem;
 
 struct RealSet {
   FitSource source;
-  bool smooth = false; // band-limited: at most .8 of zfp's bytes
+  bool smooth = false; // band-limited: at most 0.8 of zfp's bytes
 };
 
 // Waves of an ellipsoid: radius rho of the Nyquist frequency along each axis.

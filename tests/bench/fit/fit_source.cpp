@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reads raw series, takes sources through the fit, and compares the field with three frames of the source,
+// apart for samples of an object, around it and far from it.
 #include "tests/bench/fit/fit_source.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Writes a plume as raw, gzip and OpenVDB files and times reading their bytes, reading their frames, and
+// importing them into nothing as the tool does. Where no readers are built there is only an error.
 #include "tests/bench/import/import.h"
 
 #include "base/error.h"

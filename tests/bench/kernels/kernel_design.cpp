@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Descends from random starts by Levenberg-Marquardt on the weights of all stages, the error of waves of four
+// balls and bounds on the response together; of designs that are equally good it takes the one that rounding
+// hurts least.
 #include "tests/bench/kernels/kernel_design.h"
 
 #include <algorithm>
@@ -283,7 +286,7 @@ Design design_prefilter(const Kernel& kernel, const DesignGoal& goal) {
 }
 
 DesignGoal shipped_goal(std::string_view kernel_name, int dimensions) {
-  // Each stage was added because it gained a dB or more at rho .7 or .9; see notes/kernels.md.
+  // Each stage was added because it gained a dB or more at rho 0.7 or 0.9; see notes/kernels.md.
   struct Choice {
     std::string_view prefix, pattern3, pattern4;
   };

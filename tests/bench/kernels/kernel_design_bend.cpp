@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Has the error of a wave at one instant in closed form, quadratic in the bends, and minimises it over balls
+// and phases by least squares, weighted anew in each of 20 rounds.
 #include "tests/bench/kernels/kernel_design_bend.h"
 
 #include <cmath>
@@ -15,9 +17,8 @@ using Complex = std::complex<double>;
 
 // A wave of frequency xi becomes, in the layers of an instant, sum over n in Z^3 of Q W_n Phi(xi + n / sqrt2)
 // times waves of those frequencies: in space the sites of a coset repeat the spectrum at n / sqrt2, with the
-// sign (-1)^(n_x
-// + n_y + n_z) for coset 1. W_n adds the weights of the layers, times the phases of the wave there, of both
-// cosets for even sums of n, and takes those of coset 1 from those of coset 0 for odd ones.
+// sign (-1)^(n_x + n_y + n_z) for coset 1. W_n adds the weights of the layers, times the phases of the wave
+// there, of both cosets for even sums of n, and takes those of coset 1 from those of coset 0 for odd ones.
 struct Wave {
   double time;      // its frequency along t, cycles per T
   double q;         // of the prefilter

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Fits polynomials of neighbour sums to plane waves, space and time apart, and writes them as stages by
+// Horner's scheme; a penalty on their square grows until the response at the sites is bounded.
 #include "tests/bench/kernels/kernel_design_cc.h"
 
 #include <algorithm>

@@ -13,7 +13,7 @@ namespace bccsplat::bench {
 
 struct CcDesign {
   std::vector<PrefilterStage> stages;
-  std::array<double, 4> snr{};    // dB at rho .3 .5 .7 .9 with these stages
+  std::array<double, 4> snr{};    // dB at rho 0.3 0.5 0.7 0.9 with these stages
   std::array<double, 4> best{};   // with the best of all prefilters
   double gain = 0;                // sum of |taps|
   double lowest = 0, highest = 0; // response at the sites over all frequencies
@@ -24,7 +24,7 @@ struct CcDesign {
 // A B-spline of this order at unit pitch.
 [[nodiscard]] CcDesign design_cc_time(int order, int stages);
 
-// Prints what cc_kernel.cpp holds.
+// Prints what src/kernel/cc_tables.inc holds.
 void print_cc_designs(std::ostream& out);
 
 } // namespace bccsplat::bench

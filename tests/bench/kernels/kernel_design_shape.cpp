@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The figures of a shape are quotients of quadratic forms, which are made once. Nelder-Mead searches in the
+// logarithms of phi at Chebyshev nodes; penalties keep it monotone.
 #include "tests/bench/kernels/kernel_design_shape.h"
 
 #include <algorithm>

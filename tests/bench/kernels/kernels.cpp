@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reads the options of the suite, makes the predicted tables, and runs the designs of prefilters, bends and
+// shapes, printing what src/kernel holds of them. The other tables have files of their own (kernels_chain.h).
 #include "tests/bench/kernels/kernels.h"
 
 #include <algorithm>

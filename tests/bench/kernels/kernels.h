@@ -24,6 +24,7 @@ namespace bccsplat::bench {
 //           --paper            the pipeline of Neophytou & Mueller 2002 (kernels_paper.cpp)
 //   alone:  --design NAME | --design all   designs the prefilters again: prefilter_tables.inc
 //           --design-cc                    the same for the Cartesian lattice: cc_tables.inc
+//           --bend NAME | --bend all       designs the bends of splines in time again
 //           --shape NAME | --shape all     designs phi again (radial16 radial18 radial20 radial24)
 //           --shape-gradient NAME          what phi gains in the gradient for a loss in the values
 //           --shape-constant NAME          what it costs to bring constants back better

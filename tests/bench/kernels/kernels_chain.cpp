@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Samples plane waves on D4* or imports them from frames, evaluates the library's fields and slices at
+// points, and splats slices there in plain loops; Cartesian fields of all samples stand beside them.
 #include "tests/bench/kernels/kernels_chain.h"
 
 #include <algorithm>

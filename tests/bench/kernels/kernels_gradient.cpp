@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Compares gradients of plane waves: the kernels' own on D4*, differences of its values a step apart, and
+// those of Cartesian fields of all samples.
 #include <cmath>
 
 #include "field/coefficients/coefficients.h"

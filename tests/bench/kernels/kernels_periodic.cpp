@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Loops over all sites and their neighbours, without bricks and vectors: stages in floats, as the library
+// computes them, and interpolation in doubles.
 #include "tests/bench/kernels/kernels_periodic.h"
 
 #include <algorithm>

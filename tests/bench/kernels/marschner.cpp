@@ -45,7 +45,7 @@ void run_marschner_lobb(const Report& report) {
   TestContext context;
   const size_t count = report.quick ? 2000 : 20000;
   const auto lattice = Lattice4::fit(LatticeKind::d4star, {edge, edge, edge, 1});
-  std::vector<Vec4> points; // in [-.9, .9]
+  std::vector<Vec4> points; // in [-0.9, 0.9]
   for (const Vec4& p : test::random_points(lattice, count, 3, 0.1 / spacing))
     points.push_back({p[0], p[1], p[2], 0});
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Reads the options and makes a row for each thing that is measured, each from a volume just opened: a random
+// moment, playing, other cuts, boxes, levels against level 0. Series are written by moments_series.cpp.
 #include "tests/bench/moments/moments.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Stores a source in memory through the C API, opens it, and draws it by its own look or by the function and
+// options of a shot; also the values of its field.
 #include "tests/bench/pictures/picture_volume.h"
 
 #include <algorithm>

@@ -67,7 +67,7 @@ void render_interactive(const Report& report) {
   const auto count = static_cast<uint32_t>(n);
   const Lattice4 lattice =
       Lattice4::fit(LatticeKind::d4star, {count, count, count, static_cast<uint32_t>(frames)});
-  // The rings drift along x by .7 T a frame.
+  // The rings drift along x by 0.7 T a frame.
   const MemorySamples samples = test::sample_field(lattice, [&](const Vec4& p) {
     return scene.field({p[0] - 0.7 * p[3], p[1], p[2]}, nullptr);
   });

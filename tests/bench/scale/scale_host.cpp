@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Wraps calls of the C API that throw, and makes the puffs: one block of samples, handed over eight times a
+// frame as boxes that move.
 #include "tests/bench/scale/scale_host.h"
 
 #include <cmath>

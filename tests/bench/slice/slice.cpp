@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Times slices of all kinds, merging against copying memory, and counts the bricks that a slice asks for as
+// volumes grow; slice_paper.cpp has the paper's methods.
 #include "tests/bench/slice/slice.h"
 
 #include <cmath>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Runs the splat loop on random points of a tile, for each instruction set, and pictures with all their
+// stages, beside the peak of one core (splat_floor.h); compares pictures of the short kernels with the
+// field's integral.
 #include "tests/bench/splat/splat.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Fits a series without rounding once, rounds its samples or coefficients in chunks as asked, codes them for
+// their bytes, and compares values and gradients of the field at random points.
 #include "tests/bench/storage/coefficient_trial.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Makes the tables of sizes, of levels of deflate, of parts of a file and of rate against distortion on D4*
+// and CC; storage_coefficients.h makes those of coefficients.
 #include "tests/bench/storage/storage.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Takes smooth fields and real series through the trials (coefficient_trial.h), finds by bisection the bytes
+// at the error that samples have, and says which of the conditions hold.
 #include "tests/bench/storage/storage_coefficients.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Draws moving balls with and without trails in turn, by length and number of stills, and compares trails as
+// they are drawn with ones in fine steps at the pixels.
 #include "tests/bench/trail/trail.h"
 
 #include <cmath>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The field as volume and time slices give it: constants, waves, one site, gradients, ends, means, holes and
+// what lies outside, with every kernel; the same bits whatever caches and threads.
 #include "field/slice.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Codes of samples, of every type: they survive the way there and back, rise with the values, are the nearest
+// ones, and are clamped and counted beyond the range.
 #include "formats/bcc4/coding/codes.h"
 
 #include <gtest/gtest.h>

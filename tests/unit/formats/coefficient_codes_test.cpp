@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Rounding of coefficients: the units that a chunk gets, how large errors may be and where they go, what is
+// kept of air, gaps and holes; and the weights that errors are handed on with.
 #include "formats/bcc4/coding/coefficient_codes.h"
 
 #include <gtest/gtest.h>
@@ -255,7 +257,7 @@ TEST(NoiseShape, WeightsHangOnTheLayersBehind) {
             part(still.weights[1], own_taps, cross_taps));
 }
 
-// Files are the same on every machine: the weights must not hang on a libm.
+// Files are the same on every machine: the weights must not depend on a libm.
 TEST(NoiseShape, IsAsItWas) {
   const Weights& w = default_shape().weights[3];
   std::array<int, 4> sums{};

@@ -15,7 +15,7 @@ namespace {
 
 TEST(Bcc4Entropy, PowersOfTwoAreExact) {
   for (const uint64_t e : {0, 1, 7, 20, 40}) EXPECT_EQ(log2_256(uint64_t{1} << e), 256 * e);
-  // Between them a straight line: at most .09 below.
+  // Between them a straight line: at most 0.09 below.
   for (uint64_t n = 1; n < 5000; n += 7) {
     EXPECT_LE(static_cast<double>(log2_256(n)), 256 * std::log2(static_cast<double>(n)) + 1e-9);
     EXPECT_GE(static_cast<double>(log2_256(n)), 256 * (std::log2(static_cast<double>(n)) - 0.09));

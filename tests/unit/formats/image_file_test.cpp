@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// EXR and PNG files as OpenEXR and libpng read them: values, attributes, camera, opacity, background and the
+// curve of sRGB. Built only where both libraries are there.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -173,7 +175,7 @@ TEST(Png, TransferCurveIsSrgb) {
   EXPECT_EQ(srgb_byte(2), 255);
   EXPECT_EQ(srgb_byte(std::nan("")), 0);
   EXPECT_EQ(srgb_byte(0.2140), 127); // mid grey
-  EXPECT_EQ(srgb_byte(0.001), 3);    // the linear foot: 12.92 * 255 * .001
+  EXPECT_EQ(srgb_byte(0.001), 3);    // the linear foot: 12.92 * 255 * 0.001
 }
 
 } // namespace

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Predictors of codes: decoding is the inverse of prediction for chunks of all shapes and types on all
+// instruction sets, fitted weights stay in bounds, and fields that are smooth leave little.
 #include "formats/bcc4/coding/predict.h"
 
 #include <gtest/gtest.h>
