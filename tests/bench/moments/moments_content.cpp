@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Waves are summed row by row, by turning a phase; what else fills a series is a function of the place and of
+// that sum.
 #include "tests/bench/moments/moments_content.h"
 
 #include <algorithm>
