@@ -8,6 +8,7 @@
 #include "render/picture.h"
 #include "render/picture_needs.h"
 #include "tests/bench/image_error.h"
+#include "tests/bench/ray_march/ray_march.h"
 
 namespace bccsplat::bench {
 namespace {
@@ -22,15 +23,15 @@ TransferFunction function_of_codes() {
   return f;
 }
 
-RenderStats draw(const Slice& slice, Quality quality, const Context& context, Image& image) {
+RenderStats draw(const Slice& slice, Quality quality, Lit lit, const Context& context, Image& image) {
   const CoarseLevels levels;
   Scene scene;
   scene.slice = &slice, scene.levels = &levels;
   scene.camera = fit_camera(slice, false, 20, 30, size, size);
   scene.function = function_of_codes();
-  scene.lights.noise =
-      gradient_noise(ValueSurvey{}, 1, 0, ripple_gradient(slice.kernel, true)); // of whole codes
-  scene.lights.noise = per_length(scene.lights.noise, mean_distance(slice));
+  if (lit == Lit::surfaces)
+    scene.lights.noise = per_length(gradient_noise(ValueSurvey{}, 1, 0, ripple_gradient(slice.kernel, true)),
+                                    mean_distance(slice));
   RenderOptions options;
   options.quality = quality;
   return render(scene, options, context, image);
@@ -56,10 +57,11 @@ std::vector<LevelOption> level_options(const Opened& volume, const Slice& slice)
 
 } // namespace
 
-std::unique_ptr<ImageStorage> best_picture(const WrittenSeries& series, const MomentOptions& options) {
+std::unique_ptr<ImageStorage> best_picture(const WrittenSeries& series, const MomentOptions& options,
+                                           Lit lit) {
   auto best = std::make_unique<ImageStorage>(size, size);
   Opened volume(series, options);
-  (void)draw(volume.moment(moment_of(options)), Quality::best, volume.context.get(), best->image);
+  (void)draw(volume.moment(moment_of(options)), Quality::best, lit, volume.context.get(), best->image);
   return best;
 }
 
@@ -72,8 +74,8 @@ void level_picture_rows(const Row& head, const WrittenSeries& series, const Mome
       Slice slice;
       const double sliced = cpu_seconds([&] { slice = volume.moment(frame); });
       ImageStorage picture(size, size);
-      const double drawn =
-          cpu_seconds([&] { (void)draw(slice, quality, volume.context.get(), picture.image); });
+      const double drawn = cpu_seconds(
+          [&] { (void)draw(slice, quality, Lit::surfaces, volume.context.get(), picture.image); });
       const std::vector<LevelOption> known = level_options(volume, slice);
       RenderOptions asked;
       asked.quality = quality;
@@ -94,6 +96,49 @@ void level_picture_rows(const Row& head, const WrittenSeries& series, const Mome
       row.push_back(figure("dB", error.psnr(), 1));
       rows.push_back(std::move(row));
     }
+}
+
+void raw_picture_rows(const Row& head, const MomentSeries& series, const MomentOptions& options,
+                      const Image& truth, std::vector<Row>& rows) {
+  const double frame = moment_of(options), part = frame - std::floor(frame);
+  const auto first = static_cast<uint32_t>(frame);
+  const std::vector<uint8_t> a = series.frame(first), b = series.frame(first + 1);
+  std::vector<float> blended(a.size());
+  const double blend = cpu_seconds([&] {
+    for (size_t i = 0; i < a.size(); ++i)
+      blended[i] = static_cast<float>(a[i]) + static_cast<float>(part) * static_cast<float>(b[i] - a[i]);
+  });
+  const auto n = static_cast<int>(series.edge);
+  const auto sample = [&](double x, double y, double z) {
+    return static_cast<double>(blended[static_cast<size_t>((z * n + y) * n + x)]);
+  };
+  const MarchGrid grid = make_march_grid({n, n, n}, sample);
+  test::TestContext context(1);
+  for (const double step : {1.0, 0.5}) {
+    MarchOptions march;
+    march.step = step;
+    MarchScene scene;
+    scene.grid = &grid, scene.function = function_of_codes();
+    scene.camera = fit_camera(grid_domain(grid), false, 20, 30, size, size);
+    const std::vector<uint8_t> distances = march_distances(grid, scene.function, march);
+    scene.distance = &distances;
+    ImageStorage picture(size, size);
+    const double drawn = cpu_seconds([&] { ray_march(scene, march, context.get(), picture.image); });
+    Row row = head;
+    row.push_back(word("quality", step == 1 ? "raw frames, rays of 1 voxel" : "of 0.5"));
+    for (const char* of_levels :
+         {"level", "unasked", "T per pixel", "its error where filled, dB", "largest, of the range"})
+      row.push_back(word(of_levels, ""));
+    row.push_back(figure("slice, CPU s", blend, 3));
+    row.push_back(figure("picture, CPU s", drawn, 3));
+    row.push_back(figure("MB read", static_cast<double>(a.size() + b.size()) / 1e6, 2));
+    row.push_back(figure(
+        "MiB held",
+        static_cast<double>(2 * a.size() + sizeof(float) * (blended.size() + grid.value.size())) / mebibyte,
+        0));
+    row.push_back(figure("dB", image_error(picture.image, truth).psnr(), 1));
+    rows.push_back(std::move(row));
+  }
 }
 
 } // namespace bccsplat::bench

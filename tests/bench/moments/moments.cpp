@@ -192,6 +192,8 @@ MomentOptions read_options(std::span<const std::string> args, bool quick) {
       o.coefficients = {a == "--coefficients"};
     else if (a == "--cuts")
       o.cuts = true;
+    else if (a == "--pictures")
+      o.pictures = true;
     else if (a == "--contents")
       o.contents = true;
     else
@@ -202,9 +204,12 @@ MomentOptions read_options(std::span<const std::string> args, bool quick) {
   return o;
 }
 
-WrittenSeries measured(MomentSeries series) {
+// Pictures of all levels of a series and the raw player's, whose truth is told by another.
+void picture_rows(const Row& head, MomentSeries series, const WrittenSeries& truth, const MomentOptions& o,
+                  std::vector<Row>& rows) {
   series.measured = true;
-  return write_series(series);
+  level_picture_rows(head, write_series(series), o, best_picture(truth, o)->image, rows);
+  raw_picture_rows(head, series, o, best_picture(truth, o, Lit::everything)->image, rows);
 }
 
 // Pictures of levels of dense series that differ in what fills them.
@@ -212,10 +217,10 @@ void report_contents(const MomentOptions& o, const Report& report) {
   std::vector<Row> pictures;
   for (int i = 0; i < contents; ++i) {
     MomentSeries series{.edge = o.edge, .frames = o.frames, .fill = static_cast<Content>(i), .exact = true};
-    const std::unique_ptr<ImageStorage> truth = best_picture(write_series(series), o);
+    const WrittenSeries exact = write_series(series);
     series.exact = false, series.levels = o.levels;
     const Row head{word("series", concat(name_of(series.fill), ", ", o.edge, "^3 x ", o.frames, " u8"))};
-    level_picture_rows(head, measured(series), o, truth->image, pictures);
+    picture_rows(head, series, exact, o, pictures);
   }
   report.table("pictures of levels, one thread", pictures);
 }
@@ -240,14 +245,15 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
         return row;
       };
       series.levels = 0;
-      if (o.levels > 0)
+      if (o.levels > 0 && !o.pictures)
         imports.push_back(import_row(levelled(0, "levels"), series, write_series(series), gzip));
       series.levels = o.levels;
       const WrittenSeries w = write_series(series);
+      if (o.levels > 0) picture_rows(head, series, w, o, pictures);
+      if (o.pictures) continue;
       imports.push_back(import_row(levelled(o.levels, "levels"), series, w, gzip));
       for (int l = 0; l <= o.levels; ++l) moments.push_back(random_row(levelled(l, "level"), w, o, blend, l));
       for (int l = 1; l <= o.levels; ++l) levels.push_back(level_row(levelled(l, "level"), w, o, l));
-      if (o.levels > 0) level_picture_rows(head, measured(series), o, best_picture(w, o)->image, pictures);
       playing.push_back(playing_row(head, w, o));
       box_rows(head, w, o, boxes);
       if (o.cuts) cut_rows(head, w, o, cuts);
