@@ -42,13 +42,21 @@
  *
  * THREADS: different objects may be used from any threads. One object: calls that take it as const may run at
  * the same time; other calls need it alone, and of renderers and writers get WRONG_STATE where another call
- * is using them, from another thread or around a callback. bccsplat_renderer_cancel may come at any time.
+ * is using them, from another thread or around a callback. bccsplat_renderer_cancel and the functions of
+ * cancel tokens may come at any time.
  * Results do not depend on the thread count, bit for bit.
  *
  * PROGRESS: a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a second,
  * from any thread but never two at once; a non-zero return cancels: the call ends with CANCELLED. Within it
- * bccsplat_renderer_cancel, _retain and calls on objects of other devices may be made; others may find what
- * they need locked by the call that they are in.
+ * bccsplat_renderer_cancel, _retain, those of cancel tokens and calls on objects of other devices may be
+ * made; others may find what they need locked by the call that they are in.
+ *
+ * CANCEL: once a bccsplat_cancel_token is cancelled, calls that look at it end with CANCELLED, those under
+ * way within some 10 ms, and those that have not begun as soon as they do, until it is reset. Whatever takes
+ * options looks at options->cancel_token. Objects keep the token they were made with: every call that may
+ * take long looks at that of its volume (evaluate, verify, recode, prefetch, slice_create), its slice
+ * (evaluate, sample_grid, get_points) or its writer as well, render at that of the render options. Objects
+ * stay as good as before (but for writers, see there), arrays and frames keep what was done.
  *
  * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps the locale as it
  * is, and has no state outside its objects but the error text of each thread. It may be unloaded when the
@@ -141,16 +149,37 @@ BCCSPLAT_API const char* bccsplat_kernel_name(uint32_t index);
 /* Returns non-zero to cancel. fraction is in [0, 1]. */
 typedef int32_t (*bccsplat_progress_fn)(void* user, double fraction);
 
+/* ---- Cancel token ---- */
+
+/* A wish to stop, given to any number of calls and objects of any devices in the last field of their options.
+ * They retain it. */
+typedef struct bccsplat_cancel_token bccsplat_cancel_token;
+
+BCCSPLAT_API bccsplat_status bccsplat_cancel_token_create(bccsplat_cancel_token** token);
+BCCSPLAT_API void bccsplat_cancel_token_retain(bccsplat_cancel_token* token);
+BCCSPLAT_API void bccsplat_cancel_token_release(bccsplat_cancel_token* token);
+/* Stays until reset. May be called from a signal handler, too. */
+BCCSPLAT_API bccsplat_status bccsplat_cancel_token_cancel(bccsplat_cancel_token* token);
+/* For calls that begin from now on; those that were under way when it was cancelled end all the same. */
+BCCSPLAT_API bccsplat_status bccsplat_cancel_token_reset(bccsplat_cancel_token* token);
+/* 1: it is cancelled. */
+BCCSPLAT_API bccsplat_status bccsplat_cancel_token_is_cancelled(const bccsplat_cancel_token* token,
+                                                                int32_t* cancelled);
+
 /* ---- Device: threads, memory, log ---- */
 
 typedef struct bccsplat_device bccsplat_device;
 
 enum { BCCSPLAT_LOG_WARNING = 1, BCCSPLAT_LOG_INFO = 2 };
-/* Called from any thread, never two at once per device. */
+/* Called from any thread, never two at once per device. Warnings tell of damage and of numbers that lose
+ * something; infos what was chosen (the caches of a volume, another level for pictures) and work that is
+ * repeated for want of memory, a line each time it changes. */
 typedef void (*bccsplat_log_fn)(void* user, int32_t level, const char* message);
 
 /* A host's own task system: run body(task, i) once for each i in [0, count), in any order and on any threads,
- * and return when all have returned. body never throws. Calls may nest. */
+ * and return when all have returned. body never throws. Calls may nest. Files and streams are read inside
+ * these tasks: a body may wait for a disk or a network, with as many reads in flight as the host runs bodies
+ * at a time unless max_reads says fewer. */
 typedef void (*bccsplat_task_fn)(void* task, uint64_t index);
 typedef void (*bccsplat_runner_fn)(void* user, uint64_t count, bccsplat_task_fn body, void* task);
 
@@ -161,11 +190,14 @@ typedef struct bccsplat_device_options {
   uint64_t memory_budget; /* bytes this device's objects may hold for data at a time; 0: no limit. As a rule,
                              dense frames of 100^3 voxels and more take 60 bytes per voxel of one frame to
                              write, 150 to slice in time and draw, 210 to slice obliquely, caches included */
-  bccsplat_log_fn log;    /* warnings and what verify finds; NULL: silent */
+  bccsplat_log_fn log;    /* warnings, infos and what verify finds; NULL: silent */
   void* log_user;
   bccsplat_runner_fn runner; /* NULL: a pool of the device's own, joined at its last release */
   void* runner_user;
   uint64_t max_sites; /* a file that declares more lattice sites is refused (LIMIT_EXCEEDED); 0: 2^42 */
+  uint32_t max_reads; /* reads of volumes' files and streams in flight at a time, those of all volumes of the
+                         device together; others wait for their turn; 0: as many as there are tasks at work */
+  uint32_t reserved;  /* 0 */
 } bccsplat_device_options;
 
 typedef struct bccsplat_device_info {
@@ -217,7 +249,8 @@ typedef struct bccsplat_write_stream {
  * fails while it works: files and streams, memory (OUT_OF_MEMORY, MEMORY_BUDGET), a bound that is missed
  * (BOUND_NOT_MET), a callback that gives up (CANCELLED), a field function that gives a value that is refused,
  * and a file or journal to go on with that turns out not to fit. It can then only be released; every other
- * call is WRONG_STATE and says that an earlier one failed. */
+ * call is WRONG_STATE and says that an earlier one failed. A cancel token ends a writer in the midst of a
+ * call; one that was cancelled before refuses the call, and the writer stays as it was. */
 typedef struct bccsplat_writer bccsplat_writer;
 
 enum { /* types of source values and of stored samples */
@@ -329,7 +362,7 @@ enum { /* what becomes of a file that is not finished: `path`.partial and its jo
 typedef struct bccsplat_channel_options {
   uint32_t struct_size;
   uint32_t set_mask;
-  const char* name; /* unique in the file, such as "density"; NULL: "value" */
+  const char* name; /* unique in the file, such as "density", UTF-8 (INVALID_ARGUMENT); NULL: "value" */
   const char* unit; /* of the values; NULL: unknown */
   int32_t
       source_type;      /* precision of the source values; DEFAULT: the type of the
@@ -428,10 +461,12 @@ typedef struct bccsplat_writer_options {
                     What becomes of the file without finish is as `partial` says: KEEP lets it stay. The
                     finished file has a few more bytes, which nothing refers to. UNSUPPORTED with part; 0: it
                     can be opened when it is finished */
-  uint32_t reserved; /* 0 */
+  uint32_t reserved;                   /* 0 */
+  bccsplat_cancel_token* cancel_token; /* NULL: none; looked at by create, too */
 } bccsplat_writer_options;
 
-/* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap. */
+/* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap (INVALID_ARGUMENT,
+ * with the numbers of two that do). */
 typedef struct bccsplat_box {
   uint32_t struct_size;
   int32_t type;            /* BCCSPLAT_TYPE_...; not DEFAULT */
@@ -577,6 +612,7 @@ typedef struct bccsplat_join_options {
   int32_t overwrite;             /* non-zero: replace an existing file */
   bccsplat_progress_fn progress; /* NULL: none; fraction of the bytes */
   void* progress_user;
+  bccsplat_cancel_token* cancel_token; /* NULL: none */
 } bccsplat_join_options;
 
 /* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory does not
@@ -607,6 +643,7 @@ typedef struct bccsplat_volume_options {
                            forward by up to half a frame at a time with nothing decoded or prefiltered twice,
                            but not more than a quarter of the budget and half of the machine's memory; at
                            least a quarter of the budget, up to 1 GiB */
+  bccsplat_cancel_token* cancel_token; /* NULL: none; looked at by open, too */
 } bccsplat_volume_options;
 
 typedef struct bccsplat_volume_info {
@@ -728,10 +765,10 @@ BCCSPLAT_API void bccsplat_volume_retain(bccsplat_volume* volume);
 BCCSPLAT_API void bccsplat_volume_release(bccsplat_volume* volume);
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume,
                                                       bccsplat_volume_info* info);
-/* NOT_FOUND past the last channel. */
 /* NOT_FOUND beyond level_count. Reads the index of the level. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, uint32_t level,
                                                             bccsplat_level_info* info);
+/* NOT_FOUND past the last channel. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, uint32_t channel,
                                                               bccsplat_channel_info* info);
 /* Index of the channel of that name. */
@@ -741,6 +778,13 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_find_channel(const bccsplat_volume*
  * dims[3]. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_times(const bccsplat_volume* volume, double* times,
                                                        uint64_t capacity, uint64_t* count);
+/* Smallest and largest finite value that the source had in each frame, 0 twice in one without any: writes the
+ * first min(capacity, count) pairs; ranges: 2 x capacity doubles, may be NULL when capacity is 0. count (may
+ * be NULL) gets dims[3], or 0 where the file does not tell: of layers, fields and parts. Reads nothing.
+ * NOT_FOUND past the last channel. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_frame_ranges(const bccsplat_volume* volume, uint32_t channel,
+                                                              double* ranges, uint64_t capacity,
+                                                              uint64_t* count);
 /* Time unit -> frame index and back; monotone cubic between uneven times. OUT_OF_DOMAIN outside the series.
  */
 BCCSPLAT_API bccsplat_status bccsplat_volume_time_to_index(const bccsplat_volume* volume, double time,
@@ -787,6 +831,7 @@ typedef struct bccsplat_recode_options {
   int32_t reserved;   /* 0 */
   bccsplat_progress_fn progress; /* NULL: none */
   void* progress_user;
+  bccsplat_cancel_token* cancel_token; /* NULL: none */
 } bccsplat_recode_options;
 
 /* Writes an open file anew at `path`, without its source: samples become coefficients or the reverse, another
@@ -877,6 +922,7 @@ typedef struct bccsplat_slice_options {
                         ends included, and costs what the part costs: only chunks up to about two dozen sites
                         around it are read. It has the values of the whole slice. A volume keeps a cache for
                         the last box of a channel and kernel beside that for the whole. NULL: all of it. */
+  bccsplat_cancel_token* cancel_token; /* NULL: none */
 } bccsplat_slice_options;
 
 typedef struct bccsplat_slice_info {
@@ -1099,7 +1145,9 @@ typedef struct bccsplat_render_options {
   int32_t shading; /* DEFAULT: on for composite and isosurface */
   uint32_t disable_skips;
   double sheet_step;   /* distance of sheets in T; 0: by quality (draft 1, normal 0.5, fine 0.25, best 0.125;
-                          of slices with corrections or masks in source samples where these are closer) */
+                          of slices with corrections or masks in source samples where these are closer); 0.001
+                          to 16, and where finer than the kernel's radius / 128 as fine as that: see
+                          bccsplat_render_stats.sheet_step */
   double iso_value;    /* RENDER_SET_ISO; without it set_options refuses mode isosurface */
   double opacity_stop; /* a pixel this opaque is finished; 0: 0.995; 1: never */
   int32_t reference;   /* non-zero: slow double-precision integration of the same field in fine steps */
@@ -1119,6 +1167,7 @@ typedef struct bccsplat_render_options {
                             default one, and what the file tells: three standard deviations of its steps, of
                             its air_threshold and of the values that most of a solid object has, but no more
                             than lights an edge of three distances fully */
+  bccsplat_cancel_token* cancel_token; /* NULL: none */
 } bccsplat_render_options;
 
 /* What of the volume a picture of a time slice needs. */
@@ -1198,17 +1247,28 @@ typedef struct bccsplat_render_stats {
   double ms_total;            /* wall */
   double cpu_ms;              /* summed over threads */
   uint64_t points_total;      /* of the slice, mirror images beyond the ends of the domain included */
-  uint64_t points_after_cull; /* in bricks that were neither invisible nor outside the view */
+  uint64_t points_after_cull; /* in bricks that neither their range of values nor their place left out */
   uint64_t points_splatted;   /* tile visits */
   uint64_t points_occluded;   /* tile visits skipped because the pixels were finished */
   uint64_t tiles;
-  uint64_t sheets;        /* of the view volume */
-  double sheet_step;      /* T */
-  int32_t coarse_level;   /* 0: the slice itself was drawn; n: one of 2^n times its lattice distance */
-  uint32_t reserved;      /* 0 */
-  int32_t preintegrated;  /* 1: the picture was */
-  uint32_t reserved2;     /* 0 */
-  uint64_t sheets_reused; /* sheets of tiles that were kept from an earlier picture: no point was drawn */
+  uint64_t sheets;           /* of the view volume */
+  double sheet_step;         /* T */
+  int32_t coarse_level;      /* 0: the slice itself was drawn; n: one of 2^n times its lattice distance */
+  uint32_t reserved;         /* 0 */
+  int32_t preintegrated;     /* 1: the picture was */
+  uint32_t reserved2;        /* 0 */
+  uint64_t sheets_reused;    /* sheets of tiles that were kept from an earlier picture: no point was drawn */
+  uint64_t bricks_total;     /* of points, of the slice and a trail's stills; with all sheets kept none */
+  uint64_t bricks_invisible; /* left out: nothing of theirs shows under the transfer function */
+  uint64_t bricks_outside;   /* left out: outside the view or the slice's box */
+  uint64_t brick_visits;     /* of tiles to the others */
+  uint64_t visits_hidden;    /* of these, skipped because the pixels of the tile around were finished */
+  uint64_t visits_unread;    /* of these, never come to: the whole tile was finished, or its rays had ended */
+  uint64_t points_invisible; /* left out in bricks that show in other places, some of them tile by tile */
+  uint64_t sheets_skipped;   /* sheets of tiles that have nothing on them */
+  uint64_t bytes_read;       /* from the file, for the trail; those of other calls at the time counted */
+  uint32_t level;            /* of the volume, that the slice is made of */
+  uint32_t reserved3;        /* 0 */
 } bccsplat_render_stats;
 
 BCCSPLAT_API bccsplat_status bccsplat_renderer_create(bccsplat_device* device, bccsplat_renderer** renderer);
@@ -1231,10 +1291,12 @@ BCCSPLAT_API bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* ren
                                                           const bccsplat_lights* lights);
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
                                                            const bccsplat_render_options* options);
-/* Draws into every channel the frame has. WRONG_STATE without a slice; CANCELLED leaves the frame undefined.
- */
+/* Draws into every channel the frame has. WRONG_STATE without a slice. CANCELLED keeps the tiles that were
+ * finished in the planes, and elsewhere what these held; the deep samples, the camera and the attributes of
+ * the frame are gone. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_frame* frame);
-/* Makes the render under way end with CANCELLED; may be called from any thread at any time. */
+/* Makes the render under way end with CANCELLED; may be called from any thread at any time. Between renders
+ * it does nothing: a cancel token stays. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_cancel(bccsplat_renderer* renderer);
 /* Of the last successful render; WRONG_STATE before it. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer,

@@ -25,7 +25,9 @@ bccsplat_device::bccsplat_device(const bccsplat_device_options& options)
                            : std::make_unique<Tasks>(options.thread_count)),
       memory(options.memory_budget ? options.memory_budget : UINT64_MAX),
       max_sites(options.max_sites ? options.max_sites : uint64_t{1} << 42), log_(options.log),
-      log_user_(options.log_user) {}
+      log_user_(options.log_user) {
+  if (options.max_reads > 0) read_turns = std::make_shared<std::counting_semaphore<>>(options.max_reads);
+}
 
 void bccsplat_device::log(int32_t level, const std::string& message) {
   if (!log_) return;
@@ -42,6 +44,7 @@ bccsplat_status bccsplat_device_create(const bccsplat_device_options* options, b
     const auto o = read_struct(options, "bccsplat_device_options");
     if (o.thread_count < 0 || o.thread_count > 4096)
       fail(Code::invalid_argument, "thread_count ", o.thread_count, " is not in 0 .. 4096");
+    require_zero(o.reserved, "bccsplat_device_options.reserved");
     *device = new bccsplat_device(o);
   });
 }

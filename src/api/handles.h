@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <semaphore>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -40,7 +41,8 @@ enum class Kind : uint32_t {
   slice = 0x42435331,
   renderer = 0x42435231,
   frame = 0x42434631,
-  writer = 0x42435731
+  writer = 0x42435731,
+  cancel_token = 0x42435431
 };
 
 struct Counted {
@@ -145,6 +147,24 @@ template<class Handle> class Ref {
 
 } // namespace bccsplat::api
 
+struct bccsplat_cancel_token : bccsplat::api::Object<bccsplat::api::Kind::cancel_token> {
+  bccsplat::CancelToken state;
+};
+
+namespace bccsplat::api {
+
+// That of an options struct, which may be null.
+using Token = Ref<bccsplat_cancel_token>;
+[[nodiscard]] inline Token read_token(bccsplat_cancel_token* token) {
+  if (token) require(token, "cancel_token");
+  return Token(token);
+}
+
+// Makes the progress of a call hear of a token, which may be null and outlives the call.
+inline void watch(Progress& progress, const Token& token) { progress.watch(token ? &token->state : nullptr); }
+
+} // namespace bccsplat::api
+
 struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
   explicit bccsplat_device(const bccsplat_device_options& options);
   void log(int32_t level, const std::string& message);
@@ -153,6 +173,7 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
   std::unique_ptr<bccsplat::Tasks> tasks;
   bccsplat::MemoryBudget memory;
   uint64_t max_sites;
+  std::shared_ptr<std::counting_semaphore<>> read_turns; // of volumes' bytes; null: no limit
 
  private:
   bccsplat_log_fn log_;
@@ -163,6 +184,9 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
 struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   bccsplat_volume(bccsplat_device* owner, std::unique_ptr<bccsplat::ByteSource> source,
                   const bccsplat_volume_options& options);
+  // Tells the log where layers of coefficients had to be made once more, at the first and then whenever they
+  // are twice as many.
+  void tell_repeats(const bccsplat::Coefficients& coefficients) const;
   // Coefficients of a channel under a kernel at a level; NULL or "": the volume's. Made once, kept with the
   // volume. They come with the file's masks, and at level 0 under the file's own kernel with its corrections.
   [[nodiscard]] const bccsplat::Coefficients& coefficients(uint32_t channel, const char* kernel_name,
@@ -188,6 +212,7 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   uint64_t cache_bytes; // for coefficients, per channel and kernel
   std::vector<std::unique_ptr<bccsplat::Corrections>> corrections_of; // channels; null without
   std::vector<std::unique_ptr<bccsplat::Masks>> masks_of;             // likewise
+  bccsplat::api::Token token;
 
  private:
   using Key = std::tuple<uint32_t, std::string, uint32_t>; // channel, canonical kernel name, level
@@ -203,6 +228,7 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   mutable std::mutex mutex_;
   mutable std::map<Key, std::unique_ptr<bccsplat::Coefficients>> coefficients_;
   mutable std::map<Key, Part> parts_;
+  mutable std::atomic<uint64_t> repeats_told_{0};
 };
 
 struct bccsplat_slice : bccsplat::api::Object<bccsplat::api::Kind::slice> {
@@ -210,6 +236,7 @@ struct bccsplat_slice : bccsplat::api::Object<bccsplat::api::Kind::slice> {
   [[nodiscard]] const bccsplat::SplatPoints& points(const bccsplat::Context& context) const;
 
   bccsplat::api::Ref<bccsplat_volume> volume;
+  bccsplat::api::Token token;
   uint32_t channel = 0, level = 0;
   bccsplat::Slice slice;           // without points where they are extracted
   bccsplat::HypersliceOptions cut; // what it was cut with

@@ -42,7 +42,10 @@ extern "C" bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume,
     require(volume, "volume"), require(path, "path");
     check_output(report, "report");
     const auto o = read_struct(options, "bccsplat_recode_options");
+    const Token token = read_token(o.cancel_token);
     Progress progress(progress_callback(o.progress, o.progress_user));
+    watch(progress, token), watch(progress, volume->token);
+    progress.throw_if_cancelled();
     const Context context = volume->device->context(progress);
     const Bcc4Samples samples(volume->reader,
                               volume->device->memory); // as the file has them, relative to air

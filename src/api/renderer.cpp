@@ -35,7 +35,12 @@ struct bccsplat_renderer : Object<Kind::renderer> {
   KeptSheets kept;
   bccsplat_progress_fn progress = nullptr;
   void* progress_user = nullptr;
-  std::optional<RenderStats> stats;
+  Token token;
+  struct Stats : RenderStats {
+    uint64_t bytes_read = 0;
+    uint32_t volume_level = 0;
+  };
+  std::optional<Stats> stats;
 
   // The progress of the render under way, for cancel() from other threads.
   std::mutex running_mutex;
@@ -82,6 +87,15 @@ GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>&
   return per_length(gradient_noise(survey_values(counts), step, static_cast<double>(channel.threshold),
                                    ripple_gradient(slice.slice.kernel, slice.slice.lattice.bcc)),
                     std::ldexp(mean_distance(slice.slice), level));
+}
+
+// Tells the log where another level of the slice was drawn than last time.
+void tell_level(const bccsplat_renderer& renderer, int level) {
+  if (level == (renderer.stats ? renderer.stats->level : 0)) return;
+  renderer.device->log(BCCSPLAT_LOG_INFO,
+                       level == 0 ? "render: the slice itself is drawn"
+                                  : concat("render: pixels are large, a slice of ", int64_t{1} << level,
+                                           " times the lattice distance is drawn"));
 }
 
 void add_trail(bccsplat_renderer& renderer, Scene& scene, const Context& context) {
@@ -249,8 +263,10 @@ bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
                                               const bccsplat_render_options* options) {
   return guard([&] {
     const Alone alone(renderer, "renderer");
-    renderer->options = read_render_options(options);
     const auto in = read_struct(options, "bccsplat_render_options");
+    Token token = read_token(in.cancel_token);
+    renderer->options = read_render_options(options);
+    renderer->token = std::move(token);
     renderer->gradient_noise =
         in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE ? std::optional(in.gradient_noise) : std::nullopt;
     renderer->progress = in.progress, renderer->progress_user = in.progress_user;
@@ -265,6 +281,8 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     if (frame->device.get() != renderer->device.get())
       fail(Code::invalid_handle, "renderer: the frame belongs to another device");
     Progress progress(progress_callback(renderer->progress, renderer->progress_user));
+    watch(progress, renderer->token);
+    progress.throw_if_cancelled();
     const auto run = [&](Progress* p) {
       const std::scoped_lock lock(renderer->running_mutex);
       renderer->running = p;
@@ -277,6 +295,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     const Running until_end{run};
     const Context context = renderer->device->context(progress);
     const bccsplat_slice& slice = *renderer->slice.get();
+    const uint64_t read_before = slice.volume->reader->bytes_read();
     const auto width = static_cast<uint32_t>(frame->image.width),
                height = static_cast<uint32_t>(frame->image.height);
     Scene scene;
@@ -292,10 +311,12 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.lights.noise = noise_of(slice, renderer->gradient_noise, coarser);
     if (!options.reference && coarser == 0) scene.points = &slice.points(context);
     frame->deep = {}; // gives its memory back first
+    frame->attributes.clear(), frame->camera.reset();
     const RenderStats stats = render(scene, renderer->options, context, frame->image);
     frame->attributes = describe_picture(slice, stats);
     frame->camera = resolve_camera(scene.camera);
-    renderer->stats = stats;
+    tell_level(*renderer, stats.level);
+    renderer->stats = {stats, slice.volume->reader->bytes_read() - read_before, slice.level};
     progress.report(1);
   });
 }
@@ -312,7 +333,7 @@ bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, b
   return guard([&] {
     const Shared shared(renderer, "renderer");
     if (!renderer->stats) fail(Code::wrong_state, "renderer: nothing was rendered yet");
-    const RenderStats& s = *renderer->stats;
+    const bccsplat_renderer::Stats& s = *renderer->stats;
     const SplatStats& drawn = s.drawn;
     bccsplat_render_stats out{};
     out.threads = static_cast<uint32_t>(s.threads);
@@ -323,6 +344,12 @@ bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer, b
     out.tiles = drawn.tiles, out.sheets = drawn.sheets, out.sheet_step = s.sheet_step;
     out.coarse_level = s.level, out.preintegrated = s.preintegrated;
     out.sheets_reused = drawn.sheets_taken;
+    out.bricks_total = drawn.bricks_total, out.bricks_invisible = drawn.bricks_invisible;
+    out.bricks_outside = drawn.bricks_outside;
+    out.brick_visits = drawn.brick_visits, out.visits_hidden = drawn.visits_hidden;
+    out.visits_unread = drawn.visits_unread;
+    out.points_invisible = drawn.points_invisible, out.sheets_skipped = drawn.sheets_skipped;
+    out.bytes_read = s.bytes_read, out.level = s.volume_level;
     write_struct(stats, out, "stats");
   });
 }

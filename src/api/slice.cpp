@@ -146,13 +146,17 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     const Hyperplane h = read_hyperplane(hyperplane, o, cut);
     const auto held = volume->coefficients(o.channel, o.kernel, o.level, cut.reads(volume->lattice(o.level)));
     const Coefficients& coefficients = *held;
+    const Token token = read_token(o.cancel_token);
     Progress progress(progress_callback(o.progress, o.progress_user), true);
+    watch(progress, token), watch(progress, volume->token);
+    progress.throw_if_cancelled();
     Progress making(progress, 0, 0.999); // 1 is for a slice that is there
     const Context context = volume->device->context(making);
     const uint64_t read_before = volume->reader->bytes_read();
 
     auto result = std::make_unique<bccsplat_slice>();
     result->volume = Ref(const_cast<bccsplat_volume*>(volume));
+    result->token = token;
     result->channel = o.channel, result->level = o.level;
     if (o.method == BCCSPLAT_METHOD_EXTRACTED)
       extract(*result, coefficients, h, cut, info.affine, context);
@@ -162,6 +166,7 @@ bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume, const bccsp
     result->slice.bytes_read = volume->reader->bytes_read() - read_before;
     const uint64_t bytes = result->extraction ? result->extraction->bytes() : result->slice.bytes();
     result->memory = Reservation(volume->device->memory, bytes, "slice");
+    volume->tell_repeats(coefficients);
     progress.report(1);
     *slice = result.release();
   });
@@ -178,8 +183,12 @@ bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume, const bc
       fail(Code::unsupported, "prefetch: extracted points read samples on their own");
     const auto coefficients =
         volume->coefficients(o.channel, o.kernel, o.level, cut.reads(volume->lattice(o.level)));
+    const Token token = read_token(o.cancel_token);
     Progress progress(progress_callback(o.progress, o.progress_user), true);
+    watch(progress, token), watch(progress, volume->token);
+    progress.throw_if_cancelled();
     prepare_hyperslice(*coefficients, h, cut, volume->device->context(progress));
+    volume->tell_repeats(*coefficients);
     progress.report(1);
   });
 }
@@ -223,6 +232,8 @@ bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
     if (n == 0) return;
     require(uvw, "uvw"), require(values, "values");
     Progress progress;
+    watch(progress, slice->token);
+    progress.throw_if_cancelled();
     const std::span points(reinterpret_cast<const Vec3*>(uvw), n);
     std::span<std::array<float, 3>> slopes;
     if (slice->extraction) {
@@ -268,6 +279,8 @@ bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice, const bc
       }
     }
     Progress progress;
+    watch(progress, slice->token);
+    progress.throw_if_cancelled();
     const Context context = slice->volume->device->context(progress);
     if (slice->extraction)
       sample_extracted(*slice, g, values, context);
@@ -280,8 +293,12 @@ bccsplat_status bccsplat_slice_get_points(const bccsplat_slice* slice, uint64_t 
                                           float* coefficients, uint64_t* count) {
   return guard([&] {
     require(slice, "slice");
-    const uint64_t total = slice->extraction ? slice->extraction->list(capacity, uvw, coefficients)
-                                             : list_points(slice->slice, capacity, uvw, coefficients);
+    Progress progress;
+    watch(progress, slice->token);
+    progress.throw_if_cancelled();
+    const uint64_t total = slice->extraction
+                               ? slice->extraction->list(capacity, uvw, coefficients, progress)
+                               : list_points(slice->slice, capacity, uvw, coefficients, progress);
     if (count) *count = total;
   });
 }

@@ -8,6 +8,7 @@
 
 #include "api/handles.h"
 #include "api/structs.h"
+#include "api/volume_source.h"
 #include "base/machine.h"
 #include "field/coefficients/volume_cache.h"
 #include "field/evaluate.h"
@@ -61,7 +62,17 @@ bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* opt
     *volume = nullptr;
     require(device, "device");
     const auto o = read_struct(options, "bccsplat_volume_options");
-    *volume = new bccsplat_volume(device, open_source(), o);
+    const Token token = read_token(o.cancel_token);
+    Progress progress;
+    watch(progress, token);
+    progress.throw_if_cancelled();
+    auto source = std::make_unique<VolumeSource>(open_source(), device->read_turns, progress);
+    VolumeSource& reads = *source;
+    auto made = std::make_unique<bccsplat_volume>(device, std::move(source), o);
+    reads.opened();
+    progress.throw_if_cancelled(); // a file that is salvaged does without what it could not read
+    made->token = token;
+    *volume = made.release();
   });
 }
 
@@ -95,6 +106,19 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
                            ? std::make_unique<Masks>(reader, index, owner->memory, cache / masks_part)
                            : nullptr);
   }
+  owner->log(BCCSPLAT_LOG_INFO,
+             concat("volume: caches of ", cache, " bytes, ", share.coefficients,
+                    " of them for each channel's coefficients; playing needs ", playing.bytes()));
+}
+
+void bccsplat_volume::tell_repeats(const Coefficients& coefficients) const {
+  const uint64_t repeats = coefficients.layers_repeated();
+  uint64_t told = repeats_told_.load();
+  if (repeats == 0 || repeats < 2 * told || !repeats_told_.compare_exchange_strong(told, repeats)) return;
+  device->log(BCCSPLAT_LOG_INFO,
+              concat("volume: ", repeats, " layers of coefficients were made again, which a cache of ",
+                     cache_bytes,
+                     " bytes had let go; a larger cache_bytes or memory_budget would hold them"));
 }
 
 const ChannelInfo& bccsplat_volume::channel(uint32_t index) const {
@@ -314,6 +338,18 @@ bccsplat_status bccsplat_volume_get_times(const bccsplat_volume* volume, double*
   });
 }
 
+bccsplat_status bccsplat_volume_get_frame_ranges(const bccsplat_volume* volume, uint32_t channel,
+                                                 double* ranges, uint64_t capacity, uint64_t* count) {
+  return guard([&] {
+    require(volume, "volume");
+    const std::vector<Range>& frames = volume->channel(channel).frames;
+    if (capacity > 0) require(ranges, "ranges");
+    for (size_t i = 0; i < std::min<uint64_t>(capacity, frames.size()); ++i)
+      ranges[2 * i] = frames[i].low, ranges[2 * i + 1] = frames[i].high;
+    if (count) *count = frames.size();
+  });
+}
+
 bccsplat_status bccsplat_volume_time_to_index(const bccsplat_volume* volume, double time, double* index) {
   return guard([&] {
     require(volume, "volume"), require(index, "index");
@@ -377,11 +413,14 @@ bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, 
     if (n == 0) return;
     require(xyzt, "xyzt"), require(values, "values");
     Progress progress;
+    watch(progress, volume->token);
+    progress.throw_if_cancelled();
     const std::span points(reinterpret_cast<const Vec4*>(xyzt), n);
     std::span<std::array<float, 4>> slopes;
     if (gradients) slopes = {reinterpret_cast<std::array<float, 4>*>(gradients), n};
     const EvaluateMisses misses =
         evaluate4(c, points, {values, n}, slopes, volume->device->context(progress));
+    volume->tell_repeats(c);
     if (misses.outside > 0)
       fail(Code::out_of_domain, misses.outside, " of ", n, " points lie outside the domain");
     if (misses.holes > 0) fail(Code::hole, misses.holes, " of ", n, " points lie in holes");
@@ -392,8 +431,10 @@ bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume, bccsplat_p
                                        void* progress_user, bccsplat_verify_report* report) {
   return guard([&] {
     require(volume, "volume"), require(report, "report");
-    Progress watch(progress_callback(progress, progress_user));
-    const Bcc4VerifyResult result = volume->reader->verify_all(volume->device->context(watch));
+    Progress checking(progress_callback(progress, progress_user));
+    watch(checking, volume->token);
+    checking.throw_if_cancelled();
+    const Bcc4VerifyResult result = volume->reader->verify_all(volume->device->context(checking));
     bccsplat_verify_report out{};
     out.chunks = result.chunks, out.chunks_damaged = result.chunks_damaged,
     out.bytes_checked = result.bytes_checked;

@@ -63,6 +63,7 @@ bccsplat_status finish(bccsplat_writer* writer, bccsplat_writer_report* report, 
   return guard([&] {
     const Alone alone(writer, "writer");
     check_output(report, "report");
+    writer->progress.begin_call();
     write_report(report, run(writer->writer));
     for (const std::string& text : writer->writer.warnings()) writer->device->log(BCCSPLAT_LOG_WARNING, text);
   });
@@ -101,6 +102,7 @@ bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t chan
     if (count > 0) require(boxes, "boxes");
     writer->writer.require_channel(channel);
     if (count > UINT32_MAX) fail(Code::invalid_argument, "count: ", count, " boxes of one frame");
+    writer->progress.begin_call();
     std::vector<FrameBox> frame;
     frame.reserve(count);
     for (uint64_t i = 0; i < count; ++i) frame.push_back(read_box(boxes, i));
@@ -128,6 +130,7 @@ bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t chan
   return guard([&] {
     const Alone alone(writer, "writer");
     require(samples, "samples");
+    writer->progress.begin_call();
     writer->writer.add_layer(channel, layer, {samples, count});
   });
 }
@@ -137,6 +140,7 @@ bccsplat_status bccsplat_writer_add_field(bccsplat_writer* writer, uint32_t chan
   return guard([&] {
     const Alone alone(writer, "writer");
     if (!field) fail(Code::invalid_argument, "field is NULL");
+    writer->progress.begin_call();
     writer->writer.add_field(channel, [&](std::span<const double> points, std::span<float> values) {
       return field(user, values.size(), points.data(), values.data()) == 0;
     });
@@ -219,12 +223,15 @@ bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count, con
     if (count > 0) require(parts, "parts");
     check_output(report, "report");
     const auto o = read_struct(options, "bccsplat_join_options");
+    const Token token = read_token(o.cancel_token);
     std::vector<std::string> paths;
     for (uint64_t i = 0; i < count; ++i) {
       require(parts[i], "parts[i]");
       paths.emplace_back(parts[i]);
     }
     Progress progress(progress_callback(o.progress, o.progress_user));
+    watch(progress, token);
+    progress.throw_if_cancelled();
     write_report(report, join_parts(open_parts(paths), path, o.overwrite != 0, device->context(progress)));
   });
 }

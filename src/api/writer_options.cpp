@@ -5,6 +5,7 @@
 
 #include "api/structs.h"
 #include "api/writer.h"
+#include "formats/bcc4/metadata.h"
 
 namespace bccsplat::api {
 namespace {
@@ -86,6 +87,9 @@ PartSettings read_part(const bccsplat_series_part& part, uint32_t frames) {
 ChannelSettings read_channel(const bccsplat_channel_options& in) {
   ChannelSettings out;
   out.name = text_or(in.name, "value");
+  // Readers ask for it as it was given, so that mending it as other texts would lose it.
+  if (!is_utf8(out.name))
+    fail(Code::invalid_argument, "channel ", to_utf8(out.name), ": its name is not UTF-8");
   out.unit = text_or(in.unit, "");
   if (in.set_mask & ~3u) fail(Code::invalid_argument, "channel ", out.name, ": unknown bits in set_mask");
   if (in.source_type < 0 || in.source_type > 9)

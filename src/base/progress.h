@@ -3,12 +3,15 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <span>
 
+#include "base/cancel_token.h"
 #include "base/error.h"
 
 namespace bccsplat {
@@ -29,9 +32,31 @@ class Progress {
   Progress(Progress& whole, double begin, double end)
       : whole_(&whole), begin_(begin), length_(end - begin), counts_(whole.counts_) {}
 
+  // A token whose cancels from now on end the call as cancel() does, at most two; they outlive this. Null:
+  // none.
+  void watch(const CancelToken* token) {
+    if (token) tokens_.at(watched_++) = {token, token->cancels()};
+  }
+  // For an object that makes several calls with one Progress: a call begins. Cancels of tokens before it
+  // count no more; throws Code::cancelled where a token stands cancelled.
+  void begin_call() {
+    for (Watched& w : std::span(tokens_).first(watched_)) {
+      w.cancels_before = w.token->cancels();
+      if (w.token->cancelled()) fail_cancelled();
+    }
+  }
+
   void cancel() noexcept { whole_ ? whole_->cancel() : cancelled_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool cancelled() const noexcept {
-    return whole_ ? whole_->cancelled() : cancelled_.load(std::memory_order_relaxed);
+    if (whole_) return whole_->cancelled();
+    if (cancelled_.load(std::memory_order_relaxed)) return true;
+    for (const Watched& w : std::span(tokens_).first(watched_))
+      if (w.token->cancelled_since(w.cancels_before)) return true;
+    return false;
+  }
+  // Throws Code::cancelled once cancelled; the host is not asked.
+  void throw_if_cancelled() const {
+    if (cancelled()) fail_cancelled();
   }
 
   // Throws Code::cancelled once cancelled. Stages that cannot tell how far they are give the host its chance
@@ -75,11 +100,16 @@ class Progress {
     last_.store(Clock::now().time_since_epoch(), std::memory_order_relaxed);
     if (callback_(fraction) != 0) cancel();
   }
-  void throw_if_cancelled() const {
-    if (cancelled()) fail(Code::cancelled, "cancelled by the caller");
-  }
+  [[noreturn]] static void fail_cancelled() { fail(Code::cancelled, "cancelled by the caller"); }
+
+  struct Watched {
+    const CancelToken* token = nullptr;
+    uint64_t cancels_before = 0;
+  };
 
   Callback callback_;
+  std::array<Watched, 2> tokens_{};
+  size_t watched_ = 0;
   Progress* whole_ = nullptr; // null: the call's own
   double begin_ = 0, length_ = 1;
   bool counts_ = false;

@@ -22,6 +22,7 @@ struct PlaceRun {
   PointPlace place;
   uint64_t begin, end; // points
 };
+constexpr uint64_t points_per_check = 65536;
 constexpr size_t max_runs = block / 4; // worth moving as they are
 
 struct Summary {
@@ -32,12 +33,18 @@ struct Summary {
 };
 
 // Stable: places of points by rising key, keys below `count`.
-std::vector<uint64_t> counting_sort(std::span<const uint32_t> keys, uint64_t count) {
+std::vector<uint64_t> counting_sort(std::span<const uint32_t> keys, uint64_t count, Progress& progress) {
   std::vector<uint64_t> start(count + 1);
-  for (const uint32_t k : keys) ++start[k + 1];
+  for (uint64_t n = 0; n < keys.size(); ++n) {
+    if (n % points_per_check == 0) progress.check();
+    ++start[keys[n] + 1];
+  }
   std::partial_sum(start.begin(), start.end(), start.begin());
   std::vector<uint64_t> order(keys.size());
-  for (uint64_t n = 0; n < keys.size(); ++n) order[start[keys[n]]++] = n;
+  for (uint64_t n = 0; n < keys.size(); ++n) {
+    if (n % points_per_check == 0) progress.check();
+    order[start[keys[n]]++] = n;
+  }
   return order;
 }
 
@@ -137,20 +144,28 @@ PointOrder order_points(uint64_t points, uint32_t cells,
   if (!scattered) return order_runs(summaries, gather);
   std::vector<PointPlace> at(points);
   context.tasks.parallel_for(summaries.size(), [&](uint64_t b) {
+    context.progress.check();
     place(b * block, std::span(at).subspan(b * block, std::min(block, points - b * block)));
   });
   const auto window = [&](uint64_t n) { return static_cast<uint32_t>(int64_t{at[n].window} - all.low); };
   if (windows < keys_per_point * points + spare_keys) {
     std::vector<uint32_t> keys(points);
-    for (uint64_t n = 0; n < points; ++n) keys[n] = gather ? window(n) * cells + at[n].cell : window(n);
-    result.order = counting_sort(keys, gather ? windows * cells : windows);
+    for (uint64_t n = 0; n < points; ++n) {
+      if (n % points_per_check == 0) context.progress.check();
+      keys[n] = gather ? window(n) * cells + at[n].cell : window(n);
+    }
+    result.order = counting_sort(keys, gather ? windows * cells : windows, context.progress);
   } else {
     result.order.resize(points);
     std::iota(result.order.begin(), result.order.end(), uint64_t{0});
-    std::stable_sort(result.order.begin(), result.order.end(),
-                     [&](uint64_t a, uint64_t b) { return at[a].window < at[b].window; });
+    uint64_t compared = 0;
+    std::stable_sort(result.order.begin(), result.order.end(), [&](uint64_t a, uint64_t b) {
+      if (++compared % points_per_check == 0) context.progress.check();
+      return at[a].window < at[b].window;
+    });
   }
   for (uint64_t n = 0; n < points; ++n) {
+    if (n % points_per_check == 0) context.progress.check();
     const int32_t w = at[result.order[n]].window;
     if (result.groups.empty() || result.groups.back().window != w) result.groups.push_back({w, n, n});
     result.groups.back().end = n + 1;

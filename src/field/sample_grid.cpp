@@ -246,11 +246,14 @@ template<class Body> void for_sites(const Slice& slice, const Body& body) {
 
 } // namespace
 
-uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, float* coefficients) {
+uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, float* coefficients,
+                     Progress& progress) {
+  constexpr uint64_t points_per_check = 4096;
   const float above_air = slice.base - slice.air;
   uint64_t n = 0;
   const auto list = [&](int coset, const Int3& site, float coefficient) {
     const uint64_t i = n++;
+    if (i % points_per_check == 0) progress.check();
     if (i >= capacity) return;
     if (coefficients) coefficients[i] = above_air + coefficient;
     if (!positions) return;

@@ -29,6 +29,7 @@ void sample_grid(const Slice& slice, const Grid& grid, float* values, const Cont
 
 // Writes positions (slice space, 3 floats each) and coefficients of the first `capacity` kept points in brick
 // order; either may be null. Returns how many points there are.
-uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, float* coefficients);
+uint64_t list_points(const Slice& slice, uint64_t capacity, float* positions, float* coefficients,
+                     Progress& progress);
 
 } // namespace bccsplat

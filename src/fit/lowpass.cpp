@@ -283,6 +283,7 @@ void Lowpass::hand_out(const LowpassFrame& filtered, const Sink& sink, const Con
     const auto& n = CellRanges::edge;
     const auto planes = static_cast<uint64_t>(scan.cells.count()[2]);
     context.tasks.parallel_for(planes, [&](uint64_t plane) {
+      context.progress.check();
       Region cell;
       for (int64_t cy = 0; cy < scan.cells.count()[1]; ++cy)
         for (int64_t cx = 0; cx < scan.cells.count()[0]; ++cx) {

@@ -7,6 +7,7 @@
 namespace bccsplat {
 namespace {
 
+constexpr uint64_t floats_per_check = 1 << 20;
 constexpr size_t sample_bytes = DeepImage::components * sizeof(float);
 using Sample = std::array<float, DeepImage::components>; // Z, ZBack, A, R, G, B
 
@@ -51,7 +52,7 @@ void DeepCollector::add(const TilePixels& tile, const SheetView& view) {
   parts_.push_back(std::move(part));
 }
 
-DeepImage DeepCollector::collect(int width, int height) {
+DeepImage DeepCollector::collect(int width, int height, Progress& progress) {
   DeepImage image;
   const auto columns = static_cast<size_t>(width), pixels = columns * static_cast<size_t>(height);
   uint64_t total = 0;
@@ -63,11 +64,19 @@ DeepImage DeepCollector::collect(int width, int height) {
     const auto w = static_cast<size_t>(part.width);
     return (static_cast<size_t>(part.y) + n / w) * columns + static_cast<size_t>(part.x) + n % w;
   };
-  for (const Part& part : parts_)
-    for (size_t n = 0; n < part.counts.size(); ++n) image.first[pixel(part, n) + 1] = part.counts[n];
-  for (size_t p = 0; p < pixels; ++p) image.first[p + 1] += image.first[p];
-  image.samples.resize(total);
   for (const Part& part : parts_) {
+    progress.check();
+    for (size_t n = 0; n < part.counts.size(); ++n) image.first[pixel(part, n) + 1] = part.counts[n];
+  }
+  for (size_t p = 0; p < pixels; ++p) image.first[p + 1] += image.first[p];
+  image.samples.reserve(total);
+  // Grows by steps, as clearing all of it takes long.
+  for (uint64_t size = 0; size < total; image.samples.resize(size)) {
+    progress.check();
+    size = std::min(total, size + floats_per_check);
+  }
+  for (const Part& part : parts_) {
+    progress.check();
     const float* from = part.samples.data();
     for (size_t n = 0; n < part.counts.size(); ++n) {
       const size_t floats = part.counts[n] * DeepImage::components;

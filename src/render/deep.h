@@ -26,8 +26,8 @@ class DeepCollector {
  public:
   explicit DeepCollector(MemoryBudget& memory) : memory_(memory) {}
   void add(const TilePixels& tile, const SheetView& view);
-  // Throws memory_budget. Until it returns, the samples are held twice.
-  [[nodiscard]] DeepImage collect(int width, int height);
+  // Throws memory_budget, cancelled. Until it returns, the samples are held twice.
+  [[nodiscard]] DeepImage collect(int width, int height, Progress& progress);
 
  private:
   struct Part {

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "render/deep.h"
 #include "render/reference.h"
+#include "splat/loop/loops.h"
 #include "splat/plan/sheet_metric.h"
 #include "splat/trail/trail.h"
 
@@ -79,6 +80,9 @@ KernelForm kernel_form(const SplatOptions& o, const QualitySettings& quality, do
   return step >= (o.shading ? 1 : 2) * quality.short_kernel ? KernelForm::short_form : KernelForm::exact;
 }
 
+// Steps as small as a ring of sheets holds.
+double finest_step(double radius) { return 2 * radius / max_ring_sheets; }
+
 // Whether segments are classified by integrals: where the transfer function is narrower than the change of
 // the field from sheet to sheet, in any direction.
 bool needs_integrals(const SplatScene& scene, Preintegrate choice) {
@@ -107,6 +111,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   double step = options.sheet_step > 0 ? options.sheet_step : quality.sheet_step;
   if (options.sheet_step > 0 && level > 0) step = std::max(std::ldexp(step, -level), finest_coarse_step);
   if (options.sheet_step == 0) step /= samples_per_unit(scene, *slice, image.width, image.height);
+  step = std::max(step, finest_step(slice->kernel.space.radius));
 
   const SheetView view = make_view(*slice, resolve_camera(scene.camera), image.width, image.height, step);
   const double unit =
@@ -169,7 +174,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
                         static_cast<float>(m.weight), m.frame});
     stats.drawn = splat_with_trail(s, sources, stills, scene.combine, o, context, emit);
   }
-  if (image.deep) *image.deep = deep.collect(image.width, image.height);
+  if (image.deep) *image.deep = deep.collect(image.width, image.height, context.progress);
 
   stats.sheet_step = std::ldexp(step, level);
   stats.level = level;

@@ -95,11 +95,13 @@ void bound_layers(Trail& trail, const std::vector<size_t>& coset, const Context&
                            "the cells of a trail's layers");
   std::vector<std::vector<BrickCells>> bound(layers, std::vector<BrickCells>(bricks.count));
   context.tasks.parallel_for(bricks.count, [&](uint64_t n) {
+    context.progress.check();
     const auto cells = bound_sums(trail, coset, bricks.of[n]);
     for (size_t i = 0; i < layers; ++i) bound[i][n] = cells[i];
   });
   std::vector<std::array<float, 2>> range(layers);
   context.tasks.parallel_for(layers, [&](uint64_t i) {
+    context.progress.check();
     SplatPoints& points = trail.sources[i].points;
     points.codes.clear();                    // of a layer alone
     std::vector<std::array<float, 2>> whole; // bricks

@@ -187,7 +187,8 @@ void Extraction::sample(const Grid& grid, float* values, const Context& context)
   }
 }
 
-uint64_t Extraction::list(uint64_t capacity, float* uvw, float* weighted) const {
+uint64_t Extraction::list(uint64_t capacity, float* uvw, float* weighted, Progress& progress) const {
+  constexpr uint64_t points_per_check = 4096;
   // Directions in lattice units are combinations of the basis: (u, v, w) -> distances along them, and back.
   Affine3 along;
   for (size_t k = 0; k < 3; ++k)
@@ -198,6 +199,7 @@ uint64_t Extraction::list(uint64_t capacity, float* uvw, float* weighted) const 
     }
   const Affine3 back = along.inverse();
   for (uint64_t n = 0; n < std::min<uint64_t>(capacity, points_.size()); ++n) {
+    if (n % points_per_check == 0) progress.check();
     const Point& p = points_[n];
     if (weighted) weighted[n] = p.weighted + (base_ - air_) * std::exp(-static_cast<float>(gaussian) * p.d2);
     if (!uvw) continue;

@@ -32,7 +32,7 @@ class Extraction {
   void sample(const Grid& grid, float* values, const Context& context) const; // x fastest
   // Writes positions (slice space, 3 floats each) and weighted samples relative to air of the first
   // `capacity` points; either may be null. Returns how many points there are.
-  uint64_t list(uint64_t capacity, float* uvw, float* weighted) const;
+  uint64_t list(uint64_t capacity, float* uvw, float* weighted, Progress& progress) const;
 
  private:
   struct Point {

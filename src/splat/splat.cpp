@@ -21,7 +21,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Conte
   if (use != KeptSheets::Use::draw)
     options.disable_skips |= skip_transfer_function | skip_cells | skip_occlusion;
   const SplatPlan plan =
-      make_plan(scene, options, context.tasks, stats, &context.memory, use != KeptSheets::Use::take);
+      make_plan(scene, options, context, stats, &context.memory, use != KeptSheets::Use::take);
   const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space, options.kernel_form);
   if (kept) kept->set_tiles(plan.tiles.size());
   const TileJob job{&scene, &options, &plan, &kernel, &context, kept, use};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/box_overlap.h"
 #include "store/channel_info.h"
 #include "store/volume_writer.h"
 
@@ -184,6 +185,8 @@ void VolumeWriter::check_boxes(uint64_t frame, std::span<const FrameBox> boxes) 
         fail(Code::invalid_argument, "box ", i, " of frame ", frame, ": begin ", begin, " and dims ", length,
              " along axis ", a, " do not fit into 0 .. ", n);
     }
+  if (const auto both = find_overlap(boxes))
+    fail(Code::invalid_argument, "boxes ", (*both)[0], " and ", (*both)[1], " of frame ", frame, " overlap");
 }
 
 // Settles, with the first data, how each channel is coded and what the fit has to do.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "tests/bench/cancel/cancel.h"
 #include "tests/bench/evaluate/evaluate.h"
 #include "tests/bench/fit/fit.h"
 #include "tests/bench/import/import.h"
@@ -40,7 +41,8 @@ constexpr Suite suites[] = {
     {"skip", bccsplat::bench::run_skip_suite},       {"scale", bccsplat::bench::run_scale_suite},
     {"splat", bccsplat::bench::run_splat_suite},     {"slice", bccsplat::bench::run_slice_suite},
     {"paper", bccsplat::bench::run_paper_suite},     {"import", bccsplat::bench::run_import_suite},
-    {"moments", bccsplat::bench::run_moments_suite}, {"pictures", bccsplat::bench::run_pictures_suite}};
+    {"moments", bccsplat::bench::run_moments_suite}, {"pictures", bccsplat::bench::run_pictures_suite},
+    {"cancel", bccsplat::bench::run_cancel_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");

@@ -17,7 +17,7 @@ top, examples, scratch = sys.argv[1:]
 sys.path.insert(0, os.path.join(top, "examples", "python"))
 sys.dont_write_bytecode = True
 import bccsplat  # noqa: E402
-from bccsplat import Cancelled, Channel, Device, Error, Frame, Renderer, Slice, Status, TransferFunction  # noqa: E402
+from bccsplat import Cancelled, CancelToken, Channel, Device, Error, Frame, Renderer, Slice, Status, TransferFunction  # noqa: E402
 from bccsplat import Volume, Writer, abi, join_parts, look_at  # noqa: E402
 from bccsplat import _library as loaded  # noqa: E402
 from bccsplat.__main__ import main  # noqa: E402
@@ -148,6 +148,10 @@ def volume_facts(volume):
     info, channel = volume.info(), volume.channel_info(volume.find_channel("density"))
     assert info.dims[:] == [21, 19, 17, 6] and info.spatial_unit == b"mm" and channel.unit == b"g"
     assert np.allclose(volume.times(), np.arange(6) / 2)
+    z, y, x = np.mgrid[0:17, 0:19, 0:21]
+    frames = [blob(x, y, z, t) for t in range(6)]
+    assert np.array_equal(volume.frame_ranges(), [(frame.min(), frame.max()) for frame in frames])
+    raises(Error, Status.NOT_FOUND, volume.frame_ranges, 1)
     assert volume.time_to_index(1.25) == 2.5 and volume.index_to_time(2.5) == 1.25
     assert volume.attributes()["source"] == volume.find_attribute("source") == "made up: ü"
     raises(Error, Status.NOT_FOUND, volume.find_channel, "colour")
@@ -270,6 +274,46 @@ def pictures(device, volume, cut, folder):
     shared.close()
 
 
+def cancelling(device, folder):
+    """A token ends every long call that has it, before it begins or under way, until it is reset."""
+    path, token = os.path.join(folder, "s.bcc4"), CancelToken()
+    assert not token.cancelled
+    volume, renderer, frame = Volume(device, path, cancel=token), Renderer(device), Frame(device, 60, 40)
+    cut = volume.slice(frame=2, cancel=token)
+    renderer.set_slice(cut)
+    renderer.set_options(cancel=token)
+    renderer.render(frame)
+    first = frame.rgba().copy()
+    token.cancel()
+    assert token.cancelled
+    points = np.zeros((1, 4))
+    for function, *arguments in ((Volume, device, path), (Slice.at, volume, 2.5), (Volume.prefetch, volume, 3.0),
+                                 (Volume.recode, volume, path + ".never"), (write, device, path + ".never"),
+                                 (join_parts, device, [path], path + ".never")):
+        raises(Cancelled, Status.CANCELLED, function, *arguments, cancel=token)
+    for method in (cut.sample_grid, cut.points, volume.verify):
+        raises(Cancelled, Status.CANCELLED, method)
+    raises(Cancelled, Status.CANCELLED, cut.evaluate, points[:, :3])
+    raises(Cancelled, Status.CANCELLED, volume.evaluate, points)
+    raises(Cancelled, Status.CANCELLED, renderer.render, frame)
+    assert np.array_equal(frame.rgba(), first) and not os.path.exists(path + ".never")
+    token.reset()
+    assert volume.evaluate(points)[0] < 0.1 and cut.sample_grid().max() > 0.9
+    renderer.render(frame)
+    assert np.array_equal(frame.rgba(), first)
+    with Writer(device, path + ".new", (9, 9, 9, 2), overwrite=True, cancel=token) as writer:
+        writer.add_frame(np.zeros((9, 9, 9), np.float32), 0)
+        token.cancel()
+        raises(Cancelled, Status.CANCELLED, writer.add_frame, np.ones((9, 9, 9), np.float32), 1)
+        token.reset()
+        writer.add_frame(np.ones((9, 9, 9), np.float32), 1)  # as if the call had not been made
+        assert writer.finish().frames == 2
+    shared = token.share()
+    token.close()
+    shared.cancel()
+    assert shared.cancelled
+
+
 def layers(device, folder):
     """Lattice samples written directly: a constant comes back but for the kernel's ripple."""
     path = os.path.join(folder, "layers.bcc4")
@@ -368,7 +412,9 @@ def log(folder):
     content[len(content) // 2] ^= 1
     messages = []
     report = Volume(Device(threads=1, log=lambda level, text: messages.append((level, text))), content).verify()
-    assert report.damages + 1 == len(messages) > 1 and messages[0][0] == "warning"  # the last: what is left whole
+    levels = [level for level, _ in messages]
+    assert levels.count("warning") == report.damages + 1 > 1  # the last: what is left whole
+    assert levels[0] == "info" and "caches of" in messages[0][1]
 
 
 def parts(device, scratch):
@@ -427,6 +473,7 @@ with Device(threads=2) as device:
     volume_facts(volume)
     cut = slices(volume)
     pictures(device, volume, cut, scratch)
+    cancelling(device, scratch)
     layers(device, scratch)
     refused_and_short(device, scratch)
     live(device, scratch)
@@ -437,6 +484,6 @@ log(scratch)
 symbols = set(open(os.path.join(top, "tests", "abi", "symbols.txt"), encoding="utf-8").read().split())
 assert set(abi.FUNCTIONS) == symbols
 never = symbols - called - {"bccsplat_abi_version"}  # that one at import
-for kind in ("device", "volume", "slice", "renderer", "frame", "writer"):
+for kind in ("device", "volume", "slice", "renderer", "frame", "writer", "cancel_token"):
     never.discard("bccsplat_%s_retain" % kind)  # one method for all: Handle.share
 assert not never, never

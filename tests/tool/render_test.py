@@ -205,9 +205,13 @@ class Render(ToolTest):
         self.picture('--time', 2, '--stats', 's.json', '--repeat', 3)
         with open(self.path('s.json')) as f:
             j = json.load(f)
-        self.assertEqual(set(j), {'ms', 'cpu_ms', 'threads', 'points', 'bytes_read', 'bytes_file', 'tiles', 'sheets', 'kernel', 'sheet_step', 'level', 'preintegrated'})
+        self.assertEqual(set(j), {'ms', 'cpu_ms', 'threads', 'points', 'bytes_read', 'bytes_read_by', 'bytes_file', 'tiles', 'sheets',
+                                  'sheets_skipped', 'sheets_reused', 'bricks', 'brick_visits', 'kernel', 'sheet_step', 'level', 'coarse_level', 'preintegrated'})
+        self.assertEqual(set(j['bricks']), {'total', 'invisible', 'outside'})
+        self.assertEqual(set(j['brick_visits']), {'total', 'hidden', 'unread'})
+        self.assertLessEqual(j['bytes_read_by']['slice'] + j['bytes_read_by']['render'], j['bytes_read'])
         self.assertEqual(set(j['ms']), {'open', 'slice', 'transform', 'splat', 'shade', 'total'})
-        self.assertEqual(set(j['points']), {'total', 'after_cull', 'splatted', 'occluded'})
+        self.assertEqual(set(j['points']), {'total', 'after_cull', 'splatted', 'occluded', 'invisible'})
         self.assertEqual(j['bytes_file'], os.path.getsize(self.path('v.bcc4')))
         self.assertGreater(j['ms']['total'], 0)
         self.assertGreater(j['sheets'], 0)

@@ -148,8 +148,18 @@ class Slice(ToolTest):
         self.assertEqual(j['affine'], [[1, 0, 0, 0], [0, 2, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1]])
         self.assertEqual(sum(j['channels'][0]['histogram']), j['sites_kept'])
         self.assertEqual(j['bytes']['file'], os.path.getsize(self.path('v.bcc4')))
+        self.assertNotIn('frames', j['channels'][0])
         out, _ = self.bcc4('info', 'v.bcc4', '--histogram')
         self.assertIn('14 x 12 x 13 x 16', out)
+
+    def test_info_tells_the_range_of_every_frame(self):
+        with open(self.path('v.bcc4.raw'), 'rb') as f:
+            source = array.array('f', f.read())
+        n = len(source) // 16
+        frames = [source[t * n:(t + 1) * n] for t in range(16)]
+        self.assertEqual(self.json('info', 'v.bcc4', '--frames')['channels'][0]['frames'], [[min(f), max(f)] for f in frames])
+        out, _ = self.bcc4('info', 'v.bcc4', '--frames')
+        self.assertEqual(out.count(' at '), 16)
 
     def test_verify_compares_every_sample(self):
         j = self.json('verify', 'v.bcc4', '--against', 'v.bcc4.raw')

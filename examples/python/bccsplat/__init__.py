@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from . import _abi as abi
 from ._library import Cancelled, Error, Status, native
+from .cancel import CancelToken
 from .device import Device
 from .render import Frame, Renderer, TransferFunction, look_at
 from .volume import Slice, Volume
 from .writer import Channel, Writer, join_parts
 
-__all__ = ["Cancelled", "Channel", "Device", "Error", "Frame", "Renderer", "Slice", "Status", "TransferFunction",
+__all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "Frame", "Renderer", "Slice", "Status", "TransferFunction",
            "Volume", "Writer", "abi", "build_info", "join_parts", "kernel_names", "look_at", "version"]
 
 

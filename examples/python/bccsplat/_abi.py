@@ -175,9 +175,11 @@ class DeviceOptions(Struct):
     runner: Any
     runner_user: int | None
     max_sites: int
+    max_reads: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("thread_count", c_int32), ("memory_budget", c_uint64),
         ("log", bccsplat_log_fn), ("log_user", c_void_p), ("runner", bccsplat_runner_fn),
-        ("runner_user", c_void_p), ("max_sites", c_uint64)]
+        ("runner_user", c_void_p), ("max_sites", c_uint64), ("max_reads", c_uint32), ("reserved", c_uint32)]
 
 
 class DeviceInfo(Struct):
@@ -261,6 +263,7 @@ class WriterOptions(Struct):
     scales: Array[c_double]
     live: int
     reserved: int
+    cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
         ("overwrite", c_int32), ("channel_count", c_uint32), ("channels", POINTER(ChannelOptions)),
@@ -269,7 +272,7 @@ class WriterOptions(Struct):
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
         ("partial", c_int32), ("lowpass", c_int32), ("levels", c_uint32), ("part", POINTER(SeriesPart)),
         ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4), ("live", c_uint32),
-        ("reserved", c_uint32)]
+        ("reserved", c_uint32), ("cancel_token", c_void_p)]
 
 
 class Box(Struct):
@@ -352,16 +355,18 @@ class JoinOptions(Struct):
     overwrite: int
     progress: Any
     progress_user: int | None
+    cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("progress", bccsplat_progress_fn),
-        ("progress_user", c_void_p)]
+        ("progress_user", c_void_p), ("cancel_token", c_void_p)]
 
 
 class VolumeOptions(Struct):
     salvage: int
     kernel: bytes | None
     cache_bytes: int
+    cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("salvage", c_int32), ("kernel", c_char_p),
-        ("cache_bytes", c_uint64)]
+        ("cache_bytes", c_uint64), ("cancel_token", c_void_p)]
 
 
 class VolumeInfo(Struct):
@@ -483,9 +488,11 @@ class RecodeOptions(Struct):
     reserved: int
     progress: Any
     progress_user: int | None
+    cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("store", c_int32),
         ("value_type", c_int32), ("value_step", c_double), ("kernel", c_char_p), ("format", c_int32),
-        ("reserved", c_int32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p)]
+        ("reserved", c_int32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
+        ("cancel_token", c_void_p)]
 
 
 class Hyperplane(Struct):
@@ -515,11 +522,12 @@ class SliceOptions(Struct):
     slab: int
     method: int
     box: int | None
+    cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("channel", c_uint32), ("kernel", c_char_p),
         ("interval", c_double * 2), ("spacing", c_double), ("time_length", c_double), ("lattice", c_int32),
         ("level", c_uint32), ("progress", bccsplat_progress_fn), ("progress_user", c_void_p),
         ("thickness", c_double), ("point", c_void_p), ("basis", c_void_p), ("slab", c_int32),
-        ("method", c_int32), ("box", c_void_p)]
+        ("method", c_int32), ("box", c_void_p), ("cancel_token", c_void_p)]
 
 
 class SliceInfo(Struct):
@@ -626,11 +634,13 @@ class RenderOptions(Struct):
     preintegrate: int
     reserved: int
     gradient_noise: float
+    cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
         ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
         ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
         ("progress", bccsplat_progress_fn), ("progress_user", c_void_p), ("deep_tolerance", c_double),
-        ("preintegrate", c_int32), ("reserved", c_uint32), ("gradient_noise", c_double)]
+        ("preintegrate", c_int32), ("reserved", c_uint32), ("gradient_noise", c_double),
+        ("cancel_token", c_void_p)]
 
 
 class PictureNeeds(Struct):
@@ -676,12 +686,26 @@ class RenderStats(Struct):
     preintegrated: int
     reserved2: int
     sheets_reused: int
+    bricks_total: int
+    bricks_invisible: int
+    bricks_outside: int
+    brick_visits: int
+    visits_hidden: int
+    visits_unread: int
+    points_invisible: int
+    sheets_skipped: int
+    bytes_read: int
+    level: int
+    reserved3: int
     _fields_ = [("struct_size", c_uint32), ("threads", c_uint32), ("ms_transform", c_double),
         ("ms_splat", c_double), ("ms_shade", c_double), ("ms_total", c_double), ("cpu_ms", c_double),
         ("points_total", c_uint64), ("points_after_cull", c_uint64), ("points_splatted", c_uint64),
         ("points_occluded", c_uint64), ("tiles", c_uint64), ("sheets", c_uint64), ("sheet_step", c_double),
         ("coarse_level", c_int32), ("reserved", c_uint32), ("preintegrated", c_int32),
-        ("reserved2", c_uint32), ("sheets_reused", c_uint64)]
+        ("reserved2", c_uint32), ("sheets_reused", c_uint64), ("bricks_total", c_uint64),
+        ("bricks_invisible", c_uint64), ("bricks_outside", c_uint64), ("brick_visits", c_uint64),
+        ("visits_hidden", c_uint64), ("visits_unread", c_uint64), ("points_invisible", c_uint64),
+        ("sheets_skipped", c_uint64), ("bytes_read", c_uint64), ("level", c_uint32), ("reserved3", c_uint32)]
 
 
 class Deep(Struct):
@@ -726,6 +750,12 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_status_name": (c_char_p, c_int32,),
     "bccsplat_last_error": (c_char_p,),
     "bccsplat_kernel_name": (c_char_p, c_uint32,),
+    "bccsplat_cancel_token_create": (c_int32, c_void_p,),
+    "bccsplat_cancel_token_retain": (None, c_void_p,),
+    "bccsplat_cancel_token_release": (None, c_void_p,),
+    "bccsplat_cancel_token_cancel": (c_int32, c_void_p,),
+    "bccsplat_cancel_token_reset": (c_int32, c_void_p,),
+    "bccsplat_cancel_token_is_cancelled": (c_int32, c_void_p, c_void_p,),
     "bccsplat_device_create": (c_int32, POINTER(DeviceOptions), c_void_p,),
     "bccsplat_device_retain": (None, c_void_p,),
     "bccsplat_device_release": (None, c_void_p,),
@@ -759,6 +789,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_volume_get_channel_info": (c_int32, c_void_p, c_uint32, POINTER(ChannelInfo),),
     "bccsplat_volume_find_channel": (c_int32, c_void_p, c_char_p, c_void_p,),
     "bccsplat_volume_get_times": (c_int32, c_void_p, c_void_p, c_uint64, c_void_p,),
+    "bccsplat_volume_get_frame_ranges": (c_int32, c_void_p, c_uint32, c_void_p, c_uint64, c_void_p,),
     "bccsplat_volume_time_to_index": (c_int32, c_void_p, c_double, c_void_p,),
     "bccsplat_volume_index_to_time": (c_int32, c_void_p, c_double, c_void_p,),
     "bccsplat_volume_get_attribute": (c_int32, c_void_p, c_uint64, c_void_p, c_void_p,),

@@ -57,7 +57,7 @@ class Error(Exception):
 
 
 class Cancelled(Error):
-    """A progress callback or Renderer.cancel() ended the call."""
+    """A progress callback, a CancelToken or Renderer.cancel() ended the call."""
 
 
 def call(name: str, *arguments: Any, watch: Watch | None = None) -> None:

@@ -18,15 +18,16 @@ class Device(Handle):
     """Threads and memory that volumes, writers and renderers share.
 
     threads: 0 for as many as the machine has. memory_budget: bytes that objects may hold for data, 0 for no limit.
-    A runner replaces the device's own threads by the host's.
+    A runner replaces the device's own threads by the host's. max_reads: reads of volumes in flight, 0 for no limit.
     """
 
     _kind = "device"
 
     def __init__(self, threads: int = 0, memory_budget: int = 0, log: Log | None = None, runner: Runner | None = None,
-                 max_sites: int = 0) -> None:
+                 max_sites: int = 0, max_reads: int = 0) -> None:
         super().__init__()
-        options = _abi.DeviceOptions(thread_count=threads, memory_budget=memory_budget, max_sites=max_sites)
+        options = _abi.DeviceOptions(thread_count=threads, memory_budget=memory_budget, max_sites=max_sites,
+                                     max_reads=max_reads)
         levels = {_abi.LOG_WARNING: "warning", _abi.LOG_INFO: "info"}
 
         def write_log(_user: int | None, level: int, message: bytes | None) -> None:

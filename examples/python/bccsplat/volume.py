@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _abi
 from ._library import Error, Progress, Watch, call, choose, decode, encode
+from .cancel import CancelToken, token_of
 from .device import Child, Device
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -33,9 +34,11 @@ class Volume(Child):
 
     def __init__(self, device: Device, source: Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, Array,
                                                      tuple[int, ReadAt]],
-                 kernel: str | None = None, cache_bytes: int = 0, **options: Any) -> None:
+                 kernel: str | None = None, cache_bytes: int = 0, cancel: CancelToken | None = None,
+                 **options: Any) -> None:
+        """cancel: of opening it and of what takes long with it."""
         super().__init__(device)
-        o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, **options)
+        o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, cancel_token=token_of(cancel), **options)
         if isinstance(source, tuple):
             self._source: Any = self._read_stream(*source)
             self._create("volume_open_stream", device.pointer, byref(self._source), byref(o))
@@ -87,6 +90,14 @@ class Volume(Child):
         times = np.empty(self.info().dims[3], np.float64)
         call("volume_get_times", self.pointer, times.ctypes.data, times.size, None)
         return times
+
+    def frame_ranges(self, channel: int = 0) -> Array:
+        """Smallest and largest value of the source [frame, 2]; empty where the file does not tell."""
+        count = c_uint64()
+        call("volume_get_frame_ranges", self.pointer, channel, None, 0, byref(count))
+        ranges = np.empty((count.value, 2), np.float64)
+        call("volume_get_frame_ranges", self.pointer, channel, ranges.ctypes.data, len(ranges), None)
+        return ranges
 
     def time_to_index(self, time: float) -> float:
         index = c_double()
@@ -147,19 +158,19 @@ class Volume(Child):
 
     def recode(self, path: Union[str, "os.PathLike[str]"], *, store: str | None = None, kernel: str | None = None,
                value_step: float = 0, format: int = 0, overwrite: bool = False,
-               progress: Progress | None = None) -> _abi.WriterReport:
+               progress: Progress | None = None, cancel: CancelToken | None = None) -> _abi.WriterReport:
         """Writes the volume anew without its source. store: "samples" or "coefficients"; None: as it is."""
         watch, report = Watch(progress), _abi.WriterReport()
         options = _abi.RecodeOptions(overwrite=overwrite, store=choose("STORE", store), value_step=value_step,
                                      kernel=encode(kernel), format=format,
-                                     progress=watch.function)
+                                     progress=watch.function, cancel_token=token_of(cancel))
         call("volume_recode", self.pointer, os.fsencode(path), byref(options), byref(report), watch=watch)
         return report
 
-    def prefetch(self, frame: float, progress: Progress | None = None) -> None:
+    def prefetch(self, frame: float, progress: Progress | None = None, cancel: CancelToken | None = None) -> None:
         """Reads and makes what the slice at a frame number needs, ahead of it: for a thread that is idle."""
         watch = Watch(progress)
-        options = _abi.SliceOptions(progress=watch.function)
+        options = _abi.SliceOptions(progress=watch.function, cancel_token=token_of(cancel))
         call("volume_prefetch", self.pointer, byref(_abi.Hyperplane(d=1, e=-frame)), byref(options), watch=watch)
 
     def slice(self, *, time: float | None = None, frame: float | None = None, plane: Sequence[float] | None = None,
@@ -182,13 +193,16 @@ class Slice(Child):
 
     def __init__(self, volume: Volume, a: float, b: float, c: float, d: float, e: float, *, channel: int = 0,
                  kernel: str | None = None, interval: tuple[float, float] = (0.0, 0.0), spacing: float = 0.0,
-                 time_length: float = 0.0, box: Any = None, progress: Progress | None = None, **options: Any) -> None:
-        """box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it."""
+                 time_length: float = 0.0, box: Any = None, progress: Progress | None = None,
+                 cancel: CancelToken | None = None, **options: Any) -> None:
+        """box: ((x0, y0, z0), (x1, y1, z1)) in index units, of a time slice; None: all of it. cancel: of making it and
+        of what takes long with it."""
         super().__init__(volume.device)
         self.volume = volume
         corners = None if box is None else np.ascontiguousarray(box, np.float64).reshape(6)
         o = _abi.SliceOptions(channel=channel, kernel=encode(kernel), spacing=spacing, time_length=time_length,
-                              box=None if corners is None else corners.ctypes.data, **options)
+                              box=None if corners is None else corners.ctypes.data, cancel_token=token_of(cancel),
+                              **options)
         o.interval[:] = [*interval]
         self._cut(byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), o, progress)
 
@@ -204,7 +218,7 @@ class Slice(Child):
 
     @classmethod
     def along(cls, volume: Volume, point: Any, basis: Any, *, channel: int = 0, kernel: str | None = None,
-              progress: Progress | None = None, **options: Any) -> Slice:
+              progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> Slice:
         """With an origin (x, y, z, t) and three directions [3, 4] of slice space in index space."""
         cut = cls.__new__(cls)
         Child.__init__(cut, volume.device)
@@ -212,7 +226,7 @@ class Slice(Child):
         at = np.ascontiguousarray(point, np.float64).reshape(4)
         axes = np.ascontiguousarray(basis, np.float64).reshape(3, 4)
         cut._cut(None, _abi.SliceOptions(channel=channel, kernel=encode(kernel), point=at.ctypes.data,
-                                         basis=axes.ctypes.data, **options), progress)
+                                         basis=axes.ctypes.data, cancel_token=token_of(cancel), **options), progress)
         return cut
 
     def info(self) -> _abi.SliceInfo:

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _abi
 from ._library import Progress, Watch, call, choose, encode
+from .cancel import CancelToken, token_of
 from .device import Child, Device
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -66,7 +67,7 @@ class Writer(Child):
                  time_unit: str | None = None, scale: float | Sequence[float] = 0.0, time_scale: float = 0.0,
                  kernel: str | None = None, ends: int | str | None = None, part: tuple[int, int] | None = None,
                  part_times: Sequence[float] = (), part_lead: int = 0, progress: Progress | None = None,
-                 **options: Any) -> None:
+                 cancel: CancelToken | None = None, **options: Any) -> None:
         super().__init__(device)
         self._watch, self._finished = Watch(progress), False
         o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
@@ -74,7 +75,7 @@ class Writer(Child):
                                overwrite=overwrite, channel_count=len(channels), spatial_unit=encode(spatial_unit),
                                time_unit=encode(time_unit), time_scale=time_scale,
                                recommended_kernel=encode(kernel), ends=choose("ENDS", ends),
-                               progress=self._watch.function, **options)
+                               progress=self._watch.function, cancel_token=token_of(cancel), **options)
         o.dims[:] = [*dims, *[0] * (4 - len(dims))]
         if isinstance(scale, (int, float)):
             o.scale = scale
@@ -201,10 +202,11 @@ class Writer(Child):
 
 
 def join_parts(device: Device, parts: Sequence[Union[str, "os.PathLike[str]"]], path: Union[str, "os.PathLike[str]"], *,
-               overwrite: bool = False, progress: Progress | None = None) -> _abi.WriterReport:
+               overwrite: bool = False, progress: Progress | None = None,
+               cancel: CancelToken | None = None) -> _abi.WriterReport:
     """One file of the parts of a series, in any order."""
     watch, report = Watch(progress), _abi.WriterReport()
     names = (ctypes.c_char_p * len(parts))(*[os.fsencode(part) for part in parts])
-    options = _abi.JoinOptions(overwrite=overwrite, progress=watch.function)
+    options = _abi.JoinOptions(overwrite=overwrite, progress=watch.function, cancel_token=token_of(cancel))
     call("join_parts", device.pointer, len(parts), names, os.fsencode(path), byref(options), byref(report), watch=watch)
     return report

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // bcc4 info: what is in a .bcc4 file.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <vector>
 
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
@@ -17,7 +19,18 @@ struct InfoArguments {
   std::string file;
   bool json = false;
   bool histogram = false;
+  bool frames = false;
 };
+
+// Of the source, frame by frame; empty where the file does not tell.
+std::vector<std::array<double, 2>> frame_ranges(const Volume& volume, uint32_t channel) {
+  uint64_t count = 0;
+  check(bccsplat_volume_get_frame_ranges(volume.get(), channel, nullptr, 0, &count), "");
+  std::vector<std::array<double, 2>> ranges(count);
+  double* const numbers = count > 0 ? ranges.front().data() : nullptr;
+  check(bccsplat_volume_get_frame_ranges(volume.get(), channel, numbers, count, nullptr), "");
+  return ranges;
+}
 
 Json channel_json(const bccsplat_channel_info& c, bool histogram) {
   Json j{{"name", c.name},
@@ -44,7 +57,7 @@ Json channel_json(const bccsplat_channel_info& c, bool histogram) {
   return j;
 }
 
-Json info_json(const Volume& volume, bool histogram) {
+Json info_json(const Volume& volume, const InfoArguments& a) {
   const bccsplat_volume_info v = volume_info(volume);
   const bccsplat_channel_info first = channel_info(volume, 0);
   uint64_t kept = 0;
@@ -88,8 +101,10 @@ Json info_json(const Volume& volume, bool histogram) {
                            {"relative_rmse", level.relative_rmse}});
   }
   j["channels"] = Json::array();
-  for (uint32_t c = 0; c < v.channel_count; ++c)
-    j["channels"].push_back(channel_json(channel_info(volume, c), histogram));
+  for (uint32_t c = 0; c < v.channel_count; ++c) {
+    j["channels"].push_back(channel_json(channel_info(volume, c), a.histogram));
+    if (a.frames) j["channels"].back()["frames"] = frame_ranges(volume, c);
+  }
   j["attributes"] = Json::object();
   for (uint64_t i = 0; i < v.attribute_count; ++i) {
     const char *key = nullptr, *value = nullptr;
@@ -169,6 +184,16 @@ void print_errors(const bccsplat_channel_info& c) {
        short_number(c.lattice_max_abs, 4));
 }
 
+void print_frames(const Volume& volume, uint32_t channel) {
+  const auto ranges = frame_ranges(volume, channel);
+  if (ranges.empty()) line("frames", "the file does not tell their ranges");
+  std::vector<double> times(ranges.size());
+  check(bccsplat_volume_get_times(volume.get(), times.data(), times.size(), nullptr), "");
+  for (size_t f = 0; f < ranges.size(); ++f)
+    line(f == 0 ? "frames" : "", f, " at ", short_number(times[f], 6), ": ", short_number(ranges[f][0], 6),
+         " to ", short_number(ranges[f][1], 6));
+}
+
 void print_info(const Volume& volume, const InfoArguments& a) {
   const bccsplat_volume_info v = volume_info(volume);
   const std::string unit = *v.time_unit ? concat(" ", v.time_unit) : "";
@@ -207,6 +232,7 @@ void print_info(const Volume& volume, const InfoArguments& a) {
          ch.missing > 0 ? concat(", ", ch.missing, " samples missing", share(ch.missing, v.cc_samples)) : "");
     print_errors(ch);
     if (a.histogram) print_histogram(ch);
+    if (a.frames) print_frames(volume, c);
   }
   for (uint64_t i = 0; i < v.attribute_count; ++i) {
     const char *key = nullptr, *value = nullptr;
@@ -223,12 +249,13 @@ Run add_info(CLI::App& app) {
   info.add_option("FILE", a->file, "A .bcc4 file");
   info.add_flag("--json", a->json, "As JSON");
   info.add_flag("--histogram", a->histogram, "With the histogram of the stored values");
+  info.add_flag("--frames", a->frames, "With the range of the source's values in every frame");
   return [a] {
     require_option(a->file, "FILE", "bcc4 info smoke.bcc4");
     const Device device = create_device(1, 0);
     const Volume volume = open_volume(device, a->file, "");
     if (a->json)
-      print_json(info_json(volume, a->histogram));
+      print_json(info_json(volume, *a));
     else
       print_info(volume, *a);
     return Exit::ok;

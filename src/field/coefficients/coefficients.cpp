@@ -181,6 +181,11 @@ Coefficients::Layers Coefficients::make_at_once(std::span<const int32_t> layers,
 Coefficients::Layers Coefficients::insert_all(std::span<const int32_t> layers, std::vector<BrickLayer> made,
                                               const Context& context) const {
   made_.fetch_add(layers.size(), std::memory_order_relaxed);
+  {
+    const std::scoped_lock lock(mutex_);
+    for (const int32_t m : layers)
+      if (!ever_made_.insert(m).second) repeated_.fetch_add(1, std::memory_order_relaxed);
+  }
   Layers result;
   for (size_t i = 0; i < layers.size(); ++i)
     result[layers[i]] = insert(layers[i], std::move(made[i]), context);
@@ -206,7 +211,7 @@ double Coefficients::stretch_rows(std::span<const int32_t> layers, const Context
   if (source_.lattice().is_static()) return unlimited;
   const size_t samples = prefilter_->reads(layers).size();
   // Coefficients spread a few sites beyond the samples: half as many bricks again, at most all.
-  Progress unheard;
+  Progress unheard(context.progress, 0, 0);
   const auto one = read<SampleLayer>(layers.first(1), context.with(unheard)).begin()->second;
   const double stand = std::max<double>(1, static_cast<double>(one->bricks())),
                share = std::min(1.5, static_cast<double>(one->brick_slots()) / stand);

@@ -76,6 +76,8 @@ class Coefficients {
   [[nodiscard]] std::set<int32_t> reads(int32_t layer) const;
   // The number of layers that the prefilter has made so far.
   [[nodiscard]] uint64_t layers_made() const { return made_.load(std::memory_order_relaxed); }
+  // How many of these it had made before and let go.
+  [[nodiscard]] uint64_t layers_repeated() const { return repeated_.load(std::memory_order_relaxed); }
 
   // For those who go through a series once: layers before `first` are not asked for again, those before
   // `next` have been made, and what only these depend on need not stay in the cache.
@@ -131,7 +133,8 @@ class Coefficients {
   mutable std::list<Key> recent_; // least recently used first
   mutable uint64_t held_ = 0;
   mutable std::set<int32_t> spared_; // samples that the layers asked for last depend on
-  mutable std::atomic<uint64_t> made_{0};
+  mutable std::atomic<uint64_t> made_{0}, repeated_{0};
+  mutable std::set<int32_t> ever_made_;
 };
 
 } // namespace bccsplat

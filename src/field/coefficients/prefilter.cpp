@@ -169,7 +169,8 @@ std::vector<BrickLayer> Prefilter::apply(std::span<const int32_t> layers,
   context.tasks.parallel_for(tiles.size(), [&](uint64_t i) {
     context.progress.advance(done.fetch_add(1, std::memory_order_relaxed), tiles.size());
     auto planes = store.take();
-    TilePlanes(plan, size, lattice_.space, tiles[i], planes->data()).make(samples, outputs, prune);
+    TilePlanes(plan, size, lattice_.space, tiles[i], planes->data())
+        .make(samples, outputs, prune, context.progress);
     store.give(std::move(planes));
   });
   return made;

@@ -93,11 +93,13 @@ PlaneBox TilePlanes::around(int margin) const {
 }
 
 void TilePlanes::make(const std::map<int32_t, const SampleLayer*>& samples,
-                      std::span<const TileLayer> outputs, float prune) {
+                      std::span<const TileLayer> outputs, float prune, const Progress& progress) {
   const int ahead = plan_.margin();
   const auto& nodes = plan_.nodes();
   const size_t first_wanted = nodes.size() - plan_.wanted();
   for (int z = begin_[2] - 2 * ahead; z < end_[2]; ++z) {
+    // Tiles of many layers take longer than a host wants to wait; it is asked between them.
+    progress.throw_if_cancelled();
     if (z + ahead >= begin_[2] - ahead)
       for (const auto& [m, ring] : plan_.samples()) load(*samples.at(m), z + ahead, at(ring, z + ahead));
     for (size_t i = 0; i < nodes.size(); ++i) {

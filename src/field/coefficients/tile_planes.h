@@ -59,7 +59,7 @@ class TilePlanes {
              float* memory);
   // Makes the bricks of the tile. outputs: in the order of the layers of the plan.
   void make(const std::map<int32_t, const SampleLayer*>& samples, std::span<const TileLayer> outputs,
-            float prune);
+            float prune, const Progress& progress);
 
  private:
   using Ring = StagePlan::Ring;

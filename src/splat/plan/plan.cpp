@@ -316,8 +316,8 @@ void deal_bricks(const TileGrid& grid, SplatPlan& plan) {
 
 } // namespace
 
-SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks, SplatStats& stats,
-                    MemoryBudget* copies, bool with_points) {
+SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, const Context& context,
+                    SplatStats& stats, MemoryBudget* copies, bool with_points) {
   SplatPlan plan;
   const SheetView& view = *scene.view;
   plan_sheets(scene, options, plan);
@@ -333,14 +333,15 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks&
     plan_rows(ring, plan);
     plan_spare(plan);
   }
-  const TileGrid grid(view, choose_tile_size(plan, options, view, tasks.threads()));
+  const TileGrid grid(view, choose_tile_size(plan, options, view, context.tasks.threads()));
   cut_tiles(view, grid, plan);
   stats.tiles = plan.tiles.size();
   stats.sheets = empty ? 0 : static_cast<uint64_t>(plan.last_sheet - plan.first_sheet + 1);
   if (!empty) plan_corrections(scene, plan);
   if (empty || !with_points) return plan;
 
-  plan_bricks(scene, ring, options, tasks, copies, plan, stats);
+  plan_bricks(scene, ring, options, context, copies, plan, stats);
+  context.progress.check();
   deal_bricks(grid, plan);
   return plan;
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/aligned.h"
-#include "base/tasks.h"
+#include "base/context.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/scene.h"
 #include "splat/plan/stats.h"
@@ -121,7 +121,8 @@ struct SplatPlan {
 
 // Points may be copied (see plan_points.h) as long as three quarters of what `copies` has left stay free;
 // null: none are. with_points is false where the sheets are kept from another picture.
-[[nodiscard]] SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, Tasks& tasks,
-                                  SplatStats& stats, MemoryBudget* copies = nullptr, bool with_points = true);
+[[nodiscard]] SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options,
+                                  const Context& context, SplatStats& stats, MemoryBudget* copies = nullptr,
+                                  bool with_points = true);
 
 } // namespace bccsplat

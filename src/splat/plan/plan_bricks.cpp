@@ -181,6 +181,7 @@ class BrickChoice {
 // Takes the bricks that are seen over into the plan and counts the others.
 void collect_bricks(const std::vector<Candidate>& candidates, const SplatPoints& points, SplatPlan& plan,
                     SplatStats& stats) {
+  stats.bricks_total += candidates.size();
   for (const auto& [b, place] : candidates) {
     if (place == Place::invisible) ++stats.bricks_invisible;
     if (place == Place::outside || place == Place::gone) ++stats.bricks_outside;
@@ -188,6 +189,7 @@ void collect_bricks(const std::vector<Candidate>& candidates, const SplatPoints&
     const uint32_t count = points.bricks[b.brick].count;
     stats.points_after_cull += count;
     if (b.cells == 0) {
+      ++stats.bricks_invisible;
       stats.points_invisible += count;
       continue;
     }
@@ -205,14 +207,14 @@ void sort_bricks(SplatPlan& plan) {
 
 } // namespace
 
-void plan_bricks(const SplatScene& scene, const SplatScene& ring, const SplatOptions& options, Tasks& tasks,
-                 MemoryBudget* copies, SplatPlan& plan, SplatStats& stats) {
+void plan_bricks(const SplatScene& scene, const SplatScene& ring, const SplatOptions& options,
+                 const Context& context, MemoryBudget* copies, SplatPlan& plan, SplatStats& stats) {
   const BrickChoice choice(scene, ring, options, plan);
   std::vector<Candidate> candidates(scene.points->bricks.size());
-  each_brick(tasks, candidates.size(), [&](size_t n) { candidates[n] = choice.judge_brick(n); });
+  each_brick(context, candidates.size(), [&](size_t n) { candidates[n] = choice.judge_brick(n); });
   collect_bricks(candidates, *scene.points, plan, stats);
   if (choice.least() > 0 && copies && reserve_copies(*scene.points, *copies, plan.picked))
-    pick_points(scene, choice.looked_at(), choice.least(), tasks, plan, stats);
+    pick_points(scene, choice.looked_at(), choice.least(), context, plan, stats);
   sort_bricks(plan);
 }
 

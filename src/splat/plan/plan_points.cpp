@@ -94,12 +94,12 @@ int least_code(const SplatScene& scene, const SplatOptions& options, const Weigh
   return least;
 }
 
-void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, SplatPlan& plan,
+void pick_points(const SplatScene& scene, double look, int least, const Context& context, SplatPlan& plan,
                  SplatStats& stats) {
   const SplatPoints& points = *scene.points;
   const double distance = 2 * scene.slice->kernel.space.radius + look;
   std::vector<FineCells> large(points.bricks.size());
-  each_brick(tasks, large.size(), [&](size_t n) {
+  each_brick(context, large.size(), [&](size_t n) {
     large[n] = cells_from(points.codes.data() + n * SplatPoints::fine_cells, static_cast<uint8_t>(least));
   });
   plan.picked.position.reserve(points.count + overhang);
@@ -109,7 +109,7 @@ void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, 
   const int edge = points.edge / 2;
   FineCells all;
   all.fill(~uint64_t{0});
-  each_brick(tasks, plan.bricks.size(), [&](size_t n) {
+  each_brick(context, plan.bricks.size(), [&](size_t n) {
     PlannedBrick& b = plan.bricks[n];
     const SplatBrick& brick = points.bricks[b.brick];
     FineCells needed = all;
@@ -125,7 +125,7 @@ void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, 
                           plan.picked.coefficient.data() + brick.first);
   });
   for (const PlannedBrick& b : plan.bricks) stats.points_invisible += points.bricks[b.brick].count - b.count;
-  std::erase_if(plan.bricks, [](const PlannedBrick& b) { return b.count == 0; });
+  stats.bricks_invisible += std::erase_if(plan.bricks, [](const PlannedBrick& b) { return b.count == 0; });
 }
 
 } // namespace bccsplat

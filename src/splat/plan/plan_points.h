@@ -13,8 +13,9 @@ namespace bccsplat {
 inline constexpr size_t bricks_per_task = 64;
 
 // Calls body(n) for n in [0, count) from several threads.
-template<class Body> void each_brick(Tasks& tasks, size_t count, const Body& body) {
-  tasks.parallel_for((count + bricks_per_task - 1) / bricks_per_task, [&](uint64_t part) {
+template<class Body> void each_brick(const Context& context, size_t count, const Body& body) {
+  context.tasks.parallel_for((count + bricks_per_task - 1) / bricks_per_task, [&](uint64_t part) {
+    context.progress.check();
     for (size_t n = part * bricks_per_task; n < std::min(count, (part + 1) * bricks_per_task); ++n) body(n);
   });
 }
@@ -23,7 +24,7 @@ template<class Body> void each_brick(Tasks& tasks, size_t count, const Body& bod
 // coefficient alone could make a sample visible, and bricks that lose all of them: no sample that they change
 // is visible or looked at by a visible one. It serves pictures that are sampled at their pixels; those that
 // are raised look further. `least` is the code of the smallest such coefficients, from least_code().
-void pick_points(const SplatScene& scene, double look, int least, Tasks& tasks, SplatPlan& plan,
+void pick_points(const SplatScene& scene, double look, int least, const Context& context, SplatPlan& plan,
                  SplatStats& stats);
 // Reserves room for pick_points(); returns false when the budget has better use for it.
 [[nodiscard]] bool reserve_copies(const SplatPoints& points, MemoryBudget& budget, PickedPoints& picked);

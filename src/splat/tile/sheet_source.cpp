@@ -51,6 +51,11 @@ void SheetSource::begin_sheets(int64_t first_sheet, int64_t last_sheet) {
   if (use_ == KeptSheets::Use::keep) kept_->begin_sheets(first_gap_ - plan_.before);
 }
 
+void SheetSource::end_sheets() {
+  stats_.brick_visits += tile_.bricks.size();
+  stats_.visits_unread += tile_.bricks.size() - next_brick_;
+}
+
 void SheetSource::complete_sheets(int64_t k, const OpenPixels* open, StageClock::time_point& clock) {
   const auto finish_ring = [&](int64_t of_ring) {
     for (; next_gap_ <= of_ring + plan_.before; ++next_gap_) splat_gap(next_gap_, open, clock);
@@ -139,6 +144,7 @@ void SheetSource::activate_brick(uint32_t planned, const OpenPixels* open) {
   const SplatBrick& points = scene_.points->bricks[b.brick];
   if (open && open->hidden(b.rect)) {
     stats_.points_occluded += b.count;
+    ++stats_.visits_hidden;
     return;
   }
   prepare_sheets();

@@ -25,7 +25,6 @@ void add_lap(StageClock::time_point& from, double& sum);
 void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch);
 
 // A tile asks once in so many sheets whether the picture was cancelled.
-inline constexpr int64_t sheets_per_check = 16;
 
 struct SheetSourceArgs {
   const SplatScene* scene = nullptr;
@@ -47,6 +46,9 @@ class SheetSource {
   // Completes the sheets up to k, which rises from call to call. What `open` hides is left out; null:
   // everything is open. `clock` is that of the stage under way.
   void complete_sheets(int64_t k, const OpenPixels* open, StageClock::time_point& clock);
+
+  // Counts the visits of the tile to bricks: no sheet is asked for any more.
+  void end_sheets();
 
   // These two ask for one of the last finished_sheets completed sheets: whether anything is on it, and its
   // plane, which starts at the tile's first pixel and reaches plan.border beyond the tile. Quantity 0 is the

@@ -49,6 +49,7 @@ class Tile {
 
   TilePixels draw() {
     if (first_ <= last_) march_sheets();
+    source_.end_sheets();
     return finish_pixels();
   }
 
@@ -93,7 +94,7 @@ class Tile {
     auto clock = StageClock::now();
     const int at_once = sheets_at_once();
     for (int64_t k = first_; k <= last_ && open_ > 0; k += at_once) {
-      if ((k - first_) % sheets_per_check < at_once) job_.context->progress.check();
+      job_.context->progress.check();
       const int64_t end = std::min(k + at_once, last_ + 1);
       source_.complete_sheets(end - 1 + around, open_pixels(), clock);
       if (options_.mode == RenderMode::isosurface) {

@@ -37,7 +37,7 @@ PlannedTrail plan_trail(const SplatScene& slice, std::span<const SplatScene> sou
   context.tasks.parallel_for(stats.size(), [&](uint64_t n) {
     const SplatScene& scene = n == 0 ? slice : sources[n - 1];
     const SplatOptions& options = n == 0 ? alone : together;
-    planned.objects[n] = {&scene, make_plan(scene, options, context.tasks, stats[n], copies),
+    planned.objects[n] = {&scene, make_plan(scene, options, context, stats[n], copies),
                           kernel_polynomial(scene.slice->kernel.space, options.kernel_form),
                           !same_domain(scene, slice)};
   });

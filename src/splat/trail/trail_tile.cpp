@@ -68,6 +68,7 @@ class TrailTile {
 
   TilePixels draw() {
     if (open_ > 0) march_sheets();
+    for (SheetSource& s : sources_) s.end_sheets();
     finish_pixels();
     if (options_.with_deep) m_.deep.finish_tile();
     return finished_tile(tile_, pitch_, pixel_, options_.with_deep ? &m_.deep : nullptr);
@@ -179,13 +180,16 @@ class TrailTile {
     next_mixed_ = first_ - differences_;
     auto clock = StageClock::now();
     for (int64_t k = first_; k <= last_ && open_ > 0; k += sheets_together) {
-      if ((k - first_) % sheets_per_check < sheets_together) job_.context->progress.check();
+      job_.context->progress.check();
       const int64_t end = std::min(k + sheets_together, last_ + 1), through = end - 1 + differences_;
       const OpenPixels* open = open_pixels(k);
       used_ = {};
       for (Drawn& d : drawn_) {
         for (const SheetShare& s : d.shares)
-          if (touched_[s.source]) sources_[s.source].complete_sheets(through, open, clock);
+          if (touched_[s.source]) {
+            job_.context->progress.check();
+            sources_[s.source].complete_sheets(through, open, clock);
+          }
         if (d.mixed)
           for (int64_t sheet = next_mixed_; sheet <= through; ++sheet) mix_sheet(d, sheet);
         for (int64_t sheet = k; sheet < end; ++sheet) add_sheet(d, sheet, sheet - k);

@@ -8,7 +8,7 @@ static void log_to(void* user, int32_t level, const char* message) {
   int* lines = user;
   EXPECT(level == BCCSPLAT_LOG_WARNING || level == BCCSPLAT_LOG_INFO);
   EXPECT(message && *message);
-  ++*lines;
+  if (level == BCCSPLAT_LOG_WARNING) ++*lines;
 }
 
 /* A runner that goes backwards, in the calling thread. */

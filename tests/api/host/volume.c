@@ -88,6 +88,31 @@ static int32_t cancel_at_once(void* user, double fraction) {
   return 1;
 }
 
+/* As many pairs as there are frames, of what was written. */
+static void frame_ranges(const bccsplat_volume* volume) {
+  double ranges[2 * NT + 2] = {0};
+  static float samples[SAMPLES];
+  uint64_t count = 0;
+  int t, i;
+  OK(bccsplat_volume_get_frame_ranges(volume, 0, NULL, 0, &count));
+  EXPECT(count == NT);
+  ranges[4] = -1;
+  OK(bccsplat_volume_get_frame_ranges(volume, 0, ranges, 2, NULL));
+  EXPECT(ranges[3] > 0 && ranges[4] == -1);
+  OK(bccsplat_volume_get_frame_ranges(volume, 0, ranges, NT + 1, &count));
+  for (t = 0; t < NT; ++t) {
+    float low = 1e9f, high = -1e9f;
+    fill_frame(samples, t);
+    for (i = 0; i < SAMPLES; ++i)
+      low = samples[i] < low ? samples[i] : low, high = samples[i] > high ? samples[i] : high;
+    EXPECT(ranges[2 * t] == low && ranges[2 * t + 1] == high);
+  }
+  EXPECT(ranges[2 * NT] == 0);
+  REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_frame_ranges(NULL, 0, ranges, 1, &count));
+  REFUSED(INVALID_ARGUMENT, "ranges is NULL", bccsplat_volume_get_frame_ranges(volume, 0, NULL, 1, &count));
+  REFUSED(NOT_FOUND, "channel 1", bccsplat_volume_get_frame_ranges(volume, 1, ranges, 1, &count));
+}
+
 static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   SIZED(bccsplat_volume_info, info);
   SIZED(bccsplat_channel_info, channel_info);
@@ -151,6 +176,7 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
   EXPECT(times[NT - 1] == 18 && times[NT] == 0);
   REFUSED(INVALID_ARGUMENT, "times is NULL", bccsplat_volume_get_times(volume, NULL, 1, &count));
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_get_times(NULL, times, 1, &count));
+  frame_ranges(volume);
 
   OK(bccsplat_volume_time_to_index(volume, 13, &number));
   EXPECT(number == 1.5);

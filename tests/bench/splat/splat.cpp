@@ -59,7 +59,9 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   options.tile_size = tile;
   SplatStats stats;
   Tasks tasks(1);
-  const SplatPlan plan = make_plan(scene, options, tasks, stats);
+  MemoryBudget memory_budget(UINT64_MAX);
+  Progress progress;
+  const SplatPlan plan = make_plan(scene, options, {tasks, memory_budget, progress}, stats);
   TileMemory memory;
   memory.prepare(plan, plan_tile(plan, 0, 0, tile, tile), gradient);
   const KernelPolynomial kernel = flat_polynomial(slice.kernel.space);

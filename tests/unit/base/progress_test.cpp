@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Progress of calls: what hosts are told, how they cancel, and tokens that cancel for them.
 #include "base/progress.h"
 
 #include <algorithm>
@@ -108,6 +109,50 @@ TEST(Progress, SharesHearOfCancelling) {
   EXPECT_TRUE(share.cancelled());
   EXPECT_THROW(share.check(), Error);
   EXPECT_THROW(share.advance(1, 2), Error);
+}
+
+TEST(Progress, ATokenCancelsWhatWatchesIt) {
+  CancelToken token, other;
+  Progress progress;
+  progress.watch(&token), progress.watch(&other), progress.watch(nullptr);
+  Progress share(progress, 0.5, 1);
+  EXPECT_NO_THROW(share.check());
+  other.cancel();
+  EXPECT_TRUE(share.cancelled());
+  EXPECT_THROW(share.check(), Error);
+  EXPECT_THROW(progress.throw_if_cancelled(), Error);
+}
+
+// A reset is for what begins afterwards.
+TEST(Progress, ATokenThatIsResetEndsWhatWasUnderWay) {
+  CancelToken token;
+  Progress under_way;
+  under_way.watch(&token);
+  token.cancel(), token.cancel(), token.reset();
+  EXPECT_FALSE(token.cancelled());
+  EXPECT_TRUE(under_way.cancelled());
+  Progress later;
+  later.watch(&token);
+  EXPECT_FALSE(later.cancelled());
+  EXPECT_NO_THROW(under_way.begin_call()); // another call
+  EXPECT_NO_THROW(under_way.check());
+  token.cancel();
+  EXPECT_THROW(under_way.begin_call(), Error);
+  EXPECT_TRUE(later.cancelled());
+}
+
+TEST(Progress, ManyThreadsCancelOnce) {
+  CancelToken token;
+  const uint64_t before = token.cancels();
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < 4; ++t)
+      threads.emplace_back([&token] {
+        for (int i = 0; i < 1000; ++i) token.cancel();
+      });
+  }
+  EXPECT_TRUE(token.cancelled());
+  EXPECT_EQ(token.cancels(), before + 1);
 }
 
 } // namespace bccsplat

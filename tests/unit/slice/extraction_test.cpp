@@ -86,7 +86,8 @@ TEST_F(ExtractionTest, ListsThePointsInReach) {
   const PlaneAxes axes = plane_axes(h);
   const Extraction extraction(samples, 0, h, axes, context.get());
   std::vector<float> uvw(3 * extraction.points()), weighted(extraction.points());
-  ASSERT_EQ(extraction.list(extraction.points(), uvw.data(), weighted.data()), extraction.points());
+  ASSERT_EQ(extraction.list(extraction.points(), uvw.data(), weighted.data(), context.get().progress),
+            extraction.points());
   // The count is the volume within reach of the hyperplane's part of the domain times the density of D4*.
   double high = 0, low = 10;
   for (size_t n = 0; n < weighted.size(); ++n) {

@@ -250,7 +250,7 @@ TEST_F(PlaneSlice, OutsideTheDomainIsEmpty) {
   const auto check = [&](const Slice& s) {
     EXPECT_TRUE(s.empty());
     EXPECT_EQ(s.points(), 0);
-    EXPECT_EQ(list_points(s, 0, nullptr, nullptr), 0u);
+    EXPECT_EQ(list_points(s, 0, nullptr, nullptr, context.get().progress), 0u);
     Grid grid; // around every point that the slice could have
     grid.origin = {-5, -5, -5}, grid.dims = {11, 11, 11};
     std::vector<float> v(11 * 11 * 11);

@@ -355,7 +355,7 @@ TEST(PeriodicSeries, SlicesSeeNoEnd) {
   }
   const Extraction extraction(a.samples, 0, planes[3], plane_axes(planes[3]), context);
   const Extraction inner(b.samples, 0, Hyperplane(0.1, 0.1, 0, 1, -9), plane_axes(planes[3]), context);
-  EXPECT_GT(extraction.list(0, nullptr, nullptr), 0u);
+  EXPECT_GT(extraction.list(0, nullptr, nullptr, context.progress), 0u);
 }
 
 TEST(PeriodicSeries, MasksAndBoundsGoRound) {
