@@ -1090,8 +1090,7 @@ typedef struct bccsplat_lights {
 enum {
   BCCSPLAT_MODE_DEFAULT = 0,
   BCCSPLAT_MODE_COMPOSITE = 1,  /* classified, shaded, front to back */
-  BCCSPLAT_MODE_ISOSURFACE = 2, /* the function's colour at iso_value, opaque where a ray meets it: edges are
-                                   not smoothed, draw larger and scale down for that */
+  BCCSPLAT_MODE_ISOSURFACE = 2, /* the function's colour at iso_value, opaque where a ray meets it */
   BCCSPLAT_MODE_XRAY = 3,       /* line integral of the values, no transfer function */
   BCCSPLAT_MODE_MAXIMUM = 4     /* the largest value along the ray, classified */
 };
@@ -1119,6 +1118,14 @@ enum { /* What stands for the field between two sheets, in mode composite of pic
                                              steps; ramps narrower than the change. Else off, bit for bit */
        BCCSPLAT_PREINTEGRATE_OFF = 1,     /* the value on a sheet stands for half a step on either side */
        BCCSPLAT_PREINTEGRATE_ON = 2
+};
+enum { /* The edges of mode isosurface. A pixel beside which a ray meets nothing, or another surface, gets the
+          mean of four samples within it, so that its opacity is the share that the surface covers; all others
+          stay the same, bit for bit. Depth, value and time are always those at the pixel's centre. Not with
+          trails, deep frames and the reference */
+       BCCSPLAT_SMOOTH_EDGES_DEFAULT = 0,
+       BCCSPLAT_SMOOTH_EDGES_OFF = 1,
+       BCCSPLAT_SMOOTH_EDGES_ON = 2
 };
 enum { /* bits of disable_skips: each switches one way of skipping work off, for tests */
        BCCSPLAT_SKIP_TRANSFER_FUNCTION = 1, /* bricks invisible under the transfer function */
@@ -1158,7 +1165,7 @@ typedef struct bccsplat_render_options {
                             stays within this of the one of all sheets, in opacity and in colours of up to 1;
                             in [0, 1]; 0: 0.001. The uncut picture does not change */
   int32_t preintegrate;  /* DEFAULT: where the transfer function is narrower than a step */
-  uint32_t reserved;     /* 0 */
+  int32_t smooth_edges;  /* DEFAULT: on, but with quality draft */
   double gradient_noise; /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel: what has less of a
                             gradient has no surface and is lit as if it faced every light, without highlight;
                             three times as much is a surface as any, and what lies between is lit by a mean of

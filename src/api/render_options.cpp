@@ -21,7 +21,6 @@ Camera read_camera(const bccsplat_camera* camera) {
 
 RenderOptions read_render_options(const bccsplat_render_options* options) {
   const auto in = read_struct(options, "bccsplat_render_options");
-  require_zero(in.reserved, "bccsplat_render_options.reserved");
   if (in.set_mask & ~3u) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
   if (in.mode < 0 || in.mode > 4) fail(Code::invalid_argument, "render options: mode ", in.mode);
   if (in.quality < 0 || in.quality > 4) fail(Code::invalid_argument, "render options: quality ", in.quality);
@@ -35,12 +34,16 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
     fail(Code::invalid_argument, "render options: tile_size ", in.tile_size);
   if (in.preintegrate < 0 || in.preintegrate > 2)
     fail(Code::invalid_argument, "render options: preintegrate ", in.preintegrate);
+  if (in.smooth_edges < 0 || in.smooth_edges > 2)
+    fail(Code::invalid_argument, "render options: smooth_edges ", in.smooth_edges);
   RenderOptions out;
   if (in.preintegrate)
     out.preintegrate = in.preintegrate == BCCSPLAT_PREINTEGRATE_ON ? Preintegrate::on : Preintegrate::off;
   if (in.mode) out.mode = static_cast<RenderMode>(in.mode);
   if (in.quality) out.quality = static_cast<Quality>(in.quality);
   if (in.shading) out.shading = in.shading == BCCSPLAT_SHADING_ON;
+  out.smooth_edges = in.smooth_edges ? in.smooth_edges == BCCSPLAT_SMOOTH_EDGES_ON
+                                     : quality_settings(out.quality).smooth_edges;
   const bool iso_given = in.set_mask & BCCSPLAT_RENDER_SET_ISO;
   if (iso_given && !std::isfinite(in.iso_value))
     fail(Code::invalid_argument, "render options: iso_value must be finite");

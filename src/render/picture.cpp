@@ -15,6 +15,7 @@
 #include "render/reference.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/sheet_metric.h"
+#include "splat/smooth_edges.h"
 #include "splat/trail/trail.h"
 
 namespace bccsplat {
@@ -91,6 +92,40 @@ bool needs_integrals(const SplatScene& scene, Preintegrate choice) {
   return narrowness(*scene.table, change, scene.view->step_world) >= narrow_function;
 }
 
+// Keeps the depths of an isosurface, tile by tile, and smooths its edges when all are there. Trails end at
+// the pixel centre's surface and deep samples have one depth, so that neither has edges to be smoothed.
+class EdgeSmoother {
+ public:
+  EdgeSmoother(const RenderOptions& options, bool with_trail, const Context& context, const Image& image) {
+    if (!options.smooth_edges || options.mode != RenderMode::isosurface || with_trail || image.deep) return;
+    const size_t pixels = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
+    memory_ = Reservation(context.memory, pixels * sizeof(float), "the depths of a surface's edges");
+    depths_ = {image.width, image.height, std::vector<float>(pixels)};
+  }
+
+  void add(const TilePixels& tile) {
+    if (depths_.k.empty()) return;
+    for (int y = 0; y < tile.height; ++y)
+      std::copy_n(tile.depth + static_cast<std::ptrdiff_t>(y) * tile.pitch, tile.width,
+                  depths_.k.begin() + static_cast<std::ptrdiff_t>(tile.y + y) * depths_.width + tile.x);
+  }
+
+  void smooth(const SplatScene& scene, const SplatOptions& options, const Context& context, Image& image,
+              RenderStats& stats) const {
+    if (depths_.k.empty()) return;
+    const EdgeStats edges =
+        smooth_edges(scene, options, depths_, context, [&](int i, int j, const std::array<float, 4>& rgba) {
+          std::copy(rgba.begin(), rgba.end(), image.rgba.at(i, j));
+        });
+    stats.edge_pixels = edges.pixels;
+    stats.drawn.ms_shade += edges.ms;
+  }
+
+ private:
+  Reservation memory_;
+  SurfaceDepths depths_;
+};
+
 RenderStats splat_picture(const Scene& scene, const RenderOptions& options, const Context& context,
                           Image& image) {
   const QualitySettings quality = quality_settings(options.quality);
@@ -144,14 +179,17 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   if (o.mode == RenderMode::composite && !with_trail && needs_integrals(s, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
   o.preintegrate = !table.integrals.empty();
+  EdgeSmoother edges(options, with_trail, context, image);
   const auto emit = [&](const TilePixels& tile) {
     write_tile(tile, view, image);
+    edges.add(tile);
     if (tile.deep) deep.add(tile, view);
   };
   RenderStats stats;
   stats.points_total = points->count;
   if (!with_trail) {
     stats.drawn = splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
+    edges.smooth(s, o, context, image, stats);
   } else {
     const Trail& trail = *scene.trail;
     std::vector<ClassTable> tables;
@@ -223,7 +261,8 @@ QualitySettings quality_settings(Quality quality) {
             .short_kernel = 0.5,
             .raise = coarse,
             .raise_unshaded = middle,
-            .raise_surface = long_taps};
+            .raise_surface = long_taps,
+            .smooth_edges = false};
   case Quality::normal:
     return {.sheet_step = 0.5,
             .table_entries = 2048,
@@ -233,7 +272,8 @@ QualitySettings quality_settings(Quality quality) {
             .short_kernel = 0.5,
             .raise = coarse,
             .raise_unshaded = dense,
-            .raise_surface = dense};
+            .raise_surface = dense,
+            .smooth_edges = true};
   case Quality::fine:
     return {.sheet_step = 0.25,
             .table_entries = 4096,
@@ -243,7 +283,8 @@ QualitySettings quality_settings(Quality quality) {
             .short_kernel = never,
             .raise = close,
             .raise_unshaded = {},
-            .raise_surface = {}};
+            .raise_surface = {},
+            .smooth_edges = true};
   case Quality::best:
     break;
   }
@@ -255,7 +296,8 @@ QualitySettings quality_settings(Quality quality) {
           .short_kernel = never,
           .raise = close,
           .raise_unshaded = {},
-          .raise_surface = {}};
+          .raise_surface = {},
+          .smooth_edges = true};
 }
 
 double pixels_per_unit(const SheetView& view) {

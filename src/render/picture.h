@@ -41,6 +41,9 @@ struct RenderOptions {
   std::optional<RaiseFilter> raise;                    // none: by quality
   bool reference = false;                              // render/reference.h instead of the splatter
   double deep_tolerance = default_deep_tolerance;      // of deep pictures, see DeepTile
+  // Of isosurfaces without a trail that are not deep: four samples on edge pixels. Pictures are compared
+  // sample by sample without.
+  bool smooth_edges = false;
 };
 
 struct Scene {
@@ -65,6 +68,7 @@ struct RenderStats {
   double sheet_step = 0; // T
   int level = 0;         // of the slice that was drawn; 0: the scene's own
   bool preintegrated = false;
+  uint64_t edge_pixels = 0; // that were smoothed
 };
 
 // What a quality means; the measurements behind it are in tests/bench/notes/render.md.
@@ -80,6 +84,7 @@ struct QualitySettings {
   double flat_kernel, short_kernel;
   // How sheets are raised where samples are shaded, where they are not, and in isosurfaces.
   RaiseFilter raise, raise_unshaded, raise_surface;
+  bool smooth_edges; // of isosurfaces
 };
 [[nodiscard]] QualitySettings quality_settings(Quality quality);
 

@@ -2,6 +2,8 @@
 // How far a picture is from the truth.
 #pragma once
 
+#include <memory>
+
 #include "render/image.h"
 
 namespace bccsplat::bench {
@@ -14,5 +16,8 @@ struct ImageError {
 
 // `truth` holds the pixels (stride i + stride / 2, stride j + stride / 2) of the picture.
 [[nodiscard]] ImageError image_error(const Image& picture, const Image& truth, int stride = 1);
+
+// Returns the means over blocks of `factor` pixels a side.
+[[nodiscard]] std::unique_ptr<ImageStorage> area_average(const Image& large, int factor);
 
 } // namespace bccsplat::bench

@@ -126,6 +126,9 @@ SHADING_ON = 2
 PREINTEGRATE_DEFAULT = 0
 PREINTEGRATE_OFF = 1
 PREINTEGRATE_ON = 2
+SMOOTH_EDGES_DEFAULT = 0
+SMOOTH_EDGES_OFF = 1
+SMOOTH_EDGES_ON = 2
 SKIP_TRANSFER_FUNCTION = 1
 SKIP_FRUSTUM = 2
 SKIP_OCCLUSION = 4
@@ -632,14 +635,14 @@ class RenderOptions(Struct):
     progress_user: int | None
     deep_tolerance: float
     preintegrate: int
-    reserved: int
+    smooth_edges: int
     gradient_noise: float
     cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
         ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
         ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
         ("progress", bccsplat_progress_fn), ("progress_user", c_void_p), ("deep_tolerance", c_double),
-        ("preintegrate", c_int32), ("reserved", c_uint32), ("gradient_noise", c_double),
+        ("preintegrate", c_int32), ("smooth_edges", c_int32), ("gradient_noise", c_double),
         ("cancel_token", c_void_p)]
 
 

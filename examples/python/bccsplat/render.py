@@ -185,12 +185,14 @@ class Renderer(Child):
 
     def set_options(self, *, mode: int | str | None = None, quality: int | str | None = None,
                     shading: int | str | None = None, preintegrate: int | str | None = None,
-                    iso_value: float | None = None, gradient_noise: float | None = None,
-                    progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> None:
+                    smooth_edges: int | str | None = None, iso_value: float | None = None,
+                    gradient_noise: float | None = None, progress: Progress | None = None,
+                    cancel: CancelToken | None = None, **options: Any) -> None:
         """Further options by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
         o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
                                shading=choose("SHADING", shading),
-                               preintegrate=choose("PREINTEGRATE", preintegrate), cancel_token=token_of(cancel),
+                               preintegrate=choose("PREINTEGRATE", preintegrate),
+                               smooth_edges=choose("SMOOTH_EDGES", smooth_edges), cancel_token=token_of(cancel),
                                **options)
         if iso_value is not None:
             o.set_mask |= _abi.RENDER_SET_ISO

@@ -65,6 +65,7 @@ bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_
   o.iso_value = a.iso.value_or(look.iso_value);
   o.quality = a.quality;
   o.preintegrate = a.preintegrate;
+  o.smooth_edges = a.smooth_edges;
   if (a.no_shading) o.shading = BCCSPLAT_SHADING_OFF;
   if (a.gradient_noise)
     o.set_mask |= BCCSPLAT_RENDER_SET_GRADIENT_NOISE, o.gradient_noise = *a.gradient_noise;

@@ -197,6 +197,12 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                        {"off", BCCSPLAT_PREINTEGRATE_OFF}},
                       "Draw what the transfer function shows between sheets (default auto: where it is "
                       "narrower than a step)");
+  add_choice<int32_t>(app, "--smooth-edges", a.smooth_edges,
+                      {{"auto", BCCSPLAT_SMOOTH_EDGES_DEFAULT},
+                       {"on", BCCSPLAT_SMOOTH_EDGES_ON},
+                       {"off", BCCSPLAT_SMOOTH_EDGES_OFF}},
+                      "Four samples for each pixel on an edge of an isosurface (default auto: on, but with "
+                      "--quality draft)");
   app.add_option("--kernel", a.kernel,
                  "Reconstruction kernel (default: the file's; of a file with kernel exact "
                  "the smoother default, but with --quality best)")

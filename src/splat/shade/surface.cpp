@@ -130,7 +130,8 @@ std::vector<Crossing> find_grazes(const SurfaceField& field, const SheetView& vi
       const double f = static_cast<double>(value[n]);
       const bool below = s.interval.value_low < target;
       if ((f < target) != below) {
-        found.push_back({s.interval.i, s.interval.j, s.interval.low, s.k, s.interval.value_low, f, nan, nan});
+        found.push_back({s.interval.i, s.interval.j, s.interval.low, s.k, s.interval.value_low, f, nan, nan,
+                         s.interval.number});
         continue;
       }
       // Towards the target the slope is positive, seen from below.

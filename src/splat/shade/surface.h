@@ -3,6 +3,8 @@
 // finely than sheets are apart.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -13,11 +15,12 @@
 
 namespace bccsplat {
 
-// A crossing between two sheets: pixel (i, j) of the picture, sheet numbers low < high with values on either
-// side and the field's slopes there, roughly and per sheet (NaN: unknown).
+// A crossing between two sheets: the ray through (i, j) of the picture, sheet numbers low < high with values
+// on either side and the field's slopes there, roughly and per sheet (NaN: unknown).
 struct Crossing {
-  int i = 0, j = 0;
+  double i = 0, j = 0;
   double low = 0, high = 0, value_low = 0, value_high = 0, slope_low = 0, slope_high = 0;
+  uint32_t number = 0; // by which the caller knows the ray
 };
 
 struct SurfacePoint {
@@ -52,6 +55,18 @@ void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span
 // Unit vector from a sample to the viewer, world space.
 [[nodiscard]] inline Vec3 to_viewer(const SheetView& view, double i, double j) {
   return -1.0 * normalized(view.lattice_to_world.vector(view.ray(i, j)));
+}
+
+// How near a root is found, in sheets: nearer costs a tenth of a picture and shows in none
+// (tests/bench/notes/isosurfaces.md).
+inline constexpr double root_tolerance = 0.01;
+
+// Returns the colour that light makes of a classified one.
+[[nodiscard]] inline std::array<float, 3> lit_color(const std::array<float, 4>& color, const Shading& lit) {
+  std::array<float, 3> out;
+  for (size_t c = 0; c < 3; ++c)
+    out[c] = color[c] * static_cast<float>(lit.scale[c]) + static_cast<float>(lit.highlight[c]);
+  return out;
 }
 
 // Frame index at a point of the slice, lattice units: offset + gradient . p.

@@ -22,9 +22,6 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-// How near a root is found, in sheets: nearer costs a tenth of a picture and shows in none
-// (tests/bench/notes/isosurfaces.md).
-constexpr double root_tolerance = 0.01;
 // A root may lie this far outside of its ray's part of the domain, sheets: rays are rounded to floats.
 constexpr double domain_tolerance = 1e-5;
 
@@ -247,9 +244,10 @@ class Tile {
       const float before = plane[1][at], value = plane[2][at];
       if (lacks_points(k - 1, x, y, before, c.target) || lacks_points(k, x, y, value, c.target)) continue;
       (found.grazes ? grazes : crossings)
-          .push_back({tile_.x + x, tile_.y + y, k - 1, k, static_cast<double>(before),
-                      static_cast<double>(value), 0.5 * static_cast<double>(value - plane[0][at]),
-                      0.5 * static_cast<double>(plane[3][at] - before)});
+          .push_back({static_cast<double>(tile_.x + x), static_cast<double>(tile_.y + y), k - 1, k,
+                      static_cast<double>(before), static_cast<double>(value),
+                      0.5 * static_cast<double>(value - plane[0][at]),
+                      0.5 * static_cast<double>(plane[3][at] - before), static_cast<uint32_t>(pixel(x, y))});
     }
     const double target = options_.iso_value - static_cast<double>(scene_.slice->base);
     for (const Crossing& g : find_grazes(field_, view_, target, grazes)) crossings.push_back(g);
@@ -257,8 +255,7 @@ class Tile {
     const auto& color =
         scene_.table->entry[static_cast<size_t>(scene_.table->index(static_cast<float>(options_.iso_value)))];
     for (size_t n = 0; n < hits.size(); ++n) {
-      const auto p = static_cast<size_t>(crossings[n].j - tile_.y) * static_cast<size_t>(m_.pixel_pitch) +
-                     static_cast<size_t>(crossings[n].i - tile_.x);
+      const size_t p = crossings[n].number;
       if (hits[n].k < static_cast<double>(pixel_.enter[p]) - domain_tolerance ||
           hits[n].k > static_cast<double>(pixel_.leave[p]) + domain_tolerance)
         continue;
@@ -274,12 +271,11 @@ class Tile {
 
   // above_base: the value there, relative to the base.
   void paint_pixel(size_t p, const std::array<float, 4>& color, float alpha, const Vec3& gradient,
-                   double above_base, int i, int j) {
+                   double above_base, double i, double j) {
     Shading lit{{1, 1, 1}, {}};
     if (options_.shading) lit = shade(*scene_.lights, gradient, to_viewer(view_, i, j), above_base);
-    float* const out[3] = {&pixel_.red[p], &pixel_.green[p], &pixel_.blue[p]};
-    for (size_t c = 0; c < 3; ++c)
-      *out[c] = alpha * (color[c] * static_cast<float>(lit.scale[c]) + static_cast<float>(lit.highlight[c]));
+    const std::array<float, 3> seen = lit_color(color, lit);
+    pixel_.red[p] = alpha * seen[0], pixel_.green[p] = alpha * seen[1], pixel_.blue[p] = alpha * seen[2];
     pixel_.alpha[p] = alpha;
   }
 

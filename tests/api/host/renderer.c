@@ -107,6 +107,8 @@ static void options(bccsplat_renderer* renderer) {
   WRONG("deep_tolerance", o.deep_tolerance = NAN);
   WRONG("preintegrate", o.preintegrate = 3);
   WRONG("preintegrate", o.preintegrate = -1);
+  WRONG("smooth_edges", o.smooth_edges = 3);
+  WRONG("smooth_edges", o.smooth_edges = -1);
   WRONG("iso_value", o.mode = BCCSPLAT_MODE_ISOSURFACE);
   WRONG("iso_value", o.set_mask = BCCSPLAT_RENDER_SET_ISO, o.iso_value = NAN);
   WRONG("gradient_noise", o.set_mask = BCCSPLAT_RENDER_SET_GRADIENT_NOISE, o.gradient_noise = -1);

@@ -14,8 +14,8 @@
 
 namespace bccsplat::bench {
 
-//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow] [--coast]    all of them
-//   without an option
+//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow] [--coast] [--edges]
+//   all of them without an option
 int run_render_suite(std::span<const std::string> args, const Report& report);
 
 // One way of drawing a picture.
@@ -45,5 +45,6 @@ void render_interactive(const Report& report); // turn the camera, play, jump
 void render_minify(const Report& report);      // pictures smaller than the data
 void render_narrow(const Report& report);      // transfer functions narrower than a step
 void render_coast(const Report& report);       // data with missing samples
+void render_edges(const Report& report);       // smooth edges of isosurfaces
 
 } // namespace bccsplat::bench

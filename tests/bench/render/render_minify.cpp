@@ -11,21 +11,6 @@
 namespace bccsplat::bench {
 namespace {
 
-// The mean over blocks of `factor` pixels a side.
-std::unique_ptr<ImageStorage> area_average(const Image& large, int factor) {
-  auto out = std::make_unique<ImageStorage>(large.width / factor, large.height / factor);
-  for (int j = 0; j < out->image.height; ++j)
-    for (int i = 0; i < out->image.width; ++i)
-      for (int c = 0; c < 4; ++c) {
-        double sum = 0;
-        for (int y = 0; y < factor; ++y)
-          for (int x = 0; x < factor; ++x)
-            sum += static_cast<double>(large.rgba.at(factor * i + x, factor * j + y)[c]);
-        out->image.rgba.at(i, j)[c] = static_cast<float>(sum / (factor * factor));
-      }
-  return out;
-}
-
 // Waves up to the band limit around a bright ball.
 FieldScene noisy_scene(int samples) {
   FieldScene scene = marschner_lobb_scene(samples);
