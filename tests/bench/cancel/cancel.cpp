@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Each call is first let run to its end, for its length; then it is made again and again, cancelled at random
+// moments of that length, and what is told is the time from the cancel to its return.
 #include "tests/bench/cancel/cancel.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The long calls of the C API, each on a series made for it: opening, slices, evaluation, pictures of all
+// kinds, writing, joining.
 #include "tests/bench/cancel/cancel_calls.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Every picture starts from a file that has been opened and not looked at, so that its time is that of a
+// moment at random. Rays through raw frames get the same camera and transfer function.
 #include "tests/bench/moments/level_pictures.h"
 
 #include <cmath>
