@@ -16,10 +16,17 @@ struct Near {
         last(static_cast<int>(std::floor(0.5 * (place + reach - coset)))) {}
 };
 
+double value(const KernelPolynomial& kernel, double u) {
+  double sum = 0;
+  for (int j = kernel.terms; j-- > 0;) sum = sum * u + static_cast<double>(kernel.a[static_cast<size_t>(j)]);
+  return sum;
+}
+
 // The stencil of a row whose sample 0 stands at `place`, planes, that of sample 1 a plane further along u.
-RowStencil make_row_stencil(const Slice& slice, const SiteArray& sites, const Vec3& place) {
+RowStencil make_row_stencil(const Slice& slice, const KernelPolynomial& kernel, const SiteArray& sites,
+                            const Vec3& place) {
   const double plane = slice.lattice.plane_distance(), square = plane * plane;
-  const double reach = slice.kernel.space.radius / plane;
+  const double radius = slice.kernel.space.radius, reach = radius / plane;
   struct Tap {
     std::ptrdiff_t site;
     std::array<double, 2> weight;
@@ -36,8 +43,7 @@ RowStencil make_row_stencil(const Slice& slice, const SiteArray& sites, const Ve
           for (size_t phase = 0; phase < 2; ++phase) {
             const double dx = 2 * x + c - place[0] - static_cast<double>(phase);
             const double r2 = square * (dx * dx + dy * dy + dz * dz);
-            if (r2 < slice.kernel.space.radius * slice.kernel.space.radius)
-              t.weight[phase] = slice.kernel.space.value(r2);
+            if (r2 < radius * radius) t.weight[phase] = value(kernel, 1 - r2 / (radius * radius));
             sum[phase] += t.weight[phase];
           }
           if (t.weight[0] != 0 || t.weight[1] != 0) taps.push_back(t);
@@ -99,7 +105,9 @@ void SampleSheets::begin(const Slice& slice, const StencilView& view, int64_t fi
   }
 }
 
-void SampleSheets::fill(const Slice& slice, const StencilView& view, const SiteArray& sites, bool reference) {
+void SampleSheets::fill(const Slice& slice, const StencilView& view, const SiteArray& sites, KernelForm form,
+                        bool reference) {
+  const KernelPolynomial kernel = kernel_polynomial(slice.kernel.space, form);
   uint64_t taps = 0, samples = 0;
   for (const SampleSheet& s : sheets_) {
     const auto k = static_cast<double>(s.k);
@@ -107,7 +115,7 @@ void SampleSheets::fill(const Slice& slice, const StencilView& view, const SiteA
       const Vec3 place{view.origin[0] + k * view.shift[0] + s.first_u,
                        view.origin[1] + k * view.shift[1] + (s.first_v + phase) * view.pitch_v,
                        view.origin[2] + k * view.shift[2]};
-      const RowStencil stencil = make_row_stencil(slice, sites, place);
+      const RowStencil stencil = make_row_stencil(slice, kernel, sites, place);
       taps += stencil.taps.size() + stencil.both, samples += 2;
       for (int y = phase; y < height_; y += view.phases_v) {
         const RowArgs row{sites.values.data() + y / view.phases_v * sites.row, &stencil,

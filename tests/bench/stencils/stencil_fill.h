@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "splat/loop/loops.h"
 #include "tests/bench/stencils/site_array.h"
 #include "tests/bench/stencils/stencil_view.h"
 
@@ -45,7 +46,8 @@ class SampleSheets {
  public:
   // Sheets first .. last of the view, `margin` planes beyond the domain included; the memory is kept.
   void begin(const Slice& slice, const StencilView& view, int64_t first, int64_t last, double margin);
-  void fill(const Slice& slice, const StencilView& view, const SiteArray& sites, bool reference = false);
+  void fill(const Slice& slice, const StencilView& view, const SiteArray& sites,
+            KernelForm form = KernelForm::exact, bool reference = false);
 
   // Sheets that are not there are as their nearest.
   [[nodiscard]] const SampleSheet& sheet(int64_t k) const;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
+#include <numbers>
 #include <vector>
 
 #include "base/error.h"
@@ -22,11 +24,53 @@ constexpr int border = 2; // pixels and sheets that fourth-order differences loo
 constexpr int at_once = most_raised;
 static_assert(at_once + 2 * border <= static_cast<int>(finished_sheets));
 
+// CPU time in place of the tiles' own: other programs on the machine do not count.
+void add_cpu_lap(std::clock_t& from, double& sum) {
+  const std::clock_t now = std::clock();
+  sum += 1e3 * static_cast<double>(now - from) / CLOCKS_PER_SEC;
+  from = now;
+}
+
 double planes_beyond(const StencilView& v, int taps) {
   const double slant = std::max(std::fabs(v.shift[0]), std::fabs(v.shift[1]));
   const double pixel =
       std::max(std::fabs(v.u[0]) + std::fabs(v.u[1]), v.pitch_v * (std::fabs(v.v[0]) + std::fabs(v.v[1])));
   return (border + 0.5) * slant + border * pixel + (0.5 * taps + 1);
+}
+
+// What differences of neighbours are multiplied by: along the rays, and of those across and down, which are
+// of the fourth order, as a whole.
+struct Differences {
+  bool fitted = false; // to waves of up to half a cycle per T; else of the fourth order
+  float near = 0, far = 0, across = 1, down = 1;
+};
+
+// The fit to the slope of waves at neighbours `step` T apart: of two weights, and of one for both that keeps
+// their ratio.
+struct WaveFit {
+  double near, far, whole;
+  explicit WaveFit(double step) {
+    constexpr double edge = 0.5;
+    constexpr int waves = 256;
+    double xx = 0, xy = 0, yy = 0, kx = 0, ky = 0;
+    for (int n = 1; n < waves; ++n) {
+      const double part = static_cast<double>(n) / waves, weight = (1 - part) * (1 - part);
+      const double k = 2 * std::numbers::pi * edge * part * step;
+      const double x = 2 * std::sin(k), y = 2 * std::sin(2 * k);
+      xx += weight * x * x, xy += weight * x * y, yy += weight * y * y, kx += weight * k * x,
+          ky += weight * k * y;
+    }
+    const double determinant = xx * yy - xy * xy;
+    near = (kx * yy - ky * xy) / determinant, far = (ky * xx - kx * xy) / determinant;
+    constexpr double a = 8.0 / 12, b = -1.0 / 12;
+    whole = (a * kx + b * ky) / (a * a * xx + 2 * a * b * xy + b * b * yy);
+  }
+};
+
+Differences fitted_differences(const SheetView& view) {
+  const WaveFit across(length(view.ex)), down(length(view.ey)), along(length(view.ez));
+  return {true, static_cast<float>(along.near), static_cast<float>(along.far),
+          static_cast<float>(across.whole), static_cast<float>(down.whole)};
 }
 
 struct Shot {
@@ -36,6 +80,7 @@ struct Shot {
   const RaiseRows &across, &down;
   const ClassTable& table;
   const std::vector<std::array<float, 4>>& whole;
+  Differences differences;
   double opacity_stop;
   int taps, halfway;
   std::array<int64_t, 2> range; // of sheets
@@ -50,24 +95,24 @@ class StencilTile {
         pitch_(raise_block * shot.plane_blocks), plane_floats_(static_cast<size_t>(pitch_ * pitch_) + 64) {}
 
   void draw(Image& image) {
-    auto clock = StageClock::now();
+    auto clock = std::clock();
     prepare();
-    add_lap(clock, times_.plan);
+    add_cpu_lap(clock, times_.plan);
     for (int64_t k = first_; k <= last_ && open_ > 0; k += at_once) {
       while (raised_ <= k + at_once - 1 + border) {
         raise_sheets(raised_);
         raised_ += at_once;
       }
-      add_lap(clock, times_.raise);
+      add_cpu_lap(clock, times_.raise);
       const int64_t end = std::min(k + at_once, last_ + 1);
       std::vector<SheetArgs>& list = list_;
       list.clear();
       for (int64_t sheet = k; sheet < end; ++sheet) list.push_back(sheet_args(sheet));
       open_ -= simd_sheet_loops().composite(list);
-      add_lap(clock, times_.shade);
+      add_cpu_lap(clock, times_.shade);
     }
     write(image);
-    add_lap(clock, times_.write);
+    add_cpu_lap(clock, times_.write);
   }
 
  private:
@@ -107,6 +152,15 @@ class StencilTile {
     a.whole = shot_.whole.data();
     const auto values = [&](int64_t sheet) { return plane(sheet) + border * pitch_ + border; };
     set_sheet(a, slice, view_, k, false, border, [&](int64_t sheet, size_t) { return values(sheet); });
+    // The slant is a part of the basis, so that no pixel has to take it off.
+    GradientBasis& b = a.basis;
+    const Differences& fit = shot_.differences;
+    if (fit.fitted) a.depth_scale = fit.near, a.depth_scale2 = fit.far;
+    for (size_t n = 0; n < 3; ++n) {
+      b.x[n] = fit.across * (b.x[n] - b.slant_x * b.z[n]);
+      b.y[n] = fit.down * (b.y[n] - b.slant_y * b.z[n]);
+    }
+    b.slant_x = b.slant_y = 0;
     if (shot_.halfway > 0) set_halfway(a, view_, k, shot_.halfway, values);
     return a;
   }
@@ -249,7 +303,7 @@ void StencilPicture::prepare_sites(int margin) {
 
 void StencilPicture::draw(Quality quality, Image& image) {
   times_ = {};
-  auto clock = StageClock::now();
+  auto clock = std::clock();
   const QualitySettings settings = quality_settings(quality);
   const Slice& slice = *scene_.slice;
   view_ =
@@ -275,17 +329,25 @@ void StencilPicture::draw(Quality quality, Image& image) {
   const int blocks = (size + 2 * border + raise_block - 1) / raise_block;
   across_.prepare(settings_.taps, view_.density_u, view_.slope_u(), blocks * raise_block);
   down_.prepare(settings_.taps, view_.density_v, view_.v[1], blocks * raise_block);
-  add_lap(clock, times_.plan);
+  add_cpu_lap(clock, times_.plan);
   sheets_.begin(slice, view_, range[0] - border, range[1] + border, beyond);
-  sheets_.fill(slice, view_, sites_);
-  add_lap(clock, times_.fill);
+  sheets_.fill(slice, view_, sites_,
+               settings.sheet_step >= settings.flat_kernel ? KernelForm::flat_form : KernelForm::exact);
+  add_cpu_lap(clock, times_.fill);
 
-  const Shot shot{scene_,         view_,
-                  sheets_,        across_,
-                  down_,          table,
-                  whole,          RenderOptions{}.opacity_stop,
-                  settings_.taps, integrals ? halfway_sheets(view) : 0,
-                  range,          blocks};
+  const Shot shot{scene_,
+                  view_,
+                  sheets_,
+                  across_,
+                  down_,
+                  table,
+                  whole,
+                  settings_.fitted ? fitted_differences(view) : Differences{},
+                  RenderOptions{}.opacity_stop,
+                  settings_.taps,
+                  integrals ? halfway_sheets(view) : 0,
+                  range,
+                  blocks};
   for (int y = 0; y < image.height; y += size)
     for (int x = 0; x < image.width; x += size) {
       PlannedTile tile;

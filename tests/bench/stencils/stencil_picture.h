@@ -15,6 +15,8 @@ namespace bccsplat::bench {
 struct StencilSettings {
   int tile = 124; // pixels a side at most
   int taps = 6;   // of both passes
+  // Gradients by differences that are fitted to the waves of a field, else as render() has them.
+  bool fitted = false;
 };
 
 // Where the CPU time of a frame went, ms.

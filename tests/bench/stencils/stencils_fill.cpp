@@ -79,7 +79,7 @@ void stencils_fill(const Report& report) {
         fill = std::min(fill, cpu_seconds([&] { sheets.fill(slice, view, sites); }));
       const Difference d = from_field(slice, view, sheets, report.quick ? 7 : 97);
       reference.begin(slice, view, range[0], range[1], margin);
-      reference.fill(slice, view, sites, true);
+      reference.fill(slice, view, sites, KernelForm::exact, true);
       const auto samples = static_cast<double>(sheets.samples());
       rows.push_back({figure("lattice of, cubed", n, 0), figure("step along the rays T", step, 2),
                       figure("Msamples", 1e-6 * samples, 2), figure("taps", sheets.taps_per_sample(), 1),
