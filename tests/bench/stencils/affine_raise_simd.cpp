@@ -61,24 +61,29 @@ template<int kTaps> void RaiseTaps(const RaiseBlock& b) {
   for (int r = 0; r < raise_block; ++r) {
     const int32_t base = std::min(b.sample[r][0], b.sample[r][raise_block - 1]);
     const auto offset = hn::Sub(hn::LoadU(di, b.sample[r]), hn::Set(di, base));
-    const int span = b.sample[r][0] + b.sample[r][raise_block - 1] - 2 * base + kTaps;
+    const int most = b.sample[r][0] + b.sample[r][raise_block - 1] - 2 * base;
     V w[kTaps];
     for (int t = 0; t < kTaps; ++t)
       w[t] = hn::LoadU(d, b.weight[r] + static_cast<size_t>(t) * b.weight_pitch);
-    if (span <= raise_block) { // one vector holds all samples
+    constexpr int half = kTaps / 2;
+    if (most + half <= raise_block) {
+      // One vector holds the samples of half of the taps, and another, that many further, the rest.
       for (int s = 0; s < b.sheets; ++s) {
-        const V from = hn::LoadU(d, b.source[s][r] + base);
-        V sum = hn::Zero(d);
-        for (int t = 0; t < kTaps; ++t)
-          sum = hn::MulAdd(
-              w[t], hn::TableLookupLanes(from, hn::IndicesFromVec(d, hn::Add(offset, hn::Set(di, t)))), sum);
-        hn::Store(sum, d, rows[s] + r * raise_block);
+        const float* const from = b.source[s][r] + base;
+        const V first = hn::LoadU(d, from), rest = hn::LoadU(d, from + half);
+        V sum = hn::Zero(d), other = hn::Zero(d);
+        for (int t = 0; t < half; ++t) {
+          const auto place = hn::IndicesFromVec(d, hn::Add(offset, hn::Set(di, t)));
+          sum = hn::MulAdd(w[t], hn::TableLookupLanes(first, place), sum);
+          other = hn::MulAdd(w[half + t], hn::TableLookupLanes(rest, place), other);
+        }
+        hn::Store(hn::Add(sum, other), d, rows[s] + r * raise_block);
       }
       continue;
     }
     const auto place = hn::IndicesFromVec(d, hn::And(offset, hn::Set(di, raise_block - 1)));
     const auto second = hn::RebindMask(d, hn::Gt(offset, hn::Set(di, raise_block - 1)));
-    const bool wide = span - kTaps >= raise_block;
+    const bool wide = most >= raise_block;
     for (int s = 0; s < b.sheets; ++s) {
       const float* const from = b.source[s][r] + base;
       V sum = hn::Zero(d);
