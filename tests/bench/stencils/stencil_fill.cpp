@@ -51,6 +51,7 @@ RowStencil make_row_stencil(const Slice& slice, const KernelPolynomial& kernel, 
       }
   }
   RowStencil s;
+  s.sum = sum;
   const auto add = [&](bool even, bool odd) {
     for (const Tap& t : taps)
       if ((t.weight[0] != 0) == even && (t.weight[1] != 0) == odd)
@@ -74,8 +75,8 @@ void fill_row_reference(const RowArgs& a) {
   }
 }
 
-void SampleSheets::begin(const Slice& slice, const StencilView& view, int64_t first, int64_t last,
-                         double margin) {
+void SampleSheets::begin(const Slice& slice, const StencilView& view, const SiteArray& sites, KernelForm form,
+                         int64_t first, int64_t last, double margin) {
   const double plane = slice.lattice.plane_distance();
   const auto extent = [&](size_t n, double pitch) {
     const double planes = (slice.domain_end[view.axes[n]] - slice.domain_begin[view.axes[n]]) / plane;
@@ -83,53 +84,75 @@ void SampleSheets::begin(const Slice& slice, const StencilView& view, int64_t fi
   };
   width_ = extent(0, 1), height_ = extent(1, view.pitch_v);
   pitch_ = (width_ + 31) / 32 * 32 + spare;
-  const size_t each = static_cast<size_t>(pitch_) * static_cast<size_t>(height_);
-  const auto count = static_cast<size_t>(last - first + 1);
-  const size_t floats = each * count + 2 * spare;
-  if (floats > memory_.capacity()) {
-    memory_.reserve(floats);
-    std::fill_n(memory_.data(), floats, 0.0f);
-  }
-  floats_ = floats;
-  sheets_.resize(count);
-  for (size_t n = 0; n < count; ++n) {
-    SampleSheet& s = sheets_[n];
-    s.k = first + static_cast<int64_t>(n);
+  sites_ = sites.values.data(), site_row_ = sites.row, phases_ = view.phases_v;
+  const KernelPolynomial kernel = kernel_polynomial(slice.kernel.space, form);
+  sheets_.clear(), stencils_.clear();
+  uint64_t taps = 0;
+  for (int64_t k = first; k <= last; ++k) {
+    const auto at = static_cast<double>(k);
     const auto start = [&](size_t axis, double pitch) {
       const double domain = slice.domain_begin[view.axes[axis]] / plane - margin;
-      const double origin = view.origin[axis] + static_cast<double>(s.k) * view.shift[axis];
-      return static_cast<int>(std::floor((domain - origin) / pitch));
+      return static_cast<int>(std::floor((domain - view.origin[axis] - at * view.shift[axis]) / pitch));
     };
-    s.first_u = start(0, 1), s.first_v = start(1, view.pitch_v);
-    s.samples = memory_.data() + spare + n * each;
-  }
-}
-
-void SampleSheets::fill(const Slice& slice, const StencilView& view, const SiteArray& sites, KernelForm form,
-                        bool reference) {
-  const KernelPolynomial kernel = kernel_polynomial(slice.kernel.space, form);
-  uint64_t taps = 0, samples = 0;
-  for (const SampleSheet& s : sheets_) {
-    const auto k = static_cast<double>(s.k);
-    for (int phase = 0; phase < view.phases_v; ++phase) {
-      const Vec3 place{view.origin[0] + k * view.shift[0] + s.first_u,
-                       view.origin[1] + k * view.shift[1] + (s.first_v + phase) * view.pitch_v,
-                       view.origin[2] + k * view.shift[2]};
-      const RowStencil stencil = make_row_stencil(slice, kernel, sites, place);
-      taps += stencil.taps.size() + stencil.both, samples += 2;
-      for (int y = phase; y < height_; y += view.phases_v) {
-        const RowArgs row{sites.values.data() + y / view.phases_v * sites.row, &stencil,
-                          s.samples + static_cast<std::ptrdiff_t>(y) * pitch_, width_};
-        reference ? fill_row_reference(row) : fill_row(row);
-      }
+    const SampleSheet& s = sheets_.emplace_back(SampleSheet{k, start(0, 1), start(1, view.pitch_v), nullptr});
+    for (int phase = 0; phase < phases_; ++phase) {
+      const Vec3 place{view.origin[0] + at * view.shift[0] + s.first_u,
+                       view.origin[1] + at * view.shift[1] + (s.first_v + phase) * view.pitch_v,
+                       view.origin[2] + at * view.shift[2]};
+      stencils_.push_back(make_row_stencil(slice, kernel, sites, place));
+      taps += stencils_.back().taps.size() + stencils_.back().both;
     }
   }
-  taps_ = static_cast<double>(taps) / static_cast<double>(std::max<uint64_t>(samples, 1));
+  taps_ = static_cast<double>(taps) / (2 * static_cast<double>(stencils_.size()));
 }
 
-const SampleSheet& SampleSheets::sheet(int64_t k) const {
-  return sheets_[static_cast<size_t>(
-      std::clamp(k - sheets_.front().k, int64_t{0}, static_cast<int64_t>(sheets_.size()) - 1))];
+void SampleSheets::fill(bool reference) {
+  const size_t each = static_cast<size_t>(pitch_) * static_cast<size_t>(height_);
+  floats_ = each * sheets_.size() + 2 * spare;
+  if (floats_ > memory_.capacity()) {
+    memory_.reserve(floats_);
+    std::fill_n(memory_.data(), floats_, 0.0f);
+  }
+  for (size_t n = 0; n < sheets_.size(); ++n) {
+    sheets_[n].samples = memory_.data() + spare + n * each;
+    fill_rows(n, 0, 0, width_, height_, sheets_[n].samples, pitch_, reference);
+  }
+}
+
+void SampleSheets::fill_window(int64_t k, int width, int height, int pitch, SampleSheet& window) const {
+  const size_t n = place(k);
+  const auto whole = [](int x, int period) { return x - ((x % period) + period) % period; };
+  int u = whole(window.first_u - sheets_[n].first_u, 2),
+      v = whole(window.first_v - sheets_[n].first_v, phases_);
+  window.k = k, window.first_u = sheets_[n].first_u + u, window.first_v = sheets_[n].first_v + v;
+  const int left = std::min(std::max(-u, 0), width) / 2 * 2,
+            above = std::min(std::max(-v, 0), height) / phases_ * phases_;
+  u += left, v += above;
+  fill_rows(n, u, v, std::min(width - left, width_ - u), std::min(height - above, height_ - v),
+            window.samples + static_cast<std::ptrdiff_t>(above) * pitch + left, pitch, false);
+}
+
+// Samples from (u, v) of the sheet on, which a stencil begins at.
+void SampleSheets::fill_rows(size_t sheet, int u, int v, int width, int height, float* to, int pitch,
+                             bool reference) const {
+  if (u < 0 || v < 0) return;
+  for (int y = 0; y < height; ++y) {
+    const RowStencil& stencil =
+        stencils_[sheet * static_cast<size_t>(phases_) + static_cast<size_t>(y % phases_)];
+    const RowArgs row{sites_ + (v + y) / phases_ * site_row_ + u / 2, &stencil,
+                      to + static_cast<std::ptrdiff_t>(y) * pitch, width};
+    reference ? fill_row_reference(row) : fill_row(row);
+  }
+}
+
+double SampleSheets::sum(const SampleSheet& sheet, int x, int y) const {
+  const auto n = static_cast<size_t>(&sheet - sheets_.data()) * static_cast<size_t>(phases_);
+  return stencils_[n + static_cast<size_t>(y % phases_)].sum[static_cast<size_t>(x & 1)];
+}
+
+size_t SampleSheets::place(int64_t k) const {
+  return static_cast<size_t>(
+      std::clamp(k - sheets_.front().k, int64_t{0}, static_cast<int64_t>(sheets_.size()) - 1));
 }
 
 uint64_t SampleSheets::samples() const {

@@ -22,7 +22,8 @@ struct StencilTap {
 // The taps of the samples of both phases along u: those that both have, then those of either.
 struct RowStencil {
   std::vector<StencilTap> taps;
-  size_t both = 0, even = 0; // the rest is of odd samples
+  size_t both = 0, even = 0;   // the rest is of odd samples
+  std::array<double, 2> sum{}; // of the kernel at the taps of either phase, before it is made 1
 };
 
 // One row of samples: sums of rows that begin at `sites` + StencilTap::site.
@@ -44,26 +45,40 @@ struct SampleSheet {
 
 class SampleSheets {
  public:
-  // Sheets first .. last of the view, `margin` planes beyond the domain included; the memory is kept.
-  void begin(const Slice& slice, const StencilView& view, int64_t first, int64_t last, double margin);
-  void fill(const Slice& slice, const StencilView& view, const SiteArray& sites,
-            KernelForm form = KernelForm::exact, bool reference = false);
+  // Sheets first .. last of the view, `margin` planes beyond the domain included.
+  void begin(const Slice& slice, const StencilView& view, const SiteArray& sites, KernelForm form,
+             int64_t first, int64_t last, double margin);
+  // Makes the samples of all of them; the memory is kept.
+  void fill(bool reference = false);
+  // Makes samples of sheet k in a window, rows of `pitch` floats, as far as the sheet reaches; whole vectors
+  // are written. Moves the window's first sample by less than a coset pitch, to one that a stencil begins at.
+  void fill_window(int64_t k, int width, int height, int pitch, SampleSheet& window) const;
 
   // Sheets that are not there are as their nearest.
-  [[nodiscard]] const SampleSheet& sheet(int64_t k) const;
+  [[nodiscard]] const SampleSheet& sheet(int64_t k) const { return sheets_[place(k)]; }
   [[nodiscard]] const std::vector<SampleSheet>& all() const { return sheets_; }
+  // Of one of all(): what the weights of sample (x, y) came to before they were made to sum to 1.
+  [[nodiscard]] double sum(const SampleSheet& sheet, int x, int y) const;
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] int pitch() const { return pitch_; }
   [[nodiscard]] uint64_t samples() const;
   [[nodiscard]] uint64_t bytes() const { return floats_ * sizeof(float); }
-  [[nodiscard]] double taps_per_sample() const { return taps_; } // in the mean, of the last filling
+  [[nodiscard]] double taps_per_sample() const { return taps_; } // in the mean
 
   // Finite floats on either side of a row.
   static constexpr int spare = 96;
 
  private:
+  [[nodiscard]] size_t place(int64_t k) const;
+  void fill_rows(size_t sheet, int u, int v, int width, int height, float* to, int pitch,
+                 bool reference) const;
+
+  const float* sites_ = nullptr;
+  std::ptrdiff_t site_row_ = 0;
+  int phases_ = 2;
   std::vector<SampleSheet> sheets_;
+  std::vector<RowStencil> stencils_; // for each sheet one per phase along v
   int width_ = 0, height_ = 0, pitch_ = 0;
   AlignedArray<float> memory_;
   size_t floats_ = 0;

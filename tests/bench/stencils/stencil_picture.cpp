@@ -83,36 +83,37 @@ struct Shot {
   Differences differences;
   double opacity_stop;
   int taps, halfway;
+  bool whole_sheets;
   std::array<int64_t, 2> range; // of sheets
   int plane_blocks;             // per row and column of a tile with its border
 };
 
 class StencilTile {
  public:
-  StencilTile(const Shot& shot, const PlannedTile& tile, TileMemory& memory, AlignedArray<float>& strip,
+  StencilTile(const Shot& shot, const PlannedTile& tile, TileMemory& memory, TileScratch& scratch,
               StencilTimes& times)
-      : shot_(shot), view_(shot.stencil.view), tile_(tile), m_(memory), strip_(strip), times_(times),
+      : shot_(shot), view_(shot.stencil.view), tile_(tile), m_(memory), scratch_(scratch), times_(times),
         pitch_(raise_block * shot.plane_blocks), plane_floats_(static_cast<size_t>(pitch_ * pitch_) + 64) {}
 
   void draw(Image& image) {
-    auto clock = std::clock();
+    clock_ = std::clock();
     prepare();
-    add_cpu_lap(clock, times_.plan);
+    add_cpu_lap(clock_, times_.plan);
     for (int64_t k = first_; k <= last_ && open_ > 0; k += at_once) {
       while (raised_ <= k + at_once - 1 + border) {
         raise_sheets(raised_);
         raised_ += at_once;
       }
-      add_cpu_lap(clock, times_.raise);
+      add_cpu_lap(clock_, times_.raise);
       const int64_t end = std::min(k + at_once, last_ + 1);
       std::vector<SheetArgs>& list = list_;
       list.clear();
       for (int64_t sheet = k; sheet < end; ++sheet) list.push_back(sheet_args(sheet));
       open_ -= simd_sheet_loops().composite(list);
-      add_cpu_lap(clock, times_.shade);
+      add_cpu_lap(clock_, times_.shade);
     }
     write(image);
-    add_cpu_lap(clock, times_.write);
+    add_cpu_lap(clock_, times_.write);
   }
 
  private:
@@ -131,13 +132,15 @@ class StencilTile {
     last_ = std::min(static_cast<int64_t>(std::floor(rays.high + 0.5)), shot_.range[1]);
     raised_ = first_ - border;
     // What is never raised is looked at with weight 0, and must be a number.
-    if (planes_.capacity() < finished_sheets * plane_floats_) {
-      planes_.reserve(finished_sheets * plane_floats_);
-      std::fill_n(planes_.data(), finished_sheets * plane_floats_, 0.0f);
+    if (scratch_.planes.capacity() < finished_sheets * plane_floats_) {
+      scratch_.planes.reserve(finished_sheets * plane_floats_);
+      std::fill_n(scratch_.planes.data(), finished_sheets * plane_floats_, 0.0f);
     }
   }
 
-  [[nodiscard]] float* plane(int64_t k) const { return planes_.data() + finished_slot(k) * plane_floats_; }
+  [[nodiscard]] float* plane(int64_t k) const {
+    return scratch_.planes.data() + finished_slot(k) * plane_floats_;
+  }
 
   SheetArgs sheet_args(int64_t k) const {
     const Slice& slice = *shot_.scene.slice;
@@ -198,38 +201,85 @@ class StencilTile {
   [[nodiscard]] int left() const { return tile_.x - border; }
   [[nodiscard]] int top() const { return tile_.y - border; }
 
-  // Raises sheets k .. k + at_once - 1, a strip of pixel columns at a time.
-  void raise_sheets(int64_t k) {
+  // The blocks of a strip of pixel columns, and the samples that these are raised from.
+  struct Strip {
+    int x = 0;
+    std::vector<int> blocks; // rows of pixels that they begin at
+    double low_u = 1e300, high_u = -1e300, low_v = 1e300, high_v = -1e300;
+  };
+  void find_strips(int64_t k) {
     const StencilView& s = shot_.stencil;
     const Needed n = needed(k);
+    strips_.resize(static_cast<size_t>(shot_.plane_blocks));
     for (int x = 0; x < pitch_; x += raise_block) {
-      blocks_.clear();
-      double low = 1e300, high = -1e300;
+      Strip& strip = strips_[static_cast<size_t>(x / raise_block)];
+      strip.x = x, strip.blocks.clear();
+      strip.low_u = strip.low_v = 1e300, strip.high_u = strip.high_v = -1e300;
       for (int y = 0; y < pitch_; y += raise_block) {
         const auto u = extent(s.u, x, y), v = extent(s.v, x, y);
         if (u[1] < n.low[0] || u[0] > n.high[0] || v[1] < n.low[1] || v[0] > n.high[1]) continue;
-        blocks_.push_back(y);
-        low = std::min(low, v[0]), high = std::max(high, v[1]);
+        strip.blocks.push_back(y);
+        strip.low_u = std::min(strip.low_u, u[0]), strip.high_u = std::max(strip.high_u, u[1]);
+        strip.low_v = std::min(strip.low_v, v[0]), strip.high_v = std::max(strip.high_v, v[1]);
       }
-      if (!blocks_.empty()) raise_strip(k, x, low, high);
     }
   }
 
-  void raise_strip(int64_t k, int x, double low, double high) {
+  // Makes the samples that the strips need.
+  void fill_window(int64_t k) {
+    Strip all;
+    for (const Strip& s : strips_) {
+      all.low_u = std::min(all.low_u, s.low_u), all.high_u = std::max(all.high_u, s.high_u);
+      all.low_v = std::min(all.low_v, s.low_v), all.high_v = std::max(all.high_v, s.high_v);
+    }
+    if (all.low_u > all.high_u) return;
+    const int taps = shot_.taps / 2 + 1; // one more, for places are rounded
+    const int u = static_cast<int>(std::floor(all.low_u)) - taps,
+              v = static_cast<int>(std::floor(all.low_v)) - taps;
+    const int width = static_cast<int>(std::ceil(all.high_u)) + taps + 2 - u;
+    rows_ = static_cast<int>(std::ceil(all.high_v)) + taps + shot_.stencil.phases_v - v;
+    row_floats_ = (width + 31) / 32 * 32 + SampleSheets::spare;
+    const size_t each = static_cast<size_t>(row_floats_) * static_cast<size_t>(rows_),
+                 floats = at_once * each + 2 * SampleSheets::spare;
+    if (scratch_.window.capacity() < floats) {
+      scratch_.window.reserve(floats);
+      std::fill_n(scratch_.window.data(), floats, 0.0f);
+    }
+    for (size_t n = 0; n < at_once; ++n) {
+      samples_[n] = {k, u, v, scratch_.window.data() + SampleSheets::spare + n * each};
+      shot_.sheets.fill_window(k + static_cast<int64_t>(n), width, rows_, row_floats_, samples_[n]);
+    }
+  }
+
+  // Raises sheets k .. k + at_once - 1, a strip of pixel columns at a time.
+  void raise_sheets(int64_t k) {
+    find_strips(k);
+    if (shot_.whole_sheets) {
+      rows_ = shot_.sheets.height(), row_floats_ = shot_.sheets.pitch();
+      for (size_t n = 0; n < at_once; ++n) samples_[n] = shot_.sheets.sheet(k + static_cast<int64_t>(n));
+    } else {
+      add_cpu_lap(clock_, times_.raise);
+      fill_window(k);
+      add_cpu_lap(clock_, times_.fill);
+    }
+    for (const Strip& strip : strips_)
+      if (!strip.blocks.empty()) raise_strip(k, strip);
+  }
+
+  void raise_strip(int64_t k, const Strip& strip) {
+    const int x = strip.x;
     const StencilView& s = shot_.stencil;
     // A sixty-fourth more on either side, for places are rounded.
-    const int v0 = static_cast<int>(std::floor(low - 0.02)) - (shot_.taps / 2 - 1),
-              v1 = static_cast<int>(std::floor(high + 0.02)) + shot_.taps / 2 + 1;
+    const int v0 = static_cast<int>(std::floor(strip.low_v - 0.02)) - (shot_.taps / 2 - 1),
+              v1 = static_cast<int>(std::floor(strip.high_v + 0.02)) + shot_.taps / 2 + 1;
     const int rows = (v1 - v0 + raise_block - 1) / raise_block * raise_block, strip_pitch = rows + 48;
     const size_t each = static_cast<size_t>(strip_pitch) * raise_block;
-    if (strip_.capacity() < at_once * each) {
-      strip_.reserve(at_once * each);
-      std::fill_n(strip_.data(), at_once * each, 0.0f);
+    if (scratch_.strip.capacity() < at_once * each) {
+      scratch_.strip.reserve(at_once * each);
+      std::fill_n(scratch_.strip.data(), at_once * each, 0.0f);
     }
     RaiseBlock b;
     b.taps = shot_.taps, b.sheets = at_once;
-    std::array<const SampleSheet*, at_once> sheets;
-    for (int n = 0; n < at_once; ++n) sheets[static_cast<size_t>(n)] = &shot_.sheets.sheet(k + n);
     b.out_pitch = strip_pitch;
     for (int r0 = 0; r0 < rows; r0 += raise_block) {
       for (int r = 0; r < raise_block; ++r) {
@@ -237,12 +287,12 @@ class StencilTile {
         const auto start = shot_.across.at(s.slope_u() * left() + s.row_u() * v);
         set_row(b, r, start, x);
         for (size_t n = 0; n < at_once; ++n) {
-          const int row = std::clamp(v - sheets[n]->first_v, 0, shot_.sheets.height() - 1);
-          b.source[n][r] = sheets[n]->samples + static_cast<std::ptrdiff_t>(row) * shot_.sheets.pitch() +
-                           start.whole - sheets[n]->first_u;
+          const int row = std::clamp(v - samples_[n].first_v, 0, rows_ - 1);
+          b.source[n][r] = samples_[n].samples + static_cast<std::ptrdiff_t>(row) * row_floats_ +
+                           start.whole - samples_[n].first_u;
         }
       }
-      for (size_t n = 0; n < at_once; ++n) b.out[n] = strip_.data() + n * each + r0;
+      for (size_t n = 0; n < at_once; ++n) b.out[n] = scratch_.strip.data() + n * each + r0;
       raise_turned(b);
     }
     b.out_pitch = pitch_;
@@ -250,9 +300,10 @@ class StencilTile {
       const auto start = shot_.down.at(s.v[0] * (left() + x + r) + s.v[1] * top());
       set_row(b, r, start, 0);
       for (size_t n = 0; n < at_once; ++n)
-        b.source[n][r] = strip_.data() + n * each + static_cast<size_t>(r * strip_pitch) + start.whole - v0;
+        b.source[n][r] =
+            scratch_.strip.data() + n * each + static_cast<size_t>(r * strip_pitch) + start.whole - v0;
     }
-    for (const int y : blocks_) {
+    for (const int y : strip.blocks) {
       RaiseBlock at = b;
       for (int r = 0; r < raise_block; ++r) at.sample[r] += y, at.weight[r] += y;
       for (int n = 0; n < at_once; ++n)
@@ -281,14 +332,16 @@ class StencilTile {
   const SheetView& view_;
   const PlannedTile& tile_;
   TileMemory& m_;
-  AlignedArray<float>& strip_;
+  TileScratch& scratch_;
   StencilTimes& times_;
   int pitch_; // and rows of a plane
   size_t plane_floats_;
-  AlignedArray<float> planes_;
   PixelPlanes pixel_;
   std::vector<SheetArgs> list_;
-  std::vector<int> blocks_; // rows of the strip's blocks that are needed
+  std::vector<Strip> strips_;
+  std::array<SampleSheet, at_once> samples_; // of the sheets that are raised
+  int rows_ = 0, row_floats_ = 0;            // of samples
+  std::clock_t clock_ = 0;
   int64_t first_ = 0, last_ = -1, raised_ = 0;
   int open_ = 0;
 };
@@ -329,10 +382,11 @@ void StencilPicture::draw(Quality quality, Image& image) {
   const int blocks = (size + 2 * border + raise_block - 1) / raise_block;
   across_.prepare(settings_.taps, view_.density_u, view_.slope_u(), blocks * raise_block);
   down_.prepare(settings_.taps, view_.density_v, view_.v[1], blocks * raise_block);
+  const KernelForm form =
+      settings.sheet_step >= settings.flat_kernel ? KernelForm::flat_form : KernelForm::exact;
+  sheets_.begin(slice, view_, sites_, form, range[0] - border, range[1] + border, beyond);
   add_cpu_lap(clock, times_.plan);
-  sheets_.begin(slice, view_, range[0] - border, range[1] + border, beyond);
-  sheets_.fill(slice, view_, sites_,
-               settings.sheet_step >= settings.flat_kernel ? KernelForm::flat_form : KernelForm::exact);
+  if (settings_.whole_sheets) sheets_.fill();
   add_cpu_lap(clock, times_.fill);
 
   const Shot shot{scene_,
@@ -346,6 +400,7 @@ void StencilPicture::draw(Quality quality, Image& image) {
                   RenderOptions{}.opacity_stop,
                   settings_.taps,
                   integrals ? halfway_sheets(view) : 0,
+                  settings_.whole_sheets,
                   range,
                   blocks};
   for (int y = 0; y < image.height; y += size)
@@ -353,7 +408,7 @@ void StencilPicture::draw(Quality quality, Image& image) {
       PlannedTile tile;
       tile.x = x, tile.y = y;
       tile.width = std::min(size, image.width - x), tile.height = std::min(size, image.height - y);
-      StencilTile(shot, tile, memory_, strip_, times_).draw(image);
+      StencilTile(shot, tile, memory_, scratch_, times_).draw(image);
     }
 }
 

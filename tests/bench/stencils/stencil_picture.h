@@ -15,6 +15,9 @@ namespace bccsplat::bench {
 struct StencilSettings {
   int tile = 124; // pixels a side at most
   int taps = 6;   // of both passes
+  // The sheets are made before the first tile; else each tile makes the samples that it needs, four sheets at
+  // a time.
+  bool whole_sheets = true;
   // Gradients by differences that are fitted to the waves of a field, else as render() has them.
   bool fitted = false;
 };
@@ -23,6 +26,10 @@ struct StencilSettings {
 struct StencilTimes {
   double plan = 0, fill = 0, raise = 0, shade = 0, write = 0;
   [[nodiscard]] double turn() const { return plan + raise + shade + write; }
+};
+
+struct TileScratch {
+  AlignedArray<float> planes, strip, window;
 };
 
 class StencilPicture {
@@ -36,6 +43,10 @@ class StencilPicture {
   [[nodiscard]] double prepare_ms() const { return prepare_ms_; }    // of making the sites
   [[nodiscard]] const StencilView& view() const { return view_; }
   [[nodiscard]] const SampleSheets& sheets() const { return sheets_; }
+  // Of samples: all sheets, or the window of a tile.
+  [[nodiscard]] uint64_t sample_bytes() const {
+    return settings_.whole_sheets ? sheets_.bytes() : scratch_.window.capacity() * sizeof(float);
+  }
   [[nodiscard]] uint64_t site_bytes() const { return sites_.floats * sizeof(float); }
 
  private:
@@ -47,7 +58,7 @@ class StencilPicture {
   SampleSheets sheets_;
   RaiseRows across_, down_;
   TileMemory memory_;
-  AlignedArray<float> strip_;
+  TileScratch scratch_;
   StencilTimes times_;
   double prepare_ms_ = 0;
 

@@ -50,7 +50,10 @@ void stencils_picture(const Report& report) {
         least(best, picture.times());
       };
       const Method splat = splat_method("splatter", scene, options, one);
-      const auto ms = least_ms(std::array{splat, stencils}, size, rounds);
+      StencilPicture tiles(scene, {.whole_sheets = false});
+      Method by_tiles;
+      by_tiles.draw = [&](Image& image) { tiles.draw(quality, image); };
+      const auto ms = least_ms(std::array{splat, stencils, by_tiles}, size, rounds);
       StencilPicture fitted(scene, {.fitted = true});
       Method fitted_stencils;
       fitted_stencils.draw = [&](Image& image) { fitted.draw(quality, image); };
@@ -58,21 +61,22 @@ void stencils_picture(const Report& report) {
       const ImageError now = error(splat), then = error(stencils), fit = error(fitted_stencils);
       rows.push_back({word("view", direction.name), word("quality", quality_name(quality)),
                       figure("splatter ms", ms[0], 1), figure("stencils ms", ms[1], 1),
-                      figure("stencils / splatter", ms[1] / ms[0], 2), figure("splatter dB", now.psnr(), 1),
-                      figure("stencils dB", then.psnr(), 1),
+                      figure("stencils / splatter", ms[1] / ms[0], 2), figure("filled by tiles ms", ms[2], 1),
+                      figure("splatter dB", now.psnr(), 1), figure("stencils dB", then.psnr(), 1),
                       figure("stencils, fitted differences dB", fit.psnr(), 1),
                       figure("splatter max", now.most, 3), figure("stencils max", then.most, 3),
                       figure("fitted max", fit.most, 3)});
-      stages.push_back({word("view", direction.name), word("quality", quality_name(quality)),
-                        figure("sheets", static_cast<double>(picture.sheets().all().size()), 0),
-                        figure("Msamples", 1e-6 * static_cast<double>(picture.sheets().samples()), 2),
-                        figure("taps", picture.sheets().taps_per_sample(), 1),
-                        figure("plan ms", best.plan, 1), figure("fill ms", best.fill, 1),
-                        figure("raise ms", best.raise, 1), figure("shade ms", best.shade, 1),
-                        figure("write ms", best.write, 1),
-                        figure("sites MiB", static_cast<double>(picture.site_bytes()) / 1048576, 1),
-                        figure("sheets MiB", static_cast<double>(picture.sheets().bytes()) / 1048576, 1),
-                        figure("sites made, once an axis, ms", picture.prepare_ms(), 1)});
+      stages.push_back(
+          {word("view", direction.name), word("quality", quality_name(quality)),
+           figure("sheets", static_cast<double>(picture.sheets().all().size()), 0),
+           figure("Msamples", 1e-6 * static_cast<double>(picture.sheets().samples()), 2),
+           figure("taps", picture.sheets().taps_per_sample(), 1), figure("plan ms", best.plan, 1),
+           figure("fill ms", best.fill, 1), figure("raise ms", best.raise, 1),
+           figure("shade ms", best.shade, 1), figure("write ms", best.write, 1),
+           figure("sites MiB", static_cast<double>(picture.site_bytes()) / 1048576, 1),
+           figure("sheets MiB", static_cast<double>(picture.sample_bytes()) / 1048576, 1),
+           figure("samples of a tile MiB", static_cast<double>(tiles.sample_bytes()) / 1048576, 2),
+           figure("sites made, once an axis, ms", picture.prepare_ms(), 1)});
     }
   }
   report.table(concat(field.name, ' ', n, "^3, ", size, "^2, CPU ms of one thread, in turn, least of ",
