@@ -83,7 +83,7 @@ void SampleSheets::begin(const Slice& slice, const StencilView& view, const Site
     return static_cast<int>(std::ceil((planes + 2 * margin) / pitch)) + 1;
   };
   width_ = extent(0, 1), height_ = extent(1, view.pitch_v);
-  pitch_ = (width_ + 31) / 32 * 32 + spare;
+  pitch_ = (width_ + 31) / 32 * 32;
   sites_ = sites.values.data(), site_row_ = sites.row, phases_ = view.phases_v;
   const KernelPolynomial kernel = kernel_polynomial(slice.kernel.space, form);
   sheets_.clear(), stencils_.clear();

@@ -66,7 +66,7 @@ class SampleSheets {
   [[nodiscard]] uint64_t bytes() const { return floats_ * sizeof(float); }
   [[nodiscard]] double taps_per_sample() const { return taps_; } // in the mean
 
-  // Finite floats on either side of a row.
+  // Floats before the first row and behind the last one that raising may read, and which are numbers.
   static constexpr int spare = 96;
 
  private:

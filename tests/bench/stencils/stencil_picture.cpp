@@ -238,7 +238,7 @@ class StencilTile {
               v = static_cast<int>(std::floor(all.low_v)) - taps;
     const int width = static_cast<int>(std::ceil(all.high_u)) + taps + 2 - u;
     rows_ = static_cast<int>(std::ceil(all.high_v)) + taps + shot_.stencil.phases_v - v;
-    row_floats_ = (width + 31) / 32 * 32 + SampleSheets::spare;
+    row_floats_ = (width + 31) / 32 * 32;
     const size_t each = static_cast<size_t>(row_floats_) * static_cast<size_t>(rows_),
                  floats = at_once * each + 2 * SampleSheets::spare;
     if (scratch_.window.capacity() < floats) {
