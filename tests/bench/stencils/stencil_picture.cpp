@@ -8,7 +8,6 @@
 #include <numbers>
 #include <vector>
 
-#include "base/error.h"
 #include "render/preintegrate.h"
 #include "splat/shade/absorption.h"
 #include "splat/sheet/sheet.h"
@@ -24,13 +23,14 @@ constexpr int border = 2; // pixels and sheets that fourth-order differences loo
 constexpr int at_once = most_raised;
 static_assert(at_once + 2 * border <= static_cast<int>(finished_sheets));
 
-// CPU time in place of the tiles' own: other programs on the machine do not count.
+// CPU time, not that of a clock as add_lap(): other programs on the machine do not count.
 void add_cpu_lap(std::clock_t& from, double& sum) {
   const std::clock_t now = std::clock();
   sum += 1e3 * static_cast<double>(now - from) / CLOCKS_PER_SEC;
   from = now;
 }
 
+// How far beyond the domain samples are of use to the pixels of its rays, planes.
 double planes_beyond(const StencilView& v, int taps) {
   const double slant = std::max(std::fabs(v.shift[0]), std::fabs(v.shift[1]));
   const double pixel =
@@ -106,10 +106,9 @@ class StencilTile {
       }
       add_cpu_lap(clock_, times_.raise);
       const int64_t end = std::min(k + at_once, last_ + 1);
-      std::vector<SheetArgs>& list = list_;
-      list.clear();
-      for (int64_t sheet = k; sheet < end; ++sheet) list.push_back(sheet_args(sheet));
-      open_ -= simd_sheet_loops().composite(list);
+      list_.clear();
+      for (int64_t sheet = k; sheet < end; ++sheet) list_.push_back(sheet_args(sheet));
+      open_ -= simd_sheet_loops().composite(list_);
       add_cpu_lap(clock_, times_.shade);
     }
     write(image);

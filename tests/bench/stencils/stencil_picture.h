@@ -25,7 +25,6 @@ struct StencilSettings {
 // Where the CPU time of a frame went, ms.
 struct StencilTimes {
   double plan = 0, fill = 0, raise = 0, shade = 0, write = 0;
-  [[nodiscard]] double turn() const { return plan + raise + shade + write; }
 };
 
 struct TileScratch {

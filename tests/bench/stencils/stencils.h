@@ -9,7 +9,7 @@
 
 namespace bccsplat::bench {
 
-//   stencils [--fill] [--picture] [--large]    without an option the first two; --large takes 5 GB
+//   stencils [--fill] [--picture] [--large]    without an option the first two; --large takes 3.9 GB
 int run_stencils_suite(std::span<const std::string> args, const Report& report);
 
 void stencils_fill(const Report& report);    // samples: how near to the field, how fast
