@@ -50,6 +50,7 @@ std::vector<BrickLayer> CoefficientSteps::round(int32_t first, std::span<const B
     if (layer.brick_slots() > widest->brick_slots()) widest = &layer;
   }
   context.tasks.parallel_for(widest->brick_slots(), [&](uint64_t slot) {
+    context.progress.check();
     const Int3 b = widest->slot_position(slot);
     std::vector<const Brick*> bricks;
     bool any = false;

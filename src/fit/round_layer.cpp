@@ -14,6 +14,7 @@ BrickLayer round_layer(const BrickLayer& layer, const Quantiser& quantiser, floa
   BrickLayer out(layer.lattice(), layer.coset());
   std::atomic<uint64_t> over{0};
   context.tasks.parallel_for(layer.brick_slots(), [&](uint64_t slot) {
+    context.progress.check();
     const Brick* brick = layer.brick(slot);
     if (!brick) return;
     const Int3 position = layer.slot_position(slot);

@@ -51,6 +51,7 @@ void SiteMaxima::add(const Slice& instant, const Context& context) {
     Progress share(context.progress, static_cast<double>(c) * part, static_cast<double>(c + 1) * part);
     std::atomic<uint64_t> done{0};
     context.tasks.parallel_for(layer.brick_slots(), [&](uint64_t slot) {
+      context.progress.check();
       share.advance(done.fetch_add(1, std::memory_order_relaxed), layer.brick_slots());
       const auto points = brick_points(instant, layer, layer.slot_position(slot));
       std::vector<float> values(brick_sites);

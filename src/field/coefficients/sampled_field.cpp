@@ -152,6 +152,7 @@ BrickLayer SampledField::read_layer(int channel, int32_t layer, const BrickBox& 
   const BrickLayer& own = read.at(layer);
   BrickLayer out(lattice.space, own.coset());
   context.tasks.parallel_for(out.brick_slots(), [&](uint64_t slot) {
+    context.progress.check();
     const Int3 position = out.slot_position(slot);
     if (!region.contains(position)) return;
     Int3 first, size;
