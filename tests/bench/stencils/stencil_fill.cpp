@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The taps of a row are those of its two phases; taps that both have come first, so that coefficients are
+// read once for two samples. The sums themselves are stencil_fill_simd.cpp.
 #include "tests/bench/stencils/stencil_fill.h"
 
 #include <algorithm>
