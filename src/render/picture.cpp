@@ -100,30 +100,28 @@ class EdgeSmoother {
     if (!options.smooth_edges || options.mode != RenderMode::isosurface || with_trail || image.deep) return;
     const size_t pixels = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
     memory_ = Reservation(context.memory, pixels * sizeof(float), "the depths of a surface's edges");
-    depths_ = {image.width, image.height, std::vector<float>(pixels)};
+    picture_ = {image.width, image.height, std::vector<float>(pixels), image.rgba.pixels,
+                image.rgba.row_floats};
   }
 
   void add(const TilePixels& tile) {
-    if (depths_.k.empty()) return;
+    if (picture_.k.empty()) return;
     for (int y = 0; y < tile.height; ++y)
       std::copy_n(tile.depth + static_cast<std::ptrdiff_t>(y) * tile.pitch, tile.width,
-                  depths_.k.begin() + static_cast<std::ptrdiff_t>(tile.y + y) * depths_.width + tile.x);
+                  picture_.k.begin() + static_cast<std::ptrdiff_t>(tile.y + y) * picture_.width + tile.x);
   }
 
-  void smooth(const SplatScene& scene, const SplatOptions& options, const Context& context, Image& image,
-              RenderStats& stats) const {
-    if (depths_.k.empty()) return;
-    const EdgeStats edges =
-        smooth_edges(scene, options, depths_, context, [&](int i, int j, const std::array<float, 4>& rgba) {
-          std::copy(rgba.begin(), rgba.end(), image.rgba.at(i, j));
-        });
+  void smooth(const SplatScene& scene, const SplatOptions& options, const Context& context,
+              RenderStats& stats) {
+    if (picture_.k.empty()) return;
+    const EdgeStats edges = smooth_edges(scene, options, picture_, context);
     stats.edge_pixels = edges.pixels;
     stats.drawn.ms_shade += edges.ms;
   }
 
  private:
   Reservation memory_;
-  SurfaceDepths depths_;
+  SurfacePicture picture_;
 };
 
 RenderStats splat_picture(const Scene& scene, const RenderOptions& options, const Context& context,
@@ -189,7 +187,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   stats.points_total = points->count;
   if (!with_trail) {
     stats.drawn = splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
-    edges.smooth(s, o, context, image, stats);
+    edges.smooth(s, o, context, stats);
   } else {
     const Trail& trail = *scene.trail;
     std::vector<ClassTable> tables;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds the edge pixels of an isosurface by the depths of their neighbours, sends rays through each, and
-// lights what they meet as pixel centres are lit. Rows are smoothed by themselves: nothing that is drawn is
-// read.
+// lights what they meet as pixel centres are lit.
 #include "splat/smooth_edges.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
 
@@ -28,8 +28,8 @@ constexpr double run_gap = 4; // T
 
 class EdgeFinder {
  public:
-  EdgeFinder(const SurfaceDepths& depths, const SheetView& view)
-      : depths_(depths), view_(view), pixel_(std::max(length(view.ex), length(view.ey)) / view.step) {}
+  EdgeFinder(const SurfacePicture& picture, const SheetView& view)
+      : picture_(picture), view_(view), pixel_(std::max(length(view.ex), length(view.ey)) / view.step) {}
 
   [[nodiscard]] bool is_edge(int i, int j) const {
     constexpr std::array<std::array<int, 2>, 4> beside{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
@@ -38,6 +38,7 @@ class EdgeFinder {
       if (!within(i + x, j + y)) continue;
       const double there = at(i + x, j + y), apart = std::fabs(here - there);
       if (!(apart > least)) continue; // as NaN is not, where nothing is in either
+      if (std::isinf(apart)) return true;
       const double slope = std::max(change(i - x, j - y, here), change(i + 2 * x, j + 2 * y, there));
       if (apart > steep * slope + least) return true;
     }
@@ -47,8 +48,8 @@ class EdgeFinder {
   // Appends what the pixel and the eight around it met, in order.
   void nearby(int i, int j, std::vector<DepthRun>& runs) const {
     std::vector<double> k;
-    for (int y = std::max(j - 1, 0); y <= std::min(j + 1, depths_.height - 1); ++y)
-      for (int x = std::max(i - 1, 0); x <= std::min(i + 1, depths_.width - 1); ++x)
+    for (int y = std::max(j - 1, 0); y <= std::min(j + 1, picture_.height - 1); ++y)
+      for (int x = std::max(i - 1, 0); x <= std::min(i + 1, picture_.width - 1); ++x)
         if (std::isfinite(at(x, y))) k.push_back(at(x, y));
     std::sort(k.begin(), k.end());
     const double apart = run_gap / view_.step;
@@ -61,16 +62,16 @@ class EdgeFinder {
 
  private:
   [[nodiscard]] bool within(int i, int j) const {
-    return i >= 0 && j >= 0 && i < depths_.width && j < depths_.height;
+    return i >= 0 && j >= 0 && i < picture_.width && j < picture_.height;
   }
-  [[nodiscard]] double at(int i, int j) const { return static_cast<double>(depths_.at(i, j)); }
+  [[nodiscard]] double at(int i, int j) const { return static_cast<double>(picture_.depth(i, j)); }
   // How much a pixel's depth differs from `from`; 0 where it has none.
   [[nodiscard]] double change(int i, int j, double from) const {
     if (!within(i, j) || !std::isfinite(at(i, j))) return 0;
     return std::fabs(at(i, j) - from);
   }
 
-  const SurfaceDepths& depths_;
+  const SurfacePicture& picture_;
   const SheetView& view_;
   double pixel_; // sheets, at scale 1
 };
@@ -83,6 +84,15 @@ struct EdgeRows {
   };
   std::vector<Pixel> pixels;
   std::vector<DepthRun> runs;
+
+  EdgeRows(const EdgeFinder& edges, int width, int top, int bottom) {
+    for (int j = top; j < bottom; ++j)
+      for (int i = 0; i < width; ++i)
+        if (edges.is_edge(i, j)) {
+          pixels.push_back({i, j, runs.size()});
+          edges.nearby(i, j, runs);
+        }
+  }
 
   [[nodiscard]] std::vector<EdgeRay> rays(const Slice& slice, const SheetView& view) const {
     std::vector<EdgeRay> out;
@@ -101,46 +111,59 @@ struct EdgeRows {
   }
 };
 
+class Smoother {
+ public:
+  Smoother(const SplatScene& scene, const SplatOptions& options, SurfacePicture& picture)
+      : scene_(scene), options_(options), picture_(picture), field_(*scene.slice),
+        target_(options.iso_value - static_cast<double>(scene.slice->base)),
+        color_(scene.table
+                   ->entry[static_cast<size_t>(scene.table->index(static_cast<float>(options.iso_value)))]) {}
+
+  void draw(const EdgeRows& rows) const {
+    const std::vector<EdgeRay> rays = rows.rays(*scene_.slice, *scene_.view);
+    const auto hits = trace_edge_rays(field_, *scene_.view, target_, root_tolerance, rays);
+    for (size_t n = 0; n < rows.pixels.size(); ++n) {
+      std::array<float, 4> sum{};
+      for (size_t m = samples * n; m < samples * (n + 1); ++m)
+        if (std::isfinite(hits[m].k)) add(hits[m], rays[m], sum);
+      float* const out = picture_.color(rows.pixels[n].i, rows.pixels[n].j);
+      for (size_t c = 0; c < 4; ++c) out[c] = sum[c] / static_cast<float>(samples);
+    }
+  }
+
+ private:
+  void add(const SurfacePoint& hit, const EdgeRay& ray, std::array<float, 4>& sum) const {
+    Shading lit{{1, 1, 1}, {}};
+    if (options_.shading)
+      lit = shade(*scene_.lights, hit.gradient, to_viewer(*scene_.view, ray.i, ray.j), target_);
+    const std::array<float, 3> seen = lit_color(color_, lit);
+    for (size_t c = 0; c < 3; ++c) sum[c] += seen[c];
+    sum[3] += 1;
+  }
+
+  const SplatScene& scene_;
+  const SplatOptions& options_;
+  SurfacePicture& picture_;
+  SurfaceField field_;
+  double target_;
+  const std::array<float, 4>& color_;
+};
+
 } // namespace
 
-EdgeStats smooth_edges(const SplatScene& scene, const SplatOptions& options, const SurfaceDepths& depths,
-                       const Context& context,
-                       const std::function<void(int i, int j, const std::array<float, 4>& rgba)>& emit) {
-  const SheetView& view = *scene.view;
-  const EdgeFinder edges(depths, view);
-  const SurfaceField field(*scene.slice);
-  const double target = options.iso_value - static_cast<double>(scene.slice->base);
-  const auto& color =
-      scene.table->entry[static_cast<size_t>(scene.table->index(static_cast<float>(options.iso_value)))];
+EdgeStats smooth_edges(const SplatScene& scene, const SplatOptions& options, SurfacePicture& picture,
+                       const Context& context) {
+  const EdgeFinder edges(picture, *scene.view);
+  const Smoother smoother(scene, options, picture);
+  const auto parts = static_cast<size_t>((picture.height + rows_at_once - 1) / rows_at_once);
   std::mutex mutex;
   EdgeStats stats;
-  const int parts = (depths.height + rows_at_once - 1) / rows_at_once;
-  context.tasks.parallel_for(static_cast<uint64_t>(parts), [&](uint64_t part) {
+  context.tasks.parallel_for(parts, [&](uint64_t part) {
     context.progress.check();
     auto clock = StageClock::now();
     const int top = static_cast<int>(part) * rows_at_once;
-    EdgeRows rows;
-    for (int j = top; j < std::min(top + rows_at_once, depths.height); ++j)
-      for (int i = 0; i < depths.width; ++i)
-        if (edges.is_edge(i, j)) {
-          rows.pixels.push_back({i, j, rows.runs.size()});
-          edges.nearby(i, j, rows.runs);
-        }
-    const std::vector<EdgeRay> rays = rows.rays(*scene.slice, view);
-    const auto hits = trace_edge_rays(field, view, target, root_tolerance, rays);
-    for (size_t n = 0; n < rows.pixels.size(); ++n) {
-      std::array<float, 4> rgba{};
-      for (size_t m = samples * n; m < samples * (n + 1); ++m) {
-        if (!std::isfinite(hits[m].k)) continue;
-        Shading lit{{1, 1, 1}, {}};
-        if (options.shading)
-          lit = shade(*scene.lights, hits[m].gradient, to_viewer(view, rays[m].i, rays[m].j), target);
-        const std::array<float, 3> seen = lit_color(color, lit);
-        for (size_t c = 0; c < 3; ++c) rgba[c] += seen[c] / static_cast<float>(samples);
-        rgba[3] += 1.0f / static_cast<float>(samples);
-      }
-      emit(rows.pixels[n].i, rows.pixels[n].j, rgba);
-    }
+    const EdgeRows rows(edges, picture.width, top, std::min(top + rows_at_once, picture.height));
+    smoother.draw(rows);
     double ms = 0;
     add_lap(clock, ms);
     const std::scoped_lock lock(mutex);

@@ -3,8 +3,7 @@
 // of four samples within them, all others stay as they are.
 #pragma once
 
-#include <array>
-#include <functional>
+#include <cstdint>
 #include <vector>
 
 #include "base/context.h"
@@ -12,13 +11,18 @@
 
 namespace bccsplat {
 
-// What the pixel centres of a picture met: sheet numbers, infinite where nothing is.
-struct SurfaceDepths {
+// A picture of one sample per pixel.
+struct SurfacePicture {
   int width = 0, height = 0;
-  std::vector<float> k; // row by row
+  std::vector<float> k;  // what pixel centres met, row by row: sheet numbers, infinite where nothing is
+  float* rgba = nullptr; // premultiplied
+  size_t row_floats = 0; // of rgba
 
-  [[nodiscard]] float at(int i, int j) const {
+  [[nodiscard]] float depth(int i, int j) const {
     return k[static_cast<size_t>(j) * static_cast<size_t>(width) + static_cast<size_t>(i)];
+  }
+  [[nodiscard]] float* color(int i, int j) const {
+    return rgba + static_cast<size_t>(j) * row_floats + 4 * static_cast<size_t>(i);
   }
 };
 
@@ -27,10 +31,8 @@ struct EdgeStats {
   double ms = 0;       // summed over threads
 };
 
-// Calls `emit` once for each edge pixel, from any thread: premultiplied by the share of its samples that a
-// surface covers.
-EdgeStats smooth_edges(const SplatScene& scene, const SplatOptions& options, const SurfaceDepths& depths,
-                       const Context& context,
-                       const std::function<void(int i, int j, const std::array<float, 4>& rgba)>& emit);
+// Draws the edge pixels again: their opacity is the share of their samples that a surface covers.
+EdgeStats smooth_edges(const SplatScene& scene, const SplatOptions& options, SurfacePicture& picture,
+                       const Context& context);
 
 } // namespace bccsplat

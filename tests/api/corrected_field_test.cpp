@@ -171,6 +171,7 @@ struct Look {
   int32_t reference = 0, tile_size = 0, projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
   uint32_t disable_skips = 0, planes = BCCSPLAT_FRAME_RGBA;
   double low = 0.5, iso = 1; // low: of the opacity
+  int32_t smooth_edges = BCCSPLAT_SMOOTH_EDGES_DEFAULT;
   const bccsplat_trail* trail = nullptr;
   uint32_t size = 72;
 };
@@ -192,6 +193,7 @@ std::vector<float> picture(const Cut& cut, const TestDevice& device, const Look&
   auto options = sized<bccsplat_render_options>();
   options.mode = look.mode, options.quality = look.quality, options.reference = look.reference;
   options.tile_size = look.tile_size, options.disable_skips = look.disable_skips;
+  options.smooth_edges = look.smooth_edges;
   if (look.mode == BCCSPLAT_MODE_ISOSURFACE)
     options.iso_value = look.iso, options.set_mask = BCCSPLAT_RENDER_SET_ISO;
   EXPECT_EQ(bccsplat_renderer_set_options(renderer, &options), BCCSPLAT_OK) << bccsplat_last_error();
@@ -240,6 +242,7 @@ TEST(CorrectedField, PicturesShowIt) {
         SCOPED_TRACE(std::to_string(mode) + " " + std::to_string(projection) + " " + std::to_string(h[0]));
         Look look;
         look.mode = mode, look.projection = projection, look.reference = 1, look.size = 60;
+        look.smooth_edges = BCCSPLAT_SMOOTH_EDGES_OFF; // the reference has one sample per pixel
         const auto truth = picture(corrected, f.device, look);
         look.reference = 0;
         const double without = rms(picture(bare, f.device, look), truth);

@@ -243,6 +243,7 @@ def pictures(device, volume, cut, folder):
         assert renderer.stats().preintegrated == (choice == "on")
     assert np.array_equal(drawn["off"], drawn[None]) and not np.array_equal(drawn["off"], drawn["on"])
     raises(ValueError, None, renderer.set_options, preintegrate="sometimes")
+    raises(ValueError, None, renderer.set_options, smooth_edges="sometimes")
     raises(Error, Status.INVALID_ARGUMENT, renderer.set_options, gradient_noise=-1)
     renderer.set_lights([((0, 0, -1), (1, 1, 1))], ambient=0.3, diffuse=0.7)
     for noise in (0, 1e6, None):

@@ -204,6 +204,7 @@ struct Host {
       if (o.sheet_step > 0 && o.sheet_step < 0.1) o.sheet_step = 0.1;
       o.opacity_stop = in.below(4) == 0 ? number(in) : 0;
       o.tile_size = in.below(4) == 0 ? in.take<int8_t>() : 0;
+      o.smooth_edges = o.set_mask == BCCSPLAT_RENDER_SET_ISO ? o.quality % 4 : BCCSPLAT_SMOOTH_EDGES_DEFAULT;
       o.preintegrate = o.set_mask == 0 ? o.quality % 4 : BCCSPLAT_PREINTEGRATE_DEFAULT;
       check(bccsplat_renderer_set_options(renderer, &o));
       break;

@@ -318,6 +318,17 @@ class Render(ToolTest):
         self.assertFalse(off[1])
         self.refused(2, '--preintegrate', 'render', 'v.bcc4', '--time', 2, '-o', 'x.png', '--preintegrate', 'maybe', output='x.png')
 
+    def test_edges_of_isosurfaces_are_smooth_but_of_drafts(self):
+        def draw(quality, *choice):
+            return self.picture('--time', 2, '--iso', 40, '--quality', quality, *choice)
+
+        for quality, default in (('draft', 'off'), ('normal', 'on'), ('fine', 'on')):
+            pictures = {choice: draw(quality, '--smooth-edges', choice) for choice in ('on', 'off', 'auto')}
+            self.assertNotEqual(pictures['on'], pictures['off'])
+            self.assertEqual(pictures['auto'], pictures[default])
+            self.assertEqual(pictures['auto'], draw(quality))
+        self.refused(2, '--smooth-edges', 'render', 'v.bcc4', '--time', 2, '-o', 'x.png', '--smooth-edges', 'maybe', output='x.png')
+
     def test_cameras_from_files(self):
         def camera(**c):
             with open(self.path('c.json'), 'w') as f:

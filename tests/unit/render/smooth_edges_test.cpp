@@ -198,7 +198,8 @@ TEST(SmoothEdges, DeepPicturesHaveOneDepthPerPixel) {
 
 TEST(SmoothEdges, DepthsAreReservedFromTheBudget) {
   const Slice s = one_ball();
-  const SplatPoints points = make_points(s, test::TestContext().get());
+  test::TestContext of_points; // outlives them
+  const SplatPoints points = make_points(s, of_points.get());
   Scene scene = test::make_scene(s, test::ramp_function(0, 1, 0.5), camera_of(s));
   scene.points = &points;
   RenderOptions o;

@@ -81,8 +81,8 @@ TEST(Surface, RootsAreAsNearAsAskedFor) {
         if ((value[m - 1] < iso) == (value[m] < iso)) continue;
         const double k = std::ceil(low) + static_cast<double>(m);
         const auto slope = [&](size_t at) { return dot(gradient[at], view.ray(i, j)); };
-        crossings.push_back({i, j, k - 1, k, static_cast<double>(value[m - 1]), static_cast<double>(value[m]),
-                             slope(m - 1), slope(m)});
+        crossings.push_back({1.0 * i, 1.0 * j, k - 1, k, static_cast<double>(value[m - 1]),
+                             static_cast<double>(value[m]), slope(m - 1), slope(m)});
       }
     }
   ASSERT_GT(crossings.size(), 100u);
