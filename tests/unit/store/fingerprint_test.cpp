@@ -20,11 +20,17 @@ TEST(Fingerprint, EveryOptionThatChangesSamplesAndIsNotInTheFileCounts) {
       [](FitOptions& o) { o.lead = 2; },
       [](FitOptions& o) { o.lead = 4; },
       [](FitOptions& o) { o.periodic = true; },
-      [](FitOptions& o) { o.margins = {2, 0, 0}; },
-      [](FitOptions& o) { o.margins = {0, 0, 2}; },
+      [](FitOptions& o) {
+        o.margins = {2, 0, 0};
+      },
+      [](FitOptions& o) {
+        o.margins = {0, 0, 2};
+      },
       [](FitOptions& o) { o.channels[0].threshold = 0.5f; },
       [](FitOptions& o) { o.channels[0].ringing = 0; },
-      [](FitOptions& o) { o.channels[0].range = Range{0, 1}; },
+      [](FitOptions& o) {
+        o.channels[0].range = Range{0, 1};
+      },
       [](FitOptions& o) { o.channels.resize(2); },
   };
   std::set<uint32_t> seen;
