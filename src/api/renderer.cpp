@@ -75,9 +75,10 @@ TransferFunction own_look(const bccsplat_slice& slice, RenderMode mode) {
   return look_function(survey_values(counts), Look::automatic, mode);
 }
 
-// level: how often the slice is made coarser to be drawn.
-GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>& asked, int level) {
-  if (asked) return per_length({*asked, 0}, mean_voxel(slice.slice));
+// Of the volume's own voxels at every level, so that levels are lit alike.
+GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>& asked) {
+  const double voxel = mean_voxel(slice.slice);
+  if (asked) return per_length({*asked, 0}, voxel);
   const ValueCounts counts = value_counts(*slice.volume.get(), slice.channel);
   const VolumeInfo& info = slice.volume->info();
   const ChannelInfo& channel = slice.volume->channel(slice.channel);
@@ -86,7 +87,7 @@ GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>&
   if (counts.integers) step = std::max(step, 1.0);
   return per_length(gradient_noise(survey_values(counts), step, static_cast<double>(channel.threshold),
                                    ripple_gradient(slice.slice.kernel, slice.slice.lattice.bcc)),
-                    std::ldexp(mean_distance(slice.slice), level));
+                    voxel);
 }
 
 // Tells the log where another level of the slice was drawn than last time.
@@ -308,7 +309,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     if (renderer->has_trail) add_trail(*renderer, scene, context);
     const RenderOptions& options = renderer->options;
     const int coarser = drawn_level(scene, options, frame->image.width, frame->image.height);
-    scene.lights.noise = noise_of(slice, renderer->gradient_noise, coarser);
+    scene.lights.noise = noise_of(slice, renderer->gradient_noise);
     if (!options.reference && coarser == 0) scene.points = &slice.points(context);
     frame->deep = {}; // gives its memory back first
     frame->attributes.clear(), frame->camera.reset();

@@ -72,8 +72,8 @@ GradientNoise gradient_noise(const ValueSurvey& survey, double step, double thre
   return {std::min(gradient_sigmas * sigma, most), ripple};
 }
 
-GradientNoise per_length(const GradientNoise& noise, double distance) {
-  return {noise.constant / distance, noise.of_value / distance};
+GradientNoise per_length(const GradientNoise& noise, double voxel) {
+  return {noise.constant / voxel, noise.of_value / voxel};
 }
 
 } // namespace bccsplat

@@ -13,11 +13,11 @@ namespace bccsplat {
 [[nodiscard]] double ripple_gradient(const Kernel& kernel, bool bcc);
 
 // survey: of the channel, as it is. step: of the stored values and of the source's, 0: none; threshold:
-// values this near to air were dropped; ripple: of the kernel. Returns values per lattice distance.
+// values this near to air were dropped; ripple: of the kernel. Returns values per voxel.
 [[nodiscard]] GradientNoise gradient_noise(const ValueSurvey& survey, double step, double threshold,
                                            double ripple);
 
-// The same per world length, where a distance is that long.
-[[nodiscard]] GradientNoise per_length(const GradientNoise& noise, double distance);
+// The same per world length, where a voxel is that long.
+[[nodiscard]] GradientNoise per_length(const GradientNoise& noise, double voxel);
 
 } // namespace bccsplat

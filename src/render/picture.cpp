@@ -304,10 +304,6 @@ double pixels_per_unit(const SheetView& view) {
 
 double mean_voxel(const Slice& slice) { return std::cbrt(std::fabs(slice.slice_to_world.determinant())); }
 
-double mean_distance(const Slice& slice) {
-  return mean_voxel(slice) * std::cbrt(std::fabs(slice.lattice_to_slice.determinant()));
-}
-
 bool shaded(const RenderOptions& options) {
   return options.shading.value_or(options.mode == RenderMode::composite ||
                                   options.mode == RenderMode::isosurface);

@@ -101,8 +101,6 @@ RenderStats render(const Scene& scene, const RenderOptions& options, const Conte
 
 // Returns the world length of one mean voxel of the slice's source, the default unit distance.
 [[nodiscard]] double mean_voxel(const Slice& slice);
-// The same of one distance of the slice's own lattice, which is coarser than the source at coarser levels.
-[[nodiscard]] double mean_distance(const Slice& slice);
 
 // Both ways of drawing share these checks and defaults.
 void check_options(const Scene& scene, const RenderOptions& options, const Image& image);

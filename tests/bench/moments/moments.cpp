@@ -199,6 +199,7 @@ MomentOptions read_options(std::span<const std::string> args, bool quick) {
     else
       fail(Code::invalid_argument, "moments: unknown option ", a);
   }
+  if ((o.pictures || o.contents) && o.levels == 0) o.levels = 3;
   if (o.edge < 16 || o.frames < 8 || o.count < 1)
     fail(Code::invalid_argument, "moments: at least 16 voxels along an axis, 8 frames and 1 moment");
   return o;

@@ -108,7 +108,7 @@ TEST_F(PictureNeeds, TheLevelIsTheCoarsestThatIsGoodEnough) {
   EXPECT_EQ(enough_level(even, whole), 0);
   // A level that errs by more than the quality does, or does so somewhere, or nobody knows by how much.
   const std::vector<LevelOption> sharp{{2.2, {}}, {1.1, 0.05}, {0.55, 0.05}},
-      vessel{{2.2, {}}, {1.1, 0.0002, 0.5}, {0.55, 0.0002, 0.021}}, untold{{2.2, {}}, {1.1, {}}, {0.55, {}}};
+      vessel{{2.2, {}}, {1.1, 0.0002, 0.5}, {0.55, 0.0002, 0.051}}, untold{{2.2, {}}, {1.1, {}}, {0.55, {}}};
   for (const std::vector<LevelOption>& unfit : {sharp, vessel, untold})
     for (const RenderOptions& o : {draft, normal}) EXPECT_EQ(enough_level(unfit, o), 1);
   const std::vector<LevelOption> exact{{2, {}}, {1, {}}}, near{{0.9, {}}, {0.45, {}}};
