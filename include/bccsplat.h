@@ -701,7 +701,7 @@ typedef struct bccsplat_level_info {
   uint64_t bytes;       /* of its samples in the file, without the index */
   double relative_rmse; /* of what the level gives at source samples, measured at some of them while the file
                            was written: the largest of any channel, each in units of its source's range; 0:
-                           not measured. Of level 0 only where a bound was asked for */
+                           not measured. Of level 0 where the file has levels or a bound */
 } bccsplat_level_info;
 
 typedef struct bccsplat_channel_info {
@@ -1182,9 +1182,9 @@ typedef struct bccsplat_picture_needs {
   uint32_t struct_size;
   uint32_t level; /* the coarsest that draws it as well as its quality asks: of draft and normal pictures one
                      of which a pixel covers a lattice distance or more, in the direction of fewest; of drafts
-                     a fifth of it and of normal pictures two fifths where the level's error is at most 0.002
-                     of the range (over what is kept) and nowhere above 0.05, for then it is below that of
-                     the quality. 0 for fine, best and reference pictures, mode
+                     a fifth of it and of normal pictures a third where the level's error, squared, is above
+                     that of level 0 by at most that of 0.002 of the range (over what is kept) and nowhere
+                     above 0.05, for then it is below that of the quality. 0 for fine, best and reference pictures, mode
                      MAXIMUM, and where SKIP_FINE_DETAIL is switched off */
   double box[6];  /* what the camera sees of the slice, and three samples more, as bccsplat_slice_options.box
                      takes it; all samples where it sees nothing */

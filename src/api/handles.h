@@ -200,8 +200,6 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   [[nodiscard]] const bccsplat::Lattice4& lattice(uint32_t level) const;
   [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
   [[nodiscard]] const bccsplat::ChannelInfo& channel(uint32_t index) const;
-  // Of a coarser level against the source, whose range is not 0; null where it was not measured.
-  [[nodiscard]] const bccsplat::MeasuredError* level_error(uint32_t channel, uint32_t level) const;
 
   bccsplat::api::Ref<bccsplat_device> device;
   std::shared_ptr<bccsplat::Bcc4Reader> reader;

@@ -2,38 +2,15 @@
 #include "render/picture_needs.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "api/handles.h"
 #include "api/render_options.h"
 #include "api/structs.h"
+#include "formats/bcc4/level_error.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
-
-const MeasuredError* bccsplat_volume::level_error(uint32_t channel_index, uint32_t level) const {
-  for (const MeasuredError& e : info().errors)
-    if (e.channel == channel_index && e.level == level && e.kind == MeasuredError::stored && e.samples > 0 &&
-        e.range > 0)
-      return &e;
-  return nullptr;
-}
-
-namespace {
-
-// per_pixel: lattice distances. The mean of the error is taken over what is kept alone, where the errors are.
-LevelOption level_option(const bccsplat_volume& volume, uint32_t channel, uint32_t level, double per_pixel) {
-  LevelOption option{per_pixel, {}};
-  const MeasuredError* const error = volume.level_error(channel, level);
-  if (!error) return option;
-  option.rmse = error->rmse / error->range, option.largest = error->largest / error->range;
-  if (const uint64_t kept = volume.channel(channel).sites_kept)
-    *option.rmse *= std::sqrt(static_cast<double>(volume.info().lattice.sites()) / static_cast<double>(kept));
-  return option;
-}
-
-} // namespace
 
 extern "C" {
 
@@ -54,8 +31,8 @@ bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice, co
     const bccsplat_volume& volume = *slice->volume.get();
     std::vector<LevelOption> levels;
     for (uint32_t l = 0; l <= volume.info().levels.size(); ++l)
-      levels.push_back(level_option(volume, slice->channel, l,
-                                    distances_per_pixel(slice->slice, volume.lattice(l), view, w, h)));
+      levels.push_back({distances_per_pixel(slice->slice, volume.lattice(l), view, w, h),
+                        level_error(volume.info(), slice->channel, l)});
     bccsplat_picture_needs out{};
     out.level = static_cast<uint32_t>(enough_level(levels, o));
     out.distances_per_pixel = levels.front().per_pixel;

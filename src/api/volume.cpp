@@ -12,6 +12,7 @@
 #include "base/machine.h"
 #include "field/coefficients/volume_cache.h"
 #include "field/evaluate.h"
+#include "formats/bcc4/level_error.h"
 
 using namespace bccsplat;
 using namespace bccsplat::api;
@@ -276,7 +277,7 @@ bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, ui
       out.sites_kept += level == 0 ? v.channels[c].sites_kept : v.levels[level - 1].channels[c].sites_kept;
     out.bytes = volume->reader->level_bytes(static_cast<int>(level));
     for (uint32_t c = 0; c < v.channels.size(); ++c)
-      if (const MeasuredError* const e = volume->level_error(c, level))
+      if (const MeasuredError* const e = find_error(v, c, level))
         out.relative_rmse = std::max(out.relative_rmse, e->rmse / e->range);
     write_struct(info, out, "info");
   });
@@ -303,10 +304,13 @@ bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, 
     }
     out.sites_kept = c.sites_kept, out.cc_relevant = c.cc_relevant, out.holes = c.holes;
     out.error_bound = c.residuals.bound;
-    for (const MeasuredError& e : volume->info().errors) {
-      if (e.channel != channel) continue;
-      if (e.kind == MeasuredError::stored) out.lattice_rmse = e.rmse, out.lattice_max_abs = e.largest;
-      if (e.kind == MeasuredError::corrected) out.rmse = e.rmse, out.max_abs = e.largest;
+    if (c.residuals.bound > 0) {
+      const auto error = [&](MeasuredError::Kind kind) {
+        const MeasuredError* const e = find_error(volume->info(), channel, 0, kind);
+        return e ? std::pair(e->rmse, e->largest) : std::pair(0.0, 0.0);
+      };
+      std::tie(out.lattice_rmse, out.lattice_max_abs) = error(MeasuredError::stored);
+      std::tie(out.rmse, out.max_abs) = error(MeasuredError::corrected);
     }
     if (const auto& fix = volume->corrections_of[channel]) out.corrections = fix->count();
     if (const auto& masks = volume->masks_of[channel]) out.missing = masks->count();

@@ -13,11 +13,11 @@
 namespace bccsplat {
 namespace {
 
-// Of a level whose field is off by no more, 54 dB of the range and nowhere by more than a twentieth, and
-// whose distance is no more than so many pixels, five in a draft, pictures are as near to the truth as their
-// quality is, 35.5 and 39 dB (tests/bench/notes/moments.md).
+// Of a level whose field adds no more, 54 dB of the range, is off nowhere by more than a twentieth, and
+// whose distance is no more than five pixels in a draft and three in a normal picture, pictures are as near
+// to the truth as their quality is, 35.5 and 39 dB (tests/bench/notes/moments.md).
 constexpr double good_error = 0.002, good_largest = 0.05;
-constexpr double draft_distance = 1 / 5.0, normal_distance = 1 / 2.5;
+constexpr double draft_distance = 1 / 5.0, normal_distance = 1 / 3.0;
 // Rounding of a pixel's size.
 constexpr double nearly = 1 - 1e-9;
 // Pixels beyond the picture's edge, and source samples beyond what they see, whose field shading asks for.
@@ -76,7 +76,7 @@ int enough_level(std::span<const LevelOption> levels, const RenderOptions& optio
   int enough = 0;
   for (size_t l = 1; l < levels.size(); ++l) {
     const LevelOption& level = levels[l];
-    const bool good = level.rmse && *level.rmse <= good_error && level.largest <= good_largest;
+    const bool good = level.error && level.error->rmse <= good_error && level.error->largest <= good_largest;
     if (level.per_pixel >= (good ? distance : 1) * nearly) enough = static_cast<int>(l);
   }
   return enough;

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "field/slice.h"
+#include "formats/bcc4/level_error.h"
 #include "render/camera.h"
 #include "render/picture.h"
 #include "slice/part.h"
@@ -21,14 +22,13 @@ namespace bccsplat {
 
 // A level of a volume as pictures see it.
 struct LevelOption {
-  double per_pixel = 0;       // distances_per_pixel
-  std::optional<double> rmse; // against the source, of its range; none: not measured
-  double largest = 0;         // likewise, with rmse
+  double per_pixel = 0;            // distances_per_pixel
+  std::optional<LevelError> error; // none: not measured
 };
 
 // Returns the coarsest of the levels, the finest first, that draws the picture as well as its quality asks:
 // one of which a pixel covers a lattice distance or more, as a slice of level 0 would be made coarser for it
-// (minify.h); or a fifth of it in a draft, two fifths in a normal picture, where the level's errors leave
+// (minify.h); or a fifth of it in a draft, a third in a normal picture, where the level's errors leave
 // the picture as good as its quality is. Pictures that no coarser slice is drawn for get level 0.
 [[nodiscard]] int enough_level(std::span<const LevelOption> levels, const RenderOptions& options);
 

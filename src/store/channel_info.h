@@ -25,7 +25,7 @@ namespace bccsplat {
 // with corrections.
 void add_measured(const SampleErrors& errors, const Range& source, size_t channel, size_t frames,
                   std::vector<MeasuredError>& list);
-// The same of a coarser level, which has no corrections.
+// The same of a level without corrections.
 void add_measured_level(const SampleErrors& errors, const Range& source, size_t channel, size_t level,
                         size_t frames, std::vector<MeasuredError>& list);
 // Puts them in the order that a file has them in.

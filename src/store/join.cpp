@@ -36,7 +36,10 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
     channel.residuals.bound = r.bound;
     SampleErrors errors;
     for (const SampleErrors& e : r.errors) errors.add(e);
-    if (r.bound > 0) add_measured(errors, fits[c].source_range, c, r.errors.size(), info.errors);
+    if (r.bound > 0)
+      add_measured(errors, fits[c].source_range, c, r.errors.size(), info.errors);
+    else if (!info.levels.empty() && !r.errors.empty())
+      add_measured_level(errors, fits[c].source_range, c, 0, r.errors.size(), info.errors);
     if (sum.psnr > 0) require_psnr(channel.name, errors, fits[c].source_range, sum.psnr);
   }
   for (size_t l = 0; l < info.levels.size(); ++l)

@@ -163,14 +163,19 @@ void VolumeWriter::complete_info(const FitReport& result) {
 
 void VolumeWriter::describe_level_errors(const FitReport& result) {
   VolumeInfo& info = container_->info();
-  for (size_t l = 1; l < fits_.size(); ++l)
-    for (size_t c = 0; c < added_.size(); ++c)
-      if (const RoundTrip* const r = measuring_.level(static_cast<int>(l)); r && !r->frames().empty())
+  if (info.levels.empty()) return;
+  for (size_t c = 0; c < added_.size(); ++c) {
+    const bool told = info.channels[c].residuals.local; // level 0, that is
+    for (size_t l = told || continued_ ? 1 : 0; l < fits_.size(); ++l) {
+      const RoundTrip* const r = l == 0 ? measuring_.round_trip() : measuring_.level(static_cast<int>(l));
+      if (r && !r->frames().empty())
         add_measured_level(r->errors(static_cast<int>(c)), result.channels[c].source_range, c, l,
                            r->frames().size(), info.errors);
-  if (continued_)
+    }
+    if (!continued_) continue;
     for (const MeasuredError& e : continued_->info().errors)
-      if (e.level > 0) info.errors.push_back(e);
+      if (e.channel == c && (e.level > 0 || !told)) info.errors.push_back(e);
+  }
   sort_errors(info.errors);
 }
 

@@ -68,6 +68,15 @@ class LevelsTest(ToolTest):
         self.assertEqual(self.drawn('--size', '48x48', '--level', 0)['level'], 0)
         self.assertEqual(self.drawn('--size', '48x48', '--mode', 'mip')['level'], 0)
 
+    def test_rounding_of_the_source_hides_no_level(self):
+        """Codes of a small range, which any level is off by a few thousandths from; by no options but the levels."""
+        args = self.raw('a.raw', (64, 60, 56, 4), lambda x, y, z, t: 120 + waves(x / 4, y / 4, z / 4, t / 4), 'u8')
+        self.json('import', *args, '-o', 'v.bcc4', '--levels', 2)
+        self.assertGreater(self.json('info', 'v.bcc4')['levels'][0]['relative_rmse'], .002)
+        for size, quality, level in ((120, 'draft', 1), (100, 'normal', 1), (100, 'fine', 0)):
+            stats = self.drawn('--size', f'{size}x{size}', '--quality', quality)
+            self.assertEqual(stats['level'], level, (size, quality))
+
     def test_pictures_take_the_part_that_is_seen(self):
         args = self.raw('a.raw', (160, 24, 20, 3), waves)
         self.json('import', *args, '-o', 'v.bcc4', '--levels', 1, *FIXED)

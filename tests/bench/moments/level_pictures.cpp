@@ -42,17 +42,11 @@ double moment_of(const MomentOptions& options) { return 0.47 * options.frames; }
 
 std::vector<LevelOption> level_options(const Opened& volume, const Slice& slice) {
   const VolumeInfo& info = volume.reader->info();
-  const double filled =
-      static_cast<double>(info.channels[0].sites_kept) / static_cast<double>(info.lattice.sites());
   std::vector<LevelOption> options;
-  for (int l = 0; l < info.level_count(); ++l) {
-    LevelOption& o = options.emplace_back();
-    o.per_pixel = distances_per_pixel(slice, info.level(l).lattice,
-                                      fit_camera(slice, false, 20, 30, size, size), size, size);
-    for (const MeasuredError& e : info.errors)
-      if (static_cast<int>(e.level) == l)
-        o.rmse = e.rmse / e.range / std::sqrt(filled), o.largest = e.largest / e.range;
-  }
+  for (int l = 0; l < info.level_count(); ++l)
+    options.push_back({distances_per_pixel(slice, info.level(l).lattice,
+                                           fit_camera(slice, false, 20, 30, size, size), size, size),
+                       level_error(info, 0, static_cast<uint32_t>(l))});
   return options;
 }
 
@@ -87,8 +81,8 @@ void level_picture_rows(const Row& head, const WrittenSeries& series, const Mome
       row.push_back(figure("level", level, 0));
       row.push_back(word("unasked", enough_level(known, asked) == level ? "yes" : ""));
       row.push_back(figure("T per pixel", own.per_pixel, 2));
-      row.push_back(figure("its error where filled, dB", own.rmse ? -20 * std::log10(*own.rmse) : 0, 1));
-      row.push_back(figure("largest, of the range", own.largest, 4));
+      row.push_back(figure("added where filled, dB", own.error ? -20 * std::log10(own.error->rmse) : 0, 1));
+      row.push_back(figure("largest, of the range", own.error ? own.error->largest : 0, 4));
       row.push_back(figure("slice, CPU s", sliced, 3));
       row.push_back(figure("picture, CPU s", drawn, 3));
       row.push_back(

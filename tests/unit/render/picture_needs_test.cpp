@@ -100,15 +100,16 @@ TEST_F(PictureNeeds, TheLevelIsTheCoarsestThatIsGoodEnough) {
   draft.quality = Quality::draft, fine.quality = Quality::fine, maximum.mode = RenderMode::maximum;
   whole.disable_skips = skip_fine_detail;
   const std::vector<LevelOption> even{
-      {2.2, {}}, {1.1, 0.0019}, {0.41, 0.0019}, {0.21, 0.0019}, {0.2, 0.0021}};
+      {2.2, {}}, {1.1, {{0.0019}}}, {0.34, {{0.0019}}}, {0.21, {{0.0019}}}, {0.2, {{0.0021}}}};
   EXPECT_EQ(enough_level(even, normal), 2);
   EXPECT_EQ(enough_level(even, draft), 3);
   EXPECT_EQ(enough_level(even, fine), 0);
   EXPECT_EQ(enough_level(even, maximum), 0);
   EXPECT_EQ(enough_level(even, whole), 0);
   // A level that errs by more than the quality does, or does so somewhere, or nobody knows by how much.
-  const std::vector<LevelOption> sharp{{2.2, {}}, {1.1, 0.05}, {0.55, 0.05}},
-      vessel{{2.2, {}}, {1.1, 0.0002, 0.5}, {0.55, 0.0002, 0.051}}, untold{{2.2, {}}, {1.1, {}}, {0.55, {}}};
+  const std::vector<LevelOption> sharp{{2.2, {}}, {1.1, {{0.05}}}, {0.55, {{0.05}}}},
+      vessel{{2.2, {}}, {1.1, {{0.0002, 0.5}}}, {0.55, {{0.0002, 0.051}}}},
+      untold{{2.2, {}}, {1.1, {}}, {0.55, {}}};
   for (const std::vector<LevelOption>& unfit : {sharp, vessel, untold})
     for (const RenderOptions& o : {draft, normal}) EXPECT_EQ(enough_level(unfit, o), 1);
   const std::vector<LevelOption> exact{{2, {}}, {1, {}}}, near{{0.9, {}}, {0.45, {}}};
