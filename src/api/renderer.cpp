@@ -85,8 +85,7 @@ GradientNoise noise_of(const bccsplat_slice& slice, const std::optional<double>&
   const Quantiser coding = info.coding({static_cast<int>(slice.channel), static_cast<int>(slice.level)});
   double step = is_float(coding.type) ? 0 : coding.scale;
   if (counts.integers) step = std::max(step, 1.0);
-  return per_length(gradient_noise(survey_values(counts), step, static_cast<double>(channel.threshold),
-                                   ripple_gradient(slice.slice.kernel, slice.slice.lattice.bcc)),
+  return per_length(gradient_noise(survey_values(counts), step, static_cast<double>(channel.threshold)),
                     voxel);
 }
 
@@ -308,9 +307,10 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.kept = &renderer->kept;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
     const RenderOptions& options = renderer->options;
-    const int coarser = drawn_level(scene, options, frame->image.width, frame->image.height);
     scene.lights.noise = noise_of(slice, renderer->gradient_noise);
-    if (!options.reference && coarser == 0) scene.points = &slice.points(context);
+    scene.noise_of_ripple = !renderer->gradient_noise;
+    if (!options.reference && drawn_level(scene, options, frame->image.width, frame->image.height) == 0)
+      scene.points = &slice.points(context);
     frame->deep = {}; // gives its memory back first
     frame->attributes.clear(), frame->camera.reset();
     const RenderStats stats = render(scene, renderer->options, context, frame->image);

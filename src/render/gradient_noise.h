@@ -2,20 +2,23 @@
 // How large the gradients are that the noise of a channel has, as far as its file tells.
 #pragma once
 
-#include "kernel/kernel.h"
+#include "field/slice.h"
 #include "render/value_survey.h"
+#include "splat/loop/loops.h"
 #include "splat/shade/light.h"
 
 namespace bccsplat {
 
-// Returns the gradient per lattice distance of what a kernel makes of a constant 1, at 99 of 100 places; 0 of
-// kernels that divide by the lattice sum.
-[[nodiscard]] double ripple_gradient(const Kernel& kernel, bool bcc);
+// Returns the gradient per lattice distance of what a slice's kernel makes of a constant 1, at 99 of 100
+// places; 0 of kernels that divide by the lattice sum.
+[[nodiscard]] double ripple_gradient(const Slice& slice);
+// The same of differences between samples so many lattice distances apart, of the kernel's form that is
+// drawn.
+[[nodiscard]] double ripple_of_differences(const Slice& slice, KernelForm form, double apart);
 
 // survey: of the channel, as it is. step: of the stored values and of the source's, 0: none; threshold:
-// values this near to air were dropped; ripple: of the kernel. Returns values per voxel.
-[[nodiscard]] GradientNoise gradient_noise(const ValueSurvey& survey, double step, double threshold,
-                                           double ripple);
+// values this near to air were dropped. Returns the part that all values have, per voxel.
+[[nodiscard]] GradientNoise gradient_noise(const ValueSurvey& survey, double step, double threshold);
 
 // The same per world length, where a voxel is that long.
 [[nodiscard]] GradientNoise per_length(const GradientNoise& noise, double voxel);

@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "render/deep.h"
+#include "render/gradient_noise.h"
 #include "render/reference.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/sheet_metric.h"
@@ -92,6 +93,18 @@ bool needs_integrals(const SplatScene& scene, Preintegrate choice) {
   return narrowness(*scene.table, change, scene.view->step_world) >= narrow_function;
 }
 
+// What ripple leaves in the gradients that light a picture, per world length; of the volume's own voxels at
+// every level, so that levels are lit alike.
+double ripple_noise(const Scene& scene, const Slice& drawn, const SheetView& view, const SplatOptions& o) {
+  const double voxel = mean_voxel(*scene.slice);
+  if (o.mode != RenderMode::composite) return o.without_ripple ? 0 : ripple_gradient(drawn) / voxel;
+  if (o.gradient == GradientMethod::analytic) return ripple_gradient(drawn) / voxel;
+  const auto [pixels_x, pixels_y] = SheetMetric(view).pixels_per_unit();
+  // Of samples, or of pixels where those are further apart.
+  const double density = o.raise.taps > 0 ? o.raise.density : std::max(pixels_x, pixels_y) / view.scale(0);
+  return ripple_of_differences(drawn, o.kernel_form, std::min(1 / density, view.step)) / voxel;
+}
+
 // Keeps the depths of an isosurface, tile by tile, and smooths its edges when all are there. Trails end at
 // the pixel centre's surface and deep samples have one depth, so that neither has edges to be smoothed.
 class EdgeSmoother {
@@ -165,6 +178,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   o.raise = options.raise.value_or(o.mode == RenderMode::isosurface               ? quality.raise_surface
                                    : o.mode == RenderMode::composite && o.shading ? quality.raise
                                                                                   : quality.raise_unshaded);
+  o.without_ripple = options.without_ripple && o.shading;
   o.iso_value = options.iso_value;
   o.opacity_stop = options.opacity_stop;
   o.disable_skips = options.disable_skips;
@@ -172,7 +186,9 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   o.with_value = image.value.pixels, o.with_time = image.time.pixels;
   o.with_deep = image.deep, o.deep_tolerance = options.deep_tolerance;
   DeepCollector deep(context.memory);
-  const SplatScene s{slice, points, &view, &table, &scene.lights};
+  Lights lights = scene.lights;
+  if (scene.noise_of_ripple) lights.noise.of_value = ripple_noise(scene, *slice, view, o);
+  const SplatScene s{slice, points, &view, &table, &lights};
   const bool with_trail = scene.trail && !scene.trail->moments.empty();
   if (o.mode == RenderMode::composite && !with_trail && needs_integrals(s, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
@@ -201,7 +217,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
       const SheetView* of_source = &view;
       if (!same_place(*scene.slice, source.slice))
         of_source = &moved.emplace_back(move_view(view, *scene.slice, source.slice));
-      sources.push_back({&source.slice, &source.points, of_source, &tables.front(), &scene.lights});
+      sources.push_back({&source.slice, &source.points, of_source, &tables.front(), &lights});
       stats.points_total += source.points.count;
     }
     std::vector<TrailStill> stills;
@@ -348,16 +364,29 @@ void check_options(const Scene& scene, const RenderOptions& options, const Image
   scene.function.check();
 }
 
+namespace {
+
+RenderStats reference_picture(const Scene& scene, const RenderOptions& options, const Context& context,
+                              Image& image) {
+  const auto sums = options.without_ripple && shaded(options) ? lattice_sums(*scene.slice) : nullptr;
+  Scene lit = scene;
+  if (scene.noise_of_ripple && !sums)
+    lit.lights.noise.of_value = ripple_gradient(*scene.slice) / mean_voxel(*scene.slice);
+  return render_reference(lit, options, slice_field(*scene.slice, sums),
+                          options.mode == RenderMode::composite
+                              ? ReferenceOptions{reference_step(scene.function, scene.slice->bounds)}
+                              : ReferenceOptions{},
+                          context, image);
+}
+
+} // namespace
+
 RenderStats render(const Scene& scene, const RenderOptions& options, const Context& context, Image& image) {
   check_options(scene, options, image);
   const auto start = std::chrono::steady_clock::now();
   RenderStats stats;
   if (options.reference)
-    stats = render_reference(scene, options, slice_field(*scene.slice),
-                             options.mode == RenderMode::composite
-                                 ? ReferenceOptions{reference_step(scene.function, scene.slice->bounds)}
-                                 : ReferenceOptions{},
-                             context, image);
+    stats = reference_picture(scene, options, context, image);
   else
     stats = splat_picture(scene, options, context, image);
   stats.threads = context.tasks.threads();

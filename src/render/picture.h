@@ -39,8 +39,9 @@ struct RenderOptions {
   int tile_size = 0;                                   // pixels; 0: chosen
   Preintegrate preintegrate = Preintegrate::automatic; // of mode composite without a trail
   std::optional<RaiseFilter> raise;                    // none: by quality
-  bool reference = false;                              // render/reference.h instead of the splatter
-  double deep_tolerance = default_deep_tolerance;      // of deep pictures, see DeepTile
+  bool without_ripple = true; // surfaces, maxima and references are lit without that of the kernel
+  bool reference = false;     // render/reference.h instead of the splatter
+  double deep_tolerance = default_deep_tolerance; // of deep pictures, see DeepTile
   // Of isosurfaces without a trail that are not deep: four samples on edge pixels. Pictures are compared
   // sample by sample without.
   bool smooth_edges = false;
@@ -53,7 +54,8 @@ struct Scene {
   Camera camera;
   TransferFunction function;
   Lights lights;
-  const Trail* trail = nullptr;                  // null: none
+  bool noise_of_ripple = false; // beside that of the lights: what the kernel's ripple makes of gradients
+  const Trail* trail = nullptr; // null: none
   std::vector<TransferFunction> trail_functions; // of its sub-intervals, or one for all
   TrailCombine combine = TrailCombine::physical;
   // Sheets of earlier pictures of this slice and these points; null: none are kept.

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "splat/shade/surface.h"
 
@@ -134,8 +135,13 @@ Pixel maximum(const Ray& ray, double k0, double k1, int64_t steps) {
 
 } // namespace
 
-Field slice_field(const Slice& slice) {
-  return [&slice](const Vec3& p, Vec3* gradient) { return evaluate_reference(slice, p, gradient); };
+Field slice_field(const Slice& slice, std::shared_ptr<const LatticeSums> sums) {
+  return [&slice, sums = std::move(sums)](const Vec3& p, Vec3* gradient) {
+    const double value = evaluate_reference(slice, p, gradient);
+    if (sums && gradient)
+      *gradient = sums->without_ripple(p, value - static_cast<double>(slice.base), *gradient);
+    return value;
+  };
 }
 
 double reference_step(const TransferFunction& function, const std::array<double, 2>& bounds) {

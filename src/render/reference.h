@@ -5,7 +5,9 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
+#include "field/lattice_sums.h"
 #include "render/picture.h"
 
 namespace bccsplat {
@@ -13,7 +15,8 @@ namespace bccsplat {
 // The value (absolute) at a point in lattice units, and its gradient per lattice unit unless null.
 using Field = std::function<double(const Vec3& point, Vec3* gradient)>;
 
-[[nodiscard]] Field slice_field(const Slice& slice);
+// That of a slice; gradients are without the ripple of its kernel where its lattice sums are given.
+[[nodiscard]] Field slice_field(const Slice& slice, std::shared_ptr<const LatticeSums> sums = nullptr);
 
 struct ReferenceOptions {
   double step = 1.0 / 16; // lattice units along the view direction

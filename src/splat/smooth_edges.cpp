@@ -114,7 +114,8 @@ struct EdgeRows {
 class Smoother {
  public:
   Smoother(const SplatScene& scene, const SplatOptions& options, SurfacePicture& picture)
-      : scene_(scene), options_(options), picture_(picture), field_(*scene.slice),
+      : scene_(scene), options_(options), picture_(picture),
+        field_(*scene.slice, options.without_ripple ? lattice_sums(*scene.slice) : nullptr),
         target_(options.iso_value - static_cast<double>(scene.slice->base)),
         color_(scene.table
                    ->entry[static_cast<size_t>(scene.table->index(static_cast<float>(options.iso_value)))]) {}

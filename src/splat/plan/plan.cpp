@@ -323,6 +323,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, const 
   plan_sheets(scene, options, plan);
   plan_classes(scene, options, plan);
   const bool empty = plan.first_sheet > plan.last_sheet;
+  if (options.without_ripple && options.mode != RenderMode::composite) plan.sums = lattice_sums(*scene.slice);
 
   SheetView sampled = view;
   SplatScene ring = scene; // as the sheets' samples see it

@@ -4,10 +4,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "base/aligned.h"
 #include "base/context.h"
+#include "field/lattice_sums.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/scene.h"
 #include "splat/plan/stats.h"
@@ -83,6 +85,8 @@ struct SplatPlan {
   std::vector<float> lateral, half_x, half_y; // per gap
   std::vector<int32_t> columns, rows;
 
+  // The kernel's, whose ripple surfaces and maxima are lit without; null: with it.
+  std::shared_ptr<const LatticeSums> sums;
   // Isosurfaces: samples here may lack points, and are taken for what they are known to be.
   InsideCells inside;
   std::vector<PlannedBrick> bricks; // sorted by first gap

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace bccsplat {
 
@@ -21,7 +22,12 @@ FootprintPlan footprints_of(const Slice& slice) {
 
 } // namespace
 
-SurfaceField::SurfaceField(const Slice& of) : slice(of), footprints(footprints_of(of)) {}
+SurfaceField::SurfaceField(const Slice& of, std::shared_ptr<const LatticeSums> of_kernel)
+    : slice(of), sums(std::move(of_kernel)), footprints(footprints_of(of)) {}
+
+Vec3 SurfaceField::lit_gradient(const Vec3& p, double value, const Vec3& gradient) const {
+  return sums ? sums->without_ripple(p, value, gradient) : gradient;
+}
 
 void field_at(const SurfaceField& field, std::span<const Vec3> points, std::span<float> values,
               std::span<Vec3> gradients) {
@@ -96,7 +102,7 @@ std::vector<SurfacePoint> refine_crossings(const SurfaceField& field, const Shee
       hit.k = near || inside ? std::clamp(next, c.low, c.high) : 0.5 * (c.low + c.high);
       if (near || step + 1 == steps) {
         hit.position = view.sample(c.i, c.j, hit.k);
-        hit.gradient = to_lattice.transposed(gradient[m]);
+        hit.gradient = to_lattice.transposed(field.lit_gradient(p[m], f, gradient[m]));
       } else {
         open[left++] = n;
       }

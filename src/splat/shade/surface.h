@@ -5,10 +5,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "field/footprint/footprint.h"
+#include "field/lattice_sums.h"
 #include "field/slice.h"
 #include "splat/shade/light.h"
 #include "splat/view/view.h"
@@ -31,9 +33,12 @@ struct SurfacePoint {
 
 // A slice, which must outlive it, and what the sums of its footprints need to know.
 struct SurfaceField {
-  explicit SurfaceField(const Slice& of);
+  explicit SurfaceField(const Slice& of, std::shared_ptr<const LatticeSums> of_kernel = nullptr);
   const Slice& slice;
+  std::shared_ptr<const LatticeSums> sums; // whose ripple gradients are lit without; null: with it
   FootprintPlan footprints;
+  // The gradient that surfaces are lit by, of field_at()'s at a point, with the value there.
+  [[nodiscard]] Vec3 lit_gradient(const Vec3& p, double value, const Vec3& gradient) const;
 };
 
 // Computes values relative to the base of the field and gradients per lattice unit at points in or near the

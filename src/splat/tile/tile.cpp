@@ -31,7 +31,7 @@ class Tile {
       : scene_(*job.scene), options_(*job.options), plan_(*job.plan), job_(job), tile_(tile), m_(memory),
         stats_(stats), view_(*scene_.view),
         sheet_loops_(options_.reference_loops ? reference_sheet_loops() : simd_sheet_loops()),
-        time_(*scene_.slice), field_(*scene_.slice),
+        time_(*scene_.slice), field_(*scene_.slice, job.plan->sums),
         analytic_(options_.mode == RenderMode::composite && options_.shading &&
                   options_.gradient == GradientMethod::analytic),
         source_({&scene_, &plan_, job.kernel, options_.reference_loops, analytic_, kept_tile(), job.use},
@@ -338,11 +338,13 @@ class Tile {
       positions.push_back(
           view_.sample(tile_.x + static_cast<int>(x), tile_.y + y, static_cast<double>(pixel_.depth[p])));
     }
-    std::vector<float> unused(positions.size());
+    std::vector<float> values(positions.size());
     std::vector<Vec3> found(positions.size()), gradients(width);
-    field_at(field_, positions, unused, found);
+    field_at(field_, positions, values, found);
     const Affine3 to_lattice = view_.lattice_to_world.inverse();
-    for (size_t n = 0; n < at.size(); ++n) gradients[at[n]] = to_lattice.transposed(found[n]);
+    for (size_t n = 0; n < at.size(); ++n)
+      gradients[at[n]] =
+          to_lattice.transposed(field_.lit_gradient(positions[n], static_cast<double>(values[n]), found[n]));
     return gradients;
   }
 

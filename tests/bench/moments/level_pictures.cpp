@@ -32,7 +32,7 @@ RenderStats draw(const Slice& slice, Quality quality, Lit lit, const Context& co
   scene.camera = fit_camera(slice, false, 20, 30, size, size);
   scene.function = function_of_codes();
   if (lit == Lit::surfaces)
-    scene.lights.noise = gradient_noise(ValueSurvey{}, 1, 0, ripple_gradient(slice.kernel, true));
+    scene.lights.noise = gradient_noise(ValueSurvey{}, 1, 0), scene.noise_of_ripple = true;
   RenderOptions options;
   options.quality = quality;
   return render(scene, options, context, image);

@@ -3,6 +3,7 @@
 #include "render/gradient_noise.h"
 
 #include <algorithm>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -17,51 +18,101 @@ namespace {
 
 using namespace test;
 
-TEST(GradientNoise, RippleIsAShareOfTheValueAndNoiseIsNot) {
+TEST(GradientNoise, IsThatOfTheDataAndOfRounding) {
   ValueSurvey s;
   s.kind = ValueKind::solid, s.object = 100;
-  EXPECT_EQ(gradient_noise(s, 0, 0, 0.03).constant, 0);
-  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0, 0.03).of_value, 0.03);
+  EXPECT_EQ(gradient_noise(s, 0, 0).constant, 0);
   s.noise = 2;
-  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0, 0.02).constant, 6);
+  EXPECT_DOUBLE_EQ(gradient_noise(s, 0, 0).constant, 6);
   // Rounding to a step is off by a standard deviation of step / sqrt(12), and so is a threshold.
   s.noise = 0;
-  EXPECT_NEAR(gradient_noise(s, 1, 0, 0.02).constant, 3 / std::sqrt(12), 1e-3);
-  EXPECT_NEAR(gradient_noise(s, 0, 2, 0.02).constant, 6 / std::sqrt(12), 2e-3);
+  EXPECT_NEAR(gradient_noise(s, 1, 0).constant, 3 / std::sqrt(12), 1e-3);
+  EXPECT_NEAR(gradient_noise(s, 0, 2).constant, 6 / std::sqrt(12), 2e-3);
 }
 
 TEST(GradientNoise, EdgesOfThreeVoxelsAreSurfaces) {
   ValueSurvey s;
   s.kind = ValueKind::solid, s.object = 100, s.noise = 20;
-  EXPECT_EQ(surface_weight(100 / 3.0, gradient_noise(s, 0, 0, 0.02).constant), 1);
+  EXPECT_EQ(surface_weight(100 / 3.0, gradient_noise(s, 0, 0).constant), 1);
   // The boundary of a mask, and that between labels that are one apart, though all are rounded to 1.
   s = {};
   s.kind = ValueKind::labels, s.background = 0, s.labels = {2, 3, 7};
-  EXPECT_EQ(surface_weight(1 / 3.0, gradient_noise(s, 1, 0, 0.02).constant), 1);
+  EXPECT_EQ(surface_weight(1 / 3.0, gradient_noise(s, 1, 0).constant), 1);
   s = {};
   s.kind = ValueKind::constant, s.object = 1;
-  EXPECT_EQ(surface_weight(1 / 3.0, gradient_noise(s, 1, 0, 0.02).constant), 1);
+  EXPECT_EQ(surface_weight(1 / 3.0, gradient_noise(s, 1, 0).constant), 1);
 }
 
 // A constant field as kernels bring it back: gradients at random points, of which one in a hundred is larger.
-TEST(GradientNoise, RippleIsThatOfTheKernel) {
-  for (const char* name : {"fast", "default", "fine"}) {
-    const Slice slice = make_slice(
-        {20, 20, 20}, [](double, double, double) { return 1.0; }, name);
-    ASSERT_TRUE(slice.lattice.bcc && slice.base == 0) << name;
+class Ripples : public testing::TestWithParam<const char*> {
+ protected:
+  [[nodiscard]] double found(const std::shared_ptr<const LatticeSums>& sums) const {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> at(8, 12);
     std::vector<Vec3> points(4000), gradients(points.size());
     for (Vec3& p : points) p = {at(random), at(random), at(random)};
     std::vector<float> values(points.size());
-    field_at(SurfaceField(slice), points, values, gradients);
+    const SurfaceField field(slice, sums);
+    field_at(field, points, values, gradients);
     std::vector<double> lengths;
-    for (const Vec3& g : gradients) lengths.push_back(length(g));
+    for (size_t n = 0; n < points.size(); ++n)
+      lengths.push_back(length(field.lit_gradient(points[n], static_cast<double>(values[n]), gradients[n])));
     std::sort(lengths.begin(), lengths.end());
-    const double expected = lengths[lengths.size() * 99 / 100];
-    EXPECT_NEAR(ripple_gradient(slice.kernel, true), expected, 0.2 * expected) << name;
+    return lengths[lengths.size() * 99 / 100];
   }
-  EXPECT_EQ(ripple_gradient(make_kernel("paper"), true), 0) << "divided by the lattice sum";
+  const Slice slice = make_slice(
+      {20, 20, 20}, [](double, double, double) { return 1.0; }, GetParam());
+};
+
+TEST_P(Ripples, AreThoseOfTheKernelAndSurfacesAreWithout) {
+  ASSERT_TRUE(slice.lattice.bcc && slice.base == 0);
+  const double with = found(nullptr);
+  EXPECT_NEAR(ripple_gradient(slice), with, 0.2 * with);
+  EXPECT_LT(found(lattice_sums(slice)), 0.1 * with);
+  EXPECT_LT(ripple_of_differences(slice, KernelForm::flat_form, 0.5), 0.4 * with);
+  EXPECT_LE(ripple_of_differences(slice, KernelForm::exact, 0.01), ripple_gradient(slice));
+}
+
+INSTANTIATE_TEST_SUITE_P(Kernels, Ripples, testing::Values("fast", "default", "fine"));
+
+TEST(GradientNoise, HasNoRippleWhereNothingRipples) {
+  const Slice paper = make_slice(
+      {20, 20, 20}, [](double, double, double) { return 1.0; }, "paper");
+  EXPECT_EQ(ripple_gradient(paper), 0) << "divided by the lattice sum";
+  EXPECT_EQ(ripple_of_differences(paper, KernelForm::exact, 0.5), 0);
+  EXPECT_FALSE(lattice_sums(paper));
+}
+
+// A sphere in a slowly rising field far from the base is lit as what it is.
+TEST(GradientNoise, SmoothSurfacesFarFromTheBaseAreLitSmoothly) {
+  const Vec3 centre{15.5, 15.5, 15.5};
+  const auto falling = [&](double x, double y, double z) {
+    const Vec3 d = Vec3{x, y, z} - centre;
+    return 100 - 0.02 * dot(d, d);
+  };
+  const Slice slice = make_slice({32, 32, 32}, falling);
+  ASSERT_EQ(slice.base, 0);
+  Scene scene = make_scene(slice, {}, fit_camera(slice, false, 20, 30, 96, 96));
+  scene.function.colors = {{0, {1, 1, 1}}}, scene.function.opacities = {{0, 1}};
+  ImageStorage lit(96, 96), rippled(96, 96), truth(96, 96), reference(96, 96);
+  RenderOptions o;
+  o.mode = RenderMode::isosurface, o.iso_value = 98, o.quality = Quality::best;
+  TestContext context;
+  const Field field = [&](const Vec3& p, Vec3* gradient) {
+    const Vec3 q = slice.lattice_to_slice.point(p);
+    if (gradient) *gradient = slice.lattice_to_slice.transposed(-0.04 * (q - centre));
+    return falling(q[0], q[1], q[2]);
+  };
+  (void)render_reference(scene, o, field, {1.0 / 32}, context.get(), truth.image);
+  scene.noise_of_ripple = true;
+  draw(scene, o, lit);
+  o.without_ripple = false;
+  draw(scene, o, rippled);
+  o.without_ripple = true, o.reference = true;
+  draw(scene, o, reference);
+  EXPECT_GT(compare(lit, truth).db(), 30);
+  EXPECT_GT(compare(reference, truth).db(), 30);
+  EXPECT_LT(compare(rippled, truth).db(), 20) << "lit flat";
 }
 
 // A field that rises slowly and aslant to the view.

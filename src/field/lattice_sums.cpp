@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "field/lattice_sums.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace bccsplat {
+namespace {
+
+double pitch_of(bool bcc) { return bcc ? std::numbers::sqrt2 : 1; }
+
+// The sites of one coset, one of which stands at (offset, offset, offset).
+void add_coset(const RadialKernel& kernel, double pitch, double offset, const Vec3& p, LatticeSum& sum) {
+  const double r = kernel.radius;
+  std::array<int, 3> first{}, last{};
+  for (size_t a = 0; a < 3; ++a) {
+    first[a] = static_cast<int>(std::ceil((p[a] - offset - r) / pitch));
+    last[a] = static_cast<int>(std::floor((p[a] - offset + r) / pitch));
+  }
+  for (int z = first[2]; z <= last[2]; ++z)
+    for (int y = first[1]; y <= last[1]; ++y)
+      for (int x = first[0]; x <= last[0]; ++x) {
+        const Vec3 d = p - Vec3{pitch * x + offset, pitch * y + offset, pitch * z + offset};
+        const double r2 = dot(d, d);
+        if (!(r2 < r * r)) continue;
+        sum.value += kernel.value(r2);
+        sum.gradient = sum.gradient + (2 * kernel.slope(r2)) * d;
+      }
+}
+
+} // namespace
+
+LatticeSum lattice_sum_at(const RadialKernel& kernel, bool bcc, const Vec3& p) {
+  const double pitch = pitch_of(bcc);
+  LatticeSum sum{0, {}};
+  add_coset(kernel, pitch, 0, p, sum);
+  if (bcc) add_coset(kernel, pitch, pitch / 2, p, sum);
+  return sum;
+}
+
+LatticeSums::LatticeSums(const RadialKernel& kernel, bool bcc)
+    : half_(pitch_of(bcc) / 2), table_((cells + 1) * (cells + 1) * (cells + 1)) {
+  // Axes are alike: those places whose coordinates rise tell the others.
+  for (size_t k = 0; k <= cells; ++k)
+    for (size_t j = 0; j <= k; ++j)
+      for (size_t i = 0; i <= j; ++i) {
+        std::array<size_t, 3> place{i, j, k}, axis{0, 1, 2};
+        const double d = half_ / cells;
+        const LatticeSum sum = lattice_sum_at(
+            kernel, bcc,
+            {d * static_cast<double>(i), d * static_cast<double>(j), d * static_cast<double>(k)});
+        do {
+          auto& entry =
+              table_[(place[axis[2]] * (cells + 1) + place[axis[1]]) * (cells + 1) + place[axis[0]]];
+          for (size_t a = 0; a < 3; ++a) entry[a] = static_cast<float>(sum.gradient[axis[a]]);
+          entry[3] = static_cast<float>(sum.value);
+        } while (std::next_permutation(axis.begin(), axis.end()));
+      }
+}
+
+LatticeSum LatticeSums::at(const Vec3& p) const {
+  std::array<size_t, 3> cell{};
+  Vec3 part, sign;
+  for (size_t a = 0; a < 3; ++a) {
+    const double t = p[a] / (2 * half_), folded = t - std::floor(t); // of a cell
+    sign[a] = folded > 0.5 ? -1 : 1;
+    const double at = 2 * std::min(folded, 1 - folded) * cells;
+    cell[a] = std::min(static_cast<size_t>(at), cells - 1);
+    part[a] = at - static_cast<double>(cell[a]);
+  }
+  std::array<double, 4> sum{};
+  for (size_t n = 0; n < 8; ++n) {
+    double weight = 1;
+    size_t index = 0;
+    for (size_t a = 3; a-- > 0;) {
+      const size_t bit = n >> a & 1;
+      weight *= bit ? part[a] : 1 - part[a];
+      index = index * (cells + 1) + cell[a] + bit;
+    }
+    for (size_t q = 0; q < 4; ++q) sum[q] += weight * static_cast<double>(table_[index][q]);
+  }
+  return {sum[3], {sign[0] * sum[0], sign[1] * sum[1], sign[2] * sum[2]}};
+}
+
+Vec3 LatticeSums::without_ripple(const Vec3& p, double value, const Vec3& gradient) const {
+  const LatticeSum sum = at(p);
+  return (1 / sum.value) * (gradient - (value / sum.value) * sum.gradient);
+}
+
+std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice) {
+  if (slice.kernel.normalised || slice.corrections) return nullptr;
+  return std::make_shared<const LatticeSums>(slice.kernel.space, slice.lattice.bcc);
+}
+
+} // namespace bccsplat

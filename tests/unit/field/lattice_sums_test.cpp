@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "field/lattice_sums.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace bccsplat {
+namespace {
+
+TEST(LatticeSums, GradientsAreThoseOfTheValues) {
+  constexpr double h = 1e-5;
+  for (const char* name : {"fast", "default", "fine"})
+    for (const bool bcc : {true, false}) {
+      const RadialKernel kernel = make_kernel(name).space;
+      for (const Vec3& p : {Vec3{0.1, 0.5, 0.3}, Vec3{-3.3, 7.7, 0.9}}) {
+        const LatticeSum sum = lattice_sum_at(kernel, bcc, p);
+        for (size_t a = 0; a < 3; ++a) {
+          Vec3 low = p, high = p;
+          low[a] -= h, high[a] += h;
+          const double expected =
+              (lattice_sum_at(kernel, bcc, high).value - lattice_sum_at(kernel, bcc, low).value) / (2 * h);
+          EXPECT_NEAR(sum.gradient[a], expected, 1e-7) << name << bcc;
+        }
+      }
+    }
+}
+
+TEST(LatticeSums, TheTableIsOfAnyPlace) {
+  for (const char* name : {"fast", "default", "fine"})
+    for (const bool bcc : {true, false}) {
+      const RadialKernel kernel = make_kernel(name).space;
+      const LatticeSums sums(kernel, bcc);
+      std::mt19937 random(5);
+      std::uniform_real_distribution<double> at(-6, 6);
+      double ripple = 0, off = 0, most = 0, slope = 0;
+      for (int n = 0; n < 3000; ++n) {
+        const Vec3 p{at(random), at(random), at(random)};
+        const LatticeSum exact = lattice_sum_at(kernel, bcc, p), table = sums.at(p);
+        ripple = std::max(ripple, std::fabs(exact.value - 1));
+        off = std::max(off, std::fabs(table.value - exact.value));
+        most = std::max(most, length(exact.gradient));
+        slope = std::max(slope, length(table.gradient - exact.gradient));
+      }
+      EXPECT_LT(off, 0.05 * ripple) << name << bcc;
+      EXPECT_LT(slope, most / 6) << name << bcc;
+    }
+}
+
+TEST(LatticeSums, ThatOfAConstantIsTakenOff) {
+  const RadialKernel kernel = make_kernel("default").space;
+  const LatticeSums sums(kernel, true);
+  const Vec3 p{4.2, 0.7, -1.9};
+  const LatticeSum sum = lattice_sum_at(kernel, true, p);
+  const Vec3 ripple = 7 * sum.gradient;
+  EXPECT_LT(length(sums.without_ripple(p, 7 * sum.value, ripple)), 0.1 * length(ripple));
+}
+
+} // namespace
+} // namespace bccsplat
