@@ -146,6 +146,30 @@ TEST(WouldBlock, MasksAndCorrectionsAreTheSameLater) {
   expect_same(noise_file([](bccsplat_writer_options& o) { o.abs_error = 3; }, true));
 }
 
+// A host that fetches what it is told of in advance waits for nothing.
+TEST(WouldBlock, NotAfterTheRangesAreThere) {
+  FarFile file = noise_file([](bccsplat_writer_options& o) { o.abs_error = 3; }, true);
+  file.blocks = true;
+  const Device device = make_device();
+  const bccsplat_read_stream stream = file.stream();
+  const auto plane = plane_of(0, 0, 0, 1, -6.5);
+  bccsplat_volume* v = nullptr;
+  const int opening =
+      until_done(file, [&] { return bccsplat_volume_open_stream(device.get(), &stream, nullptr, &v); });
+  EXPECT_LE(opening, 2); // its head, and what that refers to
+  const Volume volume(v);
+  uint64_t count = 0;
+  const int asking =
+      until_done(file, [&] { return bccsplat_volume_get_ranges(v, &plane, nullptr, 0, nullptr, 0, &count); });
+  EXPECT_LE(asking, 1);
+  std::vector<uint64_t> pairs(2 * count);
+  ASSERT_OK(bccsplat_volume_get_ranges(v, &plane, nullptr, 0, pairs.data(), count, nullptr));
+  for (size_t i = 0; i < count; ++i) file.fetch({{pairs[2 * i], pairs[2 * i + 1]}});
+  bccsplat_slice* s = nullptr;
+  EXPECT_OK(bccsplat_slice_create(v, &plane, nullptr, &s));
+  const Slice slice(s);
+}
+
 // Calls of several threads on one volume, each of which hears of what it lacks itself.
 TEST(WouldBlock, InSeveralThreads) {
   FarFile file = noise_file([](auto&) {}, false);
