@@ -1020,7 +1020,7 @@ enum {                             /* bits of the flags of bccsplat_volume_get_r
 /* The byte ranges of the file that bccsplat_slice_create (or bccsplat_volume_prefetch) with the same
  * arguments reads on a volume whose caches are empty: for a host that fetches them in one go. A time slice
  * with an interval stands for all moments in it, of a level and a box; bccsplat_volume_evaluate at moments of
- * it, and what draws trails over it, may reach one layer of the lattice further to either side. Ranges
+ * it, and what draws trails over it, may reach a layer further (at most scales[3] frames). Ranges
  * are sorted, and merged where no more than the stream's merge_gap (of files and memory 4096 bytes) lies
  * between them; they cover each read, and index pages, corrections and masks. Of slices off the time axis of
  * files with corrections they hold those of whole frames, of which less may be read. Writes the first

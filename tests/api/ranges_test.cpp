@@ -180,6 +180,31 @@ TEST(Ranges, HoldWhatOtherSeriesRead) {
   expect_told(device, still, {"static", plane_of(0, 0, 0, 1, 0)});
 }
 
+// At moments of an interval, a layer further to either side.
+TEST(Ranges, HoldWhatValuesRead) {
+  const Device device = make_device();
+  const NoiseSeries series;
+  for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS}) {
+    auto o = series.options();
+    o.store = store;
+    FarFile file(written(device, series, o));
+    for (const auto& [t0, t1] : {std::pair{4.1, 4.1}, {0.3, 2.2}, {6.0, 6.6}, {9.7, 13.0}}) {
+      Cut cut{"", plane_of(0, 0, 0, 1, -t0)};
+      cut.options.interval[0] = -1, cut.options.interval[1] = t1 - t0 + 1;
+      const std::vector<Range> told = ranges_of(open_far(device, file), cut);
+      const Volume volume = open_far(device, file);
+      file.forget();
+      std::vector<double> points;
+      for (int i = 0; i <= 20; ++i)
+        points.insert(points.end(), {5.0 * i, 1.5 * i, i + 0.3, t0 + (t1 - t0) * i / 20});
+      std::vector<float> values(21);
+      ASSERT_OK(bccsplat_volume_evaluate(volume.get(), 21, points.data(), values.data(), nullptr));
+      ASSERT_FALSE(file.reads.empty());
+      EXPECT_TRUE(covers(told, file.reads)) << t0 << " to " << t1;
+    }
+  }
+}
+
 TEST(Ranges, AreTheCallersToFill) {
   const Device device = make_device();
   NoiseSeries series;

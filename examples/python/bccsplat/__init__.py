@@ -23,7 +23,8 @@ from .volume import Slice, Volume
 from .writer import Channel, Writer, join_parts, join_streams
 
 __all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "Frame", "Renderer", "Slice", "Status", "TransferFunction",
-           "Volume", "WouldBlock", "Writer", "abi", "build_info", "join_parts", "join_streams", "kernel_names", "look_at", "version"]
+           "Volume", "WouldBlock", "Writer", "abi", "build_info", "join_parts", "join_streams", "kernel_names",
+           "look_at", "version"]
 
 
 def version() -> tuple[int, int, int]:

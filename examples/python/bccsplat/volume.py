@@ -146,10 +146,11 @@ class Volume(Child):
         call("volume_verify", self.pointer, watch.function, None, byref(report), watch=watch)
         return report
 
-    def recode(self, path: Union[str, "os.PathLike[str]", WriteAt], *, store: str | None = None, kernel: str | None = None,
-               value_step: float = 0, format: int = 0, overwrite: bool = False,
+    def recode(self, path: Union[str, "os.PathLike[str]", WriteAt], *, store: str | None = None,
+               kernel: str | None = None, value_step: float = 0, format: int = 0, overwrite: bool = False,
                progress: Progress | None = None, cancel: CancelToken | None = None) -> _abi.WriterReport:
-        """Writes the volume anew without its source, to a path or by write_at(offset, bytes). store: "samples" or "coefficients"; None: as it is."""
+        """Writes the volume anew without its source, to a path or by write_at(offset, bytes). store: "samples" or
+        "coefficients"; None: as it is."""
         watch, report = Watch(progress), _abi.WriterReport()
         options = _abi.RecodeOptions(overwrite=overwrite, store=choose("STORE", store), value_step=value_step,
                                      kernel=encode(kernel), format=format,
