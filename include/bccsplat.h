@@ -119,6 +119,7 @@ enum {
   BCCSPLAT_ERROR_FILE_EXISTS = 37,
   BCCSPLAT_ERROR_MEMORY_BUDGET = 38,
   BCCSPLAT_ERROR_MISSING_FEATURE = 39, /* built without it; bccsplat_build_info() tells what is in */
+  BCCSPLAT_ERROR_WOULD_BLOCK = 40,     /* bytes of a stream are not there yet: bccsplat_last_lacking */
   BCCSPLAT_CANCELLED = 48,
   BCCSPLAT_ERROR_INTERNAL = 64
 };
@@ -143,6 +144,12 @@ BCCSPLAT_API const char* bccsplat_status_name(bccsplat_status status);
 /* Text of the last failed call of this thread: what failed, where, what to try. Empty before the first
  * failure; a successful call leaves it. Valid until the next failing call of this thread. Never NULL. */
 BCCSPLAT_API const char* bccsplat_last_error(void);
+/* What the last call of this thread that ended with WOULD_BLOCK lacked: byte ranges of its stream, sorted,
+ * not touching each other; of a join those of the first part that lacked some. Writes the first min(capacity,
+ * count) pairs of offset and size; ranges: 2 x capacity integers, may be NULL when capacity is 0. count (may
+ * be NULL) gets how many are known: at most 256, further ones come to light when the call is made again. 0
+ * before such a call. */
+BCCSPLAT_API bccsplat_status bccsplat_last_lacking(uint64_t* ranges, uint64_t capacity, uint64_t* count);
 /* Names of the reconstruction kernels, index 0 .. ; NULL past the last. "default" comes first. */
 BCCSPLAT_API const char* bccsplat_kernel_name(uint32_t index);
 
@@ -218,12 +225,26 @@ BCCSPLAT_API bccsplat_status bccsplat_device_get_info(const bccsplat_device* dev
 
 /* ---- Streams of the host ---- */
 
-/* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure. Called from any
- * thread, several at once. */
+enum { /* what a bccsplat_read_at_fn returns instead of a number of bytes */
+       BCCSPLAT_READ_WOULD_BLOCK = -65536 /* not there yet; `buffer` may hold anything */
+};
+
+/* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure; fewer than
+ * `size` mean that the stream ends there (TRUNCATED). Called from any thread, several at once. A stream whose
+ * bytes are on their way answers READ_WOULD_BLOCK. The call that needs them then tries what else it is about
+ * to read, so that its host hears of that, too, and ends with WOULD_BLOCK; bccsplat_last_lacking lists what
+ * it did not get. Nothing is harmed: what was read stays in the caches, volumes, slices and frames are as
+ * before, with salvage, too, and no damage is reported. Made again when the bytes are there the call gives
+ * what it would have given at once, bit for bit. Opening may end so as well, and is begun anew; a join or
+ * recoding starts its output over. */
 typedef int64_t (*bccsplat_read_at_fn)(void* user, uint64_t offset, void* buffer, uint64_t size);
-/* Writes all `size` bytes at `offset`; returns the number written, negative on failure. Never two calls at
- * once. */
+/* Writes all `size` bytes at `offset`; returns the number written; fewer, or a negative number, are a failure
+ * (IO). Never two calls at once, from any thread. Bytes mostly follow each other; some that were written,
+ * heads and tables, are written again. */
 typedef int64_t (*bccsplat_write_at_fn)(void* user, uint64_t offset, const void* buffer, uint64_t size);
+/* All that was written so far is to be durable, and seen by readers, before anything that is written from now
+ * on. Returns non-zero on failure (IO). */
+typedef int32_t (*bccsplat_flush_fn)(void* user);
 
 typedef struct bccsplat_read_stream {
   uint32_t struct_size;
@@ -231,6 +252,10 @@ typedef struct bccsplat_read_stream {
   uint64_t size;     /* bytes in all */
   bccsplat_read_at_fn read_at;
   void* user;
+  /* Bytes that nobody wants and that are read along where they lie between two wanted ones, to have one read
+     of both: large where a read costs time, as over a network; 0: 4096. Of chunks a read takes at most 262144
+     bytes, or 16 such gaps where that is more. */
+  uint64_t merge_gap;
 } bccsplat_read_stream;
 
 typedef struct bccsplat_write_stream {
@@ -238,6 +263,9 @@ typedef struct bccsplat_write_stream {
   uint32_t reserved; /* 0 */
   bccsplat_write_at_fn write_at;
   void* user;
+  /* Called before what makes the bytes so far a file, and behind it: at the end, and where
+     bccsplat_writer_options.live shows a file under way. NULL: nothing to do. */
+  bccsplat_flush_fn flush;
 } bccsplat_write_stream;
 
 /* ---- Writer: frames or lattice samples in, .bcc4 out ---- */
@@ -547,7 +575,10 @@ typedef int32_t (*bccsplat_field_fn)(void* user, uint64_t n, const double* xyzt,
 BCCSPLAT_API bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
                                                     const bccsplat_writer_options* options,
                                                     bccsplat_writer** writer);
-/* The same into a host's stream (copied; its user pointer is borrowed until release). */
+/* The same into a host's stream (copied; its user pointer is borrowed until release): the bytes that a file
+ * gets, report.bytes_file of them from offset 0 on. A stream has no name to take over and none to give:
+ * `overwrite` says nothing, PARTIAL_... is UNSUPPORTED, and what a writer without finish has written is the
+ * host's to throw away. The writer ends with a write that fails. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device,
                                                            const bccsplat_write_stream* stream,
                                                            const bccsplat_writer_options* options,
@@ -625,6 +656,13 @@ BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64
                                                  const char* const* parts, const char* path,
                                                  const bccsplat_join_options* options,
                                                  bccsplat_writer_report* report);
+/* The same from `count` streams of a host into another one, with the same bytes; texts name the parts by
+ * their place in `parts`, from 0 on. WOULD_BLOCK as reading does. */
+BCCSPLAT_API bccsplat_status bccsplat_join_streams(bccsplat_device* device, uint64_t count,
+                                                   const bccsplat_read_stream* parts,
+                                                   const bccsplat_write_stream* stream,
+                                                   const bccsplat_join_options* options,
+                                                   bccsplat_writer_report* report);
 
 /* ---- Volume: an open .bcc4 ---- */
 
@@ -844,6 +882,11 @@ typedef struct bccsplat_recode_options {
 BCCSPLAT_API bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume, const char* path,
                                                     const bccsplat_recode_options* options,
                                                     bccsplat_writer_report* report);
+/* The same into a host's stream, with the same bytes. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_recode_stream(const bccsplat_volume* volume,
+                                                           const bccsplat_write_stream* stream,
+                                                           const bccsplat_recode_options* options,
+                                                           bccsplat_writer_report* report);
 
 /* ---- Slice: the 3D field on a hyperplane ---- */
 
@@ -969,6 +1012,27 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume
 BCCSPLAT_API bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume,
                                                       const bccsplat_hyperplane* hyperplane,
                                                       const bccsplat_slice_options* options);
+
+enum {                             /* bits of the flags of bccsplat_volume_get_ranges */
+       BCCSPLAT_RANGES_MISSING = 1 /* without what the volume's caches hold */
+};
+
+/* The byte ranges of the file that bccsplat_slice_create (or bccsplat_volume_prefetch) with the same
+ * arguments reads on a volume whose caches are empty: for a host that fetches them in one go. A time slice
+ * with an interval stands for all moments in it, of a level and a box; bccsplat_volume_evaluate at moments of
+ * it, and what draws trails over it, may reach a layer further (at most scales[3] frames). Ranges
+ * are sorted, and merged where no more than the stream's merge_gap (of files and memory 4096 bytes) lies
+ * between them; they cover each read, and index pages, corrections and masks. Of slices off the time axis of
+ * files with corrections they hold those of whole frames, of which less may be read. Writes the first
+ * min(capacity, count) pairs of offset and size; ranges: 2 x capacity integers, may be NULL when capacity is
+ * 0; count (may be NULL) gets their number. flags: BCCSPLAT_RANGES_... What opening reads is not among them.
+ * Reads the index pages that it needs, and of corrections the tables, so that it may end with WOULD_BLOCK
+ * itself; makes nothing and leaves the caches of chunks and coefficients as they are. options->progress is
+ * called at the end. Failures as of bccsplat_slice_create. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_ranges(const bccsplat_volume* volume,
+                                                        const bccsplat_hyperplane* hyperplane,
+                                                        const bccsplat_slice_options* options, uint32_t flags,
+                                                        uint64_t* ranges, uint64_t capacity, uint64_t* count);
 BCCSPLAT_API void bccsplat_slice_retain(bccsplat_slice* slice);
 BCCSPLAT_API void bccsplat_slice_release(bccsplat_slice* slice);
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_slice_info* info);
@@ -1361,7 +1425,16 @@ typedef struct bccsplat_image_options {
   double exposure_seconds;      /* EXR: time the frame gathers, as expTime, such as a trail's length where the
                                    unit of time is known; >= 0; 0: not written */
   const char* comments;         /* EXR: UTF-8, as comments; NULL or "": not written */
+  bccsplat_progress_fn progress; /* NULL: none; fraction of the rows */
+  void* progress_user;
+  bccsplat_cancel_token* cancel_token; /* NULL: none */
 } bccsplat_image_options;
+
+enum { /* what an image is saved as */
+       BCCSPLAT_IMAGE_PNG = 1,
+       BCCSPLAT_IMAGE_EXR = 2,
+       BCCSPLAT_IMAGE_DEEP_EXR = 3
+};
 
 /* width, height in [1, 65536]; channels: bits, RGBA always included. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width, uint32_t height,
@@ -1393,6 +1466,18 @@ BCCSPLAT_API bccsplat_status bccsplat_frame_save_deep_exr(const bccsplat_frame* 
 /* 8-bit sRGB PNG. Fails as save_exr does. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_png(const bccsplat_frame* frame, const char* path,
                                                      const bccsplat_image_options* options);
+/* The bytes of the file that save_png, save_exr or save_deep_exr would write (format: BCCSPLAT_IMAGE_...),
+ * into a host's stream, which is borrowed during the call; `overwrite` says nothing. Fails as they do, but
+ * for what only names can be; IO where the stream does. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_save_stream(const bccsplat_frame* frame, int32_t format,
+                                                        const bccsplat_write_stream* stream,
+                                                        const bccsplat_image_options* options);
+/* The same into the host's memory: writes the first min(capacity, size) bytes; `bytes` may be NULL when
+ * capacity is 0. size (may be NULL) gets the bytes in all. The image is made anew by each call: 8 bytes for
+ * each pixel and 64 KiB are more than any PNG takes. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_save_memory(const bccsplat_frame* frame, int32_t format,
+                                                        const bccsplat_image_options* options, void* bytes,
+                                                        uint64_t capacity, uint64_t* size);
 
 #ifdef __cplusplus
 }

@@ -11,10 +11,12 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/byte_range.h"
 #include "base/context.h"
 #include "base/files.h"
 #include "formats/bcc4/coding/chunk_entry.h"
@@ -113,6 +115,7 @@ struct Bcc4Limits {
   bool salvage = false;
 };
 
+class Attempts;   // would_block.h
 struct ChunkData; // a decoded chunk, chunk.h
 
 // What the values of bricks are relative to.
@@ -151,6 +154,8 @@ class Bcc4Reader {
   [[nodiscard]] uint64_t chunk_count() const;
   // Bytes read from the source so far.
   [[nodiscard]] uint64_t bytes_read() const;
+  // Up to so many unwanted bytes between two wanted ones are read along.
+  [[nodiscard]] uint64_t merge_gap() const;
   // Whether it was opened to salvage what can be decoded.
   [[nodiscard]] bool salvages() const;
   // Whether a root record is damaged, by an interrupted append or otherwise; verify_all tells.
@@ -160,6 +165,8 @@ class Bcc4Reader {
   // cached.
   [[nodiscard]] std::vector<Bcc4Chunk> chunks(const ChannelLevel& at, int32_t slab,
                                               const BrickBox& region = {}) const;
+  // Where the index of a slab stands.
+  [[nodiscard]] std::vector<ByteRange> index_pages(const ChannelLevel& at, int32_t slab) const;
   // The position of a slot in bricks, as in a BrickLayer of coset 0.
   [[nodiscard]] Int3 brick_position(uint32_t slot, int level = 0) const;
   // The smallest and the largest kept sample of a chunk, relative to air.
@@ -172,6 +179,11 @@ class Bcc4Reader {
   // Decodes chunks of one channel and level in parallel; neighbours in the file are read together.
   [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>>
   read_chunks(const ChannelLevel& at, std::span<const Bcc4Chunk> chunks, const Context& context) const;
+  // Does the same; those whose bytes are not there yet are null, and `attempts` knows.
+  [[nodiscard]] std::vector<std::shared_ptr<const ChunkData>> read_chunks(const ChannelLevel& at,
+                                                                          std::span<const Bcc4Chunk> chunks,
+                                                                          const Context& context,
+                                                                          Attempts& attempts) const;
   // The corrections at the samples of a source frame that stand in one block, empty where there are none.
   // Neither they nor those below are cached; when salvaging, damaged ones are left out.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
@@ -224,6 +236,10 @@ class Bcc4Samples final : public SampleSource {
                     const Context& context, const TakeLayer<SampleLayer>& take) const override;
   const std::string& coefficient_kernel() const override;
 
+  // Appends where the bytes stand that reading a layer takes, unmerged; missing: but those of chunks that are
+  // cached, and of the index. Reads the index.
+  void list_reads(int channel, int32_t layer, const BrickBox& region, bool missing,
+                  std::vector<ByteRange>& out) const;
   [[nodiscard]] const Bcc4Reader& reader() const;
   [[nodiscard]] int level() const { return level_; }
   // The number of chunks decoded so far.
@@ -241,6 +257,8 @@ class Bcc4Samples final : public SampleSource {
                   const Context& context, const TakeLayer<Layer>& take, const MakeBrick& brick) const;
   void lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
                        BrickLayer& out) const;
+  // The slabs that it looks at for a layer, in a region that is wider than the layer's.
+  [[nodiscard]] std::set<int32_t> slabs_beside(int32_t layer) const;
 
   std::shared_ptr<Bcc4Reader> reader_;
   std::unique_ptr<Cache> cache_;

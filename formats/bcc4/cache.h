@@ -24,6 +24,12 @@ template<class Key, class Value> class LruCache {
     return it->second->value;
   }
 
+  // Looks without making it the newest.
+  [[nodiscard]] bool contains(const Key& key) {
+    const std::scoped_lock lock(mutex_);
+    return index_.contains(key);
+  }
+
   // Releases `hold` with the entry. A value that is already there stays.
   template<class Hold>
   void insert(const Key& key, std::shared_ptr<const Value> value, uint64_t weight, Hold hold) {

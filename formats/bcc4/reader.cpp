@@ -7,6 +7,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "base/would_block.h"
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/coding/deflate.h"
 #include "formats/bcc4/coding/layer_codes.h"
@@ -19,8 +20,9 @@ namespace bccsplat {
 namespace {
 
 constexpr uint64_t group_bytes = 256 << 10; // of chunks that one task reads and decodes
-constexpr uint64_t group_gap = 4 << 10;     // unwanted bytes between two chunks that are read along
-constexpr size_t most_lost = 1 << 20;       // chunks that one damaged page may have listed
+// Of a read, where reads cost so much that gaps this wide are read along.
+constexpr uint64_t gaps_per_group = 16;
+constexpr size_t most_lost = 1 << 20; // chunks that one damaged page may have listed
 
 } // namespace
 
@@ -33,6 +35,8 @@ bool Bcc4Reader::State::read_or_lose(uint64_t offset, std::span<std::byte> out) 
   try {
     read(offset, out);
     return true;
+  } catch (const WouldBlock&) {
+    throw;
   } catch (const Error&) {
     if (!limits.salvage) throw;
     return false;
@@ -82,12 +86,18 @@ void Bcc4Reader::State::open() {
   if (root.directory.decoded > limits.directory_bytes)
     fail(Code::limit_exceeded, name, ": index directory of ", root.directory.decoded, " bytes, the limit is ",
          limits.directory_bytes);
-  info = read_metadata(read_block(root.metadata, "metadata"), root.metadata.offset, limits);
+  std::vector<std::byte> metadata, directory;
+  Attempts attempts; // both before an opening that has to wait gives up
+  attempts.attempt([&] { metadata = read_block(root.metadata, "metadata"); });
+  if (attempts.waits()) attempts.attempt([&] { directory = read_block(root.directory, "index directory"); });
+  attempts.throw_if_waiting();
+  info = read_metadata(metadata, root.metadata.offset, limits);
   if (lowest_reader(info) > preamble.lowest_reader)
     fail(Code::corrupt, name, ": it says that readers of version ", preamble.lowest_reader,
          " can read it, but holds what came with version ", lowest_reader(info));
   if (root.unfinished) shown = shown_part(name, preamble.lowest_reader);
-  pages = read_directory(read_block(root.directory, "index directory"), info, root, root.directory.offset);
+  directory = read_block(root.directory, "index directory");
+  pages = read_directory(directory, info, root, root.directory.offset);
   for (const ChannelInfo& c : info.channels) bases.push_back(field_base(info, c));
   for (int level = 0; level < info.level_count(); ++level) {
     slots.push_back(slot_dims(info.level(level).lattice));
@@ -113,6 +123,8 @@ std::shared_ptr<const Page> Bcc4Reader::State::page(size_t index) const {
   std::shared_ptr<const Page> loaded;
   try {
     loaded = load_page(index);
+  } catch (const WouldBlock&) {
+    throw;
   } catch (const Error&) {
     if (!limits.salvage) throw;
     loaded = std::make_shared<const Page>(lost_page(pages[index]));
@@ -167,7 +179,9 @@ ChunkData Bcc4Reader::State::decode_or_lose(const ChannelLevel& at, const Bcc4Ch
   return lost_chunk(at, chunk);
 }
 
-std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks) {
+std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks, uint64_t gap) {
+  // The gaps of hosts may be of any size.
+  const uint64_t most = std::max(group_bytes, std::min(gap, UINT64_MAX / gaps_per_group) * gaps_per_group);
   std::vector<size_t> order(chunks.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::sort(order.begin(), order.end(),
@@ -177,7 +191,8 @@ std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks) {
     const Bcc4Chunk& c = chunks[i];
     const uint64_t end = c.offset + c.stored();
     ChunkGroup* g = groups.empty() ? nullptr : &groups.back();
-    if (!g || c.offset > g->offset + g->bytes + group_gap || end - g->offset > group_bytes)
+    const uint64_t reached = g ? g->offset + g->bytes : 0;
+    if (!g || (c.offset > reached && c.offset - reached > gap) || end - g->offset > most)
       g = &groups.emplace_back(ChunkGroup{c.offset, 0, {}});
     g->bytes = std::max(g->bytes, end - g->offset);
     g->members.push_back(i);
@@ -198,9 +213,28 @@ const VolumeInfo& Bcc4Reader::info() const { return state_->shown ? *state_->sho
 const Bcc4Bytes& Bcc4Reader::bytes() const { return state_->bytes; }
 uint64_t Bcc4Reader::chunk_count() const { return state_->root.chunks; }
 uint64_t Bcc4Reader::bytes_read() const { return state_->bytes_read.load(std::memory_order_relaxed); }
+uint64_t Bcc4Reader::merge_gap() const { return state_->source->merge_gap(); }
 bool Bcc4Reader::salvages() const { return state_->limits.salvage; }
 bool Bcc4Reader::root_damaged() const { return state_->root_damaged; }
 Int3 Bcc4Reader::brick_position(uint32_t slot, int level) const { return state_->brick_of(slot, level); }
+
+std::pair<size_t, size_t> Bcc4Reader::State::pages_of(const ChannelLevel& at, int32_t slab) const {
+  const auto key = std::pair(at, slab);
+  const auto begin = std::partition_point(
+      pages.begin(), pages.end(), [&](const PageRef& p) { return std::pair(p.at(), p.last_slab) < key; });
+  const auto end = std::partition_point(
+      begin, pages.end(), [&](const PageRef& p) { return std::pair(p.at(), p.first_slab) <= key; });
+  return {begin - pages.begin(), end - pages.begin()};
+}
+
+std::vector<ByteRange> Bcc4Reader::index_pages(const ChannelLevel& at, int32_t slab) const {
+  state_->require(at);
+  std::vector<ByteRange> ranges;
+  const auto [begin, end] = state_->pages_of(at, slab);
+  for (size_t p = begin; p < end; ++p)
+    ranges.push_back({state_->pages[p].block.offset, state_->pages[p].block.padded()});
+  return ranges;
+}
 
 std::vector<Bcc4Chunk> Bcc4Reader::chunks(const ChannelLevel& at, int32_t slab,
                                           const BrickBox& region) const {
@@ -208,17 +242,18 @@ std::vector<Bcc4Chunk> Bcc4Reader::chunks(const ChannelLevel& at, int32_t slab,
   s.require(at);
   if (slab < 0 || slab >= s.info.level(at.level).slabs())
     fail(Code::out_of_domain, s.source->name(), ": no slab ", slab);
-  const auto key = std::pair(at, slab);
-  auto page = std::partition_point(s.pages.begin(), s.pages.end(),
-                                   [&](const PageRef& p) { return std::pair(p.at(), p.last_slab) < key; });
   std::vector<Bcc4Chunk> found;
-  for (; page != s.pages.end() && std::pair(page->at(), page->first_slab) <= key; ++page) {
-    const auto entries = s.page(static_cast<size_t>(page - s.pages.begin()));
-    auto c = std::partition_point(entries->begin(), entries->end(),
-                                  [&](const Bcc4Chunk& e) { return e.slab < slab; });
-    for (; c != entries->end() && c->slab == slab; ++c)
-      if (region.contains(s.brick_of(c->slot, at.level))) found.push_back(*c);
-  }
+  Attempts attempts;
+  const auto [begin, end] = s.pages_of(at, slab);
+  for (size_t p = begin; p < end; ++p)
+    attempts.attempt([&] {
+      const auto entries = s.page(p);
+      auto c = std::partition_point(entries->begin(), entries->end(),
+                                    [&](const Bcc4Chunk& e) { return e.slab < slab; });
+      for (; c != entries->end() && c->slab == slab; ++c)
+        if (region.contains(s.brick_of(c->slot, at.level))) found.push_back(*c);
+    });
+  attempts.throw_if_waiting();
   return found;
 }
 
@@ -245,13 +280,15 @@ std::vector<std::byte> Bcc4Reader::stored_bytes(const Bcc4Chunk& chunk) const {
 
 std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const ChannelLevel& at,
                                                                       std::span<const Bcc4Chunk> chunks,
-                                                                      const Context& context) const {
+                                                                      const Context& context,
+                                                                      Attempts& attempts) const {
   std::vector<std::shared_ptr<const ChunkData>> out(chunks.size());
-  const std::vector<ChunkGroup> groups = group_chunks(chunks);
+  const std::vector<ChunkGroup> groups = group_chunks(chunks, merge_gap());
   context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
     context.progress.check();
     std::vector<std::byte> stored(groups[g].bytes);
-    const bool read = state_->read_or_lose(groups[g].offset, stored);
+    bool read = false;
+    if (!attempts.attempt([&] { read = state_->read_or_lose(groups[g].offset, stored); })) return;
     ChunkScratch scratch;
     for (const size_t i : groups[g].members) {
       auto part = std::span<const std::byte>(stored);
@@ -259,6 +296,15 @@ std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const Chan
       out[i] = std::make_shared<const ChunkData>(state_->decode_or_lose(at, chunks[i], part, scratch));
     }
   });
+  return out;
+}
+
+std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const ChannelLevel& at,
+                                                                      std::span<const Bcc4Chunk> chunks,
+                                                                      const Context& context) const {
+  Attempts attempts;
+  auto out = read_chunks(at, chunks, context, attempts);
+  attempts.throw_if_waiting();
   return out;
 }
 
@@ -307,6 +353,8 @@ namespace {
 template<class Read> auto read_or_leave(const Bcc4Limits& limits, const Read& read) -> decltype(read()) {
   try {
     return read();
+  } catch (const WouldBlock&) {
+    throw;
   } catch (const Error&) {
     if (!limits.salvage) throw;
     return {};

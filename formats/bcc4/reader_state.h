@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "formats/bcc4/bcc4.h"
@@ -64,6 +65,8 @@ struct Bcc4Reader::State {
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
   [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
   [[nodiscard]] std::vector<ResidualSample> corrections(int channel, const CorrectionBrick& brick) const;
+  // Where the pages of a slab begin and end in the directory.
+  [[nodiscard]] std::pair<size_t, size_t> pages_of(const ChannelLevel& at, int32_t slab) const;
   [[nodiscard]] std::shared_ptr<const Page> load_page(size_t index) const; // not cached
   [[nodiscard]] std::shared_ptr<const Page> page(size_t index) const;
   // The chunks that a damaged page may have listed; a chunk that is lost has kept == 0.
@@ -81,6 +84,7 @@ struct ChunkGroup {
   uint64_t offset = 0, bytes = 0;
   std::vector<size_t> members;
 };
-[[nodiscard]] std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks);
+// gap: unwanted bytes between two chunks that are read along.
+[[nodiscard]] std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks, uint64_t gap);
 
 } // namespace bccsplat

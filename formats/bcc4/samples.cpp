@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include "base/would_block.h"
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/cache.h"
 #include "formats/bcc4/coding/chunk.h"
@@ -70,6 +71,7 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
       static_cast<uint64_t>(reader_->info().level(level_).slab_layers) * sizeof(Brick);
   const uint64_t room = cache_->budget.limit() - cache_->budget.used();
   const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
+  Attempts attempts;
   for (size_t first = 0; first < wanted.size(); first += at_once) {
     const auto batch = std::span(wanted).subspan(first, std::min(at_once, wanted.size() - first));
     std::vector<std::shared_ptr<const ChunkData>> data(batch.size());
@@ -81,39 +83,57 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
       missing.push_back(batch[i]);
       missing_at.push_back(i);
     }
-    auto decoded = reader_->read_chunks({channel, level_}, missing, context);
-    cache_->decoded.fetch_add(decoded.size(), std::memory_order_relaxed);
+    auto decoded = reader_->read_chunks({channel, level_}, missing, context, attempts);
     for (size_t i = 0; i < decoded.size(); ++i) {
+      if (!decoded[i]) continue; // it is not there yet
+      cache_->decoded.fetch_add(1, std::memory_order_relaxed);
       cache_->keep({channel, slab, missing[i].slot}, decoded[i]);
       data[missing_at[i]] = std::move(decoded[i]);
     }
-    context.tasks.parallel_for(batch.size(), [&](uint64_t i) { body(batch[i], *data[i]); });
+    if (!attempts.waits())
+      context.tasks.parallel_for(batch.size(), [&](uint64_t i) { body(batch[i], *data[i]); });
   }
+  attempts.throw_if_waiting();
+}
+
+std::set<int32_t> Bcc4Samples::slabs_beside(int32_t layer) const {
+  const StoredLattice& info = reader_->info().level(level_);
+  const Lattice4& l = info.lattice;
+  const int reach = NearLoss(coefficient_kernel(), l).layers();
+  std::set<int32_t> slabs;
+  for (int32_t m = layer - reach; m <= layer + reach; ++m)
+    if (l.periodic || (m >= 0 && m <= l.last_layer)) slabs.insert(info.slab_of(l.mirror_layer(m)));
+  return slabs;
 }
 
 // Of coefficients, what lies beside a lost chunk is lost as well.
 void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
                                   BrickLayer& out) const {
-  const StoredLattice& info = reader_->info().level(level_);
-  const NearLoss near(coefficient_kernel(), info.lattice);
-  BrickBox around = region;
-  for (size_t a = 0; a < 3; ++a) {
-    around.begin[a] = std::max(around.begin[a], 1) - 1;
-    around.end[a] = std::min(around.end[a], INT32_MAX - 1) + 1;
-  }
+  const NearLoss near(coefficient_kernel(), lattice());
   std::mutex mutex;
   std::vector<Int3> lost;
-  const Lattice4& l = info.lattice;
-  std::set<int32_t> slabs;
-  for (int32_t m = layer - near.layers(); m <= layer + near.layers(); ++m)
-    if (l.periodic || (m >= 0 && m <= l.last_layer)) slabs.insert(info.slab_of(l.mirror_layer(m)));
-  for (const int32_t slab : slabs)
-    for_chunks(channel, slab, around, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
+  for (const int32_t slab : slabs_beside(layer))
+    for_chunks(channel, slab, region.widened(), context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
       if (!data.lost) return;
       const std::scoped_lock lock(mutex);
       lost.push_back(reader_->brick_position(chunk.slot, level_));
     });
   near.mark(lost, out);
+}
+
+void Bcc4Samples::list_reads(int channel, int32_t layer, const BrickBox& region, bool missing,
+                             std::vector<ByteRange>& out) const {
+  const ChannelLevel at{channel, level_};
+  const auto list = [&](int32_t slab, const BrickBox& box) {
+    if (!missing)
+      for (const ByteRange& page : reader_->index_pages(at, slab)) out.push_back(page);
+    for (const Bcc4Chunk& c : reader_->chunks(at, slab, box))
+      if (!missing || !cache_->chunks.contains({channel, slab, c.slot}))
+        out.push_back({c.offset, c.stored()});
+  };
+  list(reader_->info().level(level_).slab_of(layer), region);
+  if (!reader_->salvages() || coefficient_kernel().empty()) return;
+  for (const int32_t slab : slabs_beside(layer)) list(slab, region.widened());
 }
 
 template<class Layer, class MakeBrick>
@@ -123,30 +143,38 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
   const StoredLattice& info = reader_->info().level(level_);
   for (const int32_t m : layers)
     if (m < 0 || m >= info.lattice.layers()) fail(Code::out_of_domain, "no layer ", m);
+  Attempts attempts;
   for (size_t first = 0, end = 0; first < layers.size(); first = end) {
     const int32_t slab = info.slab_of(layers[first]);
     while (end < layers.size() && info.slab_of(layers[end]) == slab) ++end;
     // One layer stands beside the budget, the others of the slab within it, as many as there is room for;
     // codes take no more than values.
-    const uint64_t bytes = reader_->chunks({channel, level_}, slab, region).size() * sizeof(Brick);
+    uint64_t bytes = 0;
+    if (!attempts.attempt([&] {
+          bytes = reader_->chunks({channel, level_}, slab, region).size() * sizeof(Brick);
+        }))
+      continue;
     std::vector<Reservation> held;
     while (held.size() + 1 < end - first && cache_->budget.try_reserve(bytes))
       held.push_back(Reservation::adopt(cache_->budget, bytes));
     end = first + held.size() + 1;
     std::vector<Layer> read;
     for (size_t i = first; i < end; ++i) read.emplace_back(info.lattice.space, info.lattice.coset(layers[i]));
-    // Each task sets the slots of its own bricks.
-    for_chunks(channel, slab, region, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
-      const Int3 b = reader_->brick_position(chunk.slot, level_);
-      for (size_t i = 0; i < read.size(); ++i)
-        if (auto made = brick(data, layers[first + i] % info.slab_layers))
-          read[i].set(read[i].slot(b[0], b[1], b[2]), std::move(made));
+    attempts.attempt([&] {
+      // Each task sets the slots of its own bricks.
+      for_chunks(channel, slab, region, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
+        const Int3 b = reader_->brick_position(chunk.slot, level_);
+        for (size_t i = 0; i < read.size(); ++i)
+          if (auto made = brick(data, layers[first + i] % info.slab_layers))
+            read[i].set(read[i].slot(b[0], b[1], b[2]), std::move(made));
+      });
+      for (size_t i = 0; i < read.size(); ++i) {
+        if (!held.empty()) held.pop_back(); // whoever takes it reserves it
+        take(layers[first + i], std::move(read[i]));
+      }
     });
-    for (size_t i = 0; i < read.size(); ++i) {
-      if (!held.empty()) held.pop_back(); // whoever takes it reserves it
-      take(layers[first + i], std::move(read[i]));
-    }
   }
+  attempts.throw_if_waiting();
 }
 
 void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,

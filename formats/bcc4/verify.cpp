@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/would_block.h"
 #include "formats/bcc4/explain.h"
 #include "formats/bcc4/reader_state.h"
 
@@ -29,6 +30,7 @@ struct Bcc4Reader::State::Verification {
   const State& file;
   const Context& context;
   Bcc4VerifyResult result{};
+  Attempts attempts{};           // bytes that are not there yet are no damage
   std::vector<Extent> extents{}; // of all parts of the file
   std::map<ChannelLevel, Totals> totals{};
   uint64_t runs = 0, values = 0; // bytes
@@ -70,6 +72,8 @@ template<class Look> void Bcc4Reader::State::Verification::look_at(const BlockRe
   add_block(block);
   try {
     look();
+  } catch (const WouldBlock& e) {
+    attempts.add(e);
   } catch (const Error& e) {
     add_file_damage(e.code(), e.message(), block.offset);
   }
@@ -104,6 +108,8 @@ void Bcc4Reader::State::Verification::check_masks() {
       add_block(block);
       try {
         reader.mask_runs(static_cast<int>(i), f, [](uint64_t, uint64_t) {});
+      } catch (const WouldBlock& e) {
+        attempts.add(e);
       } catch (const Error& e) {
         add_file_damage(e.code(),
                         concat(e.message(), "; lost: which samples of channel ", channels[i].name,
@@ -120,6 +126,9 @@ void Bcc4Reader::State::Verification::check_page(size_t index) {
   std::shared_ptr<const Page> page;
   try {
     page = file.load_page(index);
+  } catch (const WouldBlock& e) {
+    attempts.add(e);
+    return;
   } catch (const Error& e) {
     result.chunks_damaged += ref.entries;
     Bcc4Damage d = damaged_slabs(ref.at(), ref.first_slab, ref.last_slab);
@@ -141,7 +150,7 @@ void Bcc4Reader::State::Verification::check_page(size_t index) {
 
 void Bcc4Reader::State::Verification::check_chunks(const ChannelLevel& at, const Page& page) {
   std::mutex mutex;
-  const std::vector<ChunkGroup> groups = group_chunks(page);
+  const std::vector<ChunkGroup> groups = group_chunks(page, usual_merge_gap);
   context.tasks.parallel_for(groups.size(), [&](uint64_t g) {
     context.progress.check();
     ChunkScratch scratch;
@@ -151,6 +160,8 @@ void Bcc4Reader::State::Verification::check_chunks(const ChannelLevel& at, const
         std::vector<std::byte> stored(c.stored());
         file.read(c.offset, stored);
         static_cast<void>(file.decode(at, c, stored, scratch));
+      } catch (const WouldBlock& e) {
+        attempts.add(e);
       } catch (const Error& e) {
         Bcc4Damage d = damaged_slabs(at, c.slab, c.slab);
         d.code = e.code(), d.message = e.message(), d.offset = c.offset;
@@ -211,6 +222,7 @@ Bcc4VerifyResult Bcc4Reader::State::Verification::check_all() {
     context.progress.report(static_cast<double>(p) / static_cast<double>(file.pages.size()));
     check_page(p);
   }
+  attempts.throw_if_waiting();
   const bool pages_whole = std::none_of(result.damage.begin(), result.damage.end(),
                                         [](const Bcc4Damage& d) { return d.whole_layers; });
   std::stable_sort(result.damage.begin(), result.damage.end(),

@@ -2,8 +2,10 @@
 // Writes pictures and deep pictures with OpenEXR, through a sink that only a finished file leaves behind.
 #include "formats/image/exr.h"
 
+#include <algorithm>
+
 #include "base/error.h"
-#include "base/files.h"
+#include "formats/image/sink_buffer.h"
 
 #if defined(BCCSPLAT_WITH_IMAGE)
 
@@ -34,16 +36,16 @@ Imath::M44f matrix(const std::array<double, 16>& rows) {
 // A stream for OpenEXR on top of a sink.
 class SinkStream : public Imf::OStream {
  public:
-  SinkStream(ByteSink& sink, const char* name) : Imf::OStream(name), sink_(sink) {}
+  SinkStream(SinkBuffer& sink, const char* name) : Imf::OStream(name), sink_(sink) {}
   void write(const char bytes[], int count) override {
-    sink_.write_at(position_, std::as_bytes(std::span(bytes, static_cast<size_t>(count))));
+    sink_.write(position_, std::as_bytes(std::span(bytes, static_cast<size_t>(count))));
     position_ += static_cast<uint64_t>(count);
   }
   uint64_t tellp() override { return position_; }
   void seekp(uint64_t position) override { position_ = position; }
 
  private:
-  ByteSink& sink_;
+  SinkBuffer& sink_;
   uint64_t position_ = 0;
 };
 
@@ -63,27 +65,33 @@ Imf::Header make_header(int width, int height, const ExrOptions& options) {
   return header;
 }
 
-// Writes a file: `write` fills the stream and must close OpenEXR's file, whose destructor writes the table of
-// lines.
-template<class Write>
-void write_file(const std::string& path, const ExrOptions& options, const Write& write) {
-  const auto sink = create_file_sink(path, options.overwrite);
+// `write` fills the stream and must close OpenEXR's file, whose destructor writes the table of lines, and
+// says nothing where it cannot.
+template<class Write> void write_stream(ByteSink& sink, const std::string& name, const Write& write) {
   try {
-    SinkStream stream(*sink, path.c_str());
+    SinkBuffer buffer(sink);
+    SinkStream stream(buffer, name.c_str());
     write(stream);
+    buffer.finish();
   } catch (const Error&) {
     throw;
   } catch (const std::exception& e) {
-    fail(Code::io_error, path, ": cannot write OpenEXR: ", e.what());
+    fail(Code::io_error, name, ": cannot write OpenEXR: ", e.what());
   }
-  sink->commit();
+}
+
+// Rows that are written between two looks at the progress: whole blocks of ZIP.
+constexpr int rows_at_once = 16;
+
+void report_rows(const ExrOptions& options, int done, int height) {
+  if (options.progress) options.progress->report(static_cast<double>(done) / height);
 }
 
 } // namespace
 
-void write_exr(const std::string& path, int width, int height, std::span<const ExrChannel> channels,
-               const ExrOptions& options) {
-  write_file(path, options, [&](Imf::OStream& stream) {
+void write_exr(ByteSink& sink, const std::string& name, int width, int height,
+               std::span<const ExrChannel> channels, const ExrOptions& options) {
+  write_stream(sink, name, [&](Imf::OStream& stream) {
     Imf::Header header = make_header(width, height, options);
     header.compression() = Imf::ZIP_COMPRESSION;
     Imf::FrameBuffer frame;
@@ -96,19 +104,23 @@ void write_exr(const std::string& path, int width, int height, std::span<const E
     }
     Imf::OutputFile file(stream, header, 0);
     file.setFrameBuffer(frame);
-    file.writePixels(height);
+    for (int y = 0; y < height; y += rows_at_once) {
+      report_rows(options, y, height);
+      file.writePixels(std::min(rows_at_once, height - y));
+    }
   });
 }
 
-void write_deep_exr(const std::string& path, int width, int height, std::span<const uint64_t> first,
-                    std::span<const float> samples, const ExrOptions& options) {
+void write_deep_exr(ByteSink& sink, const std::string& name, int width, int height,
+                    std::span<const uint64_t> first, std::span<const float> samples,
+                    const ExrOptions& options) {
   constexpr std::array<const char*, 6> names{"Z", "ZBack", "A", "R", "G", "B"};
-  write_file(path, options, [&](Imf::OStream& stream) {
+  write_stream(sink, name, [&](Imf::OStream& stream) {
     Imf::Header header = make_header(width, height, options);
     header.compression() = Imf::ZIPS_COMPRESSION;
     header.setType(Imf::DEEPSCANLINE);
     Imf::addDeepImageState(header, Imf::DIS_TIDY);
-    for (const char* name : names) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    for (const char* channel : names) header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
     // One row is written at a time, from tables of one row: the step from row to row is 0 bytes.
     const auto columns = static_cast<size_t>(width);
     std::vector<uint32_t> counts(columns);
@@ -124,6 +136,7 @@ void write_deep_exr(const std::string& path, int width, int height, std::span<co
     Imf::DeepScanLineOutputFile file(stream, header, 0);
     file.setFrameBuffer(frame);
     for (size_t y = 0; y < static_cast<size_t>(height); ++y) {
+      report_rows(options, static_cast<int>(y), height);
       for (size_t x = 0; x < columns; ++x) {
         const uint64_t begin = first[y * columns + x], end = first[y * columns + x + 1];
         counts[x] = static_cast<uint32_t>(end - begin);
@@ -140,15 +153,33 @@ void write_deep_exr(const std::string& path, int width, int height, std::span<co
 
 namespace bccsplat {
 
-void write_exr(const std::string& path, int, int, std::span<const ExrChannel>, const ExrOptions&) {
-  fail(Code::missing_feature, path, ": built without image files (BCCSPLAT_WITH_IMAGE)");
+void write_exr(ByteSink&, const std::string& name, int, int, std::span<const ExrChannel>, const ExrOptions&) {
+  fail(Code::missing_feature, name, ": built without image files (BCCSPLAT_WITH_IMAGE)");
 }
 
-void write_deep_exr(const std::string& path, int, int, std::span<const uint64_t>, std::span<const float>,
-                    const ExrOptions&) {
-  fail(Code::missing_feature, path, ": built without image files (BCCSPLAT_WITH_IMAGE)");
+void write_deep_exr(ByteSink&, const std::string& name, int, int, std::span<const uint64_t>,
+                    std::span<const float>, const ExrOptions&) {
+  fail(Code::missing_feature, name, ": built without image files (BCCSPLAT_WITH_IMAGE)");
 }
 
 } // namespace bccsplat
 
 #endif
+
+namespace bccsplat {
+
+void write_exr(const std::string& path, int width, int height, std::span<const ExrChannel> channels,
+               const ExrOptions& options) {
+  const auto sink = create_file_sink(path, options.overwrite);
+  write_exr(*sink, path, width, height, channels, options);
+  sink->commit();
+}
+
+void write_deep_exr(const std::string& path, int width, int height, std::span<const uint64_t> first,
+                    std::span<const float> samples, const ExrOptions& options) {
+  const auto sink = create_file_sink(path, options.overwrite);
+  write_deep_exr(*sink, path, width, height, first, samples, options);
+  sink->commit();
+}
+
+} // namespace bccsplat

@@ -11,6 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/files.h"
+#include "base/progress.h"
+
 namespace bccsplat {
 
 // One channel inside an interleaved or planar image; row 0 is the top.
@@ -29,7 +32,8 @@ struct ExrView {
 };
 
 struct ExrOptions {
-  bool overwrite = false;
+  bool overwrite = false;                     // of files
+  Progress* progress = nullptr;               // hears of rows
   std::array<int, 2> frames_per_second{0, 0}; // numerator, denominator; 0: not written
   double exposure_seconds = 0;                // 0: not written
   std::string comments;                       // empty: not written
@@ -37,13 +41,19 @@ struct ExrOptions {
   std::vector<std::pair<std::string, std::string>> attributes; // text, such as "bccsplat/kernel"
 };
 
-// Throws file_exists, permission_denied, no_space, io_error; missing_feature when built without image
-// support.
+// Into a sink, which is not committed; `name` is for error texts. Throws what the sink throws, io_error,
+// cancelled; missing_feature when built without image support.
+void write_exr(ByteSink& sink, const std::string& name, int width, int height,
+               std::span<const ExrChannel> channels, const ExrOptions& options);
+// Into a file. Throws file_exists, permission_denied, no_space as well.
 void write_exr(const std::string& path, int width, int height, std::span<const ExrChannel> channels,
                const ExrOptions& options);
 
 // Pixel p = y width + x has the samples first[p] .. first[p + 1] - 1 of six floats each: Z, ZBack, A, R, G,
 // B, in order of depth and not overlapping ("tidy"). Throws what write_exr throws.
+void write_deep_exr(ByteSink& sink, const std::string& name, int width, int height,
+                    std::span<const uint64_t> first, std::span<const float> samples,
+                    const ExrOptions& options);
 void write_deep_exr(const std::string& path, int width, int height, std::span<const uint64_t> first,
                     std::span<const float> samples, const ExrOptions& options);
 

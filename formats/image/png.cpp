@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "base/files.h"
+#include "formats/image/sink_buffer.h"
 
 namespace bccsplat {
 
@@ -30,7 +30,7 @@ namespace bccsplat {
 namespace {
 
 struct Writer {
-  ByteSink* sink;
+  SinkBuffer* sink;
   uint64_t position = 0;
   std::exception_ptr error; // what a callback threw, kept until the frames of libpng, which is C, are left
   std::string message;
@@ -39,7 +39,7 @@ struct Writer {
 void write_bytes(png_structp png, png_bytep bytes, png_size_t count) {
   auto& w = *static_cast<Writer*>(png_get_io_ptr(png));
   try {
-    w.sink->write_at(w.position, std::as_bytes(std::span(bytes, count)));
+    w.sink->write(w.position, std::as_bytes(std::span(bytes, count)));
     w.position += count;
   } catch (...) {
     w.error = std::current_exception();
@@ -53,62 +53,78 @@ void on_error(png_structp png, png_const_charp message) {
 }
 void on_warning(png_structp, png_const_charp) {}
 
-// Makes all calls that may jump back to setjmp: no object with a destructor lives here.
-bool write_rows(png_structp png, png_infop info, int width, int height, int channels,
-                const unsigned char* pixels) {
+// What is written, row by row.
+struct Picture {
+  int width, height;
+  const float* rgba;
+  size_t row_floats;
+  const PngOptions& options;
+  [[nodiscard]] int channels() const { return options.background ? 3 : 4; }
+};
+
+void convert_row(const Picture& picture, int y, unsigned char* out) {
+  const float* p = picture.rgba + static_cast<size_t>(y) * picture.row_floats;
+  for (int x = 0; x < picture.width; ++x, p += 4) {
+    const double alpha = std::isnan(p[3]) ? 0 : std::fmin(1, std::fmax(0, p[3]));
+    for (size_t c = 0; c < 3; ++c) {
+      const double color = static_cast<double>(p[c]);
+      if (picture.options.background)
+        *out++ = srgb_byte(color + (1 - alpha) * (*picture.options.background)[c]);
+      else
+        *out++ = alpha > 0 ? srgb_byte(color / alpha) : static_cast<unsigned char>(0);
+    }
+    if (!picture.options.background) *out++ = static_cast<unsigned char>(std::lround(255 * alpha));
+  }
+}
+
+// False where the caller wants no more of it: the writer holds the exception.
+bool goes_on(Writer& writer, const Picture& picture, int y) {
+  if (!picture.options.progress) return true;
+  try {
+    picture.options.progress->report(static_cast<double>(y) / picture.height);
+  } catch (...) {
+    writer.error = std::current_exception();
+  }
+  return !writer.error;
+}
+
+// Makes all calls that may jump back to setjmp: no object with a destructor lives here. row: of bytes.
+bool write_rows(png_structp png, png_infop info, Writer& writer, const Picture& picture, unsigned char* row) {
   if (setjmp(png_jmpbuf(png))) return false;
-  png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8,
-               channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+  png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width), static_cast<png_uint_32>(picture.height),
+               8, picture.channels() == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_write_info(png, info);
-  for (int y = 0; y < height; ++y)
-    png_write_row(png, pixels + static_cast<size_t>(y) * static_cast<size_t>(width) *
-                                    static_cast<size_t>(channels));
+  for (int y = 0; y < picture.height; ++y) {
+    if (!goes_on(writer, picture, y)) return false;
+    convert_row(picture, y, row);
+    png_write_row(png, row);
+  }
   png_write_end(png, info);
   return true;
 }
 
-std::vector<unsigned char> to_bytes(int width, int height, const float* rgba, size_t row_floats,
-                                    const PngOptions& options) {
-  const size_t channels = options.background ? 3 : 4;
-  std::vector<unsigned char> out;
-  out.reserve(static_cast<size_t>(width) * static_cast<size_t>(height) * channels);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const float* p = rgba + static_cast<size_t>(y) * row_floats + static_cast<size_t>(x) * 4;
-      const double alpha = std::isnan(p[3]) ? 0 : std::fmin(1, std::fmax(0, p[3]));
-      for (size_t c = 0; c < 3; ++c) {
-        const double color = static_cast<double>(p[c]);
-        if (options.background)
-          out.push_back(srgb_byte(color + (1 - alpha) * (*options.background)[c]));
-        else
-          out.push_back(alpha > 0 ? srgb_byte(color / alpha) : static_cast<unsigned char>(0));
-      }
-      if (!options.background) out.push_back(static_cast<unsigned char>(std::lround(255 * alpha)));
-    }
-  return out;
-}
-
 } // namespace
 
-void write_png(const std::string& path, int width, int height, const float* rgba, size_t row_floats,
-               const PngOptions& options) {
-  const auto sink = create_file_sink(path, options.overwrite);
-  const auto pixels = to_bytes(width, height, rgba, row_floats, options);
-  Writer writer{sink.get(), 0, {}, {}};
+void write_png(ByteSink& sink, const std::string& name, int width, int height, const float* rgba,
+               size_t row_floats, const PngOptions& options) {
+  const Picture picture{width, height, rgba, row_floats, options};
+  std::vector<unsigned char> row(static_cast<size_t>(width) * static_cast<size_t>(picture.channels()));
+  SinkBuffer buffer(sink);
+  Writer writer{&buffer, 0, {}, {}};
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, on_error, on_warning);
-  if (!png) fail(Code::out_of_memory, path, ": libpng has no memory");
+  if (!png) fail(Code::out_of_memory, name, ": libpng has no memory");
   png_infop info = png_create_info_struct(png);
   bool good = false;
   if (info) {
     png_set_write_fn(png, &writer, write_bytes, flush_bytes);
-    good = write_rows(png, info, width, height, options.background ? 3 : 4, pixels.data());
+    good = write_rows(png, info, writer, picture, row.data());
   }
   png_destroy_write_struct(&png, &info);
   if (writer.error) std::rethrow_exception(writer.error);
-  if (!good) fail(Code::io_error, path, ": cannot write PNG: ", writer.message);
-  sink->commit();
+  if (!good) fail(Code::io_error, name, ": cannot write PNG: ", writer.message);
+  buffer.finish();
 }
 
 } // namespace bccsplat
@@ -117,10 +133,21 @@ void write_png(const std::string& path, int width, int height, const float* rgba
 
 namespace bccsplat {
 
-void write_png(const std::string& path, int, int, const float*, size_t, const PngOptions&) {
-  fail(Code::missing_feature, path, ": built without image files (BCCSPLAT_WITH_IMAGE)");
+void write_png(ByteSink&, const std::string& name, int, int, const float*, size_t, const PngOptions&) {
+  fail(Code::missing_feature, name, ": built without image files (BCCSPLAT_WITH_IMAGE)");
 }
 
 } // namespace bccsplat
 
 #endif
+
+namespace bccsplat {
+
+void write_png(const std::string& path, int width, int height, const float* rgba, size_t row_floats,
+               const PngOptions& options) {
+  const auto sink = create_file_sink(path, options.overwrite);
+  write_png(*sink, path, width, height, rgba, row_floats, options);
+  sink->commit();
+}
+
+} // namespace bccsplat

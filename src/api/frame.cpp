@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "api/handles.h"
+#include "api/streams.h"
 #include "api/structs.h"
 #include "base/sizes.h"
 #include "formats/image/exr.h"
@@ -55,12 +56,10 @@ void check_sequence(const bccsplat_image_options& o) {
          " must be finite and not negative");
 }
 
-ExrOptions exr_options(const bccsplat_frame& frame, const bccsplat_image_options* options) {
-  const auto o = read_struct(options, "bccsplat_image_options");
-  require_zero(o.reserved, "bccsplat_image_options.reserved");
+ExrOptions exr_options(const bccsplat_frame& frame, const bccsplat_image_options& o, Progress& progress) {
   check_sequence(o);
   ExrOptions exr;
-  exr.overwrite = o.overwrite != 0;
+  exr.progress = &progress;
   exr.attributes = frame.attributes;
   exr.frames_per_second = {o.frames_per_second[0], o.frames_per_second[1]};
   exr.exposure_seconds = o.exposure_seconds;
@@ -73,6 +72,61 @@ const DeepImage& deep_of(const bccsplat_frame& frame) {
   if (!frame.image.deep) fail(Code::not_found, "frame: it was made without BCCSPLAT_FRAME_DEEP");
   if (frame.deep.first.empty()) fail(Code::wrong_state, "frame: nothing was rendered into it yet");
   return frame.deep;
+}
+
+std::vector<ExrChannel> exr_channels(const Image& image) {
+  std::vector<ExrChannel> channels;
+  for (size_t c = 0; c < 4; ++c)
+    channels.push_back({std::string(1, "RGBA"[c]), image.rgba.pixels + c, 4, image.rgba.row_floats});
+  const auto add = [&](const char* name, const Plane& plane) {
+    if (plane.pixels) channels.push_back({name, plane.pixels, 1, plane.row_floats});
+  };
+  add("depth.Z", image.depth), add("value.Y", image.value), add("time.Y", image.time);
+  return channels;
+}
+
+// Writes what a file would hold into a sink, made once nothing is refused any more, and commits it. name: for
+// error texts.
+template<class MakeSink>
+void save(const bccsplat_frame& frame, int32_t format, const bccsplat_image_options* options,
+          const std::string& name, const MakeSink& make_sink) {
+  const auto o = read_struct(options, "bccsplat_image_options");
+  require_zero(o.reserved, "bccsplat_image_options.reserved");
+  const Token token = read_token(o.cancel_token);
+  Progress progress(progress_callback(o.progress, o.progress_user));
+  watch(progress, token);
+  progress.throw_if_cancelled();
+  const Image& image = frame.image;
+  std::unique_ptr<ByteSink> sink;
+  if (format == BCCSPLAT_IMAGE_PNG) {
+    PngOptions png;
+    png.progress = &progress;
+    if (o.use_background) png.background = {o.background[0], o.background[1], o.background[2]};
+    sink = make_sink(o);
+    write_png(*sink, name, image.width, image.height, image.rgba.pixels, image.rgba.row_floats, png);
+  } else if (format == BCCSPLAT_IMAGE_EXR) {
+    const ExrOptions exr = exr_options(frame, o, progress);
+    sink = make_sink(o);
+    write_exr(*sink, name, image.width, image.height, exr_channels(image), exr);
+  } else if (format == BCCSPLAT_IMAGE_DEEP_EXR) {
+    const ExrOptions exr = exr_options(frame, o, progress);
+    const DeepImage& deep = deep_of(frame);
+    sink = make_sink(o);
+    write_deep_exr(*sink, name, image.width, image.height, deep.first, deep.samples, exr);
+  } else {
+    fail(Code::invalid_argument, "frame: ", format, " is no format of images");
+  }
+  progress.report(1); // the last chance to cancel
+  sink->commit();
+}
+
+bccsplat_status save_file(const bccsplat_frame* frame, int32_t format, const char* path,
+                          const bccsplat_image_options* options) {
+  return guard([&] {
+    require(frame, "frame"), require(path, "path");
+    save(*frame, format, options, path,
+         [&](const bccsplat_image_options& o) { return create_file_sink(path, o.overwrite != 0); });
+  });
 }
 
 } // namespace
@@ -154,19 +208,7 @@ bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* frame, uint32_t
 
 bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char* path,
                                         const bccsplat_image_options* options) {
-  return guard([&] {
-    require(frame, "frame"), require(path, "path");
-    const ExrOptions exr = exr_options(*frame, options);
-    const Image& image = frame->image;
-    std::vector<ExrChannel> channels;
-    for (size_t c = 0; c < 4; ++c)
-      channels.push_back({std::string(1, "RGBA"[c]), image.rgba.pixels + c, 4, image.rgba.row_floats});
-    const auto add = [&](const char* name, const Plane& plane) {
-      if (plane.pixels) channels.push_back({name, plane.pixels, 1, plane.row_floats});
-    };
-    add("depth.Z", image.depth), add("value.Y", image.value), add("time.Y", image.time);
-    write_exr(path, image.width, image.height, channels, exr);
-  });
+  return save_file(frame, BCCSPLAT_IMAGE_EXR, path, options);
 }
 
 bccsplat_status bccsplat_frame_get_deep(const bccsplat_frame* frame, bccsplat_deep* deep) {
@@ -185,25 +227,34 @@ bccsplat_status bccsplat_frame_get_deep(const bccsplat_frame* frame, bccsplat_de
 
 bccsplat_status bccsplat_frame_save_deep_exr(const bccsplat_frame* frame, const char* path,
                                              const bccsplat_image_options* options) {
-  return guard([&] {
-    require(frame, "frame"), require(path, "path");
-    const ExrOptions exr = exr_options(*frame, options);
-    const DeepImage& image = deep_of(*frame);
-    write_deep_exr(path, frame->image.width, frame->image.height, image.first, image.samples, exr);
-  });
+  return save_file(frame, BCCSPLAT_IMAGE_DEEP_EXR, path, options);
 }
 
 bccsplat_status bccsplat_frame_save_png(const bccsplat_frame* frame, const char* path,
                                         const bccsplat_image_options* options) {
+  return save_file(frame, BCCSPLAT_IMAGE_PNG, path, options);
+}
+
+bccsplat_status bccsplat_frame_save_stream(const bccsplat_frame* frame, int32_t format,
+                                           const bccsplat_write_stream* stream,
+                                           const bccsplat_image_options* options) {
   return guard([&] {
-    require(frame, "frame"), require(path, "path");
-    const auto o = read_struct(options, "bccsplat_image_options");
-    require_zero(o.reserved, "bccsplat_image_options.reserved");
-    PngOptions png;
-    png.overwrite = o.overwrite != 0;
-    if (o.use_background) png.background = {o.background[0], o.background[1], o.background[2]};
-    write_png(path, frame->image.width, frame->image.height, frame->image.rgba.pixels,
-              frame->image.rgba.row_floats, png);
+    require(frame, "frame");
+    std::unique_ptr<ByteSink> sink = sink_of(stream);
+    save(*frame, format, options, "stream", [&](const auto&) { return std::move(sink); });
+  });
+}
+
+bccsplat_status bccsplat_frame_save_memory(const bccsplat_frame* frame, int32_t format,
+                                           const bccsplat_image_options* options, void* bytes,
+                                           uint64_t capacity, uint64_t* size) {
+  return guard([&] {
+    require(frame, "frame");
+    if (capacity > 0) require(bytes, "bytes");
+    std::vector<std::byte> all;
+    save(*frame, format, options, "memory", [&](const auto&) { return create_memory_sink(all); });
+    std::copy_n(all.begin(), std::min<uint64_t>(capacity, all.size()), static_cast<std::byte*>(bytes));
+    if (size) *size = all.size();
   });
 }
 

@@ -196,6 +196,11 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   [[nodiscard]] std::shared_ptr<const bccsplat::Coefficients>
   coefficients(uint32_t channel, const char* kernel_name, uint32_t level,
                const bccsplat::BrickBox& region) const;
+  // Coefficients to go through the motions with, of samples that are not the volume's own. holding: as if
+  // they held what the volume's hold.
+  [[nodiscard]] std::unique_ptr<bccsplat::Coefficients>
+  rehearsal(uint32_t channel, const char* kernel_name, uint32_t level, const bccsplat::BrickBox& region,
+            const bccsplat::SampleSource& samples, bool holding) const;
   // Fails where there is no such level.
   [[nodiscard]] const bccsplat::Lattice4& lattice(uint32_t level) const;
   [[nodiscard]] const bccsplat::VolumeInfo& info() const { return reader->info(); }
@@ -221,7 +226,8 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   [[nodiscard]] bccsplat::Kernel kernel_of(const char* name) const; // the volume's where there is no name
   [[nodiscard]] std::unique_ptr<bccsplat::Coefficients>
   make_coefficients(uint32_t channel, bccsplat::Kernel kernel, uint32_t level,
-                    const bccsplat::BrickBox& region) const;
+                    const bccsplat::BrickBox& region, const bccsplat::SampleSource& samples,
+                    uint64_t cache) const;
 
   mutable std::mutex mutex_;
   mutable std::map<Key, std::unique_ptr<bccsplat::Coefficients>> coefficients_;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// What the library says of itself, the names of statuses and kernels, and what each thread heard last.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -9,6 +10,12 @@ namespace bccsplat::api {
 namespace {
 
 thread_local std::array<char, 1024> last_error{};
+// Plain numbers, which need no destructor when the library is unloaded.
+struct Lacking {
+  std::array<uint64_t, 512> pairs; // offset and size
+  uint64_t count;
+};
+thread_local Lacking last_lacking{};
 
 struct Name {
   bccsplat_status status;
@@ -40,6 +47,7 @@ constexpr Name status_names[] = {
     {BCCSPLAT_ERROR_FILE_EXISTS, "BCCSPLAT_ERROR_FILE_EXISTS"},
     {BCCSPLAT_ERROR_MEMORY_BUDGET, "BCCSPLAT_ERROR_MEMORY_BUDGET"},
     {BCCSPLAT_ERROR_MISSING_FEATURE, "BCCSPLAT_ERROR_MISSING_FEATURE"},
+    {BCCSPLAT_ERROR_WOULD_BLOCK, "BCCSPLAT_ERROR_WOULD_BLOCK"},
     {BCCSPLAT_CANCELLED, "BCCSPLAT_CANCELLED"},
     {BCCSPLAT_ERROR_INTERNAL, "BCCSPLAT_ERROR_INTERNAL"},
 };
@@ -52,6 +60,7 @@ static_assert(static_cast<int32_t>(Code::not_bcc4) == BCCSPLAT_ERROR_NOT_BCC4);
 static_assert(static_cast<int32_t>(Code::hole) == BCCSPLAT_ERROR_HOLE);
 static_assert(static_cast<int32_t>(Code::out_of_memory) == BCCSPLAT_ERROR_OUT_OF_MEMORY);
 static_assert(static_cast<int32_t>(Code::missing_feature) == BCCSPLAT_ERROR_MISSING_FEATURE);
+static_assert(static_cast<int32_t>(Code::would_block) == BCCSPLAT_ERROR_WOULD_BLOCK);
 static_assert(static_cast<int32_t>(Code::cancelled) == BCCSPLAT_CANCELLED);
 static_assert(static_cast<int32_t>(Code::internal) == BCCSPLAT_ERROR_INTERNAL);
 
@@ -67,6 +76,22 @@ void set_last_error(std::string_view text) noexcept {
   const size_t n = std::min(text.size(), last_error.size() - 1);
   std::memcpy(last_error.data(), text.data(), n);
   last_error[n] = 0;
+}
+
+void set_last_lacking(std::span<const ByteRange> ranges) noexcept {
+  last_lacking.count = 0;
+  try {
+    std::vector<ByteRange> merged(ranges.begin(), ranges.end());
+    merge_ranges(merged, 0);
+    for (const ByteRange& r : merged) {
+      const uint64_t n = last_lacking.count;
+      if (2 * n == last_lacking.pairs.size()) break;
+      last_lacking.pairs[2 * n] = r.offset, last_lacking.pairs[2 * n + 1] = r.size;
+      ++last_lacking.count;
+    }
+  } catch (const std::bad_alloc&) {
+    // The host makes the call again and hears of none in advance.
+  }
 }
 
 } // namespace bccsplat::api
@@ -102,6 +127,14 @@ const char* bccsplat_status_name(bccsplat_status status) {
 }
 
 const char* bccsplat_last_error(void) { return last_error.data(); }
+
+bccsplat_status bccsplat_last_lacking(uint64_t* ranges, uint64_t capacity, uint64_t* count) {
+  return guard([&] {
+    if (capacity > 0) require(ranges, "ranges");
+    std::copy_n(last_lacking.pairs.begin(), 2 * std::min(capacity, last_lacking.count), ranges);
+    if (count) *count = last_lacking.count;
+  });
+}
 
 const char* bccsplat_kernel_name(uint32_t index) {
   return index < std::size(kernels) ? kernels[index] : nullptr;

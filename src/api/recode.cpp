@@ -2,7 +2,9 @@
 #include "store/recode.h"
 
 #include <cmath>
+#include <utility>
 
+#include "api/streams.h"
 #include "api/structs.h"
 #include "api/writer.h"
 #include "formats/bcc4/layout.h"
@@ -12,10 +14,9 @@ using namespace bccsplat::api;
 
 namespace {
 
-RecodeSettings read_recode_settings(const bccsplat_recode_options& o, const char* path) {
+RecodeSettings read_recode_settings(const bccsplat_recode_options& o) {
   require_zero(o.reserved, "bccsplat_recode_options.reserved");
   RecodeSettings s;
-  s.path = path;
   s.overwrite = o.overwrite != 0;
   if (o.store < 0 || o.store > BCCSPLAT_STORE_COEFFICIENTS)
     fail(Code::invalid_argument, "store ", o.store, " is not one of 0 .. ", int{BCCSPLAT_STORE_COEFFICIENTS});
@@ -33,22 +34,50 @@ RecodeSettings read_recode_settings(const bccsplat_recode_options& o, const char
   return s;
 }
 
-} // namespace
-
-extern "C" bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume, const char* path,
-                                                  const bccsplat_recode_options* options,
-                                                  bccsplat_writer_report* report) {
+// run(samples, settings, context) recodes.
+template<class Run>
+bccsplat_status recode_volume(const bccsplat_volume* volume, const bccsplat_recode_options* options,
+                              bccsplat_writer_report* report, const Run& run) {
   return guard([&] {
-    require(volume, "volume"), require(path, "path");
+    require(volume, "volume");
     check_output(report, "report");
     const auto o = read_struct(options, "bccsplat_recode_options");
     const Token token = read_token(o.cancel_token);
     Progress progress(progress_callback(o.progress, o.progress_user));
     watch(progress, token), watch(progress, volume->token);
     progress.throw_if_cancelled();
-    const Context context = volume->device->context(progress);
     const Bcc4Samples samples(volume->reader,
                               volume->device->memory); // as the file has them, relative to air
-    write_report(report, recode(samples, read_recode_settings(o, path), context));
+    write_report(report, run(samples, read_recode_settings(o), volume->device->context(progress)));
   });
 }
+
+} // namespace
+
+extern "C" {
+
+bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume, const char* path,
+                                       const bccsplat_recode_options* options,
+                                       bccsplat_writer_report* report) {
+  return recode_volume(volume, options, report,
+                       [&](const Bcc4Samples& samples, RecodeSettings settings, const Context& context) {
+                         require(path, "path");
+                         settings.path = path;
+                         return recode(samples, settings, context);
+                       });
+}
+
+bccsplat_status bccsplat_volume_recode_stream(const bccsplat_volume* volume,
+                                              const bccsplat_write_stream* stream,
+                                              const bccsplat_recode_options* options,
+                                              bccsplat_writer_report* report) {
+  return recode_volume(
+      volume, options, report,
+      [&](const Bcc4Samples& samples, const RecodeSettings& settings, const Context& context) {
+        std::unique_ptr<ByteSink> sink = sink_of(stream);
+        return recode(
+            samples, settings, [&] { return std::move(sink); }, context);
+      });
+}
+
+} // extern "C"

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "api/handles.h"
+#include "api/streams.h"
 #include "api/structs.h"
 #include "api/volume_source.h"
 #include "base/machine.h"
@@ -139,18 +140,16 @@ Kernel bccsplat_volume::kernel_of(const char* name) const {
 }
 
 std::unique_ptr<Coefficients> bccsplat_volume::make_coefficients(uint32_t channel_index, Kernel k,
-                                                                 uint32_t level,
-                                                                 const BrickBox& region) const {
+                                                                 uint32_t level, const BrickBox& region,
+                                                                 const SampleSource& samples_of_level,
+                                                                 uint64_t cache) const {
   const ChannelInfo& c = channel(channel_index);
-  (void)lattice(level);
   // What a coefficient adds to a constant region is its own value: below half the threshold it cannot matter
   // beside air.
   const auto index = static_cast<int>(channel_index);
-  const Bcc4Samples& source = *samples[level];
-  const float prune = source.base(index) == c.air ? c.threshold / 2 : 0;
+  const float prune = samples_of_level.base(index) == c.air ? c.threshold / 2 : 0;
   const bool own = k.name == make_kernel(choose_kernel(info(), nullptr)).name;
-  auto made = std::make_unique<Coefficients>(source, index, std::move(k), prune,
-                                             cache_of_level(cache_bytes, level), region);
+  auto made = std::make_unique<Coefficients>(samples_of_level, index, std::move(k), prune, cache, region);
   if (own && level == 0) made->set_corrections(corrections_of[channel_index].get());
   made->set_masks(masks_of[channel_index].get());
   return made;
@@ -162,7 +161,9 @@ const Coefficients& bccsplat_volume::coefficients(uint32_t channel_index, const 
   const Key key{channel_index, k.name, level};
   const std::scoped_lock lock(mutex_);
   if (const auto it = coefficients_.find(key); it != coefficients_.end()) return *it->second;
-  auto made = make_coefficients(channel_index, std::move(k), level, {});
+  (void)lattice(level);
+  auto made = make_coefficients(channel_index, std::move(k), level, {}, *samples[level],
+                                cache_of_level(cache_bytes, level));
   return *(coefficients_[key] = std::move(made));
 }
 
@@ -176,8 +177,27 @@ std::shared_ptr<const Coefficients> bccsplat_volume::coefficients(uint32_t chann
   const std::scoped_lock lock(mutex_);
   if (const auto it = parts_.find(key); it != parts_.end() && it->second.region == region)
     return it->second.coefficients;
-  std::shared_ptr<const Coefficients> made = make_coefficients(channel_index, std::move(k), level, region);
+  (void)lattice(level);
+  std::shared_ptr<const Coefficients> made = make_coefficients(
+      channel_index, std::move(k), level, region, *samples[level], cache_of_level(cache_bytes, level));
   parts_[key] = {region, made};
+  return made;
+}
+
+std::unique_ptr<Coefficients> bccsplat_volume::rehearsal(uint32_t channel_index, const char* kernel_name,
+                                                         uint32_t level, const BrickBox& region,
+                                                         const SampleSource& source, bool holding) const {
+  Kernel k = kernel_of(kernel_name);
+  const Key key{channel_index, k.name, level};
+  auto made = make_coefficients(channel_index, std::move(k), level, region, source, UINT64_MAX);
+  if (!holding) return made;
+  const std::scoped_lock lock(mutex_);
+  if (region == BrickBox{}) {
+    if (const auto it = coefficients_.find(key); it != coefficients_.end())
+      made->pretend_to_hold(*it->second);
+  } else if (const auto it = parts_.find(key); it != parts_.end() && it->second.region == region) {
+    made->pretend_to_hold(*it->second.coefficients);
+  }
   return made;
 }
 
@@ -205,12 +225,7 @@ bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device, const bccsp
                                             bccsplat_volume** volume) {
   return open(device, options, volume, [&] {
     require(stream, "stream");
-    const auto s = read_struct(stream, "bccsplat_read_stream");
-    require_zero(s.reserved, "bccsplat_read_stream.reserved");
-    if (!s.read_at) fail(Code::invalid_argument, "bccsplat_read_stream.read_at is NULL");
-    return open_stream_source(s.size, [s](uint64_t offset, std::span<std::byte> out) {
-      return s.read_at(s.user, offset, out.data(), out.size());
-    });
+    return source_of(stream, "stream");
   });
 }
 

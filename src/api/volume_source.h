@@ -23,6 +23,7 @@ class VolumeSource : public ByteSource {
   void opened() { opening_ = nullptr; }
   [[nodiscard]] uint64_t size() const override { return bytes_->size(); }
   [[nodiscard]] const std::string& name() const override { return bytes_->name(); }
+  [[nodiscard]] uint64_t merge_gap() const override { return bytes_->merge_gap(); }
   void read_at(uint64_t offset, std::span<std::byte> out) const override {
     if (opening_) opening_->throw_if_cancelled();
     struct Turn {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "api/streams.h"
 #include "api/structs.h"
 #include "store/join.h"
 
@@ -69,6 +70,21 @@ bccsplat_status finish(bccsplat_writer* writer, bccsplat_writer_report* report, 
   });
 }
 
+template<class Run>
+bccsplat_status join(bccsplat_device* device, const bccsplat_join_options* options,
+                     bccsplat_writer_report* report, const Run& run) {
+  return guard([&] {
+    require(device, "device");
+    check_output(report, "report");
+    const auto o = read_struct(options, "bccsplat_join_options");
+    const Token token = read_token(o.cancel_token);
+    Progress progress(progress_callback(o.progress, o.progress_user));
+    watch(progress, token);
+    progress.throw_if_cancelled();
+    write_report(report, run(o, device->context(progress)));
+  });
+}
+
 } // namespace
 
 extern "C" {
@@ -84,15 +100,7 @@ bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path
 bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device, const bccsplat_write_stream* stream,
                                               const bccsplat_writer_options* options,
                                               bccsplat_writer** writer) {
-  return create(device, nullptr, options, writer, [&] {
-    require(stream, "stream");
-    const auto s = read_struct(stream, "bccsplat_write_stream");
-    require_zero(s.reserved, "bccsplat_write_stream.reserved");
-    if (!s.write_at) fail(Code::invalid_argument, "bccsplat_write_stream.write_at is NULL");
-    return create_stream_sink([s](uint64_t offset, std::span<const std::byte> bytes) {
-      return s.write_at(s.user, offset, bytes.data(), bytes.size());
-    });
-  });
+  return create(device, nullptr, options, writer, [&] { return sink_of(stream); });
 }
 
 bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel, double time,
@@ -218,21 +226,27 @@ void bccsplat_writer_release(bccsplat_writer* writer) { release(writer); }
 bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count, const char* const* parts,
                                     const char* path, const bccsplat_join_options* options,
                                     bccsplat_writer_report* report) {
-  return guard([&] {
-    require(device, "device"), require(path, "path");
+  return join(device, options, report, [&](const bccsplat_join_options& o, const Context& context) {
+    require(path, "path");
     if (count > 0) require(parts, "parts");
-    check_output(report, "report");
-    const auto o = read_struct(options, "bccsplat_join_options");
-    const Token token = read_token(o.cancel_token);
     std::vector<std::string> paths;
     for (uint64_t i = 0; i < count; ++i) {
       require(parts[i], "parts[i]");
       paths.emplace_back(parts[i]);
     }
-    Progress progress(progress_callback(o.progress, o.progress_user));
-    watch(progress, token);
-    progress.throw_if_cancelled();
-    write_report(report, join_parts(open_parts(paths), path, o.overwrite != 0, device->context(progress)));
+    return join_parts(open_parts(paths), path, o.overwrite != 0, context);
+  });
+}
+
+bccsplat_status bccsplat_join_streams(bccsplat_device* device, uint64_t count,
+                                      const bccsplat_read_stream* parts, const bccsplat_write_stream* stream,
+                                      const bccsplat_join_options* options, bccsplat_writer_report* report) {
+  return join(device, options, report, [&](const bccsplat_join_options&, const Context& context) {
+    if (count > 0) require(parts, "parts");
+    std::unique_ptr<ByteSink> sink = sink_of(stream);
+    std::vector<std::unique_ptr<ByteSource>> sources;
+    for (uint64_t i = 0; i < count; ++i) sources.push_back(source_of(element(parts, i), concat("part ", i)));
+    return join_parts(open_parts(std::move(sources)), std::move(sink), context);
   });
 }
 

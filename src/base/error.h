@@ -40,6 +40,7 @@ enum class Code : int32_t {
   file_exists = 37,
   memory_budget = 38,
   missing_feature = 39,
+  would_block = 40, // bytes that are not there yet: would_block.h
   cancelled = 48,
   internal = 64,
 };

@@ -16,6 +16,7 @@
 
 #include "base/error.h"
 #include "base/sizes.h"
+#include "base/would_block.h"
 
 namespace bccsplat {
 namespace {
@@ -122,22 +123,28 @@ class MemorySource final : public ByteSource {
 
 class StreamSource final : public ByteSource {
  public:
-  StreamSource(uint64_t size, ReadAt read) : size_(size), read_(std::move(read)) {}
+  StreamSource(uint64_t size, ReadAt read, uint64_t merge_gap, std::string name)
+      : size_(size), merge_gap_(merge_gap), read_(std::move(read)), name_(std::move(name)) {}
   uint64_t size() const override { return size_; }
+  uint64_t merge_gap() const override { return merge_gap_; }
   const std::string& name() const override { return name_; }
   void read_at(uint64_t offset, std::span<std::byte> out) const override {
     if (offset > size_ || out.size() > size_ - offset) fail_range(name_, offset, out.size(), size_);
+    if (out.empty()) return;
     const int64_t n = read_(offset, out);
+    if (n == read_would_block)
+      throw WouldBlock(concat(name_, ": ", out.size(), " bytes at offset ", offset, " are not there yet"),
+                       {{offset, out.size()}});
     if (n < 0 || static_cast<uint64_t>(n) > out.size())
-      fail(Code::io_error, "stream: the host could not read ", out.size(), " bytes at offset ", offset);
+      fail(Code::io_error, name_, ": the host could not read ", out.size(), " bytes at offset ", offset);
     if (static_cast<uint64_t>(n) != out.size())
       fail_range(name_, offset, out.size(), offset + static_cast<uint64_t>(n));
   }
 
  private:
-  uint64_t size_;
+  uint64_t size_, merge_gap_;
   ReadAt read_;
-  std::string name_ = "stream";
+  std::string name_;
 };
 
 // Writes all bytes at an offset, however many calls it takes. `path` is for error texts.
@@ -248,18 +255,24 @@ class JournalSink final : public ByteSink {
 
 class StreamSink final : public ByteSink {
  public:
-  explicit StreamSink(WriteAt write) : write_(std::move(write)) {}
+  StreamSink(WriteAt write, Flush flush) : write_(std::move(write)), flush_(std::move(flush)) {}
   void write_at(uint64_t offset, std::span<const std::byte> bytes) override {
     if (bytes.empty()) return;
+    unflushed_ = true;
     const int64_t n = write_(offset, bytes);
     if (n < 0 || static_cast<uint64_t>(n) != bytes.size())
       fail(Code::io_error, "stream: the host could not write ", bytes.size(), " bytes at offset ", offset);
   }
-  void flush() override {}
-  void commit() override {}
+  void flush() override {
+    if (!std::exchange(unflushed_, false) || !flush_) return;
+    if (!flush_()) fail(Code::io_error, "stream: the host could not make what it has durable");
+  }
+  void commit() override { flush(); }
 
  private:
   WriteAt write_;
+  Flush flush_;
+  bool unflushed_ = false;
 };
 
 } // namespace
@@ -272,8 +285,9 @@ std::unique_ptr<ByteSource> open_memory_source(std::span<const std::byte> bytes)
   return std::make_unique<MemorySource>(bytes);
 }
 
-std::unique_ptr<ByteSource> open_stream_source(uint64_t size, ReadAt read) {
-  return std::make_unique<StreamSource>(size, std::move(read));
+std::unique_ptr<ByteSource> open_stream_source(uint64_t size, ReadAt read, uint64_t merge_gap,
+                                               std::string name) {
+  return std::make_unique<StreamSource>(size, std::move(read), merge_gap, std::move(name));
 }
 
 std::unique_ptr<ByteSink> create_file_sink(const std::string& path, bool overwrite, Partial partial) {
@@ -289,8 +303,8 @@ bool file_exists(const std::string& path) {
   return ::lstat(path.c_str(), &info) == 0;
 }
 
-std::unique_ptr<ByteSink> create_stream_sink(WriteAt write) {
-  return std::make_unique<StreamSink>(std::move(write));
+std::unique_ptr<ByteSink> create_stream_sink(WriteAt write, Flush flush) {
+  return std::make_unique<StreamSink>(std::move(write), std::move(flush));
 }
 
 std::unique_ptr<ByteSink> create_memory_sink(std::vector<std::byte>& out) {

@@ -12,12 +12,18 @@
 
 namespace bccsplat {
 
+// Unwanted bytes between two wanted ones that cost less than another read of a file does.
+inline constexpr uint64_t usual_merge_gap = 4 << 10;
+
 class ByteSource {
  public:
   virtual ~ByteSource() = default;
   [[nodiscard]] virtual uint64_t size() const = 0;
-  // Fills `out` with the bytes at `offset`, or throws truncated / io_error. Concurrent calls are allowed.
+  // Fills `out` with the bytes at `offset`, or throws truncated / io_error, or WouldBlock where they are not
+  // there yet. Concurrent calls are allowed.
   virtual void read_at(uint64_t offset, std::span<std::byte> out) const = 0;
+  // Up to so many unwanted bytes between two wanted ones are read along.
+  [[nodiscard]] virtual uint64_t merge_gap() const { return usual_merge_gap; }
   // What the source is called in error texts.
   [[nodiscard]] virtual const std::string& name() const = 0;
 };
@@ -25,9 +31,12 @@ class ByteSource {
 [[nodiscard]] std::unique_ptr<ByteSource> open_file_source(const std::string& path);
 // Borrows the bytes: they must outlive the source.
 [[nodiscard]] std::unique_ptr<ByteSource> open_memory_source(std::span<const std::byte> bytes);
-// `read` returns the number of bytes read, short only at the end or on failure.
+// `read` returns the number of bytes read, short only at the end or on failure, or read_would_block.
+inline constexpr int64_t read_would_block = -65536;
 using ReadAt = std::function<int64_t(uint64_t offset, std::span<std::byte> out)>;
-[[nodiscard]] std::unique_ptr<ByteSource> open_stream_source(uint64_t size, ReadAt read);
+[[nodiscard]] std::unique_ptr<ByteSource> open_stream_source(uint64_t size, ReadAt read,
+                                                             uint64_t merge_gap = usual_merge_gap,
+                                                             std::string name = "stream");
 
 class ByteSink {
  public:
@@ -55,7 +64,9 @@ enum class Partial : uint8_t {
 [[nodiscard]] std::unique_ptr<ByteSink> create_journal_sink(const std::string& path, uint64_t keep);
 [[nodiscard]] bool file_exists(const std::string& path);
 using WriteAt = std::function<int64_t(uint64_t offset, std::span<const std::byte> bytes)>;
-[[nodiscard]] std::unique_ptr<ByteSink> create_stream_sink(WriteAt write);
+// Returns whether all that was written is durable; may be empty.
+using Flush = std::function<bool()>;
+[[nodiscard]] std::unique_ptr<ByteSink> create_stream_sink(WriteAt write, Flush flush = {});
 // Collects the bytes in `out`.
 [[nodiscard]] std::unique_ptr<ByteSink> create_memory_sink(std::vector<std::byte>& out);
 

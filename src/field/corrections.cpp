@@ -9,6 +9,8 @@
 #include <cmath>
 #include <map>
 
+#include "base/would_block.h"
+
 namespace bccsplat {
 namespace {
 
@@ -76,17 +78,31 @@ std::shared_ptr<const SparseGrid> Corrections::brick(int64_t frame, const Correc
   return made;
 }
 
+void Corrections::list_reads(int64_t number, bool missing, std::vector<ByteRange>& out) const {
+  const auto f = static_cast<size_t>(number);
+  const bool held = frames_.contains(number);
+  for (const std::vector<BlockRef>* blocks : {&info().frames, &info().tables})
+    if (f < blocks->size() && !(missing && held)) out.push_back({(*blocks)[f].offset, (*blocks)[f].padded()});
+  for (const CorrectionBrick& entry : frame(number)->table)
+    if (!missing || !bricks_.contains({number, entry.brick}))
+      out.push_back({entry.block.offset, entry.block.padded()});
+}
+
 uint64_t Corrections::count() const {
   uint64_t sum = 0;
+  Attempts attempts;
   for (int64_t f = 0; f < n_[3]; ++f) {
     try {
       const auto held = frame(f);
       for (const CorrectionBrick& entry : held->table) sum += entry.count;
       sum += held->whole.size() + held->set.size();
+    } catch (const WouldBlock& e) {
+      attempts.add(e);
     } catch (const Error&) {
       // What is damaged is found by a check of the file, or by whoever looks there.
     }
   }
+  attempts.throw_if_waiting();
   return sum;
 }
 

@@ -32,6 +32,8 @@ class Corrections {
   [[nodiscard]] double step() const { return info().step; }
   [[nodiscard]] const std::array<int64_t, 4>& samples() const { return n_; } // along x, y, z, t
 
+  // Appends where all corrections of a frame stand; missing: but those that are cached. Reads its table.
+  void list_reads(int64_t frame, bool missing, std::vector<ByteRange>& out) const;
   // How many samples of the series have one, as far as the file is whole.
   [[nodiscard]] uint64_t count() const;
 

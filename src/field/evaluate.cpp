@@ -29,6 +29,15 @@ struct HeldLayer {
 };
 using HeldLayers = std::map<int32_t, HeldLayer>;
 
+// Those of the windows from base0 to base1, first and last.
+std::array<int32_t, 2> window_layers(const Lattice4& lattice, const Kernel& kernel, int32_t base0,
+                                     int32_t base1) {
+  if (lattice.is_static()) return {0, lattice.last_layer};
+  const double reach = time_reach(kernel) / kernel_time_per_layer(lattice);
+  return {static_cast<int32_t>(std::ceil(base0 - reach)) + lattice.lead,
+          static_cast<int32_t>(std::floor(base1 + 1 + reach)) + lattice.lead};
+}
+
 // The coefficient layers that instants between layers `base` and `base + 1` from frame 0 need.
 struct Window {
   std::vector<FieldLayer> layers;
@@ -37,13 +46,7 @@ struct Window {
   // `held` keeps the layers alive, and for the next window those it shares with this one.
   Window(const Coefficients& coefficients, int32_t base, HeldLayers& held, const Context& context) {
     const Lattice4& lattice = coefficients.source().lattice();
-    const double distance = kernel_time_per_layer(lattice);
-    int32_t first = 0, last = lattice.last_layer;
-    if (!lattice.is_static()) {
-      const double reach = time_reach(coefficients.kernel()) / distance;
-      first = static_cast<int32_t>(std::ceil(base - reach)) + lattice.lead;
-      last = static_cast<int32_t>(std::floor(base + 1 + reach)) + lattice.lead;
-    }
+    const auto [first, last] = window_layers(lattice, coefficients.kernel(), base, base);
     held.erase(held.begin(), held.lower_bound(first));
     std::vector<int32_t> wanted;
     for (int32_t m = first; m <= last; ++m)
@@ -217,6 +220,13 @@ void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> 
   if (const Corrections* fix = coefficients.corrections())
     fix->add_to_points(points, values, gradients, context);
   if (const Masks* masks = coefficients.masks(); masks && !holes.empty()) masks->mark(points, holes, context);
+}
+
+std::array<int32_t, 2> layers_of_moments(const Lattice4& lattice, const Kernel& kernel, double t0,
+                                         double t1) {
+  const double per_frame = lattice.is_static() ? 0 : 1 / lattice.time_step;
+  return window_layers(lattice, kernel, static_cast<int32_t>(std::floor(t0 * per_frame)),
+                       static_cast<int32_t>(std::floor(t1 * per_frame)));
 }
 
 } // namespace bccsplat

@@ -27,4 +27,9 @@ void evaluate4_mirrored(const Coefficients& coefficients, std::span<const Vec4> 
                         std::span<float> values, std::span<std::array<float, 4>> gradients,
                         std::span<uint8_t> holes, const Context& context);
 
+// The first and the last coefficient layer, of those counted on beyond the ends, that values at moments from
+// t0 to t1 (frames) are made of.
+[[nodiscard]] std::array<int32_t, 2> layers_of_moments(const Lattice4& lattice, const Kernel& kernel,
+                                                       double t0, double t1);
+
 } // namespace bccsplat

@@ -12,6 +12,8 @@
 #include <optional>
 #include <set>
 
+#include "base/would_block.h"
+
 namespace bccsplat {
 namespace {
 
@@ -179,7 +181,7 @@ FrameMaskPtr Masks::read_nearest_whole(int64_t frame) const {
       try {
         return read(f);
       } catch (const Error& e) {
-        if (e.code() == Code::memory_budget) throw;
+        if (e.code() == Code::memory_budget || e.code() == Code::would_block) throw;
         damaged.insert(block.offset);
       }
     }
@@ -192,9 +194,23 @@ FrameMaskPtr Masks::frame(int64_t counted) const {
   return reader_->salvages() ? read_nearest_whole(frame) : read(frame);
 }
 
+void Masks::list_reads(int64_t first, int64_t last, bool missing, std::vector<ByteRange>& out) const {
+  for (int64_t counted = first; counted <= last; ++counted) {
+    const auto frame = static_cast<size_t>(reader_->info().lattice.turned_frame(counted));
+    const BlockRef& block = blocks()[frame];
+    const bool held = [&] {
+      const std::scoped_lock lock(mutex_);
+      const auto in_use = in_use_.find(block.offset);
+      return cache_.contains(block.offset) || (in_use != in_use_.end() && !in_use->second.expired());
+    }();
+    if (!missing || !held) out.push_back({block.offset, block.padded()});
+  }
+}
+
 uint64_t Masks::count() const {
   std::map<uint64_t, uint64_t> of_block;
   uint64_t sum = 0;
+  Attempts attempts;
   for (size_t f = 0; f < blocks().size(); ++f) {
     if (blocks()[f].stored == 0) continue;
     const auto [at, is_new] = of_block.try_emplace(blocks()[f].offset, 0);
@@ -202,11 +218,14 @@ uint64_t Masks::count() const {
     try {
       if (is_new)
         reader_->mask_runs(channel_, f, [&](uint64_t begin, uint64_t end) { missing += end - begin; });
+    } catch (const WouldBlock& e) {
+      attempts.add(e);
     } catch (const Error&) {
       // What is damaged is found by a check of the file, or by whoever looks there.
     }
     sum += missing;
   }
+  attempts.throw_if_waiting();
   return sum;
 }
 

@@ -90,6 +90,9 @@ class Masks {
   // Of a periodic series the number may be counted on. Null: nothing is missing. Of a file that is salvaged a
   // damaged mask is that of the nearest frame whose mask is whole; where none is, nothing counts as missing.
   [[nodiscard]] FrameMaskPtr frame(int64_t counted) const;
+  // Appends where the masks of counted frames stand; missing: but those that are held. The read of masks
+  // that two frames share is listed twice.
+  void list_reads(int64_t first, int64_t last, bool missing, std::vector<ByteRange>& out) const;
   // How many samples of the series are missing, as far as the file is whole.
   [[nodiscard]] uint64_t count() const;
 

@@ -35,6 +35,32 @@ int32_t layers_beyond(const Lattice4& lattice, const Kernel& kernel) {
   return layers + layers % 2;
 }
 
+// The planes across an axis that a slice is made of.
+struct AxisPlanes {
+  int32_t beyond; // layers beyond the ends of a periodic series
+  Lattice4 turned;
+  double position;     // inside the domain
+  int32_t first, last; // layers of the turned volume
+};
+
+AxisPlanes planes_of(const Coefficients& coefficients, size_t axis, double position,
+                     const Thickness& thickness) {
+  AxisPlanes p;
+  p.beyond = layers_beyond(coefficients.source().lattice(), coefficients.kernel());
+  p.turned = turned_lattice(coefficients.source().lattice(), axis, p.beyond);
+  const double end = p.turned.last_frame(), half = thickness.length / 2;
+  p.position = std::clamp(position, 0.0, end);
+  const double low = std::max(p.position - half, 0.0), high = std::min(p.position + half, end);
+  // Mirror images beyond an end lie no further from it than what they are images of.
+  const int reach = reach_planes(p.turned, coefficients.kernel());
+  const auto plane = [&](double at) {
+    return static_cast<int32_t>(std::floor(at / p.turned.time_step)) + p.turned.lead;
+  };
+  p.first = std::max(plane(low) - reach, 0);
+  p.last = std::min(plane(high) + 1 + reach, p.turned.last_layer);
+  return p;
+}
+
 } // namespace
 
 bool can_turn(const Coefficients& coefficients, size_t axis) {
@@ -45,27 +71,25 @@ bool can_turn(const Coefficients& coefficients, size_t axis) {
 Slice axis_slice(const Coefficients& coefficients, size_t axis, double position, const Thickness& thickness,
                  const Context& context) {
   const auto start = std::chrono::steady_clock::now();
-  const int32_t beyond = layers_beyond(coefficients.source().lattice(), coefficients.kernel());
-  const Lattice4 turned = turned_lattice(coefficients.source().lattice(), axis, beyond);
-  const double end = turned.last_frame(), half = thickness.length / 2;
-  position = std::clamp(position, 0.0, end);
-  const double low = std::max(position - half, 0.0), high = std::min(position + half, end);
-  // Mirror images beyond an end lie no further from it than what they are images of.
-  const int reach = reach_planes(turned, coefficients.kernel());
-  const auto plane = [&](double at) {
-    return static_cast<int32_t>(std::floor(at / turned.time_step)) + turned.lead;
-  };
-  const int32_t first = std::max(plane(low) - reach, 0);
-  const int32_t last = std::min(plane(high) + 1 + reach, turned.last_layer);
+  const AxisPlanes p = planes_of(coefficients, axis, position, thickness);
+  const double half = thickness.length / 2;
   Progress reading(context.progress, 0, read_end), cutting(context.progress, read_end, 1);
-  const TurnedSamples samples(coefficients.samples(), coefficients.channel(), axis, first, last, beyond,
+  const TurnedSamples samples(coefficients.samples(), coefficients.channel(), axis, p.first, p.last, p.beyond,
                               context.with(reading));
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
                             coefficients.cache_bytes());
-  Slice slice = thick_time_slice(planes, position, {-half, half}, thickness.kind, {}, context.with(cutting));
+  Slice slice =
+      thick_time_slice(planes, p.position, {-half, half}, thickness.kind, {}, context.with(cutting));
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return slice;
+}
+
+void rehearse_axis_slice(const Coefficients& coefficients, size_t axis, double position,
+                         const Thickness& thickness, const Context& context) {
+  const AxisPlanes p = planes_of(coefficients, axis, position, thickness);
+  (void)TurnedSamples(coefficients.samples(), coefficients.channel(), axis, p.first, p.last, p.beyond,
+                      context);
 }
 
 } // namespace bccsplat

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "field/evaluate.h"
 #include "slice/axis_slice.h"
 #include "slice/corrected_slice.h"
 #include "slice/masked_slice.h"
@@ -74,6 +75,24 @@ std::array<double, 2> interval_of(const HypersliceOptions& options) {
   return options.has_interval() ? options.interval : std::array{-half, half};
 }
 
+PlaneOptions plane_options(const HypersliceOptions& options) {
+  PlaneOptions plane;
+  plane.spacing = options.spacing;
+  plane.time_length = options.time_length;
+  plane.target = options.target.value_or(LatticeKind::bcc);
+  plane.thickness = options.thickness;
+  plane.axes = options.axes;
+  return plane;
+}
+
+// Asks for what values of the volume's field at some moments are made of, as mending a slice does.
+void rehearse_values(const Coefficients& coefficients, const std::array<double, 2>& moments,
+                     const Context& context) {
+  const auto [first, last] =
+      layers_of_moments(coefficients.source().lattice(), coefficients.kernel(), moments[0], moments[1]);
+  for (int32_t m = first; m <= last; ++m) (void)coefficients.layer(m, context);
+}
+
 } // namespace
 
 BrickBox HypersliceOptions::reads(const Lattice4& lattice) const {
@@ -113,16 +132,40 @@ Slice hyperslice(const Coefficients& coefficients, const Hyperplane& h, const Hy
     correct_slice(slice, coefficients, options.thickness, context.with(mending));
     return slice;
   }
-  PlaneOptions plane;
-  plane.spacing = options.spacing;
-  plane.time_length = options.time_length;
-  plane.target = options.target.value_or(LatticeKind::bcc);
-  plane.thickness = options.thickness;
-  plane.axes = options.axes;
-  Slice slice = plane_slice(coefficients, h, plane, index_to_world, context.with(cutting));
+  Slice slice = plane_slice(coefficients, h, plane_options(options), index_to_world, context.with(cutting));
   mask_slice(slice, coefficients);
   correct_slice(slice, coefficients, options.thickness, context.with(mending));
   return slice;
+}
+
+std::optional<SliceMoments> rehearse_hyperslice(const Coefficients& coefficients, const Hyperplane& h,
+                                                const HypersliceOptions& options, const Context& context) {
+  const Way way = choose_way(coefficients, h, options);
+  const Lattice4& lattice = coefficients.source().lattice();
+  const double end = lattice.domain_end(3);
+  if (way.kind == Way::Kind::time) {
+    const std::array<double, 2> around = interval_of(options);
+    prepare_time_slice(coefficients, way.position, around, context);
+    if (lattice.is_static()) return SliceMoments{};
+    const auto span = time_span(lattice, way.position + around[0], way.position + around[1]);
+    const bool each = options.thickness.kind == ThicknessKind::maximum; // instant of it has a mask
+    return SliceMoments{each ? span : std::array{way.position, way.position}, span};
+  }
+  SliceMoments moments{{0, end}, {0, end}};
+  if (way.kind == Way::Kind::axis) {
+    rehearse_axis_slice(coefficients, way.axis, way.position, options.thickness, context);
+  } else {
+    const PlaneOptions plane = plane_options(options);
+    const Slice slice = bare_plane(coefficients, h, plane, {});
+    if (slice.empty()) return std::nullopt;
+    rehearse_plane_slice(coefficients, h, plane, context);
+    moments.masks = moments_of(slice);
+    const double beyond = options.thickness.length / 2 * std::fabs(h[3]);
+    moments.corrections = {std::clamp(moments.masks[0] - beyond, 0.0, end),
+                           std::clamp(moments.masks[1] + beyond, 0.0, end)};
+  }
+  if (coefficients.corrections()) rehearse_values(coefficients, moments.corrections, context);
+  return moments;
 }
 
 } // namespace bccsplat

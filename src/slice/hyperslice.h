@@ -43,4 +43,15 @@ struct HypersliceOptions {
 void prepare_hyperslice(const Coefficients& coefficients, const Hyperplane& hyperplane,
                         const HypersliceOptions& options, const Context& context);
 
+// The first and the last moment (frames) that a slice looks at.
+struct SliceMoments {
+  std::array<double, 2> masks{}, corrections{};
+};
+// Asks the samples behind the coefficients for all that hyperslice would ask them for, and makes nothing of
+// it. Returns what masks and corrections it would look at, without reading them; nothing for an empty slice.
+[[nodiscard]] std::optional<SliceMoments> rehearse_hyperslice(const Coefficients& coefficients,
+                                                              const Hyperplane& hyperplane,
+                                                              const HypersliceOptions& options,
+                                                              const Context& context);
+
 } // namespace bccsplat

@@ -27,9 +27,7 @@ void mask_time_slice(Slice& slice, const Coefficients& coefficients) {
   set_mask(slice, *masks, frame, frame);
 }
 
-void mask_slice(Slice& slice, const Coefficients& coefficients) {
-  const Masks* masks = coefficients.masks();
-  if (!masks || slice.empty()) return;
+std::array<double, 2> moments_of(const Slice& slice) {
   double low = 0, high = 0;
   for (int corner = 0; corner < 8; ++corner) {
     Vec3 p;
@@ -39,6 +37,13 @@ void mask_slice(Slice& slice, const Coefficients& coefficients) {
     for (size_t k = 0; k < 3; ++k) t += slice.basis[k][3] * uvw[k];
     low = corner == 0 ? t : std::min(low, t), high = corner == 0 ? t : std::max(high, t);
   }
+  return {low, high};
+}
+
+void mask_slice(Slice& slice, const Coefficients& coefficients) {
+  const Masks* masks = coefficients.masks();
+  if (!masks || slice.empty()) return;
+  const auto [low, high] = moments_of(slice);
   set_mask(slice, *masks, masks->counted_frame(low), masks->counted_frame(high));
 }
 

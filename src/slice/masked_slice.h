@@ -3,6 +3,8 @@
 // has none, at the resolution of the source.
 #pragma once
 
+#include <array>
+
 #include "field/coefficients/coefficients.h"
 #include "field/slice.h"
 
@@ -13,5 +15,9 @@ namespace bccsplat {
 void mask_time_slice(Slice& slice, const Coefficients& coefficients);
 // The frames that any other slice meets decide what is missing. Its origin and basis must be set.
 void mask_slice(Slice& slice, const Coefficients& coefficients);
+
+// The first and the last moment (frames) at which points of a slice's box stand, whose masks mask_slice
+// reads.
+[[nodiscard]] std::array<double, 2> moments_of(const Slice& slice);
 
 } // namespace bccsplat

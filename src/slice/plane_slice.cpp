@@ -88,6 +88,25 @@ BrickBox bricks_around(const Lattice4& lattice, const PlaneExtent& extent, const
   return box;
 }
 
+// What a slice that is not empty reads: the bricks in reach of its hyperplane, in a box around the part of it
+// that lies in the domain.
+struct PlaneReads {
+  double margin; // beyond the ends of the domain
+  TouchReach reach;
+  BrickBox region;
+};
+
+PlaneReads reads_of(const Coefficients& coefficients, const Slice& slice, const PlaneExtent& extent,
+                    const PlaneOptions& options) {
+  const Lattice4& lattice = coefficients.source().lattice();
+  const Vec3 spacing = spacings(lattice, options, {slice.origin, slice.basis});
+  PlaneReads r;
+  r.margin = margin_of(slice, *std::max_element(spacing.begin(), spacing.end()));
+  r.reach = touch_reach(coefficients, r.margin, options.thickness.length);
+  r.region = bricks_around(lattice, extent, r.reach);
+  return r;
+}
+
 // A point p of the target lattice, in lattice units, is at + along * p in index space.
 struct Placement {
   Vec4 at;
@@ -293,11 +312,8 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   const PlaneExtent extent = plane_extent(lattice, h, axes);
   const Lattice4 target = target_lattice(lattice, options, axes, extent);
   const Placement placed(slice);
-  const Vec3 spacing = spacings(lattice, options, axes);
-  const double margin = margin_of(slice, *std::max_element(spacing.begin(), spacing.end()));
-  const TouchReach reach = touch_reach(coefficients, margin, options.thickness.length);
-  const TouchedSamples touched(coefficients.source(), h, reach);
-  const BrickBox region = bricks_around(lattice, extent, reach);
+  const auto [margin, reach, region] = reads_of(coefficients, slice, extent, options);
+  const TouchedSamples touched(coefficients.source(), h, reach, region);
   const int channel = coefficients.channel();
   Progress reading(context.progress, 0, read_end);
   const auto held = HeldSamples::read(touched, channel, region, coefficients.cache_bytes() / held_part,
@@ -341,6 +357,18 @@ Slice plane_slice(const Coefficients& coefficients, const Hyperplane& h, const P
   slice.milliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return slice;
+}
+
+void rehearse_plane_slice(const Coefficients& coefficients, const Hyperplane& h, const PlaneOptions& options,
+                          const Context& context) {
+  const Slice slice = bare_plane(coefficients, h, options, {});
+  if (slice.empty()) return;
+  const SampleSource& source = coefficients.source();
+  const PlaneReads reads =
+      reads_of(coefficients, slice, plane_extent(source.lattice(), h, {slice.origin, slice.basis}), options);
+  const TouchedSamples touched(source, h, reads.reach, reads.region);
+  for (int32_t m = 0; m < source.lattice().layers(); ++m)
+    (void)touched.read_layer(coefficients.channel(), m, {}, context);
 }
 
 } // namespace bccsplat

@@ -37,4 +37,8 @@ struct PlaneOptions {
 [[nodiscard]] Slice bare_plane(const Coefficients& coefficients, const Hyperplane& hyperplane,
                                const PlaneOptions& options, const Affine3& index_to_world);
 
+// Asks the samples for all that plane_slice would ask for, and makes nothing of it.
+void rehearse_plane_slice(const Coefficients& coefficients, const Hyperplane& hyperplane,
+                          const PlaneOptions& options, const Context& context);
+
 } // namespace bccsplat

@@ -78,8 +78,8 @@ BrickLayer TouchedSamples::read_layer(int channel, int32_t layer, const BrickBox
   BrickLayer out(lattice().space, lattice().coset(layer));
   Int3 begin, end;
   for (size_t a = 0; a < 3; ++a) {
-    begin[a] = std::max(0, region.begin[a]);
-    end[a] = std::min(out.brick_dims()[a], region.end[a]);
+    begin[a] = std::max({0, region.begin[a], within_.begin[a]});
+    end[a] = std::min({out.brick_dims()[a], region.end[a], within_.end[a]});
   }
   // Bricks are read in rows along x; rows with the same ends are read together.
   const auto read = [&](const BrickBox& box) {

@@ -17,9 +17,10 @@ struct TouchReach {
 
 class TouchedSamples final : public SampleSource {
  public:
-  // The source must outlive this.
-  TouchedSamples(const SampleSource& source, const Hyperplane& hyperplane, const TouchReach& reach)
-      : source_(source), hyperplane_(hyperplane), reach_(reach) {}
+  // The source must outlive this. within: bricks outside are not read either.
+  TouchedSamples(const SampleSource& source, const Hyperplane& hyperplane, const TouchReach& reach,
+                 const BrickBox& within = {})
+      : source_(source), hyperplane_(hyperplane), reach_(reach), within_(within) {}
 
   const Lattice4& lattice() const override { return source_.lattice(); }
   int channels() const override { return source_.channels(); }
@@ -36,6 +37,7 @@ class TouchedSamples final : public SampleSource {
   const SampleSource& source_;
   Hyperplane hyperplane_;
   TouchReach reach_;
+  BrickBox within_;
 };
 
 } // namespace bccsplat

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/would_block.h"
 
 namespace bccsplat {
 namespace {
@@ -132,10 +133,12 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
   const int sites_per_brick = brick_edge * lattice.layer_period();
   region.begin[axis] = std::max(0, first - 1) / sites_per_brick;
   region.end[axis] = last / sites_per_brick + 1;
+  Attempts attempts;
   for (int32_t m = 0; m < lattice.layers(); ++m) {
     context.progress.advance(static_cast<uint64_t>(m), static_cast<uint64_t>(lattice.layers()));
     const int coset = lattice.coset(m);
-    const BrickLayer layer = source.read_layer(channel, m, region, context);
+    BrickLayer layer;
+    if (!attempts.attempt([&] { layer = source.read_layer(channel, m, region, context); })) continue;
     for (const int32_t turned : turned_planes(lattice, m, beyond)) {
       const int time_site = site_of(lattice.space, coset, turned);
       context.tasks.parallel_for(planes.size(), [&](uint64_t p) {
@@ -146,6 +149,7 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
       });
     }
   }
+  attempts.throw_if_waiting();
   uint64_t bytes = 0;
   for (Plane& plane : planes) {
     BrickLayer& layer = layers_.at(plane.number);

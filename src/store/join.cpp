@@ -61,18 +61,32 @@ VolumeInfo joined_info(const SeriesParts& parts, const PartReport& sum,
 } // namespace
 
 SeriesParts open_parts(const std::vector<std::string>& paths) {
+  std::vector<std::unique_ptr<ByteSource>> sources;
+  for (const std::string& path : paths) sources.push_back(open_file_source(path));
+  return open_parts(std::move(sources));
+}
+
+SeriesParts open_parts(std::vector<std::unique_ptr<ByteSource>> sources) {
   SeriesParts parts;
-  for (const std::string& path : paths) parts.push_back(Bcc4Reader::open(open_file_source(path)));
-  return order_parts(std::move(parts), paths);
+  std::vector<std::string> names;
+  for (std::unique_ptr<ByteSource>& source : sources) {
+    names.push_back(source->name());
+    parts.push_back(Bcc4Reader::open(std::move(source)));
+  }
+  return order_parts(std::move(parts), names);
 }
 
 WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool overwrite,
                        const Context& context) {
+  return join_parts(parts, create_file_sink(path, overwrite), context);
+}
+
+WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink, const Context& context) {
   PartReport sum = add_reports(parts);
   std::vector<FitChannelReport> fits;
   for (PartChannelReport& channel : sum.channels) fits.push_back(std::move(channel.fit));
   const VolumeInfo joined = joined_info(parts, sum, fits);
-  Bcc4Writer writer(create_file_sink(path, overwrite), joined);
+  Bcc4Writer writer(std::move(sink), joined);
   const std::vector<JoinedWrite> writes = joined_writes(parts);
   WriteReport report;
   uint64_t done = 0;

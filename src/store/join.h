@@ -17,10 +17,12 @@ using SeriesParts = std::vector<std::shared_ptr<const Bcc4Reader>>;
 // Opens parts in any order and returns them by rising frames. Throws invalid_argument, naming the files,
 // unless they are the parts of one series and hold each of its frames once.
 [[nodiscard]] SeriesParts open_parts(const std::vector<std::string>& paths);
+[[nodiscard]] SeriesParts open_parts(std::vector<std::unique_ptr<ByteSource>> sources);
 
 // Copies what the parts hold, in the order in which one writer of the whole series puts it: nothing is coded
 // again. Throws bound_not_met when the series misses the PSNR that was asked for.
 WriteReport join_parts(const SeriesParts& parts, const std::string& path, bool overwrite,
                        const Context& context);
+WriteReport join_parts(const SeriesParts& parts, std::unique_ptr<ByteSink> sink, const Context& context);
 
 } // namespace bccsplat

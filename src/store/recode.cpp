@@ -122,6 +122,12 @@ void copy_masks(const Bcc4Reader& from, Bcc4Writer& to) {
 } // namespace
 
 WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, const Context& context) {
+  return recode(
+      samples, settings, [&] { return create_file_sink(settings.path, settings.overwrite); }, context);
+}
+
+WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings,
+                   const std::function<std::unique_ptr<ByteSink>()>& make_sink, const Context& context) {
   const VolumeInfo& was = samples.reader().info();
   if (was.part) fail(Code::unsupported, "recode: the file is a part of a series; join its parts first");
   const VolumeInfo info = recoded_info(was, settings);
@@ -132,7 +138,7 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, c
          : has_masks(info)       ? "as masks say which source samples are missing"
                            : "as coefficients are whole steps; store samples, or coefficients as floats");
   const Layers layers(samples, info);
-  Bcc4Writer writer(create_file_sink(settings.path, settings.overwrite), info);
+  Bcc4Writer writer(make_sink(), info);
   copy_masks(samples.reader(), writer);
   std::optional<CoefficientSlabs> slabs;
   if (!info.coefficient_kernel.empty() && !layers.kept()) slabs.emplace(info.lattice, info, nullptr);

@@ -3,6 +3,8 @@
 // another step, an older version of the format.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -12,7 +14,7 @@
 namespace bccsplat {
 
 struct RecodeSettings {
-  std::string path;
+  std::string path; // unless it is given a sink
   bool overwrite = false;
   std::optional<bool> coefficients; // none: what the file stores
   std::string kernel;               // of the coefficients, and recommended; empty: the file's
@@ -26,5 +28,8 @@ struct RecodeSettings {
 // they kept, belong to the numbers that were stored and are left out. Throws unsupported for parts of a
 // series, and where what is asked for needs a newer version of the format.
 WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings, const Context& context);
+// make_sink is called once nothing is refused any more.
+WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings,
+                   const std::function<std::unique_ptr<ByteSink>()>& make_sink, const Context& context);
 
 } // namespace bccsplat

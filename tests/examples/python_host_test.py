@@ -18,7 +18,7 @@ sys.path.insert(0, os.path.join(top, "examples", "python"))
 sys.dont_write_bytecode = True
 import bccsplat  # noqa: E402
 from bccsplat import Cancelled, CancelToken, Channel, Device, Error, Frame, Renderer, Slice, Status, TransferFunction  # noqa: E402
-from bccsplat import Volume, Writer, abi, join_parts, look_at  # noqa: E402
+from bccsplat import Volume, WouldBlock, Writer, abi, join_parts, join_streams, look_at  # noqa: E402
 from bccsplat import _library as loaded  # noqa: E402
 from bccsplat.__main__ import main  # noqa: E402
 
@@ -88,20 +88,61 @@ def write(device, target, **options):
     return writer
 
 
-def files(device, folder):
-    """Path, stream and memory are the same file; what Python raises comes out of the call that met it."""
-    path, progress = os.path.join(folder, "s.bcc4"), []
-    write(device, path, overwrite=True, progress=progress.append)
-    assert progress == sorted(progress) and progress[-1] == 1
-    content = open(path, "rb").read()
+def memory_file():
+    """Bytes, and a function that writes to them."""
     stream = bytearray()
 
     def write_at(offset, data):
         stream.extend(bytes(max(0, offset + len(data) - len(stream))))
         stream[offset:offset + len(data)] = data
 
-    write(device, write_at)
-    assert bytes(stream) == content
+    return stream, write_at
+
+
+def late(device, content):
+    """Bytes that are not there yet: what is lacking is told, and what will be read is told in advance."""
+    there, reads = set(), []
+
+    def read_at(offset, buffer):
+        if not there.issuperset(range(offset, offset + len(buffer))):
+            return None
+        reads.append((offset, len(buffer)))
+        buffer[:] = content[offset:offset + len(buffer)]
+        return len(buffer)
+
+    def patient(call):
+        while True:
+            try:
+                return call()
+            except WouldBlock as error:
+                assert error.ranges and error.status == Status.WOULD_BLOCK
+                for offset, size in error.ranges:
+                    there.update(range(offset, offset + size))
+
+    volume = patient(lambda: Volume(device, (len(content), read_at, 1 << 16)))
+    ranges = patient(lambda: volume.ranges(frame=2.5, interval=(-0.5, 0.5)))
+    for offset, size in ranges.tolist():
+        there.update(range(offset, offset + size))
+    reads.clear()
+    cut = volume.slice(frame=2.5, interval=(-0.5, 0.5))
+    assert all(any(o <= offset and offset + size <= o + s for o, s in ranges.tolist()) for offset, size in reads)
+    assert len(volume.ranges(frame=2.5, interval=(-0.5, 0.5), missing=True)) == 0
+    assert len(volume.ranges(plane=(1, 1, 0, 1, -12))) > 0
+    raises(ValueError, None, volume.ranges)
+    with Volume(device, content) as same:
+        assert np.array_equal(cut.sample_grid(), same.slice(frame=2.5, interval=(-0.5, 0.5)).sample_grid())
+
+
+def files(device, folder):
+    """Path, stream and memory are the same file; what Python raises comes out of the call that met it."""
+    path, progress = os.path.join(folder, "s.bcc4"), []
+    write(device, path, overwrite=True, progress=progress.append)
+    assert progress == sorted(progress) and progress[-1] == 1
+    content = open(path, "rb").read()
+    stream, write_at = memory_file()
+    flushes = []
+    write(device, write_at, flush=lambda: flushes.append(len(stream)))
+    assert bytes(stream) == content and flushes[-1] == len(content)
 
     def full(_offset, _data):
         raise OSError("the archive is full")
@@ -116,6 +157,7 @@ def files(device, folder):
         buffer[:] = content[offset:offset + len(buffer)]
         return len(buffer)
 
+    late(device, content)
     volumes = [Volume(device, source) for source in (path, content, bytearray(content), (len(content), read_at))]
     points = np.random.default_rng(1).uniform([0, 0, 0, 0], [20, 18, 16, 5], (100, 4))
     values = [volume.evaluate(points) for volume in volumes]
@@ -255,6 +297,13 @@ def pictures(device, volume, cut, folder):
     frame.save_png(os.path.join(folder, "p.png"), overwrite=True, background=(0, 0, 0))
     frame.save_exr(os.path.join(folder, "p.exr"), overwrite=True)
     raises(Error, Status.FILE_EXISTS, frame.save_png, os.path.join(folder, "p.png"))
+    stream, write_at = memory_file()
+    frame.save_stream(write_at, background=(0, 0, 0))
+    for image in (bytes(stream), frame.to_bytes(background=(0, 0, 0))):
+        assert image == open(os.path.join(folder, "p.png"), "rb").read()
+    assert frame.to_bytes("exr") == open(os.path.join(folder, "p.exr"), "rb").read()
+    raises(ZeroDivisionError, None, frame.to_bytes, progress=lambda fraction: 1 / 0)
+    raises(ZeroDivisionError, None, frame.save_stream, lambda offset, data: 1 / 0)
     frame.close()
     pixels[0, 0] = 1  # still there
     with Frame(device, 60, 40, Frame.DEEP) as frame:
@@ -418,6 +467,14 @@ def log(folder):
     assert levels[0] == "info" and "caches of" in messages[0][1]
 
 
+def reader_of(content):
+    def read_at(offset, buffer):
+        buffer[:] = content[offset:offset + len(buffer)]
+        return len(buffer)
+
+    return read_at
+
+
 def parts(device, scratch):
     """A series in two parts, joined, is the file of one writer byte for byte."""
     z, y, x = np.mgrid[0:11, 0:12, 0:13]
@@ -437,11 +494,17 @@ def parts(device, scratch):
     whole, joined = (open(name, "rb").read() for name in (names[0], names[3]))
     assert whole == joined
     raises(Error, Status.FILE_EXISTS, join_parts, device, names[1:3], names[3])
+    stream, write_at = memory_file()
+    sources = [(len(part), reader_of(part)) for part in (open(name, "rb").read() for name in names[1:3])]
+    assert join_streams(device, sources, write_at).bytes_file == len(stream) and bytes(stream) == whole
     with Volume(device, names[0]) as volume:
         again = names[0] + ".again"
         report = volume.recode(again, store="coefficients", kernel="fast", overwrite=True, progress=fractions.append)
         assert report.frames == 30
         raises(Error, Status.FILE_EXISTS, volume.recode, again)
+        stream, write_at = memory_file()
+        volume.recode(write_at, store="coefficients", kernel="fast")
+        assert bytes(stream) == open(again, "rb").read()
         with Volume(device, again) as other:
             assert other.info().store == abi.STORE_COEFFICIENTS
             points = [[5, 6, 5, t] for t in range(30)]

@@ -15,15 +15,16 @@ Constants are given by name: lattice="d4star", quality="fine", mode="maximum".
 from __future__ import annotations
 
 from . import _abi as abi
-from ._library import Cancelled, Error, Status, native
+from ._library import Cancelled, Error, Status, WouldBlock, native
 from .cancel import CancelToken
 from .device import Device
 from .render import Frame, Renderer, TransferFunction, look_at
 from .volume import Slice, Volume
-from .writer import Channel, Writer, join_parts
+from .writer import Channel, Writer, join_parts, join_streams
 
 __all__ = ["CancelToken", "Cancelled", "Channel", "Device", "Error", "Frame", "Renderer", "Slice", "Status", "TransferFunction",
-           "Volume", "Writer", "abi", "build_info", "join_parts", "kernel_names", "look_at", "version"]
+           "Volume", "WouldBlock", "Writer", "abi", "build_info", "join_parts", "join_streams", "kernel_names",
+           "look_at", "version"]
 
 
 def version() -> tuple[int, int, int]:

@@ -35,10 +35,12 @@ ERROR_PERMISSION_DENIED = 36
 ERROR_FILE_EXISTS = 37
 ERROR_MEMORY_BUDGET = 38
 ERROR_MISSING_FEATURE = 39
+ERROR_WOULD_BLOCK = 40
 CANCELLED = 48
 ERROR_INTERNAL = 64
 LOG_WARNING = 1
 LOG_INFO = 2
+READ_WOULD_BLOCK = -65536
 TYPE_DEFAULT = 0
 TYPE_U8 = 1
 TYPE_U16 = 2
@@ -91,6 +93,7 @@ METHOD_DEFAULT = 0
 METHOD_MERGED = 1
 METHOD_RESAMPLED = 2
 METHOD_EXTRACTED = 3
+RANGES_MISSING = 1
 PROJECTION_DEFAULT = 0
 PROJECTION_ORTHOGRAPHIC = 1
 PROJECTION_PERSPECTIVE = 2
@@ -151,6 +154,9 @@ FRAME_DEPTH = 2
 FRAME_VALUE = 4
 FRAME_TIME = 8
 FRAME_DEEP = 16
+IMAGE_PNG = 1
+IMAGE_EXR = 2
+IMAGE_DEEP_EXR = 3
 
 bccsplat_progress_fn = CFUNCTYPE(c_int32, c_void_p, c_double)
 bccsplat_log_fn = CFUNCTYPE(None, c_void_p, c_int32, c_char_p)
@@ -158,6 +164,7 @@ bccsplat_task_fn = CFUNCTYPE(None, c_void_p, c_uint64)
 bccsplat_runner_fn = CFUNCTYPE(None, c_void_p, c_uint64, bccsplat_task_fn, c_void_p)
 bccsplat_read_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
 bccsplat_write_at_fn = CFUNCTYPE(c_int64, c_void_p, c_uint64, c_void_p, c_uint64)
+bccsplat_flush_fn = CFUNCTYPE(c_int32, c_void_p)
 bccsplat_field_fn = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_void_p, c_void_p)
 
 
@@ -199,16 +206,18 @@ class ReadStream(Struct):
     size: int
     read_at: Any
     user: int | None
+    merge_gap: int
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("size", c_uint64),
-        ("read_at", bccsplat_read_at_fn), ("user", c_void_p)]
+        ("read_at", bccsplat_read_at_fn), ("user", c_void_p), ("merge_gap", c_uint64)]
 
 
 class WriteStream(Struct):
     reserved: int
     write_at: Any
     user: int | None
+    flush: Any
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("write_at", bccsplat_write_at_fn),
-        ("user", c_void_p)]
+        ("user", c_void_p), ("flush", bccsplat_flush_fn)]
 
 
 class ChannelOptions(Struct):
@@ -740,9 +749,13 @@ class ImageOptions(Struct):
     frames_per_second: Array[c_int32]
     exposure_seconds: float
     comments: bytes | None
+    progress: Any
+    progress_user: int | None
+    cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("overwrite", c_int32), ("use_background", c_uint32),
         ("reserved", c_uint32), ("background", c_double * 3), ("frames_per_second", c_int32 * 2),
-        ("exposure_seconds", c_double), ("comments", c_char_p)]
+        ("exposure_seconds", c_double), ("comments", c_char_p), ("progress", bccsplat_progress_fn),
+        ("progress_user", c_void_p), ("cancel_token", c_void_p)]
 
 
 # Result and arguments of every function.
@@ -752,6 +765,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_build_info": (c_char_p,),
     "bccsplat_status_name": (c_char_p, c_int32,),
     "bccsplat_last_error": (c_char_p,),
+    "bccsplat_last_lacking": (c_int32, c_void_p, c_uint64, c_void_p,),
     "bccsplat_kernel_name": (c_char_p, c_uint32,),
     "bccsplat_cancel_token_create": (c_int32, c_void_p,),
     "bccsplat_cancel_token_retain": (None, c_void_p,),
@@ -781,6 +795,8 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_writer_release": (None, c_void_p,),
     "bccsplat_join_parts": (c_int32, c_void_p, c_uint64, c_void_p, c_char_p, POINTER(JoinOptions),
         POINTER(WriterReport),),
+    "bccsplat_join_streams": (c_int32, c_void_p, c_uint64, POINTER(ReadStream), POINTER(WriteStream),
+        POINTER(JoinOptions), POINTER(WriterReport),),
     "bccsplat_volume_open_file": (c_int32, c_void_p, c_char_p, POINTER(VolumeOptions), c_void_p,),
     "bccsplat_volume_open_memory": (c_int32, c_void_p, c_void_p, c_uint64, POINTER(VolumeOptions), c_void_p,),
     "bccsplat_volume_open_stream": (c_int32, c_void_p, POINTER(ReadStream), POINTER(VolumeOptions),
@@ -803,8 +819,12 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
         c_void_p,),
     "bccsplat_volume_verify": (c_int32, c_void_p, bccsplat_progress_fn, c_void_p, POINTER(VerifyReport),),
     "bccsplat_volume_recode": (c_int32, c_void_p, c_char_p, POINTER(RecodeOptions), POINTER(WriterReport),),
+    "bccsplat_volume_recode_stream": (c_int32, c_void_p, POINTER(WriteStream), POINTER(RecodeOptions),
+        POINTER(WriterReport),),
     "bccsplat_slice_create": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions), c_void_p,),
     "bccsplat_volume_prefetch": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions),),
+    "bccsplat_volume_get_ranges": (c_int32, c_void_p, POINTER(Hyperplane), POINTER(SliceOptions), c_uint32,
+        c_void_p, c_uint64, c_void_p,),
     "bccsplat_slice_retain": (None, c_void_p,),
     "bccsplat_slice_release": (None, c_void_p,),
     "bccsplat_slice_get_info": (c_int32, c_void_p, POINTER(SliceInfo),),
@@ -837,4 +857,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "bccsplat_frame_save_exr": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
     "bccsplat_frame_save_deep_exr": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
     "bccsplat_frame_save_png": (c_int32, c_void_p, c_char_p, POINTER(ImageOptions),),
+    "bccsplat_frame_save_stream": (c_int32, c_void_p, c_int32, POINTER(WriteStream), POINTER(ImageOptions),),
+    "bccsplat_frame_save_memory": (c_int32, c_void_p, c_int32, POINTER(ImageOptions), c_void_p, c_uint64,
+        c_void_p,),
 }

@@ -60,6 +60,21 @@ class Cancelled(Error):
     """A progress callback, a CancelToken or Renderer.cancel() ended the call."""
 
 
+class WouldBlock(Error):
+    """Bytes of a stream are not there yet. ranges: (offset, size) of what the call lacked."""
+
+    def __init__(self, status: int) -> None:
+        super().__init__(status)
+        count = ctypes.c_uint64()
+        native.bccsplat_last_lacking(None, 0, byref(count))
+        pairs = (ctypes.c_uint64 * (2 * count.value))()
+        native.bccsplat_last_lacking(pairs, count.value, None)
+        self.ranges: list[tuple[int, int]] = [*zip(pairs[::2], pairs[1::2])]
+
+
+_ERRORS: dict[int, type[Error]] = {_abi.CANCELLED: Cancelled, _abi.ERROR_WOULD_BLOCK: WouldBlock}
+
+
 def call(name: str, *arguments: Any, watch: Watch | None = None) -> None:
     """Calls bccsplat_NAME; raises Error, or what the host's own callback `watch` raised meanwhile."""
     status = getattr(native, "bccsplat_" + name)(*arguments)
@@ -67,7 +82,7 @@ def call(name: str, *arguments: Any, watch: Watch | None = None) -> None:
         error, watch.error = watch.error, None
         raise error
     if status != _abi.OK:
-        raise (Cancelled if status == _abi.CANCELLED else Error)(status)
+        raise _ERRORS.get(status, Error)(status)
 
 
 class Watch:

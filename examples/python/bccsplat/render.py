@@ -12,6 +12,7 @@ from . import _abi
 from ._library import Progress, Watch, call, choose
 from .cancel import CancelToken, token_of
 from .device import Child, Device, pointer_of
+from .streams import WriteAt, write_stream
 from .volume import Slice
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -97,8 +98,9 @@ class Frame(Child):
         data = ctypes.string_at(deep.samples, 4 * floats) if floats and deep.samples is not None else b""
         return first, np.frombuffer(data, np.float32).reshape(-1, deep.components)
 
-    def _image_options(self, overwrite: bool, background: Sequence[float] | None) -> _abi.ImageOptions:
-        options = _abi.ImageOptions(overwrite=overwrite, use_background=background is not None)
+    def _image_options(self, overwrite: bool, background: Sequence[float] | None,
+                       **more: Any) -> _abi.ImageOptions:
+        options = _abi.ImageOptions(overwrite=overwrite, use_background=background is not None, **more)
         if background is not None:
             options.background[:] = [*background]
         return options
@@ -121,6 +123,29 @@ class Frame(Child):
         """Deep scanlines of a frame with the channel DEEP, as save_exr otherwise."""
         call("frame_save_deep_exr", self.pointer, os.fsencode(path),
              byref(self._exr_options(overwrite, frames_per_second, exposure_seconds, comments)))
+
+    def to_bytes(self, format: int | str = "png", background: Sequence[float] | None = None,
+                 progress: Progress | None = None, cancel: CancelToken | None = None) -> bytes:
+        """The bytes of the file that save_png, save_exr or save_deep_exr writes. format: "png", "exr", "deep_exr"."""
+        watch = Watch(progress)
+        options = self._image_options(False, background, progress=watch.function, cancel_token=token_of(cancel))
+        size = ctypes.c_uint64()
+        room = 1 << 20
+        while True:
+            image = ctypes.create_string_buffer(room)
+            call("frame_save_memory", self.pointer, choose("IMAGE", format), byref(options), image, room, byref(size),
+                 watch=watch)
+            if size.value <= room:
+                return image.raw[:size.value]
+            room = size.value
+
+    def save_stream(self, write_at: WriteAt, format: int | str = "png",
+                    background: Sequence[float] | None = None) -> None:
+        """The same by write_at(offset, bytes)."""
+        watch = Watch(None)
+        stream = write_stream(write_at, watch)
+        call("frame_save_stream", self.pointer, choose("IMAGE", format), byref(stream),
+             byref(self._image_options(False, background)), watch=watch)
 
     def _exr_options(self, overwrite: bool, frames_per_second: tuple[int, int] | None, exposure_seconds: float,
                      comments: str | None) -> _abi.ImageOptions:

@@ -4,7 +4,7 @@ from __future__ import annotations
 import ctypes
 import os
 from ctypes import byref, c_char_p, c_double, c_uint32, c_uint64
-from typing import Any, Callable, Sequence, Union
+from typing import Any, Sequence, Union
 
 import numpy as np
 
@@ -12,10 +12,9 @@ from . import _abi
 from ._library import Error, Progress, Watch, call, choose, decode, encode
 from .cancel import CancelToken, token_of
 from .device import Child, Device
+from .streams import Source, WriteAt, read_stream, write_stream
 
 Array = np.ndarray[Any, np.dtype[Any]]
-# offset, buffer: fill it and return the number of bytes read; called from any thread, several at once
-ReadAt = Callable[[int, memoryview], int]
 
 
 def _floats(out: Array | None, shape: tuple[int, ...]) -> Array:
@@ -28,35 +27,26 @@ def _floats(out: Array | None, shape: tuple[int, ...]) -> Array:
 
 
 class Volume(Child):
-    """An open .bcc4. `source`: a path, the bytes of a file (borrowed, not copied), or (size, read_at)."""
+    """An open .bcc4. `source`: a path, the bytes of a file (borrowed, not copied), or (size, read_at) or
+    (size, read_at, merge_gap), of which read_at returns None for bytes that are not there yet: WouldBlock."""
 
     _kind = "volume"
 
     def __init__(self, device: Device, source: Union[str, "os.PathLike[str]", bytes, bytearray, memoryview, Array,
-                                                     tuple[int, ReadAt]],
+                                                     Source],
                  kernel: str | None = None, cache_bytes: int = 0, cancel: CancelToken | None = None,
                  **options: Any) -> None:
         """cancel: of opening it and of what takes long with it."""
         super().__init__(device)
         o = _abi.VolumeOptions(kernel=encode(kernel), cache_bytes=cache_bytes, cancel_token=token_of(cancel), **options)
         if isinstance(source, tuple):
-            self._source: Any = self._read_stream(*source)
+            self._source: Any = read_stream(source)
             self._create("volume_open_stream", device.pointer, byref(self._source), byref(o))
         elif isinstance(source, (str, os.PathLike)):
             self._create("volume_open_file", device.pointer, os.fsencode(source), byref(o))
         else:
             self._source = np.frombuffer(source, np.uint8)
             self._create("volume_open_memory", device.pointer, self._source.ctypes.data, self._source.size, byref(o))
-
-    @staticmethod
-    def _read_stream(size: int, read_at: ReadAt) -> _abi.ReadStream:
-        def read(_user: int | None, offset: int, buffer: int, wanted: int) -> int:
-            try:
-                return read_at(offset, memoryview((ctypes.c_char * wanted).from_address(buffer)).cast("B"))
-            except Exception:  # it may be in a thread of the library: the call fails with IO
-                return -1
-
-        return _abi.ReadStream(size=size, read_at=_abi.bccsplat_read_at_fn(read))
 
     def info(self) -> _abi.VolumeInfo:
         info = _abi.VolumeInfo()
@@ -156,15 +146,20 @@ class Volume(Child):
         call("volume_verify", self.pointer, watch.function, None, byref(report), watch=watch)
         return report
 
-    def recode(self, path: Union[str, "os.PathLike[str]"], *, store: str | None = None, kernel: str | None = None,
-               value_step: float = 0, format: int = 0, overwrite: bool = False,
+    def recode(self, path: Union[str, "os.PathLike[str]", WriteAt], *, store: str | None = None,
+               kernel: str | None = None, value_step: float = 0, format: int = 0, overwrite: bool = False,
                progress: Progress | None = None, cancel: CancelToken | None = None) -> _abi.WriterReport:
-        """Writes the volume anew without its source. store: "samples" or "coefficients"; None: as it is."""
+        """Writes the volume anew without its source, to a path or by write_at(offset, bytes). store: "samples" or
+        "coefficients"; None: as it is."""
         watch, report = Watch(progress), _abi.WriterReport()
         options = _abi.RecodeOptions(overwrite=overwrite, store=choose("STORE", store), value_step=value_step,
                                      kernel=encode(kernel), format=format,
                                      progress=watch.function, cancel_token=token_of(cancel))
-        call("volume_recode", self.pointer, os.fsencode(path), byref(options), byref(report), watch=watch)
+        if callable(path):
+            stream = write_stream(path, watch)
+            call("volume_recode_stream", self.pointer, byref(stream), byref(options), byref(report), watch=watch)
+        else:
+            call("volume_recode", self.pointer, os.fsencode(path), byref(options), byref(report), watch=watch)
         return report
 
     def prefetch(self, frame: float, progress: Progress | None = None, cancel: CancelToken | None = None) -> None:
@@ -172,6 +167,25 @@ class Volume(Child):
         watch = Watch(progress)
         options = _abi.SliceOptions(progress=watch.function, cancel_token=token_of(cancel))
         call("volume_prefetch", self.pointer, byref(_abi.Hyperplane(d=1, e=-frame)), byref(options), watch=watch)
+
+    def ranges(self, *, frame: float | None = None, plane: Sequence[float] | None = None, missing: bool = False,
+               box: Any = None, interval: tuple[float, float] = (0.0, 0.0), kernel: str | None = None,
+               **options: Any) -> Array:
+        """Bytes [n, 2] (offset, size) of the file that a slice reads: at a frame number or on a plane (a, b, c, d, e),
+        options as of Slice. missing: without what the volume's caches hold."""
+        if (frame is None) == (plane is None):
+            raise ValueError("give one of frame and plane")
+        a, b, c, d, e = (0, 0, 0, 1, -frame) if frame is not None else plane or ()
+        corners = None if box is None else np.ascontiguousarray(box, np.float64).reshape(6)
+        o = _abi.SliceOptions(kernel=encode(kernel), box=None if corners is None else corners.ctypes.data, **options)
+        o.interval[:] = [*interval]
+        arguments = (self.pointer, byref(_abi.Hyperplane(a=a, b=b, c=c, d=d, e=e)), byref(o),
+                     _abi.RANGES_MISSING if missing else 0)
+        count = c_uint64()
+        call("volume_get_ranges", *arguments, None, 0, byref(count))
+        found = np.empty((count.value, 2), np.uint64)
+        call("volume_get_ranges", *arguments, found.ctypes.data, len(found), byref(count))
+        return found[:count.value]
 
     def slice(self, *, time: float | None = None, frame: float | None = None, plane: Sequence[float] | None = None,
               **options: Any) -> Slice:

@@ -13,10 +13,9 @@ from . import _abi
 from ._library import Progress, Watch, call, choose, encode
 from .cancel import CancelToken, token_of
 from .device import Child, Device
+from .streams import Flush, Source, WriteAt, read_stream, write_stream
 
 Array = np.ndarray[Any, np.dtype[Any]]
-# offset, bytes: write all of them there; an exception fails the call
-WriteAt = Callable[[int, memoryview], None]
 # points [n, 4] -> n values
 Field = Callable[[Array], Array]
 
@@ -52,6 +51,7 @@ class Writer(Child):
 
     dims: samples along x, y, z and the number of frames (0: as many as come). A with block that ends without an
     exception finishes the file; one that ends with an exception leaves no file.
+    target: a path, or write_at(offset, bytes); with it flush() is called where all so far is to be durable.
     scale: lattice distance in samples, one for x, y and z, or each of them, and time's.
     live: after every so many slabs the file under way, target + ".partial", can be opened as it stands.
     part: (first, end) makes one file of several for join_parts: the frames of part_frames() are added. part_times are
@@ -67,7 +67,7 @@ class Writer(Child):
                  time_unit: str | None = None, scale: float | Sequence[float] = 0.0, time_scale: float = 0.0,
                  kernel: str | None = None, ends: int | str | None = None, part: tuple[int, int] | None = None,
                  part_times: Sequence[float] = (), part_lead: int = 0, progress: Progress | None = None,
-                 cancel: CancelToken | None = None, **options: Any) -> None:
+                 cancel: CancelToken | None = None, flush: Flush | None = None, **options: Any) -> None:
         super().__init__(device)
         self._watch, self._finished = Watch(progress), False
         o = _abi.WriterOptions(lattice=choose("LATTICE", lattice), filter=choose("FILTER", filter),
@@ -91,21 +91,10 @@ class Writer(Child):
             series_part = _abi.SeriesPart(first=part[0], end=part[1], lead=part_lead, times=times.ctypes.data)
             o.part = ctypes.pointer(series_part)
         if callable(target):
-            self._stream = self._write_stream(target)
+            self._stream = write_stream(target, self._watch, flush)
             self._create("writer_create_stream", device.pointer, byref(self._stream), byref(o))
         else:
             self._create("writer_create", device.pointer, os.fsencode(target), byref(o))
-
-    def _write_stream(self, write_at: WriteAt) -> _abi.WriteStream:
-        def write(_user: int | None, offset: int, buffer: int, size: int) -> int:
-            try:
-                write_at(offset, memoryview((ctypes.c_char * size).from_address(buffer)).cast("B").toreadonly())
-                return size
-            except BaseException as error:
-                self._watch.error = error
-                return -1
-
-        return _abi.WriteStream(write_at=_abi.bccsplat_write_at_fn(write))
 
     def _call(self, name: str, *arguments: Any) -> None:
         call(name, self.pointer, *arguments, watch=self._watch)
@@ -209,4 +198,15 @@ def join_parts(device: Device, parts: Sequence[Union[str, "os.PathLike[str]"]], 
     names = (ctypes.c_char_p * len(parts))(*[os.fsencode(part) for part in parts])
     options = _abi.JoinOptions(overwrite=overwrite, progress=watch.function, cancel_token=token_of(cancel))
     call("join_parts", device.pointer, len(parts), names, os.fsencode(path), byref(options), byref(report), watch=watch)
+    return report
+
+
+def join_streams(device: Device, parts: Sequence[Source], write_at: WriteAt, *, progress: Progress | None = None,
+                 cancel: CancelToken | None = None) -> _abi.WriterReport:
+    """The same of parts (size, read_at), by write_at(offset, bytes)."""
+    watch, report = Watch(progress), _abi.WriterReport()
+    streams = (_abi.ReadStream * len(parts))(*[read_stream(part) for part in parts])
+    stream = write_stream(write_at, watch)
+    options = _abi.JoinOptions(progress=watch.function, cancel_token=token_of(cancel))
+    call("join_streams", device.pointer, len(parts), streams, byref(stream), byref(options), byref(report), watch=watch)
     return report

@@ -206,6 +206,20 @@ void Coefficients::forget(int32_t first, int32_t next) const {
   });
 }
 
+void Coefficients::pretend_to_hold(const Coefficients& other) const {
+  const std::scoped_lock lock(mutex_, other.mutex_);
+  const Lattice4& lattice = source_.lattice();
+  for (const auto& [key, held] : other.entries_) {
+    auto entry = std::make_shared<Entry>();
+    const int coset = lattice.coset(key.second);
+    if (key.first == Kind::samples)
+      entry->layer = SampleLayer(lattice.space, coset);
+    else
+      entry->layer = BrickLayer(lattice.space, coset);
+    if (entries_.emplace(key, std::move(entry)).second) recent_.push_back(key);
+  }
+}
+
 double Coefficients::stretch_rows(std::span<const int32_t> layers, const Context& context) const {
   constexpr double unlimited = std::numeric_limits<double>::infinity();
   if (source_.lattice().is_static()) return unlimited;

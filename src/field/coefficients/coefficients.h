@@ -79,6 +79,10 @@ class Coefficients {
   // How many of these it had made before and let go.
   [[nodiscard]] uint64_t layers_repeated() const { return repeated_.load(std::memory_order_relaxed); }
 
+  // For a rehearsal of what another one would ask its source for: has empty layers in its cache where that
+  // one has layers.
+  void pretend_to_hold(const Coefficients& other) const;
+
   // For those who go through a series once: layers before `first` are not asked for again, those before
   // `next` have been made, and what only these depend on need not stay in the cache.
   void forget(int32_t first, int32_t next) const;

@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
                {"volume", test_volume},   {"slice", test_slice},
                {"recode", test_recode},   {"renderer", test_renderer},
                {"frame", test_frame},     {"cancel_token", test_cancel_token},
-               {"hygiene", test_hygiene}};
+               {"streams", test_streams}, {"hygiene", test_hygiene}};
   size_t i;
   if (argc != 3) {
     fprintf(stderr, "usage: host SCRATCH NAME\n");

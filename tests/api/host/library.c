@@ -28,7 +28,7 @@ void test_library(void) {
     EXPECT(name && strstr(name, "BCCSPLAT_") == name);
     if (strcmp(name, "BCCSPLAT_UNKNOWN_STATUS") != 0) ++names;
   }
-  EXPECT(names == 27);
+  EXPECT(names == 28);
   EXPECT(strcmp(bccsplat_status_name(BCCSPLAT_ERROR_HOLE), "BCCSPLAT_ERROR_HOLE") == 0);
 
   while (bccsplat_kernel_name(kernels)) ++kernels;

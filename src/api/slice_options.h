@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options of slices, between the C ABI and the core.
+#pragma once
+
+#include "bccsplat.h"
+
+#include "formats/bcc4/info.h"
+#include "slice/hyperslice.h"
+#include "slice/plane_slice.h"
+
+namespace bccsplat::api {
+
+[[nodiscard]] HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const VolumeInfo& info);
+// The hyperplane of the call: in normal form, or spanned by the options' basis, whose axes go into `options`.
+[[nodiscard]] Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane,
+                                         const bccsplat_slice_options& o, HypersliceOptions& options);
+// Of a slice of extracted points; throws unsupported for what these do not take.
+[[nodiscard]] PlaneOptions extraction_options(const HypersliceOptions& o);
+
+} // namespace bccsplat::api
