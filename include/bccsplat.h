@@ -9,12 +9,15 @@
  * and may be fractional. The domain is [0, n-1] on every axis; nothing is drawn or evaluated outside it.
  * - slice space: (u, v, w) of a slice. For a time slice it is index space without t. For other hyperplanes
  * the slice states its origin and orthonormal basis in index space.
- * - world space: right-handed, in the volume's spatial unit. A 4x4 row-major affine (last row 0 0 0 1) takes
- *   (x, y, z, 1) of index space to it. Cameras, lights and unit_distance are in world space.
+ * - world space: right-handed, in the volume's spatial unit. A 4x4 row-major affine m (last row 0 0 0 1)
+ * takes the column (x, y, z, 1) of index space to it: world x = m[0] x + m[1] y + m[2] z + m[3], the
+ * translation in m[3], m[7], m[11]. Cameras, lights and unit_distance are in world space.
  * - time: in the volume's time unit. Frames may be unevenly spaced; times rise strictly.
  * - T: the lattice distance, that of the source samples unless a scale says otherwise; lengths of kernels and
- *   sheet steps are in T. Where distances differ, T is as long along each axis as its own, and what depends
- *   on pixels per T goes by the direction of most.
+ *   sheet steps are in T. Sites of D4* and BCC stand in two shifted grids, each sparser by sqrt2 along its
+ *   axes than T, or a little less, so that planes end on the last sample (bccsplat_layer_geometry.step: 1.39
+ *   at 24 samples); layers of D4* follow each other at T / sqrt2 in time. Where distances differ, T is as
+ * long along each axis as its own, and what depends on pixels per T goes by the direction of most.
  *
  * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes.
  *
@@ -36,9 +39,10 @@
  * what else it may return.
  *
  * HANDLES are reference counted: create returns one reference, _retain adds one, _release gives one back
- * (NULL is allowed). Children keep their parents alive. Inputs are copied unless the text says "borrowed". A
- * handle of another kind is INVALID_HANDLE (_retain and _release leave it alone), and so is one of another
- * device: a renderer, its slice and the frames that it draws belong to one.
+ * (NULL is allowed). These two take no const pointer, for they change the count; what a call takes as const
+ * may be retained through a cast. Children keep their parents alive. Inputs are copied unless the text says
+ * "borrowed". A handle of another kind is INVALID_HANDLE (_retain and _release leave it alone), and so is one
+ * of another device: a renderer, its slice and the frames that it draws belong to one.
  *
  * THREADS: different objects may be used from any threads. One object: calls that take it as const may run at
  * the same time; other calls need it alone, and of renderers and writers get WRONG_STATE where another call
@@ -179,8 +183,9 @@ typedef struct bccsplat_device bccsplat_device;
 
 enum { BCCSPLAT_LOG_WARNING = 1, BCCSPLAT_LOG_INFO = 2 };
 /* Called from any thread, never two at once per device. Warnings tell of damage and of numbers that lose
- * something; infos what was chosen (the caches of a volume, another level for pictures) and work that is
- * repeated for want of memory, a line each time it changes. */
+ * something; infos what was chosen (the caches of a volume, another level for pictures), a line each time it
+ * changes, and once for each volume that layers are read or made again for want of memory, with the
+ * cache_bytes that keeps them while the series plays. */
 typedef void (*bccsplat_log_fn)(void* user, int32_t level, const char* message);
 
 /* A host's own task system: run body(task, i) once for each i in [0, count), in any order and on any threads,
@@ -335,7 +340,9 @@ enum { /* how a series of frames goes on beyond its first and last one, for the 
        BCCSPLAT_ENDS_DEFAULT = 0,
        BCCSPLAT_ENDS_PREDICT = 1, /* as the frames next to the end foretell, no bolder than these bear out:
                                      what moves is nearly as accurate there as elsewhere. Two more layers
-                                     stand at each end of the file */
+                                     stand at each end of the file. Of layers and fields that are given four
+                                     stand there, and hold what the host knows: frames below 0 and beyond
+                                     the last are asked for. dims[3] may be unknown. Readers need version 2 */
        BCCSPLAT_ENDS_MIRROR = 2,  /* as its mirror image: no more layers; the first and last three or four
                                      frames are less accurate where anything moves */
        BCCSPLAT_ENDS_PERIODIC = 3 /* the last frame leads to the first, as of heart beats and climatologies:
@@ -396,7 +403,9 @@ typedef struct bccsplat_channel_options {
       source_type;      /* precision of the source values; DEFAULT: the type of the
                            first box for the channel that gets the first frame, F32 for others and for layers */
   int32_t value_type;   /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision */
-  double air;           /* value of sites that are not stored; default 0 (SET_AIR). Where some are not, and
+  double air;           /* value of sites that are not stored; without SET_AIR it is 0, as in a cleared
+                           struct, whatever the data: where 0 is a value like others and another one means
+                           empty, as -1024 of CT, set it. Where some are not, and
                            where abs_error keeps a bound, values come back within a share of their distance
                            from it, 0.24 % with the default kernel: of a field about a large constant air is
                            that constant. Where all sites are stored readers take a value among them in its
@@ -471,8 +480,8 @@ typedef struct bccsplat_writer_options {
       part; /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
                series, and those of bccsplat_writer_get_part_frames are added */
   int32_t ends;  /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 20 layers, to which the ends add
-                    a fifth at most (14 frames at time_scale 1; dims[3] known), else MIRROR. Layers and fields
-                    are mirrored, but for PERIODIC */
+                    a fifth at most (14 frames at time_scale 1; dims[3] known), else MIRROR; of layers and
+                    fields MIRROR */
   int32_t faces; /* BCCSPLAT_FACES_...; DEFAULT: of frames PREDICT along axes of which the planes outside are
                     a sixteenth at most (43 samples at scale 1), unless the sites are the source samples in
                     space (CC at distance 1); else, and for layers and fields, MIRROR */
@@ -506,7 +515,10 @@ typedef struct bccsplat_box {
 } bccsplat_box;
 
 /* Where the sites of a layer stand, for producers that sample the lattice themselves. Site (i, j, k) of the
- * layer has index-space position origin + step * (i, j, k) and frame number `frame`. */
+ * layer has index-space position origin + step * (i, j, k) and frame number `frame`. In space no site lies
+ * outside the samples but on planes asked for (FACES_PREDICT); in time the last layer may lie up to one layer
+ * behind the last frame (of 24 frames at 23.33): a producer gives what its field is there, or else that of
+ * its end. */
 typedef struct bccsplat_layer_geometry {
   uint32_t struct_size;
   int32_t coset;       /* 0 or 1 */
@@ -785,8 +797,9 @@ typedef struct bccsplat_verify_report {
   uint64_t damages; /* places that do not check out: chunks, index pages, records; 0: the file is sound */
 } bccsplat_verify_report;
 
-/* Opens a file; reads its index roots only. options may be NULL. FILE_NOT_FOUND, NOT_BCC4,
- * UNSUPPORTED_VERSION, CORRUPT, TRUNCATED, CHECKSUM_MISMATCH, LIMIT_EXCEEDED, NOT_FOUND (kernel). */
+/* Opens a file; reads its index roots only, and tells no progress of that. options may be NULL.
+ * FILE_NOT_FOUND, NOT_BCC4, UNSUPPORTED_VERSION, CORRUPT, TRUNCATED, CHECKSUM_MISMATCH, LIMIT_EXCEEDED,
+ * NOT_FOUND (kernel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_file(bccsplat_device* device, const char* path,
                                                        const bccsplat_volume_options* options,
                                                        bccsplat_volume** volume);
@@ -795,6 +808,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_open_memory(bccsplat_device* device
                                                          uint64_t size,
                                                          const bccsplat_volume_options* options,
                                                          bccsplat_volume** volume);
+/* A read_at that gives fewer bytes than it was asked for is not asked again: the file ends there
+ * (TRUNCATED). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device,
                                                          const bccsplat_read_stream* stream,
                                                          const bccsplat_volume_options* options,
@@ -843,7 +858,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* v
  * fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. Where a file was
  * written with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake: within
  * three samples of such an end it is less accurate where the field is not level there, in values and
- * derivatives alike. */
+ * derivatives alike. The token of the volume cancels it; for progress a host hands over its points in parts.
+ */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t n,
                                                       const double* xyzt, float* values, float* gradients);
 /* The same for any channel. */
@@ -1041,7 +1057,8 @@ BCCSPLAT_API bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice
 BCCSPLAT_API bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
                                                      const double* uvw, float* values, float* gradients);
 /* Fills `values` (product of grid->dims floats, x fastest); grid NULL: the box of bccsplat_slice_info.
- * Samples outside the domain or in holes are NaN (no failure). */
+ * Samples outside the domain or in holes are NaN (no failure). The token of the slice cancels it; for
+ * progress a host asks for some planes at a time. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice,
                                                         const bccsplat_grid* grid, float* values);
 /* The lattice points: writes min(capacity, points) positions (uvw, 3 floats each, slice space) and
@@ -1061,8 +1078,10 @@ enum {
   BCCSPLAT_PROJECTION_PERSPECTIVE = 2
 };
 
-/* World space. The image plane's height is ortho_height (world units) or spans fovy_degrees; its width
- * follows from the frame's aspect ratio (square pixels). */
+/* World space. An orthographic camera draws all of the slice along its direction, what lies behind its
+ * position as well, at negative depths; a perspective one what is in front of it. The image plane's height is
+ * ortho_height (world units) or spans fovy_degrees; its width follows from the frame's aspect ratio (square
+ * pixels). */
 typedef struct bccsplat_camera {
   uint32_t struct_size;
   int32_t projection; /* DEFAULT: orthographic */
@@ -1220,14 +1239,17 @@ typedef struct bccsplat_render_options {
                           to 16, and where finer than the kernel's radius / 128 as fine as that: see
                           bccsplat_render_stats.sheet_step */
   double iso_value;    /* RENDER_SET_ISO; without it set_options refuses mode isosurface */
-  double opacity_stop; /* a pixel this opaque is finished; 0: 0.995; 1: never */
+  double opacity_stop; /* a pixel this opaque is finished; 0: 0.995; 1: never, and deep pictures then hold
+                          what lies behind dense matter as exactly as what lies in front, and up to 64
+                          surfaces of an isosurface along each ray, without a trail */
   int32_t reference;   /* non-zero: slow double-precision integration of the same field in fine steps */
   int32_t tile_size;   /* pixels; 0: chosen */
   bccsplat_progress_fn progress;
   void* progress_user;
   double deep_tolerance; /* FRAME_DEEP: neighbouring samples are merged while the picture cut off at any depth
                             stays within this of the one of all sheets, in opacity and in colours of up to 1;
-                            in [0, 1]; 0: 0.001. The uncut picture does not change */
+                            in [0, 1]; 0: 0.001. With opacity_stop 1 also while it is cut off in front at any
+                            depth. The uncut picture does not change */
   int32_t preintegrate;  /* DEFAULT: where the transfer function is narrower than a step */
   int32_t smooth_edges;  /* DEFAULT: on, but with quality draft */
   double gradient_noise; /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel: what has less of a
@@ -1392,7 +1414,11 @@ enum { /* channels, as bits; each a plane of float32 pixels, rows top to bottom 
 
 /* What each pixel holds along its ray, as OpenEXR's deep pictures do: samples in order of depth that do not
  * overlap ("tidy") and, composited front to back, are the RGBA of the same render. A sample is a part of the
- * ray that absorbs evenly, or a surface (z = z_back, opacity 1). */
+ * ray that absorbs evenly, or a surface (z = z_back, opacity 1). They are the way to composite a volume with
+ * other things in depth: samples of both, in order, one over the other, a sample that something divides cut
+ * by OpenEXR's rule (the part x of it absorbs 1 - (1 - opacity)^x). What is taken away from the front
+ * uncovers what lies behind: ask for that with opacity_stop 1, else a ray ends where it is finished, and an
+ * isosurface at the first surface. */
 typedef struct bccsplat_deep {
   uint32_t struct_size;
   uint32_t components; /* floats per sample, 6: z, z_back (as FRAME_DEPTH measures), opacity, premultiplied

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "tool/interrupt.h"
+
 namespace bcc4 {
 
 Exit exit_of(bccsplat_status status) {
@@ -78,6 +80,7 @@ Device create_device(int threads, uint64_t memory_budget) {
 Volume open_volume(const Device& device, const std::string& path, const std::string& kernel) {
   auto options = sized<bccsplat_volume_options>();
   options.kernel = kernel.empty() ? nullptr : kernel.c_str();
+  options.cancel_token = interrupt_token(); // of all calls that take the volume, too
   bccsplat_volume* volume = nullptr;
   check_kernel(bccsplat_volume_open_file(device.get(), path.c_str(), &options, &volume), path, kernel);
   return Volume(volume);

@@ -8,7 +8,6 @@
 #include <cstdio>
 
 #include "readers/text.h"
-#include "tool/interrupt.h"
 
 namespace bcc4 {
 namespace {
@@ -60,11 +59,9 @@ void Progress::clear() {
   width_ = 0;
 }
 
-int32_t Progress::cancel_only(void*, double) { return interrupted() ? 1 : 0; }
-
 int32_t Progress::show_fraction(void* user, double fraction) {
   static_cast<Progress*>(user)->update(static_cast<uint64_t>(fraction_steps * fraction), "");
-  return cancel_only(user, fraction);
+  return 0;
 }
 
 } // namespace bcc4

@@ -21,9 +21,7 @@ class Progress {
   void clear();
   [[nodiscard]] double seconds() const;
 
-  // A bccsplat_progress_fn that only cancels on Ctrl-C.
-  static int32_t cancel_only(void* user, double fraction);
-  // One that shows the fraction as well; user: a Progress of `fraction_steps` steps.
+  // A bccsplat_progress_fn that shows the fraction; user: a Progress of `fraction_steps` steps.
   static int32_t show_fraction(void* user, double fraction);
   static constexpr uint64_t fraction_steps = 1000;
 

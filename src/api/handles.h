@@ -184,8 +184,7 @@ struct bccsplat_device : bccsplat::api::Object<bccsplat::api::Kind::device> {
 struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   bccsplat_volume(bccsplat_device* owner, std::unique_ptr<bccsplat::ByteSource> source,
                   const bccsplat_volume_options& options);
-  // Tells the log where layers of coefficients had to be made once more, at the first and then whenever they
-  // are twice as many.
+  // Tells the log once when layers had to be read or made again, and what cache would have kept them.
   void tell_repeats(const bccsplat::Coefficients& coefficients) const;
   // Coefficients of a channel under a kernel at a level; NULL or "": the volume's. Made once, kept with the
   // volume. They come with the file's masks, and at level 0 under the file's own kernel with its corrections.
@@ -212,7 +211,9 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   bccsplat::TimeAxis times;
   bccsplat::Kernel kernel;
   std::string recommended_kernel;
-  uint64_t cache_bytes; // for coefficients, per channel and kernel
+  uint64_t cache_bytes;         // for coefficients, per channel and kernel
+  uint64_t whole_cache_bytes;   // with that of chunks
+  uint64_t playing_cache_bytes; // that playing forward needs
   std::vector<std::unique_ptr<bccsplat::Corrections>> corrections_of; // channels; null without
   std::vector<std::unique_ptr<bccsplat::Masks>> masks_of;             // likewise
   bccsplat::api::Token token;
@@ -232,7 +233,7 @@ struct bccsplat_volume : bccsplat::api::Object<bccsplat::api::Kind::volume> {
   mutable std::mutex mutex_;
   mutable std::map<Key, std::unique_ptr<bccsplat::Coefficients>> coefficients_;
   mutable std::map<Key, Part> parts_;
-  mutable std::atomic<uint64_t> repeats_told_{0};
+  mutable std::atomic<bool> repeats_told_{false};
 };
 
 struct bccsplat_slice : bccsplat::api::Object<bccsplat::api::Kind::slice> {

@@ -24,6 +24,7 @@ namespace {
 
 // Of the cache, at most, for each channel that has some.
 constexpr uint64_t corrections_part = 8, masks_part = 16;
+constexpr uint64_t budget_parts = 4; // caches that nobody chose take one of these (default_cache_bytes)
 
 // Up to the end of the domain: of a periodic series that is frame 0 again, and as long after the last frame
 // as frames are apart in the mean.
@@ -98,7 +99,7 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
     samples.push_back(std::make_unique<Bcc4Samples>(
         reader, owner->memory, cache_of_level(share.chunks, static_cast<uint32_t>(level)), RelativeTo::base,
         level));
-  cache_bytes = share.coefficients;
+  cache_bytes = share.coefficients, whole_cache_bytes = cache, playing_cache_bytes = playing.bytes();
   for (const ChannelInfo& c : info().channels) {
     const auto index = static_cast<int>(corrections_of.size());
     corrections_of.push_back(c.residuals.any() ? std::make_unique<Corrections>(reader, index, owner->memory,
@@ -114,13 +115,18 @@ bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSou
 }
 
 void bccsplat_volume::tell_repeats(const Coefficients& coefficients) const {
-  const uint64_t repeats = coefficients.layers_repeated();
-  uint64_t told = repeats_told_.load();
-  if (repeats == 0 || repeats < 2 * told || !repeats_told_.compare_exchange_strong(told, repeats)) return;
-  device->log(BCCSPLAT_LOG_INFO,
-              concat("volume: ", repeats, " layers of coefficients were made again, which a cache of ",
-                     cache_bytes,
-                     " bytes had let go; a larger cache_bytes or memory_budget would hold them"));
+  if (coefficients.layers_repeated() == 0 || repeats_told_.exchange(true)) return;
+  if (whole_cache_bytes >= playing_cache_bytes)
+    device->log(BCCSPLAT_LOG_INFO,
+                concat("volume: layers are read or made again, for the caches of ", whole_cache_bytes,
+                       " bytes are those of a series that plays forward; moments in other orders need a "
+                       "larger cache_bytes"));
+  else
+    device->log(BCCSPLAT_LOG_INFO,
+                concat("volume: layers are read or made again, which caches of ", whole_cache_bytes,
+                       " bytes had let go; cache_bytes of ", playing_cache_bytes, " (or a memory_budget of ",
+                       budget_parts * playing_cache_bytes,
+                       " that chooses it) keeps them while the series plays"));
 }
 
 const ChannelInfo& bccsplat_volume::channel(uint32_t index) const {

@@ -21,7 +21,7 @@ void put_behind(float* front, const Sample& back) {
 
 } // namespace
 
-void DeepCollector::add(const TilePixels& tile, const SheetView& view) {
+void DeepCollector::add(const TilePixels& tile, const SheetView& view, Progress& progress) {
   const auto samples = tile.deep->samples();
   const auto counts = tile.deep->counts();
   Part part{tile.x, tile.y, tile.width, tile.height, {}, {}, {}};
@@ -33,7 +33,9 @@ void DeepCollector::add(const TilePixels& tile, const SheetView& view) {
     return static_cast<float>((static_cast<double>(sheet) + view.depth) * view.step_world);
   };
   const DeepSample* next = samples.data();
+  size_t checked = 0; // floats at the last check
   for (uint32_t& count : part.counts) {
+    if (part.samples.size() - checked >= floats_per_check) progress.check(), checked = part.samples.size();
     Sample before{1, 0};
     uint32_t left = 0;
     for (uint32_t n = 0; n < count; ++n) {
@@ -75,13 +77,14 @@ DeepImage DeepCollector::collect(int width, int height, Progress& progress) {
     progress.check();
     size = std::min(total, size + floats_per_check);
   }
+  uint64_t copied = 0, checked = 0; // floats
   for (const Part& part : parts_) {
-    progress.check();
     const float* from = part.samples.data();
     for (size_t n = 0; n < part.counts.size(); ++n) {
+      if (copied - checked >= floats_per_check) progress.check(), checked = copied;
       const size_t floats = part.counts[n] * DeepImage::components;
       std::copy_n(from, floats, image.samples.data() + image.first[pixel(part, n)] * DeepImage::components);
-      from += floats;
+      from += floats, copied += floats;
     }
   }
   parts_.clear();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/memory.h"
+#include "base/paged_vector.h"
 #include "splat/splat.h"
 
 namespace bccsplat {
@@ -17,7 +18,7 @@ struct DeepImage {
   static constexpr size_t components = 6; // Z, ZBack, A, R, G, B: world distance along the view direction
                                           // from the camera, opacity, premultiplied colour
   std::vector<uint64_t> first;            // of pixel p = y width + x: first[p] .. first[p + 1] - 1
-  std::vector<float> samples;             // `components` each
+  PagedVector<float> samples;             // `components` each
   Reservation memory;
 };
 
@@ -25,7 +26,7 @@ struct DeepImage {
 class DeepCollector {
  public:
   explicit DeepCollector(MemoryBudget& memory) : memory_(memory) {}
-  void add(const TilePixels& tile, const SheetView& view);
+  void add(const TilePixels& tile, const SheetView& view, Progress& progress); // throws cancelled
   // Throws memory_budget, cancelled. Until it returns, the samples are held twice.
   [[nodiscard]] DeepImage collect(int width, int height, Progress& progress);
 
@@ -33,7 +34,7 @@ class DeepCollector {
   struct Part {
     int x, y, width, height;
     std::vector<uint32_t> counts; // per pixel
-    std::vector<float> samples;
+    PagedVector<float> samples;
     Reservation memory;
   };
   MemoryBudget& memory_;

@@ -197,7 +197,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   const auto emit = [&](const TilePixels& tile) {
     write_tile(tile, view, image);
     edges.add(tile);
-    if (tile.deep) deep.add(tile, view);
+    if (tile.deep) deep.add(tile, view, context.progress);
   };
   RenderStats stats;
   stats.points_total = points->count;

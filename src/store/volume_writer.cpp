@@ -11,6 +11,8 @@ namespace {
 
 // Layers beyond each end of a predicted series; the outermost makes up for the mirrors behind it.
 constexpr int32_t end_layers = 2;
+// The same where a host gives them: these do not make up for the mirrors behind them.
+constexpr int32_t given_end_layers = 4;
 // Part of an axis that the planes outside are at most, asked for and unasked.
 constexpr int32_t most_asked = 5, most_unasked = 16;
 // Layers of a series that is predicted unasked: the ends then add at most a fifth, which series that are
@@ -145,6 +147,7 @@ void VolumeWriter::begin_info() {
   // Refuses impossible sizes before anything is written.
   if (s.faces == Faces::predict || s.faces == Faces::along)
     fit_options_.margins = outside_planes(given_planes);
+  if (s.ends == Ends::predict && s.dims[3] > 1) fit_options_.lead = given_end_layers;
   initial_.lattice = lattice_of(fit_options_, std::max(s.dims[3], 1u));
   initial_.scale = mean_in_space(s.scales), initial_.time_scale = s.scales[3];
   initial_.slab_layers = fit_options_.slab_layers;

@@ -32,9 +32,10 @@ uint32_t VolumeWriter::frames_of_short() const {
     if (added_[c] != given)
       fail(Code::wrong_state, "writer: channel ", c, " was given ", added_[c], ", channel 0 ", given);
   if (input_ == Input::frames) return static_cast<uint32_t>(given);
-  // Layers reach as far as the last one stands.
+  // Layers reach as far as the last one stands, but for those beyond the end.
   const Lattice4& lattice = fit().lattice();
-  const double last = std::floor(lattice.layer_frame(static_cast<int32_t>(given) - 1) + 1e-9);
+  const double last = std::floor(lattice.layer_frame(static_cast<int32_t>(given) - 1 - lattice.lead) + 1e-9);
+  if (last < 0) fail(Code::wrong_state, "writer: the layers end before the first frame");
   return static_cast<uint32_t>(std::min(last, lattice.last_frame())) + 1;
 }
 

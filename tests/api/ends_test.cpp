@@ -175,6 +175,136 @@ TEST(WriterEnds, APeriodicSeriesGoesOnToItsFirstFrame) {
   ASSERT_OK(bccsplat_writer_finish_short(early.get(), nullptr));
 }
 
+// A picture of a moment of a ball that goes round, with what the volume held before it.
+std::vector<float> trail_picture(const Device& device, const Volume& volume, double frame, double back,
+                                 int32_t content) {
+  constexpr uint32_t size = 48;
+  bccsplat_renderer* r = nullptr;
+  EXPECT_OK(bccsplat_renderer_create(device.get(), &r));
+  const Renderer renderer(r);
+  const Slice slice = cut_time(volume, frame);
+  auto trail = sized<bccsplat_trail>();
+  trail.interval[0] = -back, trail.content = content, trail.samples = 8;
+  const double colors[] = {0, 1, 1, 1, 100, 1, 0, 0}, opacities[] = {10, 0, 60, 0.5};
+  auto f = sized<bccsplat_transfer_function>();
+  f.color_count = f.opacity_count = 2, f.colors = colors, f.opacities = opacities;
+  EXPECT_OK(bccsplat_renderer_set_slice(r, slice.get()));
+  EXPECT_OK(bccsplat_renderer_set_transfer_function(r, &f));
+  EXPECT_OK(bccsplat_renderer_set_trail(r, back > 0 ? &trail : nullptr));
+  bccsplat_frame* made = nullptr;
+  EXPECT_OK(bccsplat_frame_create(device.get(), size, size, BCCSPLAT_FRAME_RGBA, &made));
+  const Frame image(made);
+  EXPECT_OK(bccsplat_renderer_render(r, made));
+  auto plane = sized<bccsplat_plane>();
+  EXPECT_OK(bccsplat_frame_get_channel(made, BCCSPLAT_FRAME_RGBA, &plane));
+  return {plane.pixels, plane.pixels + size_t{4} * size * size};
+}
+
+double difference(const std::vector<float>& a, const std::vector<float>& b) {
+  double most = 0;
+  for (size_t i = 0; i < a.size(); ++i) most = std::max(most, static_cast<double>(std::fabs(a[i] - b[i])));
+  return most;
+}
+
+TEST(WriterEnds, TheTrailOfAPeriodicSeriesReachesBackAcrossItsBeginning) {
+  const Device device = make_device();
+  const Folder folder;
+  Series s{.nt = 10, .first = 0, .step = 1};
+  s.field = [](double x, double y, double z, double t) {
+    const double turn = 2 * 3.14159265358979 * t / 10;
+    const double dx = x - 9 - 4 * std::cos(turn), dy = y - 9 - 4 * std::sin(turn), dz = z - 8;
+    return 100 * std::exp(-(dx * dx + dy * dy + dz * dz) / 12);
+  };
+  const std::string path = folder.file("ball.bcc4");
+  write(device, path, s, BCCSPLAT_ENDS_PERIODIC);
+  const Volume volume = open(device, path);
+  for (const int32_t content : {BCCSPLAT_TRAIL_CLASSIFIED, BCCSPLAT_TRAIL_MEAN, BCCSPLAT_TRAIL_MAXIMUM}) {
+    const auto first = trail_picture(device, volume, 0, 3, content);
+    EXPECT_LT(difference(first, trail_picture(device, volume, 10, 3, content)), 2e-3) << content;
+    EXPECT_GT(difference(first, trail_picture(device, volume, 0, 0, content)), 0.1) << content;
+    EXPECT_GT(difference(first, trail_picture(device, volume, 5, 3, content)), 0.1) << content;
+  }
+}
+
+// A field that knows what lies beyond its ends, and keeps the moments it was asked for.
+struct Asked {
+  Series series;
+  double first = 0, last = 0;
+};
+
+int32_t answer(void* user, uint64_t n, const double* xyzt, float* values) {
+  auto& asked = *static_cast<Asked*>(user);
+  for (uint64_t i = 0; i < n; ++i) {
+    const double* p = xyzt + 4 * i;
+    asked.first = std::min(asked.first, p[3]), asked.last = std::max(asked.last, p[3]);
+    values[i] = static_cast<float>(asked.series.field(p[0], p[1], p[2], p[3]));
+  }
+  return 0;
+}
+
+TEST(WriterEnds, AFieldIsAskedBeyondItsEndsWherePredictionIsAskedFor) {
+  const Device device = make_device();
+  const Folder folder;
+  double worst[2] = {};
+  for (const bool predict : {false, true}) {
+    Asked asked{.series = {.nt = 24}};
+    auto o = options_of(asked.series);
+    o.ends = predict ? BCCSPLAT_ENDS_PREDICT : BCCSPLAT_ENDS_MIRROR, o.lattice = BCCSPLAT_LATTICE_D4STAR;
+    const std::string path = folder.file(predict ? "p.bcc4" : "m.bcc4");
+    const Writer w = make_writer(device, path, o);
+    auto g = sized<bccsplat_layer_geometry>();
+    ASSERT_OK(bccsplat_writer_get_layer_geometry(w.get(), 0, &g));
+    ASSERT_OK(bccsplat_writer_add_field(w.get(), 0, answer, &asked));
+    ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+    EXPECT_EQ(lowest_reader(path), predict ? 2 : 1);
+    EXPECT_NEAR(asked.first, predict ? -2.83 : 0, 0.01); // four layers
+    EXPECT_EQ(g.frame, asked.first);
+    EXPECT_GT(asked.last, predict ? 25.5 : 22.9);
+    EXPECT_LT(asked.last, predict ? 27 : 24);
+    worst[predict] = worst_at_ends(device, path, asked.series);
+  }
+  EXPECT_LT(4 * worst[true], worst[false]);
+}
+
+TEST(WriterEnds, LayersBeyondTheEndsAreGiven) {
+  const Device device = make_device();
+  const Folder folder;
+  for (const bool short_of_it : {false, true}) {
+    const Series s{.nt = 24};
+    auto o = options_of(s);
+    o.ends = BCCSPLAT_ENDS_PREDICT, o.lattice = BCCSPLAT_LATTICE_D4STAR;
+    const std::string path = folder.file("l.bcc4");
+    o.overwrite = 1;
+    const Writer w = make_writer(device, path, o);
+    auto g = sized<bccsplat_layer_geometry>();
+    for (int64_t layer = 0; layer == 0 || layer < g.layer_count; ++layer) {
+      ASSERT_OK(bccsplat_writer_get_layer_geometry(w.get(), layer, &g));
+      if (short_of_it && g.frame > 19.5) break;
+      std::vector<float> samples;
+      for (int64_t k = 0; k < g.dims[2]; ++k)
+        for (int64_t j = 0; j < g.dims[1]; ++j)
+          for (int64_t i = 0; i < g.dims[0]; ++i)
+            samples.push_back(
+                static_cast<float>(s.field(g.origin[0] + g.step[0] * static_cast<double>(i),
+                                           g.origin[1] + g.step[1] * static_cast<double>(j),
+                                           g.origin[2] + g.step[2] * static_cast<double>(k), g.frame)));
+      ASSERT_OK(bccsplat_writer_add_layer(w.get(), 0, layer, samples.data(), samples.size()));
+    }
+    if (short_of_it)
+      ASSERT_OK(bccsplat_writer_finish_short(w.get(), nullptr));
+    else
+      ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+    const Volume v = open(device, path);
+    auto info = sized<bccsplat_volume_info>();
+    ASSERT_OK(bccsplat_volume_get_info(v.get(), &info));
+    EXPECT_EQ(info.dims[3], short_of_it ? 17u : 24u); // four of the layers given stand behind the last frame
+    if (short_of_it) continue;
+    const std::string mirrored = folder.file("m2.bcc4");
+    write(device, mirrored, s, BCCSPLAT_ENDS_MIRROR);
+    EXPECT_LT(4 * worst_at_ends(device, path, s), worst_at_ends(device, mirrored, s));
+  }
+}
+
 TEST(WriterEnds, ABoundHoldsAtTheEnds) {
   const Device device = make_device();
   const Folder folder;

@@ -81,7 +81,8 @@ struct Host {
     for (size_t a = 0; a < 4; ++a) o.dims[a] = dims[a] = in.below(a < 3 ? edge : 8);
     o.lattice = static_cast<int32_t>(in.below(5));
     o.filter = static_cast<int32_t>(in.below(5));
-    o.store = static_cast<int32_t>(in.below(3));
+    const uint32_t store = in.below(12);
+    o.store = static_cast<int32_t>(store % 3), o.ends = static_cast<int32_t>(store / 3);
     o.nonfinite = static_cast<int32_t>(in.below(5));
     if (in.below(4) == 0) {
       o.scale = number(in), o.time_scale = number(in);
@@ -151,7 +152,12 @@ struct Host {
     auto info = sized<bccsplat_volume_info>();
     check(bccsplat_volume_get_info(volume, &info));
     auto channel = sized<bccsplat_channel_info>();
-    check(bccsplat_volume_get_channel_info(volume, in.below(2), &channel));
+    const uint32_t looks = in.below(4);
+    check(bccsplat_volume_get_channel_info(volume, looks % 2, &channel));
+    if (looks < 2) return;
+    auto look = sized<bccsplat_look>();
+    const int32_t kind = static_cast<int32_t>(in.below(9)), mode = static_cast<int32_t>(in.below(6));
+    check(bccsplat_volume_get_look(volume, looks % 2, kind, mode, &look));
   }
 
   void evaluate(fuzz::Input& in) {
@@ -288,7 +294,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       break;
     case 5: {
       auto report = sized<bccsplat_writer_report>();
-      check(bccsplat_writer_finish(host.writer, in.below(2) ? &report : nullptr));
+      const uint32_t how = in.below(4);
+      const auto finish = how / 2 ? bccsplat_writer_finish_short : bccsplat_writer_finish;
+      check(finish(host.writer, how % 2 ? &report : nullptr));
       break;
     }
     case 6:

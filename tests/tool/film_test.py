@@ -162,6 +162,22 @@ class Film(ToolTest):
                 self.assertRaises(ProcessLookupError, os.kill, json.load(f)['pid'], 0)
             self.assertEqual(sorted(os.listdir(self.folder)), ['bin', 'v.bcc4', 'v.bcc4.raw'])
 
+    def test_a_kill_leaves_the_film_before(self):
+        self.write('f.mp4', b'before')
+        p = subprocess.Popen([BCC4, 'render', 'v.bcc4', '-o', 'f.mp4', '--size', '400x400', '--quiet'],
+                             cwd=self.folder, env=self.environment('hang'))
+        deadline = time.monotonic() + 60
+        while not any('partial' in n for n in os.listdir(self.folder)):
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(.02)
+        p.kill()
+        p.wait(timeout=60)
+        with open(self.path('bin/arguments.json')) as f:
+            os.kill(json.load(f)['pid'], signal.SIGKILL)  # a real one ends with its pipe
+        with open(self.path('f.mp4'), 'rb') as f:
+            self.assertEqual(f.read(), b'before')
+        os.remove(next(self.path(n) for n in os.listdir(self.folder) if 'partial' in n))
+
     @unittest.skipUnless(shutil.which('ffmpeg') and shutil.which('ffprobe'), 'ffmpeg is not here')
     def test_real_films_are_tagged_and_show_the_pictures(self):
         for out, codec in (('f.mp4', 'h264'), ('f.webm', 'vp9')):

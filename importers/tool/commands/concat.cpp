@@ -7,6 +7,7 @@
 #include "tool/commands/commands.h"
 #include "tool/handles.h"
 #include "tool/import/summary.h"
+#include "tool/interrupt.h"
 #include "tool/json.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
@@ -31,6 +32,7 @@ Exit run_concat(const ConcatArguments& a) {
   auto options = sized<bccsplat_join_options>();
   options.overwrite = a.overwrite ? 1 : 0;
   options.progress = Progress::show_fraction;
+  options.cancel_token = interrupt_token();
   options.progress_user = &progress;
   std::vector<const char*> paths;
   for (const std::string& part : a.parts) paths.push_back(part.c_str());

@@ -56,7 +56,7 @@ Volume open_salvaged(const Device& device, const ExportArguments& a) {
   check_kernel(bccsplat_volume_open_file(device.get(), a.file.c_str(), &options, &raw), a.file, a.kernel);
   Volume volume(raw);
   auto report = sized<bccsplat_verify_report>();
-  check(bccsplat_volume_verify(raw, Progress::cancel_only, nullptr, &report), a.file);
+  check(bccsplat_volume_verify(raw, nullptr, nullptr, &report), a.file);
   if (report.damages == 0) std::fprintf(stderr, "bcc4: %s: no damage\n", a.file.c_str());
   return volume;
 }

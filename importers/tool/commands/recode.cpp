@@ -8,6 +8,7 @@
 #include "tool/handles.h"
 #include "tool/import/summary.h"
 #include "tool/import/writer_choices.h"
+#include "tool/interrupt.h"
 #include "tool/json.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
@@ -40,6 +41,7 @@ Exit run_recode(const RecodeArguments& a) {
   options.kernel = a.kernel.empty() ? nullptr : a.kernel.c_str();
   options.format = a.format;
   options.progress = Progress::show_fraction;
+  options.cancel_token = interrupt_token();
   options.progress_user = &progress;
   if (volume_info(volume).level_count > 0)
     std::fprintf(stderr, "bcc4: warning: %s: its coarser levels are not recoded, they are made of frames\n",

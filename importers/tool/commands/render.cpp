@@ -73,7 +73,7 @@ bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_
   o.reference = a.reference;
   o.deep_tolerance = a.deep_tolerance.value_or(0);
   o.disable_skips = BCCSPLAT_SKIP_UNCHANGED; // --repeat times whole pictures
-  o.progress = Progress::cancel_only;
+  o.cancel_token = interrupt_token();
   return o;
 }
 

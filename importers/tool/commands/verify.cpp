@@ -9,7 +9,6 @@
 #include "tool/import/comparison.h"
 #include "tool/import/reader_arguments.h"
 #include "tool/json.h"
-#include "tool/progress.h"
 
 namespace bcc4 {
 namespace {
@@ -104,7 +103,7 @@ Exit run_verify(VerifyArguments& a) {
   if (volume_info(volume).part_end > 0 && !a.reader.options.inputs.empty())
     fail_usage(a.file, ": a part of a series; bcc4 concat joins all parts to what can be compared");
   auto report = sized<bccsplat_verify_report>();
-  check(bccsplat_volume_verify(volume.get(), Progress::cancel_only, nullptr, &report), a.file);
+  check(bccsplat_volume_verify(volume.get(), nullptr, nullptr, &report), a.file);
   std::vector<Comparison> comparisons;
   if (report.damages == 0 && !a.reader.options.inputs.empty())
     comparisons = compare_series(volume, *open_source(volume, a), a.common.prints_text());

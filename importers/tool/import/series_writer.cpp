@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tool/progress.h"
+#include "tool/interrupt.h"
 
 namespace bcc4 {
 namespace {
@@ -253,7 +253,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.measure = settings.measure;
   const std::string kernel = kernel_of(settings);
   options.recommended_kernel = kernel.empty() ? nullptr : kernel.c_str();
-  options.progress = Progress::cancel_only;
+  options.cancel_token = interrupt_token();
   options.part = part;
 
   bccsplat_writer* writer = nullptr;

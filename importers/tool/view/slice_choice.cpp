@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "tool/progress.h"
+#include "tool/interrupt.h"
 #include "tool/view/time_slice.h"
 
 namespace bcc4 {
@@ -152,7 +152,7 @@ Slice cut_slice(const Volume& volume, const Cut& where, uint32_t channel) {
   if (where.point) options.point = where.point->data(), options.basis = where.basis.data();
   const auto box = sample_box(volume, where.region);
   if (box) options.box = box->data();
-  options.progress = Progress::cancel_only;
+  options.cancel_token = interrupt_token();
   bccsplat_slice* slice = nullptr;
   check(bccsplat_slice_create(volume.get(), where.point ? nullptr : &hyperplane, &options, &slice), "slice");
   Slice made(slice);

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "tool/interrupt.h"
-#include "tool/progress.h"
 
 namespace bcc4 {
 namespace {
@@ -58,7 +57,7 @@ Slice cut_frame(const Volume& volume, double index, uint32_t channel,
   options.channel = channel;
   const auto box = sample_box(volume, region);
   if (box) options.box = box->data();
-  options.progress = Progress::cancel_only;
+  options.cancel_token = interrupt_token();
   bccsplat_slice* slice = nullptr;
   check(bccsplat_slice_create(volume.get(), &hyperplane, &options, &slice), "slice");
   return Slice(slice);

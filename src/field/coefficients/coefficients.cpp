@@ -157,6 +157,7 @@ Coefficients::LayersOf<Layer> Coefficients::read(std::span<const int32_t> layers
     source().read_samples(channel_, missing, read_region_, context, take);
   else
     source().read_layers(channel_, missing, region_, context, take);
+  count_repeats(kind_of<Layer>, missing);
   return result;
 }
 
@@ -178,14 +179,16 @@ Coefficients::Layers Coefficients::make_at_once(std::span<const int32_t> layers,
   return insert_all(layers, std::move(made), context);
 }
 
+void Coefficients::count_repeats(Kind kind, std::span<const int32_t> layers) const {
+  const std::scoped_lock lock(mutex_);
+  for (const int32_t m : layers)
+    if (!ever_had_.insert({kind, m}).second) repeated_.fetch_add(1, std::memory_order_relaxed);
+}
+
 Coefficients::Layers Coefficients::insert_all(std::span<const int32_t> layers, std::vector<BrickLayer> made,
                                               const Context& context) const {
   made_.fetch_add(layers.size(), std::memory_order_relaxed);
-  {
-    const std::scoped_lock lock(mutex_);
-    for (const int32_t m : layers)
-      if (!ever_made_.insert(m).second) repeated_.fetch_add(1, std::memory_order_relaxed);
-  }
+  count_repeats(Kind::coefficients, layers);
   Layers result;
   for (size_t i = 0; i < layers.size(); ++i)
     result[layers[i]] = insert(layers[i], std::move(made[i]), context);
@@ -247,7 +250,9 @@ Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> la
     spared_.clear();
     evict_locked(stretch_bytes());
   }
-  SampleRows samples(*this, prefilter_->reads(layers));
+  const std::set<int32_t> reads = prefilter_->reads(layers);
+  count_repeats(Kind::samples, std::vector(reads.begin(), reads.end()));
+  SampleRows samples(*this, reads);
   std::vector<Reservation> parts; // of the bricks that stay when a stretch's own store goes
   const int end = std::min(height, region_.end[2]);
   for (int z = region_.begin[2]; z < end; z += rows) {

@@ -76,7 +76,8 @@ class Coefficients {
   [[nodiscard]] std::set<int32_t> reads(int32_t layer) const;
   // The number of layers that the prefilter has made so far.
   [[nodiscard]] uint64_t layers_made() const { return made_.load(std::memory_order_relaxed); }
-  // How many of these it had made before and let go.
+  // How many layers, of coefficients or of samples that these are made of, were made or read before and let
+  // go.
   [[nodiscard]] uint64_t layers_repeated() const { return repeated_.load(std::memory_order_relaxed); }
 
   // For a rehearsal of what another one would ask its source for: has empty layers in its cache where that
@@ -112,6 +113,7 @@ class Coefficients {
   template<class Layer> std::shared_ptr<const Layer> find(int32_t layer) const;
   template<class Layer>
   std::shared_ptr<const Layer> insert(int32_t at, Layer layer, const Context& context) const;
+  void count_repeats(Kind kind, std::span<const int32_t> layers) const;
   Layers insert_all(std::span<const int32_t> layers, std::vector<BrickLayer> made,
                     const Context& context) const;
   // Until `room` bytes fit under the cache's limit, or all has gone but samples that are spared.
@@ -138,7 +140,7 @@ class Coefficients {
   mutable uint64_t held_ = 0;
   mutable std::set<int32_t> spared_; // samples that the layers asked for last depend on
   mutable std::atomic<uint64_t> made_{0}, repeated_{0};
-  mutable std::set<int32_t> ever_made_;
+  mutable std::set<Key> ever_had_;
 };
 
 } // namespace bccsplat

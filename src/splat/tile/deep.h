@@ -6,6 +6,10 @@
 // Composited front to back they are the flat picture: each is the difference of the pixel's planes before and
 // after a sheet, divided by what still passed before it.
 //
+// Where no pixel is ever finished (opacity_stop 1), what lies behind dense matter is there as exactly as what
+// lies in front, for a host may cut the front off: the planes are taken off a pixel before so little passes
+// that floats no longer tell how much, and put back in the end.
+//
 // Source: OpenEXR, "Interpreting OpenEXR Deep Pixels" (Hillman): a sample cut at depth x in [0, 1] absorbs
 // 1 - (1 - A)^x and keeps its colour per opacity.
 #pragma once
@@ -16,6 +20,8 @@
 #include <span>
 #include <vector>
 
+#include "base/paged_vector.h"
+#include "base/progress.h"
 #include "splat/sheet/sheet.h"
 
 namespace bccsplat {
@@ -25,18 +31,24 @@ struct DeepSample {
   float alpha = 0, red = 0, green = 0, blue = 0;
 };
 
+// Surfaces of a pixel that is never finished; the ray ends at the last of them.
+inline constexpr uint8_t most_surfaces = 64;
+
 // Successive segments become one sample while the picture cut at any sheet in between stays within
-// `tolerance` in opacity and in colours (up to 1) of the one that keeps them apart.
+// `tolerance` in opacity and in colours (up to 1) of the one that keeps them apart; where pixels are never
+// finished, whatever is cut off, in front as well.
 class DeepTile {
  public:
   // Pixels of `pitch` per row, of which width x height belong to the tile; the planes are still clear.
-  void begin_tile(int width, int height, int pitch, double tolerance);
+  void begin_tile(int width, int height, int pitch, double tolerance, bool never_finished);
   // Takes the planes after all that lies between two sheet numbers was composited; `seen` is as
   // SheetArgs::seen.
   void add_segment(const PixelPlanes& planes, float front, float back, const PixelRect& seen);
-  // Takes the planes of one pixel after an opaque surface at sheet number k.
-  void add_surface(const PixelPlanes& planes, size_t p, float k);
-  void finish_tile();
+  // Takes the planes of one pixel after an opaque surface at sheet number k. Returns whether it ends the ray.
+  bool add_surface(const PixelPlanes& planes, size_t p, float k);
+  // Puts back what was taken off the planes, whose sums are still undivided.
+  void put_fronts_back(const PixelPlanes& planes) const;
+  void finish_tile(Progress& progress); // throws cancelled
 
   // After finish_tile these are the samples per pixel, width x height, row by row, and the samples in the
   // same order.
@@ -56,6 +68,13 @@ class DeepTile {
     Bounds extinction;           // per sheet step, that every cut so far allows
     std::array<Bounds, 3> color; // per opacity
   };
+  // What was taken off a pixel, and the part of the light from behind that passes it.
+  struct Front {
+    float red = 0, green = 0, blue = 0, passes = 1;
+    float depth = 0, value = 0, time = 0;
+    bool any = false;
+    uint8_t surfaces = 0;
+  };
   struct Entry {
     uint32_t pixel;
     DeepSample sample;
@@ -66,17 +85,19 @@ class DeepTile {
   // What lies between two sums, by itself.
   [[nodiscard]] static DeepSample sample_between(const Sum& before, const Sum& after, float front,
                                                  float back);
-  [[nodiscard]] static bool fits_run(const Run& run, const DeepSample& whole);
+  [[nodiscard]] bool fits_run(const Run& run, const DeepSample& whole) const;
   void limit_run(Run& run, const DeepSample& whole) const;
   void start_run(Run& run, float front);
   void close_run(Run& run, size_t p);
+  void take_off(const PixelPlanes& planes, size_t p);
 
   int width_ = 0, height_ = 0, pitch_ = 0;
   float tolerance_ = 0;
   std::vector<Run> runs_;
-  std::vector<Entry> entries_;
+  std::vector<Front> fronts_; // empty: pixels are finished
+  PagedVector<Entry> entries_;
   std::vector<uint32_t> counts_;
-  std::vector<DeepSample> samples_;
+  PagedVector<DeepSample> samples_;
 };
 
 } // namespace bccsplat

@@ -70,7 +70,8 @@ class Tile {
     std::fill_n(pixel_.depth, pixels, infinity);
     if (options_.mode == RenderMode::maximum) std::fill_n(pixel_.red, pixels, -infinity);
     if (options_.with_deep)
-      m_.deep.begin_tile(tile_.width, tile_.height, m_.pixel_pitch, options_.deep_tolerance);
+      m_.deep.begin_tile(tile_.width, tile_.height, m_.pixel_pitch, options_.deep_tolerance,
+                         options_.opacity_stop >= 1);
     if (open_ == 0) return;
     const double low = rays.low, high = rays.high;
     // Surfaces lie between two sheets, of which one may be outside the domain; segments reach half a sheet
@@ -232,6 +233,13 @@ class Tile {
     for (int n = 0; n < c.count; ++n) draw_surface(c, found, n);
   }
 
+  // The second of two crossings in an interval that ends at sheet number `end`, of which `in` is the first.
+  [[nodiscard]] static Crossing way_out(const Crossing& in, double end) {
+    Crossing out = in;
+    out.low = in.high, out.high = end, out.value_low = in.value_high, out.value_high = in.value_low;
+    return out;
+  }
+
   // Draws the surfaces of one interval, at pixels that no earlier interval has covered.
   void draw_surface(const CrossingArgs& c, std::span<const SheetCrossing> all, int interval) {
     const auto k = static_cast<double>(c.k) + interval;
@@ -250,7 +258,11 @@ class Tile {
                       0.5 * static_cast<double>(plane[3][at] - before), static_cast<uint32_t>(pixel(x, y))});
     }
     const double target = options_.iso_value - static_cast<double>(scene_.slice->base);
-    for (const Crossing& g : find_grazes(field_, view_, target, grazes)) crossings.push_back(g);
+    const bool sees_all = options_.with_deep && options_.opacity_stop >= 1;
+    for (const Crossing& g : find_grazes(field_, view_, target, grazes)) {
+      crossings.push_back(g);
+      if (sees_all) crossings.push_back(way_out(g, k));
+    }
     const auto hits = refine_crossings(field_, view_, target, crossings, root_tolerance);
     const auto& color =
         scene_.table->entry[static_cast<size_t>(scene_.table->index(static_cast<float>(options_.iso_value)))];
@@ -264,7 +276,7 @@ class Tile {
       pixel_.depth[p] = static_cast<float>(hits[n].k);
       if (pixel_.value) pixel_.value[p] = static_cast<float>(options_.iso_value);
       if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(hits[n].position));
-      if (options_.with_deep) m_.deep.add_surface(pixel_, p, pixel_.depth[p]);
+      if (options_.with_deep && !m_.deep.add_surface(pixel_, p, pixel_.depth[p])) continue;
       ++closed_, --open_;
     }
   }
@@ -281,6 +293,7 @@ class Tile {
 
   TilePixels finish_pixels() {
     auto clock = StageClock::now();
+    if (options_.with_deep) m_.deep.put_fronts_back(pixel_);
     // Composites and surfaces have nothing to finish without these planes.
     const bool done = !pixel_.value && !pixel_.time &&
                       (options_.mode == RenderMode::composite || options_.mode == RenderMode::isosurface);
@@ -302,7 +315,7 @@ class Tile {
         }
       }
     }
-    if (options_.with_deep) m_.deep.finish_tile();
+    if (options_.with_deep) m_.deep.finish_tile(job_.context->progress);
     add_lap(clock, stats_.ms_shade);
     return finished_tile(tile_, m_.pixel_pitch, pixel_, options_.with_deep ? &m_.deep : nullptr);
   }

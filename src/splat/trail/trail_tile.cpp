@@ -70,7 +70,7 @@ class TrailTile {
     if (open_ > 0) march_sheets();
     for (SheetSource& s : sources_) s.end_sheets();
     finish_pixels();
-    if (options_.with_deep) m_.deep.finish_tile();
+    if (options_.with_deep) m_.deep.finish_tile(job_.context->progress);
     return finished_tile(tile_, pitch_, pixel_, options_.with_deep ? &m_.deep : nullptr);
   }
 
@@ -94,7 +94,9 @@ class TrailTile {
         at += group_planes * pixels_;
       }
     m_.hole.reserve(pixels_);
-    if (options_.with_deep) m_.deep.begin_tile(tile_.width, tile_.height, pitch_, options_.deep_tolerance);
+    if (options_.with_deep)
+      m_.deep.begin_tile(tile_.width, tile_.height, pitch_, options_.deep_tolerance,
+                         options_.opacity_stop >= 1);
   }
 
   // Makes the rays of the picture (set 0) and of the objects that have a domain of their own. The picture's
@@ -338,10 +340,15 @@ class TrailTile {
   }
 
   void finish_pixels() {
+    for (int y = 0; y < (surface_ ? tile_.height : 0); ++y)
+      for (int x = 0; x < tile_.width; ++x) {
+        const auto p = static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x);
+        if (surface_hit(x, y) < infinity && pixel_.alpha[p] < stop()) add_surface(x, y, p);
+      }
+    if (options_.with_deep) m_.deep.put_fronts_back(pixel_);
     for (int y = 0; y < tile_.height; ++y)
       for (int x = 0; x < tile_.width; ++x) {
         const auto p = static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x);
-        if (surface_ && surface_hit(x, y) < infinity && pixel_.alpha[p] < stop()) add_surface(x, y, p);
         const float alpha = pixel_.alpha[p];
         if (pixel_.value) pixel_.value[p] = alpha > 0 ? pixel_.value[p] / alpha : nan_value;
         if (pixel_.time) pixel_.time[p] = alpha > 0 ? pixel_.time[p] / alpha : nan_value;

@@ -13,6 +13,7 @@
 
 #include "formats/image/exr.h"
 #include "render/trail.h"
+#include "splat/tile/deep.h"
 #include "tests/support/splat_scene.h"
 
 #if __has_include(<ImfDeepScanLineInputFile.h>)
@@ -192,6 +193,135 @@ TEST_F(DeepPicture, ASurfaceIsOneOpaquePoint) {
       EXPECT_EQ(s[0], s[1]);
       EXPECT_EQ(s[0], deep.flat.depth[p]);
       EXPECT_EQ(s[2], 1);
+    }
+  }
+}
+
+// What a clip leaves of the samples behind z.
+std::array<double, 4> behind(std::span<const float> samples, double z) {
+  std::array<double, 4> sum{};
+  for (size_t n = 0; n < samples.size(); n += DeepImage::components) {
+    const double front = static_cast<double>(samples[n]), back = static_cast<double>(samples[n + 1]);
+    if (back <= z) continue;
+    const double alpha = static_cast<double>(samples[n + 2]);
+    const double part = front < z ? (back - z) / (back - front) : 1;
+    const double cut = part < 1 ? -std::expm1(part * std::log1p(-std::min(alpha, 1 - 1e-12))) : alpha;
+    const double passed = 1 - sum[3];
+    for (size_t c = 0; c < 3; ++c) sum[c] += passed * static_cast<double>(samples[n + 3 + c]) * cut / alpha;
+    sum[3] += passed * cut;
+  }
+  return sum;
+}
+
+// The scene seen along z, and the same scene without what lies in front of a depth.
+class Uncovered : public DeepPicture {
+ protected:
+  Uncovered() {
+    scene.camera = fit_camera(slice, false, 0, 0, width, height);
+    options.opacity_stop = 1;
+  }
+  [[nodiscard]] double depth_of(double z) const { // of a plane in slice space; the world is slice space
+    return z - scene.camera.position[2];
+  }
+  void draw_behind(double z, ImageStorage& out) {
+    Slice cut = slice;
+    const double lattice_z = slice.lattice_to_slice.inverse().point({0, 0, z})[2];
+    cut.clip.push_back({{0, 0, 1}, -lattice_z});
+    Scene of_cut = scene;
+    of_cut.slice = &cut;
+    RenderOptions o = options;
+    o.smooth_edges = false;
+    (void)draw(of_cut, o, out);
+  }
+};
+
+TEST_F(Uncovered, WhatLiesBehindDenseMatterIsThere) {
+  uint64_t merged[2] = {};
+  for (const auto& [opacity, tolerance] :
+       {std::pair(0.97, 0.001), std::pair(0.2, no_merging), std::pair(0.2, 0.001)}) {
+    scene.function = test::ramp_function(0.2, 0.6, opacity);
+    options.deep_tolerance = tolerance;
+    Deep deep;
+    take(deep);
+    expect_flat(deep);
+    if (opacity < 0.5) merged[tolerance > no_merging] = deep.image.first.back();
+    for (const double z : {4.0, 9.3, 15.2}) {
+      ImageStorage expected(width, height);
+      draw_behind(z, expected);
+      ImageStorage uncovered(width, height);
+      uint64_t dense = 0;
+      for (size_t p = 0; p < size_t{width} * height; ++p) {
+        const auto sum = behind(deep.pixel(p), depth_of(z));
+        for (size_t c = 0; c < 4; ++c) uncovered.rgba[4 * p + c] = static_cast<float>(sum[c]);
+        dense += deep.flat.rgba[4 * p + 3] == 1 && sum[3] > 0.1 ? 1u : 0u;
+      }
+      EXPECT_GE(dense, opacity > 0.5 ? 100u : 0u); // floats saturate long before the far end
+      EXPECT_GT(test::compare(uncovered, expected).db(), 55) << z << ", tolerance " << tolerance;
+    }
+  }
+  EXPECT_LT(merged[1], merged[0]);
+}
+
+TEST_F(Uncovered, EverySurfaceOfARayIsThere) {
+  slice = test::make_slice({24, 20, 22}, [](double x, double y, double z) {
+    return 0.5 + 0.4 * std::sin(0.9 * z + 0.2 * x) * std::cos(0.1 * y);
+  });
+  options.mode = RenderMode::isosurface, options.iso_value = 0.5;
+  Deep deep;
+  take(deep);
+  expect_flat(deep, 1e-6);
+  uint64_t several = 0;
+  for (size_t p = 0; p < size_t{width} * height; ++p) several += deep.pixel(p).size() > 12 ? 1u : 0u;
+  EXPECT_GT(several, 100u);
+  for (const double z : {4.0, 9.3, 15.2}) {
+    ImageStorage expected(width, height, true);
+    draw_behind(z, expected);
+    uint64_t hits = 0, other = 0; // at edges a ray may or may not graze
+    for (size_t p = 0; p < size_t{width} * height; ++p) {
+      float next = std::numeric_limits<float>::infinity();
+      const auto samples = deep.pixel(p);
+      for (size_t n = 0; n < samples.size() && std::isinf(next); n += DeepImage::components) {
+        EXPECT_EQ(samples[n], samples[n + 1]);
+        EXPECT_EQ(samples[n + 2], 1);
+        if (static_cast<double>(samples[n]) > depth_of(z)) next = samples[n];
+      }
+      hits += std::isfinite(next) ? 1u : 0u;
+      other += next == expected.depth[p] || std::fabs(next - expected.depth[p]) < 0.02f ? 0u : 1u;
+    }
+    EXPECT_GT(hits, 300u) << z;
+    EXPECT_LT(other, hits / 50) << z;
+  }
+}
+
+TEST_F(Uncovered, ARayEndsAtTheLastSurfaceItHasRoomFor) {
+  slice = test::make_slice({8, 8, 200}, [](double, double, double z) { return std::sin(1.4 * z); });
+  scene.camera = fit_camera(slice, false, 0, 0, width, height);
+  options.mode = RenderMode::isosurface, options.iso_value = 0.1;
+  Deep deep;
+  take(deep);
+  size_t most = 0;
+  for (size_t p = 0; p < size_t{width} * height; ++p)
+    most = std::max(most, deep.pixel(p).size() / DeepImage::components);
+  EXPECT_EQ(most, size_t{most_surfaces});
+}
+
+TEST_F(DeepPicture, IsLitLikeThePlainOneWhereGradientsAreNoise) {
+  options.shading = true;
+  std::vector<float> before;
+  for (const GradientNoise noise : {GradientNoise{}, GradientNoise{0.05, 0}, GradientNoise{0, 0.4}}) {
+    scene.lights.noise = noise;
+    for (const RenderMode mode : {RenderMode::composite, RenderMode::isosurface}) {
+      options.mode = mode, options.iso_value = 0.5, options.smooth_edges = false;
+      ImageStorage plain(width, height);
+      (void)draw(scene, options, plain);
+      Deep deep;
+      take(deep);
+      expect_flat(deep);
+      EXPECT_EQ(plain.rgba, deep.flat.rgba);
+      if (mode == RenderMode::composite) {
+        EXPECT_NE(plain.rgba, before); // the noise is seen at all
+        before = plain.rgba;
+      }
     }
   }
 }

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/paged_vector.h"
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
+namespace bccsplat {
+
+void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
+#ifdef MADV_HUGEPAGE
+  // Not granted, it is as it would have been. What is left of a page at the end stays in small ones.
+  (void)madvise(memory, bytes / large_page * large_page, MADV_HUGEPAGE);
+#endif
+}
+
+} // namespace bccsplat

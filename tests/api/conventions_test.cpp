@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conventions of the header that hosts took for others: what a short read means, which way matrices multiply,
+// what an orthographic camera sees, what air is where nobody sets it.
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include "support.h"
+
+using namespace host;
+
+namespace {
+
+struct Short {
+  std::string bytes;
+  uint64_t longest = 0; // read
+};
+
+int64_t read_short(void* user, uint64_t offset, void* out, uint64_t size) {
+  const auto& s = *static_cast<const Short*>(user);
+  size = std::min(size, s.longest);
+  std::memcpy(out, s.bytes.data() + offset, size);
+  return static_cast<int64_t>(size);
+}
+
+TEST(Conventions, AShortReadEndsTheFile) {
+  const Folder folder;
+  const Device device = make_device(1);
+  const std::string path = folder.file("s.bcc4");
+  (void)write_series(device, path, Series{.nt = 2});
+  std::ifstream file(path, std::ios::binary);
+  Short source{.bytes = {std::istreambuf_iterator<char>(file), {}}};
+  auto stream = sized<bccsplat_read_stream>();
+  stream.size = source.bytes.size(), stream.read_at = read_short, stream.user = &source;
+  bccsplat_volume* v = nullptr;
+  source.longest = 100;
+  EXPECT_EQ(bccsplat_volume_open_stream(device.get(), &stream, nullptr, &v), BCCSPLAT_ERROR_TRUNCATED);
+  EXPECT_EQ(v, nullptr);
+  source.longest = source.bytes.size();
+  ASSERT_OK(bccsplat_volume_open_stream(device.get(), &stream, nullptr, &v));
+  bccsplat_volume_release(v);
+}
+
+TEST(Conventions, MatricesTakeColumns) {
+  const Folder folder;
+  const Device device = make_device(1);
+  const Series s{.nt = 2};
+  auto o = options_of(s);
+  const double affine[] = {2, 0, 0, 100, 0, 2, 0, 200, 0, 0, 2, 300, 0, 0, 0, 1};
+  std::copy(std::begin(affine), std::end(affine), o.affine);
+  const std::string path = folder.file("s.bcc4");
+  {
+    const Writer w = make_writer(device, path, o);
+    ASSERT_OK(add_frames(w.get(), s));
+    ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+  }
+  const Volume volume = open(device, path);
+  const Slice slice = cut_time(volume, 0);
+  auto camera = sized<bccsplat_camera>();
+  ASSERT_OK(bccsplat_slice_fit_camera(slice.get(), 0, 0, 0, 8, 8, &camera));
+  EXPECT_NEAR(camera.target[0], 100 + (s.nx - 1), 1e-9); // twice the middle
+  EXPECT_NEAR(camera.target[1], 200 + (s.ny - 1), 1e-9);
+  EXPECT_NEAR(camera.target[2], 300 + (s.nz - 1), 1e-9);
+}
+
+TEST(Conventions, AnOrthographicCameraDrawsWhatLiesBehindIt) {
+  const Folder folder;
+  const Device device = make_device(1);
+  Series s{.nt = 2};
+  s.field = [](double, double, double, double) { return 100.0; };
+  const std::string path = folder.file("s.bcc4");
+  (void)write_series(device, path, s);
+  const Volume volume = open(device, path);
+  const Slice slice = cut_time(volume, 0);
+  const double colors[] = {0, 1, 1, 1}, opacities[] = {0, 0.9};
+  auto function = sized<bccsplat_transfer_function>();
+  function.color_count = function.opacity_count = 1, function.colors = colors, function.opacities = opacities;
+  constexpr uint32_t size = 16;
+  for (const int32_t projection : {BCCSPLAT_PROJECTION_ORTHOGRAPHIC, BCCSPLAT_PROJECTION_PERSPECTIVE}) {
+    bccsplat_renderer* r = nullptr;
+    ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+    const Renderer renderer(r);
+    bccsplat_frame* f = nullptr;
+    ASSERT_OK(
+        bccsplat_frame_create(device.get(), size, size, BCCSPLAT_FRAME_RGBA | BCCSPLAT_FRAME_DEPTH, &f));
+    const Frame frame(f);
+    auto camera = sized<bccsplat_camera>();
+    camera.projection = projection, camera.ortho_height = 8, camera.fovy_degrees = 30;
+    camera.position[0] = camera.target[0] = 9, camera.position[1] = camera.target[1] = 9;
+    camera.position[2] = 9, camera.target[2] = 12, camera.up[1] = 1; // within the volume
+    ASSERT_OK(bccsplat_renderer_set_slice(r, slice.get()));
+    ASSERT_OK(bccsplat_renderer_set_camera(r, &camera));
+    ASSERT_OK(bccsplat_renderer_set_transfer_function(r, &function));
+    ASSERT_OK(bccsplat_renderer_render(r, f));
+    auto plane = sized<bccsplat_plane>();
+    ASSERT_OK(bccsplat_frame_get_channel(f, BCCSPLAT_FRAME_DEPTH, &plane));
+    const float nearest = *std::min_element(plane.pixels, plane.pixels + size * size);
+    EXPECT_EQ(nearest < 0, projection == BCCSPLAT_PROJECTION_ORTHOGRAPHIC) << nearest;
+    EXPECT_LT(nearest, 9) << "nothing drawn";
+  }
+}
+
+TEST(Conventions, AirCountsOnlyWithItsBit) {
+  const Folder folder;
+  const Device device = make_device(1);
+  const Series s{.nt = 2};
+  for (const bool set : {false, true}) {
+    auto channel = sized<bccsplat_channel_options>();
+    channel.air = -1024;
+    if (set) channel.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
+    auto o = options_of(s);
+    o.channels = &channel, o.channel_count = 1, o.overwrite = 1;
+    const std::string path = folder.file("s.bcc4");
+    const Writer w = make_writer(device, path, o);
+    ASSERT_OK(add_frames(w.get(), s));
+    ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+    auto info = sized<bccsplat_channel_info>();
+    ASSERT_OK(bccsplat_volume_get_channel_info(open(device, path).get(), 0, &info));
+    EXPECT_EQ(info.air, set ? -1024 : 0);
+  }
+}
+
+} // namespace
