@@ -92,6 +92,20 @@ bool needs_integrals(const SplatScene& scene, Preintegrate choice) {
   return narrowness(*scene.table, change, scene.view->step_world) >= narrow_function;
 }
 
+// Adds them to the tables of a trail where one of its functions asks for them. The change from sheet to sheet
+// is taken from the slice, of which the trail is the past.
+void add_integrals(const Scene& scene, const SplatScene& slice, Preintegrate choice,
+                   std::vector<ClassTable>& tables) {
+  const auto needs = [&](const ClassTable& table) {
+    SplatScene of = slice;
+    of.table = &table;
+    return needs_integrals(of, choice);
+  };
+  if (!std::any_of(tables.begin(), tables.end(), needs)) return;
+  for (size_t n = 0; n < tables.size(); ++n)
+    tables[n].integrals = integrate_values(scene.trail_functions[n], tables[n]);
+}
+
 // Keeps the depths of an isosurface, tile by tile, and smooths its edges when all are there. Trails end at
 // the pixel centre's surface and deep samples have one depth, so that neither has edges to be smoothed.
 class EdgeSmoother {
@@ -174,7 +188,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   DeepCollector deep(context.memory);
   const SplatScene s{slice, points, &view, &table, &scene.lights};
   const bool with_trail = scene.trail && !scene.trail->moments.empty();
-  if (o.mode == RenderMode::composite && !with_trail && needs_integrals(s, options.preintegrate))
+  if (o.mode == RenderMode::composite && needs_integrals(s, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
   o.preintegrate = !table.integrals.empty();
   EdgeSmoother edges(options, with_trail, context, image);
@@ -195,6 +209,8 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
       tables.push_back(make_class_table(f, trail.bounds[0], trail.bounds[1], scene.slice->base,
                                         f.unit_distance > 0 ? f.unit_distance : mean_voxel(*scene.slice),
                                         quality.table_entries));
+    add_integrals(scene, s, options.preintegrate, tables);
+    for (const ClassTable& t : tables) o.preintegrate = o.preintegrate || !t.integrals.empty();
     std::vector<SplatScene> sources;
     std::deque<SheetView> moved; // of sources with a domain of their own
     for (const TrailSource& source : trail.sources) {
