@@ -13,6 +13,7 @@ namespace {
 
 using namespace test;
 
+// A volume in the middle of the picture, which a few tiles see.
 struct Planned {
   Slice slice = make_slice({40, 40, 40}, marschner_lobb(40));
   TransferFunction function = ramp_function(0.3, 1, 0.1);
@@ -27,6 +28,8 @@ struct Planned {
   Planned() {
     SplatOptions options;
     options.shading = false;
+    camera.ortho_height *= 2.5;
+    view = make_view(slice, resolve_camera(camera), 512, 512, 0.5);
     SplatStats stats;
     plan = make_plan({&slice, &points, &view, &table, &lights}, options, context.get(), stats);
   }
@@ -58,8 +61,8 @@ TEST(PlanTiles, EightThreadsEndTogether) {
   };
   const double uncut = longest();
   divide_tiles(p.plan, 8);
-  EXPECT_LT(longest(), uncut);
-  EXPECT_LT(longest(), 1.35);
+  EXPECT_GT(uncut, 1.5);
+  EXPECT_LT(longest(), 0.8 * uncut);
   const std::vector<size_t> order = tiles_by_work(p.plan);
   EXPECT_GE(tile_work(p.plan, p.plan.tiles[order.front()]), tile_work(p.plan, p.plan.tiles[order.back()]));
 }
