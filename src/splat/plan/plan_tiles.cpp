@@ -4,6 +4,7 @@
 #include "splat/plan/plan_tiles.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <utility>
 
