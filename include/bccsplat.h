@@ -1189,7 +1189,7 @@ enum { /* sheet distance and gradient. Errors expected, as PSNR in dB (peak 1) o
        BCCSPLAT_QUALITY_BEST = 4    /* 0.125 T: 101, 46, 39 dB; time 4.6 */
 };
 enum { BCCSPLAT_SHADING_DEFAULT = 0, BCCSPLAT_SHADING_OFF = 1, BCCSPLAT_SHADING_ON = 2 };
-enum { /* What stands for the field between two sheets, in mode composite of pictures without a trail
+enum { /* What stands for the field between two sheets, in mode composite and in trails
           (everything else ignores it). Pre-integrated, the value runs from each sheet to halfway to the next,
           and all that the transfer function shows of the values in between is drawn: peaks, steps and bands
           of colour narrower than that neither break up into rings nor are missed. Four thin peaks with sheets

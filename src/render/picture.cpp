@@ -93,11 +93,29 @@ bool needs_integrals(const SplatScene& scene, Preintegrate choice) {
   return narrowness(*scene.table, change, scene.view->step_world) >= narrow_function;
 }
 
+// Adds them to the tables of a trail where one of its functions asks for them. The change from sheet to sheet
+// is taken from the slice, of which the trail is the past.
+void add_integrals(const Scene& scene, const SplatScene& slice, Preintegrate choice,
+                   std::vector<ClassTable>& tables) {
+  const auto needs = [&](const ClassTable& table) {
+    SplatScene of = slice;
+    of.table = &table;
+    return needs_integrals(of, choice);
+  };
+  if (!std::any_of(tables.begin(), tables.end(), needs)) return;
+  for (size_t n = 0; n < tables.size(); ++n)
+    tables[n].integrals = integrate_values(scene.trail_functions[n], tables[n]);
+}
+
+// Of what LatticeSums takes off.
+constexpr double left_of_ripple = 0.1;
+
 // What ripple leaves in the gradients that light a picture, per world length; of the volume's own voxels at
 // every level, so that levels are lit alike.
 double ripple_noise(const Scene& scene, const Slice& drawn, const SheetView& view, const SplatOptions& o) {
   const double voxel = mean_voxel(*scene.slice);
-  if (o.mode != RenderMode::composite) return o.without_ripple ? 0 : ripple_gradient(drawn) / voxel;
+  if (o.mode != RenderMode::composite)
+    return (o.without_ripple ? left_of_ripple : 1) * ripple_gradient(drawn) / voxel;
   if (o.gradient == GradientMethod::analytic) return ripple_gradient(drawn) / voxel;
   const auto [pixels_x, pixels_y] = SheetMetric(view).pixels_per_unit();
   // Of samples, or of pixels where those are further apart.
@@ -190,7 +208,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   if (scene.noise_of_ripple) lights.noise.of_value = ripple_noise(scene, *slice, view, o);
   const SplatScene s{slice, points, &view, &table, &lights};
   const bool with_trail = scene.trail && !scene.trail->moments.empty();
-  if (o.mode == RenderMode::composite && !with_trail && needs_integrals(s, options.preintegrate))
+  if (o.mode == RenderMode::composite && needs_integrals(s, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
   o.preintegrate = !table.integrals.empty();
   EdgeSmoother edges(options, with_trail, context, image);
@@ -211,6 +229,8 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
       tables.push_back(make_class_table(f, trail.bounds[0], trail.bounds[1], scene.slice->base,
                                         f.unit_distance > 0 ? f.unit_distance : mean_voxel(*scene.slice),
                                         quality.table_entries));
+    add_integrals(scene, s, options.preintegrate, tables);
+    for (const ClassTable& t : tables) o.preintegrate = o.preintegrate || !t.integrals.empty();
     std::vector<SplatScene> sources;
     std::deque<SheetView> moved; // of sources with a domain of their own
     for (const TrailSource& source : trail.sources) {
@@ -370,8 +390,9 @@ RenderStats reference_picture(const Scene& scene, const RenderOptions& options, 
                               Image& image) {
   const auto sums = options.without_ripple && shaded(options) ? lattice_sums(*scene.slice) : nullptr;
   Scene lit = scene;
-  if (scene.noise_of_ripple && !sums)
-    lit.lights.noise.of_value = ripple_gradient(*scene.slice) / mean_voxel(*scene.slice);
+  if (scene.noise_of_ripple)
+    lit.lights.noise.of_value =
+        (sums ? left_of_ripple : 1) * ripple_gradient(*scene.slice) / mean_voxel(*scene.slice);
   return render_reference(lit, options, slice_field(*scene.slice, sums),
                           options.mode == RenderMode::composite
                               ? ReferenceOptions{reference_step(scene.function, scene.slice->bounds)}

@@ -37,7 +37,7 @@ struct RenderOptions {
   double opacity_stop = 0.995;                         // 1: never
   uint32_t disable_skips = 0;                          // SkipBits, skip_fine_detail
   int tile_size = 0;                                   // pixels; 0: chosen
-  Preintegrate preintegrate = Preintegrate::automatic; // of mode composite without a trail
+  Preintegrate preintegrate = Preintegrate::automatic; // of mode composite and trails
   std::optional<RaiseFilter> raise;                    // none: by quality
   bool without_ripple = true; // surfaces, maxima and references are lit without that of the kernel
   bool reference = false;     // render/reference.h instead of the splatter

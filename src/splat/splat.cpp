@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splat/splat.h"
 
-#include <algorithm>
 #include <memory>
 #include <mutex>
-#include <numeric>
 #include <vector>
 
+#include "splat/plan/plan_tiles.h"
 #include "splat/tile/tile.h"
 
 namespace bccsplat {
@@ -20,8 +19,10 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Conte
   // Sheets that are kept are whole.
   if (use != KeptSheets::Use::draw)
     options.disable_skips |= skip_transfer_function | skip_cells | skip_occlusion;
-  const SplatPlan plan =
-      make_plan(scene, options, context, stats, &context.memory, use != KeptSheets::Use::take);
+  SplatPlan plan = make_plan(scene, options, context, stats, &context.memory, use != KeptSheets::Use::take);
+  // Sheets are taken by the tiles that kept them, which are known without their points.
+  if (use == KeptSheets::Use::draw && options.tile_size == 0) divide_tiles(plan, context.tasks.threads());
+  stats.tiles = plan.tiles.size();
   const KernelPolynomial kernel = kernel_polynomial(scene.slice->kernel.space, options.kernel_form);
   if (kept) kept->set_tiles(plan.tiles.size());
   const TileJob job{&scene, &options, &plan, &kernel, &context, kept, use};
@@ -30,11 +31,7 @@ SplatStats splat(const SplatScene& scene, const SplatOptions& asked, const Conte
   std::vector<std::unique_ptr<TileMemory>> idle;
   uint64_t done = 0;
   // Tiles with more to draw go first, so that none of them runs alone at the end.
-  std::vector<size_t> order(plan.tiles.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    return plan.tiles[a].bricks.size() > plan.tiles[b].bricks.size();
-  });
+  const std::vector<size_t> order = tiles_by_work(plan);
   context.tasks.parallel_for(plan.tiles.size(), [&](uint64_t n) {
     std::unique_ptr<TileMemory> memory;
     {

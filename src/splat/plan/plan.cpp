@@ -12,6 +12,7 @@
 #include "splat/plan/plan_bricks.h"
 #include "splat/plan/plan_corrections.h"
 #include "splat/plan/plan_fan.h"
+#include "splat/plan/plan_tiles.h"
 #include "splat/plan/sheet_metric.h"
 #include "splat/shade/absorption.h"
 #include "splat/sheet/sheet_args.h"
@@ -36,9 +37,8 @@ constexpr int largest_tile = 144, smallest_tile = 16, tile_step = 16;
 // Floats of a tile's ring; thin rings, of few sheets per pixel, may be larger. This trades points that are
 // drawn in two tiles for rings that stay in the cache. No measurement of the limits is noted.
 constexpr int thin_ring = 8, most_thin_floats = 196608, most_floats = 131072;
-// Fewer tiles would leave threads without work at the end, more draw more points twice. No measurement of the
-// limit is noted.
-constexpr int tiles_per_thread = 8;
+// More draw more points twice; tiles that hold too much for one thread are cut by divide_tiles().
+constexpr int tiles_per_thread = 2;
 constexpr int most_tile_size = 4096; // that a caller may ask for
 
 void plan_gaps(const SplatScene& scene, SplatPlan& plan) {
@@ -296,9 +296,6 @@ void deal_bricks(const TileGrid& grid, SplatPlan& plan) {
     const double pixel = std::clamp(sample * (fan ? 1 : ratio), -1.0, 1e9);
     return std::clamp(static_cast<int>(std::floor(pixel / grid.size)), 0, count - 1);
   };
-  const auto meet = [](int begin, int end, int from, int count) {
-    return begin < from + count && end > from;
-  };
   const double rx = plan.raise_x.ratio, ry = plan.raise_y.ratio;
   for (uint32_t n = 0; n < plan.bricks.size(); ++n) {
     const auto& r = plan.bricks[n].rect;
@@ -307,9 +304,7 @@ void deal_bricks(const TileGrid& grid, SplatPlan& plan) {
     for (int y = y0; y <= y1; ++y)
       for (int x = x0; x <= x1; ++x) {
         PlannedTile& t = plan.tiles[static_cast<size_t>(y * grid.columns + x)];
-        if (fan ? meet(r[0], r[2], t.x, t.width) && meet(r[1], r[3], t.y, t.height)
-                : meet(r[0], r[2], t.ring_x, t.ring_width) && meet(r[1], r[3], t.ring_y, t.ring_height))
-          t.bricks.push_back(n);
+        if (meets_tile(plan, plan.bricks[n], t)) t.bricks.push_back(n);
       }
   }
 }

@@ -16,7 +16,7 @@ HalfClass classify_half(const ClassTable& table, float e0, float e1, float lengt
     const float e = 0.5f * (e0 + e1);
     const float at = std::clamp(e, 0.0f, static_cast<float>(table.size() - 1));
     const auto& [red, green, blue, extinction] = table.entry[static_cast<size_t>(std::nearbyint(at))];
-    return {{red, green, blue}, absorbed(extinction * length), e};
+    return {{red, green, blue}, absorbed(extinction * length), extinction * length, e};
   }
   const int j0 = t.below(e0), j1 = t.below(e1);
   const float f0 = e0 - ValueIntegrals::base(j0), f1 = e1 - ValueIntegrals::base(j1);
@@ -28,7 +28,7 @@ HalfClass classify_half(const ClassTable& table, float e0, float e1, float lengt
   const float mean = sum[3] / span;
   if (!(mean > 0)) return out;
   for (size_t c = 0; c < 3; ++c) out.color[c] = std::max(sum[c] / sum[3], 0.0f);
-  out.absorbed = absorbed(mean * length);
+  out.depth = mean * length, out.absorbed = absorbed(out.depth);
   const auto &m0 = t.moment[static_cast<size_t>(j0)], &m1 = t.moment[static_cast<size_t>(j1)];
   const float inside = f1 * (ValueIntegrals::base(j1) + 0.5f * f1) * p1[2][3] -
                        f0 * (ValueIntegrals::base(j0) + 0.5f * f0) * p0[2][3];
@@ -44,7 +44,7 @@ SegmentClass classify_segment(const ClassTable& table, const std::array<float, 3
   const HalfClass a = classify_half(table, e[0], e[1], length[0]),
                   b = classify_half(table, e[1], e[2], length[1]);
   const float behind = (1 - a.absorbed) * b.absorbed;
-  out.front = a.absorbed, out.absorbed = a.absorbed + behind;
+  out.front = a.absorbed, out.absorbed = a.absorbed + behind, out.depth = a.depth + b.depth;
   if (!(out.absorbed > 0)) return out;
   const float fa = a.absorbed / out.absorbed, fb = behind / out.absorbed;
   for (size_t c = 0; c < 3; ++c) out.color[c] = fa * a.color[c] + fb * b.color[c];

@@ -47,8 +47,8 @@ struct ValueIntegrals {
 // Half of the segment of a sheet: the value runs linearly from e0 to e1 along `length` (world).
 struct HalfClass {
   std::array<float, 3> color{};
-  float absorbed = 0;
-  float e = 0; // mean of what absorbs
+  float absorbed = 0, depth = 0; // depth: optical
+  float e = 0;                   // mean of what absorbs
 };
 struct ClassTable;
 [[nodiscard]] HalfClass classify_half(const ClassTable& table, float e0, float e1, float length);
@@ -57,6 +57,7 @@ struct ClassTable;
 struct SegmentClass {
   std::array<float, 3> color{};
   float absorbed = 0, front = 0; // of them, the first half alone
+  float depth = 0;               // optical, of both
   float value = 0;
 };
 [[nodiscard]] SegmentClass classify_segment(const ClassTable& table, const std::array<float, 3>& e,

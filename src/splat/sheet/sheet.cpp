@@ -37,27 +37,17 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y) {
   return g;
 }
 
-namespace {
-
-// What a segment absorbs, and in which part of it.
-struct Segment {
-  std::array<float, 3> color{};
-  float absorbed = 0, value = 0;
-  float begin = 0, weight = 0;       // sheets
-  float front = 0, front_weight = 0; // of them before the sheet itself, where that is known apart
-};
-
-Segment classify(const SheetArgs& s, size_t p, std::ptrdiff_t at) {
+Segment classify_pixel(const SheetArgs& s, size_t p, std::ptrdiff_t at, float share) {
   Segment out;
   out.begin = std::max(s.k - s.front, s.pixel.enter[p]);
   out.weight = segment_weight(s, p);
   out.value = s.base + s.value[at];
-  const float path = s.pixel.path[p];
+  const float path = share * s.pixel.path[p];
   if (!s.preintegrated) {
     const auto& [red, green, blue, extinction] =
         s.table->entry[static_cast<size_t>(s.table->index(out.value))];
     out.color = {red, green, blue};
-    out.absorbed = absorbed(extinction * out.weight * path);
+    out.depth = extinction * out.weight * path, out.absorbed = absorbed(out.depth);
     return out;
   }
   if (!(out.weight > 0)) return out;
@@ -80,10 +70,12 @@ Segment classify(const SheetArgs& s, size_t p, std::ptrdiff_t at) {
   out.front_weight = tm - t0;
   const SegmentClass c = classify_segment(*s.table, {value(t0), value(tm), value(t1)},
                                           {out.front_weight * path, (t1 - tm) * path});
-  out.color = c.color, out.absorbed = c.absorbed, out.front = c.front;
+  out.color = c.color, out.absorbed = c.absorbed, out.front = c.front, out.depth = c.depth;
   if (c.absorbed > 0) out.value = c.value;
   return out;
 }
+
+namespace {
 
 int composite_sheet(const SheetArgs& s) {
   int closed = 0;
@@ -93,7 +85,7 @@ int composite_sheet(const SheetArgs& s) {
       float& alpha = s.pixel.alpha[p];
       if (alpha >= s.stop || (s.hole && s.hole[p])) continue;
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x;
-      const Segment segment = classify(s, p, at);
+      const Segment segment = classify_pixel(s, p, at);
       if (!(segment.absorbed > 0)) continue;
       const float f = (1 - alpha) * segment.absorbed;
       Shading lit{{1, 1, 1}, {}};

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -120,6 +121,17 @@ struct SheetLoops {
 };
 
 [[nodiscard]] const SheetLoops& reference_sheet_loops();
+
+// What a segment absorbs, and in which part of it.
+struct Segment {
+  std::array<float, 3> color{};
+  float absorbed = 0, value = 0;
+  float depth = 0;                   // optical
+  float begin = 0, weight = 0;       // sheets
+  float front = 0, front_weight = 0; // of them before the sheet itself, where that is known apart
+};
+// Classifies the segment of pixel p, `at` in the sheet's planes, all extinctions times `share`.
+[[nodiscard]] Segment classify_pixel(const SheetArgs& sheet, size_t p, std::ptrdiff_t at, float share = 1);
 
 // The part of the segment [k - front, k + 1/2] inside the domain at pixel p.
 [[nodiscard]] float segment_weight(const SheetArgs& sheet, size_t p);

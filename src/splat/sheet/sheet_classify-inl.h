@@ -25,6 +25,7 @@ struct Extent {
 
 struct SegmentColor {
   V red, green, blue, absorbed, value;
+  V depth; // optical; of ByIntegrals
 };
 
 // Where the opacity passes 1/2: the opacities before and behind, and the part of the segment in between.
@@ -83,6 +84,7 @@ struct ByIntegrals {
   const ClassTable& table;
   const ValueIntegrals& t;
   bool with_value;
+  V share; // what all extinctions are multiplied by
   VI last;
   V low, scale, top;
   V first_visible, last_visible; // nothing absorbs below and above
@@ -90,9 +92,9 @@ struct ByIntegrals {
   mutable V front = hn::Zero(d), front_weight = hn::Zero(d);
   mutable Point last_point; // where the last segment of these pixels ended
   mutable bool known_point = false;
-  ByIntegrals(const ClassTable& c, bool value)
-      : table(c), t(c.integrals), with_value(value), last(hn::Set(di, c.integrals.last())), low(Set(c.low)),
-        scale(Set(c.scale)), top(Set(static_cast<float>(c.size() - 1))),
+  ByIntegrals(const ClassTable& c, bool value, float of = 1)
+      : table(c), t(c.integrals), with_value(value), share(Set(of)), last(hn::Set(di, c.integrals.last())),
+        low(Set(c.low)), scale(Set(c.scale)), top(Set(static_cast<float>(c.size() - 1))),
         first_visible(Set(c.integrals.first)), last_visible(Set(c.integrals.last_end)) {}
 
   HWY_INLINE void begin() const { known_point = false; }
@@ -159,7 +161,8 @@ struct ByIntegrals {
       out.red = hn::IfThenElse(flat, red, out.red), out.green = hn::IfThenElse(flat, green, out.green),
       out.blue = hn::IfThenElse(flat, blue, out.blue), extinction = hn::IfThenElse(flat, entry, extinction);
     }
-    out.absorbed = Absorbed(hn::Mul(extinction, length));
+    out.depth = hn::Mul(extinction, length);
+    out.absorbed = Absorbed(out.depth);
   }
 
   HWY_INLINE bool operator()(const SheetArgs& s, const Pixels& px, V alpha, V enter, V leave, V stop,
@@ -211,7 +214,7 @@ struct ByIntegrals {
     const Point a = known_point && hn::AllTrue(d, hn::Eq(e0, last_point.e)) ? last_point : look_up(e0);
     const Point m = look_up(em);
     last_point = look_up(e1), known_point = true;
-    const V path = hn::LoadU(d, s.pixel.path + px.p);
+    const V path = hn::Mul(share, hn::LoadU(d, s.pixel.path + px.p));
     front_weight = hn::Sub(tm, t0);
     SegmentColor first, second;
     classify_half(a, m, hn::Mul(front_weight, path), active, first);
@@ -219,6 +222,7 @@ struct ByIntegrals {
     front = first.absorbed;
     const V rest = hn::Mul(hn::Sub(Set(1.0f), front), second.absorbed);
     out.absorbed = hn::Add(front, rest);
+    out.depth = hn::Add(first.depth, second.depth);
     active = hn::And(active, hn::Gt(out.absorbed, zero));
     if (hn::AllFalse(d, active)) return false;
     const V over = hn::Div(Set(1.0f), hn::IfThenElse(active, out.absorbed, Set(1.0f)));

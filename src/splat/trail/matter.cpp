@@ -16,23 +16,23 @@ void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
     for (int x = seen.x0; x < seen.x1; ++x) {
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
       if (s.pixel.alpha[p] >= s.stop || (s.hole && s.hole[p])) continue;
-      const float above_base = s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x],
-                  value = s.base + above_base;
-      const auto& [red, green, blue, extinction] = s.table->entry[static_cast<size_t>(s.table->index(value))];
-      const float depth = weight * extinction * segment_weight(s, p) * s.pixel.path[p];
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x;
+      const Segment segment = classify_pixel(s, p, at, weight);
+      const float depth = segment.depth;
       if (!(depth > 0)) continue;
       Shading lit{{1, 1, 1}, {}};
       if (s.shading)
         lit = shade(*s.lights, world_gradient(s, x, y),
                     {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
                      static_cast<double>(s.pixel.view_z[p])},
-                    static_cast<double>(above_base));
+                    static_cast<double>(s.value[at]));
       const auto light = [&](float color, size_t c) {
         return depth * (color * static_cast<float>(lit.scale[c]) + static_cast<float>(lit.highlight[c]));
       };
-      out.red[p] += light(red, 0), out.green[p] += light(green, 1), out.blue[p] += light(blue, 2);
+      out.red[p] += light(segment.color[0], 0), out.green[p] += light(segment.color[1], 1);
+      out.blue[p] += light(segment.color[2], 2);
       out.depth[p] += depth;
-      if (out.value) out.value[p] += depth * value;
+      if (out.value) out.value[p] += depth * segment.value;
       if (out.time)
         out.time[p] += depth * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
                                 s.time[2] * static_cast<float>(s.y + y));

@@ -7,7 +7,7 @@
 // Highway's target list must come before anything it guards.
 #include <hwy/highway.h>
 
-#include "splat/sheet/sheet_pixels-inl.h"
+#include "splat/sheet/sheet_classify-inl.h"
 #include "splat/trail/matter.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -59,8 +59,43 @@ void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const 
     }
 }
 
+// The same by the table's integrals.
+template<class Shade>
+void AbsorbIntegrals(const SheetArgs& s, float share, const MatterPlanes& out, const Shade& shade) {
+  const ByIntegrals classify(*s.table, out.value != nullptr, share);
+  const V stop = Set(s.stop);
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const PixelRect seen = s.seen.within(s.width, s.height);
+  for (int y = seen.y0; y < seen.y1; ++y)
+    for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
+      const Pixels px{s, x, y, static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x),
+                      static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x};
+      Extent extent;
+      SegmentColor segment;
+      M active;
+      classify.begin();
+      if (!classify(s, px, px.load(s.pixel.alpha), px.load(s.pixel.enter), px.load(s.pixel.leave), stop,
+                    extent, segment, active))
+        continue;
+      const V depth = hn::IfThenElseZero(active, segment.depth);
+      shade(px, segment.red, segment.green, segment.blue);
+      const auto add = [&](float* plane, V part) HWY_ATTR {
+        hn::StoreU(hn::MulAdd(depth, part, hn::LoadU(d, plane + px.p)), d, plane + px.p);
+      };
+      add(out.red, segment.red), add(out.green, segment.green), add(out.blue, segment.blue);
+      hn::StoreU(hn::Add(hn::LoadU(d, out.depth + px.p), depth), d, out.depth + px.p);
+      if (out.value) add(out.value, segment.value);
+      if (out.time) add(out.time, px.time());
+    }
+}
+
 void Absorb(const SheetArgs& s, float share, const MatterPlanes& out) {
-  WithLight(s, [&](const auto& shade) { AbsorbWith(s, share, out, shade); });
+  WithLight(s, [&](const auto& shade) {
+    if (s.preintegrated)
+      AbsorbIntegrals(s, share, out, shade);
+    else
+      AbsorbWith(s, share, out, shade);
+  });
 }
 
 int Join(const JoinArgs& j) {

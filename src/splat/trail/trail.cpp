@@ -92,7 +92,10 @@ SplatStats splat_with_trail(const SplatScene& slice, std::span<const SplatScene>
                    [&](const SplatScene& s) { return same_domain(s, slice); }))
     together.raise = {};
   SplatOptions alone = apart ? options : together;
-  if (apart) alone.with_deep = false; // what is drawn apart goes into the trail's picture
+  if (apart) { // what is drawn apart goes into the trail's picture
+    alone.with_deep = false;
+    alone.preintegrate = post && options.mode == RenderMode::composite && !slice.table->integrals.empty();
+  }
 
   PlannedTrail planned;
   TrailJob job;

@@ -50,7 +50,8 @@ class TrailTile {
     for (const TrailObject& o : job.sources) objects_.push_back(&o);
     analytic_ = options_.shading && options_.gradient == GradientMethod::analytic;
     const SplatPlan& plan = objects_.front()->plan;
-    border_ = plan.border, differences_ = options_.shading && !analytic_ ? plan.lead : 0;
+    border_ = plan.border, differences_ = options_.shading && !analytic_ ? plan.border : 0;
+    halfway_ = plan.halfway, around_ = std::max(differences_, halfway_);
     m_.sheets.resize(std::max(m_.sheets.size(), objects_.size()));
     sources_.reserve(objects_.size());
     for (size_t i = 0; i < objects_.size(); ++i) {
@@ -178,12 +179,12 @@ class TrailTile {
 
   void march_sheets() {
     for (SheetSource& s : sources_)
-      s.begin_sheets(std::max(first_ - differences_, view_.first_sheet()), last_ + differences_);
-    next_mixed_ = first_ - differences_;
+      s.begin_sheets(std::max(first_ - around_, view_.first_sheet()), last_ + around_);
+    next_mixed_ = first_ - around_;
     auto clock = StageClock::now();
     for (int64_t k = first_; k <= last_ && open_ > 0; k += sheets_together) {
       job_.context->progress.check();
-      const int64_t end = std::min(k + sheets_together, last_ + 1), through = end - 1 + differences_;
+      const int64_t end = std::min(k + sheets_together, last_ + 1), through = end - 1 + around_;
       const OpenPixels* open = open_pixels(k);
       used_ = {};
       for (Drawn& d : drawn_) {
@@ -259,12 +260,26 @@ class TrailTile {
     return mixed_plane(d, k, quantity) + border_floats();
   }
 
-  // Returns the pixels of the tile outside of which sheet k is nothing but the base of the field.
+  // The sheets that the segments of sheet k are classified by.
+  [[nodiscard]] std::array<int64_t, 2> looked_at(const Drawn& d, int64_t k) const {
+    const int halfway = d.table->integrals.empty() ? 0 : halfway_;
+    return {std::max(k - halfway, view_.first_sheet()), k + halfway};
+  }
+
+  // Returns the pixels of the tile outside of which the segments of sheet k are nothing but the base of the
+  // field.
   [[nodiscard]] PixelRect touched(const Drawn& d, int64_t k) const {
-    if (!d.mixed) return sources_[d.shares.front().source].touched(k);
-    if (!d.filled[k]) return {};
-    const PixelRect& r = d.touched[k];
-    return {r.x0 - border_, r.y0 - border_, r.x1 - border_, r.y1 - border_};
+    PixelRect rect{};
+    const auto [first, last] = looked_at(d, k);
+    for (int64_t sheet = first; sheet <= last; ++sheet) {
+      if (!d.mixed) {
+        rect.include(sources_[d.shares.front().source].touched(sheet));
+      } else if (d.filled[sheet]) {
+        const PixelRect& r = d.touched[sheet];
+        rect.include({r.x0 - border_, r.y0 - border_, r.x1 - border_, r.y1 - border_});
+      }
+    }
+    return rect;
   }
 
   // Whether samples that no point reaches are looked at.
@@ -275,9 +290,22 @@ class TrailTile {
   // Whether anything of `d` may absorb on sheet k.
   [[nodiscard]] bool seen(const Drawn& d, float base, int64_t k) const {
     if (sees_base(d, base)) return true;
-    if (!d.mixed) return sources_[d.shares.front().source].filled(k);
-    return d.filled[k] && d.table->visible(static_cast<double>(base + d.range[k][0]),
-                                           static_cast<double>(base + d.range[k][1]));
+    const auto [first, last] = looked_at(d, k);
+    bool filled = false;
+    std::array<float, 2> range{0, 0};
+    for (int64_t sheet = first; sheet <= last; ++sheet) {
+      if (!d.mixed) {
+        filled = filled || sources_[d.shares.front().source].filled(sheet);
+      } else if (d.filled[sheet]) {
+        filled = true;
+        range = {std::min(range[0], d.range[sheet][0]), std::max(range[1], d.range[sheet][1])};
+      }
+    }
+    if (!d.mixed || !filled) return filled;
+    // Between sheets the cubic reaches beyond its samples by up to an eighth of their range.
+    const float beyond = first < last ? 0.125f * (range[1] - range[0]) : 0.0f;
+    return d.table->crossed(static_cast<double>(base + (range[0] - beyond)),
+                            static_cast<double>(base + (range[1] + beyond)));
   }
 
   // Adds what `d` absorbs on sheet k, which is number n of those under way.
@@ -326,6 +354,8 @@ class TrailTile {
     a.pixel = rays;
     set_sheet(a, *scene.slice, *scene.view, k, analytic_, differences_,
               [&](int64_t sheet, size_t quantity) { return plane(d, sheet, quantity); });
+    if (!d.table->integrals.empty())
+      set_halfway(a, *scene.view, k, halfway_, [&](int64_t sheet) { return plane(d, sheet, 0); });
     if (scene.slice->has_holes) {
       const Missing missing = find_holes(*scene.slice, *scene.view, a, m_.hole.data());
       if (missing == Missing::all) return;
@@ -385,7 +415,8 @@ class TrailTile {
   std::vector<const float*> mixed_from_;
   std::vector<float> mixed_weights_;
   bool analytic_ = false;
-  int differences_ = 0, border_ = 0, plane_pitch_ = 0;
+  int differences_ = 0, halfway_ = 0, border_ = 0, plane_pitch_ = 0;
+  int around_ = 0; // sheets on either side that gradients or segments look at
   PixelPlanes pixel_;
   std::array<std::array<MatterPlanes, 2>, sheets_together> matter_; // of the sheets under way, by group
   std::array<std::array<bool, 2>, sheets_together> used_{};         // there is something

@@ -16,7 +16,8 @@ struct Part {
 constexpr std::array parts{Part{"--front", render_front},   Part{"--own", render_own},
                            Part{"--ratios", render_ratios}, Part{"--interactive", render_interactive},
                            Part{"--minify", render_minify}, Part{"--narrow", render_narrow},
-                           Part{"--coast", render_coast},   Part{"--edges", render_edges}};
+                           Part{"--coast", render_coast},   Part{"--edges", render_edges},
+                           Part{"--grain", render_grain},   Part{"--threads", render_threads}};
 
 } // namespace
 

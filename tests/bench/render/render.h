@@ -14,7 +14,8 @@
 
 namespace bccsplat::bench {
 
-//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow] [--coast] [--edges]
+//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow] [--coast] [--edges] [--grain]
+//          [--threads]
 //   all of them without an option
 int run_render_suite(std::span<const std::string> args, const Report& report);
 
@@ -46,5 +47,7 @@ void render_minify(const Report& report);      // pictures smaller than the data
 void render_narrow(const Report& report);      // transfer functions narrower than a step
 void render_coast(const Report& report);       // data with missing samples
 void render_edges(const Report& report);       // smooth edges of isosurfaces
+void render_grain(const Report& report);       // contours of the sheets on dense fields
+void render_threads(const Report& report);     // what dividing a frame adds to it
 
 } // namespace bccsplat::bench

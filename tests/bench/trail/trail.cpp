@@ -11,6 +11,7 @@
 #include "render/trail.h"
 #include "slice/time_slice.h"
 #include "tests/bench/image_error.h"
+#include "tests/bench/sheet_residue.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {
@@ -31,6 +32,17 @@ double balls(const Vec4& p, double n, double frames) {
   return sum < 1e-3 ? 0 : sum;
 }
 
+// Two rings of vortices that run after each other along the axis of a cube of n samples.
+double rings(const Vec4& p, double n, double frames) {
+  double sum = 0;
+  for (int i = 0; i < 2; ++i) {
+    const double r = n * (0.22 - 0.05 * i), z = n * (0.25 + 0.2 * i + (0.3 - 0.1 * i) * p[3] / frames);
+    const double from_axis = std::hypot(p[0] - n / 2, p[1] - n / 2) - r, along = p[2] - z;
+    sum += std::exp(-(from_axis * from_axis + along * along) / (2 * 0.0016 * n * n));
+  }
+  return sum < 1e-3 ? 0 : sum;
+}
+
 struct TrailBench {
   TestContext context{1};
   MemorySamples samples;
@@ -41,9 +53,9 @@ struct TrailBench {
   RenderOptions options;
   int pixels;
 
-  TrailBench(uint32_t n, uint32_t frames, int picture)
+  TrailBench(uint32_t n, uint32_t frames, int picture, double (*field)(const Vec4&, double, double) = balls)
       : samples(test::sample_field(Lattice4::fit(LatticeKind::d4star, {n, n, n, frames}),
-                                   [&](const Vec4& p) { return balls(p, n, frames); })),
+                                   [&](const Vec4& p) { return field(p, n, frames); })),
         coefficients(samples, 0, make_kernel("default"), 0, uint64_t{4} << 30),
         slice(time_slice(coefficients, frames - 4.0, {0, 0}, {}, context.get())),
         points(make_points(slice, context.get())), pixels(picture) {
@@ -51,13 +63,19 @@ struct TrailBench {
     function.opacities = {{0.1, 0}, {0.9, 0.3}};
   }
 
-  RenderStats draw(const Trail& trail, Image& image, bool perspective = false) {
+  struct Drawn {
+    RenderStats stats;
+    double step_world = 0;
+  };
+  Drawn draw(const Trail& trail, Image& image, bool perspective = false) {
     Scene scene;
     scene.slice = &slice, scene.points = &points, scene.function = function;
     scene.camera =
         fit_camera(slice, perspective, 20, 30, static_cast<uint32_t>(pixels), static_cast<uint32_t>(pixels));
     scene.trail = &trail, scene.trail_functions = {function};
-    return render(scene, options, context.get(), image);
+    const RenderStats stats = render(scene, options, context.get(), image);
+    return {stats,
+            make_view(slice, resolve_camera(scene.camera), pixels, pixels, stats.sheet_step).step_world};
   }
   Trail make(double span, int stills) {
     return make_trail(coefficients, slice, {.interval = {-span, 0}, .samples = stills}, {}, {},
@@ -97,10 +115,66 @@ void compare_errors(TrailBench& bench, const Report& report) {
   bench.options = {};
 }
 
+struct Shown {
+  const char* name;
+  TransferFunction function;
+};
+
+std::vector<Shown> functions() {
+  const std::vector<ColorPoint> colors{{0.1, {0.2, 0.3, 0.9}}, {0.9, {0.9, 0.4, 0.1}}};
+  return {{"ramp to 0.3", {colors, {{0.1, 0}, {0.9, 0.3}}}},
+          {"0.85 in a tenth", {colors, {{0.35, 0}, {0.45, 0.85}, {1, 0.95}}}},
+          {"shell 0.02 wide", {colors, {{0.34, 0}, {0.35, 0.9}, {0.36, 0}}}}};
+}
+
+// Trails against ones of four times as many stills and sheets.
+void compare_fine(const char* name, TrailBench& bench, const Report& report, std::vector<Row>& rows) {
+  const double span = 12;
+  for (const Shown& shown : functions()) {
+    bench.function = shown.function;
+    for (const int stills : {12, 21}) {
+      const Trail trail = bench.make(span, stills), more = bench.make(span, 4 * stills);
+      ImageStorage fine(bench.pixels, bench.pixels, true), out(bench.pixels, bench.pixels);
+      bench.options = {};
+      bench.options.sheet_step = 0.125, bench.options.preintegrate = Preintegrate::on;
+      bench.options.kernel_form = KernelForm::flat_form;
+      const double step = 4 * bench.draw(more, fine.image).step_world;
+      Row row{word("scene", name), word("function", shown.name), figure("stills", stills, 0)};
+      const auto draw = [&](Preintegrate how) {
+        bench.options = {};
+        bench.options.preintegrate = how;
+        return bench.draw(trail, out.image).stats.preintegrated;
+      };
+      const bool chosen = draw(Preintegrate::automatic);
+      row.push_back(word("chosen", chosen ? "integrals" : "entries"));
+      for (const Preintegrate how : {Preintegrate::off, Preintegrate::on}) {
+        const std::string by = how == Preintegrate::off ? "entries: " : "integrals: ";
+        (void)draw(how);
+        row.push_back(figure(by + "dB", image_error(out.image, fine.image).psnr(), 1));
+        row.push_back(figure("/255", sheet_residue(out.image, fine.image, step).sheets, 2));
+      }
+      const auto [off, on] = paired_cpu_seconds([&] { (void)draw(Preintegrate::off); },
+                                                [&] { (void)draw(Preintegrate::on); }, report.quick ? 1 : 3);
+      row.push_back(figure("ms by entries", 1000 * off, 0));
+      row.push_back(figure("by integrals", 1000 * on, 0));
+      rows.push_back(row);
+    }
+  }
+  bench.options = {};
+}
+
 } // namespace
 
 int run_trail_suite(std::span<const std::string> args, const Report& report) {
-  if (!args.empty()) fail(Code::invalid_argument, "trail: it takes no options, not ", args[0]);
+  for (const std::string& a : args)
+    if (a != "--fine") fail(Code::invalid_argument, "trail: unknown option ", a);
+  std::vector<Row> against_fine;
+  for (const bool of_rings : {false, true}) {
+    TrailBench moving(report.quick ? 32 : 64, 24, report.quick ? 64 : 256, of_rings ? rings : balls);
+    compare_fine(of_rings ? "vortex rings" : "balls", moving, report, against_fine);
+  }
+  report.table("Trails over 12 frames against four times as many stills and sheets", against_fine);
+  if (!args.empty()) return 0;
   TrailBench bench(report.quick ? 32 : 96, 24, report.quick ? 64 : 384);
   ImageStorage image(bench.pixels, bench.pixels);
   std::vector<Row> rows;
@@ -113,7 +187,7 @@ int run_trail_suite(std::span<const std::string> args, const Report& report) {
         RenderStats last;
         const auto [one, all] =
             paired_cpu_seconds([&] { (void)bench.draw({}, image.image); },
-                               [&] { last = bench.draw(trail, image.image); }, report.quick ? 1 : 3);
+                               [&] { last = bench.draw(trail, image.image).stats; }, report.quick ? 1 : 3);
         const auto scale = [&](double ms) { return ms / 1000 / one; };
         rows.push_back({word("shading", shading ? "on" : "off"), figure("frames", span, 0),
                         figure("stills", stills, 0), figure("frame ms", 1000 * one, 1),

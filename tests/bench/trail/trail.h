@@ -9,7 +9,7 @@
 
 namespace bccsplat::bench {
 
-// No options of its own. Returns the exit status; throws Error on wrong arguments.
+//   trail [--fine]: against finer trails alone. Returns the exit status; throws Error on wrong arguments.
 int run_trail_suite(std::span<const std::string> args, const Report& report);
 
 } // namespace bccsplat::bench

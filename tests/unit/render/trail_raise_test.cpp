@@ -95,24 +95,52 @@ TEST_F(TrailRaised, OpacityIsThatOfTheReference) {
   EXPECT_LT(of_raised, 1.5 * of_pixels);
 }
 
+// A shell that stills cross within a step: by integrals the trail is what much finer sheets show.
+TEST_F(TrailRaised, NarrowFunctionsArePreintegrated) {
+  const Slice s = still(20);
+  thin.opacities = {{0.2, 0}, {0.21, 0.6}, {0.22, 0}};
+  options.shading = false;
+  for (const int count : both) {
+    const auto t = trail(s, {.interval = {-12, 0}, .samples = count});
+    const auto with = [&](Preintegrate how, double step) {
+      options.preintegrate = how, options.sheet_step = step;
+      return draw(s, nothing, t);
+    };
+    const auto fine = with(Preintegrate::on, 1.0 / 16);
+    const double off = largest_difference(with(Preintegrate::off, 0.5), fine),
+                 on = largest_difference(with(Preintegrate::on, 0.5), fine);
+    EXPECT_LT(on, 0.3 * off) << count;
+    EXPECT_EQ(with(Preintegrate::automatic, 0.5), with(Preintegrate::on, 0.5)) << count;
+  }
+}
+
+// One still by integrals is the picture of that moment by integrals.
+TEST_F(TrailRaised, OneStillByIntegralsIsThatStill) {
+  const Slice s = still(11);
+  options.preintegrate = Preintegrate::on;
+  const auto t = trail(s, {.interval = {-4, 0}, .samples = 1});
+  EXPECT_LT(largest_difference(draw(s, nothing, t), draw(still(9), thin)), 2e-5);
+}
+
 // Neither threads, tiles nor what is left out changes a bit.
 TEST_F(TrailRaised, ThreadsAndTilesDoNotChangeABit) {
   const Slice s = still(20);
   TestContext alone(1), three(3);
-  for (const bool perspective : {false, true})
-    for (const bool shading : {true, false})
-      for (const int count : both) {
-        look(perspective);
-        options.shading = shading;
-        const auto t = trail(s, {.interval = {-10, 0}, .samples = count});
-        const auto one = draw_with(s, t, alone);
-        EXPECT_EQ(one, draw_with(s, t, three));
-        options.tile_size = 17;
-        EXPECT_EQ(one, draw_with(s, t, alone));
-        options.disable_skips = 255;
-        EXPECT_EQ(one, draw_with(s, t, alone));
-        options.tile_size = 0, options.disable_skips = 0;
-      }
+  for (const Preintegrate how : {Preintegrate::off, Preintegrate::on})
+    for (const bool perspective : {false, true})
+      for (const bool shading : {true, false})
+        for (const int count : both) {
+          look(perspective);
+          options.shading = shading, options.preintegrate = how;
+          const auto t = trail(s, {.interval = {-10, 0}, .samples = count});
+          const auto one = draw_with(s, t, alone);
+          EXPECT_EQ(one, draw_with(s, t, three));
+          options.tile_size = 17;
+          EXPECT_EQ(one, draw_with(s, t, alone));
+          options.disable_skips = 255;
+          EXPECT_EQ(one, draw_with(s, t, alone));
+          options.tile_size = 0, options.disable_skips = 0;
+        }
 }
 
 // A surface closes pixels; what lies behind it is left out, and no more than that.
