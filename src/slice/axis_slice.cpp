@@ -24,17 +24,6 @@ int reach_planes(const Lattice4& lattice, const Kernel& kernel) {
   return static_cast<int>(std::ceil(support)) + prefilter + 1;
 }
 
-// Returns how many layers matter beyond an end of a periodic series, for kernel and prefilter: an even
-// number.
-int32_t layers_beyond(const Lattice4& lattice, const Kernel& kernel) {
-  if (!lattice.periodic) return 0;
-  const double support = kernel.space.radius / lattice.layer_distance();
-  // Of Cartesian coefficients one axis is filtered after the other, each as time is.
-  const int prefilter = std::max(reach_planes(lattice, kernel), prefilter_reach(kernel.prefilter4).space);
-  const auto layers = static_cast<int32_t>(std::ceil(support)) + prefilter + 1;
-  return layers + layers % 2;
-}
-
 } // namespace
 
 bool can_turn(const Coefficients& coefficients, size_t axis) {
@@ -45,20 +34,19 @@ bool can_turn(const Coefficients& coefficients, size_t axis) {
 Slice axis_slice(const Coefficients& coefficients, size_t axis, double position, const Thickness& thickness,
                  const Context& context) {
   const auto start = std::chrono::steady_clock::now();
-  const int32_t beyond = layers_beyond(coefficients.source().lattice(), coefficients.kernel());
-  const Lattice4 turned = turned_lattice(coefficients.source().lattice(), axis, beyond);
+  const Lattice4 turned = turned_lattice(coefficients.source().lattice(), axis);
   const double end = turned.last_frame(), half = thickness.length / 2;
   position = std::clamp(position, 0.0, end);
-  const double low = std::max(position - half, 0.0), high = std::min(position + half, end);
+  const auto [low, high] = time_span(turned, position - half, position + half);
   // Mirror images beyond an end lie no further from it than what they are images of.
   const int reach = reach_planes(turned, coefficients.kernel());
   const auto plane = [&](double at) {
     return static_cast<int32_t>(std::floor(at / turned.time_step)) + turned.lead;
   };
-  const int32_t first = std::max(plane(low) - reach, 0);
-  const int32_t last = std::min(plane(high) + 1 + reach, turned.last_layer);
+  int32_t first = plane(low) - reach, last = plane(high) + 1 + reach;
+  if (!turned.periodic) first = std::max(first, 0), last = std::min(last, turned.last_layer);
   Progress reading(context.progress, 0, read_end), cutting(context.progress, read_end, 1);
-  const TurnedSamples samples(coefficients.samples(), coefficients.channel(), axis, first, last, beyond,
+  const TurnedSamples samples(coefficients.samples(), coefficients.channel(), axis, first, last,
                               context.with(reading));
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
                             coefficients.cache_bytes());
