@@ -262,9 +262,9 @@ TEST(PeriodicAxis, SlicesSeeNoSeam) {
   Opened file(bytes);
   const Context context = file.bench.context();
   const std::array<Hyperplane, 7> planes{
-      Hyperplane(0, 0, 0, 1, -2.3),       Hyperplane(1, 0, 0, 0, -47.6), Hyperplane(1, 0, 0, 0, -0.2),
-      Hyperplane(0, 1, 0, 0, -9.3),       Hyperplane(0, 0, 1, 0, -8),    Hyperplane(0.3, 0.3, 0.2, 0.6, -8),
-      Hyperplane(0.6, 0.1, 0.1, 0.3, -29)};
+      Hyperplane(0, 0, 0, 1, -2.3),         Hyperplane(1, 0, 0, 0, -47.6), Hyperplane(1, 0, 0, 0, -0.2),
+      Hyperplane(0, 1, 0, 0, -9.3),         Hyperplane(0, 0, 1, 0, -8),    Hyperplane(0.3, 0.3, 0.2, 0.6, -8),
+      Hyperplane(0.6, 0.1, 0.1, 0.3, -30.2)};
   for (const Hyperplane& h : planes) {
     const Slice slice = hyperslice(*file.coefficients, h, {}, {}, context);
     std::vector<Vec3> seen;
