@@ -368,6 +368,16 @@ enum { /* how a field goes on beyond its faces, the first and last sample along 
        BCCSPLAT_FACES_PREDICT_Z = 16
 };
 
+enum { /* axes of space that are periodic, as longitude is: the sum for two or three. Behind the last sample
+          comes the first one again, as far from it as samples are from each other; there are no faces,
+          nothing is predicted or mirrored, and the volume reaches to index dims[axis], which is sample 0. Of
+          layers and fields as well. Needs two samples at least. Readers need version 3, and of other versions
+          of the library than those that know it they refuse the file */
+       BCCSPLAT_PERIODIC_X = 1,
+       BCCSPLAT_PERIODIC_Y = 2,
+       BCCSPLAT_PERIODIC_Z = 4
+};
+
 enum { /* bits of bccsplat_channel_options.set_mask */
        BCCSPLAT_CHANNEL_SET_AIR = 1,
        BCCSPLAT_CHANNEL_SET_RANGE = 2
@@ -498,7 +508,7 @@ typedef struct bccsplat_writer_options {
                     What becomes of the file without finish is as `partial` says: KEEP lets it stay. The
                     finished file has a few more bytes, which nothing refers to. UNSUPPORTED with part; 0: it
                     can be opened when it is finished */
-  uint32_t reserved;                   /* 0 */
+  uint32_t periodic_axes;              /* BCCSPLAT_PERIODIC_..., the sum; 0: none */
   bccsplat_cancel_token* cancel_token; /* NULL: none; looked at by create, too */
 } bccsplat_writer_options;
 
@@ -738,6 +748,9 @@ typedef struct bccsplat_volume_info {
   uint64_t frames_expected;  /* of a series that is being written, or was left unfinished: the frames it is to
                                 have, dims[3] where that is not known; dims[3] are those that can be looked at.
                                 Opened again it may have more. 0: finished */
+  uint32_t periodic_axes; /* BCCSPLAT_PERIODIC_..., the sum: along these indices go on to dims[axis], which is
+                             that of sample 0 again */
+  uint32_t reserved;      /* 0 */
 } bccsplat_volume_info;
 
 /* A level of a volume; level 0 is the one that all of the volume's information is about. */

@@ -36,7 +36,7 @@ void check_lattice(const StoredLattice& info, const std::string& name, Code code
     if (samples > INT64_MAX) bad("more than 2^63 source samples");
   }
   for (size_t a = 0; a < 3; ++a) {
-    const double end = l.dims[a] - 1.0;
+    const double end = l.domain_end(a);
     if (l.space.last[a] < 1 || l.space.last[a] > max_planes)
       bad("last plane ", l.space.last[a], " on axis ", a);
     if (!positive(l.space_step[a])) bad("distance of planes ", l.space_step[a], " on axis ", a);
@@ -46,9 +46,13 @@ void check_lattice(const StoredLattice& info, const std::string& name, Code code
       bad(l.before[a], " planes before axis ", a, ", not an even number");
     if (l.inner_planes(a) < 1 || (end == 0 && l.before[a] + l.behind[a] > 0))
       bad("planes outside the samples of axis ", a, " leave none inside");
+    if (l.turns(a) &&
+        (l.dims[a] < 2 || l.before[a] + l.behind[a] > 0 || (l.space.bcc && l.space.planes(a) % 2 != 0)))
+      bad("axis ", a, " of ", l.dims[a], " samples and ", l.space.planes(a), " planes, ",
+          l.before[a] + l.behind[a], " of them outside, is not periodic");
     if (end > 0 && std::fabs(l.inner_planes(a) * l.space_step[a] - end) > 1e-9 * end)
-      bad("the last plane of axis ", a, " inside stands at ", l.inner_planes(a) * l.space_step[a],
-          ", the last sample at ", end);
+      bad("the last plane of axis ", a, l.turns(a) ? " leads to one at " : " inside stands at ",
+          l.inner_planes(a) * l.space_step[a], ", the last sample", l.turns(a) ? " to one" : "", " at ", end);
   }
   if (l.dims[3] == 1) {
     if (l.periodic) bad("one frame is not periodic");
@@ -82,7 +86,8 @@ void check_level(const VolumeInfo& info, int number, Code code) {
   const auto& level = static_cast<const LevelInfo&>(info.level(number));
   const std::string name = concat("level ", number);
   const Lattice4 &l = level.lattice, &finer = info.level(number - 1).lattice;
-  if (l.kind != info.lattice.kind || l.dims != info.lattice.dims || l.periodic != info.lattice.periodic)
+  if (l.kind != info.lattice.kind || l.dims != info.lattice.dims || l.periodic != info.lattice.periodic ||
+      l.space.periodic != info.lattice.space.periodic)
     fail(code, name, ": not of the kind, the samples and the ends of level 0");
   check_lattice(level, name, code);
   for (size_t a = 0; a < 3; ++a)

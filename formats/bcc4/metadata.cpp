@@ -130,11 +130,12 @@ void write_level(ByteWriter& out, const StoredLattice& level) {
   for (const double v : l.space_step) out.write(v);
   out.write(l.time_step);
 }
-// base: the lattice of record 1, with which it shares its kind, the source samples and the ends of time.
+// base: the lattice of record 1, with which it shares its kind, the source samples and the ends of axes.
 [[nodiscard]] LevelInfo read_level(ByteReader& in, const Lattice4& base) {
   LevelInfo level;
   Lattice4& l = level.lattice;
-  l.kind = base.kind, l.dims = base.dims, l.space.bcc = base.space.bcc, l.periodic = base.periodic;
+  l.kind = base.kind, l.dims = base.dims, l.space.bcc = base.space.bcc;
+  l.periodic = base.periodic, l.space.periodic = base.space.periodic;
   level.slab_layers = in.read<uint8_t>();
   bool zero = true;
   for (int i = 0; i < 3; ++i) zero = in.read<uint8_t>() == 0 && zero;
@@ -182,8 +183,7 @@ enum End : uint8_t { mirror, odd, periodic, stencils };
 
 void write_domain(ByteWriter& out, const VolumeInfo& info) {
   const Lattice4& l = info.lattice;
-  for (size_t end = 0; end < 8; ++end)
-    out.write(static_cast<uint8_t>(end % 4 == 3 && l.periodic ? periodic : mirror));
+  for (size_t end = 0; end < 8; ++end) out.write(static_cast<uint8_t>(l.turns(end % 4) ? periodic : mirror));
   for (const int32_t n : l.before) out.write(static_cast<uint8_t>(n));
   out.write(static_cast<uint8_t>(l.lead));
   for (const int32_t n : l.behind) out.write(static_cast<uint8_t>(n));
@@ -198,12 +198,15 @@ void read_domain(ByteReader& in, Lattice4& l) {
     const auto kind = kinds[end] = in.read<uint8_t>();
     if (kind > stencils) fail(Code::corrupt, "metadata: end of kind ", static_cast<int>(kind));
     constexpr std::array<const char*, 4> names{"mirror", "odd", "periodic", "stencils"};
-    if (kind != mirror && !(kind == periodic && end % 4 == 3))
+    if (kind != mirror && kind != periodic)
       fail(Code::unsupported_version, "metadata: axis ", "xyzt"[end % 4], " has ends of kind '", names[kind],
            "', which this version cannot draw; update bccsplat");
   }
-  if (kinds[3] != kinds[7]) fail(Code::corrupt, "metadata: one end of time is periodic, the other is not");
-  l.periodic = kinds[3] == periodic;
+  for (size_t a = 0; a < 4; ++a) {
+    if (kinds[a] != kinds[a + 4])
+      fail(Code::corrupt, "metadata: one end of axis ", "xyzt"[a], " is periodic, the other is not");
+    (a == 3 ? l.periodic : l.space.periodic[a]) = kinds[a] == periodic;
+  }
   for (int32_t& n : l.before) n = in.read<uint8_t>();
   bool right = in.read<uint8_t>() == l.lead;
   for (int32_t& n : l.behind) n = in.read<uint8_t>();
@@ -368,8 +371,8 @@ void read_errors(ByteReader& in, std::vector<MeasuredError>& list) {
 } // namespace
 
 uint16_t lowest_reader(const VolumeInfo& info) {
-  if (!info.levels.empty() || info.lattice.has_margins() || info.lattice.periodic || any_masks(info) ||
-      any_local(info) || !info.errors.empty())
+  if (!info.levels.empty() || info.lattice.has_domain() || any_masks(info) || any_local(info) ||
+      !info.errors.empty())
     return 3;
   for (const ChannelInfo& c : info.channels)
     if (c.type == ValueType::i32) return 3;
@@ -414,8 +417,7 @@ std::vector<std::byte> write_metadata(const VolumeInfo& info) {
       p.write_string(value);
     }
   });
-  if (info.lattice.has_margins() || info.lattice.periodic)
-    record(domain, [&](ByteWriter& p) { write_domain(p, info); });
+  if (info.lattice.has_domain()) record(domain, [&](ByteWriter& p) { write_domain(p, info); });
   if (!info.levels.empty()) record(levels, [&](ByteWriter& p) { write_levels(p, info.levels); });
   if (any_masks(info))
     record(masks, [&](ByteWriter& p) {

@@ -38,7 +38,7 @@ bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice, co
     out.distances_per_pixel = levels.front().per_pixel;
     const Lattice4& lattice = volume.lattice(0);
     IndexBox box;
-    for (size_t a = 0; a < 3; ++a) box.end[a] = lattice.dims[a] - 1.0;
+    for (size_t a = 0; a < 3; ++a) box.end[a] = lattice.domain_end(a);
     if (const auto seen = seen_box(slice->slice, view, w, h))
       box = clip_to_samples(*seen, lattice), out.seen = 1;
     std::copy(box.begin.begin(), box.begin.end(), out.box);

@@ -261,6 +261,8 @@ bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat
     out.affine[15] = 1;
     out.time_first = v.time.at(0), out.time_last = v.time.at(v.lattice.dims[3] - 1);
     out.time_periodic = v.lattice.periodic;
+    for (size_t a = 0; a < 3; ++a)
+      if (v.lattice.turns(a)) out.periodic_axes |= 1u << a;
     out.time_end = volume->times.last();
     out.mean_voxel = std::cbrt(std::fabs(v.affine.determinant()));
     out.spatial_unit = v.spatial_unit.c_str(), out.time_unit = v.time.unit.c_str();

@@ -124,12 +124,14 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
   s.nonfinite = choose(o.nonfinite, NonFinite::error, 3, "nonfinite");
   s.ends = choose(o.ends, Ends::automatic, BCCSPLAT_ENDS_PERIODIC, "ends");
   read_faces(o.faces, s);
+  if (o.periodic_axes > (BCCSPLAT_PERIODIC_X | BCCSPLAT_PERIODIC_Y | BCCSPLAT_PERIODIC_Z))
+    fail(Code::invalid_argument, "periodic_axes: unknown bits ", o.periodic_axes);
+  for (size_t a = 0; a < 3; ++a) s.turning[a] = (o.periodic_axes >> a & 1) != 0;
   s.coefficients = choose(o.store, BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS, "store") ==
                    BCCSPLAT_STORE_COEFFICIENTS;
   if (o.levels > static_cast<uint32_t>(most_levels))
     fail(Code::invalid_argument, "writer: levels ", o.levels, ": 0 to ", most_levels);
   s.levels = static_cast<int>(o.levels);
-  require_zero(o.reserved, "bccsplat_writer_options.reserved");
   s.live_slabs = o.live;
   s.abs_error = o.abs_error, s.psnr = o.psnr;
   s.measure = choose(o.measure, Measure::bounded, BCCSPLAT_MEASURE_ALL, "measure");

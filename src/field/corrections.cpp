@@ -196,9 +196,8 @@ bool source_sample(const Vec4& p, const Lattice4& lattice, std::array<int64_t, 4
     }
     const double near = std::nearbyint(p[a]);
     if (!(std::fabs(p[a] - near) < same_place) || near < 0 || near > lattice.domain_end(a)) return false;
-    at[a] = static_cast<int64_t>(near);
+    at[a] = lattice.turned_sample(a, static_cast<int64_t>(near));
   }
-  at[3] = lattice.turned_frame(at[3]);
   return true;
 }
 
@@ -211,8 +210,8 @@ uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<floa
   std::atomic<uint64_t> found{0};
   const auto add = [&](Lookup& look, size_t i) {
     const Vec4& p = points[i];
-    const std::array<Around, 3> space{Around(p[0], n_[0], false, fall), Around(p[1], n_[1], false, fall),
-                                      Around(p[2], n_[2], false, fall)};
+    const auto around = [&](size_t a) { return Around(p[a], n_[a], lattice.turns(a), fall); };
+    const std::array<Around, 3> space{around(0), around(1), around(2)};
     const Around time(n_[3] == 1 ? 0 : p[3], n_[3], lattice.periodic, fall);
     float sum = 0;
     std::array<double, 4> slope{};

@@ -141,16 +141,17 @@ uint64_t FrameMask::count() const {
 
 Masks::Masks(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget,
              uint64_t cache_bytes)
-    : reader_(std::move(reader)), channel_(channel), periodic_(reader_->info().lattice.periodic),
-      budget_(budget), cache_(cache_bytes) {
+    : reader_(std::move(reader)), channel_(channel), budget_(budget), cache_(cache_bytes) {
   const auto& dims = reader_->info().lattice.dims;
-  for (size_t a = 0; a < 4; ++a) n_[a] = dims[a];
+  for (size_t a = 0; a < 4; ++a) n_[a] = dims[a], turning_[a] = reader_->info().lattice.turns(a);
 }
 
-int64_t Masks::nearest(double position, size_t axis) const { return nearest_sample(position, n_[axis]); }
+int64_t Masks::nearest(double position, size_t axis) const {
+  return turning_[axis] ? turned_sample(position, n_[axis]) : nearest_sample(position, n_[axis]);
+}
 
 int64_t Masks::counted_frame(double moment) const {
-  return periodic_ ? counted_sample(moment) : nearest(moment, 3);
+  return turning_[3] ? counted_sample(moment) : nearest(moment, 3);
 }
 
 FrameMaskPtr Masks::read(int64_t frame) const {

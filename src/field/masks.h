@@ -32,6 +32,13 @@ inline constexpr double nearest_rounding = 1e-9;
 }
 // Of a periodic axis, on which points may be anywhere; what is further off than 1e15 is no place of a series.
 [[nodiscard]] int64_t counted_sample(double position);
+// The same, as the one of its n samples that it is.
+[[nodiscard]] inline int64_t turned_sample(double position, int64_t n) {
+  const int64_t at = counted_sample(position) % n;
+  return at < 0 ? at + n : at;
+}
+// Which of x, y, z and t are periodic.
+using TurningAxes = std::array<bool, 4>;
 
 // What of some region is missing. It may be said to be some where that would take longer to find out.
 enum class Missing : uint8_t { none, some, all };
@@ -82,7 +89,7 @@ class Masks {
   Masks(std::shared_ptr<const Bcc4Reader> reader, int channel, MemoryBudget& budget, uint64_t cache_bytes);
 
   [[nodiscard]] const std::array<int64_t, 4>& samples() const { return n_; } // along x, y, z, t
-  [[nodiscard]] bool periodic() const { return periodic_; }                  // in time
+  [[nodiscard]] const TurningAxes& turning() const { return turning_; }
   // The source sample that decides about a coordinate along an axis.
   [[nodiscard]] int64_t nearest(double position, size_t axis) const;
   // The frame of a moment; of a periodic series counted on beyond its ends.
@@ -116,7 +123,7 @@ class Masks {
   std::shared_ptr<const Bcc4Reader> reader_;
   int channel_;
   std::array<int64_t, 4> n_{};
-  bool periodic_;
+  TurningAxes turning_{};
   MemoryBudget& budget_;
   mutable LruCache<uint64_t, FrameMask> cache_; // by offset of the block
   // Those in use that the cache may have dropped.

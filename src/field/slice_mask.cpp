@@ -4,20 +4,20 @@
 #include <algorithm>
 
 namespace bccsplat {
-SliceMask::SliceMask(const std::array<int64_t, 4>& samples, bool periodic, const Vec4& origin,
+SliceMask::SliceMask(const std::array<int64_t, 4>& samples, const TurningAxes& turning, const Vec4& origin,
                      const std::array<Vec4, 3>& basis, int64_t first, std::vector<FrameMaskPtr> frames)
-    : n_(samples), periodic_(periodic), origin_(origin), basis_(basis), first_(first),
+    : n_(samples), turning_(turning), origin_(origin), basis_(basis), first_(first),
       frames_(std::move(frames)) {}
 
 SliceMask::SliceMask(const Masks& masks, const Vec4& origin, const std::array<Vec4, 3>& basis, int64_t first,
                      std::vector<FrameMaskPtr> frames)
-    : SliceMask(masks.samples(), masks.periodic(), origin, basis, first, std::move(frames)) {}
+    : SliceMask(masks.samples(), masks.turning(), origin, basis, first, std::move(frames)) {}
 
 bool SliceMask::missing(const Vec3& uvw) const {
   Vec4 p;
   for (size_t a = 0; a < 4; ++a)
     p[a] = origin_[a] + basis_[0][a] * uvw[0] + basis_[1][a] * uvw[1] + basis_[2][a] * uvw[2];
-  const auto nearest = [&](size_t a) { return nearest_sample(p[a], n_[a]); };
+  const auto nearest = [&](size_t a) { return sample_at(a, p[a]); };
   const FrameMaskPtr& frame = frames_[frame_at(p[3])];
   return frame && frame->at({nearest(0), nearest(1), nearest(2)}) &&
          std::all_of(others_.begin(), others_.end(), [&](const auto& m) { return m->missing(uvw); });
@@ -64,7 +64,7 @@ bool MaskPlane::Layer::missing(double i, double j) const {
   const FrameMaskPtr& frame =
       mask->frames_[mask->frames_.size() == 1 ? 0 : mask->frame_at(position(3, i, j))];
   if (!frame) return false;
-  const auto nearest = [&](size_t a) { return nearest_sample(position(a, i, j), mask->n_[a]); };
+  const auto nearest = [&](size_t a) { return mask->sample_at(a, position(a, i, j)); };
   return frame->at({nearest(0), nearest(1), nearest(2)});
 }
 
@@ -72,7 +72,10 @@ Missing MaskPlane::Layer::within(const std::array<double, 2>& i, const std::arra
   std::array<int64_t, 3> first, last;
   for (size_t a = 0; a < 3; ++a) {
     const auto [low, high] = between(a, i, j);
-    first[a] = nearest_sample(low, mask->n_[a]), last[a] = nearest_sample(high, mask->n_[a]);
+    first[a] = mask->sample_at(a, low), last[a] = mask->sample_at(a, high);
+    // Across the end of a periodic axis all of it is looked at, which may say some for none or all.
+    if (mask->turning_[a] && (low < 0 || high > static_cast<double>(mask->n_[a]) - 1))
+      first[a] = 0, last[a] = mask->n_[a] - 1;
   }
   const auto [low, high] = between(3, i, j);
   bool none = true, all = true;

@@ -17,7 +17,7 @@ class SliceMask {
  public:
   // origin, basis: as of Slice. frames: `first` and those behind it, as counted, null where nothing is
   // missing.
-  SliceMask(const std::array<int64_t, 4>& samples, bool periodic, const Vec4& origin,
+  SliceMask(const std::array<int64_t, 4>& samples, const TurningAxes& turning, const Vec4& origin,
             const std::array<Vec4, 3>& basis, int64_t first, std::vector<FrameMaskPtr> frames);
   SliceMask(const Masks& masks, const Vec4& origin, const std::array<Vec4, 3>& basis, int64_t first,
             std::vector<FrameMaskPtr> frames);
@@ -32,13 +32,18 @@ class SliceMask {
   friend class MaskPlane;
   // Which of the frames decides at a moment.
   [[nodiscard]] size_t frame_at(double moment) const {
-    const int64_t f = periodic_ ? counted_sample(moment) : nearest_sample(moment, n_[3]);
+    const int64_t f = turning_[3] ? counted_sample(moment) : nearest_sample(moment, n_[3]);
     const auto last = first_ + static_cast<int64_t>(frames_.size()) - 1;
     return static_cast<size_t>(std::clamp(f, first_, last) - first_);
   }
 
+  // The sample that decides about a position along an axis of space.
+  [[nodiscard]] int64_t sample_at(size_t axis, double position) const {
+    return turning_[axis] ? turned_sample(position, n_[axis]) : nearest_sample(position, n_[axis]);
+  }
+
   std::array<int64_t, 4> n_;
-  bool periodic_;
+  TurningAxes turning_;
   Vec4 origin_;
   std::array<Vec4, 3> basis_;
   int64_t first_;

@@ -46,7 +46,7 @@ FrameSites layer_sites(const BrickLayer& shape, std::span<const float> samples, 
     }
   }
   const Int3 n = shape.dims();
-  fill_missing(values, missing, {n[0], n[1], n[2]}, context);
+  fill_missing(values, missing, {n[0], n[1], n[2]}, context, shape.lattice().periodic);
 
   FrameSites sites;
   auto& blocks = sites.block[static_cast<size_t>(shape.coset())];

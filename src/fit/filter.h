@@ -34,5 +34,9 @@ struct FilterTable {
 [[nodiscard]] FilterTable filter_table(Filter filter, double widening, std::span<const double> positions);
 // Returns where mirroring puts index i of an axis of n samples: -i -> i, n-1+i -> n-1-i, as often as needed.
 [[nodiscard]] int64_t mirror_index(int64_t i, int64_t n);
+// The same of an axis that may be periodic, whose sample n is sample 0 again.
+[[nodiscard]] inline int64_t end_index(int64_t i, int64_t n, bool turns) {
+  return turns ? ((i % n) + n) % n : mirror_index(i, n);
+}
 
 } // namespace bccsplat

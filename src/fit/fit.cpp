@@ -82,7 +82,7 @@ LayerCounts counts_of(const LayerMaker& maker, uint64_t sites_total) {
 
 Lattice4 lattice_of(const FitOptions& options, uint32_t frames) {
   return Lattice4::fit(options.lattice, {options.dims[0], options.dims[1], options.dims[2], frames},
-                       options.scales, options.lead, options.margins, options.periodic);
+                       options.scales, options.lead, options.margins, options.periodic, options.turning);
 }
 
 void LayerCounts::add(const LayerCounts& other) {
@@ -240,7 +240,8 @@ struct Fit::State {
       const auto [low, high] = clamp_range(c);
       made.frame.clamp(low, high);
     }
-    if (options.nonfinite == NonFinite::hole) made.holes = patch_holes(made.frame, scan, context);
+    if (options.nonfinite == NonFinite::hole)
+      made.holes = patch_holes(made.frame, scan, options.turning, context);
     if (options.masks && !made.holes.missing.empty())
       mask_sink(index, c.given, mask_runs(made.holes, made.frame.dims()));
     if (!c.lowpass) made.faces = faces_of(made.frame);
@@ -291,7 +292,8 @@ struct Fit::State {
     sites.holes = mark_sites(holes, lattice);
     sites.masked = options.masks;
     if (options.masks)
-      sites.deep = mark_sites(deep_holes(holes, source_dims(), mask_reach(), context), lattice);
+      sites.deep =
+          mark_sites(deep_holes(holes, source_dims(), mask_reach(), options.turning, context), lattice);
     c.window.push_back(std::move(sites));
     ++c.frames;
     make_layers(c, index);
@@ -312,8 +314,9 @@ struct Fit::State {
     Lattice4 seen = lattice;
     for (size_t a = 0; a < 3; ++a) {
       if (dims[a] == int64_t{lattice.dims[a]}) continue;
-      seen.space_step[a] *= (static_cast<double>(dims[a]) - 1) / (lattice.dims[a] - 1.0);
+      const double was = lattice.domain_end(a);
       seen.dims[a] = static_cast<uint32_t>(dims[a]);
+      seen.space_step[a] *= seen.domain_end(a) / was;
     }
     return seen;
   }

@@ -62,6 +62,8 @@ struct FitOptions {
   // The last frame leads to the first: frames beyond an end are those at the other one. Needs dims[3] > 0, no
   // lead and no part.
   bool periodic = false;
+  // The same along axes of space: samples beyond a face are those at the other one. No margins there.
+  AxisFlags turning{};
   // Planes outside both faces of each axis, even, made of predicted samples; 0: none, and samples beyond a
   // face are mirror images. Layers that are given hold them.
   Int3 margins{0, 0, 0};

@@ -19,14 +19,14 @@ using Tables = FrameHalver::Tables;
 constexpr auto cell_edge = CellRanges::edge;
 constexpr int64_t run = 16; // samples of a brick along x, and of a cell
 
-Lattice4 grid_of(const std::array<int64_t, 3>& dims, const AxisFlags& halved) {
+Lattice4 grid_of(const std::array<int64_t, 3>& dims, const AxisFlags& halved, const AxisFlags& turning) {
   std::array<uint32_t, 4> n{1, 1, 1, 1};
   LatticeScales scales{1, 1, 1, 1};
   for (size_t a = 0; a < 3; ++a) {
     n[a] = static_cast<uint32_t>(dims[a]);
     if (halved[a]) scales[a] = 2;
   }
-  return Lattice4::fit(LatticeKind::cc, n, scales);
+  return Lattice4::fit(LatticeKind::cc, n, scales, 0, {}, false, turning);
 }
 
 Tables::Axis axis_of(const Lattice4& grid, size_t a, Filter filter, bool foretold, double noise) {
@@ -40,7 +40,7 @@ Tables::Axis axis_of(const Lattice4& grid, size_t a, Filter filter, bool foretol
     axis.nearest.push_back(nearest_sample(positions[i], n));
     std::array<int64_t, 2> inside{n, 0};
     for (int64_t k = axis.table.first[i]; k < axis.table.first[i] + axis.table.taps; ++k) {
-      const int64_t sample = mirror_index(k, n);
+      const int64_t sample = end_index(k, n, grid.turns(a));
       axis.sample.push_back(static_cast<int32_t>(sample));
       inside = {std::min(inside[0], sample), std::max(inside[1], sample + 1)};
     }
@@ -183,7 +183,7 @@ class Pass {
       for (float& v : rows_) v -= job_.pivot;
     constexpr float one = 1;
     constexpr int32_t first = 0;
-    const TileRow row{t.row_begin, t.row_end, 0, t.from[0], t.from[0]};
+    const TileRow row{t.row_begin, t.row_end, 0, t.from[0], t.from[0], t.turning};
     for (int64_t y = region.begin[1]; y < region.end[1]; ++y) {
       float* out = filtered_.data() + static_cast<size_t>(y) * pitch_;
       bricks_.clear();
@@ -302,8 +302,8 @@ float pivot_of(const CellRanges& cells) {
 } // namespace
 
 FrameHalver::FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& halved,
-                         const AxisFlags& foretold, Filter filter)
-    : from_(dims), foretold_(foretold), filter_(filter), grid_(grid_of(dims, halved)) {}
+                         const AxisFlags& foretold, Filter filter, const AxisFlags& turning)
+    : from_(dims), foretold_(foretold), filter_(filter), grid_(grid_of(dims, halved, turning)) {}
 
 std::array<int64_t, 3> FrameHalver::dims() const {
   const Int3 n = grid_.space.dims(0);
@@ -314,7 +314,7 @@ const Tables& FrameHalver::tables_of(const FaceLevels& faces) {
   const auto [found, is_new] = tables_.try_emplace(faces);
   Tables& t = found->second;
   if (!is_new) return t;
-  t.from = from_, t.to = dims();
+  t.from = from_, t.to = dims(), t.turning = grid_.turns(0);
   for (size_t a = 0; a < 3; ++a) t.axis[a] = axis_of(grid_, a, filter_, foretold_[a], end_noises[faces[a]]);
   add_bricks(t);
   return t;

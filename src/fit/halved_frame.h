@@ -4,7 +4,7 @@
 //
 // The filter is that of the resampling, widened to the distances of the halved frame: what these hold passes,
 // the rest is removed. The first and the last sample of an axis stay where they are; those between are evenly
-// spread, at most two samples apart.
+// spread, at most two samples apart. Along a periodic axis all are evenly spread, the first one where it is.
 #pragma once
 
 #include <array>
@@ -30,15 +30,13 @@ struct HalvedFrame {
   Reservation memory;
 };
 
-// Axes of a frame.
-using AxisFlags = std::array<bool, 3>;
-
 class FrameHalver {
  public:
   // dims: of the frames. halved: the axes along which they are. foretold: those beyond whose faces samples
-  // are predicted (face_table.h); beyond the others they are mirror images.
+  // are predicted (face_table.h); beyond the others they are mirror images, or along `turning` axes the
+  // samples at the other face.
   FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& halved, const AxisFlags& foretold,
-              Filter filter);
+              Filter filter, const AxisFlags& turning = {});
 
   [[nodiscard]] std::array<int64_t, 3> dims() const;
   // faces: how boldly samples are predicted. ringing: where the nearest sample of the frame is air, so is
@@ -72,6 +70,7 @@ class FrameHalver {
     std::array<Axis, 3> axis;
     std::vector<BrickX> x;
     int64_t row_begin = 0, row_end = 0; // of a row with what is beyond its faces
+    bool turning = false;               // along x
   };
 
  private:

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/sizes.h"
+#include "fit/filter.h"
 #include "fit/site_axis.h"
 #include "formats/bcc4/coding/mask_runs.h"
 
@@ -57,7 +58,7 @@ Level coarser(std::span<const float> value, std::span<const uint8_t> missing, co
 }
 
 // A full coarse level, linearly at the centre of fine cell (x, y, z).
-float interpolate(const Level& c, const Dims& fine) {
+float interpolate(const Level& c, const Dims& fine, const AxisFlags& turning) {
   float sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     Dims p;
@@ -65,7 +66,8 @@ float interpolate(const Level& c, const Dims& fine) {
     for (size_t a = 0; a < 3; ++a) {
       const bool far = corner >> a & 1; // the coarse neighbour on the side of the fine cell
       const int64_t side = fine[a] % 2 == 0 ? -1 : 1;
-      p[a] = std::clamp<int64_t>(fine[a] / 2 + (far ? side : 0), 0, c.dims[a] - 1);
+      p[a] = fine[a] / 2 + (far ? side : 0);
+      p[a] = turning[a] ? end_index(p[a], c.dims[a], true) : std::clamp<int64_t>(p[a], 0, c.dims[a] - 1);
       weight *= far ? 0.25f : 0.75f;
     }
     sum += weight * c.value[at(c.dims, p[0], p[1], p[2])];
@@ -76,7 +78,7 @@ float interpolate(const Level& c, const Dims& fine) {
 // Each missing sample becomes the mean of its neighbours inside the array; all at once, so the order does not
 // matter.
 void relax(std::span<float> value, const std::vector<size_t>& missing, const Dims& n,
-           const Context& context) {
+           const AxisFlags& turning, const Context& context) {
   constexpr size_t part = 1 << 15;
   std::vector<float> next(missing.size());
   const auto parts = (missing.size() + part - 1) / part;
@@ -90,20 +92,17 @@ void relax(std::span<float> value, const std::vector<size_t>& missing, const Dim
   for (int r = 0; r < relaxations; ++r) {
     for_parts([&](size_t m) {
       const size_t i = missing[m];
-      const auto x = static_cast<int64_t>(i % row),
-                 y = static_cast<int64_t>(i / row % static_cast<size_t>(n[1])),
-                 z = static_cast<int64_t>(i / plane);
+      const Dims p{static_cast<int64_t>(i % row), static_cast<int64_t>(i / row % static_cast<size_t>(n[1])),
+                   static_cast<int64_t>(i / plane)};
+      const Dims stride{1, n[0], n[0] * n[1]};
       float sum = 0;
       int count = 0;
-      const auto add = [&](bool inside, size_t neighbour) {
-        if (inside) sum += value[neighbour], ++count;
-      };
-      add(x > 0, i - 1);
-      add(x + 1 < n[0], i + 1);
-      add(y > 0, i - row);
-      add(y + 1 < n[1], i + row);
-      add(z > 0, i - plane);
-      add(z + 1 < n[2], i + plane);
+      for (size_t a = 0; a < 3; ++a)
+        for (const int64_t q : {p[a] - 1, p[a] + 1}) {
+          if (!turning[a] && (q < 0 || q >= n[a])) continue;
+          const int64_t by = end_index(q, n[a], true) - p[a];
+          sum += value[static_cast<size_t>(static_cast<int64_t>(i) + by * stride[a])], ++count;
+        }
       next[m] = count ? sum / static_cast<float>(count) : value[i];
     });
     for_parts([&](size_t m) { value[missing[m]] = next[m]; });
@@ -129,7 +128,7 @@ HoleMap HoleMap::copy(MemoryBudget& budget) const {
 }
 
 void fill_missing(std::span<float> values, std::span<const uint8_t> missing, const Dims& dims,
-                  const Context& context) {
+                  const Context& context, const AxisFlags& turning) {
   std::vector<size_t> list;
   for (size_t i = 0; i < missing.size(); ++i)
     if (missing[i]) list.push_back(i);
@@ -139,20 +138,25 @@ void fill_missing(std::span<float> values, std::span<const uint8_t> missing, con
     return;
   }
   Level coarse = coarser(values, missing, dims);
-  fill_missing(coarse.value, coarse.missing, coarse.dims, context);
+  fill_missing(coarse.value, coarse.missing, coarse.dims, context, turning);
   const auto row = static_cast<size_t>(dims[0]), plane = row * static_cast<size_t>(dims[1]);
   for (const size_t i : list)
-    values[i] = interpolate(coarse, {static_cast<int64_t>(i % row), static_cast<int64_t>(i % plane / row),
-                                     static_cast<int64_t>(i / plane)});
-  relax(values, list, dims, context);
+    values[i] = interpolate(coarse,
+                            {static_cast<int64_t>(i % row), static_cast<int64_t>(i % plane / row),
+                             static_cast<int64_t>(i / plane)},
+                            turning);
+  relax(values, list, dims, turning, context);
 }
 
-HoleMap patch_holes(Frame& frame, const FrameScan& scan, const Context& context) {
+HoleMap patch_holes(Frame& frame, const FrameScan& scan, const AxisFlags& turning, const Context& context) {
   HoleMap map;
+  AxisFlags whole{}; // axes that the map goes round
   if (scan.nonfinite == 0) return map;
   for (size_t a = 0; a < 3; ++a) {
     map.region.begin[a] = std::max<int64_t>(scan.nonfinite_region.begin[a] - margin, 0);
     map.region.end[a] = std::min(scan.nonfinite_region.end[a] + margin, frame.dims()[a]);
+    whole[a] = turning[a] && (map.region.begin[a] == 0 || map.region.end[a] == frame.dims()[a]);
+    if (whole[a]) map.region.begin[a] = 0, map.region.end[a] = frame.dims()[a];
   }
   // Values and mask, the list of the missing, their next values, and the coarser levels.
   map.memory = Reservation(context.memory, checked_mul(map.region.samples(), 24), "filling missing data");
@@ -161,7 +165,7 @@ HoleMap patch_holes(Frame& frame, const FrameScan& scan, const Context& context)
   frame.read(frame.boxes_in(map.region), map.region, values.data(), row, row * map.region.length(1));
   map.missing.resize(values.size());
   for (size_t i = 0; i < values.size(); ++i) map.missing[i] = !std::isfinite(values[i]);
-  fill_missing(values, map.missing, {row, map.region.length(1), map.region.length(2)}, context);
+  fill_missing(values, map.missing, {row, map.region.length(1), map.region.length(2)}, context, whole);
   frame.patch(map.region, std::move(values));
   return map;
 }
@@ -210,7 +214,8 @@ void erode(const Lines& lines, int64_t reach, bool open_begin, bool open_end) {
 
 } // namespace
 
-HoleMap deep_holes(const HoleMap& holes, const Dims& dims, const Dims& reach, const Context& context) {
+HoleMap deep_holes(const HoleMap& holes, const Dims& dims, const Dims& reach, const AxisFlags& turning,
+                   const Context& context) {
   HoleMap deep;
   if (holes.missing.empty()) return deep;
   deep.memory = Reservation(context.memory, holes.missing.size(), "missing data");
@@ -219,7 +224,8 @@ HoleMap deep_holes(const HoleMap& holes, const Dims& dims, const Dims& reach, co
   const Dims stride{1, n[0], n[0] * n[1]};
   for (size_t a = 0; a < 3; ++a) {
     const size_t b = a == 2 ? 1 : 2; // a task for each index along it
-    const bool open_begin = deep.region.begin[a] == 0, open_end = deep.region.end[a] == dims[a];
+    const bool open_begin = !turning[a] && deep.region.begin[a] == 0,
+               open_end = !turning[a] && deep.region.end[a] == dims[a];
     context.tasks.parallel_for(static_cast<uint64_t>(n[b]), [&](uint64_t k) {
       context.progress.check();
       uint8_t* first = deep.missing.data() + static_cast<int64_t>(k) * stride[b];
@@ -243,7 +249,9 @@ SiteMasks mark_sites(const HoleMap& holes, const Lattice4& lattice) {
     for (size_t a = 0; a < 3; ++a) {
       const std::vector<double> positions = site_positions(lattice, c, a);
       for (size_t i = 0; i < positions.size(); ++i) {
-        const int64_t sample = nearest_sample(positions[i], lattice.dims[a]);
+        const int64_t beyond = lattice.turns(a) ? 1 : 0;
+        const int64_t sample =
+            lattice.turned_sample(a, nearest_sample(positions[i], lattice.dims[a] + beyond));
         if (sample >= holes.region.begin[a] && sample < holes.region.end[a])
           near[a].push_back({static_cast<int32_t>(i), sample});
       }

@@ -11,6 +11,7 @@
 #include "fit/filter.h"
 #include "fit/lowpass_row.h"
 #include "fit/scan.h"
+#include "fit/turned_region.h"
 
 namespace bccsplat {
 namespace {
@@ -73,14 +74,15 @@ Lowpass::Lowpass(const Lattice4& lattice, float ringing) : ringing_(ringing) {
   for (size_t i = 0; i < 3; ++i) {
     n_[i] = lattice.dims[i];
     reach_[i] = reach_of(unit[i]);
-    for (int64_t k = -reach_[i]; k < n_[i] + reach_[i]; ++k) mirror_[i].push_back(mirror_index(k, n_[i]));
+    for (int64_t k = -reach_[i]; k < n_[i] + reach_[i]; ++k)
+      mirror_[i].push_back(end_index(k, n_[i], lattice.turns(i)));
     for (size_t j = i + 1; j < 3; ++j) space_.push_back(lowpass_pair({i, j}, {unit[i], unit[j]}));
     if (!lattice.is_static()) {
       Stage& stage = time_.emplace_back();
       stage.pair = lowpass_pair({i, 3}, {unit[i], unit[3]});
     }
   }
-  periodic_ = lattice.periodic;
+  periodic_ = lattice.periodic, turning_ = lattice.space.periodic;
   if (periodic_) {
     turn_ = 2 * static_cast<size_t>(lowpass_time_reach(lattice));
     for (Stage& stage : time_) stage.next = stage.pair.reach[1];
@@ -291,10 +293,11 @@ void Lowpass::hand_out(const LowpassFrame& filtered, const Sink& sink, const Con
           Region near;
           for (size_t a = 0; a < 3; ++a) {
             cell.begin[a] = c[a] * n[a], cell.end[a] = std::min(n_[a], (c[a] + 1) * n[a]);
-            near.begin[a] = std::max<int64_t>(0, cell.begin[a] - reach_[a]);
-            near.end[a] = std::min(n_[a], cell.end[a] + reach_[a]);
+            near.begin[a] = cell.begin[a] - reach_[a], near.end[a] = cell.end[a] + reach_[a];
+            if (turning_[a]) continue;
+            near.begin[a] = std::max<int64_t>(0, near.begin[a]), near.end[a] = std::min(n_[a], near.end[a]);
           }
-          const CellRanges::Cell range = scan.cells.range(near);
+          const CellRanges::Cell range = turned_range(scan.cells, near, n_, turning_);
           const float least = ringing_ * std::max({0.0f, -range.low, range.high});
           for (int64_t z = cell.begin[2]; z < cell.end[2]; ++z)
             for (int64_t y = cell.begin[1]; y < cell.end[1]; ++y) {

@@ -103,7 +103,8 @@ class Lowpass {
   std::vector<Stage> time_;
   FramePtr previous_;            // the last one that was given, filtered in space
   std::vector<HoleMap> missing_; // frames at the start
-  bool periodic_ = false;
+  bool periodic_ = false;        // in time
+  AxisFlags turning_{};          // the same along axes of space
   size_t turn_ = 0; // frames of a periodic series that come once more at its end, where it is as long
   std::vector<FramePtr> head_; // these
 };

@@ -9,6 +9,7 @@
 #include "fit/face_table.h"
 #include "fit/resample_tile.h"
 #include "fit/site_axis.h"
+#include "fit/turned_region.h"
 
 namespace bccsplat {
 
@@ -66,7 +67,7 @@ struct SpatialResampler::Scratch {
 };
 
 SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const FaceLevels& faces)
-    : cosets_(lattice.space.cosets()) {
+    : turning_(lattice.space.periodic), cosets_(lattice.space.cosets()) {
   double widest = 1;
   for (int c = 0; c < cosets_; ++c) {
     Coset& coset = coset_[static_cast<size_t>(c)];
@@ -80,12 +81,13 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const
       axis.table = lattice.before[a] + lattice.behind[a] > 0
                        ? face_table(lattice, c, a, filter, widening, end_noises[faces[a]])
                        : filter_table(filter, widening, positions);
-      for (const double p : positions) axis.nearest.push_back(nearest_sample(p, n_[a]));
+      for (const double p : positions)
+        axis.nearest.push_back(nearest_sample(p, n_[a] + (turning_[a] ? 1 : 0)));
       for (int32_t begin = 0; begin < coset.dims[a]; begin += brick_edge) {
         const auto last = static_cast<size_t>(std::min(begin + brick_edge, coset.dims[a]) - 1);
         axis.extended.push_back(
             {axis.table.first[static_cast<size_t>(begin)], axis.table.first[last] + axis.table.taps});
-        axis.inside.push_back(samples_of(axis.extended.back(), n_[a]));
+        axis.inside.push_back(turning_[a] ? axis.extended.back() : samples_of(axis.extended.back(), n_[a]));
       }
     }
     const FilterTable& table = coset.axis[0].table;
@@ -130,7 +132,7 @@ SpatialResampler::Tile SpatialResampler::find_tile(const Int3& first, const Cell
     if (brick[1] * brick_edge >= coset.dims[1] || brick[2] * brick_edge >= coset.dims[2]) continue;
     for (; brick[0] < first[0] + tile_bricks_ && brick[0] * brick_edge < coset.dims[0]; ++brick[0]) {
       const Region seen = brick_region(coset, brick);
-      const CellRanges::Cell range = cells.range(seen);
+      const CellRanges::Cell range = turned_range(cells, seen, n_, turning_);
       if (range.air()) continue;
       for (size_t a = 0; a < 3; ++a) {
         tile.region.begin[a] = std::min(tile.region.begin[a], seen.begin[a]);
@@ -150,7 +152,7 @@ SpatialResampler::Tile SpatialResampler::find_tile(const Int3& first, const Cell
   tile.row.inner_begin = tile.region.begin[0];
   tile.row.inner_end = tile.region.end[0];
   tile.row.n = n_[0];
-  tile.range = cells.range(tile.region);
+  tile.range = turned_range(cells, tile.region, n_, turning_);
   return tile;
 }
 
@@ -201,9 +203,9 @@ void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scrat
 
   const auto width = static_cast<size_t>(region.length(0)), ny = static_cast<size_t>(region.length(1)),
              nz = static_cast<size_t>(region.length(2)), pitch = (width + 15) / 16 * 16;
-  const std::vector<uint32_t> boxes = frame.boxes_in(region);
+  const TurnedFrame turned(frame, region, turning_);
   // One y at a time keeps its z rows in the first cache; many boxes are better walked less often.
-  const size_t rows_at_once = boxes.size() > 4 ? 8 : 1;
+  const size_t rows_at_once = turned.boxes() > 4 ? 8 : 1;
   scratch.fit(rows_at_once * nz * pitch + 64, ny * brick_edge * pitch,
               static_cast<size_t>(tile.row.end - tile.row.begin) + pitch + 64, context.memory);
 
@@ -217,8 +219,7 @@ void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scrat
     Region part = region;
     part.begin[1] = region.begin[1] + static_cast<int64_t>(y0);
     part.end[1] = std::min(region.end[1], part.begin[1] + static_cast<int64_t>(rows_at_once));
-    frame.read(boxes, part, scratch.rows.data(), static_cast<int64_t>(nz * pitch),
-               static_cast<int64_t>(pitch));
+    turned.read(part, scratch.rows.data(), static_cast<int64_t>(nz * pitch), static_cast<int64_t>(pitch));
     const auto count = static_cast<size_t>(part.length(1));
     if (pivot != 0)
       for (size_t i = 0; i < count * nz * pitch; ++i) scratch.rows[i] -= pivot;
@@ -249,9 +250,10 @@ TileTaps SpatialResampler::tile_taps(size_t axis, const Coset& coset, int32_t br
   const int begin = brick * brick_edge, end = std::min(begin + brick_edge, coset.dims[axis]);
   rows.clear();
   for (int i = begin; i < end; ++i)
-    for (int k = 0; k < table.taps; ++k)
-      rows.push_back(
-          static_cast<int32_t>(mirror_index(table.first[static_cast<size_t>(i)] + k, n_[axis]) - first_row));
+    for (int k = 0; k < table.taps; ++k) {
+      const int64_t at = table.first[static_cast<size_t>(i)] + k;
+      rows.push_back(static_cast<int32_t>((turning_[axis] ? at : mirror_index(at, n_[axis])) - first_row));
+    }
   return {table.taps, end - begin, table.weight.data() + static_cast<ptrdiff_t>(begin) * table.taps,
           rows.data()};
 }

@@ -35,7 +35,8 @@ class SpatialResampler {
   struct Axis {
     FilterTable table;
     // For each brick, half-open: the source samples its sites depend on, mirrored ones beyond the ends
-    // included, and those of the frame that this takes.
+    // included, and those of the frame that this takes. Along a periodic axis the two are the same: samples
+    // are counted on beyond its ends.
     std::vector<std::array<int64_t, 2>> extended, inside;
     std::vector<int64_t> nearest; // sample of each site
   };
@@ -80,6 +81,7 @@ class SpatialResampler {
   void resample_tile(const Frame& frame, const Tile& tile, Scratch& scratch, const Context& context) const;
 
   std::array<int64_t, 3> n_{}; // source samples
+  AxisFlags turning_{};        // axes whose first sample follows the last one
   int cosets_ = 1;
   int tile_bricks_ = 4; // along x
   std::array<Coset, 2> coset_;

@@ -151,9 +151,9 @@ void PassYX(const float* in, size_t pitch, int z_count, const TileTaps& y, const
       WeightedRows(y.taps, in + static_cast<size_t>(z) * pitch, y.row + i * y.taps,
                    pitch * static_cast<size_t>(z_count), y.weight + i * y.taps, pitch, extended + inner);
       for (int64_t x = row.begin; x < row.inner_begin; ++x)
-        extended[x - row.begin] = extended[mirror_index(x, row.n) - row.begin];
+        extended[x - row.begin] = extended[end_index(x, row.n, row.turns) - row.begin];
       for (int64_t x = row.inner_end; x < row.end; ++x)
-        extended[x - row.begin] = extended[mirror_index(x, row.n) - row.begin];
+        extended[x - row.begin] = extended[end_index(x, row.n, row.turns) - row.begin];
       for (const TileBrickX& b : bricks) PolyphaseRow(extended, b, x_taps, pivot, b.out + (z * 16 + i) * 16);
     }
 }

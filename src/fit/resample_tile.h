@@ -31,11 +31,13 @@ struct TileNearestX {
   uint16_t* out = nullptr;
 };
 
-// A row of source samples begin .. end - 1 along x whose parts outside 0 .. n-1 are mirror images.
+// A row of source samples begin .. end - 1 along x whose parts outside 0 .. n-1 are mirror images, or those
+// at the other end of a periodic axis.
 struct TileRow {
   int64_t begin = 0, end = 0;             // extended
   int64_t inner_begin = 0, inner_end = 0; // the samples that are read
   int64_t n = 0;
+  bool turns = false;
 };
 
 // Rows are `pitch` floats, a multiple of 16; what lies beyond their samples does not matter.

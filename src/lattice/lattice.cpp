@@ -29,12 +29,16 @@ int32_t planes_to(double end, double distance) {
 } // namespace
 
 int32_t Lattice3::mirror(size_t axis, int coset, int32_t i) const {
+  if (periodic[axis]) {
+    const int32_t sites = dims(coset)[axis], turned = i % sites;
+    return turned < 0 ? turned + sites : turned;
+  }
   if (!bcc) return fold(i, last[axis]);
   return (fold(2 * int64_t{i} + coset, last[axis]) - coset) / 2;
 }
 
 Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, const LatticeScales& scales,
-                       int32_t lead, const Int3& margins, bool periodic) {
+                       int32_t lead, const Int3& margins, bool periodic, const AxisFlags& turning) {
   for (const uint32_t n : dims)
     if (n == 0) fail(Code::invalid_argument, "lattice: every dimension must be at least 1");
   constexpr double most = 65536; // filters are as wide
@@ -47,6 +51,15 @@ Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, co
   l.space.bcc = kind != LatticeKind::cc;
   for (size_t a = 0; a < 3; ++a) {
     const double end = dims[a] - 1.0, distance = scales[a] * l.space.plane_distance();
+    if (turning[a]) {
+      if (dims[a] < 2 || margins[a] > 0)
+        fail(Code::invalid_argument, "lattice: a periodic axis has two samples at least and no faces");
+      const int32_t period = l.space.bcc ? 2 : 1, turns = planes_to(dims[a], distance * period);
+      l.space.periodic[a] = true;
+      l.space.last[a] = std::max(2, turns * period) - 1;
+      l.space_step[a] = static_cast<double>(dims[a]) / l.space.planes(a);
+      continue;
+    }
     const int32_t inner = planes_to(end, distance);
     l.space_step[a] = end > 0 ? end / inner : distance;
     l.before[a] = l.behind[a] = margins[a];
@@ -88,14 +101,17 @@ int64_t Lattice4::nearest_frame(double frame) const {
 LatticeScales Lattice4::nominal_scales() const {
   LatticeScales s = scales();
   for (size_t a = 0; a < 3; ++a)
-    if (s[a] < 1 && s[a] > 1 - 1.0 / inner_planes(a)) s[a] = 1;
+    if (s[a] < 1 && s[a] > 1 - (turns(a) && space.bcc ? 2.0 : 1.0) / inner_planes(a)) s[a] = 1;
   if (periodic && s[3] < 1 && s[3] > 1 - 1.0 * layer_period() / layers()) s[3] = 1;
   return s;
 }
 
 Lattice4 Lattice4::without_margins() const {
   Lattice4 inner = *this;
-  for (size_t a = 0; a < 3; ++a) inner.space.last[a] = inner_planes(a), inner.before[a] = inner.behind[a] = 0;
+  for (size_t a = 0; a < 3; ++a) {
+    inner.space.last[a] = space.last[a] - before[a] - behind[a];
+    inner.before[a] = inner.behind[a] = 0;
+  }
   return inner;
 }
 

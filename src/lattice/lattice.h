@@ -16,8 +16,10 @@
 // `behind` the last one, and `lead` layers before the first frame and about as many after the last one: a
 // field is not its own mirror image.
 //
-// A series whose last frame leads to the first is periodic in time: layers run round, a whole number of them
-// (even but for CC) in as many frames as there are, and none is beyond an end.
+// An axis of space may be periodic, as longitude is: planes run round, a whole number of them (even on BCC
+// and D4*) in as many source samples as there are, behind plane `last` comes plane 0, and none is beyond a
+// face. A series whose last frame leads to the first is periodic in time: layers run round, a whole number of
+// them (even but for CC) in as many frames as there are, and none is beyond an end.
 //
 // Sources: Conway & Sloane, Sphere Packings, ch. 4; Neophytou & Mueller 2002, section 3.
 #pragma once
@@ -30,10 +32,14 @@
 
 namespace bccsplat {
 
+// One flag for each of x, y and z.
+using AxisFlags = std::array<bool, 3>;
+
 // The spatial part: one 3D lattice.
 struct Lattice3 {
   bool bcc = true;
-  Int3 last{1, 1, 1}; // number of the last plane per axis, >= 1
+  Int3 last{1, 1, 1};   // number of the last plane per axis, >= 1
+  AxisFlags periodic{}; // axes along which behind the last plane comes plane 0
 
   [[nodiscard]] int cosets() const { return bcc ? 2 : 1; }
   // Returns the distance of neighbouring planes in lattice units.
@@ -54,7 +60,14 @@ struct Lattice3 {
   }
   // Returns the plane number of site i of a coset, along any axis.
   [[nodiscard]] int32_t plane(int coset, int32_t i) const { return bcc ? 2 * i + coset : i; }
-  // Returns the site of the coset, along `axis`, whose value i has by mirroring; i may be any integer.
+  // Returns the number of planes that stand side by side along an axis.
+  [[nodiscard]] int32_t planes(size_t axis) const { return last[axis] + 1; }
+  // Returns where the domain of a lattice without planes outside ends along an axis, in planes: at the last
+  // one, or when periodic at plane 0 again.
+  [[nodiscard]] int32_t end_plane(size_t axis) const { return periodic[axis] ? planes(axis) : last[axis]; }
+  [[nodiscard]] bool any_periodic() const { return periodic[0] || periodic[1] || periodic[2]; }
+  // Returns the site of the coset, along `axis`, whose value i has by mirroring, or when periodic by going
+  // round; i may be any integer.
   [[nodiscard]] int32_t mirror(size_t axis, int coset, int32_t i) const;
 
   bool operator==(const Lattice3&) const = default;
@@ -81,10 +94,10 @@ struct Lattice4 {
   // that they come out a little smaller. A series of one step becomes BCC (kind d4star or bcc) or 3D CC.
   // `lead` layers lie beyond each end of time; `margins` counts the planes outside both faces of each axis,
   // which must be even. periodic: the distance of layers is as much smaller as a whole turn of them takes,
-  // and there is no lead.
+  // and there is no lead. turning: the same for planes along axes of space, which have no margins.
   static Lattice4 fit(LatticeKind kind, const std::array<uint32_t, 4>& dims,
                       const LatticeScales& scales = {1, 1, 1, 1}, int32_t lead = 0,
-                      const Int3& margins = {0, 0, 0}, bool periodic = false);
+                      const Int3& margins = {0, 0, 0}, bool periodic = false, const AxisFlags& turning = {});
 
   [[nodiscard]] bool is_static() const { return time_step == 0; }
   [[nodiscard]] int32_t layers() const { return last_layer + 1; }
@@ -98,17 +111,19 @@ struct Lattice4 {
   // Returns the layer whose values `layer` has by mirroring, or when periodic by going round; it may be any
   // integer. A static lattice maps onto its cosets.
   [[nodiscard]] int32_t mirror_layer(int32_t layer) const;
+  // Whether what lies behind the last sample of an axis (x, y, z, t) is the first one.
+  [[nodiscard]] bool turns(size_t axis) const { return axis == 3 ? periodic : space.periodic[axis]; }
   // The domain along an axis is [0, domain_end]: up to the last sample, or when periodic up to the first one
   // again.
-  [[nodiscard]] double domain_end(size_t axis) const {
-    return axis == 3 && periodic ? dims[3] : dims[axis] - 1.0;
-  }
+  [[nodiscard]] double domain_end(size_t axis) const { return turns(axis) ? dims[axis] : dims[axis] - 1.0; }
   [[nodiscard]] double last_frame() const { return domain_end(3); }
   // Returns the source frame that stands at a whole number of frames, which may be any where time is
   // periodic.
-  [[nodiscard]] int64_t turned_frame(int64_t frame) const {
-    const int64_t n = dims[3];
-    return periodic ? ((frame % n) + n) % n : frame;
+  [[nodiscard]] int64_t turned_frame(int64_t frame) const { return turned_sample(3, frame); }
+  // The same of a sample along any axis.
+  [[nodiscard]] int64_t turned_sample(size_t axis, int64_t sample) const {
+    const int64_t n = dims[axis];
+    return turns(axis) ? ((sample % n) + n) % n : sample;
   }
   // Returns the source frame nearest to a moment; the later one of two at equal distance.
   [[nodiscard]] int64_t nearest_frame(double frame) const;
@@ -127,11 +142,13 @@ struct Lattice4 {
     const double d = space.plane_distance();
     return {d * before[0], d * before[1], d * before[2]};
   }
-  // Returns the number of planes from the first source sample of an axis to the last.
+  // Returns the number of planes from the first source sample of an axis to the end of the domain.
   [[nodiscard]] int32_t inner_planes(size_t axis) const {
-    return space.last[axis] - before[axis] - behind[axis];
+    return space.end_plane(axis) - before[axis] - behind[axis];
   }
   [[nodiscard]] bool has_margins() const { return before != Int3{} || behind != Int3{}; }
+  // Whether it goes on beyond its ends in another way than as its mirror image, or has planes outside.
+  [[nodiscard]] bool has_domain() const { return has_margins() || periodic || space.any_periodic(); }
   // Returns the lattice unit along each axis in source index units: dividing by it gives lattice units.
   [[nodiscard]] Vec3 lattice_unit() const {
     const double d = space.plane_distance();

@@ -36,6 +36,16 @@ struct BrickBox {
   }
   bool operator==(const BrickBox&) const = default;
 };
+// The same box, but along a periodic axis all of it where it comes so near to an end that what lies beside it
+// is at the other one: the last brick may be narrow.
+[[nodiscard]] inline BrickBox go_round(BrickBox box, const Lattice3& lattice) {
+  for (size_t a = 0; a < 3; ++a) {
+    const int32_t bricks = (lattice.dims(0)[a] + brick_edge - 1) / brick_edge;
+    if (lattice.periodic[a] && (box.begin[a] < 1 || box.end[a] > bricks - 2))
+      box.begin[a] = 0, box.end[a] = INT32_MAX;
+  }
+  return box;
+}
 
 class SampleSource {
  public:

@@ -24,40 +24,27 @@ int reach_planes(const Lattice4& lattice, const Kernel& kernel) {
   return static_cast<int>(std::ceil(support)) + prefilter + 1;
 }
 
-// Returns how many layers matter beyond an end of a periodic series, for kernel and prefilter: an even
-// number.
-int32_t layers_beyond(const Lattice4& lattice, const Kernel& kernel) {
-  if (!lattice.periodic) return 0;
-  const double support = kernel.space.radius / lattice.layer_distance();
-  // Of Cartesian coefficients one axis is filtered after the other, each as time is.
-  const int prefilter = std::max(reach_planes(lattice, kernel), prefilter_reach(kernel.prefilter4).space);
-  const auto layers = static_cast<int32_t>(std::ceil(support)) + prefilter + 1;
-  return layers + layers % 2;
-}
-
 // The planes across an axis that a slice is made of.
 struct AxisPlanes {
-  int32_t beyond; // layers beyond the ends of a periodic series
   Lattice4 turned;
   double position;     // inside the domain
-  int32_t first, last; // layers of the turned volume
+  int32_t first, last; // layers of the turned volume, along a periodic axis beyond its ends, too
 };
 
 AxisPlanes planes_of(const Coefficients& coefficients, size_t axis, double position,
                      const Thickness& thickness) {
   AxisPlanes p;
-  p.beyond = layers_beyond(coefficients.source().lattice(), coefficients.kernel());
-  p.turned = turned_lattice(coefficients.source().lattice(), axis, p.beyond);
-  const double end = p.turned.last_frame(), half = thickness.length / 2;
-  p.position = std::clamp(position, 0.0, end);
-  const double low = std::max(p.position - half, 0.0), high = std::min(p.position + half, end);
+  p.turned = turned_lattice(coefficients.source().lattice(), axis);
+  const double half = thickness.length / 2;
+  p.position = std::clamp(position, 0.0, p.turned.last_frame());
+  const auto [low, high] = time_span(p.turned, p.position - half, p.position + half);
   // Mirror images beyond an end lie no further from it than what they are images of.
   const int reach = reach_planes(p.turned, coefficients.kernel());
   const auto plane = [&](double at) {
     return static_cast<int32_t>(std::floor(at / p.turned.time_step)) + p.turned.lead;
   };
-  p.first = std::max(plane(low) - reach, 0);
-  p.last = std::min(plane(high) + 1 + reach, p.turned.last_layer);
+  p.first = plane(low) - reach, p.last = plane(high) + 1 + reach;
+  if (!p.turned.periodic) p.first = std::max(p.first, 0), p.last = std::min(p.last, p.turned.last_layer);
   return p;
 }
 
@@ -74,7 +61,7 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
   const AxisPlanes p = planes_of(coefficients, axis, position, thickness);
   const double half = thickness.length / 2;
   Progress reading(context.progress, 0, read_end), cutting(context.progress, read_end, 1);
-  const TurnedSamples samples(coefficients.samples(), coefficients.channel(), axis, p.first, p.last, p.beyond,
+  const TurnedSamples samples(coefficients.samples(), coefficients.channel(), axis, p.first, p.last,
                               context.with(reading));
   const Coefficients planes(samples, 0, coefficients.kernel(), coefficients.prune(),
                             coefficients.cache_bytes());
@@ -88,8 +75,7 @@ Slice axis_slice(const Coefficients& coefficients, size_t axis, double position,
 void rehearse_axis_slice(const Coefficients& coefficients, size_t axis, double position,
                          const Thickness& thickness, const Context& context) {
   const AxisPlanes p = planes_of(coefficients, axis, position, thickness);
-  (void)TurnedSamples(coefficients.samples(), coefficients.channel(), axis, p.first, p.last, p.beyond,
-                      context);
+  (void)TurnedSamples(coefficients.samples(), coefficients.channel(), axis, p.first, p.last, context);
 }
 
 } // namespace bccsplat

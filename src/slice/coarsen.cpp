@@ -139,8 +139,12 @@ Slice coarsen(const Slice& slice, const Context& context) {
   lattice.last_layer = slice.lattice.cosets() - 1;
   Vec3 ratio;
   for (size_t a = 0; a < 3; ++a) {
-    lattice.space.last[a] = (slice.lattice.last[a] + 1) / 2;
-    ratio[a] = static_cast<double>(slice.lattice.last[a]) / lattice.space.last[a];
+    lattice.space.periodic[a] = slice.lattice.periodic[a];
+    const int32_t period = lattice.space.bcc ? 2 : 1, planes = slice.lattice.planes(a);
+    lattice.space.last[a] = slice.lattice.periodic[a]
+                                ? std::max(2, (planes + 2 * period - 1) / (2 * period) * period) - 1
+                                : (slice.lattice.last[a] + 1) / 2;
+    ratio[a] = static_cast<double>(slice.lattice.end_plane(a)) / lattice.space.end_plane(a);
     lattice.dims[a] = static_cast<uint32_t>(lattice.space.last[a] + 1);
   }
 

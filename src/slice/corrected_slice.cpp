@@ -31,6 +31,21 @@ void set_corrections(Slice& slice, SliceCorrections&& made) {
   slice.corrections = std::make_shared<const SliceCorrections>(std::move(made));
 }
 
+// Adds a value of a source sample to a list; one on the first plane of a periodic axis is that of its end,
+// too.
+void push_images(const Lattice4& lattice, GridValue value, std::vector<GridValue>& list) {
+  const Int3 at = value.at;
+  for (size_t corner = 0; corner < 8; ++corner) {
+    bool is_image = true;
+    for (size_t a = 0; a < 3; ++a) {
+      const bool far = corner >> a & 1;
+      is_image = is_image && (!far || (lattice.turns(a) && at[a] == 0));
+      value.at[a] = far ? static_cast<int32_t>(lattice.dims[a]) : at[a];
+    }
+    if (is_image) list.push_back(value);
+  }
+}
+
 // The grid whose points are mended, and the field that the slice should have there.
 class Mending {
  public:
@@ -124,9 +139,9 @@ void correct_time_slice(Slice& slice, const Coefficients& coefficients, double t
     double weight = fall.value(t0 - at);
     if (t0 < t1) weight = fall.integral(t0 - at, t1 - at) / (kind == ThicknessKind::sum ? 1 : t1 - t0);
     const auto w = static_cast<float>(weight);
-    if (w > 0) fix->each(f, [&](const Int3& p, float value) { add.push_back({p, value * w}); });
+    if (w > 0) fix->each(f, [&](const Int3& p, float value) { push_images(lattice, {p, value * w}, add); });
     if (t0 == t1 && std::fabs(t0 - at) < rounding)
-      fix->each_set(f, [&](const Int3& p, float value) { set.push_back({p, value}); });
+      fix->each_set(f, [&](const Int3& p, float value) { push_images(lattice, {p, value}, set); });
   }
   set_corrections(slice, {{}, fix->shape(), SparseGrid(std::move(add)), SparseGrid(std::move(set))});
 }

@@ -43,6 +43,8 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
   const Lattice4& lattice = source.lattice();
   if (lattice.is_static() || !lattice.space.bcc || !source.coefficient_kernel().empty())
     fail(Code::unsupported, "extraction: for series of samples on D4* only");
+  if (lattice.space.any_periodic())
+    fail(Code::unsupported, "extraction: an axis of space is periodic; choose another method");
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 4; ++a) {
     scale_[a] = a < 3 ? 1 / unit[a] : kernel_time_per_frame(lattice);

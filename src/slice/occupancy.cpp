@@ -48,6 +48,8 @@ bool Occupancy::any(const Vec4& low, const Vec4& high) const {
     const double from = low[a] / step + zero, to = high[a] / step + zero;
     planes[a] = {std::max(0.0, std::min(from, 2 * last - to)), std::min(last, std::max(to, -from))};
     if (a == 3 && lattice_.periodic) planes[a] = {from, std::min(to, from + last)};
+    // Across the end of a periodic axis of space all of it counts.
+    if (a < 3 && lattice_.turns(a) && (from < 0 || to > last)) planes[a] = {0, last};
   }
   const auto first_layer = static_cast<int32_t>(std::ceil(planes[3][0]));
   const auto last_layer = static_cast<int32_t>(std::floor(planes[3][1]));

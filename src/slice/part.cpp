@@ -18,7 +18,7 @@ constexpr int field_sites = 8;
 IndexBox clip_to_samples(const IndexBox& box, const Lattice4& lattice) {
   IndexBox inside;
   for (size_t a = 0; a < 3; ++a) {
-    const double last = lattice.dims[a] - 1.0;
+    const double last = lattice.domain_end(a);
     if (box.begin[a] > last || box.end[a] < 0)
       fail(Code::out_of_domain, "slice: the box misses the samples, 0 to ", last, " along ", axis_name[a]);
     inside.begin[a] = std::max(box.begin[a], 0.0), inside.end[a] = std::min(box.end[a], last);
@@ -38,7 +38,7 @@ BrickBox bricks_around(const IndexBox& box, const Lattice4& lattice, BeyondBox b
     bricks.begin[a] = std::max(0, site(box.begin[a]) - margin) / brick_edge;
     bricks.end[a] = (site(box.end[a]) + margin) / brick_edge + 1;
   }
-  return bricks;
+  return go_round(bricks, lattice.space);
 }
 
 void cut_to_box(Slice& slice, const IndexBox& box) {

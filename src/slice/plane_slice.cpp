@@ -84,8 +84,13 @@ BrickBox bricks_around(const Lattice4& lattice, const PlaneExtent& extent, const
         brick_edge;
     box.end[a] =
         (static_cast<int32_t>(std::ceil((extent.box_high[a] + r - first) / pitch)) + 1) / brick_edge + 1;
+    // What is beyond the end of a periodic axis lies at the other one.
+    const double beyond = r + touch.mirrored[a];
+    if (lattice.turns(a) &&
+        (extent.box_low[a] < beyond || extent.box_high[a] + beyond > lattice.domain_end(a)))
+      box.begin[a] = 0;
   }
-  return box;
+  return go_round(box, lattice.space);
 }
 
 // What a slice that is not empty reads: the bricks in reach of its hyperplane, in a box around the part of it

@@ -64,7 +64,7 @@ void ThickField::values(std::span<const Vec4> points, std::span<float> out, std:
 std::array<double, 2> ThickField::clip(Vec4& p) const {
   std::array<double, 2> s{-thickness_.length / 2, thickness_.length / 2};
   for (size_t i = 0; i < 4; ++i) {
-    if (i == 3 && coefficients_.source().lattice().periodic) continue; // what is beyond goes on
+    if (coefficients_.source().lattice().turns(i)) continue; // what is beyond goes on
     p[i] = std::fabs(p[i]);
     if (p[i] > end_[i]) p[i] = std::max(0.0, 2 * end_[i] - p[i]);
     if (normal_[i] == 0) continue;

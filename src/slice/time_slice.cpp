@@ -195,7 +195,7 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   const Vec3 unit = lattice.lattice_unit();
   slice.domain_begin = lattice.first_sample();
   for (size_t a = 0; a < 3; ++a) {
-    slice.domain_end[a] = slice.domain_begin[a] + (lattice.dims[a] - 1.0) / unit[a];
+    slice.domain_end[a] = slice.domain_begin[a] + lattice.domain_end(a) / unit[a];
     slice.lattice_to_slice.linear[a] = {};
     slice.lattice_to_slice.linear[a][a] = unit[a];
     slice.lattice_to_slice.offset[a] = -(lattice.before[a] * lattice.space_step[a]);

@@ -44,6 +44,7 @@ bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) 
   for (size_t a = 0; a < 4; ++a) {
     Interval own;
     Interval mirrors{0, 0};
+    const bool turns = lattice.turns(a);
     if (a < 3) {
       own = {lattice.plane_position(a, lattice.space.plane(coset, begin[a] * brick_edge)),
              lattice.plane_position(a, lattice.space.plane(coset, end[a] * brick_edge - 1))};
@@ -54,8 +55,7 @@ bool TouchedSamples::touches(int32_t layer, const Int3& begin, const Int3& end) 
     }
     own.low -= reach_.samples[a], own.high += reach_.samples[a];
     const double beyond = reach_.mirrored[a] + reach_.half_thickness * std::fabs(hyperplane_[a]);
-    const bool turns = a == 3 && lattice.periodic;
-    axes[a] = images(turns ? turned(own, lattice.last_frame()) : mirrored(own, mirrors), -beyond,
+    axes[a] = images(turns ? turned(own, lattice.domain_end(a)) : mirrored(own, mirrors), -beyond,
                      lattice.domain_end(a) + beyond);
   }
   // The hyperplane's height over a box has its extremes at corners: centre +- half widths.

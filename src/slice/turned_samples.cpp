@@ -16,16 +16,6 @@ int site_of(const Lattice3& lattice, int coset, int32_t plane) {
   return lattice.bcc ? (plane - coset) / 2 : plane;
 }
 
-// The planes of the turned volume that hold a layer: of a periodic series each turn of it up to `beyond`
-// planes outside.
-std::vector<int32_t> turned_planes(const Lattice4& lattice, int32_t layer, int32_t beyond) {
-  if (!lattice.periodic) return {layer};
-  std::vector<int32_t> planes;
-  const int32_t turn = lattice.layers(), last = turn + 2 * beyond;
-  for (int32_t plane = (layer + beyond) % turn; plane <= last; plane += turn) planes.push_back(plane);
-  return planes;
-}
-
 using OpenBricks = std::vector<std::shared_ptr<Brick>>; // by slot of the turned layer
 
 // Copies site `at` along the axis of all bricks of `from`, a plane of 16 x 16 sites each, to the bricks of
@@ -86,7 +76,7 @@ std::array<size_t, 4> turned_axes(size_t axis) {
   return axes;
 }
 
-Lattice4 turned_lattice(const Lattice4& lattice, size_t axis, int32_t beyond) {
+Lattice4 turned_lattice(const Lattice4& lattice, size_t axis) {
   if (lattice.is_static() || lattice.dims[axis] < 2)
     fail(Code::unsupported, "turned volume: needs time and more than one sample along the axis");
   const std::array<size_t, 4> axes = turned_axes(axis);
@@ -97,13 +87,9 @@ Lattice4 turned_lattice(const Lattice4& lattice, size_t axis, int32_t beyond) {
     turned.space_step[a] = axes[a] == 3 ? lattice.time_step : lattice.space_step[axes[a]];
     turned.before[a] = axes[a] == 3 ? lattice.lead : lattice.before[axes[a]];
     turned.behind[a] = axes[a] == 3 ? 0 : lattice.behind[axes[a]];
-    if (axes[a] != 3 || !lattice.periodic) continue;
-    // The domain goes on to frame 0 again, and beyond both ends stand images enough to be no end.
-    turned.before[a] = turned.behind[a] = beyond;
-    turned.space.last[a] = lattice.layers() + 2 * beyond;
-    turned.dims[a] = lattice.dims[3] + 1;
+    turned.space.periodic[a] = lattice.turns(axes[a]);
   }
-  turned.periodic = false;
+  turned.periodic = lattice.turns(axis);
   turned.dims[3] = lattice.dims[axis];
   // Layers before the first frame become planes outside the domain, and planes outside along the axis become
   // layers before the first.
@@ -114,8 +100,8 @@ Lattice4 turned_lattice(const Lattice4& lattice, size_t axis, int32_t beyond) {
 }
 
 TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axis, int32_t first,
-                             int32_t last, int32_t beyond, const Context& context)
-    : lattice_(turned_lattice(source.lattice(), axis, beyond)), air_(source.air(channel)),
+                             int32_t last, const Context& context)
+    : lattice_(turned_lattice(source.lattice(), axis)), air_(source.air(channel)),
       base_(source.base(channel)) {
   if (!source.coefficient_kernel().empty())
     fail(Code::unsupported, "turned volume: the file holds coefficients");
@@ -126,28 +112,29 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
   };
   std::vector<Plane> planes;
   for (int32_t h = first; h <= last; ++h) {
-    layers_.emplace(h, BrickLayer(lattice_.space, lattice_.coset(h)));
-    planes.push_back({h, OpenBricks(layers_.at(h).brick_slots())});
+    const int32_t plane = lattice_.mirror_layer(h);
+    if (!layers_.emplace(plane, BrickLayer(lattice_.space, lattice_.coset(plane))).second) continue;
+    planes.push_back({plane, OpenBricks(layers_.at(plane).brick_slots())});
   }
   BrickBox region;
   const int sites_per_brick = brick_edge * lattice.layer_period();
-  region.begin[axis] = std::max(0, first - 1) / sites_per_brick;
-  region.end[axis] = last / sites_per_brick + 1;
+  if (first >= 0 && last <= lattice_.last_layer) {
+    region.begin[axis] = std::max(0, first - 1) / sites_per_brick;
+    region.end[axis] = last / sites_per_brick + 1;
+  }
   Attempts attempts;
   for (int32_t m = 0; m < lattice.layers(); ++m) {
     context.progress.advance(static_cast<uint64_t>(m), static_cast<uint64_t>(lattice.layers()));
     const int coset = lattice.coset(m);
     BrickLayer layer;
     if (!attempts.attempt([&] { layer = source.read_layer(channel, m, region, context); })) continue;
-    for (const int32_t turned : turned_planes(lattice, m, beyond)) {
-      const int time_site = site_of(lattice.space, coset, turned);
-      context.tasks.parallel_for(planes.size(), [&](uint64_t p) {
-        Plane& plane = planes[p];
-        if (lattice.coset(plane.number) != coset) return;
-        copy_plane(layer, axis, site_of(lattice.space, coset, plane.number), layers_.at(plane.number),
-                   time_site, plane.bricks);
-      });
-    }
+    const int time_site = site_of(lattice.space, coset, m);
+    context.tasks.parallel_for(planes.size(), [&](uint64_t p) {
+      Plane& plane = planes[p];
+      if (lattice.coset(plane.number) != coset) return;
+      copy_plane(layer, axis, site_of(lattice.space, coset, plane.number), layers_.at(plane.number),
+                 time_site, plane.bricks);
+    });
   }
   attempts.throw_if_waiting();
   uint64_t bytes = 0;

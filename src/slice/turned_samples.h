@@ -13,16 +13,16 @@ namespace bccsplat {
 // The axes of the turned volume, as axes of the volume: the others in order, then `axis` (0, 1 or 2).
 [[nodiscard]] std::array<size_t, 4> turned_axes(size_t axis);
 // D4* and 4D CC map onto themselves. The lattice must have more than one plane of samples along the axis, and
-// time. beyond: even; of a periodic series as many layers of its other turns stand at each end, which then is
-// none: of what is turned nothing is periodic.
-[[nodiscard]] Lattice4 turned_lattice(const Lattice4& lattice, size_t axis, int32_t beyond = 0);
+// time. What is periodic stays so.
+[[nodiscard]] Lattice4 turned_lattice(const Lattice4& lattice, size_t axis);
 
-// Planes first .. last of the axis, read once and held in memory; no other layer may be asked for.
+// Planes first .. last of the axis, read once and held in memory; no other layer may be asked for. Along a
+// periodic axis they may be counted on beyond its ends.
 class TurnedSamples final : public SampleSource {
  public:
-  // The source must hold samples, not coefficients. beyond: as of turned_lattice.
+  // The source must hold samples, not coefficients.
   TurnedSamples(const SampleSource& source, int channel, size_t axis, int32_t first, int32_t last,
-                int32_t beyond, const Context& context);
+                const Context& context);
 
   const Lattice4& lattice() const override { return lattice_; }
   int channels() const override { return 1; }

@@ -21,6 +21,8 @@ uint32_t options_checksum(const FitOptions& options, uint32_t levels, double abs
   if (options.lead > 0) text += concat(" lead ", options.lead);
   if (levels > 0) text += " of halved frames"; // older versions resampled those of the source
   if (options.periodic) text += " periodic";
+  for (size_t a = 0; a < 3; ++a)
+    if (options.turning[a]) text += concat(" periodic ", a);
   if (const Int3& m = options.margins; m != Int3{}) text += concat(" margins ", m[0], ' ', m[1], ' ', m[2]);
   for (const FitChannel& c : options.channels) {
     text += concat(" ", c.threshold, " ", c.ringing);

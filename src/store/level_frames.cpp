@@ -29,7 +29,7 @@ LevelFrames::LevelFrames(const std::vector<FitOptions>& levels, const Context& c
       foretold[a] = halved[a] && options.margins[a] > 0;
     }
     if (halved != AxisFlags{}) {
-      halvers_.emplace_back(dims, halved, foretold, options.filter);
+      halvers_.emplace_back(dims, halved, foretold, options.filter, options.turning);
       dims = halvers_.back().dims();
     }
     used_.push_back(halvers_.size());

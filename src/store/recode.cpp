@@ -133,9 +133,10 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings,
   const VolumeInfo info = recoded_info(was, settings);
   if (const uint16_t lowest = lowest_reader(info); settings.format != 0 && lowest > settings.format)
     fail(Code::unsupported, "recode: what is asked for needs version ", lowest, " of the format, ",
-         lowest == 2             ? "as there are layers before the first frame"
-         : info.lattice.periodic ? "as the series is periodic"
-         : has_masks(info)       ? "as masks say which source samples are missing"
+         lowest == 2                         ? "as there are layers before the first frame"
+         : info.lattice.periodic             ? "as the series is periodic"
+         : info.lattice.space.any_periodic() ? "as an axis is periodic"
+         : has_masks(info)                   ? "as masks say which source samples are missing"
                            : "as coefficients are whole steps; store samples, or coefficients as floats");
   const Layers layers(samples, info);
   Bcc4Writer writer(make_sink(), info);

@@ -87,6 +87,7 @@ struct WriterSettings {
   Ends ends = Ends::automatic;
   Faces faces = Faces::automatic;
   std::array<bool, 3> faces_along{}; // axes of Faces::along
+  AxisFlags turning{};               // periodic axes, behind whose last sample comes the first: no faces
   bool coefficients = false;         // stored in place of samples
   int levels = 0; // coarser ones, of frames; a series that is appended to keeps those it has
   std::optional<PartSettings> part;

@@ -55,6 +55,7 @@ FitOptions fit_options_of(const WriterSettings& s) {
   options.masks = s.nonfinite == NonFinite::hole && !marks_holes(s);
   if (options.masks) options.mask_reach = reach_planes(s);
   options.slab_layers = slab_layers_of(s);
+  options.turning = s.turning;
   options.periodic = s.ends == Ends::periodic && s.dims[3] > 1; // check_settings refuses other numbers
   return options;
 }
@@ -109,6 +110,10 @@ void VolumeWriter::check_settings() const {
     fail(Code::invalid_argument,
          "writer: a bound, measuring, or coefficients need the number of frames in dims[3]");
   if (s.ends == Ends::periodic) check_periodic();
+  for (size_t a = 0; a < 3; ++a)
+    if (s.turning[a] && (s.dims[a] < 2 || (s.faces == Faces::along && s.faces_along[a])))
+      fail(Code::invalid_argument,
+           "writer: a periodic axis has two samples at least, and no faces to predict");
   if (s.lattice == LatticeKind::bcc && s.dims[3] != 1)
     fail(Code::invalid_argument, "writer: lattice BCC holds one frame; set dims[3] to 1 or choose D4STAR");
   for (size_t c = 0; c < s.channels.size(); ++c) {
@@ -241,7 +246,8 @@ Int3 VolumeWriter::outside_planes(int32_t wanted, int level) const {
   for (size_t a = 0; a < 3; ++a) {
     const int32_t last = lattice.space.last[a];
     const bool pays = 2 * wanted * part <= last + 2 * wanted;
-    if (s.dims[a] > 1 && (s.faces == Faces::along ? s.faces_along[a] : pays)) planes[a] = wanted;
+    if (s.dims[a] > 1 && !s.turning[a] && (s.faces == Faces::along ? s.faces_along[a] : pays))
+      planes[a] = wanted;
   }
   return planes;
 }

@@ -334,5 +334,49 @@ TEST(WriterEnds, ABoundHoldsAtTheEnds) {
     ASSERT_LE(std::fabs(static_cast<double>(values[i]) - truth[i]), 0.05 * (1 + 1e-6)) << i;
 }
 
+TEST(WriterEnds, APeriodicAxisGoesOnToItsFirstSample) {
+  const Device device = make_device();
+  const Folder folder;
+  Series s;
+  const double turn = 2 * 3.14159265358979 / s.ny;
+  s.field = [=](double x, double y, double z, double t) {
+    return 50 + 20 * std::cos(0.25 * x - turn * y + 0.2 * z - 0.1 * t);
+  };
+  const std::string path = folder.file("p.bcc4");
+  auto o = options_of(s);
+  o.periodic_axes = BCCSPLAT_PERIODIC_Y;
+  {
+    const Writer w = make_writer(device, path, o);
+    ASSERT_OK(add_frames(w.get(), s));
+    ASSERT_OK(bccsplat_writer_finish(w.get(), nullptr));
+  }
+  const Volume volume = open(device, path);
+  auto info = sized<bccsplat_volume_info>();
+  ASSERT_OK(bccsplat_volume_get_info(volume.get(), &info));
+  EXPECT_EQ(info.periodic_axes, static_cast<uint32_t>(BCCSPLAT_PERIODIC_Y));
+  EXPECT_EQ(info.planes_before[1] + info.planes_behind[1], 0u);
+  const double end = s.ny, t = 1;
+  const std::vector<double> points{9, end - 0.5, 9, t, 9, end, 9, t, 9, 0, 9, t, 9, end + 0.01, 9, t};
+  std::vector<float> values(4), gradients(16);
+  EXPECT_EQ(bccsplat_volume_evaluate(volume.get(), 4, points.data(), values.data(), gradients.data()),
+            BCCSPLAT_ERROR_OUT_OF_DOMAIN);
+  EXPECT_NEAR(values[0], s.field(9, end - 0.5, 9, t), 0.3);
+  EXPECT_NEAR(values[1], values[2], 1e-4);
+  EXPECT_NEAR(gradients[5], gradients[9], 1e-3);
+  EXPECT_TRUE(std::isnan(values[3]));
+  // What cannot be is refused by name.
+  bccsplat_writer* none = nullptr;
+  const auto refused = [&](const bccsplat_writer_options& bad) {
+    return bccsplat_writer_create(device.get(), folder.file("x.bcc4").c_str(), &bad, &none);
+  };
+  auto bad = o;
+  bad.periodic_axes = 8;
+  EXPECT_EQ(refused(bad), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  bad = o, bad.faces = BCCSPLAT_FACES_PREDICT_Y;
+  EXPECT_EQ(refused(bad), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  bad = o, bad.dims[1] = 1;
+  EXPECT_EQ(refused(bad), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+}
+
 } // namespace
 } // namespace host

@@ -340,7 +340,7 @@ TEST(Live, IsNotForPartsAndNothingIsAppendedToIt) {
   bccsplat_writer* writer = nullptr;
   EXPECT_EQ(bccsplat_writer_create(device.device, folder.file("p.bcc4").c_str(), &o, &writer),
             BCCSPLAT_ERROR_UNSUPPORTED);
-  o = v.options, o.reserved = 1;
+  o = v.options, o.periodic_axes = 8;
   EXPECT_EQ(bccsplat_writer_create(device.device, folder.file("p.bcc4").c_str(), &o, &writer),
             BCCSPLAT_ERROR_INVALID_ARGUMENT);
   o = v.options, o.partial = BCCSPLAT_PARTIAL_KEEP;

@@ -213,7 +213,7 @@ void make_domain() {
          rebuild(good, {.metadata = [&](Bytes& m) { poke<uint8_t>(m, payload_of(m, 8) + byte, value); }}));
   };
   save_bad("bad_domain_end", 2, 4);
-  save_bad("bad_domain_periodic", 4, 2); // a reader may not know these ends
+  save_bad("bad_domain_periodic", 4, 2); // at one end of an axis alone
   save_bad("bad_domain_odd", 8, 3);
   save_bad("bad_domain_planes", 12, 44);
   save_bad("bad_domain_lead", 11, 2);
@@ -230,6 +230,24 @@ void make_periodic() {
   };
   save_bad("bad_periodic_one_end", [](Bytes& m) { poke<uint8_t>(m, payload_of(m, 8) + 7, 0); });
   save_bad("bad_periodic_turn", [](Bytes& m) { poke<double>(m, payload_of(m, 1) + 64, 0.7); });
+}
+
+// Longitude along x: 14 samples in 20 planes; D4* asks for an even number.
+void make_periodic_axis() {
+  VolumeInfo round = volume(LatticeKind::d4star, {14, 12, 16, 6}, {channel("value", ValueType::u16)});
+  round.lattice = Lattice4::fit(LatticeKind::d4star, round.lattice.dims, {1, 1, 1, 1}, 0, {0, 2, 0}, false,
+                                {true, false, false});
+  const Bytes good = write_file(round, ball);
+  save("v3_periodic_axis", good);
+  const auto save_bad = [&](const std::string& name, const std::function<void(Bytes&)>& spoil) {
+    save(name, rebuild(good, {.metadata = spoil}));
+  };
+  save_bad("bad_periodic_axis_turn", [](Bytes& m) { poke<double>(m, payload_of(m, 1) + 40, 0.71); });
+  save_bad("bad_periodic_axis_outside", [](Bytes& m) { poke<uint8_t>(m, payload_of(m, 8) + 8, 2); });
+  save_bad("bad_periodic_axis_odd", [](Bytes& m) {
+    poke<int32_t>(m, payload_of(m, 1) + 20, 20);
+    poke<double>(m, payload_of(m, 1) + 40, 14.0 / 21);
+  });
 }
 
 void make_optional() {
@@ -372,6 +390,7 @@ int main(int argc, char** argv) {
   bccsplat::test::make_masks();
   bccsplat::test::make_domain();
   bccsplat::test::make_periodic();
+  bccsplat::test::make_periodic_axis();
   bccsplat::test::make_levels();
   bccsplat::test::make_unfinished();
   bccsplat::test::make_bad();

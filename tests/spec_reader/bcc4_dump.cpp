@@ -163,6 +163,7 @@ struct Volume {
   int lead = 0;
   int before[3] = {}, behind[3] = {}; // planes outside the source samples
   bool periodic = false;              // in time
+  bool round[3] = {};                 // periodic along x, y, z
   double h[3], ht = 0;
   double first = 0, step = 0;
   std::vector<double> times;
@@ -295,17 +296,18 @@ void read_errors(Cursor& r, const Volume& v, int lowest) {
 // Record 8.
 void read_domain(Cursor& r, Volume& v, int lowest) {
   must(lowest >= 3, "domain: needs version 3");
-  bool turns[2] = {};
+  bool turns[8] = {};
   for (int end = 0; end < 8; ++end) {
     const int kind = r.u8();
     must(kind <= 3, "domain: end");
-    if (kind == 2 && end % 4 == 3)
-      turns[end / 4] = true;
+    if (kind == 2)
+      turns[end] = true;
     else if (kind != 0)
-      refuse("domain: this reader knows no ends but mirrors, and of time periodic ones");
+      refuse("domain: this reader knows no ends but mirrors and periodic ones");
   }
-  must(turns[0] == turns[1], "domain: periodic at one end");
-  v.periodic = turns[0];
+  for (int a = 0; a < 4; ++a) must(turns[a] == turns[a + 4], "domain: periodic at one end");
+  for (int a = 0; a < 3; ++a) v.round[a] = turns[a];
+  v.periodic = turns[3];
   for (int& n : v.before) n = r.u8();
   must(r.u8() == v.lead, "domain: layers before frame 0");
   for (int& n : v.behind) n = r.u8();
@@ -380,11 +382,14 @@ void read_levels(Cursor& r, Volume& v, int lowest) {
 // The planes between the outermost source samples reach from one to the other.
 void check_planes(const Volume& v) {
   for (int a = 0; a < 3; ++a) {
-    const double end = v.dims[a] - 1.0;
-    const int outside = v.before[a] + v.behind[a], inside = v.last_plane[a] - outside;
+    const double end = v.dims[a] - (v.round[a] ? 0.0 : 1.0);
+    const int outside = v.before[a] + v.behind[a], inside = v.last_plane[a] + v.round[a] - outside;
+    must(!v.round[a] || (v.dims[a] > 1 && outside == 0 && (v.kind == 3 || inside % 2 == 0)),
+         "domain: a periodic axis");
     must(v.kind == 3 || v.before[a] % 2 == 0, "domain: an odd number of planes before the first sample");
     must(inside >= 1 && (end > 0 || outside == 0), "domain: no planes inside");
-    must(end == 0 || std::fabs(inside * v.h[a] - end) <= 1e-9 * end, "lattice: the last sample has no plane");
+    must(end == 0 || std::fabs(inside * v.h[a] - end) <= 1e-9 * end,
+         "lattice: the end of the domain has no plane");
   }
 }
 
@@ -1025,6 +1030,8 @@ void dump(const std::string& path) {
     if (v.before[a] + v.behind[a] > 0)
       std::printf("%c planes outside %d %d\n", "xyz"[a], v.before[a], v.behind[a]);
   if (v.periodic) std::printf("periodic in time\n");
+  for (int a = 0; a < 3; ++a)
+    if (v.round[a]) std::printf("periodic along %c\n", "xyz"[a]);
   for (size_t l = 0; l < v.levels.size(); ++l)
     std::printf("lattice of level %zu planes %d %d %d layers %d\n", l + 1, v.levels[l].last_plane[0],
                 v.levels[l].last_plane[1], v.levels[l].last_plane[2], v.levels[l].layers());

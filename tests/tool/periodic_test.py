@@ -1,4 +1,5 @@
-"""Series whose last frame leads to the first: told by a dry run, written, told of, and cut between last and first."""
+"""Series whose last frame leads to the first, and axes whose last sample does: told by a dry run, written, told of, and
+cut between last and first."""
 import math
 import os
 
@@ -23,6 +24,97 @@ def noise(x, y, z, t):
     return (12345 * (x + 31 * y + 977 * z + 7919 * t) ** 2 // 64) % 1009
 
 
+ROUND = (32, 18, 12, 6)
+
+
+def longitude(x, y, z, t):
+    """Goes round along x."""
+    turn = 2 * math.pi * x / ROUND[0]
+    return 100 + 50 * math.cos(turn + .1 * y) + 20 * math.sin(3 * turn - .2 * z + .3 * t)
+
+
+def region(x, y, z, t):
+    """A part of the world."""
+    return 100 + 50 * math.cos(.11 * x + .1 * y) + 20 * math.sin(.23 * x - .2 * z + .3 * t)
+
+
+def island(x, y, z, t):
+    """Nothing but air at the faces."""
+    return 200 * math.exp(-((x - 15) ** 2 + (y - 9) ** 2) / 12)
+
+
+class PeriodicAxisTest(ToolTest):
+    def test_a_dry_run_tells(self):
+        for field, told in (longitude, ['x']), (region, []), (island, []), (noise, []):
+            args = self.raw('a.raw', ROUND, field)
+            found = self.json('import', *args, '--dry-run', '-o', 'v.bcc4', *FIXED)['round']
+            self.assertEqual([a for a in found if found[a]['periodic']], told, field)
+            text = self.bcc4('import', *args, '--dry-run', '-o', 'v.bcc4', *FIXED)[0]
+            self.assertEqual('--periodic x' in text, bool(told), field)
+        args = self.raw('a.raw', ROUND, longitude)
+        known = self.json('import', *args, '--dry-run', '-o', 'v.bcc4', *FIXED, '--periodic', 'x')
+        self.assertNotIn('round', known, 'who knows needs no advice')
+
+    def rmse(self, name, first, last):
+        """Of samples first .. last along x at the frames."""
+        squares, count = 0, 0
+        for index in 1, 2.5:
+            self.json('slice', name, '--time', index, '--index', '-o', 's.nrrd')
+            cut = Nrrd(self.path('s.nrrd'))
+            os.remove(self.path('s.nrrd'))
+            nx, ny, nz = cut.sizes[-3:]
+            self.assertGreaterEqual(nx, ROUND[0])
+            for z in range(3, nz - 3):
+                for y in range(3, ny - 3):
+                    for x in range(first, last + 1):
+                        squares += (cut.values[(z * ny + y) * nx + x] - longitude(x, y, z, index)) ** 2
+                        count += 1
+        return math.sqrt(squares / count)
+
+    def test_the_seam(self):
+        args = self.raw('a.raw', ROUND, longitude)
+        for more in ((), ('--store', 'coefficients'), ('--levels', '1')):
+            self.json('import', *args, '-o', 'v.bcc4', '--overwrite', '--periodic', 'x', *FIXED, *more)
+            info = self.json('info', 'v.bcc4')
+            self.assertEqual(info['periodic_axes'], 'x')
+            self.assertIn('periodic along x', self.bcc4('info', 'v.bcc4')[0])
+            self.assertEqual(self.json('verify', 'v.bcc4')['chunks_damaged'], 0)
+            inside = self.rmse('v.bcc4', 12, 20)
+            self.assertLess(self.rmse('v.bcc4', 0, 1), 1.3 * inside + .05, more)
+            self.assertLess(self.rmse('v.bcc4', 30, 31), 1.3 * inside + .05, more)
+        self.bcc4('slice', 'v.bcc4', '--plane', '1,0,0,0,-31.6', '-o', 'x.nrrd')
+        self.bcc4('render', 'v.bcc4', '--time', '2', '--index', '--size', '64x48', '-o', 'v.png')
+        self.json('import', *args, '-o', 'm.bcc4', *FIXED)
+        self.assertEqual(self.json('info', 'm.bcc4')['periodic_axes'], '')
+
+    def test_parts_and_appended_files_are_the_same(self):
+        args = self.raw('a.raw', ROUND, longitude)
+        more = ('--periodic', 'x', *FIXED)
+        self.json('import', *args, '-o', 'whole.bcc4', *more)
+        self.json('import', *args, '--dry-run', '--plan', 'plan.json', *more)
+        for part in 1, 2:
+            self.json('import', '--plan', 'plan.json', '--part', f'{part}/2', '-o', f'p{part}.bcc4')
+        self.json('concat', 'p1.bcc4', 'p2.bcc4', '-o', 'joined.bcc4')
+        first = self.raw('f.raw', (*ROUND[:3], 4), longitude)
+        self.json('import', *first, '-o', 'grown.bcc4', *more)
+        self.json('import', *args, '-o', 'grown.bcc4', '--append', *more)
+        for other in 'joined.bcc4', 'grown.bcc4':
+            for index in 0, 2.5, 5:
+                cuts = []
+                for name in 'whole.bcc4', other:
+                    self.json('slice', name, '--time', index, '--index', '-o', 's.nrrd')
+                    cuts.append(Nrrd(self.path('s.nrrd')).values)
+                    os.remove(self.path('s.nrrd'))
+                self.assertEqual(*cuts, (other, index))
+
+    def test_what_cannot_be(self):
+        args = self.raw('a.raw', ROUND, longitude)
+        self.refused(2, 'faces', 'import', *args, '-o', 'v.bcc4', '--periodic', 'x', '--lattice', 'd4star', '--exact',
+                     '--faces', 'x')
+        self.refused(2, 'periodic', 'import', *self.raw('c.raw', (9, 9, 1, 4), wave), '-o', 'w.bcc4', '--periodic', 'z',
+                     *FIXED)
+
+
 class PeriodicTest(ToolTest):
     def turn(self, args, *more):
         return self.json('import', *args, '--dry-run', '-o', 'v.bcc4', *FIXED, *more).get('turn')
@@ -37,7 +129,8 @@ class PeriodicTest(ToolTest):
         for other in drift, noise:
             args = self.raw('b.raw', DIMS, other)
             self.assertFalse(self.turn(args)['periodic'], other)
-            self.assertNotIn('periodic', self.bcc4('import', *args, '--dry-run', '-o', 'v.bcc4', *FIXED)[0])
+            self.assertNotIn('--ends periodic',
+                             self.bcc4('import', *args, '--dry-run', '-o', 'v.bcc4', *FIXED)[0])
         self.assertIsNone(self.turn(self.raw('c.raw', (9, 9, 9, 4), wave)), 'too short to tell')
 
     def rmse(self, name, index):

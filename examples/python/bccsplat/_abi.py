@@ -79,6 +79,9 @@ FACES_MIRROR = 2
 FACES_PREDICT_X = 4
 FACES_PREDICT_Y = 8
 FACES_PREDICT_Z = 16
+PERIODIC_X = 1
+PERIODIC_Y = 2
+PERIODIC_Z = 4
 CHANNEL_SET_AIR = 1
 CHANNEL_SET_RANGE = 2
 PARTIAL_DEFAULT = 0
@@ -274,7 +277,7 @@ class WriterOptions(Struct):
     faces: int
     scales: Array[c_double]
     live: int
-    reserved: int
+    periodic_axes: int
     cancel_token: int | None
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("dims", c_uint32 * 4),
         ("lattice", c_int32), ("filter", c_int32), ("store", c_int32), ("nonfinite", c_int32),
@@ -284,7 +287,7 @@ class WriterOptions(Struct):
         ("progress_user", c_void_p), ("abs_error", c_double), ("psnr", c_double), ("measure", c_int32),
         ("partial", c_int32), ("lowpass", c_int32), ("levels", c_uint32), ("part", POINTER(SeriesPart)),
         ("ends", c_int32), ("faces", c_int32), ("scales", c_double * 4), ("live", c_uint32),
-        ("reserved", c_uint32), ("cancel_token", c_void_p)]
+        ("periodic_axes", c_uint32), ("cancel_token", c_void_p)]
 
 
 class Box(Struct):
@@ -417,6 +420,8 @@ class VolumeInfo(Struct):
     time_periodic: int
     time_end: float
     frames_expected: int
+    periodic_axes: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("lattice", c_int32), ("dims", c_uint64 * 4),
         ("cc_samples", c_uint64), ("sites_total", c_uint64), ("layer_count", c_uint64), ("scale", c_double),
         ("time_scale", c_double), ("affine", c_double * 16), ("time_first", c_double),
@@ -428,7 +433,7 @@ class VolumeInfo(Struct):
         ("part_first", c_uint64), ("part_end", c_uint64), ("scales", c_double * 4),
         ("planes_before", c_uint32 * 3), ("planes_behind", c_uint32 * 3), ("sites_outside", c_uint64),
         ("level_count", c_uint32), ("time_periodic", c_uint32), ("time_end", c_double),
-        ("frames_expected", c_uint64)]
+        ("frames_expected", c_uint64), ("periodic_axes", c_uint32), ("reserved", c_uint32)]
 
 
 class LevelInfo(Struct):

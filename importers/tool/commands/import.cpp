@@ -265,7 +265,7 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     return Exit::ok;
   }
 
-  ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}, {}, {}};
+  ImportPlan plan{s, a.settings, {}, {}, {}, {}, {}, {}, {}, {}};
   plan.levels.automatic = !planned && a.auto_levels() && !appends_to_file(a);
   ImportScope scope;
   scope.output = a.output;
@@ -287,6 +287,8 @@ Exit run_import(ImportArguments& a, const std::string& command_line) {
     plan.estimate = estimate_import(*reader, device, a.settings, plan.scans);
     if (!planned && a.settings.ends != BCCSPLAT_ENDS_PERIODIC && a.part.empty() && !a.resume.append)
       plan.turn = measure_turn(*reader);
+    if (!planned && a.settings.periodic == 0 && a.part.empty() && !a.resume.append)
+      plan.round = measure_round(*reader);
     if (a.common.json)
       print_json(plan_json(plan));
     else
@@ -361,6 +363,10 @@ Run add_import(CLI::App& app, std::string command_line) {
       "planes of the lattice more at each face, along all axes that are not short, or along these at "
       "any cost; or the mirror image (default: what does best on a sample, else as they foretell along "
       "axes of 43 samples or more)");
+  add_choice<int32_t>(import, "--periodic", a->settings.periodic, kPeriodicChoices,
+                      "Axes that go round, as longitude does: behind the last sample comes the first one "
+                      "again, and there are "
+                      "no faces (of time: --ends periodic)");
   import
       .add_option("--scale", a->scale,
                   "Lattice distance in source samples (default 1): of x, y and z, or one for each, and for t "

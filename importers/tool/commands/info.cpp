@@ -57,6 +57,14 @@ Json channel_json(const bccsplat_channel_info& c, bool histogram) {
   return j;
 }
 
+// "xz": the axes of space that go round.
+std::string periodic_axes(const bccsplat_volume_info& v) {
+  std::string text;
+  for (size_t a = 0; a < 3; ++a)
+    if (v.periodic_axes >> a & 1) text += "xyz"[a];
+  return text;
+}
+
 Json info_json(const Volume& volume, const InfoArguments& a) {
   const bccsplat_volume_info v = volume_info(volume);
   const bccsplat_channel_info first = channel_info(volume, 0);
@@ -73,6 +81,7 @@ Json info_json(const Volume& volume, const InfoArguments& a) {
   j["scale"] = v.scale;
   j["time_scale"] = v.time_scale;
   j["scales"] = v.scales;
+  j["periodic_axes"] = periodic_axes(v);
   j["planes_outside"] = {{"before", v.planes_before}, {"behind", v.planes_behind}};
   j["value_type"] = value_type_name(first.value_type);
   j["range"] = {first.range[0], first.range[1]};
@@ -151,6 +160,7 @@ std::string outside_text(const bccsplat_volume_info& v) {
   for (size_t a = 0; a < 3; ++a)
     if (const uint32_t before = v.planes_before[a], behind = v.planes_behind[a]; before + behind > 0)
       text += concat(text.empty() ? ", planes outside " : ", ", "xyz"[a], " ", before, " + ", behind);
+  if (v.periodic_axes != 0) text += concat(", periodic along ", periodic_axes(v));
   return text;
 }
 

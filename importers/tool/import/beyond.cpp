@@ -28,7 +28,8 @@ int32_t faces_of_part(const LatticeShape& s, const std::array<uint64_t, 4>& dims
   if (s.faces == BCCSPLAT_FACES_MIRROR || (has_source_planes(s) && !asked)) return BCCSPLAT_FACES_MIRROR;
   int32_t along = 0;
   for (size_t a = 0; a < 3; ++a)
-    if (kPlanesOutside <= (asked ? kAskedPart : kDefaultPart) * (last_plane(s, a, dims[a]) + kPlanesOutside))
+    if (!is_periodic(s.periodic, a) &&
+        kPlanesOutside <= (asked ? kAskedPart : kDefaultPart) * (last_plane(s, a, dims[a]) + kPlanesOutside))
       along += face_bit(a);
   return along > 0 ? along : BCCSPLAT_FACES_MIRROR;
 }

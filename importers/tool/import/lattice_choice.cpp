@@ -61,7 +61,7 @@ std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const Latt
       double density = wish.density, fitted = 0;
       for (int i = 0; i < kOutsideSteps && std::fabs(density / fitted - 1) > kSameDensity; ++i) {
         shape = shape_of(spectra.of(beyond), fitted = density);
-        shape.faces = wish.faces, shape.ends = wish.ends;
+        shape.faces = wish.faces, shape.ends = wish.ends, shape.periodic = wish.periodic;
         shape = with_beyond(shape, beyond);
         density = std::max(wish.density / 2, wish.density / (1 + outside_share(shape, series.dims)));
       }

@@ -18,6 +18,7 @@ struct LatticeWish {
   double density = 0.5;                                                        // sites per source sample
   int32_t faces = BCCSPLAT_FACES_DEFAULT;                                      // DEFAULT: what does best
   int32_t ends = BCCSPLAT_ENDS_DEFAULT;                                        // the same
+  int32_t periodic = 0;                                                        // axes of space
   // Distances that were given, or the grid of the source: the lattice is not chosen but proved.
   std::optional<LatticeShape> fixed;
   std::vector<bool> labels{}; // by channel: is not rounded

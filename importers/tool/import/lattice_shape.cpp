@@ -15,8 +15,10 @@ namespace {
 
 constexpr double kRounding = 1e-9;
 
-// Is a whole number of layers a turn of n frames?
-bool turns(const LatticeShape& s, uint64_t n) { return s.ends == BCCSPLAT_ENDS_PERIODIC && n > 1; }
+// Is a whole number of layers, or of planes, a turn of n samples?
+bool turns(const LatticeShape& s, size_t axis, uint64_t n) {
+  return n > 1 && (axis == 3 ? s.ends == BCCSPLAT_ENDS_PERIODIC : is_periodic(s.periodic, axis));
+}
 
 // In units of the lattice's distance.
 double plane_distance(const LatticeShape& s) { return is_bcc(s) ? 1 / std::numbers::sqrt2 : 1; }
@@ -45,11 +47,11 @@ bool has_source_planes(const LatticeShape& s) {
 bool has_source_frames(const LatticeShape& s) { return !is_bcc(s) && s.scales[3] == 1; }
 
 double last_plane(const LatticeShape& s, size_t axis, uint64_t n) {
-  if (axis == 3 && turns(s, n)) {
+  if (turns(s, axis, n)) {
     const double period = is_bcc(s) ? 2 : 1;
-    return std::max(2.0,
-                    period * std::ceil(static_cast<double>(n) / (period * s.scales[3] * plane_distance(s)) -
-                                       kRounding)) -
+    return std::max(2.0, period * std::ceil(static_cast<double>(n) /
+                                                (period * s.scales[axis] * plane_distance(s)) -
+                                            kRounding)) -
            1;
   }
   return std::max(1.0,
@@ -62,8 +64,9 @@ Distances realised_distances(const LatticeShape& s, const std::array<uint64_t, 4
   Distances d = s.scales; // along time exact: a series may go on
   for (size_t a = 0; a < 3; ++a)
     if (dims[a] > 1) d[a] = static_cast<double>(dims[a] - 1) / last_plane(s, a, dims[a]) / plane_distance(s);
-  if (turns(s, dims[3]))
-    d[3] = static_cast<double>(dims[3]) / (last_plane(s, 3, dims[3]) + 1) / plane_distance(s);
+  for (size_t a = 0; a < 4; ++a)
+    if (turns(s, a, dims[a]))
+      d[a] = static_cast<double>(dims[a]) / (last_plane(s, a, dims[a]) + 1) / plane_distance(s);
   return d;
 }
 
@@ -71,6 +74,8 @@ LatticeShape shape_of_part(const LatticeShape& shape, const std::array<uint64_t,
                            const std::array<uint64_t, 4>& part, bool ends_with_series) {
   LatticeShape s = shape;
   const Distances distances = realised_distances(shape, dims);
+  for (size_t a = 0; a < 3; ++a)
+    if (part[a] != dims[a]) s.periodic &= ~(1 << a);
   for (size_t a = 0; a < 4; ++a) {
     if (part[a] == dims[a] || part[a] == 1 || (a == 3 && !ends_with_series)) continue;
     const double plane = distances[a] * plane_distance(shape);
@@ -124,7 +129,9 @@ std::string shape_text(const LatticeShape& shape, const std::array<uint64_t, 4>&
     text += concat(a == 0 ? " " : " x ", short_number(d[a], 3));
   if (shape.faces == BCCSPLAT_FACES_PREDICT || shape.ends == BCCSPLAT_ENDS_PREDICT)
     text += ", ends predicted";
-  if (turns(shape, dims[3])) text += ", periodic in time";
+  for (size_t a = 0; a < 3; ++a)
+    if (turns(shape, a, dims[a])) text += concat(", periodic along ", "xyz"[a]);
+  if (turns(shape, 3, dims[3])) text += ", periodic in time";
   return text;
 }
 

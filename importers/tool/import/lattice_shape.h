@@ -17,6 +17,7 @@ struct LatticeShape {
   Distances scales{1, 1, 1, 1};
   int32_t faces = BCCSPLAT_FACES_DEFAULT; // what is done at the faces
   int32_t ends = BCCSPLAT_ENDS_DEFAULT;   // and at the ends of time
+  int32_t periodic = 0;                   // axes of space: BCCSPLAT_PERIODIC_...
   bool operator==(const LatticeShape&) const = default;
 };
 
@@ -24,11 +25,16 @@ struct LatticeShape {
 // Are its sites samples of the source in space, at the frames it has? Are those frames of the source?
 [[nodiscard]] bool has_source_planes(const LatticeShape& shape);
 [[nodiscard]] bool has_source_frames(const LatticeShape& shape);
+// Does an axis of space go round?
+[[nodiscard]] constexpr bool is_periodic(int32_t periodic, size_t axis) {
+  return (periodic >> axis & 1) != 0;
+}
 // Does it have the samples of the source themselves?
 [[nodiscard]] bool is_source_grid(const LatticeShape& shape);
 // The number of the last plane of an axis of n samples.
 [[nodiscard]] double last_plane(const LatticeShape& shape, size_t axis, uint64_t n);
-// Distances as a writer realises them: in space a whole number of planes ends on the last sample.
+// Distances as a writer realises them: in space a whole number of planes ends on the last sample,
+// or is a turn.
 [[nodiscard]] Distances realised_distances(const LatticeShape& shape, const std::array<uint64_t, 4>& dims);
 // What a part of a series, of `part` samples, takes to be like the whole: along the axes that are cut planes
 // as far from each other as those of the series, as nearly as a whole number of them allows. A part that ends

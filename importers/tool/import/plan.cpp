@@ -107,6 +107,13 @@ void print_plan(const ImportPlan& plan) {
     line("ends",
          "the last frame is as near to the first as frames are to the next: if the series goes round, as "
          "heart beats and climatologies do, --ends periodic");
+  for (size_t a = 0; a < plan.round.size(); ++a)
+    if (plan.round[a] && plan.round[a]->leads_to_first())
+      line("faces",
+           concat("the last samples along ", "xy"[a],
+                  " are as near to the first as samples are to the next: if they go round, as longitude "
+                  "does, --periodic ",
+                  "xy"[a]));
   if (plan.spectra) {
     const auto lines = spectrum_lines(plan.spectra->plain);
     for (size_t i = 0; i < lines.size(); ++i) line(i == 0 ? "bandwidth" : "", lines[i]);
@@ -132,6 +139,13 @@ void print_plan(const ImportPlan& plan) {
            " at the source samples");
   }
   std::fflush(stdout);
+}
+
+Json turn_json(const Turn& turn) {
+  return {{"last_to_first", turn.last_to_first},
+          {"to_next", turn.to_next},
+          {"across", turn.across},
+          {"periodic", turn.leads_to_first()}};
 }
 
 Json plan_json(const ImportPlan& plan) {
@@ -180,11 +194,9 @@ Json plan_json(const ImportPlan& plan) {
   if (plan.spectra) j["spectrum"] = spectrum_json(plan.spectra->plain);
   if (plan.choice) j["choice"] = choice_json(*plan.choice, s);
   if (plan.search) j["coding"] = search_json(*plan.search, s);
-  if (plan.turn)
-    j["turn"] = {{"last_to_first", plan.turn->last_to_first},
-                 {"to_next", plan.turn->to_next},
-                 {"across", plan.turn->across},
-                 {"periodic", plan.turn->leads_to_first()}};
+  if (plan.turn) j["turn"] = turn_json(*plan.turn);
+  for (size_t a = 0; a < plan.round.size(); ++a)
+    if (plan.round[a]) j["round"][std::string(1, "xy"[a])] = turn_json(*plan.round[a]);
   j["notes"] = s.notes;
   j["warnings"] = s.warnings;
   return j;

@@ -34,10 +34,11 @@ struct ImportPlan {
   std::vector<ChannelScan> scans; // empty: not scanned
   std::optional<ImportEstimate> estimate;
   std::optional<Spectra> spectra;
-  std::optional<LatticeChoice> choice; // of the lattice and the steps that `settings` hold
-  std::optional<CodingSearch> search;  // the same where a bound was asked for
-  std::optional<Turn> turn;            // of a dry run
-  LevelChoice levels;                  // of which `settings` hold the number
+  std::optional<LatticeChoice> choice;      // of the lattice and the steps that `settings` hold
+  std::optional<CodingSearch> search;       // the same where a bound was asked for
+  std::optional<Turn> turn;                 // of a dry run
+  std::array<std::optional<Turn>, 2> round; // the same of x and y
+  LevelChoice levels;                       // of which `settings` hold the number
 };
 
 [[nodiscard]] uint64_t cc_samples(const SeriesDescription& series); // all channels

@@ -38,6 +38,7 @@ Json settings_json(const WriterSettings& s) {
   j["lowpass"] = s.lowpass;
   j["ends"] = name_of(s.ends, kEndsChoices);
   j["faces"] = name_of(s.faces, kFacesChoices);
+  j["periodic"] = name_of(s.periodic, kPeriodicChoices);
   j["store"] = name_of(s.store, kStoreChoices);
   j["levels"] = s.levels;
   j["nonfinite"] = name_of(s.nonfinite, kNonfiniteChoices);
@@ -60,6 +61,7 @@ WriterSettings read_settings(const Json& j) {
   s.lowpass = j.at("lowpass").get<bool>();
   s.ends = value_of(j.at("ends"), kEndsChoices, BCCSPLAT_ENDS_DEFAULT);
   s.faces = value_of(j.at("faces"), kFacesChoices, BCCSPLAT_FACES_DEFAULT);
+  s.periodic = value_of(j.value("periodic", Json()), kPeriodicChoices, 0); // which older plans do not have
   s.store = value_of(j.at("store"), kStoreChoices, BCCSPLAT_STORE_DEFAULT);
   s.levels = j.value("levels", uint32_t{0}); // which older plans do not have
   s.nonfinite = value_of(j.at("nonfinite"), kNonfiniteChoices, BCCSPLAT_NONFINITE_DEFAULT);

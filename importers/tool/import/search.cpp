@@ -60,7 +60,7 @@ LatticeShape shape_of(const WriterSettings& settings, const SeriesDescription& s
   for (size_t a = 0; a < 4; ++a)
     shape.scales[a] = wider(settings.scales[a], wider(a < 3 ? settings.scale : settings.time_scale, 1));
   if (series.dims[3] == 1) shape.scales[3] = 1;
-  shape.faces = settings.faces, shape.ends = settings.ends;
+  shape.faces = settings.faces, shape.ends = settings.ends, shape.periodic = settings.periodic;
   return shape;
 }
 
@@ -86,7 +86,8 @@ class BoundSearch {
     } else {
       search_lattices();
       // All samples: what can be rounded away there no lattice knows better.
-      if (may_be_cartesian()) consider({BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings_.faces, settings_.ends});
+      if (may_be_cartesian())
+        consider({BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings_.faces, settings_.ends, settings_.periodic});
     }
     if (!best_ && most_exact_) try_coding({trier_.tried()[*most_exact_].coding.shape, {}, bound_.abs});
     if (best_ && !holds(trier_.tried()[*best_])) correct_what_misses();
@@ -237,7 +238,7 @@ class BoundSearch {
     if (is_new) {
       LatticeShape& shape = found->second;
       shape = fit_lattice(spectra_.of(beyond), lattice, density, series_.dims);
-      shape.faces = settings_.faces, shape.ends = settings_.ends;
+      shape.faces = settings_.faces, shape.ends = settings_.ends, shape.periodic = settings_.periodic;
       shape = with_beyond(shape, beyond);
     }
     return found->second;

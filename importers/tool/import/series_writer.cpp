@@ -234,6 +234,7 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.lowpass = settings.lowpass ? 1 : 0;
   options.ends = settings.ends;
   options.faces = settings.faces;
+  options.periodic_axes = static_cast<uint32_t>(settings.periodic);
   options.store = settings.store;
   options.levels = stream ? 0 : settings.levels; // who compares files of a stream looks at level 0
   options.nonfinite = settings.nonfinite;

@@ -31,6 +31,7 @@ struct WriterSettings {
   bool lowpass = false;
   int32_t ends = BCCSPLAT_ENDS_DEFAULT;
   int32_t faces = BCCSPLAT_FACES_DEFAULT;
+  int32_t periodic = 0; // axes: BCCSPLAT_PERIODIC_...
   int32_t store = BCCSPLAT_STORE_DEFAULT;
   uint32_t levels = 0; // coarser ones
   int32_t nonfinite = BCCSPLAT_NONFINITE_DEFAULT;

@@ -29,11 +29,13 @@ LatticeWish wish_of(const Unsettled& unsettled, const WriterSettings& settings, 
                     std::vector<bool> labels) {
   LatticeWish wish;
   wish.labels = std::move(labels), wish.faces = settings.faces, wish.ends = settings.ends;
+  wish.periodic = settings.periodic;
   // What blends labels makes up others: who asks for nothing gets their grid.
   const bool all_labels = std::find(wish.labels.begin(), wish.labels.end(), false) == wish.labels.end();
   if (all_labels && unsettled.auto_lattice && unsettled.density == 0 && !settings.lowpass &&
       has_cartesian(settings.kernel))
-    wish.fixed = LatticeShape{BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings.faces, settings.ends};
+    wish.fixed =
+        LatticeShape{BCCSPLAT_LATTICE_CC, {1, 1, 1, 1}, settings.faces, settings.ends, settings.periodic};
   if (!unsettled.auto_lattice) wish.fixed = shape_of(settings, s);
   if (unsettled.density > 0) wish.density = unsettled.density;
   if (settings.lattice != BCCSPLAT_LATTICE_DEFAULT) {
@@ -83,9 +85,10 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
   if (levels && std::find(labels.begin(), labels.end(), true) != labels.end())
     plan.levels.labels = true, settings.levels = 0;
   if (!unsettled.everything && !bound.any() && !chosen && !unsettled.auto_time_scale) return;
-  plan.spectra.emplace(Spectra{{s, sample, air, settings.faces, settings.ends},
-                               {s, sample, air, BCCSPLAT_FACES_PREDICT, settings.ends},
-                               {s, sample, air, BCCSPLAT_FACES_PREDICT, BCCSPLAT_ENDS_PREDICT}});
+  const int32_t periodic = settings.periodic;
+  plan.spectra.emplace(Spectra{{s, sample, air, settings.faces, settings.ends, periodic},
+                               {s, sample, air, BCCSPLAT_FACES_PREDICT, settings.ends, periodic},
+                               {s, sample, air, BCCSPLAT_FACES_PREDICT, BCCSPLAT_ENDS_PREDICT, periodic}});
   // What a dry run has scanned beyond it must not make other choices than an import at once.
   const std::vector<ChannelScan>& ranges = bound.any() ? plan.scans : sample.ranges;
   Trier trier(device, s, sample, settings, plan.scans.empty() ? sample.ranges : plan.scans, ranges);

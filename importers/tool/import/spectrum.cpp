@@ -196,9 +196,10 @@ struct BlockAxis {
 };
 
 // Does a lattice mirror this axis at its ends, which are treated so?
-bool is_mirrored(size_t axis, uint64_t samples, int32_t faces, int32_t ends) {
+bool is_mirrored(size_t axis, uint64_t samples, int32_t faces, int32_t ends, int32_t periodic) {
   if (axis == 3)
     return ends == BCCSPLAT_ENDS_MIRROR || (ends == BCCSPLAT_ENDS_DEFAULT && samples < kPredicted);
+  if (is_periodic(periodic, axis)) return false;
   if (faces >= BCCSPLAT_FACES_PREDICT_X) return (faces & face_bit(axis)) == 0;
   return faces == BCCSPLAT_FACES_MIRROR || (faces == BCCSPLAT_FACES_DEFAULT && samples < kLong);
 }
@@ -208,12 +209,12 @@ std::string per_cent(double part) { return concat(short_number(100 * part, 2), "
 } // namespace
 
 Spectrum::Spectrum(const SeriesDescription& series, const SeriesSample& sample,
-                   const std::vector<double>& air, int32_t faces, int32_t ends) {
+                   const std::vector<double>& air, int32_t faces, int32_t ends, int32_t periodic) {
   std::vector<BlockAxis> axes;
   Bins sums;
   size_t bins = 1;
   for (size_t a = 0; a < 4; ++a) {
-    axes.emplace_back(series, sample, a, is_mirrored(a, series.dims[a], faces, ends));
+    axes.emplace_back(series, sample, a, is_mirrored(a, series.dims[a], faces, ends, periodic));
     windowed_[a] = !axes[a].mirrored;
     sums.count[a] = count_[a] = std::min<size_t>(axes[a].n, axes[a].whole ? kMostBins : kWindowedBins);
     bins *= count_[a];

@@ -20,9 +20,9 @@ namespace bcc4 {
 class Spectrum {
  public:
   // air: by channel, in the place of what is not finite. Channels count in units of their range. faces,
-  // ends: as of a lattice; those that are predicted mirror no axis.
+  // ends, periodic: as of a lattice; what is predicted or goes round is mirrored along no axis.
   Spectrum(const SeriesDescription& series, const SeriesSample& sample, const std::vector<double>& air,
-           int32_t faces, int32_t ends);
+           int32_t faces, int32_t ends, int32_t periodic);
 
   [[nodiscard]] bool empty() const { return total_ <= 0; }
   // Below which `part` of the energy lies along an axis; 0 for an axis too short to tell.

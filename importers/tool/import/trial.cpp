@@ -215,7 +215,13 @@ bool Trier::measure_stretch(const SampleStretch& stretch, CodingTrial& trial,
   const LatticeShape shape = shape_of_part(whole, series_.dims, part.dims, stretch.ends > 0);
   s.scales = shape.scales;
   s.ends = ends_of(stretch, whole);
+  s.periodic = shape.periodic;
   s.faces = faces_of_part(whole, series_.dims);
+  // What is cut out of an axis that goes round does not; predicted faces come closest to that.
+  for (size_t a = 0; a < 3; ++a)
+    if (shape.periodic != whole.periodic && is_periodic(whole.periodic & ~shape.periodic, a) &&
+        part.dims[a] > 1 && !has_source_planes(whole))
+      s.faces = s.faces == BCCSPLAT_FACES_MIRROR ? face_bit(a) : s.faces | face_bit(a);
   MemoryFile file;
   auto stream = sized<bccsplat_write_stream>();
   stream.write_at = MemoryFile::write_at;

@@ -33,6 +33,15 @@ inline const Choices<int32_t> kFacesChoices{
     {"xz", BCCSPLAT_FACES_PREDICT_X + BCCSPLAT_FACES_PREDICT_Z},
     {"yz", BCCSPLAT_FACES_PREDICT_Y + BCCSPLAT_FACES_PREDICT_Z},
     {"xyz", BCCSPLAT_FACES_PREDICT_X + BCCSPLAT_FACES_PREDICT_Y + BCCSPLAT_FACES_PREDICT_Z}};
+// Axes that are periodic.
+inline const Choices<int32_t> kPeriodicChoices{
+    {"x", BCCSPLAT_PERIODIC_X},
+    {"y", BCCSPLAT_PERIODIC_Y},
+    {"z", BCCSPLAT_PERIODIC_Z},
+    {"xy", BCCSPLAT_PERIODIC_X + BCCSPLAT_PERIODIC_Y},
+    {"xz", BCCSPLAT_PERIODIC_X + BCCSPLAT_PERIODIC_Z},
+    {"yz", BCCSPLAT_PERIODIC_Y + BCCSPLAT_PERIODIC_Z},
+    {"xyz", BCCSPLAT_PERIODIC_X + BCCSPLAT_PERIODIC_Y + BCCSPLAT_PERIODIC_Z}};
 inline const Choices<int32_t> kEndsChoices{{"predict", BCCSPLAT_ENDS_PREDICT},
                                            {"mirror", BCCSPLAT_ENDS_MIRROR},
                                            {"periodic", BCCSPLAT_ENDS_PERIODIC}};

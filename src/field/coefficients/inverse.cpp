@@ -115,10 +115,18 @@ std::shared_ptr<Brick> filter_brick(const std::vector<InverseFactor>& factors, c
   return out;
 }
 
-// Whether the brick or a neighbour along the axis holds anything; mirror images lie no further away.
+// Whether the brick or a neighbour along the axis holds anything; mirror images lie no further away, and
+// what a periodic axis has beyond its end is looked at.
 bool near(const BrickLayer& from, size_t axis, Int3 brick) {
-  const int at = brick[axis];
-  for (int i = std::max(at - 1, 0); i <= std::min(at + 1, from.brick_dims()[axis] - 1); ++i) {
+  const int at = brick[axis], bricks = from.brick_dims()[axis];
+  if (from.lattice().periodic[axis]) { // whose last brick may be narrow
+    for (int i = at - 2; i <= at + 2; ++i) {
+      brick[axis] = ((i % bricks) + bricks) % bricks;
+      if (from.brick(brick[0], brick[1], brick[2])) return true;
+    }
+    return false;
+  }
+  for (int i = std::max(at - 1, 0); i <= std::min(at + 1, bricks - 1); ++i) {
     brick[axis] = i;
     if (from.brick(brick[0], brick[1], brick[2])) return true;
   }

@@ -20,6 +20,31 @@ void copy_sites(const float* from, int count, float* to) {
     std::copy_n(from, count, to);
 }
 
+// The bricks along an axis of a region that are near a brick: it, those beside it, and of a periodic axis,
+// whose last brick may be narrow, those that are so beyond its ends.
+class NearAxis {
+ public:
+  NearAxis() = default;
+  NearAxis(int brick, int bricks, bool turns, int begin, int end) {
+    const auto add = [&](int b) {
+      if (b >= begin && b < end) bricks_[count_++] = b;
+    };
+    if (turns && bricks <= 5) {
+      for (int b = 0; b < bricks; ++b) add(b);
+      return;
+    }
+    for (int b = brick - 1; b <= brick + 1; ++b)
+      if (b >= 0 && b < bricks) add(b);
+    if (turns && brick == 0) add(bricks - 2), add(bricks - 1);
+    if (turns && brick >= bricks - 2) add(0);
+  }
+  [[nodiscard]] std::span<const int> all() const { return std::span(bricks_).first(count_); }
+
+ private:
+  std::array<int, 5> bricks_{};
+  size_t count_ = 0;
+};
+
 } // namespace
 
 NearBricks::NearBricks(const std::map<int32_t, const SampleLayer*>& samples, const BrickBox& region)
@@ -32,14 +57,13 @@ NearBricks::NearBricks(const std::map<int32_t, const SampleLayer*>& samples, con
       for (size_t slot = row * layer->row_slots(); slot < (row + 1) * layer->row_slots(); ++slot) {
         if (!layer->brick(slot)) continue;
         const Int3 b = layer->slot_position(slot);
-        Int3 begin, end;
-        for (size_t a = 0; a < 3; ++a) {
-          begin[a] = std::max(b[a] - 1, region.begin[a]);
-          end[a] = std::min(b[a] + 2, region.end[a]);
-        }
-        for (int z = begin[2]; z < end[2]; ++z)
-          for (int y = begin[1]; y < end[1]; ++y)
-            for (int x = begin[0]; x < end[0]; ++x) near_[index(x, y, z)] = 1;
+        std::array<NearAxis, 3> along;
+        for (size_t a = 0; a < 3; ++a)
+          along[a] = NearAxis(b[a], layer->brick_dims()[a], layer->lattice().periodic[a], region.begin[a],
+                              region.end[a]);
+        for (const int z : along[2].all())
+          for (const int y : along[1].all())
+            for (const int x : along[0].all()) near_[index(x, y, z)] = 1;
       }
     }
 }
@@ -111,13 +135,15 @@ void TilePlanes::make(const std::map<int32_t, const SampleLayer*>& samples,
 }
 
 // Where the sites of the tile along an axis and those around it lie in bricks, beyond the lattice their
-// mirror images.
+// mirror images or those at its other end.
 std::vector<TilePlanes::Run> TilePlanes::runs_of(size_t axis, int coset) const {
-  const int margin = plan_.margin(), sites = space_.dims(coset)[axis];
+  const int margin = plan_.margin();
   std::vector<Run> runs;
+  int before = -1; // site
   for (int i = begin_[axis] - margin; i < end_[axis] + margin; ++i) {
     const int site = space_.mirror(axis, coset, i);
-    const bool goes_on = !runs.empty() && i > 0 && i < sites && site % brick_edge != 0;
+    const bool goes_on = !runs.empty() && site == before + 1 && site % brick_edge != 0;
+    before = site;
     if (goes_on)
       ++runs.back().count;
     else

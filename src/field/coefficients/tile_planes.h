@@ -15,7 +15,8 @@
 namespace bccsplat {
 
 // Tells which bricks may hold coefficients: those beside which, or where, some layer of samples holds a
-// brick. Mirror images lie no further away, and no prefilter reaches 16 sites.
+// brick, across the ends of periodic axes as well. Mirror images lie no further away, and no prefilter
+// reaches 16 sites.
 class NearBricks {
  public:
   NearBricks(const std::map<int32_t, const SampleLayer*>& samples, const BrickBox& region);

@@ -7,7 +7,8 @@
 namespace bccsplat {
 namespace {
 
-// Sites along an axis that lie in one brick and rise by one; mirror images are runs of one site.
+// Sites along an axis that lie in one brick and rise by one; what lies beyond the lattice are runs of one
+// site.
 struct Run {
   int start, length, brick, place;
 };

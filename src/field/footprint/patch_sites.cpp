@@ -90,11 +90,53 @@ void copy_mirrored(const Rows& rows, const PatchAxis& x, const std::array<Quarte
       copy[rows.to[r] + i] = brick[x.half[i]][rows.quarter[r]][rows.begin[r] + x.site[i]];
 }
 
+// Whether a patch crosses the end of a periodic axis: then its sites may lie in three bricks, far apart.
+bool crosses_turn(const BrickLayer& any, const std::array<int32_t, 4>& first, int edge) {
+  for (size_t a = 0; a < 3; ++a)
+    if (any.lattice().periodic[a] && (first[a] < 0 || first[a] + edge > any.dims()[a])) return true;
+  return false;
+}
+
+// Such a patch, site by site.
+void copy_turned(const FootprintPlan& plan, const FootprintPlan::Coset& coset, PatchSites& patch) {
+  const BrickLayer& any = *coset.layer[0];
+  std::array<std::array<int, patch_edge>, 3> at{};
+  for (size_t a = 0; a < 3; ++a)
+    for (int i = 0; i < patch_edge; ++i) // those that take no part repeat the last one
+      at[a][static_cast<size_t>(i)] =
+          any.lattice().mirror(a, any.coset(), patch.first[a] + std::min(i, plan.edge - 1));
+  patch.row = copy_row, patch.plane = copy_plane;
+  const auto edge = static_cast<size_t>(plan.edge);
+  for (size_t k = 0; k < static_cast<size_t>(plan.depth); ++k) {
+    const auto layer = static_cast<size_t>(patch.first[3]) + k; // wraps round below 0
+    if (layer >= coset.bricks.size()) continue;
+    const auto to = static_cast<size_t>(patch.layers);
+    bool kept = false;
+    for (size_t z = 0; z < edge; ++z)
+      for (size_t y = 0; y < edge; ++y)
+        for (size_t x = 0; x < patch_edge; ++x) {
+          const Int3 site{at[0][x], at[1][y], at[2][z]};
+          const Brick* brick =
+              coset.bricks[layer][any.slot(site[0] / brick_edge, site[1] / brick_edge, site[2] / brick_edge)]
+                  .get();
+          kept = kept || brick;
+          const int place =
+              (site[2] % brick_edge * brick_edge + site[1] % brick_edge) * brick_edge + site[0] % brick_edge;
+          patch.copy[to][z * copy_plane + y * copy_row + x] =
+              brick ? brick->value[static_cast<size_t>(place)] : 0.0f;
+        }
+    if (!kept) continue;
+    ++patch.layers;
+    patch.place[to] = k, patch.corner[to] = patch.copy[to].data();
+  }
+}
+
 } // namespace
 
 void copy_patch(const FootprintPlan& plan, const FootprintPlan::Coset& coset, PatchSites& patch) {
   const BrickLayer& any = *coset.layer[0];
   const auto& first = patch.first;
+  if (crosses_turn(any, first, plan.edge)) return copy_turned(plan, coset, patch);
   const PatchAxis x = place_axis(any, 0, first[0], plan.edge, patch_edge),
                   y = place_axis(any, 1, first[1], plan.edge, plan.edge),
                   z = place_axis(any, 2, first[2], plan.edge, plan.edge);

@@ -80,6 +80,11 @@ class HolesOfSheet {
         const int32_t bricks = layer.brick_dims()[a], sites = layer.dims()[a];
         const double nearest = std::max({from, 0.0}), mirrored = from < 0 ? -from + 1 : 0;
         const double below = to > sites - 1 ? 2.0 * (sites - 1) - to - 1 : sites - 1.0;
+        // Beyond the end of a periodic axis lie those at its other end: then all of it is looked at.
+        if (lattice.periodic[a] && (from < 0 || to > sites - 1)) {
+          first[a] = 0, last[a] = bricks - 1;
+          continue;
+        }
         first[a] = static_cast<int32_t>(std::clamp(std::min(nearest, below), 0.0, sites - 1.0)) / brick_edge;
         last[a] =
             std::min(bricks - 1,

@@ -207,6 +207,16 @@ TEST(Bcc4Golden, PeriodicSeriesGoRound) {
   EXPECT_EQ(lattice.mirror_layer(-1), 9);
 }
 
+TEST(Bcc4Golden, PeriodicAxesGoRound) {
+  const Lattice4 lattice = open("v3_periodic_axis")->info().lattice;
+  EXPECT_TRUE(lattice.turns(0));
+  EXPECT_FALSE(lattice.turns(1) || lattice.turns(2) || lattice.turns(3));
+  EXPECT_EQ(lattice.space.planes(0), 20);
+  EXPECT_EQ(lattice.domain_end(0), 14);
+  EXPECT_NEAR(lattice.plane_position(0, 20), 14, 1e-9);
+  EXPECT_EQ(lattice.space.mirror(0, 1, -1), 9);
+}
+
 TEST(Bcc4Golden, StoredKernelsKeepTheirNumbers) {
   const auto reader = open("v3_coefficients");
   const VolumeInfo& info = reader->info();
@@ -274,8 +284,11 @@ TEST(Bcc4Golden, BadFilesAreRefused) {
                                                 {"bad_masks_of_version_2", Code::corrupt},
                                                 {"bad_domain_of_version_2", Code::corrupt},
                                                 {"bad_domain_end", Code::corrupt},
-                                                {"bad_domain_periodic", Code::unsupported_version},
+                                                {"bad_domain_periodic", Code::corrupt},
                                                 {"bad_domain_odd", Code::corrupt},
+                                                {"bad_periodic_axis_odd", Code::corrupt},
+                                                {"bad_periodic_axis_outside", Code::corrupt},
+                                                {"bad_periodic_axis_turn", Code::corrupt},
                                                 {"bad_periodic_one_end", Code::corrupt},
                                                 {"bad_periodic_turn", Code::corrupt},
                                                 {"bad_domain_planes", Code::corrupt},

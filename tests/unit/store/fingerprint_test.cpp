@@ -21,6 +21,9 @@ TEST(Fingerprint, EveryOptionThatChangesSamplesAndIsNotInTheFileCounts) {
       [](FitOptions& o) { o.lead = 4; },
       [](FitOptions& o) { o.periodic = true; },
       [](FitOptions& o) {
+        o.turning = {true, false, false};
+      },
+      [](FitOptions& o) {
         o.margins = {2, 0, 0};
       },
       [](FitOptions& o) {
