@@ -1268,11 +1268,12 @@ typedef struct bccsplat_render_options {
   double gradient_noise; /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel: what has less of a
                             gradient has no surface and is lit as if it faced every light, without highlight;
                             three times as much is a surface as any, and what lies between is lit by a mean of
-                            the two. 0: every gradient is a surface's. Not set: what the kernel's ripple has,
-                            of a value's distance from air, 0.02 with the default one, at every level alike,
-                            and what the file tells: three standard deviations of its steps, of
-                            its air_threshold and of the values that most of a solid object has, but no more
-                            than lights an edge of three voxels fully */
+                            the two. 0: every gradient is a surface's. Not set: what the kernel's ripple
+                            leaves in gradients, of a value's distance from air (of surfaces and maxima a
+                            tenth of it, of composites what differences between samples see of it; 0.002 to
+                            0.004 by default, at every level alike), and what the file tells: three standard
+                            deviations of its steps, of its air_threshold and of the values that most of a
+                            solid object has, but no more than lights an edge of three voxels fully */
   bccsplat_cancel_token* cancel_token; /* NULL: none */
 } bccsplat_render_options;
 
@@ -1283,8 +1284,8 @@ typedef struct bccsplat_picture_needs {
                      of which a pixel covers a lattice distance or more, in the direction of fewest; of drafts
                      a fifth of it and of normal pictures a third where the level's error, squared, is above
                      that of level 0 by at most that of 0.002 of the range (over what is kept) and nowhere
-                     above 0.05, for then it is below that of the quality. 0 for fine, best and reference pictures, mode
-                     MAXIMUM, and where SKIP_FINE_DETAIL is switched off */
+                     above 0.05, for then it is below that of the quality. 0 for fine, best and reference
+                     pictures, mode MAXIMUM, and where SKIP_FINE_DETAIL is switched off */
   double box[6];  /* what the camera sees of the slice, and three samples more, as bccsplat_slice_options.box
                      takes it; all samples where it sees nothing */
   int32_t seen;   /* 0: nothing of the slice is in the picture */
