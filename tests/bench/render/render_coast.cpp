@@ -43,8 +43,8 @@ void render_coast(const Report& report) {
     const SampledScene sea = sample_scene(field, LatticeKind::bcc, "default");
     SampledScene coast = sample_scene(field, LatticeKind::bcc, "default");
     const std::array<Vec4, 3> basis{Vec4{1, 0, 0, 0}, Vec4{0, 1, 0, 0}, Vec4{0, 0, 1, 0}};
-    coast.slice.mask = std::make_shared<const SliceMask>(std::array<int64_t, 4>{n, n, n, 1}, false, Vec4{},
-                                                         basis, 0, std::vector{land(n, one.memory)});
+    coast.slice.mask = std::make_shared<const SliceMask>(std::array<int64_t, 4>{n, n, n, 1}, TurningAxes{},
+                                                         Vec4{}, basis, 0, std::vector{land(n, one.memory)});
     coast.slice.has_holes = coast.slice.holes_by_mask = true;
     const Camera camera = scene_camera(field, size, 0);
     const Scene whole = splat_scene(field, sea, camera), cut = splat_scene(field, coast, camera);
