@@ -434,6 +434,7 @@ TEST(Faults, RenderingCancelledAtEveryTask) {
   ASSERT_OK(bccsplat_frame_create(d, 40, 40, BCCSPLAT_FRAME_RGBA, &f));
   const Frame frame(f);
   ASSERT_OK(bccsplat_renderer_set_slice(r, slice.get()));
+  ASSERT_OK(bccsplat_renderer_render(r, f)); // the slice keeps its points from then on
   runner.renderer = r;
   runner.tasks = 0;
   ASSERT_OK(bccsplat_renderer_render(r, f));

@@ -39,6 +39,9 @@ constexpr int largest_tile = 144, smallest_tile = 16, tile_step = 16;
 constexpr int thin_ring = 8, most_thin_floats = 196608, most_floats = 131072;
 // More draw more points twice; tiles that hold too much for one thread are cut by divide_tiles().
 constexpr int tiles_per_thread = 2;
+// Where a thread has less memory, bytes, tiles are small and there are more.
+constexpr uint64_t roomy = 16 << 20;
+constexpr int small_tiles_per_thread = 8;
 constexpr int most_tile_size = 4096; // that a caller may ask for
 
 void plan_gaps(const SplatScene& scene, SplatPlan& plan) {
@@ -203,7 +206,8 @@ void plan_spare(SplatPlan& plan) {
   plan.spare_rows = plan.rows[0];
 }
 
-int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const SheetView& view, int threads) {
+int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const SheetView& view,
+                     const Context& context) {
   if (options.tile_size > 0) return std::min(options.tile_size, most_tile_size);
   const bool gradients = options.mode == RenderMode::composite && options.shading &&
                          options.gradient == GradientMethod::analytic;
@@ -212,8 +216,12 @@ int choose_tile_size(const SplatPlan& plan, const SplatOptions& options, const S
   const int floats = plan.sheets * (gradients ? 4 : 1); // per pixel
   const int most = floats <= thin_ring ? most_thin_floats : most_floats;
   while (size > smallest_tile && size * size * floats > most) size -= tile_step;
+  const int threads = context.tasks.threads();
+  // By the limit, not by what is left: the same view has the same tiles (kept_sheets.h).
+  const int least = context.memory.limit() / static_cast<uint64_t>(threads) < roomy ? small_tiles_per_thread
+                                                                                    : tiles_per_thread;
   const auto tiles = [&] { return (view.width / size + 1) * (view.height / size + 1); };
-  while (threads > 1 && size > smallest_tile && tiles() < tiles_per_thread * threads) size -= tile_step;
+  while (threads > 1 && size > smallest_tile && tiles() < least * threads) size -= tile_step;
   size -= 2 * plan.border;
   // Tiles are made alike, for narrow ones at the end would have their surroundings drawn once more for
   // little.
@@ -329,7 +337,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, const 
     plan_rows(ring, plan);
     plan_spare(plan);
   }
-  const TileGrid grid(view, choose_tile_size(plan, options, view, context.tasks.threads()));
+  const TileGrid grid(view, choose_tile_size(plan, options, view, context));
   cut_tiles(view, grid, plan);
   stats.tiles = plan.tiles.size();
   stats.sheets = empty ? 0 : static_cast<uint64_t>(plan.last_sheet - plan.first_sheet + 1);

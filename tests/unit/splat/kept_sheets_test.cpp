@@ -151,6 +151,7 @@ TEST(KeptSheets, StayWithinTheBudget) {
   const Volume volume;
   Scene scene = volume.scene();
   RenderOptions options;
+  options.tile_size = 30; // else smaller where there is little memory
   ImageStorage fresh(size, size, true), image(size, size, true);
   test::TestContext context(2);
   (void)draw(context, scene, options, fresh);
