@@ -60,12 +60,12 @@ size_t TurnedFrame::boxes() const {
 
 void TurnedFrame::read(const Region& part, float* out, int64_t row, int64_t plane) const {
   for (size_t p = 0; p < pieces_.size(); ++p) {
-    const auto& [samples, shift] = pieces_[p];
+    const RegionPiece& piece = pieces_[p];
     Region wanted = part;
-    for (size_t a = 0; a < 3; ++a) wanted.begin[a] -= shift[a], wanted.end[a] -= shift[a];
-    wanted = wanted.cut(samples);
+    for (size_t a = 0; a < 3; ++a) wanted.begin[a] -= piece.shift[a], wanted.end[a] -= piece.shift[a];
+    wanted = wanted.cut(piece.samples);
     if (wanted.empty()) continue;
-    const auto from = [&](size_t a) { return wanted.begin[a] + shift[a] - part.begin[a]; };
+    const auto from = [&](size_t a) { return wanted.begin[a] + piece.shift[a] - part.begin[a]; };
     frame_.read(boxes_[p], wanted, out + from(2) * plane + from(1) * row + from(0), row, plane);
   }
 }
