@@ -4,7 +4,7 @@
 # does not depend on it.
 build_packages=(build-essential cmake ninja-build pkg-config zlib1g-dev libdeflate-dev libhwy-dev libpng-dev
   libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-dev libnetcdf-dev libcli11-dev nlohmann-json3-dev
-  libstb-dev fonts-dejavu-core)
+  libpugixml-dev libstb-dev fonts-dejavu-core)
 test_packages=(libgtest-dev libbenchmark-dev libzfp-dev python3 gnuplot-nox python3-numpy mypy
   locales abigail-tools dpkg-dev lintian doxygen libsdl2-dev libimgui-dev xvfb xauth xdotool python3-vtk9 tesseract-ocr)
 

@@ -4,6 +4,8 @@
 // blocks).
 #pragma once
 
+#include <pugixml.hpp>
+
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -14,7 +16,6 @@
 #include "readers/affine.h"
 #include "readers/byte_stream.h"
 #include "readers/frame_reader.h"
-#include "readers/vti/xml.h"
 
 namespace bcc4 {
 
@@ -22,7 +23,7 @@ struct VtiArray {
   std::string name;
   Type type = Type::f32;
   uint64_t components = 1;
-  const XmlElement* element = nullptr;
+  pugi::xml_node element;
 };
 
 class VtiFile {
@@ -45,16 +46,18 @@ class VtiFile {
   [[nodiscard]] Bytes values(const VtiArray& array);
 
  private:
-  void read_geometry(const XmlElement& image);
-  void find_arrays(const XmlElement& piece);
-  [[nodiscard]] Bytes decode(const XmlElement& element, Type type, uint64_t count);
+  void read_geometry(pugi::xml_node image);
+  void find_appended(pugi::xml_node element);
+  void find_time(pugi::xml_node fields);
+  void find_arrays(pugi::xml_node piece);
+  [[nodiscard]] Bytes decode(pugi::xml_node element, Type type, uint64_t count);
   [[nodiscard]] uint64_t load_count(std::span<const std::byte> at) const;
 
   std::string path_;
   InputFile file_;
-  std::string text_; // the XML, without appended data
-  XmlDocument document_;
-  uint64_t appended_ = 0; // file offset of the appended data
+  uint64_t appended_ = 0; // file offset behind the start tag of the appended data, then of the data; 0: none
+  std::string text_;      // what the document stands in, without appended data
+  pugi::xml_document document_;
   bool appended_base64_ = false;
   bool swap_ = false, compressed_ = false;
   size_t count_size_ = 4; // bytes of a block count or size

@@ -10,6 +10,7 @@
 #include "readers/frame_plan.h"
 #include "readers/held_file.h"
 #include "readers/vti/vti_file.h"
+#include "readers/vti/xml.h"
 
 namespace bcc4 {
 namespace {
@@ -144,23 +145,23 @@ std::unique_ptr<FrameReader> open_files(const Sequence& sequence, const ReaderOp
 }
 
 std::unique_ptr<FrameReader> open_collection(const std::string& path, const ReaderOptions& options) {
-  const std::string text = read_text_file(path, 64 << 20);
-  const XmlDocument document = parse_xml(text, path);
-  const XmlElement* collection = document.root.child("Collection");
-  if (document.root.attribute("type") != "Collection" || !collection)
+  std::string text = read_text_file(path, 64 << 20);
+  pugi::xml_document document;
+  parse_xml(text, path, document);
+  const pugi::xml_node root = document.document_element(), collection = root.child("Collection");
+  if (root.attribute("type").value() != std::string_view("Collection") || !collection)
     fail_input(path, ": not a VTK collection (.pvd)");
   struct Entry {
     double time;
     std::string path;
   };
   std::vector<Entry> entries;
-  for (const XmlElement& e : collection->children) {
-    if (e.name != "DataSet") continue;
-    const auto time = parse_number<double>(e.attribute("timestep"));
-    const std::filesystem::path file{std::string(e.attribute("file"))};
+  for (const pugi::xml_node e : collection.children("DataSet")) {
+    const auto time = parse_number<double>(e.attribute("timestep").value());
+    const std::filesystem::path file{e.attribute("file").value()};
     if (!time) fail_input(path, ": data set ", entries.size(), " has no timestep");
     if (file.is_absolute() || std::find(file.begin(), file.end(), "..") != file.end() || file.empty())
-      fail_input(path, ": names the file ", e.attribute("file"),
+      fail_input(path, ": names the file ", file.string(),
                  ", which is not below the collection's own folder");
     entries.push_back({*time, (std::filesystem::path(path).parent_path() / file).string()});
   }

@@ -119,6 +119,32 @@ TEST(NiftiReader, RefusesDamage) {
   EXPECT_REFUSED(refused(Nifti1().file().substr(0, 200)), Exit::bad_input, "does not begin as a .nii");
 }
 
+// A NIfTI-2 header of u8 and 8 bytes of data.
+std::string nifti2(std::array<int64_t, 5> dims, int64_t offset) {
+  std::string bytes(544, '\0');
+  const auto put = [&](size_t at, auto value) { std::memcpy(bytes.data() + at, &value, sizeof value); };
+  put(0, int32_t{540});
+  std::memcpy(bytes.data() + 4, "n+2\0\r\n\x1a\n", 8);
+  put(12, int16_t{2}), put(14, int16_t{8});
+  for (size_t i = 0; i < 8; ++i) put(16 + 8 * i, i < 5 ? dims[i] : int64_t{1}), put(104 + 8 * i, 1.0);
+  put(168, offset);
+  return bytes + std::string(8, '\1');
+}
+
+// Products that wrap around, sizes that no file holds, lengths and offsets below zero.
+TEST(NiftiReader, RefusesWideDamage) {
+  Scratch s;
+  const auto refused = [&](const std::string& text) { return refusal(inputs({s.file("a.nii", text)})); };
+  constexpr int64_t wide = int64_t{1} << 31;
+  EXPECT_EQ(refused(nifti2({3, 2, 2, 2, 1}, 544)).exit, Exit::ok);
+  EXPECT_REFUSED(refused(nifti2({3, wide, wide, 4, 1}, 544)), Exit::bad_input, "too many");
+  EXPECT_REFUSED(refused(nifti2({4, 2 * wide, 2 * wide, 1, 1}, 544)), Exit::bad_input, "too many");
+  EXPECT_REFUSED(refused(nifti2({3, 1000, 1000, 1000, 1}, 544)), Exit::bad_input, "are expected");
+  EXPECT_REFUSED(refused(nifti2({3, 2, 2, -2, 1}, 544)), Exit::bad_input, "dim[3] is -2");
+  EXPECT_REFUSED(refused(nifti2({3, 2, 2, 2, 1}, -400)), Exit::bad_input, "vox_offset");
+  EXPECT_REFUSED(refused(nifti2({3, 2, 2, 2, 1}, int64_t{1} << 62)), Exit::bad_input, "vox_offset");
+}
+
 TEST(NiftiReader, SurvivesMutations) {
   Scratch s;
   const std::string good = Nifti1().file();

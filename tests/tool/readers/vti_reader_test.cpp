@@ -193,10 +193,17 @@ TEST(VtiReader, RefusesDamage) {
     huge.replace(at, 11, "0 99999 0 99999 0 99999");
   EXPECT_REFUSED(refused(huge), Exit::bad_input, "cannot fit");
   EXPECT_REFUSED(refused("<VTKFile type=\"PolyData\"></VTKFile>"), Exit::bad_input, "ImageData");
-  EXPECT_REFUSED(refused("<VTKFile type=\"ImageData\">"), Exit::bad_input, "does not end");
-  std::string deep = "<VTKFile>";
-  for (int i = 0; i < 1000; ++i) deep += "<a>";
-  EXPECT_REFUSED(refused(deep), Exit::bad_input, "inside each other");
+  EXPECT_REFUSED(refused("<VTKFile type=\"ImageData\">"), Exit::bad_input, "mismatch");
+  std::string deep = "<VTKFile type=\"ImageData\">";
+  for (int i = 0; i < 100000; ++i) deep += "<a>";
+  EXPECT_REFUSED(refused(deep), Exit::bad_input, "mismatch");
+  for (int i = 0; i < 100000; ++i) deep += "</a>";
+  EXPECT_REFUSED(refused(deep + "</VTKFile>"), Exit::bad_input, "no ImageData element");
+  // Entities that name each other are not followed.
+  std::string laughs = "<!DOCTYPE v [<!ENTITY a \"aaaaaaaaaa\">";
+  for (char c = 'b'; c < 'j'; ++c)
+    laughs += concat("<!ENTITY ", c, " \"&", char(c - 1), ";&", char(c - 1), ";\">");
+  EXPECT_REFUSED(refused(laughs + "]><VTKFile type=\"&i;\"></VTKFile>"), Exit::bad_input, "ImageData");
 }
 
 TEST(VtiReader, SurvivesMutations) {
