@@ -81,10 +81,10 @@ class Bcc4Writer {
 
   // Write the corrections of one frame, in any order of channels and frames; a frame that gets none has none.
   // Those to add go into bricks where the channel's are local (ResidualInfo).
-  void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
+  void write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals, const Context& context);
   void copy_residuals(int channel, uint32_t frame, const Bcc4Reader& from);
   // Write which samples of one frame are missing, as MaskRunWriter has it; empty: none.
-  void write_mask(int channel, uint32_t frame, std::span<const std::byte> runs);
+  void write_mask(int channel, uint32_t frame, std::span<const std::byte> runs, const Context& context);
   void copy_mask(int channel, uint32_t frame, const Bcc4Reader& from);
   // Slabs that every channel has at every level; 0 where some have more than others.
   [[nodiscard]] int32_t common_slabs() const;
@@ -189,7 +189,7 @@ class Bcc4Reader {
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
   // Those in bricks: the table of a frame, by rising brick, and one of its bricks (voxels are the brick's).
   [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
-  [[nodiscard]] std::vector<ResidualSample> corrections(int channel, const CorrectionBrick& brick) const;
+  [[nodiscard]] ResidualList corrections(int channel, const CorrectionBrick& brick) const;
   // Calls body for each run of samples that are missing in a source frame. Damage throws, when salvaging,
   // too.
   void mask_runs(int channel, uint64_t frame, const MaskRunBody& body) const;

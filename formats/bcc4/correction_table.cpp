@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+// Splits the corrections of a frame into bricks, and writes, reads and checks the table of these.
 #include "formats/bcc4/correction_table.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "base/bytes.h"
@@ -43,18 +46,32 @@ uint32_t CorrectionBricks::brick_of(const Int3& sample) const {
                                sample[0] / edge);
 }
 
-std::vector<std::pair<uint32_t, std::vector<ResidualSample>>>
-CorrectionBricks::split(std::span<const ResidualSample> frame) const {
-  std::map<uint32_t, std::vector<ResidualSample>> lists;
+std::vector<std::pair<uint32_t, ResidualList>> CorrectionBricks::split(std::span<const ResidualSample> frame,
+                                                                       Progress& progress) const {
+  std::map<uint32_t, ResidualList> lists;
+  // Samples of a run lie in one row of one brick, whose list is looked up once.
+  ResidualList* list = nullptr;
+  int64_t run_begin = 0, run_end = 0, to_local = 0; // voxels of the frame; what makes them the brick's
   for (const ResidualSample& s : frame) {
     const auto voxel = static_cast<int64_t>(s.voxel);
-    const int64_t x = voxel % samples_[0], y = voxel / samples_[0] % samples_[1],
-                  z = voxel / (samples_[0] * samples_[1]);
+    if (voxel < run_begin || voxel >= run_end) {
+      progress.check();
+      const int64_t x = voxel % samples_[0], y = voxel / samples_[0] % samples_[1],
+                    z = voxel / (samples_[0] * samples_[1]);
+      run_begin = voxel - x % edge;
+      run_end = voxel - x + std::min(x - x % edge + edge, samples_[0]);
+      to_local = (z % edge * edge + y % edge) * edge - run_begin;
+      list = &lists[brick_of({static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z)})];
+    }
     // The order of the frame is that of each brick.
-    lists[brick_of({static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z)})].push_back(
-        {static_cast<uint64_t>((z % edge * edge + y % edge) * edge + x % edge), s.steps});
+    list->push_back({static_cast<uint64_t>(voxel + to_local), s.steps});
   }
-  return {lists.begin(), lists.end()};
+  return {std::make_move_iterator(lists.begin()), std::make_move_iterator(lists.end())};
+}
+
+uint64_t CorrectionBricks::plane_end(uint64_t voxel) const {
+  const auto plane = static_cast<uint64_t>(samples_[0] * samples_[1] * edge);
+  return (voxel / plane + 1) * plane;
 }
 
 void CorrectionBricks::check(const CorrectionBrick& brick, std::span<const ResidualSample> list,

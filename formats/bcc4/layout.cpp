@@ -100,11 +100,11 @@ void check_block_ref(const BlockRef& ref, std::string_view what, uint64_t file_b
          ref.decoded);
 }
 
-PackedBlock pack_block(std::span<const std::byte> decoded) {
+PackedBlock pack_block(std::span<const std::byte> decoded, Progress* progress) {
   if (decoded.size() > UINT32_MAX / 2) fail(Code::limit_exceeded, "a block of ", decoded.size(), " bytes");
   PackedBlock block;
-  block.bytes = deflate_bytes(decoded, 9, DeflateKind::text);
-  auto other = deflate_bytes(decoded, 9, DeflateKind::noise);
+  block.bytes = deflate_bytes(decoded, 9, DeflateKind::text, progress);
+  auto other = deflate_bytes(decoded, 9, DeflateKind::noise, progress);
   if (other.size() < block.bytes.size()) block.bytes = std::move(other);
   block.ref.coding = 1;
   if (block.bytes.size() >= decoded.size()) {

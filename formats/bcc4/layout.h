@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/bytes.h"
+#include "base/progress.h"
 
 namespace bccsplat {
 
@@ -53,7 +54,8 @@ struct PackedBlock {
   BlockRef ref;                 // without its offset
   std::vector<std::byte> bytes; // ref.padded() of them
 };
-[[nodiscard]] PackedBlock pack_block(std::span<const std::byte> decoded);
+// With progress it throws Code::cancelled soon after a cancel.
+[[nodiscard]] PackedBlock pack_block(std::span<const std::byte> decoded, Progress* progress = nullptr);
 // Decodes a block after checking its checksum, padding and size. `bytes` are ref.padded() of them.
 [[nodiscard]] std::vector<std::byte> unpack_block(const BlockRef& ref, std::span<const std::byte> bytes,
                                                   std::string_view what);

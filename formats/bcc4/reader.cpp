@@ -338,9 +338,9 @@ std::vector<CorrectionBrick> Bcc4Reader::State::correction_bricks(int channel, u
                                ref->offset, root.file_bytes);
 }
 
-std::vector<ResidualSample> Bcc4Reader::State::corrections(int channel, const CorrectionBrick& brick) const {
+ResidualList Bcc4Reader::State::corrections(int channel, const CorrectionBrick& brick) const {
   constexpr auto edge = static_cast<uint64_t>(correction_edge);
-  std::vector<ResidualSample> list =
+  ResidualList list =
       read_corrections(read_block(brick.block, "corrections"), edge * edge * edge, brick.block.offset);
   CorrectionBricks(info.lattice.dims)
       .check(brick, list, info.channels.at(static_cast<size_t>(channel)).residuals.step);
@@ -369,7 +369,7 @@ FrameResiduals Bcc4Reader::residuals(int channel, uint64_t frame) const {
 std::vector<CorrectionBrick> Bcc4Reader::correction_bricks(int channel, uint64_t frame) const {
   return read_or_leave(state_->limits, [&] { return state_->correction_bricks(channel, frame); });
 }
-std::vector<ResidualSample> Bcc4Reader::corrections(int channel, const CorrectionBrick& brick) const {
+ResidualList Bcc4Reader::corrections(int channel, const CorrectionBrick& brick) const {
   return read_or_leave(state_->limits, [&] { return state_->corrections(channel, brick); });
 }
 

@@ -64,7 +64,7 @@ struct Bcc4Reader::State {
   // As the reader's calls of these names, and refuse damage when salvaging, too.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
   [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
-  [[nodiscard]] std::vector<ResidualSample> corrections(int channel, const CorrectionBrick& brick) const;
+  [[nodiscard]] ResidualList corrections(int channel, const CorrectionBrick& brick) const;
   // Where the pages of a slab begin and end in the directory.
   [[nodiscard]] std::pair<size_t, size_t> pages_of(const ChannelLevel& at, int32_t slab) const;
   [[nodiscard]] std::shared_ptr<const Page> load_page(size_t index) const; // not cached

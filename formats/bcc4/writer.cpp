@@ -87,8 +87,7 @@ struct Bcc4Writer::State {
     sink->write_at(position - buffer.size(), buffer);
     buffer.clear();
   }
-  [[nodiscard]] BlockRef append_block(std::span<const std::byte> decoded) {
-    PackedBlock block = pack_block(decoded);
+  [[nodiscard]] BlockRef append_block(PackedBlock block) {
     block.ref.offset = position;
     append(block.bytes);
     return block.ref;
@@ -98,7 +97,8 @@ struct Bcc4Writer::State {
     if (!index) {
       check_fixed(info, Code::invalid_argument);
       fixed = info;
-      index.emplace(info, [this](std::span<const std::byte> decoded) { return append_block(decoded); });
+      index.emplace(info,
+                    [this](std::span<const std::byte> decoded) { return append_block(pack_block(decoded)); });
       blocks.resize(info.channels.size());
       if (options.journal) {
         VolumeInfo tidied = info;
@@ -135,10 +135,11 @@ struct Bcc4Writer::State {
   WrittenSlab copy_chunks(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from);
   void commit_journal(const WrittenSlab& written);
   [[nodiscard]] ChannelBlocks& blocks_of(int channel);
-  void write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list);
+  void write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list,
+                         const Context& context);
   void copy_corrections(int channel, uint32_t frame, const Bcc4Reader& from);
   void add_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table);
-  [[nodiscard]] BlockRef add_corrections(std::span<const std::byte> decoded);
+  [[nodiscard]] BlockRef add_corrections(PackedBlock block);
   [[nodiscard]] BlockRef copy_block(const BlockRef& block, const Bcc4Reader& from);
   void add_mask(int channel, uint32_t frame, PackedBlock block);
   void take_blocks(VolumeInfo& to) const;
@@ -320,8 +321,8 @@ uint64_t Bcc4Writer::State::masks_beyond(uint32_t frames) const {
 Root Bcc4Writer::State::append_state(const VolumeInfo& of, std::span<const PageRef> pages, uint64_t beyond) {
   replaced += std::exchange(shown_bytes, 0);
   Root root;
-  root.directory = append_block(write_directory(pages));
-  root.metadata = append_block(write_metadata(of));
+  root.directory = append_block(pack_block(write_directory(pages)));
+  root.metadata = append_block(pack_block(write_metadata(of)));
   root.file_bytes = position;
   root.chunks = index->chunks(), root.runs_bytes = index->runs_bytes();
   root.values_bytes = index->values_bytes();
@@ -433,10 +434,9 @@ void set_block(std::vector<BlockRef>& frames, uint32_t frame, const BlockRef& bl
 
 } // namespace
 
-BlockRef Bcc4Writer::State::add_corrections(std::span<const std::byte> decoded) {
-  const BlockRef block = append_block(decoded);
-  correction_bytes += block.padded();
-  return block;
+BlockRef Bcc4Writer::State::add_corrections(PackedBlock block) {
+  correction_bytes += block.ref.padded();
+  return append_block(std::move(block));
 }
 
 BlockRef Bcc4Writer::State::copy_block(const BlockRef& block, const Bcc4Reader& from) {
@@ -451,37 +451,53 @@ BlockRef Bcc4Writer::State::copy_block(const BlockRef& block, const Bcc4Reader& 
 void Bcc4Writer::State::add_table(int channel, uint32_t frame, std::span<const CorrectionBrick> table) {
   ByteWriter out;
   write_correction_table(out, table);
-  set_block(blocks[static_cast<size_t>(channel)].tables, frame, add_corrections(out.bytes()));
+  set_block(blocks[static_cast<size_t>(channel)].tables, frame, add_corrections(pack_block(out.bytes())));
 }
 
-void Bcc4Writer::State::write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list) {
+// Plane of bricks by plane of bricks, those of a plane side by side.
+void Bcc4Writer::State::write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list,
+                                          const Context& context) {
   const double step = info.channels[static_cast<size_t>(channel)].residuals.step;
+  const CorrectionBricks bricks(info.lattice.dims);
   std::vector<CorrectionBrick> table;
-  for (const auto& [brick, samples] : CorrectionBricks(info.lattice.dims).split(list)) {
-    CorrectionBrick& entry = table.emplace_back();
-    entry.brick = brick, entry.count = static_cast<uint32_t>(samples.size());
-    entry.low = entry.high = CorrectionBricks::value(samples.front().steps, step);
-    for (const ResidualSample& s : samples) {
-      const float value = CorrectionBricks::value(s.steps, step);
-      entry.low = std::min(entry.low, value), entry.high = std::max(entry.high, value);
+  while (!list.empty()) {
+    const auto plane_end =
+        std::ranges::lower_bound(list, bricks.plane_end(list.front().voxel), {}, &ResidualSample::voxel);
+    const auto plane = list.first(static_cast<size_t>(plane_end - list.begin()));
+    list = list.subspan(plane.size());
+    const auto parts = bricks.split(plane, context.progress);
+    std::vector<PackedBlock> blocks_of_plane(parts.size());
+    context.tasks.parallel_for(parts.size(), [&](uint64_t i) {
+      blocks_of_plane[i] = pack_block(bccsplat::write_corrections(parts[i].second), &context.progress);
+    });
+    for (size_t i = 0; i < parts.size(); ++i) {
+      CorrectionBrick& entry = table.emplace_back();
+      entry.brick = parts[i].first, entry.count = static_cast<uint32_t>(parts[i].second.size());
+      const auto [low, high] = std::ranges::minmax(parts[i].second, {}, &ResidualSample::steps);
+      entry.low = CorrectionBricks::value(low.steps, step);
+      entry.high = CorrectionBricks::value(high.steps, step);
+      entry.block = add_corrections(std::move(blocks_of_plane[i]));
     }
-    entry.block = add_corrections(bccsplat::write_corrections(samples));
   }
   add_table(channel, frame, table);
 }
 
-void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
+void Bcc4Writer::write_residuals(int channel, uint32_t frame, const FrameResiduals& residuals,
+                                 const Context& context) {
   State& s = *state_;
   if (residuals.empty()) return;
   ChannelBlocks& c = s.blocks_of(channel);
   s.closed = true;
   const bool local = s.info.channels[static_cast<size_t>(channel)].residuals.local;
-  if (local && !residuals.add.empty()) s.write_corrections(channel, frame, residuals.add);
-  if (!local)
-    set_block(c.residuals, frame, s.add_corrections(bccsplat::write_residuals(residuals)));
-  else if (!residuals.set.empty())
+  if (local && !residuals.add.empty()) s.write_corrections(channel, frame, residuals.add, context);
+  const auto add_frame = [&](const FrameResiduals& r) {
     set_block(c.residuals, frame,
-              s.add_corrections(bccsplat::write_residuals({.add = {}, .set = residuals.set})));
+              s.add_corrections(pack_block(bccsplat::write_residuals(r), &context.progress)));
+  };
+  if (!local)
+    add_frame(residuals);
+  else if (!residuals.set.empty())
+    add_frame({.add = {}, .set = residuals.set});
   s.closed = false;
 }
 
@@ -518,8 +534,9 @@ void Bcc4Writer::State::add_mask(int channel, uint32_t frame, PackedBlock block)
   closed = false;
 }
 
-void Bcc4Writer::write_mask(int channel, uint32_t frame, std::span<const std::byte> runs) {
-  if (!runs.empty()) state_->add_mask(channel, frame, pack_block(runs));
+void Bcc4Writer::write_mask(int channel, uint32_t frame, std::span<const std::byte> runs,
+                            const Context& context) {
+  if (!runs.empty()) state_->add_mask(channel, frame, pack_block(runs, &context.progress));
 }
 
 void Bcc4Writer::copy_mask(int channel, uint32_t frame, const Bcc4Reader& from) {

@@ -52,7 +52,7 @@ std::shared_ptr<const Corrections::Frame> Corrections::frame(int64_t number) con
   made->table = reader_->correction_bricks(channel_, static_cast<uint64_t>(number));
   const FrameResiduals stored = reader_->residuals(channel_, static_cast<uint64_t>(number));
   const float air = reader_->info().channels[static_cast<size_t>(channel_)].air;
-  const auto grid = [&](const std::vector<ResidualSample>& list, float from) {
+  const auto grid = [&](const ResidualList& list, float from) {
     std::vector<GridValue> values;
     for (const ResidualSample& s : list)
       values.push_back({place(s.voxel, n_), from + CorrectionBricks::value(s.steps, step())});

@@ -330,6 +330,26 @@ void RoundTrip::measure(Channel& c, int index, size_t at) {
   if (!residuals.empty() && sink_) sink_(index, frame, residuals);
 }
 
+namespace {
+
+// Appends the lists of planes, the first of so many that are left of a frame; room is made for all of them as
+// if the others had as many corrections, so that what is there moves once or not at all.
+void append(std::span<const PlaneErrors> planes, ResidualList FrameResiduals::*list, int64_t left,
+            FrameResiduals& to, Progress& progress) {
+  size_t count = 0;
+  for (const PlaneErrors& p : planes) count += (p.residuals.*list).size();
+  ResidualList& all = to.*list;
+  if (all.size() + count > all.capacity())
+    all.reserve(all.size() + count * static_cast<size_t>(left) / planes.size() + count);
+  for (const PlaneErrors& p : planes) {
+    progress.check();
+    const ResidualList& plane = p.residuals.*list;
+    all.insert(all.end(), plane.begin(), plane.end());
+  }
+}
+
+} // namespace
+
 SampleErrors RoundTrip::compare(const Channel& c, const Coefficients& field, uint32_t frame,
                                 FrameResiduals& residuals) const {
   make_layers(field, layers_of(field, frame), context_);
@@ -351,14 +371,13 @@ SampleErrors RoundTrip::compare(const Channel& c, const Coefficients& field, uin
     sample_grid(slice, grid, values.data(), context_);
     std::vector<PlaneErrors> parts(static_cast<size_t>(count));
     context_.tasks.parallel_for(parts.size(), [&](uint64_t p) {
+      context_.progress.check();
       job.compare(z + static_cast<int64_t>(p), values.data() + static_cast<int64_t>(p) * n[0] * n[1],
                   parts[p]);
     });
-    for (const PlaneErrors& p : parts) { // in order: the same sums for any number of threads
-      errors.add(p.errors);
-      residuals.add.insert(residuals.add.end(), p.residuals.add.begin(), p.residuals.add.end());
-      residuals.set.insert(residuals.set.end(), p.residuals.set.begin(), p.residuals.set.end());
-    }
+    for (const PlaneErrors& p : parts) errors.add(p.errors); // in order: the same sums for any thread count
+    append(parts, &FrameResiduals::add, n[2] - z, residuals, context_.progress);
+    append(parts, &FrameResiduals::set, n[2] - z, residuals, context_.progress);
   }
   return errors;
 }

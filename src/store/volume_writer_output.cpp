@@ -21,7 +21,7 @@ void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, std::span<co
 void VolumeWriter::store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals) {
   make_container();
   store_masks();
-  container_->write_residuals(channel, frame, residuals);
+  container_->write_residuals(channel, frame, residuals, context_);
   if (!part_) return;
   writes_.push_back(now_);
   writes_.back().frame = frame, writes_.back().level = 0;
@@ -36,7 +36,7 @@ void VolumeWriter::take_mask(int channel, uint32_t frame, std::vector<std::byte>
 void VolumeWriter::store_masks() {
   for (const WaitingMask& m : masks_) {
     if (continued_ && continued_->has_mask(m.frame, m.channel)) continue;
-    container_->write_mask(m.channel, m.frame, m.runs);
+    container_->write_mask(m.channel, m.frame, m.runs, context_);
     if (part_) writes_.push_back({m.frame, static_cast<uint32_t>(m.channel), PartWrite::mask, m.frame});
   }
   masks_.clear();

@@ -24,8 +24,11 @@ namespace {
 // 0.3 % of size and u16 0.99 for 0.6 %, with 1/8 0.90 and 0.88 for 1 and 5 % (tests/bench/notes/storage.md).
 constexpr size_t least_saved = 64;
 constexpr uint64_t table_bytes = 60; // about what the Huffman codes of a block take
+// Handed to zlib at a time where a caller may cancel: 3 ms of the slowest strategy. The stream is the same.
+constexpr size_t piece_bytes = size_t{1} << 15;
 
-[[nodiscard]] std::vector<std::byte> deflate_with(std::span<const std::byte> bytes, int level, int strategy) {
+[[nodiscard]] std::vector<std::byte> deflate_with(std::span<const std::byte> bytes, int level, int strategy,
+                                                  Progress* progress = nullptr) {
   if (bytes.size() > UINT_MAX / 2)
     fail(Code::limit_exceeded, "deflate: ", bytes.size(), " bytes in one piece");
   z_stream stream{};
@@ -33,9 +36,17 @@ constexpr uint64_t table_bytes = 60; // about what the Huffman codes of a block 
   const std::unique_ptr<z_stream, int (*)(z_stream*)> guard(&stream, deflateEnd);
   std::vector<std::byte> out(deflateBound(&stream, static_cast<uLong>(bytes.size())));
   stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(bytes.data()));
-  stream.avail_in = static_cast<uInt>(bytes.size());
   stream.next_out = reinterpret_cast<Bytef*>(out.data());
   stream.avail_out = static_cast<uInt>(out.size());
+  size_t left = bytes.size();
+  while (progress && left > piece_bytes) {
+    progress->check();
+    stream.avail_in = piece_bytes;
+    left -= piece_bytes;
+    if (deflate(&stream, Z_NO_FLUSH) != Z_OK || stream.avail_in != 0)
+      fail(Code::internal, "deflate: a piece did not fit");
+  }
+  stream.avail_in = static_cast<uInt>(left);
   if (deflate(&stream, Z_FINISH) != Z_STREAM_END) fail(Code::internal, "deflate: no end of stream");
   out.resize(stream.total_out);
   return out;
@@ -91,20 +102,21 @@ std::vector<std::byte> deflate_parts(std::span<const std::byte> bytes, std::span
   return out;
 }
 
-std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level, DeflateKind kind) {
-  if (kind == DeflateKind::text) return deflate_with(bytes, level, Z_DEFAULT_STRATEGY);
+std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level, DeflateKind kind,
+                                     Progress* progress) {
+  if (kind == DeflateKind::text) return deflate_with(bytes, level, Z_DEFAULT_STRATEGY, progress);
   // Matches that noise offers by chance cost more than they save, so that entropy coding alone often wins,
   // and it is fast.
   if (level < exhaustive_level) {
     const DeflateBits bits = deflate_bits(bytes);
-    return deflate_with(bytes, level, bits.with_runs_256 < bits.alone_256 ? Z_RLE : Z_HUFFMAN_ONLY);
+    return deflate_with(bytes, level, bits.with_runs_256 < bits.alone_256 ? Z_RLE : Z_HUFFMAN_ONLY, progress);
   }
-  std::vector<std::byte> best = deflate_with(bytes, level, Z_RLE);
+  std::vector<std::byte> best = deflate_with(bytes, level, Z_RLE, progress);
   const auto keep_smaller = [&best](std::vector<std::byte> other) {
     if (other.size() < best.size()) best = std::move(other);
   };
-  keep_smaller(deflate_with(bytes, level, Z_HUFFMAN_ONLY));
-  keep_smaller(deflate_with(bytes, level, Z_FILTERED));
+  keep_smaller(deflate_with(bytes, level, Z_HUFFMAN_ONLY, progress));
+  keep_smaller(deflate_with(bytes, level, Z_FILTERED, progress));
   return best;
 }
 

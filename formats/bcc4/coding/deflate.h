@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "base/progress.h"
+
 namespace bccsplat {
 
 enum class DeflateKind {
@@ -20,9 +22,9 @@ enum class DeflateKind {
 inline constexpr int exhaustive_level = 7;
 
 // Returns the smallest stream found. `level` is 1 .. 9. The stream is the same on every machine with the same
-// zlib.
+// zlib. With progress it throws Code::cancelled soon after a cancel.
 [[nodiscard]] std::vector<std::byte> deflate_bytes(std::span<const std::byte> bytes, int level,
-                                                   DeflateKind kind);
+                                                   DeflateKind kind, Progress* progress = nullptr);
 // Returns one stream of noise whose parts, which end at `ends` (rising, the last one at the end of all
 // bytes), are each uniform but differ from one another, as byte planes do. Each part gets blocks of its own,
 // stored where coding would save next to nothing, so that they cost no time to decode.

@@ -19,10 +19,10 @@ void write_list(ByteWriter& out, std::span<const ResidualSample> list) {
   for (const ResidualSample& s : list) out.write_varint(zigzag(s.steps));
 }
 
-std::vector<ResidualSample> read_list(ByteReader& in, uint32_t count, uint64_t voxels, uint64_t offset) {
+ResidualList read_list(ByteReader& in, uint32_t count, uint64_t voxels, uint64_t offset) {
   if (count > in.remaining() / 2)
     fail(Code::corrupt, "corrections at offset ", offset, ": ", count, " in ", in.remaining(), " bytes");
-  std::vector<ResidualSample> list(count);
+  ResidualList list(count);
   uint64_t next = 0;
   for (ResidualSample& s : list) {
     const uint64_t skip = in.read_varint();
@@ -45,11 +45,10 @@ std::vector<std::byte> write_corrections(std::span<const ResidualSample> list) {
   return out.release();
 }
 
-std::vector<ResidualSample> read_corrections(std::span<const std::byte> decoded, uint64_t voxels,
-                                             uint64_t offset) {
+ResidualList read_corrections(std::span<const std::byte> decoded, uint64_t voxels, uint64_t offset) {
   ByteReader in(decoded, "corrections", offset);
   const auto count = in.read<uint32_t>();
-  std::vector<ResidualSample> list = read_list(in, count, voxels, offset);
+  ResidualList list = read_list(in, count, voxels, offset);
   in.expect_end();
   return list;
 }

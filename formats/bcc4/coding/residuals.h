@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "base/paged_vector.h"
+
 namespace bccsplat {
 
 // A source sample of one frame, voxel = (z * Ny + y) * Nx + x, and a number of steps.
@@ -17,10 +19,13 @@ struct ResidualSample {
   bool operator==(const ResidualSample&) const = default;
 };
 
+// A frame may have one at every sample.
+using ResidualList = PagedVector<ResidualSample>;
+
 // The corrections of one channel at one frame; both lists have rising voxels.
 struct FrameResiduals {
-  std::vector<ResidualSample> add; // steps to add to the reconstructed value
-  std::vector<ResidualSample> set; // data where the lattice has a hole: the value is air plus the steps
+  ResidualList add; // steps to add to the reconstructed value
+  ResidualList set; // data where the lattice has a hole: the value is air plus the steps
   [[nodiscard]] bool empty() const { return add.empty() && set.empty(); }
   bool operator==(const FrameResiduals&) const = default;
 };
@@ -28,8 +33,8 @@ struct FrameResiduals {
 // A list of steps alone, as bricks of version 3 have it: voxels are local to the brick.
 [[nodiscard]] std::vector<std::byte> write_corrections(std::span<const ResidualSample> list);
 // `voxels` is their number in a brick. Throws as below.
-[[nodiscard]] std::vector<ResidualSample> read_corrections(std::span<const std::byte> decoded,
-                                                           uint64_t voxels, uint64_t offset);
+[[nodiscard]] ResidualList read_corrections(std::span<const std::byte> decoded, uint64_t voxels,
+                                            uint64_t offset);
 
 [[nodiscard]] std::vector<std::byte> write_residuals(const FrameResiduals& residuals);
 // `voxels` is their number in a frame; `offset` of the block is for error texts. Throws corrupt, truncated.

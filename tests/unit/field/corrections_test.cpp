@@ -18,9 +18,9 @@ constexpr std::array<uint32_t, 4> dims{70, 9, 68, 4};
 constexpr double step = 0.25;
 
 // Steps of some samples on both sides of the faces of bricks.
-std::vector<std::vector<ResidualSample>> some_samples() {
+std::vector<ResidualList> some_samples() {
   std::mt19937 random(11);
-  std::vector<std::vector<ResidualSample>> frames(dims[3]);
+  std::vector<ResidualList> frames(dims[3]);
   for (uint32_t f = 0; f < dims[3]; ++f)
     for (uint64_t v = 0; v < uint64_t{dims[0]} * dims[1] * dims[2]; ++v) {
       const uint64_t x = v % dims[0], z = v / (dims[0] * dims[1]);
@@ -31,7 +31,7 @@ std::vector<std::vector<ResidualSample>> some_samples() {
   return frames;
 }
 
-std::shared_ptr<const Bcc4Reader> file_of(const std::vector<std::vector<ResidualSample>>& frames, bool local,
+std::shared_ptr<const Bcc4Reader> file_of(const std::vector<ResidualList>& frames, bool local,
                                           CorrectionShape shape) {
   VolumeInfo info = volume(LatticeKind::d4star, dims, {channel("value", ValueType::f32)});
   ResidualInfo& fix = info.channels[0].residuals;
@@ -40,9 +40,9 @@ std::shared_ptr<const Bcc4Reader> file_of(const std::vector<std::vector<Residual
   Bench bench;
   Bcc4Writer writer(create_memory_sink(bytes), info);
   for (uint32_t f = 0; f < dims[3]; ++f) {
-    std::vector<ResidualSample> set;
+    ResidualList set;
     if (f == 1) set = {{5, 3}};
-    writer.write_residuals(0, f, {.add = frames[f], .set = set});
+    writer.write_residuals(0, f, {.add = frames[f], .set = set}, bench.context);
   }
   writer.finish(bench.context);
   static std::vector<std::vector<std::byte>> kept; // a reader borrows its bytes
@@ -51,8 +51,7 @@ std::shared_ptr<const Bcc4Reader> file_of(const std::vector<std::vector<Residual
 }
 
 // The formula of the page, in double.
-double expected(const std::vector<std::vector<ResidualSample>>& frames, CorrectionShape shape,
-                const Vec4& p) {
+double expected(const std::vector<ResidualList>& frames, CorrectionShape shape, const Vec4& p) {
   const auto fall = [&](double d) {
     d = std::fabs(d);
     if (d >= 1) return 0.0;

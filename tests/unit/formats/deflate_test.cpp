@@ -51,5 +51,46 @@ TEST(Bcc4Deflate, PartsTakeTheirEntropy) {
   EXPECT_LT(size, 0.98 * static_cast<double>(deflate_bytes(p.bytes, 6, DeflateKind::noise).size()));
 }
 
+// Bytes in which repeats, runs and frequencies each matter somewhere, of many pieces.
+std::vector<std::byte> mixed(size_t count) {
+  std::mt19937 random(7);
+  std::vector<std::byte> bytes;
+  while (bytes.size() < count) {
+    const size_t length = 1 + random() % 300;
+    const auto byte = static_cast<std::byte>(random() % 40);
+    const size_t back = bytes.size() > 20000 ? 1 + random() % 20000 : 0;
+    const bool repeat = back > 0 && random() % 2;
+    for (size_t i = 0; i < length; ++i) bytes.push_back(repeat ? bytes[bytes.size() - back] : byte);
+  }
+  return bytes;
+}
+
+// A stream that may be cancelled is the one that may not.
+TEST(Bcc4Deflate, PiecesAreTheSameStream) {
+  const std::vector<std::byte> bytes = mixed(1 << 20), noise = planes(200000).bytes;
+  for (const auto* of : {&bytes, &noise})
+    for (const int level : {1, 6, 9})
+      for (const DeflateKind kind : {DeflateKind::text, DeflateKind::noise}) {
+        Progress progress;
+        EXPECT_TRUE(deflate_bytes(*of, level, kind, &progress) == deflate_bytes(*of, level, kind)) << level;
+      }
+}
+
+TEST(Bcc4Deflate, CancelEndsItWithinAPiece) {
+  const std::vector<std::byte> bytes = mixed(1 << 20);
+  for (const DeflateKind kind : {DeflateKind::text, DeflateKind::noise}) {
+    CancelToken token;
+    Progress progress;
+    progress.watch(&token);
+    token.cancel();
+    try {
+      static_cast<void>(deflate_bytes(bytes, 9, kind, &progress));
+      ADD_FAILURE() << "went on";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), Code::cancelled);
+    }
+  }
+}
+
 } // namespace
 } // namespace bccsplat

@@ -33,7 +33,7 @@ std::vector<std::string> names(const std::string& prefix) {
   return found;
 }
 
-void write_samples(ByteWriter& out, const std::vector<ResidualSample>& list) {
+void write_samples(ByteWriter& out, const ResidualList& list) {
   for (const ResidualSample& s : list) out.write(s.voxel), out.write(s.steps);
 }
 

@@ -104,7 +104,7 @@ Bytes part_with_corrections() {
   Bcc4Writer writer(create_memory_sink(bytes), info);
   const Layers layers = make_volume(info, ball);
   writer.write_slab(0, 0, layers[0], bench.context);
-  writer.write_residuals(0, 1, {.add = {{3, -2}, {700, 5}}, .set = {{9, 1}}});
+  writer.write_residuals(0, 1, {.add = {{3, -2}, {700, 5}}, .set = {{9, 1}}}, bench.context);
   writer.finish(bench.context);
   return bytes;
 }
@@ -120,7 +120,7 @@ Bytes file_with_bricks() {
   Bcc4Writer writer(create_memory_sink(bytes), info);
   const Layers layers = make_volume(info, ball);
   writer.write_slab(0, 0, layers[0], bench.context);
-  writer.write_residuals(0, 1, {.add = {{3, -2}, {65, 5}, {700, 1}}, .set = {{9, 1}}});
+  writer.write_residuals(0, 1, {.add = {{3, -2}, {65, 5}, {700, 1}}, .set = {{9, 1}}}, bench.context);
   writer.finish(bench.context);
   return bytes;
 }
@@ -704,7 +704,7 @@ TEST(Bcc4Malformed, BricksOfCorrections) {
 
   // Voxels and counts of a brick.
   const auto voxels = [](std::initializer_list<uint64_t> at) {
-    std::vector<ResidualSample> list;
+    ResidualList list;
     for (const uint64_t v : at) list.push_back({v, 1});
     return list;
   };

@@ -180,7 +180,7 @@ inline std::vector<std::byte> masked_file() {
       runs.add(row * 20, row * 20 + 3 + row % 4);
       if (row >= 11 * 8) runs.add(row * 20 + 20 - ice, row * 20 + 20);
     }
-    writer.write_mask(c, frame, runs.finish());
+    writer.write_mask(c, frame, runs.finish(), bench.context);
   };
   const Layers layers = make_volume(info, ball_without_holes);
   for (uint32_t frame = 0; frame < 4; ++frame) {
@@ -276,8 +276,8 @@ inline std::vector<std::byte> corrected_file() {
   for (uint64_t x = 0; x < 70; x += 3) first.add.push_back({voxel(x, 4, 5), static_cast<int64_t>(x) - 30});
   first.add.push_back({voxel(69, 8, 67), 1000});
   last.add = {{voxel(0, 0, 0), 1}, {voxel(1, 0, 0), -1}}, last.set = {{voxel(33, 4, 20), 77}};
-  writer.write_residuals(0, 0, first);
-  writer.write_residuals(0, 2, last);
+  writer.write_residuals(0, 0, first, bench.context);
+  writer.write_residuals(0, 2, last, bench.context);
   writer.finish(bench.context);
   return bytes;
 }
