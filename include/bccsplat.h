@@ -6,7 +6,8 @@
  * SPACES
  *
  * - index space: (x, y, z, t). Sample i of the source stands at coordinate i on every axis; t counts frames
- * and may be fractional. The domain is [0, n-1] on every axis; nothing is drawn or evaluated outside it.
+ * and may be fractional. The domain is [0, n-1] on every axis, and [0, n] on one that is periodic, in space
+ * or time (n is sample 0 again); nothing is drawn or evaluated outside it.
  * - slice space: (u, v, w) of a slice. For a time slice it is index space without t. For other hyperplanes
  * the slice states its origin and orthonormal basis in index space.
  * - world space: right-handed, in the volume's spatial unit. A 4x4 row-major affine m (last row 0 0 0 1)
@@ -19,24 +20,41 @@
  *   at 24 samples); layers of D4* follow each other at T / sqrt2 in time. Where distances differ, T is as
  * long along each axis as its own, and what depends on pixels per T goes by the direction of most.
  *
- * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes.
+ * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes. A count whose
+ * elements no memory could hold (2^57 bytes) is INVALID_ARGUMENT; a capacity may be any, UINT64_MAX too.
+ *
+ * NUMBERS that a host hands in are finite, and unless their text says otherwise at most 1e30 in magnitude;
+ * values of fields (air, ranges, steps, bounds, those of transfer functions and isosurfaces) are those of a
+ * float, up to 3.4e38; colours and what multiplies them 0 to 1e9. Others are INVALID_ARGUMENT, at the call
+ * that takes them, with the name of the field in the text. The samples of a source are checked as
+ * writer_options.nonfinite says; a point or time that is asked for is OUT_OF_DOMAIN where there is none, NaN
+ * too.
  *
  * IMAGES: origin top left, row 0 is the top. Colour is linear, premultiplied by opacity. Opacity of a
  * transfer function is the fraction absorbed per unit_distance of world length.
  *
- * STRINGS: UTF-8, zero-terminated. Strings that come from an object live as long as the object.
+ * STRINGS: UTF-8, zero-terminated; what is written into a file and is none is INVALID_ARGUMENT. Paths are the
+ * bytes that the system's own calls take. Strings that come from an object live as long as the object.
  *
  * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), for output structs too. A cleared
  * struct (all zero apart from struct_size) asks for the defaults; what has none (a box, a stream, a camera, a
  * transfer function, dims) the caller must fill in. A field whose zero is a meaningful choice counts only if
  * its bit stands in set_mask. Structs grow only at the end: a caller built against an older
- * header gets the older behaviour; a non-zero tail this library does not know is INVALID_STRUCT_SIZE.
+ * header gets the older behaviour; a non-zero tail this library does not know is INVALID_STRUCT_SIZE, and so
+ * is a size below 8 and one of an input above 65536. Of an output struct at most struct_size bytes are
+ * written, and at most those that this library knows: what a larger one has behind them stays as it was.
+ * struct_size stays.
  *
  * STATUS: every call that can fail returns a bccsplat_status. On failure output handles are NULL (what the
  * variable held before is overwritten in any case, not released) and other outputs are untouched unless the
  * call says otherwise; bccsplat_last_error() has the text. Any call may return INVALID_ARGUMENT (a NULL or
- * senseless argument), INVALID_STRUCT_SIZE, OUT_OF_MEMORY, MEMORY_BUDGET or INTERNAL; a call's comment lists
- * what else it may return.
+ * senseless argument), INVALID_STRUCT_SIZE, INVALID_HANDLE, OUT_OF_MEMORY, MEMORY_BUDGET or INTERNAL; one
+ * with a token or a callback that can stop it CANCELLED; one on a renderer or writer WRONG_STATE (see
+ * THREADS). A call's comment lists what else it may return behind "Also:". There "reading" stands for IO,
+ * CORRUPT, TRUNCATED, CHECKSUM_MISMATCH, LIMIT_EXCEEDED and of streams WOULD_BLOCK, as whatever needs bytes
+ * of a file that were not read yet may end; "opening" for reading, FILE_NOT_FOUND, PERMISSION_DENIED,
+ * NOT_BCC4 and UNSUPPORTED_VERSION; "writing" for IO, NO_SPACE, PERMISSION_DENIED, FILE_NOT_FOUND (no such
+ * folder), FILE_EXISTS and WRONG_STATE (another call is writing that path), of streams IO alone.
  *
  * HANDLES are reference counted: create returns one reference, _retain adds one, _release gives one back
  * (NULL is allowed). These two take no const pointer, for they change the count; what a call takes as const
@@ -52,15 +70,18 @@
  *
  * PROGRESS: a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a second,
  * from any thread but never two at once; a non-zero return cancels: the call ends with CANCELLED. Within it
- * bccsplat_renderer_cancel, _retain, those of cancel tokens and calls on objects of other devices may be
- * made; others may find what they need locked by the call that they are in.
+ * bccsplat_renderer_cancel, every _retain, the functions of cancel tokens and calls on objects of other
+ * devices may be made. Others must not: of the renderer or writer at work they are WRONG_STATE, and of its
+ * device and volume they may wait for ever for the call that they are in.
  *
  * CANCEL: once a bccsplat_cancel_token is cancelled, calls that look at it end with CANCELLED, those under
- * way within some 10 ms, and those that have not begun as soon as they do, until it is reset. Whatever takes
- * options looks at options->cancel_token. Objects keep the token they were made with: every call that may
- * take long looks at that of its volume (evaluate, verify, recode, prefetch, slice_create), its slice
- * (evaluate, sample_grid, get_points) or its writer as well, render at that of the render options. Objects
- * stay as good as before (but for writers, see there), arrays and frames keep what was done.
+ * way within some 10 ms, and those that have not begun as soon as they do, until it is reset. A call that
+ * takes options looks at options->cancel_token while it lasts, and objects keep the token that they were made
+ * with: bccsplat_volume_evaluate and _verify look at the volume's; _recode, _prefetch, _get_ranges and
+ * bccsplat_slice_create at the volume's and at that of their own options; bccsplat_slice_evaluate,
+ * _sample_grid and _get_points at the slice's; every call on a writer at the writer's; render at that of the
+ * render options. Objects stay as good as before (but for writers, see there), arrays and frames keep what
+ * was done.
  *
  * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps the locale as it
  * is, and has no state outside its objects but the error text of each thread. It may be unloaded when the
@@ -197,8 +218,8 @@ typedef void (*bccsplat_runner_fn)(void* user, uint64_t count, bccsplat_task_fn 
 
 typedef struct bccsplat_device_options {
   uint32_t struct_size;
-  int32_t thread_count; /* threads used, the caller's included; 0: as many as the machine has; with a runner:
-                           how many it has */
+  int32_t thread_count;   /* threads used, the caller's included, up to 4096; 0: as many as the machine has;
+                             with   a runner: how many it has */
   uint64_t memory_budget; /* bytes this device's objects may hold for data at a time; 0: no limit. As a rule,
                              dense frames of 100^3 voxels and more take 60 bytes per voxel of one frame to
                              write, 150 to slice in time and draw, 210 to slice obliquely, caches included */
@@ -237,11 +258,14 @@ enum { /* what a bccsplat_read_at_fn returns instead of a number of bytes */
 /* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure; fewer than
  * `size` mean that the stream ends there (TRUNCATED). Called from any thread, several at once. A stream whose
  * bytes are on their way answers READ_WOULD_BLOCK. The call that needs them then tries what else it is about
- * to read, so that its host hears of that, too, and ends with WOULD_BLOCK; bccsplat_last_lacking lists what
- * it did not get. Nothing is harmed: what was read stays in the caches, volumes, slices and frames are as
- * before, with salvage, too, and no damage is reported. Made again when the bytes are there the call gives
- * what it would have given at once, bit for bit. Opening may end so as well, and is begun anew; a join or
- * recoding starts its output over. */
+ * to read, as far as it knows where that stands, so that its host hears of that, too, and ends with
+ * WOULD_BLOCK; bccsplat_last_lacking lists what it did not get. Where things stand is read first: a time
+ * slice asks for tables (index pages, those of corrections), then for chunks, masks and corrections together,
+ * a trail for those of all its stills; a slice off the time axis hears of corrections when its chunks are
+ * there. Nothing is harmed: what was read stays in the caches, volumes, slices and frames are as before, with
+ * salvage, too, and no damage is reported. Made again when the bytes are there the call gives what it would
+ * have given at once, bit for bit. Opening may end so as well, and is begun anew; a join or recoding starts
+ * its output over. */
 typedef int64_t (*bccsplat_read_at_fn)(void* user, uint64_t offset, void* buffer, uint64_t size);
 /* Writes all `size` bytes at `offset`; returns the number written; fewer, or a negative number, are a failure
  * (IO). Never two calls at once, from any thread. Bytes mostly follow each other; some that were written,
@@ -254,7 +278,7 @@ typedef int32_t (*bccsplat_flush_fn)(void* user);
 typedef struct bccsplat_read_stream {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
-  uint64_t size;     /* bytes in all */
+  uint64_t size;     /* bytes in all, up to 2^63 - 1 */
   bccsplat_read_at_fn read_at;
   void* user;
   /* Bytes that nobody wants and that are read along where they lie between two wanted ones, to have one read
@@ -315,7 +339,8 @@ enum {
  * samples would be integers, coefficients are whole steps of the same value from air; where floats, floats.
  * Files with such steps need readers of version 3 of the format. */
 enum { BCCSPLAT_STORE_DEFAULT = 0, BCCSPLAT_STORE_SAMPLES = 1, BCCSPLAT_STORE_COEFFICIENTS = 2 };
-enum { /* what a NaN or infinity in the source does */
+enum { /* what a NaN or infinity in the source does; doubles that are too large for a float (3.4e38) are
+          infinities */
        BCCSPLAT_NONFINITE_DEFAULT = 0,
        BCCSPLAT_NONFINITE_ERROR = 1, /* NONFINITE_VALUE, with frame and voxel in the text */
        BCCSPLAT_NONFINITE_HOLE =
@@ -329,7 +354,7 @@ enum { /* what a NaN or infinity in the source does */
 };
 
 enum { /* frames that are reconstructed while writing and compared with the source; it needs frames (or a
-          field, bccsplat_writer_add_field) and dims[3] > 0 */
+          field, bccsplat_writer_add_field) and dims[3] > 0 (INVALID_ARGUMENT) */
        BCCSPLAT_MEASURE_DEFAULT = 0, /* all with a bound, else none */
        BCCSPLAT_MEASURE_SOME = 1,    /* at most 3, evenly spread, where dims[3] is known; none when the memory
                                         budget is short of it */
@@ -347,9 +372,10 @@ enum { /* how a series of frames goes on beyond its first and last one, for the 
                                      frames are less accurate where anything moves */
        BCCSPLAT_ENDS_PERIODIC = 3 /* the last frame leads to the first, as of heart beats and climatologies:
                                      the frame behind the last one is frame 0 again, and no frame is less
-                                     accurate than others. Of layers and fields as well. Needs dims[3] of at
-                                     least 2; UNSUPPORTED in parts, live, short or with PARTIAL_APPEND.
-                                     Readers need version 3 */
+                                     accurate than others. It comes as long after the last as frames are
+                                     apart in the mean, however uneven they are. Of layers and fields as well.
+                                     Needs dims[3] of at least 2; UNSUPPORTED in parts, live, short or with
+                                     PARTIAL_APPEND. Readers need version 3 */
 };
 
 enum { /* how a field goes on beyond its faces, the first and last sample along x, y and z, for the sake of
@@ -362,8 +388,8 @@ enum { /* how a field goes on beyond its faces, the first and last sample along 
                                       outside. Readers need version 3 */
        BCCSPLAT_FACES_MIRROR = 2,  /* as its mirror image: no more planes; within three samples of a face the
                                       field is less accurate where it is not level there */
-       BCCSPLAT_FACES_PREDICT_X =
-           4, /* PREDICT across these axes alone, at any cost; the sum for two or three */
+       BCCSPLAT_FACES_PREDICT_X = 4, /* PREDICT across these axes alone, at any cost; the sum for two or
+                                        three; INVALID_ARGUMENT for a periodic axis, which has no faces */
        BCCSPLAT_FACES_PREDICT_Y = 8,
        BCCSPLAT_FACES_PREDICT_Z = 16
 };
@@ -457,7 +483,8 @@ typedef struct bccsplat_writer_options {
   int32_t overwrite;      /* non-zero: replace an existing file at finish */
   uint32_t channel_count; /* 0: one channel with default options */
   const bccsplat_channel_options* channels;
-  double affine[16];        /* index space -> world, row-major; all zero: identity */
+  double affine[16];        /* index space -> world, row-major; all zero: identity. The mean voxel is at least
+                               1e-30 long */
   const char* spatial_unit; /* "mm", ...; NULL: unknown */
   const char* time_unit;    /* "s", ...; NULL: unknown */
   double scale;             /* lattice distance in source samples, up to 65536; 0: 1 */
@@ -469,10 +496,11 @@ typedef struct bccsplat_writer_options {
   void* progress_user;
   double abs_error; /* > 0: no finite source sample of any channel, reconstructed with the recommended kernel,
                        is further off than this: each is checked, and those that miss are stored as
-                       corrections, which every way of looking sees (bccsplat_slice_options). BOUND_NOT_MET
-                       where floats cannot hold it; 0: no bound */
+                       corrections, which every way of looking sees (bccsplat_slice_options). Needs dims[3] >
+                       0 (INVALID_ARGUMENT). BOUND_NOT_MET where floats cannot hold it; 0: no bound */
   double psnr; /* > 0: in dB over all samples of a channel, peak: the range of its source; checked on every
-                  frame, BOUND_NOT_MET at finish when it is missed; 0: no bound */
+                  frame, BOUND_NOT_MET at finish when it is missed; up to 1000; needs dims[3] > 0
+                  (INVALID_ARGUMENT); 0: no bound */
   int32_t measure; /* BCCSPLAT_MEASURE_...: which frames to compare with the source */
   int32_t partial; /* BCCSPLAT_PARTIAL_...: what becomes of unfinished work; files only */
   int32_t lowpass; /* non-zero: frames lose what D4* (one frame: BCC) cannot hold before they are resampled:
@@ -592,22 +620,24 @@ typedef struct bccsplat_error_report {
 typedef int32_t (*bccsplat_field_fn)(void* user, uint64_t n, const double* xyzt, float* values);
 
 /* Starts a file. The bytes go to a neighbour of `path`, `path`.partial, that takes the name at finish, so
- * `path` never holds half a file. FILE_EXISTS unless options->overwrite; IO for a folder or a device;
- * WRONG_STATE while another writer is at work on the same path; NOT_FOUND for an unknown kernel. */
+ * `path` never holds half a file. Also: writing (FILE_EXISTS unless options->overwrite; IO for a folder or a
+ * device); NOT_FOUND (kernel); UNSUPPORTED (options that exclude each other); LIMIT_EXCEEDED (a layer of more
+ * than 4096^3 sites); with PARTIAL_RESUME and _APPEND opening, and WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
                                                     const bccsplat_writer_options* options,
                                                     bccsplat_writer** writer);
 /* The same into a host's stream (copied; its user pointer is borrowed until release): the bytes that a file
  * gets, report.bytes_file of them from offset 0 on. A stream has no name to take over and none to give:
  * `overwrite` says nothing, PARTIAL_... is UNSUPPORTED, and what a writer without finish has written is the
- * host's to throw away. The writer ends with a write that fails. */
+ * host's to throw away. The writer ends with a write that fails. Also: as bccsplat_writer_create. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device,
                                                            const bccsplat_write_stream* stream,
                                                            const bccsplat_writer_options* options,
                                                            bccsplat_writer** writer);
 /* Adds the next frame of a channel. `time` is in the volume's time unit and rises strictly from frame to
  * frame; every channel of a frame gets the same time. count = 0: the whole frame is air. Memory held does not
- * depend on the number of frames. */
+ * depend on the number of frames. Also: NOT_FOUND (channel), NONFINITE_VALUE, LIMIT_EXCEEDED (values further
+ * than 1e36 from air, more than 2^31 - 1 frames), BOUND_NOT_MET, WRONG_STATE, writing. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel, double time,
                                                        const bccsplat_box* boxes, uint64_t count);
 /* The frames that a writer takes: begin .. end-1, in order. Of a part: those its layers are made of, a few
@@ -616,44 +646,52 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, 
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_part_frames(const bccsplat_writer* writer, uint64_t* begin,
                                                              uint64_t* end);
 /* Geometry of a layer, 0 .. layer_count-1, as bccsplat_writer_add_layer takes them; of a part: of all layers
- * of the series, those beyond its ends included. Needs dims[3] > 0. */
+ * of the series, those beyond its ends included. Needs dims[3] > 0. Also: WRONG_STATE (without that),
+ * NOT_FOUND (layer). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_writer* writer, int64_t layer,
                                                                 bccsplat_layer_geometry* geometry);
 /* Adds the next layer of a channel as lattice samples (no resampling): count = product of the layer's dims, x
  * fastest. Layers come in order and a writer takes either frames or layers. The times of the frames are
- * time_first + i * time_step. NaN follows options->nonfinite. */
+ * those of bccsplat_writer_set_times. NaN follows options->nonfinite. Also: as bccsplat_writer_add_frame, and
+ * UNSUPPORTED (of a part, or with levels); with a bound or measuring, which need source samples, WRONG_STATE.
+ */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t channel,
                                                        int64_t layer, const float* samples, uint64_t count);
 /* Adds all layers of a channel by asking `field` for its value at each site, at most 65536 points at a time:
  * no source grid, no resampling. Instead of frames and layers; needs dims[3] > 0, which with the other dims
  * states the domain. With a bound or measure, `field` is also asked at the source samples of the frames to
- * compare. NaN follows options->nonfinite. CANCELLED when `field` gave up. */
+ * compare. NaN follows options->nonfinite. CANCELLED when `field` gave up. Also: as
+ * bccsplat_writer_add_layer. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_field(bccsplat_writer* writer, uint32_t channel,
                                                        bccsplat_field_fn field, void* user);
-/* Times of a file written by layers: frame i is at first + i * step, step > 0. Default 0 and 1. */
+/* Times of a file written by layers or a field: frame i is at first + i * step, step > 0, of at least 1e-30.
+ * Default 0 and 1. Frames have their own: WRONG_STATE once some were added; called before, it says nothing of
+ * them. Also: WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first, double step);
-/* A free attribute of the file; a key given twice keeps the last value. */
+/* A free attribute of the file; a key given twice keeps the last value. Also: WRONG_STATE (finished, or
+ * failed). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const char* key,
                                                            const char* value);
-/* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). */
+/* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). Also: WRONG_STATE, as
+ * above. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* name,
                                                         uint64_t bytes, uint32_t crc32);
 /* Writes what is pending and gives the file its name. report may be NULL. WRONG_STATE while frames or layers
  * are missing: they may still come, or finish_short ends without them. The writer can only be released
- * afterwards. */
+ * afterwards. Also: WRONG_STATE, BOUND_NOT_MET, NONFINITE_VALUE, LIMIT_EXCEEDED, writing. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report);
 /* The same for a series that ends sooner than dims[3] said, such as a simulation that is stopped: of as many
- * frames as every channel got, or of the frames that the layers reach. The file is that of a writer that was
- * told this number at the start, byte for byte, but for: what the number that was told has settled, layers
- * beyond the ends (ENDS_DEFAULT) and which frames MEASURE_SOME looks at; the order of the chunks where there
- * are several channels or levels; layers that were given beyond the last frame, which stay; and counts of
- * coefficients, without which PARTIAL_APPEND needs all frames of the file. WRONG_STATE where channels got
- * more than others, fewer frames than the file of PARTIAL_APPEND has, or layers of one frame alone;
- * UNSUPPORTED for parts. With all frames it is finish. */
+ * frames as every channel got, or of the frames that the layers reach. With all frames it is finish. The file
+ * is that of a writer that was told this number at the start, byte for byte, with these exceptions: what
+ * dims[3] has settled stays so (whether ENDS_DEFAULT predicts, which frames MEASURE_SOME looks at); with
+ * several channels or levels the chunks may stand in another order; layers that were given beyond the last
+ * frame stay; and there are no counts of coefficients, so that PARTIAL_APPEND needs all frames of the file.
+ * Also: as finish; WRONG_STATE where channels got more than others, fewer frames than the file of
+ * PARTIAL_APPEND has, or layers of one frame alone; UNSUPPORTED for parts and periodic series. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish_short(bccsplat_writer* writer,
                                                           bccsplat_writer_report* report);
 /* What was measured, after finish: measured = -1 for the series, else 0 .. frames_measured-1 for one frame.
- * WRONG_STATE before finish, NOT_FOUND when nothing was measured or past the last. */
+ * Also: WRONG_STATE before finish, NOT_FOUND (channel; nothing was measured, or past the last). */
 BCCSPLAT_API bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_t channel,
                                                        int64_t measured, bccsplat_error_report* error);
 BCCSPLAT_API void bccsplat_writer_retain(bccsplat_writer* writer);
@@ -672,14 +710,14 @@ typedef struct bccsplat_join_options {
  * depend on their size. The file is the same byte for byte as one written without parts by the same version,
  * each frame's channels added in order. INVALID_ARGUMENT, naming the files and frames, when they are not
  * parts of one series, or a frame is in none or in two of them; BOUND_NOT_MET when the series misses the psnr
- * of its options; otherwise as for opening and writing. options and report may be NULL; the report's
+ * of its options. Also: opening, writing. options and report may be NULL; the report's
  * slabs_reused are those joined. */
 BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count,
                                                  const char* const* parts, const char* path,
                                                  const bccsplat_join_options* options,
                                                  bccsplat_writer_report* report);
 /* The same from `count` streams of a host into another one, with the same bytes; texts name the parts by
- * their place in `parts`, from 0 on. WOULD_BLOCK as reading does. */
+ * their place in `parts`, from 0 on. Also: as above. */
 BCCSPLAT_API bccsplat_status bccsplat_join_streams(bccsplat_device* device, uint64_t count,
                                                    const bccsplat_read_stream* parts,
                                                    const bccsplat_write_stream* stream,
@@ -744,10 +782,11 @@ typedef struct bccsplat_volume_info {
   uint32_t level_count;      /* coarser levels, 1 .. level_count beside level 0; see get_level_info */
   uint32_t time_periodic;    /* 1: the last frame leads to the first (BCCSPLAT_ENDS_PERIODIC), and times and
                                 indices go on to time_end and dims[3], which are those of frame 0 again */
-  double time_end;           /* of the last moment that can be looked at; time_last but where time_periodic */
-  uint64_t frames_expected;  /* of a series that is being written, or was left unfinished: the frames it is to
-                                have, dims[3] where that is not known; dims[3] are those that can be looked at.
-                                Opened again it may have more. 0: finished */
+  double time_end; /* of the last moment that can be looked at: time_last, and where time_periodic the
+                      mean distance of the frames later */
+  uint64_t frames_expected; /* of a series that is being written, or was left unfinished: the frames it is to
+                               have, dims[3] where that is not known; dims[3] are those that can be looked at.
+                               Opened again it may have more. 0: finished */
   uint32_t periodic_axes; /* BCCSPLAT_PERIODIC_..., the sum: along these indices go on to dims[axis], which is
                              that of sample 0 again */
   uint32_t reserved;      /* 0 */
@@ -810,19 +849,18 @@ typedef struct bccsplat_verify_report {
   uint64_t damages; /* places that do not check out: chunks, index pages, records; 0: the file is sound */
 } bccsplat_verify_report;
 
-/* Opens a file; reads its index roots only, and tells no progress of that. options may be NULL.
- * FILE_NOT_FOUND, NOT_BCC4, UNSUPPORTED_VERSION, CORRUPT, TRUNCATED, CHECKSUM_MISMATCH, LIMIT_EXCEEDED,
- * NOT_FOUND (kernel). */
+/* Opens a file; reads its index roots only, and tells no progress of that. options may be NULL. Also:
+ * opening, NOT_FOUND (kernel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_file(bccsplat_device* device, const char* path,
                                                        const bccsplat_volume_options* options,
                                                        bccsplat_volume** volume);
-/* `bytes` is borrowed until the last release of the volume and its slices. */
+/* `bytes` is borrowed until the last release of the volume and its slices. Also: as above. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_memory(bccsplat_device* device, const void* bytes,
                                                          uint64_t size,
                                                          const bccsplat_volume_options* options,
                                                          bccsplat_volume** volume);
 /* A read_at that gives fewer bytes than it was asked for is not asked again: the file ends there
- * (TRUNCATED). */
+ * (TRUNCATED). Also: as above. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device,
                                                          const bccsplat_read_stream* stream,
                                                          const bccsplat_volume_options* options,
@@ -831,13 +869,14 @@ BCCSPLAT_API void bccsplat_volume_retain(bccsplat_volume* volume);
 BCCSPLAT_API void bccsplat_volume_release(bccsplat_volume* volume);
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume,
                                                       bccsplat_volume_info* info);
-/* NOT_FOUND beyond level_count. Reads the index of the level. */
+/* Reads the index of the level. Also: NOT_FOUND beyond level_count, reading. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, uint32_t level,
                                                             bccsplat_level_info* info);
-/* NOT_FOUND past the last channel. */
+/* Reads the tables of its corrections and masks, to count them. Also: NOT_FOUND past the last channel,
+ * reading. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, uint32_t channel,
                                                               bccsplat_channel_info* info);
-/* Index of the channel of that name. */
+/* Index of the channel of that name. Also: NOT_FOUND. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_find_channel(const bccsplat_volume* volume, const char* name,
                                                           uint32_t* channel);
 /* Writes min(capacity, dims[3]) frame times; times may be NULL when capacity is 0. count (may be NULL) gets
@@ -846,24 +885,25 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_times(const bccsplat_volume* vo
                                                        uint64_t capacity, uint64_t* count);
 /* Smallest and largest finite value that the source had in each frame, 0 twice in one without any: writes the
  * first min(capacity, count) pairs; ranges: 2 x capacity doubles, may be NULL when capacity is 0. count (may
- * be NULL) gets dims[3], or 0 where the file does not tell: of layers, fields and parts. Reads nothing.
+ * be NULL) gets dims[3], or 0 where the file does not tell: of layers, fields and parts. Reads nothing. Also:
  * NOT_FOUND past the last channel. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_frame_ranges(const bccsplat_volume* volume, uint32_t channel,
                                                               double* ranges, uint64_t capacity,
                                                               uint64_t* count);
-/* Time unit -> frame index and back; monotone cubic between uneven times. OUT_OF_DOMAIN outside the series.
- */
+/* Time unit -> frame index and back; monotone cubic between uneven times. Also: OUT_OF_DOMAIN outside the
+ * series, 0 to time_end and its index. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_time_to_index(const bccsplat_volume* volume, double time,
                                                            double* index);
 BCCSPLAT_API bccsplat_status bccsplat_volume_index_to_time(const bccsplat_volume* volume, double index,
                                                            double* time);
-/* Attribute by index, 0 .. attribute_count-1; the strings belong to the volume. */
+/* Attribute by index, 0 .. attribute_count-1, or by key; the strings belong to the volume. Also: NOT_FOUND.
+ */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_attribute(const bccsplat_volume* volume, uint64_t index,
                                                            const char** key, const char** value);
 BCCSPLAT_API bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volume* volume, const char* key,
                                                             const char** value);
 /* Where the data came from, by index from 0 on: name, size in bytes, CRC-32 (0: unknown); each output may be
- * NULL. The string belongs to the volume. NOT_FOUND past the last. */
+ * NULL. The string belongs to the volume. Also: NOT_FOUND past the last. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* volume, uint64_t index,
                                                         const char** name, uint64_t* bytes, uint32_t* crc32);
 /* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats. gradients: NULL or
@@ -872,16 +912,16 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* v
  * written with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake: within
  * three samples of such an end it is less accurate where the field is not level there, in values and
  * derivatives alike. The token of the volume cancels it; for progress a host hands over its points in parts.
- */
+ * Also: reading, OUT_OF_DOMAIN, HOLE, UNSUPPORTED (a kernel that this lattice has not). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t n,
                                                       const double* xyzt, float* values, float* gradients);
-/* The same for any channel. */
+/* The same for any channel. Also: NOT_FOUND (channel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, uint32_t channel,
                                                               uint64_t n, const double* xyzt, float* values,
                                                               float* gradients);
 /* Reads the whole file and checks every checksum and structural rule. OK even when damage is found: see the
  * report. The device's log gets a line for each damage, which says where it is and which samples and frames
- * are lost, and one for what is whole. progress may be NULL. */
+ * are lost, and one for what is whole. progress may be NULL. Also: IO, WOULD_BLOCK. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume,
                                                     bccsplat_progress_fn progress, void* progress_user,
                                                     bccsplat_verify_report* report);
@@ -906,8 +946,8 @@ typedef struct bccsplat_recode_options {
  * coefficients become samples by the value of their kernel at the sites. What the file says of its source
  * stays; corrections and the bound they kept belong to the old numbers and are left out. UNSUPPORTED for a
  * part of a series, for kernels whose coefficients cannot be stored, and where the format would have to be
- * newer than asked for; INVALID_ARGUMENT where a type cannot hold the range; otherwise as for opening and
- * writing. options and report may be NULL. */
+ * newer than asked for; INVALID_ARGUMENT where a type cannot hold the range. Also: NOT_FOUND (kernel),
+ * reading, writing. options and report may be NULL. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume, const char* path,
                                                     const bccsplat_recode_options* options,
                                                     bccsplat_writer_report* report);
@@ -921,8 +961,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_recode_stream(const bccsplat_volume
 
 typedef struct bccsplat_slice bccsplat_slice;
 
-/* a x + b y + c z + d t + e = 0 in index space; (a, b, c, d) any length but zero. A time slice at frame f: d
- * = 1, e = -f. */
+/* a x + b y + c z + d t + e = 0 in index space; (a, b, c, d) any length but zero, e no more than 1e30 times
+ * that. A time slice at frame f: d = 1, e = -f. */
 typedef struct bccsplat_hyperplane {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
@@ -969,11 +1009,14 @@ typedef struct bccsplat_slice_options {
   uint32_t channel;
   const char* kernel; /* NULL: the volume's */
   double interval[2]; /* frames relative to the hyperplane's, begin <= 0 <= end allowed in any mix: the slice
-                         holds the mean over [t+begin, t+end], clipped to the series; both 0: the instant.
-                         Time slices only. */
-  double spacing;     /* of the target lattice in index units; 0: 1, and less along axes where the volume's
-                         lattice is finer. Any other (for time slices but 1) resamples. */
-  double time_length; /* world units that one frame is drawn as off the time axis; 0: one mean voxel */
+                         holds the mean over [t+begin, t+end], clipped to the series; where time is periodic
+                         it goes round, up to a turn before frame 0 and a turn behind the end. Both 0: the
+                         instant. Time slices only. */
+  double spacing;     /* of the target lattice in index units, up to the largest of dims; 0: 1, and less along
+                         axes where the volume's lattice is finer. Any other (for time slices but 1)
+                         resamples; LIMIT_EXCEEDED where it makes more than 1e6 planes along an axis */
+  double time_length; /* world units that one frame is drawn as off the time axis, at least 1e-30; 0: one mean
+                         voxel */
   int32_t lattice;    /* target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC */
   uint32_t level; /* of the volume: 0 all of it; l of 1 .. level_count what its coarser lattice l holds, an
                      eighth of the points and of the work for each, without the file's corrections;
@@ -981,8 +1024,8 @@ typedef struct bccsplat_slice_options {
   bccsplat_progress_fn progress; /* NULL: none; about the share of the work done, 1 at success */
   void* progress_user;
   double thickness; /* of a slab centred on the hyperplane, in index units along the unit normal (frames for
-                       time slices), clipped to the domain, but where time is periodic; 0: none. Excludes
-                       interval. */
+                       time slices), clipped to the domain, time slices as an interval is; 0: none; what
+                       is sampled across more than 2000 index units is LIMIT_EXCEEDED. Excludes interval. */
   const double* point; /* 4 doubles, index space: the origin of slice space. NULL: chosen, with the basis */
   const double* basis; /* 3 x 4 doubles: directions of u, v, w in index space, any lengths, orthonormalised in
                           order. With point and basis, which are copied, the slice is resampled on a lattice
@@ -1006,7 +1049,8 @@ typedef struct bccsplat_slice_info {
                            are left, in the order x, y, z, t (x = constant: u, v, w are y, z, t) */
   double extent[3][2];  /* domain in slice space; of an empty slice it ends before it begins */
   uint64_t dims[3];     /* samples of the dense box at the source's resolution: sample i at slice coordinate
-                           extent[.][0] + i; 0 for an empty slice */
+                           extent[.][0] + i; 0 for an empty slice; n + 1 along a periodic axis of n samples,
+                           the last of which is the first again */
   double affine[16];    /* slice space -> world, row-major */
   double bounds[2];     /* no value of the slice lies outside */
   double air;
@@ -1030,14 +1074,15 @@ typedef struct bccsplat_grid {
 /* Cuts a hyperplane. options may be NULL. OUT_OF_DOMAIN: a time outside the series; another hyperplane that
  * misses the domain gives an empty slice: no points, dims 0, every sample NaN. INVALID_ARGUMENT: a zero or
  * non-finite normal, a basis whose directions depend on each other, options that exclude each other.
- * UNSUPPORTED: a method, slab or interval that this hyperplane or volume cannot have. */
+ * UNSUPPORTED: a method, slab or interval that this hyperplane or volume cannot have. Also: NOT_FOUND
+ * (channel, kernel, level), LIMIT_EXCEEDED, reading. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume,
                                                    const bccsplat_hyperplane* hyperplane,
                                                    const bccsplat_slice_options* options,
                                                    bccsplat_slice** slice);
 /* Reads and makes what bccsplat_slice_create would with the same arguments, and leaves it in the volume's
  * cache, as far as that holds it: for an idle thread of the host's, ahead of a moment that will be asked for.
- * Returns when that is done. Failures as there; UNSUPPORTED: what is no merged time slice. */
+ * Returns when that is done. Also: as there; UNSUPPORTED: what is no merged time slice. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume,
                                                       const bccsplat_hyperplane* hyperplane,
                                                       const bccsplat_slice_options* options);
@@ -1057,7 +1102,7 @@ enum {                             /* bits of the flags of bccsplat_volume_get_r
  * 0; count (may be NULL) gets their number. flags: BCCSPLAT_RANGES_... What opening reads is not among them.
  * Reads the index pages that it needs, and of corrections the tables, so that it may end with WOULD_BLOCK
  * itself; makes nothing and leaves the caches of chunks and coefficients as they are. options->progress is
- * called at the end. Failures as of bccsplat_slice_create. */
+ * called at the end. Also: as bccsplat_slice_create. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_ranges(const bccsplat_volume* volume,
                                                         const bccsplat_hyperplane* hyperplane,
                                                         const bccsplat_slice_options* options, uint32_t flags,
@@ -1066,7 +1111,8 @@ BCCSPLAT_API void bccsplat_slice_retain(bccsplat_slice* slice);
 BCCSPLAT_API void bccsplat_slice_release(bccsplat_slice* slice);
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_slice_info* info);
 /* uvw: n x 3 doubles, slice space. values: n floats. gradients: NULL or n x 3 floats per unit of slice space.
- * Points outside or in holes as for bccsplat_volume_evaluate. */
+ * Points outside or in holes as for bccsplat_volume_evaluate. Also: OUT_OF_DOMAIN, HOLE, UNSUPPORTED
+ * (gradients of extracted points). */
 BCCSPLAT_API bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
                                                      const double* uvw, float* values, float* gradients);
 /* Fills `values` (product of grid->dims floats, x fastest); grid NULL: the box of bccsplat_slice_info.
@@ -1099,17 +1145,17 @@ typedef struct bccsplat_camera {
   uint32_t struct_size;
   int32_t projection; /* DEFAULT: orthographic */
   double position[3];
-  double target[3]; /* position and target must differ; up must not be parallel to the view */
-  double up[3];
-  double fovy_degrees; /* perspective: in (0, 180) */
-  double ortho_height; /* orthographic: > 0 */
+  double target[3];    /* position and target must differ; up must not be parallel to the view */
+  double up[3];        /* all coordinates up to 1e36 */
+  double fovy_degrees; /* perspective: above 1e-6, below 180 - 1e-6 */
+  double ortho_height; /* orthographic: 1e-36 to 1e36 */
 } bccsplat_camera;
 
 /* A view of the whole slice. It starts looking along +z of world space with +y up, so that +x points to the
  * left, and is turned about the slice's centre: first by rotate_y about the vertical (positive: the view
  * turns from +z towards +x), then by rotate_x about the horizontal axis (positive: the camera rises and looks
  * down). It fits the bounding sphere of the slice into the smaller side of a width x height image.
- * Perspective uses 30 degrees. */
+ * Perspective uses 30 degrees. Angles are at most 1e6 either way. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice, int32_t projection,
                                                        double rotate_x_degrees, double rotate_y_degrees,
                                                        uint32_t width, uint32_t height,
@@ -1124,7 +1170,7 @@ typedef struct bccsplat_transfer_function {
   const double* opacities; /* points of 2 doubles: value, opacity in [0, 1] per unit_distance; values rise */
   uint32_t opacity_count;
   uint32_t reserved;    /* 0 */
-  double unit_distance; /* world length; 0: one mean voxel */
+  double unit_distance; /* world length, 1e-36 to 1e36; 0: one mean voxel */
 } bccsplat_transfer_function;
 
 enum {                            /* how a channel is to look */
@@ -1164,12 +1210,13 @@ typedef struct bccsplat_look {
 } bccsplat_look;
 
 /* `look` is a BCCSPLAT_LOOK_, `mode` the BCCSPLAT_MODE_ that it is for: of maximum what is not air is opaque,
- * an isosurface has one colour. INVALID_ARGUMENT, NOT_FOUND (channel). */
+ * an isosurface has one colour. Also: NOT_FOUND (channel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_look(const bccsplat_volume* volume, uint32_t channel,
                                                       int32_t look, int32_t mode, bccsplat_look* out);
 
 typedef struct bccsplat_light {
-  double direction[3]; /* towards the light, world space; all zero: from the camera */
+  double direction[3]; /* towards the light, world space, of any length from 1e-30 on; all zero: from the
+                          camera */
   double color[3];     /* linear */
 } bccsplat_light;
 
@@ -1179,8 +1226,8 @@ typedef struct bccsplat_lights {
   const bccsplat_light* lights; /* directional, at most 8 */
   double ambient; /* material, as fractions of the classified colour; all four zero: 0.3 0.7 0.2 20 */
   double diffuse;
-  double specular; /* white */
-  double shininess;
+  double specular;  /* white */
+  double shininess; /* up to 1e6 */
 } bccsplat_lights;
 
 enum {
@@ -1256,7 +1303,7 @@ typedef struct bccsplat_render_options {
                           what lies behind dense matter as exactly as what lies in front, and up to 64
                           surfaces of an isosurface along each ray, without a trail */
   int32_t reference;   /* non-zero: slow double-precision integration of the same field in fine steps */
-  int32_t tile_size;   /* pixels; 0: chosen */
+  int32_t tile_size;   /* pixels, up to 4096; 0: chosen */
   bccsplat_progress_fn progress;
   void* progress_user;
   double deep_tolerance; /* FRAME_DEEP: neighbouring samples are merged while the picture cut off at any depth
@@ -1297,7 +1344,7 @@ typedef struct bccsplat_picture_needs {
 /* Tells what a picture needs before the slice for it is made. Any time slice of the volume will do, of
  * the channel that is drawn: a host cuts one of the coarsest level, which costs next to nothing, fits its
  * camera to it, may draw it at once, and cuts the one that is needed. Reads nothing. options may be NULL:
- * defaults. UNSUPPORTED for slices that are not in time, of extracted
+ * defaults. width, height in [1, 65536]. Also: UNSUPPORTED for slices that are not in time, of extracted
  * points, or with a basis of their own. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice,
                                                               const bccsplat_camera* camera, uint32_t width,
@@ -1329,14 +1376,14 @@ enum { /* how trail and slice meet */
  * normals they are Gauss-Legendre quadratures that hold what a lattice of the source's density can. */
 typedef struct bccsplat_trail {
   uint32_t struct_size;
-  int32_t content;  /* DEFAULT: classified */
-  int32_t combine;  /* DEFAULT: physical */
-  uint32_t samples; /* stills per sub-interval (classified, and maximum over time); 0: one per lattice layer
-                       or index unit, 4 to 64 */
-  double
-      interval[2]; /* begin, end relative to the slice, clipped to the domain: frames; of hyperplanes off
-                      the time axis index units (voxels and frames) along the unit normal (a, b, c, d). Past
-                      [-n, 0], future [0, n], centred [-n, n]; both 0: no trail, bit for bit */
+  int32_t content;    /* DEFAULT: classified */
+  int32_t combine;    /* DEFAULT: physical */
+  uint32_t samples;   /* stills per sub-interval (classified, and maximum over time), up to 4096; 0: one per
+                         lattice layer or index unit, 4 to 64 */
+  double interval[2]; /* begin, end relative to the slice, clipped to the domain, of periodic time as
+                         bccsplat_slice_options.interval: frames; of hyperplanes off the time axis index units
+                         (voxels and frames) along the unit normal (a, b, c, d). Past
+                         [-n, 0], future [0, n], centred [-n, n]; both 0: no trail, bit for bit */
   const bccsplat_transfer_function* transfer_function; /* copied; NULL: the slice's */
   const double*
       colors; /* one linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more
@@ -1394,18 +1441,25 @@ BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* ren
 /* NULL: that of bccsplat_volume_get_look for the mode of the picture. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_transfer_function(
     bccsplat_renderer* renderer, const bccsplat_transfer_function* function);
+/* NULL: one white light from the camera, and the default material. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer,
                                                           const bccsplat_lights* lights);
+/* NULL: the defaults. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
                                                            const bccsplat_render_options* options);
-/* Draws into every channel the frame has. WRONG_STATE without a slice. CANCELLED keeps the tiles that were
- * finished in the planes, and elsewhere what these held; the deep samples, the camera and the attributes of
- * the frame are gone. */
+/* Draws into every channel the frame has. A picture that is refused (INVALID_ARGUMENT, WRONG_STATE,
+ * UNSUPPORTED), or that fails or is cancelled before drawing begins, such as while a trail is read, leaves
+ * the frame as it was, with the deep samples, camera and attributes of the picture before. One that is
+ * cancelled or fails while it is drawn keeps the tiles that were finished in the planes, and elsewhere what
+ * these held; the deep samples, the camera and the attributes of the frame are gone then. Also: WRONG_STATE
+ * without a slice; INVALID_ARGUMENT: a camera more than 1e9 sheets away, more than 1e8 sheets; UNSUPPORTED:
+ * what modes, trails, deep frames and the reference do not do together, and slices of extracted points;
+ * LIMIT_EXCEEDED: more than 2^32 - 1 points; of trails and levels reading. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_frame* frame);
 /* Makes the render under way end with CANCELLED; may be called from any thread at any time. Between renders
  * it does nothing: a cancel token stays. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_cancel(bccsplat_renderer* renderer);
-/* Of the last successful render; WRONG_STATE before it. */
+/* Of the last successful render. Also: WRONG_STATE before it. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer,
                                                          bccsplat_render_stats* stats);
 
@@ -1419,11 +1473,13 @@ enum { /* channels, as bits; each a plane of float32 pixels, rows top to bottom 
                                     position where the opacity passes 1/2; infinity where it never does */
        BCCSPLAT_FRAME_VALUE = 4, /* 1 float: line integral (xray), maximum (maximum), else opacity-weighted
                                     mean value; NaN where nothing is */
-       BCCSPLAT_FRAME_TIME = 8,  /* 1 float: opacity-weighted mean frame index; NaN where nothing is */
-       BCCSPLAT_FRAME_DEEP = 16  /* no plane but a list of samples per pixel, bccsplat_frame_get_deep; modes
-                                    composite and isosurface, no reference, no trail combined POST (render
-                                    answers UNSUPPORTED). It counts against the memory budget, twice while
-                                    a render ends */
+       BCCSPLAT_FRAME_TIME = 8, /* 1 float: opacity-weighted mean frame index; NaN where nothing is. Of trails
+                                   of periodic series it counts on: below 0 before frame 0, above dims[3]
+                                   behind the end */
+       BCCSPLAT_FRAME_DEEP = 16 /* no plane but a list of samples per pixel, bccsplat_frame_get_deep; modes
+                                   composite and isosurface, no reference, no trail combined POST (render
+                                   answers UNSUPPORTED). It counts against the memory budget, twice while
+                                   a render ends */
 };
 
 /* What each pixel holds along its ray, as OpenEXR's deep pictures do: samples in order of depth that do not
@@ -1435,8 +1491,8 @@ enum { /* channels, as bits; each a plane of float32 pixels, rows top to bottom 
  * isosurface at the first surface. */
 typedef struct bccsplat_deep {
   uint32_t struct_size;
-  uint32_t components; /* floats per sample, 6: z, z_back (as FRAME_DEPTH measures), opacity, premultiplied
-                          red, green, blue; of the sample by itself */
+  uint32_t components; /* floats per sample, 6: z, z_back (as FRAME_DEPTH measures; of perspective cameras
+                          never negative), opacity, premultiplied red, green, blue; of the sample by itself */
   uint32_t width;
   uint32_t height;
   uint64_t sample_count; /* of the picture */
@@ -1480,41 +1536,41 @@ enum { /* what an image is saved as */
 BCCSPLAT_API bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width, uint32_t height,
                                                    uint32_t channels, bccsplat_frame** frame);
 /* An RGBA frame in the host's own memory (borrowed until release): height rows of width x 4 floats, row_bytes
- * apart (0: packed). */
+ * apart (0: packed), a multiple of 4. INVALID_ARGUMENT where all of it lies in no memory. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width, uint32_t height,
                                                  float* rgba, uint64_t row_bytes, bccsplat_frame** frame);
 BCCSPLAT_API void bccsplat_frame_retain(bccsplat_frame* frame);
 BCCSPLAT_API void bccsplat_frame_release(bccsplat_frame* frame);
-/* `channel` is one bit; NOT_FOUND when the frame lacks it. */
+/* `channel` is one bit, of a plane: FRAME_DEEP has none (INVALID_ARGUMENT), but bccsplat_frame_get_deep.
+ * Also: NOT_FOUND when the frame lacks it. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* frame, uint32_t channel,
                                                         bccsplat_plane* plane);
 /* The samples of the last render into the frame; the pointers are good until the next one or the last
- * release. NOT_FOUND when the frame has no FRAME_DEEP, WRONG_STATE before a render. */
+ * release. Also: NOT_FOUND when the frame has no FRAME_DEEP, WRONG_STATE before a render. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_get_deep(const bccsplat_frame* frame, bccsplat_deep* deep);
 /* OpenEXR scanline file, ZIP, float: R, G, B, A unnamed first, the others as depth.Z, value.Y, time.Y.
  * The camera of the last render into the frame is written as the standard attributes worldToCamera (x right,
  * y up, z forward: left-handed), worldToNDC ((0, 0) upper left, (1, 1) lower right) and, in perspective,
  * screenWindowWidth; what it shows as bccsplat/version, /hyperplane, /kernel and /sheetStep.
- * options may be NULL. INVALID_ARGUMENT, FILE_EXISTS unless overwrite, PERMISSION_DENIED, NO_SPACE,
- * FILE_NOT_FOUND (no such folder), IO, WRONG_STATE (another call is writing that path), MISSING_FEATURE. */
+ * options may be NULL. Also: writing, MISSING_FEATURE. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char* path,
                                                      const bccsplat_image_options* options);
-/* OpenEXR deep scanline file, ZIPS, float: Z, ZBack, A, R, G, B, deepImageState tidy; attributes and failures
- * as save_exr, and NOT_FOUND and WRONG_STATE as bccsplat_frame_get_deep. */
+/* OpenEXR deep scanline file, ZIPS, float: Z, ZBack, A, R, G, B, deepImageState tidy; attributes as
+ * save_exr. Also: as there; NOT_FOUND and WRONG_STATE as bccsplat_frame_get_deep. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_deep_exr(const bccsplat_frame* frame, const char* path,
                                                           const bccsplat_image_options* options);
-/* 8-bit sRGB PNG. Fails as save_exr does. */
+/* 8-bit sRGB PNG. Also: as save_exr. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_png(const bccsplat_frame* frame, const char* path,
                                                      const bccsplat_image_options* options);
 /* The bytes of the file that save_png, save_exr or save_deep_exr would write (format: BCCSPLAT_IMAGE_...),
- * into a host's stream, which is borrowed during the call; `overwrite` says nothing. Fails as they do, but
- * for what only names can be; IO where the stream does. */
+ * into a host's stream, which is borrowed during the call; `overwrite` says nothing. Also: as they, of
+ * writing IO alone. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_stream(const bccsplat_frame* frame, int32_t format,
                                                         const bccsplat_write_stream* stream,
                                                         const bccsplat_image_options* options);
 /* The same into the host's memory: writes the first min(capacity, size) bytes; `bytes` may be NULL when
  * capacity is 0. size (may be NULL) gets the bytes in all. The image is made anew by each call: 8 bytes for
- * each pixel and 64 KiB are more than any PNG takes. */
+ * each pixel and 64 KiB are more than any PNG takes. Also: as they, but nothing of writing. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_save_memory(const bccsplat_frame* frame, int32_t format,
                                                         const bccsplat_image_options* options, void* bytes,
                                                         uint64_t capacity, uint64_t* size);

@@ -6,8 +6,10 @@
 #include <limits>
 
 #include "api/handles.h"
+#include "api/numbers.h"
 #include "api/streams.h"
 #include "api/structs.h"
+#include "api/texts.h"
 #include "base/sizes.h"
 #include "formats/image/exr.h"
 #include "formats/image/png.h"
@@ -51,9 +53,8 @@ void check_sequence(const bccsplat_image_options& o) {
   if (!(numerator > 0 && denominator > 0) && !(numerator == 0 && denominator == 0))
     fail(Code::invalid_argument, "image options: frames_per_second ", numerator, " / ", denominator,
          " must be positive, or both 0");
-  if (!(o.exposure_seconds >= 0 && std::isfinite(o.exposure_seconds)))
-    fail(Code::invalid_argument, "image options: exposure_seconds ", o.exposure_seconds,
-         " must be finite and not negative");
+  require_range(o.exposure_seconds, 0, largest_number, "bccsplat_image_options.exposure_seconds");
+  require_utf8(o.comments, "bccsplat_image_options.comments");
 }
 
 ExrOptions exr_options(const bccsplat_frame& frame, const bccsplat_image_options& o, Progress& progress) {
@@ -92,6 +93,7 @@ void save(const bccsplat_frame& frame, int32_t format, const bccsplat_image_opti
           const std::string& name, const MakeSink& make_sink) {
   const auto o = read_struct(options, "bccsplat_image_options");
   require_zero(o.reserved, "bccsplat_image_options.reserved");
+  require_range(o.background, 0, largest_colour, "bccsplat_image_options.background");
   const Token token = read_token(o.cancel_token);
   Progress progress(progress_callback(o.progress, o.progress_user));
   watch(progress, token);
@@ -176,6 +178,9 @@ bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width, uin
     if (row % sizeof(float) != 0 || row < uint64_t{width} * 16)
       fail(Code::invalid_argument, "frame: row_bytes ", row, " must be a multiple of 4 and hold ", width,
            " pixels of 16 bytes");
+    if (row > memory_end / height || row * height > UINTPTR_MAX - reinterpret_cast<uintptr_t>(rgba))
+      fail(Code::invalid_argument, "frame: ", height, " rows of row_bytes ", row,
+           " are more than memory holds");
     if (reinterpret_cast<uintptr_t>(rgba) % alignof(float) != 0)
       fail(Code::invalid_argument, "frame: rgba is not aligned to its floats");
     auto f = std::make_unique<bccsplat_frame>();
@@ -193,6 +198,8 @@ bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* frame, uint32_t
                                            bccsplat_plane* plane) {
   return guard([&] {
     require(frame, "frame");
+    if (channel == BCCSPLAT_FRAME_DEEP)
+      fail(Code::invalid_argument, "frame: BCCSPLAT_FRAME_DEEP has no plane; see bccsplat_frame_get_deep");
     const Plane* p = plane_of(*frame, channel);
     if (!p) fail(Code::invalid_argument, "frame: ", channel, " is not one channel bit");
     if (!p->pixels) fail(Code::not_found, "frame: it was made without channel ", channel);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "api/numbers.h"
 #include "api/streams.h"
 #include "api/structs.h"
 #include "api/writer.h"
@@ -24,8 +25,7 @@ RecodeSettings read_recode_settings(const bccsplat_recode_options& o) {
   if (o.value_type < 0 || o.value_type > BCCSPLAT_TYPE_F32)
     fail(Code::invalid_argument, "value_type must be U8, U16, F16 or F32");
   if (o.value_type != 0) s.value_type = static_cast<ValueType>(o.value_type);
-  if (!(o.value_step >= 0 && std::isfinite(o.value_step)))
-    fail(Code::invalid_argument, "value_step must be finite and not negative");
+  require_range(o.value_step, 0, largest_value, "bccsplat_recode_options.value_step");
   s.value_step = o.value_step;
   if (o.kernel) s.kernel = o.kernel;
   if (o.format < 0 || o.format > bcc4_version)

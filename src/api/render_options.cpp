@@ -3,14 +3,27 @@
 
 #include <cmath>
 
+#include "api/numbers.h"
 #include "api/structs.h"
 
 namespace bccsplat::api {
+namespace {
+
+constexpr double smallest_angle = 1e-6, largest_angle = 180 - 1e-6; // degrees across a perspective picture
+
+} // namespace
 
 Camera read_camera(const bccsplat_camera* camera) {
   const auto in = read_struct(camera, "bccsplat_camera");
   if (in.projection < 0 || in.projection > 2)
     fail(Code::invalid_argument, "camera: projection ", in.projection);
+  require_numbers(in.position, "bccsplat_camera.position", largest_view);
+  require_numbers(in.target, "bccsplat_camera.target", largest_view);
+  require_numbers(in.up, "bccsplat_camera.up", largest_view);
+  if (in.projection == BCCSPLAT_PROJECTION_PERSPECTIVE)
+    require_range(in.fovy_degrees, smallest_angle, largest_angle, "bccsplat_camera.fovy_degrees");
+  else
+    require_range(in.ortho_height, 1 / largest_view, largest_view, "bccsplat_camera.ortho_height");
   Camera c;
   c.perspective = in.projection == BCCSPLAT_PROJECTION_PERSPECTIVE;
   c.position = vec3(in.position), c.target = vec3(in.target), c.up = vec3(in.up);
@@ -26,10 +39,8 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
   if (in.quality < 0 || in.quality > 4) fail(Code::invalid_argument, "render options: quality ", in.quality);
   if (in.shading < 0 || in.shading > 2) fail(Code::invalid_argument, "render options: shading ", in.shading);
   if (in.disable_skips & ~63u) fail(Code::invalid_argument, "render options: unknown bits in disable_skips");
-  if (in.sheet_step != 0 && !(in.sheet_step >= 1e-3 && in.sheet_step <= 16))
-    fail(Code::invalid_argument, "render options: sheet_step ", in.sheet_step, " is not in .001 .. 16 T");
-  if (!(in.opacity_stop >= 0 && in.opacity_stop <= 1))
-    fail(Code::invalid_argument, "render options: opacity_stop ", in.opacity_stop);
+  require_zero_or(in.sheet_step, 1e-3, 16, "bccsplat_render_options.sheet_step");
+  require_range(in.opacity_stop, 0, 1, "bccsplat_render_options.opacity_stop");
   if (in.tile_size < 0 || in.tile_size > 4096)
     fail(Code::invalid_argument, "render options: tile_size ", in.tile_size);
   if (in.preintegrate < 0 || in.preintegrate > 2)
@@ -45,22 +56,18 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
   out.smooth_edges = in.smooth_edges ? in.smooth_edges == BCCSPLAT_SMOOTH_EDGES_ON
                                      : quality_settings(out.quality).smooth_edges;
   const bool iso_given = in.set_mask & BCCSPLAT_RENDER_SET_ISO;
-  if (iso_given && !std::isfinite(in.iso_value))
-    fail(Code::invalid_argument, "render options: iso_value must be finite");
+  if (iso_given) require_number(in.iso_value, "bccsplat_render_options.iso_value", largest_value);
   if (out.mode == RenderMode::isosurface && !iso_given)
     fail(Code::invalid_argument, "render options: mode isosurface needs iso_value (and its bit in set_mask)");
-  if (in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE &&
-      !(in.gradient_noise >= 0 && std::isfinite(in.gradient_noise)))
-    fail(Code::invalid_argument, "render options: gradient_noise ", in.gradient_noise,
-         " must be finite and >= 0");
+  if (in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE)
+    require_range(in.gradient_noise, 0, largest_value, "bccsplat_render_options.gradient_noise");
   out.iso_value = in.iso_value;
   out.sheet_step = in.sheet_step;
   if (in.opacity_stop != 0) out.opacity_stop = in.opacity_stop;
   out.disable_skips = in.disable_skips;
   out.tile_size = in.tile_size;
   out.reference = in.reference != 0;
-  if (!(in.deep_tolerance >= 0 && in.deep_tolerance <= 1))
-    fail(Code::invalid_argument, "render options: deep_tolerance ", in.deep_tolerance, " is not in [0, 1]");
+  require_range(in.deep_tolerance, 0, 1, "bccsplat_render_options.deep_tolerance");
   if (in.deep_tolerance > 0) out.deep_tolerance = in.deep_tolerance;
   return out;
 }

@@ -8,6 +8,7 @@
 
 #include "api/handles.h"
 #include "api/look.h"
+#include "api/numbers.h"
 #include "api/render_options.h"
 #include "api/structs.h"
 #include "render/gradient_noise.h"
@@ -49,9 +50,14 @@ struct bccsplat_renderer : Object<Kind::renderer> {
 
 namespace {
 
-void check_finite(const Vec3& v, const char* name) {
-  for (const double x : v)
-    if (!std::isfinite(x)) fail(Code::invalid_argument, name, " must be finite");
+constexpr double largest_turn = 1e6; // degrees
+constexpr double most_shininess = 1e6;
+
+// Towards a light: its length counts for nothing, but must be one.
+void check_direction(const double (&v)[3]) {
+  require_numbers(v, "bccsplat_light.direction");
+  const double length = std::hypot(v[0], v[1], v[2]);
+  require_zero_or(length, smallest_length, 2 * largest_number, "bccsplat_light.direction: its length");
 }
 
 TransferFunction read_function(const bccsplat_transfer_function& in) {
@@ -61,10 +67,16 @@ TransferFunction read_function(const bccsplat_transfer_function& in) {
   TransferFunction f;
   for (uint32_t i = 0; i < in.color_count; ++i) {
     const double* p = in.colors + 4 * size_t{i};
+    require_number(p[0], "bccsplat_transfer_function.colors: a value", largest_value);
     f.colors.push_back({p[0], {p[1], p[2], p[3]}});
   }
-  for (uint32_t i = 0; i < in.opacity_count; ++i)
-    f.opacities.push_back({in.opacities[2 * size_t{i}], in.opacities[2 * size_t{i} + 1]});
+  for (uint32_t i = 0; i < in.opacity_count; ++i) {
+    const double* p = in.opacities + 2 * size_t{i};
+    require_number(p[0], "bccsplat_transfer_function.opacities: a value", largest_value);
+    f.opacities.push_back({p[0], p[1]});
+  }
+  require_zero_or(in.unit_distance, 1 / largest_view, largest_view,
+                  "bccsplat_transfer_function.unit_distance");
   f.unit_distance = in.unit_distance;
   f.check();
   return f;
@@ -138,8 +150,8 @@ bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice, int32_t p
     require(slice, "slice");
     if (projection < 0 || projection > 2) fail(Code::invalid_argument, "camera: projection ", projection);
     if (width == 0 || height == 0) fail(Code::invalid_argument, "camera: the image has no pixels");
-    if (!std::isfinite(rotate_x_degrees) || !std::isfinite(rotate_y_degrees))
-      fail(Code::invalid_argument, "camera: the angles must be finite");
+    require_number(rotate_x_degrees, "rotate_x_degrees", largest_turn);
+    require_number(rotate_y_degrees, "rotate_y_degrees", largest_turn);
     const bool perspective = projection == BCCSPLAT_PROJECTION_PERSPECTIVE;
     const Camera c = fit_camera(slice->slice, perspective, rotate_x_degrees, rotate_y_degrees, width, height);
     bccsplat_camera out{};
@@ -192,9 +204,9 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
     if (in.combine < 0 || in.combine > 4) fail(Code::invalid_argument, "trail: combine ", in.combine);
     if (in.samples > 4096 || in.intervals > 256)
       fail(Code::invalid_argument, "trail: at most 4096 samples in each of 256 sub-intervals");
-    if (!(in.interval[0] <= in.interval[1]) || !std::isfinite(in.interval[0]) ||
-        !std::isfinite(in.interval[1]))
-      fail(Code::invalid_argument, "trail: the interval must be finite and ordered");
+    require_numbers(in.interval, "bccsplat_trail.interval");
+    if (!(in.interval[0] <= in.interval[1]))
+      fail(Code::invalid_argument, "bccsplat_trail.interval ends before it begins");
     TrailOptions options;
     if (in.content) options.content = static_cast<TrailContent>(in.content);
     options.interval = {in.interval[0], in.interval[1]};
@@ -204,7 +216,7 @@ bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer, const b
     for (int i = 0; i < options.intervals && (in.colors || options.intervals > 1); ++i) {
       const double* c = in.colors ? in.colors + 3 * static_cast<size_t>(i) : nullptr;
       colors.push_back(c ? Vec3{c[0], c[1], c[2]} : ramp_color(i, options.intervals));
-      check_finite(colors.back(), "trail colours");
+      for (const double part : colors.back()) require_range(part, 0, largest_colour, "bccsplat_trail.colors");
     }
     std::optional<TransferFunction> function;
     if (in.transfer_function)
@@ -244,14 +256,15 @@ bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer, const 
     Lights out;
     if (in.count > 0) out.lights.clear();
     for (uint32_t i = 0; i < in.count; ++i) {
+      check_direction(in.lights[i].direction);
+      require_range(in.lights[i].color, 0, largest_colour, "bccsplat_light.color");
       out.lights.push_back({vec3(in.lights[i].direction), vec3(in.lights[i].color)});
-      check_finite(out.lights.back().direction, "light direction"),
-          check_finite(out.lights.back().color, "light colour");
     }
     if (in.ambient != 0 || in.diffuse != 0 || in.specular != 0 || in.shininess != 0) {
-      for (const double v : {in.ambient, in.diffuse, in.specular, in.shininess})
-        if (!(v >= 0 && std::isfinite(v)))
-          fail(Code::invalid_argument, "lights: material values must be finite and >= 0");
+      require_range(in.ambient, 0, largest_colour, "bccsplat_lights.ambient");
+      require_range(in.diffuse, 0, largest_colour, "bccsplat_lights.diffuse");
+      require_range(in.specular, 0, largest_colour, "bccsplat_lights.specular");
+      require_range(in.shininess, 0, most_shininess, "bccsplat_lights.shininess");
       out.ambient = in.ambient, out.diffuse = in.diffuse, out.specular = in.specular,
       out.shininess = in.shininess;
     }
@@ -311,7 +324,8 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.noise_of_ripple = !renderer->gradient_noise;
     if (!options.reference && drawn_level(scene, options, frame->image.width, frame->image.height) == 0)
       scene.points = &slice.points(context);
-    frame->deep = {}; // gives its memory back first
+    check_picture(scene, options, context, frame->image); // refused, a frame stays as it was
+    frame->deep = {};                                     // gives its memory back first
     frame->attributes.clear(), frame->camera.reset();
     const RenderStats stats = render(scene, renderer->options, context, frame->image);
     frame->attributes = describe_picture(slice, stats);

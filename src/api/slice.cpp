@@ -6,6 +6,7 @@
 #include <span>
 
 #include "api/handles.h"
+#include "api/numbers.h"
 #include "api/slice_options.h"
 #include "api/structs.h"
 #include "field/sample_grid.h"
@@ -172,6 +173,7 @@ bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
     require(slice, "slice");
     if (n == 0) return;
     require(uvw, "uvw"), require(values, "values");
+    require_count(n, sizeof(Vec3), "n");
     Progress progress;
     watch(progress, slice->token);
     progress.throw_if_cancelled();
@@ -203,11 +205,14 @@ bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice, const bc
     if (grid) {
       const auto in = read_struct(grid, "bccsplat_grid");
       require_zero(in.reserved, "bccsplat_grid.reserved");
+      require_numbers(in.origin, "bccsplat_grid.origin"), require_numbers(in.step, "bccsplat_grid.step");
+      uint64_t samples = 1;
       for (size_t a = 0; a < 3; ++a) {
         if (in.dims[a] == 0 || in.dims[a] > INT32_MAX)
-          fail(Code::invalid_argument, "grid: dims[", a, "] is ", in.dims[a]);
-        if (!std::isfinite(in.origin[a]) || !std::isfinite(in.step[a]))
-          fail(Code::invalid_argument, "grid: not finite");
+          fail(Code::invalid_argument, "bccsplat_grid.dims[", a, "] is ", in.dims[a], ", not in 1 .. ",
+               INT32_MAX);
+        require_count(in.dims[a], samples * sizeof(float), "bccsplat_grid.dims, the product,");
+        samples *= in.dims[a];
         g.origin[a] = in.origin[a], g.step[a] = in.step[a], g.dims[a] = static_cast<int32_t>(in.dims[a]);
       }
     } else if (slice->slice.empty()) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "api/numbers.h"
 #include "api/structs.h"
 
 namespace bccsplat::api {
@@ -13,11 +14,17 @@ namespace {
 IndexBox read_box(const double* numbers, const Lattice4& lattice) {
   IndexBox box;
   std::copy_n(numbers, 3, box.begin.begin()), std::copy_n(numbers + 3, 3, box.end.begin());
+  for (size_t i = 0; i < 6; ++i) require_number(numbers[i], "bccsplat_slice_options.box");
   for (size_t a = 0; a < 3; ++a)
-    if (!(std::isfinite(box.begin[a]) && std::isfinite(box.end[a]) && box.begin[a] <= box.end[a]))
+    if (!(box.begin[a] <= box.end[a]))
       fail(Code::invalid_argument, "slice: the box goes from ", box.begin[a], " to ", box.end[a],
            " along axis ", a);
   return clip_to_samples(box, lattice);
+}
+
+// Coarser lattices than this would have no site in the volume but at its corners.
+double longest_axis(const Lattice4& lattice) {
+  return *std::max_element(lattice.dims.begin(), lattice.dims.end());
 }
 
 } // namespace
@@ -30,6 +37,10 @@ HypersliceOptions read_slice_options(const bccsplat_slice_options& o, const Volu
     r.target = LatticeKind::cc;
   else if (o.lattice != BCCSPLAT_LATTICE_DEFAULT)
     fail(Code::invalid_argument, "slice: lattice ", o.lattice, " is no lattice of slices");
+  require_numbers(o.interval, "bccsplat_slice_options.interval");
+  require_range(o.thickness, 0, largest_number, "bccsplat_slice_options.thickness");
+  require_zero_or(o.spacing, smallest_length, longest_axis(info.lattice), "bccsplat_slice_options.spacing");
+  require_zero_or(o.time_length, smallest_length, largest_number, "bccsplat_slice_options.time_length");
   if (!(o.interval[0] <= o.interval[1]))
     fail(Code::invalid_argument, "slice: interval[0] is larger than interval[1]");
   if (o.slab < 0 || o.slab > BCCSPLAT_SLAB_MAXIMUM) fail(Code::invalid_argument, "slice: slab ", o.slab);
@@ -52,12 +63,20 @@ Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane, const bccsplat
   if (!o.point && !o.basis) {
     require(hyperplane, "hyperplane");
     const auto h = read_struct(hyperplane, "bccsplat_hyperplane");
-    return {h.a, h.b, h.c, h.d, h.e};
+    require_zero(h.reserved, "bccsplat_hyperplane.reserved");
+    require_number(h.a, "bccsplat_hyperplane.a"), require_number(h.b, "bccsplat_hyperplane.b");
+    require_number(h.c, "bccsplat_hyperplane.c"), require_number(h.d, "bccsplat_hyperplane.d");
+    require_number(h.e, "bccsplat_hyperplane.e");
+    const Hyperplane made(h.a, h.b, h.c, h.d, h.e);
+    require_number(made[4], "bccsplat_hyperplane: its distance from the origin");
+    return made;
   }
   require(o.point, "bccsplat_slice_options.point"), require(o.basis, "bccsplat_slice_options.basis");
   if (hyperplane)
     fail(Code::invalid_argument,
          "slice: the hyperplane is given twice, by its normal and by point and basis");
+  for (size_t i = 0; i < 4; ++i) require_number(o.point[i], "bccsplat_slice_options.point");
+  for (size_t i = 0; i < 12; ++i) require_number(o.basis[i], "bccsplat_slice_options.basis");
   Vec4 point;
   std::array<Vec4, 3> directions;
   std::copy_n(o.point, 4, point.begin());

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "api/numbers.h"
 #include "api/structs.h"
 #include "base/files.h"
 
@@ -18,6 +19,8 @@ static_assert(read_would_block == BCCSPLAT_READ_WOULD_BLOCK);
                                                            std::string name) {
   const auto s = read_struct(stream, "bccsplat_read_stream");
   require_zero(s.reserved, "bccsplat_read_stream.reserved");
+  if (s.size > INT64_MAX)
+    fail(Code::invalid_argument, "bccsplat_read_stream.size is ", s.size, ", not in 0 .. ", INT64_MAX);
   if (!s.read_at) fail(Code::invalid_argument, "bccsplat_read_stream.read_at is NULL");
   return open_stream_source(
       s.size,

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "api/handles.h"
+#include "api/numbers.h"
 #include "api/streams.h"
 #include "api/structs.h"
 #include "api/volume_source.h"
@@ -222,6 +223,7 @@ bccsplat_status bccsplat_volume_open_memory(bccsplat_device* device, const void*
                                             bccsplat_volume** volume) {
   return open(device, options, volume, [&] {
     require(bytes, "bytes");
+    require_count(size, 1, "size");
     return open_memory_source({static_cast<const std::byte*>(bytes), size});
   });
 }
@@ -439,6 +441,7 @@ bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, 
     const Coefficients& c = volume->coefficients(channel, nullptr);
     if (n == 0) return;
     require(xyzt, "xyzt"), require(values, "values");
+    require_count(n, sizeof(Vec4), "n");
     Progress progress;
     watch(progress, volume->token);
     progress.throw_if_cancelled();

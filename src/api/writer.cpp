@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "api/numbers.h"
 #include "api/streams.h"
 #include "api/structs.h"
+#include "api/texts.h"
 #include "store/join.h"
 
 using namespace bccsplat;
@@ -33,7 +35,7 @@ bccsplat_status create(bccsplat_device* device, const char* path, const bccsplat
 
 // Whether the last element of an array lies where no address can be.
 bool runs_over(const bccsplat_box& box) {
-  constexpr int64_t memory = int64_t{1} << 57; // that a process of any kind can see
+  constexpr auto memory = static_cast<int64_t>(memory_end);
   int64_t reach = 0;
   for (size_t a = 0; a < 3; ++a) {
     int64_t along = 0;
@@ -110,6 +112,7 @@ bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t chan
     if (count > 0) require(boxes, "boxes");
     writer->writer.require_channel(channel);
     if (count > UINT32_MAX) fail(Code::invalid_argument, "count: ", count, " boxes of one frame");
+    require_number(time, "time");
     writer->progress.begin_call();
     std::vector<FrameBox> frame;
     frame.reserve(count);
@@ -138,6 +141,7 @@ bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t chan
   return guard([&] {
     const Alone alone(writer, "writer");
     require(samples, "samples");
+    require_count(count, sizeof(float), "count");
     writer->progress.begin_call();
     writer->writer.add_layer(channel, layer, {samples, count});
   });
@@ -178,8 +182,8 @@ bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_
 bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first, double step) {
   return guard([&] {
     const Alone alone(writer, "writer");
-    if (!std::isfinite(first) || !(step > 0 && std::isfinite(step)))
-      fail(Code::invalid_argument, "times: first must be finite and step > 0");
+    require_number(first, "first");
+    require_range(step, smallest_length, largest_number, "step");
     writer->writer.set_times(first, step);
   });
 }
@@ -189,6 +193,7 @@ bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const cha
     const Alone alone(writer, "writer");
     require(key, "key"), require(value, "value");
     if (!*key) fail(Code::invalid_argument, "the key is empty");
+    require_utf8(key, "key"), require_utf8(value, "value");
     writer->writer.set_attribute(key, value);
   });
 }
@@ -198,6 +203,7 @@ bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* 
   return guard([&] {
     const Alone alone(writer, "writer");
     require(name, "name");
+    require_utf8(name, "name");
     writer->writer.add_source({name, bytes, crc32});
   });
 }
@@ -228,6 +234,7 @@ bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count, con
                                     bccsplat_writer_report* report) {
   return join(device, options, report, [&](const bccsplat_join_options& o, const Context& context) {
     require(path, "path");
+    require_count(count, sizeof *parts, "count");
     if (count > 0) require(parts, "parts");
     std::vector<std::string> paths;
     for (uint64_t i = 0; i < count; ++i) {
@@ -242,6 +249,7 @@ bccsplat_status bccsplat_join_streams(bccsplat_device* device, uint64_t count,
                                       const bccsplat_read_stream* parts, const bccsplat_write_stream* stream,
                                       const bccsplat_join_options* options, bccsplat_writer_report* report) {
   return join(device, options, report, [&](const bccsplat_join_options&, const Context& context) {
+    require_count(count, sizeof *parts, "count");
     if (count > 0) require(parts, "parts");
     std::unique_ptr<ByteSink> sink = sink_of(stream);
     std::vector<std::unique_ptr<ByteSource>> sources;

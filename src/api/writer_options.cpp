@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "api/numbers.h"
 #include "api/structs.h"
+#include "api/texts.h"
 #include "api/writer.h"
-#include "formats/bcc4/metadata.h"
 
 namespace bccsplat::api {
 namespace {
 
+constexpr double most_decibels = 1000;   // of a PSNR; a double has 1e15 steps, 313 dB
 constexpr uint32_t most_channels = 1024; // as readers take
 
 // choose() takes the numbers of the C ABI for those of the core.
@@ -39,23 +41,29 @@ template<class Enum> Enum choose(int32_t value, Enum otherwise, int32_t last, co
 Affine3 read_affine(const double (&m)[16]) {
   Affine3 a;
   if (std::all_of(std::begin(m), std::end(m), [](double v) { return v == 0; })) return a;
-  for (const double v : m)
-    if (!std::isfinite(v)) fail(Code::invalid_argument, "affine: every element must be finite");
+  require_numbers(m, "bccsplat_writer_options.affine");
   if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
-    fail(Code::invalid_argument, "affine: the last row must be 0 0 0 1");
+    fail(Code::invalid_argument, "bccsplat_writer_options.affine: the last row must be 0 0 0 1");
   for (size_t r = 0; r < 3; ++r) {
     for (size_t c = 0; c < 3; ++c) a.linear[r][c] = m[4 * r + c];
     a.offset[r] = m[4 * r + 3];
   }
-  if (!(std::fabs(a.determinant()) > 0)) fail(Code::invalid_argument, "affine: the axes do not span space");
+  if (!(std::fabs(a.determinant()) > 0))
+    fail(Code::invalid_argument, "bccsplat_writer_options.affine: the axes do not span space");
+  require_range(std::cbrt(std::fabs(a.determinant())), smallest_length / 2, 2 * largest_number,
+                "bccsplat_writer_options.affine: its mean voxel");
   return a;
 }
 
 // The first that is given: a distance of the axis, of space or time, 1.
 LatticeScales read_scales(const bccsplat_writer_options& o) {
+  constexpr double most = 65536;
+  require_zero_or(o.scale, smallest_length, most, "bccsplat_writer_options.scale");
+  require_zero_or(o.time_scale, smallest_length, most, "bccsplat_writer_options.time_scale");
   LatticeScales scales{};
   for (size_t a = 0; a < 4; ++a) {
     const double otherwise = a == 3 ? o.time_scale : o.scale;
+    require_zero_or(o.scales[a], smallest_length, most, "bccsplat_writer_options.scales");
     scales[a] = o.scales[a] != 0 ? o.scales[a] : otherwise != 0 ? otherwise : 1;
   }
   return scales;
@@ -80,6 +88,7 @@ PartSettings read_part(const bccsplat_series_part& part, uint32_t frames) {
   if (frames > 0 && part.end <= frames) { // else it is refused, and there may be no times to read
     require(part.times, "part.times");
     out.times.assign(part.times, part.times + frames);
+    for (const double t : out.times) require_number(t, "bccsplat_series_part.times");
   }
   return out;
 }
@@ -87,9 +96,8 @@ PartSettings read_part(const bccsplat_series_part& part, uint32_t frames) {
 ChannelSettings read_channel(const bccsplat_channel_options& in) {
   ChannelSettings out;
   out.name = text_or(in.name, "value");
-  // Readers ask for it as it was given, so that mending it as other texts would lose it.
-  if (!is_utf8(out.name))
-    fail(Code::invalid_argument, "channel ", to_utf8(out.name), ": its name is not UTF-8");
+  require_utf8(in.name, "bccsplat_channel_options.name");
+  require_utf8(in.unit, "bccsplat_channel_options.unit");
   out.unit = text_or(in.unit, "");
   if (in.set_mask & ~3u) fail(Code::invalid_argument, "channel ", out.name, ": unknown bits in set_mask");
   if (in.source_type < 0 || in.source_type > 9)
@@ -98,9 +106,11 @@ ChannelSettings read_channel(const bccsplat_channel_options& in) {
     fail(Code::invalid_argument, "channel ", out.name, ": value_type must be U8, U16, F16 or F32");
   if (in.source_type != 0) out.source_type = static_cast<SourceType>(in.source_type);
   if (in.value_type != 0) out.value_type = static_cast<ValueType>(in.value_type);
-  if (!std::isfinite(in.air))
-    fail(Code::invalid_argument, "channel ", out.name,
-         ": air and air_threshold must be finite, the threshold >= 0");
+  require_number(in.air, "bccsplat_channel_options.air", largest_value);
+  require_range(in.air_threshold, 0, largest_value, "bccsplat_channel_options.air_threshold");
+  require_range(in.value_step, 0, largest_value, "bccsplat_channel_options.value_step");
+  if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE)
+    require_numbers(in.range, "bccsplat_channel_options.range", largest_value);
   out.air = in.set_mask & BCCSPLAT_CHANNEL_SET_AIR ? static_cast<float>(in.air) : 0;
   out.threshold = static_cast<float>(in.air_threshold);
   if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) out.range = Range{in.range[0], in.range[1]};
@@ -133,9 +143,13 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
     fail(Code::invalid_argument, "writer: levels ", o.levels, ": 0 to ", most_levels);
   s.levels = static_cast<int>(o.levels);
   s.live_slabs = o.live;
+  require_range(o.abs_error, 0, largest_value, "bccsplat_writer_options.abs_error");
+  require_range(o.psnr, 0, most_decibels, "bccsplat_writer_options.psnr");
   s.abs_error = o.abs_error, s.psnr = o.psnr;
   s.measure = choose(o.measure, Measure::bounded, BCCSPLAT_MEASURE_ALL, "measure");
   s.affine = read_affine(o.affine);
+  require_utf8(o.spatial_unit, "bccsplat_writer_options.spatial_unit");
+  require_utf8(o.time_unit, "bccsplat_writer_options.time_unit");
   s.spatial_unit = text_or(o.spatial_unit, "");
   s.time_unit = text_or(o.time_unit, "");
   s.recommended_kernel = text_or(o.recommended_kernel, "");

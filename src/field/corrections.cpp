@@ -109,26 +109,32 @@ uint64_t Corrections::count() const {
 void Corrections::each(int64_t number, const std::function<void(const Int3&, float)>& body) const {
   const auto f = frame(number);
   f->whole.each(body);
-  for (const CorrectionBrick& entry : f->table) {
-    const Int3 from = geometry_.origin(entry.brick);
-    brick(number, entry)->each([&](const Int3& at, float value) {
-      body({from[0] + at[0], from[1] + at[1], from[2] + at[2]}, value);
+  Attempts attempts;
+  for (const CorrectionBrick& entry : f->table)
+    attempts.attempt([&] {
+      const Int3 from = geometry_.origin(entry.brick);
+      brick(number, entry)->each([&](const Int3& at, float value) {
+        body({from[0] + at[0], from[1] + at[1], from[2] + at[2]}, value);
+      });
     });
-  }
+  attempts.throw_if_waiting();
 }
 
 void Corrections::each_set(int64_t number, const std::function<void(const Int3&, float)>& body) const {
   frame(number)->set.each(body);
 }
 
-// The frames and bricks that a task has at hand: neighbouring points share them.
+// The frames and bricks that a task has at hand: neighbouring points share them. What has to wait counts as
+// empty, so that the other points tell what they lack, too.
 class Corrections::Lookup {
  public:
-  explicit Lookup(const Corrections& of) : of_(of) {}
+  Lookup(const Corrections& of, Attempts& attempts) : of_(of), attempts_(attempts) {}
 
   [[nodiscard]] const Frame& frame(int64_t number) {
     auto& held = frames_[static_cast<size_t>(number & 1)];
-    if (held.first != number) held = {number, of_.frame(number)};
+    if (held.first == number) return *held.second;
+    held = {number, std::make_shared<const Frame>()};
+    attempts_.attempt([&] { held.second = of_.frame(number); });
     return *held.second;
   }
 
@@ -155,11 +161,14 @@ class Corrections::Lookup {
     if (entry == f.table.end() || entry->brick != n) return last_grid_ = nullptr;
     if (bricks_.size() > bricks_at_hand) bricks_.clear();
     auto& held = bricks_[key];
-    if (!held) held = of_.brick(number, *entry);
+    if (held) return last_grid_ = held.get();
+    held = std::make_shared<const SparseGrid>();
+    attempts_.attempt([&] { held = of_.brick(number, *entry); });
     return last_grid_ = held.get();
   }
 
   const Corrections& of_;
+  Attempts& attempts_;
   std::array<std::pair<int64_t, std::shared_ptr<const Frame>>, 2> frames_{{{-1, nullptr}, {-1, nullptr}}};
   std::map<std::pair<int64_t, uint32_t>, std::shared_ptr<const SparseGrid>> bricks_;
   std::pair<int64_t, uint32_t> last_{-1, 0};
@@ -208,6 +217,7 @@ uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<floa
   const FallOff fall(shape());
   const Lattice4& lattice = reader_->info().lattice;
   std::atomic<uint64_t> found{0};
+  Attempts attempts;
   const auto add = [&](Lookup& look, size_t i) {
     const Vec4& p = points[i];
     const auto around = [&](size_t a) { return Around(p[a], n_[a], lattice.turns(a), fall); };
@@ -241,7 +251,7 @@ uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<floa
   };
   context.tasks.parallel_for((points.size() + block_points - 1) / block_points, [&](uint64_t b) {
     context.progress.check();
-    Lookup look(*this);
+    Lookup look(*this, attempts);
     for (size_t i = b * block_points; i < std::min<size_t>(points.size(), (b + 1) * block_points); ++i) {
       if (!std::isnan(values[i])) {
         add(look, i);
@@ -254,6 +264,7 @@ uint64_t Corrections::add_to_points(std::span<const Vec4> points, std::span<floa
       if (value) values[i] = *value, ++found;
     }
   });
+  attempts.throw_if_waiting();
   return found;
 }
 

@@ -8,7 +8,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
+#include "base/would_block.h"
 #include "field/corrections.h"
 #include "field/footprint/footprint.h"
 #include "field/footprint/hole.h"
@@ -93,13 +95,17 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
   std::atomic<uint64_t> outside{0}, in_holes{0};
   std::fill(holes.begin(), holes.end(), uint8_t{0});
   HeldLayers held;
+  Attempts attempts;
   std::array<float, 4> per_index;
   for (size_t a = 0; a < 4; ++a) per_index[a] = static_cast<float>(axes.scale[a]);
   for (const PointOrder::Group& group : order.groups) {
     const auto total = static_cast<double>(points.size()), begin = static_cast<double>(group.begin) / total,
                end = static_cast<double>(group.end) / total, middle = (begin + end) / 2;
     Progress making(context.progress, begin, middle), summing(context.progress, middle, end);
-    const Window window(coefficients, group.window, held, context.with(making));
+    std::optional<Window> made;
+    attempts.attempt([&] { made.emplace(coefficients, group.window, held, context.with(making)); });
+    if (attempts.waits()) continue;
+    const Window& window = *made;
     const FootprintPlan plan({window.layers, &coefficients.kernel(), lattice.is_static()});
     const uint64_t blocks = (group.end - group.begin + block - 1) / block;
     std::atomic<uint64_t> done{0};
@@ -143,6 +149,7 @@ EvaluateMisses evaluate_points(const Coefficients& coefficients, std::span<const
       outside += misses.outside, in_holes += misses.holes;
     });
   }
+  attempts.throw_if_waiting();
   return {outside, in_holes};
 }
 
@@ -204,12 +211,16 @@ EvaluateMisses evaluate(const Slice& slice, std::span<const Vec3> points, std::s
 EvaluateMisses evaluate4(const Coefficients& coefficients, std::span<const Vec4> points,
                          std::span<float> values, std::span<std::array<float, 4>> gradients,
                          const Context& context) {
-  EvaluateMisses misses =
-      evaluate_points(coefficients, points, true, coefficients.base(), values, gradients, {}, context);
+  EvaluateMisses misses;
+  Attempts attempts;
+  attempts.attempt([&] {
+    misses = evaluate_points(coefficients, points, true, coefficients.base(), values, gradients, {}, context);
+  });
   if (const Corrections* fix = coefficients.corrections())
-    misses.holes -= fix->add_to_points(points, values, gradients, context);
+    attempts.attempt([&] { misses.holes -= fix->add_to_points(points, values, gradients, context); });
   if (const Masks* masks = coefficients.masks())
-    misses.holes += masks->hide(points, values, gradients, context);
+    attempts.attempt([&] { misses.holes += masks->hide(points, values, gradients, context); });
+  attempts.throw_if_waiting();
   return misses;
 }
 

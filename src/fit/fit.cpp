@@ -67,8 +67,8 @@ Lattice4 checked(const Lattice4& lattice) {
   for (const int32_t n : lattice.space.dims(0))
     bricks = checked_mul(bricks, static_cast<uint64_t>((n - 1) / brick_edge + 1));
   if (bricks > largest_layer)
-    fail(Code::limit_exceeded, "fit: a layer of ", bricks, " bricks of 16^3 sites is more than ",
-         largest_layer, "; divide the volume or use a coarser lattice");
+    fail(Code::limit_exceeded, "a layer of ", bricks, " bricks of 16^3 sites is more than ", largest_layer,
+         "; divide the volume or use a coarser lattice");
   return lattice;
 }
 
@@ -95,14 +95,13 @@ struct Fit::State {
   State(const FitOptions& o, FitSink s, const Context& c, MaskSink m)
       : options(o), sink(std::move(s)), mask_sink(std::move(m)), context(c), pool(c.memory),
         lattice(checked(lattice_of(o, o.dims[3] > 0 ? o.dims[3] : 2))), ends(time_widening(lattice), o.lead) {
-    if (options.channels.empty()) fail(Code::invalid_argument, "fit: no channel");
+    if (options.channels.empty()) fail(Code::invalid_argument, "there is no channel");
     if (options.lead < 0 || options.lead % 2 != 0)
-      fail(Code::invalid_argument, "fit: ", options.lead,
-           " layers before the first frame; an even number is needed");
-    if (options.slab_layers < 1) fail(Code::invalid_argument, "fit: a slab has at least one layer");
+      fail(Code::invalid_argument, options.lead, " layers before the first frame; an even number is needed");
+    if (options.slab_layers < 1) fail(Code::invalid_argument, "a slab has at least one layer");
     if (options.periodic && (options.dims[3] < 2 || options.lead > 0 || options.part))
       fail(Code::invalid_argument,
-           "fit: a periodic series needs the number of its frames, at least 2, and has ",
+           "ends: a periodic series needs the number of its frames, at least 2, and has ",
            "neither layers beyond its ends nor parts");
     if (options.periodic) begin_turn();
     for (const FitChannel& channel : options.channels) {
@@ -172,7 +171,7 @@ struct Fit::State {
 
   [[nodiscard]] Channel& channel(int index) const {
     if (index < 0 || static_cast<size_t>(index) >= channels.size())
-      fail(Code::invalid_argument, "fit: there is no channel ", index);
+      fail(Code::invalid_argument, "there is no channel ", index);
     return *channels[static_cast<size_t>(index)];
   }
 
@@ -213,7 +212,7 @@ struct Fit::State {
 
   [[nodiscard]] FrameScan check_frame(int index, std::span<const FrameBox> boxes) const {
     const Channel& c = channel(index);
-    if (c.given == INT32_MAX) fail(Code::limit_exceeded, "fit: too many frames");
+    if (c.given == INT32_MAX) fail(Code::limit_exceeded, "too many frames: at most 2147483647");
     const std::string what = next_frame(c);
     FrameScan scan = scan_frame(frame_of(c, boxes), c.options.threshold, context);
     if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error)
@@ -487,7 +486,7 @@ struct Fit::State {
     const int32_t layer = layers_given ? c.next_layer : 0;
     const int coset = lattice.coset(layer);
     if (samples.size() != static_cast<uint64_t>(lattice.space.sites(coset)))
-      fail(Code::invalid_argument, "fit: layer ", layer, " has ", lattice.space.sites(coset), " sites, not ",
+      fail(Code::invalid_argument, "layer ", layer, " has ", lattice.space.sites(coset), " sites, not ",
            samples.size());
     const DirectLayerScan scan = scan_layer(samples, c.options.quantiser.air);
     const std::string what = concat("channel '", c.options.name, "', layer ", layer);
@@ -535,15 +534,14 @@ struct Fit::State {
     for (const auto& c : channels) {
       if (layers_given) {
         if (c->next_layer != lattice.layers())
-          fail(Code::wrong_state, "fit: channel '", c->options.name, "' was given ", c->next_layer,
-               " of its ", lattice.layers(), " layers");
+          fail(Code::wrong_state, "channel '", c->options.name, "' was given ", c->next_layer, " of its ",
+               lattice.layers(), " layers");
         continue;
       }
       const uint32_t end = options.part ? options.part->end_given : frames_given();
-      if (end == 0) fail(Code::wrong_state, "fit: no frame was given");
+      if (end == 0) fail(Code::wrong_state, "no frame was given");
       if (c->given != end)
-        fail(Code::wrong_state, "fit: channel '", c->options.name, "' was given ", c->given, " frames, not ",
-             end);
+        fail(Code::wrong_state, "channel '", c->options.name, "' was given ", c->given, " frames, not ", end);
     }
   }
 
@@ -562,7 +560,7 @@ struct Fit::State {
     const bool more = !options.part || options.part->end_given == lattice.dims[3];
     if (!layers_given && more) make_layers(c, index);
     if (c.next_layer != end_layer())
-      fail(Code::internal, "fit: layer ", c.next_layer, " of ", end_layer(), " could not be made");
+      fail(Code::internal, "layer ", c.next_layer, " of ", end_layer(), " could not be made");
     hand_out(c, index);
     c.window.clear();
   }

@@ -22,7 +22,7 @@ int32_t fold(int64_t h, int64_t last) {
 // plane.
 int32_t planes_to(double end, double distance) {
   const double planes = std::ceil(end / distance - 1e-9);
-  if (!(planes < 1e9)) fail(Code::limit_exceeded, "lattice: more than 1e9 planes along one axis");
+  if (!(planes < 1e9)) fail(Code::limit_exceeded, "more than 1e9 planes of the lattice along one axis");
   return std::max(1, static_cast<int32_t>(planes));
 }
 
@@ -40,11 +40,11 @@ int32_t Lattice3::mirror(size_t axis, int coset, int32_t i) const {
 Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, const LatticeScales& scales,
                        int32_t lead, const Int3& margins, bool periodic, const AxisFlags& turning) {
   for (const uint32_t n : dims)
-    if (n == 0) fail(Code::invalid_argument, "lattice: every dimension must be at least 1");
+    if (n == 0) fail(Code::invalid_argument, "dims: every one must be at least 1");
   constexpr double most = 65536; // filters are as wide
   for (const double scale : scales)
     if (!(scale > 0 && scale <= most))
-      fail(Code::invalid_argument, "lattice: scales must be positive and at most ", most);
+      fail(Code::invalid_argument, "scales: lattice distances must be positive and at most ", most);
   Lattice4 l;
   l.kind = kind;
   l.dims = dims;
@@ -53,7 +53,7 @@ Lattice4 Lattice4::fit(LatticeKind kind, const std::array<uint32_t, 4>& dims, co
     const double end = dims[a] - 1.0, distance = scales[a] * l.space.plane_distance();
     if (turning[a]) {
       if (dims[a] < 2 || margins[a] > 0)
-        fail(Code::invalid_argument, "lattice: a periodic axis has two samples at least and no faces");
+        fail(Code::invalid_argument, "periodic_axes: such an axis has two samples at least and no faces");
       const int32_t period = l.space.bcc ? 2 : 1, turns = planes_to(dims[a], distance * period);
       l.space.periodic[a] = true;
       l.space.last[a] = std::max(2, turns * period) - 1;

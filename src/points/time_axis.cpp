@@ -11,10 +11,10 @@ namespace bccsplat {
 TimeAxis::TimeAxis(std::vector<double> times)
     : count_(static_cast<double>(times.size())), times_(std::move(times)) {
   const size_t n = times_.size();
-  if (n == 0) fail(Code::invalid_argument, "time axis: no frames");
+  if (n == 0) fail(Code::invalid_argument, "times: there are no frames");
   for (size_t i = 1; i < n; ++i)
     if (!(times_[i] > times_[i - 1]))
-      fail(Code::invalid_argument, "time axis: time ", times_[i], " of frame ", i, " does not rise above ",
+      fail(Code::invalid_argument, "times: time ", times_[i], " of frame ", i, " does not rise above ",
            times_[i - 1]);
   slopes_.assign(n, 0);
   if (n < 2) return;

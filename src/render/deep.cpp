@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace bccsplat {
 namespace {
@@ -29,8 +30,10 @@ void DeepCollector::add(const TilePixels& tile, const SheetView& view, Progress&
       Reservation(memory_, samples.size() * sample_bytes + counts.size_bytes(), "render: deep samples");
   part.counts.assign(counts.begin(), counts.end());
   part.samples.reserve(samples.size() * DeepImage::components);
+  // Nothing of a perspective picture is behind the camera, but by rounding.
+  const double nearest = view.perspective ? 0 : -std::numeric_limits<double>::infinity();
   const auto depth = [&](float sheet) {
-    return static_cast<float>((static_cast<double>(sheet) + view.depth) * view.step_world);
+    return static_cast<float>(std::max(nearest, (static_cast<double>(sheet) + view.depth) * view.step_world));
   };
   const DeepSample* next = samples.data();
   size_t checked = 0; // floats at the last check

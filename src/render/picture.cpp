@@ -155,27 +155,45 @@ class EdgeSmoother {
   SurfacePicture picture_;
 };
 
-RenderStats splat_picture(const Scene& scene, const RenderOptions& options, const Context& context,
-                          Image& image) {
-  const QualitySettings quality = quality_settings(options.quality);
-  const int level = drawn_level(scene, options, image.width, image.height);
-  const Slice* slice = scene.slice;
-  const SplatPoints* points = scene.points;
-  SplatPoints made;
-  if (level > 0) {
-    const CoarseLevels::Level& coarse = scene.levels->level(*slice, level, context);
-    slice = &coarse.slice, points = &coarse.points;
-  } else if (!points) {
-    made = make_points(*slice, context);
-    points = &made;
+// What of a scene is drawn, and in which steps.
+struct Drawn {
+  int level;
+  const Slice* slice;
+  const SplatPoints* points; // null: to be made
+  double step;               // T of the slice
+};
+
+Drawn drawn_slice(const Scene& scene, const RenderOptions& options, const Context& context,
+                  const Image& image) {
+  Drawn d{drawn_level(scene, options, image.width, image.height), scene.slice, scene.points, 0};
+  if (d.level > 0) {
+    const CoarseLevels::Level& coarse = scene.levels->level(*scene.slice, d.level, context);
+    d.slice = &coarse.slice, d.points = &coarse.points;
   }
   // The step is in lattice units of the slice that is drawn. A step asked for stays the same length, down to
   // what the smoother field can show.
   constexpr double finest_coarse_step = 1.0 / 16;
-  double step = options.sheet_step > 0 ? options.sheet_step : quality.sheet_step;
-  if (options.sheet_step > 0 && level > 0) step = std::max(std::ldexp(step, -level), finest_coarse_step);
-  if (options.sheet_step == 0) step /= samples_per_unit(scene, *slice, image.width, image.height);
-  step = std::max(step, finest_step(slice->kernel.space.radius));
+  d.step = options.sheet_step > 0 ? options.sheet_step : quality_settings(options.quality).sheet_step;
+  if (options.sheet_step > 0 && d.level > 0)
+    d.step = std::max(std::ldexp(d.step, -d.level), finest_coarse_step);
+  if (options.sheet_step == 0) d.step /= samples_per_unit(scene, *d.slice, image.width, image.height);
+  d.step = std::max(d.step, finest_step(d.slice->kernel.space.radius));
+  return d;
+}
+
+RenderStats splat_picture(const Scene& scene, const RenderOptions& options, const Context& context,
+                          Image& image) {
+  const QualitySettings quality = quality_settings(options.quality);
+  const Drawn drawn = drawn_slice(scene, options, context, image);
+  const int level = drawn.level;
+  const double step = drawn.step;
+  const Slice* slice = drawn.slice;
+  const SplatPoints* points = drawn.points;
+  SplatPoints made;
+  if (!points) {
+    made = make_points(*slice, context);
+    points = &made;
+  }
 
   const SheetView view = make_view(*slice, resolve_camera(scene.camera), image.width, image.height, step);
   const double unit =
@@ -401,6 +419,16 @@ RenderStats reference_picture(const Scene& scene, const RenderOptions& options, 
 }
 
 } // namespace
+
+void check_picture(const Scene& scene, const RenderOptions& options, const Context& context,
+                   const Image& image) {
+  check_options(scene, options, image);
+  if (options.reference) return;
+  const Drawn drawn = drawn_slice(scene, options, context, image);
+  const SheetView view =
+      make_view(*drawn.slice, resolve_camera(scene.camera), image.width, image.height, drawn.step);
+  (void)sheet_range(*drawn.slice, view);
+}
 
 RenderStats render(const Scene& scene, const RenderOptions& options, const Context& context, Image& image) {
   check_options(scene, options, image);

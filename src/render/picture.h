@@ -97,6 +97,10 @@ struct QualitySettings {
 // Returns the level of the slice that render() draws; above 0 it does not need the scene's points.
 [[nodiscard]] int drawn_level(const Scene& scene, const RenderOptions& options, int width, int height);
 
+// Refuses what render() would refuse before it draws anything.
+void check_picture(const Scene& scene, const RenderOptions& options, const Context& context,
+                   const Image& image);
+
 // Draws into every plane the image has. Throws invalid_argument, unsupported (a mode that cannot be shaded),
 // cancelled, memory_budget.
 RenderStats render(const Scene& scene, const RenderOptions& options, const Context& context, Image& image);

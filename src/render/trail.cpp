@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
+#include "base/would_block.h"
 #include "render/trail_layers.h"
 #include "slice/maximum_slice.h"
 #include "slice/part.h"
@@ -57,24 +57,30 @@ void add_times(Trail& trail, const Coefficients& coefficients, const Slice& slic
   const auto instant = [&](double frame) {
     return time_slice(coefficients, frame, {0, 0}, slice.slice_to_world, context);
   };
+  Attempts attempts; // a host hears at once of all that the moments lack
   if (options.content == TrailContent::classified) {
     const auto moments = midpoints(from, to, options.intervals, samples);
     if (add_layers(trail, coefficients, slice, moments, context)) return;
-    for (const Moment& m : moments) add_slice(trail, within(instant(m.at)), m, context);
+    for (const Moment& m : moments)
+      attempts.attempt([&] { add_slice(trail, within(instant(m.at)), m, context); });
+    attempts.throw_if_waiting();
     return;
   }
   for (const Moment& m : midpoints(from, to, options.intervals, 1)) {
     if (options.content == TrailContent::mean) {
-      add_slice(trail,
-                within(time_slice(coefficients, m.at, {-part / 2, part / 2}, slice.slice_to_world, context)),
-                m, context);
+      attempts.attempt([&] {
+        const std::array<double, 2> around{-part / 2, part / 2};
+        add_slice(trail, within(time_slice(coefficients, m.at, around, slice.slice_to_world, context)), m,
+                  context);
+      });
       continue;
     }
     SiteMaxima maxima;
     for (const Moment& still : midpoints(m.at - part / 2, m.at + part / 2, 1, samples))
-      maxima.add(instant(still.at), context);
-    add_slice(trail, within(maxima.finish(context)), m, context);
+      attempts.attempt([&] { maxima.add(instant(still.at), context); });
+    if (!attempts.waits()) add_slice(trail, within(maxima.finish(context)), m, context);
   }
+  attempts.throw_if_waiting();
 }
 
 // Returns the offsets along the normal between which the hyperplane meets the domain.
@@ -113,8 +119,12 @@ void add_planes(Trail& trail, const Coefficients& coefficients, const Slice& sli
   Thickness thickness = like.thickness;
   if (!classified)
     thickness = {part, options.content == TrailContent::mean ? ThicknessKind::mean : ThicknessKind::maximum};
+  Attempts attempts;
   for (const Moment& m : midpoints(from, to, options.intervals, samples))
-    if (Slice s = cut(m.at, thickness); !s.empty()) add_slice(trail, std::move(s), m, context);
+    attempts.attempt([&] {
+      if (Slice s = cut(m.at, thickness); !s.empty()) add_slice(trail, std::move(s), m, context);
+    });
+  attempts.throw_if_waiting();
 }
 
 } // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/would_block.h"
 #include "field/corrections.h"
 #include "field/evaluate.h"
 #include "field/sample_grid.h"
@@ -133,16 +134,20 @@ void correct_time_slice(Slice& slice, const Coefficients& coefficients, double t
   const Lattice4& lattice = coefficients.source().lattice();
   auto first = static_cast<int64_t>(std::floor(t0)), last = static_cast<int64_t>(std::ceil(t1));
   if (!lattice.periodic) first = std::max<int64_t>(0, first), last = std::min(frames - 1, last);
+  Attempts attempts;
   for (int64_t counted = first; counted <= last; ++counted) {
     const auto at = static_cast<double>(counted);
     const int64_t f = lattice.turned_frame(counted);
     double weight = fall.value(t0 - at);
     if (t0 < t1) weight = fall.integral(t0 - at, t1 - at) / (kind == ThicknessKind::sum ? 1 : t1 - t0);
     const auto w = static_cast<float>(weight);
-    if (w > 0) fix->each(f, [&](const Int3& p, float value) { push_images(lattice, {p, value * w}, add); });
-    if (t0 == t1 && std::fabs(t0 - at) < rounding)
-      fix->each_set(f, [&](const Int3& p, float value) { push_images(lattice, {p, value}, set); });
+    attempts.attempt([&] {
+      if (w > 0) fix->each(f, [&](const Int3& p, float value) { push_images(lattice, {p, value * w}, add); });
+      if (t0 == t1 && std::fabs(t0 - at) < rounding)
+        fix->each_set(f, [&](const Int3& p, float value) { push_images(lattice, {p, value}, set); });
+    });
   }
+  attempts.throw_if_waiting();
   set_corrections(slice, {{}, fix->shape(), SparseGrid(std::move(add)), SparseGrid(std::move(set))});
 }
 
@@ -155,13 +160,16 @@ void correct_slice(Slice& slice, const Coefficients& coefficients, const Thickne
   const auto rows = static_cast<int32_t>(std::clamp<uint64_t>(points_at_once / static_cast<uint64_t>(dims[0]),
                                                               1, static_cast<uint64_t>(dims[1])));
   std::vector<GridValue> add, set;
+  Attempts attempts;
   for (int32_t z = 0; z < dims[2]; ++z)
     for (int32_t y = 0; y < dims[1]; y += rows) {
       const double done = (z + static_cast<double>(y) / dims[1]) / dims[2];
       Progress share(context.progress, done,
                      std::min(1.0, done + static_cast<double>(rows) / dims[1] / dims[2]));
-      mending.rows(z, y, std::min(y + rows, dims[1]), context.with(share), add, set);
+      attempts.attempt(
+          [&] { mending.rows(z, y, std::min(y + rows, dims[1]), context.with(share), add, set); });
     }
+  attempts.throw_if_waiting();
   set_corrections(slice,
                   {mending.origin(), fix->shape(), SparseGrid(std::move(add)), SparseGrid(std::move(set))});
 }

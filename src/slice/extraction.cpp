@@ -42,9 +42,9 @@ Extraction::Extraction(const SampleSource& source, int channel, const Hyperplane
     : axes_(axes), air_(source.air(channel)), base_(source.base(channel)) {
   const Lattice4& lattice = source.lattice();
   if (lattice.is_static() || !lattice.space.bcc || !source.coefficient_kernel().empty())
-    fail(Code::unsupported, "extraction: for series of samples on D4* only");
+    fail(Code::unsupported, "slice: extracted points are of series of samples on D4* only");
   if (lattice.space.any_periodic())
-    fail(Code::unsupported, "extraction: an axis of space is periodic; choose another method");
+    fail(Code::unsupported, "slice: extracted points: an axis of space is periodic; choose another method");
   const Vec3 unit = lattice.lattice_unit();
   for (size_t a = 0; a < 4; ++a) {
     scale_[a] = a < 3 ? 1 / unit[a] : kernel_time_per_frame(lattice);

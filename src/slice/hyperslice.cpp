@@ -49,7 +49,7 @@ Way choose_way(const Coefficients& coefficients, const Hyperplane& h, const Hype
   const double end = cut ? lattice.domain_end(cut->axis) : 0;
   const bool inside = cut && cut->position >= -rounding && cut->position <= end + rounding;
   if (is_time && !inside && !lattice.is_static())
-    fail(Code::out_of_domain, "time slice: frame ", cut->position, " is outside the series, 0 to ", end);
+    fail(Code::out_of_domain, "slice: frame ", cut->position, " is outside the series, 0 to ", end);
   const bool own_density = options.spacing == 0 || (is_time && options.spacing == 1);
   const bool own_lattice = own_density && !options.axes &&
                            (!options.target || (*options.target == LatticeKind::cc) != lattice.space.bcc);

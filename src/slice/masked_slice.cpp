@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/would_block.h"
 #include "field/masks.h"
 
 namespace bccsplat {
@@ -10,7 +11,9 @@ namespace {
 
 void set_mask(Slice& slice, const Masks& masks, int64_t first, int64_t last) {
   std::vector<FrameMaskPtr> frames;
-  for (int64_t f = first; f <= last; ++f) frames.push_back(masks.frame(f));
+  Attempts attempts;
+  for (int64_t f = first; f <= last; ++f) attempts.attempt([&] { frames.push_back(masks.frame(f)); });
+  attempts.throw_if_waiting();
   auto mask = std::make_shared<const SliceMask>(masks, slice.origin, slice.basis, first, std::move(frames));
   if (!mask->any()) return;
   slice.mask = std::move(mask);

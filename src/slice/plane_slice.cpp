@@ -260,7 +260,7 @@ Lattice4 target_lattice(const Lattice4& lattice, const PlaneOptions& options, co
     const double size = extent.high[a] - extent.low[a], distance = spacing[a] * target.space.plane_distance();
     const double planes = std::ceil(size / distance - 1e-9);
     if (!(planes < most_planes))
-      fail(Code::limit_exceeded, "plane slice: more than 1e6 planes along an axis; raise the spacing");
+      fail(Code::limit_exceeded, "slice: more than 1e6 planes along an axis; raise the spacing");
     target.space.last[a] = std::max(1, static_cast<int32_t>(planes));
     target.space_step[a] = size > 0 ? size / target.space.last[a] : distance;
     target.dims[a] = static_cast<uint32_t>(target.space.last[a]) + 1; // planes; only 1 or more matters here
@@ -276,9 +276,9 @@ Slice bare_plane(const Coefficients& coefficients, const Hyperplane& h, const Pl
   if (lattice.is_static()) fail(Code::unsupported, "a static volume has no hyperplanes but its time slice");
   if (!(options.spacing >= 0 && std::isfinite(options.spacing) && options.time_length > 0 &&
         std::isfinite(options.time_length)))
-    fail(Code::invalid_argument, "plane slice: the spacing must not be negative, the time length positive");
+    fail(Code::invalid_argument, "slice: the spacing must not be negative, the time length positive");
   if (options.target == LatticeKind::d4star)
-    fail(Code::invalid_argument, "plane slice: the target lattice is BCC or CC");
+    fail(Code::invalid_argument, "slice: the target lattice is BCC or CC");
 
   Slice slice;
   const bool bcc = options.target == LatticeKind::bcc;

@@ -37,7 +37,7 @@ HWY_AFTER_NAMESPACE();
 #include <chrono>
 #include <cmath>
 
-#include "base/error.h"
+#include "base/would_block.h"
 #include "kernel/kernel_time.h"
 #include "slice/corrected_slice.h"
 #include "slice/masked_slice.h"
@@ -149,11 +149,9 @@ namespace {
 std::array<double, 2> clipped_interval(const Lattice4& lattice, double frame,
                                        const std::array<double, 2>& interval) {
   if (!lattice.is_static() && time_span(lattice, frame, frame) != std::array{frame, frame})
-    fail(Code::out_of_domain, "time slice: frame ", frame, " is outside the series, 0 to ",
-         lattice.last_frame());
+    fail(Code::out_of_domain, "slice: frame ", frame, " is outside the series, 0 to ", lattice.last_frame());
   if (!(interval[0] <= interval[1]))
-    fail(Code::invalid_argument, "time slice: the interval ", interval[0], " .. ", interval[1],
-         " is not ordered");
+    fail(Code::invalid_argument, "slice: the interval ", interval[0], " .. ", interval[1], " is not ordered");
   if (interval[0] == interval[1]) return {frame, frame};
   return time_span(lattice, frame + interval[0], frame + interval[1]);
 }
@@ -210,6 +208,21 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   return slice;
 }
 
+// A slice with the corrections and the mask of the file. Where its layers have to wait, these are tried for
+// all the same, so that the host hears of everything at once.
+template<class Merge>
+Slice mended(const Merge& merged, const Coefficients& coefficients, const std::array<double, 2>& moments,
+             ThicknessKind kind, double mask_at) {
+  Slice slice;
+  Attempts attempts;
+  attempts.attempt([&] { slice = merged(); });
+  attempts.attempt([&] { correct_time_slice(slice, coefficients, moments[0], moments[1], kind); });
+  slice.frame = mask_at;
+  attempts.attempt([&] { mask_time_slice(slice, coefficients); });
+  attempts.throw_if_waiting();
+  return slice;
+}
+
 } // namespace
 
 Slice time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,
@@ -232,12 +245,13 @@ Slice thick_time_slice(const Coefficients& coefficients, double frame, const std
                        ThicknessKind kind, const Affine3& index_to_world, const Context& context) {
   const Lattice4& lattice = coefficients.source().lattice();
   const auto [t0, t1] = clipped_interval(lattice, frame, interval);
+  const double from = t0, to = t1; // structured bindings are not captured
   const auto instant = [&](double at, const Context& with) {
-    Slice slice = merged_slice(coefficients, frame, instant_weights(lattice, coefficients.kernel(), at), 1,
-                               index_to_world, with);
-    correct_time_slice(slice, coefficients, at, at, kind);
-    slice.frame = at;
-    mask_time_slice(slice, coefficients);
+    const auto merged = [&] {
+      return merged_slice(coefficients, frame, instant_weights(lattice, coefficients.kernel(), at), 1,
+                          index_to_world, with);
+    };
+    Slice slice = mended(merged, coefficients, {at, at}, kind, at);
     slice.frame = frame;
     return slice;
   };
@@ -247,20 +261,24 @@ Slice thick_time_slice(const Coefficients& coefficients, double frame, const std
     const double density = 1 / lattice.nominal_scales()[3];
     const std::vector<double> node = gauss_legendre(thickness_nodes(t1 - t0, density)).node;
     const double part = 1 / static_cast<double>(node.size() + 1);
+    Attempts attempts;
     for (size_t k = 0; k < node.size(); ++k) {
       const double begin = static_cast<double>(k) * part;
       Progress making(context.progress, begin, begin + part / 2),
           comparing(context.progress, begin + part / 2, begin + part);
-      maxima.add(instant(t0 + (t1 - t0) * node[k], context.with(making)), context.with(comparing));
+      attempts.attempt([&] {
+        maxima.add(instant(from + (to - from) * node[k], context.with(making)), context.with(comparing));
+      });
     }
+    attempts.throw_if_waiting();
     Progress filtering(context.progress, 1 - part, 1);
     return maxima.finish(context.with(filtering));
   }
-  Slice slice = merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), t0, t1),
-                             kind == ThicknessKind::sum ? t1 - t0 : 1, index_to_world, context);
-  correct_time_slice(slice, coefficients, t0, t1, kind);
-  mask_time_slice(slice, coefficients);
-  return slice;
+  const auto merged = [&] {
+    return merged_slice(coefficients, frame, mean_weights(lattice, coefficients.kernel(), from, to),
+                        kind == ThicknessKind::sum ? to - from : 1, index_to_world, context);
+  };
+  return mended(merged, coefficients, {t0, t1}, kind, frame);
 }
 
 } // namespace bccsplat

@@ -78,7 +78,7 @@ std::array<size_t, 4> turned_axes(size_t axis) {
 
 Lattice4 turned_lattice(const Lattice4& lattice, size_t axis) {
   if (lattice.is_static() || lattice.dims[axis] < 2)
-    fail(Code::unsupported, "turned volume: needs time and more than one sample along the axis");
+    fail(Code::unsupported, "slice: of an axis, it needs time and more than one sample along the axis");
   const std::array<size_t, 4> axes = turned_axes(axis);
   Lattice4 turned = lattice;
   for (size_t a = 0; a < 3; ++a) {
@@ -104,7 +104,8 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
     : lattice_(turned_lattice(source.lattice(), axis)), air_(source.air(channel)),
       base_(source.base(channel)) {
   if (!source.coefficient_kernel().empty())
-    fail(Code::unsupported, "turned volume: the file holds coefficients");
+    fail(Code::unsupported,
+         "slice: merged off the time axis it needs samples, and the file holds coefficients");
   const Lattice4& lattice = source.lattice();
   struct Plane {
     int32_t number;
@@ -149,7 +150,7 @@ TurnedSamples::TurnedSamples(const SampleSource& source, int channel, size_t axi
 
 BrickLayer TurnedSamples::read_layer(int, int32_t layer, const BrickBox&, const Context&) const {
   const auto found = layers_.find(layer);
-  if (found == layers_.end()) fail(Code::internal, "turned volume: plane ", layer, " was not read");
+  if (found == layers_.end()) fail(Code::internal, "slice: plane ", layer, " was not read");
   return found->second;
 }
 

@@ -256,6 +256,7 @@ LayerUse VolumeWriter::layer_use() const { return {settings_.coefficients, initi
 
 void VolumeWriter::set_times(double first, double step) {
   require_open();
+  if (input_ == Input::frames) fail(Code::wrong_state, "set_times: frames are given with their times");
   initial_.time.first = first, initial_.time.step = step;
 }
 

@@ -19,9 +19,13 @@ void VolumeWriter::check_end() const {
 }
 
 void VolumeWriter::check_times(uint32_t frames) const {
-  if (input_ != Input::layers) return;
-  const double last = initial_.time.first + (frames - 1.0) * initial_.time.step;
-  if (!std::isfinite(last)) fail(Code::wrong_state, "times: that of the last frame is not finite");
+  if (input_ != Input::layers || frames < 2) return;
+  const auto rises = [&](double frame) {
+    const double first = initial_.time.first, step = initial_.time.step;
+    return first + frame * step > first + (frame - 1) * step;
+  };
+  if (!rises(1) || !rises(frames - 1.0))
+    fail(Code::wrong_state, "times: they do not rise from frame to frame; step is lost beside first");
 }
 
 // The frames of a series that ends with what every channel has been given.

@@ -87,7 +87,7 @@ struct Host {
   // In any state, before the last data.
   void refuse_the_rest() {
     constexpr auto bad = BCCSPLAT_ERROR_INVALID_ARGUMENT;
-    expect(bccsplat_writer_set_times(writer, 0, 0), bad, "step > 0");
+    expect(bccsplat_writer_set_times(writer, 0, 0), bad, "step");
     expect(bccsplat_writer_set_times(writer, std::nan(""), 1), bad, "finite");
     expect(bccsplat_writer_set_attribute(writer, "", "x"), bad, "empty");
     expect(bccsplat_writer_set_attribute(writer, nullptr, "x"), bad, "key");
@@ -264,8 +264,8 @@ TEST(RefusedCalls, LeaveAWriterOfLayersAsItWas) {
         const float one = 1;
         host.expect(bccsplat_writer_add_layer(host.writer, 0, layers, &one, 1), BCCSPLAT_ERROR_WRONG_STATE,
                     "layers");
-        EXPECT_EQ(bccsplat_writer_set_times(host.writer, 1e308, 1e308), BCCSPLAT_OK);
-        host.refuse_finish("not finite");
+        EXPECT_EQ(bccsplat_writer_set_times(host.writer, 1e30, 1e-30), BCCSPLAT_OK);
+        host.refuse_finish("do not rise");
         EXPECT_EQ(bccsplat_writer_set_times(host.writer, 0, 1), BCCSPLAT_OK);
       }
       EXPECT_EQ(bccsplat_writer_finish(host.writer, nullptr), BCCSPLAT_OK) << bccsplat_last_error();

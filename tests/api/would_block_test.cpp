@@ -170,6 +170,51 @@ TEST(WouldBlock, NotAfterTheRangesAreThere) {
   const Slice slice(s);
 }
 
+// A host hears at once of all that a call is about to read, as far as it is known where that stands: first of
+// tables, then of all else; not of one table or brick of corrections after the other.
+TEST(WouldBlock, CorrectionsAreNamedTogether) {
+  FarFile file = noise_file([](bccsplat_writer_options& o) { o.abs_error = 3; }, true);
+  const Device device = make_device();
+  const bccsplat_read_stream stream = file.stream();
+  bccsplat_volume* v = nullptr;
+  ASSERT_OK(bccsplat_volume_open_stream(device.get(), &stream, nullptr, &v));
+  const Volume volume(v);
+  file.blocks = true;
+  bccsplat_slice* s = nullptr;
+  const auto plane = plane_of(0, 0, 0, 1, -6.5);
+  EXPECT_LE(until_done(file, [&] { return bccsplat_slice_create(v, &plane, nullptr, &s); }), 3);
+  const Slice slice(s);
+  bccsplat_renderer* r = nullptr;
+  ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
+  const Renderer renderer(r);
+  ASSERT_OK(bccsplat_renderer_set_slice(r, s));
+  auto trail = sized<bccsplat_trail>();
+  trail.interval[0] = -5, trail.interval[1] = 5;
+  ASSERT_OK(bccsplat_renderer_set_trail(r, &trail));
+  bccsplat_frame* f = nullptr;
+  ASSERT_OK(bccsplat_frame_create(device.get(), 16, 16, BCCSPLAT_FRAME_RGBA, &f));
+  const Frame frame(f);
+  EXPECT_LE(until_done(file, [&] { return bccsplat_renderer_render(r, f); }), 3);
+}
+TEST(WouldBlock, CorrectionsOfPointsAreNamedTogether) {
+  FarFile file = noise_file([](bccsplat_writer_options& o) { o.abs_error = 3; }, true);
+  const Device device = make_device();
+  const bccsplat_read_stream stream = file.stream();
+  bccsplat_volume* v = nullptr;
+  ASSERT_OK(bccsplat_volume_open_stream(device.get(), &stream, nullptr, &v));
+  const Volume volume(v);
+  file.blocks = true;
+  std::vector<double> points;
+  for (double t = 0; t < 13; t += 0.7) points.insert(points.end(), {10 + t, 12, 13.5, t});
+  std::vector<float> values(points.size() / 4);
+  EXPECT_LE(until_done(file,
+                       [&] {
+                         return bccsplat_volume_evaluate(v, values.size(), points.data(), values.data(),
+                                                         nullptr);
+                       }),
+            3);
+}
+
 // Calls of several threads on one volume, each of which hears of what it lacks itself.
 TEST(WouldBlock, InSeveralThreads) {
   FarFile file = noise_file([](auto&) {}, false);

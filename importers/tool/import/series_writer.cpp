@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "readers/utf8.h"
 #include "tool/interrupt.h"
 
 namespace bcc4 {
@@ -244,8 +245,9 @@ Writer create_writer(const Device& device, const std::string& path, const Series
   options.channel_count = static_cast<uint32_t>(channels.size());
   options.channels = channels.data();
   std::copy(series.affine.begin(), series.affine.end(), options.affine);
-  options.spatial_unit = series.spatial_unit.empty() ? nullptr : series.spatial_unit.c_str();
-  options.time_unit = series.times.unit.empty() ? nullptr : series.times.unit.c_str();
+  const std::string spatial_unit = utf8_of(series.spatial_unit), time_unit = utf8_of(series.times.unit);
+  options.spatial_unit = spatial_unit.empty() ? nullptr : spatial_unit.c_str();
+  options.time_unit = time_unit.empty() ? nullptr : time_unit.c_str();
   options.scale = settings.scale;
   options.time_scale = settings.time_scale;
   std::copy(settings.scales.begin(), settings.scales.end(), options.scales);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "readers/utf8.h"
 #include "tool/import/read_series.h"
 #include "tool/import/resume.h"
 #include "tool/import/search.h"
@@ -27,7 +28,7 @@ std::string counts_text(const std::vector<uint64_t>& counts) {
 void record_origin(const Writer& writer, const SeriesDescription& s, const WriterSettings& settings,
                    const ImportScope& scope) {
   const auto attribute = [&](const std::string& key, const std::string& value) {
-    check(bccsplat_writer_set_attribute(writer.get(), key.c_str(), value.c_str()), key);
+    check(bccsplat_writer_set_attribute(writer.get(), utf8_of(key).c_str(), utf8_of(value).c_str()), key);
   };
   attribute("import.format", s.format);
   attribute("import.times", s.times.origin);
@@ -38,7 +39,7 @@ void record_origin(const Writer& writer, const SeriesDescription& s, const Write
   for (const Channel& c : s.channels)
     if (!c.active.empty()) attribute("openvdb.active." + c.name, counts_text(c.active));
   for (const PlannedSource& f : scope.sources)
-    check(bccsplat_writer_add_source(writer.get(), f.name.c_str(), f.bytes, f.crc32), f.name);
+    check(bccsplat_writer_add_source(writer.get(), utf8_of(f.name).c_str(), f.bytes, f.crc32), f.name);
 }
 
 // Steps so much finer, or those of the source where it has none in between.

@@ -76,7 +76,7 @@ static void wrong_options(bccsplat_device* device) {
   WRONG("the series has 5", part.end = 6);
   WRONG("part.times is NULL", part.times = NULL);
   WRONG("does not rise", times[3] = times[2]);
-  WRONG("does not rise", times[0] = NAN);
+  WRONG("part.times", times[0] = NAN);
   WRONG("lead", part.lead = 2);
   WRONG("dims[3]", o.dims[3] = 0);
   WRONG("one frame only", (o.dims[3] = 1, part.first = 0, part.end = 1));

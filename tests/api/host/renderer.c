@@ -80,7 +80,7 @@ static void lights(bccsplat_renderer* renderer) {
   WRONG("lights is NULL", l.lights = NULL);
   WRONG("at most 8", l.count = 9);
   WRONG("direction", l.lights = &bad);
-  WRONG("material", l.diffuse = -1);
+  WRONG("diffuse", l.diffuse = -1);
 #undef WRONG
   INPUT_SIZES(bccsplat_lights, right, bccsplat_renderer_set_lights(renderer, in), (void)0);
   REFUSED(INVALID_ARGUMENT, "renderer is NULL", bccsplat_renderer_set_lights(NULL, &right));
@@ -135,7 +135,7 @@ static void trails(bccsplat_renderer* renderer) {
   WRONG("sub-intervals", t.intervals = 257);
   WRONG("interval", t.interval[1] = -3);
   WRONG("interval", t.interval[0] = -INFINITY);
-  WRONG("colours", t.colors = bad);
+  WRONG("colors", t.colors = bad);
   WRONG("reserved", t.reserved = 1);
 #undef WRONG
   INPUT_SIZES(bccsplat_trail, right, bccsplat_renderer_set_trail(renderer, in), (void)0);
@@ -225,7 +225,7 @@ static void deep_pictures(bccsplat_renderer* renderer, bccsplat_device* device) 
   mip.mode = BCCSPLAT_MODE_MAXIMUM;
   OK(bccsplat_renderer_set_options(renderer, &mip));
   REFUSED(UNSUPPORTED, "deep", bccsplat_renderer_render(renderer, frame));
-  REFUSED(WRONG_STATE, "nothing was rendered", bccsplat_frame_get_deep(frame, &deep));
+  OK(bccsplat_frame_get_deep(frame, &deep)); /* those of the picture before */
   OK(bccsplat_renderer_set_options(renderer, NULL));
   bccsplat_frame_release(frame);
 }

@@ -126,7 +126,7 @@ static void cameras(const bccsplat_slice* slice) {
   REFUSED(INVALID_ARGUMENT, "camera is NULL", bccsplat_slice_fit_camera(slice, 0, 0, 0, 9, 9, NULL));
   REFUSED(INVALID_ARGUMENT, "projection", bccsplat_slice_fit_camera(slice, 3, 0, 0, 9, 9, &camera));
   REFUSED(INVALID_ARGUMENT, "pixels", bccsplat_slice_fit_camera(slice, 0, 0, 0, 0, 9, &camera));
-  REFUSED(INVALID_ARGUMENT, "angles", bccsplat_slice_fit_camera(slice, 0, NAN, 0, 9, 9, &camera));
+  REFUSED(INVALID_ARGUMENT, "rotate_x_degrees", bccsplat_slice_fit_camera(slice, 0, NAN, 0, 9, 9, &camera));
   OUTPUT_SIZES(bccsplat_camera, bccsplat_slice_fit_camera(slice, 0, 20, 30, 64, 48, out), (void)0);
 }
 

@@ -168,7 +168,7 @@ static void layers(bccsplat_device* device) {
   REFUSED(INVALID_ARGUMENT, "writer is NULL", bccsplat_writer_add_layer(NULL, 0, 0, samples, 1));
   REFUSED(INVALID_ARGUMENT, "samples is NULL", bccsplat_writer_add_layer(writer, 0, 0, NULL, 1));
   REFUSED(NOT_FOUND, "channel 7", bccsplat_writer_add_layer(writer, 7, 0, samples, 1));
-  REFUSED(INVALID_ARGUMENT, "times", bccsplat_writer_set_times(writer, 0, 0));
+  REFUSED(INVALID_ARGUMENT, "step", bccsplat_writer_set_times(writer, 0, 0));
   REFUSED(INVALID_ARGUMENT, "writer is NULL", bccsplat_writer_set_times(NULL, 0, 1));
   OK(bccsplat_writer_set_times(writer, 100, 5));
   for (i = 0; i < SAMPLES; ++i) samples[i] = 7;
