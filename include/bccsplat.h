@@ -5,89 +5,98 @@
  *
  * SPACES
  *
- * - index space: (x, y, z, t). Sample i of the source stands at coordinate i on every axis; t counts frames
- * and may be fractional. The domain is [0, n-1] on every axis, and [0, n] on one that is periodic, in space
- * or time (n is sample 0 again); nothing is drawn or evaluated outside it.
- * - slice space: (u, v, w) of a slice. For a time slice it is index space without t. For other hyperplanes
- * the slice states its origin and orthonormal basis in index space.
- * - world space: right-handed, in the volume's spatial unit. A 4x4 row-major affine m (last row 0 0 0 1)
- * takes the column (x, y, z, 1) of index space to it: world x = m[0] x + m[1] y + m[2] z + m[3], the
- * translation in m[3], m[7], m[11]. Cameras, lights and unit_distance are in world space.
+ * - index space: (x, y, z, t). Sample i of the source stands at coordinate i on every axis; t
+ *   counts frames and may be fractional. The domain is [0, n-1] on every axis, and [0, n] on one
+ *   that is periodic, in space or time (n is sample 0 again); nothing is drawn or evaluated outside
+ *   it.
+ * - slice space: (u, v, w) of a slice. For a time slice it is index space without t. For other
+ *   hyperplanes the slice states its origin and orthonormal basis in index space.
+ * - world space: right-handed, in the volume's spatial unit. A 4x4 row-major affine m (last row 0 0
+ *   0 1) takes the column (x, y, z, 1) of index space to it: world x = m[0] x + m[1] y + m[2] z +
+ *   m[3], the translation in m[3], m[7], m[11]. Cameras, lights and unit_distance are in world
+ *   space.
  * - time: in the volume's time unit. Frames may be unevenly spaced; times rise strictly.
- * - T: the lattice distance, that of the source samples unless a scale says otherwise; lengths of kernels and
- *   sheet steps are in T. Sites of D4* and BCC stand in two shifted grids, each sparser by sqrt2 along its
- *   axes than T, or a little less, so that planes end on the last sample (bccsplat_layer_geometry.step: 1.39
- *   at 24 samples); layers of D4* follow each other at T / sqrt2 in time. Where distances differ, T is as
- * long along each axis as its own, and what depends on pixels per T goes by the direction of most.
+ * - T: the lattice distance, that of the source samples unless a scale says otherwise; lengths of
+ *   kernels and sheet steps are in T. Sites of D4* and BCC stand in two shifted grids, each sparser
+ *   by sqrt2 along its axes than T, or a little less, so that planes end on the last sample
+ *   (bccsplat_layer_geometry.step: 1.39 at 24 samples); layers of D4* follow each other at T /
+ *   sqrt2 in time. Where distances differ, T is as long along each axis as its own, and what
+ *   depends on pixels per T goes by the direction of most.
  *
- * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes. A count whose
- * elements no memory could hold (2^57 bytes) is INVALID_ARGUMENT; a capacity may be any, UINT64_MAX too.
+ * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes. A
+ * count whose elements no memory could hold (2^57 bytes) is INVALID_ARGUMENT; a capacity may be
+ * any, UINT64_MAX too.
  *
- * NUMBERS that a host hands in are finite, and unless their text says otherwise at most 1e30 in magnitude;
- * values of fields (air, ranges, steps, bounds, those of transfer functions and isosurfaces) are those of a
- * float, up to 3.4e38; colours and what multiplies them 0 to 1e9. Others are INVALID_ARGUMENT, at the call
- * that takes them, with the name of the field in the text. The samples of a source are checked as
- * writer_options.nonfinite says; a point or time that is asked for is OUT_OF_DOMAIN where there is none, NaN
- * too.
+ * NUMBERS that a host hands in are finite, and unless their text says otherwise at most 1e30 in
+ * magnitude; values of fields (air, ranges, steps, bounds, those of transfer functions and
+ * isosurfaces) are those of a float, up to 3.4e38; colours and what multiplies them 0 to 1e9.
+ * Others are INVALID_ARGUMENT, at the call that takes them, with the name of the field in the text.
+ * The samples of a source are checked as writer_options.nonfinite says; a point or time that is
+ * asked for is OUT_OF_DOMAIN where there is none, NaN too.
  *
- * IMAGES: origin top left, row 0 is the top. Colour is linear, premultiplied by opacity. Opacity of a
- * transfer function is the fraction absorbed per unit_distance of world length.
+ * IMAGES: origin top left, row 0 is the top. Colour is linear, premultiplied by opacity. Opacity of
+ * a transfer function is the fraction absorbed per unit_distance of world length.
  *
- * STRINGS: UTF-8, zero-terminated; what is written into a file and is none is INVALID_ARGUMENT. Paths are the
- * bytes that the system's own calls take. Strings that come from an object live as long as the object.
+ * STRINGS: UTF-8, zero-terminated; what is written into a file and is none is INVALID_ARGUMENT.
+ * Paths are the bytes that the system's own calls take. Strings that come from an object live as
+ * long as the object.
  *
- * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), for output structs too. A cleared
- * struct (all zero apart from struct_size) asks for the defaults; what has none (a box, a stream, a camera, a
- * transfer function, dims) the caller must fill in. A field whose zero is a meaningful choice counts only if
- * its bit stands in set_mask. Structs grow only at the end: a caller built against an older
- * header gets the older behaviour; a non-zero tail this library does not know is INVALID_STRUCT_SIZE, and so
- * is a size below 8 and one of an input above 65536. Of an output struct at most struct_size bytes are
- * written, and at most those that this library knows: what a larger one has behind them stays as it was.
- * struct_size stays.
+ * STRUCTS begin with struct_size, set by the caller to sizeof(the struct), for output structs too.
+ * A cleared struct (all zero apart from struct_size) asks for the defaults; what has none (a box, a
+ * stream, a camera, a transfer function, dims) the caller must fill in. A field whose zero is a
+ * meaningful choice counts only if its bit stands in set_mask. Structs grow only at the end: a
+ * caller built against an older header gets the older behaviour; a non-zero tail this library does
+ * not know is INVALID_STRUCT_SIZE, and so is a size below 8 and one of an input above 65536. Of an
+ * output struct at most struct_size bytes are written, and at most those that this library knows:
+ * what a larger one has behind them stays as it was. struct_size stays.
  *
- * STATUS: every call that can fail returns a bccsplat_status. On failure output handles are NULL (what the
- * variable held before is overwritten in any case, not released) and other outputs are untouched unless the
- * call says otherwise; bccsplat_last_error() has the text. Any call may return INVALID_ARGUMENT (a NULL or
- * senseless argument), INVALID_STRUCT_SIZE, INVALID_HANDLE, OUT_OF_MEMORY, MEMORY_BUDGET or INTERNAL; one
- * with a token or a callback that can stop it CANCELLED; one on a renderer or writer WRONG_STATE (see
- * THREADS). A call's comment lists what else it may return behind "Also:". There "reading" stands for IO,
- * CORRUPT, TRUNCATED, CHECKSUM_MISMATCH, LIMIT_EXCEEDED and of streams WOULD_BLOCK, as whatever needs bytes
- * of a file that were not read yet may end; "opening" for reading, FILE_NOT_FOUND, PERMISSION_DENIED,
- * NOT_BCC4 and UNSUPPORTED_VERSION; "writing" for IO, NO_SPACE, PERMISSION_DENIED, FILE_NOT_FOUND (no such
- * folder), FILE_EXISTS and WRONG_STATE (another call is writing that path), of streams IO alone.
+ * STATUS: every call that can fail returns a bccsplat_status. On failure output handles are NULL
+ * (what the variable held before is overwritten in any case, not released) and other outputs are
+ * untouched unless the call says otherwise; bccsplat_last_error() has the text. Any call may return
+ * INVALID_ARGUMENT (a NULL or senseless argument), INVALID_STRUCT_SIZE, INVALID_HANDLE,
+ * OUT_OF_MEMORY, MEMORY_BUDGET or INTERNAL; one with a token or a callback that can stop it
+ * CANCELLED; one on a renderer or writer WRONG_STATE (see THREADS). A call's comment lists what
+ * else it may return behind "Also:". There "reading" stands for IO, CORRUPT, TRUNCATED,
+ * CHECKSUM_MISMATCH, LIMIT_EXCEEDED and of streams WOULD_BLOCK, as whatever needs bytes of a file
+ * that were not read yet may end; "opening" for reading, FILE_NOT_FOUND, PERMISSION_DENIED,
+ * NOT_BCC4 and UNSUPPORTED_VERSION; "writing" for IO, NO_SPACE, PERMISSION_DENIED, FILE_NOT_FOUND
+ * (no such folder), FILE_EXISTS and WRONG_STATE (another call is writing that path), of streams IO
+ * alone.
  *
- * HANDLES are reference counted: create returns one reference, _retain adds one, _release gives one back
- * (NULL is allowed). These two take no const pointer, for they change the count; what a call takes as const
- * may be retained through a cast. Children keep their parents alive. Inputs are copied unless the text says
- * "borrowed". A handle of another kind is INVALID_HANDLE (_retain and _release leave it alone), and so is one
- * of another device: a renderer, its slice and the frames that it draws belong to one.
+ * HANDLES are reference counted: create returns one reference, _retain adds one, _release gives one
+ * back (NULL is allowed). These two take no const pointer, for they change the count; what a call
+ * takes as const may be retained through a cast. Children keep their parents alive. Inputs are
+ * copied unless the text says "borrowed". A handle of another kind is INVALID_HANDLE (_retain and
+ * _release leave it alone), and so is one of another device: a renderer, its slice and the frames
+ * that it draws belong to one.
  *
- * THREADS: different objects may be used from any threads. One object: calls that take it as const may run at
- * the same time; other calls need it alone, and of renderers and writers get WRONG_STATE where another call
- * is using them, from another thread or around a callback. bccsplat_renderer_cancel and the functions of
- * cancel tokens may come at any time.
- * Results do not depend on the thread count, bit for bit.
+ * THREADS: different objects may be used from any threads. One object: calls that take it as const
+ * may run at the same time; other calls need it alone, and of renderers and writers get WRONG_STATE
+ * where another call is using them, from another thread or around a callback.
+ * bccsplat_renderer_cancel and the functions of cancel tokens may come at any time. Results do not
+ * depend on the thread count, bit for bit.
  *
- * PROGRESS: a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a second,
- * from any thread but never two at once; a non-zero return cancels: the call ends with CANCELLED. Within it
- * bccsplat_renderer_cancel, every _retain, the functions of cancel tokens and calls on objects of other
- * devices may be made. Others must not: of the renderer or writer at work they are WRONG_STATE, and of its
- * device and volume they may wait for ever for the call that they are in.
+ * PROGRESS: a bccsplat_progress_fn is called with a fraction that never falls, at most 30 times a
+ * second, from any thread but never two at once; a non-zero return cancels: the call ends with
+ * CANCELLED. Within it bccsplat_renderer_cancel, every _retain, the functions of cancel tokens and
+ * calls on objects of other devices may be made. Others must not: of the renderer or writer at work
+ * they are WRONG_STATE, and of its device and volume they may wait for ever for the call that they
+ * are in.
  *
- * CANCEL: once a bccsplat_cancel_token is cancelled, calls that look at it end with CANCELLED, those under
- * way within some 10 ms, and those that have not begun as soon as they do, until it is reset. A call that
- * takes options looks at options->cancel_token while it lasts, and objects keep the token that they were made
- * with: bccsplat_volume_evaluate and _verify look at the volume's; _recode, _prefetch, _get_ranges and
- * bccsplat_slice_create at the volume's and at that of their own options; bccsplat_slice_evaluate,
- * _sample_grid and _get_points at the slice's; every call on a writer at the writer's; render at that of the
- * render options. Objects stay as good as before (but for writers, see there), arrays and frames keep what
- * was done.
+ * CANCEL: once a bccsplat_cancel_token is cancelled, calls that look at it end with CANCELLED,
+ * those under way soon (some milliseconds), and those that have not begun as soon as they do, until
+ * it is reset. A call that takes options looks at options->cancel_token while it lasts, and objects
+ * keep the token that they were made with: bccsplat_volume_evaluate and _verify look at the
+ * volume's; _recode, _prefetch, _get_ranges and bccsplat_slice_create at the volume's and at that
+ * of their own options; bccsplat_slice_evaluate, _sample_grid and _get_points at the slice's; every
+ * call on a writer at the writer's; render at that of the render options. Objects stay as good as
+ * before (but for writers, see there), arrays and frames keep what was done.
  *
- * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps the locale as it
- * is, and has no state outside its objects but the error text of each thread. It may be unloaded when the
- * last object is released. It computes in a floating-point environment of its own (round to nearest, no
- * traps, gradual underflow), in which it calls back, too: a host's rounding mode, traps and flags neither
- * matter nor change.
+ * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps the
+ * locale as it is, and has no state outside its objects but the error text of each thread. It may
+ * be unloaded when the last object is released. It computes in a floating-point environment of its
+ * own (round to nearest, no traps, gradual underflow), in which it calls back, too: a host's
+ * rounding mode, traps and flags neither matter nor change.
  */
 #ifndef BCCSPLAT_H
 #define BCCSPLAT_H
@@ -117,15 +126,19 @@ typedef int32_t bccsplat_status;
 
 enum {
   BCCSPLAT_OK = 0,
-  /* the caller's doing */
+  /* The caller's doing. */
   BCCSPLAT_ERROR_INVALID_ARGUMENT = 1,
   BCCSPLAT_ERROR_INVALID_STRUCT_SIZE = 2,
-  BCCSPLAT_ERROR_INVALID_HANDLE = 3, /* a handle of another device or kind */
-  BCCSPLAT_ERROR_WRONG_STATE = 4,    /* a call out of order, such as rendering without a slice */
-  BCCSPLAT_ERROR_OUT_OF_DOMAIN = 5,  /* a time or point where the field is not defined */
+  /* A handle of another device or kind. */
+  BCCSPLAT_ERROR_INVALID_HANDLE = 3,
+  /* A call out of order, such as rendering without a slice. */
+  BCCSPLAT_ERROR_WRONG_STATE = 4,
+  /* A time or point where the field is not defined. */
+  BCCSPLAT_ERROR_OUT_OF_DOMAIN = 5,
   BCCSPLAT_ERROR_UNSUPPORTED = 6,
-  BCCSPLAT_ERROR_NOT_FOUND = 7, /* unknown kernel, channel or attribute */
-  /* the data's */
+  /* Unknown kernel, channel or attribute. */
+  BCCSPLAT_ERROR_NOT_FOUND = 7,
+  /* The data's. */
   BCCSPLAT_ERROR_NOT_BCC4 = 16,
   BCCSPLAT_ERROR_UNSUPPORTED_VERSION = 17,
   BCCSPLAT_ERROR_CORRUPT = 18,
@@ -134,8 +147,9 @@ enum {
   BCCSPLAT_ERROR_LIMIT_EXCEEDED = 21,
   BCCSPLAT_ERROR_NONFINITE_VALUE = 22,
   BCCSPLAT_ERROR_BOUND_NOT_MET = 23,
-  BCCSPLAT_ERROR_HOLE = 24, /* missing data where a value was asked for */
-  /* the environment's */
+  /* Missing data where a value was asked for. */
+  BCCSPLAT_ERROR_HOLE = 24,
+  /* The environment's. */
   BCCSPLAT_ERROR_OUT_OF_MEMORY = 32,
   BCCSPLAT_ERROR_IO = 33,
   BCCSPLAT_ERROR_FILE_NOT_FOUND = 34,
@@ -143,8 +157,10 @@ enum {
   BCCSPLAT_ERROR_PERMISSION_DENIED = 36,
   BCCSPLAT_ERROR_FILE_EXISTS = 37,
   BCCSPLAT_ERROR_MEMORY_BUDGET = 38,
-  BCCSPLAT_ERROR_MISSING_FEATURE = 39, /* built without it; bccsplat_build_info() tells what is in */
-  BCCSPLAT_ERROR_WOULD_BLOCK = 40,     /* bytes of a stream are not there yet: bccsplat_last_lacking */
+  /* Built without it; bccsplat_build_info() tells what is in. */
+  BCCSPLAT_ERROR_MISSING_FEATURE = 39,
+  /* Bytes of a stream are not there yet: bccsplat_last_lacking. */
+  BCCSPLAT_ERROR_WOULD_BLOCK = 40,
   BCCSPLAT_CANCELLED = 48,
   BCCSPLAT_ERROR_INTERNAL = 64
 };
@@ -161,20 +177,22 @@ enum {
 BCCSPLAT_API int32_t bccsplat_version(void);
 /* BCCSPLAT_ABI_VERSION of the library at run time. */
 BCCSPLAT_API int32_t bccsplat_abi_version(void);
-/* "key=value" pairs separated by "; ": version, compiler, and which optional parts are in (image, simd
- * targets). */
+/* "key=value" pairs separated by "; ": version, compiler, and which optional parts are in (image,
+ * simd targets). */
 BCCSPLAT_API const char* bccsplat_build_info(void);
 /* "BCCSPLAT_ERROR_IO" and the like; "BCCSPLAT_UNKNOWN_STATUS" for other numbers. Never NULL. */
 BCCSPLAT_API const char* bccsplat_status_name(bccsplat_status status);
-/* Text of the last failed call of this thread: what failed, where, what to try. Empty before the first
- * failure; a successful call leaves it. Valid until the next failing call of this thread. Never NULL. */
+/* Text of the last failed call of this thread: what failed, where, what to try. Empty before the
+ * first failure; a successful call leaves it. Valid until the next failing call of this thread.
+ * Never NULL. */
 BCCSPLAT_API const char* bccsplat_last_error(void);
-/* What the last call of this thread that ended with WOULD_BLOCK lacked: byte ranges of its stream, sorted,
- * not touching each other; of a join those of the first part that lacked some. Writes the first min(capacity,
- * count) pairs of offset and size; ranges: 2 x capacity integers, may be NULL when capacity is 0. count (may
- * be NULL) gets how many are known: at most 256, further ones come to light when the call is made again. 0
- * before such a call. */
-BCCSPLAT_API bccsplat_status bccsplat_last_lacking(uint64_t* ranges, uint64_t capacity, uint64_t* count);
+/* What the last call of this thread that ended with WOULD_BLOCK lacked: byte ranges of its stream,
+ * sorted, not touching each other; of a join those of the first part that lacked some. Writes the
+ * first min(capacity, count) pairs of offset and size; ranges: 2 x capacity integers, may be NULL
+ * when capacity is 0. count (may be NULL) gets how many are known: at most 256, further ones come
+ * to light when the call is made again. 0 before such a call. */
+BCCSPLAT_API bccsplat_status bccsplat_last_lacking(
+    uint64_t* ranges, uint64_t capacity, uint64_t* count);
 /* Names of the reconstruction kernels, index 0 .. ; NULL past the last. "default" comes first. */
 BCCSPLAT_API const char* bccsplat_kernel_name(uint32_t index);
 
@@ -183,8 +201,8 @@ typedef int32_t (*bccsplat_progress_fn)(void* user, double fraction);
 
 /* ---- Cancel token ---- */
 
-/* A wish to stop, given to any number of calls and objects of any devices in the last field of their options.
- * They retain it. */
+/* A wish to stop, given to any number of calls and objects of any devices in the last field of
+ * their options. They retain it. */
 typedef struct bccsplat_cancel_token bccsplat_cancel_token;
 
 BCCSPLAT_API bccsplat_status bccsplat_cancel_token_create(bccsplat_cancel_token** token);
@@ -192,45 +210,55 @@ BCCSPLAT_API void bccsplat_cancel_token_retain(bccsplat_cancel_token* token);
 BCCSPLAT_API void bccsplat_cancel_token_release(bccsplat_cancel_token* token);
 /* Stays until reset. May be called from a signal handler, too. */
 BCCSPLAT_API bccsplat_status bccsplat_cancel_token_cancel(bccsplat_cancel_token* token);
-/* For calls that begin from now on; those that were under way when it was cancelled end all the same. */
+/* For calls that begin from now on; those that were under way when it was cancelled end all the
+ * same. */
 BCCSPLAT_API bccsplat_status bccsplat_cancel_token_reset(bccsplat_cancel_token* token);
 /* 1: it is cancelled. */
-BCCSPLAT_API bccsplat_status bccsplat_cancel_token_is_cancelled(const bccsplat_cancel_token* token,
-                                                                int32_t* cancelled);
+BCCSPLAT_API bccsplat_status bccsplat_cancel_token_is_cancelled(
+    const bccsplat_cancel_token* token, int32_t* cancelled);
 
 /* ---- Device: threads, memory, log ---- */
 
 typedef struct bccsplat_device bccsplat_device;
 
+typedef int32_t bccsplat_log_level;
 enum { BCCSPLAT_LOG_WARNING = 1, BCCSPLAT_LOG_INFO = 2 };
-/* Called from any thread, never two at once per device. Warnings tell of damage and of numbers that lose
- * something; infos what was chosen (the caches of a volume, another level for pictures), a line each time it
- * changes, and once for each volume that layers are read or made again for want of memory, with the
- * cache_bytes that keeps them while the series plays. */
-typedef void (*bccsplat_log_fn)(void* user, int32_t level, const char* message);
 
-/* A host's own task system: run body(task, i) once for each i in [0, count), in any order and on any threads,
- * and return when all have returned. body never throws. Calls may nest. Files and streams are read inside
- * these tasks: a body may wait for a disk or a network, with as many reads in flight as the host runs bodies
- * at a time unless max_reads says fewer. */
+/* Called from any thread, never two at once per device. Warnings tell of damage and of numbers that
+ * lose something; infos what was chosen (the caches of a volume, another level for pictures), a
+ * line each time it changes, and once for each volume that layers are read or made again for want
+ * of memory, with the cache_bytes that keeps them while the series plays. */
+typedef void (*bccsplat_log_fn)(void* user, bccsplat_log_level level, const char* message);
+
+/* A host's own task system: run body(task, i) once for each i in [0, count), in any order and on
+ * any threads, and return when all have returned. body never throws. Calls may nest. Files and
+ * streams are read inside these tasks: a body may wait for a disk or a network, with as many reads
+ * in flight as the host runs bodies at a time unless max_reads says fewer. */
 typedef void (*bccsplat_task_fn)(void* task, uint64_t index);
 typedef void (*bccsplat_runner_fn)(void* user, uint64_t count, bccsplat_task_fn body, void* task);
 
 typedef struct bccsplat_device_options {
   uint32_t struct_size;
-  int32_t thread_count;   /* threads used, the caller's included, up to 4096; 0: as many as the machine has;
-                             with   a runner: how many it has */
-  uint64_t memory_budget; /* bytes this device's objects may hold for data at a time; 0: no limit. As a rule,
-                             dense frames of 100^3 voxels and more take 60 bytes per voxel of one frame to
-                             write, 150 to slice in time and draw, 210 to slice obliquely, caches included */
-  bccsplat_log_fn log;    /* warnings, infos and what verify finds; NULL: silent */
+  /* Threads used, the caller's included, up to 4096; 0: as many as the machine has; with a runner:
+   * how many it has. */
+  int32_t thread_count;
+  /* Bytes this device's objects may hold for data at a time; 0: no limit. As a rule, dense frames
+   * of 100^3 voxels and more take 60 bytes per voxel of one frame to write, 150 to slice in time
+   * and draw, 210 to slice obliquely, caches included. */
+  uint64_t memory_budget;
+  /* Warnings, infos and what verify finds; NULL: silent. */
+  bccsplat_log_fn log;
   void* log_user;
-  bccsplat_runner_fn runner; /* NULL: a pool of the device's own, joined at its last release */
+  /* NULL: a pool of the device's own, joined at its last release. */
+  bccsplat_runner_fn runner;
   void* runner_user;
-  uint64_t max_sites; /* a file that declares more lattice sites is refused (LIMIT_EXCEEDED); 0: 2^42 */
-  uint32_t max_reads; /* reads of volumes' files and streams in flight at a time, those of all volumes of the
-                         device together; others wait for their turn; 0: as many as there are tasks at work */
-  uint32_t reserved;  /* 0 */
+  /* A file that declares more lattice sites is refused (LIMIT_EXCEEDED); 0: 2^42. */
+  uint64_t max_sites;
+  /* Reads of volumes' files and streams in flight at a time, those of all volumes of the device
+   * together; others wait for their turn; 0: as many as there are tasks at work. */
+  uint32_t max_reads;
+  /* 0 */
+  uint32_t reserved;
 } bccsplat_device_options;
 
 typedef struct bccsplat_device_info {
@@ -242,37 +270,40 @@ typedef struct bccsplat_device_info {
 } bccsplat_device_info;
 
 /* options may be NULL. */
-BCCSPLAT_API bccsplat_status bccsplat_device_create(const bccsplat_device_options* options,
-                                                    bccsplat_device** device);
+BCCSPLAT_API bccsplat_status bccsplat_device_create(
+    const bccsplat_device_options* options, bccsplat_device** device);
 BCCSPLAT_API void bccsplat_device_retain(bccsplat_device* device);
 BCCSPLAT_API void bccsplat_device_release(bccsplat_device* device);
-BCCSPLAT_API bccsplat_status bccsplat_device_get_info(const bccsplat_device* device,
-                                                      bccsplat_device_info* info);
+BCCSPLAT_API bccsplat_status bccsplat_device_get_info(
+    const bccsplat_device* device, bccsplat_device_info* info);
 
 /* ---- Streams of the host ---- */
 
-enum { /* what a bccsplat_read_at_fn returns instead of a number of bytes */
-       BCCSPLAT_READ_WOULD_BLOCK = -65536 /* not there yet; `buffer` may hold anything */
+/* What a bccsplat_read_at_fn returns instead of a number of bytes. */
+enum {
+  BCCSPLAT_READ_WOULD_BLOCK = -65536 /* not there yet; `buffer` may hold anything */
 };
 
-/* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure; fewer than
- * `size` mean that the stream ends there (TRUNCATED). Called from any thread, several at once. A stream whose
- * bytes are on their way answers READ_WOULD_BLOCK. The call that needs them then tries what else it is about
- * to read, as far as it knows where that stands, so that its host hears of that, too, and ends with
- * WOULD_BLOCK; bccsplat_last_lacking lists what it did not get. Where things stand is read first: a time
- * slice asks for tables (index pages, those of corrections), then for chunks, masks and corrections together,
- * a trail for those of all its stills; a slice off the time axis hears of corrections when its chunks are
- * there. Nothing is harmed: what was read stays in the caches, volumes, slices and frames are as before, with
- * salvage, too, and no damage is reported. Made again when the bytes are there the call gives what it would
- * have given at once, bit for bit. Opening may end so as well, and is begun anew; a join or recoding starts
- * its output over. */
+/* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure; fewer
+ * than `size` mean that the stream ends there (TRUNCATED). Called from any thread, several at once.
+ * A stream whose bytes are on their way answers READ_WOULD_BLOCK. The call that needs them then
+ * tries what else it is about to read, as far as it knows where that stands, so that its host hears
+ * of that, too, and ends with WOULD_BLOCK; bccsplat_last_lacking lists what it did not get. Where
+ * things stand is read first: a time slice asks for tables (index pages, those of corrections),
+ * then for chunks, masks and corrections together, a trail for those of all its stills; a slice off
+ * the time axis hears of corrections when its chunks are there. Nothing is harmed: what was read
+ * stays in the caches, volumes, slices and frames are as before, with salvage, too, and no damage
+ * is reported. Made again when the bytes are there the call gives what it would have given at once,
+ * bit for bit. Opening may end so as well, and is begun anew; a join or recoding starts its output
+ * over. */
 typedef int64_t (*bccsplat_read_at_fn)(void* user, uint64_t offset, void* buffer, uint64_t size);
-/* Writes all `size` bytes at `offset`; returns the number written; fewer, or a negative number, are a failure
- * (IO). Never two calls at once, from any thread. Bytes mostly follow each other; some that were written,
- * heads and tables, are written again. */
-typedef int64_t (*bccsplat_write_at_fn)(void* user, uint64_t offset, const void* buffer, uint64_t size);
-/* All that was written so far is to be durable, and seen by readers, before anything that is written from now
- * on. Returns non-zero on failure (IO). */
+/* Writes all `size` bytes at `offset`; returns the number written; fewer, or a negative number, are
+ * a failure (IO). Never two calls at once, from any thread. Bytes mostly follow each other; some
+ * that were written, heads and tables, are written again. */
+typedef int64_t (*bccsplat_write_at_fn)(
+    void* user, uint64_t offset, const void* buffer, uint64_t size);
+/* All that was written so far is to be durable, and seen by readers, before anything that is
+ * written from now on. Returns non-zero on failure (IO). */
 typedef int32_t (*bccsplat_flush_fn)(void* user);
 
 typedef struct bccsplat_read_stream {
@@ -281,9 +312,9 @@ typedef struct bccsplat_read_stream {
   uint64_t size;     /* bytes in all, up to 2^63 - 1 */
   bccsplat_read_at_fn read_at;
   void* user;
-  /* Bytes that nobody wants and that are read along where they lie between two wanted ones, to have one read
-     of both: large where a read costs time, as over a network; 0: 4096. Of chunks a read takes at most 262144
-     bytes, or 16 such gaps where that is more. */
+  /* Bytes that nobody wants and that are read along where they lie between two wanted ones, to have
+   * one read of both: large where a read costs time, as over a network; 0: 4096. Of chunks a read
+   * takes at most 262144 bytes, or 16 such gaps where that is more. */
   uint64_t merge_gap;
 } bccsplat_read_stream;
 
@@ -293,270 +324,329 @@ typedef struct bccsplat_write_stream {
   bccsplat_write_at_fn write_at;
   void* user;
   /* Called before what makes the bytes so far a file, and behind it: at the end, and where
-     bccsplat_writer_options.live shows a file under way. NULL: nothing to do. */
+   * bccsplat_writer_options.live shows a file under way. NULL: nothing to do. */
   bccsplat_flush_fn flush;
 } bccsplat_write_stream;
 
 /* ---- Writer: frames or lattice samples in, .bcc4 out ---- */
 
 /* Failures. What is refused for its arguments (INVALID_ARGUMENT, INVALID_STRUCT_SIZE, NOT_FOUND,
- * UNSUPPORTED), for its place in the order of calls (WRONG_STATE: a frame too many, a layer out of turn,
- * finish too early) or for its values (NONFINITE_VALUE, LIMIT_EXCEEDED) leaves the writer as it was: the host
- * goes on as if the call had not been made, and the file is the same byte for byte. A writer ends with what
- * fails while it works: files and streams, memory (OUT_OF_MEMORY, MEMORY_BUDGET), a bound that is missed
- * (BOUND_NOT_MET), a callback that gives up (CANCELLED), a field function that gives a value that is refused,
- * and a file or journal to go on with that turns out not to fit. It can then only be released; every other
- * call is WRONG_STATE and says that an earlier one failed. A cancel token ends a writer in the midst of a
- * call; one that was cancelled before refuses the call, and the writer stays as it was. */
+ * UNSUPPORTED), for its place in the order of calls (WRONG_STATE: a frame too many, a layer out of
+ * turn, finish too early) or for its values (NONFINITE_VALUE, LIMIT_EXCEEDED) leaves the writer as
+ * it was: the host goes on as if the call had not been made, and the file is the same byte for
+ * byte. A writer ends with what fails while it works: files and streams, memory (OUT_OF_MEMORY,
+ * MEMORY_BUDGET), a bound that is missed (BOUND_NOT_MET), a callback that gives up (CANCELLED), a
+ * field function that gives a value that is refused, and a file or journal to go on with that turns
+ * out not to fit. It can then only be released; every other call is WRONG_STATE and says that an
+ * earlier one failed. A cancel token ends a writer in the midst of a call; one that was cancelled
+ * before refuses the call, and the writer stays as it was. */
 typedef struct bccsplat_writer bccsplat_writer;
 
-enum { /* types of source values and of stored samples */
-       BCCSPLAT_TYPE_DEFAULT = 0,
-       BCCSPLAT_TYPE_U8 = 1,
-       BCCSPLAT_TYPE_U16 = 2,
-       BCCSPLAT_TYPE_F16 = 3,
-       BCCSPLAT_TYPE_F32 = 4,
-       BCCSPLAT_TYPE_I16 = 5, /* sources only, as all below: stored as u16 with an offset, exactly */
-       BCCSPLAT_TYPE_I32 = 6, /* stored as f32; of coefficients in a file: steps from air */
-       BCCSPLAT_TYPE_F64 = 7, /* stored as f32 */
-       BCCSPLAT_TYPE_I8 = 8,  /* stored as u8 with an offset, exactly */
-       BCCSPLAT_TYPE_U32 = 9  /* stored as f32 */
+/* Types of source values and of stored samples. */
+typedef int32_t bccsplat_type;
+enum {
+  BCCSPLAT_TYPE_DEFAULT = 0,
+  BCCSPLAT_TYPE_U8 = 1,
+  BCCSPLAT_TYPE_U16 = 2,
+  BCCSPLAT_TYPE_F16 = 3,
+  BCCSPLAT_TYPE_F32 = 4,
+  BCCSPLAT_TYPE_I16 = 5, /* sources only, as all below: stored as u16 with an offset, exactly */
+  BCCSPLAT_TYPE_I32 = 6, /* stored as f32; of coefficients in a file: steps from air */
+  BCCSPLAT_TYPE_F64 = 7, /* stored as f32 */
+  BCCSPLAT_TYPE_I8 = 8,  /* stored as u8 with an offset, exactly */
+  BCCSPLAT_TYPE_U32 = 9  /* stored as f32 */
 };
+
+typedef int32_t bccsplat_lattice;
 enum {
   BCCSPLAT_LATTICE_DEFAULT = 0,
   BCCSPLAT_LATTICE_D4STAR = 1,
   BCCSPLAT_LATTICE_BCC = 2,
   BCCSPLAT_LATTICE_CC = 3
 };
+
+typedef int32_t bccsplat_filter;
 enum {
   BCCSPLAT_FILTER_DEFAULT = 0,
   BCCSPLAT_FILTER_KAISER8 = 1,
   BCCSPLAT_FILTER_KAISER6 = 2,
   BCCSPLAT_FILTER_BSPLINE3 = 3
 };
-/* SAMPLES: as the lattice has them. COEFFICIENTS: of the recommended kernel; readers skip its prefilter and
- * read fewer layers, and other kernels see the samples that the coefficients give. Needs dims[3] > 0. Where
- * samples would be integers, coefficients are whole steps of the same value from air; where floats, floats.
- * Files with such steps need readers of version 3 of the format. */
+
+/* SAMPLES: as the lattice has them. COEFFICIENTS: of the recommended kernel; readers skip its
+ * prefilter and read fewer layers, and other kernels see the samples that the coefficients give.
+ * Needs dims[3] > 0. Where samples would be integers, coefficients are whole steps of the same
+ * value from air; where floats, floats. Files with such steps need readers of version 3 of the
+ * format. */
+typedef int32_t bccsplat_store;
 enum { BCCSPLAT_STORE_DEFAULT = 0, BCCSPLAT_STORE_SAMPLES = 1, BCCSPLAT_STORE_COEFFICIENTS = 2 };
-enum { /* what a NaN or infinity in the source does; doubles that are too large for a float (3.4e38) are
-          infinities */
-       BCCSPLAT_NONFINITE_DEFAULT = 0,
-       BCCSPLAT_NONFINITE_ERROR = 1, /* NONFINITE_VALUE, with frame and voxel in the text */
-       BCCSPLAT_NONFINITE_HOLE =
-           2, /* missing data: never drawn, HOLE when evaluated: of frames at the resolution of the source, a
-                 point is missing when the source sample nearest to it is (along each axis, and in time, the
-                 later one of two at equal distance), and the file needs readers of version 3 of the format;
-                 of layers at that of the lattice, where the nearest site is. What is missing is filled
-                 smoothly before it is filtered */
-       BCCSPLAT_NONFINITE_CLAMP =
-           3 /* NaN becomes air, infinities the largest finite value of the channel's range */
+
+/* What a NaN or infinity in the source does; doubles that are too large for a float (3.4e38) are
+ * infinities. */
+typedef int32_t bccsplat_nonfinite;
+enum {
+  BCCSPLAT_NONFINITE_DEFAULT = 0,
+  /* NONFINITE_VALUE, with frame and voxel in the text. */
+  BCCSPLAT_NONFINITE_ERROR = 1,
+  /* Missing data: never drawn, HOLE when evaluated: of frames at the resolution of the source, a
+   * point is missing when the source sample nearest to it is (along each axis, and in time, the
+   * later one of two at equal distance), and the file needs readers of version 3 of the format; of
+   * layers at that of the lattice, where the nearest site is. What is missing is filled smoothly
+   * before it is filtered. */
+  BCCSPLAT_NONFINITE_HOLE = 2,
+  /* NaN becomes air, infinities the largest finite value of the channel's range. */
+  BCCSPLAT_NONFINITE_CLAMP = 3
 };
 
-enum { /* frames that are reconstructed while writing and compared with the source; it needs frames (or a
-          field, bccsplat_writer_add_field) and dims[3] > 0 (INVALID_ARGUMENT) */
-       BCCSPLAT_MEASURE_DEFAULT = 0, /* all with a bound, else none */
-       BCCSPLAT_MEASURE_SOME = 1,    /* at most 3, evenly spread, where dims[3] is known; none when the memory
-                                        budget is short of it */
-       BCCSPLAT_MEASURE_ALL = 2
+/* Frames that are reconstructed while writing and compared with the source; it needs frames (or a
+ * field, bccsplat_writer_add_field) and dims[3] > 0 (INVALID_ARGUMENT). */
+typedef int32_t bccsplat_measure;
+enum {
+  /* All with a bound, else none. */
+  BCCSPLAT_MEASURE_DEFAULT = 0,
+  /* At most 3, evenly spread, where dims[3] is known; none when the memory budget is short of
+   * it. */
+  BCCSPLAT_MEASURE_SOME = 1,
+  BCCSPLAT_MEASURE_ALL = 2
 };
 
-enum { /* how a series of frames goes on beyond its first and last one, for the sake of filters and kernels */
-       BCCSPLAT_ENDS_DEFAULT = 0,
-       BCCSPLAT_ENDS_PREDICT = 1, /* as the frames next to the end foretell, no bolder than these bear out:
-                                     what moves is nearly as accurate there as elsewhere. Two more layers
-                                     stand at each end of the file. Of layers and fields that are given four
-                                     stand there, and hold what the host knows: frames below 0 and beyond
-                                     the last are asked for. dims[3] may be unknown. Readers need version 2 */
-       BCCSPLAT_ENDS_MIRROR = 2,  /* as its mirror image: no more layers; the first and last three or four
-                                     frames are less accurate where anything moves */
-       BCCSPLAT_ENDS_PERIODIC = 3 /* the last frame leads to the first, as of heart beats and climatologies:
-                                     the frame behind the last one is frame 0 again, and no frame is less
-                                     accurate than others. It comes as long after the last as frames are
-                                     apart in the mean, however uneven they are. Of layers and fields as well.
-                                     Needs dims[3] of at least 2; UNSUPPORTED in parts, live, short or with
-                                     PARTIAL_APPEND. Readers need version 3 */
+/* How a series of frames goes on beyond its first and last one, for the sake of filters and
+ * kernels. */
+typedef int32_t bccsplat_ends;
+enum {
+  BCCSPLAT_ENDS_DEFAULT = 0,
+  /* As the frames next to the end foretell, no bolder than these bear out: what moves is nearly as
+   * accurate there as elsewhere. Two more layers stand at each end of the file. Of layers and
+   * fields that are given four stand there, and hold what the host knows: frames below 0 and beyond
+   * the last are asked for. dims[3] may be unknown. Readers need version 2. */
+  BCCSPLAT_ENDS_PREDICT = 1,
+  /* As its mirror image: no more layers; the first and last three or four frames are less accurate
+   * where anything moves. */
+  BCCSPLAT_ENDS_MIRROR = 2,
+  /* The last frame leads to the first, as of heart beats and climatologies: the frame behind the
+   * last one is frame 0 again, and no frame is less accurate than others. It comes as long after
+   * the last as frames are apart in the mean, however uneven they are. Of layers and fields as
+   * well. Needs dims[3] of at least 2; UNSUPPORTED in parts, live, short or with PARTIAL_APPEND.
+   * Readers need version 3. */
+  BCCSPLAT_ENDS_PERIODIC = 3
 };
 
-enum { /* how a field goes on beyond its faces, the first and last sample along x, y and z, for the sake of
-          filters and kernels */
-       BCCSPLAT_FACES_DEFAULT = 0,
-       BCCSPLAT_FACES_PREDICT = 1, /* as the samples next to the face foretell: two more planes of the lattice
-                                      stand outside each face of the file, but along axes of which they would
-                                      be more than a fifth. Of layers and fields that are given four stand
-                                      there, and hold what the host knows: bccsplat_layer_geometry begins
-                                      outside. Readers need version 3 */
-       BCCSPLAT_FACES_MIRROR = 2,  /* as its mirror image: no more planes; within three samples of a face the
-                                      field is less accurate where it is not level there */
-       BCCSPLAT_FACES_PREDICT_X = 4, /* PREDICT across these axes alone, at any cost; the sum for two or
-                                        three; INVALID_ARGUMENT for a periodic axis, which has no faces */
-       BCCSPLAT_FACES_PREDICT_Y = 8,
-       BCCSPLAT_FACES_PREDICT_Z = 16
+/* How a field goes on beyond its faces, the first and last sample along x, y and z, for the sake of
+ * filters and kernels. */
+typedef int32_t bccsplat_faces;
+enum {
+  BCCSPLAT_FACES_DEFAULT = 0,
+  /* As the samples next to the face foretell: two more planes of the lattice stand outside each
+   * face of the file, but along axes of which they would be more than a fifth. Of layers and fields
+   * that are given four stand there, and hold what the host knows: bccsplat_layer_geometry begins
+   * outside. Readers need version 3. */
+  BCCSPLAT_FACES_PREDICT = 1,
+  /* As its mirror image: no more planes; within three samples of a face the field is less accurate
+   * where it is not level there. */
+  BCCSPLAT_FACES_MIRROR = 2,
+  /* PREDICT across these axes alone, at any cost; the sum for two or three; INVALID_ARGUMENT for a
+   * periodic axis, which has no faces. */
+  BCCSPLAT_FACES_PREDICT_X = 4,
+  BCCSPLAT_FACES_PREDICT_Y = 8,
+  BCCSPLAT_FACES_PREDICT_Z = 16
 };
 
-enum { /* axes of space that are periodic, as longitude is: the sum for two or three. Behind the last sample
-          comes the first one again, as far from it as samples are from each other; there are no faces,
-          nothing is predicted or mirrored, and the volume reaches to index dims[axis], which is sample 0. Of
-          layers and fields as well. Needs two samples at least. Readers need version 3, and of other versions
-          of the library than those that know it they refuse the file */
-       BCCSPLAT_PERIODIC_X = 1,
-       BCCSPLAT_PERIODIC_Y = 2,
-       BCCSPLAT_PERIODIC_Z = 4
-};
+/* Axes of space that are periodic, as longitude is: the sum for two or three. Behind the last
+ * sample comes the first one again, as far from it as samples are from each other; there are no
+ * faces, nothing is predicted or mirrored, and the volume reaches to index dims[axis], which is
+ * sample 0. Of layers and fields as well. Needs two samples at least. Readers need version 3, and
+ * of other versions of the library than those that know it they refuse the file. */
+enum { BCCSPLAT_PERIODIC_X = 1, BCCSPLAT_PERIODIC_Y = 2, BCCSPLAT_PERIODIC_Z = 4 };
 
-enum { /* bits of bccsplat_channel_options.set_mask */
-       BCCSPLAT_CHANNEL_SET_AIR = 1,
-       BCCSPLAT_CHANNEL_SET_RANGE = 2
-};
+/* Bits of bccsplat_channel_options.set_mask. */
+enum { BCCSPLAT_CHANNEL_SET_AIR = 1, BCCSPLAT_CHANNEL_SET_RANGE = 2 };
 
-enum { /* what becomes of a file that is not finished: `path`.partial and its journal, `path`.journal */
-       BCCSPLAT_PARTIAL_DEFAULT = 0, /* removed at the last release; a crash may leave the first of them */
-       BCCSPLAT_PARTIAL_KEEP = 1,    /* both stay after a failure, a release without finish, or a crash */
-       BCCSPLAT_PARTIAL_RESUME = 2,  /* as KEEP, and what such a pair has is not coded again. The host adds
-                                        everything from the start, with the same options, attributes and
-                                        sources (WRONG_STATE otherwise); the file is the same byte for byte
-                                        as one written undisturbed. Nothing there: writes from the start */
-       BCCSPLAT_PARTIAL_APPEND = 3   /* `path` is a finished file whose series goes on; it is replaced at
-                                        finish, and stays as it is until then. WRONG_STATE when lattice or
-                                        coding of the channels differ. What the new frames do not touch is
-                                        copied, not coded again. Without options->part the host adds all
-                                        frames, the old ones first. With it (first: the number of frames of
-                                        the file, end: dims[3]) it adds those of get_part_frames, the new
-                                        ones and up to some twenty before them (with coefficients thirty),
-                                        and what the report says of non-finite values and coding errors is of
-                                        these; not for bounds, MEASURE_ALL, files of layers, or coefficients
-                                        of bccsplat_volume_recode (WRONG_STATE). Either way the file is the
-                                        same byte for byte as one written in one go with the same ENDS, but
-                                        that channels may only be rounded as they were */
+/* What becomes of a file that is not finished: `path`.partial and its journal, `path`.journal. */
+typedef int32_t bccsplat_partial;
+enum {
+  /* Removed at the last release; a crash may leave the first of them. */
+  BCCSPLAT_PARTIAL_DEFAULT = 0,
+  /* Both stay after a failure, a release without finish, or a crash. */
+  BCCSPLAT_PARTIAL_KEEP = 1,
+  /* As KEEP, and what such a pair has is not coded again. The host adds everything from the start,
+   * with the same options, attributes and sources (WRONG_STATE otherwise); the file is the same
+   * byte for byte as one written undisturbed. Nothing there: writes from the start. */
+  BCCSPLAT_PARTIAL_RESUME = 2,
+  /* `path` is a finished file whose series goes on; it is replaced at finish, and stays as it is
+   * until then. WRONG_STATE when lattice or coding of the channels differ. What the new frames do
+   * not touch is copied, not coded again. Without options->part the host adds all frames, the old
+   * ones first. With it (first: the number of frames of the file, end: dims[3]) it adds those of
+   * get_part_frames, the new ones and up to some twenty before them (with coefficients thirty), and
+   * what the report says of non-finite values and coding errors is of these; not for bounds,
+   * MEASURE_ALL, files of layers, or coefficients of bccsplat_volume_recode (WRONG_STATE). Either
+   * way the file is the same byte for byte as one written in one go with the same ENDS, but that
+   * channels may only be rounded as they were. */
+  BCCSPLAT_PARTIAL_APPEND = 3
 };
 
 typedef struct bccsplat_channel_options {
   uint32_t struct_size;
   uint32_t set_mask;
-  const char* name; /* unique in the file, such as "density", UTF-8 (INVALID_ARGUMENT); NULL: "value" */
-  const char* unit; /* of the values; NULL: unknown */
-  int32_t
-      source_type;      /* precision of the source values; DEFAULT: the type of the
-                           first box for the channel that gets the first frame, F32 for others and for layers */
-  int32_t value_type;   /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision */
-  double air;           /* value of sites that are not stored; without SET_AIR it is 0, as in a cleared
-                           struct, whatever the data: where 0 is a value like others and another one means
-                           empty, as -1024 of CT, set it. Where some are not, and
-                           where abs_error keeps a bound, values come back within a share of their distance
-                           from it, 0.24 % with the default kernel: of a field about a large constant air is
-                           that constant. Where all sites are stored readers take a value among them in its
-                           place when it is further away than they are from each other. Floats, and integers
-                           of 32 bits, are stored as floats relative to it: far from it in coarse steps.
-                           finish warns (the device's log) of either where the distance is more than 8
-                           times the range of the values and the steps more than 1/256 of it */
-  double air_threshold; /* a site within this of air is not stored; 0: sites that equal air in the stored
-                           type, and for floats the filter's ringing beside air, up to 1/512 of what is near,
-                           are not */
-  double range[2];   /* SET_RANGE: smallest and largest value, spread over the codes of U8 or U16; needed when
-                        floats are stored as U8 or U16; values outside are clamped and counted */
-  double value_step; /* U8 and U16 with SET_RANGE: value from code to code, such that air has a code of its
-                        own; the codes must hold the range (INVALID_ARGUMENT); 0: the range over all codes */
+  /* Unique in the file, such as "density", UTF-8 (INVALID_ARGUMENT); NULL: "value". */
+  const char* name;
+  /* Of the values; NULL: unknown. */
+  const char* unit;
+  /* Precision of the source values; DEFAULT: the type of the first box for the channel that gets
+   * the first frame, F32 for others and for layers. */
+  bccsplat_type source_type;
+  /* U8, U16, F16 or F32 on disk; DEFAULT: the source's own precision. */
+  bccsplat_type value_type;
+  /* Value of sites that are not stored; without SET_AIR it is 0, as in a cleared struct, whatever
+   * the data: where 0 is a value like others and another one means empty, as -1024 of CT, set it.
+   * Where some are not, and where abs_error keeps a bound, values come back within a small share of
+   * their distance from it, the ripple of the kernel: of a field about a large constant air is that
+   * constant. Where all sites are stored readers take a value among them in its place when it is
+   * further away than they are from each other. Floats, and integers of 32 bits, are stored as
+   * floats relative to it: far from it in coarse steps. finish warns (the device's log) of either
+   * where the distance is more than 8 times the range of the values and the steps more than 1/256
+   * of it. */
+  double air;
+  /* A site within this of air is not stored; 0: sites that equal air in the stored type, and for
+   * floats the filter's ringing beside air, up to 1/512 of what is near, are not. */
+  double air_threshold;
+  /* SET_RANGE: smallest and largest value, spread over the codes of U8 or U16; needed when floats
+   * are stored as U8 or U16; values outside are clamped and counted. */
+  double range[2];
+  /* U8 and U16 with SET_RANGE: value from code to code, such that air has a code of its own; the
+   * codes must hold the range (INVALID_ARGUMENT); 0: the range over all codes. */
+  double value_step;
 } bccsplat_channel_options;
 
 /* One of several files written by processes of their own, on any machines and in any order, that
- * bccsplat_join_parts makes one. All parts are written with the same options, attributes and sources; each
- * holds the layers between its frames and is a .bcc4 file by itself, air elsewhere. Frames only (layers and
- * fields are UNSUPPORTED); with NONFINITE_CLAMP every channel needs SET_RANGE. */
+ * bccsplat_join_parts makes one. All parts are written with the same options, attributes and
+ * sources; each holds the layers between its frames and is a .bcc4 file by itself, air elsewhere.
+ * Frames only (layers and fields are UNSUPPORTED); with NONFINITE_CLAMP every channel needs
+ * SET_RANGE. */
 typedef struct bccsplat_series_part {
   uint32_t struct_size;
-  uint32_t reserved; /* 0 */
-  uint64_t first;    /* its frames: first .. end-1 of the series */
+  /* 0 */
+  uint32_t reserved;
+  /* Its frames: first .. end-1 of the series. */
+  uint64_t first;
   uint64_t end;
-  uint64_t lead; /* frames given before the first one needed: those back to one that is not missing altogether
-                    (no finite value in some channel), or back to frame 0; 0: none */
-  const double* times; /* of all frames of the series, dims[3] of them, rising; borrowed during the call */
+  /* Frames given before the first one needed: those back to one that is not missing altogether (no
+   * finite value in some channel), or back to frame 0; 0: none. */
+  uint64_t lead;
+  /* Of all frames of the series, dims[3] of them, rising; borrowed during the call. */
+  const double* times;
 } bccsplat_series_part;
 
 typedef struct bccsplat_writer_options {
   uint32_t struct_size;
-  uint32_t set_mask; /* none defined; 0 */
-  uint32_t dims[4];  /* source samples per axis; dims[3] = 0: as many frames as are given */
-  int32_t lattice;   /* DEFAULT: D4* for a series, BCC for one frame */
-  int32_t filter;    /* Cartesian frames -> lattice sites */
-  int32_t store;
-  int32_t nonfinite;
-  int32_t overwrite;      /* non-zero: replace an existing file at finish */
-  uint32_t channel_count; /* 0: one channel with default options */
+  /* None defined; 0. */
+  uint32_t set_mask;
+  /* Source samples per axis; dims[3] = 0: as many frames as are given. */
+  uint32_t dims[4];
+  /* DEFAULT: D4* for a series, BCC for one frame. */
+  bccsplat_lattice lattice;
+  /* Cartesian frames -> lattice sites. */
+  bccsplat_filter filter;
+  bccsplat_store store;
+  bccsplat_nonfinite nonfinite;
+  /* Non-zero: replace an existing file at finish. */
+  int32_t overwrite;
+  /* 0: one channel with default options. */
+  uint32_t channel_count;
   const bccsplat_channel_options* channels;
-  double affine[16];        /* index space -> world, row-major; all zero: identity. The mean voxel is at least
-                               1e-30 long */
-  const char* spatial_unit; /* "mm", ...; NULL: unknown */
-  const char* time_unit;    /* "s", ...; NULL: unknown */
-  double scale;             /* lattice distance in source samples, up to 65536; 0: 1 */
-  double time_scale;        /* the same along time, in frames; 0: 1 */
-  const char*
-      recommended_kernel; /* of readers and stored coefficients; NULL: default, CC of samples at 1: exact */
-  bccsplat_progress_fn
-      progress; /* NULL: none; fraction of the frames (or layers), only when dims[3] is known */
+  /* Index space -> world, row-major; all zero: identity. The mean voxel is at least 1e-30 long. */
+  double affine[16];
+  /* "mm", ...; NULL: unknown. */
+  const char* spatial_unit;
+  /* "s", ...; NULL: unknown. */
+  const char* time_unit;
+  /* Lattice distance in source samples, up to 65536; 0: 1. */
+  double scale;
+  /* The same along time, in frames; 0: 1. */
+  double time_scale;
+  /* Of readers and stored coefficients; NULL: default, CC of samples at 1: exact. */
+  const char* recommended_kernel;
+  /* NULL: none; fraction of the frames (or layers), only when dims[3] is known. */
+  bccsplat_progress_fn progress;
   void* progress_user;
-  double abs_error; /* > 0: no finite source sample of any channel, reconstructed with the recommended kernel,
-                       is further off than this: each is checked, and those that miss are stored as
-                       corrections, which every way of looking sees (bccsplat_slice_options). Needs dims[3] >
-                       0 (INVALID_ARGUMENT). BOUND_NOT_MET where floats cannot hold it; 0: no bound */
-  double psnr; /* > 0: in dB over all samples of a channel, peak: the range of its source; checked on every
-                  frame, BOUND_NOT_MET at finish when it is missed; up to 1000; needs dims[3] > 0
-                  (INVALID_ARGUMENT); 0: no bound */
-  int32_t measure; /* BCCSPLAT_MEASURE_...: which frames to compare with the source */
-  int32_t partial; /* BCCSPLAT_PARTIAL_...: what becomes of unfinished work; files only */
-  int32_t lowpass; /* non-zero: frames lose what D4* (one frame: BCC) cannot hold before they are resampled:
-                      the frequencies with |f_i| + |f_j| > sqrt2 for some pair of axes, f in units of the
-                      Nyquist frequency of a grid of the lattice distance. Otherwise they fold back; little of
-                      natural data lies there, half the energy of white noise does. Ends are mirrored;
-                      constants stay exact; at scale 1, 30 frames to either side take part (scale and
-                      time_scale widen this), held as floats within the memory budget. INVALID_ARGUMENT for
-                      CC; layers and fields are taken as they are; 0: none */
-  uint32_t levels; /* coarser ones, 0 to 15: level l is the same series at 2^l times the distance in space,
-                      for small pictures (bccsplat_slice_options.level); of frames only, layers and fields are
-                      refused (UNSUPPORTED). Bounds and corrections are those of level 0. PARTIAL_APPEND keeps
-                      those of the file; 0: none. With `measure` their errors are told, too (relative_rmse) */
-  const bccsplat_series_part*
-      part; /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
-               series, and those of bccsplat_writer_get_part_frames are added */
-  int32_t ends;  /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 20 layers, to which the ends add
-                    a fifth at most (14 frames at time_scale 1; dims[3] known), else MIRROR; of layers and
-                    fields MIRROR */
-  int32_t faces; /* BCCSPLAT_FACES_...; DEFAULT: of frames PREDICT along axes of which the planes outside are
-                    a sixteenth at most (43 samples at scale 1), unless the sites are the source samples in
-                    space (CC at distance 1); else, and for layers and fields, MIRROR */
-  double scales[4]; /* lattice distance along x, y, z in source samples, and along t in frames, each up to
-                       65536; 0: scale, along t time_scale. In space it is made a little smaller, so that a
-                       whole number of planes ends on the last sample; in time only with ENDS_PERIODIC, so
-                       that a whole number of layers makes a turn */
-  uint32_t live; /* > 0: after every so many slabs (of 8 layers, coefficients 4) that all channels have, the
-                    file under way, `path`.partial, is made to be opened as it stands, durable, for a live
-                    view and against crashes: bccsplat_volume_info.frames_expected. Its frames are those of
-                    which all layers are there that the kernel of the file reaches: at the same moments they
-                    are what the finished file has (where air is far from a field without air, but for the
-                    last digits). With other kernels the last ones are as accurate as those of ENDS_MIRROR.
-                    What becomes of the file without finish is as `partial` says: KEEP lets it stay. The
-                    finished file has a few more bytes, which nothing refers to. UNSUPPORTED with part; 0: it
-                    can be opened when it is finished */
-  uint32_t periodic_axes;              /* BCCSPLAT_PERIODIC_..., the sum; 0: none */
-  bccsplat_cancel_token* cancel_token; /* NULL: none; looked at by create, too */
+  /* > 0: no finite source sample of any channel, reconstructed with the recommended kernel, is
+   * further off than this: each is checked, and those that miss are stored as corrections, which
+   * every way of looking sees (bccsplat_slice_options). Needs dims[3] > 0 (INVALID_ARGUMENT).
+   * BOUND_NOT_MET where floats cannot hold it; 0: no bound. */
+  double abs_error;
+  /* > 0: in dB over all samples of a channel, peak: the range of its source; checked on every
+   * frame, BOUND_NOT_MET at finish when it is missed; up to 1000; needs dims[3] > 0
+   * (INVALID_ARGUMENT); 0: no bound. */
+  double psnr;
+  /* Which frames to compare with the source. */
+  bccsplat_measure measure;
+  /* What becomes of unfinished work; files only. */
+  bccsplat_partial partial;
+  /* Non-zero: frames lose what D4* (one frame: BCC) cannot hold before they are resampled: the
+   * frequencies with |f_i| + |f_j| > sqrt2 for some pair of axes, f in units of the Nyquist
+   * frequency of a grid of the lattice distance. Otherwise they fold back; little of natural data
+   * lies there, half the energy of white noise does. Ends are mirrored; constants stay exact; at
+   * scale 1, 30 frames to either side take part (scale and time_scale widen this), held as floats
+   * within the memory budget. INVALID_ARGUMENT for CC; layers and fields are taken as they are; 0:
+   * none. */
+  int32_t lowpass;
+  /* Coarser ones, 0 to 15: level l is the same series at 2^l times the distance in space, for small
+   * pictures (bccsplat_slice_options.level); of frames only, layers and fields are refused
+   * (UNSUPPORTED). Bounds and corrections are those of level 0. PARTIAL_APPEND keeps those of the
+   * file; 0: none. With `measure` their errors are told, too (relative_rmse). */
+  uint32_t levels;
+  /* NULL: the whole series; PARTIAL_APPEND: see there; else dims[3] is the number of frames of the
+   * series, and those of bccsplat_writer_get_part_frames are added. */
+  const bccsplat_series_part* part;
+  /* BCCSPLAT_ENDS_...; DEFAULT: PREDICT for D4* of at least 20 layers, to which the ends add a
+   * fifth at most (14 frames at time_scale 1; dims[3] known), else MIRROR; of layers and fields
+   * MIRROR. */
+  bccsplat_ends ends;
+  /* BCCSPLAT_FACES_...; DEFAULT: of frames PREDICT along axes of which the planes outside are a
+   * sixteenth at most (43 samples at scale 1), unless the sites are the source samples in space (CC
+   * at distance 1); else, and for layers and fields, MIRROR. */
+  bccsplat_faces faces;
+  /* Lattice distance along x, y, z in source samples, and along t in frames, each up to 65536; 0:
+   * scale, along t time_scale. In space it is made a little smaller, so that a whole number of
+   * planes ends on the last sample; in time only with ENDS_PERIODIC, so that a whole number of
+   * layers makes a turn. */
+  double scales[4];
+  /* > 0: after every so many slabs (of 8 layers, coefficients 4) that all channels have, the file
+   * under way, `path`.partial, is made to be opened as it stands, durable, for a live view and
+   * against crashes: bccsplat_volume_info.frames_expected. Its frames are those of which all layers
+   * are there that the kernel of the file reaches: at the same moments they are what the finished
+   * file has (where air is far from a field without air, but for the last digits). With other
+   * kernels the last ones are as accurate as those of ENDS_MIRROR. What becomes of the file without
+   * finish is as `partial` says: KEEP lets it stay. The finished file has a few more bytes, which
+   * nothing refers to. UNSUPPORTED with part; 0: it can be opened when it is finished. */
+  uint32_t live;
+  /* BCCSPLAT_PERIODIC_..., the sum; 0: none. */
+  uint32_t periodic_axes;
+  /* NULL: none; looked at by create, too. */
+  bccsplat_cancel_token* cancel_token;
 } bccsplat_writer_options;
 
-/* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap (INVALID_ARGUMENT,
- * with the numbers of two that do). */
+/* A dense box of one frame; what no box covers is air. Boxes of a frame must not overlap
+ * (INVALID_ARGUMENT, with the numbers of two that do). */
 typedef struct bccsplat_box {
   uint32_t struct_size;
-  int32_t type;            /* BCCSPLAT_TYPE_...; not DEFAULT */
-  const void* data;        /* borrowed during the call; sample (begin[0], begin[1], begin[2]) stands first */
-  int64_t begin[3];        /* index of the first sample (x, y, z) */
-  int64_t dims[3];         /* samples per axis; begin + dims <= the writer's dims */
-  int64_t stride_bytes[3]; /* distance of neighbouring samples per axis, any sign, 0 to repeat one; all zero:
-                              packed, x fastest */
+  /* Not DEFAULT. */
+  bccsplat_type type;
+  /* Borrowed during the call; sample (begin[0], begin[1], begin[2]) stands first. */
+  const void* data;
+  /* Index of the first sample (x, y, z). */
+  int64_t begin[3];
+  /* Samples per axis; begin + dims <= the writer's dims. */
+  int64_t dims[3];
+  /* Distance of neighbouring samples per axis, any sign, 0 to repeat one; all zero: packed, x
+   * fastest. */
+  int64_t stride_bytes[3];
 } bccsplat_box;
 
-/* Where the sites of a layer stand, for producers that sample the lattice themselves. Site (i, j, k) of the
- * layer has index-space position origin + step * (i, j, k) and frame number `frame`. In space no site lies
- * outside the samples but on planes asked for (FACES_PREDICT); in time the last layer may lie up to one layer
- * behind the last frame (of 24 frames at 23.33): a producer gives what its field is there, or else that of
- * its end. */
+/* Where the sites of a layer stand, for producers that sample the lattice themselves. Site (i, j,
+ * k) of the layer has index-space position origin + step * (i, j, k) and frame number `frame`. In
+ * space no site lies outside the samples but on planes asked for (FACES_PREDICT); in time the last
+ * layer may lie up to one layer behind the last frame (of 24 frames at 23.33): a producer gives
+ * what its field is there, or else that of its end. */
 typedef struct bccsplat_layer_geometry {
   uint32_t struct_size;
   int32_t coset;       /* 0 or 1 */
@@ -569,131 +659,166 @@ typedef struct bccsplat_layer_geometry {
 
 typedef struct bccsplat_writer_report {
   uint32_t struct_size;
-  uint32_t slabs_reused; /* slabs of layers taken over by PARTIAL_RESUME or _APPEND, all channels */
+  /* Slabs of layers taken over by PARTIAL_RESUME or _APPEND, all channels. */
+  uint32_t slabs_reused;
   uint64_t frames;
-  uint64_t cc_samples;   /* samples of the Cartesian source, all channels */
-  uint64_t cc_relevant;  /* of these, further than air_threshold from air */
-  uint64_t sites_total;  /* lattice sites, all channels, those outside the faces not counted */
-  uint64_t sites_kept;   /* of these, stored */
-  uint64_t holes;        /* stored sites that are missing data */
-  uint64_t clamped;      /* samples outside the range of the stored type (overshoot of the filter included) */
-  uint64_t nonfinite;    /* source values that were NaN or infinite */
-  uint64_t bytes_source; /* of the source values in the source's precision */
+  /* Samples of the Cartesian source, all channels. */
+  uint64_t cc_samples;
+  /* Of these, further than air_threshold from air. */
+  uint64_t cc_relevant;
+  /* Lattice sites, all channels, those outside the faces not counted. */
+  uint64_t sites_total;
+  /* Of these, stored. */
+  uint64_t sites_kept;
+  /* Stored sites that are missing data. */
+  uint64_t holes;
+  /* Samples outside the range of the stored type (overshoot of the filter included). */
+  uint64_t clamped;
+  /* Source values that were NaN or infinite. */
+  uint64_t nonfinite;
+  /* Of the source values in the source's precision. */
+  uint64_t bytes_source;
   uint64_t bytes_file;
-  uint64_t bytes_runs;        /* of these: which sites are stored */
-  uint64_t bytes_values;      /* their values */
-  uint64_t bytes_index;       /* tables and metadata, corrections included */
-  uint64_t frames_measured;   /* compared with the source, bccsplat_writer_get_error */
-  uint64_t corrected;         /* source samples with a correction */
-  uint64_t bytes_corrections; /* of bytes_index */
-  double coding_max; /* largest difference of a stored lattice sample from what the resampling filter made: by
-                        rounding, clamping, or as air; over all channels */
-  double coding_rmse;     /* the same, over all sites */
-  uint64_t sites_outside; /* lattice sites outside the faces, all channels (BCCSPLAT_FACES_PREDICT) */
+  /* Of these: which sites are stored. */
+  uint64_t bytes_runs;
+  /* Their values. */
+  uint64_t bytes_values;
+  /* Tables and metadata, corrections included. */
+  uint64_t bytes_index;
+  /* Compared with the source, bccsplat_writer_get_error. */
+  uint64_t frames_measured;
+  /* Source samples with a correction. */
+  uint64_t corrected;
+  /* Of bytes_index. */
+  uint64_t bytes_corrections;
+  /* Largest difference of a stored lattice sample from what the resampling filter made: by
+   * rounding, clamping, or as air; over all channels. */
+  double coding_max;
+  /* The same, over all sites. */
+  double coding_rmse;
+  /* Lattice sites outside the faces, all channels (BCCSPLAT_FACES_PREDICT). */
+  uint64_t sites_outside;
 } bccsplat_writer_report;
 
-/* Differences of the file from its source at the source samples: the field reconstructed with the recommended
- * kernel, corrections included, minus the source; finite source samples only. */
+/* Differences of the file from its source at the source samples: the field reconstructed with the
+ * recommended kernel, corrections included, minus the source; finite source samples only. */
 typedef struct bccsplat_error_report {
   uint32_t struct_size;
   uint32_t reserved;
-  uint64_t frame;   /* the frame; of the series: the one of the largest difference */
-  uint64_t samples; /* compared */
+  /* The frame; of the series: the one of the largest difference. */
+  uint64_t frame;
+  /* Compared. */
+  uint64_t samples;
   double max_abs;
   double rmse;
-  double peak; /* range of the channel's source */
-  double psnr; /* dB, 20 log10(peak / rmse); infinite without any difference, NaN without samples */
-  uint64_t non_air_samples; /* of them, further than air_threshold from air; the next three are theirs */
+  /* Range of the channel's source. */
+  double peak;
+  /* dB, 20 log10(peak / rmse); infinite without any difference, NaN without samples. */
+  double psnr;
+  /* Of them, further than air_threshold from air; the next three are theirs. */
+  uint64_t non_air_samples;
   double non_air_max_abs;
   double non_air_rmse;
   double non_air_psnr;
-  uint64_t voxel[3];          /* of the largest difference, in `frame` */
-  double expected;            /* there: the source */
-  double got;                 /* and the file */
-  double uncorrected_max_abs; /* largest difference before corrections */
-  uint64_t corrected;         /* samples with a correction */
-  uint64_t lost;              /* samples in holes of the lattice; not compared */
+  /* Of the largest difference, in `frame`. */
+  uint64_t voxel[3];
+  /* There: the source. */
+  double expected;
+  /* And the file. */
+  double got;
+  /* Largest difference before corrections. */
+  double uncorrected_max_abs;
+  /* Samples with a correction. */
+  uint64_t corrected;
+  /* Samples in holes of the lattice; not compared. */
+  uint64_t lost;
 } bccsplat_error_report;
 
-/* The field of a host at n points: xyzt, n x 4 doubles, index space; writes n values. Non-zero: give up.
- * Called from the thread that called bccsplat_writer_add_field, one call at a time. */
+/* The field of a host at n points: xyzt, n x 4 doubles, index space; writes n values. Non-zero:
+ * give up. Called from the thread that called bccsplat_writer_add_field, one call at a time. */
 typedef int32_t (*bccsplat_field_fn)(void* user, uint64_t n, const double* xyzt, float* values);
 
-/* Starts a file. The bytes go to a neighbour of `path`, `path`.partial, that takes the name at finish, so
- * `path` never holds half a file. Also: writing (FILE_EXISTS unless options->overwrite; IO for a folder or a
- * device); NOT_FOUND (kernel); UNSUPPORTED (options that exclude each other); LIMIT_EXCEEDED (a layer of more
- * than 4096^3 sites); with PARTIAL_RESUME and _APPEND opening, and WRONG_STATE. */
+/* Starts a file. The bytes go to a neighbour of `path`, `path`.partial, that takes the name at
+ * finish, so `path` never holds half a file. Also: writing (FILE_EXISTS unless options->overwrite;
+ * IO for a folder or a device); NOT_FOUND (kernel); UNSUPPORTED (options that exclude each other);
+ * LIMIT_EXCEEDED (a layer of more than 4096^3 sites); with PARTIAL_RESUME and _APPEND opening, and
+ * WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
-                                                    const bccsplat_writer_options* options,
-                                                    bccsplat_writer** writer);
-/* The same into a host's stream (copied; its user pointer is borrowed until release): the bytes that a file
- * gets, report.bytes_file of them from offset 0 on. A stream has no name to take over and none to give:
- * `overwrite` says nothing, PARTIAL_... is UNSUPPORTED, and what a writer without finish has written is the
- * host's to throw away. The writer ends with a write that fails. Also: as bccsplat_writer_create. */
+    const bccsplat_writer_options* options, bccsplat_writer** writer);
+/* The same into a host's stream (copied; its user pointer is borrowed until release): the bytes
+ * that a file gets, report.bytes_file of them from offset 0 on. A stream has no name to take over
+ * and none to give: `overwrite` says nothing, PARTIAL_... is UNSUPPORTED, and what a writer without
+ * finish has written is the host's to throw away. The writer ends with a write that fails. Also: as
+ * bccsplat_writer_create. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create_stream(bccsplat_device* device,
-                                                           const bccsplat_write_stream* stream,
-                                                           const bccsplat_writer_options* options,
-                                                           bccsplat_writer** writer);
-/* Adds the next frame of a channel. `time` is in the volume's time unit and rises strictly from frame to
- * frame; every channel of a frame gets the same time. count = 0: the whole frame is air. Memory held does not
- * depend on the number of frames. Also: NOT_FOUND (channel), NONFINITE_VALUE, LIMIT_EXCEEDED (values further
- * than 1e36 from air, more than 2^31 - 1 frames), BOUND_NOT_MET, WRONG_STATE, writing. */
-BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel, double time,
-                                                       const bccsplat_box* boxes, uint64_t count);
-/* The frames that a writer takes: begin .. end-1, in order. Of a part: those its layers are made of, a few
- * more to either side than its own; of a whole series 0 .. dims[3] (0: any number). The progress of a part
- * counts these. */
-BCCSPLAT_API bccsplat_status bccsplat_writer_get_part_frames(const bccsplat_writer* writer, uint64_t* begin,
-                                                             uint64_t* end);
-/* Geometry of a layer, 0 .. layer_count-1, as bccsplat_writer_add_layer takes them; of a part: of all layers
- * of the series, those beyond its ends included. Needs dims[3] > 0. Also: WRONG_STATE (without that),
- * NOT_FOUND (layer). */
-BCCSPLAT_API bccsplat_status bccsplat_writer_get_layer_geometry(const bccsplat_writer* writer, int64_t layer,
-                                                                bccsplat_layer_geometry* geometry);
-/* Adds the next layer of a channel as lattice samples (no resampling): count = product of the layer's dims, x
- * fastest. Layers come in order and a writer takes either frames or layers. The times of the frames are
- * those of bccsplat_writer_set_times. NaN follows options->nonfinite. Also: as bccsplat_writer_add_frame, and
- * UNSUPPORTED (of a part, or with levels); with a bound or measuring, which need source samples, WRONG_STATE.
- */
-BCCSPLAT_API bccsplat_status bccsplat_writer_add_layer(bccsplat_writer* writer, uint32_t channel,
-                                                       int64_t layer, const float* samples, uint64_t count);
-/* Adds all layers of a channel by asking `field` for its value at each site, at most 65536 points at a time:
- * no source grid, no resampling. Instead of frames and layers; needs dims[3] > 0, which with the other dims
- * states the domain. With a bound or measure, `field` is also asked at the source samples of the frames to
- * compare. NaN follows options->nonfinite. CANCELLED when `field` gave up. Also: as
- * bccsplat_writer_add_layer. */
-BCCSPLAT_API bccsplat_status bccsplat_writer_add_field(bccsplat_writer* writer, uint32_t channel,
-                                                       bccsplat_field_fn field, void* user);
-/* Times of a file written by layers or a field: frame i is at first + i * step, step > 0, of at least 1e-30.
- * Default 0 and 1. Frames have their own: WRONG_STATE once some were added; called before, it says nothing of
- * them. Also: WRONG_STATE. */
-BCCSPLAT_API bccsplat_status bccsplat_writer_set_times(bccsplat_writer* writer, double first, double step);
-/* A free attribute of the file; a key given twice keeps the last value. Also: WRONG_STATE (finished, or
- * failed). */
-BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(bccsplat_writer* writer, const char* key,
-                                                           const char* value);
-/* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). Also: WRONG_STATE, as
- * above. */
-BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(bccsplat_writer* writer, const char* name,
-                                                        uint64_t bytes, uint32_t crc32);
-/* Writes what is pending and gives the file its name. report may be NULL. WRONG_STATE while frames or layers
- * are missing: they may still come, or finish_short ends without them. The writer can only be released
- * afterwards. Also: WRONG_STATE, BOUND_NOT_MET, NONFINITE_VALUE, LIMIT_EXCEEDED, writing. */
-BCCSPLAT_API bccsplat_status bccsplat_writer_finish(bccsplat_writer* writer, bccsplat_writer_report* report);
-/* The same for a series that ends sooner than dims[3] said, such as a simulation that is stopped: of as many
- * frames as every channel got, or of the frames that the layers reach. With all frames it is finish. The file
- * is that of a writer that was told this number at the start, byte for byte, with these exceptions: what
- * dims[3] has settled stays so (whether ENDS_DEFAULT predicts, which frames MEASURE_SOME looks at); with
- * several channels or levels the chunks may stand in another order; layers that were given beyond the last
- * frame stay; and there are no counts of coefficients, so that PARTIAL_APPEND needs all frames of the file.
- * Also: as finish; WRONG_STATE where channels got more than others, fewer frames than the file of
- * PARTIAL_APPEND has, or layers of one frame alone; UNSUPPORTED for parts and periodic series. */
-BCCSPLAT_API bccsplat_status bccsplat_writer_finish_short(bccsplat_writer* writer,
-                                                          bccsplat_writer_report* report);
-/* What was measured, after finish: measured = -1 for the series, else 0 .. frames_measured-1 for one frame.
- * Also: WRONG_STATE before finish, NOT_FOUND (channel; nothing was measured, or past the last). */
-BCCSPLAT_API bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer, uint32_t channel,
-                                                       int64_t measured, bccsplat_error_report* error);
+    const bccsplat_write_stream* stream, const bccsplat_writer_options* options,
+    bccsplat_writer** writer);
+/* Adds the next frame of a channel. `time` is in the volume's time unit and rises strictly from
+ * frame to frame; every channel of a frame gets the same time. count = 0: the whole frame is air.
+ * Memory held does not depend on the number of frames. Also: NOT_FOUND (channel), NONFINITE_VALUE,
+ * LIMIT_EXCEEDED (values further than 1e36 from air, more than 2^31 - 1 frames), BOUND_NOT_MET,
+ * WRONG_STATE, writing. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_add_frame(bccsplat_writer* writer, uint32_t channel,
+    double time, const bccsplat_box* boxes, uint64_t count);
+/* The frames that a writer takes: begin .. end-1, in order. Of a part: those its layers are made
+ * of, a few more to either side than its own; of a whole series 0 .. dims[3] (0: any number). The
+ * progress of a part counts these. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_get_part_frames(
+    const bccsplat_writer* writer, uint64_t* begin, uint64_t* end);
+/* Geometry of a layer, 0 .. layer_count-1, as bccsplat_writer_add_layer takes them; of a part: of
+ * all layers of the series, those beyond its ends included. Needs dims[3] > 0. Also: WRONG_STATE
+ * (without that), NOT_FOUND (layer). */
+BCCSPLAT_API bccsplat_status bccsplat_writer_get_layer_geometry(
+    const bccsplat_writer* writer, int64_t layer, bccsplat_layer_geometry* geometry);
+/* Adds the next layer of a channel as lattice samples (no resampling): count = product of the
+ * layer's dims, x fastest. Layers come in order and a writer takes either frames or layers. The
+ * times of the frames are those of bccsplat_writer_set_times. NaN follows options->nonfinite. Also:
+ * as bccsplat_writer_add_frame, and UNSUPPORTED (of a part, or with levels); with a bound or
+ * measuring, which need source samples, WRONG_STATE. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_add_layer(
+    bccsplat_writer* writer, uint32_t channel, int64_t layer, const float* samples, uint64_t count);
+/* Adds all layers of a channel by asking `field` for its value at each site, at most 65536 points
+ * at a time: no source grid, no resampling. Instead of frames and layers; needs dims[3] > 0, which
+ * with the other dims states the domain. With a bound or measure, `field` is also asked at the
+ * source samples of the frames to compare. NaN follows options->nonfinite. CANCELLED when `field`
+ * gave up. Also: as bccsplat_writer_add_layer. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_add_field(
+    bccsplat_writer* writer, uint32_t channel, bccsplat_field_fn field, void* user);
+/* Times of a file written by layers or a field: frame i is at first + i * step, step > 0, of at
+ * least 1e-30. Default 0 and 1. Frames have their own: WRONG_STATE once some were added; called
+ * before, it says nothing of them. Also: WRONG_STATE. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_set_times(
+    bccsplat_writer* writer, double first, double step);
+/* A free attribute of the file; a key given twice keeps the last value. Also: WRONG_STATE
+ * (finished, or failed). */
+BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(
+    bccsplat_writer* writer, const char* key, const char* value);
+/* Records where the data came from: name, size in bytes and CRC-32 (0: unknown). Also: WRONG_STATE,
+ * as above. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(
+    bccsplat_writer* writer, const char* name, uint64_t bytes, uint32_t crc32);
+/* Writes what is pending and gives the file its name. report may be NULL. WRONG_STATE while frames
+ * or layers are missing: they may still come, or finish_short ends without them. The writer can
+ * only be released afterwards. Also: WRONG_STATE, BOUND_NOT_MET, NONFINITE_VALUE, LIMIT_EXCEEDED,
+ * writing. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_finish(
+    bccsplat_writer* writer, bccsplat_writer_report* report);
+/* The same for a series that ends sooner than dims[3] said, such as a simulation that is stopped:
+ * of as many frames as every channel got, or of the frames that the layers reach. With all frames
+ * it is finish. The file is that of a writer that was told this number at the start, byte for byte,
+ * with these exceptions: what dims[3] has settled stays so (whether ENDS_DEFAULT predicts, which
+ * frames MEASURE_SOME looks at); with several channels or levels the chunks may stand in another
+ * order; layers that were given beyond the last frame stay; and there are no counts of
+ * coefficients, so that PARTIAL_APPEND needs all frames of the file. Also: as finish; WRONG_STATE
+ * where channels got more than others, fewer frames than the file of PARTIAL_APPEND has, or layers
+ * of one frame alone; UNSUPPORTED for parts and periodic series. */
+BCCSPLAT_API bccsplat_status bccsplat_writer_finish_short(
+    bccsplat_writer* writer, bccsplat_writer_report* report);
+/* What was measured, after finish: measured = -1 for the series, else 0 .. frames_measured-1 for
+ * one frame. Also: WRONG_STATE before finish, NOT_FOUND (channel; nothing was measured, or past the
+ * last). */
+BCCSPLAT_API bccsplat_status bccsplat_writer_get_error(const bccsplat_writer* writer,
+    uint32_t channel, int64_t measured, bccsplat_error_report* error);
 BCCSPLAT_API void bccsplat_writer_retain(bccsplat_writer* writer);
 /* The last release without finish leaves no file. */
 BCCSPLAT_API void bccsplat_writer_release(bccsplat_writer* writer);
@@ -706,23 +831,20 @@ typedef struct bccsplat_join_options {
   bccsplat_cancel_token* cancel_token; /* NULL: none */
 } bccsplat_join_options;
 
-/* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory does not
- * depend on their size. The file is the same byte for byte as one written without parts by the same version,
- * each frame's channels added in order. INVALID_ARGUMENT, naming the files and frames, when they are not
- * parts of one series, or a frame is in none or in two of them; BOUND_NOT_MET when the series misses the psnr
- * of its options. Also: opening, writing. options and report may be NULL; the report's
- * slabs_reused are those joined. */
+/* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory
+ * does not depend on their size. The file is the same byte for byte as one written without parts by
+ * the same version, each frame's channels added in order. INVALID_ARGUMENT, naming the files and
+ * frames, when they are not parts of one series, or a frame is in none or in two of them;
+ * BOUND_NOT_MET when the series misses the psnr of its options. Also: opening, writing. options and
+ * report may be NULL; the report's slabs_reused are those joined. */
 BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count,
-                                                 const char* const* parts, const char* path,
-                                                 const bccsplat_join_options* options,
-                                                 bccsplat_writer_report* report);
-/* The same from `count` streams of a host into another one, with the same bytes; texts name the parts by
- * their place in `parts`, from 0 on. Also: as above. */
+    const char* const* parts, const char* path, const bccsplat_join_options* options,
+    bccsplat_writer_report* report);
+/* The same from `count` streams of a host into another one, with the same bytes; texts name the
+ * parts by their place in `parts`, from 0 on. Also: as above. */
 BCCSPLAT_API bccsplat_status bccsplat_join_streams(bccsplat_device* device, uint64_t count,
-                                                   const bccsplat_read_stream* parts,
-                                                   const bccsplat_write_stream* stream,
-                                                   const bccsplat_join_options* options,
-                                                   bccsplat_writer_report* report);
+    const bccsplat_read_stream* parts, const bccsplat_write_stream* stream,
+    const bccsplat_join_options* options, bccsplat_writer_report* report);
 
 /* ---- Volume: an open .bcc4 ---- */
 
@@ -730,112 +852,152 @@ typedef struct bccsplat_volume bccsplat_volume;
 
 typedef struct bccsplat_volume_options {
   uint32_t struct_size;
-  int32_t salvage; /* non-zero: damaged parts of the file read as holes instead of failing; a damaged mask of
-                      missing samples is that of the nearest frame whose mask is whole, or where there is none
-                      nothing counts as missing; nothing else of it is lost, but that of coefficients their
-                      kernel's reach around is. The preamble, the metadata and the list of index pages must be
-                      whole */
-  const char* kernel;   /* reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC),
-                           paper, gauss09 or SPACE+TIME such as "radial18+b3" */
-  uint64_t cache_bytes; /* for decoded chunks, samples and coefficients; 0: what the series needs to play
-                           forward by up to half a frame at a time with nothing decoded or prefiltered twice,
-                           but not more than a quarter of the budget and half of the machine's memory; at
-                           least a quarter of the budget, up to 1 GiB */
-  bccsplat_cancel_token* cancel_token; /* NULL: none; looked at by open, too */
+  /* Non-zero: damaged parts of the file read as holes instead of failing; a damaged mask of missing
+   * samples is that of the nearest frame whose mask is whole, or where there is none nothing counts
+   * as missing; nothing else of it is lost, but that of coefficients their kernel's reach around
+   * is. The preamble, the metadata and the list of index pages must be whole. */
+  int32_t salvage;
+  /* Reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC), paper,
+   * gauss09 or SPACE+TIME such as "radial18+b3". */
+  const char* kernel;
+  /* For decoded chunks, samples and coefficients; 0: what the series needs to play forward by up to
+   * half a frame at a time with nothing decoded or prefiltered twice, but not more than a quarter
+   * of the budget and half of the machine's memory; at least a quarter of the budget, up to 1
+   * GiB. */
+  uint64_t cache_bytes;
+  /* NULL: none; looked at by open, too. */
+  bccsplat_cancel_token* cancel_token;
 } bccsplat_volume_options;
 
 typedef struct bccsplat_volume_info {
   uint32_t struct_size;
-  int32_t lattice;      /* BCCSPLAT_LATTICE_... */
-  uint64_t dims[4];     /* source samples per axis */
-  uint64_t cc_samples;  /* product of dims */
-  uint64_t sites_total; /* lattice sites per channel, those outside the faces not counted */
+  bccsplat_lattice lattice;
+  /* Source samples per axis. */
+  uint64_t dims[4];
+  /* Product of dims. */
+  uint64_t cc_samples;
+  /* Lattice sites per channel, those outside the faces not counted. */
+  uint64_t sites_total;
   uint64_t layer_count;
-  double scale; /* lattice distance in source samples as asked for; where those along x, y and z differ
-                   their geometric mean */
+  /* Lattice distance in source samples as asked for; where those along x, y and z differ their
+   * geometric mean. */
+  double scale;
   double time_scale;
-  double affine[16];        /* index space -> world */
-  double time_first;        /* of frame 0 */
-  double time_last;         /* of frame dims[3] - 1 */
-  double mean_voxel;        /* cube root of a voxel's world volume */
-  const char* spatial_unit; /* "" when unknown */
+  /* Index space -> world. */
+  double affine[16];
+  /* Of frame 0. */
+  double time_first;
+  /* Of frame dims[3] - 1. */
+  double time_last;
+  /* Cube root of a voxel's world volume. */
+  double mean_voxel;
+  /* "" when unknown. */
+  const char* spatial_unit;
   const char* time_unit;
-  const char* kernel; /* canonical name of the kernel in use */
+  /* Canonical name of the kernel in use. */
+  const char* kernel;
   const char* recommended_kernel;
   uint32_t channel_count;
-  int32_t time_uniform; /* 1: equal steps */
-  int32_t store;        /* BCCSPLAT_STORE_... */
+  /* 1: equal steps. */
+  int32_t time_uniform;
+  bccsplat_store store;
   int32_t has_holes;
   uint64_t bytes_file;
   uint64_t bytes_runs;
   uint64_t bytes_values;
   uint64_t bytes_index;
-  uint64_t bytes_read; /* from the file so far, through this handle */
+  /* From the file so far, through this handle. */
+  uint64_t bytes_read;
   uint64_t attribute_count;
-  uint64_t part_first; /* of a part of a series: its frames are part_first .. part_end-1, the rest is air */
-  uint64_t part_end;   /* 0: a whole file */
-  double scales[4];    /* lattice distance as it is, along x, y, z in source samples and along t in frames;
-                          of a volume without time 0 along t */
-  uint32_t planes_before[3]; /* planes of the lattice outside the first sample along x, y, z */
-  uint32_t planes_behind[3]; /* and outside the last */
-  uint64_t sites_outside;    /* lattice sites per channel on these planes */
-  uint32_t level_count;      /* coarser levels, 1 .. level_count beside level 0; see get_level_info */
-  uint32_t time_periodic;    /* 1: the last frame leads to the first (BCCSPLAT_ENDS_PERIODIC), and times and
-                                indices go on to time_end and dims[3], which are those of frame 0 again */
-  double time_end; /* of the last moment that can be looked at: time_last, and where time_periodic the
-                      mean distance of the frames later */
-  uint64_t frames_expected; /* of a series that is being written, or was left unfinished: the frames it is to
-                               have, dims[3] where that is not known; dims[3] are those that can be looked at.
-                               Opened again it may have more. 0: finished */
-  uint32_t periodic_axes; /* BCCSPLAT_PERIODIC_..., the sum: along these indices go on to dims[axis], which is
-                             that of sample 0 again */
-  uint32_t reserved;      /* 0 */
+  /* Of a part of a series: its frames are part_first .. part_end-1, the rest is air. */
+  uint64_t part_first;
+  /* 0: a whole file. */
+  uint64_t part_end;
+  /* Lattice distance as it is, along x, y, z in source samples and along t in frames; of a volume
+   * without time 0 along t. */
+  double scales[4];
+  /* Planes of the lattice outside the first sample along x, y, z. */
+  uint32_t planes_before[3];
+  /* And outside the last. */
+  uint32_t planes_behind[3];
+  /* Lattice sites per channel on these planes. */
+  uint64_t sites_outside;
+  /* Coarser levels, 1 .. level_count beside level 0; see get_level_info. */
+  uint32_t level_count;
+  /* 1: the last frame leads to the first (BCCSPLAT_ENDS_PERIODIC), and times and indices go on to
+   * time_end and dims[3], which are those of frame 0 again. */
+  uint32_t time_periodic;
+  /* Of the last moment that can be looked at: time_last, and where time_periodic the mean distance
+   * of the frames later. */
+  double time_end;
+  /* Of a series that is being written, or was left unfinished: the frames it is to have, dims[3]
+   * where that is not known; dims[3] are those that can be looked at. Opened again it may have
+   * more. 0: finished. */
+  uint64_t frames_expected;
+  /* BCCSPLAT_PERIODIC_..., the sum: along these indices go on to dims[axis], which is that of
+   * sample 0 again. */
+  uint32_t periodic_axes;
+  /* 0 */
+  uint32_t reserved;
 } bccsplat_volume_info;
 
 /* A level of a volume; level 0 is the one that all of the volume's information is about. */
 typedef struct bccsplat_level_info {
   uint32_t struct_size;
   uint32_t reserved;
-  double scales[4]; /* lattice distance as it is, as in bccsplat_volume_info */
+  /* Lattice distance as it is, as in bccsplat_volume_info. */
+  double scales[4];
   uint64_t layer_count;
-  uint64_t sites_total; /* lattice sites per channel, those outside the faces not counted */
-  uint64_t sites_kept;  /* of all channels, those outside the faces counted */
-  uint64_t bytes;       /* of its samples in the file, without the index */
-  double relative_rmse; /* of what the level gives at source samples, measured at some of them while the file
-                           was written: the largest of any channel, each in units of its source's range; 0:
-                           not measured. Of level 0 where the file has levels or a bound */
+  /* Lattice sites per channel, those outside the faces not counted. */
+  uint64_t sites_total;
+  /* Of all channels, those outside the faces counted. */
+  uint64_t sites_kept;
+  /* Of its samples in the file, without the index. */
+  uint64_t bytes;
+  /* Of what the level gives at source samples, measured at some of them while the file was written:
+   * the largest of any channel, each in units of its source's range; 0: not measured. Of level 0
+   * where the file has levels or a bound. */
+  double relative_rmse;
 } bccsplat_level_info;
 
 typedef struct bccsplat_channel_info {
   uint32_t struct_size;
-  int32_t value_type; /* BCCSPLAT_TYPE_... on disk */
+  /* On disk. */
+  bccsplat_type value_type;
   const char* name;
   const char* unit;
   double air;
   double air_threshold;
-  double value_scale; /* value = stored * value_scale + value_offset */
+  /* value = stored * value_scale + value_offset. */
+  double value_scale;
   double value_offset;
-  double range[2];      /* smallest and largest source value */
-  double kept_range[2]; /* of the stored samples */
-  double percentile_2;  /* of the stored samples, from a 256-bin histogram over kept_range */
+  /* Smallest and largest source value. */
+  double range[2];
+  /* Of the stored samples. */
+  double kept_range[2];
+  /* Of the stored samples, from a 256-bin histogram over kept_range. */
+  double percentile_2;
   double percentile_998;
   uint64_t sites_kept;
   uint64_t cc_relevant;
   uint64_t holes;
-  uint64_t histogram[256]; /* stored samples per bin over kept_range, the last bin closed */
-  int32_t source_type;
+  /* Stored samples per bin over kept_range, the last bin closed. */
+  uint64_t histogram[256];
+  bccsplat_type source_type;
   int32_t reserved;
-  double error_bound; /* with the recommended kernel no finite source sample is off by more; 0: none was asked
-                         for */
-  /* Of files with a bound: measured at the finite source samples, of the lattice alone and with corrections.
-     The range of the source is the peak of their PSNR. 0: not measured. */
+  /* With the recommended kernel no finite source sample is off by more; 0: none was asked for. */
+  double error_bound;
+  /* Of files with a bound: measured at the finite source samples, of the lattice alone and with
+   * corrections. The range of the source is the peak of their PSNR. 0: not measured. */
   double lattice_rmse;
   double lattice_max_abs;
   double rmse;
   double max_abs;
-  uint64_t corrections; /* source samples with one */
-  uint64_t missing; /* source samples that the file's masks say are missing; of files whose lattice has holes
-                       instead 0 */
+  /* Source samples with one. */
+  uint64_t corrections;
+  /* Source samples that the file's masks say are missing; of files whose lattice has holes instead
+   * 0. */
+  uint64_t missing;
 } bccsplat_channel_info;
 
 /* What a full check of the checksums found. */
@@ -845,134 +1007,141 @@ typedef struct bccsplat_verify_report {
   uint64_t chunks;
   uint64_t chunks_damaged;
   uint64_t bytes_checked;
-  uint64_t first_damaged_offset; /* file offset; 0 when none */
-  uint64_t damages; /* places that do not check out: chunks, index pages, records; 0: the file is sound */
+  /* File offset; 0 when none. */
+  uint64_t first_damaged_offset;
+  /* Places that do not check out: chunks, index pages, records; 0: the file is sound. */
+  uint64_t damages;
 } bccsplat_verify_report;
 
-/* Opens a file; reads its index roots only, and tells no progress of that. options may be NULL. Also:
- * opening, NOT_FOUND (kernel). */
+/* Opens a file; reads its index roots only, and tells no progress of that. options may be NULL.
+ * Also: opening, NOT_FOUND (kernel). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_file(bccsplat_device* device, const char* path,
-                                                       const bccsplat_volume_options* options,
-                                                       bccsplat_volume** volume);
+    const bccsplat_volume_options* options, bccsplat_volume** volume);
 /* `bytes` is borrowed until the last release of the volume and its slices. Also: as above. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_memory(bccsplat_device* device, const void* bytes,
-                                                         uint64_t size,
-                                                         const bccsplat_volume_options* options,
-                                                         bccsplat_volume** volume);
+    uint64_t size, const bccsplat_volume_options* options, bccsplat_volume** volume);
 /* A read_at that gives fewer bytes than it was asked for is not asked again: the file ends there
  * (TRUNCATED). Also: as above. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device,
-                                                         const bccsplat_read_stream* stream,
-                                                         const bccsplat_volume_options* options,
-                                                         bccsplat_volume** volume);
+    const bccsplat_read_stream* stream, const bccsplat_volume_options* options,
+    bccsplat_volume** volume);
 BCCSPLAT_API void bccsplat_volume_retain(bccsplat_volume* volume);
 BCCSPLAT_API void bccsplat_volume_release(bccsplat_volume* volume);
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume,
-                                                      bccsplat_volume_info* info);
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_info(
+    const bccsplat_volume* volume, bccsplat_volume_info* info);
 /* Reads the index of the level. Also: NOT_FOUND beyond level_count, reading. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, uint32_t level,
-                                                            bccsplat_level_info* info);
-/* Reads the tables of its corrections and masks, to count them. Also: NOT_FOUND past the last channel,
- * reading. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, uint32_t channel,
-                                                              bccsplat_channel_info* info);
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_level_info(
+    const bccsplat_volume* volume, uint32_t level, bccsplat_level_info* info);
+/* Reads the tables of its corrections and masks, to count them. Also: NOT_FOUND past the last
+ * channel, reading. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_channel_info(
+    const bccsplat_volume* volume, uint32_t channel, bccsplat_channel_info* info);
 /* Index of the channel of that name. Also: NOT_FOUND. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_find_channel(const bccsplat_volume* volume, const char* name,
-                                                          uint32_t* channel);
-/* Writes min(capacity, dims[3]) frame times; times may be NULL when capacity is 0. count (may be NULL) gets
- * dims[3]. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_times(const bccsplat_volume* volume, double* times,
-                                                       uint64_t capacity, uint64_t* count);
-/* Smallest and largest finite value that the source had in each frame, 0 twice in one without any: writes the
- * first min(capacity, count) pairs; ranges: 2 x capacity doubles, may be NULL when capacity is 0. count (may
- * be NULL) gets dims[3], or 0 where the file does not tell: of layers, fields and parts. Reads nothing. Also:
- * NOT_FOUND past the last channel. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_frame_ranges(const bccsplat_volume* volume, uint32_t channel,
-                                                              double* ranges, uint64_t capacity,
-                                                              uint64_t* count);
-/* Time unit -> frame index and back; monotone cubic between uneven times. Also: OUT_OF_DOMAIN outside the
- * series, 0 to time_end and its index. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_time_to_index(const bccsplat_volume* volume, double time,
-                                                           double* index);
-BCCSPLAT_API bccsplat_status bccsplat_volume_index_to_time(const bccsplat_volume* volume, double index,
-                                                           double* time);
-/* Attribute by index, 0 .. attribute_count-1, or by key; the strings belong to the volume. Also: NOT_FOUND.
- */
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_attribute(const bccsplat_volume* volume, uint64_t index,
-                                                           const char** key, const char** value);
-BCCSPLAT_API bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volume* volume, const char* key,
-                                                            const char** value);
-/* Where the data came from, by index from 0 on: name, size in bytes, CRC-32 (0: unknown); each output may be
- * NULL. The string belongs to the volume. Also: NOT_FOUND past the last. */
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* volume, uint64_t index,
-                                                        const char** name, uint64_t* bytes, uint32_t* crc32);
-/* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats. gradients: NULL or
- * n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is evaluated even when the call
- * fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A static volume ignores t. Where a file was
- * written with FACES_MIRROR or ENDS_MIRROR the field is mirrored at its ends for the kernel's sake: within
- * three samples of such an end it is less accurate where the field is not level there, in values and
- * derivatives alike. The token of the volume cancels it; for progress a host hands over its points in parts.
- * Also: reading, OUT_OF_DOMAIN, HOLE, UNSUPPORTED (a kernel that this lattice has not). */
-BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(const bccsplat_volume* volume, uint64_t n,
-                                                      const double* xyzt, float* values, float* gradients);
+BCCSPLAT_API bccsplat_status bccsplat_volume_find_channel(
+    const bccsplat_volume* volume, const char* name, uint32_t* channel);
+/* Writes min(capacity, dims[3]) frame times; times may be NULL when capacity is 0. count (may be
+ * NULL) gets dims[3]. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_times(
+    const bccsplat_volume* volume, double* times, uint64_t capacity, uint64_t* count);
+/* Smallest and largest finite value that the source had in each frame, 0 twice in one without any:
+ * writes the first min(capacity, count) pairs; ranges: 2 x capacity doubles, may be NULL when
+ * capacity is 0. count (may be NULL) gets dims[3], or 0 where the file does not tell: of layers,
+ * fields and parts. Reads nothing. Also: NOT_FOUND past the last channel. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_frame_ranges(const bccsplat_volume* volume,
+    uint32_t channel, double* ranges, uint64_t capacity, uint64_t* count);
+/* Time unit -> frame index and back; monotone cubic between uneven times. Also: OUT_OF_DOMAIN
+ * outside the series, 0 to time_end and its index. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_time_to_index(
+    const bccsplat_volume* volume, double time, double* index);
+BCCSPLAT_API bccsplat_status bccsplat_volume_index_to_time(
+    const bccsplat_volume* volume, double index, double* time);
+/* Attribute by index, 0 .. attribute_count-1, or by key; the strings belong to the volume. Also:
+ * NOT_FOUND. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_attribute(
+    const bccsplat_volume* volume, uint64_t index, const char** key, const char** value);
+BCCSPLAT_API bccsplat_status bccsplat_volume_find_attribute(
+    const bccsplat_volume* volume, const char* key, const char** value);
+/* Where the data came from, by index from 0 on: name, size in bytes, CRC-32 (0: unknown); each
+ * output may be NULL. The string belongs to the volume. Also: NOT_FOUND past the last. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* volume,
+    uint64_t index, const char** name, uint64_t* bytes, uint32_t* crc32);
+/* The field of channel 0 at n points. xyzt: n x 4 doubles, index space. values: n floats.
+ * gradients: NULL or n x 4 floats, d/dx d/dy d/dz d/dt in value per index unit. Every point is
+ * evaluated even when the call fails with OUT_OF_DOMAIN or HOLE: the points concerned get NaN. A
+ * static volume ignores t. Where a file was written with FACES_MIRROR or ENDS_MIRROR the field is
+ * mirrored at its ends for the kernel's sake: within three samples of such an end it is less
+ * accurate where the field is not level there, in values and derivatives alike. The token of the
+ * volume cancels it; for progress a host hands over its points in parts. Also: reading,
+ * OUT_OF_DOMAIN, HOLE, UNSUPPORTED (a kernel that this lattice has not). */
+BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(
+    const bccsplat_volume* volume, uint64_t n, const double* xyzt, float* values, float* gradients);
 /* The same for any channel. Also: NOT_FOUND (channel). */
-BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume, uint32_t channel,
-                                                              uint64_t n, const double* xyzt, float* values,
-                                                              float* gradients);
-/* Reads the whole file and checks every checksum and structural rule. OK even when damage is found: see the
- * report. The device's log gets a line for each damage, which says where it is and which samples and frames
- * are lost, and one for what is whole. progress may be NULL. Also: IO, WOULD_BLOCK. */
+BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_volume* volume,
+    uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients);
+/* Reads the whole file and checks every checksum and structural rule. OK even when damage is found:
+ * see the report. The device's log gets a line for each damage, which says where it is and which
+ * samples and frames are lost, and one for what is whole. progress may be NULL. Also: IO,
+ * WOULD_BLOCK. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume,
-                                                    bccsplat_progress_fn progress, void* progress_user,
-                                                    bccsplat_verify_report* report);
+    bccsplat_progress_fn progress, void* progress_user, bccsplat_verify_report* report);
 
 typedef struct bccsplat_recode_options {
   uint32_t struct_size;
-  int32_t overwrite;  /* non-zero: replace an existing file */
-  int32_t store;      /* BCCSPLAT_STORE_...; DEFAULT: as the file does */
-  int32_t value_type; /* as in bccsplat_channel_options; DEFAULT: steps of the same value as the file's */
-  double value_step;  /* value of one code of integer types; 0: that of the file */
-  const char* kernel; /* of the coefficients, and recommended; NULL: the file's */
-  int32_t format;     /* highest version of the format that the new file may need, 1 to 3; 0: any. Up to 2 the
-                         planes outside the faces are left out, as of FACES_MIRROR */
-  int32_t reserved;   /* 0 */
-  bccsplat_progress_fn progress; /* NULL: none */
+  /* Non-zero: replace an existing file. */
+  int32_t overwrite;
+  /* DEFAULT: as the file does. */
+  bccsplat_store store;
+  /* As in bccsplat_channel_options; DEFAULT: steps of the same value as the file's. */
+  bccsplat_type value_type;
+  /* Value of one code of integer types; 0: that of the file. */
+  double value_step;
+  /* Of the coefficients, and recommended; NULL: the file's. */
+  const char* kernel;
+  /* Highest version of the format that the new file may need, 1 to 3; 0: any. Up to 2 the planes
+   * outside the faces are left out, as of FACES_MIRROR. */
+  int32_t format;
+  /* 0 */
+  int32_t reserved;
+  /* NULL: none. */
+  bccsplat_progress_fn progress;
   void* progress_user;
-  bccsplat_cancel_token* cancel_token; /* NULL: none */
+  /* NULL: none. */
+  bccsplat_cancel_token* cancel_token;
 } bccsplat_recode_options;
 
-/* Writes an open file anew at `path`, without its source: samples become coefficients or the reverse, another
- * kernel, another step, a file that older readers know. Samples become coefficients as they would at import;
- * coefficients become samples by the value of their kernel at the sites. What the file says of its source
- * stays; corrections and the bound they kept belong to the old numbers and are left out. UNSUPPORTED for a
- * part of a series, for kernels whose coefficients cannot be stored, and where the format would have to be
- * newer than asked for; INVALID_ARGUMENT where a type cannot hold the range. Also: NOT_FOUND (kernel),
- * reading, writing. options and report may be NULL. */
+/* Writes an open file anew at `path`, without its source: samples become coefficients or the
+ * reverse, another kernel, another step, a file that older readers know. Samples become
+ * coefficients as they would at import; coefficients become samples by the value of their kernel at
+ * the sites. What the file says of its source stays; corrections and the bound they kept belong to
+ * the old numbers and are left out. UNSUPPORTED for a part of a series, for kernels whose
+ * coefficients cannot be stored, and where the format would have to be newer than asked for;
+ * INVALID_ARGUMENT where a type cannot hold the range. Also: NOT_FOUND (kernel), reading, writing.
+ * options and report may be NULL. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_recode(const bccsplat_volume* volume, const char* path,
-                                                    const bccsplat_recode_options* options,
-                                                    bccsplat_writer_report* report);
+    const bccsplat_recode_options* options, bccsplat_writer_report* report);
 /* The same into a host's stream, with the same bytes. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_recode_stream(const bccsplat_volume* volume,
-                                                           const bccsplat_write_stream* stream,
-                                                           const bccsplat_recode_options* options,
-                                                           bccsplat_writer_report* report);
+    const bccsplat_write_stream* stream, const bccsplat_recode_options* options,
+    bccsplat_writer_report* report);
 
 /* ---- Slice: the 3D field on a hyperplane ---- */
 
 typedef struct bccsplat_slice bccsplat_slice;
 
-/* a x + b y + c z + d t + e = 0 in index space; (a, b, c, d) any length but zero, e no more than 1e30 times
- * that. A time slice at frame f: d = 1, e = -f. */
+/* a x + b y + c z + d t + e = 0 in index space; (a, b, c, d) any length but zero, e no more than
+ * 1e30 times that. A time slice at frame f: d = 1, e = -f. */
 typedef struct bccsplat_hyperplane {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
   double a, b, c, d, e;
 } bccsplat_hyperplane;
 
-/* A slab holds, at each point of the hyperplane, the field's mean, its integral (SUM: value times index
- * units) or its largest value along the normal. Mean and sum of merged slices are exact (integrals of the
- * kernel); else they are Gauss-Legendre quadrature with 1.5 nodes per index unit and 3 more. MAXIMUM is the
- * largest value at the nodes of that quadrature, which stand at most 0.8 index units apart. */
+/* A slab holds, at each point of the hyperplane, the field's mean, its integral (SUM: value times
+ * index units) or its largest value along the normal. Mean and sum of merged slices are exact
+ * (integrals of the kernel); else they are Gauss-Legendre quadrature with 1.5 nodes per index unit
+ * and 3 more. MAXIMUM is the largest value at the nodes of that quadrature, which stand at most 0.8
+ * index units apart. */
+typedef int32_t bccsplat_slab;
 enum {
   BCCSPLAT_SLAB_DEFAULT = 0, /* MEAN */
   BCCSPLAT_SLAB_MEAN = 1,
@@ -980,23 +1149,26 @@ enum {
   BCCSPLAT_SLAB_MAXIMUM = 3
 };
 
-/* Corrections of a file (bccsplat_writer_options.abs_error) are part of the field under the kernel they were
- * made for: of values and gradients, slices, pictures, trails. Time slices have them exactly. Other slices
- * are mended at points 1 index unit apart, from the first corner of their box on, to within a 32nd of the
- * bound of what the volume's field is there: x, y and z slices through source samples so keep the bound.
- * EXTRACTED slices, other kernels and the coarser slices that small pictures are drawn from
- * (SKIP_FINE_DETAIL) have none.
+/* Corrections of a file (bccsplat_writer_options.abs_error) are part of the field under the kernel
+ * they were made for: of values and gradients, slices, pictures, trails. Time slices have them
+ * exactly. Other slices are mended at points 1 index unit apart, from the first corner of their box
+ * on, to within a 32nd of the bound of what the volume's field is there: x, y and z slices through
+ * source samples so keep the bound. EXTRACTED slices, other kernels and the coarser slices that
+ * small pictures are drawn from (SKIP_FINE_DETAIL) have none.
  *
  * How a slice is made. DEFAULT is MERGED where that can be, else RESAMPLED.
- *   MERGED     t, x, y or z = constant: the layers or planes of sites in reach, weighted; the slice is on the
- *              volume's lattice. Exact for time slices; an axis slice is the time slice of the volume with
- * its axes turned, under the kernel turned with them. In files that store coefficients time slices only.
- *   RESAMPLED  the 4D field at the sites of a lattice in the hyperplane, then interpolated. With the kernel
- *              "paper" this is equation (6) of Neophytou & Mueller 2002.
- *   EXTRACTED  their extraction, for comparison: every 4D point within 2 T of the hyperplane, weighted by its
- *              distance and splatted as a 3D Gaussian exp(-2 r^2). Series on D4* only, without thickness,
- *              interval, spacing and lattice; the slice can be sampled, without gradients, but not rendered.
+ *   MERGED     t, x, y or z = constant: the layers or planes of sites in reach, weighted; the slice
+ *              is on the volume's lattice. Exact for time slices; an axis slice is the time slice
+ *              of the volume with its axes turned, under the kernel turned with them. In files that
+ *              store coefficients time slices only.
+ *   RESAMPLED  the 4D field at the sites of a lattice in the hyperplane, then interpolated. With
+ *              the kernel "paper" this is equation (6) of Neophytou & Mueller 2002.
+ *   EXTRACTED  their extraction, for comparison: every 4D point within 2 T of the hyperplane,
+ *              weighted by its distance and splatted as a 3D Gaussian exp(-2 r^2). Series on D4*
+ *              only, without thickness, interval, spacing and lattice; the slice can be sampled,
+ *              without gradients, but not rendered.
  */
+typedef int32_t bccsplat_method;
 enum {
   BCCSPLAT_METHOD_DEFAULT = 0,
   BCCSPLAT_METHOD_MERGED = 1,
@@ -1007,58 +1179,80 @@ enum {
 typedef struct bccsplat_slice_options {
   uint32_t struct_size;
   uint32_t channel;
-  const char* kernel; /* NULL: the volume's */
-  double interval[2]; /* frames relative to the hyperplane's, begin <= 0 <= end allowed in any mix: the slice
-                         holds the mean over [t+begin, t+end], clipped to the series; where time is periodic
-                         it goes round, up to a turn before frame 0 and a turn behind the end. Both 0: the
-                         instant. Time slices only. */
-  double spacing;     /* of the target lattice in index units, up to the largest of dims; 0: 1, and less along
-                         axes where the volume's lattice is finer. Any other (for time slices but 1)
-                         resamples; LIMIT_EXCEEDED where it makes more than 1e6 planes along an axis */
-  double time_length; /* world units that one frame is drawn as off the time axis, at least 1e-30; 0: one mean
-                         voxel */
-  int32_t lattice;    /* target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC */
-  uint32_t level; /* of the volume: 0 all of it; l of 1 .. level_count what its coarser lattice l holds, an
-                     eighth of the points and of the work for each, without the file's corrections;
-                     NOT_FOUND beyond. A slice that is resampled has the same spacing at every level */
-  bccsplat_progress_fn progress; /* NULL: none; about the share of the work done, 1 at success */
+  /* NULL: the volume's. */
+  const char* kernel;
+  /* Frames relative to the hyperplane's, begin <= 0 <= end allowed in any mix: the slice holds the
+   * mean over [t+begin, t+end], clipped to the series; where time is periodic it goes round, up to
+   * a turn before frame 0 and a turn behind the end. Both 0: the instant. Time slices only. */
+  double interval[2];
+  /* Of the target lattice in index units, up to the largest of dims; 0: 1, and less along axes
+   * where the volume's lattice is finer. Any other (for time slices but 1) resamples;
+   * LIMIT_EXCEEDED where it makes more than 1e6 planes along an axis. */
+  double spacing;
+  /* World units that one frame is drawn as off the time axis, at least 1e-30; 0: one mean voxel. */
+  double time_length;
+  /* Target: BCC or CC; DEFAULT: the volume's where the slice is merged, else BCC. */
+  bccsplat_lattice lattice;
+  /* Of the volume: 0 all of it; l of 1 .. level_count what its coarser lattice l holds, an eighth
+   * of the points and of the work for each, without the file's corrections; NOT_FOUND beyond. A
+   * slice that is resampled has the same spacing at every level. */
+  uint32_t level;
+  /* NULL: none; about the share of the work done, 1 at success. */
+  bccsplat_progress_fn progress;
   void* progress_user;
-  double thickness; /* of a slab centred on the hyperplane, in index units along the unit normal (frames for
-                       time slices), clipped to the domain, time slices as an interval is; 0: none; what
-                       is sampled across more than 2000 index units is LIMIT_EXCEEDED. Excludes interval. */
-  const double* point; /* 4 doubles, index space: the origin of slice space. NULL: chosen, with the basis */
-  const double* basis; /* 3 x 4 doubles: directions of u, v, w in index space, any lengths, orthonormalised in
-                          order. With point and basis, which are copied, the slice is resampled on a lattice
-                          along them, and hyperplane must be NULL. */
-  int32_t slab;        /* BCCSPLAT_SLAB_... */
-  int32_t method;      /* BCCSPLAT_METHOD_... */
-  const double* box; /* 6 doubles, which are copied: x0 y0 z0 x1 y1 z1 in index units, clipped to the samples;
-                        one that misses them is OUT_OF_DOMAIN. The slice is that part of a merged time slice,
-                        ends included, and costs what the part costs: only chunks up to about two dozen sites
-                        around it are read. It has the values of the whole slice. A volume keeps a cache for
-                        the last box of a channel and kernel beside that for the whole. NULL: all of it. */
-  bccsplat_cancel_token* cancel_token; /* NULL: none */
+  /* Of a slab centred on the hyperplane, in index units along the unit normal (frames for time
+   * slices), clipped to the domain, time slices as an interval is; 0: none; what is sampled across
+   * more than 2000 index units is LIMIT_EXCEEDED. Excludes interval. */
+  double thickness;
+  /* 4 doubles, index space: the origin of slice space. NULL: chosen, with the basis. */
+  const double* point;
+  /* 3 x 4 doubles: directions of u, v, w in index space, any lengths, orthonormalised in order.
+   * With point and basis, which are copied, the slice is resampled on a lattice along them, and
+   * hyperplane must be NULL. */
+  const double* basis;
+  bccsplat_slab slab;
+  bccsplat_method method;
+  /* 6 doubles, which are copied: x0 y0 z0 x1 y1 z1 in index units, clipped to the samples; one that
+   * misses them is OUT_OF_DOMAIN. The slice is that part of a merged time slice, ends included, and
+   * costs what the part costs: only chunks up to about two dozen sites around it are read. It has
+   * the values of the whole slice. A volume keeps a cache for the last box of a channel and kernel
+   * beside that for the whole. NULL: all of it. */
+  const double* box;
+  /* NULL: none. */
+  bccsplat_cancel_token* cancel_token;
 } bccsplat_slice_options;
 
 typedef struct bccsplat_slice_info {
   uint32_t struct_size;
-  int32_t lattice;      /* BCC or CC */
-  double hyperplane[5]; /* normalised */
-  double origin[4];     /* index space of slice space (0, 0, 0) */
-  double basis[3][4];   /* orthonormal directions of u, v, w in index space; of an axis slice the axes that
-                           are left, in the order x, y, z, t (x = constant: u, v, w are y, z, t) */
-  double extent[3][2];  /* domain in slice space; of an empty slice it ends before it begins */
-  uint64_t dims[3];     /* samples of the dense box at the source's resolution: sample i at slice coordinate
-                           extent[.][0] + i; 0 for an empty slice; n + 1 along a periodic axis of n samples,
-                           the last of which is the first again */
-  double affine[16];    /* slice space -> world, row-major */
-  double bounds[2];     /* no value of the slice lies outside */
+  /* BCC or CC. */
+  bccsplat_lattice lattice;
+  /* Normalised. */
+  double hyperplane[5];
+  /* Index space of slice space (0, 0, 0). */
+  double origin[4];
+  /* Orthonormal directions of u, v, w in index space; of an axis slice the axes that are left, in
+   * the order x, y, z, t (x = constant: u, v, w are y, z, t). */
+  double basis[3][4];
+  /* Domain in slice space; of an empty slice it ends before it begins. */
+  double extent[3][2];
+  /* Samples of the dense box at the source's resolution: sample i at slice coordinate extent[.][0]
+   * + i; 0 for an empty slice; n + 1 along a periodic axis of n samples, the last of which is the
+   * first again. */
+  uint64_t dims[3];
+  /* Slice space -> world, row-major. */
+  double affine[16];
+  /* No value of the slice lies outside. */
+  double bounds[2];
   double air;
-  uint64_t points;     /* lattice points that take part */
-  uint64_t bytes_read; /* from the file, to make this slice */
-  double milliseconds; /* it took */
+  /* Lattice points that take part. */
+  uint64_t points;
+  /* From the file, to make this slice. */
+  uint64_t bytes_read;
+  /* It took. */
+  double milliseconds;
   const char* kernel;
-  uint32_t level; /* of the volume, that it is made of */
+  /* Of the volume, that it is made of. */
+  uint32_t level;
   uint32_t reserved;
 } bccsplat_slice_info;
 
@@ -1071,79 +1265,81 @@ typedef struct bccsplat_grid {
   uint64_t dims[3];
 } bccsplat_grid;
 
-/* Cuts a hyperplane. options may be NULL. OUT_OF_DOMAIN: a time outside the series; another hyperplane that
- * misses the domain gives an empty slice: no points, dims 0, every sample NaN. INVALID_ARGUMENT: a zero or
- * non-finite normal, a basis whose directions depend on each other, options that exclude each other.
- * UNSUPPORTED: a method, slab or interval that this hyperplane or volume cannot have. Also: NOT_FOUND
- * (channel, kernel, level), LIMIT_EXCEEDED, reading. */
+/* Cuts a hyperplane. options may be NULL. OUT_OF_DOMAIN: a time outside the series; another
+ * hyperplane that misses the domain gives an empty slice: no points, dims 0, every sample NaN.
+ * INVALID_ARGUMENT: a zero or non-finite normal, a basis whose directions depend on each other,
+ * options that exclude each other. UNSUPPORTED: a method, slab or interval that this hyperplane or
+ * volume cannot have. Also: NOT_FOUND (channel, kernel, level), LIMIT_EXCEEDED, reading. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_create(const bccsplat_volume* volume,
-                                                   const bccsplat_hyperplane* hyperplane,
-                                                   const bccsplat_slice_options* options,
-                                                   bccsplat_slice** slice);
-/* Reads and makes what bccsplat_slice_create would with the same arguments, and leaves it in the volume's
- * cache, as far as that holds it: for an idle thread of the host's, ahead of a moment that will be asked for.
- * Returns when that is done. Also: as there; UNSUPPORTED: what is no merged time slice. */
+    const bccsplat_hyperplane* hyperplane, const bccsplat_slice_options* options,
+    bccsplat_slice** slice);
+/* Reads and makes what bccsplat_slice_create would with the same arguments, and leaves it in the
+ * volume's cache, as far as that holds it: for an idle thread of the host's, ahead of a moment that
+ * will be asked for. Returns when that is done. Also: as there; UNSUPPORTED: what is no merged time
+ * slice. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_prefetch(const bccsplat_volume* volume,
-                                                      const bccsplat_hyperplane* hyperplane,
-                                                      const bccsplat_slice_options* options);
+    const bccsplat_hyperplane* hyperplane, const bccsplat_slice_options* options);
 
-enum {                             /* bits of the flags of bccsplat_volume_get_ranges */
-       BCCSPLAT_RANGES_MISSING = 1 /* without what the volume's caches hold */
+/* Bits of the flags of bccsplat_volume_get_ranges. */
+enum {
+  BCCSPLAT_RANGES_MISSING = 1 /* without what the volume's caches hold */
 };
 
-/* The byte ranges of the file that bccsplat_slice_create (or bccsplat_volume_prefetch) with the same
- * arguments reads on a volume whose caches are empty: for a host that fetches them in one go. A time slice
- * with an interval stands for all moments in it, of a level and a box; bccsplat_volume_evaluate at moments of
- * it, and what draws trails over it, may reach a layer further (at most scales[3] frames). Ranges
- * are sorted, and merged where no more than the stream's merge_gap (of files and memory 4096 bytes) lies
- * between them; they cover each read, and index pages, corrections and masks. Of slices off the time axis of
- * files with corrections they hold those of whole frames, of which less may be read. Writes the first
- * min(capacity, count) pairs of offset and size; ranges: 2 x capacity integers, may be NULL when capacity is
- * 0; count (may be NULL) gets their number. flags: BCCSPLAT_RANGES_... What opening reads is not among them.
- * Reads the index pages that it needs, and of corrections the tables, so that it may end with WOULD_BLOCK
- * itself; makes nothing and leaves the caches of chunks and coefficients as they are. options->progress is
- * called at the end. Also: as bccsplat_slice_create. */
+/* The byte ranges of the file that bccsplat_slice_create (or bccsplat_volume_prefetch) with the
+ * same arguments reads on a volume whose caches are empty: for a host that fetches them in one go.
+ * A time slice with an interval stands for all moments in it, of a level and a box;
+ * bccsplat_volume_evaluate at moments of it, and what draws trails over it, may reach a layer
+ * further (at most scales[3] frames). Ranges are sorted, and merged where no more than the stream's
+ * merge_gap (of files and memory 4096 bytes) lies between them; they cover each read, and index
+ * pages, corrections and masks. Of slices off the time axis of files with corrections they hold
+ * those of whole frames, of which less may be read. Writes the first min(capacity, count) pairs of
+ * offset and size; ranges: 2 x capacity integers, may be NULL when capacity is 0; count (may be
+ * NULL) gets their number. flags: BCCSPLAT_RANGES_... What opening reads is not among them. Reads
+ * the index pages that it needs, and of corrections the tables, so that it may end with WOULD_BLOCK
+ * itself; makes nothing and leaves the caches of chunks and coefficients as they are.
+ * options->progress is called at the end. Also: as bccsplat_slice_create. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_get_ranges(const bccsplat_volume* volume,
-                                                        const bccsplat_hyperplane* hyperplane,
-                                                        const bccsplat_slice_options* options, uint32_t flags,
-                                                        uint64_t* ranges, uint64_t capacity, uint64_t* count);
+    const bccsplat_hyperplane* hyperplane, const bccsplat_slice_options* options, uint32_t flags,
+    uint64_t* ranges, uint64_t capacity, uint64_t* count);
 BCCSPLAT_API void bccsplat_slice_retain(bccsplat_slice* slice);
 BCCSPLAT_API void bccsplat_slice_release(bccsplat_slice* slice);
-BCCSPLAT_API bccsplat_status bccsplat_slice_get_info(const bccsplat_slice* slice, bccsplat_slice_info* info);
-/* uvw: n x 3 doubles, slice space. values: n floats. gradients: NULL or n x 3 floats per unit of slice space.
- * Points outside or in holes as for bccsplat_volume_evaluate. Also: OUT_OF_DOMAIN, HOLE, UNSUPPORTED
- * (gradients of extracted points). */
-BCCSPLAT_API bccsplat_status bccsplat_slice_evaluate(const bccsplat_slice* slice, uint64_t n,
-                                                     const double* uvw, float* values, float* gradients);
-/* Fills `values` (product of grid->dims floats, x fastest); grid NULL: the box of bccsplat_slice_info.
- * Samples outside the domain or in holes are NaN (no failure). The token of the slice cancels it; for
- * progress a host asks for some planes at a time. */
-BCCSPLAT_API bccsplat_status bccsplat_slice_sample_grid(const bccsplat_slice* slice,
-                                                        const bccsplat_grid* grid, float* values);
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_info(
+    const bccsplat_slice* slice, bccsplat_slice_info* info);
+/* uvw: n x 3 doubles, slice space. values: n floats. gradients: NULL or n x 3 floats per unit of
+ * slice space. Points outside or in holes as for bccsplat_volume_evaluate. Also: OUT_OF_DOMAIN,
+ * HOLE, UNSUPPORTED (gradients of extracted points). */
+BCCSPLAT_API bccsplat_status bccsplat_slice_evaluate(
+    const bccsplat_slice* slice, uint64_t n, const double* uvw, float* values, float* gradients);
+/* Fills `values` (product of grid->dims floats, x fastest); grid NULL: the box of
+ * bccsplat_slice_info. Samples outside the domain or in holes are NaN (no failure). The token of
+ * the slice cancels it; for progress a host asks for some planes at a time. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_sample_grid(
+    const bccsplat_slice* slice, const bccsplat_grid* grid, float* values);
 /* The lattice points: writes min(capacity, points) positions (uvw, 3 floats each, slice space) and
- * coefficients relative to air; either array may be NULL. count (may be NULL) gets the number of points.
- * Corrections are in none of them. */
-BCCSPLAT_API bccsplat_status bccsplat_slice_get_points(const bccsplat_slice* slice, uint64_t capacity,
-                                                       float* uvw, float* coefficients, uint64_t* count);
+ * coefficients relative to air; either array may be NULL. count (may be NULL) gets the number of
+ * points. Corrections are in none of them. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_get_points(const bccsplat_slice* slice,
+    uint64_t capacity, float* uvw, float* coefficients, uint64_t* count);
 
 /* ---- Renderer ---- */
 
 typedef struct bccsplat_renderer bccsplat_renderer;
 typedef struct bccsplat_frame bccsplat_frame;
 
+typedef int32_t bccsplat_projection;
 enum {
   BCCSPLAT_PROJECTION_DEFAULT = 0,
   BCCSPLAT_PROJECTION_ORTHOGRAPHIC = 1,
   BCCSPLAT_PROJECTION_PERSPECTIVE = 2
 };
 
-/* World space. An orthographic camera draws all of the slice along its direction, what lies behind its
- * position as well, at negative depths; a perspective one what is in front of it. The image plane's height is
- * ortho_height (world units) or spans fovy_degrees; its width follows from the frame's aspect ratio (square
- * pixels). */
+/* World space. An orthographic camera draws all of the slice along its direction, what lies behind
+ * its position as well, at negative depths; a perspective one what is in front of it. The image
+ * plane's height is ortho_height (world units) or spans fovy_degrees; its width follows from the
+ * frame's aspect ratio (square pixels). */
 typedef struct bccsplat_camera {
   uint32_t struct_size;
-  int32_t projection; /* DEFAULT: orthographic */
+  bccsplat_projection projection; /* DEFAULT: orthographic */
   double position[3];
   double target[3];    /* position and target must differ; up must not be parallel to the view */
   double up[3];        /* all coordinates up to 1e36 */
@@ -1151,354 +1347,459 @@ typedef struct bccsplat_camera {
   double ortho_height; /* orthographic: 1e-36 to 1e36 */
 } bccsplat_camera;
 
-/* A view of the whole slice. It starts looking along +z of world space with +y up, so that +x points to the
- * left, and is turned about the slice's centre: first by rotate_y about the vertical (positive: the view
- * turns from +z towards +x), then by rotate_x about the horizontal axis (positive: the camera rises and looks
- * down). It fits the bounding sphere of the slice into the smaller side of a width x height image.
- * Perspective uses 30 degrees. Angles are at most 1e6 either way. */
-BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice, int32_t projection,
-                                                       double rotate_x_degrees, double rotate_y_degrees,
-                                                       uint32_t width, uint32_t height,
-                                                       bccsplat_camera* camera);
+/* A view of the whole slice. It starts looking along +z of world space with +y up, so that +x
+ * points to the left, and is turned about the slice's centre: first by rotate_y about the vertical
+ * (positive: the view turns from +z towards +x), then by rotate_x about the horizontal axis
+ * (positive: the camera rises and looks down). It fits the bounding sphere of the slice into the
+ * smaller side of a width x height image. Perspective uses 30 degrees. Angles are at most 1e6
+ * either way. */
+BCCSPLAT_API bccsplat_status bccsplat_slice_fit_camera(const bccsplat_slice* slice,
+    int32_t projection, double rotate_x_degrees, double rotate_y_degrees, uint32_t width,
+    uint32_t height, bccsplat_camera* camera);
 
-/* Piecewise linear in the value, constant beyond the first and last point; colour is linear RGB, 0 to
- * 1e9, not premultiplied. */
+/* Piecewise linear in the value, constant beyond the first and last point; colour is linear RGB, 0
+ * to 1e9, not premultiplied. */
 typedef struct bccsplat_transfer_function {
   uint32_t struct_size;
-  uint32_t color_count; /* points of 4 doubles: value, red, green, blue; values rise */
+  /* Points of 4 doubles: value, red, green, blue; values rise. */
+  uint32_t color_count;
   const double* colors;
-  const double* opacities; /* points of 2 doubles: value, opacity in [0, 1] per unit_distance; values rise */
+  /* Points of 2 doubles: value, opacity in [0, 1] per unit_distance; values rise. */
+  const double* opacities;
   uint32_t opacity_count;
-  uint32_t reserved;    /* 0 */
-  double unit_distance; /* world length, 1e-36 to 1e36; 0: one mean voxel */
+  /* 0 */
+  uint32_t reserved;
+  /* World length, 1e-36 to 1e36; 0: one mean voxel. */
+  double unit_distance;
 } bccsplat_transfer_function;
 
-enum {                            /* how a channel is to look */
-       BCCSPLAT_LOOK_DEFAULT = 0, /* by its kind */
-       BCCSPLAT_LOOK_CT_BONE = 1, /* what is denser than soft tissue */
-       BCCSPLAT_LOOK_CT_SOFT = 2, /* soft tissue translucent, bone in it */
-       BCCSPLAT_LOOK_MR = 3,
-       BCCSPLAT_LOOK_FOG = 4,
-       BCCSPLAT_LOOK_FIRE = 5,
-       BCCSPLAT_LOOK_SIGNED = 6, /* one colour on either side of 0, which is transparent */
-       BCCSPLAT_LOOK_LABELS = 7  /* a colour for every whole number */
-};
-enum {                              /* what the stored histogram says of a channel's values */
-       BCCSPLAT_KIND_EMPTY = 0,     /* nothing but air */
-       BCCSPLAT_KIND_CONSTANT = 1,  /* one value beside air */
-       BCCSPLAT_KIND_LABELS = 2,    /* few whole numbers */
-       BCCSPLAT_KIND_LEVEL_SET = 3, /* distances, negative inside */
-       BCCSPLAT_KIND_SIGNED = 4,    /* both sides of 0, around which most are */
-       BCCSPLAT_KIND_SOLID = 5,     /* an object of values that stand apart from the background's */
-       BCCSPLAT_KIND_FOG = 6,       /* values that rise from the background's without a gap */
-       BCCSPLAT_KIND_DENSE = 7      /* no background: all is data */
+/* What a picture shows along a ray. */
+typedef int32_t bccsplat_mode;
+enum {
+  BCCSPLAT_MODE_DEFAULT = 0,
+  /* Classified, shaded, front to back. */
+  BCCSPLAT_MODE_COMPOSITE = 1,
+  /* The function's colour at iso_value, opaque where a ray meets it. */
+  BCCSPLAT_MODE_ISOSURFACE = 2,
+  /* Line integral of the values, no transfer function. */
+  BCCSPLAT_MODE_XRAY = 3,
+  /* The largest value along the ray, classified. */
+  BCCSPLAT_MODE_MAXIMUM = 4
 };
 
-/* A transfer function made from a channel's stored histogram: air and noise transparent, the rest as opaque
- * as the number of voxels that a ray crosses of it asks for. The same for all frames of a series. */
+/* How a channel is to look. */
+typedef int32_t bccsplat_look_kind;
+enum {
+  BCCSPLAT_LOOK_DEFAULT = 0, /* by its kind */
+  BCCSPLAT_LOOK_CT_BONE = 1, /* what is denser than soft tissue */
+  BCCSPLAT_LOOK_CT_SOFT = 2, /* soft tissue translucent, bone in it */
+  BCCSPLAT_LOOK_MR = 3,
+  BCCSPLAT_LOOK_FOG = 4,
+  BCCSPLAT_LOOK_FIRE = 5,
+  BCCSPLAT_LOOK_SIGNED = 6, /* one colour on either side of 0, which is transparent */
+  BCCSPLAT_LOOK_LABELS = 7  /* a colour for every whole number */
+};
+
+/* What the stored histogram says of a channel's values. */
+typedef int32_t bccsplat_data_kind;
+enum {
+  BCCSPLAT_KIND_EMPTY = 0,     /* nothing but air */
+  BCCSPLAT_KIND_CONSTANT = 1,  /* one value beside air */
+  BCCSPLAT_KIND_LABELS = 2,    /* few whole numbers */
+  BCCSPLAT_KIND_LEVEL_SET = 3, /* distances, negative inside */
+  BCCSPLAT_KIND_SIGNED = 4,    /* both sides of 0, around which most are */
+  BCCSPLAT_KIND_SOLID = 5,     /* an object of values that stand apart from the background's */
+  BCCSPLAT_KIND_FOG = 6,       /* values that rise from the background's without a gap */
+  BCCSPLAT_KIND_DENSE = 7      /* no background: all is data */
+};
+
+/* A transfer function made from a channel's stored histogram: air and noise transparent, the rest
+ * as opaque as the number of voxels that a ray crosses of it asks for. The same for all frames of a
+ * series. */
 typedef struct bccsplat_look {
   uint32_t struct_size;
-  int32_t kind;
-  double empty[2];         /* values in between are taken for air and noise; infinite where a side has no end;
-                              [0] > [1]: none are */
-  double range[2];         /* that the colours span */
-  double iso_value;        /* of a surface between background and object */
-  uint32_t color_count;    /* at least 1 */
-  uint32_t opacity_count;  /* at least 1 */
-  double colors[64][4];    /* points as those of bccsplat_transfer_function */
-  double opacities[32][2]; /* per mean voxel */
+  bccsplat_data_kind kind;
+  /* Values in between are taken for air and noise; infinite where a side has no end; [0] > [1]:
+   * none are. */
+  double empty[2];
+  /* That the colours span. */
+  double range[2];
+  /* Of a surface between background and object. */
+  double iso_value;
+  /* At least 1. */
+  uint32_t color_count;
+  /* At least 1. */
+  uint32_t opacity_count;
+  /* Points as those of bccsplat_transfer_function. */
+  double colors[64][4];
+  /* Per mean voxel. */
+  double opacities[32][2];
 } bccsplat_look;
 
-/* `look` is a BCCSPLAT_LOOK_, `mode` the BCCSPLAT_MODE_ that it is for: of maximum what is not air is opaque,
- * an isosurface has one colour. Also: NOT_FOUND (channel). */
-BCCSPLAT_API bccsplat_status bccsplat_volume_get_look(const bccsplat_volume* volume, uint32_t channel,
-                                                      int32_t look, int32_t mode, bccsplat_look* out);
+/* `look` is a BCCSPLAT_LOOK_, `mode` the BCCSPLAT_MODE_ that it is for: of maximum what is not air
+ * is opaque, an isosurface has one colour. Also: NOT_FOUND (channel). */
+BCCSPLAT_API bccsplat_status bccsplat_volume_get_look(const bccsplat_volume* volume,
+    uint32_t channel, bccsplat_look_kind look, bccsplat_mode mode, bccsplat_look* out);
 
 typedef struct bccsplat_light {
-  double direction[3]; /* towards the light, world space, of any length from 1e-30 on; all zero: from the
-                          camera */
-  double color[3];     /* linear */
+  /* Towards the light, world space, of any length from 1e-30 on; all zero: from the camera. */
+  double direction[3];
+  /* Linear. */
+  double color[3];
 } bccsplat_light;
 
 typedef struct bccsplat_lights {
   uint32_t struct_size;
-  uint32_t count;               /* 0: one white light from the camera */
-  const bccsplat_light* lights; /* directional, at most 8 */
-  double ambient; /* material, as fractions of the classified colour; all four zero: 0.3 0.7 0.2 20 */
+  /* 0: one white light from the camera. */
+  uint32_t count;
+  /* Directional, at most 8. */
+  const bccsplat_light* lights;
+  /* Material, as fractions of the classified colour; all four zero: 0.3 0.7 0.2 20. */
+  double ambient;
   double diffuse;
-  double specular;  /* white */
-  double shininess; /* up to 1e6 */
+  /* Of white light. */
+  double specular;
+  /* Up to 1e6. */
+  double shininess;
 } bccsplat_lights;
 
+/* How far apart sheets are, and which gradient lights them. Errors and times of each are measured
+ * in tests/bench/notes/render.md; of a field near the Nyquist rate kernel and lattice decide from
+ * NORMAL on. */
+typedef int32_t bccsplat_quality;
 enum {
-  BCCSPLAT_MODE_DEFAULT = 0,
-  BCCSPLAT_MODE_COMPOSITE = 1,  /* classified, shaded, front to back */
-  BCCSPLAT_MODE_ISOSURFACE = 2, /* the function's colour at iso_value, opaque where a ray meets it */
-  BCCSPLAT_MODE_XRAY = 3,       /* line integral of the values, no transfer function */
-  BCCSPLAT_MODE_MAXIMUM = 4     /* the largest value along the ray, classified */
+  BCCSPLAT_QUALITY_DEFAULT = 0,
+  BCCSPLAT_QUALITY_DRAFT = 1,  /* sheets 1 T apart: while something moves */
+  BCCSPLAT_QUALITY_NORMAL = 2, /* 0.5 T */
+  BCCSPLAT_QUALITY_FINE = 3,   /* 0.25 T, for thin features */
+  BCCSPLAT_QUALITY_BEST = 4    /* 0.125 T, to compare with */
 };
-enum { /* sheet distance and gradient. Errors expected, as PSNR in dB (peak 1) of a semi-transparent picture
-          of a field at 0.94 of the Nyquist rate, 2 pixels per T: unshaded and shaded against the exact
-          picture of the same samples; shaded against that of the field they were taken from, where kernel and
-          lattice decide. Smoother fields fare better (smoke 58 to 60 dB). Times relative to draft. */
-       BCCSPLAT_QUALITY_DEFAULT = 0,
-       BCCSPLAT_QUALITY_DRAFT = 1,  /* sheets 1 T apart: 64, 43, 38 dB */
-       BCCSPLAT_QUALITY_NORMAL = 2, /* 0.5 T: 77, 46, 39 dB; time 1.6 */
-       BCCSPLAT_QUALITY_FINE = 3,   /* 0.25 T, for thin features: 88, 46, 39 dB;
-                                       time 3.0 */
-       BCCSPLAT_QUALITY_BEST = 4    /* 0.125 T: 101, 46, 39 dB; time 4.6 */
-};
+
+typedef int32_t bccsplat_shading;
 enum { BCCSPLAT_SHADING_DEFAULT = 0, BCCSPLAT_SHADING_OFF = 1, BCCSPLAT_SHADING_ON = 2 };
-enum { /* What stands for the field between two sheets, in mode composite and in trails
-          (everything else ignores it). Pre-integrated, the value runs from each sheet to halfway to the next,
-          and all that the transfer function shows of the values in between is drawn: peaks, steps and bands
-          of colour narrower than that neither break up into rings nor are missed. Four thin peaks with sheets
-          0.5 T apart, against the exact picture of the same samples: 41 instead of 22 dB unshaded, 31 instead
-          of 22 shaded. Frames take 1.2 to 1.6 times as long. */
-       BCCSPLAT_PREINTEGRATE_DEFAULT = 0, /* on where the picture of a slab changes by more than 0.15 of the
-                                             function's largest: peaks of a half-width below about 1.7 times
-                                             the change of the values across a step, where they change fast;
-                                             steps; ramps narrower than the change. Else off, bit for bit */
-       BCCSPLAT_PREINTEGRATE_OFF = 1,     /* the value on a sheet stands for half a step on either side */
-       BCCSPLAT_PREINTEGRATE_ON = 2
+
+/* What stands for the field between two sheets, in mode composite and in trails (everything else
+ * ignores it). Pre-integrated, the value runs from each sheet to halfway to the next, and all that
+ * the transfer function shows of the values in between is drawn: peaks, steps and bands of colour
+ * narrower than that neither break up into rings nor are missed. A frame takes up to twice as long
+ * (tests/bench/notes/pre-integration.md). */
+typedef int32_t bccsplat_preintegrate;
+enum {
+  /* On where the picture of a slab changes by more than 0.15 of the function's largest: peaks of a
+   * half-width below about 1.7 times the change of the values across a step, where they change
+   * fast; steps; ramps narrower than the change. Else off, bit for bit. */
+  BCCSPLAT_PREINTEGRATE_DEFAULT = 0,
+  /* The value on a sheet stands for half a step on either side. */
+  BCCSPLAT_PREINTEGRATE_OFF = 1,
+  BCCSPLAT_PREINTEGRATE_ON = 2
 };
-enum { /* The edges of mode isosurface. A pixel beside which a ray meets nothing, or another surface, gets the
-          mean of four samples within it, so that its opacity is the share that the surface covers; all others
-          stay the same, bit for bit. Depth, value and time are always those at the pixel's centre. Not with
-          trails, deep frames and the reference */
-       BCCSPLAT_SMOOTH_EDGES_DEFAULT = 0,
-       BCCSPLAT_SMOOTH_EDGES_OFF = 1,
-       BCCSPLAT_SMOOTH_EDGES_ON = 2
+
+/* The edges of mode isosurface. A pixel beside which a ray meets nothing, or another surface, gets
+ * the mean of four samples within it, so that its opacity is the share that the surface covers; all
+ * others stay the same, bit for bit. Depth, value and time are always those at the pixel's centre.
+ * Not with trails, deep frames and the reference. */
+typedef int32_t bccsplat_smooth_edges;
+enum {
+  BCCSPLAT_SMOOTH_EDGES_DEFAULT = 0,
+  BCCSPLAT_SMOOTH_EDGES_OFF = 1,
+  BCCSPLAT_SMOOTH_EDGES_ON = 2
 };
-enum { /* bits of disable_skips: each switches one way of skipping work off, for tests */
-       BCCSPLAT_SKIP_TRANSFER_FUNCTION = 1, /* bricks invisible under the transfer function */
-       BCCSPLAT_SKIP_FRUSTUM = 2,
-       BCCSPLAT_SKIP_OCCLUSION = 4,
-       BCCSPLAT_SKIP_EMPTY_SHEETS = 8,
-       BCCSPLAT_SKIP_FINE_DETAIL =
-           16,                      /* detail finer than half a pixel: where a pixel covers 2^n .. 2^(n+1) T,
-                                       n >= 1, a low-passed slice of 2^n times the lattice distance is drawn
-                                       (draft and normal; mode xray always, maximum and trails never) */
-       BCCSPLAT_SKIP_UNCHANGED = 32 /* points of a view (slice, camera, size, options) that is drawn again
-                                       under another transfer function, other lights or another iso value: its
-                                       second picture keeps the sheets, later ones only classify them. They
-                                       take at most a quarter of the memory budget; a renderer keeps those of
-                                       its last two views until it is given another slice. Not with trails */
+
+/* Bits of disable_skips: each switches one way of skipping work off, for tests. */
+enum {
+  /* Bricks invisible under the transfer function. */
+  BCCSPLAT_SKIP_TRANSFER_FUNCTION = 1,
+  BCCSPLAT_SKIP_FRUSTUM = 2,
+  BCCSPLAT_SKIP_OCCLUSION = 4,
+  BCCSPLAT_SKIP_EMPTY_SHEETS = 8,
+  /* Detail finer than half a pixel: where a pixel covers 2^n .. 2^(n+1) T, n >= 1, a low-passed
+   * slice of 2^n times the lattice distance is drawn (draft and normal; mode xray always, maximum
+   * and trails never). */
+  BCCSPLAT_SKIP_FINE_DETAIL = 16,
+  /* Points of a view (slice, camera, size, options) that is drawn again under another transfer
+   * function, other lights or another iso value: its second picture keeps the sheets, later ones
+   * only classify them. They take at most a quarter of the memory budget; a renderer keeps those of
+   * its last two views until it is given another slice. Not with trails. */
+  BCCSPLAT_SKIP_UNCHANGED = 32
 };
 enum { BCCSPLAT_RENDER_SET_ISO = 1, BCCSPLAT_RENDER_SET_GRADIENT_NOISE = 2 };
 
 typedef struct bccsplat_render_options {
   uint32_t struct_size;
   uint32_t set_mask;
-  int32_t mode;    /* DEFAULT: composite */
-  int32_t quality; /* DEFAULT: normal; sets sheet_step and gradient unless given */
-  int32_t shading; /* DEFAULT: on for composite and isosurface */
+  /* DEFAULT: composite. */
+  bccsplat_mode mode;
+  /* DEFAULT: normal; sets sheet_step and gradient unless given. */
+  bccsplat_quality quality;
+  /* DEFAULT: on for composite and isosurface. */
+  bccsplat_shading shading;
   uint32_t disable_skips;
-  double sheet_step;   /* distance of sheets in T; 0: by quality (draft 1, normal 0.5, fine 0.25, best 0.125;
-                          of slices with corrections or masks in source samples where these are closer); 0.001
-                          to 16, and where finer than the kernel's radius / 128 as fine as that: see
-                          bccsplat_render_stats.sheet_step */
-  double iso_value;    /* RENDER_SET_ISO; without it set_options refuses mode isosurface */
-  double opacity_stop; /* a pixel this opaque is finished; 0: 0.995; 1: never, and deep pictures then hold
-                          what lies behind dense matter as exactly as what lies in front, and up to 64
-                          surfaces of an isosurface along each ray, without a trail */
-  int32_t reference;   /* non-zero: slow double-precision integration of the same field in fine steps */
-  int32_t tile_size;   /* pixels, up to 4096; 0: chosen */
+  /* Distance of sheets in T; 0: by quality (draft 1, normal 0.5, fine 0.25, best 0.125; of slices
+   * with corrections or masks in source samples where these are closer); 0.001 to 16, and where
+   * finer than the kernel's radius / 128 as fine as that: see bccsplat_render_stats.sheet_step. */
+  double sheet_step;
+  /* RENDER_SET_ISO; without it set_options refuses mode isosurface. */
+  double iso_value;
+  /* A pixel this opaque is finished; 0: 0.995; 1: never, and deep pictures then hold what lies
+   * behind dense matter as exactly as what lies in front, and up to 64 surfaces of an isosurface
+   * along each ray, without a trail. */
+  double opacity_stop;
+  /* Non-zero: slow double-precision integration of the same field in fine steps. */
+  int32_t reference;
+  /* Pixels, up to 4096; 0: chosen. */
+  int32_t tile_size;
   bccsplat_progress_fn progress;
   void* progress_user;
-  double deep_tolerance; /* FRAME_DEEP: neighbouring samples are merged while the picture cut off at any depth
-                            stays within this of the one of all sheets, in opacity and in colours of up to 1;
-                            in [0, 1]; 0: 0.001. With opacity_stop 1 also while it is cut off in front at any
-                            depth. The uncut picture does not change */
-  int32_t preintegrate;  /* DEFAULT: where the transfer function is narrower than a step */
-  int32_t smooth_edges;  /* DEFAULT: on, but with quality draft */
-  double gradient_noise; /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel: what has less of a
-                            gradient has no surface and is lit as if it faced every light, without highlight;
-                            three times as much is a surface as any, and what lies between is lit by a mean of
-                            the two. 0: every gradient is a surface's. Not set: what the kernel's ripple
-                            leaves in gradients, of a value's distance from air (of surfaces and maxima a
-                            tenth of it, of composites what differences between samples see of it; 0.002 to
-                            0.004 by default, at every level alike), and what the file tells: three standard
-                            deviations of its steps, of its air_threshold and of the values that most of a
-                            solid object has, but no more than lights an edge of three voxels fully */
-  bccsplat_cancel_token* cancel_token; /* NULL: none */
+  /* FRAME_DEEP: neighbouring samples are merged while the picture cut off at any depth stays within
+   * this of the one of all sheets, in opacity and in colours of up to 1; in [0, 1]; 0: 0.001. With
+   * opacity_stop 1 also while it is cut off in front at any depth. The uncut picture does not
+   * change. */
+  double deep_tolerance;
+  /* DEFAULT: where the transfer function is narrower than a step. */
+  bccsplat_preintegrate preintegrate;
+  /* DEFAULT: on, but with quality draft. */
+  bccsplat_smooth_edges smooth_edges;
+  /* RENDER_SET_GRADIENT_NOISE, >= 0, in values per mean voxel: what has less of a gradient has no
+   * surface and is lit as if it faced every light, without highlight; three times as much is a
+   * surface as any, and what lies between is lit by a mean of the two. 0: every gradient is a
+   * surface's. Not set: what the kernel's ripple leaves in gradients, of a value's distance from
+   * air (of surfaces and maxima a tenth of it, of composites what differences between samples see
+   * of it; 0.002 to 0.004 by default, at every level alike), and what the file tells: three
+   * standard deviations of its steps, of its air_threshold and of the values that most of a solid
+   * object has, but no more than lights an edge of three voxels fully. */
+  double gradient_noise;
+  /* NULL: none. */
+  bccsplat_cancel_token* cancel_token;
 } bccsplat_render_options;
 
 /* What of the volume a picture of a time slice needs. */
 typedef struct bccsplat_picture_needs {
   uint32_t struct_size;
-  uint32_t level; /* the coarsest that draws it as well as its quality asks: of draft and normal pictures one
-                     of which a pixel covers a lattice distance or more, in the direction of fewest; of drafts
-                     a fifth of it and of normal pictures a third where the level's error, squared, is above
-                     that of level 0 by at most that of 0.002 of the range (over what is kept) and nowhere
-                     above 0.05, for then it is below that of the quality. 0 for fine, best and reference
-                     pictures, mode MAXIMUM, and where SKIP_FINE_DETAIL is switched off */
-  double box[6];  /* what the camera sees of the slice, and three samples more, as bccsplat_slice_options.box
-                     takes it; all samples where it sees nothing */
-  int32_t seen;   /* 0: nothing of the slice is in the picture */
+  /* The coarsest that draws it as well as its quality asks: of draft and normal pictures one of
+   * which a pixel covers a lattice distance or more, in the direction of fewest; of drafts a fifth
+   * of it and of normal pictures a third where the level's error, squared, is above that of level 0
+   * by at most that of 0.002 of the range (over what is kept) and nowhere above 0.05, for then it
+   * is below that of the quality. 0 for fine, best and reference pictures, mode MAXIMUM, and where
+   * SKIP_FINE_DETAIL is switched off. */
+  uint32_t level;
+  /* What the camera sees of the slice, and three samples more, as bccsplat_slice_options.box takes
+   * it; all samples where it sees nothing. */
+  double box[6];
+  /* 0: nothing of the slice is in the picture. */
+  int32_t seen;
   int32_t reserved;
-  double distances_per_pixel; /* of level 0: how many a pixel covers at the centre of the domain, in the
-                                 direction of fewest */
+  /* Of level 0: how many a pixel covers at the centre of the domain, in the direction of fewest. */
+  double distances_per_pixel;
 } bccsplat_picture_needs;
 
-/* Tells what a picture needs before the slice for it is made. Any time slice of the volume will do, of
- * the channel that is drawn: a host cuts one of the coarsest level, which costs next to nothing, fits its
- * camera to it, may draw it at once, and cuts the one that is needed. Reads nothing. options may be NULL:
- * defaults. width, height in [1, 65536]. Also: UNSUPPORTED for slices that are not in time, of extracted
- * points, or with a basis of their own. */
+/* Tells what a picture needs before the slice for it is made. Any time slice of the volume will do,
+ * of the channel that is drawn: a host cuts one of the coarsest level, which costs next to nothing,
+ * fits its camera to it, may draw it at once, and cuts the one that is needed. Reads nothing.
+ * options may be NULL: defaults. width, height in [1, 65536]. Also: UNSUPPORTED for slices that are
+ * not in time, of extracted points, or with a basis of their own. */
 BCCSPLAT_API bccsplat_status bccsplat_slice_get_picture_needs(const bccsplat_slice* slice,
-                                                              const bccsplat_camera* camera, uint32_t width,
-                                                              uint32_t height,
-                                                              const bccsplat_render_options* options,
-                                                              bccsplat_picture_needs* needs);
+    const bccsplat_camera* camera, uint32_t width, uint32_t height,
+    const bccsplat_render_options* options, bccsplat_picture_needs* needs);
 
-enum { /* what the trail holds */
-       BCCSPLAT_TRAIL_CONTENT_DEFAULT = 0,
-       BCCSPLAT_TRAIL_CLASSIFIED = 1, /* stills over the interval, each classified, their extinctions
-                                         averaged: a thin fast object still leaves a trail */
-       BCCSPLAT_TRAIL_MEAN = 2,       /* the field's exact mean over the interval, classified once */
-       BCCSPLAT_TRAIL_MAXIMUM = 3     /* its maximum over the stills, classified once */
-};
-enum { /* how trail and slice meet */
-       BCCSPLAT_TRAIL_COMBINE_DEFAULT = 0,
-       BCCSPLAT_TRAIL_PHYSICAL =
-           1, /* extinctions add along each pixel's ray; converges as sheets get thinner */
-       BCCSPLAT_TRAIL_INTERLEAVED =
-           2, /* the paper's equation (8) per sheet, as printed: depends on the sheet step */
-       BCCSPLAT_TRAIL_POST = 3, /* two pictures, the slice's over the trail's: no mutual occlusion */
-       BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT =
-           4 /* equation (8) made independent of the step: a = 1 - sqrt((1-a1)(1-a2)) */
+/* What the trail holds. */
+typedef int32_t bccsplat_trail_content;
+enum {
+  BCCSPLAT_TRAIL_CONTENT_DEFAULT = 0,
+  /* Stills over the interval, each classified, their extinctions averaged: a thin fast object still
+   * leaves a trail. */
+  BCCSPLAT_TRAIL_CLASSIFIED = 1,
+  /* The field's exact mean over the interval, classified once. */
+  BCCSPLAT_TRAIL_MEAN = 2,
+  /* Its maximum over the stills, classified once. */
+  BCCSPLAT_TRAIL_MAXIMUM = 3
 };
 
-/* 3.5D motion blur: what the volume held over an interval of time, drawn together with a time slice of it; or
- * what hyperplanes beside any other one hold, along its normal. Stills stand at the midpoints of equal parts
- * of a sub-interval (the error falls with the square of their number). Means are exact over time; along other
- * normals they are Gauss-Legendre quadratures that hold what a lattice of the source's density can. */
+/* How trail and slice meet. */
+typedef int32_t bccsplat_trail_combine;
+enum {
+  BCCSPLAT_TRAIL_COMBINE_DEFAULT = 0,
+  /* Extinctions add along each pixel's ray; converges as sheets get thinner. */
+  BCCSPLAT_TRAIL_PHYSICAL = 1,
+  /* The paper's equation (8) per sheet, as printed: depends on the sheet step. */
+  BCCSPLAT_TRAIL_INTERLEAVED = 2,
+  /* Two pictures, the slice's over the trail's: no mutual occlusion. */
+  BCCSPLAT_TRAIL_POST = 3,
+  /* Equation (8) made independent of the step: a = 1 - sqrt((1-a1)(1-a2)). */
+  BCCSPLAT_TRAIL_INTERLEAVED_CONSISTENT = 4
+};
+
+/* 3.5D motion blur: what the volume held over an interval of time, drawn together with a time slice
+ * of it; or what hyperplanes beside any other one hold, along its normal. Stills stand at the
+ * midpoints of equal parts of a sub-interval (the error falls with the square of their number).
+ * Means are exact over time; along other normals they are Gauss-Legendre quadratures that hold what
+ * a lattice of the source's density can. */
 typedef struct bccsplat_trail {
   uint32_t struct_size;
-  int32_t content;    /* DEFAULT: classified */
-  int32_t combine;    /* DEFAULT: physical */
-  uint32_t samples;   /* stills per sub-interval (classified, and maximum over time), up to 4096; 0: one per
-                         lattice layer or index unit, 4 to 64 */
-  double interval[2]; /* begin, end relative to the slice, clipped to the domain, of periodic time as
-                         bccsplat_slice_options.interval: frames; of hyperplanes off the time axis index units
-                         (voxels and frames) along the unit normal (a, b, c, d). Past
-                         [-n, 0], future [0, n], centred [-n, n]; both 0: no trail, bit for bit */
-  const bccsplat_transfer_function* transfer_function; /* copied; NULL: the slice's */
-  const double*
-      colors; /* one linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more
-                 than one sub-interval blue over white to orange, else the function's own */
-  uint32_t intervals; /* equal sub-intervals, 1 .. 256; 0: 1 */
-  uint32_t reserved;  /* 0 */
+  /* DEFAULT: classified. */
+  bccsplat_trail_content content;
+  /* DEFAULT: physical. */
+  bccsplat_trail_combine combine;
+  /* Stills per sub-interval (classified, and maximum over time), up to 4096; 0: one per lattice
+   * layer or index unit, 4 to 64. */
+  uint32_t samples;
+  /* Begin, end relative to the slice, clipped to the domain, of periodic time as
+   * bccsplat_slice_options.interval: frames; of hyperplanes off the time axis index units (voxels
+   * and frames) along the unit normal (a, b, c, d). Past [-n, 0], future [0, n], centred [-n, n];
+   * both 0: no trail, bit for bit. */
+  double interval[2];
+  /* Copied; NULL: the slice's. */
+  const bccsplat_transfer_function* transfer_function;
+  /* One linear RGB per sub-interval, instead of the function's colours; copied; NULL: with more
+   * than one sub-interval blue over white to orange, else the function's own. */
+  const double* colors;
+  /* Equal sub-intervals, 1 .. 256; 0: 1. */
+  uint32_t intervals;
+  /* 0 */
+  uint32_t reserved;
 } bccsplat_trail;
 
 typedef struct bccsplat_render_stats {
   uint32_t struct_size;
   uint32_t threads;
-  double ms_transform; /* moving points to the screen, summed over threads */
+  /* Moving points to the screen, summed over threads. */
+  double ms_transform;
   double ms_splat;
-  double ms_shade;            /* classify, shade, composite */
-  double ms_total;            /* wall */
-  double cpu_ms;              /* summed over threads */
-  uint64_t points_total;      /* of the slice, mirror images beyond the ends of the domain included */
-  uint64_t points_after_cull; /* in bricks that neither their range of values nor their place left out */
-  uint64_t points_splatted;   /* tile visits */
-  uint64_t points_occluded;   /* tile visits skipped because the pixels were finished */
+  /* Classify, shade, composite. */
+  double ms_shade;
+  /* Wall. */
+  double ms_total;
+  /* Summed over threads. */
+  double cpu_ms;
+  /* Of the slice, mirror images beyond the ends of the domain included. */
+  uint64_t points_total;
+  /* In bricks that neither their range of values nor their place left out. */
+  uint64_t points_after_cull;
+  /* Tile visits. */
+  uint64_t points_splatted;
+  /* Tile visits skipped because the pixels were finished. */
+  uint64_t points_occluded;
   uint64_t tiles;
-  uint64_t sheets;           /* of the view volume */
-  double sheet_step;         /* T */
-  int32_t coarse_level;      /* 0: the slice itself was drawn; n: one of 2^n times its lattice distance */
-  uint32_t reserved;         /* 0 */
-  int32_t preintegrated;     /* 1: the picture was */
-  uint32_t reserved2;        /* 0 */
-  uint64_t sheets_reused;    /* sheets of tiles that were kept from an earlier picture: no point was drawn */
-  uint64_t bricks_total;     /* of points, of the slice and a trail's stills; with all sheets kept none */
-  uint64_t bricks_invisible; /* left out: nothing of theirs shows under the transfer function */
-  uint64_t bricks_outside;   /* left out: outside the view or the slice's box */
-  uint64_t brick_visits;     /* of tiles to the others */
-  uint64_t visits_hidden;    /* of these, skipped because the pixels of the tile around were finished */
-  uint64_t visits_unread;    /* of these, never come to: the whole tile was finished, or its rays had ended */
-  uint64_t points_invisible; /* left out in bricks that show in other places, some of them tile by tile */
-  uint64_t sheets_skipped;   /* sheets of tiles that have nothing on them */
-  uint64_t bytes_read;       /* from the file, for the trail; those of other calls at the time counted */
-  uint32_t level;            /* of the volume, that the slice is made of */
-  uint32_t reserved3;        /* 0 */
+  /* Of the view volume. */
+  uint64_t sheets;
+  /* T. */
+  double sheet_step;
+  /* 0: the slice itself was drawn; n: one of 2^n times its lattice distance. */
+  int32_t coarse_level;
+  /* 0 */
+  uint32_t reserved;
+  /* 1: the picture was. */
+  int32_t preintegrated;
+  /* 0 */
+  uint32_t reserved2;
+  /* Sheets of tiles that were kept from an earlier picture: no point was drawn. */
+  uint64_t sheets_reused;
+  /* Of points, of the slice and a trail's stills; with all sheets kept none. */
+  uint64_t bricks_total;
+  /* Left out: nothing of theirs shows under the transfer function. */
+  uint64_t bricks_invisible;
+  /* Left out: outside the view or the slice's box. */
+  uint64_t bricks_outside;
+  /* Of tiles to the others. */
+  uint64_t brick_visits;
+  /* Of these, skipped because the pixels of the tile around were finished. */
+  uint64_t visits_hidden;
+  /* Of these, never come to: the whole tile was finished, or its rays had ended. */
+  uint64_t visits_unread;
+  /* Left out in bricks that show in other places, some of them tile by tile. */
+  uint64_t points_invisible;
+  /* Sheets of tiles that have nothing on them. */
+  uint64_t sheets_skipped;
+  /* From the file, for the trail; those of other calls at the time counted. */
+  uint64_t bytes_read;
+  /* Of the volume, that the slice is made of. */
+  uint32_t level;
+  /* 0 */
+  uint32_t reserved3;
 } bccsplat_render_stats;
 
-BCCSPLAT_API bccsplat_status bccsplat_renderer_create(bccsplat_device* device, bccsplat_renderer** renderer);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_create(
+    bccsplat_device* device, bccsplat_renderer** renderer);
 BCCSPLAT_API void bccsplat_renderer_retain(bccsplat_renderer* renderer);
 BCCSPLAT_API void bccsplat_renderer_release(bccsplat_renderer* renderer);
 /* The slice to draw; retained. NULL: none. */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer,
-                                                         const bccsplat_slice* slice);
-/* NULL: no trail. Render answers UNSUPPORTED when the mode is neither composite nor isosurface, or reference
- * is asked for. */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(bccsplat_renderer* renderer,
-                                                         const bccsplat_trail* trail);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_slice(
+    bccsplat_renderer* renderer, const bccsplat_slice* slice);
+/* NULL: no trail. Render answers UNSUPPORTED when the mode is neither composite nor isosurface, or
+ * reference is asked for. */
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_trail(
+    bccsplat_renderer* renderer, const bccsplat_trail* trail);
 /* NULL: the default view (orthographic, rotate_x 20, rotate_y 30, fitted at render). */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(bccsplat_renderer* renderer,
-                                                          const bccsplat_camera* camera);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_camera(
+    bccsplat_renderer* renderer, const bccsplat_camera* camera);
 /* NULL: that of bccsplat_volume_get_look for the mode of the picture. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_set_transfer_function(
     bccsplat_renderer* renderer, const bccsplat_transfer_function* function);
 /* NULL: one white light from the camera, and the default material. */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_lights(bccsplat_renderer* renderer,
-                                                          const bccsplat_lights* lights);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_lights(
+    bccsplat_renderer* renderer, const bccsplat_lights* lights);
 /* NULL: the defaults. */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_set_options(bccsplat_renderer* renderer,
-                                                           const bccsplat_render_options* options);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_set_options(
+    bccsplat_renderer* renderer, const bccsplat_render_options* options);
 /* Draws into every channel the frame has. A picture that is refused (INVALID_ARGUMENT, WRONG_STATE,
- * UNSUPPORTED), or that fails or is cancelled before drawing begins, such as while a trail is read, leaves
- * the frame as it was, with the deep samples, camera and attributes of the picture before. One that is
- * cancelled or fails while it is drawn keeps the tiles that were finished in the planes, and elsewhere what
- * these held; the deep samples, the camera and the attributes of the frame are gone then. Also: WRONG_STATE
- * without a slice; INVALID_ARGUMENT: a camera more than 1e9 sheets away, more than 1e8 sheets; UNSUPPORTED:
- * what modes, trails, deep frames and the reference do not do together, and slices of extracted points;
- * LIMIT_EXCEEDED: more than 2^32 - 1 points; of trails and levels reading. */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_frame* frame);
-/* Makes the render under way end with CANCELLED; may be called from any thread at any time. Between renders
- * it does nothing: a cancel token stays. */
+ * UNSUPPORTED), or that fails or is cancelled before drawing begins, such as while a trail is read,
+ * leaves the frame as it was, with the deep samples, camera and attributes of the picture before.
+ * One that is cancelled or fails while it is drawn keeps the tiles that were finished in the
+ * planes, and elsewhere what these held; the deep samples, the camera and the attributes of the
+ * frame are gone then. Also: WRONG_STATE without a slice; INVALID_ARGUMENT: a camera more than 1e9
+ * sheets away, more than 1e8 sheets; UNSUPPORTED: what modes, trails, deep frames and the reference
+ * do not do together, and slices of extracted points; LIMIT_EXCEEDED: more than 2^32 - 1 points; of
+ * trails and levels reading. */
+BCCSPLAT_API bccsplat_status bccsplat_renderer_render(
+    bccsplat_renderer* renderer, bccsplat_frame* frame);
+/* Makes the render under way end with CANCELLED; may be called from any thread at any time. Between
+ * renders it does nothing: a cancel token stays. */
 BCCSPLAT_API bccsplat_status bccsplat_renderer_cancel(bccsplat_renderer* renderer);
 /* Of the last successful render. Also: WRONG_STATE before it. */
-BCCSPLAT_API bccsplat_status bccsplat_renderer_get_stats(const bccsplat_renderer* renderer,
-                                                         bccsplat_render_stats* stats);
+BCCSPLAT_API bccsplat_status bccsplat_renderer_get_stats(
+    const bccsplat_renderer* renderer, bccsplat_render_stats* stats);
 
 /* ---- Frame: an image ---- */
 
-enum { /* channels, as bits; each a plane of float32 pixels, rows top to bottom */
-       BCCSPLAT_FRAME_RGBA =
-           1, /* 4 floats: linear premultiplied red, green, blue, opacity. Mode xray: the line integral of
-                 value - air over world length in all of R, G, B; mode maximum: classified maximum */
-       BCCSPLAT_FRAME_DEPTH = 2, /* 1 float: distance along the view direction (world) from the camera
-                                    position where the opacity passes 1/2; infinity where it never does */
-       BCCSPLAT_FRAME_VALUE = 4, /* 1 float: line integral (xray), maximum (maximum), else opacity-weighted
-                                    mean value; NaN where nothing is */
-       BCCSPLAT_FRAME_TIME = 8, /* 1 float: opacity-weighted mean frame index; NaN where nothing is. Of trails
-                                   of periodic series it counts on: below 0 before frame 0, above dims[3]
-                                   behind the end */
-       BCCSPLAT_FRAME_DEEP = 16 /* no plane but a list of samples per pixel, bccsplat_frame_get_deep; modes
-                                   composite and isosurface, no reference, no trail combined POST (render
-                                   answers UNSUPPORTED). It counts against the memory budget, twice while
-                                   a render ends */
+/* Channels, as bits; each a plane of float32 pixels, rows top to bottom. */
+enum {
+  /* 4 floats: linear premultiplied red, green, blue, opacity. Mode xray: the line integral of value
+   * - air over world length in all of R, G, B; mode maximum: classified maximum. */
+  BCCSPLAT_FRAME_RGBA = 1,
+  /* 1 float: distance along the view direction (world) from the camera position where the opacity
+   * passes 1/2; infinity where it never does. */
+  BCCSPLAT_FRAME_DEPTH = 2,
+  /* 1 float: line integral (xray), maximum (maximum), else opacity-weighted mean value; NaN where
+   * nothing is. */
+  BCCSPLAT_FRAME_VALUE = 4,
+  /* 1 float: opacity-weighted mean frame index; NaN where nothing is. Of trails of periodic series
+   * it counts on: below 0 before frame 0, above dims[3] behind the end. */
+  BCCSPLAT_FRAME_TIME = 8,
+  /* No plane but a list of samples per pixel, bccsplat_frame_get_deep; modes composite and
+   * isosurface, no reference, no trail combined POST (render answers UNSUPPORTED). It counts
+   * against the memory budget, twice while a render ends. */
+  BCCSPLAT_FRAME_DEEP = 16
 };
 
-/* What each pixel holds along its ray, as OpenEXR's deep pictures do: samples in order of depth that do not
- * overlap ("tidy") and, composited front to back, are the RGBA of the same render. A sample is a part of the
- * ray that absorbs evenly, or a surface (z = z_back, opacity 1). They are the way to composite a volume with
- * other things in depth: samples of both, in order, one over the other, a sample that something divides cut
- * by OpenEXR's rule (the part x of it absorbs 1 - (1 - opacity)^x). What is taken away from the front
- * uncovers what lies behind: ask for that with opacity_stop 1, else a ray ends where it is finished, and an
- * isosurface at the first surface. */
+/* What each pixel holds along its ray, as OpenEXR's deep pictures do: samples in order of depth
+ * that do not overlap ("tidy") and, composited front to back, are the RGBA of the same render. A
+ * sample is a part of the ray that absorbs evenly, or a surface (z = z_back, opacity 1). They are
+ * the way to composite a volume with other things in depth: samples of both, in order, one over the
+ * other, a sample that something divides cut by OpenEXR's rule (the part x of it absorbs 1 - (1 -
+ * opacity)^x). What is taken away from the front uncovers what lies behind: ask for that with
+ * opacity_stop 1, else a ray ends where it is finished, and an isosurface at the first surface. */
 typedef struct bccsplat_deep {
   uint32_t struct_size;
-  uint32_t components; /* floats per sample, 6: z, z_back (as FRAME_DEPTH measures; of perspective cameras
-                          never negative), opacity, premultiplied red, green, blue; of the sample by itself */
+  /* Floats per sample, 6: z, z_back (as FRAME_DEPTH measures; of perspective cameras never
+   * negative), opacity, premultiplied red, green, blue; of the sample by itself. */
+  uint32_t components;
   uint32_t width;
   uint32_t height;
-  uint64_t sample_count; /* of the picture */
-  const uint64_t*
-      first;            /* width x height + 1: pixel p = y * width + x has samples first[p] .. first[p+1]-1 */
-  const float* samples; /* sample_count x components */
+  /* Of the picture. */
+  uint64_t sample_count;
+  /* width x height + 1: pixel p = y * width + x has samples first[p] .. first[p+1]-1. */
+  const uint64_t* first;
+  /* sample_count x components. */
+  const float* samples;
 } bccsplat_deep;
 
 typedef struct bccsplat_plane {
@@ -1512,68 +1813,77 @@ typedef struct bccsplat_plane {
 
 typedef struct bccsplat_image_options {
   uint32_t struct_size;
-  int32_t overwrite;       /* non-zero: replace an existing file */
-  uint32_t use_background; /* PNG: non-zero: opaque over `background`; 0: transparent, straight alpha */
+  /* Non-zero: replace an existing file. */
+  int32_t overwrite;
+  /* PNG: non-zero: opaque over `background`; 0: transparent, straight alpha. */
+  uint32_t use_background;
   uint32_t reserved;
-  double background[3];         /* linear RGB */
-  int32_t frames_per_second[2]; /* EXR: of the sequence the frame belongs to, numerator and denominator (24, 1
-                                   or 24000, 1001), both > 0, as framesPerSecond; both 0: not written */
-  double exposure_seconds;      /* EXR: time the frame gathers, as expTime, such as a trail's length where the
-                                   unit of time is known; >= 0; 0: not written */
-  const char* comments;         /* EXR: UTF-8, as comments; NULL or "": not written */
-  bccsplat_progress_fn progress; /* NULL: none; fraction of the rows */
+  /* Linear RGB. */
+  double background[3];
+  /* EXR: of the sequence the frame belongs to, numerator and denominator (24, 1 or 24000, 1001),
+   * both > 0, as framesPerSecond; both 0: not written. */
+  int32_t frames_per_second[2];
+  /* EXR: time the frame gathers, as expTime, such as a trail's length where the unit of time is
+   * known; >= 0; 0: not written. */
+  double exposure_seconds;
+  /* EXR: UTF-8, as comments; NULL or "": not written. */
+  const char* comments;
+  /* NULL: none; fraction of the rows. */
+  bccsplat_progress_fn progress;
   void* progress_user;
-  bccsplat_cancel_token* cancel_token; /* NULL: none */
+  /* NULL: none. */
+  bccsplat_cancel_token* cancel_token;
 } bccsplat_image_options;
 
-enum { /* what an image is saved as */
-       BCCSPLAT_IMAGE_PNG = 1,
-       BCCSPLAT_IMAGE_EXR = 2,
-       BCCSPLAT_IMAGE_DEEP_EXR = 3
-};
+/* What an image is saved as. */
+typedef int32_t bccsplat_image;
+enum { BCCSPLAT_IMAGE_PNG = 1, BCCSPLAT_IMAGE_EXR = 2, BCCSPLAT_IMAGE_DEEP_EXR = 3 };
 
 /* width, height in [1, 65536]; channels: bits, RGBA always included. */
-BCCSPLAT_API bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width, uint32_t height,
-                                                   uint32_t channels, bccsplat_frame** frame);
-/* An RGBA frame in the host's own memory (borrowed until release): height rows of width x 4 floats, row_bytes
- * apart (0: packed), a multiple of 4. INVALID_ARGUMENT where all of it lies in no memory. */
-BCCSPLAT_API bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width, uint32_t height,
-                                                 float* rgba, uint64_t row_bytes, bccsplat_frame** frame);
+BCCSPLAT_API bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width,
+    uint32_t height, uint32_t channels, bccsplat_frame** frame);
+/* An RGBA frame in the host's own memory (borrowed until release): height rows of width x 4 floats,
+ * row_bytes apart (0: packed), a multiple of 4. INVALID_ARGUMENT where all of it lies in no
+ * memory. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width,
+    uint32_t height, float* rgba, uint64_t row_bytes, bccsplat_frame** frame);
 BCCSPLAT_API void bccsplat_frame_retain(bccsplat_frame* frame);
 BCCSPLAT_API void bccsplat_frame_release(bccsplat_frame* frame);
-/* `channel` is one bit, of a plane: FRAME_DEEP has none (INVALID_ARGUMENT), but bccsplat_frame_get_deep.
- * Also: NOT_FOUND when the frame lacks it. */
-BCCSPLAT_API bccsplat_status bccsplat_frame_get_channel(const bccsplat_frame* frame, uint32_t channel,
-                                                        bccsplat_plane* plane);
-/* The samples of the last render into the frame; the pointers are good until the next one or the last
- * release. Also: NOT_FOUND when the frame has no FRAME_DEEP, WRONG_STATE before a render. */
-BCCSPLAT_API bccsplat_status bccsplat_frame_get_deep(const bccsplat_frame* frame, bccsplat_deep* deep);
-/* OpenEXR scanline file, ZIP, float: R, G, B, A unnamed first, the others as depth.Z, value.Y, time.Y.
- * The camera of the last render into the frame is written as the standard attributes worldToCamera (x right,
- * y up, z forward: left-handed), worldToNDC ((0, 0) upper left, (1, 1) lower right) and, in perspective,
- * screenWindowWidth; what it shows as bccsplat/version, /hyperplane, /kernel and /sheetStep.
- * options may be NULL. Also: writing, MISSING_FEATURE. */
-BCCSPLAT_API bccsplat_status bccsplat_frame_save_exr(const bccsplat_frame* frame, const char* path,
-                                                     const bccsplat_image_options* options);
+/* `channel` is one bit, of a plane: FRAME_DEEP has none (INVALID_ARGUMENT), but
+ * bccsplat_frame_get_deep. Also: NOT_FOUND when the frame lacks it. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_get_channel(
+    const bccsplat_frame* frame, uint32_t channel, bccsplat_plane* plane);
+/* The samples of the last render into the frame; the pointers are good until the next one or the
+ * last release. Also: NOT_FOUND when the frame has no FRAME_DEEP, WRONG_STATE before a render. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_get_deep(
+    const bccsplat_frame* frame, bccsplat_deep* deep);
+/* OpenEXR scanline file, ZIP, float: R, G, B, A unnamed first, the others as depth.Z, value.Y,
+ * time.Y. The camera of the last render into the frame is written as the standard attributes
+ * worldToCamera (x right, y up, z forward: left-handed), worldToNDC ((0, 0) upper left, (1, 1)
+ * lower right) and, in perspective, screenWindowWidth; what it shows as bccsplat/version,
+ * /hyperplane, /kernel and /sheetStep. options may be NULL. Also: writing, MISSING_FEATURE. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_save_exr(
+    const bccsplat_frame* frame, const char* path, const bccsplat_image_options* options);
 /* OpenEXR deep scanline file, ZIPS, float: Z, ZBack, A, R, G, B, deepImageState tidy; attributes as
  * save_exr. Also: as there; NOT_FOUND and WRONG_STATE as bccsplat_frame_get_deep. */
-BCCSPLAT_API bccsplat_status bccsplat_frame_save_deep_exr(const bccsplat_frame* frame, const char* path,
-                                                          const bccsplat_image_options* options);
+BCCSPLAT_API bccsplat_status bccsplat_frame_save_deep_exr(
+    const bccsplat_frame* frame, const char* path, const bccsplat_image_options* options);
 /* 8-bit sRGB PNG. Also: as save_exr. */
-BCCSPLAT_API bccsplat_status bccsplat_frame_save_png(const bccsplat_frame* frame, const char* path,
-                                                     const bccsplat_image_options* options);
-/* The bytes of the file that save_png, save_exr or save_deep_exr would write (format: BCCSPLAT_IMAGE_...),
- * into a host's stream, which is borrowed during the call; `overwrite` says nothing. Also: as they, of
- * writing IO alone. */
-BCCSPLAT_API bccsplat_status bccsplat_frame_save_stream(const bccsplat_frame* frame, int32_t format,
-                                                        const bccsplat_write_stream* stream,
-                                                        const bccsplat_image_options* options);
-/* The same into the host's memory: writes the first min(capacity, size) bytes; `bytes` may be NULL when
- * capacity is 0. size (may be NULL) gets the bytes in all. The image is made anew by each call: 8 bytes for
- * each pixel and 64 KiB are more than any PNG takes. Also: as they, but nothing of writing. */
-BCCSPLAT_API bccsplat_status bccsplat_frame_save_memory(const bccsplat_frame* frame, int32_t format,
-                                                        const bccsplat_image_options* options, void* bytes,
-                                                        uint64_t capacity, uint64_t* size);
+BCCSPLAT_API bccsplat_status bccsplat_frame_save_png(
+    const bccsplat_frame* frame, const char* path, const bccsplat_image_options* options);
+/* The bytes of the file that save_png, save_exr or save_deep_exr would write (format:
+ * BCCSPLAT_IMAGE_...), into a host's stream, which is borrowed during the call; `overwrite` says
+ * nothing. Also: as they, of writing IO alone. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_save_stream(const bccsplat_frame* frame,
+    bccsplat_image format, const bccsplat_write_stream* stream,
+    const bccsplat_image_options* options);
+/* The same into the host's memory: writes the first min(capacity, size) bytes; `bytes` may be NULL
+ * when capacity is 0. size (may be NULL) gets the bytes in all. The image is made anew by each
+ * call: 8 bytes for each pixel and 64 KiB are more than any PNG takes. Also: as they, but nothing
+ * of writing. */
+BCCSPLAT_API bccsplat_status bccsplat_frame_save_memory(const bccsplat_frame* frame,
+    bccsplat_image format, const bccsplat_image_options* options, void* bytes, uint64_t capacity,
+    uint64_t* size);
 
 #ifdef __cplusplus
 }

@@ -8,7 +8,7 @@ import re
 import sys
 
 SCALARS = {"int32_t": "c_int32", "uint32_t": "c_uint32", "int64_t": "c_int64", "uint64_t": "c_uint64",
-           "double": "c_double", "float": "c_float", "bccsplat_status": "c_int32", "void": "None"}
+           "double": "c_double", "float": "c_float", "void": "None"}
 PYTHON_TYPES = {"c_double": "float", "c_float": "float", "c_char_p": "bytes | None", "c_void_p": "int | None"}
 
 
@@ -23,6 +23,7 @@ class Header:
         text = re.sub(r"^#.*?(?<!\\)$", "", text, flags=re.M | re.S)
         text = re.sub(r'extern "C" \{', "", text)
         self.constants, self.structs, self.callbacks, self.functions = [], [], [], []
+        SCALARS.update({name: SCALARS[base] for base, name in re.findall(r"typedef\s+(\w+)\s+(bccsplat_\w+)\s*;", text)})
         declaration = re.compile(
             r"enum\s*\{(?P<enum>[^}]*)\}\s*;"
             r"|typedef\s+struct\s+(?P<struct>\w+)\s*\{(?P<fields>[^}]*)\}\s*\w+\s*;"
