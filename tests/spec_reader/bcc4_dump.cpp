@@ -256,7 +256,11 @@ void read_corrections(Cursor& r, Volume& v, bool local, int lowest) {
     if (local) {
       c.shape = r.u8();
       must(c.shape <= 1, "corrections: shape");
-      r.zeros(7);
+      const uint8_t told = r.u8();
+      r.zeros(2);
+      const float base = r.f32();
+      must(told == 1 ? std::isfinite(base) : told == 0 && base == 0 && !std::signbit(base),
+           "corrections: base");
     } else {
       must(c.shape < 0 || (c.step == step && c.bound == bound), "corrections: the records differ");
     }
