@@ -498,13 +498,15 @@ typedef struct bccsplat_channel_options {
   bccsplat_type value_type;
   /* Value of sites that are not stored; without SET_AIR it is 0, as in a cleared struct, whatever
    * the data: where 0 is a value like others and another one means empty, as -1024 of CT, set it.
-   * Where some are not, and where abs_error keeps a bound, values come back within a small share of
-   * their distance from it, the ripple of the kernel: of a field about a large constant air is that
-   * constant. Where all sites are stored readers take a value among them in its place when it is
-   * further away than they are from each other. Floats, and integers of 32 bits, are stored as
-   * floats relative to it: far from it in coarse steps. finish warns (the device's log) of either
-   * where the distance is more than 8 times the range of the values and the steps more than 1/256
-   * of it. */
+   * Where all sites but a sixteenth are stored, and air is further from all samples than these from
+   * each other, or eight times as far from nine tenths of them, readers take their median for the
+   * base of the field and give a constant back. Elsewhere, and in parts with abs_error, values come
+   * back within a small share of their distance from air, the ripple of the kernel: of a field
+   * about a large constant air is that constant there. A file with abs_error tells such a base, and
+   * readers that do not know of it refuse it. Floats, and integers of 32 bits, are stored as floats
+   * relative to air: far from it in coarse steps. finish warns (the device's log) of the share in
+   * such parts where the distance is more than 8 times the range of the values, and of steps that
+   * are more than 1/256 of it. */
   double air;
   /* A site within this of air is not stored; 0: sites that equal air in the stored type, and for
    * floats the filter's ringing beside air, up to 1/512 of what is near, are not. */

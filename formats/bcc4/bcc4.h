@@ -198,6 +198,8 @@ class Bcc4Reader {
   [[nodiscard]] std::vector<std::byte> stored_block(const BlockRef& block, std::string_view what) const;
   // The base of a channel's field (field_base.h), at all levels.
   [[nodiscard]] float base(int channel) const;
+  // What sites that are not stored hold relative to it.
+  [[nodiscard]] float absent(int channel) const;
   // The brick of one layer of a chunk, 0 .. slab_layers - 1; null where all of it is air.
   [[nodiscard]] std::shared_ptr<const Brick> brick(const ChannelLevel& at, const ChunkData& data,
                                                    int layer_of_slab, RelativeTo to = RelativeTo::air) const;

@@ -238,6 +238,8 @@ void check_info(const VolumeInfo& info, Code code) {
     const ResidualInfo& fix = c.residuals;
     if (!(fix.step >= 0 && fix.bound >= 0) || !std::isfinite(fix.step) || !std::isfinite(fix.bound))
       fail(code, "channel ", c.name, ": corrections in steps of ", fix.step, ", bound ", fix.bound);
+    if (fix.base && !std::isfinite(*fix.base))
+      fail(code, "channel ", c.name, ": corrections of a field above ", *fix.base);
     for (const auto* frames : {&fix.frames, &fix.tables})
       if (!frames->empty() && (frames->size() != info.lattice.dims[3] || fix.step == 0))
         fail(code, "channel ", c.name, ": corrections of ", frames->size(), " frames");

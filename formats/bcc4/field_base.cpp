@@ -4,10 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+
+#include "kernel/cc_kernel.h"
 
 namespace bccsplat {
 
 namespace {
+
+float middle(const Range& values) { return static_cast<float>(values.low / 2 + values.high / 2); }
 
 // How much further down or up all values are; 0 where some are on either side.
 double distance(float air, const Range& values) {
@@ -15,29 +20,57 @@ double distance(float air, const Range& values) {
   return std::max({values.low - at, at - values.high, 0.0});
 }
 
-bool has_no_air(const VolumeInfo& info, const ChannelInfo& channel) {
-  if (channel.sites_kept == static_cast<uint64_t>(info.lattice.sites())) return true;
+// Whether air is further from all values of a range than `times` their distance from each other.
+bool is_far(float air, const Range& values, double times) {
+  const bool floats = std::max(std::fabs(values.low), std::fabs(values.high)) <=
+                      static_cast<double>(std::numeric_limits<float>::max()); // not so in a damaged file
+  return floats && distance(air, values) > times * (values.high - values.low);
+}
+
+// Whether sites that are left out are missing data.
+bool leaves_out_missing(const VolumeInfo& info, const ChannelInfo& channel) {
   // Of a part what other parts hold is left out as well.
   return channel.sites_kept > 0 && !channel.masks.empty() && !info.part &&
-         is_far(channel.air, channel.source_range) &&
+         is_far(channel.air, channel.source_range, 1) &&
          distance(channel.air, channel.source_range) > static_cast<double>(channel.threshold);
+}
+
+// A file may tell nothing but their range.
+StoredValues values_of(const ChannelInfo& channel) {
+  StoredValues values{channel.kept_range, channel.kept_range, middle(channel.kept_range)};
+  std::array<std::optional<double>, most_percent.size()> at;
+  for (size_t i = 0; i < at.size(); ++i)
+    for (const Percentile& p : channel.percentiles)
+      if (p.percent == most_percent[i]) at[i] = p.value;
+  if (at[0] && at[1] && at[2]) values.most = {*at[0], *at[2]}, values.median = static_cast<float>(*at[1]);
+  return values;
 }
 
 } // namespace
 
-bool is_far(float air, const Range& values) {
-  const bool floats = std::max(std::fabs(values.low), std::fabs(values.high)) <=
-                      static_cast<double>(std::numeric_limits<float>::max()); // not so in a damaged file
-  return floats && distance(air, values) > values.high - values.low;
+bool is_far(float air, const StoredValues& values) {
+  return is_far(air, values.all, 1) || is_far(air, values.most, 8);
 }
 
-float middle(const Range& values) { return static_cast<float>(values.low / 2 + values.high / 2); }
+bool nearly_all(uint64_t kept, uint64_t sites) { return kept > 0 && kept >= sites - sites / 16; }
 
-float field_base(const VolumeInfo& info, const ChannelInfo& channel) {
+FieldBase field_base(const VolumeInfo& info, const ChannelInfo& channel) {
+  if (channel.residuals.base) return {*channel.residuals.base, true};
   const bool corrected = channel.residuals.any() || channel.residuals.bound > 0;
-  return !corrected && is_far(channel.air, channel.kept_range) && has_no_air(info, channel)
-             ? middle(channel.kept_range)
-             : channel.air;
+  const StoredValues values = values_of(channel);
+  if (corrected || info.part || !is_far(channel.air, values)) return {channel.air};
+  if (leaves_out_missing(info, channel)) return {values.median};
+  return nearly_all(channel.sites_kept, static_cast<uint64_t>(info.lattice.sites()))
+             ? FieldBase{values.median, true}
+             : FieldBase{channel.air};
+}
+
+float stored_base(float air, float base, const Lattice4& lattice, const std::string& coefficient_kernel) {
+  if (lattice.space.bcc || coefficient_kernel.empty() || base == air) return base;
+  const auto zero = static_cast<double>(air);
+  return static_cast<float>(zero +
+                            (static_cast<double>(base) - zero) *
+                                constant_gain(make_cc_kernel(coefficient_kernel), lattice.is_static()));
 }
 
 } // namespace bccsplat

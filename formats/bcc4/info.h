@@ -36,6 +36,8 @@ struct ResidualInfo {
   // Version 3 (record 11): the tables of frames, likewise; `frames` then has samples to set only.
   bool local = false;
   CorrectionShape shape = CorrectionShape::tent;
+  // Of the field that they correct (field_base.h); none: air.
+  std::optional<float> base;
   std::vector<BlockRef> tables;
   [[nodiscard]] bool any() const { return !frames.empty() || !tables.empty(); }
   bool operator==(const ResidualInfo&) const = default;

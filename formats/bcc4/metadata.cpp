@@ -317,7 +317,9 @@ void write_correction_info(ByteWriter& out, const ResidualInfo& r) {
   out.write(r.step);
   out.write(r.bound);
   out.write(static_cast<uint8_t>(r.shape));
-  for (int i = 0; i < 7; ++i) out.write(uint8_t{0});
+  out.write(static_cast<uint8_t>(r.base.has_value()));
+  out.write(uint16_t{0});
+  out.write(r.base.value_or(0));
   write_blocks(out, r.tables);
 }
 void read_correction_info(ByteReader& in, ResidualInfo& r) {
@@ -325,9 +327,12 @@ void read_correction_info(ByteReader& in, ResidualInfo& r) {
   r.step = in.read<double>();
   r.bound = in.read<double>();
   r.shape = static_cast<CorrectionShape>(in.read<uint8_t>());
-  bool zero = true;
-  for (int i = 0; i < 7; ++i) zero = in.read<uint8_t>() == 0 && zero;
-  if (!zero) fail(Code::corrupt, "metadata: reserved bytes of corrections are not zero");
+  const auto has_base = in.read<uint8_t>();
+  const auto reserved = in.read<uint16_t>();
+  const auto base = in.read<float>();
+  if (has_base > 1 || reserved != 0 || (has_base == 0 && std::bit_cast<uint32_t>(base) != 0))
+    fail(Code::corrupt, "metadata: reserved bytes of corrections are not zero");
+  if (has_base == 1) r.base = base;
   read_blocks(in, r.tables);
 }
 

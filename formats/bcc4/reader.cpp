@@ -104,7 +104,8 @@ void Bcc4Reader::State::open() {
     for (size_t c = 0; c < bases.size(); ++c) {
       const Quantiser coding = info.coding({static_cast<int>(c), level});
       coders.emplace_back(coding);
-      from_base.push_back(bases[c] == coding.air ? coders.back() : SampleCoder(coding, bases[c]));
+      const float zero = stored_base(coding.air, bases[c].value, info.lattice, info.coefficient_kernel);
+      from_base.push_back(zero == coding.air ? coders.back() : SampleCoder(coding, zero));
     }
   }
   bytes.file = root.file_bytes;
@@ -390,7 +391,15 @@ std::vector<std::byte> Bcc4Reader::stored_block(const BlockRef& block, std::stri
   return stored;
 }
 
-float Bcc4Reader::base(int channel) const { return state_->bases.at(static_cast<size_t>(channel)); }
+float Bcc4Reader::base(int channel) const { return state_->bases.at(static_cast<size_t>(channel)).value; }
+
+float Bcc4Reader::absent(int channel) const {
+  const auto c = static_cast<size_t>(channel);
+  if (!state_->bases.at(c).absent_is_air) return 0;
+  const float air = state_->info.channels[c].air;
+  const float zero = stored_base(air, base(channel), state_->info.lattice, state_->info.coefficient_kernel);
+  return static_cast<float>(static_cast<double>(air) - static_cast<double>(zero));
+}
 
 std::shared_ptr<const Brick> Bcc4Reader::brick(const ChannelLevel& at, const ChunkData& data,
                                                int layer_of_slab, RelativeTo to) const {

@@ -14,6 +14,7 @@
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/scratch.h"
+#include "formats/bcc4/field_base.h"
 #include "formats/bcc4/layout.h"
 #include "formats/bcc4/page.h"
 
@@ -37,7 +38,7 @@ struct Bcc4Reader::State {
   std::vector<Int3> slots;            // by level: brick dims of coset 0
   std::vector<SampleCoder> coders;    // by level and channel, relative to air
   std::vector<SampleCoder> from_base; // relative to the base of the field
-  std::vector<float> bases;           // by channel
+  std::vector<FieldBase> bases;       // by channel
   std::vector<PageRef> pages;         // the directory
   mutable LruCache<size_t, Page> cached;
   mutable std::atomic<uint64_t> bytes_read{0};

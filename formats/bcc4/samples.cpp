@@ -13,6 +13,7 @@
 #include "formats/bcc4/cache.h"
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/near_loss.h"
+#include "points/absent.h"
 
 namespace bccsplat {
 namespace {
@@ -180,18 +181,22 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
 void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,
                               const Context& context, const TakeLayer<BrickLayer>& take) const {
   const bool lossy = reader_->salvages() && !coefficient_kernel().empty();
-  const TakeLayer<BrickLayer> lose = [&](int32_t m, BrickLayer&& layer) {
-    lose_neighbours(channel, m, region, context, layer);
+  const float absent = to_ == RelativeTo::base ? reader_->absent(channel) : 0;
+  const TakeLayer<BrickLayer> mend = [&](int32_t m, BrickLayer&& layer) {
+    if (lossy) lose_neighbours(channel, m, region, context, layer);
+    if (absent != 0) fill_absent(layer, region, absent);
     take(m, std::move(layer));
   };
-  read_slabs(channel, layers, region, context, lossy ? lose : take, [&](const ChunkData& data, int m) {
-    return reader_->brick({channel, level_}, data, m, to_);
-  });
+  read_slabs(channel, layers, region, context, lossy || absent != 0 ? mend : take,
+             [&](const ChunkData& data, int m) {
+               return reader_->brick({channel, level_}, data, m, to_);
+             });
 }
 
 void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                const Context& context, const TakeLayer<SampleLayer>& take) const {
-  if (!coefficient_kernel().empty()) // of which damage takes more than its bricks
+  // Of coefficients damage takes more than its bricks, and sites that are not stored have no codes.
+  if (!coefficient_kernel().empty() || (to_ == RelativeTo::base && reader_->absent(channel) != 0))
     return SampleSource::read_samples(channel, layers, region, context, take);
   read_slabs(channel, layers, region, context, take, [&](const ChunkData& data, int m) {
     return reader_->samples({channel, level_}, data, m, to_);

@@ -24,7 +24,7 @@ double float_step(ValueType type, double magnitude) {
 
 } // namespace
 
-std::string air_warning(const ChannelInfo& channel, const FitChannelReport& counted, bool corrected) {
+std::string air_warning(const ChannelInfo& channel, const FitChannelReport& counted) {
   if (!counted.any_finite || counted.sites_kept < counted.sites_total) return {};
   const Range& values = counted.source_range;
   const auto air = static_cast<double>(channel.air);
@@ -35,7 +35,7 @@ std::string air_warning(const ChannelInfo& channel, const FitChannelReport& coun
     return concat("channel '", channel.name, "': its values, ", values.low, " to ", values.high,
                   ", are far from its air, ", air, ": ", of_what..., "; an air among them does away with it");
   };
-  if (corrected)
+  if (channel.residuals.local && !channel.residuals.base)
     return warn("the default kernel brings them back with a ripple of up to ",
                 static_cast<float>(ripple * distance),
                 ", which corrections take back at source samples only");

@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 // The layers of a channel under way relative to the base that its field will have
-// (formats/bcc4/field_base.h), as far as those seen so far tell: once a site is left out, or air is near, it
-// stays so.
+// (formats/bcc4/field_base.h), as far as those seen so far tell.
 #pragma once
 
-#include <optional>
+#include <cstdint>
 #include <string>
 
+#include "fit/histogram.h"
 #include "fit/layer_window.h"
-#include "points/values.h"
+#include "formats/bcc4/field_base.h"
 
 namespace bccsplat {
 
 class BasedLayers final : public SampleSource {
  public:
   // The window must outlive this.
-  explicit BasedLayers(const LayerWindow& window) : window_(window) {}
+  explicit BasedLayers(const LayerWindow& window)
+      : window_(window), seen_({ValueType::f32, 1, window.air(0), window.air(0)}) {}
 
   // Takes note of every layer of the channel.
   void see(const BrickLayer& layer);
   // Whether the base will be another than air.
   [[nodiscard]] bool far_from_air() const;
-  // From here on the base is the middle of what was seen.
+  // From here on the base is the median of what was seen.
   void settle();
 
   const Lattice4& lattice() const override { return window_.lattice(); }
@@ -33,9 +34,11 @@ class BasedLayers final : public SampleSource {
   const std::string& coefficient_kernel() const override { return window_.coefficient_kernel(); }
 
  private:
+  [[nodiscard]] StoredValues values() const;
+
   const LayerWindow& window_;
-  bool whole_ = true;         // all sites were kept
-  std::optional<Range> seen_; // of values, absolute
+  uint64_t sites_ = 0, kept_ = 0;
+  SampleHistogram seen_;
   float base_ = 0;
 };
 

@@ -184,9 +184,10 @@ struct RoundTrip::Channel {
   BasedLayers based;
   uint64_t cache;
   MeasuredField above_air;
-  // Beside it where readers will take a base other than air, as far as is known; they never do where
-  // corrections keep a bound.
+  // Beside it where readers will take a base other than air, as far as is known; in its place where
+  // corrections keep a bound, as these tell the base.
   std::unique_ptr<MeasuredField> above_base;
+  bool base_chosen = false;             // or air
   std::map<uint32_t, HeldFrame> frames; // to be measured
   size_t next = 0;                      // of the frames to be measured
   // Of a periodic series, whose layers come from one of them on until they are complete: the frame that is
@@ -197,16 +198,21 @@ struct RoundTrip::Channel {
 
   void push(const BrickLayer& layer) {
     window.push(layer);
-    based.see(layer);
-    if (!based.far_from_air()) above_base.reset();
+    if (!base_chosen || (above_base && !corrects())) based.see(layer);
   }
-  // Before the first frame is measured; of a part nobody knows what readers of the series will take.
+  // When the layers of the first frame to be measured are there; of a part nobody knows what readers of the
+  // series will take.
   void choose_base() {
-    if (next > 0 || options.bound > 0 || !options.whole || !based.far_from_air()) return;
+    if (base_chosen) return;
+    base_chosen = true;
+    if (!options.whole || !based.far_from_air()) return;
     based.settle();
     above_base = std::make_unique<MeasuredField>(based, kernel_name, 0.0f, cache);
   }
-  [[nodiscard]] const MeasuredField& measured() const { return above_base ? *above_base : above_air; }
+  [[nodiscard]] bool corrects() const { return options.bound > 0; }
+  [[nodiscard]] const MeasuredField& measured() const {
+    return above_base && (corrects() || based.far_from_air()) ? *above_base : above_air;
+  }
   void forget(int32_t first, int32_t end) const {
     above_air.field().forget(first, end);
     if (above_base) above_base->field().forget(first, end);
@@ -297,7 +303,11 @@ void RoundTrip::add_layers(int channel, int32_t first_layer, std::span<const Bri
   Channel& c = *channels_[static_cast<size_t>(channel)];
   if (!c.begun && lattice_.periodic) begin_turn(c, first_layer);
   c.begun = true;
-  for (const BrickLayer& layer : layers) c.push(layer);
+  for (const BrickLayer& layer : layers) {
+    c.push(layer);
+    // However many layers come at once.
+    if (!c.base_chosen && !frames_.empty() && c.window.end() >= needed_for(c, c.start).end) c.choose_base();
+  }
   while (c.next < frames_.size()) {
     const size_t at = (c.start + c.next) % frames_.size();
     const LayerSpan needed = needed_for(c, at);
@@ -316,7 +326,6 @@ void RoundTrip::add_layers(int channel, int32_t first_layer, std::span<const Bri
 }
 
 void RoundTrip::measure(Channel& c, int index, size_t at) {
-  c.choose_base();
   const uint32_t frame = frames_[at];
   FrameResiduals residuals;
   const auto add = [&](MeasuredField& to) {
@@ -325,7 +334,7 @@ void RoundTrip::measure(Channel& c, int index, size_t at) {
     to.total.add(to.each[at]);
   };
   if (c.above_base) add(*c.above_base);
-  add(c.above_air);
+  if (!c.above_base || !c.corrects()) add(c.above_air);
   c.frames.erase(frame);
   if (!residuals.empty() && sink_) sink_(index, frame, residuals);
 }
@@ -380,6 +389,11 @@ SampleErrors RoundTrip::compare(const Channel& c, const Coefficients& field, uin
     append(parts, &FrameResiduals::set, n[2] - z, residuals, context_.progress);
   }
   return errors;
+}
+
+std::optional<float> RoundTrip::base(int channel) const {
+  const Channel& c = *channels_[static_cast<size_t>(channel)];
+  return c.above_base && c.corrects() ? std::optional(c.based.base(0)) : std::nullopt;
 }
 
 const SampleErrors& RoundTrip::errors(int channel) const {

@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -90,6 +91,8 @@ class RoundTrip {
   // Value of one step of the corrections.
   [[nodiscard]] static double step(double bound) { return bound; }
   [[nodiscard]] const std::vector<uint32_t>& frames() const { return frames_; }
+  // Of the field that the corrections of a channel are differences from; none: air, or no bound.
+  [[nodiscard]] std::optional<float> base(int channel) const;
   // Of the series, and of frames()[i] once measured.
   [[nodiscard]] const SampleErrors& errors(int channel) const;
   [[nodiscard]] const SampleErrors& frame_errors(int channel, size_t i) const;

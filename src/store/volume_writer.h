@@ -171,6 +171,7 @@ class VolumeWriter {
   [[nodiscard]] FitReport report_of_fits() const;
   void complete_info(const FitReport& result);
   void describe_part(const FitReport& result);
+  void tell_base(size_t c, ChannelInfo& channel) const; // of a field with corrections
   void describe_level_errors(const FitReport& result);
   void require_bounds(const FitReport& result) const;
   [[nodiscard]] TimeMap time_map(uint32_t frames) const;

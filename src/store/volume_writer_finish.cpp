@@ -96,7 +96,7 @@ WriteReport VolumeWriter::finish() {
       const FitChannelReport& r = result.channels[c];
       report.add(r, part_ ? r.source_samples : info.cc_samples(), info.channels[c].source_type);
       source_ranges_.push_back(r.source_range);
-      std::string warning = air_warning(info.channels[c], r, settings_.abs_error > 0);
+      std::string warning = air_warning(info.channels[c], r);
       if (!warning.empty()) warnings_.push_back(std::move(warning));
       if (const RoundTrip* const measured = measuring_.round_trip())
         report.corrected += measured->errors(static_cast<int>(c)).corrected;
@@ -149,6 +149,7 @@ void VolumeWriter::complete_info(const FitReport& result) {
   info.attributes = initial_.attributes;
   for (size_t c = 0; c < added_.size(); ++c) {
     describe_channel(result.channels[c], info.channels[c]);
+    tell_base(c, info.channels[c]);
     // A part knows nothing of the rest of the series.
     if (const RoundTrip* const r = measuring_.round_trip(); r && !part_ && info.channels[c].residuals.local)
       add_measured(r->errors(static_cast<int>(c)), result.channels[c].source_range, c, r->frames().size(),
@@ -164,6 +165,11 @@ void VolumeWriter::complete_info(const FitReport& result) {
     if (settings_.coefficients && lasting * info.slab_layers != fit_options_.lasting_layers)
       info.counts.reset();
   }
+}
+
+void VolumeWriter::tell_base(size_t c, ChannelInfo& channel) const {
+  if (const RoundTrip* const r = measuring_.round_trip())
+    channel.residuals.base = r->base(static_cast<int>(c));
 }
 
 void VolumeWriter::describe_level_errors(const FitReport& result) {

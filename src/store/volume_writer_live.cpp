@@ -53,6 +53,7 @@ VolumeInfo VolumeWriter::info_to_show(uint32_t frames, int32_t layers) const {
   for (size_t c = 0; c < added_.size(); ++c) {
     ChannelInfo& channel = info.channels[c];
     describe_channel(report.channels[c], channel);
+    tell_base(c, channel);
     channel.cc_relevant = std::min(channel.cc_relevant, samples); // of all frames that were given
     if (!channel.frames.empty()) channel.frames.resize(frames);
     for (size_t l = 1; l < fits_.size(); ++l)

@@ -325,16 +325,168 @@ TEST(Constants, WhatIsMeasuredComesBack) {
     }
 }
 
-// Corrections are differences from the field above air, and so the promise is kept.
+// The frames of a series, of one of them fewer planes or none at all: what no box covers is air.
+Written with_gap(const TestDevice& device, const Source& s, uint32_t frame, uint32_t planes_left,
+                 const bccsplat_writer_options& options) {
+  return write_with(device, s, options, sized<bccsplat_channel_options>(),
+                    [&](bccsplat_writer* w) -> bccsplat_status {
+                      for (uint32_t t = 0; t < s.dims[3]; ++t) {
+                        const Bytes data = frame_bytes(s, t);
+                        auto box = sized<bccsplat_box>();
+                        box.type = s.type, box.data = data.data();
+                        for (size_t a = 0; a < 3; ++a) box.dims[a] = s.dims[a];
+                        if (t == frame) box.dims[2] = planes_left;
+                        const uint64_t boxes = box.dims[2] > 0 ? 1 : 0;
+                        if (const bccsplat_status status = bccsplat_writer_add_frame(w, 0, t, &box, boxes))
+                          return status;
+                      }
+                      return BCCSPLAT_OK;
+                    });
+}
+
+// The field as a function, missing within a sample of a place near a corner.
+int32_t ask_pressure(void* missing, uint64_t n, const double* p, float* values) {
+  for (uint64_t i = 0; i < n; ++i, p += 4) {
+    const bool hole =
+        *static_cast<const bool*>(missing) && p[0] < 0.8 && p[1] < 0.8 && p[2] < 0.8 && p[3] < 0.8;
+    values[i] = hole ? NAN : static_cast<float>(pressure + 50 * wave(p[0], p[1], p[2], p[3]));
+  }
+  return 0;
+}
+
+void expect_as_dense(const TestDevice& device, const Written& w, const char* what) {
+  ASSERT_EQ(w.status, BCCSPLAT_OK) << what << w.text;
+  const OpenVolume volume(device, w.bytes);
+  const Errors e = errors_of(volume, pressure, 50);
+  EXPECT_LT(e.rms, 0.25) << what;
+  EXPECT_GT(e.gradient_db, 30) << what;
+  EXPECT_LT(slice_rms(volume, in_time, pressure, 50), 0.25) << what;
+  EXPECT_LT(slice_rms(volume, across_x, pressure, 50), 0.25) << what;
+}
+
+// A few samples that are air, whichever way they came to be, are no base for all others.
+TEST(Constants, AFewThatAreAirLeaveTheOthersAlone) {
+  const TestDevice device;
+  const auto options = sized<bccsplat_writer_options>();
+  auto hole = options, clamp = options;
+  hole.nonfinite = BCCSPLAT_NONFINITE_HOLE, clamp.nonfinite = BCCSPLAT_NONFINITE_CLAMP;
+  Source zero = around(pressure, 50), missing = zero;
+  zero.values[0] = 0, missing.values[0] = NAN;
+  expect_as_dense(device, write_frames(device, zero, options), "one sample of 0");
+  expect_as_dense(device, write_frames(device, missing, clamp), "one NaN that becomes air");
+  expect_as_dense(device, write_frames(device, missing, hole), "one NaN that is missing");
+  expect_as_dense(device, with_gap(device, around(pressure, 50), 0, 19, options),
+                  "a plane that no box covers");
+  for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS})
+    for (auto how : {hole, clamp}) {
+      how.store = store;
+      bool with_hole = true;
+      const Written w =
+          write_with(device, zero, how, sized<bccsplat_channel_options>(), [&](bccsplat_writer* writer) {
+            return bccsplat_writer_add_field(writer, 0, ask_pressure, &with_hole);
+          });
+      expect_as_dense(device, w, "a field with a site left out");
+      const OpenVolume volume(device, w.bytes);
+      const float there = volume.at({{0, 0, 0, 0}})[0];
+      if (how.nonfinite == BCCSPLAT_NONFINITE_HOLE) {
+        EXPECT_TRUE(std::isnan(there));
+      } else {
+        EXPECT_LT(std::fabs(there), 0.3 * pressure);
+      }
+    }
+}
+
+// A frame that nobody gave is air, and no base for the others either.
+TEST(Constants, AGapInTimeLeavesTheOthersAlone) {
+  const TestDevice device;
+  const Source s = source_of({22, 21, 20, 80}, BCCSPLAT_TYPE_F32, [](double x, double y, double z, double t) {
+    return pressure + 50 * wave(x, y, z, t);
+  });
+  auto options = sized<bccsplat_writer_options>();
+  options.measure = BCCSPLAT_MEASURE_ALL;
+  const Written w = with_gap(device, s, 60, 0, options);
+  expect_as_dense(device, w, "a frame without a box");
+  EXPECT_GT(w.frames[60].rmse, 1000);
+  for (uint32_t t = 0; t < 50; ++t) EXPECT_LT(w.frames[t].rmse, 1) << t; // as it comes back
+}
+
+// Corrections are differences from the field above a base that the file tells, and need be few.
 TEST(Constants, BoundsHoldFarFromAir) {
   const TestDevice device;
+  const auto check = [&](const Source& s, double bound, double constant, double signal,
+                         const bccsplat_writer_options& how, double least_db, const char* what) {
+    auto options = how;
+    const Bytes free = stored(device, s, options);
+    options.abs_error = bound;
+    const Written w = write_frames(device, s, options);
+    ASSERT_EQ(w.status, BCCSPLAT_OK) << what << w.text;
+    EXPECT_LT(double(w.bytes.size()), 1.5 * double(free.size())) << what;
+    const OpenVolume volume(device, w.bytes), unbound(device, free);
+    const LargestError e = largest_error(volume, s);
+    EXPECT_LE(e.slices, bound) << what;
+    EXPECT_LE(e.points, bound) << what;
+    EXPECT_NEAR(w.error.rmse, rms_of_samples(volume, s), 0.01 * w.error.rmse) << what;
+    const Errors got = errors_of(volume, constant, signal);
+    EXPECT_LT(got.rms, 1.2 * errors_of(unbound, constant, signal).rms + 0.01) << what;
+    EXPECT_GT(got.gradient_db, least_db) << what;
+    EXPECT_LT(slice_rms(volume, across_x, constant, signal), bound) << what;
+    EXPECT_EQ(stored(TestDevice(1), s, options), w.bytes) << what; // whatever comes at once
+  };
+  const auto options = sized<bccsplat_writer_options>();
+  auto coefficients = options, cartesian = options, levels = options;
+  coefficients.store = BCCSPLAT_STORE_COEFFICIENTS, cartesian.lattice = BCCSPLAT_LATTICE_CC;
+  levels.levels = 1;
+  check(around(pressure, 50), 2, pressure, 50, options, 30, "floats");
+  check(around(pressure, 50, BCCSPLAT_TYPE_I32), 2, pressure, 50, options, 27, "i32");
+  check(around(40000, 50, BCCSPLAT_TYPE_U16), 2, 40000, 50, options, 25, "u16");
+  check(around(pressure, 50), 2, pressure, 50, coefficients, 30, "coefficients");
+  check(around(pressure, 50), 2, pressure, 50, cartesian, 20, "Cartesian");
+  check(around(pressure, 50), 2, pressure, 50, levels, 30, "levels");
+  check(around(2e9, 5e4, BCCSPLAT_TYPE_I32), 3000, 2e9, 5e4, options, 30, "2e9");
+}
+
+// And so do those of fields, and of data of which some are missing.
+TEST(Constants, BoundsHoldBesideHolesAndInFields) {
+  const TestDevice device;
   auto options = sized<bccsplat_writer_options>();
-  options.abs_error = 0.5;
-  const Source s = around(pressure, 50);
-  const Bytes bytes = stored(device, s, options);
-  const LargestError e = largest_error(OpenVolume(device, bytes), s);
-  EXPECT_LE(e.slices, 0.5);
-  EXPECT_LE(e.points, 0.5);
+  options.abs_error = 2, options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
+  Source s = around(pressure, 50);
+  bool with_hole = false;
+  const auto channel = sized<bccsplat_channel_options>();
+  const Written field = write_with(device, s, options, channel, [&](bccsplat_writer* writer) {
+    return bccsplat_writer_add_field(writer, 0, ask_pressure, &with_hole);
+  });
+  expect_as_dense(device, field, "a field");
+  EXPECT_LE(largest_error(OpenVolume(device, field.bytes), s).points, 2);
+  for (size_t i = 0; i < s.values.size(); ++i)
+    if (i % 22 >= 19 && i / 22 % 21 >= 18) s.values[i] = NAN;
+  const Written holes = write_frames(device, s, options);
+  expect_as_dense(device, holes, "holes");
+  EXPECT_LE(largest_error(OpenVolume(device, holes.bytes), s).points, 2);
+  // Of a turn the frames that are measured first are not the first ones.
+  options.ends = BCCSPLAT_ENDS_PERIODIC;
+  const Written round = write_frames(device, s, options);
+  expect_as_dense(device, round, "a turn");
+  EXPECT_LE(largest_error(OpenVolume(device, round.bytes), s).points, 2);
+}
+
+// What Cartesian prefilters make of a constant is not quite itself.
+TEST(Constants, CartesianCoefficientsComeBack) {
+  const TestDevice device;
+  auto options = sized<bccsplat_writer_options>();
+  options.lattice = BCCSPLAT_LATTICE_CC, options.store = BCCSPLAT_STORE_COEFFICIENTS;
+  for (const char* stored_kernel : {"default", "fast"}) {
+    options.recommended_kernel = stored_kernel;
+    const Bytes bytes = stored(device, around(pressure, 0), options);
+    for (const char* kernel : {"exact", "default", "fast"}) {
+      const OpenVolume volume(device, bytes, kernel);
+      EXPECT_LT(largest_difference(volume.at({{10.3, 9.1, 8.7, 11.2}, {3.5, 4.5, 5.5, 6.5}}), pressure),
+                1e-5 * pressure)
+          << stored_kernel << " as " << kernel;
+      EXPECT_LT(largest_difference(Cut(volume, in_time).samples(), pressure), 1e-5 * pressure)
+          << stored_kernel << " as " << kernel;
+    }
+  }
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h> // for the helpers
 
 #include <cstdio>
+#include <limits>
 #include <string>
 
 #include "fit/coefficient_layers.h"
@@ -157,6 +158,13 @@ void make_corrections() {
                                           v.channels[0].residuals.shape = static_cast<CorrectionShape>(2);
                                           m = write_metadata(v);
                                         }}));
+  save("v3_corrections_base", corrected_file(12.5f));
+  save("bad_corrections_base", rebuild(good, {.metadata = [](Bytes& m) {
+                                         VolumeInfo v = read_metadata(m, 0, {});
+                                         v.channels[0].residuals.base =
+                                             std::numeric_limits<float>::infinity();
+                                         m = write_metadata(v);
+                                       }}));
 }
 
 // A mask of other runs in the place of the first one.

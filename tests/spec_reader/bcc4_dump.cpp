@@ -17,6 +17,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -152,6 +153,7 @@ struct Channel {
   // Records 11 and 0x8002; shape -1: without the first.
   double step = 0, bound = 0;
   int shape = -1;
+  std::optional<float> base; // of the field that is corrected
   std::vector<BlockRef> tables, frames;
   std::vector<BlockRef> masks; // by frame; empty: none
 };
@@ -256,7 +258,12 @@ void read_corrections(Cursor& r, Volume& v, bool local, int lowest) {
     if (local) {
       c.shape = r.u8();
       must(c.shape <= 1, "corrections: shape");
-      r.zeros(7);
+      const uint8_t told = r.u8();
+      r.zeros(2);
+      const float base = r.f32();
+      must(told == 1 ? std::isfinite(base) : told == 0 && base == 0 && !std::signbit(base),
+           "corrections: base");
+      if (told == 1) c.base = base;
     } else {
       must(c.shape < 0 || (c.step == step && c.bound == bound), "corrections: the records differ");
     }
@@ -918,7 +925,9 @@ uint64_t read_bricks(const File& file, const Volume& v, const Channel& ch, const
 
 void dump_corrections(const File& file, const Volume& v, const Channel& ch) {
   if (ch.step == 0 && ch.bound == 0) return;
-  std::printf("corrections step %.17g bound %.17g shape %d\n", ch.step, ch.bound, ch.shape);
+  std::printf("corrections step %.17g bound %.17g shape %d", ch.step, ch.bound, ch.shape);
+  if (ch.base) std::printf(" base %.17g", static_cast<double>(*ch.base));
+  std::printf("\n");
   for (uint32_t f = 0; f < v.dims[3]; ++f) {
     Bytes all;
     uint64_t add = 0, set = 0;

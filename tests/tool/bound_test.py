@@ -71,6 +71,25 @@ class BoundTest(ToolTest):
         self.assertEqual(sizes, sorted(sizes))
         self.assertLess(3 * sizes[0], sizes[3])
 
+    def test_far_from_air(self):
+        """The corrected field has a base of its own, which grows with the file; parts have air, and hold the bound."""
+        def pressure(x, y, z, t):
+            return 101325 + 10 * wave(x, y, z, t)
+        more = ('--air', 0, '--abs', 1, '--lattice', 'd4star', '--scale', 1, '--ends', 'mirror', '--faces', 'mirror')
+        args = self.raw('a.raw', DIMS, pressure)
+        self.json('import', *args, '-o', 'whole.bcc4', *more)
+        self.json('import', *self.raw('f.raw', (*DIMS[:3], 8), pressure), '-o', 'grown.bcc4', *more)
+        self.json('import', *args, '-o', 'grown.bcc4', '--append', *more)
+        with open(self.path('whole.bcc4'), 'rb') as a, open(self.path('grown.bcc4'), 'rb') as b:
+            self.assertEqual(a.read(), b.read())
+        self.json('import', *args, '--dry-run', '--plan', 'plan.json', *more)
+        for part in 1, 2:
+            self.json('import', '--plan', 'plan.json', '--part', f'{part}/2', '-o', f'p{part}.bcc4')
+        self.json('concat', 'p1.bcc4', 'p2.bcc4', '-o', 'joined.bcc4')
+        for name in 'whole.bcc4', 'joined.bcc4':
+            verified = self.json('verify', name, '--against', 'a.raw', '--dims', ','.join(map(str, DIMS)), '--dtype', 'f32')
+            self.assertEqual(verified['bound'], {'abs': 1, 'held': True}, name)
+
     def test_psnr_is_reached(self):
         args = self.raw('a.raw', (20, 18, 16, 14), wave)
         sizes = []

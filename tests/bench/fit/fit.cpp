@@ -18,6 +18,7 @@
 #include "tests/bench/fit/fit_rate.h"
 #include "tests/bench/fit/fit_real.h"
 #include "tests/bench/fit/fit_source.h"
+#include "tests/bench/fit/fit_turns.h"
 
 namespace bccsplat::bench {
 namespace {
@@ -110,7 +111,7 @@ Row round_trip_row(const FitSource& s, double scale, float ringing, Filter filte
 
 int run_fit_suite(std::span<const std::string> args, const Report& report) {
   std::vector<std::string> tables;
-  std::string raw, dims, type, folder;
+  std::string raw, dims, type, folder, axis;
   std::vector<Row> rows;
   for (size_t i = 0; i < args.size(); ++i) {
     const auto value = [&]() -> const std::string& {
@@ -125,12 +126,21 @@ int run_fit_suite(std::span<const std::string> args, const Report& report) {
       dims = value();
     else if (args[i] == "--dtype")
       type = value();
+    else if (args[i] == "--axis")
+      axis = value();
     else if (args[i] == "--speed" || args[i] == "--accuracy" || args[i] == "--kept" ||
              args[i] == "--round-trip" || args[i] == "--rate" || args[i] == "--lowpass" ||
              args[i] == "--ends" || args[i] == "--held-out" || args[i] == "--real")
       tables.push_back(args[i]);
     else
       fail(Code::invalid_argument, "fit: unknown option ", args[i]);
+  }
+  if (!axis.empty()) {
+    const size_t along = std::string("xyzt").find(axis);
+    if (axis.size() != 1 || along == std::string::npos || tables != std::vector<std::string>{"--ends"})
+      fail(Code::invalid_argument, "fit --ends --axis x, y, z or t");
+    report_turns(along, report);
+    return 0;
   }
   if (!raw.empty() && !folder.empty()) fail(Code::invalid_argument, "fit: --raw or --data, not both");
   if (!raw.empty()) {

@@ -13,6 +13,8 @@ namespace bccsplat::bench {
 //       [--data DIR]
 //     all tables but --real without a choice; DIR has the real sets of --ends (theirs beside known fields),
 //     --held-out and --real (its generated ones beside them)
+//   fit --ends --axis x|y|z|t
+//     waves that go round along it: mirrored, predicted and periodic ends
 //   fit --raw FILE --dims X,Y,Z,T --dtype u8|u16|f32
 //     the same on a raw series, x fastest: error against bytes (--rate: this alone), its ends (--ends), round
 //     trip with the ringing kept and dropped, samples kept, speed

@@ -80,12 +80,13 @@ double steepness(const Frame& f, const std::array<uint32_t, 4>& dims) {
 struct Score {
   double error = 0, edge_error = 0, steep = 0, true_steep = 0;
   size_t samples = 0, edge_samples = 0;
+  std::vector<double> each; // errors by gap
 
   void add(const Frame& got, const Frame& truth, const std::array<uint32_t, 4>& dims, bool edge) {
-    for (size_t k = 0; k < got.size(); ++k) {
-      const double e = std::pow(static_cast<double>(got[k] - truth[k]), 2);
-      (edge ? edge_error : error) += e;
-    }
+    each.push_back(0);
+    for (size_t k = 0; k < got.size(); ++k)
+      each.back() += std::pow(static_cast<double>(got[k] - truth[k]), 2);
+    (edge ? edge_error : error) += each.back();
     (edge ? edge_samples : samples) += got.size();
     steep += steepness(got, dims), true_steep += steepness(truth, dims);
   }
@@ -128,14 +129,28 @@ Frame frame_at(const Coefficients& c, const std::array<uint32_t, 4>& dims, doubl
   return values;
 }
 
-// at: of the frames that were left in, without the first one; none for what goes through them.
-Row row_of(const std::string& set, const std::string& way, const Score& between, const Score* at,
-           double peak) {
+// How many dB a way loses to the best of the others where it loses most, and in which gap.
+struct Behind {
+  double db = -INFINITY;
+  size_t gap = 0;
+  Behind(const Score& score, const std::vector<double>& best) {
+    for (size_t i = 0; i < best.size(); ++i)
+      if (const double lost = 10 * std::log10(score.each[i] / best[i]); lost > db) db = lost, gap = i;
+  }
+};
+
+// at: of the frames that were left in, without the first one; none for what goes through them. best: the
+// least error of interpolation by gap.
+Row row_of(const std::string& set, const std::string& way, const Score& between, const Score* at, double peak,
+           const std::vector<double>& best) {
+  const Behind behind(between, best);
   const bool inside = between.samples > 0;
   return {word("series", set),
           word("frames between", way),
           inside ? figure("PSNR dB", psnr(peak, between.error, between.samples), 2) : word("PSNR dB", "-"),
           figure("first and last gap", psnr(peak, between.edge_error, between.edge_samples), 2),
+          figure("most behind the best", behind.db, 2),
+          figure("in gap", static_cast<double>(behind.gap), 0),
           figure("sharpness", between.sharpness(), 3),
           at ? figure("PSNR at frames", psnr(peak, at->error, at->samples), 2)
              : word("PSNR at frames", "exact"),
@@ -148,12 +163,17 @@ void add_set(std::vector<Row>& rows, const std::string& name, const FitSource& s
   const auto edge = [&](size_t i) { return i == 0 || i + 1 == halves.missing.size(); };
   const std::pair<const char*, Weights> ways[] = {
       {"linear", linear}, {"Catmull-Rom", catmull_rom}, {"natural cubic spline", natural_spline}};
-  for (const auto& [way, weights] : ways) {
-    Score score;
-    for (size_t i = 0; i < halves.missing.size(); ++i)
-      score.add(blended(halves.kept_frames, weights(i, dims[3])), halves.missing[i], dims, edge(i));
-    rows.push_back(row_of(name, way, score, nullptr, halves.peak));
+  std::vector<Score> interpolated;
+  std::vector<double> best(halves.missing.size(), INFINITY);
+  for (const auto& way : ways) {
+    Score& score = interpolated.emplace_back();
+    for (size_t i = 0; i < halves.missing.size(); ++i) {
+      score.add(blended(halves.kept_frames, way.second(i, dims[3])), halves.missing[i], dims, edge(i));
+      best[i] = std::min(best[i], score.each[i]);
+    }
   }
+  for (size_t i = 0; i < interpolated.size(); ++i)
+    rows.push_back(row_of(name, ways[i].first, interpolated[i], nullptr, halves.peak, best));
   const FitSource kept = source_of<float>(halves.kept, SourceType::f32, 1, name);
   for (const int32_t lead : {0, 2, 4}) {
     FitOptions options;
@@ -175,7 +195,7 @@ void add_set(std::vector<Row>& rows, const std::string& name, const FitSource& s
       rows.push_back(row_of(name,
                             concat("D4*, ", kernel, ", ",
                                    lead == 0 ? std::string("mirrored") : concat(lead, " layers predicted")),
-                            between, &at, halves.peak));
+                            between, &at, halves.peak, best));
     }
   }
 }

@@ -20,6 +20,8 @@ void run_kernel_gradients(const Report& report);
 // Constants and what varies little around them: as they come back, and divided by the lattice sum of the
 // kernel.
 void run_kernel_constants(const Report& report);
+// The tables of run_kernel_constants that whole files give.
+void report_constant_files(const Report& report);
 
 // What the prefilter stages make of waves, noise, one site and a checkerboard, beside exact interpolation by
 // conjugate gradients on a periodic lattice.

@@ -251,6 +251,7 @@ void run_kernel_constants(const Report& report) {
                 large("i32, air 2e9", 2e9, SourceType::i32, Reading::above_base),
                 large("f32, air 0, as readers do", 0, SourceType::f32, Reading::above_base),
                 large("f32, air 2e9", 2e9, SourceType::f32, Reading::above_base)});
+  report_constant_files(report);
 }
 
 } // namespace bccsplat::bench

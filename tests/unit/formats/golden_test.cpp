@@ -42,7 +42,8 @@ std::string describe_corrections(const Bcc4Reader& reader, int channel) {
   const ResidualInfo& info = reader.info().channels[static_cast<size_t>(channel)].residuals;
   if (info == ResidualInfo{}) return "";
   std::string text = concat("corrections step ", info.step, " bound ", info.bound, " shape ",
-                            info.local ? static_cast<int>(info.shape) : -1, "\n");
+                            info.local ? static_cast<int>(info.shape) : -1);
+  text += info.base ? concat(" base ", static_cast<double>(*info.base), "\n") : "\n";
   for (uint32_t f = 0; f < reader.info().lattice.dims[3]; ++f) {
     ByteWriter all;
     size_t added = 0;
@@ -272,6 +273,7 @@ TEST(Bcc4Golden, UnevenTimes) {
 
 TEST(Bcc4Golden, BadFilesAreRefused) {
   const std::map<std::string, Code> expected = {{"bad_truncated", Code::truncated},
+                                                {"bad_corrections_base", Code::corrupt},
                                                 {"bad_seven_bits", Code::corrupt},
                                                 {"bad_text_mode", Code::corrupt},
                                                 {"bad_newer_version", Code::unsupported_version},

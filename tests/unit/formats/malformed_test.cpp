@@ -651,6 +651,7 @@ TEST(Bcc4Malformed, BricksOfCorrections) {
   };
   refused("corrections of shape 7",
           [](VolumeInfo& v) { v.channels[0].residuals.shape = static_cast<CorrectionShape>(7); });
+  refused("corrections of a field above inf", [](VolumeInfo& v) { v.channels[0].residuals.base = INFINITY; });
   refused("corrections in steps of inf", [](VolumeInfo& v) { v.channels[0].residuals.step = INFINITY; });
   refused("corrections of 1 frames", [](VolumeInfo& v) { v.channels[0].residuals.tables.pop_back(); });
   refused("measured errors of channel 1", [](VolumeInfo& v) { v.errors[0].channel = 1; });

@@ -250,11 +250,12 @@ inline std::vector<std::byte> levels_file(const Formula& formula = ball) {
 }
 
 // A file with corrections in three bricks of two frames and samples to set, and what was measured.
-inline std::vector<std::byte> corrected_file() {
+inline std::vector<std::byte> corrected_file(std::optional<float> base = {}) {
   VolumeInfo info = volume(LatticeKind::d4star, {70, 9, 68, 3}, {channel("value", ValueType::u8)});
   info.recommended_kernel = "radial20+b3";
   ResidualInfo& fix = info.channels[0].residuals;
   fix.step = fix.bound = 0.25, fix.local = true, fix.shape = CorrectionShape::smooth;
+  fix.base = base;
   for (uint32_t kind = 1; kind <= 2; ++kind)
     info.errors.push_back({.kind = kind,
                            .frames = 3,

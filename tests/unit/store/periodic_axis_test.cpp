@@ -8,10 +8,6 @@
 #include <limits>
 #include <numbers>
 
-#include "field/coefficients/coefficients.h"
-#include "field/corrections.h"
-#include "field/evaluate.h"
-#include "field/masks.h"
 #include "field/sample_grid.h"
 #include "slice/coarsen.h"
 #include "slice/extraction.h"
@@ -19,14 +15,16 @@
 #include "slice/time_slice.h"
 #include "splat/points/points.h"
 #include "store/recode.h"
-#include "store/volume_writer.h"
-#include "tests/unit/fit/fit_series.h"
+#include "tests/unit/store/written_series.h"
 
 namespace bccsplat {
 namespace {
 
 using test::Bench;
+using test::expect_sound;
+using test::Opened;
 using test::Series;
+using test::write;
 
 // D4* takes a turn of 48 samples in 68 planes, 34 sites of a coset: the last brick is narrow. Half a turn is
 // 34 planes, of the same coset.
@@ -55,47 +53,6 @@ WriterSettings round_settings() {
   return s;
 }
 
-WriteReport write(const WriterSettings& settings, const Series& series, std::vector<std::byte>& bytes) {
-  Bench bench(2);
-  VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
-  for (uint32_t t = 0; t < settings.dims[3]; ++t) {
-    const FrameBox box = series.box(t);
-    writer.add_frame(0, t, {&box, 1});
-  }
-  return writer.finish();
-}
-
-// A file and all that looks at it.
-struct Opened {
-  explicit Opened(std::vector<std::byte> file, int level = 0)
-      : bytes(std::move(file)), reader(Bcc4Reader::open(open_memory_source(bytes))),
-        samples(reader, bench.memory, 64 << 20, RelativeTo::base, level) {
-    const VolumeInfo& info = reader->info();
-    const std::string& own =
-        info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel;
-    coefficients = std::make_unique<Coefficients>(samples, 0, make_kernel(own), 0.0f, 256 << 20);
-    if (info.channels[0].residuals.any())
-      corrections = std::make_unique<Corrections>(reader, 0, bench.memory, 16 << 20);
-    if (!info.channels[0].masks.empty()) masks = std::make_unique<Masks>(reader, 0, bench.memory, 16 << 20);
-    coefficients->set_corrections(corrections.get());
-    coefficients->set_masks(masks.get());
-  }
-  [[nodiscard]] const Lattice4& lattice() const { return samples.lattice(); }
-  [[nodiscard]] std::vector<float> at(std::span<const Vec4> points) {
-    std::vector<float> values(points.size());
-    (void)evaluate4(*coefficients, points, values, {}, bench.context());
-    return values;
-  }
-
-  std::vector<std::byte> bytes;
-  Bench bench{2};
-  std::shared_ptr<Bcc4Reader> reader;
-  Bcc4Samples samples;
-  std::unique_ptr<Corrections> corrections;
-  std::unique_ptr<Masks> masks;
-  std::unique_ptr<Coefficients> coefficients;
-};
-
 // Points with x in [begin, end), which may go on behind the seam.
 std::vector<Vec4> points_in(double begin, double end, int count) {
   std::vector<Vec4> points;
@@ -121,11 +78,6 @@ double snr(Opened& file, double begin, double end) {
     signal += (truth - 20) * (truth - 20), error += std::pow(static_cast<double>(got[i]) - truth, 2);
   }
   return 10 * std::log10(signal / error);
-}
-
-void expect_sound(const Opened& file) {
-  Bench bench(2);
-  for (const Bcc4Damage& d : file.reader->verify_all(bench.context()).damage) ADD_FAILURE() << d.message;
 }
 
 TEST(PeriodicAxis, AWholeNumberOfPlanesIsATurn) {

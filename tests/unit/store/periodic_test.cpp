@@ -11,23 +11,21 @@
 
 #include <unistd.h>
 
-#include "field/coefficients/coefficients.h"
-#include "field/corrections.h"
-#include "field/evaluate.h"
-#include "field/masks.h"
 #include "field/sample_grid.h"
 #include "slice/extraction.h"
 #include "slice/hyperslice.h"
 #include "slice/time_slice.h"
 #include "store/recode.h"
-#include "store/volume_writer.h"
-#include "tests/unit/fit/fit_series.h"
+#include "tests/unit/store/written_series.h"
 
 namespace bccsplat {
 namespace {
 
 using test::Bench;
+using test::expect_sound;
+using test::Opened;
 using test::Series;
+using test::write;
 
 constexpr std::array<uint32_t, 4> dims{26, 24, 20, 16};
 // D4* takes a turn of 16 frames in 24 layers: 8 frames are 12 of them, of coset 0 again.
@@ -50,48 +48,6 @@ WriterSettings periodic_settings() {
   s.dims = dims, s.ends = Ends::periodic, s.faces = Faces::mirror;
   return s;
 }
-
-WriteReport write(const WriterSettings& settings, const Series& series, std::vector<std::byte>& bytes) {
-  Bench bench(2);
-  VolumeWriter writer(settings, create_memory_sink(bytes), bench.context());
-  for (uint32_t t = 0; t < settings.dims[3]; ++t) {
-    const FrameBox box = series.box(t);
-    writer.add_frame(0, t, {&box, 1});
-  }
-  return writer.finish();
-}
-
-// A file and all that looks at it.
-struct Opened {
-  explicit Opened(std::vector<std::byte> file, const std::string& kernel = "")
-      : bytes(std::move(file)), reader(Bcc4Reader::open(open_memory_source(bytes))),
-        samples(reader, bench.memory, 64 << 20, RelativeTo::base) {
-    const VolumeInfo& info = reader->info();
-    const std::string& own =
-        info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel;
-    coefficients = std::make_unique<Coefficients>(samples, 0, make_kernel(kernel.empty() ? own : kernel),
-                                                  0.0f, 256 << 20);
-    if (info.channels[0].residuals.any())
-      corrections = std::make_unique<Corrections>(reader, 0, bench.memory, 16 << 20);
-    if (!info.channels[0].masks.empty()) masks = std::make_unique<Masks>(reader, 0, bench.memory, 16 << 20);
-    coefficients->set_corrections(corrections.get());
-    coefficients->set_masks(masks.get());
-  }
-  [[nodiscard]] const Lattice4& lattice() const { return reader->info().lattice; }
-  [[nodiscard]] std::vector<float> at(std::span<const Vec4> points) {
-    std::vector<float> values(points.size());
-    (void)evaluate4(*coefficients, points, values, {}, bench.context());
-    return values;
-  }
-
-  std::vector<std::byte> bytes;
-  Bench bench{2};
-  std::shared_ptr<Bcc4Reader> reader;
-  Bcc4Samples samples;
-  std::unique_ptr<Corrections> corrections;
-  std::unique_ptr<Masks> masks;
-  std::unique_ptr<Coefficients> coefficients;
-};
 
 // Points at moments of [begin, end), about `count` of them near where the blob goes.
 std::vector<Vec4> points_in(double begin, double end, int count) {
@@ -128,11 +84,6 @@ void expect_turned(Opened& a, Opened& b, double tolerance) {
     if (std::isnan(x[i])) continue;
     ASSERT_NEAR(x[i], y[i], tolerance) << points[i][3];
   }
-}
-
-void expect_sound(const Opened& file) {
-  Bench bench(2);
-  for (const Bcc4Damage& d : file.reader->verify_all(bench.context()).damage) ADD_FAILURE() << d.message;
 }
 
 TEST(PeriodicLattice, AWholeNumberOfLayersIsATurn) {
