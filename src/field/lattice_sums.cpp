@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Sums over the sites themselves, and tables of them over an eighth of a cell.
 #include "field/lattice_sums.h"
 
 #include <algorithm>
@@ -39,14 +40,14 @@ LatticeSum lattice_sum_at(const RadialKernel& kernel, bool bcc, const Vec3& p) {
   return sum;
 }
 
-LatticeSums::LatticeSums(const RadialKernel& kernel, bool bcc)
-    : half_(pitch_of(bcc) / 2), table_((cells + 1) * (cells + 1) * (cells + 1)) {
+LatticeSums::LatticeSums(const RadialKernel& kernel, bool bcc, size_t cells)
+    : cells_(cells), half_(pitch_of(bcc) / 2), table_((cells + 1) * (cells + 1) * (cells + 1)) {
   // Axes are alike: those places whose coordinates rise tell the others.
   for (size_t k = 0; k <= cells; ++k)
     for (size_t j = 0; j <= k; ++j)
       for (size_t i = 0; i <= j; ++i) {
         std::array<size_t, 3> place{i, j, k}, axis{0, 1, 2};
-        const double d = half_ / cells;
+        const double d = half_ / static_cast<double>(cells);
         const LatticeSum sum = lattice_sum_at(
             kernel, bcc,
             {d * static_cast<double>(i), d * static_cast<double>(j), d * static_cast<double>(k)});
@@ -65,8 +66,8 @@ LatticeSum LatticeSums::at(const Vec3& p) const {
   for (size_t a = 0; a < 3; ++a) {
     const double t = p[a] / (2 * half_), folded = t - std::floor(t); // of a cell
     sign[a] = folded > 0.5 ? -1 : 1;
-    const double at = 2 * std::min(folded, 1 - folded) * cells;
-    cell[a] = std::min(static_cast<size_t>(at), cells - 1);
+    const double at = 2 * std::min(folded, 1 - folded) * static_cast<double>(cells_);
+    cell[a] = std::min(static_cast<size_t>(at), cells_ - 1);
     part[a] = at - static_cast<double>(cell[a]);
   }
   std::array<double, 4> sum{};
@@ -76,11 +77,25 @@ LatticeSum LatticeSums::at(const Vec3& p) const {
     for (size_t a = 3; a-- > 0;) {
       const size_t bit = n >> a & 1;
       weight *= bit ? part[a] : 1 - part[a];
-      index = index * (cells + 1) + cell[a] + bit;
+      index = index * (cells_ + 1) + cell[a] + bit;
     }
     for (size_t q = 0; q < 4; ++q) sum[q] += weight * static_cast<double>(table_[index][q]);
   }
   return {sum[3], {sign[0] * sum[0], sign[1] * sum[1], sign[2] * sum[2]}};
+}
+
+Vec3 LatticeSums::nearest_gradient(const Vec3& p) const {
+  Vec3 sign;
+  size_t index = 0;
+  for (size_t a = 3; a-- > 0;) {
+    const double from_site = p[a] - std::nearbyint(p[a]);
+    sign[a] = from_site < 0 ? -1 : 1;
+    index = index * (cells_ + 1) +
+            static_cast<size_t>(std::nearbyint(2 * std::fabs(from_site) * static_cast<double>(cells_)));
+  }
+  Vec3 gradient;
+  for (size_t a = 0; a < 3; ++a) gradient[a] = sign[a] * static_cast<double>(table_[index][a]);
+  return gradient;
 }
 
 Vec3 LatticeSums::without_ripple(const Vec3& p, double value, const Vec3& gradient) const {
@@ -88,9 +103,20 @@ Vec3 LatticeSums::without_ripple(const Vec3& p, double value, const Vec3& gradie
   return (1 / sum.value) * (gradient - (value / sum.value) * sum.gradient);
 }
 
+namespace {
+
+bool ripples(const Slice& slice) { return !slice.kernel.normalised && !slice.corrections; }
+
+} // namespace
+
 std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice) {
-  if (slice.kernel.normalised || slice.corrections) return nullptr;
+  if (!ripples(slice)) return nullptr;
   return std::make_shared<const LatticeSums>(slice.kernel.space, slice.lattice.bcc);
+}
+
+std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice, const RadialKernel& drawn) {
+  if (!ripples(slice)) return nullptr;
+  return std::make_shared<const LatticeSums>(drawn, slice.lattice.bcc, LatticeSums::coarse);
 }
 
 } // namespace bccsplat

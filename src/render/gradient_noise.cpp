@@ -22,6 +22,11 @@ constexpr double sigma_per_step = 0.2887; // of rounding: 1 / sqrt(12)
 // Differences over a sample's distance, of values with a standard deviation of 1. Samples know of no waves
 // but those that are longer than two of them; with less than this f32 data glitter in drafts.
 constexpr double differences_per_ripple = 5;
+// Lattice distances between samples: those of normal pictures, and of what the sheets of finer ones are
+// raised from. Analytic gradients have less than this, as far as their ripple is taken off.
+constexpr double samples_apart = 0.5;
+// Of what surfaces have once it is taken off.
+constexpr double left_of_ripple = 0.1;
 
 // The least difference of values that is to be seen as a surface.
 double contrast(const ValueSurvey& s) {
@@ -52,29 +57,34 @@ std::vector<LatticeSum> sums_of_cell(const RadialKernel& kernel, bool bcc) {
   return sums;
 }
 
+// The largest of so few places is that of 99 of 100 within a fifth, for all kernels on BCC and CC.
+double largest_gradient(const std::vector<LatticeSum>& sums) {
+  double most = 0;
+  for (const LatticeSum& sum : sums) most = std::max(most, length(sum.gradient));
+  return most;
+}
+
 } // namespace
 
 double ripple_gradient(const Slice& slice) {
   if (slice.kernel.normalised) return 0;
-  // The largest of so few places is that of 99 of 100 within a fifth, for all kernels on BCC and CC.
-  double most = 0;
-  for (const LatticeSum& sum : sums_of_cell(slice.kernel.space, slice.lattice.bcc))
-    most = std::max(most, length(sum.gradient));
-  return most;
+  return largest_gradient(sums_of_cell(slice.kernel.space, slice.lattice.bcc));
 }
 
-double ripple_of_differences(const Slice& slice, KernelForm form, double apart) {
+double ripple_of_differences(const Slice& slice, KernelForm form) {
   if (slice.kernel.normalised) return 0;
-  const KernelPolynomial drawn = kernel_polynomial(slice.kernel.space, form);
-  RadialKernel kernel = slice.kernel.space;
-  kernel.terms = drawn.terms, kernel.a = {};
-  for (size_t j = 0; j < static_cast<size_t>(drawn.terms); ++j) kernel.a[j] = static_cast<double>(drawn.a[j]);
-  const std::vector<LatticeSum> sums = sums_of_cell(kernel, slice.lattice.bcc);
+  const std::vector<LatticeSum> sums =
+      sums_of_cell(drawn_kernel(slice.kernel.space, form), slice.lattice.bcc);
   double mean = 0, square = 0;
   for (const LatticeSum& sum : sums) mean += sum.value / static_cast<double>(sums.size());
   for (const LatticeSum& sum : sums)
     square += (sum.value - mean) * (sum.value - mean) / static_cast<double>(sums.size());
-  return std::min(ripple_gradient(slice), differences_per_ripple * std::sqrt(square) / apart);
+  return std::min(largest_gradient(sums), differences_per_ripple * std::sqrt(square) / samples_apart);
+}
+
+double ripple_noise(const Slice& slice, RenderMode mode, KernelForm form, bool without_ripple) {
+  if (mode == RenderMode::composite) return ripple_of_differences(slice, form);
+  return (without_ripple ? left_of_ripple : 1) * ripple_gradient(slice);
 }
 
 GradientNoise gradient_noise(const ValueSurvey& survey, double step, double threshold) {

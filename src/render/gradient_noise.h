@@ -4,7 +4,7 @@
 
 #include "field/slice.h"
 #include "render/value_survey.h"
-#include "splat/loop/loops.h"
+#include "splat/plan/scene.h"
 #include "splat/shade/light.h"
 
 namespace bccsplat {
@@ -12,9 +12,12 @@ namespace bccsplat {
 // Returns the gradient per lattice distance of what a slice's kernel makes of a constant 1, at 99 of 100
 // places; 0 of kernels that divide by the lattice sum.
 [[nodiscard]] double ripple_gradient(const Slice& slice);
-// The same of differences between samples so many lattice distances apart, of the kernel's form that is
-// drawn.
-[[nodiscard]] double ripple_of_differences(const Slice& slice, KernelForm form, double apart);
+// What differences between the samples of sheets half a lattice distance apart have of it, of the kernel's
+// form that is drawn.
+[[nodiscard]] double ripple_of_differences(const Slice& slice, KernelForm form);
+// What ripple leaves in the gradients that light a picture: by the mode and by the form of the kernel alone,
+// so that all qualities are lit alike.
+[[nodiscard]] double ripple_noise(const Slice& slice, RenderMode mode, KernelForm form, bool without_ripple);
 
 // survey: of the channel, as it is. step: of the stored values and of the source's, 0: none; threshold:
 // values this near to air were dropped. Returns the part that all values have, per voxel.

@@ -107,22 +107,6 @@ void add_integrals(const Scene& scene, const SplatScene& slice, Preintegrate cho
     tables[n].integrals = integrate_values(scene.trail_functions[n], tables[n]);
 }
 
-// Of what LatticeSums takes off.
-constexpr double left_of_ripple = 0.1;
-
-// What ripple leaves in the gradients that light a picture, per world length; of the volume's own voxels at
-// every level, so that levels are lit alike.
-double ripple_noise(const Scene& scene, const Slice& drawn, const SheetView& view, const SplatOptions& o) {
-  const double voxel = mean_voxel(*scene.slice);
-  if (o.mode != RenderMode::composite)
-    return (o.without_ripple ? left_of_ripple : 1) * ripple_gradient(drawn) / voxel;
-  if (o.gradient == GradientMethod::analytic) return ripple_gradient(drawn) / voxel;
-  const auto [pixels_x, pixels_y] = SheetMetric(view).pixels_per_unit();
-  // Of samples, or of pixels where those are further apart.
-  const double density = o.raise.taps > 0 ? o.raise.density : std::max(pixels_x, pixels_y) / view.scale(0);
-  return ripple_of_differences(drawn, o.kernel_form, std::min(1 / density, view.step)) / voxel;
-}
-
 // Keeps the depths of an isosurface, tile by tile, and smooths its edges when all are there. Trails end at
 // the pixel centre's surface and deep samples have one depth, so that neither has edges to be smoothed.
 class EdgeSmoother {
@@ -223,7 +207,10 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   o.with_deep = image.deep, o.deep_tolerance = options.deep_tolerance;
   DeepCollector deep(context.memory);
   Lights lights = scene.lights;
-  if (scene.noise_of_ripple) lights.noise.of_value = ripple_noise(scene, *slice, view, o);
+  // Of the volume's own voxels at every level, so that levels are lit alike.
+  if (scene.noise_of_ripple)
+    lights.noise.of_value =
+        ripple_noise(*slice, o.mode, o.kernel_form, o.without_ripple) / mean_voxel(*scene.slice);
   const SplatScene s{slice, points, &view, &table, &lights};
   const bool with_trail = scene.trail && !scene.trail->moments.empty();
   if (o.mode == RenderMode::composite && needs_integrals(s, options.preintegrate))
@@ -410,7 +397,8 @@ RenderStats reference_picture(const Scene& scene, const RenderOptions& options, 
   Scene lit = scene;
   if (scene.noise_of_ripple)
     lit.lights.noise.of_value =
-        (sums ? left_of_ripple : 1) * ripple_gradient(*scene.slice) / mean_voxel(*scene.slice);
+        ripple_noise(*scene.slice, options.mode, KernelForm::flat_form, sums != nullptr) /
+        mean_voxel(*scene.slice);
   return render_reference(lit, options, slice_field(*scene.slice, sums),
                           options.mode == RenderMode::composite
                               ? ReferenceOptions{reference_step(scene.function, scene.slice->bounds)}

@@ -39,8 +39,9 @@ struct RenderOptions {
   int tile_size = 0;                                   // pixels; 0: chosen
   Preintegrate preintegrate = Preintegrate::automatic; // of mode composite and trails
   std::optional<RaiseFilter> raise;                    // none: by quality
-  bool without_ripple = true; // surfaces, maxima and references are lit without that of the kernel
-  bool reference = false;     // render/reference.h instead of the splatter
+  // Surfaces, maxima, analytic gradients and references are lit without that of the kernel.
+  bool without_ripple = true;
+  bool reference = false;                         // render/reference.h instead of the splatter
   double deep_tolerance = default_deep_tolerance; // of deep pictures, see DeepTile
   // Of isosurfaces without a trail that are not deep: four samples on edge pixels. Pictures are compared
   // sample by sample without.

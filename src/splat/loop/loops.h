@@ -56,6 +56,8 @@ struct KernelPolynomial {
 // phi itself, short_polynomial() or flat_polynomial().
 enum class KernelForm : uint8_t { exact, short_form, flat_form };
 [[nodiscard]] KernelPolynomial kernel_polynomial(const RadialKernel& phi, KernelForm form);
+// The same as a kernel.
+[[nodiscard]] RadialKernel drawn_kernel(const RadialKernel& phi, KernelForm form);
 
 // Constants of one gap, per ring slot. With the pixel distances from the foot of a point on sheet k,
 // di = i - fx - X delta and dj = j - fy - Y delta:

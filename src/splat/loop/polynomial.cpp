@@ -107,4 +107,11 @@ KernelPolynomial kernel_polynomial(const RadialKernel& phi, KernelForm form) {
   return kernel_polynomial(phi);
 }
 
+RadialKernel drawn_kernel(const RadialKernel& phi, KernelForm form) {
+  const KernelPolynomial drawn = kernel_polynomial(phi, form);
+  RadialKernel kernel{phi.radius, drawn.terms, {}};
+  for (size_t j = 0; j < static_cast<size_t>(drawn.terms); ++j) kernel.a[j] = static_cast<double>(drawn.a[j]);
+  return kernel;
+}
+
 } // namespace bccsplat

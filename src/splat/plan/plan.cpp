@@ -268,6 +268,14 @@ void plan_sheets(const SplatScene& scene, const SplatOptions& options, SplatPlan
   plan.first_sheet = first, plan.last_sheet = last;
 }
 
+// Differences of composites see too little of the ripple to need them.
+std::shared_ptr<const LatticeSums> sums_of(const SplatScene& scene, const SplatOptions& options) {
+  if (!options.without_ripple || !options.shading) return nullptr;
+  if (options.mode != RenderMode::composite) return lattice_sums(*scene.slice);
+  if (options.gradient != GradientMethod::analytic) return nullptr;
+  return lattice_sums(*scene.slice, drawn_kernel(scene.slice->kernel.space, options.kernel_form));
+}
+
 // What is classified alike in all tiles.
 void plan_classes(const SplatScene& scene, const SplatOptions& options, SplatPlan& plan) {
   const SheetView& view = *scene.view;
@@ -326,7 +334,7 @@ SplatPlan make_plan(const SplatScene& scene, const SplatOptions& options, const 
   plan_sheets(scene, options, plan);
   plan_classes(scene, options, plan);
   const bool empty = plan.first_sheet > plan.last_sheet;
-  if (options.without_ripple && options.mode != RenderMode::composite) plan.sums = lattice_sums(*scene.slice);
+  plan.sums = sums_of(scene, options);
 
   SheetView sampled = view;
   SplatScene ring = scene; // as the sheets' samples see it

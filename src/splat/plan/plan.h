@@ -85,7 +85,7 @@ struct SplatPlan {
   std::vector<float> lateral, half_x, half_y; // per gap
   std::vector<int32_t> columns, rows;
 
-  // The kernel's, whose ripple surfaces and maxima are lit without; null: with it.
+  // Of what is drawn, whose ripple surfaces, maxima and analytic gradients are lit without; null: with it.
   std::shared_ptr<const LatticeSums> sums;
   // Isosurfaces: samples here may lack points, and are taken for what they are known to be.
   InsideCells inside;

@@ -40,9 +40,9 @@ struct SplatOptions {
   double deep_tolerance = 0;                  // see DeepTile
   KernelForm kernel_form = KernelForm::exact; // how the slice's kernel is drawn
   bool preintegrate = false;                  // mode composite: by the table's integrals, which are there
-  bool without_ripple = false;                // surfaces and maxima are lit without that of the kernel
-  RaiseFilter raise;                          // where sheets need fewer samples than the picture has pixels
-  bool reference_loops = false;               // slow ones that read like the formulae
+  bool without_ripple = false;  // lit without that of the kernel: surfaces, maxima, analytic gradients
+  RaiseFilter raise;            // where sheets need fewer samples than the picture has pixels
+  bool reference_loops = false; // slow ones that read like the formulae
 };
 
 struct SplatScene {

@@ -8,6 +8,25 @@
 #include "splat/shade/absorption.h"
 
 namespace bccsplat {
+namespace {
+
+// Of the analytic sums gi, gj and gk at a pixel of the tile.
+void take_ripple_off(const SheetArgs& s, int x, int y, float value, float& gi, float& gj, float& gk) {
+  const SheetRipple& r = s.ripple;
+  if (!r.sums) return;
+  Vec3 place;
+  for (size_t a = 0; a < 3; ++a)
+    place[a] = static_cast<double>(static_cast<float>(x) * r.per_x[a] +
+                                   (r.at[a] + static_cast<float>(y) * r.per_y[a]));
+  const Vec3 ripple = r.sums->nearest_gradient(place);
+  for (size_t a = 0; a < 3; ++a) {
+    const float of_value = value * static_cast<float>(ripple[a]);
+    gi -= of_value * r.sum_i[a], gj -= of_value * r.sum_j[a], gk -= of_value * r.sum_k[a];
+  }
+}
+
+} // namespace
+
 float segment_weight(const SheetArgs& s, size_t p) {
   const float w = std::min(s.k + 0.5f, s.pixel.leave[p]) - std::max(s.k - s.front, s.pixel.enter[p]);
   return std::max(w, 0.0f);
@@ -28,6 +47,7 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y) {
     if (s.fourth_order) gk += s.depth_scale2 * (s.after2[at] - s.before2[at]);
   } else {
     gi = s.sum_i[at], gj = s.sum_j[at], gk = s.sum_k[at];
+    take_ripple_off(s, x, y, s.value[at], gi, gj, gk);
   }
   gi *= s.basis.unit, gj *= s.basis.unit, gk *= s.basis.unit;
   Vec3 g;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <span>
 
+#include "field/lattice_sums.h"
 #include "splat/shade/class_table.h"
 #include "splat/shade/light.h"
 #include "splat/view/pixel_rect.h"
@@ -39,6 +40,15 @@ struct GradientBasis {
   float slant_per_x = 0, slant_per_y = 0; // more per pixel (perspective)
 };
 
+// Where the samples of a sheet lie in the cells of the lattice, whose ripple is taken off analytic gradients.
+struct SheetRipple {
+  const LatticeSums* sums = nullptr; // null: it is left in them
+  // Of the tile's first pixel, and what a pixel to the right and down is from it, cells.
+  std::array<float, 3> at{}, per_x{}, per_y{};
+  // The sums of a sample that a gradient per lattice unit is, by its parts.
+  std::array<float, 3> sum_i{}, sum_j{}, sum_k{};
+};
+
 // A value between sheets: the weighted sum of four planes.
 struct Halfway {
   std::array<const float*, 4> plane{};
@@ -66,6 +76,7 @@ struct SheetArgs {
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;
   GradientBasis basis;
+  SheetRipple ripple;
   float noise = 0, noise_of_value = 0; // of the lights, enlarged as gradients are
   // Segments are classified by the table's integrals, the value running linearly from half a sheet before k
   // to k and on to half a sheet behind it. Samples more than `known` sheets outside the domain are not looked

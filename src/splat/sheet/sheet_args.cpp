@@ -46,6 +46,23 @@ GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t 
   return basis;
 }
 
+void set_ripple(const SheetView& view, int64_t k, double radius, SheetArgs& a) {
+  SheetRipple& r = a.ripple;
+  const auto sheet = static_cast<double>(k);
+  const double cell = r.sums->cell(), scale = view.scale(sheet);
+  const Vec3 first = view.sample(a.x, a.y, sheet);
+  // As in gradient_basis(), sums times this are gradients.
+  const double factor = -2 / (radius * radius);
+  for (size_t n = 0; n < 3; ++n) {
+    r.at[n] = static_cast<float>(first[n] / cell - std::floor(first[n] / cell));
+    r.per_x[n] = static_cast<float>(scale * view.ex[n] / cell);
+    r.per_y[n] = static_cast<float>(scale * view.ey[n] / cell);
+    r.sum_i[n] = static_cast<float>(view.gx[n] / (factor * scale));
+    r.sum_j[n] = static_cast<float>(view.gy[n] / (factor * scale));
+    r.sum_k[n] = static_cast<float>(view.normal[n] / (factor * view.step));
+  }
+}
+
 int halfway_sheets(const SheetView& view) {
   double longest = 0;
   for (const double i : {0.0, static_cast<double>(view.width - 1)})

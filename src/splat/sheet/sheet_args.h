@@ -16,6 +16,10 @@ namespace bccsplat {
 [[nodiscard]] GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t k,
                                            int differences);
 
+// Sets where the samples of sheet k lie in the cells of the lattice, of args with a tile and lattice sums.
+// radius: of the kernel.
+void set_ripple(const SheetView& view, int64_t k, double radius, SheetArgs& a);
+
 // The field is known this far outside the domain (make_points), lattice units.
 inline constexpr double samples_beyond = 2;
 
@@ -57,8 +61,8 @@ void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, con
   a.known = static_cast<float>(samples_beyond / view.step);
 }
 
-// Sets number, planes and gradient of sheet k, whose lights are set. `plane(k, quantity)` is as
-// SheetSource's.
+// Sets number, planes and gradient of sheet k, whose tile, lights and lattice sums are set. `plane(k,
+// quantity)` is as SheetSource's.
 template<class Plane>
 void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t k, bool analytic,
                int differences, const Plane& plane) {
@@ -78,6 +82,7 @@ void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t 
       a.after2 = plane(k + 2, size_t{0}), a.before2 = plane(k - 2, size_t{0}), a.depth_scale2 = -1.0f / 12;
   } else if (analytic) {
     a.sum_i = plane(k, size_t{1}), a.sum_j = plane(k, size_t{2}), a.sum_k = plane(k, size_t{3});
+    if (a.ripple.sums) set_ripple(view, k, slice.kernel.space.radius, a);
   }
   if (differences == 0 && !analytic) return;
   a.basis = gradient_basis(slice, view, k, differences);

@@ -105,6 +105,37 @@ struct Lit {
   }
 };
 
+// Loads the entries number[0], number[4], ... side by side.
+template<class Tag>
+HWY_INLINE hn::Vec<Tag> FourthEntries(Tag tag, const std::array<float, 4>* entry, const int32_t* number) {
+  if constexpr (hn::MaxLanes(tag) > 4) {
+    const hn::Half<Tag> half;
+    const auto low = FourthEntries(half, entry, number);
+    return hn::Combine(tag, FourthEntries(half, entry, number + hn::MaxLanes(half)), low);
+  } else {
+    return hn::LoadU(tag, entry[*number].data());
+  }
+}
+
+// Looks up the colours and extinctions of table entries.
+HWY_INLINE void LookUp(const std::array<float, 4>* entry, hn::Vec<hn::RebindToSigned<D>> index, V& red,
+                       V& green, V& blue, V& extinction) {
+  alignas(64) int32_t number[16];
+  hn::Store(index, di, number);
+  // Vector j takes the entries of every fourth pixel from j on; then blocks of 4 x 4 are transposed.
+  const auto gather = [&](size_t j) HWY_ATTR { return FourthEntries(d, entry, number + j); };
+  const hn::RepartitionToWide<D> wide;
+  const V v0 = gather(0), v1 = gather(1), v2 = gather(2), v3 = gather(3);
+  const auto low01 = hn::BitCast(wide, hn::InterleaveLower(d, v0, v1)),
+             low23 = hn::BitCast(wide, hn::InterleaveLower(d, v2, v3)),
+             high01 = hn::BitCast(wide, hn::InterleaveUpper(d, v0, v1)),
+             high23 = hn::BitCast(wide, hn::InterleaveUpper(d, v2, v3));
+  red = hn::BitCast(d, hn::InterleaveLower(wide, low01, low23));
+  green = hn::BitCast(d, hn::InterleaveUpper(wide, low01, low23));
+  blue = hn::BitCast(d, hn::InterleaveLower(wide, high01, high23));
+  extinction = hn::BitCast(d, hn::InterleaveUpper(wide, high01, high23));
+}
+
 // One vector of neighbouring pixels, from pixel (x, y) of the tile on.
 struct Pixels {
   const SheetArgs& s;
@@ -129,6 +160,32 @@ struct Pixels {
     return hn::MulAdd(Set(s.time[1]), column(), Set(s.time[0] + s.time[2] * static_cast<float>(s.y + y)));
   }
 
+  // Takes the kernel's ripple off the sums of the analytic gradient, as far as the nearest entry of the table
+  // has it.
+  HWY_INLINE void take_ripple_off(V& gi, V& gj, V& gk) const {
+    const SheetRipple& r = s.ripple;
+    const auto cells = static_cast<int32_t>(r.sums->cells());
+    const V across = hn::Add(Set(static_cast<float>(x)), hn::Iota(d, 0)), value = hn::LoadU(d, s.value + at);
+    const auto from_site = [&](size_t a) HWY_ATTR {
+      const V t = hn::MulAdd(across, Set(r.per_x[a]), Set(r.at[a] + static_cast<float>(y) * r.per_y[a]));
+      return hn::Sub(t, hn::Round(t));
+    };
+    const V t0 = from_site(0), t1 = from_site(1), t2 = from_site(2);
+    const auto place = [&](V t) HWY_ATTR {
+      return hn::NearestInt(hn::Mul(hn::Abs(t), Set(static_cast<float>(2 * cells))));
+    };
+    const auto row = hn::Set(di, cells + 1);
+    const auto index = hn::Add(hn::Mul(hn::Add(hn::Mul(place(t2), row), place(t1)), row), place(t0));
+    V g0, g1, g2, unused;
+    LookUp(r.sums->table().data(), index, g0, g1, g2, unused);
+    const auto mirrored = [&](V g, V t)
+                              HWY_ATTR { return hn::Mul(value, hn::Xor(g, hn::And(hn::SignBit(d), t))); };
+    g0 = mirrored(g0, t0), g1 = mirrored(g1, t1), g2 = mirrored(g2, t2);
+    const auto part = [&](const std::array<float, 3>& sum)
+                          HWY_ATTR { return Dot(g0, g1, g2, Set(sum[0]), Set(sum[1]), Set(sum[2])); };
+    gi = hn::Sub(gi, part(r.sum_i)), gj = hn::Sub(gj, part(r.sum_j)), gk = hn::Sub(gk, part(r.sum_k));
+  }
+
   // The parts of the world gradient along the vectors of the sheet's basis.
   HWY_INLINE void gradient_parts(V& gi, V& gj, V& gk) const {
     if (s.central || s.fourth_order) {
@@ -151,6 +208,7 @@ struct Pixels {
       }
     } else {
       gi = hn::LoadU(d, s.sum_i + at), gj = hn::LoadU(d, s.sum_j + at), gk = hn::LoadU(d, s.sum_k + at);
+      if (s.ripple.sums) take_ripple_off(gi, gj, gk);
     }
     const V unit = Set(s.basis.unit);
     gi = hn::Mul(unit, gi), gj = hn::Mul(unit, gj), gk = hn::Mul(unit, gk);
@@ -319,37 +377,6 @@ template<class Body> HWY_INLINE void ForPixels(const SheetArgs& s, const Body& b
     for (int x = 0; x < s.width; x += lanes)
       body(Pixels{s, x, y, static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x),
                   static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x});
-}
-
-// Loads the entries number[0], number[4], ... side by side.
-template<class Tag>
-HWY_INLINE hn::Vec<Tag> FourthEntries(Tag tag, const std::array<float, 4>* entry, const int32_t* number) {
-  if constexpr (hn::MaxLanes(tag) > 4) {
-    const hn::Half<Tag> half;
-    const auto low = FourthEntries(half, entry, number);
-    return hn::Combine(tag, FourthEntries(half, entry, number + hn::MaxLanes(half)), low);
-  } else {
-    return hn::LoadU(tag, entry[*number].data());
-  }
-}
-
-// Looks up the colours and extinctions of table entries.
-HWY_INLINE void LookUp(const std::array<float, 4>* entry, hn::Vec<hn::RebindToSigned<D>> index, V& red,
-                       V& green, V& blue, V& extinction) {
-  alignas(64) int32_t number[16];
-  hn::Store(index, di, number);
-  // Vector j takes the entries of every fourth pixel from j on; then blocks of 4 x 4 are transposed.
-  const auto gather = [&](size_t j) HWY_ATTR { return FourthEntries(d, entry, number + j); };
-  const hn::RepartitionToWide<D> wide;
-  const V v0 = gather(0), v1 = gather(1), v2 = gather(2), v3 = gather(3);
-  const auto low01 = hn::BitCast(wide, hn::InterleaveLower(d, v0, v1)),
-             low23 = hn::BitCast(wide, hn::InterleaveLower(d, v2, v3)),
-             high01 = hn::BitCast(wide, hn::InterleaveUpper(d, v0, v1)),
-             high23 = hn::BitCast(wide, hn::InterleaveUpper(d, v2, v3));
-  red = hn::BitCast(d, hn::InterleaveLower(wide, low01, low23));
-  green = hn::BitCast(d, hn::InterleaveUpper(wide, low01, low23));
-  blue = hn::BitCast(d, hn::InterleaveLower(wide, high01, high23));
-  extinction = hn::BitCast(d, hn::InterleaveUpper(wide, high01, high23));
 }
 
 } // namespace

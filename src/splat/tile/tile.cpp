@@ -163,7 +163,7 @@ class Tile {
     if (options_.mode == RenderMode::composite && !sees_base()) a.seen = touched(k);
     a.base = scene_.slice->base, a.above_air = scene_.slice->base - scene_.slice->air;
     a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
-    a.table = scene_.table, a.lights = scene_.lights;
+    a.table = scene_.table, a.lights = scene_.lights, a.ripple.sums = plan_.sums.get();
     a.pixel = pixel_;
     a.whole = plan_.whole_sheet.empty() ? nullptr : plan_.whole_sheet.data();
     set_sheet(a, *scene_.slice, view_, k, analytic_, differences_,

@@ -323,7 +323,7 @@ class TrailTile {
       for (size_t q = 1; q < 4; ++q) (void)mix_plane(d, k, q, d.gradients_touched);
       d.gradients_touched = d.touched[k];
     }
-    absorb_sheet(d, scene, rays_[object], k, matter);
+    absorb_sheet(d, *objects_[object], rays_[object], k, matter);
   }
 
   void join_sheet(int64_t k, int64_t n) {
@@ -341,8 +341,9 @@ class TrailTile {
     if (options_.with_deep) m_.deep.add_segment(pixel_, j.k - j.front, j.k + 0.5f, all_pixels);
   }
 
-  void absorb_sheet(const Drawn& d, const SplatScene& scene, const PixelPlanes& rays, int64_t k,
+  void absorb_sheet(const Drawn& d, const TrailObject& object, const PixelPlanes& rays, int64_t k,
                     const MatterPlanes& out) {
+    const SplatScene& scene = *object.scene;
     SheetArgs a;
     a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = pitch_;
     a.plane_pitch = plane_pitch_;
@@ -350,7 +351,7 @@ class TrailTile {
     a.base = scene.slice->base;
     if (!sees_base(d, a.base)) a.seen = touched(d, k);
     a.stop = stop();
-    a.table = d.table, a.lights = scene.lights;
+    a.table = d.table, a.lights = scene.lights, a.ripple.sums = object.plan.sums.get();
     a.pixel = rays;
     set_sheet(a, *scene.slice, *scene.view, k, analytic_, differences_,
               [&](int64_t sheet, size_t quantity) { return plane(d, sheet, quantity); });

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 
 namespace bccsplat::bench {
 namespace {
@@ -19,13 +20,13 @@ int64_t write_bytes(void* user, uint64_t offset, const void* data, uint64_t size
   return static_cast<int64_t>(size);
 }
 
-std::vector<unsigned char> written(bccsplat_device* device, const FitSource& source) {
+std::vector<unsigned char> written(bccsplat_device* device, const FitSource& source, uint32_t levels) {
   std::vector<unsigned char> file;
   auto stream = sized<bccsplat_write_stream>();
   stream.write_at = write_bytes, stream.user = &file;
   auto options = sized<bccsplat_writer_options>();
   std::copy(source.dims.begin(), source.dims.end(), options.dims);
-  options.dims[3] = 1;
+  options.dims[3] = 1, options.levels = levels;
   bccsplat_writer* w = nullptr;
   api(bccsplat_writer_create_stream(device, &stream, &options, &w));
   const Handle<bccsplat_writer> writer(w);
@@ -39,25 +40,28 @@ std::vector<unsigned char> written(bccsplat_device* device, const FitSource& sou
 }
 
 Handle<bccsplat_slice> sliced(const bccsplat_volume* volume, const std::array<uint32_t, 4>& dims,
-                              const std::optional<double>& cut) {
+                              const Shot& shot) {
   auto plane = sized<bccsplat_hyperplane>();
   plane.d = 1;
-  const double box[6] = {0, 0, 0, dims[0] - 1.0, dims[1] - 1.0, cut.value_or(dims[2] - 1.0)};
+  const double box[6] = {0, 0, 0, dims[0] - 1.0, dims[1] - 1.0, shot.cut.value_or(dims[2] - 1.0)};
   auto options = sized<bccsplat_slice_options>();
-  if (cut) options.box = box;
+  if (shot.cut) options.box = box;
+  options.level = shot.level;
   bccsplat_slice* slice = nullptr;
   api(bccsplat_slice_create(volume, &plane, &options, &slice));
   return Handle<bccsplat_slice>(slice);
 }
 
 // World space is index space.
-void look_from_front(bccsplat_renderer* renderer, const std::array<uint32_t, 4>& dims) {
+void look_from_front(bccsplat_renderer* renderer, const std::array<uint32_t, 4>& dims, const Shot& shot) {
   auto camera = sized<bccsplat_camera>();
-  camera.projection = BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
+  camera.projection = shot.perspective ? BCCSPLAT_PROJECTION_PERSPECTIVE : BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
   for (int a = 0; a < 3; ++a) camera.position[a] = camera.target[a] = 0.5 * (dims[a] - 1.0);
   camera.position[2] = 2.0 * dims[2];
   camera.up[1] = 1;
   camera.ortho_height = dims[1];
+  const double distance = camera.position[2] - shot.cut.value_or(dims[2] - 1.0);
+  camera.fovy_degrees = 360 / std::numbers::pi * std::atan(0.5 * dims[1] / distance);
   api(bccsplat_renderer_set_camera(renderer, &camera));
 }
 
@@ -80,23 +84,23 @@ FitSource Body::source() const {
   return type == SourceType::u8 ? source_of<uint8_t>(s, type, 1, "") : source_of<float>(s, type, 1, "");
 }
 
-PictureVolume::PictureVolume(bccsplat_device* device, const FitSource& source)
-    : device_(device), dims_(source.dims), file_(written(device, source)) {
+PictureVolume::PictureVolume(bccsplat_device* device, const FitSource& source, uint32_t levels)
+    : device_(device), dims_(source.dims), file_(written(device, source, levels)) {
   bccsplat_volume* volume = nullptr;
   api(bccsplat_volume_open_memory(device, file_.data(), file_.size(), nullptr, &volume));
   volume_.reset(volume);
 }
 
 Drawn PictureVolume::draw(const Shot& shot) const {
-  const Handle<bccsplat_slice> slice = sliced(volume_.get(), dims_, shot.cut);
+  const Handle<bccsplat_slice> slice = sliced(volume_.get(), dims_, shot);
   bccsplat_renderer* r = nullptr;
   api(bccsplat_renderer_create(device_, &r));
   const Handle<bccsplat_renderer> renderer(r);
   api(bccsplat_renderer_set_slice(r, slice.get()));
   Drawn out;
-  out.width = shot.from_front ? static_cast<int>(2 * dims_[0]) : 512;
-  out.height = shot.from_front ? static_cast<int>(2 * dims_[1]) : 512;
-  if (shot.from_front) look_from_front(r, dims_);
+  out.width = shot.from_front ? static_cast<int>(shot.pixels * dims_[0]) : 512;
+  out.height = shot.from_front ? static_cast<int>(shot.pixels * dims_[1]) : 512;
+  if (shot.from_front) look_from_front(r, dims_, shot);
   if (shot.white) {
     const double colors[] = {shot.middle, 0.8, 0.8, 0.8},
                  opacities[] = {0.75 * shot.middle, 0, 1.25 * shot.middle, *shot.white};

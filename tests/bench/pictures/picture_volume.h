@@ -30,7 +30,10 @@ struct Shot {
   std::optional<double> cut;   // samples z <= this only
   std::optional<double> white; // one colour, of this opacity from the middle of the values on; none: the look
   double middle = 0;
-  bool from_front = true;    // against z, x to the right and y up, two pixels a voxel; else the fitted view
+  bool from_front = true; // against z, x to the right and y up; else the fitted view
+  double pixels = 2;      // a voxel, from the front; in perspective at the last voxels that are drawn
+  bool perspective = false;
+  uint32_t level = 0;        // of the volume
   bool any_gradient = false; // every gradient is lit as a surface's
 };
 
@@ -44,7 +47,7 @@ struct Drawn {
 
 class PictureVolume {
  public:
-  PictureVolume(bccsplat_device* device, const FitSource& source);
+  PictureVolume(bccsplat_device* device, const FitSource& source, uint32_t levels = 0);
   [[nodiscard]] Drawn draw(const Shot& shot) const;
   // The field at points in index space.
   [[nodiscard]] std::vector<float> field(const std::vector<std::array<double, 4>>& points) const;

@@ -14,7 +14,8 @@ struct Part {
   const char* option;
   void (*run)(const std::string& folder, const Report&);
 };
-constexpr std::array parts{Part{"--plateaus", pictures_plateaus}, Part{"--background", pictures_background}};
+constexpr std::array parts{Part{"--plateaus", pictures_plateaus}, Part{"--light", pictures_light},
+                           Part{"--background", pictures_background}};
 
 } // namespace
 

@@ -18,6 +18,8 @@ constexpr int reach = 5;
 // Around a plateau pixel of real data, voxels are of the object and within this share of the range.
 constexpr int calm_reach = 2;
 constexpr double calm = 0.12;
+// Pixels per voxel of pictures that are lit by the kernel's own gradient.
+constexpr double small = 0.75;
 
 struct Plateau {
   int width = 0, height = 0;
@@ -56,11 +58,11 @@ Glitter glitter(const Drawn& picture, const Plateau& plateau) {
 }
 
 // Pixels of the view from the front at which `test(x, y)`, in voxels, holds.
-Plateau plateau_of(const FitSource& s, const std::function<bool(double, double)>& test) {
-  Plateau p{static_cast<int>(2 * s.dims[0]), static_cast<int>(2 * s.dims[1]), {}};
+Plateau plateau_of(const FitSource& s, const std::function<bool(double, double)>& test, double pixels = 2) {
+  Plateau p{static_cast<int>(pixels * s.dims[0]), static_cast<int>(pixels * s.dims[1]), {}};
   for (int j = 0; j < p.height; ++j)
     for (int i = 0; i < p.width; ++i)
-      p.inside.push_back(test((i + 0.5) / 2 - 0.5, s.dims[1] - 1 - ((j + 0.5) / 2 - 0.5)));
+      p.inside.push_back(test((i + 0.5) / pixels - 0.5, s.dims[1] - 1 - ((j + 0.5) / pixels - 0.5)));
   return p;
 }
 
@@ -85,7 +87,7 @@ struct Case {
   std::string name;
   FitSource source;
   double middle, cut;
-  Plateau of_cut, of_haze; // no pixels: not drawn
+  Plateau of_cut, of_haze, of_small; // no pixels: not drawn
 };
 
 std::vector<Case> cases(const std::string& folder, bool quick) {
@@ -97,10 +99,11 @@ std::vector<Case> cases(const std::string& folder, bool quick) {
       FitSource source = body.source();
       const double cut = std::floor(0.5 * body.n);
       // Five voxels inside the edge, where kernels do not reach it.
-      Plateau of_cut =
-          plateau_of(source, [&](double x, double y) { return body.outside(x, y, cut) < -1.5 - 5; });
+      const auto inside = [&](double x, double y) { return body.outside(x, y, cut) < -1.5 - 5; };
+      Plateau of_cut = plateau_of(source, inside);
       list.push_back({concat(ball ? "ball" : "box", type == SourceType::u8 ? ", u8" : ", f32"), source,
-                      0.5 * body.inside, cut, of_cut, ball ? Plateau{} : of_cut});
+                      0.5 * body.inside, cut, of_cut, ball ? Plateau{} : of_cut,
+                      plateau_of(source, inside, small)});
     }
   if (folder.empty()) return list;
   for (const PaperSet& set : paper_sets())
@@ -110,7 +113,7 @@ std::vector<Case> cases(const std::string& folder, bool quick) {
       if (!source) continue;
       const double cut = std::floor(0.5 * source->dims[2]);
       Plateau calm_of_cut = calm_pixels(*source, cut, middle, 255);
-      list.push_back({name, std::move(*source), middle, cut, std::move(calm_of_cut), {}});
+      list.push_back({name, std::move(*source), middle, cut, std::move(calm_of_cut), {}, {}});
     }
   return list;
 }
@@ -140,6 +143,11 @@ void pictures_plateaus(const std::string& folder, const Report& report) {
       };
       Shot shot{.quality = quality, .cut = c.cut, .white = 0.95, .middle = c.middle};
       measure("cut, opaque", shot, c.of_cut);
+      shot.perspective = true;
+      measure("cut, opaque, perspective", shot, c.of_cut);
+      shot.perspective = false, shot.pixels = small;
+      measure("cut, opaque, small", shot, c.of_small);
+      shot.pixels = 2;
       shot.white = 0.03, shot.cut.reset();
       measure("whole, haze", shot, c.of_haze);
     }

@@ -48,6 +48,24 @@ TEST(LatticeSums, TheTableIsOfAnyPlace) {
     }
 }
 
+TEST(LatticeSums, TheNearestPlaceHasMostOfTheGradient) {
+  for (const bool bcc : {true, false}) {
+    const RadialKernel kernel = make_kernel("default").space;
+    const LatticeSums sums(kernel, bcc, LatticeSums::coarse);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> at(-6, 6);
+    double all = 0, left = 0;
+    for (int n = 0; n < 3000; ++n) {
+      const Vec3 p{at(random), at(random), at(random)};
+      const Vec3 exact = lattice_sum_at(kernel, bcc, p).gradient;
+      all += dot(exact, exact);
+      const Vec3 off = sums.nearest_gradient((1 / sums.cell()) * p) - exact;
+      left += dot(off, off);
+    }
+    EXPECT_LT(std::sqrt(left), 0.35 * std::sqrt(all)) << bcc;
+  }
+}
+
 TEST(LatticeSums, ThatOfAConstantIsTakenOff) {
   const RadialKernel kernel = make_kernel("default").space;
   const LatticeSums sums(kernel, true);

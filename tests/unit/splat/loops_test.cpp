@@ -190,6 +190,7 @@ TEST(Loops, PicturesAgreeOnEveryTarget) {
         o.gradient = !perspective      ? GradientMethod::analytic
                      : shininess == 20 ? GradientMethod::central
                                        : GradientMethod::fourth_order;
+        o.without_ripple = shininess != 20;
         o.with_value = o.with_time = true;
         if (perspective && shininess != 20) {
           o.raise = RaiseFilter{6, 1, 1, 1, 0, 1};
