@@ -230,6 +230,9 @@ class Bcc4Samples final : public SampleSource {
   int channels() const override;
   float air(int channel) const override;
   float base(int channel) const override;
+  // Of a channel whose error is bounded nothing may be rounded: its corrections are for what they were made
+  // of.
+  double sample_step(int channel) const override;
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
   void read_layers(int channel, std::span<const int32_t> layers, const BrickBox& region,

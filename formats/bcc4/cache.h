@@ -41,6 +41,15 @@ template<class Key, class Value> class LruCache {
     used_ += weight;
   }
 
+  void drop(const Key& key) {
+    const std::scoped_lock lock(mutex_);
+    const auto it = index_.find(key);
+    if (it == index_.end()) return;
+    used_ -= it->second->weight;
+    order_.erase(it->second);
+    index_.erase(it);
+  }
+
   // Drops the oldest entry; false when there is none.
   bool drop_oldest() {
     const std::scoped_lock lock(mutex_);

@@ -7,12 +7,14 @@
 #include <mutex>
 #include <set>
 #include <tuple>
+#include <type_traits>
 
 #include "base/would_block.h"
 #include "formats/bcc4/bcc4.h"
 #include "formats/bcc4/cache.h"
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/near_loss.h"
+#include "formats/bcc4/sample_step.h"
 #include "points/absent.h"
 
 namespace bccsplat {
@@ -22,13 +24,43 @@ constexpr size_t batch_chunks = 256; // decoded at once; fewer where the budget 
 
 using ChunkKey = std::tuple<int, int32_t, uint32_t>; // channel, slab, slot
 
+// A chunk, and which of its layers, a bit each, somebody has got who keeps them.
+struct HeldChunk {
+  std::shared_ptr<const ChunkData> data;
+  mutable std::atomic<uint32_t> given{0};
+  explicit HeldChunk(std::shared_ptr<const ChunkData> d) : data(std::move(d)) {}
+};
+
+// The layers of a chunk in which something is kept.
+uint32_t filled_layers(const ChunkData& data) {
+  uint32_t bits = 0;
+  for (size_t m = 0; m + 1 < data.first.size(); ++m)
+    if (data.first[m + 1] > data.first[m]) bits |= uint32_t{1} << m;
+  return bits;
+}
+
+// What a brick that is read takes at most.
+uint64_t brick_bytes(const ChannelInfo& channel, bool as_codes) {
+  constexpr uint64_t overhead = 1400; // which sites are kept, where rows start, allocations
+  if (!as_codes || is_float(channel.type) || channel.type == ValueType::i32) return sizeof(Brick);
+  return value_bytes(channel.type) * brick_sites + overhead;
+}
+
 } // namespace
 
 struct Bcc4Samples::Cache {
   Cache(MemoryBudget& b, uint64_t bytes) : budget(b), chunks(bytes) {}
   MemoryBudget& budget;
-  LruCache<ChunkKey, ChunkData> chunks;
+  LruCache<ChunkKey, HeldChunk> chunks;
   std::atomic<uint64_t> decoded{0};
+
+  // Notes that layers were handed over to be kept; when all were, the chunk is of no use to who has them.
+  void give(const ChunkKey& key, uint32_t layers) {
+    const auto held = chunks.find(key);
+    if (!held) return;
+    const uint32_t given = held->given.fetch_or(layers, std::memory_order_relaxed) | layers;
+    if ((filled_layers(*held->data) & ~given) == 0) chunks.drop(key);
+  }
 
   // Keeps a chunk, dropping the oldest ones to make room in the budget; without room it is not kept.
   void keep(const ChunkKey& key, std::shared_ptr<const ChunkData> data) {
@@ -36,7 +68,8 @@ struct Bcc4Samples::Cache {
     while (budget.limit() - budget.used() < bytes && chunks.drop_oldest()) {
     }
     try {
-      chunks.insert(key, std::move(data), bytes, Reservation(budget, bytes, "cache of chunks"));
+      chunks.insert(key, std::make_shared<const HeldChunk>(std::move(data)), bytes,
+                    Reservation(budget, bytes, "cache of chunks"));
     } catch (const Error& e) {
       if (e.code() != Code::memory_budget) throw;
     }
@@ -59,6 +92,9 @@ float Bcc4Samples::air(int channel) const {
 float Bcc4Samples::base(int channel) const {
   return to_ == RelativeTo::base ? reader_->base(channel) : air(channel);
 }
+double Bcc4Samples::sample_step(int channel) const {
+  return bccsplat::sample_step(reader_->info().channels.at(static_cast<size_t>(channel)));
+}
 const std::string& Bcc4Samples::coefficient_kernel() const { return reader_->info().coefficient_kernel; }
 const Bcc4Reader& Bcc4Samples::reader() const { return *reader_; }
 uint64_t Bcc4Samples::chunks_decoded() const { return cache_->decoded.load(std::memory_order_relaxed); }
@@ -79,8 +115,10 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
     std::vector<Bcc4Chunk> missing;
     std::vector<size_t> missing_at;
     for (size_t i = 0; i < batch.size(); ++i) {
-      data[i] = cache_->chunks.find({channel, slab, batch[i].slot});
-      if (data[i]) continue;
+      if (const auto held = cache_->chunks.find({channel, slab, batch[i].slot})) {
+        data[i] = held->data;
+        continue;
+      }
       missing.push_back(batch[i]);
       missing_at.push_back(i);
     }
@@ -150,9 +188,11 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
     while (end < layers.size() && info.slab_of(layers[end]) == slab) ++end;
     // One layer stands beside the budget, the others of the slab within it, as many as there is room for;
     // codes take no more than values.
+    constexpr bool as_codes = std::is_same_v<Layer, SampleLayer>;
     uint64_t bytes = 0;
     if (!attempts.attempt([&] {
-          bytes = reader_->chunks({channel, level_}, slab, region).size() * sizeof(Brick);
+          bytes = reader_->chunks({channel, level_}, slab, region).size() *
+                  brick_bytes(reader_->info().channels.at(static_cast<size_t>(channel)), as_codes);
         }))
       continue;
     std::vector<Reservation> held;
@@ -173,6 +213,11 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
         if (!held.empty()) held.pop_back(); // whoever takes it reserves it
         take(layers[first + i], std::move(read[i]));
       }
+      if (!as_codes || attempts.waits()) return;
+      uint32_t given = 0;
+      for (size_t i = first; i < end; ++i) given |= uint32_t{1} << (layers[i] % info.slab_layers);
+      for (const Bcc4Chunk& chunk : reader_->chunks({channel, level_}, slab, region))
+        cache_->give({channel, slab, chunk.slot}, given);
     });
   }
   attempts.throw_if_waiting();
@@ -196,7 +241,8 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
 void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, const BrickBox& region,
                                const Context& context, const TakeLayer<SampleLayer>& take) const {
   // Of coefficients damage takes more than its bricks, and sites that are not stored have no codes.
-  if (!coefficient_kernel().empty() || (to_ == RelativeTo::base && reader_->absent(channel) != 0))
+  if ((reader_->salvages() && !coefficient_kernel().empty()) ||
+      (to_ == RelativeTo::base && reader_->absent(channel) != 0))
     return SampleSource::read_samples(channel, layers, region, context, take);
   read_slabs(channel, layers, region, context, take, [&](const ChunkData& data, int m) {
     return reader_->samples({channel, level_}, data, m, to_);

@@ -14,6 +14,18 @@ const float* SampleBrick::all(std::array<float, brick_sites>& room) const {
   return room.data();
 }
 
+std::shared_ptr<const Brick> SampleBrick::as_values() const {
+  if (!codes) return values;
+  auto brick = std::make_shared_for_overwrite<Brick>();
+  (void)all(brick->value);
+  if (const BrickMask* some = codes->kept())
+    brick->kept = *some;
+  else
+    brick->kept.fill(0xffff);
+  if (const BrickMask* missing = codes->hole()) brick->hole = std::make_unique<BrickMask>(*missing);
+  return brick;
+}
+
 SampleLayer::SampleLayer(const BrickLayer& values) : BrickSlots(values.lattice(), values.coset()) {
   for (size_t row = 0; row < values.rows(); ++row)
     for (size_t s = row * row_slots(); !values.row_empty(row) && s < (row + 1) * row_slots(); ++s)

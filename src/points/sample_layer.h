@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A layer of samples in the form that takes least memory: as the codes that a file holds, or as values. What
-// reads many layers makes values of codes where it needs them.
+// A layer in the form that takes least memory: samples as the codes that a file holds, coefficients as
+// rounded numbers (rounded_brick.h), or values. What reads many layers makes values of codes where it needs
+// them.
 #pragma once
 
 #include <array>
@@ -17,13 +18,14 @@ struct PlanePart {
   int plane = 0, x = 0, y = 0, width = brick_edge, height = brick_edge;
 };
 
-// A brick whose samples are held as codes.
+// A brick whose sites are held as codes.
 class CodedBrick {
  public:
   virtual ~CodedBrick() = default;
   // Writes values as a Brick has them, rows `stride` apart; behind rows of fewer than 16 sites up to 15 more
   // are written.
   virtual void read(const PlanePart& part, float* to, std::ptrdiff_t stride) const = 0;
+  [[nodiscard]] virtual const BrickMask* kept() const = 0; // null: all sites
   [[nodiscard]] virtual const BrickMask* hole() const = 0; // null: no holes
   [[nodiscard]] virtual uint64_t bytes() const = 0;
 };
@@ -38,9 +40,13 @@ struct SampleBrick {
     if (values) return values->hole.get();
     return codes ? codes->hole() : nullptr;
   }
+  // Of a brick that is not air; null: all sites.
+  [[nodiscard]] const BrickMask* kept() const { return values ? &values->kept : codes->kept(); }
   [[nodiscard]] uint64_t bytes() const;
   // Returns all values of a brick that is not air; `room` is for those of codes.
   [[nodiscard]] const float* all(std::array<float, brick_sites>& room) const;
+  // Returns a brick of values; null where all is air.
+  [[nodiscard]] std::shared_ptr<const Brick> as_values() const;
 };
 
 class SampleLayer : public BrickSlots<SampleBrick> {

@@ -57,6 +57,9 @@ class SampleSource {
   // The value that layers hold theirs relative to: air, or where no site is left out another value
   // (formats/bcc4/field_base.h).
   [[nodiscard]] virtual float base(int channel) const { return air(channel); }
+  // The steps that samples of integers come in: coefficients that are made of them may be rounded, far
+  // more finely. 0 where nothing may be rounded.
+  [[nodiscard]] virtual double sample_step(int /*channel*/) const { return 0; }
   // Returns the samples (or, of a file that stores them, coefficients) of the bricks of one layer inside
   // `region`; bricks outside may be absent. layer in [0, lattice().layers()). Concurrent calls are allowed.
   [[nodiscard]] virtual BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,

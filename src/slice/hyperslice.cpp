@@ -90,7 +90,7 @@ void rehearse_values(const Coefficients& coefficients, const std::array<double, 
                      const Context& context) {
   const auto [first, last] =
       layers_of_moments(coefficients.source().lattice(), coefficients.kernel(), moments[0], moments[1]);
-  for (int32_t m = first; m <= last; ++m) (void)coefficients.layer(m, context);
+  for (int32_t m = first; m <= last; ++m) (void)coefficients.compact_layers(std::span(&m, 1), context);
 }
 
 } // namespace

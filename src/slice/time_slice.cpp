@@ -13,14 +13,14 @@ namespace bccsplat {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Sets out = sum_k weight[k] * brick[k], summed in the order given, and widens `range` by it.
-void MergeBricks(const float* const* bricks, const float* weights, size_t count, float* out, float* range) {
+// Sets a plane of a brick to sum_k weight[k] * plane[k], summed in the order given, and widens `range` by it.
+void MergePlanes(const float* const* planes, const float* weights, size_t count, float* out, float* range) {
   const hn::ScalableTag<float> d;
   auto low = hn::Set(d, range[0]), high = hn::Set(d, range[1]);
-  for (size_t i = 0; i < brick_sites; i += hn::Lanes(d)) {
-    auto sum = hn::Mul(hn::Set(d, weights[0]), hn::Load(d, bricks[0] + i));
+  for (size_t i = 0; i < brick_rows; i += hn::Lanes(d)) {
+    auto sum = hn::Mul(hn::Set(d, weights[0]), hn::Load(d, planes[0] + i));
     for (size_t k = 1; k < count; ++k)
-      sum = hn::MulAdd(hn::Set(d, weights[k]), hn::Load(d, bricks[k] + i), sum);
+      sum = hn::MulAdd(hn::Set(d, weights[k]), hn::Load(d, planes[k] + i), sum);
     hn::Store(sum, d, out + i);
     low = hn::Min(low, sum), high = hn::Max(high, sum);
   }
@@ -45,7 +45,7 @@ HWY_AFTER_NAMESPACE();
 #include "slice/time_slice.h"
 
 namespace bccsplat {
-HWY_EXPORT(MergeBricks);
+HWY_EXPORT(MergePlanes);
 
 namespace {
 
@@ -79,8 +79,74 @@ std::vector<LayerWeight> static_weights(const Lattice4& lattice) {
 
 // A layer of a coset's sum, with its weight.
 struct Part {
-  std::shared_ptr<const BrickLayer> layer;
+  CoefficientLayer layer;
   float weight;
+};
+
+// A brick of a part in one of two forms, or air.
+struct PartBrick {
+  const Brick* values = nullptr;
+  const CodedBrick* codes = nullptr;
+  float weight = 0;
+
+  PartBrick(const Part& part, size_t slot) : weight(part.weight) {
+    if (part.layer.values) {
+      values = part.layer.values->brick(slot);
+    } else {
+      const SampleBrick& brick = part.layer.compact->brick(slot);
+      values = brick.values.get(), codes = brick.codes.get();
+    }
+  }
+  explicit operator bool() const { return values || codes; }
+  [[nodiscard]] const BrickMask* kept() const { return values ? &values->kept : codes->kept(); }
+  [[nodiscard]] const BrickMask* hole() const {
+    if (values) return values->hole.get();
+    return codes ? codes->hole() : nullptr;
+  }
+};
+
+// Sums bricks, of which there are some, plane by plane: what is made of codes stays in the processor's
+// caches.
+class BrickSum {
+ public:
+  void add(const PartBrick& brick) {
+    if (bricks_.empty()) kept_ = {};
+    bricks_.push_back(brick);
+    const BrickMask* kept = brick.kept();
+    for (size_t i = 0; i < brick_rows; ++i)
+      kept_[i] = static_cast<uint16_t>(kept_[i] | (kept ? (*kept)[i] : 0xffff));
+  }
+  [[nodiscard]] bool empty() const { return bricks_.empty(); }
+  std::shared_ptr<Brick> take(std::array<float, 2>& range) {
+    auto out = std::make_shared_for_overwrite<Brick>();
+    out->kept = kept_;
+    planes_.resize(bricks_.size()), from_.resize(bricks_.size());
+    weights_.clear();
+    for (const PartBrick& b : bricks_) weights_.push_back(b.weight);
+    for (int z = 0; z < brick_edge; ++z) {
+      for (size_t k = 0; k < bricks_.size(); ++k) {
+        from_[k] = planes_[k].value.data();
+        if (bricks_[k].values)
+          from_[k] = bricks_[k].values->value.data() + z * brick_rows;
+        else
+          bricks_[k].codes->read({.plane = z}, planes_[k].value.data(), brick_edge);
+      }
+      HWY_DYNAMIC_DISPATCH(MergePlanes)
+      (from_.data(), weights_.data(), bricks_.size(), out->value.data() + z * brick_rows, range.data());
+    }
+    bricks_.clear();
+    return out;
+  }
+
+ private:
+  struct Plane {
+    alignas(64) std::array<float, brick_rows + brick_edge> value;
+  };
+  std::vector<PartBrick> bricks_;
+  BrickMask kept_{};
+  std::vector<Plane> planes_;
+  std::vector<const float*> from_;
+  std::vector<float> weights_;
 };
 
 // Merges one coset's layers; `range` grows to hold every coefficient.
@@ -96,25 +162,15 @@ BrickLayer merge(const Lattice3& lattice, int coset, const std::vector<Part>& pa
   std::atomic<uint64_t> done{0};
   context.tasks.parallel_for(ranges.size(), [&](uint64_t r) {
     context.progress.advance(done.fetch_add(1, std::memory_order_relaxed), ranges.size());
-    std::vector<const float*> bricks;
-    std::vector<float> weights;
+    BrickSum sum;
     for (size_t slot = r * row; slot < (r + 1) * row; ++slot) {
-      bricks.clear(), weights.clear();
-      BrickMask kept{};
       for (const Part& part : parts)
-        if (const Brick* b = part.layer->brick(slot)) {
-          bricks.push_back(b->value.data());
-          weights.push_back(part.weight);
-          for (size_t i = 0; i < brick_rows; ++i) kept[i] = static_cast<uint16_t>(kept[i] | b->kept[i]);
-        }
-      if (bricks.empty()) continue;
-      auto out = std::make_shared_for_overwrite<Brick>();
-      HWY_DYNAMIC_DISPATCH(MergeBricks)
-      (bricks.data(), weights.data(), bricks.size(), out->value.data(), ranges[r].data());
-      out->kept = kept;
-      if (const Brick* b = main->layer->brick(slot); b && b->hole)
-        out->hole = std::make_unique<BrickMask>(*b->hole);
-      result.set(slot, std::move(out));
+        if (const PartBrick brick(part, slot); brick) sum.add(brick);
+      if (sum.empty()) continue;
+      const auto out = sum.take(ranges[r]);
+      if (const BrickMask* hole = PartBrick(*main, slot).hole())
+        out->hole = std::make_unique<BrickMask>(*hole);
+      result.set(slot, out);
     }
   });
   for (const auto& [low, high] : ranges) range = {std::min(range[0], low), std::max(range[1], high)};
@@ -176,7 +232,7 @@ Slice merged_slice(const Coefficients& coefficients, double frame, std::vector<L
   std::vector<int32_t> wanted;
   for (const LayerWeight& l : weights) wanted.push_back(l.layer);
   Progress making(context.progress, 0, merge_begin);
-  const auto layers = coefficients.layers(wanted, context.with(making));
+  const auto layers = coefficients.compact_layers(wanted, context.with(making));
   for (size_t i = 0; i < weights.size(); ++i)
     parts[static_cast<size_t>(lattice.coset(wanted[i]))].push_back({layers[i], weights[i].weight});
   std::array<float, 2> range{};
@@ -238,7 +294,7 @@ void prepare_time_slice(const Coefficients& coefficients, double frame, const st
   for (const LayerWeight& l : t1 > t0 ? mean_weights(lattice, coefficients.kernel(), t0, t1)
                                       : instant_weights(lattice, coefficients.kernel(), t0))
     layers.push_back(l.layer);
-  (void)coefficients.layers(layers, context);
+  (void)coefficients.compact_layers(layers, context);
 }
 
 Slice thick_time_slice(const Coefficients& coefficients, double frame, const std::array<double, 2>& interval,

@@ -242,7 +242,7 @@ LayerSpan layers_of(const Coefficients& field, uint32_t frame) {
 // one of them needs.
 void make_layers(const Coefficients& field, const LayerSpan& span, const Context& context) {
   for (int32_t m = span.begin; m < span.end; ++m) {
-    [[maybe_unused]] const auto made = field.layer(m, context);
+    [[maybe_unused]] const auto made = field.compact_layers(std::span(&m, 1), context);
     if (m < field.source().lattice().layers()) field.forget(span.begin, m + 1);
   }
 }

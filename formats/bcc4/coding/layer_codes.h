@@ -20,6 +20,7 @@ class LayerCodes final : public CodedBrick {
   LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer);
 
   void read(const PlanePart& part, float* to, std::ptrdiff_t stride) const override;
+  const BrickMask* kept() const override { return kept_ ? &kept_->sites : nullptr; }
   const BrickMask* hole() const override { return hole_.get(); }
   uint64_t bytes() const override;
 

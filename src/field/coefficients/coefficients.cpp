@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <type_traits>
 #include <variant>
 
 #include "base/error.h"
 #include "field/coefficients/prefilter_steps.h"
 #include "kernel/cc_kernel.h"
+#include "points/rounded_brick.h"
 
 namespace bccsplat {
 namespace {
@@ -90,6 +90,8 @@ Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kerne
     if (is_stored_) filter.steps.clear();
   }
   prefilter_ = std::make_unique<const Prefilter>(lattice, std::move(filter.steps));
+  const double step = samples().sample_step(channel);
+  if (step > 0) coarsest_ = coarsest_step(step);
 }
 
 std::shared_ptr<const BrickLayer> Coefficients::layer(int32_t layer, const Context& context) const {
@@ -98,29 +100,71 @@ std::shared_ptr<const BrickLayer> Coefficients::layer(int32_t layer, const Conte
 
 std::vector<std::shared_ptr<const BrickLayer>> Coefficients::layers(std::span<const int32_t> wanted,
                                                                     const Context& context) const {
-  std::map<int32_t, std::shared_ptr<const BrickLayer>> found;
+  std::map<const SampleLayer*, std::shared_ptr<const BrickLayer>> known; // mirror images
+  std::vector<std::shared_ptr<const BrickLayer>> result;
+  std::vector<CoefficientLayer> found = compact_layers(wanted, context);
+  for (size_t i = 0; i < found.size(); ++i) {
+    auto& values = found[i].values ? found[i].values : known[found[i].compact.get()];
+    if (!values) values = as_values(source_.lattice().mirror_layer(wanted[i]), *found[i].compact, context);
+    result.push_back(values);
+  }
+  return result;
+}
+
+std::vector<CoefficientLayer> Coefficients::compact_layers(std::span<const int32_t> wanted,
+                                                           const Context& context) const {
+  Layers found;
   std::vector<int32_t> missing;
   std::vector<int32_t> inside;
   for (const int32_t m : wanted) {
     const int32_t at = inside.emplace_back(source_.lattice().mirror_layer(m));
-    if (!found.contains(at) && !(found[at] = find<BrickLayer>(at))) missing.push_back(at);
+    if (found.contains(at)) continue;
+    CoefficientLayer& layer = found[at];
+    layer.values = find<BrickLayer>({Kind::values, at});
+    if (!layer) layer.compact = find<SampleLayer>({Kind::compact, at});
+    if (!layer) missing.push_back(at);
   }
-  if (!prefilter_->empty()) {
-    std::set<int32_t> reads = prefilter_->reads(inside);
-    const std::scoped_lock lock(mutex_);
-    spared_ = std::move(reads);
-  }
+  note_use(wanted, inside);
   if (missing.empty())
     context.progress.advance(1, 1);
   else
     for (auto& [at, layer] : make(missing, context)) found[at] = std::move(layer);
-  std::vector<std::shared_ptr<const BrickLayer>> result;
+  std::vector<CoefficientLayer> result;
   for (const int32_t at : inside) result.push_back(found[at]);
   return result;
 }
 
+void Coefficients::note_use(std::span<const int32_t> wanted, std::span<const int32_t> inside) const {
+  if (wanted.empty()) return;
+  const auto [first, last] = std::minmax_element(wanted.begin(), wanted.end());
+  const std::scoped_lock lock(mutex_);
+  const int32_t next = *first >= asked_first_ ? *last + 1 : *first - 1;
+  asked_first_ = *first;
+  in_use_ = {inside.begin(), inside.end()};
+  spared_ = prefilter_->empty() ? std::set<int32_t>() : reads(source_.lattice().mirror_layer(next));
+}
+
+std::shared_ptr<const BrickLayer> Coefficients::as_values(int32_t at, const SampleLayer& compact,
+                                                          const Context& context) const {
+  BrickLayer values(compact.lattice(), compact.coset());
+  context.tasks.parallel_for(compact.rows(), [&](uint64_t row) {
+    if (compact.row_empty(row)) return;
+    for (size_t slot = row * compact.row_slots(); slot < (row + 1) * compact.row_slots(); ++slot)
+      if (const SampleBrick& brick = compact.brick(slot)) values.set(slot, brick.as_values());
+  });
+  {
+    const std::scoped_lock lock(mutex_);
+    erase_locked({Kind::compact, at});
+  }
+  return insert(Key{Kind::values, at}, std::move(values), context);
+}
+
 Coefficients::Layers Coefficients::make(std::span<const int32_t> layers, const Context& context) const {
-  if (prefilter_->empty()) return read<BrickLayer>(layers, context);
+  if (prefilter_->empty()) {
+    Layers made;
+    for (auto& [m, layer] : read(Kind::compact, layers, context)) made[m].compact = std::move(layer);
+    return made;
+  }
   const double rows = stretch_rows(layers, context);
   if (rows < 1 && layers.size() > 1) { // even one row of bricks of all layers at once would not fit
     Layers made;
@@ -141,40 +185,37 @@ std::set<int32_t> Coefficients::reads(int32_t layer) const {
 }
 
 // Reads layers through the cache.
-template<class Layer>
-Coefficients::LayersOf<Layer> Coefficients::read(std::span<const int32_t> layers,
-                                                 const Context& context) const {
-  LayersOf<Layer> result;
+Coefficients::Compact Coefficients::read(Kind kind, std::span<const int32_t> layers,
+                                         const Context& context) const {
+  Compact result;
   std::vector<int32_t> missing;
   for (const int32_t m : layers)
-    if (!(result[m] = find<Layer>(m))) missing.push_back(m);
+    if (!(result[m] = find<SampleLayer>({kind, m}))) missing.push_back(m);
   size_t done = layers.size() - missing.size();
-  const SampleSource::TakeLayer<Layer> take = [&](int32_t m, Layer&& layer) {
-    result[m] = insert(m, std::move(layer), context);
+  const SampleSource::TakeLayer<SampleLayer> take = [&](int32_t m, SampleLayer&& layer) {
+    result[m] = insert(Key{kind, m}, std::move(layer), context);
     context.progress.advance(++done, layers.size());
   };
-  if constexpr (std::is_same_v<Layer, SampleLayer>)
-    source().read_samples(channel_, missing, read_region_, context, take);
-  else
-    source().read_layers(channel_, missing, region_, context, take);
-  count_repeats(kind_of<Layer>, missing);
+  source().read_samples(channel_, missing, kind == Kind::samples ? read_region_ : region_, context, take);
+  count_repeats(kind, missing);
   return result;
 }
 
 Coefficients::Layers Coefficients::make_at_once(std::span<const int32_t> layers,
                                                 const Context& context) const {
   const std::set<int32_t> reads = prefilter_->reads(layers);
-  std::vector<BrickLayer> made = [&] {
+  std::vector<SampleLayer> made = [&] {
     Progress reading(context.progress, 0, read_share), making(context.progress, read_share, 1);
-    const auto samples = read<SampleLayer>(std::vector(reads.begin(), reads.end()), context.with(reading));
+    const auto samples = read(Kind::samples, std::vector(reads.begin(), reads.end()), context.with(reading));
     std::map<int32_t, const SampleLayer*> all;
     for (const auto& [m, layer] : samples) all[m] = layer.get();
     // This is about what they will hold, so that the budget is kept while they are made; insert() reserves
     // what they hold.
     uint64_t bytes = 0;
-    for (const int32_t m : layers) bytes += all[m]->bricks() * sizeof(Brick);
+    for (const int32_t m : layers)
+      bytes += all[m]->bricks() * (coarsest_ > 0 ? sizeof(RoundedBrick) : sizeof(Brick));
     const Reservation room = reserve(bytes, "coefficients of some layers", context);
-    return prefilter_->apply(layers, all, prune_, region_, context.with(making));
+    return prefilter_->apply(layers, all, {prune_, coarsest_}, region_, context.with(making));
   }();
   return insert_all(layers, std::move(made), context);
 }
@@ -185,13 +226,13 @@ void Coefficients::count_repeats(Kind kind, std::span<const int32_t> layers) con
     if (!ever_had_.insert({kind, m}).second) repeated_.fetch_add(1, std::memory_order_relaxed);
 }
 
-Coefficients::Layers Coefficients::insert_all(std::span<const int32_t> layers, std::vector<BrickLayer> made,
+Coefficients::Layers Coefficients::insert_all(std::span<const int32_t> layers, std::vector<SampleLayer> made,
                                               const Context& context) const {
   made_.fetch_add(layers.size(), std::memory_order_relaxed);
-  count_repeats(Kind::coefficients, layers);
+  count_repeats(Kind::compact, layers);
   Layers result;
   for (size_t i = 0; i < layers.size(); ++i)
-    result[layers[i]] = insert(layers[i], std::move(made[i]), context);
+    result[layers[i]].compact = insert(Key{Kind::compact, layers[i]}, std::move(made[i]), context);
   return result;
 }
 
@@ -201,7 +242,7 @@ void Coefficients::forget(int32_t first, int32_t next) const {
   std::erase_if(recent_, [&](const Key& key) {
     const auto [kind, layer] = key;
     // Beyond the ends are mirror images, of layers as far inside.
-    if (layer >= (kind == Kind::coefficients ? first : next - reach)) return false;
+    if (layer >= (kind == Kind::samples ? next - reach : first)) return false;
     const auto it = entries_.find(key);
     held_ -= it->second->bytes;
     entries_.erase(it);
@@ -215,10 +256,10 @@ void Coefficients::pretend_to_hold(const Coefficients& other) const {
   for (const auto& [key, held] : other.entries_) {
     auto entry = std::make_shared<Entry>();
     const int coset = lattice.coset(key.second);
-    if (key.first == Kind::samples)
-      entry->layer = SampleLayer(lattice.space, coset);
-    else
+    if (key.first == Kind::values)
       entry->layer = BrickLayer(lattice.space, coset);
+    else
+      entry->layer = SampleLayer(lattice.space, coset);
     if (entries_.emplace(key, std::move(entry)).second) recent_.push_back(key);
   }
 }
@@ -229,7 +270,7 @@ double Coefficients::stretch_rows(std::span<const int32_t> layers, const Context
   const size_t samples = prefilter_->reads(layers).size();
   // Coefficients spread a few sites beyond the samples: half as many bricks again, at most all.
   Progress unheard(context.progress, 0, 0);
-  const auto one = read<SampleLayer>(layers.first(1), context.with(unheard)).begin()->second;
+  const auto one = read(Kind::samples, layers.first(1), context.with(unheard)).begin()->second;
   const double stand = std::max<double>(1, static_cast<double>(one->bricks())),
                share = std::min(1.5, static_cast<double>(one->brick_slots()) / stand);
   const double all = share * static_cast<double>(one->bytes() * samples);
@@ -241,7 +282,7 @@ double Coefficients::stretch_rows(std::span<const int32_t> layers, const Context
 Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> layers, int rows,
                                                      const Context& context) const {
   const Lattice4& lattice = source_.lattice();
-  std::vector<BrickLayer> made;
+  std::vector<SampleLayer> made;
   int height = 0;
   for (const int32_t m : layers)
     height = std::max(height, made.emplace_back(lattice.space, lattice.coset(m)).brick_dims()[2]);
@@ -260,13 +301,14 @@ Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> la
     stretch.begin[2] = z, stretch.end[2] = std::min(end, z + rows);
     Progress share(context.progress, 1.0 * z / height, 1.0 * stretch.end[2] / height);
     samples.move(z - stretch_margin, stretch.end[2] + stretch_margin, context.with(share));
-    const auto part = prefilter_->apply(layers, samples.layers(), prune_, stretch, context.with(share));
+    const auto part =
+        prefilter_->apply(layers, samples.layers(), {prune_, coarsest_}, stretch, context.with(share));
     uint64_t bytes = 0;
     for (size_t i = 0; i < made.size(); ++i)
       for (size_t s = 0; s < made[i].brick_slots(); ++s) {
         if (!part[i].brick(s)) continue;
         made[i].set(s, part[i].share(s));
-        bytes += sizeof(Brick);
+        bytes += part[i].brick(s).bytes();
       }
     parts.emplace_back(context.memory, bytes, "coefficients of a slab");
   }
@@ -274,8 +316,7 @@ Coefficients::Layers Coefficients::make_by_stretches(std::span<const int32_t> la
   return insert_all(layers, std::move(made), context);
 }
 
-template<class Layer> std::shared_ptr<const Layer> Coefficients::find(int32_t layer) const {
-  const Key key{kind_of<Layer>, layer};
+template<class Layer> std::shared_ptr<const Layer> Coefficients::find(const Key& key) const {
   const std::scoped_lock lock(mutex_);
   const auto it = entries_.find(key);
   if (it == entries_.end()) return nullptr;
@@ -284,16 +325,14 @@ template<class Layer> std::shared_ptr<const Layer> Coefficients::find(int32_t la
 }
 
 template<class Layer>
-std::shared_ptr<const Layer> Coefficients::insert(int32_t at, Layer layer, const Context& context) const {
-  constexpr bool coefficients = kind_of<Layer> == Kind::coefficients;
-  const Key key{kind_of<Layer>, at};
+std::shared_ptr<const Layer> Coefficients::insert(const Key& key, Layer layer, const Context& context) const {
   const std::scoped_lock lock(mutex_);
   // Two threads may have made the same layer; the results are equal and the first one stays.
   if (const auto it = entries_.find(key); it != entries_.end())
     return {it->second, &std::get<Layer>(it->second->layer)};
   auto entry = std::make_shared<Entry>();
   entry->bytes = layer.bytes();
-  evict_locked(entry->bytes, coefficients);
+  evict_locked(entry->bytes, key.first != Kind::samples);
   while (!context.memory.try_reserve(entry->bytes)) {
     if (recent_.empty()) { // the exception says what the budget lacks
       [[maybe_unused]] const Reservation failed(context.memory, entry->bytes, "coefficients of one layer");
@@ -313,16 +352,31 @@ std::shared_ptr<const Layer> Coefficients::insert(int32_t at, Layer layer, const
 }
 
 void Coefficients::evict_locked(uint64_t room, bool spare_samples) const {
-  for (auto key = recent_.begin(); key != recent_.end() && (room > limit_ || held_ > limit_ - room);) {
-    if (spare_samples && key->first == Kind::samples && spared_.contains(key->second)) {
-      ++key;
-      continue;
+  const auto useful = [&](const Key& key) {
+    return (key.first == Kind::samples ? spared_ : in_use_).contains(key.second);
+  };
+  const auto evict = [&](const auto& stays) {
+    for (auto key = recent_.begin(); key != recent_.end() && (room > limit_ || held_ > limit_ - room);) {
+      if (stays(*key)) {
+        ++key;
+        continue;
+      }
+      const auto it = entries_.find(*key);
+      held_ -= it->second->bytes;
+      entries_.erase(it);
+      key = recent_.erase(key);
     }
-    const auto it = entries_.find(*key);
-    held_ -= it->second->bytes;
-    entries_.erase(it);
-    key = recent_.erase(key);
-  }
+  };
+  evict(useful);
+  evict([&](const Key& key) { return spare_samples && key.first == Kind::samples && useful(key); });
+}
+
+void Coefficients::erase_locked(const Key& key) const {
+  const auto it = entries_.find(key);
+  if (it == entries_.end()) return;
+  held_ -= it->second->bytes;
+  entries_.erase(it);
+  recent_.erase(std::find(recent_.begin(), recent_.end(), key));
 }
 
 Reservation Coefficients::reserve(uint64_t bytes, std::string_view what, const Context& context) const {

@@ -6,8 +6,10 @@
 // cached, in which order layers are asked for, or how the file is chunked; and while time advances each layer
 // of samples is read once and each of coefficients made once. Samples are kept as the codes they are stored
 // as, where they take less, and before coefficients: decoding a layer again costs more a byte than making it.
-// Where the cache is too small for all samples that layers depend on, they are made in stretches, some rows
-// of bricks along z at a time, for which each row of samples is read once as well.
+// Coefficients of samples that come in steps are rounded when they are made, always, and kept so until
+// somebody asks for them as values (points/rounded_brick.h). Where the cache is too small for all samples
+// that layers depend on, they are made in stretches, some rows of bricks along z at a time, for which each
+// row of samples is read once as well.
 #pragma once
 
 #include <atomic>
@@ -19,7 +21,6 @@
 #include <set>
 #include <span>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,13 @@ namespace bccsplat {
 
 class Corrections; // field/corrections.h
 class Masks;       // field/masks.h
+
+// In one of two forms, with the same values.
+struct CoefficientLayer {
+  std::shared_ptr<const BrickLayer> values;
+  std::shared_ptr<const SampleLayer> compact;
+  explicit operator bool() const { return values || compact; }
+};
 
 class Coefficients {
  public:
@@ -71,6 +79,9 @@ class Coefficients {
   // Several at once: cheaper than one by one where memory is short.
   [[nodiscard]] std::vector<std::shared_ptr<const BrickLayer>> layers(std::span<const int32_t> layers,
                                                                       const Context& context) const;
+  // The same in the form that is at hand, or takes least memory.
+  [[nodiscard]] std::vector<CoefficientLayer> compact_layers(std::span<const int32_t> layers,
+                                                             const Context& context) const;
 
   // The layers of the source that the coefficients of a layer in it depend on.
   [[nodiscard]] std::set<int32_t> reads(int32_t layer) const;
@@ -89,12 +100,10 @@ class Coefficients {
   void forget(int32_t first, int32_t next) const;
 
  private:
-  enum class Kind : uint8_t { samples, coefficients };
-  using Key = std::pair<Kind, int32_t>; // and layer
-  template<class Layer>
-  static constexpr Kind kind_of = std::is_same_v<Layer, SampleLayer> ? Kind::samples : Kind::coefficients;
-  template<class Layer> using LayersOf = std::map<int32_t, std::shared_ptr<const Layer>>;
-  using Layers = LayersOf<BrickLayer>;
+  enum class Kind : uint8_t { samples, compact, values }; // the latter two of coefficients
+  using Key = std::pair<Kind, int32_t>;                   // and layer
+  using Compact = std::map<int32_t, std::shared_ptr<const SampleLayer>>;
+  using Layers = std::map<int32_t, CoefficientLayer>;
   struct Entry;
   class SampleRows;
 
@@ -103,20 +112,28 @@ class Coefficients {
   Layers make_at_once(std::span<const int32_t> layers, const Context& context) const;
   Layers make_by_stretches(std::span<const int32_t> layers, int rows, const Context& context) const;
   // Samples, or stored coefficients.
-  template<class Layer> LayersOf<Layer> read(std::span<const int32_t> layers, const Context& context) const;
+  Compact read(Kind kind, std::span<const int32_t> layers, const Context& context) const;
+  // Makes a layer of values of one that is compact, and keeps it in place of that.
+  std::shared_ptr<const BrickLayer> as_values(int32_t layer, const SampleLayer& compact,
+                                              const Context& context) const;
   // What the samples of a stretch may take of the cache.
   [[nodiscard]] uint64_t stretch_bytes() const { return limit_ - limit_ / 4; }
   // Returns how many rows of bricks along z a stretch may have for the layers to fit the cache; infinite
   // where the layers need not be cut.
   double stretch_rows(std::span<const int32_t> layers, const Context& context) const;
   // Null where the cache does not hold it.
-  template<class Layer> std::shared_ptr<const Layer> find(int32_t layer) const;
+  template<class Layer> std::shared_ptr<const Layer> find(const Key& key) const;
   template<class Layer>
-  std::shared_ptr<const Layer> insert(int32_t at, Layer layer, const Context& context) const;
+  std::shared_ptr<const Layer> insert(const Key& key, Layer layer, const Context& context) const;
+  void erase_locked(const Key& key) const;
   void count_repeats(Kind kind, std::span<const int32_t> layers) const;
-  Layers insert_all(std::span<const int32_t> layers, std::vector<BrickLayer> made,
+  Layers insert_all(std::span<const int32_t> layers, std::vector<SampleLayer> made,
                     const Context& context) const;
-  // Until `room` bytes fit under the cache's limit, or all has gone but samples that are spared.
+  // Notes what is asked for, and what the next layer will be made of in the direction that a series is gone
+  // through.
+  void note_use(std::span<const int32_t> wanted, std::span<const int32_t> inside) const;
+  // Until `room` bytes fit under the cache's limit, or all has gone but samples that are spared. What is of
+  // no use goes first.
   void evict_locked(uint64_t room, bool spare_samples = false) const;
   // Gives bytes that a call needs for itself; what is cached makes room.
   Reservation reserve(uint64_t bytes, std::string_view what, const Context& context) const;
@@ -128,6 +145,7 @@ class Coefficients {
   Kernel kernel_;
   std::unique_ptr<const Prefilter> prefilter_; // empty when the source stores this kernel's coefficients
   float prune_;
+  float coarsest_ = 0;   // CoefficientForm
   BrickBox region_;      // of coefficients
   BrickBox read_region_; // of samples: no prefilter reaches further than a brick
   uint64_t limit_;
@@ -138,7 +156,9 @@ class Coefficients {
   mutable std::map<Key, std::shared_ptr<const Entry>> entries_;
   mutable std::list<Key> recent_; // least recently used first
   mutable uint64_t held_ = 0;
-  mutable std::set<int32_t> spared_; // samples that the layers asked for last depend on
+  mutable std::set<int32_t> spared_; // samples that the next layer depends on
+  mutable std::set<int32_t> in_use_; // coefficients asked for last
+  mutable int32_t asked_first_ = 0;  // the first of these, which may lie beyond the ends
   mutable std::atomic<uint64_t> made_{0}, repeated_{0};
   mutable std::set<Key> ever_had_;
 };

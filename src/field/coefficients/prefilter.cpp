@@ -13,6 +13,7 @@
 #include "field/coefficients/inverse.h"
 #include "field/coefficients/stage_plan.h"
 #include "field/coefficients/tile_planes.h"
+#include "points/rounded_brick.h"
 
 namespace bccsplat {
 namespace {
@@ -132,29 +133,41 @@ std::vector<std::set<int32_t>> Prefilter::needed(std::span<const int32_t> layers
   return needed;
 }
 
-std::vector<BrickLayer> Prefilter::invert(std::span<const int32_t> layers,
-                                          const std::map<int32_t, const SampleLayer*>& samples, float prune,
-                                          const BrickBox& region, const Context& context) const {
+std::vector<SampleLayer> Prefilter::invert(std::span<const int32_t> layers,
+                                           const std::map<int32_t, const SampleLayer*>& samples,
+                                           const CoefficientForm& form, const BrickBox& region,
+                                           const Context& context) const {
   std::vector<PrefilterStage> time;
   for (const PrefilterStep& step : std::span(steps_).subspan(1)) time.push_back(step.filter);
   const InversePrefilter inverse(steps_.front().filter, time);
-  std::vector<BrickLayer> made;
-  for (const int32_t m : layers) made.push_back(inverse.apply(m, lattice_, samples, prune, region, context));
+  std::vector<SampleLayer> made;
+  for (const int32_t m : layers) {
+    const BrickLayer values = inverse.apply(m, lattice_, samples, form.prune, region, context);
+    SampleLayer& layer = made.emplace_back(values);
+    if (!(form.coarsest > 0)) continue;
+    context.tasks.parallel_for(values.brick_slots(), [&](uint64_t slot) {
+      const Brick* brick = values.brick(slot);
+      if (!brick) return;
+      if (auto rounded = RoundedBrick::round(*brick, form.coarsest))
+        layer.set(slot, {nullptr, std::move(rounded)});
+    });
+  }
   return made;
 }
 
-std::vector<BrickLayer> Prefilter::apply(std::span<const int32_t> layers,
-                                         const std::map<int32_t, const SampleLayer*>& samples, float prune,
-                                         const BrickBox& region, const Context& context) const {
-  if (steps_.front().filter.pole != 0) return invert(layers, samples, prune, region, context);
-  std::vector<BrickLayer> made;
+std::vector<SampleLayer> Prefilter::apply(std::span<const int32_t> layers,
+                                          const std::map<int32_t, const SampleLayer*>& samples,
+                                          const CoefficientForm& form, const BrickBox& region,
+                                          const Context& context) const {
+  if (steps_.front().filter.pole != 0) return invert(layers, samples, form, region, context);
+  std::vector<SampleLayer> made;
   BrickBox box = region;
   std::vector<TileLayer> outputs;
   for (const int32_t m : layers) made.emplace_back(lattice_.space, lattice_.coset(m));
   for (size_t a = 0; a < 3; ++a) {
     box.begin[a] = std::max(0, box.begin[a]);
     int32_t most = 0;
-    for (const BrickLayer& layer : made) most = std::max(most, layer.brick_dims()[a]);
+    for (const SampleLayer& layer : made) most = std::max(most, layer.brick_dims()[a]);
     box.end[a] = std::min(box.end[a], most);
   }
   for (size_t i = 0; i < layers.size(); ++i) outputs.push_back({&made[i], samples.at(layers[i])});
@@ -170,7 +183,7 @@ std::vector<BrickLayer> Prefilter::apply(std::span<const int32_t> layers,
     context.progress.advance(done.fetch_add(1, std::memory_order_relaxed), tiles.size());
     auto planes = store.take();
     TilePlanes(plan, size, lattice_.space, tiles[i], planes->data())
-        .make(samples, outputs, prune, context.progress);
+        .make(samples, outputs, form, context.progress);
     store.give(std::move(planes));
   });
   return made;

@@ -25,6 +25,13 @@ struct PrefilterStep {
   int source = 0;
 };
 
+// What coefficients become when they are made: those up to `prune` in magnitude (value units) are dropped; of
+// the others bricks are rounded to steps as coarse as `coarsest` where these suffice
+// (points/rounded_brick.h); 0: none are.
+struct CoefficientForm {
+  float prune = 0, coarsest = 0;
+};
+
 class Prefilter {
  public:
   Prefilter(const Lattice4& lattice, std::vector<PrefilterStep> steps)
@@ -38,20 +45,19 @@ class Prefilter {
   // How many layers on either side of its own a layer depends on.
   [[nodiscard]] int32_t reach() const;
 
-  // The bricks in `region` of coefficients of `layers`, of those that are above `prune` in magnitude (value
-  // units), holes included. samples: all that they read; their bricks outside the region, as far as one
-  // beside it, count, and those that are absent are air.
-  [[nodiscard]] std::vector<BrickLayer> apply(std::span<const int32_t> layers,
-                                              const std::map<int32_t, const SampleLayer*>& samples,
-                                              float prune, const BrickBox& region,
-                                              const Context& context) const;
+  // The bricks in `region` of coefficients of `layers`, holes included. samples: all that they read; their
+  // bricks outside the region, as far as one beside it, count, and those that are absent are air.
+  [[nodiscard]] std::vector<SampleLayer> apply(std::span<const int32_t> layers,
+                                               const std::map<int32_t, const SampleLayer*>& samples,
+                                               const CoefficientForm& form, const BrickBox& region,
+                                               const Context& context) const;
 
  private:
   // The same where the first stage has a pole.
-  [[nodiscard]] std::vector<BrickLayer> invert(std::span<const int32_t> layers,
-                                               const std::map<int32_t, const SampleLayer*>& samples,
-                                               float prune, const BrickBox& region,
-                                               const Context& context) const;
+  [[nodiscard]] std::vector<SampleLayer> invert(std::span<const int32_t> layers,
+                                                const std::map<int32_t, const SampleLayer*>& samples,
+                                                const CoefficientForm& form, const BrickBox& region,
+                                                const Context& context) const;
   // The layers of each stage, samples first, that the last one's depend on.
   [[nodiscard]] std::vector<std::set<int32_t>> needed(std::span<const int32_t> layers) const;
   friend class StagePlan;

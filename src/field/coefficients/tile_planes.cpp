@@ -9,6 +9,8 @@
 
 #include <hwy/cache_control.h>
 
+#include "points/rounded_brick.h"
+
 namespace bccsplat {
 namespace {
 
@@ -117,7 +119,8 @@ PlaneBox TilePlanes::around(int margin) const {
 }
 
 void TilePlanes::make(const std::map<int32_t, const SampleLayer*>& samples,
-                      std::span<const TileLayer> outputs, float prune, const Progress& progress) {
+                      std::span<const TileLayer> outputs, const CoefficientForm& form,
+                      const Progress& progress) {
   const int ahead = plan_.margin();
   const auto& nodes = plan_.nodes();
   const size_t first_wanted = nodes.size() - plan_.wanted();
@@ -129,7 +132,7 @@ void TilePlanes::make(const std::map<int32_t, const SampleLayer*>& samples,
     for (size_t i = 0; i < nodes.size(); ++i) {
       step(nodes[i], z + nodes[i].margin);
       if (i >= first_wanted && z >= begin_[2])
-        keep(nodes[i], i - first_wanted, outputs[i - first_wanted], z, prune);
+        keep(nodes[i], i - first_wanted, outputs[i - first_wanted], z, form);
     }
   }
 }
@@ -214,7 +217,8 @@ void TilePlanes::sum_cross(const Node& node, int z) {
 }
 
 // Writes plane z of what a node made to the bricks of the tile, and hands over those that are complete.
-void TilePlanes::keep(const Node& node, size_t output, const TileLayer& layer, int z, float prune) {
+void TilePlanes::keep(const Node& node, size_t output, const TileLayer& layer, int z,
+                      const CoefficientForm& form) {
   const Int3& sites = layer.made->dims();
   const Int3& bricks = layer.made->brick_dims(); // the other coset may have one more
   Making* making = bricks_.data() + output * (bricks_.size() / plan_.wanted());
@@ -222,25 +226,32 @@ void TilePlanes::keep(const Node& node, size_t output, const TileLayer& layer, i
   const bool last = z + 1 == end_[2] || in_brick + 1 == brick_edge;
   for (int by = tile_.begin[1]; by < std::min(tile_.end[1], bricks[1]); ++by)
     for (int bx = tile_.begin[0]; bx < std::min(tile_.end[0], bricks[0]) && bz < bricks[2]; ++bx, ++making) {
-      if (in_brick == 0) *making = {std::make_shared_for_overwrite<Brick>(), false};
+      if (in_brick == 0) {
+        if (!making->brick) making->brick = std::make_shared_for_overwrite<Brick>();
+        making->any = false;
+      }
       PlaneBox box{sites[0] - bx * brick_edge, sites[1] - by * brick_edge, size_.stride};
       if (z >= sites[2]) box.height = 0;
       const float* from =
           at(node.ring, z) + (by * brick_edge - begin_[1]) * size_.stride + bx * brick_edge - begin_[0];
-      making->any |= keep_plane(from, box, prune, making->brick->value.data() + in_brick * brick_rows,
+      making->any |= keep_plane(from, box, form.prune, making->brick->value.data() + in_brick * brick_rows,
                                 making->brick->kept.data() + in_brick * brick_edge);
-      if (last) hand_over(*making, layer, layer.made->slot(bx, by, bz), in_brick + 1);
+      if (last) hand_over(*making, layer, layer.made->slot(bx, by, bz), in_brick + 1, form.coarsest);
     }
 }
 
 // planes: those that have been written.
-void TilePlanes::hand_over(Making& making, const TileLayer& layer, size_t slot, int planes) {
+void TilePlanes::hand_over(Making& making, const TileLayer& layer, size_t slot, int planes, float coarsest) {
   Brick& brick = *making.brick;
   std::fill(brick.value.begin() + planes * brick_rows, brick.value.end(), 0.0f);
   std::fill(brick.kept.begin() + planes * brick_edge, brick.kept.end(), uint16_t{0});
-  if (const BrickMask* hole = layer.samples->brick(slot).hole())
-    brick.hole = std::make_unique<BrickMask>(*hole);
-  if (making.any || brick.hole) layer.made->set(slot, std::move(making.brick));
+  const BrickMask* hole = layer.samples->brick(slot).hole();
+  brick.hole = hole ? std::make_unique<BrickMask>(*hole) : nullptr;
+  if (!making.any && !hole) return;
+  if (coarsest > 0)
+    if (auto rounded = RoundedBrick::round(brick, coarsest))
+      return layer.made->set(slot, {nullptr, std::move(rounded)});
+  layer.made->set(slot, {std::move(making.brick), nullptr});
 }
 
 } // namespace bccsplat

@@ -49,7 +49,7 @@ struct TileSize {
 
 // A layer that is made, and its samples, whose holes it takes over.
 struct TileLayer {
-  BrickLayer* made;
+  SampleLayer* made;
   const SampleLayer* samples;
 };
 
@@ -60,7 +60,7 @@ class TilePlanes {
              float* memory);
   // Makes the bricks of the tile. outputs: in the order of the layers of the plan.
   void make(const std::map<int32_t, const SampleLayer*>& samples, std::span<const TileLayer> outputs,
-            float prune, const Progress& progress);
+            const CoefficientForm& form, const Progress& progress);
 
  private:
   using Ring = StagePlan::Ring;
@@ -86,11 +86,11 @@ class TilePlanes {
   void sum_neighbours(const Node& node, int z);
   void sum_cross(const Node& node, int z);
   struct Making {
-    std::shared_ptr<Brick> brick;
+    std::shared_ptr<Brick> brick; // stays for the next one where it was handed over rounded
     bool any = false;
   };
-  static void hand_over(Making& making, const TileLayer& layer, size_t slot, int planes);
-  void keep(const Node& node, size_t output, const TileLayer& layer, int z, float prune);
+  static void hand_over(Making& making, const TileLayer& layer, size_t slot, int planes, float coarsest);
+  void keep(const Node& node, size_t output, const TileLayer& layer, int z, const CoefficientForm& form);
 
   const StagePlan& plan_;
   const TileSize& size_;

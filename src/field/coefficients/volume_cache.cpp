@@ -5,18 +5,34 @@
 #include <cmath>
 
 #include "field/coefficients/prefilter_steps.h"
+#include "formats/bcc4/sample_step.h"
 #include "kernel/kernel_time.h"
+#include "points/rounded_brick.h"
 
 namespace bccsplat {
 namespace {
 
 constexpr uint64_t gibibyte = uint64_t{1} << 30;
 constexpr double most_over_mean = 2, coefficients_over_samples = 1.5; // bricks, but not more than there are
-constexpr uint64_t brick_overhead = 1400; // of codes: which sites are kept, where rows start, allocations
+// Of a brick of codes: allocations, which sites are kept, and where rows start where some are not.
+constexpr uint64_t whole_overhead = 600, part_overhead = 1400;
+constexpr double whole_share = 0.98; // of the sites of u8, which are kept where air is scattered among them
 
 struct LayerCounts {
-  uint64_t coefficients = 0, samples = 0;
+  uint64_t coefficients = 0;
+  uint64_t samples = 0, first_samples = 0; // for the next moment, and for the first
 };
+
+// Whether bricks of which some sites are left out are few.
+bool is_whole(const VolumeInfo& info) {
+  uint64_t sites = 0;
+  for (int32_t m = 0; m < info.lattice.layers(); ++m)
+    sites += static_cast<uint64_t>(info.lattice.space.sites(info.lattice.coset(m)));
+  return std::all_of(info.channels.begin(), info.channels.end(), [&](const ChannelInfo& c) {
+    const double share = c.type == ValueType::u8 ? whole_share : 1;
+    return static_cast<double>(c.sites_kept) >= share * static_cast<double>(sites);
+  });
+}
 
 LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool stored) {
   const auto [own, steps] = prefilter_of(lattice, kernel);
@@ -24,8 +40,9 @@ LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool stored
   LayerCounts n;
   n.coefficients =
       static_cast<uint64_t>(std::floor(2 * time_reach(own) / kernel_time_per_layer(lattice))) + 1 + next;
-  if (!stored && !steps.empty())
-    n.samples = n.coefficients + 2 * static_cast<uint64_t>(Prefilter(lattice, steps).reach());
+  if (stored || steps.empty()) return n;
+  const uint64_t around = 2 * static_cast<uint64_t>(Prefilter(lattice, steps).reach());
+  n.samples = next + around, n.first_samples = n.coefficients + around;
   return n;
 }
 
@@ -43,7 +60,8 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   uint64_t code = 1; // bytes; i32 stands for steps, which two bytes hold as a rule
   for (const ChannelInfo& c : info.channels)
     code = std::max<uint64_t>(code, c.type == ValueType::i32 ? 2 : value_bytes(c.type));
-  const uint64_t coded = code * brick_sites + brick_overhead;
+  const uint64_t overhead = is_whole(info) ? whole_overhead : part_overhead,
+                 coded = code * brick_sites + overhead;
   const bool stores_coefficients = !info.coefficient_kernel.empty(),
              values = stores_coefficients || std::any_of(info.channels.begin(), info.channels.end(),
                                                          [](const auto&c) { return is_float(c.type); });
@@ -56,8 +74,16 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   };
   VolumeCache need;
   need.chunks = bytes(static_cast<uint64_t>(info.slab_layers), chunks, coded);
-  need.coefficients = bytes(layers.coefficients, made, sizeof(Brick)) +
-                      bytes(layers.samples, bricks, values ? sizeof(Brick) : coded);
+  // Those of u8 always fit the steps of rounded ones.
+  const bool rounded =
+      !stores_coefficients && std::all_of(info.channels.begin(), info.channels.end(), [](const auto& c) {
+        return c.type == ValueType::u8 && sample_step(c) > 0;
+      });
+  const uint64_t sample = values ? sizeof(Brick) : coded;
+  need.coefficients =
+      std::max(bytes(layers.coefficients, made, rounded ? sizeof(RoundedBrick) + overhead : sizeof(Brick)) +
+                   bytes(layers.samples, bricks, sample),
+               bytes(layers.first_samples, bricks, sample));
   return need;
 }
 

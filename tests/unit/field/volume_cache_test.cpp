@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "base/machine.h"
 #include "field/coefficients/coefficients.h"
 #include "slice/time_slice.h"
@@ -17,7 +19,7 @@ constexpr uint64_t gibibyte = uint64_t{1} << 30;
 
 struct Played {
   uint64_t decoded = 0, made = 0;
-  uint64_t held = 0; // at the end
+  uint64_t held = 0, most = 0; // at the end, and ever
   std::vector<BrickLayer> slices;
 };
 
@@ -33,7 +35,7 @@ Played play(const std::vector<std::byte>& file, const char* kernel_name, uint64_
   for (double t = 0; t <= reader->info().lattice.last_frame(); t += 0.5)
     out.slices.push_back(time_slice(field, t, {0, 0}, {}, bench.context).coset[0]);
   out.decoded = samples.chunks_decoded(), out.made = field.layers_made();
-  out.held = bench.memory.used();
+  out.held = bench.memory.used(), out.most = bench.memory.peak();
   return out;
 }
 
@@ -96,6 +98,57 @@ INSTANTIATE_TEST_SUITE_P(Series, Playing,
                                          PlayingCase{LatticeKind::d4star, ValueType::f32, "fast", dense},
                                          PlayingCase{LatticeKind::cc, ValueType::u8, "default", dense},
                                          PlayingCase{LatticeKind::d4star, ValueType::u8, "default", ball}));
+
+// What a moment of a dense u8 series holds, in bytes a site of a layer: 6 layers of coefficients of 2 bytes
+// and what they are made of, 16 layers of codes; while it plays a slab of 8 besides.
+TEST(VolumeCache, PlayingHoldsFewBytesASite) {
+  const VolumeInfo info = volume(LatticeKind::d4star, {88, 88, 88, 16}, {channel("value", ValueType::u8)});
+  const auto series = write_file(info, dense);
+  const double sites = static_cast<double>(info.lattice.space.sites(0));
+  const Played played = play(series, "default", playing_bytes(series, "default"));
+  EXPECT_EQ(played.decoded, Bcc4Reader::open(open_memory_source(series))->chunk_count());
+  EXPECT_LT(static_cast<double>(played.most) / sites, 52);
+}
+
+// Rounding coefficients is the same whoever asks, and far below the samples' own.
+TEST(VolumeCache, CoefficientsOfCodesAreRoundedAlikeInAnyForm) {
+  const auto series =
+      write_file(volume(LatticeKind::d4star, {40, 40, 40, 16}, {channel("value", ValueType::u8)}), dense);
+  Bench bench;
+  const auto reader = Bcc4Reader::open(open_memory_source(series));
+  const Bcc4Samples samples(reader, bench.memory);
+  const Lattice4& lattice = samples.lattice();
+  std::vector<BrickLayer> read;
+  for (int32_t m = 0; m < lattice.layers(); ++m) read.push_back(samples.read_layer(0, m, {}, bench.context));
+  const MemorySamples unrounded(lattice, {samples.air(0)}, {read});
+  const Kernel kernel = make_kernel("default");
+  constexpr uint64_t cache = 64 << 20;
+  const Coefficients codes(samples, 0, kernel, 0, cache), values(samples, 0, kernel, 0, cache),
+      exact(unrounded, 0, kernel, 0, cache);
+  const int32_t m = lattice.layers() / 2;
+  const auto compact = codes.compact_layers(std::span(&m, 1), bench.context).front();
+  ASSERT_TRUE(compact.compact);
+  EXPECT_LT(10 * compact.compact->bytes(), 6 * values.layer(m, bench.context)->bytes());
+  const auto rounded = values.layer(m, bench.context), same = codes.layer(m, bench.context),
+             whole = exact.layer(m, bench.context);
+  EXPECT_FALSE(difference(*rounded, *same));
+  const std::vector<float> a = layer_to_dense(*rounded), b = layer_to_dense(*whole);
+  double most = 0, squares = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double error = std::fabs(static_cast<double>(a[i]) - static_cast<double>(b[i]));
+    most = std::max(most, error), squares += error * error / static_cast<double>(a.size());
+  }
+  EXPECT_GT(most, 0);
+  EXPECT_LE(most, samples.sample_step(0) / 8);
+  EXPECT_LT(std::sqrt(squares), samples.sample_step(0) / 24);
+  // Merged of either form.
+  (void)values.layers(std::vector<int32_t>{m - 2, m - 1, m, m + 1, m + 2, m + 3}, bench.context);
+  const double frame = lattice.layer_frame(m);
+  for (int c = 0; c < 2; ++c)
+    EXPECT_FALSE(
+        difference(time_slice(codes, frame, {0, 0}, {}, bench.context).coset[static_cast<size_t>(c)],
+                   time_slice(values, frame, {0, 0}, {}, bench.context).coset[static_cast<size_t>(c)]));
+}
 
 TEST(VolumeCache, CodesNeedLessThanValues) {
   const auto series = [](ValueType type) {

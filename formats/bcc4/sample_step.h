@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The steps that samples of a channel come in, for those who may round what they make of them.
+#pragma once
+
+#include "formats/bcc4/info.h"
+
+namespace bccsplat {
+
+// 0 where nothing may be rounded: of a channel whose error is bounded corrections are for what they were made
+// of, and floats have no step.
+[[nodiscard]] inline double sample_step(const ChannelInfo& channel) {
+  const bool whole = channel.type == ValueType::u8 || channel.type == ValueType::u16;
+  const ResidualInfo& corrections = channel.residuals;
+  return whole && !(corrections.bound > 0) && !corrections.any() ? channel.scale : 0;
+}
+
+} // namespace bccsplat
