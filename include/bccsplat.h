@@ -52,8 +52,9 @@
  *
  * STATUS: every call that can fail returns a bccsplat_status. On failure output handles are NULL
  * (what the variable held before is overwritten in any case, not released) and other outputs are
- * untouched unless the call says otherwise; bccsplat_last_error() has the text. Any call may return
- * INVALID_ARGUMENT (a NULL or senseless argument), INVALID_STRUCT_SIZE, INVALID_HANDLE,
+ * untouched unless the call says otherwise; what a call fills as it goes (values, gradients,
+ * points) may hold anything after it failed at work; bccsplat_last_error() has the text. Any call
+ * may return INVALID_ARGUMENT (a NULL or senseless argument), INVALID_STRUCT_SIZE, INVALID_HANDLE,
  * OUT_OF_MEMORY, MEMORY_BUDGET or INTERNAL; one with a token or a callback that can stop it
  * CANCELLED; one on a renderer or writer WRONG_STATE (see THREADS). A call's comment lists what
  * else it may return behind "Also:". There "reading" stands for IO, CORRUPT, TRUNCATED,
@@ -88,9 +89,10 @@
  * it is reset. A call that takes options looks at options->cancel_token while it lasts, and objects
  * keep the token that they were made with: bccsplat_volume_evaluate and _verify look at the
  * volume's; _recode, _prefetch, _get_ranges and bccsplat_slice_create at the volume's and at that
- * of their own options; bccsplat_slice_evaluate, _sample_grid and _get_points at the slice's; every
- * call on a writer at the writer's; render at that of the render options. Objects stay as good as
- * before (but for writers, see there), arrays and frames keep what was done.
+ * of their own options; bccsplat_slice_evaluate, _sample_grid and _get_points at the slice's; calls
+ * on a writer that take frames, layers or fields or end it at the writer's; render at that of the
+ * render options. Objects stay as good as before (but for writers, see there), arrays and frames
+ * keep what was done.
  *
  * PROCESS: the library prints nothing, installs no signal handler, starts no process, keeps the
  * locale as it is, and has no state outside its objects but the error text of each thread. It may
@@ -284,18 +286,18 @@ enum {
   BCCSPLAT_READ_WOULD_BLOCK = -65536 /* not there yet; `buffer` may hold anything */
 };
 
-/* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure; fewer
- * than `size` mean that the stream ends there (TRUNCATED). Called from any thread, several at once.
- * A stream whose bytes are on their way answers READ_WOULD_BLOCK. The call that needs them then
- * tries what else it is about to read, as far as it knows where that stands, so that its host hears
- * of that, too, and ends with WOULD_BLOCK; bccsplat_last_lacking lists what it did not get. Where
- * things stand is read first: a time slice asks for tables (index pages, those of corrections),
- * then for chunks, masks and corrections together, a trail for those of all its stills; a slice off
- * the time axis hears of corrections when its chunks are there. Nothing is harmed: what was read
- * stays in the caches, volumes, slices and frames are as before, with salvage, too, and no damage
- * is reported. Made again when the bytes are there the call gives what it would have given at once,
- * bit for bit. Opening may end so as well, and is begun anew; a join or recoding starts its output
- * over. */
+/* Reads `size` bytes at `offset` into `buffer`; returns the number read, negative on failure, as
+ * more than `size` is; fewer mean that the stream ends there (TRUNCATED). Called from any thread,
+ * several at once. A stream whose bytes are on their way answers READ_WOULD_BLOCK. The call that
+ * needs them then tries what else it is about to read, as far as it knows where that stands, so
+ * that its host hears of that, too, and ends with WOULD_BLOCK; bccsplat_last_lacking lists what it
+ * did not get. Where things stand is read first: a time slice asks for tables (index pages, those
+ * of corrections), then for chunks, masks and corrections together, a trail for those of all its
+ * stills; a slice off the time axis hears of corrections when its chunks are there. Nothing is
+ * harmed: what was read stays in the caches, volumes, slices and frames are as before, with
+ * salvage, too, and no damage is reported. Made again when the bytes are there the call gives what
+ * it would have given at once, bit for bit. Opening may end so as well, and is begun anew; a join
+ * or recoding starts its output over. */
 typedef int64_t (*bccsplat_read_at_fn)(void* user, uint64_t offset, void* buffer, uint64_t size);
 /* Writes all `size` bytes at `offset`; returns the number written; fewer, or a negative number, are
  * a failure (IO). Never two calls at once, from any thread. Bytes mostly follow each other; some
@@ -469,8 +471,10 @@ enum {
   /* Both stay after a failure, a release without finish, or a crash. */
   BCCSPLAT_PARTIAL_KEEP = 1,
   /* As KEEP, and what such a pair has is not coded again. The host adds everything from the start,
-   * with the same options, attributes and sources (WRONG_STATE otherwise); the file is the same
-   * byte for byte as one written undisturbed. Nothing there: writes from the start. */
+   * with the same options, attributes and sources (WRONG_STATE otherwise) and the same samples,
+   * which are not compared; the file is the same byte for byte as one written undisturbed. What the
+   * two files have of each other is checked: from where they do not fit, or nothing is there, all
+   * is written anew. */
   BCCSPLAT_PARTIAL_RESUME = 2,
   /* `path` is a finished file whose series goes on; it is replaced at finish, and stays as it is
    * until then. WRONG_STATE when lattice or coding of the channels differ. What the new frames do
@@ -565,7 +569,8 @@ typedef struct bccsplat_writer_options {
   double scale;
   /* The same along time, in frames; 0: 1. */
   double time_scale;
-  /* Of readers and stored coefficients; NULL: default, CC of samples at 1: exact. */
+  /* Of readers and stored coefficients; NULL: default, and of CC of samples at 1 "exact": the
+   * samples as far as type and 32-bit floats hold them. */
   const char* recommended_kernel;
   /* NULL: none; fraction of the frames (or layers), only when dims[3] is known. */
   bccsplat_progress_fn progress;
@@ -614,12 +619,14 @@ typedef struct bccsplat_writer_options {
   double scales[4];
   /* > 0: after every so many slabs (of 8 layers, coefficients 4) that all channels have, the file
    * under way, `path`.partial, is made to be opened as it stands, durable, for a live view and
-   * against crashes: bccsplat_volume_info.frames_expected. Its frames are those of which all layers
-   * are there that the kernel of the file reaches: at the same moments they are what the finished
-   * file has (where air is far from a field without air, but for the last digits). With other
-   * kernels the last ones are as accurate as those of ENDS_MIRROR. What becomes of the file without
-   * finish is as `partial` says: KEEP lets it stay. The finished file has a few more bytes, which
-   * nothing refers to. UNSUPPORTED with part; 0: it can be opened when it is finished. */
+   * against crashes: bccsplat_volume_info.frames_expected. Until the first of them can be seen (a
+   * dozen frames or so, of a short series or with `lowpass` only at the end) it is NOT_BCC4. Its
+   * frames are those of which all layers are there that the kernel of the file reaches: at the same
+   * moments they are what the finished file has (where air is far from a field without air, but for
+   * the last digits). With other kernels the last ones are as accurate as those of ENDS_MIRROR.
+   * What becomes of the file without finish is as `partial` says: KEEP lets it stay. The finished
+   * file has a few more bytes, which nothing refers to. UNSUPPORTED with part; 0: it can be opened
+   * when it is finished. */
   uint32_t live;
   /* BCCSPLAT_PERIODIC_..., the sum; 0: none. */
   uint32_t periodic_axes;
@@ -809,11 +816,13 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_finish(
  * of as many frames as every channel got, or of the frames that the layers reach. With all frames
  * it is finish. The file is that of a writer that was told this number at the start, byte for byte,
  * with these exceptions: what dims[3] has settled stays so (whether ENDS_DEFAULT predicts, which
- * frames MEASURE_SOME looks at); with several channels or levels the chunks may stand in another
- * order; layers that were given beyond the last frame stay; and there are no counts of
- * coefficients, so that PARTIAL_APPEND needs all frames of the file. Also: as finish; WRONG_STATE
- * where channels got more than others, fewer frames than the file of PARTIAL_APPEND has, or layers
- * of one frame alone; UNSUPPORTED for parts and periodic series. */
+ * frames MEASURE_SOME looks at, that one frame under `lowpass` is one of a series); with several
+ * channels or levels the chunks may stand in another order; layers that were given beyond the last
+ * frame stay; and there are no counts of coefficients, so that PARTIAL_APPEND needs all frames of
+ * the file. Also: as finish; WRONG_STATE where channels got more than others, fewer frames than the
+ * file of PARTIAL_APPEND has, or one frame alone of which layers in time are made already (of
+ * layers; of frames under ENDS_MIRROR, or where ENDS_DEFAULT is that); UNSUPPORTED for periodic
+ * series, and for parts that lack frames of theirs. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish_short(
     bccsplat_writer* writer, bccsplat_writer_report* report);
 /* What was measured, after finish: measured = -1 for the series, else 0 .. frames_measured-1 for
@@ -838,7 +847,8 @@ typedef struct bccsplat_join_options {
  * the same version, each frame's channels added in order. INVALID_ARGUMENT, naming the files and
  * frames, when they are not parts of one series, or a frame is in none or in two of them;
  * BOUND_NOT_MET when the series misses the psnr of its options. Also: opening, writing. options and
- * report may be NULL; the report's slabs_reused are those joined. */
+ * report may be NULL; the report's slabs_reused are those joined. With `overwrite` the output may
+ * be one of the inputs, which it replaces at the end. */
 BCCSPLAT_API bccsplat_status bccsplat_join_parts(bccsplat_device* device, uint64_t count,
     const char* const* parts, const char* path, const bccsplat_join_options* options,
     bccsplat_writer_report* report);
@@ -857,7 +867,9 @@ typedef struct bccsplat_volume_options {
   /* Non-zero: damaged parts of the file read as holes instead of failing; a damaged mask of missing
    * samples is that of the nearest frame whose mask is whole, or where there is none nothing counts
    * as missing; nothing else of it is lost, but that of coefficients their kernel's reach around
-   * is. The preamble, the metadata and the list of index pages must be whole. */
+   * is, and that of samples what stands within a few sites of it is less accurate (its prefilter
+   * reaches there), beyond a bound, too. The preamble, the metadata and the list of index pages
+   * must be whole. */
   int32_t salvage;
   /* Reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC), paper,
    * gauss09 or SPACE+TIME such as "radial18+b3". */
@@ -1082,8 +1094,8 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_vol
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients);
 /* Reads the whole file and checks every checksum and structural rule. OK even when damage is found:
  * see the report. The device's log gets a line for each damage, which says where it is and which
- * samples and frames are lost, and one for what is whole. progress may be NULL. Also: IO,
- * WOULD_BLOCK. */
+ * samples and frames are lost, and one for what is whole. What a disk or stream fails to read is
+ * damage as well, and the log says why. progress may be NULL. Also: WOULD_BLOCK. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume,
     bccsplat_progress_fn progress, void* progress_user, bccsplat_verify_report* report);
 
@@ -1209,8 +1221,8 @@ typedef struct bccsplat_slice_options {
   /* 4 doubles, index space: the origin of slice space. NULL: chosen, with the basis. */
   const double* point;
   /* 3 x 4 doubles: directions of u, v, w in index space, any lengths, orthonormalised in order.
-   * With point and basis, which are copied, the slice is resampled on a lattice along them, and
-   * hyperplane must be NULL. */
+   * With point and basis, which are copied and go together, the slice is resampled on a lattice
+   * along them, and hyperplane must be NULL. */
   const double* basis;
   bccsplat_slab slab;
   bccsplat_method method;
@@ -1341,12 +1353,18 @@ enum {
  * frame's aspect ratio (square pixels). */
 typedef struct bccsplat_camera {
   uint32_t struct_size;
-  bccsplat_projection projection; /* DEFAULT: orthographic */
+  /* DEFAULT: orthographic. */
+  bccsplat_projection projection;
   double position[3];
-  double target[3];    /* position and target must differ; up must not be parallel to the view */
-  double up[3];        /* all coordinates up to 1e36 */
-  double fovy_degrees; /* perspective: above 1e-6, below 180 - 1e-6 */
-  double ortho_height; /* orthographic: 1e-36 to 1e36 */
+  /* Position and target must differ, up must not be parallel to the view. */
+  double target[3];
+  /* All coordinates up to 1e36. */
+  double up[3];
+  /* Perspective: above 1e-6, below 180 - 1e-6. From within a volume what is nearer than about a
+   * sheet's distance is not drawn: at more than some 150 degrees much of the picture. */
+  double fovy_degrees;
+  /* Orthographic: 1e-36 to 1e36. */
+  double ortho_height;
 } bccsplat_camera;
 
 /* A view of the whole slice. It starts looking along +z of world space with +y up, so that +x
@@ -1557,7 +1575,7 @@ typedef struct bccsplat_render_options {
    * opacity_stop 1 also while it is cut off in front at any depth. The uncut picture does not
    * change. */
   double deep_tolerance;
-  /* DEFAULT: where the transfer function is narrower than a step. */
+  /* DEFAULT: where that changes a picture enough, see there. */
   bccsplat_preintegrate preintegrate;
   /* DEFAULT: on, but with quality draft. */
   bccsplat_smooth_edges smooth_edges;
@@ -1845,8 +1863,8 @@ enum { BCCSPLAT_IMAGE_PNG = 1, BCCSPLAT_IMAGE_EXR = 2, BCCSPLAT_IMAGE_DEEP_EXR =
 BCCSPLAT_API bccsplat_status bccsplat_frame_create(bccsplat_device* device, uint32_t width,
     uint32_t height, uint32_t channels, bccsplat_frame** frame);
 /* An RGBA frame in the host's own memory (borrowed until release): height rows of width x 4 floats,
- * row_bytes apart (0: packed), a multiple of 4. INVALID_ARGUMENT where all of it lies in no
- * memory. */
+ * row_bytes apart (0: packed), a multiple of 4, as its address is. INVALID_ARGUMENT where all of it
+ * lies in no memory. */
 BCCSPLAT_API bccsplat_status bccsplat_frame_wrap(bccsplat_device* device, uint32_t width,
     uint32_t height, float* rgba, uint64_t row_bytes, bccsplat_frame** frame);
 BCCSPLAT_API void bccsplat_frame_retain(bccsplat_frame* frame);

@@ -51,21 +51,33 @@ WrittenSlab slab_of(std::span<const std::byte> payload) {
   return s;
 }
 
+bool all_there(const WrittenSlab& slab, const ByteSource& file) {
+  std::vector<std::byte> bytes;
+  for (const Bcc4Chunk& c : slab.chunks) {
+    if (c.offset > file.size() || c.stored() > file.size() - c.offset) return false;
+    bytes.resize(c.stored());
+    file.read_at(c.offset, bytes);
+    if (crc32_of(bytes) != c.crc) return false;
+  }
+  return true;
+}
+
 } // namespace
 
-Bcc4Journal::Bcc4Journal(std::string path, bool take_over, uint64_t interval)
-    : path_(std::move(path)), interval_(interval) {
+Bcc4Journal::Bcc4Journal(const std::string& path, bool take_over, uint64_t interval)
+    : path_(path + ".journal"), interval_(interval) {
   if (take_over && file_exists(path_)) {
     const auto file = open_file_source(path_);
     if (file->size() > most_bytes) fail(Code::limit_exceeded, path_, ": ", file->size(), " bytes");
     std::vector<std::byte> bytes(file->size());
     file->read_at(0, bytes);
-    read(bytes);
+    const std::string unfinished = path + ".partial";
+    read(bytes, file_exists(unfinished) ? open_file_source(unfinished).get() : nullptr);
   }
   sink_ = create_journal_sink(path_, end_);
 }
 
-void Bcc4Journal::read(std::span<const std::byte> bytes) {
+void Bcc4Journal::read(std::span<const std::byte> bytes, const ByteSource* unfinished) {
   if (bytes.size() < head_bytes || std::memcmp(bytes.data(), mark.data(), mark.size()) != 0) return;
   ByteReader in(bytes.subspan(mark.size()), "journal");
   if (in.read<uint32_t>() != version) return;
@@ -78,6 +90,7 @@ void Bcc4Journal::read(std::span<const std::byte> bytes) {
     const auto payload = in.take(size);
     if (crc32_of(payload) != crc) return;
     WrittenSlab s = slab_of(payload);
+    if (!unfinished || !all_there(s, *unfinished)) return;
     end_ += 8 + size;
     earlier_[{s.slab, s.at}] = std::move(s);
   }

@@ -4,7 +4,8 @@
 //
 // The journal is private to one version of the library: "BCC4JRNL", u32 version, u32 fingerprint of what the
 // file is made of; then records: u32 bytes, u32 CRC-32, payload. A record is written when the chunks it lists
-// are safe on disk; the first one that fails its checks ends the journal.
+// are safe on disk; the first one that fails its checks ends the journal, and so does one whose chunks are
+// not in the unfinished file as it says: that may have been cut, damaged, or written by another since.
 #pragma once
 
 #include <chrono>
@@ -35,8 +36,9 @@ class Bcc4Journal {
   // A commit is due after so many bytes of chunks, or after a second: a crash loses no more than that, and
   // the cost of waiting for the disk is spread over as much.
   static constexpr uint64_t default_interval = 1u << 18;
-  // With `take_over` the records of an earlier writer are read, if there is a journal.
-  Bcc4Journal(std::string path, bool take_over, uint64_t interval = default_interval);
+  // Of the file that is to be `path`. With `take_over` the records of an earlier writer are read, if there is
+  // a journal, and the chunks of theirs in the unfinished file.
+  Bcc4Journal(const std::string& path, bool take_over, uint64_t interval = default_interval);
 
   // Says before anything else what the file is made of. A journal that is taken over must agree
   // (Code::wrong_state).
@@ -51,7 +53,7 @@ class Bcc4Journal {
   void remove();
 
  private:
-  void read(std::span<const std::byte> bytes);
+  void read(std::span<const std::byte> bytes, const ByteSource* unfinished);
   std::string path_;
   std::unique_ptr<ByteSink> sink_;
   bool found_ = false;       // there was a journal to take over

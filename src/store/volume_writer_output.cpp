@@ -47,6 +47,9 @@ void VolumeWriter::make_container() {
   if (container_) return;
   VolumeInfo info = initial_;
   info.lattice = fit().lattice();
+  // A series that ended sooner than was said may have another lattice at every level.
+  for (const auto& f : fits_)
+    if (f->level() > 0) info.levels[static_cast<size_t>(f->level()) - 1].lattice = f->fit().lattice();
   const Bcc4WriterOptions options = container_options(info);
   container_ = std::make_unique<Bcc4Writer>(std::move(sink_), info, options);
   if (continued_) continued_->copy_what_stays(*container_, context_.progress);
@@ -63,8 +66,8 @@ Bcc4WriterOptions VolumeWriter::container_options(const VolumeInfo& info) const 
     require_continuable(was, info, settings_.dims[3], settings_.path);
     options.earlier_slabs = lasting_slabs(was.lattice, fit_options_, layer_use(), was.lattice.dims[3]);
   } else if (settings_.continuity != Continuity::none) {
-    options.journal = std::make_shared<Bcc4Journal>(settings_.path + ".journal",
-                                                    settings_.continuity == Continuity::resume);
+    options.journal =
+        std::make_shared<Bcc4Journal>(settings_.path, settings_.continuity == Continuity::resume);
     options.fingerprint = writer_checksum();
   }
   return options;

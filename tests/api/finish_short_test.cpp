@@ -40,6 +40,30 @@ Written write_short(const TestDevice& device, const Source& s, uint32_t declared
   return w;
 }
 
+// Nothing was written yet when the first frames are the last ones, too.
+TEST(FinishShort, OfLevelsAfterAnyFrame) {
+  const TestDevice device;
+  auto options = sized<bccsplat_writer_options>();
+  options.levels = 2;
+  for (const uint32_t declared : {20u, told})
+    for (uint32_t frames = 1; frames <= 9; ++frames) {
+      const Written w = write_short(device, series(frames), declared, options);
+      ASSERT_EQ(w.status, BCCSPLAT_OK) << frames << " of " << declared << ": " << w.text;
+      const OpenVolume v(device, w.bytes);
+      auto info = sized<bccsplat_volume_info>();
+      ASSERT_EQ(bccsplat_volume_get_info(v.volume, &info), BCCSPLAT_OK) << bccsplat_last_error();
+      EXPECT_EQ(info.dims[3], frames);
+      ASSERT_EQ(info.level_count, 2u);
+      for (uint32_t level = 0; level <= 2; ++level) {
+        auto o = sized<bccsplat_slice_options>();
+        o.level = level;
+        const std::vector<float> values = Cut(v, {0, 0, 0, 1, -(frames - 1.0)}, o).samples();
+        ASSERT_FALSE(values.empty());
+        for (const float value : values) ASSERT_NEAR(value, 20, 15) << frames << ", level " << level;
+      }
+    }
+}
+
 // The same chunks, be it in another order, and the same at every moment.
 void expect_same_content(const TestDevice& device, const Written& knew, const Written& ended,
                          uint32_t levels) {

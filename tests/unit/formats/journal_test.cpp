@@ -45,7 +45,7 @@ class Bcc4JournalTest : public testing::Test {
   // Writes `slabs` slabs of every channel, each committed, and finishes when all are there.
   Bcc4Report write(bool resume, int32_t slabs, uint32_t fingerprint = 7) {
     Bcc4WriterOptions o;
-    o.journal = std::make_shared<Bcc4Journal>(path + ".journal", resume, 1);
+    o.journal = std::make_shared<Bcc4Journal>(path, resume, 1);
     o.fingerprint = fingerprint;
     Bcc4Writer writer(create_file_sink(path, false, resume ? Partial::taken_over : Partial::kept), info, o);
     for (int32_t s = 0; s < slabs; ++s)
@@ -93,7 +93,7 @@ TEST_F(Bcc4JournalTest, AJournalCutAnywhereIsUsedAsFarAsItGoes) {
     restore(path + ".partial", partial);
     restore(path + ".journal", std::span(journal).first(n));
     Bcc4WriterOptions o;
-    o.journal = std::make_shared<Bcc4Journal>(path + ".journal", true, 1);
+    o.journal = std::make_shared<Bcc4Journal>(path, true, 1);
     o.fingerprint = 7;
     Bcc4Writer writer(create_file_sink(path, true, Partial::taken_over), info, o);
     for (int32_t s = 0; s < info.slabs(); ++s)
@@ -105,6 +105,34 @@ TEST_F(Bcc4JournalTest, AJournalCutAnywhereIsUsedAsFarAsItGoes) {
       }
     static_cast<void>(writer.finish(bench.context));
     ASSERT_EQ(read_file(path), undisturbed) << n << " bytes of the journal";
+  }
+}
+
+// What is taken over is in the file: it may be cut, damaged, gone, or somebody else's since.
+TEST_F(Bcc4JournalTest, AnUnfinishedFileThatIsNotTheJournalsIsWrittenAnew) {
+  write(false, 4);
+  const Bytes journal = read_file(path + ".journal"), partial = read_file(path + ".partial");
+  const auto restore = [&](const std::string& to, std::span<const std::byte> bytes) {
+    fs::remove(to);
+    create_journal_sink(to, 0)->write_at(0, bytes);
+  };
+  const Bcc4Report whole = write(true, info.slabs());
+  std::vector<Bytes> others{
+      {},
+      Bytes(partial.begin(), partial.begin() + static_cast<std::ptrdiff_t>(partial.size() / 2)),
+      Bytes(partial.size())};
+  for (size_t share = 1; share < 8; ++share) {
+    Bytes& flipped = others.emplace_back(partial);
+    flipped[preamble_bytes + (partial.size() - preamble_bytes) * share / 8] ^= std::byte{4};
+  }
+  for (size_t i = 0; i <= others.size(); ++i) {
+    fs::remove(path);
+    fs::remove(path + ".partial");
+    if (i < others.size()) restore(path + ".partial", others[i]);
+    restore(path + ".journal", journal);
+    const Bcc4Report report = write(true, info.slabs());
+    EXPECT_EQ(read_file(path), undisturbed) << i;
+    EXPECT_LT(report.slabs_reused, whole.slabs_reused) << i;
   }
 }
 

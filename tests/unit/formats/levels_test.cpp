@@ -110,7 +110,7 @@ TEST(Bcc4Levels, AJournalKnowsThem) {
   Bench bench;
   const auto writer = [&](bool resume) {
     Bcc4WriterOptions o;
-    o.journal = std::make_shared<Bcc4Journal>(path + ".journal", resume, 1);
+    o.journal = std::make_shared<Bcc4Journal>(path, resume, 1);
     return Bcc4Writer(create_file_sink(path, true, resume ? Partial::taken_over : Partial::kept), info, o);
   };
   {
