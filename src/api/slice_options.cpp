@@ -64,9 +64,12 @@ Hyperplane read_hyperplane(const bccsplat_hyperplane* hyperplane, const bccsplat
     require(hyperplane, "hyperplane");
     const auto h = read_struct(hyperplane, "bccsplat_hyperplane");
     require_zero(h.reserved, "bccsplat_hyperplane.reserved");
-    require_number(h.a, "bccsplat_hyperplane.a"), require_number(h.b, "bccsplat_hyperplane.b");
-    require_number(h.c, "bccsplat_hyperplane.c"), require_number(h.d, "bccsplat_hyperplane.d");
-    require_number(h.e, "bccsplat_hyperplane.e");
+    // The normal may have any length.
+    require_number(h.a, "bccsplat_hyperplane.a", DBL_MAX),
+        require_number(h.b, "bccsplat_hyperplane.b", DBL_MAX);
+    require_number(h.c, "bccsplat_hyperplane.c", DBL_MAX),
+        require_number(h.d, "bccsplat_hyperplane.d", DBL_MAX);
+    require_number(h.e, "bccsplat_hyperplane.e", DBL_MAX);
     const Hyperplane made(h.a, h.b, h.c, h.d, h.e);
     require_number(made[4], "bccsplat_hyperplane: its distance from the origin");
     return made;

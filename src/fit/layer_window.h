@@ -17,8 +17,10 @@ namespace bccsplat {
 class LayerWindow final : public SampleSource {
  public:
   // kernel: of the coefficients that are given; empty for samples. first: number of the first layer.
-  LayerWindow(const Lattice4& lattice, float air, std::string kernel = {}, int32_t first = 0)
-      : lattice_(lattice), air_(air), kernel_(std::move(kernel)), first_(first) {}
+  // sample_step: of the samples; 0: any values.
+  LayerWindow(const Lattice4& lattice, float air, std::string kernel = {}, int32_t first = 0,
+              double sample_step = 0)
+      : lattice_(lattice), air_(air), sample_step_(sample_step), kernel_(std::move(kernel)), first_(first) {}
 
   // The next layer.
   void push(BrickLayer layer) { layers_.push_back(std::move(layer)); }
@@ -44,12 +46,14 @@ class LayerWindow final : public SampleSource {
   const Lattice4& lattice() const override { return lattice_; }
   int channels() const override { return 1; }
   float air(int) const override { return air_; }
+  double sample_step(int) const override { return sample_step_; }
   BrickLayer read_layer(int, int32_t layer, const BrickBox&, const Context&) const override;
   const std::string& coefficient_kernel() const override { return kernel_; }
 
  private:
   Lattice4 lattice_;
   float air_;
+  double sample_step_;
   std::string kernel_;
   [[nodiscard]] const BrickLayer* find(int32_t number) const;
 

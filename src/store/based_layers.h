@@ -28,6 +28,7 @@ class BasedLayers final : public SampleSource {
   const Lattice4& lattice() const override { return window_.lattice(); }
   int channels() const override { return 1; }
   float air(int channel) const override { return window_.air(channel); }
+  double sample_step(int channel) const override { return window_.sample_step(channel); }
   float base(int) const override { return base_; }
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;

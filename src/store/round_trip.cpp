@@ -171,8 +171,8 @@ class MeasuredField {
 struct RoundTrip::Channel {
   Channel(const Lattice4& lattice, const RoundTripChannel& o, const std::string& kernel, bool coefficients,
           uint64_t cache_bytes, int32_t first_layer)
-      : options(o),
-        window(lattice, o.air, coefficients ? make_kernel(kernel).name : std::string(), first_layer),
+      : options(o), window(lattice, o.air, coefficients ? make_kernel(kernel).name : std::string(),
+                           first_layer, o.sample_step),
         kernel_name(kernel), based(window),
         cache(std::min(coefficient_cache_bytes(window, kernel), cache_bytes)),
         // The prune threshold of an open volume.

@@ -53,8 +53,9 @@ void require_psnr(const std::string& channel, const SampleErrors& errors, const 
 struct RoundTripChannel {
   std::string name; // for error texts
   float air = 0, threshold = 0;
-  double bound = 0;  // 0: measured only
-  bool whole = true; // it is given all layers of the series
+  double bound = 0;       // 0: measured only
+  bool whole = true;      // it is given all layers of the series
+  double sample_step = 0; // of what is stored, as readers know it (formats/bcc4/sample_step.h)
 };
 
 // Corrections of a frame.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fit/box_overlap.h"
+#include "formats/bcc4/sample_step.h"
 #include "store/channel_info.h"
 #include "store/volume_writer.h"
 
@@ -274,7 +275,8 @@ void VolumeWriter::begin_measuring(bool frames_known) {
   const double bound = settings_.abs_error;
   std::vector<RoundTripChannel> channels;
   for (ChannelInfo& c : initial_.channels) {
-    channels.push_back({c.name, c.air, c.threshold, bound, part_made() == nullptr});
+    channels.push_back(
+        {c.name, c.air, c.threshold, bound, part_made() == nullptr, bound > 0 ? 0 : sample_step(c)});
     if (bound == 0) continue;
     c.residuals.step = RoundTrip::step(bound), c.residuals.bound = bound;
     c.residuals.local = true, c.residuals.shape = CorrectionShape::smooth;
@@ -300,7 +302,7 @@ void VolumeWriter::begin_measuring_levels() {
   for (int level = 1; level <= static_cast<int>(initial_.levels.size()); ++level) {
     std::vector<RoundTripChannel> channels;
     for (const ChannelInfo& c : initial_.channels)
-      channels.push_back({c.name, c.air, c.threshold, 0, part_made() == nullptr});
+      channels.push_back({c.name, c.air, c.threshold, 0, part_made() == nullptr, sample_step(c)});
     // Samples between those of the level, in all places relative to them.
     const int32_t every = (1 << level) + 1;
     measuring_.begin_level(level, [&] {

@@ -141,7 +141,7 @@ TEST(Numbers, OfSlices) {
   o.box = nullptr;
   h.e = -3;
   for (const auto& [name, place] : {std::pair{".a", &h.a}, {".b", &h.b}, {".c", &h.c}, {".d", &h.d}})
-    expect_ranges({{name, place, wrong({2 * number}), {}}}, cut);
+    expect_ranges({{name, place, {nan, infinite, -infinite}, {2 * number, 1e300}}}, cut);
   h = plane_of(1, 1, 0, 1, -10);
   expect_ranges({{"hyperplane", &h.e, wrong({2 * number}), {number}}}, cut);
   h.reserved = 1;

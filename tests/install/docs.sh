@@ -5,6 +5,6 @@ command -v doxygen >/dev/null && [[ -e $1/Doxyfile ]] || { echo "skipped: no dox
 cd "$1"
 rm -rf html
 doxygen Doxyfile
-grep -q "premultiplied" html/index.html
-grep -q "bytes this device's objects may hold" html/structbccsplat__device__options.html
-grep -q "a call out of order" html/bccsplat_8h.html
+grep -qi "premultiplied" html/index.html
+grep -qi "bytes this device's objects may hold" html/structbccsplat__device__options.html
+grep -qi "a call out of order" html/bccsplat_8h.html

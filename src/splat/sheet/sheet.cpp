@@ -16,8 +16,8 @@ void take_ripple_off(const SheetArgs& s, int x, int y, float value, float& gi, f
   if (!r.sums) return;
   Vec3 place;
   for (size_t a = 0; a < 3; ++a)
-    place[a] = static_cast<double>(static_cast<float>(x) * r.per_x[a] +
-                                   (r.at[a] + static_cast<float>(y) * r.per_y[a]));
+    place[a] = static_cast<double>(static_cast<float>(s.x + x) * r.per_x[a] +
+                                   (r.at[a] + static_cast<float>(s.y + y) * r.per_y[a]));
   const Vec3 ripple = r.sums->nearest_gradient(place);
   for (size_t a = 0; a < 3; ++a) {
     const float of_value = value * static_cast<float>(ripple[a]);

@@ -43,7 +43,8 @@ struct GradientBasis {
 // Where the samples of a sheet lie in the cells of the lattice, whose ripple is taken off analytic gradients.
 struct SheetRipple {
   const LatticeSums* sums = nullptr; // null: it is left in them
-  // Of the tile's first pixel, and what a pixel to the right and down is from it, cells.
+  // Of the picture's first pixel, so that tiles do not matter, and what a pixel to the right and down is from
+  // it, cells.
   std::array<float, 3> at{}, per_x{}, per_y{};
   // The sums of a sample that a gradient per lattice unit is, by its parts.
   std::array<float, 3> sum_i{}, sum_j{}, sum_k{};

@@ -50,7 +50,7 @@ void set_ripple(const SheetView& view, int64_t k, double radius, SheetArgs& a) {
   SheetRipple& r = a.ripple;
   const auto sheet = static_cast<double>(k);
   const double cell = r.sums->cell(), scale = view.scale(sheet);
-  const Vec3 first = view.sample(a.x, a.y, sheet);
+  const Vec3 first = view.sample(0, 0, sheet);
   // As in gradient_basis(), sums times this are gradients.
   const double factor = -2 / (radius * radius);
   for (size_t n = 0; n < 3; ++n) {

@@ -165,9 +165,10 @@ struct Pixels {
   HWY_INLINE void take_ripple_off(V& gi, V& gj, V& gk) const {
     const SheetRipple& r = s.ripple;
     const auto cells = static_cast<int32_t>(r.sums->cells());
-    const V across = hn::Add(Set(static_cast<float>(x)), hn::Iota(d, 0)), value = hn::LoadU(d, s.value + at);
+    const V across = column(), value = hn::LoadU(d, s.value + at);
     const auto from_site = [&](size_t a) HWY_ATTR {
-      const V t = hn::MulAdd(across, Set(r.per_x[a]), Set(r.at[a] + static_cast<float>(y) * r.per_y[a]));
+      const V t =
+          hn::MulAdd(across, Set(r.per_x[a]), Set(r.at[a] + static_cast<float>(s.y + y) * r.per_y[a]));
       return hn::Sub(t, hn::Round(t));
     };
     const V t0 = from_site(0), t1 = from_site(1), t2 = from_site(2);
