@@ -90,7 +90,8 @@ Coefficients::Coefficients(const SampleSource& source, int channel, Kernel kerne
     if (is_stored_) filter.steps.clear();
   }
   prefilter_ = std::make_unique<const Prefilter>(lattice, std::move(filter.steps));
-  const double step = samples().sample_step(channel);
+  // On Cartesian lattices samples come back as they are, which labels need.
+  const double step = lattice.space.bcc ? samples().sample_step(channel) : 0;
   if (step > 0) coarsest_ = coarsest_step(step);
 }
 

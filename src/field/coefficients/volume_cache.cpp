@@ -74,11 +74,11 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   };
   VolumeCache need;
   need.chunks = bytes(static_cast<uint64_t>(info.slab_layers), chunks, coded);
-  // Those of u8 always fit the steps of rounded ones.
-  const bool rounded =
-      !stores_coefficients && std::all_of(info.channels.begin(), info.channels.end(), [](const auto& c) {
-        return c.type == ValueType::u8 && sample_step(c) > 0;
-      });
+  // Those of u8 always fit the steps of rounded ones, which Cartesian lattices do not have.
+  const bool rounded = lattice.space.bcc && !stores_coefficients &&
+                       std::all_of(info.channels.begin(), info.channels.end(), [](const auto& c) {
+                         return c.type == ValueType::u8 && sample_step(c) > 0;
+                       });
   const uint64_t sample = values ? sizeof(Brick) : coded;
   need.coefficients =
       std::max(bytes(layers.coefficients, made, rounded ? sizeof(RoundedBrick) + overhead : sizeof(Brick)) +
