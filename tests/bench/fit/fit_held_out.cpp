@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes the frames that were left out again: by weights of those that are left (linear, Catmull-Rom, natural
-// spline), and by the library with ends mirrored or predicted. PSNR tells how near they are, steepness how
-// sharp.
+// spline), by the library with ends mirrored or predicted, and by what `bcc4 import` makes of them. PSNR
+// tells how near they are, steepness how sharp.
 #include "tests/bench/fit/fit_held_out.h"
 
 #include <algorithm>
@@ -11,7 +11,9 @@
 #include "field/coefficients/coefficients.h"
 #include "field/evaluate.h"
 #include "tests/bench/fit/fit_source.h"
+#include "tests/bench/fit/tool_import.h"
 #include "tests/bench/paper/paper.h"
+#include "tests/bench/scale/scale_host.h"
 #include "tests/support/fields.h"
 
 namespace bccsplat::bench {
@@ -99,12 +101,11 @@ double psnr(double peak, double error, size_t samples) {
 
 // The frames of a set that are left in, and those between them.
 struct Halves {
-  FitSeries kept;
+  FitSource kept;
   std::vector<Frame> kept_frames, missing;
   double peak = 0;
 
-  explicit Halves(const FitSource& s) {
-    kept.dims = s.dims;
+  explicit Halves(const FitSource& s) : kept{s.name, s.dims, s.type, {}} {
     const uint32_t n = (s.dims[3] - 1) / 2; // missing ones, each between two that are not
     kept.dims[3] = n + 1;
     float low = INFINITY, high = -INFINITY;
@@ -112,21 +113,26 @@ struct Halves {
       Frame frame = s.frame(t);
       const auto [l, h] = std::minmax_element(frame.begin(), frame.end());
       low = std::min(low, *l), high = std::max(high, *h);
-      if (t % 2 == 0) kept.values.insert(kept.values.end(), frame.begin(), frame.end());
+      const auto bytes = s.bytes.begin() + static_cast<ptrdiff_t>(t * s.frame_bytes());
+      if (t % 2 == 0)
+        kept.bytes.insert(kept.bytes.end(), bytes, bytes + static_cast<ptrdiff_t>(s.frame_bytes()));
       (t % 2 == 0 ? kept_frames : missing).push_back(std::move(frame));
     }
     peak = static_cast<double>(high - low);
   }
+  // Whether a gap is the first or the last one.
+  [[nodiscard]] bool at_end(size_t gap) const { return gap == 0 || gap + 1 == missing.size(); }
 };
 
-Frame frame_at(const Coefficients& c, const std::array<uint32_t, 4>& dims, double t, const Context& context) {
+// The field at the samples of a frame at time t, in frames.
+using Field = std::function<Frame(std::span<const Vec4>)>;
+
+Frame frame_at(const Field& field, const std::array<uint32_t, 4>& dims, double t) {
   std::vector<Vec4> points;
   for (uint32_t z = 0; z < dims[2]; ++z)
     for (uint32_t y = 0; y < dims[1]; ++y)
       for (uint32_t x = 0; x < dims[0]; ++x) points.push_back({1.0 * x, 1.0 * y, 1.0 * z, t});
-  Frame values(points.size());
-  (void)evaluate4(c, points, values, {}, context);
-  return values;
+  return field(points);
 }
 
 // How many dB a way loses to the best of the others where it loses most, and in which gap.
@@ -157,10 +163,64 @@ Row row_of(const std::string& set, const std::string& way, const Score& between,
           at ? figure("sharpness", at->sharpness(), 3) : word("sharpness", "1")};
 }
 
-void add_set(std::vector<Row>& rows, const std::string& name, const FitSource& source) {
+// The row of a field, at the frames between and at those that were left in.
+Row row_of(const Halves& halves, const std::vector<double>& best, const std::string& way,
+           const Field& field) {
+  const auto& dims = halves.kept.dims;
+  Score between, at;
+  for (size_t i = 0; i < halves.missing.size(); ++i) {
+    between.add(frame_at(field, dims, static_cast<double>(i) + 0.5), halves.missing[i], dims,
+                halves.at_end(i));
+    if (i > 0) at.add(frame_at(field, dims, static_cast<double>(i)), halves.kept_frames[i], dims, false);
+  }
+  return row_of(halves.kept.name, way, between, &at, halves.peak, best);
+}
+
+// By the library: cubic D4*, layers beyond the ends mirrored or predicted.
+void add_cubic(std::vector<Row>& rows, const Halves& halves, const std::vector<double>& best) {
+  for (const int32_t lead : {0, 2, 4}) {
+    FitOptions options;
+    options.lead = lead;
+    std::vector<std::vector<BrickLayer>> layers(1);
+    const FitReport made = fit_source(halves.kept, options, 1, layers.data());
+    const MemorySamples samples(made.lattice, {0}, std::move(layers));
+    for (const char* kernel : {"default", "fine"}) {
+      test::TestContext context;
+      const Coefficients c(samples, 0, make_kernel(kernel), 0, 4ull << 30);
+      const auto field = [&](std::span<const Vec4> points) {
+        Frame values(points.size());
+        (void)evaluate4(c, points, values, {}, context.get());
+        return values;
+      };
+      rows.push_back(row_of(halves, best,
+                            concat("D4*, ", kernel, ", ",
+                                   lead == 0 ? std::string("mirrored") : concat(lead, " layers predicted")),
+                            field));
+    }
+  }
+}
+
+// By what the tool makes of the frames that are left: unasked, and by ways to keep more of them.
+void add_imported(std::vector<Row>& rows, const Halves& halves, const std::vector<double>& best) {
+  const ToolImport tool(halves.kept);
+  const Handle<bccsplat_device> device = make_api_device(1);
+  for (const char* options : {"", "--ends predict", "--lattice cc", "--lattice cc --ends predict"}) {
+    (void)tool.run(options);
+    bccsplat_volume* opened = nullptr;
+    api(bccsplat_volume_open_file(device.get(), tool.file().c_str(), nullptr, &opened));
+    const Handle<bccsplat_volume> volume(opened);
+    const auto field = [&](std::span<const Vec4> points) {
+      Frame values(points.size());
+      api(bccsplat_volume_evaluate(opened, points.size(), points.data()->data(), values.data(), nullptr));
+      return values;
+    };
+    rows.push_back(row_of(halves, best, concat("bcc4 import ", options), field));
+  }
+}
+
+void add_set(std::vector<Row>& rows, const FitSource& source) {
   const Halves halves(source);
   const auto& dims = halves.kept.dims;
-  const auto edge = [&](size_t i) { return i == 0 || i + 1 == halves.missing.size(); };
   const std::pair<const char*, Weights> ways[] = {
       {"linear", linear}, {"Catmull-Rom", catmull_rom}, {"natural cubic spline", natural_spline}};
   std::vector<Score> interpolated;
@@ -168,36 +228,15 @@ void add_set(std::vector<Row>& rows, const std::string& name, const FitSource& s
   for (const auto& way : ways) {
     Score& score = interpolated.emplace_back();
     for (size_t i = 0; i < halves.missing.size(); ++i) {
-      score.add(blended(halves.kept_frames, way.second(i, dims[3])), halves.missing[i], dims, edge(i));
+      score.add(blended(halves.kept_frames, way.second(i, dims[3])), halves.missing[i], dims,
+                halves.at_end(i));
       best[i] = std::min(best[i], score.each[i]);
     }
   }
   for (size_t i = 0; i < interpolated.size(); ++i)
-    rows.push_back(row_of(name, ways[i].first, interpolated[i], nullptr, halves.peak, best));
-  const FitSource kept = source_of<float>(halves.kept, SourceType::f32, 1, name);
-  for (const int32_t lead : {0, 2, 4}) {
-    FitOptions options;
-    options.lead = lead;
-    std::vector<std::vector<BrickLayer>> layers(1);
-    const FitReport made = fit_source(kept, options, 1, layers.data());
-    const MemorySamples samples(made.lattice, {0}, std::move(layers));
-    for (const char* kernel : {"default", "fine"}) {
-      test::TestContext context;
-      const Coefficients c(samples, 0, make_kernel(kernel), 0, 4ull << 30);
-      Score between, at;
-      for (size_t i = 0; i < halves.missing.size(); ++i) {
-        between.add(frame_at(c, dims, static_cast<double>(i) + 0.5, context.get()), halves.missing[i], dims,
-                    edge(i));
-        if (i > 0)
-          at.add(frame_at(c, dims, static_cast<double>(i), context.get()), halves.kept_frames[i], dims,
-                 false);
-      }
-      rows.push_back(row_of(name,
-                            concat("D4*, ", kernel, ", ",
-                                   lead == 0 ? std::string("mirrored") : concat(lead, " layers predicted")),
-                            between, &at, halves.peak, best));
-    }
-  }
+    rows.push_back(row_of(source.name, ways[i].first, interpolated[i], nullptr, halves.peak, best));
+  add_cubic(rows, halves, best);
+  if (has_tool()) add_imported(rows, halves, best);
 }
 
 } // namespace
@@ -205,7 +244,7 @@ void add_set(std::vector<Row>& rows, const std::string& name, const FitSource& s
 void report_held_out(const std::string& folder, const Report& report) {
   std::vector<Row> rows;
   for (const PaperSet& set : real_series())
-    if (const auto source = load_paper_set(set, folder)) add_set(rows, set.name, *source);
+    if (const auto source = load_paper_set(set, folder)) add_set(rows, *source);
   report.table(
       "every second frame left out: PSNR of these frames, and sharpness (steepness over the true one)", rows);
 }

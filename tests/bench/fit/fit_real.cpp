@@ -8,15 +8,13 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <memory>
 #include <numbers>
 
 #include "base/error.h"
 #include "base/text.h"
 #include "tests/bench/fit/fit_rate.h"
 #include "tests/bench/fit/fit_source.h"
+#include "tests/bench/fit/tool_import.h"
 #include "tests/bench/fit/zfp_size.h"
 #include "tests/bench/paper/paper.h"
 
@@ -36,8 +34,6 @@ void report_real(const std::string&, const Report&) {
 #else
 
 namespace {
-
-namespace fs = std::filesystem;
 
 struct RealSet {
   FitSource source;
@@ -71,23 +67,6 @@ std::vector<RealSet> all_sets(const std::string& folder, bool quick) {
   return sets;
 }
 
-// A folder that goes with its files.
-struct Scratch {
-  fs::path path;
-  Scratch() {
-    std::string name = (fs::temp_directory_path() / "bccsplat-real-XXXXXX").string();
-    if (!::mkdtemp(name.data()))
-      fail(Code::io_error, "cannot make a folder in ", fs::temp_directory_path().string());
-    path = name;
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-};
-
 // One run of the tool.
 struct Imported {
   double psnr = 0, foretold = 0; // dB
@@ -96,33 +75,15 @@ struct Imported {
   std::string lattice;
 };
 
-const char* type_name(SourceType type) {
-  if (type == SourceType::u8) return "u8";
-  if (type == SourceType::u16) return "u16";
-  return type == SourceType::i16 ? "i16" : "f32";
-}
-
 std::string distances(const nlohmann::json& coding) {
   std::string text = coding.at("lattice").get<std::string>();
   for (const auto& d : coding.at("distances")) text += " " + number(d.get<double>(), 2);
   return text;
 }
 
-Imported import(const RealSet& set, const Scratch& scratch, const std::string& options) {
-  const FitSource& s = set.source;
-  const std::string raw = (scratch.path / "source.raw").string();
-  const std::string command =
-      concat("'", BCCSPLAT_BENCH_TOOL, "' import '", raw, "' --dims ", s.dims[0], ",", s.dims[1], ",",
-             s.dims[2], ",", s.dims[3], " --dtype ", type_name(s.type), " -o '",
-             (scratch.path / "out.bcc4").string(), "' --overwrite --measure all --json ", options);
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
-  if (!pipe) fail(Code::io_error, "cannot run ", BCCSPLAT_BENCH_TOOL);
-  std::string text;
-  std::array<char, 4096> part{};
-  while (const size_t got = std::fread(part.data(), 1, part.size(), pipe.get()))
-    text.append(part.data(), got);
-  const auto j = nlohmann::json::parse(text, nullptr, false);
-  if (j.is_discarded()) fail(Code::io_error, "no report of ", command);
+Imported import(const ToolImport& tool, const std::string& options) {
+  const auto j = nlohmann::json::parse(tool.run(options), nullptr, false);
+  if (j.is_discarded()) fail(Code::io_error, "no report of bcc4 import ", options);
   Imported out;
   const auto& error = j.at("error").at("channels").at(0);
   out.psnr = error.at("psnr").is_null() ? HUGE_VAL : error.at("psnr").get<double>();
@@ -137,12 +98,6 @@ Imported import(const RealSet& set, const Scratch& scratch, const std::string& o
   return out;
 }
 
-void write_raw(const FitSource& s, const Scratch& scratch) {
-  std::ofstream file(scratch.path / "source.raw", std::ios::binary);
-  file.write(reinterpret_cast<const char*>(s.bytes.data()), static_cast<std::streamsize>(s.bytes.size()));
-  if (!file) fail(Code::io_error, scratch.path.string(), ": cannot write the source");
-}
-
 double gzip_bytes(const FitSource& s) {
   uLongf size = compressBound(static_cast<uLong>(s.bytes.size()));
   std::vector<Bytef> out(size);
@@ -154,8 +109,8 @@ double gzip_bytes(const FitSource& s) {
 std::string kib(double bytes) { return number(bytes / 1024, 1); }
 
 // Ways to keep about half of the samples, rounded alike.
-void add_equal_samples(std::vector<Row>& rows, const RealSet& set, const Scratch& scratch) {
-  const Imported chosen = import(set, scratch, "");
+void add_equal_samples(std::vector<Row>& rows, const RealSet& set, const ToolImport& tool) {
+  const Imported chosen = import(tool, "");
   double best = 0;
   const auto row = [&](const std::string& way, double psnr, double bytes, double sites,
                        const std::string& lattice, double foretold) {
@@ -170,9 +125,9 @@ void add_equal_samples(std::vector<Row>& rows, const RealSet& set, const Scratch
     row(way, i.psnr, i.bytes, i.sites, i.lattice, i.foretold);
   };
   add("as chosen", chosen);
-  add("D4*, fitted", import(set, scratch, "--lattice d4star --density .5"));
-  add("D4*, cubic", import(set, scratch, "--lattice d4star"));
-  add("CC, fitted", import(set, scratch, "--lattice cc --density .5"));
+  add("D4*, fitted", import(tool, "--lattice d4star --density .5"));
+  add("D4*, cubic", import(tool, "--lattice d4star"));
+  add("CC, fitted", import(tool, "--lattice cc --density .5"));
   for (const bool cubic : {false, true}) {
     const RatePoint half = through_half_the_frames(set.source, 0, cubic);
     row(cubic ? "every 2nd frame, Catmull-Rom" : "every 2nd frame, linear", half.psnr,
@@ -185,13 +140,12 @@ void add_equal_samples(std::vector<Row>& rows, const RealSet& set, const Scratch
     rows[i].back() = figure("dB behind the best", best - psnr_of(rows[i]), 2);
 }
 
-void add_equal_errors(std::vector<Row>& rows, const RealSet& set, const Scratch& scratch) {
+void add_equal_errors(std::vector<Row>& rows, const RealSet& set, const ToolImport& tool) {
   const double gzip = gzip_bytes(set.source);
   for (const double goal : {45.0, 50.0, 60.0}) {
     const std::string bound = concat("--psnr ", goal);
-    const Imported i = import(set, scratch, bound);
-    const Imported d4 = import(set, scratch, bound + " --lattice d4star"),
-                   cc = import(set, scratch, bound + " --lattice cc");
+    const Imported i = import(tool, bound);
+    const Imported d4 = import(tool, bound + " --lattice d4star"), cc = import(tool, bound + " --lattice cc");
     const auto zfp = zfp_bytes(set.source, i.psnr);
     rows.push_back({word("series", set.source.name), figure("asked dB", goal, 0),
                     figure("reached", i.psnr, 2), word("lattice", i.lattice), word("KiB", kib(i.bytes)),
@@ -211,10 +165,9 @@ void report_real(const std::string& folder, const Report& report) {
 #endif
   std::vector<Row> samples, errors;
   for (const RealSet& set : all_sets(folder, report.quick)) {
-    const Scratch scratch;
-    write_raw(set.source, scratch);
-    add_equal_samples(samples, set, scratch);
-    add_equal_errors(errors, set, scratch);
+    const ToolImport tool(set.source);
+    add_equal_samples(samples, set, tool);
+    add_equal_errors(errors, set, tool);
   }
   report.table("half of the samples: what comes back at the source samples", samples);
   report.table("bytes of an accepted error", errors);

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/bench/fit/tool_import.h"
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "base/error.h"
+#include "base/text.h"
+
+namespace bccsplat::bench {
+namespace {
+
+#ifdef BCCSPLAT_BENCH_TOOL
+constexpr const char* tool = BCCSPLAT_BENCH_TOOL;
+#else
+constexpr const char* tool = nullptr;
+#endif
+
+const char* type_name(SourceType type) {
+  if (type == SourceType::u8) return "u8";
+  if (type == SourceType::u16) return "u16";
+  return type == SourceType::i16 ? "i16" : "f32";
+}
+
+} // namespace
+
+bool has_tool() { return tool != nullptr; }
+
+ToolImport::ToolImport(const FitSource& source)
+    : folder_((std::filesystem::temp_directory_path() / "bccsplat-import-XXXXXX").string()) {
+  if (!tool)
+    fail(Code::unsupported,
+         "this runs bcc4, which is not built here: configure with -DBCCSPLAT_BUILD_TOOL=ON");
+  if (!::mkdtemp(folder_.data())) fail(Code::io_error, "cannot make a folder ", folder_);
+  const std::string raw = folder_ + "/source.raw";
+  std::ofstream file(raw, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(source.bytes.data()),
+             static_cast<std::streamsize>(source.bytes.size()));
+  if (!file) fail(Code::io_error, raw, ": cannot write the source");
+  const auto& d = source.dims;
+  arguments_ = concat("'", raw, "' --dims ", d[0], ",", d[1], ",", d[2], ",", d[3], " --dtype ",
+                      type_name(source.type), " -o '", this->file(), "' --overwrite --measure all --json ");
+}
+
+ToolImport::~ToolImport() {
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+std::string ToolImport::run(const std::string& options) const {
+  const std::string command = concat("'", tool, "' import ", arguments_, options);
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
+  if (!pipe) fail(Code::io_error, "cannot run ", command);
+  std::string text;
+  std::array<char, 4096> part{};
+  while (const size_t got = std::fread(part.data(), 1, part.size(), pipe.get()))
+    text.append(part.data(), got);
+  if (text.empty()) fail(Code::io_error, "no report of ", command);
+  return text;
+}
+
+} // namespace bccsplat::bench
