@@ -87,22 +87,23 @@ double finest_step(double radius) { return 2 * radius / max_ring_sheets; }
 
 // Whether segments are classified by integrals: where the transfer function is narrower than the change of
 // the field from sheet to sheet, in any direction.
-bool needs_integrals(const SplatScene& scene, Preintegrate choice) {
+bool needs_integrals(const SplatScene& scene, const TransferFunction& function, Preintegrate choice) {
   if (choice != Preintegrate::automatic) return choice == Preintegrate::on;
   const double change = scene.view->step * change_per_unit(*scene.slice, *scene.points);
-  return narrowness(*scene.table, change, scene.view->step_world) >= narrow_function;
+  return narrowness(function, *scene.table, change, scene.view->step_world) >= narrow_function;
 }
 
 // Adds them to the tables of a trail where one of its functions asks for them. The change from sheet to sheet
 // is taken from the slice, of which the trail is the past.
 void add_integrals(const Scene& scene, const SplatScene& slice, Preintegrate choice,
                    std::vector<ClassTable>& tables) {
-  const auto needs = [&](const ClassTable& table) {
+  bool needed = false;
+  for (size_t n = 0; n < tables.size() && !needed; ++n) {
     SplatScene of = slice;
-    of.table = &table;
-    return needs_integrals(of, choice);
-  };
-  if (!std::any_of(tables.begin(), tables.end(), needs)) return;
+    of.table = &tables[n];
+    needed = needs_integrals(of, scene.trail_functions[n], choice);
+  }
+  if (!needed) return;
   for (size_t n = 0; n < tables.size(); ++n)
     tables[n].integrals = integrate_values(scene.trail_functions[n], tables[n]);
 }
@@ -213,7 +214,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
         ripple_noise(*slice, o.mode, o.kernel_form, o.without_ripple) / mean_voxel(*scene.slice);
   const SplatScene s{slice, points, &view, &table, &lights};
   const bool with_trail = scene.trail && !scene.trail->moments.empty();
-  if (o.mode == RenderMode::composite && needs_integrals(s, options.preintegrate))
+  if (o.mode == RenderMode::composite && needs_integrals(s, scene.function, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
   o.preintegrate = !table.integrals.empty();
   EdgeSmoother edges(options, with_trail, context, image);
