@@ -155,6 +155,30 @@ TEST(Statuses, OfPictures) {
   });
 }
 
+// From within a volume the narrowest view that is taken shows what a wider one has in its midst, shaded, too.
+TEST(Statuses, OfTheNarrowestViews) {
+  const Scene scene;
+  auto camera = sized<bccsplat_camera>();
+  camera.projection = BCCSPLAT_PROJECTION_PERSPECTIVE, camera.up[1] = 1;
+  const double inside[3] = {8, 9, 5}, ahead[3] = {9, 10, 9};
+  std::copy_n(inside, 3, camera.position), std::copy_n(ahead, 3, camera.target);
+  const auto middle = [&](double angle) {
+    camera.fovy_degrees = angle;
+    EXPECT_OK(bccsplat_renderer_set_camera(scene.renderer.get(), &camera));
+    EXPECT_OK(scene.render_with(nothing));
+    auto plane = sized<bccsplat_plane>();
+    EXPECT_OK(bccsplat_frame_get_channel(scene.frame.get(), BCCSPLAT_FRAME_RGBA, &plane));
+    const float* pixel = plane.pixels + (8 * 16 + 8) * 4;
+    return std::vector<double>(pixel, pixel + 4);
+  };
+  const std::vector<double> wide = middle(1);
+  EXPECT_GT(wide[3], 0.1);
+  for (const double angle : {0.1, 0.01, 0.001}) {
+    const std::vector<double> narrow = middle(angle);
+    for (size_t c = 0; c < 4; ++c) EXPECT_NEAR(narrow[c], wide[c], 0.05) << angle << ", " << c;
+  }
+}
+
 TEST(Statuses, OfSaving) {
   {
     const Scene scene;
