@@ -753,8 +753,8 @@ typedef int32_t (*bccsplat_field_fn)(void* user, uint64_t n, const double* xyzt,
 /* Starts a file. The bytes go to a neighbour of `path`, `path`.partial, that takes the name at
  * finish, so `path` never holds half a file. Also: writing (FILE_EXISTS unless options->overwrite;
  * IO for a folder or a device); NOT_FOUND (kernel); UNSUPPORTED (options that exclude each other);
- * LIMIT_EXCEEDED (a layer of more than 4096^3 sites); with PARTIAL_RESUME and _APPEND opening, and
- * WRONG_STATE. */
+ * LIMIT_EXCEEDED (a layer of more than 4096^3 sites, mostly not before the first frame); with
+ * PARTIAL_RESUME and _APPEND opening, and WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
     const bccsplat_writer_options* options, bccsplat_writer** writer);
 /* The same into a host's stream (copied; its user pointer is borrowed until release): the bytes
@@ -1242,8 +1242,8 @@ typedef struct bccsplat_slice_options {
    * misses them is OUT_OF_DOMAIN, one that ends before it begins INVALID_ARGUMENT. The slice is
    * that part of a merged time slice, ends included, and costs what the part costs: only chunks up
    * to about two dozen sites around it are read. It has the values of the whole slice. Where it
-   * ends where it begins it is a plane, line or point, which can be evaluated and sampled, and
-   * shows nothing in pictures. There are no clip planes: a box stands for those along the axes, and
+   * ends where it begins it is a plane, line or point, which can be evaluated and sampled, and is
+   * drawn one sample thick. There are no clip planes: a box stands for those along the axes, and
    * the samples of a deep picture (FRAME_DEEP with opacity_stop 1) are cut wherever a host likes. A
    * volume keeps a cache for the last box of a channel and kernel beside that for the whole. NULL:
    * all of it. */

@@ -75,6 +75,9 @@ double samples_per_unit(const Scene& scene, const Slice& drawn, int width, int h
   return std::max(1.0, length(drawn.lattice_to_slice.vector(view.normal)));
 }
 
+// Pixels per unit: from as near as this their differences drown in the rounding of floats.
+constexpr double analytic_above = 4096;
+
 KernelForm kernel_form(const SplatOptions& o, const QualitySettings& quality, double step) {
   if (o.mode == RenderMode::composite && o.shading && step >= quality.flat_kernel)
     return KernelForm::flat_form;
@@ -189,7 +192,8 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   SplatOptions o;
   o.mode = options.mode;
   o.shading = shaded(options);
-  o.gradient = options.gradient.value_or(pixels_per_unit(view) < quality.analytic_below
+  const double pixels = pixels_per_unit(view);
+  o.gradient = options.gradient.value_or(pixels < quality.analytic_below || pixels > analytic_above
                                              ? GradientMethod::analytic
                                              : GradientMethod::fourth_order);
   // The analytic sums know nothing of the lattice sum that such kernels divide by, nor of corrections.

@@ -40,7 +40,7 @@ struct Scene {
     bccsplat_writer* w = nullptr;
     const bccsplat_status status = bccsplat_writer_create(device.get(), at.c_str(), &o, &w);
     EXPECT_EQ(w != nullptr, status == BCCSPLAT_OK);
-    const Writer writer(w);
+    const Writer made(w);
     return status;
   }
   bccsplat_status open_at(const std::string& at, const char* kernel = nullptr) const {
@@ -49,7 +49,7 @@ struct Scene {
     bccsplat_volume* v = nullptr;
     const bccsplat_status status = bccsplat_volume_open_file(device.get(), at.c_str(), &o, &v);
     EXPECT_EQ(v != nullptr, status == BCCSPLAT_OK);
-    const Volume volume(v);
+    const Volume opened(v);
     return status;
   }
   // The file with some of its bytes changed.
@@ -59,7 +59,7 @@ struct Scene {
     bccsplat_volume* v = nullptr;
     const bccsplat_status status =
         bccsplat_volume_open_memory(device.get(), bytes.data(), bytes.size(), nullptr, &v);
-    const Volume volume(v);
+    const Volume opened(v);
     return status;
   }
   template<class Set> bccsplat_status cut_with(const bccsplat_hyperplane& plane, const Set& set) const {
@@ -68,7 +68,7 @@ struct Scene {
     bccsplat_slice* s = nullptr;
     const bccsplat_status status = bccsplat_slice_create(volume.get(), &plane, &o, &s);
     EXPECT_EQ(s != nullptr, status == BCCSPLAT_OK);
-    const Slice slice(s);
+    const Slice made(s);
     return status;
   }
   template<class Set> bccsplat_status recode_with(const Set& set) const {

@@ -31,8 +31,8 @@ TEST(Statuses, OfMakingWriters) {
       {"layers of too many sites", BCCSPLAT_ERROR_LIMIT_EXCEEDED,
        [](Scene& s) {
          auto o = s.options();
-         o.dims[0] = o.dims[1] = o.dims[2] = 60000;
-         return s.create(s.folder.file("x.bcc4"), o);
+         o.dims[0] = o.dims[1] = o.dims[2] = 60000, o.lattice = BCCSPLAT_LATTICE_CC;
+         return bccsplat_writer_add_frame(s.writer(o).get(), 0, 0, nullptr, 0); // all of it air
        }},
       {"another writer of the path", BCCSPLAT_ERROR_WRONG_STATE,
        [](Scene& s) {
@@ -290,9 +290,21 @@ TEST(Statuses, OfVolumes) {
        [](Scene& s) {
          return bccsplat_volume_evaluate_channel(s.volume.get(), 1, 1, inside, &value, nullptr);
        }},
-      {"a point by a kernel of another lattice", BCCSPLAT_ERROR_UNSUPPORTED,
+      {"a point by a kernel that reaches too far", BCCSPLAT_ERROR_UNSUPPORTED,
        [](Scene& s) {
-         return bccsplat_volume_evaluate(open(s.device, s.path, "exact").get(), 1, inside, &value, nullptr);
+         auto o = s.options();
+         o.lattice = BCCSPLAT_LATTICE_CC;
+         {
+           const Writer w = s.writer(o);
+           EXPECT_OK(add_frames(w.get(), s.series));
+           EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));
+         }
+         bccsplat_status status = BCCSPLAT_OK;
+         for (uint32_t i = 0; status == BCCSPLAT_OK && bccsplat_kernel_name(i); ++i)
+           status = bccsplat_volume_evaluate(
+               open(s.device, s.folder.file("new.bcc4"), bccsplat_kernel_name(i)).get(), 1, inside, &value,
+               nullptr);
+         return status;
        }},
       {"a point in a hole", BCCSPLAT_ERROR_HOLE,
        [](Scene& s) {

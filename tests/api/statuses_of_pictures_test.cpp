@@ -22,12 +22,12 @@ TEST(Statuses, OfSlices) {
       {"a box beside the samples", BCCSPLAT_ERROR_OUT_OF_DOMAIN,
        [](Scene& s) {
          static const double box[6] = {50, 0, 0, 60, 5, 5};
-         return s.cut_with(now, [](auto& o) { o.box = box; });
+         return s.cut_with(now, [](bccsplat_slice_options& o) { o.box = box; });
        }},
       {"a box that ends before it begins", BCCSPLAT_ERROR_INVALID_ARGUMENT,
        [](Scene& s) {
          static const double box[6] = {5, 9, 5, 9, 5, 9};
-         return s.cut_with(now, [](auto& o) { o.box = box; });
+         return s.cut_with(now, [](bccsplat_slice_options& o) { o.box = box; });
        }},
       {"an oblique one merged", BCCSPLAT_ERROR_UNSUPPORTED,
        [](Scene& s) { return s.cut_with(tilted, [](auto& o) { o.method = BCCSPLAT_METHOD_MERGED; }); }},
@@ -68,7 +68,7 @@ TEST(Statuses, OfSlices) {
   });
 }
 
-// A box without extent along an axis can be sampled and shows nothing.
+// A box without extent along an axis can be sampled, and is drawn one sample thick.
 TEST(Statuses, OfFlatBoxes) {
   const Scene scene;
   const double box[6] = {6, 10, 9, 12, 10, 14};
@@ -89,10 +89,20 @@ TEST(Statuses, OfFlatBoxes) {
   ASSERT_OK(bccsplat_slice_evaluate(made, 1, at, &of_box, nullptr));
   ASSERT_OK(bccsplat_slice_evaluate(scene.slice.get(), 1, at, &whole, nullptr));
   EXPECT_EQ(of_box, whole);
-  EXPECT_OK(scene.render_with(nothing, &flat));
-  auto plane = sized<bccsplat_plane>();
-  ASSERT_OK(bccsplat_frame_get_channel(scene.frame.get(), BCCSPLAT_FRAME_RGBA, &plane));
-  for (size_t i = 0; i < 16 * 16; ++i) EXPECT_EQ(plane.pixels[4 * i + 3], 0);
+  const auto drawn = [&](const Slice& of) {
+    EXPECT_OK(scene.render_with(nothing, &of));
+    auto plane = sized<bccsplat_plane>();
+    EXPECT_OK(bccsplat_frame_get_channel(scene.frame.get(), BCCSPLAT_FRAME_RGBA, &plane));
+    double sum = 0;
+    for (size_t i = 0; i < 16 * 16; ++i) sum += static_cast<double>(plane.pixels[4 * i + 3]);
+    return sum;
+  };
+  const double as_thick[6] = {6, 9.5, 9, 12, 10.5, 14};
+  o.box = as_thick;
+  ASSERT_OK(bccsplat_slice_create(scene.volume.get(), &now, &o, &made));
+  const double expected = drawn(Slice(made));
+  EXPECT_GT(expected, 20);
+  EXPECT_NEAR(drawn(flat) / expected, 1, 0.05);
 }
 
 TEST(Statuses, OfPictures) {
