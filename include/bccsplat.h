@@ -25,7 +25,9 @@
  *
  * ARRAYS: x is fastest, then y, z, t. Sizes are counts of elements unless the name says bytes. A
  * count whose elements no memory could hold (2^57 bytes) is INVALID_ARGUMENT; a capacity may be
- * any, UINT64_MAX too.
+ * any, UINT64_MAX too. Arrays and structs are aligned as C aligns their type (a float at a multiple
+ * of 4 bytes, a double or uint64_t of 8); what is given as void* (samples of a bccsplat_box, the
+ * bytes of a file) may begin anywhere, with strides of any number of bytes.
  *
  * NUMBERS that a host hands in are finite, and unless their text says otherwise at most 1e30 in
  * magnitude; values of fields (air, ranges, steps, bounds, those of transfer functions and
@@ -484,7 +486,8 @@ enum {
    * what the report says of non-finite values and coding errors is of these; not for bounds,
    * MEASURE_ALL, files of layers, or coefficients of bccsplat_volume_recode (WRONG_STATE). Either
    * way the file is the same byte for byte as one written in one go with the same ENDS, but that
-   * channels may only be rounded as they were. */
+   * channels may only be rounded as they were, and that with part the errors of levels
+   * (relative_rmse) stay those measured at frames of the file before. */
   BCCSPLAT_PARTIAL_APPEND = 3
 };
 
@@ -750,8 +753,8 @@ typedef int32_t (*bccsplat_field_fn)(void* user, uint64_t n, const double* xyzt,
 /* Starts a file. The bytes go to a neighbour of `path`, `path`.partial, that takes the name at
  * finish, so `path` never holds half a file. Also: writing (FILE_EXISTS unless options->overwrite;
  * IO for a folder or a device); NOT_FOUND (kernel); UNSUPPORTED (options that exclude each other);
- * LIMIT_EXCEEDED (a layer of more than 4096^3 sites); with PARTIAL_RESUME and _APPEND opening, and
- * WRONG_STATE. */
+ * LIMIT_EXCEEDED (a layer of more than 4096^3 sites, mostly not before the first frame); with
+ * PARTIAL_RESUME and _APPEND opening, and WRONG_STATE. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_create(bccsplat_device* device, const char* path,
     const bccsplat_writer_options* options, bccsplat_writer** writer);
 /* The same into a host's stream (copied; its user pointer is borrowed until release): the bytes
@@ -869,7 +872,9 @@ typedef struct bccsplat_volume_options {
    * as missing; nothing else of it is lost, but that of coefficients their kernel's reach around
    * is, and that of samples what stands within a few sites of it is less accurate (its prefilter
    * reaches there), beyond a bound, too. The preamble, the metadata and the list of index pages
-   * must be whole. */
+   * must be whole. What cannot be read now is not damaged: calls that need it end with IO, and made
+   * again they try again. 2: what cannot be read is taken for damaged as well (a disk with bad
+   * sectors), and may stay so while the volume is open. */
   int32_t salvage;
   /* Reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC), paper,
    * gauss09 or SPACE+TIME such as "radial18+b3". */
@@ -1014,7 +1019,7 @@ typedef struct bccsplat_channel_info {
   uint64_t missing;
 } bccsplat_channel_info;
 
-/* What a full check of the checksums found. */
+/* What a full check of the checksums found, damage and what could not be read kept apart. */
 typedef struct bccsplat_verify_report {
   uint32_t struct_size;
   uint32_t reserved;
@@ -1023,8 +1028,13 @@ typedef struct bccsplat_verify_report {
   uint64_t bytes_checked;
   /* File offset; 0 when none. */
   uint64_t first_damaged_offset;
-  /* Places that do not check out: chunks, index pages, records; 0: the file is sound. */
+  /* Places that do not check out: chunks, index pages, records; 0: what was read is sound. */
   uint64_t damages;
+  /* Places that a disk or stream failed to read, which are in none of the numbers above but
+   * `chunks`; 0: all was read. */
+  uint64_t unreadable;
+  /* File offset; 0 when none. */
+  uint64_t first_unreadable_offset;
 } bccsplat_verify_report;
 
 /* Opens a file; reads its index roots only, and tells no progress of that. options may be NULL.
@@ -1094,8 +1104,10 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate_channel(const bccsplat_vol
     uint32_t channel, uint64_t n, const double* xyzt, float* values, float* gradients);
 /* Reads the whole file and checks every checksum and structural rule. OK even when damage is found:
  * see the report. The device's log gets a line for each damage, which says where it is and which
- * samples and frames are lost, and one for what is whole. What a disk or stream fails to read is
- * damage as well, and the log says why. progress may be NULL. Also: WOULD_BLOCK. */
+ * samples and frames are lost, and one for what is whole. What a disk or stream fails to read is no
+ * damage: the rest is checked all the same, `unreadable` counts such places, the log says where and
+ * why, and the call ends with IO, but with the report filled. progress may be NULL. Also: IO,
+ * WOULD_BLOCK. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume,
     bccsplat_progress_fn progress, void* progress_user, bccsplat_verify_report* report);
 
@@ -1227,10 +1239,14 @@ typedef struct bccsplat_slice_options {
   bccsplat_slab slab;
   bccsplat_method method;
   /* 6 doubles, which are copied: x0 y0 z0 x1 y1 z1 in index units, clipped to the samples; one that
-   * misses them is OUT_OF_DOMAIN. The slice is that part of a merged time slice, ends included, and
-   * costs what the part costs: only chunks up to about two dozen sites around it are read. It has
-   * the values of the whole slice. A volume keeps a cache for the last box of a channel and kernel
-   * beside that for the whole. NULL: all of it. */
+   * misses them is OUT_OF_DOMAIN, one that ends before it begins INVALID_ARGUMENT. The slice is
+   * that part of a merged time slice, ends included, and costs what the part costs: only chunks up
+   * to about two dozen sites around it are read. It has the values of the whole slice. Where it
+   * ends where it begins it is a plane, line or point, which can be evaluated and sampled, and is
+   * drawn one sample thick. There are no clip planes: a box stands for those along the axes, and
+   * the samples of a deep picture (FRAME_DEEP with opacity_stop 1) are cut wherever a host likes. A
+   * volume keeps a cache for the last box of a channel and kernel beside that for the whole. NULL:
+   * all of it. */
   const double* box;
   /* NULL: none. */
   bccsplat_cancel_token* cancel_token;
@@ -1360,8 +1376,9 @@ typedef struct bccsplat_camera {
   double target[3];
   /* All coordinates up to 1e36. */
   double up[3];
-  /* Perspective: above 1e-6, below 180 - 1e-6. From within a volume what is nearer than about a
-   * sheet's distance is not drawn: at more than some 150 degrees much of the picture. */
+  /* Perspective: 0.001 to 170 (INVALID_ARGUMENT beyond: what is narrower is an orthographic view,
+   * of wider ones little would be drawn). From within a volume what is nearer than about a sheet's
+   * distance is not drawn: at more than some 150 degrees much of the picture. */
   double fovy_degrees;
   /* Orthographic: 1e-36 to 1e36. */
   double ortho_height;
@@ -1507,7 +1524,7 @@ typedef int32_t bccsplat_preintegrate;
 enum {
   /* On where the picture of a slab changes by more than 0.15 of the function's largest: peaks of a
    * half-width below about 1.7 times the change of the values across a step, where they change
-   * fast; steps; ramps narrower than the change. Else off, bit for bit. */
+   * fast, however narrow; steps; ramps narrower than the change. Else off, bit for bit. */
   BCCSPLAT_PREINTEGRATE_DEFAULT = 0,
   /* The value on a sheet stands for half a step on either side. */
   BCCSPLAT_PREINTEGRATE_OFF = 1,

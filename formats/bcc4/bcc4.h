@@ -113,6 +113,8 @@ struct Bcc4Limits {
   // Chunks that do not check out read as holes, and so do all that a damaged index page may have listed,
   // instead of failing.
   bool salvage = false;
+  // And so does what cannot be read.
+  bool salvage_unreadable = false;
 };
 
 class Attempts;   // would_block.h
@@ -138,7 +140,8 @@ struct Bcc4VerifyResult {
   uint64_t chunks_damaged = 0;
   uint64_t bytes_checked = 0;
   std::vector<Bcc4Damage> damage;
-  std::string survivors; // what is whole, in words; empty without damage
+  std::vector<Bcc4Damage> unreadable; // places that no check came to, for they could not be read
+  std::string survivors;              // what is whole, in words; empty where all is
 };
 
 // An open file. It is immutable but for its page cache; all calls may run concurrently.
@@ -158,6 +161,8 @@ class Bcc4Reader {
   [[nodiscard]] uint64_t merge_gap() const;
   // Whether it was opened to salvage what can be decoded.
   [[nodiscard]] bool salvages() const;
+  // Whether it goes on without what failed so: damage, and as the limits say what cannot be read.
+  [[nodiscard]] bool goes_without(const Error& failure) const;
   // Whether a root record is damaged, by an interrupted append or otherwise; verify_all tells.
   [[nodiscard]] bool root_damaged() const;
 

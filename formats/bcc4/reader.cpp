@@ -35,10 +35,8 @@ bool Bcc4Reader::State::read_or_lose(uint64_t offset, std::span<std::byte> out) 
   try {
     read(offset, out);
     return true;
-  } catch (const WouldBlock&) {
-    throw;
-  } catch (const Error&) {
-    if (!limits.salvage) throw;
+  } catch (const Error& e) {
+    if (!goes_without(e)) throw;
     return false;
   }
 }
@@ -124,10 +122,8 @@ std::shared_ptr<const Page> Bcc4Reader::State::page(size_t index) const {
   std::shared_ptr<const Page> loaded;
   try {
     loaded = load_page(index);
-  } catch (const WouldBlock&) {
-    throw;
-  } catch (const Error&) {
-    if (!limits.salvage) throw;
+  } catch (const Error& e) {
+    if (!goes_without(e)) throw;
     loaded = std::make_shared<const Page>(lost_page(pages[index]));
   }
   cached.insert(index, loaded, 1, 0);
@@ -174,8 +170,8 @@ ChunkData Bcc4Reader::State::decode_or_lose(const ChannelLevel& at, const Bcc4Ch
   if (!limits.salvage) return decode(at, chunk, stored, scratch);
   try {
     if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(at, chunk, stored, scratch);
-  } catch (const Error&) {
-    // The chunk is lost.
+  } catch (const Error& e) {
+    if (!goes_without(e)) throw;
   }
   return lost_chunk(at, chunk);
 }
@@ -216,6 +212,7 @@ uint64_t Bcc4Reader::chunk_count() const { return state_->root.chunks; }
 uint64_t Bcc4Reader::bytes_read() const { return state_->bytes_read.load(std::memory_order_relaxed); }
 uint64_t Bcc4Reader::merge_gap() const { return state_->source->merge_gap(); }
 bool Bcc4Reader::salvages() const { return state_->limits.salvage; }
+bool Bcc4Reader::goes_without(const Error& failure) const { return state_->goes_without(failure); }
 bool Bcc4Reader::root_damaged() const { return state_->root_damaged; }
 Int3 Bcc4Reader::brick_position(uint32_t slot, int level) const { return state_->brick_of(slot, level); }
 
@@ -350,14 +347,12 @@ ResidualList Bcc4Reader::State::corrections(int channel, const CorrectionBrick& 
 
 namespace {
 
-// What read() returns; when salvaging, nothing where it fails.
-template<class Read> auto read_or_leave(const Bcc4Limits& limits, const Read& read) -> decltype(read()) {
+// What read() returns; nothing where it fails on what a salvaged file goes without.
+template<class Read> auto read_or_leave(const Bcc4Reader& reader, const Read& read) -> decltype(read()) {
   try {
     return read();
-  } catch (const WouldBlock&) {
-    throw;
-  } catch (const Error&) {
-    if (!limits.salvage) throw;
+  } catch (const Error& e) {
+    if (!reader.goes_without(e)) throw;
     return {};
   }
 }
@@ -365,13 +360,13 @@ template<class Read> auto read_or_leave(const Bcc4Limits& limits, const Read& re
 } // namespace
 
 FrameResiduals Bcc4Reader::residuals(int channel, uint64_t frame) const {
-  return read_or_leave(state_->limits, [&] { return state_->residuals(channel, frame); });
+  return read_or_leave(*this, [&] { return state_->residuals(channel, frame); });
 }
 std::vector<CorrectionBrick> Bcc4Reader::correction_bricks(int channel, uint64_t frame) const {
-  return read_or_leave(state_->limits, [&] { return state_->correction_bricks(channel, frame); });
+  return read_or_leave(*this, [&] { return state_->correction_bricks(channel, frame); });
 }
 ResidualList Bcc4Reader::corrections(int channel, const CorrectionBrick& brick) const {
-  return read_or_leave(state_->limits, [&] { return state_->corrections(channel, brick); });
+  return read_or_leave(*this, [&] { return state_->corrections(channel, brick); });
 }
 
 void Bcc4Reader::mask_runs(int channel, uint64_t frame, const MaskRunBody& body) const {

@@ -14,6 +14,7 @@
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/scratch.h"
+#include "formats/bcc4/damage.h"
 #include "formats/bcc4/field_base.h"
 #include "formats/bcc4/layout.h"
 #include "formats/bcc4/page.h"
@@ -57,9 +58,13 @@ struct Bcc4Reader::State {
   [[nodiscard]] ChunkShape shape_of(const Bcc4Chunk& chunk, int level) const {
     return chunk_shape(info.level(level), chunk.slab, brick_of(chunk.slot, level));
   }
+  [[nodiscard]] bool goes_without(const Error& failure) const {
+    return limits.salvage &&
+           (is_damage(failure.code()) || (limits.salvage_unreadable && is_unreadable(failure.code())));
+  }
   // Reads from the source and counts the bytes.
   void read(uint64_t offset, std::span<std::byte> out) const;
-  // The same; when salvaging, returns false for bytes that cannot be read instead of throwing.
+  // The same; returns false for bytes that a salvaged file goes without.
   [[nodiscard]] bool read_or_lose(uint64_t offset, std::span<std::byte> out) const;
   [[nodiscard]] std::vector<std::byte> read_block(const BlockRef& ref, std::string_view what) const;
   // As the reader's calls of these names, and refuse damage when salvaging, too.

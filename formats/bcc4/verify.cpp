@@ -32,6 +32,7 @@ struct Bcc4Reader::State::Verification {
   Bcc4VerifyResult result{};
   Attempts attempts{};           // bytes that are not there yet are no damage
   std::vector<Extent> extents{}; // of all parts of the file
+  uint64_t unread = 0;           // bytes of them that could not be read
   std::map<ChannelLevel, Totals> totals{};
   uint64_t runs = 0, values = 0; // bytes
 
@@ -40,6 +41,18 @@ struct Bcc4Reader::State::Verification {
     Bcc4Damage d;
     d.code = code, d.message = std::move(message), d.offset = offset;
     result.damage.push_back(std::move(d));
+  }
+  // Lists what stopped the check of a part; `lost` tells what depends on it. Throws on what says nothing of
+  // the file.
+  void add_failure(const Error& e, Bcc4Damage lost, uint64_t offset, uint64_t bytes) {
+    if (!is_damage(e.code()) && !is_unreadable(e.code())) throw;
+    const bool damaged = is_damage(e.code());
+    lost.code = e.code(), lost.offset = offset;
+    lost.message =
+        damaged ? concat(e.message(), lost.message)
+                : concat(e.message(), "; nothing is known of the ", bytes, " bytes at offset ", offset);
+    if (!damaged) unread += bytes;
+    (damaged ? result.damage : result.unreadable).push_back(std::move(lost));
   }
   void add_block(const BlockRef& ref) {
     result.bytes_checked += ref.padded();
@@ -75,7 +88,7 @@ template<class Look> void Bcc4Reader::State::Verification::look_at(const BlockRe
   } catch (const WouldBlock& e) {
     attempts.add(e);
   } catch (const Error& e) {
-    add_file_damage(e.code(), e.message(), block.offset);
+    add_failure(e, {}, block.offset, block.padded());
   }
 }
 
@@ -111,10 +124,10 @@ void Bcc4Reader::State::Verification::check_masks() {
       } catch (const WouldBlock& e) {
         attempts.add(e);
       } catch (const Error& e) {
-        add_file_damage(e.code(),
-                        concat(e.message(), "; lost: which samples of channel ", channels[i].name,
-                               " are missing, from frame ", f, " on"),
-                        block.offset);
+        Bcc4Damage lost;
+        lost.message = concat("; lost: which samples of channel ", channels[i].name,
+                              " are missing, from frame ", f, " on");
+        add_failure(e, std::move(lost), block.offset, block.padded());
       }
     }
 }
@@ -130,11 +143,10 @@ void Bcc4Reader::State::Verification::check_page(size_t index) {
     attempts.add(e);
     return;
   } catch (const Error& e) {
-    result.chunks_damaged += ref.entries;
+    if (is_damage(e.code())) result.chunks_damaged += ref.entries;
     Bcc4Damage d = damaged_slabs(ref.at(), ref.first_slab, ref.last_slab);
-    d.code = e.code(), d.message = e.message(), d.offset = ref.block.offset;
     d.whole_layers = true;
-    result.damage.push_back(std::move(d));
+    add_failure(e, std::move(d), ref.block.offset, ref.block.padded());
     return;
   }
   check_chunks(ref.at(), *page);
@@ -164,11 +176,10 @@ void Bcc4Reader::State::Verification::check_chunks(const ChannelLevel& at, const
         attempts.add(e);
       } catch (const Error& e) {
         Bcc4Damage d = damaged_slabs(at, c.slab, c.slab);
-        d.code = e.code(), d.message = e.message(), d.offset = c.offset;
         d.brick = file.brick_of(c.slot, at.level);
         const std::scoped_lock lock(mutex);
-        ++result.chunks_damaged;
-        result.damage.push_back(std::move(d));
+        if (is_damage(e.code())) ++result.chunks_damaged;
+        add_failure(e, std::move(d), c.offset, c.stored());
       }
     }
   });
@@ -223,15 +234,21 @@ Bcc4VerifyResult Bcc4Reader::State::Verification::check_all() {
     check_page(p);
   }
   attempts.throw_if_waiting();
-  const bool pages_whole = std::none_of(result.damage.begin(), result.damage.end(),
-                                        [](const Bcc4Damage& d) { return d.whole_layers; });
-  std::stable_sort(result.damage.begin(), result.damage.end(),
-                   [](const Bcc4Damage& a, const Bcc4Damage& b) { return a.offset < b.offset; });
+  bool pages_whole = true;
+  for (auto* places : {&result.damage, &result.unreadable}) {
+    pages_whole = pages_whole && std::none_of(places->begin(), places->end(),
+                                              [](const Bcc4Damage& d) { return d.whole_layers; });
+    std::stable_sort(places->begin(), places->end(),
+                     [](const Bcc4Damage& a, const Bcc4Damage& b) { return a.offset < b.offset; });
+  }
   check_extents(pages_whole);
   if (pages_whole) check_totals();
 
   for (Bcc4Damage& d : result.damage) d.message += describe_loss(file.info, d);
-  if (!result.damage.empty()) result.survivors = describe_survivors(file.info, result.damage);
+  std::vector<Bcc4Damage> lost = result.damage;
+  lost.insert(lost.end(), result.unreadable.begin(), result.unreadable.end());
+  if (!lost.empty()) result.survivors = describe_survivors(file.info, lost);
+  result.bytes_checked -= unread;
   context.progress.report(1);
   return std::move(result);
 }

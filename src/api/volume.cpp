@@ -74,7 +74,7 @@ bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* opt
     VolumeSource& reads = *source;
     auto made = std::make_unique<bccsplat_volume>(device, std::move(source), o);
     reads.opened();
-    progress.throw_if_cancelled(); // a file that is salvaged does without what it could not read
+    progress.throw_if_cancelled();
     made->token = token;
     *volume = made.release();
   });
@@ -84,7 +84,9 @@ bccsplat_status open(bccsplat_device* device, const bccsplat_volume_options* opt
 
 bccsplat_volume::bccsplat_volume(bccsplat_device* owner, std::unique_ptr<ByteSource> source,
                                  const bccsplat_volume_options& options)
-    : device(owner), reader(Bcc4Reader::open(std::move(source), {.salvage = options.salvage != 0})),
+    : device(owner),
+      reader(Bcc4Reader::open(std::move(source),
+                              {.salvage = options.salvage != 0, .salvage_unreadable = options.salvage == 2})),
       times(time_axis(reader->info())), kernel(make_kernel(choose_kernel(reader->info(), options.kernel))),
       recommended_kernel(make_kernel(reader->info().recommended_kernel).name) {
   const auto sites = static_cast<uint64_t>(info().lattice.sites());
@@ -468,13 +470,16 @@ bccsplat_status bccsplat_volume_verify(const bccsplat_volume* volume, bccsplat_p
     bccsplat_verify_report out{};
     out.chunks = result.chunks, out.chunks_damaged = result.chunks_damaged,
     out.bytes_checked = result.bytes_checked;
-    out.damages = result.damage.size();
-    if (!result.damage.empty()) {
-      out.first_damaged_offset = result.damage.front().offset;
-      for (const Bcc4Damage& d : result.damage) volume->device->log(BCCSPLAT_LOG_WARNING, d.message);
-      volume->device->log(BCCSPLAT_LOG_WARNING, result.survivors);
-    }
+    out.damages = result.damage.size(), out.unreadable = result.unreadable.size();
+    if (!result.damage.empty()) out.first_damaged_offset = result.damage.front().offset;
+    if (!result.unreadable.empty()) out.first_unreadable_offset = result.unreadable.front().offset;
+    for (const auto* places : {&result.damage, &result.unreadable})
+      for (const Bcc4Damage& d : *places) volume->device->log(BCCSPLAT_LOG_WARNING, d.message);
+    if (!result.survivors.empty()) volume->device->log(BCCSPLAT_LOG_WARNING, result.survivors);
     write_struct(report, out, "report");
+    if (out.unreadable > 0)
+      fail(Code::io_error, "verify: ", out.unreadable, " places could not be read, the first at offset ",
+           out.first_unreadable_offset, ": ", result.unreadable.front().message);
   });
 }
 

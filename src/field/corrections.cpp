@@ -10,6 +10,7 @@
 #include <map>
 
 #include "base/would_block.h"
+#include "formats/bcc4/damage.h"
 
 namespace bccsplat {
 namespace {
@@ -98,8 +99,9 @@ uint64_t Corrections::count() const {
       sum += held->whole.size() + held->set.size();
     } catch (const WouldBlock& e) {
       attempts.add(e);
-    } catch (const Error&) {
+    } catch (const Error& e) {
       // What is damaged is found by a check of the file, or by whoever looks there.
+      if (!is_damage(e.code()) && !reader_->goes_without(e)) throw;
     }
   }
   attempts.throw_if_waiting();

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "base/would_block.h"
+#include "formats/bcc4/damage.h"
 
 namespace bccsplat {
 namespace {
@@ -182,7 +183,7 @@ FrameMaskPtr Masks::read_nearest_whole(int64_t frame) const {
       try {
         return read(f);
       } catch (const Error& e) {
-        if (e.code() == Code::memory_budget || e.code() == Code::would_block) throw;
+        if (!reader_->goes_without(e)) throw;
         damaged.insert(block.offset);
       }
     }
@@ -221,8 +222,9 @@ uint64_t Masks::count() const {
         reader_->mask_runs(channel_, f, [&](uint64_t begin, uint64_t end) { missing += end - begin; });
     } catch (const WouldBlock& e) {
       attempts.add(e);
-    } catch (const Error&) {
+    } catch (const Error& e) {
       // What is damaged is found by a check of the file, or by whoever looks there.
+      if (!is_damage(e.code()) && !reader_->goes_without(e)) throw;
     }
     sum += missing;
   }

@@ -181,9 +181,8 @@ KeptCounts Relevance::select(const float* values, const Int3& size, const SiteEv
       for (size_t x = 0; kept != 0xffff && x < brick_edge; ++x)
         if (!(kept >> x & 1)) row[x] = 0;
       counts.kept += kept == 0xffff ? 16 : static_cast<uint64_t>(std::popcount(kept));
-      if (bits[y].clamped)
-        counts.clamped +=
-            static_cast<uint64_t>(std::popcount(static_cast<uint16_t>(bits[y].clamped & columns)));
+      if (const auto clamped = static_cast<uint16_t>(bits[y].clamped & columns))
+        counts.clamped += static_cast<uint64_t>(std::popcount(clamped));
       if (!hole) continue;
       if (!brick.hole) brick.hole = std::make_unique<BrickMask>();
       (*brick.hole)[first + y] = hole;

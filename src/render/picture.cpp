@@ -75,6 +75,9 @@ double samples_per_unit(const Scene& scene, const Slice& drawn, int width, int h
   return std::max(1.0, length(drawn.lattice_to_slice.vector(view.normal)));
 }
 
+// Pixels per unit: from as near as this their differences drown in the rounding of floats.
+constexpr double analytic_above = 4096;
+
 KernelForm kernel_form(const SplatOptions& o, const QualitySettings& quality, double step) {
   if (o.mode == RenderMode::composite && o.shading && step >= quality.flat_kernel)
     return KernelForm::flat_form;
@@ -87,22 +90,23 @@ double finest_step(double radius) { return 2 * radius / max_ring_sheets; }
 
 // Whether segments are classified by integrals: where the transfer function is narrower than the change of
 // the field from sheet to sheet, in any direction.
-bool needs_integrals(const SplatScene& scene, Preintegrate choice) {
+bool needs_integrals(const SplatScene& scene, const TransferFunction& function, Preintegrate choice) {
   if (choice != Preintegrate::automatic) return choice == Preintegrate::on;
   const double change = scene.view->step * change_per_unit(*scene.slice, *scene.points);
-  return narrowness(*scene.table, change, scene.view->step_world) >= narrow_function;
+  return narrowness(function, *scene.table, change, scene.view->step_world) >= narrow_function;
 }
 
 // Adds them to the tables of a trail where one of its functions asks for them. The change from sheet to sheet
 // is taken from the slice, of which the trail is the past.
 void add_integrals(const Scene& scene, const SplatScene& slice, Preintegrate choice,
                    std::vector<ClassTable>& tables) {
-  const auto needs = [&](const ClassTable& table) {
+  bool needed = false;
+  for (size_t n = 0; n < tables.size() && !needed; ++n) {
     SplatScene of = slice;
-    of.table = &table;
-    return needs_integrals(of, choice);
-  };
-  if (!std::any_of(tables.begin(), tables.end(), needs)) return;
+    of.table = &tables[n];
+    needed = needs_integrals(of, scene.trail_functions[n], choice);
+  }
+  if (!needed) return;
   for (size_t n = 0; n < tables.size(); ++n)
     tables[n].integrals = integrate_values(scene.trail_functions[n], tables[n]);
 }
@@ -188,7 +192,8 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   SplatOptions o;
   o.mode = options.mode;
   o.shading = shaded(options);
-  o.gradient = options.gradient.value_or(pixels_per_unit(view) < quality.analytic_below
+  const double pixels = pixels_per_unit(view);
+  o.gradient = options.gradient.value_or(pixels < quality.analytic_below || pixels > analytic_above
                                              ? GradientMethod::analytic
                                              : GradientMethod::fourth_order);
   // The analytic sums know nothing of the lattice sum that such kernels divide by, nor of corrections.
@@ -213,7 +218,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
         ripple_noise(*slice, o.mode, o.kernel_form, o.without_ripple) / mean_voxel(*scene.slice);
   const SplatScene s{slice, points, &view, &table, &lights};
   const bool with_trail = scene.trail && !scene.trail->moments.empty();
-  if (o.mode == RenderMode::composite && needs_integrals(s, options.preintegrate))
+  if (o.mode == RenderMode::composite && needs_integrals(s, scene.function, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
   o.preintegrate = !table.integrals.empty();
   EdgeSmoother edges(options, with_trail, context, image);

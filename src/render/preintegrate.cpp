@@ -33,6 +33,12 @@ std::vector<double> knots(const TransferFunction& function) {
 
 using Emission = std::array<double, 4>; // colour * extinction, extinction
 
+Emission emission_at(const TransferFunction& function, double value, double unit) {
+  const double absorbs = std::min(extinction(function.opacity(value), unit), most_extinction / unit);
+  const Vec3 color = function.color(value);
+  return {color[0] * absorbs, color[1] * absorbs, color[2] * absorbs, absorbs};
+}
+
 // Returns the mean between two values that no point of the function lies between, by Gauss-Legendre
 // quadrature, which never asks at the ends.
 Emission mean_inside(const TransferFunction& function, double from, double to, double unit) {
@@ -40,11 +46,8 @@ Emission mean_inside(const TransferFunction& function, double from, double to, d
   constexpr std::array<double, 3> weight{5.0 / 18, 8.0 / 18, 5.0 / 18};
   Emission sum{};
   for (size_t n = 0; n < 3; ++n) {
-    const double value = 0.5 * (from + to) + 0.5 * place[n] * (to - from);
-    const double absorbs = std::min(extinction(function.opacity(value), unit), most_extinction / unit);
-    const Vec3 color = function.color(value);
-    for (size_t c = 0; c < 3; ++c) sum[c] += weight[n] * color[c] * absorbs;
-    sum[3] += weight[n] * absorbs;
+    const Emission e = emission_at(function, 0.5 * (from + to) + 0.5 * place[n] * (to - from), unit);
+    for (size_t c = 0; c < 4; ++c) sum[c] += weight[n] * e[c];
   }
   return sum;
 }
@@ -116,7 +119,7 @@ ValueIntegrals integrate_values(const TransferFunction& function, const ClassTab
   return t;
 }
 
-double narrowness(const ClassTable& table, double change, double path) {
+double narrowness(const TransferFunction& function, const ClassTable& table, double change, double path) {
   const auto entries = static_cast<std::ptrdiff_t>(table.size());
   const auto reach = static_cast<std::ptrdiff_t>(
       std::min(std::ceil(0.5 * change * static_cast<double>(table.scale)), static_cast<double>(entries)));
@@ -137,17 +140,25 @@ double narrowness(const ClassTable& table, double change, double path) {
     return Emission{e[0] * share, e[1] * share, e[2] * share, opacity};
   };
   double most = 0, most_color = 0, opacity = 0, color = 0;
-  for (std::ptrdiff_t i = 0; i < entries; ++i) {
+  const auto compare = [&](std::ptrdiff_t i, const Emission& at_middle) {
     Emission mean;
     for (size_t c = 0; c < 4; ++c)
       mean[c] = (up_to(i + reach, c) - up_to(i - reach, c)) / static_cast<double>(2 * reach);
-    const Emission segment = shown(mean), middle = shown(of_entry(table.entry[static_cast<size_t>(i)]));
+    const Emission segment = shown(mean), middle = shown(at_middle);
     opacity = std::max(opacity, middle[3]);
     most = std::max(most, std::fabs(segment[3] - middle[3]));
     for (size_t c = 0; c < 3; ++c) {
       color = std::max(color, middle[c]);
       most_color = std::max(most_color, std::fabs(segment[c] - middle[c]));
     }
+  };
+  for (std::ptrdiff_t i = 0; i < entries; ++i) compare(i, of_entry(table.entry[static_cast<size_t>(i)]));
+  // A peak between two entries is in none of them.
+  for (const double value : knots(function)) {
+    const double place = (value - static_cast<double>(table.low)) * static_cast<double>(table.scale);
+    if (place < 0 || place > static_cast<double>(entries - 1)) continue;
+    compare(static_cast<std::ptrdiff_t>(std::nearbyint(place)),
+            emission_at(function, value, static_cast<double>(table.unit_distance)));
   }
   return std::max(opacity > 0 ? most / opacity : 0, color > 0 ? most_color / color : 0);
 }

@@ -18,8 +18,9 @@ enum class Preintegrate : uint8_t { automatic, on, off };
 // Returns how far the picture of a segment of world length `path` is from that of its middle value, at most,
 // where the value changes by `change` across it: premultiplied colour and opacity, relative to the function's
 // largest. A ramp has change / 8 of its rise per value at its ends, a step 1/2, a peak narrower than the
-// change up to 1.
-[[nodiscard]] double narrowness(const ClassTable& table, double change, double path);
+// change up to 1, also where it lies between two entries of the table.
+[[nodiscard]] double narrowness(const TransferFunction& function, const ClassTable& table, double change,
+                                double path);
 // Pre-integration pays from this narrowness on: ramps come to 0.004 to 0.07, a peak whose segments are 20 dB
 // farther without it to 0.22 (tests/bench/notes/pre-integration.md).
 inline constexpr double narrow_function = 0.15;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A series that goes on: only the new frames and some before them are given, and the file is that of all
 // frames.
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -172,6 +173,35 @@ TEST_F(Append, MakesTheFileOfAllFrames) {
     EXPECT_EQ(report.clamped, report_whole.clamped);
     EXPECT_EQ(report.cc_relevant, report_whole.cc_relevant);
     EXPECT_EQ(report.bytes_source, report_whole.bytes_source);
+  }
+}
+
+// The frames that continue a file know too little of the earlier ones to be measured at coarser levels: what
+// was measured before stays, near what all frames would have given.
+TEST_F(Append, KeepsWhatWasMeasuredOfLevels) {
+  const Variant v{.name = "levels", .change = [](bccsplat_writer_options& o) {
+                    o.levels = 1, o.measure = BCCSPLAT_MEASURE_SOME;
+                  }};
+  const auto errors = [&](const std::string& file) {
+    const Volume volume = open(device, file);
+    std::array<double, 2> rmse{};
+    for (uint32_t level = 0; level < 2; ++level) {
+      auto info = sized<bccsplat_level_info>();
+      EXPECT_OK(bccsplat_volume_get_level_info(volume.get(), level, &info));
+      rmse[level] = info.relative_rmse;
+    }
+    return rmse;
+  };
+  ASSERT_OK(write(v, path, first_of(v.from)));
+  ASSERT_OK(write(v, whole, first_of(v.frames)));
+  const auto before = errors(path), at_once = errors(whole);
+  ASSERT_OK(continue_file(v, path, v.from, v.frames));
+  const auto after = errors(path);
+  EXPECT_EQ(after, before);
+  for (size_t level = 0; level < 2; ++level) {
+    EXPECT_GT(after[level], 0);
+    EXPECT_NEAR(after[level] / at_once[level], 1, 0.2) << level;
+    RecordProperty("ratio" + std::to_string(level), std::to_string(after[level] / at_once[level]));
   }
 }
 

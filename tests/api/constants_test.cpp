@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fields about a large constant whose air is somewhere else: a host's pressure, 101325 Pa with air 0. A
 // kernel's sum ripples about 1 by 0.0024 (default), which of the distance from air would be 240 Pa.
+#include <unistd.h>
+
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <random>
+#include <thread>
 
 #include "fit_writer.h"
 
@@ -468,6 +473,88 @@ TEST(Constants, BoundsHoldBesideHolesAndInFields) {
   const Written round = write_frames(device, s, options);
   expect_as_dense(device, round, "a turn");
   EXPECT_LE(largest_error(OpenVolume(device, round.bytes), s).points, 2);
+}
+
+// Layers that a host samples itself, of pressures with air 0: the constant comes back, and waves about it.
+TEST(Constants, LayersOfHostsComeBackFarFromAir) {
+  const TestDevice device;
+  for (const double signal : {0.0, 50.0})
+    for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS}) {
+      auto options = sized<bccsplat_writer_options>();
+      options.store = store;
+      const auto feed = [&](bccsplat_writer* writer) {
+        auto g = sized<bccsplat_layer_geometry>();
+        for (int64_t m = 0; m == 0 || m < g.layer_count; ++m) {
+          EXPECT_EQ(bccsplat_writer_get_layer_geometry(writer, m, &g), BCCSPLAT_OK);
+          std::vector<float> samples;
+          for (int64_t k = 0; k < g.dims[2]; ++k)
+            for (int64_t j = 0; j < g.dims[1]; ++j)
+              for (int64_t i = 0; i < g.dims[0]; ++i)
+                samples.push_back(static_cast<float>(
+                    pressure + signal * wave(g.origin[0] + g.step[0] * double(i),
+                                             g.origin[1] + g.step[1] * double(j),
+                                             g.origin[2] + g.step[2] * double(k), g.frame)));
+          const bccsplat_status status =
+              bccsplat_writer_add_layer(writer, 0, m, samples.data(), samples.size());
+          if (status != BCCSPLAT_OK) return status;
+        }
+        return bccsplat_status{BCCSPLAT_OK};
+      };
+      const Source s = around(pressure, signal);
+      const Written w = write_with(device, s, options, sized<bccsplat_channel_options>(), feed);
+      ASSERT_EQ(w.status, BCCSPLAT_OK) << w.text;
+      const OpenVolume volume(device, w.bytes);
+      const double ripple = 0.0024 * pressure;
+      EXPECT_LT(errors_of(volume, pressure, signal).rms, signal > 0 ? 1 : 1e-5 * pressure) << store;
+      EXPECT_LT(slice_rms(volume, in_time, pressure, signal), 0.01 * ripple) << store;
+      const Cut cut(volume, in_time);
+      const std::vector<float> values = picture(device, cut, BCCSPLAT_MODE_MAXIMUM, BCCSPLAT_FRAME_VALUE);
+      EXPECT_LT(largest_difference(values, pressure), signal + 0.1 * ripple) << store;
+    }
+}
+
+// A series that is taken up again has the base of one written undisturbed.
+TEST(Constants, ResumedFarFromAir) {
+  const TestDevice device;
+  const Source s =
+      source_of({22, 21, 20, 50}, BCCSPLAT_TYPE_F32,
+                [&](double x, double y, double z, double t) { return pressure + 50 * wave(x, y, z, t); });
+  const auto path = std::filesystem::temp_directory_path() / ("bccsplat-far-" + std::to_string(::getpid()));
+  for (const int32_t store : {BCCSPLAT_STORE_SAMPLES, BCCSPLAT_STORE_COEFFICIENTS}) {
+    auto options = sized<bccsplat_writer_options>();
+    options.store = store, options.partial = BCCSPLAT_PARTIAL_RESUME, options.overwrite = 1;
+    std::copy(s.dims.begin(), s.dims.end(), options.dims);
+    auto report = sized<bccsplat_writer_report>();
+    const auto write = [&](uint32_t frames) {
+      bccsplat_writer* writer = nullptr;
+      ASSERT_EQ(bccsplat_writer_create(device.device, path.c_str(), &options, &writer), BCCSPLAT_OK)
+          << bccsplat_last_error();
+      for (uint32_t t = 0; t < frames; ++t) {
+        const Bytes data = frame_bytes(s, t);
+        auto box = sized<bccsplat_box>();
+        box.type = s.type, box.data = data.data();
+        for (size_t a = 0; a < 3; ++a) box.dims[a] = s.dims[a];
+        // What is written is recorded once a second.
+        if (frames < s.dims[3] && t == 26) std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+        EXPECT_EQ(bccsplat_writer_add_frame(writer, 0, t, &box, 1), BCCSPLAT_OK) << bccsplat_last_error();
+      }
+      if (frames == s.dims[3]) {
+        EXPECT_EQ(bccsplat_writer_finish(writer, &report), BCCSPLAT_OK) << bccsplat_last_error();
+      }
+      bccsplat_writer_release(writer);
+    };
+    write(36);
+    write(50);
+    EXPECT_GT(report.slabs_reused, 0u);
+    std::ifstream in(path, std::ios::binary);
+    const Bytes resumed{std::istreambuf_iterator<char>(in), {}};
+    std::filesystem::remove(path);
+    options.partial = 0;
+    EXPECT_EQ(resumed, stored(device, s, options)) << store;
+    const Errors e = errors_of(OpenVolume(device, resumed), pressure, 50);
+    EXPECT_LT(e.rms, 1) << store;
+    EXPECT_GT(e.gradient_db, 30) << store;
+  }
 }
 
 // What Cartesian prefilters make of a constant is not quite itself.

@@ -130,6 +130,29 @@ TEST(Bound, IsRefusedWhereFloatsCannotHoldIt) {
   EXPECT_EQ(write_frames(device, s, options).status, BCCSPLAT_OK);
 }
 
+// No bound would keep a PSNR beyond what floats hold: the text names what they do.
+TEST(Bound, OfPsnrBeyondFloatsSaysHowMuchTheyHold) {
+  const TestDevice device;
+  const Source s = source_of({9, 8, 7, 5}, BCCSPLAT_TYPE_F64, [](double x, double y, double z, double t) {
+    return 1e6 + 30 * wave(x, y, 3 * z, 2 * t);
+  });
+  auto options = sized<bccsplat_writer_options>();
+  options.psnr = 70;
+  const Written bad = write_frames(device, s, options);
+  EXPECT_EQ(bad.status, BCCSPLAT_ERROR_BOUND_NOT_MET);
+  EXPECT_EQ(bad.text.find("abs_error"), std::string::npos) << bad.text;
+  const std::string asks = "ask for at most ";
+  const size_t at = bad.text.find(asks);
+  ASSERT_NE(at, std::string::npos) << bad.text;
+  // As much can be had, with the bound that goes with it.
+  options.psnr = std::strtod(bad.text.c_str() + at + asks.size(), nullptr) - 0.01;
+  EXPECT_GT(options.psnr, 30);
+  options.measure = BCCSPLAT_MEASURE_ALL;
+  options.abs_error = 1.5 * 2 * 30 * std::pow(10, -options.psnr / 20);
+  const Written good = write_frames(device, s, options);
+  EXPECT_EQ(good.status, BCCSPLAT_OK) << good.text;
+}
+
 TEST(Bound, OfPsnrHoldsOrIsRefusedWithTheReason) {
   const TestDevice device;
   const Source s = cases()[0].source;

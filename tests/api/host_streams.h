@@ -26,7 +26,8 @@ struct FarFile {
   std::vector<char> bytes;
   bool blocks = false; // bytes that were not asked for yet are not there, and then on their way
   std::mutex mutex;
-  std::set<uint64_t> there; // blocks
+  std::set<uint64_t> there;   // blocks
+  std::vector<Range> failing; // what cannot be read
   std::vector<Range> reads, refused;
 
   [[nodiscard]] bccsplat_read_stream stream(uint64_t merge_gap = 0) {
@@ -44,6 +45,8 @@ struct FarFile {
     auto& f = *static_cast<FarFile*>(user);
     const std::scoped_lock lock(f.mutex);
     if (offset + size > f.bytes.size()) return -1;
+    for (const auto& [begin, count] : f.failing)
+      if (offset < begin + count && begin < offset + size) return -1;
     if (f.blocks) {
       const std::set<uint64_t> before = f.there;
       f.fetch({{offset, size}});

@@ -172,17 +172,27 @@ TEST(WouldBlock, NotAfterTheRangesAreThere) {
 
 // A host hears at once of all that a call is about to read, as far as it is known where that stands: first of
 // tables, then of all else; not of one table or brick of corrections after the other.
-TEST(WouldBlock, CorrectionsAreNamedTogether) {
+struct CorrectedFarFile {
   FarFile file = noise_file([](bccsplat_writer_options& o) { o.abs_error = 3; }, true);
-  const Device device = make_device();
-  const bccsplat_read_stream stream = file.stream();
-  bccsplat_volume* v = nullptr;
-  ASSERT_OK(bccsplat_volume_open_stream(device.get(), &stream, nullptr, &v));
-  const Volume volume(v);
-  file.blocks = true;
+  Device device = make_device();
+  Volume volume;
+  CorrectedFarFile() {
+    const bccsplat_read_stream stream = file.stream();
+    bccsplat_volume* v = nullptr;
+    EXPECT_OK(bccsplat_volume_open_stream(device.get(), &stream, nullptr, &v));
+    volume.reset(v);
+    file.blocks = true;
+  }
+};
+
+TEST(WouldBlock, CorrectionsAreNamedTogether) {
+  CorrectedFarFile far;
+  FarFile& file = far.file;
+  const Device& device = far.device;
   bccsplat_slice* s = nullptr;
   const auto plane = plane_of(0, 0, 0, 1, -6.5);
-  EXPECT_LE(until_done(file, [&] { return bccsplat_slice_create(v, &plane, nullptr, &s); }), 3);
+  EXPECT_LE(until_done(file, [&] { return bccsplat_slice_create(far.volume.get(), &plane, nullptr, &s); }),
+            3);
   const Slice slice(s);
   bccsplat_renderer* r = nullptr;
   ASSERT_OK(bccsplat_renderer_create(device.get(), &r));
@@ -197,20 +207,14 @@ TEST(WouldBlock, CorrectionsAreNamedTogether) {
   EXPECT_LE(until_done(file, [&] { return bccsplat_renderer_render(r, f); }), 3);
 }
 TEST(WouldBlock, CorrectionsOfPointsAreNamedTogether) {
-  FarFile file = noise_file([](bccsplat_writer_options& o) { o.abs_error = 3; }, true);
-  const Device device = make_device();
-  const bccsplat_read_stream stream = file.stream();
-  bccsplat_volume* v = nullptr;
-  ASSERT_OK(bccsplat_volume_open_stream(device.get(), &stream, nullptr, &v));
-  const Volume volume(v);
-  file.blocks = true;
+  CorrectedFarFile far;
   std::vector<double> points;
   for (double t = 0; t < 13; t += 0.7) points.insert(points.end(), {10 + t, 12, 13.5, t});
   std::vector<float> values(points.size() / 4);
-  EXPECT_LE(until_done(file,
+  EXPECT_LE(until_done(far.file,
                        [&] {
-                         return bccsplat_volume_evaluate(v, values.size(), points.data(), values.data(),
-                                                         nullptr);
+                         return bccsplat_volume_evaluate(far.volume.get(), values.size(), points.data(),
+                                                         values.data(), nullptr);
                        }),
             3);
 }

@@ -467,6 +467,25 @@ def log(folder):
     assert levels[0] == "info" and "caches of" in messages[0][1]
 
 
+def unreadable(folder):
+    """What a stream fails to read is no damage, and not lost but where that is asked for."""
+    content = open(os.path.join(folder, "s.bcc4"), "rb").read()
+    failing = False
+
+    def read_at(offset, buffer):
+        if failing and offset <= len(content) // 2 < offset + len(buffer):
+            raise OSError
+        buffer[:] = content[offset:offset + len(buffer)]
+        return len(buffer)
+
+    for salvage in 1, 2:
+        with Volume(Device(threads=1), (len(content), read_at), salvage=salvage) as volume:
+            failing = True
+            report = raises(Error, Status.IO, volume.verify).report
+            failing = False
+            assert report.damages == 0 and report.unreadable == 1 and report.first_unreadable_offset > 0
+
+
 def reader_of(content):
     def read_at(offset, buffer):
         buffer[:] = content[offset:offset + len(buffer)]
@@ -545,6 +564,7 @@ with Device(threads=2) as device:
     parts(device, scratch)
 hooks(scratch)
 log(scratch)
+unreadable(scratch)
 symbols = set(open(os.path.join(top, "tests", "abi", "symbols.txt"), encoding="utf-8").read().split())
 assert set(abi.FUNCTIONS) == symbols
 never = symbols - called - {"bccsplat_abi_version"}  # that one at import

@@ -108,7 +108,7 @@ TEST(StabilityCamera, AnglesNearZeroAndNearAHalfTurn) {
       .add(largest_difference(picture(device, slice, a), picture(device, slice, b)));
   // Very wide is finite.
   bccsplat_camera wide = fitted(slice, BCCSPLAT_PROJECTION_PERSPECTIVE);
-  for (const double degrees : {150.0, 179.0, 179.99}) {
+  for (const double degrees : {120.0, 150.0, 170.0}) {
     wide.fovy_degrees = degrees;
     EXPECT_TRUE(all_finite(picture(device, slice, {.ramp = ramp, .camera = &wide}))) << degrees;
   }

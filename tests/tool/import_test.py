@@ -303,6 +303,15 @@ class Import(ToolTest):
             self.assertEqual(self.json('info', 'a.bcc4')['holes'], policy == 'hole')
         self.bcc4('slice', 'a.bcc4', '--time', 4, '-o', 's.nrrd')
 
+    def test_older_headers_are_latin_1(self):
+        head = 'NRRD0004\ntype: uint8\ndimension: 3\nspace dimension: 3\nsizes: 5 5 5\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n' \
+               'space units: "\u00b5m" "\u00b5m" "\u00b5m"\nencoding: raw\nMaterial:=Fl\u00fcssigkeit\n\n'
+        for encoding in 'latin-1', 'utf-8':
+            self.write('a.nrrd', head.encode(encoding) + bytes(range(125)))
+            self.bcc4('import', 'a.nrrd', '-o', encoding + '.bcc4', '--quiet')
+            info = self.json('info', encoding + '.bcc4')
+            self.assertEqual(info['spatial_unit'], '\u00b5m', encoding)
+
     def test_bad_input_is_refused(self):
         good = self.raw('a.raw', DIMS, bump)
         out = ['-o', 'x.bcc4']

@@ -490,9 +490,11 @@ class VerifyReport(Struct):
     bytes_checked: int
     first_damaged_offset: int
     damages: int
+    unreadable: int
+    first_unreadable_offset: int
     _fields_ = [("struct_size", c_uint32), ("reserved", c_uint32), ("chunks", c_uint64),
         ("chunks_damaged", c_uint64), ("bytes_checked", c_uint64), ("first_damaged_offset", c_uint64),
-        ("damages", c_uint64)]
+        ("damages", c_uint64), ("unreadable", c_uint64), ("first_unreadable_offset", c_uint64)]
 
 
 class RecodeOptions(Struct):

@@ -53,6 +53,7 @@ class Error(Exception):
         # Statuses of a newer library stay numbers.
         self.status: int = Status(status) if status in set(Status) else status
         self.name: str = native.bccsplat_status_name(status).decode()
+        self.report: _abi.VerifyReport | None = None  # of Volume.verify
         super().__init__("%s (%s)" % (native.bccsplat_last_error().decode(), self.name))
 
 

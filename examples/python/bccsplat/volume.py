@@ -142,8 +142,13 @@ class Volume(Child):
         return values, slopes
 
     def verify(self, progress: Progress | None = None) -> _abi.VerifyReport:
+        """What a check of all bytes found. Where some cannot be read, Error with the report of the others in `report`."""
         report, watch = _abi.VerifyReport(), Watch(progress)
-        call("volume_verify", self.pointer, watch.function, None, byref(report), watch=watch)
+        try:
+            call("volume_verify", self.pointer, watch.function, None, byref(report), watch=watch)
+        except Error as error:
+            error.report = report
+            raise
         return report
 
     def recode(self, path: Union[str, "os.PathLike[str]", WriteAt], *, store: str | None = None,

@@ -51,7 +51,7 @@ ExportFormat format_of(const ExportArguments& a) {
 Volume open_salvaged(const Device& device, const ExportArguments& a) {
   auto options = sized<bccsplat_volume_options>();
   options.kernel = a.kernel.empty() ? nullptr : a.kernel.c_str();
-  options.salvage = 1;
+  options.salvage = 2; // a disk with bad sectors as well
   bccsplat_volume* raw = nullptr;
   check_kernel(bccsplat_volume_open_file(device.get(), a.file.c_str(), &options, &raw), a.file, a.kernel);
   Volume volume(raw);

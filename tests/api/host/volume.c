@@ -211,6 +211,7 @@ static void facts(bccsplat_device* device, bccsplat_volume* volume) {
 
   OK(bccsplat_volume_verify(volume, NULL, NULL, &report));
   EXPECT(report.damages == 0 && report.chunks > 0 && report.bytes_checked > 0);
+  EXPECT(report.unreadable == 0 && report.first_unreadable_offset == 0);
   REFUSED(INVALID_ARGUMENT, "volume is NULL", bccsplat_volume_verify(NULL, NULL, NULL, &report));
   REFUSED(INVALID_ARGUMENT, "report is NULL", bccsplat_volume_verify(volume, NULL, NULL, NULL));
   OUTPUT_SIZES(bccsplat_verify_report, bccsplat_volume_verify(volume, NULL, NULL, out), (void)0);

@@ -365,7 +365,7 @@ void StencilPicture::draw(Quality quality, Image& image) {
   ClassTable table = make_class_table(scene_.function, slice.bounds[0], slice.bounds[1], slice.base, unit,
                                       settings.table_entries);
   const double change = settings.sheet_step * change_per_unit(slice, *scene_.points);
-  const bool integrals = narrowness(table, change, view.step_world) >= narrow_function;
+  const bool integrals = narrowness(scene_.function, table, change, view.step_world) >= narrow_function;
   if (integrals) table.integrals = integrate_values(scene_.function, table);
   std::vector<std::array<float, 4>> whole = table.entry;
   const auto path = static_cast<float>(length(view.lattice_to_world.vector(view.ez)));

@@ -411,7 +411,7 @@ TEST(Preintegrate, IsChosenWhereTheFunctionIsNarrowerThanAStep) {
 
 TEST(Preintegrate, NarrownessIsThatOfTheShape) {
   const auto of = [](const TransferFunction& f, double change) {
-    return narrowness(make_class_table(f, 0, 1, 0, 1, 2001), change, 0.5);
+    return narrowness(f, make_class_table(f, 0, 1, 0, 1, 2001), change, 0.5);
   };
   TransferFunction grey = ramp_function(0, 1, 0.01); // extinction nearly linear
   grey.colors = {{0, {1, 1, 1}}};
@@ -423,6 +423,36 @@ TEST(Preintegrate, NarrownessIsThatOfTheShape) {
   EXPECT_GT(of(grey, 0.9), 0.85);
   grey.opacities = {{0, 0.2}};
   EXPECT_EQ(of(grey, 0.5), 0);
+  // Between two entries, alone or beside something wide.
+  grey.opacities = peak(0.50025, 1e-4, 0.01).opacities;
+  EXPECT_GT(of(grey, 0.1), 0.95);
+  grey.opacities.insert(grey.opacities.begin(), {{0, 0}, {0.2, 0.005}, {0.4, 0}});
+  EXPECT_GT(of(grey, 0.1), 0.9);
+}
+
+// A tent far narrower than an entry of the table is drawn with its share of what a wider one shows, by
+// default, too.
+TEST(Preintegrate, PeaksBetweenEntriesAreDrawn) {
+  const Slice slice = make_slice({32, 32, 32}, [](double x, double y, double z) {
+    return 1 - std::hypot(x - 15.5, y - 15.5, z - 15.5) / 16;
+  });
+  const auto opacity = [&](double value, double half_width, double most, Preintegrate choice) {
+    const TransferFunction f = peak(value, half_width, most);
+    const Scene scene = make_scene(slice, f, fit_camera(slice, false, 0, 0, 41, 41));
+    ImageStorage out(41, 41, false, false, false);
+    RenderOptions o = flat(1);
+    o.quality = Quality::normal, o.preintegrate = choice;
+    (void)draw(scene, o, out);
+    double sum = 0;
+    for (size_t p = 3; p < out.rgba.size(); p += 4) sum += static_cast<double>(out.rgba[p]);
+    return sum;
+  };
+  for (const double value : {0.5001, 0.50025, 0.5004}) {
+    const double on = opacity(value, 1e-4, 0.99, Preintegrate::on);
+    EXPECT_GT(on, 0) << value;
+    EXPECT_EQ(opacity(value, 1e-4, 0.99, Preintegrate::automatic), on) << value;
+    EXPECT_NEAR(on / opacity(value, 1e-3, 0.99, Preintegrate::on), 0.1, 0.015) << value;
+  }
 }
 
 TEST(Preintegrate, FieldsSayHowFastTheyChange) {

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a stream fails to read is neither sound nor damaged: verify tells it apart, and a salvaged volume
+// takes it for a hole only where it is asked to.
+#include "host_streams.h"
+
+namespace host {
+namespace {
+
+// A file in which the chunks that the slice of one moment reads fail or are damaged.
+struct BadFile {
+  Device device = make_device();
+  FarFile file;
+  std::vector<Range> chunks; // read for the moment, behind all tables
+
+  explicit BadFile(const std::function<void(bccsplat_writer_options&)>& set) : file(make(device, set)) {
+    const Volume volume = open(0);
+    const auto plane = plane_of(0, 0, 0, 1, -4.4);
+    uint64_t count = 0;
+    EXPECT_OK(bccsplat_volume_get_ranges(volume.get(), &plane, nullptr, 0, nullptr, 0, &count));
+    file.forget();
+    EXPECT_OK(cut(volume, 4.4));
+    chunks = file.reads;
+    file.forget();
+  }
+  static std::vector<char> make(const Device& device,
+                                const std::function<void(bccsplat_writer_options&)>& set) {
+    NoiseSeries series;
+    series.nx = 36, series.ny = 20, series.nz = 18;
+    auto o = series.options();
+    set(o);
+    return written(device, series, o);
+  }
+  [[nodiscard]] Volume open(int32_t salvage) {
+    auto o = sized<bccsplat_volume_options>();
+    o.salvage = salvage;
+    const bccsplat_read_stream stream = file.stream();
+    bccsplat_volume* v = nullptr;
+    EXPECT_OK(bccsplat_volume_open_stream(device.get(), &stream, &o, &v));
+    return Volume(v);
+  }
+  // Whether some of the slice is missing stands in `holes`.
+  bccsplat_status cut(const Volume& volume, double frame, bool* holes = nullptr) {
+    const auto plane = plane_of(0, 0, 0, 1, -frame);
+    bccsplat_slice* s = nullptr;
+    const bccsplat_status status = bccsplat_slice_create(volume.get(), &plane, nullptr, &s);
+    const Slice slice(s);
+    if (status != BCCSPLAT_OK || !holes) return status;
+    std::vector<float> values(36 * 20 * 18);
+    EXPECT_OK(bccsplat_slice_sample_grid(s, nullptr, values.data()));
+    *holes = std::any_of(values.begin(), values.end(), [](float v) { return std::isnan(v); });
+    return status;
+  }
+  void fail() { file.failing = chunks; }
+  void damage() {
+    for (const auto& [offset, size] : chunks) file.bytes[offset + size / 2] ^= 0x55;
+  }
+};
+
+[[nodiscard]] bccsplat_verify_report verified(const Volume& volume, bccsplat_status expected) {
+  auto report = sized<bccsplat_verify_report>();
+  EXPECT_EQ(bccsplat_volume_verify(volume.get(), nullptr, nullptr, &report), expected)
+      << bccsplat_last_error();
+  return report;
+}
+
+const auto samples = [](bccsplat_writer_options&) {};
+const auto coefficients = [](bccsplat_writer_options& o) { o.store = BCCSPLAT_STORE_COEFFICIENTS; };
+
+TEST(Unreadable, VerifyTellsItFromDamage) {
+  BadFile bad(samples);
+  const Volume volume = bad.open(0);
+  const bccsplat_verify_report sound = verified(volume, BCCSPLAT_OK);
+  EXPECT_EQ(sound.unreadable, 0u);
+  EXPECT_EQ(sound.first_unreadable_offset, 0u);
+  bad.fail();
+  bccsplat_verify_report report = verified(volume, BCCSPLAT_ERROR_IO);
+  EXPECT_EQ(report.damages, 0u);
+  EXPECT_EQ(report.chunks_damaged, 0u);
+  EXPECT_EQ(report.chunks, sound.chunks);
+  EXPECT_GE(report.unreadable, bad.chunks.size());
+  EXPECT_EQ(report.first_unreadable_offset, std::min_element(bad.chunks.begin(), bad.chunks.end())->first);
+  EXPECT_LT(report.bytes_checked, sound.bytes_checked);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("could not"), std::string::npos);
+  // Damage beside it is still found.
+  bad.damage();
+  ASSERT_GE(bad.chunks.size(), 2u);
+  bad.file.failing = {bad.chunks.back()};
+  report = verified(volume, BCCSPLAT_ERROR_IO);
+  EXPECT_GE(report.damages, 1u);
+  EXPECT_EQ(report.chunks_damaged, report.damages);
+  EXPECT_GE(report.unreadable, 1u);
+  const uint64_t damages = report.damages;
+  bad.file.failing.clear();
+  report = verified(volume, BCCSPLAT_OK);
+  EXPECT_GT(report.damages, damages);
+  EXPECT_EQ(report.unreadable, 0u);
+}
+
+// Of each byte in turn: what fails is never damage.
+TEST(Unreadable, VerifyFailsWhereverItIs) {
+  BadFile bad(samples);
+  const Volume volume = bad.open(0);
+  int failed = 0;
+  for (uint64_t at = 0; at < bad.file.bytes.size(); at += 97) {
+    bad.file.failing = {{at, 97}};
+    auto report = sized<bccsplat_verify_report>();
+    const bccsplat_status status = bccsplat_volume_verify(volume.get(), nullptr, nullptr, &report);
+    EXPECT_EQ(report.damages, 0u) << at;
+    EXPECT_EQ(status == BCCSPLAT_OK, report.unreadable == 0) << at;
+    EXPECT_TRUE(status == BCCSPLAT_OK || status == BCCSPLAT_ERROR_IO) << at;
+    failed += status == BCCSPLAT_ERROR_IO;
+  }
+  EXPECT_GT(failed, 10);
+}
+
+TEST(Unreadable, SalvagesWhatIsDamagedAndAsksAgainForTheRest) {
+  for (const auto& set : {std::function<void(bccsplat_writer_options&)>(samples), {coefficients}}) {
+    BadFile bad(set);
+    bool holes = false;
+    {
+      const Volume volume = bad.open(1);
+      bad.fail();
+      EXPECT_EQ(bad.cut(volume, 4.4), BCCSPLAT_ERROR_IO);
+      bad.file.failing.clear();
+      EXPECT_OK(bad.cut(volume, 4.4, &holes)); // nothing was taken for lost meanwhile
+      EXPECT_FALSE(holes);
+    }
+    bad.fail();
+    {
+      const Volume volume = bad.open(2);
+      EXPECT_OK(bad.cut(volume, 4.4, &holes));
+      EXPECT_TRUE(holes);
+    }
+    bad.file.failing.clear();
+    bad.damage();
+    {
+      const Volume volume = bad.open(1);
+      EXPECT_OK(bad.cut(volume, 4.4, &holes));
+      EXPECT_TRUE(holes);
+    }
+    const Volume volume = bad.open(0);
+    EXPECT_NE(bad.cut(volume, 4.4), BCCSPLAT_OK);
+  }
+}
+
+// The number of corrections is not that of those which could be read.
+TEST(Unreadable, CorrectionsAreNotCountedInPart) {
+  BadFile bad([](bccsplat_writer_options& o) { o.abs_error = 3; });
+  auto whole = sized<bccsplat_channel_info>();
+  ASSERT_OK(bccsplat_volume_get_channel_info(bad.open(0).get(), 0, &whole));
+  ASSERT_GT(whole.corrections, 0u);
+  bad.file.forget();
+  const Volume volume = bad.open(0);
+  const size_t opening = bad.file.reads.size();
+  auto info = sized<bccsplat_channel_info>();
+  ASSERT_OK(bccsplat_volume_get_channel_info(volume.get(), 0, &info));
+  ASSERT_GT(bad.file.reads.size(), opening);
+  bad.file.failing = {{bad.file.reads.back().first, 1}};
+  for (const int32_t salvage : {0, 1}) {
+    const Volume again = bad.open(salvage);
+    EXPECT_EQ(bccsplat_volume_get_channel_info(again.get(), 0, &info), BCCSPLAT_ERROR_IO) << salvage;
+  }
+}
+
+} // namespace
+} // namespace host
