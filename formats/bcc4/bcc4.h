@@ -73,6 +73,8 @@ class Bcc4Writer {
   // end of the series. Bricks hold values minus air; a hole counts as kept. The slabs of a channel at a level
   // come in rising order, of a periodic series from any one on and those before it last; one left out is air.
   // Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value).
+  void write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
+                  const Context& context);
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
                   const Context& context);
 
