@@ -73,6 +73,8 @@ class Bcc4Writer {
   // end of the series. Bricks hold values minus air; a hole counts as kept. The slabs of a channel at a level
   // come in rising order, of a periodic series from any one on and those before it last; one left out is air.
   // Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value).
+  void write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
+                  const Context& context);
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
                   const Context& context);
 
@@ -224,7 +226,7 @@ class Bcc4Reader {
 // The samples of a level of a file as a SampleSource, relative to air or to the base of the field. Decoded
 // chunks are cached, least recently used first out, as far as `budget` (which must outlive this) and
 // `cache_bytes` allow: consecutive layers of a slab decode each chunk once, and so do those that are read
-// together, whatever the cache.
+// together, whatever the cache. Layers that were handed over as samples are not held as well.
 class Bcc4Samples final : public SampleSource {
  public:
   Bcc4Samples(std::shared_ptr<Bcc4Reader> reader, MemoryBudget& budget, uint64_t cache_bytes = 256 << 20,
@@ -256,12 +258,14 @@ class Bcc4Samples final : public SampleSource {
   [[nodiscard]] uint64_t chunks_decoded() const;
 
  private:
+  class HeldChunk;
   struct Cache;
-  // Calls body(chunk, data) from any thread for the chunks of a slab in `region`.
-  using ChunkBody = std::function<void(const Bcc4Chunk& chunk, const ChunkData& data)>;
-  void for_chunks(int channel, int32_t slab, const BrickBox& region, const Context& context,
+  // Calls body(chunk, held) from any thread for the chunks of a slab in `region`, with these of its layers, a
+  // bit each.
+  using ChunkBody = std::function<void(const Bcc4Chunk& chunk, const HeldChunk& held)>;
+  void for_chunks(int channel, int32_t slab, const BrickBox& region, uint32_t layers, const Context& context,
                   const ChunkBody& body) const;
-  // Hands over layers, slab by slab; brick(data, layer of the slab) makes one of their bricks.
+  // Hands over layers, slab by slab; brick(held, layer of the slab) makes one of their bricks.
   template<class Layer, class MakeBrick>
   void read_slabs(int channel, std::span<const int32_t> layers, const BrickBox& region,
                   const Context& context, const TakeLayer<Layer>& take, const MakeBrick& brick) const;

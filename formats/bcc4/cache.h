@@ -24,11 +24,13 @@ template<class Key, class Value> class LruCache {
     return it->second->value;
   }
 
-  // Looks without making it the newest.
-  [[nodiscard]] bool contains(const Key& key) {
+  // The same without making it the newest.
+  [[nodiscard]] std::shared_ptr<const Value> look(const Key& key) {
     const std::scoped_lock lock(mutex_);
-    return index_.contains(key);
+    const auto it = index_.find(key);
+    return it == index_.end() ? nullptr : it->second->value;
   }
+  [[nodiscard]] bool contains(const Key& key) { return look(key) != nullptr; }
 
   // Releases `hold` with the entry. A value that is already there stays.
   template<class Hold>

@@ -21,7 +21,8 @@ void RecordedReads::list(bool missing, std::vector<ByteRange>& out) const {
   const std::scoped_lock lock(mutex_);
   const int32_t slab_layers = samples_.reader().info().level(samples_.level()).slab_layers;
   Attempts attempts;
-  const bool by_slabs = !samples_.reader().salvages(); // else what lies beside a layer is looked at, too
+  // Salvaging looks at what lies beside a layer, too, and layers of a chunk may be missing one by one.
+  const bool by_slabs = !missing && !samples_.reader().salvages();
   std::set<Read> listed;
   for (Read r : reads_) {
     if (by_slabs) // whose layers stand in the same chunks

@@ -24,19 +24,17 @@ constexpr size_t batch_chunks = 256; // decoded at once; fewer where the budget 
 
 using ChunkKey = std::tuple<int, int32_t, uint32_t>; // channel, slab, slot
 
-// A chunk, and which of its layers, a bit each, somebody has got who keeps them.
-struct HeldChunk {
-  std::shared_ptr<const ChunkData> data;
-  mutable std::atomic<uint32_t> given{0};
-  explicit HeldChunk(std::shared_ptr<const ChunkData> d) : data(std::move(d)) {}
-};
-
-// The layers of a chunk in which something is kept.
+// The layers of a chunk in which something is kept, a bit each.
 uint32_t filled_layers(const ChunkData& data) {
   uint32_t bits = 0;
   for (size_t m = 0; m + 1 < data.first.size(); ++m)
     if (data.first[m + 1] > data.first[m]) bits |= uint32_t{1} << m;
   return bits;
+}
+
+// Of a layer within its slab.
+uint32_t layer_bit(const StoredLattice& info, int32_t layer) {
+  return uint32_t{1} << (layer % info.slab_layers);
 }
 
 // What a brick that is read takes at most.
@@ -48,28 +46,73 @@ uint64_t brick_bytes(const ChannelInfo& channel, bool as_codes) {
 
 } // namespace
 
+// A decoded chunk, without the layers that somebody has got who keeps them. Codes are held layer by layer, as
+// they are handed over; values of floats would take more than the codes of the chunk do, which stay until all
+// of its layers have gone.
+class Bcc4Samples::HeldChunk {
+ public:
+  // make(layer): a brick of samples.
+  template<class MakeBrick>
+  HeldChunk(std::shared_ptr<const ChunkData> data, const MakeBrick& make)
+      : layers_(filled_layers(*data)), lost_(data->lost) {
+    if (is_float(data->coded.type) || data->coded.bytes() > 2) {
+      data_ = std::move(data);
+      return;
+    }
+    bricks_.resize(data->first.size() - 1);
+    for (size_t m = 0; m < bricks_.size(); ++m) bricks_[m] = make(*data, static_cast<int>(m));
+  }
+
+  [[nodiscard]] bool lost() const { return lost_; }
+  // Whether these layers, a bit each, are here or air.
+  [[nodiscard]] bool has(uint32_t layers) const { return data_ || (layers & gone_) == 0; }
+  // The codes of all layers; null where they are held layer by layer.
+  [[nodiscard]] const ChunkData* data() const { return data_.get(); }
+  [[nodiscard]] const SampleBrick& brick(int layer) const { return bricks_[static_cast<size_t>(layer)]; }
+  // Returns null where nothing is left.
+  [[nodiscard]] std::shared_ptr<const HeldChunk> without(uint32_t layers) const {
+    auto left = std::make_shared<HeldChunk>(*this);
+    left->gone_ |= layers;
+    if ((left->layers_ & ~left->gone_) == 0) return nullptr;
+    for (size_t m = 0; m < left->bricks_.size(); ++m)
+      if (layers >> m & 1) left->bricks_[m] = {};
+    return left;
+  }
+  [[nodiscard]] uint64_t bytes() const {
+    uint64_t sum = sizeof *this + bricks_.size() * sizeof(SampleBrick) + (data_ ? data_->bytes() : 0);
+    for (const SampleBrick& brick : bricks_) sum += brick.bytes();
+    return sum;
+  }
+
+ private:
+  std::shared_ptr<const ChunkData> data_;
+  std::vector<SampleBrick> bricks_; // by layer, where there is no data_
+  uint32_t layers_, gone_ = 0;      // that are filled; that somebody has got
+  bool lost_;
+};
+
 struct Bcc4Samples::Cache {
   Cache(MemoryBudget& b, uint64_t bytes) : budget(b), chunks(bytes) {}
   MemoryBudget& budget;
   LruCache<ChunkKey, HeldChunk> chunks;
   std::atomic<uint64_t> decoded{0};
 
-  // Notes that layers were handed over to be kept; when all were, the chunk is of no use to who has them.
+  // Lets go of layers that were handed over to be kept.
   void give(const ChunkKey& key, uint32_t layers) {
-    const auto held = chunks.find(key);
+    const auto held = chunks.look(key);
     if (!held) return;
-    const uint32_t given = held->given.fetch_or(layers, std::memory_order_relaxed) | layers;
-    if ((filled_layers(*held->data) & ~given) == 0) chunks.drop(key);
+    auto left = held->without(layers);
+    chunks.drop(key);
+    if (left) keep(key, std::move(left));
   }
 
   // Keeps a chunk, dropping the oldest ones to make room in the budget; without room it is not kept.
-  void keep(const ChunkKey& key, std::shared_ptr<const ChunkData> data) {
-    const uint64_t bytes = data->bytes();
+  void keep(const ChunkKey& key, std::shared_ptr<const HeldChunk> chunk) {
+    const uint64_t bytes = chunk->bytes();
     while (budget.limit() - budget.used() < bytes && chunks.drop_oldest()) {
     }
     try {
-      chunks.insert(key, std::make_shared<const HeldChunk>(std::move(data)), bytes,
-                    Reservation(budget, bytes, "cache of chunks"));
+      chunks.insert(key, std::move(chunk), bytes, Reservation(budget, bytes, "cache of chunks"));
     } catch (const Error& e) {
       if (e.code() != Code::memory_budget) throw;
     }
@@ -99,38 +142,42 @@ const std::string& Bcc4Samples::coefficient_kernel() const { return reader_->inf
 const Bcc4Reader& Bcc4Samples::reader() const { return *reader_; }
 uint64_t Bcc4Samples::chunks_decoded() const { return cache_->decoded.load(std::memory_order_relaxed); }
 
-void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, const Context& context,
-                             const ChunkBody& body) const {
-  const std::vector<Bcc4Chunk> wanted = reader_->chunks({channel, level_}, slab, region);
+void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, uint32_t layers,
+                             const Context& context, const ChunkBody& body) const {
+  const ChannelLevel at{channel, level_};
+  const std::vector<Bcc4Chunk> wanted = reader_->chunks(at, slab, region);
   // One layer and a batch of chunks are in memory beyond the cache, so that a batch is small where the budget
   // is short.
   const uint64_t chunk_bytes =
       static_cast<uint64_t>(reader_->info().level(level_).slab_layers) * sizeof(Brick);
   const uint64_t room = cache_->budget.limit() - cache_->budget.used();
   const size_t at_once = std::clamp<uint64_t>(room / (4 * chunk_bytes), 1, batch_chunks);
+  const auto samples = [&](const ChunkData& data, int m) { return reader_->samples(at, data, m, to_); };
   Attempts attempts;
   for (size_t first = 0; first < wanted.size(); first += at_once) {
     const auto batch = std::span(wanted).subspan(first, std::min(at_once, wanted.size() - first));
-    std::vector<std::shared_ptr<const ChunkData>> data(batch.size());
+    std::vector<std::shared_ptr<const HeldChunk>> held(batch.size());
     std::vector<Bcc4Chunk> missing;
     std::vector<size_t> missing_at;
     for (size_t i = 0; i < batch.size(); ++i) {
-      if (const auto held = cache_->chunks.find({channel, slab, batch[i].slot})) {
-        data[i] = held->data;
-        continue;
-      }
+      held[i] = cache_->chunks.find({channel, slab, batch[i].slot});
+      if (held[i] && held[i]->has(layers)) continue;
       missing.push_back(batch[i]);
       missing_at.push_back(i);
     }
-    auto decoded = reader_->read_chunks({channel, level_}, missing, context, attempts);
+    const auto decoded = reader_->read_chunks(at, missing, context, attempts);
+    context.tasks.parallel_for(decoded.size(), [&](uint64_t i) {
+      if (decoded[i]) held[missing_at[i]] = std::make_shared<const HeldChunk>(decoded[i], samples);
+    });
     for (size_t i = 0; i < decoded.size(); ++i) {
       if (!decoded[i]) continue; // it is not there yet
       cache_->decoded.fetch_add(1, std::memory_order_relaxed);
-      cache_->keep({channel, slab, missing[i].slot}, decoded[i]);
-      data[missing_at[i]] = std::move(decoded[i]);
+      const ChunkKey key{channel, slab, missing[i].slot};
+      cache_->chunks.drop(key); // what was left of it
+      cache_->keep(key, held[missing_at[i]]);
     }
     if (!attempts.waits())
-      context.tasks.parallel_for(batch.size(), [&](uint64_t i) { body(batch[i], *data[i]); });
+      context.tasks.parallel_for(batch.size(), [&](uint64_t i) { body(batch[i], *held[i]); });
   }
   attempts.throw_if_waiting();
 }
@@ -152,27 +199,30 @@ void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& re
   std::mutex mutex;
   std::vector<Int3> lost;
   for (const int32_t slab : slabs_beside(layer))
-    for_chunks(channel, slab, region.widened(), context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
-      if (!data.lost) return;
-      const std::scoped_lock lock(mutex);
-      lost.push_back(reader_->brick_position(chunk.slot, level_));
-    });
+    for_chunks(channel, slab, region.widened(), 0, context,
+               [&](const Bcc4Chunk& chunk, const HeldChunk& held) {
+                 if (!held.lost()) return;
+                 const std::scoped_lock lock(mutex);
+                 lost.push_back(reader_->brick_position(chunk.slot, level_));
+               });
   near.mark(lost, out);
 }
 
 void Bcc4Samples::list_reads(int channel, int32_t layer, const BrickBox& region, bool missing,
                              std::vector<ByteRange>& out) const {
   const ChannelLevel at{channel, level_};
-  const auto list = [&](int32_t slab, const BrickBox& box) {
+  const StoredLattice& info = reader_->info().level(level_);
+  const auto list = [&](int32_t slab, const BrickBox& box, uint32_t layers) {
     if (!missing)
       for (const ByteRange& page : reader_->index_pages(at, slab)) out.push_back(page);
-    for (const Bcc4Chunk& c : reader_->chunks(at, slab, box))
-      if (!missing || !cache_->chunks.contains({channel, slab, c.slot}))
-        out.push_back({c.offset, c.stored()});
+    for (const Bcc4Chunk& c : reader_->chunks(at, slab, box)) {
+      const auto held = missing ? cache_->chunks.look({channel, slab, c.slot}) : nullptr;
+      if (!held || !held->has(layers)) out.push_back({c.offset, c.stored()});
+    }
   };
-  list(reader_->info().level(level_).slab_of(layer), region);
+  list(info.slab_of(layer), region, layer_bit(info, layer));
   if (!reader_->salvages() || coefficient_kernel().empty()) return;
-  for (const int32_t slab : slabs_beside(layer)) list(slab, region.widened());
+  for (const int32_t slab : slabs_beside(layer)) list(slab, region.widened(), 0);
 }
 
 template<class Layer, class MakeBrick>
@@ -201,23 +251,23 @@ void Bcc4Samples::read_slabs(int channel, std::span<const int32_t> layers, const
     end = first + held.size() + 1;
     std::vector<Layer> read;
     for (size_t i = first; i < end; ++i) read.emplace_back(info.lattice.space, info.lattice.coset(layers[i]));
+    uint32_t bits = 0;
+    for (size_t i = first; i < end; ++i) bits |= layer_bit(info, layers[i]);
     attempts.attempt([&] {
       // Each task sets the slots of its own bricks.
-      for_chunks(channel, slab, region, context, [&](const Bcc4Chunk& chunk, const ChunkData& data) {
+      for_chunks(channel, slab, region, bits, context, [&](const Bcc4Chunk& chunk, const HeldChunk& data) {
         const Int3 b = reader_->brick_position(chunk.slot, level_);
         for (size_t i = 0; i < read.size(); ++i)
           if (auto made = brick(data, layers[first + i] % info.slab_layers))
             read[i].set(read[i].slot(b[0], b[1], b[2]), std::move(made));
       });
+      if (as_codes && !attempts.waits()) // before those who take them reserve them
+        for (const Bcc4Chunk& chunk : reader_->chunks({channel, level_}, slab, region))
+          cache_->give({channel, slab, chunk.slot}, bits);
       for (size_t i = 0; i < read.size(); ++i) {
         if (!held.empty()) held.pop_back(); // whoever takes it reserves it
         take(layers[first + i], std::move(read[i]));
       }
-      if (!as_codes || attempts.waits()) return;
-      uint32_t given = 0;
-      for (size_t i = first; i < end; ++i) given |= uint32_t{1} << (layers[i] % info.slab_layers);
-      for (const Bcc4Chunk& chunk : reader_->chunks({channel, level_}, slab, region))
-        cache_->give({channel, slab, chunk.slot}, given);
     });
   }
   attempts.throw_if_waiting();
@@ -233,8 +283,9 @@ void Bcc4Samples::read_layers(int channel, std::span<const int32_t> layers, cons
     take(m, std::move(layer));
   };
   read_slabs(channel, layers, region, context, lossy || absent != 0 ? mend : take,
-             [&](const ChunkData& data, int m) {
-               return reader_->brick({channel, level_}, data, m, to_);
+             [&](const HeldChunk& held, int m) {
+               const ChunkData* const data = held.data();
+               return data ? reader_->brick({channel, level_}, *data, m, to_) : held.brick(m).as_values();
              });
 }
 
@@ -244,8 +295,9 @@ void Bcc4Samples::read_samples(int channel, std::span<const int32_t> layers, con
   if ((reader_->salvages() && !coefficient_kernel().empty()) ||
       (to_ == RelativeTo::base && reader_->absent(channel) != 0))
     return SampleSource::read_samples(channel, layers, region, context, take);
-  read_slabs(channel, layers, region, context, take, [&](const ChunkData& data, int m) {
-    return reader_->samples({channel, level_}, data, m, to_);
+  read_slabs(channel, layers, region, context, take, [&](const HeldChunk& held, int m) {
+    const ChunkData* const data = held.data();
+    return data ? reader_->samples({channel, level_}, *data, m, to_) : held.brick(m);
   });
 }
 

@@ -3,13 +3,12 @@
 // directory, metadata and roots. Slabs of an earlier writer or file are taken over without coding them again.
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cmath>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "formats/bcc4/bcc4.h"
+#include "formats/bcc4/chunk_sites.h"
 #include "formats/bcc4/coding/chunk.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/deflate.h"
@@ -112,7 +111,7 @@ struct Bcc4Writer::State {
     }
   }
 
-  void check_layers(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers) const {
+  void check_layers(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers) const {
     const auto bad = [&](const auto&... why) {
       fail(Code::invalid_argument, "writer: slab ", slab, " of channel ", at.channel, ", level ", at.level,
            ": ", why...);
@@ -127,9 +126,9 @@ struct Bcc4Writer::State {
     }
   }
 
-  void write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
+  void write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
                   const Context& context);
-  WrittenSlab encode_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
+  WrittenSlab encode_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
                           const Context& context);
   [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, const ChannelLevel& at, int32_t layers);
   WrittenSlab copy_chunks(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from);
@@ -149,60 +148,17 @@ struct Bcc4Writer::State {
   [[nodiscard]] Bcc4Report finish(const Context& context);
 };
 
-namespace {
-
-[[nodiscard]] const Brick* brick_at(const BrickLayer& layer, const Int3& b) {
-  const Int3& n = layer.brick_dims();
-  return b[0] < n[0] && b[1] < n[1] && b[2] < n[2] ? layer.brick(b[0], b[1], b[2]) : nullptr;
-}
-
-// Collects the sites of one chunk; there are no codes where all of it is air.
-[[nodiscard]] ChunkSites collect_sites(const ChunkShape& shape, std::span<const BrickLayer> layers,
-                                       const Int3& position, const SampleCoder& coder, uint64_t& clamped) {
-  ChunkSites sites;
-  sites.shape = shape;
-  sites.kept.assign(layers.size(), BrickMask{});
-  for (size_t m = 0; m < layers.size(); ++m) {
-    const Brick* brick = brick_at(layers[m], position);
-    if (!brick) continue;
-    const Int3& n = shape.box[m];
-    const auto inside = static_cast<uint16_t>((1u << n[0]) - 1);
-    for (int z = 0; z < n[2]; ++z)
-      for (int y = 0; y < n[1]; ++y) {
-        const auto row = static_cast<size_t>(z * brick_edge + y);
-        const unsigned hole = brick->hole ? (*brick->hole)[row] & inside : 0u;
-        const unsigned kept = (brick->kept[row] | hole) & inside;
-        sites.kept[m][row] = static_cast<uint16_t>(kept);
-        if (hole) {
-          sites.hole.resize(layers.size());
-          sites.hole[m][row] = static_cast<uint16_t>(hole);
-        }
-        for (unsigned bits = kept; bits; bits &= bits - 1) {
-          const auto x = static_cast<size_t>(std::countr_zero(bits));
-          const float v = brick->value[row * brick_edge + x];
-          if (!std::isfinite(v))
-            fail(Code::nonfinite_value, "writer: sample at site (",
-                 position[0] * brick_edge + static_cast<int>(x), ", ", position[1] * brick_edge + y, ", ",
-                 position[2] * brick_edge + z, ") of layer ", m, " of the slab is not finite");
-          sites.codes.push_back(coder.encode(v, clamped));
-        }
-      }
-  }
-  return sites;
-}
-
-} // namespace
-
 WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
-                                           std::span<const BrickLayer> layers, const Context& context) {
+                                           std::span<const SampleLayer> layers, const Context& context) {
   const SampleCoder& coder = index->coder(at);
   const StoredLattice& level = info.level(at.level);
   WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
   const Int3 dims = slot_dims(level.lattice);
   std::vector<uint32_t> slots;
   for (uint32_t s = 0; s < slot_count(level.lattice); ++s)
-    if (std::any_of(layers.begin(), layers.end(),
-                    [&](const BrickLayer& l) { return brick_at(l, slot_brick(dims, s)); }))
+    if (std::any_of(layers.begin(), layers.end(), [&](const SampleLayer& l) {
+          return static_cast<bool>(brick_at(l, slot_brick(dims, s)));
+        }))
       slots.push_back(s);
   struct Result {
     std::optional<EncodedChunk> chunk;
@@ -277,7 +233,7 @@ void Bcc4Writer::State::commit_journal(const WrittenSlab& written) {
   options.journal->commit();
 }
 
-void Bcc4Writer::State::write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
+void Bcc4Writer::State::write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
                                    const Context& context) {
   const auto count = static_cast<int32_t>(layers.size());
   std::optional<WrittenSlab> written = reuse_slab(slab, at, count);
@@ -392,7 +348,7 @@ Bcc4Writer::~Bcc4Writer() = default;
 
 VolumeInfo& Bcc4Writer::info() { return state_->info; }
 
-void Bcc4Writer::write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
+void Bcc4Writer::write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
                             const Context& context) {
   State& s = *state_;
   if (s.closed) fail(Code::wrong_state, "writer: finished, or failed before");
@@ -402,6 +358,11 @@ void Bcc4Writer::write_slab(int32_t slab, const ChannelLevel& at, std::span<cons
   s.closed = true;
   s.write_slab(slab, at, layers, context);
   s.closed = false;
+}
+
+void Bcc4Writer::write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
+                            const Context& context) {
+  write_slab(slab, at, std::vector<SampleLayer>(layers.begin(), layers.end()), context);
 }
 
 void Bcc4Writer::copy_slab(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from) {

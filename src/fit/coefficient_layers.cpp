@@ -49,8 +49,8 @@ int32_t CoefficientLayers::turn_from(int32_t first, int32_t slab_layers) {
   return next_;
 }
 
-std::vector<BrickLayer> CoefficientLayers::add(std::span<const BrickLayer> samples, const Context& context) {
-  for (const BrickLayer& layer : samples) window_.push(layer);
+std::vector<BrickLayer> CoefficientLayers::add(std::span<const SampleLayer> samples, const Context& context) {
+  for (const SampleLayer& layer : samples) window_.push(layer);
   const int32_t layers = window_.lattice().layers();
   std::vector<BrickLayer> out;
   const bool turns = window_.lattice().periodic;

@@ -34,7 +34,7 @@ class CoefficientLayers {
   // The next layers of samples; returns the layers of coefficients that are complete with them, in order and
   // as stored, but for steps (i32), to which whole slabs are rounded (coefficient_steps.h). All have come out
   // when the last layer has gone in; those of a periodic series that come before the first one last.
-  [[nodiscard]] std::vector<BrickLayer> add(std::span<const BrickLayer> samples, const Context& context);
+  [[nodiscard]] std::vector<BrickLayer> add(std::span<const SampleLayer> samples, const Context& context);
 
   // The series ends elsewhere than was said, with layers that have not been made yet; of a whole series.
   void set_lattice(const Lattice4& lattice);

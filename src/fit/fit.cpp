@@ -51,7 +51,7 @@ struct Channel {
       head; // of a periodic series: frames first_frame .. that are needed again at its end
   EndLevels end_levels;
 
-  std::vector<BrickLayer> slab; // layers made and not handed out
+  std::vector<SampleLayer> slab; // layers made and not handed out
   std::vector<Reservation> slab_memory;
   int32_t slab_index = 0;
 };
@@ -70,6 +70,12 @@ Lattice4 checked(const Lattice4& lattice) {
     fail(Code::limit_exceeded, "a layer of ", bricks, " bricks of 16^3 sites is more than ", largest_layer,
          "; divide the volume or use a coarser lattice");
   return lattice;
+}
+
+// What a brick of a layer takes at most, codes that do not give back every value excepted (none do).
+uint64_t most_bytes(ValueType type) {
+  constexpr uint64_t beside_codes = 1400; // which sites are kept, where rows start
+  return is_float(type) ? sizeof(Brick) : value_bytes(type) * brick_sites + beside_codes;
 }
 
 LayerCounts counts_of(const LayerMaker& maker, uint64_t sites_total) {
@@ -447,7 +453,7 @@ struct Fit::State {
       bricks += std::any_of(taps.begin(), taps.end(), [&](const LayerTap& tap) {
         return tap.frame->block[static_cast<size_t>(coset)][slot] != nullptr;
       });
-    Reservation memory(context.memory, bricks * sizeof(Brick), "a slab of layers");
+    Reservation memory(context.memory, bricks * most_bytes(c.options.quantiser.type), "a slab of layers");
     const bool counted = counts_layer(layer), lasting = layer < options.lasting_layers;
     LayerMaker& maker = !counted ? c.uncounted : lasting ? c.lasting : c.maker;
     const uint64_t clamped_before = maker.clamped();

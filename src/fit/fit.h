@@ -22,7 +22,7 @@
 #include "fit/quantise.h"
 #include "fit/scan.h"
 #include "lattice/lattice.h"
-#include "points/brick.h"
+#include "points/slab_layers.h"
 #include "points/values.h"
 
 namespace bccsplat {
@@ -86,7 +86,7 @@ struct FitOptions {
 // come in rising order, all of them, from the thread that called the Fit; of periodic frames those that need
 // the last frames, the first ones, come last. Values are relative to air and
 // exactly representable in the stored type.
-using FitSink = std::function<void(int32_t slab, int channel, std::span<const BrickLayer> layers)>;
+using FitSink = std::function<void(int32_t slab, int channel, const SlabLayers& layers)>;
 
 // Takes which samples of a frame are missing (formats/bcc4/coding/mask_runs.h), where any is, when the frame
 // is given.

@@ -67,6 +67,7 @@ HWY_AFTER_NAMESPACE();
 #include <algorithm>
 
 #include "fit/packed_block.h"
+#include "formats/bcc4/coding/layer_codes.h"
 
 namespace bccsplat {
 HWY_EXPORT(Combine);
@@ -154,9 +155,9 @@ void count_samples(Brick& brick, const BrickMask* fills, SampleHistogram& sample
 
 } // namespace
 
-BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
-                            size_t nearest, bool beyond, const Context& context) {
-  BrickLayer layer(lattice, coset);
+SampleLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
+                             size_t nearest, bool beyond, const Context& context) {
+  SampleLayer layer(lattice, coset);
   const auto c = static_cast<size_t>(coset);
   const bool masked = taps[nearest].frame->masked;
   const auto holes_of = [&](size_t slot) -> const BrickMask* {
@@ -221,7 +222,10 @@ BrickLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const 
       if (!beyond) counts->sites.clamped += found.clamped;
       if (found.kept == 0) continue;
       count_samples(*brick, masked ? holes_of(slot) : nullptr, counts->samples);
-      layer.set(slot, std::move(brick));
+      if (auto codes = LayerCodes::of(coder_, *brick))
+        layer.set(slot, {nullptr, std::move(codes)});
+      else
+        layer.set(slot, {std::move(brick), nullptr});
     }
     const std::scoped_lock lock(mutex_);
     counts_.push_back(std::move(counts));

@@ -12,7 +12,8 @@
 #include "fit/histogram.h"
 #include "fit/relevance.h"
 #include "fit/site_block.h"
-#include "points/brick.h"
+#include "formats/bcc4/coding/codes.h"
+#include "points/sample_layer.h"
 
 namespace bccsplat {
 
@@ -45,9 +46,9 @@ class LayerMaker {
   // Values are those of taps[nearest] plus the weighted differences of the others from it, so that what does
   // not change stays as it is; holes are those of taps[nearest]. Weights sum to 1. beyond: a layer that no
   // reader shows, before the first frame or after the last one; its clamped sites and coding errors are not
-  // counted.
-  [[nodiscard]] BrickLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
-                                size_t nearest, bool beyond, const Context& context);
+  // counted. Bricks of integers of one or two bytes are codes.
+  [[nodiscard]] SampleLayer make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
+                                 size_t nearest, bool beyond, const Context& context);
   [[nodiscard]] SiteCounts counts() const;
   [[nodiscard]] uint64_t clamped() const; // of counts().sites, without summing the rest
   // Summed layer by layer, the same for any number of threads.
@@ -55,9 +56,11 @@ class LayerMaker {
 
  private:
   LayerMaker(const Quantiser& quantiser, const Relevance& relevance, float ringing, float unit, double step)
-      : quantiser_(quantiser), relevance_(relevance), ringing_(ringing), unit_(unit), step_(step) {}
+      : quantiser_(quantiser), coder_(quantiser), relevance_(relevance), ringing_(ringing), unit_(unit),
+        step_(step) {}
 
   Quantiser quantiser_;
+  SampleCoder coder_;
   Relevance relevance_;
   float ringing_, unit_;
   double step_;

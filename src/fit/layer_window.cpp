@@ -35,14 +35,23 @@ int32_t support_layers(const Lattice4& lattice, const Kernel& kernel) {
 
 } // namespace
 
-BrickLayer LayerWindow::read_layer(int, int32_t layer, const BrickBox&, const Context&) const {
-  const BrickLayer* found = find(layer);
+const SampleLayer& LayerWindow::layer(int32_t layer) const {
+  const SampleLayer* found = find(layer);
   if (!found && lattice_.periodic) found = find(layer + lattice_.layers());
   if (!found) fail(Code::internal, "layer ", layer, " is not among ", first_, " .. ", end() - 1, " at hand");
   return *found;
 }
 
-const BrickLayer* LayerWindow::find(int32_t number) const {
+BrickLayer LayerWindow::read_layer(int, int32_t number, const BrickBox&, const Context&) const {
+  return layer(number).as_values();
+}
+
+void LayerWindow::read_samples(int, std::span<const int32_t> layers, const BrickBox&, const Context&,
+                               const TakeLayer<SampleLayer>& take) const {
+  for (const int32_t m : layers) take(m, SampleLayer(layer(m)));
+}
+
+const SampleLayer* LayerWindow::find(int32_t number) const {
   if (number >= first_ && number < end()) return &layers_[static_cast<size_t>(number - first_)];
   const auto kept = kept_.find(number);
   return kept == kept_.end() ? nullptr : &kept->second;

@@ -7,6 +7,7 @@
 
 #include <deque>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,8 @@ class LayerWindow final : public SampleSource {
       : lattice_(lattice), air_(air), sample_step_(sample_step), kernel_(std::move(kernel)), first_(first) {}
 
   // The next layer.
-  void push(BrickLayer layer) { layers_.push_back(std::move(layer)); }
+  void push(SampleLayer layer) { layers_.push_back(std::move(layer)); }
+  void push(const BrickLayer& layer) { push(SampleLayer(layer)); }
   // Before any layer, of a periodic series: layer `first` comes first, and those before `kept` are needed
   // again when all have come.
   void turn_from(int32_t first, int32_t kept) { first_ = first, kept_end_ = kept; }
@@ -48,6 +50,9 @@ class LayerWindow final : public SampleSource {
   float air(int) const override { return air_; }
   double sample_step(int) const override { return sample_step_; }
   BrickLayer read_layer(int, int32_t layer, const BrickBox&, const Context&) const override;
+  void read_samples(int, std::span<const int32_t> layers, const BrickBox&, const Context&,
+                    const TakeLayer<SampleLayer>& take) const override;
+  [[nodiscard]] const SampleLayer& layer(int32_t number) const;
   const std::string& coefficient_kernel() const override { return kernel_; }
 
  private:
@@ -55,12 +60,12 @@ class LayerWindow final : public SampleSource {
   float air_;
   double sample_step_;
   std::string kernel_;
-  [[nodiscard]] const BrickLayer* find(int32_t number) const;
+  [[nodiscard]] const SampleLayer* find(int32_t number) const;
 
-  std::deque<BrickLayer> layers_;
+  std::deque<SampleLayer> layers_;
   int32_t first_; // number of the front
   int32_t kept_end_ = 0;
-  std::map<int32_t, BrickLayer> kept_; // by number
+  std::map<int32_t, SampleLayer> kept_; // by number
 };
 
 // Returns how many layers on either side of an instant matter when `kernel` reads `source`.

@@ -32,6 +32,14 @@ SampleLayer::SampleLayer(const BrickLayer& values) : BrickSlots(values.lattice()
       if (values.brick(s)) set(s, {values.share(s), nullptr});
 }
 
+BrickLayer SampleLayer::as_values() const {
+  BrickLayer values(lattice(), coset());
+  for (size_t row = 0; row < rows(); ++row)
+    for (size_t s = row * row_slots(); !row_empty(row) && s < (row + 1) * row_slots(); ++s)
+      if (const SampleBrick& b = brick(s)) values.set(s, b.as_values());
+  return values;
+}
+
 uint64_t SampleLayer::bytes() const {
   uint64_t n = own_bytes();
   for_bricks([&](const SampleBrick& brick) { n += brick.bytes(); });

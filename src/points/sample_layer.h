@@ -54,6 +54,8 @@ class SampleLayer : public BrickSlots<SampleBrick> {
   using BrickSlots::BrickSlots;
   explicit SampleLayer(const BrickLayer& values);
 
+  // The same layer of values.
+  [[nodiscard]] BrickLayer as_values() const;
   [[nodiscard]] const SampleBrick& brick(size_t slot) const { return share(slot); }
   [[nodiscard]] const SampleBrick& brick(int bx, int by, int bz) const { return brick(slot(bx, by, bz)); }
   [[nodiscard]] uint64_t bytes() const; // memory held by the bricks

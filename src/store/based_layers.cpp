@@ -5,12 +5,15 @@
 
 namespace bccsplat {
 
-void BasedLayers::see(const BrickLayer& layer) {
+void BasedLayers::see(const SampleLayer& layer) {
   const Int3& n = layer.dims();
   sites_ += static_cast<uint64_t>(int64_t{n[0]} * n[1] * n[2]);
-  kept_ += static_cast<uint64_t>(layer.kept_sites());
-  for (size_t s = 0; s < layer.brick_slots(); ++s)
-    if (const Brick* brick = layer.brick(s)) seen_.add(*brick);
+  for (size_t s = 0; s < layer.brick_slots(); ++s) {
+    const auto brick = layer.brick(s).as_values();
+    if (!brick) continue;
+    kept_ += static_cast<uint64_t>(brick->count());
+    seen_.add(*brick);
+  }
 }
 
 StoredValues BasedLayers::values() const {

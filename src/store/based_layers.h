@@ -19,7 +19,7 @@ class BasedLayers final : public SampleSource {
       : window_(window), seen_({ValueType::f32, 1, window.air(0), window.air(0)}) {}
 
   // Takes note of every layer of the channel.
-  void see(const BrickLayer& layer);
+  void see(const SampleLayer& layer);
   // Whether the base will be another than air.
   [[nodiscard]] bool far_from_air() const;
   // From here on the base is the median of what was seen.

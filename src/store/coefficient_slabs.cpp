@@ -22,12 +22,12 @@ void CoefficientSlabs::set_lattice(const Lattice4& lattice, const VolumeInfo& in
   }
 }
 
-void CoefficientSlabs::add_layers(int channel, int32_t first, std::span<const BrickLayer> samples,
+void CoefficientSlabs::add_layers(int channel, int32_t first, const SlabLayers& samples,
                                   const Context& context, const FitSink& store) {
   Channel& c = *channels_[static_cast<size_t>(channel)];
   if (!c.begun && periodic_) c.next_slab = c.maker.turn_from(first, slab_layers_) / slab_layers_;
   c.begun = true;
-  for (BrickLayer& layer : c.maker.add(samples, context)) {
+  for (BrickLayer& layer : c.maker.add(samples.compact(), context)) {
     c.slab.push_back(std::move(layer));
     const auto count = static_cast<int32_t>(c.slab.size());
     if (count < slab_layers_ && c.next_slab * slab_layers_ + count < layers_) continue;

@@ -26,7 +26,7 @@ class CoefficientSlabs {
 
   // The next layers of samples of a channel, `first` and up; `store` is called for each slab that is complete
   // with them.
-  void add_layers(int channel, int32_t first, std::span<const BrickLayer> samples, const Context& context,
+  void add_layers(int channel, int32_t first, const SlabLayers& samples, const Context& context,
                   const FitSink& store);
 
  private:

@@ -15,9 +15,7 @@ LevelFit::LevelFit(int level, const FitOptions& options, Store store, const Cont
     : level_(level), slab_layers_(options.slab_layers), store_(std::move(store)), context_(context),
       fit_(
           options,
-          [this](int32_t slab, int channel, std::span<const BrickLayer> layers) {
-            take_slab(slab, channel, layers);
-          },
+          [this](int32_t slab, int channel, const SlabLayers& layers) { take_slab(slab, channel, layers); },
           context, std::move(masks)) {}
 
 void LevelFit::store_coefficients(const VolumeInfo& info, const SeriesPart* part) {
@@ -29,10 +27,10 @@ void LevelFit::shorten(uint32_t frames, const VolumeInfo& info) {
   if (coefficients_) coefficients_->set_lattice(fit_.lattice(), info);
 }
 
-void LevelFit::take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers) {
+void LevelFit::take_slab(int32_t slab, int channel, const SlabLayers& layers) {
   if (!coefficients_) return store_(slab, {channel, level_}, layers);
   coefficients_->add_layers(channel, slab * slab_layers_, layers, context_,
-                            [this](int32_t made, int of, std::span<const BrickLayer> coefficients) {
+                            [this](int32_t made, int of, const SlabLayers& coefficients) {
                               store_(made, {of, level_}, coefficients);
                             });
 }

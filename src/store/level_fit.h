@@ -19,7 +19,7 @@ namespace bccsplat {
 class LevelFit {
  public:
   // Takes the slabs as they are stored.
-  using Store = std::function<void(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers)>;
+  using Store = std::function<void(int32_t slab, const ChannelLevel& at, const SlabLayers& layers)>;
 
   LevelFit(int level, const FitOptions& options, Store store, const Context& context, MaskSink masks);
   LevelFit(const LevelFit&) = delete;
@@ -34,7 +34,7 @@ class LevelFit {
   [[nodiscard]] const Fit& fit() const { return fit_; }
 
  private:
-  void take_slab(int32_t slab, int channel, std::span<const BrickLayer> layers);
+  void take_slab(int32_t slab, int channel, const SlabLayers& layers);
 
   int level_;
   int32_t slab_layers_;

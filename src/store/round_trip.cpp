@@ -203,7 +203,7 @@ struct RoundTrip::Channel {
   int32_t complete = 0;
   size_t start = 0;
 
-  void push(const BrickLayer& layer) {
+  void push(const SampleLayer& layer) {
     window.push(layer);
     if (!base_chosen || (above_base && !corrects())) based.see(layer);
   }
@@ -306,11 +306,11 @@ LayerSpan RoundTrip::needed_for(const Channel& c, size_t at) const {
   return {needed.begin, std::min(needed.end, c.complete)};
 }
 
-void RoundTrip::add_layers(int channel, int32_t first_layer, std::span<const BrickLayer> layers) {
+void RoundTrip::add_layers(int channel, int32_t first_layer, const SlabLayers& layers) {
   Channel& c = *channels_[static_cast<size_t>(channel)];
   if (!c.begun && lattice_.periodic) begin_turn(c, first_layer);
   c.begun = true;
-  for (const BrickLayer& layer : layers) {
+  for (const SampleLayer& layer : layers.compact()) {
     c.push(layer);
     // However many layers come at once.
     if (!c.base_chosen && !frames_.empty() && c.window.end() >= needed_for(c, c.start).end) c.choose_base();

@@ -19,6 +19,7 @@
 #include "field/coefficients/coefficients.h"
 #include "fit/layer_window.h"
 #include "formats/bcc4/coding/residuals.h"
+#include "points/slab_layers.h"
 #include "points/values.h"
 #include "store/held_frame.h"
 
@@ -84,7 +85,7 @@ class RoundTrip {
   void add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes);
   // The next layers of a channel, `first` and up, as stored. Frames whose layers are all there are measured
   // at once. Throws bound_not_met where even corrections cannot keep the bound.
-  void add_layers(int channel, int32_t first, std::span<const BrickLayer> layers);
+  void add_layers(int channel, int32_t first, const SlabLayers& layers);
 
   // The series ends sooner than was said; frames behind its end are not measured.
   void set_lattice(const Lattice4& lattice);

@@ -147,7 +147,7 @@ class VolumeWriter {
   void report_added(uint64_t first, uint64_t end);
 
   // From the fit into the file.
-  void store_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers);
+  void store_slab(int32_t slab, const ChannelLevel& at, const SlabLayers& layers);
   void store_residuals(int channel, uint32_t frame, const FrameResiduals& residuals);
   void take_mask(int channel, uint32_t frame, std::vector<std::byte> runs);
   void store_masks();

@@ -214,7 +214,7 @@ void VolumeWriter::begin_input(Input input, uint32_t first_channel, SourceType f
 // Coarser levels come first, so that a coarse slab is one read. Level 0 prepares the frames of all, and tells
 // what is missing before any of them takes a frame.
 void VolumeWriter::begin_levels() {
-  const auto store = [this](int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers) {
+  const auto store = [this](int32_t slab, const ChannelLevel& at, const SlabLayers& layers) {
     store_slab(slab, at, layers);
   };
   const MaskSink untold = [](int, uint32_t, const std::vector<std::byte>&) {};

@@ -6,12 +6,12 @@
 
 namespace bccsplat {
 
-void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers) {
+void VolumeWriter::store_slab(int32_t slab, const ChannelLevel& at, const SlabLayers& layers) {
   now_.slab = slab, now_.channel = static_cast<uint32_t>(at.channel), now_.level = at.level;
   if (!part_ || (slab >= part_->first_slab && slab < part_->end_slab)) {
     make_container();
     store_masks();
-    container_->write_slab(slab, at, layers, context_);
+    container_->write_slab(slab, at, layers.compact(), context_);
     if (part_) writes_.push_back(now_);
   }
   measuring_.with_level(

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+// Copies the codes of a layer out of a chunk, or finds those of a brick of values, and spreads them again.
 #include "formats/bcc4/coding/layer_codes.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
 
 #include <hwy/cache_control.h>
 
@@ -11,6 +15,44 @@ namespace bccsplat {
 namespace {
 
 constexpr size_t cache_line = 64;
+
+// The code whose value a number is, where there is one: faster than rounding to the nearest as a coder does.
+class CodeFinder {
+ public:
+  explicit CodeFinder(const SampleCoder& coder)
+      : scale_(coder.scale()), bias_(coder.bias()), per_scale_(1 / coder.scale()),
+        most_(coder.codes().mask()) {}
+  bool find(float value, uint16_t& code) const {
+    const double steps = (static_cast<double>(value) - bias_) * per_scale_ + 0.5;
+    const double inside = steps > 0 ? (steps < most_ ? steps : most_) : 0;
+    const auto found = static_cast<int32_t>(inside);
+    code = static_cast<uint16_t>(found);
+    return std::bit_cast<uint32_t>(static_cast<float>(found * scale_ + bias_)) ==
+           std::bit_cast<uint32_t>(value);
+  }
+
+ private:
+  double scale_, bias_, per_scale_, most_;
+};
+
+// Codes in as many bytes as they have there.
+template<class Code> void put_codes(std::span<const uint16_t> codes, std::byte* to) {
+  for (const uint16_t code : codes) {
+    const auto narrow = static_cast<Code>(code);
+    std::memcpy(to, &narrow, sizeof narrow);
+    to += sizeof narrow;
+  }
+}
+
+template<class Code> void append(const std::byte* from, size_t count, std::vector<uint32_t>& to) {
+  const size_t first = to.size();
+  to.resize(first + count);
+  for (size_t i = 0; i < count; ++i) {
+    Code code;
+    std::memcpy(&code, from + i * sizeof code, sizeof code);
+    to[first + i] = code;
+  }
+}
 
 } // namespace
 
@@ -24,6 +66,53 @@ LayerCodes::LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t l
   if (count < brick_sites) kept_ = std::make_unique<const Kept>(Kept{sites, row_index(sites)});
   if (!data.hole.empty() && data.hole[layer] != BrickMask{})
     hole_ = std::make_unique<const BrickMask>(data.hole[layer]);
+}
+
+LayerCodes::LayerCodes(const SampleCoder& coder, const Brick& brick, std::span<const uint16_t> codes)
+    : coder_(coder), coded_(coder.codes()) {
+  const size_t bytes = coded_.bytes();
+  codes_.resize((codes.size() + 2 * BrickCodes::beside) * bytes);
+  std::byte* const first = codes_.data() + BrickCodes::beside * bytes;
+  if (bytes == 1)
+    put_codes<uint8_t>(codes, first);
+  else
+    put_codes<uint16_t>(codes, first);
+  if (codes.size() < brick_sites)
+    kept_ = std::make_unique<const Kept>(Kept{brick.kept, row_index(brick.kept)});
+  if (brick.hole) hole_ = std::make_unique<const BrickMask>(*brick.hole);
+}
+
+std::shared_ptr<const LayerCodes> LayerCodes::of(const SampleCoder& coder, const Brick& brick) {
+  if (is_float(coder.codes().type) || coder.codes().bytes() > 2) return nullptr;
+  const CodeFinder finder(coder);
+  std::array<uint16_t, brick_sites> codes;
+  size_t count = 0;
+  bool same = true;
+  for (size_t row = 0; row < brick_rows && same; ++row) {
+    const float* values = brick.value.data() + row * brick_edge;
+    const unsigned kept = brick.kept[row];
+    if (brick.hole && ((*brick.hole)[row] & ~kept)) return nullptr;
+    if (kept == 0xffff)
+      for (size_t x = 0; x < brick_edge; ++x) same &= finder.find(values[x], codes[count + x]);
+    else
+      for (unsigned bits = kept, i = 0; bits; bits &= bits - 1, ++i)
+        same &= finder.find(values[std::countr_zero(bits)], codes[count + i]);
+    count += static_cast<size_t>(std::popcount(kept));
+  }
+  if (!same || count == 0) return nullptr;
+  return std::shared_ptr<const LayerCodes>(new LayerCodes(coder, brick, std::span(codes).first(count)));
+}
+
+void LayerCodes::append_codes(std::vector<uint32_t>& to) const {
+  const size_t bytes = coded_.bytes(), count = codes_.size() / bytes - 2 * BrickCodes::beside,
+               first = to.size();
+  const std::byte* const from = codes_.data() + BrickCodes::beside * bytes;
+  if (bytes == 1)
+    append<uint8_t>(from, count, to);
+  else
+    append<uint16_t>(from, count, to);
+  if (coded_.type != ValueType::i32) return;
+  for (size_t i = first; i < to.size(); ++i) to[i] = coded_.ordered(to[i]);
 }
 
 void LayerCodes::read(const PlanePart& part, float* to, std::ptrdiff_t stride) const {

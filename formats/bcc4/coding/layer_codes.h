@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "formats/bcc4/coding/chunk.h"
@@ -18,13 +19,24 @@ class LayerCodes final : public CodedBrick {
  public:
   // data: of integers, with some of them in the layer.
   LayerCodes(const SampleCoder& coder, const ChunkData& data, size_t layer);
+  // The codes of a brick that has kept sites; null where the type has more than two bytes or codes do not
+  // give back every value.
+  [[nodiscard]] static std::shared_ptr<const LayerCodes> of(const SampleCoder& coder, const Brick& brick);
 
   void read(const PlanePart& part, float* to, std::ptrdiff_t stride) const override;
   const BrickMask* kept() const override { return kept_ ? &kept_->sites : nullptr; }
   const BrickMask* hole() const override { return hole_.get(); }
   uint64_t bytes() const override;
+  // Whether this coder gives its values these codes.
+  [[nodiscard]] bool coded_as(const SampleCoder& coder) const {
+    return coded_.type == coder.codes().type && coded_.type != ValueType::i32 &&
+           coder_.scale() == coder.scale() && coder_.bias() == coder.bias();
+  }
+  // Appends the ordered codes of the kept sites.
+  void append_codes(std::vector<uint32_t>& to) const;
 
  private:
+  LayerCodes(const SampleCoder& coder, const Brick& brick, std::span<const uint16_t> codes);
   struct Kept {
     BrickMask sites;
     RowIndex first; // codes of rows

@@ -215,6 +215,10 @@ Coefficients::Layers Coefficients::make_at_once(std::span<const int32_t> layers,
     uint64_t bytes = 0;
     for (const int32_t m : layers)
       bytes += all[m]->bricks() * (coarsest_ > 0 ? sizeof(RoundedBrick) : sizeof(Brick));
+    {
+      const std::scoped_lock lock(mutex_);
+      evict_useless_locked(bytes);
+    }
     const Reservation room = reserve(bytes, "coefficients of some layers", context);
     return prefilter_->apply(layers, all, {prune_, coarsest_}, region_, context.with(making));
   }();
@@ -352,24 +356,32 @@ std::shared_ptr<const Layer> Coefficients::insert(const Key& key, Layer layer, c
   return {entry, &std::get<Layer>(entry->layer)};
 }
 
-void Coefficients::evict_locked(uint64_t room, bool spare_samples) const {
-  const auto useful = [&](const Key& key) {
-    return (key.first == Kind::samples ? spared_ : in_use_).contains(key.second);
-  };
-  const auto evict = [&](const auto& stays) {
-    for (auto key = recent_.begin(); key != recent_.end() && (room > limit_ || held_ > limit_ - room);) {
-      if (stays(*key)) {
-        ++key;
-        continue;
-      }
-      const auto it = entries_.find(*key);
-      held_ -= it->second->bytes;
-      entries_.erase(it);
-      key = recent_.erase(key);
+bool Coefficients::is_useful_locked(const Key& key) const {
+  return (key.first == Kind::samples ? spared_ : in_use_).contains(key.second);
+}
+
+template<class Stays> void Coefficients::evict_others_locked(uint64_t room, const Stays& stays) const {
+  for (auto key = recent_.begin(); key != recent_.end() && (room > limit_ || held_ > limit_ - room);) {
+    if (stays(*key)) {
+      ++key;
+      continue;
     }
-  };
-  evict(useful);
-  evict([&](const Key& key) { return spare_samples && key.first == Kind::samples && useful(key); });
+    const auto it = entries_.find(*key);
+    held_ -= it->second->bytes;
+    entries_.erase(it);
+    key = recent_.erase(key);
+  }
+}
+
+void Coefficients::evict_useless_locked(uint64_t room) const {
+  evict_others_locked(room, [&](const Key& key) { return is_useful_locked(key); });
+}
+
+void Coefficients::evict_locked(uint64_t room, bool spare_samples) const {
+  evict_useless_locked(room);
+  evict_others_locked(room, [&](const Key& key) {
+    return spare_samples && key.first == Kind::samples && is_useful_locked(key);
+  });
 }
 
 void Coefficients::erase_locked(const Key& key) const {

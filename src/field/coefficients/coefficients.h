@@ -135,6 +135,10 @@ class Coefficients {
   // Until `room` bytes fit under the cache's limit, or all has gone but samples that are spared. What is of
   // no use goes first.
   void evict_locked(uint64_t room, bool spare_samples = false) const;
+  // The same of no more than what is of no use.
+  void evict_useless_locked(uint64_t room) const;
+  template<class Stays> void evict_others_locked(uint64_t room, const Stays& stays) const;
+  [[nodiscard]] bool is_useful_locked(const Key& key) const;
   // Gives bytes that a call needs for itself; what is cached makes room.
   Reservation reserve(uint64_t bytes, std::string_view what, const Context& context) const;
 

@@ -14,8 +14,8 @@ namespace {
 
 constexpr uint64_t gibibyte = uint64_t{1} << 30;
 constexpr double most_over_mean = 2, coefficients_over_samples = 1.5; // bricks, but not more than there are
-// Of a brick of codes: allocations, which sites are kept, and where rows start where some are not.
-constexpr uint64_t whole_overhead = 600, part_overhead = 1400;
+// Of a brick of codes: what is beside them; and where some sites are left out, which, and where rows start.
+constexpr uint64_t code_overhead = 200, rounded_overhead = 64, part_overhead = 1200;
 constexpr double whole_share = 0.98; // of the sites of u8, which are kept where air is scattered among them
 
 struct LayerCounts {
@@ -23,7 +23,15 @@ struct LayerCounts {
   uint64_t samples = 0, first_samples = 0; // for the next moment, and for the first
 };
 
-// Whether bricks of which some sites are left out are few.
+// The share of the bricks of a layer whose sites are not all inside the coset.
+double outer_share(const Lattice3& lattice) {
+  double inner = 1;
+  for (const int32_t n : lattice.dims(0))
+    inner *= static_cast<double>(n / brick_edge) / ((n + brick_edge - 1) / brick_edge);
+  return 1 - inner;
+}
+
+// Whether inside the coset bricks of which some sites are left out are few.
 bool is_whole(const VolumeInfo& info) {
   uint64_t sites = 0;
   for (int32_t m = 0; m < info.lattice.layers(); ++m)
@@ -39,7 +47,7 @@ LayerCounts layers_of(const Lattice4& lattice, const Kernel& kernel, bool stored
   const auto next = static_cast<uint64_t>(std::ceil(0.5 / lattice.time_step));
   LayerCounts n;
   n.coefficients =
-      static_cast<uint64_t>(std::floor(2 * time_reach(own) / kernel_time_per_layer(lattice))) + 1 + next;
+      static_cast<uint64_t>(std::floor(2 * time_reach(own) / kernel_time_per_layer(lattice))) + 1;
   if (stored || steps.empty()) return n;
   const uint64_t around = 2 * static_cast<uint64_t>(Prefilter(lattice, steps).reach());
   n.samples = next + around, n.first_samples = n.coefficients + around;
@@ -60,8 +68,9 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
   uint64_t code = 1; // bytes; i32 stands for steps, which two bytes hold as a rule
   for (const ChannelInfo& c : info.channels)
     code = std::max<uint64_t>(code, c.type == ValueType::i32 ? 2 : value_bytes(c.type));
-  const uint64_t overhead = is_whole(info) ? whole_overhead : part_overhead,
-                 coded = code * brick_sites + overhead;
+  const double parts = is_whole(info) ? outer_share(lattice.space) : 1;
+  const auto beside = static_cast<uint64_t>(parts * static_cast<double>(part_overhead));
+  const uint64_t coded = code * brick_sites + code_overhead + beside;
   const bool stores_coefficients = !info.coefficient_kernel.empty(),
              values = stores_coefficients || std::any_of(info.channels.begin(), info.channels.end(),
                                                          [](const auto&c) { return is_float(c.type); });
@@ -81,7 +90,8 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
                        });
   const uint64_t sample = values ? sizeof(Brick) : coded;
   need.coefficients =
-      std::max(bytes(layers.coefficients, made, rounded ? sizeof(RoundedBrick) + overhead : sizeof(Brick)) +
+      std::max(bytes(layers.coefficients, made,
+                     rounded ? sizeof(RoundedBrick) + rounded_overhead + beside / 2 : sizeof(Brick)) +
                    bytes(layers.samples, bricks, sample),
                bytes(layers.first_samples, bricks, sample));
   return need;
@@ -90,7 +100,7 @@ VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel) {
 VolumeCache share_cache(uint64_t bytes, const VolumeCache& playing) {
   const uint64_t beyond = bytes - std::min(bytes, playing.bytes());
   VolumeCache share;
-  share.chunks = std::min(bytes / 4, playing.chunks + beyond / 4);
+  share.chunks = std::min(bytes / 3, playing.chunks + beyond / 4);
   share.coefficients = bytes - share.chunks;
   return share;
 }

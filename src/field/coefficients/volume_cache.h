@@ -14,16 +14,16 @@ struct VolumeCache {
   uint64_t chunks = 0;       // decoded ones, of all channels
   uint64_t coefficients = 0; // of one channel and kernel, and the samples that they are made of
   // The size whose shares (share_cache) are no smaller.
-  [[nodiscard]] uint64_t bytes() const { return std::max(chunks + coefficients, 4 * chunks); }
+  [[nodiscard]] uint64_t bytes() const { return std::max(chunks + coefficients, 3 * chunks); }
 };
 
 // What a series needs that plays forward, up to half a frame a moment: a slab of chunks, the layers of
-// coefficients in the kernel's reach, those of samples in the prefilter's, and what the next moment adds. A
-// file of which parts are air is taken to fill at most twice as much as in the mean. Nothing for a volume
+// coefficients in the kernel's reach, and those of samples in the prefilter's with what the next moment adds.
+// A file of which parts are air is taken to fill at most twice as much as in the mean. Nothing for a volume
 // without time.
 [[nodiscard]] VolumeCache playing_cache(const Bcc4Reader& reader, const Kernel& kernel);
 
-// A cache of a size: chunks get a quarter, but not more than they need before the others have what they do.
+// A cache of a size: chunks get a third, but not more than they need before the others have what they do.
 [[nodiscard]] VolumeCache share_cache(uint64_t bytes, const VolumeCache& playing);
 
 // The size where a host names none: what playing needs, but not more than a quarter of the budget, whose

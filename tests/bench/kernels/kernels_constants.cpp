@@ -188,7 +188,7 @@ Row around_row(const Around& a, Reading reading, uint32_t edge) {
   const Lattice4 lattice = fit.finish().lattice;
   LayerWindow above_air(lattice, air);
   BasedLayers above_base(above_air);
-  for (BrickLayer& layer : made) above_base.see(layer), above_air.push(std::move(layer));
+  for (const BrickLayer& layer : made) above_base.see(SampleLayer(layer)), above_air.push(layer);
   const bool based = reading == Reading::above_base && above_base.far_from_air();
   if (based) above_base.settle();
   const Coefficients c(based ? static_cast<const SampleSource&>(above_base) : above_air, 0,

@@ -3,6 +3,9 @@
 // that do not fit.
 #include <gtest/gtest.h>
 
+#include <random>
+
+#include "fit/packed_block.h"
 #include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat::test {
@@ -94,6 +97,37 @@ TEST(FitStream, MemoryDoesNotGrowWithTheSeries) {
   }
   EXPECT_EQ(peak[0], peak[1]);
   EXPECT_LT(peak[1], bound);
+}
+
+// Frames within reach take two bytes a site of both cosets, nine of them 13 bytes a voxel, and a slab of
+// bytes 8 of a third of a byte; bricks beyond the faces besides.
+TEST(FitStream, AVoxelOfBytesTakesFewBytes) {
+  const std::array<uint32_t, 4> dims{64, 64, 64, 24};
+  const size_t voxels = size_t{dims[0]} * dims[1] * dims[2];
+  FitOptions o;
+  o.dims = dims;
+  o.channels[0].quantiser = {ValueType::u8, 1, 0, 0};
+  o.channels[0].unit = packing_unit(o.channels[0].quantiser);
+  Bench bench;
+  uint64_t slab_bytes = 0;
+  Fit fit(
+      o,
+      [&](int32_t, int, const SlabLayers& layers) {
+        for (const SampleLayer& layer : layers.compact()) slab_bytes = std::max(slab_bytes, layer.bytes());
+      },
+      bench.context());
+  std::mt19937 random(5);
+  std::vector<uint8_t> values(voxels);
+  for (uint32_t t = 0; t < dims[3]; ++t) {
+    for (uint8_t& v : values) v = static_cast<uint8_t>(1 + random() % 255);
+    FrameBox box;
+    box.data = values.data(), box.type = SourceType::u8, box.dims = {dims[0], dims[1], dims[2]};
+    fit.add_frame(0, {&box, 1});
+  }
+  (void)fit.finish();
+  const auto sites = static_cast<double>(fit.lattice().space.sites(0));
+  EXPECT_LT(static_cast<double>(slab_bytes), 1.5 * sites);
+  EXPECT_LT(static_cast<double>(bench.memory.peak()) / static_cast<double>(voxels), 23);
 }
 
 TEST(FitStream, GivesTheMemoryBack) {

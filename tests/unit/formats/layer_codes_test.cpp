@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <random>
 
 #include "tests/support/targets.h"
 #include "tests/unit/formats/test_data.h"
@@ -149,6 +150,60 @@ TEST(LayerCodes, LayersOutsideTheFileAreRefused) {
   const Bcc4Samples samples(Bcc4Reader::open(open_memory_source(file)), bench.memory);
   const std::array<int32_t, 2> beyond{0, samples.lattice().layers()};
   EXPECT_THROW(samples.read_samples(0, beyond, {}, bench.context, [](int32_t, SampleLayer&&) {}), Error);
+}
+
+// A brick of values that a type can hold: some of its sites, of which some are holes.
+Brick coded_brick(const SampleCoder& coder, uint32_t seed) {
+  std::mt19937 random(seed);
+  Brick brick;
+  brick.value.fill(0);
+  brick.hole = std::make_unique<BrickMask>();
+  for (size_t site = 0; site < brick_sites; ++site) {
+    if (random() % 5 == 0) continue;
+    const auto bit = static_cast<uint16_t>(1u << (site % brick_edge));
+    brick.kept[site / brick_edge] |= bit;
+    if (random() % 9 == 0) (*brick.hole)[site / brick_edge] |= bit;
+    brick.value[site] = coder.decode(static_cast<uint32_t>(random()) & coder.codes().mask());
+  }
+  return brick;
+}
+
+TEST(LayerCodes, ABrickOfValuesIsItsCodes) {
+  for (const ValueType type : {ValueType::u8, ValueType::u16})
+    for (const Quantiser& q : {Quantiser{type, 1, 0, 3}, Quantiser{type, 0.37, -12.5, 1.25f}}) {
+      const SampleCoder coder(q);
+      const Brick brick = coded_brick(coder, 5);
+      const auto codes = LayerCodes::of(coder, brick);
+      ASSERT_TRUE(codes);
+      const auto back = SampleBrick{nullptr, codes}.as_values();
+      EXPECT_EQ(back->value, brick.value);
+      EXPECT_EQ(back->kept, brick.kept);
+      EXPECT_EQ(*back->hole, *brick.hole);
+      EXPECT_TRUE(codes->coded_as(coder));
+      EXPECT_FALSE(codes->coded_as(SampleCoder(Quantiser{type, q.scale * 2, q.offset, q.air})));
+      std::vector<uint32_t> expected, given;
+      uint64_t clamped = 0;
+      for (size_t site = 0; site < brick_sites; ++site)
+        if (brick.kept[site / brick_edge] >> (site % brick_edge) & 1)
+          expected.push_back(coder.encode(brick.value[site], clamped));
+      codes->append_codes(given);
+      EXPECT_EQ(given, expected);
+    }
+}
+
+TEST(LayerCodes, ValuesThatNoCodeGivesStayValues) {
+  const SampleCoder coder(Quantiser{ValueType::u8, 1, 0, 0});
+  Brick brick = coded_brick(coder, 6);
+  EXPECT_TRUE(LayerCodes::of(coder, brick));
+  const auto site = static_cast<size_t>(
+      std::find_if(brick.value.begin(), brick.value.end(), [](float v) { return v > 0; }) -
+      brick.value.begin());
+  brick.value[site] += 0.25f;
+  EXPECT_FALSE(LayerCodes::of(coder, brick));
+  brick.value[site] = 256;
+  EXPECT_FALSE(LayerCodes::of(coder, brick));
+  const SampleCoder floats(Quantiser{ValueType::f32, 1, 0, 0});
+  EXPECT_FALSE(LayerCodes::of(floats, coded_brick(coder, 6)));
 }
 
 } // namespace

@@ -77,6 +77,32 @@ TEST(Bcc4Reader, ALayerReadsTheChunksOfItsSlabOnly) {
   EXPECT_EQ(samples.chunks_decoded(), reader->chunks(1, 3).size());
 }
 
+// Of codes, what was handed over is held by those who have it.
+TEST(Bcc4Reader, LayersThatWereHandedOverAreNotHeldAsWell) {
+  const VolumeInfo info = volume(LatticeKind::d4star, {60, 40, 40, 40}, {channel("a", ValueType::u8)});
+  const auto file = write_file(info, dense);
+  const auto reader = Bcc4Reader::open(open_memory_source(file));
+  Bench bench;
+  const Bcc4Samples samples(reader, bench.memory);
+  const auto hand_over = [&](int32_t layer) {
+    samples.read_samples(0, std::span(&layer, 1), {}, bench.context, [](int32_t, SampleLayer&&) {});
+    return bench.memory.used();
+  };
+  const uint64_t seven = hand_over(8), sites = static_cast<uint64_t>(info.lattice.space.sites(0));
+  EXPECT_GT(seven, 7 * sites);
+  uint64_t before = seven;
+  for (int32_t layer = 9; layer < 15; ++layer) {
+    const uint64_t held = hand_over(layer);
+    EXPECT_LT(held + sites, before) << layer;
+    before = held;
+  }
+  EXPECT_EQ(hand_over(15), 0u);
+  EXPECT_EQ(samples.chunks_decoded(), reader->chunks(0, 1).size());
+  // Who did not keep one asks for it again.
+  EXPECT_EQ(hand_over(8), seven);
+  EXPECT_EQ(samples.chunks_decoded(), 2 * reader->chunks(0, 1).size());
+}
+
 TEST(Bcc4Reader, ARegionReadsItsChunksOnly) {
   const VolumeInfo info = volume(LatticeKind::d4star, {90, 60, 40, 9}, {channel("a", ValueType::u16)});
   const Layers layers = make_volume(info, dense);
