@@ -58,7 +58,7 @@ FrameSites layer_sites(const BrickLayer& shape, std::span<const float> samples, 
     const Int3 brick = shape.slot_position(slot);
     const int64_t width = std::min(brick_edge, n[0] - brick[0] * brick_edge);
     FloatSitesPtr block = pool.floats.take();
-    block->source.fill(0xffff); // nothing was filtered, so there is no ringing
+    block->source.fill(0xffff), block->near.fill(0xffff); // nothing was filtered, so there is no ringing
     block->largest = 0;
     BrickMask mask{};
     bool any = false, any_missing = false;

@@ -33,8 +33,8 @@ struct FitChannel {
   // A site within this of air is dropped; 0: only where the stored code is that of air.
   float threshold = 0;
   // Ringing of the filter next to samples that are air is dropped up to this fraction of the largest
-  // departure from air in its reach (relevance.h says why); 0: it is kept like anything else. Integers lose
-  // little by it, floats half.
+  // departure from air in its reach, and further away all of it (relevance.h says why); 0: it is kept like
+  // anything else. Integers lose little by it, floats half.
   float ringing = 1.0f / 512;
   // In which values wait for the filter in time (packed_block.h); 0: floats.
   float unit = 0;

@@ -203,9 +203,13 @@ SampleLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const
       if (BrickMask deep; deep_sites(taps, c, slot, deep)) values = without(deep, values, room.sum);
       SiteEvidence evidence{masked ? nullptr : holes_of(slot), &no_source, 0};
       if (const SiteBlock* b = brick_taps.center) evidence.source = &b->source;
+      BrickMask near{};
+      if (ringing_ > 0) evidence.near = &near;
       for (size_t k = 0; k < taps.size(); ++k)
-        if (const SiteBlock* b = block(k))
+        if (const SiteBlock* b = block(k)) {
           evidence.ringing = std::max(evidence.ringing, ringing_ * b->largest);
+          for (size_t r = 0; r < brick_rows; ++r) near[r] |= b->near[r];
+        }
       auto brick = std::make_shared_for_overwrite<Brick>();
       const KeptCounts found = relevance_.select(values, size, evidence, *brick);
       std::array<double, 16> squares{};

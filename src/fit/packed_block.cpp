@@ -67,7 +67,7 @@ SiteBlockPtr pack(FloatSitesPtr block, const Int3& size, float unit, SiteBlockPo
       HWY_DYNAMIC_DISPATCH(PackValues)(block->value.data(), 1 / unit, static_cast<size_t>(size[2]),
                                        static_cast<size_t>(size[1]), packed->value.data());
   if (!fits) return block;
-  packed->source = block->source;
+  packed->source = block->source, packed->near = block->near;
   packed->largest = block->largest;
   return packed;
 }

@@ -174,7 +174,8 @@ KeptCounts Relevance::select(const float* values, const Int3& size, const SiteEv
      bits);
     for (size_t y = 0; y < rows; ++y) {
       const auto hole = static_cast<uint16_t>(row_of(evidence.holes, first + y, 0) & columns);
-      const auto substance = static_cast<uint16_t>(row_of(evidence.source, first + y, 0xffff) | bits[y].loud);
+      const auto substance = static_cast<uint16_t>(row_of(evidence.source, first + y, 0xffff) |
+                                                   (bits[y].loud & row_of(evidence.near, first + y, 0xffff)));
       const auto kept = static_cast<uint16_t>((bits[y].relevant & substance & columns) | hole);
       brick.kept[first + y] = kept;
       float* row = brick.value.data() + (first + y) * brick_edge;

@@ -4,6 +4,7 @@
 #include "fit/resample.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "fit/face_table.h"
@@ -26,6 +27,18 @@ std::array<int64_t, 2> samples_of(const std::array<int64_t, 2>& extended, int64_
   return {first, last + 1};
 }
 
+// Of the samples that a site takes those within near_source of it, the nearest one among them.
+std::array<int64_t, 2> near_samples(double position, double widening, const FilterTable& table, size_t site,
+                                    int64_t nearest, bool turns, int64_t n) {
+  const double reach = std::min(near_source * widening, 31.0); // a span is at most 64
+  std::array<int64_t, 2> near{
+      std::max(table.first[site], static_cast<int64_t>(std::ceil(position - reach))),
+      std::min(table.first[site] + table.taps - 1, static_cast<int64_t>(std::floor(position + reach)))};
+  for (int64_t& sample : near)
+    if (!turns) sample = std::clamp<int64_t>(sample, 0, n - 1);
+  return {std::min(near[0], nearest), std::max(near[1], nearest)};
+}
+
 } // namespace
 
 // A few bricks along x, of both cosets: those that see something, and all they see.
@@ -46,6 +59,7 @@ struct SpatialResampler::Tile {
 struct SpatialResampler::Scratch {
   std::vector<float> rows, extended;
   std::array<std::vector<float>, 2> planes;
+  TileBits bits; // samples that are not air
   Reservation memory;
 
   void fit(size_t row_floats, size_t plane_floats, size_t extended_floats, MemoryBudget& budget) {
@@ -83,6 +97,9 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const
                        : filter_table(filter, widening, positions);
       for (const double p : positions)
         axis.nearest.push_back(nearest_sample(p, n_[a] + (turning_[a] ? 1 : 0)));
+      for (size_t i = 0; i < positions.size(); ++i)
+        axis.near.push_back(
+            near_samples(positions[i], widening, axis.table, i, axis.nearest[i], turning_[a], n_[a]));
       for (int32_t begin = 0; begin < coset.dims[a]; begin += brick_edge) {
         const auto last = static_cast<size_t>(std::min(begin + brick_edge, coset.dims[a]) - 1);
         axis.extended.push_back(
@@ -182,12 +199,44 @@ void SpatialResampler::mark_source(const float* rows, size_t pitch, int64_t y, c
   }
 }
 
+// The `near` bits of the blocks of a tile.
+void SpatialResampler::mark_near(TileBits& bits, const Tile& tile, size_t coset) const {
+  const Coset& c = coset_[coset];
+  const auto near = [&](size_t axis, int brick) {
+    std::vector<SampleSpan> list;
+    const auto begin = static_cast<size_t>(brick * brick_edge);
+    for (size_t i = begin; i < std::min(begin + brick_edge, c.axis[axis].near.size()); ++i) {
+      const auto& [first, last] = c.axis[axis].near[i];
+      const int64_t base = tile.region.begin[axis];
+      list.push_back({static_cast<size_t>(first - base), static_cast<size_t>(last - base)});
+    }
+    return list;
+  };
+  struct Along {
+    FloatSites* block;
+    std::vector<SampleSpan> x;
+  };
+  std::vector<Along> bricks;
+  for (const Tile::Active& a : tile.active) {
+    if (a.coset != coset) continue;
+    a.block->near.fill(0);
+    bricks.push_back({a.block.get(), near(0, a.x)});
+  }
+  bits.for_rows(near(1, tile.brick[1]), near(2, tile.brick[2]), [&](size_t j, size_t k, const uint64_t* row) {
+    for (const Along& b : bricks) {
+      uint32_t found = 0;
+      for (size_t i = 0; i < b.x.size(); ++i) found |= static_cast<uint32_t>(TileBits::any(row, b.x[i])) << i;
+      b.block->near[k * brick_edge + j] = static_cast<uint16_t>(found);
+    }
+  });
+}
+
 void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scratch& scratch,
                                      const Context& context) const {
   const Region& region = tile.region;
   const bool known = !tile.range.broken, no_air = known && (tile.range.low > 0 || tile.range.high < 0);
   if (no_air)
-    for (const Tile::Active& a : tile.active) a.block->source.fill(0xffff);
+    for (const Tile::Active& a : tile.active) a.block->source.fill(0xffff), a.block->near.fill(0xffff);
   if (known && tile.range.low == tile.range.high) {
     for (const Tile::Active& a : tile.active) a.block->value.fill(tile.range.low);
     return;
@@ -215,12 +264,17 @@ void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scrat
     z[a.coset] = tile_taps(2, coset_[a.coset], tile.brick[2], region.begin[2], z_rows[a.coset]);
     y[a.coset] = tile_taps(1, coset_[a.coset], tile.brick[1], region.begin[1], y_rows[a.coset]);
   }
+  if (!no_air) scratch.bits.clear(width, ny, nz);
   for (size_t y0 = 0; y0 < ny; y0 += rows_at_once) {
     Region part = region;
     part.begin[1] = region.begin[1] + static_cast<int64_t>(y0);
     part.end[1] = std::min(region.end[1], part.begin[1] + static_cast<int64_t>(rows_at_once));
     turned.read(part, scratch.rows.data(), static_cast<int64_t>(nz * pitch), static_cast<int64_t>(pitch));
     const auto count = static_cast<size_t>(part.length(1));
+    if (!no_air)
+      for (size_t i = 0; i < count; ++i)
+        for (size_t k = 0; k < nz; ++k)
+          scratch.bits.add_row(scratch.rows.data() + (i * nz + k) * pitch, y0 + i, k);
     if (pivot != 0)
       for (size_t i = 0; i < count * nz * pitch; ++i) scratch.rows[i] -= pivot;
     for (size_t c = 0; c < 2; ++c)
@@ -233,6 +287,7 @@ void SpatialResampler::resample_tile(const Frame& frame, const Tile& tile, Scrat
   }
   for (size_t c = 0; c < 2; ++c) {
     if (z[c].count == 0) continue;
+    if (!no_air) mark_near(scratch.bits, tile, c);
     std::vector<TileBrickX> bricks;
     for (const Tile::Active& a : tile.active)
       if (a.coset == c) {

@@ -12,6 +12,7 @@
 #include "fit/face_noise.h"
 #include "fit/filter.h"
 #include "fit/frame.h"
+#include "fit/near_source.h"
 #include "fit/packed_block.h"
 #include "fit/resample_tile.h"
 #include "fit/scan.h"
@@ -38,7 +39,8 @@ class SpatialResampler {
     // included, and those of the frame that this takes. Along a periodic axis the two are the same: samples
     // are counted on beyond its ends.
     std::vector<std::array<int64_t, 2>> extended, inside;
-    std::vector<int64_t> nearest; // sample of each site
+    std::vector<int64_t> nearest;             // sample of each site
+    std::vector<std::array<int64_t, 2>> near; // the first and the last of the samples around it
   };
   // One brick along x: sixteen sites at a time.
   struct BrickX {
@@ -75,6 +77,7 @@ class SpatialResampler {
   [[nodiscard]] TileTaps tile_taps(size_t axis, const Coset& coset, int32_t brick, int64_t first_row,
                                    std::vector<int32_t>& rows) const;
   void mark_source(const float* rows, size_t pitch, int64_t y, const Tile& tile, size_t coset) const;
+  void mark_near(TileBits& bits, const Tile& tile, size_t coset) const;
   [[nodiscard]] Tile find_tile(const Int3& brick, const CellRanges& cells, SiteBlockPool& pool) const;
   // Hands the blocks of a tile to the frame.
   void keep_tile(Tile tile, float unit, SiteBlockPool& pool, FrameSites& sites) const;

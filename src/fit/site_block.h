@@ -16,6 +16,7 @@ namespace bccsplat {
 // One frame on the sites of one brick: what is known of them. The values are in one of two forms.
 struct SiteBlock {
   BrickMask source; // sites whose nearest source sample is not air
+  BrickMask near;   // sites around which one is not (near_source.h)
   float largest;    // no source sample in reach is further from air
   bool packed;      // the form: PackedSites or FloatSites
 };
