@@ -470,7 +470,9 @@ typedef int32_t bccsplat_partial;
 enum {
   /* Removed at the last release; a crash may leave the first of them. */
   BCCSPLAT_PARTIAL_DEFAULT = 0,
-  /* Both stay after a failure, a release without finish, or a crash. */
+  /* Both stay after a failure, a release without finish, or a crash (which may cost the last second
+   * of work). Only RESUME goes on with such a pair: every other writer of `path` begins anew, and
+   * what was kept is gone. */
   BCCSPLAT_PARTIAL_KEEP = 1,
   /* As KEEP, and what such a pair has is not coded again. The host adds everything from the start,
    * with the same options, attributes and sources (WRONG_STATE otherwise) and the same samples,
@@ -820,7 +822,8 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_finish(
  * it is finish. The file is that of a writer that was told this number at the start, byte for byte,
  * with these exceptions: what dims[3] has settled stays so (whether ENDS_DEFAULT predicts, which
  * frames MEASURE_SOME looks at, that one frame under `lowpass` is one of a series); with several
- * channels or levels the chunks may stand in another order; layers that were given beyond the last
+ * channels or levels, or `live`, the chunks may stand in another order, beside tables that live
+ * readers were shown; layers that were given beyond the last
  * frame stay; and there are no counts of coefficients, so that PARTIAL_APPEND needs all frames of
  * the file. Also: as finish; WRONG_STATE where channels got more than others, fewer frames than the
  * file of PARTIAL_APPEND has, or one frame alone of which layers in time are made already (of
@@ -847,7 +850,9 @@ typedef struct bccsplat_join_options {
 
 /* Makes one file of the parts of a series, given in any order; nothing is coded again, and memory
  * does not depend on their size. The file is the same byte for byte as one written without parts by
- * the same version, each frame's channels added in order. INVALID_ARGUMENT, naming the files and
+ * the same version, each frame's channels added in order, but for channels with a bound (abs_error,
+ * psnr) far from their air: parts do not know each other's values, keep air as base of the field,
+ * take more corrections and ripple between samples (see air). INVALID_ARGUMENT, naming the files and
  * frames, when they are not parts of one series, or a frame is in none or in two of them;
  * BOUND_NOT_MET when the series misses the psnr of its options. Also: opening, writing. options and
  * report may be NULL; the report's slabs_reused are those joined. With `overwrite` the output may
@@ -1208,8 +1213,9 @@ typedef struct bccsplat_slice_options {
   /* NULL: the volume's. */
   const char* kernel;
   /* Frames relative to the hyperplane's, begin <= 0 <= end allowed in any mix: the slice holds the
-   * mean over [t+begin, t+end], clipped to the series; where time is periodic it goes round, up to
-   * a turn before frame 0 and a turn behind the end. Both 0: the instant. Time slices only. */
+   * mean over [t+begin, t+end], each end moved to that of the series it lies beyond; where time is
+   * periodic it goes round, up to a turn before frame 0 and a turn behind the end. Both 0: the
+   * instant. Time slices only. */
   double interval[2];
   /* Of the target lattice in index units, up to the largest of dims; 0: 1, and less along axes
    * where the volume's lattice is finer. Any other (for time slices but 1) resamples;
@@ -1406,7 +1412,7 @@ typedef struct bccsplat_transfer_function {
   uint32_t opacity_count;
   /* 0 */
   uint32_t reserved;
-  /* World length, 1e-36 to 1e36; 0: one mean voxel. */
+  /* World length, 1e-30 to 1e30; 0: one mean voxel. */
   double unit_distance;
 } bccsplat_transfer_function;
 

@@ -133,6 +133,8 @@ struct Bcc4Writer::State {
   [[nodiscard]] std::optional<WrittenSlab> reuse_slab(int32_t slab, const ChannelLevel& at, int32_t layers);
   WrittenSlab copy_chunks(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from);
   void commit_journal(const WrittenSlab& written);
+  void commit_pending();
+  void keep() noexcept;
   [[nodiscard]] ChannelBlocks& blocks_of(int channel);
   void write_corrections(int channel, uint32_t frame, std::span<const ResidualSample> list,
                          const Context& context);
@@ -227,10 +229,23 @@ WrittenSlab Bcc4Writer::State::copy_chunks(int32_t slab, const ChannelLevel& at,
 
 void Bcc4Writer::State::commit_journal(const WrittenSlab& written) {
   options.journal->add(written);
-  if (!options.journal->commit_is_due()) return;
+  if (options.journal->commit_is_due()) commit_pending();
+}
+
+void Bcc4Writer::State::commit_pending() {
   flush();
   sink->flush();
   options.journal->commit();
+}
+
+// A writer that is let go before it has finished leaves a journal of all that it has coded. Where that fails,
+// some of it will be coded again.
+void Bcc4Writer::State::keep() noexcept {
+  if (closed || !options.journal) return;
+  try {
+    commit_pending();
+  } catch (...) {
+  }
 }
 
 void Bcc4Writer::State::write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
@@ -344,7 +359,7 @@ Bcc4Writer::Bcc4Writer(std::unique_ptr<ByteSink> sink, const VolumeInfo& initial
                        const Bcc4WriterOptions& options)
     : state_(std::make_unique<State>(std::move(sink), initial, options)) {}
 
-Bcc4Writer::~Bcc4Writer() = default;
+Bcc4Writer::~Bcc4Writer() { state_->keep(); }
 
 VolumeInfo& Bcc4Writer::info() { return state_->info; }
 

@@ -75,7 +75,7 @@ TransferFunction read_function(const bccsplat_transfer_function& in) {
     require_number(p[0], "bccsplat_transfer_function.opacities: a value", largest_value);
     f.opacities.push_back({p[0], p[1]});
   }
-  require_zero_or(in.unit_distance, 1 / largest_view, largest_view,
+  require_zero_or(in.unit_distance, 1 / largest_distance, largest_distance,
                   "bccsplat_transfer_function.unit_distance");
   f.unit_distance = in.unit_distance;
   f.check();

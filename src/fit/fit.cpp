@@ -216,6 +216,11 @@ struct Fit::State {
     return {boxes, source_dims(), c.options.quantiser.air, next_frame(c)};
   }
 
+  // Whether a frame is not missing altogether: what is not finite may be clamped.
+  [[nodiscard]] bool is_known(const FrameScan& scan) const {
+    return scan.finite > 0 || (scan.nonfinite > 0 && options.nonfinite == NonFinite::clamp);
+  }
+
   [[nodiscard]] FrameScan check_frame(int index, std::span<const FrameBox> boxes) const {
     const Channel& c = channel(index);
     if (c.given == INT32_MAX) fail(Code::limit_exceeded, "too many frames: at most 2147483647");
@@ -225,7 +230,7 @@ struct Fit::State {
       fail(Code::nonfinite_value, what, ": ", scan.nonfinite,
            " values are not finite, the first one at voxel (", scan.first_nonfinite[0], ", ",
            scan.first_nonfinite[1], ", ", scan.first_nonfinite[2], "); treat them as holes, or clamp them");
-    if (scan.finite == 0 && options.part && c.given > 0 && c.given == options.part->first_given)
+    if (!is_known(scan) && options.part && c.given > 0 && c.given == options.part->first_given)
       fail(Code::wrong_state, what, ": it is missing altogether; a part begins with a frame that is not");
     if (counts_frame(c.given)) check_range(c, scan.low, scan.high, scan.finite > 0, what);
     return scan;
@@ -261,12 +266,12 @@ struct Fit::State {
     ++c.given;
     if (c.lowpass) {
       const auto take = filtered(c, index);
-      c.lowpass->add(given.scan.finite > 0 ? &given.frame : nullptr, given.holes.copy(context.memory), take,
+      c.lowpass->add(is_known(given.scan) ? &given.frame : nullptr, given.holes.copy(context.memory), take,
                      context);
       if (c.given == options.dims[3]) finish_lowpass(c, index);
       return;
     }
-    take_frame(c, index, image, given.scan.finite > 0, given.holes);
+    take_frame(c, index, image, is_known(given.scan), given.holes);
   }
 
   void finish_lowpass(Channel& c, int index) {

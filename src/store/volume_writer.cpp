@@ -73,6 +73,13 @@ Partial partial_of(Continuity continuity) {
   return Partial::removed;
 }
 
+// The file that an old one belongs to has been begun anew.
+void remove_old_journal(const WriterSettings& s) {
+  const std::string journal = s.path + ".journal";
+  const bool own = s.continuity == Continuity::journal || s.continuity == Continuity::resume;
+  if (!own && file_exists(journal)) create_journal_sink(journal, 0)->commit();
+}
+
 } // namespace
 
 VolumeWriter::VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> stream, const Context& context)
@@ -85,10 +92,12 @@ VolumeWriter::VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> st
   if (settings_.continuity == Continuity::append)
     require_open_end(Bcc4Reader::open(open_file_source(settings_.path))->info(), settings_.path);
   if (settings_.part) begin_part();
-  if (!sink_)
+  if (!sink_) {
     sink_ =
         create_file_sink(settings_.path, settings_.overwrite || settings_.continuity == Continuity::append,
                          partial_of(settings_.continuity));
+    remove_old_journal(settings_);
+  }
 }
 
 void VolumeWriter::check_settings() const {

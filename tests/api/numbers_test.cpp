@@ -204,7 +204,7 @@ TEST(Numbers, OfTransferFunctionsAndTrails) {
       {"colour", &colors[1], wrong({-1, 2 * colour}), {colour}},
       {"opacities: a value", &opacities[2], wrong({4e38}), {value}},
       {"opacity", &opacities[3], wrong({-1, 1.5}), {0.5}},
-      {"unit_distance", &f.unit_distance, wrong({-1, 2 * view, 1e-300}), {view}},
+      {"unit_distance", &f.unit_distance, wrong({-1, 2e30, 0.5e-30}), {1e30, 1e-30}},
   };
   expect_ranges(fields, [&] { return bccsplat_renderer_set_transfer_function(renderer.get(), &f); });
   double tint[3] = {1, 1, 1};

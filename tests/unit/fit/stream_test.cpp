@@ -243,6 +243,21 @@ TEST(FitStream, DirectLayersFollowThePolicyForWhatIsNotFinite) {
   EXPECT_TRUE(holes.layers[0].brick(0)->is_hole(5));
 }
 
+// Not finite throughout is not missing where it may be clamped: it is air, and infinities the ends of the
+// range.
+TEST(FitStream, ClampsAFrameThatIsNotFiniteThroughout) {
+  const auto middle_of = [](float value) {
+    const Series s({9, 9, 9, 9},
+                   [&](double, double, double, double t) { return t == 4 ? value : 2 + t / 8; });
+    FitOptions o = options_for(s, LatticeKind::cc);
+    o.nonfinite = NonFinite::clamp;
+    return run_fit(o, s).dense(4)[364];
+  };
+  EXPECT_EQ(middle_of(NAN), 0.0f);
+  EXPECT_EQ(middle_of(INFINITY), 2.375f); // the largest so far
+  EXPECT_EQ(middle_of(-INFINITY), 2.0f);
+}
+
 TEST(FitStream, RefusesWhatDoesNotFit) {
   const Series s = noise({6, 6, 6, 3}, 1);
   const FrameBox box = s.box(0);

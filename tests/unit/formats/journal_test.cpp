@@ -42,10 +42,11 @@ class Bcc4JournalTest : public testing::Test {
     return all;
   }
 
-  // Writes `slabs` slabs of every channel, each committed, and finishes when all are there.
-  Bcc4Report write(bool resume, int32_t slabs, uint32_t fingerprint = 7) {
+  // Writes `slabs` slabs of every channel, each committed, and finishes when all are there. interval: bytes
+  // from commit to commit.
+  Bcc4Report write(bool resume, int32_t slabs, uint32_t fingerprint = 7, uint64_t interval = 1) {
     Bcc4WriterOptions o;
-    o.journal = std::make_shared<Bcc4Journal>(path, resume, 1);
+    o.journal = std::make_shared<Bcc4Journal>(path, resume, interval);
     o.fingerprint = fingerprint;
     Bcc4Writer writer(create_file_sink(path, false, resume ? Partial::taken_over : Partial::kept), info, o);
     for (int32_t s = 0; s < slabs; ++s)
@@ -76,6 +77,17 @@ TEST_F(Bcc4JournalTest, GoesOnToTheSameBytesFromAnySlab) {
     // Slabs of air alone are not worth a commit.
     EXPECT_GE(report.slabs_reused, static_cast<uint64_t>(2 * std::min(stop, 3)));
     EXPECT_LE(report.slabs_reused, static_cast<uint64_t>(2 * stop));
+    fs::remove(path);
+  }
+}
+
+// What was coded since the last commit is not lost with a writer that is let go.
+TEST_F(Bcc4JournalTest, ALetGoWriterLeavesAllThatItCoded) {
+  for (const uint64_t interval : {uint64_t{1}, uint64_t{1} << 40}) {
+    write(false, 3, 7, interval);
+    const Bcc4Report report = write(true, info.slabs());
+    EXPECT_EQ(report.slabs_reused, 6u);
+    EXPECT_EQ(read_file(path), undisturbed);
     fs::remove(path);
   }
 }
