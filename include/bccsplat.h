@@ -852,8 +852,8 @@ typedef struct bccsplat_join_options {
  * does not depend on their size. The file is the same byte for byte as one written without parts by
  * the same version, each frame's channels added in order, but for channels with a bound (abs_error,
  * psnr) far from their air: parts do not know each other's values, keep air as base of the field,
- * take more corrections and ripple between samples (see air). INVALID_ARGUMENT, naming the files and
- * frames, when they are not parts of one series, or a frame is in none or in two of them;
+ * take more corrections and ripple between samples (see air). INVALID_ARGUMENT, naming the files
+ * and frames, when they are not parts of one series, or a frame is in none or in two of them;
  * BOUND_NOT_MET when the series misses the psnr of its options. Also: opening, writing. options and
  * report may be NULL; the report's slabs_reused are those joined. With `overwrite` the output may
  * be one of the inputs, which it replaces at the end. */
