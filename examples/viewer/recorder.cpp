@@ -53,10 +53,10 @@ void Recorder::start(const Picture& picture) {
   while (std::filesystem::exists(name_ + ".mp4") || std::filesystem::exists(name_ + ".0001.png"));
   if (ffmpeg_.empty()) return;
   const std::string size = std::to_string(width_) + "x" + std::to_string(height_);
-  const std::string command = shell_word(ffmpeg_) + " -nostdin -loglevel error -f rawvideo -pix_fmt rgba -s " +
-                              size + " -r " + std::to_string(pictures_per_second) +
-                              " -i - -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p " +
-                              shell_word(name_ + ".mp4");
+  const std::string command =
+      shell_word(ffmpeg_) + " -nostdin -loglevel error -f rawvideo -pix_fmt rgba -s " + size + " -r " +
+      std::to_string(pictures_per_second) + " -i - -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p " +
+      shell_word(name_ + ".mp4");
   pipe_ = popen(command.c_str(), "w");
   told_ = pipe_ ? "recording " + name_ + ".mp4" : "ffmpeg does not start";
 }
