@@ -5,6 +5,7 @@
 // printed.
 #include "viewer/draw.h"
 #include "viewer/panel.h"
+#include "viewer/recorder.h"
 
 #include <SDL.h>
 #include <imgui.h>
@@ -122,6 +123,7 @@ int run(const char* path, const char* screenshot) {
   Sdl<SDL_Texture> texture;
   Orbit orbit;
   Player player;
+  Recorder recorder;
   for (bool open = true; open;) {
     // At rest there is nothing to do but to wait for the mouse or a picture.
     SDL_Event event;
@@ -130,9 +132,13 @@ int run(const char* path, const char* screenshot) {
       const bool q = event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_q;
       if (event.type == SDL_QUIT || q) open = false;
       if (event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_SPACE) player.play.on = !player.play.on;
+      if (event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_r)
+        player.play.record = !player.play.record;
     }
+    bool fresh = false;
     if (auto newer = worker.take()) {
       shown = std::move(newer);
+      fresh = true;
       if (shown->error.empty()) {
         texture.reset(needed(SDL_CreateTexture(renderer.get(), SDL_PIXELFORMAT_ABGR8888,
                                                SDL_TEXTUREACCESS_STATIC, shown->width, shown->height)));
@@ -142,7 +148,8 @@ int run(const char* path, const char* screenshot) {
     }
     ImGui_ImplSDL2_NewFrame();
     ImGui::NewFrame();
-    panel(wish, player.play, facts, shown.get(), worker.counts());
+    recorder.apply(player.play.record, shown.get(), fresh);
+    panel(wish, player.play, facts, shown.get(), worker.counts(), recorder.told());
     orbit.apply(wish);
     player.apply(wish, shown.get(), facts.last_frame);
     int width = 0, height = 0;

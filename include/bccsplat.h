@@ -1567,6 +1567,19 @@ enum {
 };
 enum { BCCSPLAT_RENDER_SET_ISO = 1, BCCSPLAT_RENDER_SET_GRADIENT_NOISE = 2 };
 
+/* One of several surfaces of mode isosurface. */
+typedef struct bccsplat_iso_surface {
+  double value;
+  /* What it absorbs of the light that passes it once, 0 to 1; 0: it is not there. */
+  double opacity;
+  /* Linear RGB, where use_color is not 0; else the transfer function's at the value. */
+  double color[3];
+  uint32_t use_color;
+  /* 0 */
+  uint32_t reserved;
+} bccsplat_iso_surface;
+enum { BCCSPLAT_MAX_ISO_SURFACES = 16 };
+
 typedef struct bccsplat_render_options {
   uint32_t struct_size;
   uint32_t set_mask;
@@ -1581,7 +1594,7 @@ typedef struct bccsplat_render_options {
    * with corrections or masks in source samples where these are closer); 0.001 to 16, and where
    * finer than the kernel's radius / 128 as fine as that: see bccsplat_render_stats.sheet_step. */
   double sheet_step;
-  /* RENDER_SET_ISO; without it set_options refuses mode isosurface. */
+  /* RENDER_SET_ISO; without it and `surfaces` set_options refuses mode isosurface. */
   double iso_value;
   /* A pixel this opaque is finished; 0: 0.995; 1: never, and deep pictures then hold what lies
    * behind dense matter as exactly as what lies in front, and up to 64 surfaces of an isosurface
@@ -1613,6 +1626,16 @@ typedef struct bccsplat_render_options {
   double gradient_noise;
   /* NULL: none. */
   bccsplat_cancel_token* cancel_token;
+  /* Mode isosurface: values and opacities, in any order, copied; composited along each ray as they
+   * follow there, until opacity_stop. Depth is that of the first hit; value and time are means
+   * weighted by opacity; deep pictures have a sample for each hit. A trail goes with opaque ones
+   * only (render answers UNSUPPORTED). With surface_count 0 there is one, opaque, at iso_value;
+   * else iso_value says nothing and needs no bit. */
+  const bccsplat_iso_surface* surfaces;
+  /* At most BCCSPLAT_MAX_ISO_SURFACES. */
+  uint32_t surface_count;
+  /* 0 */
+  uint32_t reserved;
 } bccsplat_render_options;
 
 /* What of the volume a picture of a time slice needs. */
@@ -1809,7 +1832,7 @@ enum {
    * - air over world length in all of R, G, B; mode maximum: classified maximum. */
   BCCSPLAT_FRAME_RGBA = 1,
   /* 1 float: distance along the view direction (world) from the camera position where the opacity
-   * passes 1/2; infinity where it never does. */
+   * passes 1/2, of isosurfaces where the first is met; infinity where that never happens. */
   BCCSPLAT_FRAME_DEPTH = 2,
   /* 1 float: line integral (xray), maximum (maximum), else opacity-weighted mean value; NaN where
    * nothing is. */
@@ -1825,11 +1848,11 @@ enum {
 
 /* What each pixel holds along its ray, as OpenEXR's deep pictures do: samples in order of depth
  * that do not overlap ("tidy") and, composited front to back, are the RGBA of the same render. A
- * sample is a part of the ray that absorbs evenly, or a surface (z = z_back, opacity 1). They are
+ * sample is a part of the ray that absorbs evenly, or a surface (z = z_back). They are
  * the way to composite a volume with other things in depth: samples of both, in order, one over the
  * other, a sample that something divides cut by OpenEXR's rule (the part x of it absorbs 1 - (1 -
  * opacity)^x). What is taken away from the front uncovers what lies behind: ask for that with
- * opacity_stop 1, else a ray ends where it is finished, and an isosurface at the first surface. */
+ * opacity_stop 1, else a ray ends where it is finished, such as at the first opaque surface. */
 typedef struct bccsplat_deep {
   uint32_t struct_size;
   /* Floats per sample, 6: z, z_back (as FRAME_DEPTH measures; of perspective cameras never

@@ -111,7 +111,8 @@ Facts read_facts(const bccsplat_volume* volume) {
   return f;
 }
 
-void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, const Counts& counts) {
+void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, const Counts& counts,
+           const std::string& recorded) {
   ImGui::SetNextWindowPos(ImVec2(0, 0));
   ImGui::SetNextWindowSize(ImVec2(panel_width, ImGui::GetIO().DisplaySize.y));
   ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove);
@@ -145,6 +146,8 @@ void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, con
   ImGui::SameLine();
   ImGui::Checkbox("loop", &play.loop);
   slider("frames/s", play.speed, 0.25, 60);
+  ImGui::Checkbox("record (r)", &play.record);
+  if (!recorded.empty()) ImGui::TextWrapped("%s", recorded.c_str());
   ImGui::Separator();
   if (shown && !shown->error.empty())
     ImGui::TextWrapped("%s", shown->error.c_str());

@@ -19,11 +19,13 @@ struct Facts { // of the file, for labels and limits
 
 [[nodiscard]] Facts read_facts(const bccsplat_volume* volume);
 struct Play {
-  bool on = false, loop = true;
+  bool on = false, loop = true, record = false;
   double speed = 4; // frames a second
 };
 
-// Draws the panel at the left edge and changes the wish; `shown` is the picture on screen or null.
-void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, const Counts& counts);
+// Draws the panel at the left edge and changes the wish; `shown` is the picture on screen or null, `recorded`
+// what the recorder has to say.
+void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, const Counts& counts,
+           const std::string& recorded);
 
 } // namespace viewer

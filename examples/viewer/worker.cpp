@@ -34,6 +34,9 @@ void check(bccsplat_status status) {
 
 Worker::Worker(bccsplat_device* device, const bccsplat_volume* volume, std::array<double, 2> range)
     : device_(device), volume_(volume), range_(range) {
+  bccsplat_cancel_token* t = nullptr;
+  check(bccsplat_cancel_token_create(&t));
+  token_.reset(t);
   bccsplat_renderer* r = nullptr;
   check(bccsplat_renderer_create(device, &r));
   renderer_.reset(r);
@@ -47,9 +50,8 @@ Worker::~Worker() {
   {
     const std::scoped_lock lock(mutex_);
     stop_ = true;
-    ++newest_;
+    (void)bccsplat_cancel_token_cancel(token_.get());
   }
-  (void)bccsplat_renderer_cancel(renderer_.get());
   changed_.notify_all();
   thread_.join();
 }
@@ -59,9 +61,9 @@ bool Worker::wish(const Wish& wish) {
     const std::scoped_lock lock(mutex_);
     if (wish == wish_) return false;
     wish_ = wish;
-    ++newest_;
+    newer_ = true;
+    (void)bccsplat_cancel_token_cancel(token_.get());
   }
-  (void)bccsplat_renderer_cancel(renderer_.get());
   changed_.notify_all();
   return true;
 }
@@ -76,10 +78,11 @@ void Worker::run() {
     Wish wish;
     {
       std::unique_lock lock(mutex_);
-      changed_.wait(lock, [&] { return stop_ || outdated(); });
+      changed_.wait(lock, [&] { return stop_ || newer_; });
       if (stop_) return;
       wish = wish_;
-      current_ = newest_.load();
+      newer_ = false;
+      (void)bccsplat_cancel_token_reset(token_.get());
     }
     try {
       draw(wish, false);
@@ -110,8 +113,7 @@ void Worker::cut(const Wish& wish, uint32_t level) {
   }
   auto options = sized<bccsplat_slice_options>();
   options.level = level;
-  options.progress_user = this;
-  options.progress = [](void* self, double) { return static_cast<Worker*>(self)->outdated() ? 1 : 0; };
+  options.cancel_token = token_.get();
   bccsplat_slice* slice = nullptr;
   slice_is_made_ = false;
   check(bccsplat_slice_create(volume_, &plane, &options, &slice));
@@ -170,9 +172,7 @@ void Worker::draw(const Wish& wish, bool fine) {
   const bool time_slice = wish.tilt == std::array<double, 3>{};
   auto options = sized<bccsplat_render_options>();
   options.quality = fine ? BCCSPLAT_QUALITY_FINE : BCCSPLAT_QUALITY_DRAFT;
-  // The cancel that goes with a wish may come before the render starts, which is why the callback asks, too.
-  options.progress_user = this;
-  options.progress = [](void* self, double) { return static_cast<Worker*>(self)->outdated() ? 1 : 0; };
+  options.cancel_token = token_.get();
   check(bccsplat_renderer_set_options(renderer_.get(), &options));
   // A slice of any level and moment tells what the picture needs; the coarsest is there at once.
   if (!slice_is_made_ || wish.tilt != drawn_.tilt) cut(wish, time_slice ? coarsest_ : 0);
@@ -192,10 +192,11 @@ void Worker::draw(const Wish& wish, bool fine) {
   auto trail = sized<bccsplat_trail>();
   trail.interval[0] = -wish.trail_frames;
   check(bccsplat_renderer_set_trail(renderer_.get(), wish.trail && time_slice ? &trail : nullptr));
-  std::vector<float> rgba(size_t{width} * height * 4);
+  std::vector<float>& rgba = picture->rgba;
+  rgba.resize(size_t{width} * height * 4);
   bccsplat_frame* f = nullptr;
   check(bccsplat_frame_wrap(device_, width, height, rgba.data(), 0, &f));
-  const Handle<bccsplat_frame> frame(f);
+  picture->frame.reset(f);
   check(bccsplat_renderer_render(renderer_.get(), f));
   picture->stats = sized<bccsplat_render_stats>();
   check(bccsplat_renderer_get_stats(renderer_.get(), &picture->stats));

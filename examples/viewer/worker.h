@@ -25,6 +25,7 @@ struct Release {
   void operator()(bccsplat_slice* h) const { bccsplat_slice_release(h); }
   void operator()(bccsplat_renderer* h) const { bccsplat_renderer_release(h); }
   void operator()(bccsplat_frame* h) const { bccsplat_frame_release(h); }
+  void operator()(bccsplat_cancel_token* h) const { bccsplat_cancel_token_release(h); }
 };
 template<class T> using Handle = std::unique_ptr<T, Release>;
 
@@ -52,6 +53,8 @@ struct Wish {
 struct Picture {
   Wish wish;                    // that it fulfils
   std::vector<uint32_t> pixels; // RGBA bytes, sRGB over black
+  std::vector<float> rgba;      // linear, as it was drawn
+  Handle<bccsplat_frame> frame; // of rgba
   int width = 0, height = 0;
   bool fine = false;
   bccsplat_render_stats stats{};
@@ -87,26 +90,26 @@ class Worker {
                                const bccsplat_render_options& options) const;
   void look_ahead(const Wish& wish);
   void classify(const Wish& wish);
-  [[nodiscard]] bool outdated() const { return newest_.load() != current_; }
 
   bccsplat_device* device_;
   const bccsplat_volume* volume_;
   std::array<double, 2> range_;
+  // Cancelled with each newer wish, and reset when that is taken up: both while mutex_ is held, so that no
+  // wish is ended by its own coming.
+  Handle<bccsplat_cancel_token> token_;
   Handle<bccsplat_renderer> renderer_;
   Handle<bccsplat_slice> slice_;
   Wish drawn_;                        // what slice and renderer are set to
   uint32_t coarsest_ = 0, level_ = 0; // levels of the file, and of the slice
   bool slice_is_made_ = false;
-  int current_ = 0; // number of the wish under way
-  std::atomic<int> newest_{0};
   Counts counts_;
 
   std::mutex mutex_;
   std::condition_variable changed_;
   Wish wish_;
   std::unique_ptr<Picture> picture_;
-  bool stop_ = false;
-  std::future<void> ahead_; // what the next moment of a series that plays needs
+  bool newer_ = false, stop_ = false; // a wish that was not taken up yet
+  std::future<void> ahead_;           // what the next moment of a series that plays needs
   std::thread thread_;
 };
 

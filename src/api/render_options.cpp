@@ -34,6 +34,30 @@ Camera read_camera(const bccsplat_camera* camera) {
   return c;
 }
 
+namespace {
+
+std::vector<IsoSurface> read_surfaces(const bccsplat_render_options& in) {
+  if (in.surface_count > BCCSPLAT_MAX_ISO_SURFACES)
+    fail(Code::invalid_argument, "render options: ", in.surface_count, " surfaces; at most ",
+         int{BCCSPLAT_MAX_ISO_SURFACES});
+  if (in.surface_count > 0) require(in.surfaces, "bccsplat_render_options.surfaces");
+  std::vector<IsoSurface> out;
+  for (uint32_t n = 0; n < in.surface_count; ++n) {
+    const bccsplat_iso_surface& s = in.surfaces[n];
+    require_number(s.value, "bccsplat_iso_surface.value", largest_value);
+    require_range(s.opacity, 0, 1, "bccsplat_iso_surface.opacity");
+    IsoSurface surface{s.value, s.opacity, {}};
+    if (s.use_color) {
+      require_range(s.color, 0, largest_colour, "bccsplat_iso_surface.color");
+      surface.color = vec3(s.color);
+    }
+    out.push_back(surface);
+  }
+  return out;
+}
+
+} // namespace
+
 RenderOptions read_render_options(const bccsplat_render_options* options) {
   const auto in = read_struct(options, "bccsplat_render_options");
   if (in.set_mask & ~3u) fail(Code::invalid_argument, "render options: unknown bits in set_mask");
@@ -59,8 +83,10 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
                                      : quality_settings(out.quality).smooth_edges;
   const bool iso_given = in.set_mask & BCCSPLAT_RENDER_SET_ISO;
   if (iso_given) require_number(in.iso_value, "bccsplat_render_options.iso_value", largest_value);
-  if (out.mode == RenderMode::isosurface && !iso_given)
-    fail(Code::invalid_argument, "render options: mode isosurface needs iso_value (and its bit in set_mask)");
+  out.surfaces = read_surfaces(in);
+  if (out.mode == RenderMode::isosurface && !iso_given && out.surfaces.empty())
+    fail(Code::invalid_argument,
+         "render options: mode isosurface needs iso_value (and its bit in set_mask) or surfaces");
   if (in.set_mask & BCCSPLAT_RENDER_SET_GRADIENT_NOISE)
     require_range(in.gradient_noise, 0, largest_value, "bccsplat_render_options.gradient_noise");
   out.iso_value = in.iso_value;

@@ -12,11 +12,11 @@
 
 #include "base/error.h"
 #include "render/deep.h"
+#include "render/edge_smoother.h"
 #include "render/gradient_noise.h"
 #include "render/reference.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/sheet_metric.h"
-#include "splat/smooth_edges.h"
 #include "splat/trail/trail.h"
 
 namespace bccsplat {
@@ -111,38 +111,6 @@ void add_integrals(const Scene& scene, const SplatScene& slice, Preintegrate cho
     tables[n].integrals = integrate_values(scene.trail_functions[n], tables[n]);
 }
 
-// Keeps the depths of an isosurface, tile by tile, and smooths its edges when all are there. Trails end at
-// the pixel centre's surface and deep samples have one depth, so that neither has edges to be smoothed.
-class EdgeSmoother {
- public:
-  EdgeSmoother(const RenderOptions& options, bool with_trail, const Context& context, const Image& image) {
-    if (!options.smooth_edges || options.mode != RenderMode::isosurface || with_trail || image.deep) return;
-    const size_t pixels = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
-    memory_ = Reservation(context.memory, pixels * sizeof(float), "the depths of a surface's edges");
-    picture_ = {image.width, image.height, std::vector<float>(pixels), image.rgba.pixels,
-                image.rgba.row_floats};
-  }
-
-  void add(const TilePixels& tile) {
-    if (picture_.k.empty()) return;
-    for (int y = 0; y < tile.height; ++y)
-      std::copy_n(tile.depth + static_cast<std::ptrdiff_t>(y) * tile.pitch, tile.width,
-                  picture_.k.begin() + static_cast<std::ptrdiff_t>(tile.y + y) * picture_.width + tile.x);
-  }
-
-  void smooth(const SplatScene& scene, const SplatOptions& options, const Context& context,
-              RenderStats& stats) {
-    if (picture_.k.empty()) return;
-    const EdgeStats edges = smooth_edges(scene, options, picture_, context);
-    stats.edge_pixels = edges.pixels;
-    stats.drawn.ms_shade += edges.ms;
-  }
-
- private:
-  Reservation memory_;
-  SurfacePicture picture_;
-};
-
 // What of a scene is drawn, and in which steps.
 struct Drawn {
   int level;
@@ -204,7 +172,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
                                    : o.mode == RenderMode::composite && o.shading ? quality.raise
                                                                                   : quality.raise_unshaded);
   o.without_ripple = options.without_ripple && o.shading;
-  o.iso_value = options.iso_value;
+  if (o.mode == RenderMode::isosurface) o.surfaces = drawn_surfaces(options);
   o.opacity_stop = options.opacity_stop;
   o.disable_skips = options.disable_skips;
   o.tile_size = options.tile_size;
@@ -221,7 +189,9 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   if (o.mode == RenderMode::composite && needs_integrals(s, scene.function, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
   o.preintegrate = !table.integrals.empty();
-  EdgeSmoother edges(options, with_trail, context, image);
+  // Trails end at the pixel centre's surface and deep samples have one depth: neither has edges to be
+  // smoothed.
+  EdgeSmoother edges(options.smooth_edges && !with_trail && !image.deep, context, image, o);
   const auto emit = [&](const TilePixels& tile) {
     write_tile(tile, view, image);
     edges.add(tile);
@@ -231,7 +201,9 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   stats.points_total = points->count;
   if (!with_trail) {
     stats.drawn = splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
-    edges.smooth(s, o, context, stats);
+    const EdgeStats smoothed = edges.smooth(s, o, context);
+    stats.edge_pixels = smoothed.pixels;
+    stats.drawn.ms_shade += smoothed.ms;
   } else {
     const Trail& trail = *scene.trail;
     std::vector<ClassTable> tables;
@@ -355,6 +327,14 @@ bool shaded(const RenderOptions& options) {
                                   options.mode == RenderMode::isosurface);
 }
 
+std::vector<IsoSurface> drawn_surfaces(const RenderOptions& options) {
+  if (options.surfaces.empty()) return {{options.iso_value, 1, {}}};
+  std::vector<IsoSurface> out;
+  for (const IsoSurface& s : options.surfaces)
+    if (s.opacity != 0) out.push_back(s);
+  return out;
+}
+
 void check_options(const Scene& scene, const RenderOptions& options, const Image& image) {
   if (scene.trail && options.reference)
     fail(Code::unsupported, "render: the reference integrator draws no trails");
@@ -363,6 +343,8 @@ void check_options(const Scene& scene, const RenderOptions& options, const Image
   if (scene.trail && scene.trail_functions.empty())
     fail(Code::invalid_argument, "render: the trail has no transfer function");
   for (const TransferFunction& f : scene.trail_functions) f.check();
+  if (scene.trail && options.mode == RenderMode::isosurface && sees_through(drawn_surfaces(options)))
+    fail(Code::unsupported, "render: a trail goes with isosurfaces that are opaque");
 
   if (image.deep) {
     if (options.mode == RenderMode::xray || options.mode == RenderMode::maximum)
@@ -383,8 +365,10 @@ void check_options(const Scene& scene, const RenderOptions& options, const Image
   if (!(options.opacity_stop > 0 && options.opacity_stop <= 1))
     fail(Code::invalid_argument, "render: opacity_stop ", options.opacity_stop, " is outside (0, 1]");
   if (options.tile_size < 0) fail(Code::invalid_argument, "render: tile_size must not be negative");
-  if (options.mode == RenderMode::isosurface && !std::isfinite(options.iso_value))
-    fail(Code::invalid_argument, "render: iso_value must be finite");
+  if (options.mode == RenderMode::isosurface)
+    for (const IsoSurface& s : drawn_surfaces(options))
+      if (!std::isfinite(s.value) || !(s.opacity >= 0 && s.opacity <= 1))
+        fail(Code::invalid_argument, "render: values of isosurfaces must be finite, their opacities 0 to 1");
   if (options.mode == RenderMode::xray && shaded(options))
     fail(Code::unsupported, "render: an X-ray has no surface to shade; turn shading off");
   for (const Light& light : scene.lights.lights)

@@ -34,6 +34,7 @@ struct RenderOptions {
   std::optional<GradientMethod> gradient; // none: by quality
   std::optional<KernelForm> kernel_form;  // none: by quality, shading and sheet_step
   double iso_value = 0;
+  std::vector<IsoSurface> surfaces;                    // of mode isosurface; empty: one, opaque, at iso_value
   double opacity_stop = 0.995;                         // 1: never
   uint32_t disable_skips = 0;                          // SkipBits, skip_fine_detail
   int tile_size = 0;                                   // pixels; 0: chosen
@@ -108,6 +109,9 @@ RenderStats render(const Scene& scene, const RenderOptions& options, const Conte
 
 // Returns the world length of one mean voxel of the slice's source, the default unit distance.
 [[nodiscard]] double mean_voxel(const Slice& slice);
+
+// Returns the isosurfaces that are there: those that are not wholly transparent.
+[[nodiscard]] std::vector<IsoSurface> drawn_surfaces(const RenderOptions& options);
 
 // Both ways of drawing share these checks and defaults.
 void check_options(const Scene& scene, const RenderOptions& options, const Image& image);

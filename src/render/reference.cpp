@@ -7,7 +7,9 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "splat/shade/surface.h"
 
@@ -71,28 +73,50 @@ Pixel composite(const Ray& ray, double k0, double k1, int64_t steps) {
   return out;
 }
 
-Pixel isosurface(const Ray& ray, double k0, double k1, int64_t steps) {
-  Pixel out;
-  const double h = (k1 - k0) / static_cast<double>(steps), iso = ray.options.iso_value;
-  double low = k0, value_low = ray.field(ray.at(low), nullptr);
-  for (int64_t n = 1; n <= steps; ++n) {
-    double a = low, b = k0 + static_cast<double>(n) * h;
-    const double value_high = ray.field(ray.at(b), nullptr);
-    const bool below = value_low < iso;
-    low = b, value_low = value_high;
-    if (below == (value_high < iso)) continue;
+struct Crossed {
+  double k;
+  const IsoSurface* surface;
+};
+
+// Where the field passes one of the values between two sheets, in order.
+std::vector<Crossed> crossed(const Ray& ray, std::span<const IsoSurface> surfaces, double from, double to,
+                             double value_from, double value_to) {
+  std::vector<Crossed> out;
+  for (const IsoSurface& s : surfaces) {
+    const bool below = value_from < s.value;
+    if (below == (value_to < s.value)) continue;
+    double a = from, b = to;
     for (int bisection = 0; bisection < 60; ++bisection) {
       const double middle = 0.5 * (a + b);
-      (ray.field(ray.at(middle), nullptr) < iso) == below ? a = middle : b = middle;
+      (ray.field(ray.at(middle), nullptr) < s.value) == below ? a = middle : b = middle;
     }
-    const Vec3 p = ray.at(0.5 * (a + b));
-    if (ray.hole(p)) continue;
-    const Vec3 color = ray.scene.function.color(iso);
-    const Shading lit = ray.lit(p);
-    for (size_t c = 0; c < 3; ++c) out.color[c] = color[c] * lit.scale[c] + lit.highlight[c];
-    out.alpha = 1, out.depth = 0.5 * (a + b), out.value = iso, out.time = ray.time.at(p);
-    break;
+    out.push_back({0.5 * (a + b), &s});
   }
+  std::stable_sort(out.begin(), out.end(), [](const Crossed& x, const Crossed& y) { return x.k < y.k; });
+  return out;
+}
+
+Pixel isosurface(const Ray& ray, double k0, double k1, int64_t steps) {
+  Pixel out;
+  const std::vector<IsoSurface> surfaces = drawn_surfaces(ray.options);
+  const double h = (k1 - k0) / static_cast<double>(steps);
+  double low = k0, value_low = ray.field(ray.at(low), nullptr), value_sum = 0, time_sum = 0;
+  for (int64_t n = 1; n <= steps && out.alpha < 1; ++n) {
+    const double high = k0 + static_cast<double>(n) * h, value_high = ray.field(ray.at(high), nullptr);
+    for (const Crossed& c : crossed(ray, surfaces, low, high, value_low, value_high)) {
+      const Vec3 p = ray.at(c.k);
+      if (ray.hole(p)) continue;
+      const double f = (1 - out.alpha) * c.surface->opacity;
+      const Vec3 color = c.surface->color.value_or(ray.scene.function.color(c.surface->value));
+      const Shading lit = ray.lit(p);
+      for (size_t i = 0; i < 3; ++i) out.color[i] += f * (color[i] * lit.scale[i] + lit.highlight[i]);
+      if (!(out.alpha > 0)) out.depth = c.k;
+      out.alpha += f;
+      value_sum += f * c.surface->value, time_sum += f * ray.time.at(p);
+    }
+    low = high, value_low = value_high;
+  }
+  if (out.alpha > 0) out.value = value_sum / out.alpha, out.time = time_sum / out.alpha;
   return out;
 }
 

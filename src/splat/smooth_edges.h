@@ -1,25 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 // Smooth edges of an isosurface: pixels where neighbouring ones meet another surface, or none, get the mean
-// of four samples within them, all others stay as they are.
+// of four samples within them, all others stay as they are. Of several surfaces, and of those that light
+// passes, a pixel is on an edge where any of the surfaces along its ray has one.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/context.h"
 #include "splat/plan/scene.h"
+#include "splat/tile/surface_hit.h"
 
 namespace bccsplat {
 
-// A picture of one sample per pixel.
+// A picture of one sample per pixel. Of one opaque surface `k` tells what the pixels met, of others `first`
+// and `hits`.
 struct SurfacePicture {
   int width = 0, height = 0;
-  std::vector<float> k;  // what pixel centres met, row by row: sheet numbers, infinite where nothing is
-  float* rgba = nullptr; // premultiplied
-  size_t row_floats = 0; // of rgba
+  std::vector<float> k;         // row by row: sheet numbers, infinite where nothing is
+  std::vector<size_t> first;    // pixel p has hits first[p] .. first[p + 1] - 1, in order along its ray
+  std::vector<SurfaceHit> hits; // of all pixels
+  float* rgba = nullptr;        // premultiplied
+  size_t row_floats = 0;        // of rgba
 
-  [[nodiscard]] float depth(int i, int j) const {
-    return k[static_cast<size_t>(j) * static_cast<size_t>(width) + static_cast<size_t>(i)];
+  [[nodiscard]] size_t pixel(int i, int j) const {
+    return static_cast<size_t>(j) * static_cast<size_t>(width) + static_cast<size_t>(i);
+  }
+  [[nodiscard]] bool layered() const { return !first.empty(); }
+  [[nodiscard]] float depth(int i, int j) const { return k[pixel(i, j)]; }
+  [[nodiscard]] std::span<const SurfaceHit> layers(int i, int j) const {
+    const size_t p = pixel(i, j);
+    return std::span(hits).subspan(first[p], first[p + 1] - first[p]);
   }
   [[nodiscard]] float* color(int i, int j) const {
     return rgba + static_cast<size_t>(j) * row_floats + 4 * static_cast<size_t>(i);

@@ -284,6 +284,15 @@ def pictures(device, volume, cut, folder):
         drawn[choice] = frame.rgba().copy()
         assert renderer.stats().preintegrated == (choice == "on")
     assert np.array_equal(drawn["off"], drawn[None]) and not np.array_equal(drawn["off"], drawn["on"])
+    surfaces = [(0.3, 0.5, (1, 0, 0)), (0.6, 1)]
+    renderer.set_options(mode="isosurface", shading="off", smooth_edges="off", surfaces=surfaces)
+    renderer.render(frame)
+    drawn["two"] = pixels.copy()
+    renderer.set_options(mode="isosurface", shading="off", smooth_edges="off", surfaces=surfaces[:1])
+    renderer.render(frame)
+    assert np.array_equal(pixels[..., 3] > 0, drawn["two"][..., 3] > 0) and drawn["two"][..., 3].max() == 1
+    assert 0.5 <= pixels[..., 3].max() < 1 and np.array_equal(pixels[..., 0], pixels[..., 3]) and not pixels[..., 2].any()
+    raises(Error, Status.INVALID_ARGUMENT, renderer.set_options, mode="isosurface", surfaces=[(0.3, 2)])
     raises(ValueError, None, renderer.set_options, preintegrate="sometimes")
     raises(ValueError, None, renderer.set_options, smooth_edges="sometimes")
     raises(Error, Status.INVALID_ARGUMENT, renderer.set_options, gradient_noise=-1)

@@ -10,6 +10,10 @@ mkdir -p "$scratch"
 cd "$scratch"
 "$examples/write_in_situ" blobs.bcc4 >/dev/null
 
+mkdir bin
+printf '#!/bin/bash\nwc -c >"${@: -1}"\n' >bin/ffmpeg
+chmod +x bin/ffmpeg
+
 cat >session.sh <<'SESSION'
 set -euo pipefail
 at_rest() { timeout 100 xdotool search --sync --name 'at rest' >/dev/null; }
@@ -58,14 +62,19 @@ xdotool "${hurry[@]}" sleep 0.3 mouseup 1
 sleep 0.5
 at_rest
 close
-# 16 frames, four a second, and round again; at rest when it is stopped.
-open "$1" played
+# 16 frames, four a second, and round again, recorded by a program that counts what it gets; at rest when it is stopped.
+PATH=$PWD/bin:$PATH open "$1" played
 xdotool mousemove 600 300
+xdotool key --window "$window" r
 xdotool key --window "$window" space
 sleep 6
 xdotool key --window "$window" space
 sleep 1
 at_rest
+close
+open "$1" pictures
+xdotool key --window "$window" r
+sleep 1
 close
 SESSION
 xvfb-run -a -s "-screen 0 1000x680x24" bash session.sh "$examples"
@@ -81,3 +90,8 @@ awk -v x="$rotate_x" -v y="$rotate_y" -v f="$frame" \
 # Played: drafts alone while it ran.
 read -r _ drafts _ fine _ _ _ _ _ _ _ _ rounds <played
 ((drafts >= 5 && fine <= 3 && rounds >= 1))
+# A film as long as it was played, of whole pictures.
+bytes=$(<viewer-1.mp4) picture=$((670 * 680 * 4))
+((bytes % picture == 0 && bytes / picture > 150))
+# Without ffmpeg the pictures themselves.
+command -v ffmpeg >/dev/null || [[ $(head -c 4 viewer-2.0001.png) == *PNG ]]

@@ -103,6 +103,29 @@ class Annotate(ToolTest):
             self.assertRegex(self.read(self.picture(*more, '--annotate', 'colorbar,time,title', *(() if BLACK[0] in more else WHITE)), box), text)
 
     @READER
+    def test_letters_beyond_ascii(self):
+        rows = self.picture('--time', 500, '--annotate', 'title', '--title', 'Größe 20 °C Ångström', *WHITE)
+        self.assertEqual(self.said, '')
+        self.assertRegex(self.read(rows, (0, 0, .9, .1)), '^Gr..e 20 .C .ngstr.m$')
+        self.picture('--time', 500, '--annotate', 'title', '--title', 'µm² Ω жар 温度 Å')
+        self.assertRegex(self.said, 'boxes are drawn .*: 温度$')
+
+    @READER
+    def test_several_surfaces_and_the_colours_of_trails_have_bars(self):
+        bar = (.55, .15, 1, .9)
+        rows = self.picture('--time', 500, '--annotate', 'colorbar', '--iso', '20:.4:#4040ff,55.5:.5:#40ff40,80', *WHITE, size=300)
+        self.assertRegex(self.read(rows, bar), r'value.*80.*55\.5 \(50%\).*20\.?0? \(40%\)')
+        trail = ('--time', 750, '--annotate', 'colorbar', '--trail', '500,4')
+        rows = self.picture(*trail, *WHITE)
+        self.assertRegex(self.read(rows, bar), r'value.*trail.*ms.*-500')
+        inside = self.ink(rows, lambda r, g, b, a: b > 200 and r < 90)
+        self.assertGreater(len([x for x, y in inside if x > 200 and y > 150]), 40)  # the oldest, blue
+        # Of a trail that begins with the series only what is there.
+        rows = self.picture('--time', 250, '--annotate', 'colorbar', '--trail', '500,4', *WHITE)
+        self.assertRegex(self.read(rows, bar), r'trail.*ms.*-250')
+        self.assertRegex(self.read(self.picture(*trail[:-1], '2f,4', *WHITE), bar), r'trail.*frames.*-2')
+
+    @READER
     def test_films_and_sheets_have_it_on_each_picture(self):
         series = ('--annotate', 'time,title', '--title', 'Air')
         self.bcc4('render', 'flow.bcc4', '--size', '200x200', '--sheet', '2x1', '--frames', '1-2x.5', '-o', 's.png', '--quiet', *series, *BLACK)

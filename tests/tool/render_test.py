@@ -5,6 +5,7 @@ import os
 import struct
 
 from harness import ToolTest, field, main, png_size
+from look_test import read_png
 
 DIMS = (10, 9, 8, 6)
 
@@ -80,6 +81,10 @@ class Render(ToolTest):
         self.refused(2, '.exr', *go, '--deep', '-o', 'x.png', output='x.png')
         self.refused(2, '--deep', *go, '--deep-tolerance', '.1', '-o', 'x.exr', output='x.exr')
         self.refused(2, 'above 0', *go, '--deep', '--deep-tolerance', '0', '-o', 'x.exr', output='x.exr')
+        surfaces = ('--time', 2, '--deep', '--iso', '20,60')
+        self.assertGreater(len(self.picture(*surfaces, '--opacity-stop', 1, name='d.exr')), len(self.picture(*surfaces, name='d.exr')))
+        for wrong in (0, 1.5):
+            self.refused(2, '--opacity-stop', *go, '--deep', '--opacity-stop', wrong, '-o', 'x.exr', output='x.exr')
         self.refused(2, 'composite and iso', *go, '--deep', '--mode', 'mip', '-o', 'x.exr', output='x.exr')
         self.refused(2, '--trail-mode', *go, '--deep', '--trail', 1, '--trail-mode', 'post', '-o', 'x.exr', output='x.exr')
 
@@ -239,7 +244,36 @@ class Render(ToolTest):
         with open(self.path('s.json')) as f:
             self.assertEqual(len(json.load(f)['frames']), 4)
         self.refused(2, 'pattern', 'render', 'v.bcc4', '--time', 2, '--turntable', 4, '-o', 'x.png', output='x.png')
-        self.refused(2, 'exclude', 'render', 'v.bcc4', '--frames', '0-1', '--turntable', 2, '-o', 'x.%d.png')
+        self.refused(2, 'exclude', 'render', 'v.bcc4', '--sweep', '0:1,2', '--turntable', 2, '-o', 'x.%d.png')
+
+    def test_frames_go_by_while_the_camera_turns(self):
+        self.bcc4('render', 'v.bcc4', '--frames', '0-2', '--turntable', 8, '-o', 'b.%d.png', '--size', '16x16')
+        self.assertEqual(sorted(n for n in os.listdir(self.folder) if n.startswith('b.')), [f'b.{i}.png' for i in range(3)])
+        for i in range(3):
+            with open(self.path(f'b.{i}.png'), 'rb') as f:
+                self.assertEqual(f.read(), self.picture('--time', i, '--index', '--rotate-y', 30 + 45 * i, size='16x16'), i)
+
+    def test_several_surfaces_with_opacities(self):
+        def alphas(*more):
+            self.bcc4('render', 'v.bcc4', '--time', 2, '-o', 'i.png', '--size', '40x40', '--quiet', '--smooth-edges', 'off', *more)
+            return [a for row in read_png(self.path('i.png')) for *_, a in row]
+
+        low, high = 20, 70
+        one = alphas('--iso', low)
+        self.assertEqual(one, alphas('--iso', f'{low}:1'))
+        self.assertEqual(one, alphas('--iso', f'{low}:1,{high}:0'))
+        thin, both = alphas('--iso', f'{low}:.3'), alphas('--iso', f'{low}:.3,{high}')
+        self.assertEqual([a > 0 for a in thin], [a > 0 for a in one])
+        self.assertLess(max(thin), 255)
+        self.assertEqual(max(both), 255)
+        self.assertGreater(sum(a == 255 for a in both), 5)
+        self.assertEqual([a > 0 for a in both], [a > 0 for a in one])
+        self.bcc4('render', 'v.bcc4', '--time', 2, '-o', 'i.png', '--size', '40x40', '--quiet', '--no-shading', '--smooth-edges', 'off',
+                  '--iso', f'{low}:1:#ff8000')
+        self.assertEqual({pixel[:3] for row in read_png(self.path('i.png')) for pixel in row if pixel[3]}, {(255, 128, 0)})
+        for wrong in (f'{low}:2', 'x', f'{low}:1:red', ','.join(['1'] * 17)):
+            self.refused(2, '--iso', 'render', 'v.bcc4', '--time', 2, '--iso', wrong, '-o', 'x.png', output='x.png')
+        self.refused(2, 'opaque', 'render', 'v.bcc4', '--time', 2, '--iso', f'{low}:.5', '--trail', '1f', '-o', 'x.png', output='x.png')
 
     def test_zoom_narrows_the_view(self):
         with open(self.path('c.json'), 'w') as f:

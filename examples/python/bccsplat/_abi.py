@@ -143,6 +143,7 @@ SKIP_FINE_DETAIL = 16
 SKIP_UNCHANGED = 32
 RENDER_SET_ISO = 1
 RENDER_SET_GRADIENT_NOISE = 2
+MAX_ISO_SURFACES = 16
 TRAIL_CONTENT_DEFAULT = 0
 TRAIL_CLASSIFIED = 1
 TRAIL_MEAN = 2
@@ -636,6 +637,16 @@ class Lights(Struct):
         ("ambient", c_double), ("diffuse", c_double), ("specular", c_double), ("shininess", c_double)]
 
 
+class IsoSurface(Structure):
+    value: float
+    opacity: float
+    color: Array[c_double]
+    use_color: int
+    reserved: int
+    _fields_ = [("value", c_double), ("opacity", c_double), ("color", c_double * 3), ("use_color", c_uint32),
+        ("reserved", c_uint32)]
+
+
 class RenderOptions(Struct):
     set_mask: int
     mode: int
@@ -654,12 +665,16 @@ class RenderOptions(Struct):
     smooth_edges: int
     gradient_noise: float
     cancel_token: int | None
+    surfaces: Any
+    surface_count: int
+    reserved: int
     _fields_ = [("struct_size", c_uint32), ("set_mask", c_uint32), ("mode", c_int32), ("quality", c_int32),
         ("shading", c_int32), ("disable_skips", c_uint32), ("sheet_step", c_double), ("iso_value", c_double),
         ("opacity_stop", c_double), ("reference", c_int32), ("tile_size", c_int32),
         ("progress", bccsplat_progress_fn), ("progress_user", c_void_p), ("deep_tolerance", c_double),
         ("preintegrate", c_int32), ("smooth_edges", c_int32), ("gradient_noise", c_double),
-        ("cancel_token", c_void_p)]
+        ("cancel_token", c_void_p), ("surfaces", POINTER(IsoSurface)), ("surface_count", c_uint32),
+        ("reserved", c_uint32)]
 
 
 class PictureNeeds(Struct):

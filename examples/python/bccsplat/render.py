@@ -211,9 +211,10 @@ class Renderer(Child):
     def set_options(self, *, mode: int | str | None = None, quality: int | str | None = None,
                     shading: int | str | None = None, preintegrate: int | str | None = None,
                     smooth_edges: int | str | None = None, iso_value: float | None = None,
-                    gradient_noise: float | None = None, progress: Progress | None = None,
-                    cancel: CancelToken | None = None, **options: Any) -> None:
-        """Further options by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
+                    gradient_noise: float | None = None, surfaces: Sequence[Sequence[Any]] = (),
+                    progress: Progress | None = None, cancel: CancelToken | None = None, **options: Any) -> None:
+        """surfaces: (value, opacity) or (value, opacity, linear RGB) of each isosurface, instead of iso_value.
+        Further options by the names of bccsplat_render_options: sheet_step, opacity_stop, reference ..."""
         o = _abi.RenderOptions(mode=choose("MODE", mode), quality=choose("QUALITY", quality),
                                shading=choose("SHADING", shading),
                                preintegrate=choose("PREINTEGRATE", preintegrate),
@@ -222,6 +223,12 @@ class Renderer(Child):
         if iso_value is not None:
             o.set_mask |= _abi.RENDER_SET_ISO
             o.iso_value = iso_value
+        array = (_abi.IsoSurface * max(len(surfaces), 1))()
+        for surface, (value, opacity, *color) in zip(array, surfaces):
+            surface.value, surface.opacity = value, opacity
+            if color:
+                surface.color[:], surface.use_color = [*color[0]], 1
+        o.surfaces, o.surface_count = array, len(surfaces)
         if gradient_noise is not None:
             o.set_mask |= _abi.RENDER_SET_GRADIENT_NOISE
             o.gradient_noise = gradient_noise

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "tool/annotate/axes_gizmo.h"
+#include "tool/annotate/bars.h"
 #include "tool/annotate/box_outline.h"
 #include "tool/annotate/font.h"
 #include "tool/annotate/scale_bar.h"
@@ -19,7 +20,8 @@ namespace {
 
 constexpr double em_share = 0.027, least_em = 12; // of the smaller side, and pixels that are still read
 constexpr double margin_em = 1, title_em = 1.25, line_em = 1.5;
-constexpr double bar_width_share = 0.4, bar_height_share = 0.55, scale_share = 0.22;
+constexpr double bar_width_share = 0.4, bar_height_share = 0.55, two_bars_height_share = 0.7;
+constexpr double scale_share = 0.22;
 
 std::string with_unit(const std::string& text, const std::string& unit) {
   return unit.empty() ? text : concat(text, " ", unit);
@@ -71,14 +73,22 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
   if (a.mode == BCCSPLAT_MODE_XRAY)
     heading_ = concat(heading_, " × ", spatial_unit_.empty() ? "length" : spatial_unit_.c_str());
   if (*c.unit) heading_ = concat(heading_, " [", c.unit, "]");
+  if (a.iso.size() > 1) surfaces_ = surface_bar(heading_, a.iso, colors_);
   if (a.mode == BCCSPLAT_MODE_ISOSURFACE) {
     std::array<double, 4> only = colors_.front();
     for (const auto& color : colors_)
       if (color[0] <= iso_value) only = color;
     only[0] = iso_value;
+    if (!a.iso.empty() && a.iso.front().use_color) std::copy_n(a.iso.front().color, 3, only.begin() + 1);
     colors_ = {only};
   }
   if (title_.empty()) title_ = std::filesystem::path(a.file).stem().string();
+  std::string written = heading_ + spatial_unit_;
+  if (parts_.title) written += title_;
+  for (const std::string& moment : moments_) written += moment;
+  if (const std::string none = missing_letters(written); !none.empty())
+    std::fprintf(stderr, "bcc4: --annotate: boxes are drawn for letters that the font does not have: %s\n",
+                 none.c_str());
   // Dark letters on what is bright; on a transparent picture bright ones with a dark seam, which can
   // be read on either.
   if (const auto b = linear_background(a); b && 0.21 * (*b)[0] + 0.72 * (*b)[1] + 0.07 * (*b)[2] > 0.2)
@@ -91,13 +101,15 @@ Annotation::Annotation(const RenderArguments& a, const Volume& volume, uint32_t 
 }
 
 std::optional<ColorBar> Annotation::color_bar(const std::optional<XrayExposure>& exposure) const {
+  if (surfaces_) return surfaces_;
   if (a_.mode != BCCSPLAT_MODE_XRAY) return ColorBar{heading_, colors_};
   if (!exposure || !(exposure->white > 0)) return std::nullopt;
   return ColorBar{heading_, {{0, 0, 0, 0}, {exposure->white, 1, 1, 1}}};
 }
 
 void Annotation::draw(const Image& image, size_t number, const bccsplat_camera& camera,
-                      const bccsplat_slice_info& domain, const std::optional<XrayExposure>& exposure) const {
+                      const bccsplat_slice_info& domain, const std::optional<XrayExposure>& exposure,
+                      const std::optional<ColorBar>& trail) const {
   Canvas canvas(image);
   const double w = canvas.width(), h = canvas.height(), side = std::min(w, h);
   const double em = std::max(least_em, em_share * side), margin = margin_em * em;
@@ -112,12 +124,18 @@ void Annotation::draw(const Image& image, size_t number, const bccsplat_camera& 
   if (parts_.time && !moments_[number].empty())
     canvas.text(fitted_text(moments_[number], em, w - 2 * margin), {margin, baseline}, em, Anchor::left,
                 ink_);
-  if (parts_.colorbar)
-    if (const auto bar = color_bar(exposure)) {
-      const double height = bar_height_share * h;
-      const double top = std::max((h - height) / 2, 3.5 * em);
-      draw_color_bar(canvas, *bar, {w - margin, top}, bar_width_share * w, height, em, ink_);
-    }
+  if (parts_.colorbar) {
+    std::vector<ColorBar> bars;
+    if (const auto bar = color_bar(exposure)) bars.push_back(*bar);
+    if (trail) bars.push_back(*trail);
+    // One below the other, a line apart.
+    const double height = (bars.size() > 1 ? two_bars_height_share : bar_height_share) * h;
+    const double top = std::max((h - height) / 2, 3.5 * em);
+    const double each = (height + line_em * em) / std::max(1.0, static_cast<double>(bars.size()));
+    for (size_t n = 0; n < bars.size(); ++n)
+      draw_color_bar(canvas, bars[n], {w - margin, top + static_cast<double>(n) * each}, bar_width_share * w,
+                     each - line_em * em, em, ink_);
+  }
   if (parts_.axes)
     draw_axes(canvas, projection, domain, is_time_slice_[number], {margin + 3.2 * em, h - margin - 3.2 * em},
               em, ink_);

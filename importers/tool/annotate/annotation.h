@@ -24,9 +24,10 @@ class Annotation {
              const std::vector<Picture>& pictures);
 
   // number: of the picture, in order. domain: the slice that the picture is of, in whole. exposure: of
-  // X-rays.
+  // X-rays. trail: the bar of its colours, if they differ.
   void draw(const Image& image, size_t number, const bccsplat_camera& camera,
-            const bccsplat_slice_info& domain, const std::optional<XrayExposure>& exposure) const;
+            const bccsplat_slice_info& domain, const std::optional<XrayExposure>& exposure,
+            const std::optional<ColorBar>& trail) const;
 
  private:
   [[nodiscard]] std::optional<ColorBar> color_bar(const std::optional<XrayExposure>& exposure) const;
@@ -36,6 +37,7 @@ class Annotation {
   Ink ink_;
   std::string title_, heading_, spatial_unit_;
   std::vector<std::array<double, 4>> colors_;
+  std::optional<ColorBar> surfaces_; // where there are several
   std::vector<std::string> moments_; // of each picture
   std::vector<bool> is_time_slice_;
 };

@@ -14,6 +14,16 @@ constexpr size_t most_ticks = 9;
 constexpr double tick_distance = 1.9; // at least, in em
 constexpr double digit_height = 0.73; // of the font's em
 
+// Every so many ticks that there is room for them; the first is one of them.
+std::vector<size_t> fitting_ticks(size_t count, size_t fitting) {
+  const size_t apart = count > fitting ? (count - 2) / (fitting - 1) + 1 : 1;
+  std::vector<size_t> out;
+  for (size_t n = 0; n < count; n += apart) out.push_back(n);
+  return out;
+}
+
+} // namespace
+
 Color color_at(const std::vector<std::array<double, 4>>& colors, double value) {
   const auto above = std::find_if(colors.begin(), colors.end(), [&](const auto& c) { return c[0] > value; });
   const auto& to = above == colors.end() ? colors.back() : *above;
@@ -24,8 +34,6 @@ Color color_at(const std::vector<std::array<double, 4>>& colors, double value) {
   return out;
 }
 
-} // namespace
-
 void draw_color_bar(Canvas& canvas, const ColorBar& bar, const Point& corner, double width, double height,
                     double em, const Ink& ink) {
   canvas.text(fitted_text(bar.heading, em, width), {corner[0], corner[1] + em}, em, Anchor::right, ink);
@@ -33,8 +41,12 @@ void draw_color_bar(Canvas& canvas, const ColorBar& bar, const Point& corner, do
   const double top = std::round(corner[1] + 1.8 * em), frame = std::max(1.0, std::round(em / 20));
   const double length = high > low ? std::round(height - 2.3 * em) : std::round(em);
   const auto fitting = static_cast<size_t>(std::max(2.0, length / (tick_distance * em)));
-  const std::vector<double> ticks = round_ticks(low, high, std::min(most_ticks, fitting));
-  const std::vector<std::string> texts = tick_texts(ticks);
+  std::vector<double> ticks = bar.ticks;
+  std::vector<std::string> texts = bar.texts;
+  if (ticks.empty()) {
+    ticks = round_ticks(low, high, std::min(most_ticks, fitting));
+    texts = tick_texts(ticks);
+  }
   double widest = 0;
   for (const std::string& text : texts) widest = std::max(widest, text_width(text, em));
   // The bar stands left of its numbers.
@@ -44,7 +56,7 @@ void draw_color_bar(Canvas& canvas, const ColorBar& bar, const Point& corner, do
     const double value = high - (high - low) * (y + 0.5) / length;
     canvas.fill({left, top + y}, {right, top + y + 1}, color_at(bar.colors, value));
   }
-  for (size_t i = 0; i < ticks.size(); ++i) {
+  for (const size_t i : fitting_ticks(ticks.size(), bar.ticks.empty() ? ticks.size() : fitting)) {
     const double share = high > low ? (high - ticks[i]) / (high - low) : 0.5, y = top + share * length;
     const double line = std::round(std::clamp(y - frame / 2, top, top + length - frame));
     canvas.fill({right, line}, {right + 0.35 * em, line + frame}, ink.color);

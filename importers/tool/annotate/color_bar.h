@@ -13,7 +13,13 @@ namespace bcc4 {
 struct ColorBar {
   std::string heading;                       // name and unit
   std::vector<std::array<double, 4>> colors; // value, linear red, green and blue; values rise
+  // Where numbers stand, and what they are; none: round ones.
+  std::vector<double> ticks{};
+  std::vector<std::string> texts{};
 };
+
+// Linear in between, the first and last beyond the ends.
+[[nodiscard]] Color color_at(const std::vector<std::array<double, 4>>& colors, double value);
 
 // Its upper right corner stands at `corner`, all of it within `height` pixels below and `width` to the left.
 void draw_color_bar(Canvas& canvas, const ColorBar& bar, const Point& corner, double width, double height,

@@ -38,9 +38,14 @@ const stbtt_fontinfo& font() {
 
 constexpr int unknown_letter = 0xFFFD;
 
+struct Letter {
+  int code;
+  std::string_view bytes;
+};
+
 // Of UTF-8; what is none becomes the sign for unknown letters, and control characters spaces.
-std::vector<int> code_points(std::string_view text) {
-  std::vector<int> out;
+std::vector<Letter> letters_of(std::string_view text) {
+  std::vector<Letter> out;
   for (size_t i = 0; i < text.size();) {
     const auto byte = static_cast<unsigned char>(text[i]);
     const size_t length = byte < 0x80       ? 1
@@ -55,8 +60,9 @@ std::vector<int> code_points(std::string_view text) {
       good = next >> 6 == 2;
       code = code << 6 | (next & 0x3F);
     }
-    out.push_back(!good ? unknown_letter : code < 0x20 || code == 0x7F ? ' ' : code);
-    i += good ? length : 1;
+    const size_t bytes = good ? length : 1;
+    out.push_back({!good ? unknown_letter : code < 0x20 || code == 0x7F ? ' ' : code, text.substr(i, bytes)});
+    i += bytes;
   }
   return out;
 }
@@ -65,8 +71,8 @@ std::vector<int> code_points(std::string_view text) {
 template<class Place> double lay_out(std::string_view text, double scale, const Place& place) {
   double x = 0;
   int before = 0;
-  for (const int code : code_points(text)) {
-    const int glyph = stbtt_FindGlyphIndex(&font(), code);
+  for (const Letter& letter : letters_of(text)) {
+    const int glyph = stbtt_FindGlyphIndex(&font(), letter.code);
     int advance = 0;
     stbtt_GetGlyphHMetrics(&font(), glyph, &advance, nullptr);
     if (before) x += scale * stbtt_GetGlyphKernAdvance(&font(), before, glyph);
@@ -122,6 +128,14 @@ TextMask text_mask(std::string_view text, double em, int pad) {
   return m;
 }
 
+std::string missing_letters(std::string_view text) {
+  std::string out;
+  for (const Letter& letter : letters_of(text))
+    if (stbtt_FindGlyphIndex(&font(), letter.code) == 0 && out.find(letter.bytes) == std::string::npos)
+      out += letter.bytes;
+  return out;
+}
+
 std::string fitted_text(const std::string& text, double em, double width) {
   if (text_width(text, em) <= width) return text;
   std::string part = text;
@@ -147,6 +161,7 @@ TextMask text_mask(std::string_view, double, int) {
   require_font();
   return {};
 }
+std::string missing_letters(std::string_view) { return ""; }
 std::string fitted_text(const std::string& text, double, double) { return text; }
 
 } // namespace bcc4

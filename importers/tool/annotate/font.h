@@ -21,6 +21,8 @@ void require_font();
 // Pixels from the start of a line of UTF-8 to its end; em: pixels of the font's size.
 [[nodiscard]] double text_width(std::string_view text, double em);
 [[nodiscard]] TextMask text_mask(std::string_view text, double em, int pad);
+// The letters of a text that the font does not have, each once; boxes are drawn for them.
+[[nodiscard]] std::string missing_letters(std::string_view text);
 // The text, or as much of its beginning as fits with an ellipsis.
 [[nodiscard]] std::string fitted_text(const std::string& text, double em, double width);
 

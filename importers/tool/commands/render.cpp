@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "tool/annotate/annotation.h"
+#include "tool/annotate/bars.h"
 #include "tool/annotate/font.h"
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
@@ -62,7 +63,10 @@ bccsplat_render_options render_options(const RenderArguments& a, const bccsplat_
   auto o = sized<bccsplat_render_options>();
   o.mode = a.mode;
   o.set_mask = BCCSPLAT_RENDER_SET_ISO;
-  o.iso_value = a.iso.value_or(look.iso_value);
+  o.iso_value = look.iso_value;
+  if (a.iso.size() == 1) o.iso_value = a.iso.front().value;
+  o.surfaces = a.iso.data(), o.surface_count = static_cast<uint32_t>(a.iso.size());
+  o.opacity_stop = a.opacity_stop.value_or(0);
   o.quality = a.quality;
   o.preintegrate = a.preintegrate;
   o.smooth_edges = a.smooth_edges;
@@ -98,6 +102,8 @@ std::array<double, 2> set_trail(const Renderer& renderer, const RenderArguments&
   trail.combine = a.trail_mode;
   trail.intervals = a.trail->intervals;
   trail.samples = a.trail_samples.value_or(0);
+  const std::vector<double> colors = trail_colors(trail.intervals);
+  if (trail.intervals > 1) trail.colors = colors.data();
   const auto interval = trail_interval(*a.trail, a.which.index || a.frames, volume, where);
   std::copy(interval.begin(), interval.end(), trail.interval);
   bccsplat_transfer_function f{};
@@ -165,7 +171,9 @@ struct Scene {
     }
     if (a.mode == BCCSPLAT_MODE_XRAY && !lower(picture.path).ends_with(".exr"))
       expose_xray(image, cut.camera, times.slice, exposure);
-    if (annotation) annotation->draw(image, number, cut.camera, cut.domain, exposure);
+    if (annotation)
+      annotation->draw(image, number, cut.camera, cut.domain, exposure,
+                       trail_bar(a, volume, picture.where, trail));
     output.take(image, picture, exposure_seconds(volume, picture.where, trail));
     return times;
   }
@@ -191,7 +199,8 @@ void prepare_annotation(RenderArguments& a, const std::array<uint32_t, 2>& size)
 // What nobody chose is told, and how to choose.
 void tell_look(const RenderArguments& a, const bccsplat_look& look) {
   const bool iso = a.mode == BCCSPLAT_MODE_ISOSURFACE;
-  if (a.common.quiet || !a.tf.empty() || a.range || a.mode == BCCSPLAT_MODE_XRAY || (iso && a.iso)) return;
+  if (a.common.quiet || !a.tf.empty() || a.range || a.mode == BCCSPLAT_MODE_XRAY || (iso && !a.iso.empty()))
+    return;
   const std::string words =
       iso ? concat("the surface at ", short_number(look.iso_value, 3), " is drawn; --iso to change")
           : concat(look_in_words(look), "; --tf, --range or --look to change");
@@ -240,8 +249,10 @@ Exit run_render(RenderArguments a) {
   for (const std::string* out : {&a.stats, &a.dump_tf})
     if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
 
-  if (a.iso && a.mode == BCCSPLAT_MODE_DEFAULT) a.mode = BCCSPLAT_MODE_ISOSURFACE;
-  const bccsplat_look look = make_look(volume, channel, a.look, a.mode);
+  if (!a.iso.empty() && a.mode == BCCSPLAT_MODE_DEFAULT) a.mode = BCCSPLAT_MODE_ISOSURFACE;
+  // Several surfaces are told apart by the colours of their values; one has one.
+  const bccsplat_look look =
+      make_look(volume, channel, a.look, a.iso.size() > 1 ? BCCSPLAT_MODE_COMPOSITE : a.mode);
   tell_look(a, look);
   const auto output = picture_output(a, device, {camera.size[0], camera.size[1]}, pictures.size());
   bccsplat_renderer* created = nullptr;

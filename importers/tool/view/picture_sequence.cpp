@@ -37,10 +37,10 @@ std::vector<Picture> picture_sequence(const Volume& volume, const RenderArgument
   else
     for (const Cut& where : sweep(volume, a.which)) pictures.push_back({where, 0, 0, {}});
   const size_t views = a.turntable ? static_cast<size_t>(*a.turntable) : cameras;
-  if (pictures.size() == 1 && views > 1) pictures.assign(views, Picture(pictures.front()));
+  if (!a.frames && pictures.size() == 1 && views > 1) pictures.assign(views, Picture(pictures.front()));
   if (a.turntable)
     for (size_t i = 0; i < pictures.size(); ++i)
-      pictures[i].turn = 360.0 * static_cast<double>(i) / static_cast<double>(pictures.size());
+      pictures[i].turn = 360.0 * static_cast<double>(i % views) / static_cast<double>(views);
   if (cameras > 1) {
     if (pictures.size() != cameras)
       fail_usage("--camera: it has ", cameras, " frames for ", pictures.size(), " pictures");
@@ -50,7 +50,7 @@ std::vector<Picture> picture_sequence(const Volume& volume, const RenderArgument
   if (a.sheet) {
     std::vector<Picture> chosen;
     for (const size_t i :
-         places_on_sheet(pictures.size(), size_t{(*a.sheet)[0]} * (*a.sheet)[1], a.turntable.has_value()))
+         places_on_sheet(pictures.size(), size_t{(*a.sheet)[0]} * (*a.sheet)[1], a.turntable && !a.frames))
       chosen.push_back(pictures[i]);
     pictures = std::move(chosen);
   }

@@ -19,7 +19,8 @@ struct Picture {
   std::string path;
 };
 
-// --frames, --turntable, --sweep or the cameras of a camera file (cameras > 1, alone or one for each of
+// --frames, --turntable (together: both advance), --sweep or the cameras of a camera file (cameras > 1, alone
+// or one for each of
 // --frames); else a single picture.
 [[nodiscard]] std::vector<Picture> picture_sequence(const Volume& volume, const RenderArguments& arguments,
                                                     size_t cameras);

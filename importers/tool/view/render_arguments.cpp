@@ -4,10 +4,12 @@
 // volume.
 #include "tool/view/render_arguments.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "readers/sequence.h"
 #include "tool/output/film.h"
+#include "tool/view/iso_surfaces.h"
 #include "tool/view/slice_sweep.h"
 #include "tool/view/transfer_function.h"
 
@@ -133,10 +135,13 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   };
   text("--frames", "A-B[xS]", "A picture for each of these frames, fractions allowed",
        [&a](const std::string& t) { a.frames = parse_frames(t); });
-  text("--turntable", "N", "N pictures, once around the vertical", [&a](const std::string& t) {
-    a.turntable = option_number<int>("--turntable", t);
-    if (*a.turntable < 1 || *a.turntable > 100000) fail_usage("--turntable ", t, ": 1 to 100000 pictures");
-  });
+  text("--turntable", "N",
+       "N pictures, once around the vertical; with --frames: 1/N of a turn from each to the next",
+       [&a](const std::string& t) {
+         a.turntable = option_number<int>("--turntable", t);
+         if (*a.turntable < 1 || *a.turntable > 100000)
+           fail_usage("--turntable ", t, ": 1 to 100000 pictures");
+       });
   text("--sheet", "CxR",
        "PNG: a contact sheet, pictures in so many columns and rows; of more pictures as many, evenly",
        [&a](const std::string& t) {
@@ -182,8 +187,10 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                        {"xray", BCCSPLAT_MODE_XRAY},
                        {"mip", BCCSPLAT_MODE_MAXIMUM}},
                       "What is drawn (default composite); xray as PNG: exposed so that the most is white");
-  add_number(app, "--iso", a.iso,
-             "Value of the isosurface; makes --mode iso the default (its default: between air and object)");
+  text("--iso", "V[:OPACITY[:#RRGGBB]][,...]",
+       "Values of isosurfaces, each with an opacity (default 1) and a display colour (default: the transfer "
+       "function's); makes --mode iso the default (its default: one value between air and object)",
+       [&a](const std::string& t) { a.iso = parse_surfaces(t); });
   add_choice<int32_t>(app, "--quality", a.quality,
                       {{"draft", BCCSPLAT_QUALITY_DRAFT},
                        {"normal", BCCSPLAT_QUALITY_NORMAL},
@@ -191,6 +198,9 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                        {"best", BCCSPLAT_QUALITY_BEST}},
                       "Quality (default normal)");
   add_number(app, "--step", a.step, "Distance of the sheets in samples (default: by the quality)");
+  add_number(app, "--opacity-stop", a.opacity_stop,
+             "A pixel this opaque is finished (default .995); 1: never, so that --deep has what lies behind "
+             "dense matter, too");
   add_choice<int32_t>(app, "--preintegrate", a.preintegrate,
                       {{"auto", BCCSPLAT_PREINTEGRATE_DEFAULT},
                        {"on", BCCSPLAT_PREINTEGRATE_ON},
@@ -311,8 +321,13 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--deep goes with --mode composite and iso, without --reference");
   if (a.deep && a.trail_mode == BCCSPLAT_TRAIL_POST)
     fail_usage("--deep: --trail-mode post lays two pictures over each other, which has no order in depth");
-  if (a.iso && a.mode != BCCSPLAT_MODE_DEFAULT && a.mode != BCCSPLAT_MODE_ISOSURFACE)
+  if (!a.iso.empty() && a.mode != BCCSPLAT_MODE_DEFAULT && a.mode != BCCSPLAT_MODE_ISOSURFACE)
     fail_usage("--iso is the value of an isosurface; another --mode has none");
+  if (a.trail &&
+      std::any_of(a.iso.begin(), a.iso.end(), [](const auto& s) { return s.opacity > 0 && s.opacity < 1; }))
+    fail_usage("--trail goes with isosurfaces that are opaque; leave the opacities of --iso out");
+  if (a.opacity_stop && !(*a.opacity_stop > 0 && *a.opacity_stop <= 1))
+    fail_usage("--opacity-stop ", *a.opacity_stop, ": above 0, at most 1");
   if (a.look != BCCSPLAT_LOOK_DEFAULT && (!a.tf.empty() || a.range))
     fail_usage("--look makes the transfer function by itself; --tf and --range exclude it");
   if (a.deep_tolerance && !a.deep) fail_usage("--deep-tolerance goes with --deep");
@@ -322,8 +337,7 @@ void check_arguments(const RenderArguments& a) {
       !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
   if (!a.trail && (a.trail_content || a.trail_mode || a.trail_samples || trail_function))
     fail_usage("--trail-content, --trail-mode and the like go with --trail DT");
-  if (int{a.frames.has_value()} + int{a.turntable.has_value()} + int{a.which.sweep.has_value()} > 1)
-    fail_usage("--frames, --turntable and --sweep exclude each other");
+  if (a.which.sweep && (a.frames || a.turntable)) fail_usage("--sweep excludes --frames and --turntable");
   if (a.view && (a.rotate_x || a.rotate_y))
     fail_usage("--view and --rotate-x, --rotate-y exclude each other");
   if (a.zoom && !(*a.zoom >= 1e-3 && *a.zoom <= 1e6)) fail_usage("--zoom ", *a.zoom, ": .001 to 1e6");

@@ -42,7 +42,8 @@ struct RenderArguments {
   std::optional<std::array<double, 2>> view; // rotations of a side; none: by rotate_x, rotate_y
   std::string tf, colormap, dump_tf, trail_tf, trail_colormap;
   std::optional<std::vector<double>> range, trail_range;
-  std::optional<double> opacity, trail_opacity, iso, step, unit_distance;
+  std::optional<double> opacity, trail_opacity, step, unit_distance, opacity_stop;
+  std::vector<bccsplat_iso_surface> iso; // none: the look's
   int32_t mode = BCCSPLAT_MODE_DEFAULT;
   int32_t look = BCCSPLAT_LOOK_DEFAULT;
   int32_t quality = BCCSPLAT_QUALITY_DEFAULT;

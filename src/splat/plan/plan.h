@@ -87,7 +87,8 @@ struct SplatPlan {
 
   // Of what is drawn, whose ripple surfaces, maxima and analytic gradients are lit without; null: with it.
   std::shared_ptr<const LatticeSums> sums;
-  // Isosurfaces: samples here may lack points, and are taken for what they are known to be.
+  // Isosurfaces: samples here, beyond all of them, may lack points, and are taken for what they are known to
+  // be.
   InsideCells inside;
   std::vector<PlannedBrick> bricks; // sorted by first gap
   PickedPoints picked;

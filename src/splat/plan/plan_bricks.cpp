@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "splat/plan/plan_cells.h"
 #include "splat/plan/plan_fan.h"
@@ -112,7 +113,8 @@ class BrickChoice {
     const double radius = scene.slice->kernel.space.radius, planes = scene.points->plane_distance;
     wide_ = 2 * (radius + look_) > scene.points->edge * planes;
     least_ = cells_ >= 0 ? least_code(scene, options, weights_, looked_at(), plan) : 0;
-    inside_ = cells_ >= 0 && options.mode == RenderMode::isosurface && radius <= 4 * planes;
+    if (cells_ >= 0 && options.mode == RenderMode::isosurface && radius <= 4 * planes)
+      inside_ = furthest_surface(scene, options);
     if (!inside_) return;
     plan.inside.points = scene.points;
     uint64_t slots = 1;
@@ -138,8 +140,7 @@ class BrickChoice {
       return out;
     }
     if (inside_)
-      plan_.inside.cells[scene_.points->slot(brick)] =
-          inside_cells(scene_, options_.iso_value, weights_, ranges(0, n));
+      plan_.inside.cells[scene_.points->slot(brick)] = inside_cells(*inside_, weights_, ranges(0, n));
     const bool reached = bound_brick(ring_, plan_, brick, b);
     if (plan_.fan.taps > 0 && reached) fan_rect(plan_, b);
     if (!reached || beside_picture(b.rect)) {
@@ -174,8 +175,10 @@ class BrickChoice {
   int cells_;   // of SplatPoints::cells those that tell which are needed; -1: none
   double look_; // how far gradients and crossings look
   int least_ = 0;
-  bool wide_ = false;   // segments look beyond the bricks around one
-  bool inside_ = false; // a sample's own cell and those beside it hold all points it is made of
+  bool wide_ = false; // segments look beyond the bricks around one
+  // The surface furthest from the base, where a sample's own cell and those beside it hold all points that it
+  // is made of.
+  std::optional<double> inside_;
 };
 
 // Takes the bricks that are seen over into the plan and counts the others.

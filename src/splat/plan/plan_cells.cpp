@@ -16,12 +16,12 @@ namespace {
 // 8 % more visits of an isosurface than 0.1 for all (tests/bench/notes/render-speed.md).
 constexpr double radial_ripple = 0.02, other_ripple = 0.1;
 
-// Whether all samples between points of this range only are beyond the isosurface. A range that ends at 0
-// says nothing.
-bool beyond(const SplatScene& scene, double iso_value, const WeightBounds& weights, const CellRange& range) {
-  const double iso = iso_value - static_cast<double>(scene.slice->base), least = weights.least;
-  return iso > 0 ? least * static_cast<double>(range.low) > iso
-                 : iso < 0 && least * static_cast<double>(range.high) < iso;
+// Whether all samples between points of this range only are beyond the isosurface furthest from the base. A
+// range that ends at 0 says nothing.
+bool beyond(double furthest, const WeightBounds& weights, const CellRange& range) {
+  const double least = weights.least;
+  return furthest > 0 ? least * static_cast<double>(range.low) > furthest
+                      : furthest < 0 && least * static_cast<double>(range.high) < furthest;
 }
 
 // Returns the most lattice units that any ray takes from sheet to sheet.
@@ -53,7 +53,9 @@ bool shows(const SplatScene& scene, const SplatOptions& options, const WeightBou
     return scene.table->crossed(a - over, b + over);
   }
   if (options.mode == RenderMode::composite) return scene.table->visible(a, b);
-  if (options.mode == RenderMode::isosurface) return options.iso_value >= a && options.iso_value <= b;
+  if (options.mode == RenderMode::isosurface)
+    return std::any_of(options.surfaces.begin(), options.surfaces.end(),
+                       [&](const IsoSurface& s) { return s.value >= a && s.value <= b; });
   return true;
 }
 
@@ -109,22 +111,31 @@ int useful_cells(const SplatScene& scene, const SplatOptions& options, const Spl
   return -1;
 }
 
+std::optional<double> furthest_surface(const SplatScene& scene, const SplatOptions& options) {
+  double low = 0, high = 0;
+  for (const IsoSurface& s : options.surfaces) {
+    const double target = s.value - static_cast<double>(scene.slice->base);
+    low = std::min(low, target), high = std::max(high, target);
+    if (options.surfaces.size() > 1 && target == 0) return std::nullopt;
+  }
+  if (options.surfaces.empty() || (low < 0 && high > 0)) return std::nullopt;
+  return low < 0 ? low : high;
+}
+
 uint64_t needed_cells(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights,
-                      const CellRange* range, bool inside) {
+                      const CellRange* range, const std::optional<double>& inside) {
   uint64_t cells = 0;
   for (int n = 0; n < cells_per_brick; ++n) {
     const bool shown = shows(scene, options, weights, range[n].low, range[n].high) &&
-                       !(inside && beyond(scene, options.iso_value, weights, range[n]));
+                       !(inside && beyond(*inside, weights, range[n]));
     cells |= uint64_t{shown} << n;
   }
   return cells;
 }
 
-uint64_t inside_cells(const SplatScene& scene, double iso_value, const WeightBounds& weights,
-                      const CellRange* range) {
+uint64_t inside_cells(double furthest, const WeightBounds& weights, const CellRange* range) {
   uint64_t cells = 0;
-  for (int n = 0; n < cells_per_brick; ++n)
-    cells |= uint64_t{beyond(scene, iso_value, weights, range[n])} << n;
+  for (int n = 0; n < cells_per_brick; ++n) cells |= uint64_t{beyond(furthest, weights, range[n])} << n;
   return cells;
 }
 

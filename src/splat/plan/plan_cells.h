@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "splat/plan/plan.h"
 
@@ -30,12 +31,16 @@ struct WeightBounds {
 // at none may be changed, and none is when all coefficients within another radius of them are known to be
 // invisible.
 [[nodiscard]] int useful_cells(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan);
-// A sample whose points are left out because they are beyond the surface, and those it is compared with, are
-// all known to be beyond it; InsideCells says so when it comes out too low.
+// Returns the value of the isosurfaces that is furthest from the base, relative to it; none where they lie on
+// both sides of it.
+[[nodiscard]] std::optional<double> furthest_surface(const SplatScene& scene, const SplatOptions& options);
+// A sample whose points are left out because they are beyond all surfaces, and those it is compared with, are
+// all known to be beyond them; InsideCells says so when it comes out too low. inside: furthest_surface();
+// none: nothing is left out for that.
 [[nodiscard]] uint64_t needed_cells(const SplatScene& scene, const SplatOptions& options,
-                                    const WeightBounds& weights, const CellRange* range, bool inside);
-// Returns the cells of a brick whose samples are all beyond the isosurface, by the ranges around them.
-[[nodiscard]] uint64_t inside_cells(const SplatScene& scene, double iso_value, const WeightBounds& weights,
-                                    const CellRange* range);
+                                    const WeightBounds& weights, const CellRange* range,
+                                    const std::optional<double>& inside);
+// Returns the cells of a brick whose samples are all beyond the isosurfaces, by the ranges around them.
+[[nodiscard]] uint64_t inside_cells(double furthest, const WeightBounds& weights, const CellRange* range);
 
 } // namespace bccsplat

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "field/slice.h"
 #include "splat/loop/loops.h"
 #include "splat/points/points.h"
 #include "splat/raise/raise.h"
 #include "splat/shade/class_table.h"
+#include "splat/shade/iso_surface.h"
 #include "splat/shade/light.h"
 #include "splat/view/view.h"
 
@@ -31,12 +33,13 @@ struct SplatOptions {
   RenderMode mode = RenderMode::composite;
   bool shading = true;
   GradientMethod gradient = GradientMethod::analytic;
-  double iso_value = 0;
-  double opacity_stop = 0.995; // a pixel this opaque is finished; 1: never
+  std::vector<IsoSurface> surfaces; // mode isosurface: those with an opacity; none are alike
+  double opacity_stop = 0.995;      // a pixel this opaque is finished; 1: never
   uint32_t disable_skips = 0;
   int tile_size = 0; // pixels; 0: chosen
   bool with_value = false, with_time = false;
   bool with_deep = false;                     // modes composite and isosurface
+  bool with_hits = false;                     // mode isosurface: every hit is handed on with a tile
   double deep_tolerance = 0;                  // see DeepTile
   KernelForm kernel_form = KernelForm::exact; // how the slice's kernel is drawn
   bool preintegrate = false;                  // mode composite: by the table's integrals, which are there

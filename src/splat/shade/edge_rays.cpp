@@ -73,7 +73,7 @@ class Walk {
   // The graze was none.
   Event pass_by() { return go_on(); }
 
-  // The surface that ends at `high` is none, for data are missing there.
+  // Goes on behind the surface that ends at `high`: data are missing there, or it is seen through.
   Event pass_through(double high, double value) {
     below_ = !below_, back_ = false;
     last_ = {high, value, nan_value};
@@ -125,14 +125,13 @@ class Walk {
 
 } // namespace
 
-std::vector<SurfacePoint> trace_edge_rays(const SurfaceField& field, const SheetView& view, double target,
-                                          double tolerance, std::span<const EdgeRay> rays) {
-  std::vector<SurfacePoint> hits(rays.size());
+std::vector<EdgeHit> trace_edge_rays(const SurfaceField& field, const SheetView& view, double target,
+                                     double tolerance, std::span<const EdgeRay> rays, bool all) {
+  std::vector<EdgeHit> hits;
   std::vector<Walk> walks;
   std::vector<uint32_t> active;
   for (const EdgeRay& ray : rays) {
-    hits[walks.size()].k = infinity;
-    if (ray.enter < ray.leave) active.push_back(static_cast<uint32_t>(walks.size()));
+    if (ray.enter < ray.leave && !ray.nearby.empty()) active.push_back(static_cast<uint32_t>(walks.size()));
     walks.emplace_back(ray, target, sheets_apart(view));
   }
   std::vector<Vec3> p, gradient;
@@ -162,9 +161,9 @@ std::vector<SurfacePoint> trace_edge_rays(const SurfaceField& field, const Sheet
     const auto found = refine_crossings(field, view, target, crossings, tolerance);
     for (size_t m = 0; m < found.size(); ++m) {
       const Crossing& c = crossings[m];
-      if (!(field.slice.has_holes && field.slice.is_hole(found[m].position)))
-        hits[c.number] = found[m];
-      else if (walks[c.number].pass_through(c.high, c.value_high) == Walk::Event::none)
+      const bool hole = field.slice.has_holes && field.slice.is_hole(found[m].position);
+      if (!hole) hits.push_back({c.number, found[m]});
+      if ((hole || all) && walks[c.number].pass_through(c.high, c.value_high) == Walk::Event::none)
         next.push_back(c.number);
     }
     active.swap(next);

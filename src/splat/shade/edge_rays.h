@@ -19,13 +19,18 @@ struct DepthRun {
 struct EdgeRay {
   double i = 0, j = 0;
   double enter = 0, leave = 0;        // sheet numbers that it runs between
-  std::span<const DepthRun> nearby{}; // in order, at least one
+  std::span<const DepthRun> nearby{}; // in order; none: nothing is looked for
 };
 
-// Returns for each ray the first point at which it passes the target, relative to the base; its sheet number
-// is infinite where there is none near `nearby`. What neighbours did not meet in between is not looked for.
-[[nodiscard]] std::vector<SurfacePoint> trace_edge_rays(const SurfaceField& field, const SheetView& view,
-                                                        double target, double tolerance,
-                                                        std::span<const EdgeRay> rays);
+struct EdgeHit {
+  uint32_t ray = 0;
+  SurfacePoint point;
+};
+
+// Returns the first point at which each ray passes the target, relative to the base, or with `all` every one,
+// those of a ray in order. What neighbours did not meet in between is not looked for.
+[[nodiscard]] std::vector<EdgeHit> trace_edge_rays(const SurfaceField& field, const SheetView& view,
+                                                   double target, double tolerance,
+                                                   std::span<const EdgeRay> rays, bool all = false);
 
 } // namespace bccsplat

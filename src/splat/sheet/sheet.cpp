@@ -178,7 +178,7 @@ size_t crossings(const CrossingArgs& c) {
     for (int x = 0; x < c.width; ++x) {
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
-      if (!(c.alpha[p] < 1)) continue;
+      if (!(c.alpha[p] < c.stop)) continue;
       for (int n = 0; n < c.count; ++n) {
         const float k = c.k + static_cast<float>(n);
         if (!(k >= c.enter[p] && k - 1 <= c.leave[p])) continue;

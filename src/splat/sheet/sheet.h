@@ -106,11 +106,12 @@ struct SheetCrossing {
   bool operator==(const SheetCrossing&) const = default;
 };
 
-// Looks for `target` (relative to the base) at pixels inside the domain and not yet covered.
+// Looks for `target` (relative to the base) at pixels inside the domain and not yet finished.
 struct CrossingArgs {
   static constexpr int most = 4;
   int count = 1; // intervals: number n runs from sheet k - 1 + n to k + n
   float k = 0, target = 0;
+  float stop = 1; // a pixel this opaque is finished
   int width = 0, height = 0, pitch = 0;
   PixelRect seen = all_pixels;              // outside of it all sheets are the base
   std::array<const float*, most + 3> plane; // sheets k - 2 .. k + count

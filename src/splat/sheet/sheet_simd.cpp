@@ -120,7 +120,7 @@ void Maximum(const SheetArgs& s) {
 
 size_t Crossings(const CrossingArgs& c) {
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const V target = Set(c.target), one = Set(1.0f), half = Set(0.5f), zero = hn::Zero(d);
+  const V target = Set(c.target), stop = Set(c.stop), one = Set(1.0f), half = Set(0.5f), zero = hn::Zero(d);
   const V first = Set(c.k - 1), last = Set(c.k + static_cast<float>(c.count - 1));
   size_t count = 0;
   uint8_t crossed[CrossingArgs::most][8] = {}, grazed[CrossingArgs::most][8] = {}; // one bit per lane
@@ -130,8 +130,8 @@ size_t Crossings(const CrossingArgs& c) {
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
       const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
       const V enter = hn::LoadU(d, c.enter + p), leave = hn::LoadU(d, c.leave + p);
-      const M open =
-          hn::And(hn::Lt(hn::LoadU(d, c.alpha + p), one), hn::And(hn::Le(enter, last), hn::Le(first, leave)));
+      const M open = hn::And(hn::Lt(hn::LoadU(d, c.alpha + p), stop),
+                             hn::And(hn::Le(enter, last), hn::Le(first, leave)));
       if (hn::AllFalse(d, open)) continue;
       V low = hn::LoadU(d, c.plane[0] + at), high = low;
       for (size_t n = 1; n < static_cast<size_t>(c.count) + 3; ++n) {

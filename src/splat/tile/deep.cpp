@@ -135,14 +135,15 @@ void DeepTile::put_fronts_back(const PixelPlanes& planes) const {
   }
 }
 
-bool DeepTile::add_surface(const PixelPlanes& planes, size_t p, float k) {
+bool DeepTile::add_surface(const PixelPlanes& planes, size_t p, float k, float stop) {
   Run& run = runs_[p];
   close_run(run, p);
   entries_.push_back({static_cast<uint32_t>(p), sample_between(run.after, sum_of(planes, p), k, k)});
   run.after = sum_of(planes, p);
   start_run(run, k);
-  if (fronts_.empty() || ++fronts_[p].surfaces == most_surfaces) return true;
-  take_off(planes, p);
+  if (fronts_.empty()) return planes.alpha[p] >= stop;
+  if (++fronts_[p].surfaces == most_surfaces) return true;
+  if (planes.alpha[p] >= opaque_front) take_off(planes, p);
   return false;
 }
 

@@ -44,8 +44,11 @@ class DeepTile {
   // Takes the planes after all that lies between two sheet numbers was composited; `seen` is as
   // SheetArgs::seen.
   void add_segment(const PixelPlanes& planes, float front, float back, const PixelRect& seen);
-  // Takes the planes of one pixel after an opaque surface at sheet number k. Returns whether it ends the ray.
-  bool add_surface(const PixelPlanes& planes, size_t p, float k);
+  // Takes the planes of one pixel after a surface at sheet number k. Returns whether that ends the ray: by
+  // its opacity, or as the last that a ray may have.
+  bool add_surface(const PixelPlanes& planes, size_t p, float k, float stop);
+  // Whether a ray has had the last surface that it may have.
+  [[nodiscard]] bool full(size_t p) const { return !fronts_.empty() && fronts_[p].surfaces == most_surfaces; }
   // Puts back what was taken off the planes, whose sums are still undivided.
   void put_fronts_back(const PixelPlanes& planes) const;
   void finish_tile(Progress& progress); // throws cancelled

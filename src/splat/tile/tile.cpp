@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "splat/shade/absorption.h"
@@ -16,14 +17,13 @@
 #include "splat/tile/sheet_source.h"
 #include "splat/tile/tile_holes.h"
 #include "splat/tile/tile_rays.h"
+#include "splat/tile/tile_surfaces.h"
 
 namespace bccsplat {
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
-// A root may lie this far outside of its ray's part of the domain, sheets: rays are rounded to floats.
-constexpr double domain_tolerance = 1e-5;
 
 class Tile {
  public:
@@ -42,6 +42,8 @@ class Tile {
     m_.prepare_pixels(tile.width, tile.height);
     open_pixels_.prepare(tile, plan_);
     prepare_pixels();
+    if (options_.mode == RenderMode::isosurface)
+      surfaces_.emplace(job, tile, memory, field_, source_, pixel_);
   }
 
   TilePixels draw() {
@@ -96,7 +98,8 @@ class Tile {
       const int64_t end = std::min(k + at_once, last_ + 1);
       source_.complete_sheets(end - 1 + around, open_pixels(), clock);
       if (options_.mode == RenderMode::isosurface) {
-        find_surfaces(std::max(k, first_ + 1), end);
+        const int closed = surfaces_->draw(std::max(k, first_ + 1), end, stats_);
+        closed_ += closed, open_ -= closed;
       } else {
         sheets_.clear();
         for (int64_t sheet = k; sheet < end; ++sheet)
@@ -197,90 +200,6 @@ class Tile {
     m_.deep.add_segment(pixel_, front.k - front.front, sheets_.back().k + 0.5f, seen);
   }
 
-  // Whether a sample is on the base's side of the surface only because points beyond it are left out.
-  [[nodiscard]] bool lacks_points(double k, int x, int y, float value, float target) const {
-    return !plan_.inside.cells.empty() && (value < target) == (target > 0) &&
-           plan_.inside.contains(view_.sample(tile_.x + x, tile_.y + y, k));
-  }
-
-  // Finds the surfaces between the sheets k - 1 and k, for each k of [first, end).
-  void find_surfaces(int64_t first, int64_t end) {
-    const bool skip = !(options_.disable_skips & skip_empty_sheets);
-    bool filled = false;
-    for (int64_t k = first; k < end; ++k) {
-      const bool this_one = source_.filled(k) || source_.filled(k - 1);
-      if (skip && !this_one) ++stats_.sheets_skipped;
-      filled |= this_one;
-    }
-    if (first >= end || (skip && !filled)) return;
-    CrossingArgs c;
-    c.count = static_cast<int>(end - first), c.k = static_cast<float>(first);
-    c.target = static_cast<float>(options_.iso_value - static_cast<double>(scene_.slice->base));
-    c.width = tile_.width, c.height = tile_.height, c.pitch = m_.pixel_pitch;
-    c.plane_pitch = source_.plane_pitch();
-    c.alpha = pixel_.alpha, c.enter = pixel_.enter, c.leave = pixel_.leave;
-    if (skip) c.seen = {};
-    for (int64_t k = first - 2; k <= end; ++k) {
-      const int64_t sheet = std::max(k, view_.first_sheet());
-      c.plane[static_cast<size_t>(k - first + 2)] = source_.plane(sheet, 0);
-      if (skip) c.seen.include(source_.touched(sheet));
-    }
-    const auto room = static_cast<size_t>(tile_.width * tile_.height * CrossingArgs::most);
-    if (m_.crossings.size() < room) m_.crossings.resize(room);
-    c.found = m_.crossings.data();
-    const std::span<const SheetCrossing> found(c.found, sheet_loops_.crossings(c));
-    if (found.empty()) return;
-    for (int n = 0; n < c.count; ++n) draw_surface(c, found, n);
-  }
-
-  // The second of two crossings in an interval that ends at sheet number `end`, of which `in` is the first.
-  [[nodiscard]] static Crossing way_out(const Crossing& in, double end) {
-    Crossing out = in;
-    out.low = in.high, out.high = end, out.value_low = in.value_high, out.value_high = in.value_low;
-    return out;
-  }
-
-  // Draws the surfaces of one interval, at pixels that no earlier interval has covered.
-  void draw_surface(const CrossingArgs& c, std::span<const SheetCrossing> all, int interval) {
-    const auto k = static_cast<double>(c.k) + interval;
-    const auto* const plane = &c.plane[static_cast<size_t>(interval)];
-    std::vector<Crossing> crossings, grazes;
-    for (const SheetCrossing& found : all) {
-      const int x = found.x, y = found.y;
-      if (found.interval != interval || !(c.alpha[y * c.pitch + x] < 1)) continue;
-      const std::ptrdiff_t at = y * c.plane_pitch + x;
-      const float before = plane[1][at], value = plane[2][at];
-      if (lacks_points(k - 1, x, y, before, c.target) || lacks_points(k, x, y, value, c.target)) continue;
-      (found.grazes ? grazes : crossings)
-          .push_back({static_cast<double>(tile_.x + x), static_cast<double>(tile_.y + y), k - 1, k,
-                      static_cast<double>(before), static_cast<double>(value),
-                      0.5 * static_cast<double>(value - plane[0][at]),
-                      0.5 * static_cast<double>(plane[3][at] - before), static_cast<uint32_t>(pixel(x, y))});
-    }
-    const double target = options_.iso_value - static_cast<double>(scene_.slice->base);
-    const bool sees_all = options_.with_deep && options_.opacity_stop >= 1;
-    for (const Crossing& g : find_grazes(field_, view_, target, grazes)) {
-      crossings.push_back(g);
-      if (sees_all) crossings.push_back(way_out(g, k));
-    }
-    const auto hits = refine_crossings(field_, view_, target, crossings, root_tolerance);
-    const auto& color =
-        scene_.table->entry[static_cast<size_t>(scene_.table->index(static_cast<float>(options_.iso_value)))];
-    for (size_t n = 0; n < hits.size(); ++n) {
-      const size_t p = crossings[n].number;
-      if (hits[n].k < static_cast<double>(pixel_.enter[p]) - domain_tolerance ||
-          hits[n].k > static_cast<double>(pixel_.leave[p]) + domain_tolerance)
-        continue;
-      if (scene_.slice->has_holes && scene_.slice->is_hole(hits[n].position)) continue;
-      paint_pixel(p, color, 1.0f, hits[n].gradient, target, crossings[n].i, crossings[n].j);
-      pixel_.depth[p] = static_cast<float>(hits[n].k);
-      if (pixel_.value) pixel_.value[p] = static_cast<float>(options_.iso_value);
-      if (pixel_.time) pixel_.time[p] = static_cast<float>(time_.at(hits[n].position));
-      if (options_.with_deep && !m_.deep.add_surface(pixel_, p, pixel_.depth[p])) continue;
-      ++closed_, --open_;
-    }
-  }
-
   // above_base: the value there, relative to the base.
   void paint_pixel(size_t p, const std::array<float, 4>& color, float alpha, const Vec3& gradient,
                    double above_base, double i, double j) {
@@ -307,17 +226,16 @@ class Tile {
           finish_xray(p);
         else if (options_.mode == RenderMode::maximum)
           finish_maximum(p, x, y, gradients.empty() ? Vec3{} : gradients[static_cast<size_t>(x)]);
-        else if (options_.mode == RenderMode::composite)
+        else
           finish_composite(p);
-        if (options_.mode == RenderMode::isosurface && !(pixel_.alpha[p] > 0)) {
-          if (pixel_.value) pixel_.value[p] = nan_value;
-          if (pixel_.time) pixel_.time[p] = nan_value;
-        }
       }
     }
     if (options_.with_deep) m_.deep.finish_tile(job_.context->progress);
     add_lap(clock, stats_.ms_shade);
-    return finished_tile(tile_, m_.pixel_pitch, pixel_, options_.with_deep ? &m_.deep : nullptr);
+    TilePixels done_tile =
+        finished_tile(tile_, m_.pixel_pitch, pixel_, options_.with_deep ? &m_.deep : nullptr);
+    if (options_.with_hits) done_tile.hits = m_.hits;
+    return done_tile;
   }
 
   void finish_composite(size_t p) {
@@ -393,8 +311,9 @@ class Tile {
   bool analytic_;
   SheetSource source_;
   OpenPixels open_pixels_;
-  int differences_ = 0; // neighbours on either side that gradients look at
-  int around_ = 0;      // sheets on either side that gradients or segments look at
+  std::optional<TileSurfaces> surfaces_; // of mode isosurface
+  int differences_ = 0;                  // neighbours on either side that gradients look at
+  int around_ = 0;                       // sheets on either side that gradients or segments look at
   PixelPlanes pixel_;
   std::vector<SheetArgs> sheets_; // to be composited
   int64_t first_ = 0, last_ = -1; // sheets of this tile

@@ -70,7 +70,7 @@ void TileMemory::prepare_pixels(int tile_width, int tile_height) {
 
 TilePixels finished_tile(const PlannedTile& tile, int pitch, const PixelPlanes& pixel, const DeepTile* deep) {
   return {tile.x,     tile.y,      tile.width,  tile.height, pitch,      pixel.red, pixel.green,
-          pixel.blue, pixel.alpha, pixel.depth, pixel.value, pixel.time, deep};
+          pixel.blue, pixel.alpha, pixel.depth, pixel.value, pixel.time, deep,      {}};
 }
 
 } // namespace bccsplat

@@ -47,7 +47,8 @@ struct TileMemory {
   static constexpr size_t pixel_planes = 13;
   AlignedArray<uint8_t> hole; // per pixel, for each of the sheets at once
   std::vector<SheetCrossing> crossings;
-  DeepTile deep; // where the options ask for it
+  std::vector<SurfaceHit> hits; // where the options ask for them
+  DeepTile deep;                // where the options ask for it
 
   // Points that wait for their gap, in the bin of its number modulo the count of bins, a power of two. One
   // more bin takes what is rejected.

@@ -2,7 +2,10 @@
 // The finished pixels of a tile.
 #pragma once
 
+#include <span>
+
 #include "splat/tile/deep.h"
+#include "splat/tile/surface_hit.h"
 
 namespace bccsplat {
 
@@ -12,7 +15,8 @@ struct TilePixels {
   int x = 0, y = 0, width = 0, height = 0, pitch = 0;
   const float *red = nullptr, *green = nullptr, *blue = nullptr, *alpha = nullptr;
   const float *depth = nullptr, *value = nullptr, *time = nullptr;
-  const DeepTile* deep = nullptr; // null: not asked for
+  const DeepTile* deep = nullptr;   // null: not asked for
+  std::span<const SurfaceHit> hits; // of each pixel in order along its ray; none where not asked for
 };
 
 } // namespace bccsplat

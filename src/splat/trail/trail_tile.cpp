@@ -395,7 +395,7 @@ class TrailTile {
     if (pixel_.time) pixel_.time[p] += open * surface_->time[at];
     if (pixel_.alpha[p] < 0.5f) pixel_.depth[p] = surface_->depth[at];
     pixel_.alpha[p] = 1;
-    if (options_.with_deep) m_.deep.add_surface(pixel_, p, surface_->depth[at]);
+    if (options_.with_deep) (void)m_.deep.add_surface(pixel_, p, surface_->depth[at], 1);
   }
 
   const TrailJob& job_;

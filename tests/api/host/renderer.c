@@ -111,6 +111,16 @@ static void options(bccsplat_renderer* renderer) {
   WRONG("smooth_edges", o.smooth_edges = -1);
   WRONG("iso_value", o.mode = BCCSPLAT_MODE_ISOSURFACE);
   WRONG("iso_value", o.set_mask = BCCSPLAT_RENDER_SET_ISO, o.iso_value = NAN);
+  const bccsplat_iso_surface surface = {0.5, 0.4, {1, 0, 0}, 1, 0}, thick = {0.5, 1.5, {0}, 0, 0},
+                             nowhere = {NAN, 1, {0}, 0, 0}, dark = {0.5, 1, {-1, 0, 0}, 1, 0};
+  WRONG("surfaces is NULL", o.surface_count = 1);
+  WRONG("at most 16", o.surfaces = &surface, o.surface_count = BCCSPLAT_MAX_ISO_SURFACES + 1);
+  WRONG("opacity", o.surfaces = &thick, o.surface_count = 1);
+  WRONG("value", o.surfaces = &nowhere, o.surface_count = 1);
+  WRONG("color", o.surfaces = &dark, o.surface_count = 1);
+  SIZED(bccsplat_render_options, one);
+  one.mode = BCCSPLAT_MODE_ISOSURFACE, one.surfaces = &surface, one.surface_count = 1;
+  OK(bccsplat_renderer_set_options(renderer, &one)); /* needs no iso_value */
   WRONG("gradient_noise", o.set_mask = BCCSPLAT_RENDER_SET_GRADIENT_NOISE, o.gradient_noise = -1);
   WRONG("gradient_noise", o.set_mask = BCCSPLAT_RENDER_SET_GRADIENT_NOISE, o.gradient_noise = NAN);
 #undef WRONG

@@ -150,12 +150,12 @@ TEST(Surface, CrossingsAreTheSameInVectors) {
         sheets[n][p] = top - bend * away * away;
       }
     }
-    for (float& a : alpha) a = uniform(random) < 0.2f ? 1 : 0;
+    for (float& a : alpha) a = uniform(random) < 0.6f ? 0 : uniform(random);
     for (float& e : enter) e = uniform(random) < 0.1f ? 11 : 0;
     for (float& l : leave) l = 20;
     CrossingArgs c;
     c.count = count;
-    c.k = 10, c.target = 0.7f, c.width = width, c.height = height, c.pitch = pitch,
+    c.k = 10, c.target = 0.7f, c.stop = 0.6f, c.width = width, c.height = height, c.pitch = pitch,
     c.plane_pitch = plane_pitch;
     for (size_t n = 0; n < sheets.size(); ++n) c.plane[n] = sheets[n].data();
     c.alpha = alpha.data(), c.enter = enter.data(), c.leave = leave.data();
