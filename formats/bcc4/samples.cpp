@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 
 #include "base/would_block.h"
 #include "formats/bcc4/bcc4.h"
@@ -162,15 +163,17 @@ void Bcc4Samples::for_chunks(int channel, int32_t slab, const BrickBox& region, 
     for (size_t i = 0; i < batch.size(); ++i) {
       held[i] = cache_->chunks.find({channel, slab, batch[i].slot});
       if (held[i] && held[i]->has(layers)) continue;
+      held[i] = nullptr;
       missing.push_back(batch[i]);
       missing_at.push_back(i);
     }
-    const auto decoded = reader_->read_chunks(at, missing, context, attempts);
+    auto decoded = reader_->read_chunks(at, missing, context, attempts);
     context.tasks.parallel_for(decoded.size(), [&](uint64_t i) {
-      if (decoded[i]) held[missing_at[i]] = std::make_shared<const HeldChunk>(decoded[i], samples);
+      if (decoded[i])
+        held[missing_at[i]] = std::make_shared<const HeldChunk>(std::exchange(decoded[i], nullptr), samples);
     });
-    for (size_t i = 0; i < decoded.size(); ++i) {
-      if (!decoded[i]) continue; // it is not there yet
+    for (size_t i = 0; i < missing.size(); ++i) {
+      if (!held[missing_at[i]]) continue; // it is not there yet
       cache_->decoded.fetch_add(1, std::memory_order_relaxed);
       const ChunkKey key{channel, slab, missing[i].slot};
       cache_->chunks.drop(key); // what was left of it
