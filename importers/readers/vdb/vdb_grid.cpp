@@ -52,7 +52,8 @@ class VdbFile::Archive {
     } catch (const openvdb::Exception& e) {
       fail_input(path_, ": OpenVDB cannot read it: ", e.what());
     } catch (const std::bad_alloc&) {
-      fail(Exit::no_resources, path_, ": out of memory while OpenVDB reads it");
+      fail(Exit::no_resources, path_,
+           ": out of memory while OpenVDB reads it; a damaged file may ask for any amount");
     }
   }
   std::vector<std::string> names() {

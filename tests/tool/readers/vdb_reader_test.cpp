@@ -247,7 +247,9 @@ TEST(VdbReader, RefusesPointsVectorsAndDamage) {
   std::ifstream in(s.path("g.vdb"), std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});
   s.file("cut.vdb", bytes.substr(0, bytes.size() / 2));
-  EXPECT_EQ(static_cast<int>(refusal(inputs({s.path("cut.vdb")})).exit), static_cast<int>(Exit::bad_input));
+  // Sizes that stood behind the cut OpenVDB leaves to chance: it may ask for more memory than there is.
+  const Exit cut = refusal(inputs({s.path("cut.vdb")})).exit;
+  EXPECT_TRUE(cut == Exit::bad_input || cut == Exit::no_resources) << static_cast<int>(cut);
   ReaderOptions small = inputs({s.path("g.vdb")});
   small.max_memory = 1000;
   EXPECT_REFUSED(refusal(small), Exit::no_resources, "--max-mem");
