@@ -45,6 +45,7 @@ struct Bcc4Reader::State::Verification {
   // Lists what stopped the check of a part; `lost` tells what depends on it. Throws on what says nothing of
   // the file.
   void add_failure(const Error& e, Bcc4Damage lost, uint64_t offset, uint64_t bytes) {
+    // cppcheck-suppress rethrowNoCurrentException ; called from where it was caught
     if (!is_damage(e.code()) && !is_unreadable(e.code())) throw;
     const bool damaged = is_damage(e.code());
     lost.code = e.code(), lost.offset = offset;
