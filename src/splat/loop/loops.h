@@ -125,29 +125,39 @@ struct FanArgs {
   int width = 0, height = 0; // of the tile, pixels: what open_sum counts
 };
 
-struct TransformArgs {
-  const uint16_t* position = nullptr;
-  const float* coefficient = nullptr;
-  size_t count = 0;
-  const BrickAxes* axes = nullptr;
-  bool isotropic = false;
-  const float* lateral = nullptr; // per gap, from base_gap
-  const float* half_x = nullptr;  // half windows per gap, pixels
+// What of the gaps' plan moving points looks at: tables from gap `base` on.
+struct GapTables {
+  int64_t base = 0;
+  const float* lateral = nullptr;
+  const float* half_x = nullptr; // half windows, pixels
   const float* half_y = nullptr;
-  const int32_t* columns = nullptr; // windows per gap, pixels
+  const int32_t* columns = nullptr; // windows, pixels
   const int32_t* rows = nullptr;
-  int64_t base_gap = 0;                // of the tables
-  int64_t first_gap = 0, last_gap = 0; // points outside of them are dropped
-  int tile_x = 0, tile_y = 0;          // pixel of ring column 0, row 0
+};
+
+// The ring of a tile that points are moved to.
+struct TileWindow {
+  int x = 0, y = 0; // pixel of ring column 0, row 0
   int width = 0, height = 0;
   // How many pixels before column x and row y are still open, (width + 1) sums per row; null: all are open. A
   // point is dropped when no pixel of its window, or within `around` of it, is open.
   const int32_t* open_sum = nullptr;
   int around = 0;
   const FanArgs* fan = nullptr; // then open_sum counts pixels
+};
+
+struct TransformArgs {
+  const uint16_t* position = nullptr;
+  const float* coefficient = nullptr;
+  size_t count = 0;
+  const BrickAxes* axes = nullptr;
   // Bit (x >> 2 | y >> 2 << 2 | z >> 2 << 4) of the local planes: points there are needed.
   uint64_t cells = ~uint64_t{0};
-  // Results: accepted points are appended at bin_end[(gap - base_gap) & bin_mask]; every bin has room for
+  bool isotropic = false;
+  GapTables gaps;
+  int64_t first_gap = 0, last_gap = 0; // points outside of them are dropped
+  TileWindow tile;
+  // Results: accepted points are appended at bin_end[(gap - gaps.base) & bin_mask]; every bin has room for
   // count + 1.
   SplatRecord** bin_end = nullptr;
   uint32_t bin_mask = 0; // bin_end[bin_mask + 1] takes what is rejected

@@ -72,34 +72,37 @@ TransformCounts transform(const TransformArgs& t) {
     const float whole = std::floor(depth);
     const int64_t gap = f.k + static_cast<int64_t>(whole);
     if (gap < t.first_gap || gap > t.last_gap) continue;
-    const auto s = static_cast<size_t>(gap - t.base_gap);
+    const auto s = static_cast<size_t>(gap - t.gaps.base);
     float foot_x = affine(f.di), foot_y = affine(f.dj), lateral_x = 0, lateral_y = 0;
     if (!t.isotropic) {
       lateral_x = affine(f.dX), lateral_y = affine(f.dY);
-      foot_x += lateral_x * (t.lateral[s] - f.m);
-      foot_y += lateral_y * (t.lateral[s] - f.m);
+      foot_x += lateral_x * (t.gaps.lateral[s] - f.m);
+      foot_y += lateral_y * (t.gaps.lateral[s] - f.m);
     }
-    const float start_x = std::floor(foot_x - t.half_x[s]) + 1,
-                start_y = std::floor(foot_y - t.half_y[s]) + 1;
+    const float start_x = std::floor(foot_x - t.gaps.half_x[s]) + 1,
+                start_y = std::floor(foot_y - t.gaps.half_y[s]) + 1;
     if (!(std::fabs(start_x) < 1e8f && std::fabs(start_y) < 1e8f)) continue; // far outside any picture
-    const int px = f.i - t.tile_x + static_cast<int>(start_x),
-              py = f.j - t.tile_y + static_cast<int>(start_y);
-    if (px >= t.width || py >= t.height || px + t.columns[s] <= 0 || py + t.rows[s] <= 0) continue;
-    const int32_t* const rect = t.fan ? t.fan->rect + 4 * s : nullptr;
-    if (rect && (px >= rect[2] || py >= rect[3] || px + t.columns[s] <= rect[0] || py + t.rows[s] <= rect[1]))
+    const int px = f.i - t.tile.x + static_cast<int>(start_x),
+              py = f.j - t.tile.y + static_cast<int>(start_y);
+    if (px >= t.tile.width || py >= t.tile.height || px + t.gaps.columns[s] <= 0 || py + t.gaps.rows[s] <= 0)
       continue;
-    if (t.open_sum) {
-      int x0 = px - t.around, x1 = px + t.columns[s] + t.around;
-      int y0 = py - t.around, y1 = py + t.rows[s] + t.around;
-      if (t.fan) {
-        const FanArgs& a = *t.fan;
-        fan_window(a, s, a.per_x, a.foot_x, px - a.sample_foot_x, t.columns[s], x0, x1);
-        fan_window(a, s, a.per_y, a.foot_y, py - a.sample_foot_y, t.rows[s], y0, y1);
+    const int32_t* const rect = t.tile.fan ? t.tile.fan->rect + 4 * s : nullptr;
+    if (rect && (px >= rect[2] || py >= rect[3] || px + t.gaps.columns[s] <= rect[0] ||
+                 py + t.gaps.rows[s] <= rect[1]))
+      continue;
+    if (t.tile.open_sum) {
+      int x0 = px - t.tile.around, x1 = px + t.gaps.columns[s] + t.tile.around;
+      int y0 = py - t.tile.around, y1 = py + t.gaps.rows[s] + t.tile.around;
+      if (t.tile.fan) {
+        const FanArgs& a = *t.tile.fan;
+        fan_window(a, s, a.per_x, a.foot_x, px - a.sample_foot_x, t.gaps.columns[s], x0, x1);
+        fan_window(a, s, a.per_y, a.foot_y, py - a.sample_foot_y, t.gaps.rows[s], y0, y1);
       }
-      const int width = t.fan ? t.fan->width : t.width, height = t.fan ? t.fan->height : t.height;
+      const int width = t.tile.fan ? t.tile.fan->width : t.tile.width,
+                height = t.tile.fan ? t.tile.fan->height : t.tile.height;
       x0 = std::clamp(x0, 0, width), x1 = std::clamp(x1, 0, width);
       y0 = std::clamp(y0, 0, height), y1 = std::clamp(y1, 0, height);
-      const auto sum = [&](int row, int column) { return t.open_sum[row * (width + 1) + column]; };
+      const auto sum = [&](int row, int column) { return t.tile.open_sum[row * (width + 1) + column]; };
       if (sum(y1, x1) - sum(y1, x0) - sum(y0, x1) + sum(y0, x0) == 0) {
         ++counts.occluded;
         continue;

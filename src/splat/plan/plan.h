@@ -11,6 +11,7 @@
 #include "base/context.h"
 #include "field/lattice_sums.h"
 #include "splat/loop/loops.h"
+#include "splat/plan/plan_gaps.h"
 #include "splat/plan/scene.h"
 #include "splat/plan/stats.h"
 #include "splat/points/inside_cells.h"
@@ -55,38 +56,40 @@ struct PickedPoints {
   AlignedArray<float> coefficient;
 };
 
-struct SplatPlan {
-  int64_t first_sheet = 0, last_sheet = -1; // that may hold samples
-  int before = 0, after = 0;                // a gap s reaches the sheets s - before .. s + after
-  int sheets = 0, groups = 0;               // of the ring
-  int spare_columns = 4, spare_rows = 0;    // around a tile's ring
-  bool spare = false;                       // room for whole windows: nothing is clipped
-  int border = 0;                           // pixels around a tile that gradients look at
-  int lead = 0;                             // sheets on either side that gradients and isosurfaces look at
-  int halfway = 0; // of them, what values halfway between sheets are made of; 0: none are
+// The sheets of the picture, and how far is looked from them.
+struct PlannedSheets {
+  int64_t first = 0, last = -1; // that may hold samples
+  int border = 0;               // pixels around a tile that gradients look at
+  int lead = 0;                 // sheets on either side that gradients and isosurfaces look at
+  int halfway = 0;              // of them, what values halfway between sheets are made of; 0: none are
+  [[nodiscard]] bool none() const { return first > last; }
+};
+
+// How the pixels of the picture's sheets are raised from the samples of the ring's.
+struct PlannedRaise {
   // Sheets are sampled at `taps` > 0: samples of their own, from which the pixels are raised; 0: pixels.
   int taps = 0;
-  RaiseAxis raise_x, raise_y; // pixels from -border on; of a fan only the ratio, at the last sheet
-  RaiseFan fan;               // perspective: then the ring's sheets are those of an orthographic view
-  // The same along the sheets' normal: the ring's sheets are ring_first .. ring_last, those of the picture
-  // are raised from them; 0: they are the picture's.
+  RaiseAxis x, y; // pixels from -border on; of a fan only the ratio, at the last sheet
+  RaiseFan fan;   // perspective: then the ring's sheets are those of an orthographic view
+  // The same along the sheets' normal: the sheets of the picture are raised from those of the ring; 0: they
+  // are the same.
   int depth_taps = 0;
-  RaiseAxis raise_z; // sheets from 2 * lead before the first on
-  int64_t ring_first = 0, ring_last = -1;
-  int around = 0;         // a sample is of use to pixels whose own sample is at most this far away
-  bool isotropic = false; // orthographic, or a fan, and the sheets' metric is a multiple of the identity
-  double depth2 = 0;      // (step / R)^2
+  RaiseAxis z;    // sheets from 2 * lead before the first on
+  int around = 0; // a sample is of use to pixels whose own sample is at most this far away
+};
 
-  int64_t first_gap = 0, last_gap = -1;
-  int lane_period = 0; // gaps s and s + lane_period share lanes (orthographic); 0: every gap has its own
-  std::vector<float> lane_data;
-  std::vector<int16_t> row_ranges; // GapLanes::row_range per set of lanes; empty: none
-  int row_columns = 0;
-  std::vector<float> lateral, half_x, half_y; // per gap
-  std::vector<int32_t> columns, rows;
+struct SplatPlan {
+  PlannedSheets sheets;
+  PlannedRaise raise;
+  PlannedRing ring;
+  PlannedGaps gaps;
 
   // Of what is drawn, whose ripple surfaces, maxima and analytic gradients are lit without; null: with it.
   std::shared_ptr<const LatticeSums> sums;
+  bool base_visible = false;
+  // Orthographic composites: SheetArgs::whole.
+  std::vector<std::array<float, 4>> whole_sheet;
+
   // Isosurfaces: samples here, beyond all of them, may lack points, and are taken for what they are known to
   // be.
   InsideCells inside;
@@ -95,26 +98,6 @@ struct SplatPlan {
   int64_t longest = 1; // gaps a brick spans at most
   std::vector<PlannedCorrections> corrections;
   std::vector<PlannedTile> tiles;
-  bool base_visible = false;
-  // Orthographic composites: SheetArgs::whole.
-  std::vector<std::array<float, 4>> whole_sheet;
-
-  // Isotropic windows that are worth a table of rows per four columns.
-  [[nodiscard]] bool large_window() const {
-    return columns.front() > block_window || rows.front() > block_window;
-  }
-  [[nodiscard]] GapLanes lanes(int64_t gap) const {
-    const int64_t n = lane_period ? ((gap % lane_period) + lane_period) % lane_period : gap - first_gap;
-    const auto s = static_cast<size_t>(sheets);
-    const float* p = lane_data.data() + static_cast<size_t>(n) * 6 * s;
-    GapLanes l{p, p + s, p + 2 * s, p + 3 * s, p + 4 * s, p + 5 * s};
-    if (!row_ranges.empty()) {
-      const int16_t* ranges = row_ranges.data() + n * groups * row_columns * 2;
-      (large_window() ? l.row_range : l.group_rows) = ranges;
-      l.row_columns = row_columns;
-    }
-    return l;
-  }
 };
 
 // Returns the scales of the picture's sheets that the points of gaps first .. last reach, of a plan with a

@@ -41,7 +41,7 @@ BrickAxes brick_axes(const SplatScene& scene, const SplatPlan& plan, const Splat
     f.dX[3] = static_cast<float>(X), f.dY[3] = static_cast<float>(Y);
   } else {
     i = X - static_cast<double>(f.k) * drift_x, j = Y - static_cast<double>(f.k) * drift_y;
-    f.m = static_cast<float>(f.k - plan.first_gap);
+    f.m = static_cast<float>(f.k - plan.gaps.first);
     f.dX[3] = static_cast<float>(-drift_x), f.dY[3] = static_cast<float>(-drift_y);
   }
   const double base_i = std::clamp(std::floor(i), -1e9, 1e9), base_j = std::clamp(std::floor(j), -1e9, 1e9);
@@ -75,12 +75,12 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
   }
   out.first_gap = static_cast<int64_t>(std::floor(near - 1e-4));
   out.last_gap = static_cast<int64_t>(std::floor(far + 1e-4));
-  const int64_t from = std::max(out.first_gap, plan.first_gap), to = std::min(out.last_gap, plan.last_gap);
+  const int64_t from = std::max(out.first_gap, plan.gaps.first), to = std::min(out.last_gap, plan.gaps.last);
   if (from > to) return false;
   double half_x = 0, half_y = 0;
   for (int64_t s = from; s <= to; ++s) {
-    half_x = std::max<double>(half_x, plan.half_x[static_cast<size_t>(s - plan.first_gap)]);
-    half_y = std::max<double>(half_y, plan.half_y[static_cast<size_t>(s - plan.first_gap)]);
+    half_x = std::max<double>(half_x, plan.gaps.half_x[plan.gaps.index(s)]);
+    half_y = std::max<double>(half_y, plan.gaps.half_y[plan.gaps.index(s)]);
   }
   if (v.perspective) {
     // Feet are X m, with m between the values at the first and the last gap.
@@ -142,7 +142,7 @@ class BrickChoice {
     if (inside_)
       plan_.inside.cells[scene_.points->slot(brick)] = inside_cells(*inside_, weights_, ranges(0, n));
     const bool reached = bound_brick(ring_, plan_, brick, b);
-    if (plan_.fan.taps > 0 && reached) fan_rect(plan_, b);
+    if (plan_.raise.fan.taps > 0 && reached) fan_rect(plan_, b);
     if (!reached || beside_picture(b.rect)) {
       const bool cull = !(options_.disable_skips & skip_frustum);
       out.place = cull || !reached ? Place::gone : Place::outside;
@@ -153,7 +153,7 @@ class BrickChoice {
     // Only ranges over a wide enough reach tell what lies beyond a surface.
     if (cells_ >= 0 && (least_ == 0 || inside_))
       b.cells &= needed_cells(scene_, options_, weights_, ranges(static_cast<size_t>(cells_), n), inside_);
-    b.first_gap = std::max(b.first_gap, plan_.first_gap);
+    b.first_gap = std::max(b.first_gap, plan_.gaps.first);
     b.axes = brick_axes(ring_, plan_, brick);
     return out;
   }
@@ -164,8 +164,8 @@ class BrickChoice {
   }
   [[nodiscard]] bool beside_picture(const std::array<int, 4>& rect) const {
     const SheetView& view = *ring_.view;
-    return rect[0] >= view.width + plan_.around || rect[1] >= view.height + plan_.around ||
-           rect[2] <= -plan_.around || rect[3] <= -plan_.around;
+    return rect[0] >= view.width + plan_.raise.around || rect[1] >= view.height + plan_.raise.around ||
+           rect[2] <= -plan_.raise.around || rect[3] <= -plan_.raise.around;
   }
 
   const SplatScene &scene_, &ring_;

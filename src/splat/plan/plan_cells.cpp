@@ -62,26 +62,30 @@ bool shows(const SplatScene& scene, const SplatOptions& options, const WeightBou
 double look_distance(const SplatScene& scene, const SplatOptions& options, const SplatPlan& plan) {
   const SheetView& v = *scene.view;
   // A crossing looks at the two sheets on either side of it.
-  const int sheets = options.mode == RenderMode::isosurface ? 2 : plan.lead;
-  if (sheets == 0 && plan.taps == 0 && plan.depth_taps == 0) return 0;
-  const double scale = v.perspective ? static_cast<double>(plan.last_sheet) + v.depth : 1;
+  const int sheets = options.mode == RenderMode::isosurface ? 2 : plan.sheets.lead;
+  if (sheets == 0 && plan.raise.taps == 0 && plan.raise.depth_taps == 0) return 0;
+  const double scale = v.perspective ? static_cast<double>(plan.sheets.last) + v.depth : 1;
   const double x = scale * length(v.ex), y = scale * length(v.ey),
-               ray = (sheets + 0.5 * plan.depth_taps * plan.raise_z.ratio) * longest_ray(v);
-  if (plan.taps == 0) return std::max({ray, sheets * x, sheets * y});
+               ray = (sheets + 0.5 * plan.raise.depth_taps * plan.raise.z.ratio) * longest_ray(v);
+  if (plan.raise.taps == 0) return std::max({ray, sheets * x, sheets * y});
   // Samples that a pixel is raised from lie in a rectangle around it.
-  const RaiseFan& fan = plan.fan;
-  const double wide = 0.5 * plan.taps * (fan.taps > 0 ? length(v.ex) / fan.x.per : plan.raise_x.ratio * x),
-               high = 0.5 * plan.taps * (fan.taps > 0 ? length(v.ey) / fan.y.per : plan.raise_y.ratio * y);
-  if (v.perspective && plan.isotropic) {
+  const RaiseFan& fan = plan.raise.fan;
+  const double wide =
+                   0.5 * plan.raise.taps * (fan.taps > 0 ? length(v.ex) / fan.x.per : plan.raise.x.ratio * x),
+               high =
+                   0.5 * plan.raise.taps * (fan.taps > 0 ? length(v.ey) / fan.y.per : plan.raise.y.ratio * y);
+  if (v.perspective && plan.gaps.isotropic) {
     // Rays lean, so that what they look at lies to the side, too.
     const double lean = std::sqrt(std::max(0.0, longest_ray(v) * longest_ray(v) - v.step * v.step)),
-                 deep = (sheets + 0.5 * plan.depth_taps * plan.raise_z.ratio) * v.step,
-                 aside = std::max(sheets * lean, plan.border * std::max(x, y)) + std::hypot(wide, high);
+                 deep = (sheets + 0.5 * plan.raise.depth_taps * plan.raise.z.ratio) * v.step,
+                 aside =
+                     std::max(sheets * lean, plan.sheets.border * std::max(x, y)) + std::hypot(wide, high);
     return std::hypot(deep, aside);
   }
-  if (!plan.isotropic) return ray + wide + high + plan.border * std::max(x, y);
-  return std::sqrt(std::max({ray * ray + wide * wide + high * high,
-                             (wide + plan.border * x) * (wide + plan.border * x) + high * high}));
+  if (!plan.gaps.isotropic) return ray + wide + high + plan.sheets.border * std::max(x, y);
+  return std::sqrt(
+      std::max({ray * ray + wide * wide + high * high,
+                (wide + plan.sheets.border * x) * (wide + plan.sheets.border * x) + high * high}));
 }
 
 uint64_t near_cells(const SplatScene& scene, const SplatBrick& brick, double look) {

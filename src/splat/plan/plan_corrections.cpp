@@ -68,7 +68,7 @@ void plan_corrections(const SplatScene& scene, SplatPlan& plan) {
   for (PlannedTile& t : plan.tiles)
     for (uint32_t n = 0; n < plan.corrections.size(); ++n) {
       const auto& r = plan.corrections[n].rect;
-      const int b = plan.border;
+      const int b = plan.sheets.border;
       if (r[0] < t.x + t.width + b && r[2] > t.x - b && r[1] < t.y + t.height + b && r[3] > t.y - b)
         t.corrections.push_back(n);
     }

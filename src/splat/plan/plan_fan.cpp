@@ -24,8 +24,9 @@ constexpr double tile_samples = 160;
 bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v) {
   if (!v.perspective) return false;
   const auto [per_unit_x, per_unit_y] = SheetMetric(v).pixels_per_unit();
-  const double first = v.scale(static_cast<double>(std::max(plan.first_sheet - plan.lead, v.first_sheet()))),
-               last = v.scale(static_cast<double>(plan.last_sheet + 2 * plan.lead + 1));
+  const double first = v.scale(
+                   static_cast<double>(std::max(plan.sheets.first - plan.sheets.lead, v.first_sheet()))),
+               last = v.scale(static_cast<double>(plan.sheets.last + 2 * plan.sheets.lead + 1));
   // Scales at which pixels are as large as samples.
   const double x = per_unit_x / filter.density, y = per_unit_y / filter.density;
   const double ratio = std::min(x, y);
@@ -38,12 +39,12 @@ bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v) {
   const double samples = drift(foot_x, v.width, 1 / x) * drift(foot_y, v.height, 1 / y);
   if (!(samples <= std::clamp(samples_per_pixel * v.width * v.height, always_samples, most_samples)))
     return false;
-  RaiseFan& fan = plan.fan;
+  RaiseFan& fan = plan.raise.fan;
   fan.x = {1 / x, foot_x}, fan.y = {1 / y, foot_y};
-  fan.taps = filter.taps, fan.depth = v.depth, fan.border = plan.border;
+  fan.taps = filter.taps, fan.depth = v.depth, fan.border = plan.sheets.border;
   fan.nearest = v.scale(static_cast<double>(v.first_sheet()));
   make_fan_weights(fan, filter.density);
-  plan.raise_x.ratio = x / last, plan.raise_y.ratio = y / last;
+  plan.raise.x.ratio = x / last, plan.raise.y.ratio = y / last;
   v.perspective = false;
   v.ez = v.step * v.normal;
   v.eye = v.eye + v.depth * v.ez;
@@ -53,19 +54,19 @@ bool plan_fan(const RaiseFilter& filter, SplatPlan& plan, SheetView& v) {
 }
 
 Scales gap_scales(const SplatPlan& plan, int64_t first, int64_t last) {
-  const int reach = plan.depth_taps > 0 ? plan.depth_taps / 2 + 1 : 0;
+  const int reach = plan.raise.depth_taps > 0 ? plan.raise.depth_taps / 2 + 1 : 0;
   const auto scale = [&](int64_t sheet) {
-    const double k = static_cast<double>(sheet) * plan.raise_z.ratio;
-    return plan.fan.scale(std::clamp(k, static_cast<double>(plan.first_sheet - 2 * plan.lead),
-                                     static_cast<double>(plan.last_sheet + 2 * plan.lead)));
+    const double k = static_cast<double>(sheet) * plan.raise.z.ratio;
+    return plan.raise.fan.scale(std::clamp(k, static_cast<double>(plan.sheets.first - 2 * plan.sheets.lead),
+                                           static_cast<double>(plan.sheets.last + 2 * plan.sheets.lead)));
   };
-  return {scale(first - plan.before - reach), scale(last + plan.after + reach)};
+  return {scale(first - plan.ring.before - reach), scale(last + plan.ring.after + reach)};
 }
 
 void fan_rect(const SplatPlan& plan, PlannedBrick& b) {
   const Scales scales = gap_scales(plan, b.first_gap, b.last_gap);
-  const auto [x0, x1] = fan_pixels(plan.fan, plan.fan.x, scales, {b.rect[0], b.rect[2]});
-  const auto [y0, y1] = fan_pixels(plan.fan, plan.fan.y, scales, {b.rect[1], b.rect[3]});
+  const auto [x0, x1] = fan_pixels(plan.raise.fan, plan.raise.fan.x, scales, {b.rect[0], b.rect[2]});
+  const auto [y0, y1] = fan_pixels(plan.raise.fan, plan.raise.fan.y, scales, {b.rect[1], b.rect[3]});
   b.rect = {x0, y0, x1, y1};
 }
 

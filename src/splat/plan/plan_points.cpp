@@ -82,7 +82,7 @@ bool reserve_copies(const SplatPoints& points, MemoryBudget& budget, PickedPoint
 int least_code(const SplatScene& scene, const SplatOptions& options, const WeightBounds& weights, double look,
                const SplatPlan& plan) {
   const double distance = 2 * scene.slice->kernel.space.radius + look;
-  if (scene.points->codes.empty() || plan.taps > 0 || plan.depth_taps > 0 ||
+  if (scene.points->codes.empty() || plan.raise.taps > 0 || plan.raise.depth_taps > 0 ||
       !(distance <= farthest(scene.points->plane_distance)))
     return 0;
   int least = 0;

@@ -23,7 +23,7 @@ double overlap(double a0, double a1, double b0, double b1) {
 
 // The samples of the ring, or the pixels, that the rectangles of bricks are compared with.
 std::array<int, 4> reached(const SplatPlan& plan, const PlannedTile& t) {
-  if (plan.fan.taps > 0) return {t.x, t.y, t.x + t.width, t.y + t.height};
+  if (plan.raise.fan.taps > 0) return {t.x, t.y, t.x + t.width, t.y + t.height};
   return {t.ring_x, t.ring_y, t.ring_x + t.ring_width, t.ring_y + t.ring_height};
 }
 

@@ -9,20 +9,20 @@ namespace bccsplat {
 void OpenPixels::prepare(const PlannedTile& tile, const SplatPlan& plan) {
   ring_x_ = tile.ring_x, ring_y_ = tile.ring_y, ring_width_ = tile.ring_width,
   ring_height_ = tile.ring_height;
-  width_ = tile.width, height_ = tile.height, around_ = plan.around;
-  const bool fan = plan.fan.taps > 0;
+  width_ = tile.width, height_ = tile.height, around_ = plan.raise.around;
+  const bool fan = plan.raise.fan.taps > 0;
   if (fan) ring_x_ = tile.x, ring_y_ = tile.y, ring_width_ = width_, ring_height_ = height_, around_ = 0;
   pixels_.assign(static_cast<size_t>(ring_width_) + 1, 0), row_.resize(static_cast<size_t>(height_));
   before_.assign(static_cast<size_t>(width_) + 1, 0);
-  const int own = plan.taps / 2 - 1; // of a pixel's samples
+  const int own = plan.raise.taps / 2 - 1; // of a pixel's samples
   for (int x = 0; x < width_; ++x)
-    ++pixels_[static_cast<size_t>((plan.taps && !fan ? plan.raise_x.at(tile.x + x) + own : tile.x + x) -
+    ++pixels_[static_cast<size_t>((plan.raise.taps && !fan ? plan.raise.x.at(tile.x + x) + own : tile.x + x) -
                                   ring_x_ + 1)];
   std::partial_sum(pixels_.begin(), pixels_.end(), pixels_.begin());
   rows_.assign(static_cast<size_t>(ring_height_) + 1, 0);
   for (int y = 0; y < height_; ++y) {
     row_[static_cast<size_t>(y)] =
-        (plan.taps && !fan ? plan.raise_y.at(tile.y + y) + own : tile.y + y) - ring_y_;
+        (plan.raise.taps && !fan ? plan.raise.y.at(tile.y + y) + own : tile.y + y) - ring_y_;
     ++rows_[static_cast<size_t>(row_[static_cast<size_t>(y)]) + 1];
   }
   std::partial_sum(rows_.begin(), rows_.end(), rows_.begin());

@@ -34,21 +34,21 @@ SheetSource::SheetSource(const SheetSourceArgs& args, const PlannedTile& tile, T
       loops_(args.reference_loops ? reference_loops() : simd_loops()), tile_(tile), m_(memory), stats_(stats),
       quantities_(args.gradients ? 4 : 1), kept_(args.kept), use_(args.use) {
   m_.size_planes(plan_, tile);
-  ring_touched_.resize(static_cast<size_t>(plan_.sheets));
+  ring_touched_.resize(static_cast<size_t>(plan_.ring.sheets));
   pitch_ = m_.plane_pitch;
   if (!tile.corrections.empty()) corrections_.emplace(scene_, plan_, tile);
 }
 
 void SheetSource::begin_sheets(int64_t first_sheet, int64_t last_sheet) {
   next_sheet_ = first_sheet;
-  if (plan_.depth_taps > 0) {
-    first_sheet = plan_.raise_z.at(static_cast<int>(first_sheet));
-    last_sheet = plan_.raise_z.at(static_cast<int>(last_sheet)) + plan_.depth_taps - 1;
+  if (plan_.raise.depth_taps > 0) {
+    first_sheet = plan_.raise.z.at(static_cast<int>(first_sheet));
+    last_sheet = plan_.raise.z.at(static_cast<int>(last_sheet)) + plan_.raise.depth_taps - 1;
   }
-  first_gap_ = std::max(plan_.first_gap, first_sheet - plan_.after);
-  last_gap_ = std::min(plan_.last_gap, last_sheet + plan_.before);
+  first_gap_ = std::max(plan_.gaps.first, first_sheet - plan_.ring.after);
+  last_gap_ = std::min(plan_.gaps.last, last_sheet + plan_.ring.before);
   next_gap_ = first_gap_;
-  if (use_ == KeptSheets::Use::keep) kept_->begin_sheets(first_gap_ - plan_.before);
+  if (use_ == KeptSheets::Use::keep) kept_->begin_sheets(first_gap_ - plan_.ring.before);
 }
 
 void SheetSource::end_sheets() {
@@ -58,14 +58,14 @@ void SheetSource::end_sheets() {
 
 void SheetSource::complete_sheets(int64_t k, const OpenPixels* open, StageClock::time_point& clock) {
   const auto finish_ring = [&](int64_t of_ring) {
-    for (; next_gap_ <= of_ring + plan_.before; ++next_gap_) splat_gap(next_gap_, open, clock);
+    for (; next_gap_ <= of_ring + plan_.ring.before; ++next_gap_) splat_gap(next_gap_, open, clock);
   };
-  if (plan_.depth_taps == 0) {
+  if (plan_.raise.depth_taps == 0) {
     finish_ring(k);
     return;
   }
   for (; next_sheet_ <= k; ++next_sheet_) {
-    finish_ring(plan_.raise_z.at(static_cast<int>(next_sheet_)) + plan_.depth_taps - 1);
+    finish_ring(plan_.raise.z.at(static_cast<int>(next_sheet_)) + plan_.raise.depth_taps - 1);
     blend_sheet(next_sheet_);
     correct_sheet(next_sheet_);
   }
@@ -73,8 +73,8 @@ void SheetSource::complete_sheets(int64_t k, const OpenPixels* open, StageClock:
 
 void SheetSource::splat_gap(int64_t s, const OpenPixels* open, StageClock::time_point& clock) {
   if (use_ == KeptSheets::Use::take) {
-    take_kept_sheet(s - plan_.before);
-    if (plan_.depth_taps == 0) correct_sheet(s - plan_.before);
+    take_kept_sheet(s - plan_.ring.before);
+    if (plan_.raise.depth_taps == 0) correct_sheet(s - plan_.ring.before);
     return;
   }
   if (s <= last_gap_) {
@@ -88,7 +88,7 @@ void SheetSource::splat_gap(int64_t s, const OpenPixels* open, StageClock::time_
       if (m_.bin_end[bin] != records) {
         auto count = static_cast<size_t>(m_.bin_end[bin] - records);
         if (open && open->mostly_closed()) count = drop_hidden_points(s, records, count, *open);
-        if (count > 0) last_filled_ = s + plan_.after;
+        if (count > 0) last_filled_ = s + plan_.ring.after;
         splat_bin(s, records, count);
         mark_touched_samples(s, records, count);
         m_.bin_end[bin] = records;
@@ -96,14 +96,14 @@ void SheetSource::splat_gap(int64_t s, const OpenPixels* open, StageClock::time_
       }
     }
   }
-  const int64_t k = s - plan_.before; // is complete
-  (plan_.depth_taps > 0 ? stack_filled_ : filled_)[k] = k <= last_filled_;
+  const int64_t k = s - plan_.ring.before; // is complete
+  (plan_.raise.depth_taps > 0 ? stack_filled_ : filled_)[k] = k <= last_filled_;
   if (use_ == KeptSheets::Use::keep) {
     KeptTile::Sheet& sheet = kept_->add_sheet();
     sheet.filled = k <= last_filled_, sheet.touched = ring_touched_[slot(k)];
   }
   if (k <= last_filled_) extract_sheet(k);
-  if (plan_.depth_taps == 0) correct_sheet(k);
+  if (plan_.raise.depth_taps == 0) correct_sheet(k);
 }
 
 // Adds the corrections that reach a finished sheet of the picture, which they fill where nothing else does.
@@ -114,8 +114,8 @@ void SheetSource::correct_sheet(int64_t k) {
   float* const plane = m_.plane_origin(k, 0);
   if (!filled_[k]) clear_around(std::exchange(touched, {0, 0, 0, 0}), {0, 0, 0, 0}, plane, m_.plane_pitch);
   filled_[k] = true;
-  const PixelRect changed = corrections_->add(
-      k, {plane, m_.plane_pitch, tile_.x - plan_.border, tile_.y - plan_.border, m_.width, m_.height});
+  const PixelRect changed = corrections_->add(k, {plane, m_.plane_pitch, tile_.x - plan_.sheets.border,
+                                                  tile_.y - plan_.sheets.border, m_.width, m_.height});
   if (changed.empty()) return;
   if (touched.empty()) touched = changed;
   touched.include(changed);
@@ -125,7 +125,7 @@ void SheetSource::correct_sheet(int64_t k) {
 // Leaves sheet k, which was kept, as splat_gap() would.
 void SheetSource::take_kept_sheet(int64_t k) {
   const KeptTile::Sheet& sheet = kept_->sheet(k);
-  (plan_.depth_taps > 0 ? stack_filled_ : filled_)[k] = sheet.filled;
+  (plan_.raise.depth_taps > 0 ? stack_filled_ : filled_)[k] = sheet.filled;
   if (!sheet.filled) return;
   prepare_sheets();
   ring_touched_[slot(k)] = sheet.touched;
@@ -136,7 +136,7 @@ void SheetSource::take_kept_sheet(int64_t k) {
 void SheetSource::prepare_sheets() {
   if (std::exchange(prepared_, true)) return;
   m_.prepare_sheets(plan_, tile_, quantities_ == 4);
-  if (plan_.fan.taps > 0) prepare_fan();
+  if (plan_.raise.fan.taps > 0) prepare_fan();
 }
 
 void SheetSource::activate_brick(uint32_t planned, const OpenPixels* open) {
@@ -152,25 +152,20 @@ void SheetSource::activate_brick(uint32_t planned, const OpenPixels* open) {
   t.position = (b.picked ? plan_.picked.position.data() : scene_.points->position.data()) + points.first;
   t.coefficient =
       (b.picked ? plan_.picked.coefficient.data() : scene_.points->coefficient.data()) + points.first;
-  t.count = b.count;
-  t.axes = &b.axes;
-  t.isotropic = plan_.isotropic;
-  t.lateral = plan_.lateral.data();
-  t.half_x = plan_.half_x.data(), t.half_y = plan_.half_y.data();
-  t.columns = plan_.columns.data(), t.rows = plan_.rows.data();
-  t.base_gap = plan_.first_gap;
+  t.count = b.count, t.axes = &b.axes;
+  if (!b.picked) t.cells = b.cells;
+  t.isotropic = plan_.gaps.isotropic;
+  t.gaps = plan_.gaps.tables();
   t.first_gap = first_gap_, t.last_gap = last_gap_;
-  t.tile_x = tile_.ring_x, t.tile_y = tile_.ring_y;
-  t.width = m_.ring_width, t.height = m_.ring_height;
+  t.tile = {.x = tile_.ring_x, .y = tile_.ring_y, .width = m_.ring_width, .height = m_.ring_height};
+  if (open && !open->all_open(b.rect)) t.tile.open_sum = open->sums(), t.tile.around = open->around();
+  if (plan_.raise.fan.taps > 0) t.tile.fan = &fan_;
   t.bin_end = m_.bin_end.data(), t.bin_mask = m_.bin_mask();
   const int64_t from = std::max(first_gap_, b.first_gap), to = std::min(last_gap_, b.last_gap);
   for (int64_t s = from; s <= to; ++s) m_.make_room(bin_of(s), b.count + 1);
   const size_t trash = m_.bins.size() - 1;
   m_.bin_end[trash] = m_.bins[trash].data();
   m_.make_room(trash, b.count + 16);
-  if (open && !open->all_open(b.rect)) t.open_sum = open->sums(), t.around = open->around();
-  if (plan_.fan.taps > 0) t.fan = &fan_;
-  if (!b.picked) t.cells = b.cells;
   const TransformCounts counts = loops_.transform(t);
   stats_.points_invisible += counts.invisible;
   stats_.points_splatted += counts.accepted;
@@ -180,17 +175,17 @@ void SheetSource::activate_brick(uint32_t planned, const OpenPixels* open) {
 // Drops the points that only closed pixels would see, for pixels have closed since they were transformed.
 size_t SheetSource::drop_hidden_points(int64_t s, SplatRecord* records, size_t count,
                                        const OpenPixels& open) {
-  const auto n = static_cast<size_t>(s - plan_.first_gap);
-  const int columns = plan_.columns[n], rows = plan_.rows[n];
+  const size_t n = plan_.gaps.index(s);
+  const int columns = plan_.gaps.columns[n], rows = plan_.gaps.rows[n];
   const Scales scales = gap_scales(plan_, s, s);
   size_t left = 0;
   for (size_t i = 0; i < count; ++i) {
     const SplatRecord& p = records[i];
     const int x = p.x + tile_.ring_x, y = p.y + tile_.ring_y;
     std::array<int, 4> rect{x, y, x + columns, y + rows};
-    if (plan_.fan.taps > 0) {
-      const auto [x0, x1] = fan_pixels(plan_.fan, plan_.fan.x, scales, {rect[0], rect[2]});
-      const auto [y0, y1] = fan_pixels(plan_.fan, plan_.fan.y, scales, {rect[1], rect[3]});
+    if (plan_.raise.fan.taps > 0) {
+      const auto [x0, x1] = fan_pixels(plan_.raise.fan, plan_.raise.fan.x, scales, {rect[0], rect[2]});
+      const auto [y0, y1] = fan_pixels(plan_.raise.fan, plan_.raise.fan.y, scales, {rect[1], rect[3]});
       rect = {x0, y0, x1, y1};
     }
     if (!open.hidden(rect)) records[left++] = p;
@@ -201,20 +196,20 @@ size_t SheetSource::drop_hidden_points(int64_t s, SplatRecord* records, size_t c
 }
 
 void SheetSource::splat_bin(int64_t s, const SplatRecord* records, size_t count) {
-  const auto n = static_cast<size_t>(s - plan_.first_gap);
-  const GapLanes lanes = plan_.lanes(s);
+  const size_t n = plan_.gaps.index(s);
+  const GapLanes lanes = plan_.gaps.lanes(s, plan_.ring);
   SplatArgs a;
   a.record = records, a.count = count;
   a.lanes = &lanes, a.kernel = &kernel_;
-  a.depth2 = static_cast<float>(plan_.depth2);
-  a.isotropic = plan_.isotropic, a.spare = plan_.spare;
-  a.columns = plan_.columns[n], a.rows = plan_.rows[n], a.half = plan_.half_x[n];
+  a.depth2 = static_cast<float>(plan_.gaps.depth2);
+  a.isotropic = plan_.gaps.isotropic, a.spare = plan_.ring.whole_windows;
+  a.columns = plan_.gaps.columns[n], a.rows = plan_.gaps.rows[n], a.half = plan_.gaps.half_x[n];
   for (size_t q = 0; q < quantities_; ++q) a.ring[q] = m_.ring_origin(q);
-  a.groups = plan_.groups, a.group_floats = m_.group_floats;
+  a.groups = plan_.ring.groups, a.group_floats = m_.group_floats;
   a.pitch = m_.ring_pitch, a.width = m_.ring_width, a.height = m_.ring_height;
   loops_.splat(a);
-  stats_.contributions += count * static_cast<uint64_t>(plan_.sheets) * static_cast<uint64_t>(a.columns) *
-                          static_cast<uint64_t>(a.rows);
+  stats_.contributions += count * static_cast<uint64_t>(plan_.ring.sheets) *
+                          static_cast<uint64_t>(a.columns) * static_cast<uint64_t>(a.rows);
 }
 
 // Marks the samples that the points of a gap may touch, on all sheets within their reach.
@@ -225,11 +220,12 @@ void SheetSource::mark_touched_samples(int64_t s, const SplatRecord* records, si
     const SplatRecord& p = records[n];
     starts.include({p.x, p.y, p.x, p.y});
   }
-  const auto n = static_cast<size_t>(s - plan_.first_gap);
+  const size_t n = plan_.gaps.index(s);
   const PixelRect touched =
-      PixelRect{starts.x0, starts.y0, starts.x1 + plan_.columns[n], starts.y1 + plan_.rows[n]}.within(
-          m_.ring_width, m_.ring_height);
-  for (int64_t k = s - plan_.before; k <= s + plan_.after; ++k) ring_touched_[slot(k)].include(touched);
+      PixelRect{starts.x0, starts.y0, starts.x1 + plan_.gaps.columns[n], starts.y1 + plan_.gaps.rows[n]}
+          .within(m_.ring_width, m_.ring_height);
+  for (int64_t k = s - plan_.ring.before; k <= s + plan_.ring.after; ++k)
+    ring_touched_[slot(k)].include(touched);
 }
 
 PixelRect SheetSource::whole_vectors(const PixelRect& r) {
@@ -277,10 +273,10 @@ void SheetSource::keep_plane(int64_t k, size_t quantity, const float* plane, int
 // pixels.
 void SheetSource::extract_sheet(int64_t k) {
   const PixelRect touched = ring_touched_[slot(k)];
-  if (plan_.depth_taps > 0) {
+  if (plan_.raise.depth_taps > 0) {
     extract_plane(k, 0, m_.stack[k].data(), m_.sample_pitch, stack_held_[k]);
     stack_touched_[k] = touched;
-  } else if (plan_.taps > 0) {
+  } else if (plan_.raise.taps > 0) {
     extract_plane(k, 0, m_.samples.data(), m_.sample_pitch, samples_held_);
     raise_sheet(k, touched);
   } else {
@@ -303,14 +299,15 @@ void SheetSource::normalise_sheet(int64_t k) {
     for (int x = 0; x < m_.width; ++x) {
       float& v = plane[y * m_.plane_pitch + x];
       if (v == 0) continue;
-      const Vec3 p =
-          view.sample(tile_.x - plan_.border + x, tile_.y - plan_.border + y, static_cast<double>(k));
+      const Vec3 p = view.sample(tile_.x - plan_.sheets.border + x, tile_.y - plan_.sheets.border + y,
+                                 static_cast<double>(k));
       v /= static_cast<float>(lattice_sum(slice.kernel, slice.lattice.bcc, p[0], p[1], p[2]));
     }
 }
 
 const float* SheetSource::plane(int64_t k, size_t quantity) const {
-  return filled(k) ? m_.plane_origin(k, quantity) + plan_.border * pitch_ + plan_.border : zero_plane();
+  return filled(k) ? m_.plane_origin(k, quantity) + plan_.sheets.border * pitch_ + plan_.sheets.border
+                   : zero_plane();
 }
 
 PixelRect SheetSource::plane_touched(int64_t k) const { return filled(k) ? plane_touched_[k] : PixelRect{}; }
@@ -318,13 +315,13 @@ PixelRect SheetSource::plane_touched(int64_t k) const { return filled(k) ? plane
 PixelRect SheetSource::touched(int64_t k) const {
   const PixelRect r = plane_touched(k);
   if (r.empty()) return {};
-  const int border = plan_.border;
+  const int border = plan_.sheets.border;
   return PixelRect{r.x0 - border, r.y0 - border, r.x1 - border, r.y1 - border}.within(tile_.width,
                                                                                       tile_.height);
 }
 
 const float* SheetSource::zero_plane() const {
-  return m_.zero_plane.data() + plane_margin + plan_.border * pitch_ + plan_.border;
+  return m_.zero_plane.data() + plane_margin + plan_.sheets.border * pitch_ + plan_.sheets.border;
 }
 
 } // namespace bccsplat

@@ -51,8 +51,8 @@ class SheetSource {
   void end_sheets();
 
   // These two ask for one of the last finished_sheets completed sheets: whether anything is on it, and its
-  // plane, which starts at the tile's first pixel and reaches plan.border beyond the tile. Quantity 0 is the
-  // value relative to the base; 1, 2 and 3 are the sums of the gradient.
+  // plane, which starts at the tile's first pixel and reaches plan.sheets.border beyond the tile. Quantity 0
+  // is the value relative to the base; 1, 2 and 3 are the sums of the gradient.
   [[nodiscard]] bool filled(int64_t k) const { return filled_[k]; }
   [[nodiscard]] const float* plane(int64_t k, size_t quantity) const;
   // Returns the pixels of the tile outside of which such a sheet is empty.
@@ -81,12 +81,12 @@ class SheetSource {
   [[nodiscard]] static PixelRect whole_vectors(const PixelRect& r);
   [[nodiscard]] PixelRect raised_pixels(const PixelRect& touched) const;
   [[nodiscard]] size_t slot(int64_t k) const {
-    return static_cast<size_t>(((k % plan_.sheets) + plan_.sheets) % plan_.sheets);
+    return static_cast<size_t>(((k % plan_.ring.sheets) + plan_.ring.sheets) % plan_.ring.sheets);
   }
   void normalise_sheet(int64_t k);
   void correct_sheet(int64_t k);
   [[nodiscard]] size_t bin_of(int64_t gap) const {
-    return static_cast<size_t>(gap - plan_.first_gap) & m_.bin_mask();
+    return static_cast<size_t>(gap - plan_.gaps.first) & m_.bin_mask();
   }
 
   const SplatScene& scene_;

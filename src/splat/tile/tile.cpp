@@ -37,8 +37,8 @@ class Tile {
         source_({&scene_, &plan_, job.kernel, options_.reference_loops, analytic_, kept_tile(), job.use},
                 tile, memory, stats) {
     const bool shaded = options_.mode == RenderMode::composite && options_.shading;
-    differences_ = shaded && !analytic_ ? plan_.border : 0;
-    around_ = std::max(differences_, plan_.halfway);
+    differences_ = shaded && !analytic_ ? plan_.sheets.border : 0;
+    around_ = std::max(differences_, plan_.sheets.halfway);
     m_.prepare_pixels(tile.width, tile.height);
     open_pixels_.prepare(tile, plan_);
     prepare_pixels();
@@ -81,8 +81,8 @@ class Tile {
     const bool surface = options_.mode == RenderMode::isosurface;
     first_ = static_cast<int64_t>(surface ? std::floor(low) : std::ceil(low - 0.5));
     last_ = static_cast<int64_t>(surface ? std::ceil(high) : std::floor(high + 0.5));
-    first_ = std::max({first_, view_.first_sheet(), plan_.first_sheet - (surface ? 1 : plan_.lead)});
-    last_ = std::min(last_, plan_.last_sheet + (surface ? 1 : plan_.lead));
+    first_ = std::max({first_, view_.first_sheet(), plan_.sheets.first - (surface ? 1 : plan_.sheets.lead)});
+    last_ = std::min(last_, plan_.sheets.last + (surface ? 1 : plan_.sheets.lead));
   }
 
   void march_sheets() {
@@ -117,15 +117,15 @@ class Tile {
   // Whether any point reaches what the segment of a sheet is classified by.
   [[nodiscard]] bool filled(int64_t k) const {
     bool any = false;
-    for (int64_t sheet = std::max(k - plan_.halfway, view_.first_sheet()); sheet <= k + plan_.halfway;
-         ++sheet)
+    for (int64_t sheet = std::max(k - plan_.sheets.halfway, view_.first_sheet());
+         sheet <= k + plan_.sheets.halfway; ++sheet)
       any = any || source_.filled(sheet);
     return any;
   }
   [[nodiscard]] PixelRect touched(int64_t k) const {
     PixelRect rect{};
-    for (int64_t sheet = std::max(k - plan_.halfway, view_.first_sheet()); sheet <= k + plan_.halfway;
-         ++sheet)
+    for (int64_t sheet = std::max(k - plan_.sheets.halfway, view_.first_sheet());
+         sheet <= k + plan_.sheets.halfway; ++sheet)
       rect.include(source_.touched(sheet));
     return rect;
   }
@@ -172,7 +172,7 @@ class Tile {
     set_sheet(a, *scene_.slice, view_, k, analytic_, differences_,
               [&](int64_t sheet, size_t quantity) { return source_.plane(sheet, quantity); });
     if (options_.preintegrate)
-      set_halfway(a, view_, k, plan_.halfway, [&](int64_t sheet) { return source_.plane(sheet, 0); });
+      set_halfway(a, view_, k, plan_.sheets.halfway, [&](int64_t sheet) { return source_.plane(sheet, 0); });
     if (scene_.slice->has_holes) {
       uint8_t* const hole = m_.hole_plane(sheets_.size(), tile_.height);
       const Missing missing = find_holes(*scene_.slice, view_, a, hole);

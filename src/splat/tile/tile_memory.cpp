@@ -12,7 +12,7 @@ void TileMemory::prepare(const SplatPlan& plan, const PlannedTile& tile, bool gr
 }
 
 void TileMemory::size_planes(const SplatPlan& plan, const PlannedTile& tile) {
-  width = tile.width + 2 * plan.border, height = tile.height + 2 * plan.border;
+  width = tile.width + 2 * plan.sheets.border, height = tile.height + 2 * plan.sheets.border;
   ring_width = tile.ring_width, ring_height = tile.ring_height;
   plane_pitch = (width + 15) / 16 * 16 + 16;
   const size_t floats = plane_floats();
@@ -23,26 +23,26 @@ void TileMemory::size_planes(const SplatPlan& plan, const PlannedTile& tile) {
 void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, bool gradients) {
   size_planes(plan, tile);
   // Whole vectors are extracted, which must not reach into the next row.
-  ring_pitch = (ring_width + 15) / 16 * 16 + 2 * plan.spare_columns;
-  ring_start = static_cast<size_t>(plan.spare_rows * ring_pitch + plan.spare_columns) * 4;
+  ring_pitch = (ring_width + 15) / 16 * 16 + 2 * plan.ring.spare_columns;
+  ring_start = static_cast<size_t>(plan.ring.spare_rows * ring_pitch + plan.ring.spare_columns) * 4;
   group_floats =
-      static_cast<size_t>(ring_pitch) * static_cast<size_t>(ring_height + 2 * plan.spare_rows) * 4 + 64;
+      static_cast<size_t>(ring_pitch) * static_cast<size_t>(ring_height + 2 * plan.ring.spare_rows) * 4 + 64;
   sample_pitch = (ring_width + 15) / 16 * 16 + 16;
   const size_t sample_floats = static_cast<size_t>(sample_pitch) * static_cast<size_t>(ring_height) + 16;
   const auto clear = [&](AlignedArray<float>& a) {
     a.reserve(sample_floats);
     std::fill_n(a.data(), sample_floats, 0.0f);
   };
-  if (plan.depth_taps > 0)
+  if (plan.raise.depth_taps > 0)
     for (auto& sheet : stack.slot) clear(sheet);
-  if (plan.taps > 0) {
+  if (plan.raise.taps > 0) {
     clear(samples);
     const size_t room = static_cast<size_t>(sample_pitch + 32) * raise_rows;
     scratch.reserve(room);
     std::fill_n(scratch.data(), room, 0.0f); // vectors read beside a row, where numbers must be
   }
   for (size_t q = 0; q < (gradients ? 4u : 1u); ++q) {
-    const size_t floats = group_floats * static_cast<size_t>(plan.groups) + 64;
+    const size_t floats = group_floats * static_cast<size_t>(plan.ring.groups) + 64;
     ring[q].reserve(floats);
     std::fill_n(ring[q].data(), floats, 0.0f);
     for (auto& sheet : plane.slot) {

@@ -38,7 +38,8 @@ uint64_t rounded(int width) { return static_cast<uint64_t>((width + 15) / 16 * 1
 
 // Returns the floats of one plane of a tile with its border, as TileMemory has them.
 uint64_t plane_floats(const SplatPlan& plan, const PlannedTile& tile) {
-  return (rounded(tile.width + 2 * plan.border) + 16) * static_cast<uint64_t>(tile.height + 2 * plan.border) +
+  return (rounded(tile.width + 2 * plan.sheets.border) + 16) *
+             static_cast<uint64_t>(tile.height + 2 * plan.sheets.border) +
          2 * plane_margin + 16;
 }
 
@@ -46,11 +47,11 @@ uint64_t plane_floats(const SplatPlan& plan, const PlannedTile& tile) {
 uint64_t raise_floats(const SplatPlan& plan, const PlannedTile& tile) {
   const uint64_t pitch = rounded(tile.ring_width) + 16;
   const uint64_t sheet = pitch * static_cast<uint64_t>(tile.ring_height) + 16;
-  uint64_t sum = plan.depth_taps > 0 ? finished_sheets * sheet : 0;
-  if (plan.taps > 0) sum += sheet + (pitch + 32) * raise_rows;
-  if (plan.fan.taps > 0)
-    sum += static_cast<uint64_t>(tile.width + tile.height + 4 * plan.border + 32) *
-           static_cast<uint64_t>(1 + plan.fan.taps);
+  uint64_t sum = plan.raise.depth_taps > 0 ? finished_sheets * sheet : 0;
+  if (plan.raise.taps > 0) sum += sheet + (pitch + 32) * raise_rows;
+  if (plan.raise.fan.taps > 0)
+    sum += static_cast<uint64_t>(tile.width + tile.height + 4 * plan.sheets.border + 32) *
+           static_cast<uint64_t>(1 + plan.raise.fan.taps);
   return sum;
 }
 
@@ -62,9 +63,9 @@ uint64_t sheet_bytes(const TrailObject& object, size_t n, bool gradients) {
   const uint64_t plane = plane_floats(plan, tile);
   if (tile.empty()) return plane * sizeof(float);
   const uint64_t quantities = gradients ? 4 : 1;
-  const uint64_t ring = (rounded(tile.ring_width) + 2 * static_cast<uint64_t>(plan.spare_columns)) *
-                        static_cast<uint64_t>(tile.ring_height + 2 * plan.spare_rows) * 4 *
-                        static_cast<uint64_t>(plan.groups);
+  const uint64_t ring = (rounded(tile.ring_width) + 2 * static_cast<uint64_t>(plan.ring.spare_columns)) *
+                        static_cast<uint64_t>(tile.ring_height + 2 * plan.ring.spare_rows) * 4 *
+                        static_cast<uint64_t>(plan.ring.groups);
   uint64_t bins = 1, largest = 64;
   while (bins < static_cast<uint64_t>(plan.longest) + 2) bins *= 2;
   for (const uint32_t b : tile.bricks)

@@ -50,8 +50,8 @@ class TrailTile {
     for (const TrailObject& o : job.sources) objects_.push_back(&o);
     analytic_ = options_.shading && options_.gradient == GradientMethod::analytic;
     const SplatPlan& plan = objects_.front()->plan;
-    border_ = plan.border, differences_ = options_.shading && !analytic_ ? plan.border : 0;
-    halfway_ = plan.halfway, around_ = std::max(differences_, halfway_);
+    border_ = plan.sheets.border, differences_ = options_.shading && !analytic_ ? plan.sheets.border : 0;
+    halfway_ = plan.sheets.halfway, around_ = std::max(differences_, halfway_);
     m_.sheets.resize(std::max(m_.sheets.size(), objects_.size()));
     sources_.reserve(objects_.size());
     for (size_t i = 0; i < objects_.size(); ++i) {
@@ -137,8 +137,8 @@ class TrailTile {
     if (!(low <= high)) return;
     int64_t first = INT64_MAX, last = INT64_MIN; // that some object was planned for
     for (const TrailObject* o : objects_) {
-      first = std::min(first, o->plan.first_sheet - o->plan.lead);
-      last = std::max(last, o->plan.last_sheet + o->plan.lead);
+      first = std::min(first, o->plan.sheets.first - o->plan.sheets.lead);
+      last = std::max(last, o->plan.sheets.last + o->plan.sheets.lead);
     }
     first_ = std::max({static_cast<int64_t>(std::ceil(low - 0.5)), view_.first_sheet(), first});
     last_ = std::min(static_cast<int64_t>(std::floor(high + 0.5)), last);

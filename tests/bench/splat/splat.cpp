@@ -65,15 +65,15 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   TileMemory memory;
   memory.prepare(plan, plan_tile(plan, 0, 0, tile, tile), gradient);
   const KernelPolynomial kernel = flat_polynomial(slice.kernel.space);
-  const int64_t gap = (plan.first_gap + plan.last_gap) / 2;
-  const auto n = static_cast<size_t>(gap - plan.first_gap);
-  const GapLanes lanes = plan.lanes(gap);
+  const int64_t gap = (plan.gaps.first + plan.gaps.last) / 2;
+  const auto n = static_cast<size_t>(gap - plan.gaps.first);
+  const GapLanes lanes = plan.gaps.lanes(gap, plan.ring);
   SplatArgs a;
-  a.lanes = &lanes, a.kernel = &kernel, a.depth2 = static_cast<float>(plan.depth2);
-  a.isotropic = plan.isotropic, a.spare = plan.spare;
-  a.columns = plan.columns[n], a.rows = plan.rows[n], a.half = plan.half_x[n];
+  a.lanes = &lanes, a.kernel = &kernel, a.depth2 = static_cast<float>(plan.gaps.depth2);
+  a.isotropic = plan.gaps.isotropic, a.spare = plan.ring.whole_windows;
+  a.columns = plan.gaps.columns[n], a.rows = plan.gaps.rows[n], a.half = plan.gaps.half_x[n];
   for (size_t q = 0; q < (gradient ? 4u : 1u); ++q) a.ring[q] = memory.ring_origin(q);
-  a.groups = plan.groups, a.group_floats = memory.group_floats;
+  a.groups = plan.ring.groups, a.group_floats = memory.group_floats;
   a.pitch = memory.ring_pitch, a.width = memory.ring_width, a.height = memory.ring_height;
 
   std::mt19937 random(5);
@@ -82,20 +82,20 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
   };
   std::vector<SplatRecord> records(quick ? 256 : 1024);
   for (SplatRecord& r : records) {
-    const float whole_x = plan.half_x[n], whole_y = plan.half_y[n];
+    const float whole_x = plan.gaps.half_x[n], whole_y = plan.gaps.half_y[n];
     r.fx = whole_x - uniform(0, 1), r.fy = whole_y - uniform(0, 1), r.z = uniform(0, 1), r.c = uniform(0, 1);
     r.x = static_cast<int32_t>(uniform(0, std::max(1, tile - a.columns)));
     r.y = static_cast<int32_t>(uniform(0, std::max(1, tile - a.rows)));
     const auto lateral = [&](int start, float foot, const Vec3& g) {
       return perspective ? static_cast<float>((start + static_cast<double>(foot) + dot(g, view.ez)) /
-                                              static_cast<double>(plan.lateral[n]))
+                                              static_cast<double>(plan.gaps.lateral[n]))
                          : 0;
     };
     r.lateral_x = lateral(r.x, r.fx, view.gx), r.lateral_y = lateral(r.y, r.fy, view.gy);
   }
   a.record = records.data(), a.count = records.size();
   const int rounds = std::max(1, static_cast<int>((quick ? 2e6 : 6e7) / static_cast<double>(records.size()) /
-                                                  (a.columns * a.rows * plan.sheets)));
+                                                  (a.columns * a.rows * plan.ring.sheets)));
   double best = 1e30;
   for (int repeat = 0; repeat < (quick ? 2 : 7); ++repeat)
     best = std::min(best, cpu_seconds([&] {
@@ -103,12 +103,12 @@ LoopRate splat_loop(const Slice& slice, bool perspective, double zoom, double st
                     }));
   const double points = static_cast<double>(rounds) * static_cast<double>(records.size()) / best;
   const double radius = slice.kernel.space.radius * zoom;
-  return {points * a.columns * a.rows * plan.sheets,
+  return {points * a.columns * a.rows * plan.ring.sheets,
           points * 4 * std::numbers::pi / 3 * radius * radius * slice.kernel.space.radius / step,
           1e9 / points,
           a.columns,
           a.rows,
-          plan.sheets};
+          plan.ring.sheets};
 }
 
 void floors_table(const Report& report, double peak) {

@@ -195,7 +195,7 @@ TEST(Loops, PicturesAgreeOnEveryTarget) {
         if (perspective && shininess != 20) {
           o.raise = RaiseFilter{6, 1, 1, 1, 0, 1};
           SplatStats unused;
-          ASSERT_GT(make_plan(scene, o, context.get(), unused).fan.taps, 0);
+          ASSERT_GT(make_plan(scene, o, context.get(), unused).raise.fan.taps, 0);
         }
         const auto draw_planes = [&] {
           std::vector<float> out(5 * 50 * 40);
