@@ -8,9 +8,9 @@
 #include <span>
 #include <string>
 
-namespace bcc4 {
+#include "tool/json_fwd.h"
 
-using Json = nlohmann::ordered_json;
+namespace bcc4 {
 
 inline void print_json(const Json& json) {
   const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);

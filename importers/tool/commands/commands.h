@@ -2,13 +2,15 @@
 // The subcommands. Each adds itself to the command line and returns what to run once it has been parsed.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "readers/error.h"
+
+namespace CLI {
+class App;
+}
 
 namespace bcc4 {
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "readers/open_series.h"
+#include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/import/air.h"
 #include "tool/import/append.h"
@@ -20,6 +21,7 @@
 #include "tool/import/summary.h"
 #include "tool/import/write_series.h"
 #include "tool/import/writer_choices.h"
+#include "tool/json.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
 

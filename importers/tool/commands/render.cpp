@@ -13,6 +13,7 @@
 #include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/interrupt.h"
+#include "tool/json.h"
 #include "tool/output/output_file.h"
 #include "tool/progress.h"
 #include "tool/view/camera_file.h"

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "readers/open_series.h"
+#include "tool/cli.h"
 #include "tool/commands/commands.h"
 #include "tool/import/comparison.h"
 #include "tool/import/reader_arguments.h"

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "tool/import/read_series.h"
+#include "tool/json.h"
 #include "tool/output/export_type.h"
 #include "tool/view/time_slice.h"
 

@@ -10,7 +10,7 @@
 #include "readers/frame_reader.h"
 #include "readers/scan.h"
 #include "tool/handles.h"
-#include "tool/json.h"
+#include "tool/json_fwd.h"
 
 namespace bcc4 {
 

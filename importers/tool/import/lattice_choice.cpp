@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 
+#include "tool/json.h"
+
 namespace bcc4 {
 namespace {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "tool/cli.h"
+#include "tool/options.h"
 
 namespace bcc4 {
 

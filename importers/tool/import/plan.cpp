@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "tool/import/report.h"
+#include "tool/json.h"
 
 namespace bcc4 {
 namespace {

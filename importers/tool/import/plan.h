@@ -14,7 +14,7 @@
 #include "tool/import/series_writer.h"
 #include "tool/import/spectrum.h"
 #include "tool/import/turn.h"
-#include "tool/json.h"
+#include "tool/json_fwd.h"
 
 namespace bcc4 {
 

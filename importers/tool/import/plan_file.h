@@ -9,8 +9,8 @@
 
 #include "readers/frame_reader.h"
 #include "readers/scan.h"
-#include "tool/cli.h"
 #include "tool/import/series_writer.h"
+#include "tool/options.h"
 
 namespace bcc4 {
 

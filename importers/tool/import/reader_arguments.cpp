@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "readers/byte_stream.h"
+#include "tool/cli.h"
 
 namespace bcc4 {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "readers/reader_options.h"
-#include "tool/cli.h"
 #include "tool/handles.h"
+#include "tool/options.h"
 
 namespace bcc4 {
 

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "tool/json.h"
+
 namespace bcc4 {
 namespace {
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "readers/error.h"
+#include "tool/cli.h"
 
 namespace bcc4 {
 namespace fs = std::filesystem;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "tool/cli.h"
+#include "tool/options.h"
 
 namespace bcc4 {
 

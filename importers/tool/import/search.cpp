@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "tool/import/lattice_choice.h"
+#include "tool/json.h"
 
 namespace bcc4 {
 namespace {

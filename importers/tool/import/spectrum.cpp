@@ -11,6 +11,7 @@
 #include "readers/error.h"
 #include "tool/import/beyond.h"
 #include "tool/interrupt.h"
+#include "tool/json.h"
 
 namespace bcc4 {
 namespace {

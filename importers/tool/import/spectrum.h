@@ -10,7 +10,7 @@
 
 #include "bccsplat.h"
 #include "tool/import/sample.h"
-#include "tool/json.h"
+#include "tool/json_fwd.h"
 
 namespace bcc4 {
 

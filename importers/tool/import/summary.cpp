@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <fstream>
 
+#include "tool/json.h"
+
 namespace bcc4 {
 namespace {
 

@@ -7,7 +7,7 @@
 #include "readers/frame_reader.h"
 #include "tool/import/part.h"
 #include "tool/import/report.h"
-#include "tool/json.h"
+#include "tool/json_fwd.h"
 
 namespace bcc4 {
 

@@ -12,6 +12,7 @@
 
 #include "tool/import/beyond.h"
 #include "tool/interrupt.h"
+#include "tool/json.h"
 #include "tool/view/time_slice.h"
 
 namespace bcc4 {

@@ -11,7 +11,7 @@
 #include "tool/import/lattice_shape.h"
 #include "tool/import/sample.h"
 #include "tool/import/series_writer.h"
-#include "tool/json.h"
+#include "tool/json_fwd.h"
 
 namespace bcc4 {
 

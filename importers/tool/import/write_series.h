@@ -9,11 +9,11 @@
 
 #include "readers/frame_reader.h"
 #include "readers/scan.h"
-#include "tool/cli.h"
 #include "tool/import/part.h"
 #include "tool/import/plan_file.h"
 #include "tool/import/series_writer.h"
 #include "tool/import/summary.h"
+#include "tool/options.h"
 
 namespace bcc4 {
 

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "tool/cli.h"
 #include "tool/handles.h"
+#include "tool/options.h"
 
 namespace bcc4 {
 

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "readers/text.h"
-#include "tool/cli.h"
+#include "tool/options.h"
 #include "tool/view/color_space.h"
 
 namespace bcc4 {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "readers/sequence.h"
+#include "tool/cli.h"
 #include "tool/output/film.h"
 #include "tool/view/iso_surfaces.h"
 #include "tool/view/slice_sweep.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bccsplat.h"
-#include "tool/cli.h"
+#include "tool/options.h"
 #include "tool/view/slice_choice.h"
 
 namespace bcc4 {

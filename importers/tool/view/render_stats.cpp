@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "tool/json.h"
+
 namespace bcc4 {
 namespace {
 

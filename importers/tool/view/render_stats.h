@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bccsplat.h"
-#include "tool/json.h"
+#include "tool/json_fwd.h"
 
 namespace bcc4 {
 

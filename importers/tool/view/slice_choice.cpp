@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "tool/cli.h"
 #include "tool/interrupt.h"
 #include "tool/view/time_slice.h"
 

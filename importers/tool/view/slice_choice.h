@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "readers/frame_reader.h"
-#include "tool/cli.h"
 #include "tool/handles.h"
+#include "tool/options.h"
 
 namespace bcc4 {
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "readers/sequence.h"
+#include "tool/cli.h"
 #include "tool/view/time_slice.h"
 
 namespace bcc4 {
