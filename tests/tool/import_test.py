@@ -24,7 +24,7 @@ class Import(ToolTest):
         self.assertLess(report['max_abs'], 1e-5 * 7)  # without a ripple, as no site is air
         self.assertEqual(report['samples_compared'], 9 * 8 * 7 * 6)
 
-    def test_dense_floats_get_air_in_their_midst(self):
+    def test_dense_floats_get_air_about_their_mean(self):
         def warm(x, y, z, t):
             return 280 + 2 * math.cos(math.pi * x / 8) * math.cos(math.pi * y / 7) * math.cos(math.pi * t / 5)
 

@@ -200,7 +200,7 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                       "Quality (default normal)");
   add_number(app, "--step", a.step, "Distance of the sheets in samples (default: by the quality)");
   add_number(app, "--opacity-stop", a.opacity_stop,
-             "A pixel this opaque is finished (default .995); 1: never, so that --deep has what lies behind "
+             "A pixel this opaque is finished (default 0.995); 1: never, so that --deep has what lies behind "
              "dense matter, too");
   add_choice<int32_t>(app, "--preintegrate", a.preintegrate,
                       {{"auto", BCCSPLAT_PREINTEGRATE_DEFAULT},
@@ -280,7 +280,7 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
       "--deep", a.deep,
       "EXR: a deep picture, samples along each ray as Z, ZBack, A, R, G, B, for compositing in depth");
   add_number(app, "--deep-tolerance", a.deep_tolerance,
-             "What merging samples may cost the deep picture cut at any depth (default .001)");
+             "What merging samples may cost the deep picture cut at any depth (default 0.001)");
   app.add_option("--stats", a.stats, "Write times and counts as JSON")->type_name("FILE.json");
   text("--repeat", "N", "Render N times and report medians", [&a](const std::string& t) {
     a.repeat = option_number<int>("--repeat", t);
@@ -341,7 +341,7 @@ void check_arguments(const RenderArguments& a) {
   if (a.which.sweep && (a.frames || a.turntable)) fail_usage("--sweep excludes --frames and --turntable");
   if (a.view && (a.rotate_x || a.rotate_y))
     fail_usage("--view and --rotate-x, --rotate-y exclude each other");
-  if (a.zoom && !(*a.zoom >= 1e-3 && *a.zoom <= 1e6)) fail_usage("--zoom ", *a.zoom, ": .001 to 1e6");
+  if (a.zoom && !(*a.zoom >= 1e-3 && *a.zoom <= 1e6)) fail_usage("--zoom ", *a.zoom, ": 0.001 to 1e6");
   if (a.step && !(*a.step > 0)) fail_usage("--step must be positive");
   for (const auto& [option, opacity] :
        {std::pair("--opacity", a.opacity), {"--trail-opacity", a.trail_opacity}})

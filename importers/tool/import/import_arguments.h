@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// What can be said to bcc4 import: its options, and what they mean for the writer.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "tool/import/reader_arguments.h"
+#include "tool/import/resume.h"
+#include "tool/import/settle.h"
+#include "tool/import/write_series.h"
+#include "tool/options.h"
+
+namespace bcc4 {
+
+struct ImportArguments {
+  ReaderArguments reader;
+  WriterSettings settings;
+  CommonOptions common;
+  std::optional<double> air, air_threshold, abs, psnr;
+  std::string scale;      // a number, or one for each axis
+  std::string time_scale; // a number, or auto
+  std::string lattice;    // a name, or auto
+  std::string levels;     // a number, auto or none; empty: auto
+  std::optional<double> density;
+  bool exact = false;
+  std::string output;
+  bool dry_run = false;
+  std::string plan, part; // file; frames as typed
+  ResumeArguments resume;
+  ImportArguments() { settings.measure = BCCSPLAT_MEASURE_SOME; }
+  [[nodiscard]] bool follows_plan() const { return !plan.empty() && !dry_run; }
+  [[nodiscard]] bool auto_levels() const { return levels.empty() || levels == "auto"; }
+};
+
+void add_import_options(CLI::App& import, ImportArguments& arguments);
+
+// Says before the work what cannot be written.
+void check_outputs(const ImportArguments& arguments);
+// Checks what was typed about the writer and completes its settings.
+[[nodiscard]] ErrorBound read_settings(ImportArguments& arguments);
+// --levels N, auto or none.
+[[nodiscard]] uint32_t read_levels(const ImportArguments& arguments, const std::array<uint64_t, 4>& dims);
+// Is the lattice, or its shape, to be chosen?
+[[nodiscard]] bool chooses_lattice(const ImportArguments& arguments);
+
+} // namespace bcc4
