@@ -66,7 +66,7 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
   if (in.shading < 0 || in.shading > 2) fail(Code::invalid_argument, "render options: shading ", in.shading);
   if (in.disable_skips & ~63u) fail(Code::invalid_argument, "render options: unknown bits in disable_skips");
   require_zero_or(in.sheet_step, 1e-3, 16, "bccsplat_render_options.sheet_step");
-  require_range(in.opacity_stop, 0, 1, "bccsplat_render_options.opacity_stop");
+  require_zero_or(in.opacity_stop, least_opacity_stop, 1, "bccsplat_render_options.opacity_stop");
   if (in.tile_size < 0 || in.tile_size > 4096)
     fail(Code::invalid_argument, "render options: tile_size ", in.tile_size);
   if (in.preintegrate < 0 || in.preintegrate > 2)

@@ -258,7 +258,7 @@ TEST(Numbers, OfPictures) {
   o.set_mask = BCCSPLAT_RENDER_SET_ISO | BCCSPLAT_RENDER_SET_GRADIENT_NOISE;
   expect_ranges({{".sheet_step", &o.sheet_step, wrong({-1, 1e-4, 17}), {1e-3, 16}},
                  {".iso_value", &o.iso_value, wrong({4e38}), {-value, value}},
-                 {".opacity_stop", &o.opacity_stop, wrong({-1, 1.5}), {1}},
+                 {".opacity_stop", &o.opacity_stop, wrong({-1, 1e-300, 0.0009, 1.5}), {0, 0.001, 1}},
                  {".deep_tolerance", &o.deep_tolerance, wrong({-1, 1.5}), {1}},
                  {".gradient_noise", &o.gradient_noise, wrong({-1, 4e38}), {value}}},
                 [&] { return bccsplat_renderer_set_options(renderer.get(), &o); });

@@ -326,13 +326,13 @@ void check_arguments(const RenderArguments& a) {
   if (a.trail &&
       std::any_of(a.iso.begin(), a.iso.end(), [](const auto& s) { return s.opacity > 0 && s.opacity < 1; }))
     fail_usage("--trail goes with isosurfaces that are opaque; leave the opacities of --iso out");
-  if (a.opacity_stop && !(*a.opacity_stop > 0 && *a.opacity_stop <= 1))
-    fail_usage("--opacity-stop ", *a.opacity_stop, ": above 0, at most 1");
+  if (a.opacity_stop && !(*a.opacity_stop >= 1e-3 && *a.opacity_stop <= 1))
+    fail_usage("--opacity-stop ", *a.opacity_stop, ": .001 to 1");
   if (a.look != BCCSPLAT_LOOK_DEFAULT && (!a.tf.empty() || a.range))
     fail_usage("--look makes the transfer function by itself; --tf and --range exclude it");
   if (a.deep_tolerance && !a.deep) fail_usage("--deep-tolerance goes with --deep");
   if (a.deep_tolerance && !(*a.deep_tolerance > 0 && *a.deep_tolerance <= 1))
-    fail_usage("--deep-tolerance ", *a.deep_tolerance, ": above 0, at most 1");
+    fail_usage("--deep-tolerance ", *a.deep_tolerance, ": .001 to 1");
   const bool trail_function =
       !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
   if (!a.trail && (a.trail_content || a.trail_mode || a.trail_samples || trail_function))
