@@ -44,11 +44,14 @@ std::vector<IsoSurface> read_surfaces(const bccsplat_render_options& in) {
   std::vector<IsoSurface> out;
   for (uint32_t n = 0; n < in.surface_count; ++n) {
     const bccsplat_iso_surface& s = in.surfaces[n];
-    require_number(s.value, "bccsplat_iso_surface.value", largest_value);
-    require_range(s.opacity, 0, 1, "bccsplat_iso_surface.opacity");
+    const std::string name = concat("bccsplat_render_options.surfaces[", n, "]");
+    const auto field = [&](const char* of) { return name + of; };
+    require_number(s.value, field(".value").c_str(), largest_value);
+    require_range(s.opacity, 0, 1, field(".opacity").c_str());
+    require_zero(s.reserved, field(".reserved").c_str());
     IsoSurface surface{s.value, s.opacity, {}};
     if (s.use_color) {
-      require_range(s.color, 0, largest_colour, "bccsplat_iso_surface.color");
+      require_range(s.color, 0, largest_colour, field(".color").c_str());
       surface.color = vec3(s.color);
     }
     out.push_back(surface);

@@ -262,6 +262,17 @@ TEST(Numbers, OfPictures) {
                  {".deep_tolerance", &o.deep_tolerance, wrong({-1, 1.5}), {1}},
                  {".gradient_noise", &o.gradient_noise, wrong({-1, 4e38}), {value}}},
                 [&] { return bccsplat_renderer_set_options(renderer.get(), &o); });
+  // Of several surfaces the one is named that has it, and one that is not there is checked like others.
+  bccsplat_iso_surface surfaces[2]{};
+  o.mode = BCCSPLAT_MODE_ISOSURFACE, o.surfaces = surfaces, o.surface_count = 2;
+  surfaces[1].use_color = 1;
+  expect_ranges({{"surfaces[1].value", &surfaces[1].value, wrong({4e38}), {-value, value}},
+                 {"surfaces[1].opacity", &surfaces[1].opacity, wrong({-0.1, 1.1}), {0, 1}},
+                 {"surfaces[1].color", &surfaces[1].color[2], wrong({-1, 2e9}), {0, 1e9}}},
+                [&] { return bccsplat_renderer_set_options(renderer.get(), &o); });
+  surfaces[0].reserved = 1;
+  EXPECT_EQ(bccsplat_renderer_set_options(renderer.get(), &o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("surfaces[0].reserved"), std::string::npos);
   bccsplat_frame* f = nullptr;
   ASSERT_OK(bccsplat_frame_create(scene.device.get(), 4, 4, BCCSPLAT_FRAME_RGBA, &f));
   const Frame frame(f);
