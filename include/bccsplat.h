@@ -817,9 +817,9 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(
     bccsplat_writer* writer, const char* name, uint64_t bytes, uint32_t crc32);
 /* Writes what is pending and gives the file its name. report may be NULL. WRONG_STATE while frames
- * or layers are missing: they may still come, or finish_short ends without them. The writer can
- * only be released afterwards. Also: WRONG_STATE, BOUND_NOT_MET, NONFINITE_VALUE, LIMIT_EXCEEDED,
- * writing. */
+ * or layers are missing, or fewer came than the file of PARTIAL_APPEND has: they may still come, or
+ * finish_short ends without new ones. The writer can only be released afterwards. Also:
+ * WRONG_STATE, BOUND_NOT_MET, NONFINITE_VALUE, LIMIT_EXCEEDED, writing. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish(
     bccsplat_writer* writer, bccsplat_writer_report* report);
 /* The same for a series that ends sooner than dims[3] said, such as a simulation that is stopped:

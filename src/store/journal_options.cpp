@@ -63,9 +63,9 @@ JournalOptions journal_options(const WriterSettings& s, const std::string& kerne
                      {"ends", s.ends == Ends::periodic ? "periodic" : concat(lead, " layers predicted")},
                      {"faces", concat(list_of(planes), " planes predicted")},
                      {"store", s.coefficients ? "coefficients" : "samples"},
-                     {"recommended_kernel", or_none(kernel)},
                      {"levels", concat(s.levels)},
-                     {"abs_error", concat(s.abs_error)},
+                     {"abs_error", concat(s.abs_error)}, // sets the kernel, too
+                     {"recommended_kernel", or_none(kernel)},
                      {"live", concat(s.live_slabs)},
                      {"spatial_unit", or_none(s.spatial_unit)},
                      {"time_unit", or_none(s.time_unit)}};

@@ -168,6 +168,7 @@ class VolumeWriter {
 
   // What finish() adds.
   void check_end() const;
+  void require_no_fewer(uint64_t frames) const;
   void check_times(uint32_t frames) const;
   [[nodiscard]] uint32_t frames_of_short() const;
   void shorten(uint32_t frames);
