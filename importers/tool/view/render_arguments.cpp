@@ -332,7 +332,7 @@ void check_arguments(const RenderArguments& a) {
     fail_usage("--look makes the transfer function by itself; --tf and --range exclude it");
   if (a.deep_tolerance && !a.deep) fail_usage("--deep-tolerance goes with --deep");
   if (a.deep_tolerance && !(*a.deep_tolerance > 0 && *a.deep_tolerance <= 1))
-    fail_usage("--deep-tolerance ", *a.deep_tolerance, ": .001 to 1");
+    fail_usage("--deep-tolerance ", *a.deep_tolerance, ": above 0, at most 1");
   const bool trail_function =
       !a.trail_tf.empty() || !a.trail_colormap.empty() || a.trail_range || a.trail_opacity;
   if (!a.trail && (a.trail_content || a.trail_mode || a.trail_samples || trail_function))
