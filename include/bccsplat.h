@@ -475,21 +475,26 @@ enum {
    * what was kept is gone. */
   BCCSPLAT_PARTIAL_KEEP = 1,
   /* As KEEP, and what such a pair has is not coded again. The host adds everything from the start,
-   * with the same options, attributes and sources (WRONG_STATE otherwise) and the same samples,
+   * with the same options, attributes and sources (WRONG_STATE otherwise, and the pair stays as it
+   * is: for options at create, with the name of the first that differs, for attributes, sources and
+   * types that follow from the first boxes when the first slab is there) and the same samples,
    * which are not compared; the file is the same byte for byte as one written undisturbed. What the
    * two files have of each other is checked: from where they do not fit, or nothing is there, all
    * is written anew. */
   BCCSPLAT_PARTIAL_RESUME = 2,
   /* `path` is a finished file whose series goes on; it is replaced at finish, and stays as it is
-   * until then. WRONG_STATE when lattice or coding of the channels differ. What the new frames do
-   * not touch is copied, not coded again. Without options->part the host adds all frames, the old
-   * ones first. With it (first: the number of frames of the file, end: dims[3]) it adds those of
-   * get_part_frames, the new ones and up to some twenty before them (with coefficients thirty), and
-   * what the report says of non-finite values and coding errors is of these; not for bounds,
-   * MEASURE_ALL, files of layers, or coefficients of bccsplat_volume_recode (WRONG_STATE). Either
-   * way the file is the same byte for byte as one written in one go with the same ENDS, but that
-   * channels may only be rounded as they were, and that with part the errors of levels
-   * (relative_rmse) stay those measured at frames of the file before. */
+   * until then. WRONG_STATE at create, with the file and what differs, when it is a part or
+   * unfinished, or lattice, store, kernel of coefficients or channels (number, names, air,
+   * air_threshold, coding) are others; the coding of a channel without source_type is compared when
+   * the first slab is there. What the new frames do not touch is copied, not coded again. Without
+   * options->part the host adds all frames, the old ones first. With it (first: the number of
+   * frames of the file, end: dims[3]) it adds those of get_part_frames, the new ones and up to some
+   * twenty before them (with coefficients thirty), and what the report says of non-finite values
+   * and coding errors is of these; not for bounds, MEASURE_ALL, files of layers, or coefficients of
+   * bccsplat_volume_recode (WRONG_STATE). Either way the file is the same byte for byte as one
+   * written in one go with the same ENDS, but that channels may only be rounded as they were, and
+   * that with part the errors of levels (relative_rmse) stay those measured at frames of the file
+   * before. */
   BCCSPLAT_PARTIAL_APPEND = 3
 };
 
@@ -812,9 +817,9 @@ BCCSPLAT_API bccsplat_status bccsplat_writer_set_attribute(
 BCCSPLAT_API bccsplat_status bccsplat_writer_add_source(
     bccsplat_writer* writer, const char* name, uint64_t bytes, uint32_t crc32);
 /* Writes what is pending and gives the file its name. report may be NULL. WRONG_STATE while frames
- * or layers are missing: they may still come, or finish_short ends without them. The writer can
- * only be released afterwards. Also: WRONG_STATE, BOUND_NOT_MET, NONFINITE_VALUE, LIMIT_EXCEEDED,
- * writing. */
+ * or layers are missing, or fewer came than the file of PARTIAL_APPEND has: they may still come, or
+ * finish_short ends without new ones. The writer can only be released afterwards. Also:
+ * WRONG_STATE, BOUND_NOT_MET, NONFINITE_VALUE, LIMIT_EXCEEDED, writing. */
 BCCSPLAT_API bccsplat_status bccsplat_writer_finish(
     bccsplat_writer* writer, bccsplat_writer_report* report);
 /* The same for a series that ends sooner than dims[3] said, such as a simulation that is stopped:
@@ -877,9 +882,11 @@ typedef struct bccsplat_volume_options {
    * as missing; nothing else of it is lost, but that of coefficients their kernel's reach around
    * is, and that of samples what stands within a few sites of it is less accurate (its prefilter
    * reaches there), beyond a bound, too. The preamble, the metadata and the list of index pages
-   * must be whole. What cannot be read now is not damaged: calls that need it end with IO, and made
-   * again they try again. 2: what cannot be read is taken for damaged as well (a disk with bad
-   * sectors), and may stay so while the volume is open. */
+   * must be whole: these are the last bytes of a file, so that one that was cut is TRUNCATED at
+   * opening. Bytes that are gone later, of a file cut while it is open or behind a read_at that
+   * gives fewer than asked for, are damage like others. What cannot be read now is not: calls that
+   * need it end with IO, and made again they try again. 2: what cannot be read is taken for damaged
+   * as well (a disk with bad sectors), and may stay so while the volume is open. */
   int32_t salvage;
   /* Reconstruction; NULL: the file's recommendation. fast, default, fine, exact (CC), paper,
    * gauss09 or SPACE+TIME such as "radial18+b3". */
@@ -1050,7 +1057,7 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_open_file(bccsplat_device* device, 
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_memory(bccsplat_device* device, const void* bytes,
     uint64_t size, const bccsplat_volume_options* options, bccsplat_volume** volume);
 /* A read_at that gives fewer bytes than it was asked for is not asked again: the file ends there
- * (TRUNCATED). Also: as above. */
+ * (TRUNCATED; with salvage damage). Also: as above. */
 BCCSPLAT_API bccsplat_status bccsplat_volume_open_stream(bccsplat_device* device,
     const bccsplat_read_stream* stream, const bccsplat_volume_options* options,
     bccsplat_volume** volume);
@@ -1101,7 +1108,7 @@ BCCSPLAT_API bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* v
  * mirrored at its ends for the kernel's sake: within three samples of such an end it is less
  * accurate where the field is not level there, in values and derivatives alike. The token of the
  * volume cancels it; for progress a host hands over its points in parts. Also: reading,
- * OUT_OF_DOMAIN, HOLE, UNSUPPORTED (a kernel that this lattice has not). */
+ * OUT_OF_DOMAIN, HOLE, UNSUPPORTED (on CC, a kernel that reaches further than 2 T). */
 BCCSPLAT_API bccsplat_status bccsplat_volume_evaluate(
     const bccsplat_volume* volume, uint64_t n, const double* xyzt, float* values, float* gradients);
 /* The same for any channel. Also: NOT_FOUND (channel). */
@@ -1596,9 +1603,10 @@ typedef struct bccsplat_render_options {
   double sheet_step;
   /* RENDER_SET_ISO; without it and `surfaces` set_options refuses mode isosurface. */
   double iso_value;
-  /* A pixel this opaque is finished; 0: 0.995; 1: never, and deep pictures then hold what lies
-   * behind dense matter as exactly as what lies in front, and up to 64 surfaces of an isosurface
-   * along each ray, without a trail. */
+  /* A pixel this opaque is finished: what lies behind it, which could show by at most the rest, is
+   * left out; 0.001 to 1; 0: 0.995; 1: never, and deep pictures then hold what lies behind dense
+   * matter as exactly as what lies in front, and up to 64 surfaces of an isosurface along each ray,
+   * without a trail. */
   double opacity_stop;
   /* Non-zero: slow double-precision integration of the same field in fine steps. */
   int32_t reference;

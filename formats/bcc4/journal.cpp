@@ -2,8 +2,10 @@
 // Writes and reads the journal of an unfinished file (journal.h has its layout).
 #include "formats/bcc4/journal.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <optional>
 
 #include "base/bytes.h"
 #include "formats/bcc4/coding/deflate.h"
@@ -12,8 +14,9 @@ namespace bccsplat {
 namespace {
 
 constexpr std::array<char, 8> mark{'B', 'C', 'C', '4', 'J', 'R', 'N', 'L'};
-constexpr uint32_t version = 1;
+constexpr uint32_t version = 2;
 constexpr size_t head_bytes = 16;
+constexpr uint64_t longest_text = uint64_t{1} << 20; // of an option
 constexpr size_t entry_bytes = 48;
 constexpr uint64_t most_bytes = uint64_t{1} << 30;
 
@@ -51,6 +54,62 @@ WrittenSlab slab_of(std::span<const std::byte> payload) {
   return s;
 }
 
+std::vector<std::byte> payload_of(const JournalOptions& options) {
+  ByteWriter out;
+  out.write(static_cast<uint32_t>(options.size()));
+  for (const auto& [name, value] : options) out.write_string(name), out.write_string(value);
+  return out.release();
+}
+
+JournalOptions options_of(std::span<const std::byte> payload) {
+  ByteReader in(payload, "journal");
+  JournalOptions options;
+  for (auto left = in.read<uint32_t>(); left > 0; --left) {
+    std::string name = in.read_string(longest_text);
+    options.emplace_back(std::move(name), in.read_string(longest_text));
+  }
+  return options;
+}
+
+void write_record(std::span<const std::byte> payload, ByteWriter& out) {
+  out.write(static_cast<uint32_t>(payload.size()));
+  out.write(crc32_of(payload));
+  out.write_bytes(payload);
+}
+
+// The payload of the next record; none where that is cut or damaged, or was the last.
+std::optional<std::span<const std::byte>> take_record(ByteReader& in) {
+  if (in.remaining() < 8) return std::nullopt;
+  const auto size = in.read<uint32_t>(), crc = in.read<uint32_t>();
+  if (size > in.remaining()) return std::nullopt;
+  const auto payload = in.take(size);
+  if (crc32_of(payload) != crc) return std::nullopt;
+  return payload;
+}
+
+// What a journal begins with; none where nothing of it counts.
+struct Head {
+  uint32_t fingerprint;
+  JournalOptions options;
+};
+std::optional<Head> take_head(ByteReader& in) {
+  if (in.remaining() < head_bytes || std::memcmp(in.take(mark.size()).data(), mark.data(), mark.size()) != 0)
+    return std::nullopt;
+  if (in.read<uint32_t>() != version) return std::nullopt;
+  const auto fingerprint = in.read<uint32_t>();
+  const auto options = take_record(in);
+  if (!options) return std::nullopt;
+  return Head{fingerprint, options_of(*options)};
+}
+
+std::vector<std::byte> read_journal(const std::string& path) {
+  const auto file = open_file_source(path);
+  if (file->size() > most_bytes) fail(Code::limit_exceeded, path, ": ", file->size(), " bytes");
+  std::vector<std::byte> bytes(file->size());
+  file->read_at(0, bytes);
+  return bytes;
+}
+
 bool all_there(const WrittenSlab& slab, const ByteSource& file) {
   std::vector<std::byte> bytes;
   for (const Bcc4Chunk& c : slab.chunks) {
@@ -64,34 +123,42 @@ bool all_there(const WrittenSlab& slab, const ByteSource& file) {
 
 } // namespace
 
-Bcc4Journal::Bcc4Journal(const std::string& path, bool take_over, uint64_t interval)
-    : path_(path + ".journal"), interval_(interval) {
+void Bcc4Journal::require_options(const std::string& path, const JournalOptions& options) {
+  const std::string journal = path + ".journal";
+  if (!file_exists(journal)) return;
+  const std::vector<std::byte> bytes = read_journal(journal);
+  ByteReader in(bytes, "journal");
+  const std::optional<Head> head = take_head(in);
+  if (!head) return;
+  for (const auto& [name, value] : options) {
+    const auto it = std::find_if(head->options.begin(), head->options.end(),
+                                 [&name = name](const auto& was) { return was.first == name; });
+    if (it == head->options.end() || value.empty() || it->second.empty() || it->second == value) continue;
+    fail(Code::wrong_state, journal, ": the unfinished file was made with other options (", name, ": ",
+         it->second, ", not ", value, "); give the same ones, or start anew without resuming");
+  }
+}
+
+Bcc4Journal::Bcc4Journal(const std::string& path, bool take_over, uint64_t interval, JournalOptions options)
+    : path_(path + ".journal"), options_(std::move(options)), interval_(interval) {
   if (take_over && file_exists(path_)) {
-    const auto file = open_file_source(path_);
-    if (file->size() > most_bytes) fail(Code::limit_exceeded, path_, ": ", file->size(), " bytes");
-    std::vector<std::byte> bytes(file->size());
-    file->read_at(0, bytes);
     const std::string unfinished = path + ".partial";
-    read(bytes, file_exists(unfinished) ? open_file_source(unfinished).get() : nullptr);
+    read(read_journal(path_), file_exists(unfinished) ? open_file_source(unfinished).get() : nullptr);
   }
   sink_ = create_journal_sink(path_, end_);
 }
 
 void Bcc4Journal::read(std::span<const std::byte> bytes, const ByteSource* unfinished) {
-  if (bytes.size() < head_bytes || std::memcmp(bytes.data(), mark.data(), mark.size()) != 0) return;
-  ByteReader in(bytes.subspan(mark.size()), "journal");
-  if (in.read<uint32_t>() != version) return;
-  fingerprint_ = in.read<uint32_t>();
+  ByteReader in(bytes, "journal");
+  const std::optional<Head> head = take_head(in);
+  if (!head) return;
+  fingerprint_ = head->fingerprint;
   found_ = true;
-  end_ = head_bytes;
-  while (in.remaining() >= 8) {
-    const auto size = in.read<uint32_t>(), crc = in.read<uint32_t>();
-    if (size > in.remaining()) return; // the record was cut short
-    const auto payload = in.take(size);
-    if (crc32_of(payload) != crc) return;
-    WrittenSlab s = slab_of(payload);
+  end_ = in.position();
+  while (const auto payload = take_record(in)) {
+    WrittenSlab s = slab_of(*payload);
     if (!unfinished || !all_there(s, *unfinished)) return;
-    end_ += 8 + size;
+    end_ = in.position();
     earlier_[{s.slab, s.at}] = std::move(s);
   }
 }
@@ -108,8 +175,9 @@ void Bcc4Journal::start(uint32_t fingerprint) {
   out.write_bytes(std::as_bytes(std::span(mark)));
   out.write(version);
   out.write(fingerprint);
+  write_record(payload_of(options_), out);
   sink_->write_at(0, out.bytes());
-  end_ = head_bytes;
+  end_ = out.size();
 }
 
 const WrittenSlab* Bcc4Journal::find(int32_t slab, const ChannelLevel& at) const {
@@ -118,11 +186,8 @@ const WrittenSlab* Bcc4Journal::find(int32_t slab, const ChannelLevel& at) const
 }
 
 void Bcc4Journal::add(const WrittenSlab& slab) {
-  const std::vector<std::byte> payload = payload_of(slab);
   ByteWriter out;
-  out.write(static_cast<uint32_t>(payload.size()));
-  out.write(crc32_of(payload));
-  out.write_bytes(payload);
+  write_record(payload_of(slab), out);
   pending_.insert(pending_.end(), out.bytes().begin(), out.bytes().end());
   for (const Bcc4Chunk& c : slab.chunks) pending_bytes_ += c.stored();
 }

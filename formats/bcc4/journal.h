@@ -3,7 +3,8 @@
 // from there.
 //
 // The journal is private to one version of the library: "BCC4JRNL", u32 version, u32 fingerprint of what the
-// file is made of; then records: u32 bytes, u32 CRC-32, payload. A record is written when the chunks it lists
+// file is made of; then records: u32 bytes, u32 CRC-32, payload. The first one has the options of the writer,
+// and without it nothing of the journal counts. The others are written when the chunks they list
 // are safe on disk; the first one that fails its checks ends the journal, and so does one whose chunks are
 // not in the unfinished file as it says: that may have been cut, damaged, or written by another since.
 #pragma once
@@ -31,14 +32,23 @@ struct WrittenSlab {
   std::vector<Bcc4Chunk> chunks;
 };
 
+// What a writer was asked for: names and values, in an order of its own. The data settle what is empty.
+using JournalOptions = std::vector<std::pair<std::string, std::string>>;
+
 class Bcc4Journal {
  public:
+  // Throws wrong_state, and tells the first that differs, where the journal of `path` has other options.
+  // Where there is none, or nothing of it counts, nothing is taken over, and nothing has to agree. Reads
+  // alone.
+  static void require_options(const std::string& path, const JournalOptions& options);
+
   // A commit is due after so many bytes of chunks, or after a second: a crash loses no more than that, and
   // the cost of waiting for the disk is spread over as much.
   static constexpr uint64_t default_interval = 1u << 18;
   // Of the file that is to be `path`. With `take_over` the records of an earlier writer are read, if there is
   // a journal, and the chunks of theirs in the unfinished file.
-  Bcc4Journal(const std::string& path, bool take_over, uint64_t interval = default_interval);
+  Bcc4Journal(const std::string& path, bool take_over, uint64_t interval = default_interval,
+              JournalOptions options = {});
 
   // Says before anything else what the file is made of. A journal that is taken over must agree
   // (Code::wrong_state).
@@ -55,6 +65,7 @@ class Bcc4Journal {
  private:
   void read(std::span<const std::byte> bytes, const ByteSource* unfinished);
   std::string path_;
+  JournalOptions options_;
   std::unique_ptr<ByteSink> sink_;
   bool found_ = false;       // there was a journal to take over
   uint32_t fingerprint_ = 0; // of that journal

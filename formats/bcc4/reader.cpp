@@ -121,7 +121,7 @@ std::shared_ptr<const Page> Bcc4Reader::State::page(size_t index) const {
   if (auto found = cached.find(index)) return found;
   std::shared_ptr<const Page> loaded;
   try {
-    loaded = load_page(index);
+    loaded = in_file([&] { return load_page(index); });
   } catch (const Error& e) {
     if (!goes_without(e)) throw;
     loaded = std::make_shared<const Page>(lost_page(pages[index]));
@@ -167,7 +167,7 @@ ChunkData Bcc4Reader::State::lost_chunk(const ChannelLevel& at, const Bcc4Chunk&
 
 ChunkData Bcc4Reader::State::decode_or_lose(const ChannelLevel& at, const Bcc4Chunk& chunk,
                                             std::span<const std::byte> stored, ChunkScratch& scratch) const {
-  if (!limits.salvage) return decode(at, chunk, stored, scratch);
+  if (!limits.salvage) return in_file([&] { return decode(at, chunk, stored, scratch); });
   try {
     if (chunk.kept > 0 && stored.size() == chunk.stored()) return decode(at, chunk, stored, scratch);
   } catch (const Error& e) {
@@ -202,7 +202,7 @@ Bcc4Reader::~Bcc4Reader() = default;
 
 std::shared_ptr<Bcc4Reader> Bcc4Reader::open(std::unique_ptr<ByteSource> source, const Bcc4Limits& limits) {
   auto state = std::make_unique<State>(std::move(source), limits);
-  state->open();
+  state->in_file([&] { state->open(); });
   return std::shared_ptr<Bcc4Reader>(new Bcc4Reader(std::move(state)));
 }
 
@@ -360,21 +360,26 @@ template<class Read> auto read_or_leave(const Bcc4Reader& reader, const Read& re
 } // namespace
 
 FrameResiduals Bcc4Reader::residuals(int channel, uint64_t frame) const {
-  return read_or_leave(*this, [&] { return state_->residuals(channel, frame); });
+  return read_or_leave(*this,
+                       [&] { return state_->in_file([&] { return state_->residuals(channel, frame); }); });
 }
 std::vector<CorrectionBrick> Bcc4Reader::correction_bricks(int channel, uint64_t frame) const {
-  return read_or_leave(*this, [&] { return state_->correction_bricks(channel, frame); });
+  return read_or_leave(
+      *this, [&] { return state_->in_file([&] { return state_->correction_bricks(channel, frame); }); });
 }
 ResidualList Bcc4Reader::corrections(int channel, const CorrectionBrick& brick) const {
-  return read_or_leave(*this, [&] { return state_->corrections(channel, brick); });
+  return read_or_leave(*this,
+                       [&] { return state_->in_file([&] { return state_->corrections(channel, brick); }); });
 }
 
 void Bcc4Reader::mask_runs(int channel, uint64_t frame, const MaskRunBody& body) const {
   const BlockRef* ref = block_of(info().channels.at(static_cast<size_t>(channel)).masks, frame);
   if (!ref) return;
-  check_block_ref(*ref, "mask", state_->root.file_bytes);
   const auto& n = info().lattice.dims;
-  read_mask_runs(state_->read_block(*ref, "mask"), uint64_t{n[0]} * n[1] * n[2], ref->offset, body);
+  state_->in_file([&] {
+    check_block_ref(*ref, "mask", state_->root.file_bytes);
+    read_mask_runs(state_->read_block(*ref, "mask"), uint64_t{n[0]} * n[1] * n[2], ref->offset, body);
+  });
 }
 
 std::vector<std::byte> Bcc4Reader::stored_block(const BlockRef& block, std::string_view what) const {

@@ -62,6 +62,15 @@ struct Bcc4Reader::State {
     return limits.salvage &&
            (is_damage(failure.code()) || (limits.salvage_unreadable && is_unreadable(failure.code())));
   }
+  // Runs a step; what that finds wrong with the bytes says in which file.
+  template<class Step> auto in_file(const Step& step) const -> decltype(step()) {
+    try {
+      return step();
+    } catch (const Error& e) {
+      if (!is_damage(e.code()) || e.message().starts_with(source->name())) throw;
+      throw Error(e.code(), concat(source->name(), ": ", e.message()));
+    }
+  }
   // Reads from the source and counts the bytes.
   void read(uint64_t offset, std::span<std::byte> out) const;
   // The same; returns false for bytes that a salvaged file goes without.

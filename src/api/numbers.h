@@ -16,7 +16,8 @@ inline constexpr double smallest_length = 1e-30; // where one must not be 0
 inline constexpr double largest_view = 1e36;     // what looks at volumes of many voxels of largest_number
 inline constexpr double largest_distance = 1e30; // what is multiplied by lengths in views, in floats
 inline constexpr double largest_value = FLT_MAX; // of fields, which are kept as floats
-inline constexpr double largest_colour = 1e9;    // products of three stay floats
+inline constexpr double least_opacity_stop = 1e-3; // less is seen by nobody, so that no picture is left
+inline constexpr double largest_colour = 1e9;      // products of three stay floats
 inline constexpr uint64_t memory_end = uint64_t{1} << 57; // that a process of any kind can see
 
 inline void require_range(double v, double low, double high, const char* name) {

@@ -44,11 +44,14 @@ std::vector<IsoSurface> read_surfaces(const bccsplat_render_options& in) {
   std::vector<IsoSurface> out;
   for (uint32_t n = 0; n < in.surface_count; ++n) {
     const bccsplat_iso_surface& s = in.surfaces[n];
-    require_number(s.value, "bccsplat_iso_surface.value", largest_value);
-    require_range(s.opacity, 0, 1, "bccsplat_iso_surface.opacity");
+    const std::string name = concat("bccsplat_render_options.surfaces[", n, "]");
+    const auto field = [&](const char* of) { return name + of; };
+    require_number(s.value, field(".value").c_str(), largest_value);
+    require_range(s.opacity, 0, 1, field(".opacity").c_str());
+    require_zero(s.reserved, field(".reserved").c_str());
     IsoSurface surface{s.value, s.opacity, {}};
     if (s.use_color) {
-      require_range(s.color, 0, largest_colour, "bccsplat_iso_surface.color");
+      require_range(s.color, 0, largest_colour, field(".color").c_str());
       surface.color = vec3(s.color);
     }
     out.push_back(surface);
@@ -66,7 +69,7 @@ RenderOptions read_render_options(const bccsplat_render_options* options) {
   if (in.shading < 0 || in.shading > 2) fail(Code::invalid_argument, "render options: shading ", in.shading);
   if (in.disable_skips & ~63u) fail(Code::invalid_argument, "render options: unknown bits in disable_skips");
   require_zero_or(in.sheet_step, 1e-3, 16, "bccsplat_render_options.sheet_step");
-  require_range(in.opacity_stop, 0, 1, "bccsplat_render_options.opacity_stop");
+  require_zero_or(in.opacity_stop, least_opacity_stop, 1, "bccsplat_render_options.opacity_stop");
   if (in.tile_size < 0 || in.tile_size > 4096)
     fail(Code::invalid_argument, "render options: tile_size ", in.tile_size);
   if (in.preintegrate < 0 || in.preintegrate > 2)

@@ -93,11 +93,14 @@ PartSettings read_part(const bccsplat_series_part& part, uint32_t frames) {
   return out;
 }
 
-ChannelSettings read_channel(const bccsplat_channel_options& in) {
+// Its numbers and texts are refused by its number among the channels.
+ChannelSettings read_channel(const bccsplat_channel_options& in, uint32_t number) {
+  const std::string channel = concat("bccsplat_writer_options.channels[", number, "]");
+  const auto field = [&](const char* name) { return channel + name; };
   ChannelSettings out;
   out.name = text_or(in.name, "value");
-  require_utf8(in.name, "bccsplat_channel_options.name");
-  require_utf8(in.unit, "bccsplat_channel_options.unit");
+  require_utf8(in.name, field(".name").c_str());
+  require_utf8(in.unit, field(".unit").c_str());
   out.unit = text_or(in.unit, "");
   if (in.set_mask & ~3u) fail(Code::invalid_argument, "channel ", out.name, ": unknown bits in set_mask");
   if (in.source_type < 0 || in.source_type > 9)
@@ -106,11 +109,11 @@ ChannelSettings read_channel(const bccsplat_channel_options& in) {
     fail(Code::invalid_argument, "channel ", out.name, ": value_type must be U8, U16, F16 or F32");
   if (in.source_type != 0) out.source_type = static_cast<SourceType>(in.source_type);
   if (in.value_type != 0) out.value_type = static_cast<ValueType>(in.value_type);
-  require_number(in.air, "bccsplat_channel_options.air", largest_value);
-  require_range(in.air_threshold, 0, largest_value, "bccsplat_channel_options.air_threshold");
-  require_range(in.value_step, 0, largest_value, "bccsplat_channel_options.value_step");
+  require_number(in.air, field(".air").c_str(), largest_value);
+  require_range(in.air_threshold, 0, largest_value, field(".air_threshold").c_str());
+  require_range(in.value_step, 0, largest_value, field(".value_step").c_str());
   if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE)
-    require_numbers(in.range, "bccsplat_channel_options.range", largest_value);
+    require_numbers(in.range, field(".range").c_str(), largest_value);
   out.air = in.set_mask & BCCSPLAT_CHANNEL_SET_AIR ? static_cast<float>(in.air) : 0;
   out.threshold = static_cast<float>(in.air_threshold);
   if (in.set_mask & BCCSPLAT_CHANNEL_SET_RANGE) out.range = Range{in.range[0], in.range[1]};
@@ -158,7 +161,7 @@ WriterSettings read_writer_settings(const bccsplat_writer_options& o, const char
     fail(Code::invalid_argument, "writer: ", o.channel_count, " channels; at most ", most_channels);
   s.channels.clear();
   for (uint32_t c = 0; c < o.channel_count; ++c)
-    s.channels.push_back(read_channel(read_struct(element(o.channels, c), "bccsplat_channel_options")));
+    s.channels.push_back(read_channel(read_struct(element(o.channels, c), "bccsplat_channel_options"), c));
   if (o.channel_count == 0) s.channels.resize(1);
   if (o.part) s.part = read_part(read_struct(o.part, "bccsplat_series_part"), s.dims[3]);
   return s;

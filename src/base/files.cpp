@@ -89,7 +89,7 @@ class FileSource final : public ByteSource {
           ::pread(file_.get(), out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
       if (n < 0 && errno == EINTR) continue;
       if (n < 0) fail_errno(name_, "read", errno);
-      if (n == 0) fail_range(name_, offset, out.size(), offset + done);
+      if (n == 0) fail_range(name_, offset, out.size(), size());
       done += static_cast<size_t>(n);
     }
   }

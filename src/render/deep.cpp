@@ -8,7 +8,8 @@
 namespace bccsplat {
 namespace {
 
-constexpr uint64_t floats_per_check = 1 << 20;
+// One large page at most is touched between two checks: the system clears it first, for milliseconds.
+constexpr uint64_t floats_per_check = large_page / sizeof(float) / 4;
 constexpr size_t sample_bytes = DeepImage::components * sizeof(float);
 using Sample = std::array<float, DeepImage::components>; // Z, ZBack, A, R, G, B
 

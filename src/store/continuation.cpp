@@ -168,34 +168,81 @@ void require_open_end(const VolumeInfo& was, const std::string& path) {
          "import all anew");
 }
 
+namespace {
+
+template<class... What> [[noreturn]] void refuse_other(const std::string& path, const What&... what) {
+  fail(Code::wrong_state, path, ": ", what..., "; import all anew");
+}
+
+const char* name_of(LatticeKind kind) {
+  return kind == LatticeKind::d4star ? "D4*" : kind == LatticeKind::bcc ? "BCC" : "CC";
+}
+
+std::string stored_text(const VolumeInfo& info) {
+  return info.coefficient_kernel.empty() ? "samples" : "coefficients of " + info.coefficient_kernel;
+}
+
+void require_same_lattice(const VolumeInfo& was, const VolumeInfo& now, const std::string& path) {
+  const Lattice4 &a = was.lattice, &b = now.lattice;
+  if (a.is_static()) refuse_other(path, "it has a single frame, which is no series that could go on");
+  if (a.kind != b.kind)
+    refuse_other(path, "its lattice is ", name_of(a.kind), ", that of the series to be appended ",
+                 name_of(b.kind));
+  for (size_t axis = 0; axis < 3; ++axis) {
+    if (a.dims[axis] != b.dims[axis])
+      refuse_other(path, "it has ", a.dims[axis], " samples along ", "xyz"[axis],
+                   ", the series to be appended ", b.dims[axis]);
+    if (a.space.periodic[axis] != b.space.periodic[axis])
+      refuse_other(path, "either it or the series to be appended is periodic along ", "xyz"[axis]);
+    if (a.before[axis] != b.before[axis] || a.behind[axis] != b.behind[axis] ||
+        a.space.last[axis] != b.space.last[axis])
+      refuse_other(path, "it has ", a.space.planes(axis), " planes along ", "xyz"[axis],
+                   ", the series to be appended ", b.space.planes(axis),
+                   ": another lattice distance, or other faces");
+  }
+  if (a.time_step != b.time_step)
+    refuse_other(path, "its layers are ", a.time_step, " frames apart, those to be appended ", b.time_step);
+  if (a.lead != b.lead)
+    refuse_other(path, "it has ", a.lead, " layers before frame 0, the series to be appended ", b.lead);
+  if (!(a.space == b.space) || was.slab_layers != now.slab_layers)
+    refuse_other(path, "the lattices of its series and of the one to be appended differ");
+}
+
+void require_same_channel(const VolumeInfo& was, const VolumeInfo& now, size_t c, const std::string& path) {
+  const ChannelInfo &x = was.channels[c], &y = now.channels[c];
+  const auto differs = [&](const char* what, const auto& of_file, const auto& of_series) {
+    refuse_other(path, "channel ", c, " (", x.name, "): its ", what, " is ", of_file,
+                 ", that of the series to be appended ", of_series);
+  };
+  if (x.name != y.name) differs("name", x.name, y.name);
+  if (x.air != y.air) differs("air", x.air, y.air);
+  if (x.threshold != y.threshold) differs("air_threshold", x.threshold, y.threshold);
+  if (x.type != y.type) differs("type on disk", static_cast<int>(x.type), static_cast<int>(y.type));
+  if (x.scale != y.scale) differs("step from code to code", x.scale, y.scale);
+  if (x.offset != y.offset) differs("value of code 0", x.offset, y.offset);
+}
+
+} // namespace
+
 void require_continuable(const VolumeInfo& was, const VolumeInfo& now, uint32_t frames,
                          const std::string& path) {
   if (was.part) fail(Code::wrong_state, path, ": a part of a series; join all parts first");
   if (was.unfinished) fail(Code::wrong_state, path, ": an unfinished series; code it anew first (recode)");
-  const Lattice4 &a = was.lattice, &b = now.lattice;
-  const auto differs = [&](const char* what) {
-    fail(Code::wrong_state, path, ": ", what,
-         " of its series and of the one to be appended differ; import all anew");
-  };
-  if (a.kind != b.kind || !(a.space == b.space) || a.before != b.before || a.behind != b.behind ||
-      a.time_step != b.time_step || a.lead != b.lead || a.is_static() ||
-      !std::equal(a.dims.begin(), a.dims.begin() + 3, b.dims.begin()) || was.slab_layers != now.slab_layers)
-    differs("the lattices");
-  if (frames > 0 && a.dims[3] > b.dims[3]) differs("the numbers of frames");
-  if (was.coefficient_kernel != now.coefficient_kernel) differs("the kernels of coefficients");
+  require_same_lattice(was, now, path);
+  if (frames > 0 && was.lattice.dims[3] > now.lattice.dims[3])
+    refuse_other(path, "it has ", was.lattice.dims[3], " frames, the longer series ", now.lattice.dims[3]);
+  if (was.coefficient_kernel != now.coefficient_kernel)
+    refuse_other(path, "it stores ", stored_text(was), ", the series to be appended ", stored_text(now));
   const auto same_layers = [](const StoredLattice& x, const StoredLattice& y) {
     return x.slab_layers == y.slab_layers && x.lattice.space == y.lattice.space &&
            x.lattice.before == y.lattice.before && x.lattice.behind == y.lattice.behind;
   };
   if (!std::equal(was.levels.begin(), was.levels.end(), now.levels.begin(), now.levels.end(), same_layers))
-    differs("the levels");
-  if (was.channels.size() != now.channels.size()) differs("the channels");
-  for (size_t c = 0; c < was.channels.size(); ++c) {
-    const ChannelInfo &x = was.channels[c], &y = now.channels[c];
-    if (x.name != y.name || x.type != y.type || x.scale != y.scale || x.offset != y.offset ||
-        x.air != y.air || x.threshold != y.threshold)
-      differs("the channels");
-  }
+    refuse_other(path, "its coarser levels are others than those of the series to be appended");
+  if (was.channels.size() != now.channels.size())
+    refuse_other(path, "it has ", was.channels.size(), " channels, the series to be appended ",
+                 now.channels.size());
+  for (size_t c = 0; c < was.channels.size(); ++c) require_same_channel(was, now, c, path);
 }
 
 Continuation::Continuation(const WriterSettings& settings, FitOptions options, const LayerUse& use)

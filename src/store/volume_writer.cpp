@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "store/channel_info.h"
+
 namespace bccsplat {
 namespace {
 
@@ -87,11 +89,10 @@ VolumeWriter::VolumeWriter(WriterSettings settings, std::unique_ptr<ByteSink> st
       fit_options_(fit_options_of(settings_)), added_(settings_.channels.size()), measuring_(settings_) {
   check_settings();
   begin_info();
-  if (settings_.continuity == Continuity::append && !file_exists(settings_.path))
-    fail(Code::file_not_found, settings_.path, ": no file to append to");
-  if (settings_.continuity == Continuity::append)
-    require_open_end(Bcc4Reader::open(open_file_source(settings_.path))->info(), settings_.path);
+  if (settings_.continuity == Continuity::append) require_continued_file();
   if (settings_.part) begin_part();
+  if (settings_.continuity == Continuity::journal || settings_.continuity == Continuity::resume)
+    require_same_series();
   if (!sink_) {
     sink_ =
         create_file_sink(settings_.path, settings_.overwrite || settings_.continuity == Continuity::append,
@@ -220,6 +221,41 @@ void VolumeWriter::begin_part() {
   fit_options_.lead = initial_.lattice.lead, fit_options_.margins = initial_.lattice.before;
   times_ = asked.times;
   added_.assign(added_.size(), fit_options_.part->first_given);
+}
+
+// What the first data will settle is taken from the file, and compared when they have come.
+void VolumeWriter::require_continued_file() const {
+  const WriterSettings& s = settings_;
+  if (!file_exists(s.path)) fail(Code::file_not_found, s.path, ": no file to append to");
+  const auto file = Bcc4Reader::open(open_file_source(s.path));
+  const VolumeInfo& was = file->info();
+  require_open_end(was, s.path);
+  VolumeInfo now = initial_;
+  FitOptions options = fit_options_;
+  options.lead = was.lattice.lead, options.margins = was.lattice.before;
+  now.lattice = lattice_of(options, std::max({s.dims[3], was.lattice.dims[3], 2u}));
+  now.lattice.dims[3] = s.dims[3];
+  now.levels = was.levels;
+  for (size_t c = 0; c < std::min(s.channels.size(), was.channels.size()); ++c) {
+    const ChannelSettings& channel = s.channels[c];
+    static_cast<Quantiser&>(now.channels[c]) = static_cast<const Quantiser&>(was.channels[c]);
+    now.channels[c].air = channel.air;
+    if (channel.source_type)
+      (void)code_channel(channel, *channel.source_type, s.coefficients, now.channels[c]);
+    else if (channel.value_type && !s.coefficients)
+      now.channels[c].type = *channel.value_type;
+  }
+  // The numbers of the frames are compared as a part's, where they are given as one.
+  require_continuable(was, now, s.part ? 0 : s.dims[3], s.path);
+}
+
+void VolumeWriter::require_same_series() {
+  const bool of_part = fit_options_.part.has_value();
+  journal_options_ = journal_options(settings_, initial_.recommended_kernel,
+                                     of_part ? fit_options_.lead : predicted_layers(),
+                                     of_part ? fit_options_.margins : outside_planes(frame_planes));
+  if (settings_.continuity == Continuity::resume)
+    Bcc4Journal::require_options(settings_.path, journal_options_);
 }
 
 // A series that is appended to keeps the layers it has.

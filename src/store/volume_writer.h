@@ -24,6 +24,7 @@
 #include "formats/bcc4/bcc4.h"
 #include "store/continuation.h"
 #include "store/field_samples.h"
+#include "store/journal_options.h"
 #include "store/level_fit.h"
 #include "store/level_frames.h"
 #include "store/measuring.h"
@@ -90,6 +91,9 @@ class VolumeWriter {
   void check_periodic() const;
   void begin_info();
   void begin_part();
+  // Throws wrong_state where the file or journal to go on with is of another series, before it is touched.
+  void require_same_series();
+  void require_continued_file() const;
   [[nodiscard]] int32_t predicted_layers() const;
   // Planes outside each face: of frames, which make up for the mirrors behind them (fit/face_table.h), and of
   // layers and fields, which do not.
@@ -164,6 +168,7 @@ class VolumeWriter {
 
   // What finish() adds.
   void check_end() const;
+  void require_no_fewer(uint64_t frames) const;
   void check_times(uint32_t frames) const;
   [[nodiscard]] uint32_t frames_of_short() const;
   void shorten(uint32_t frames);
@@ -179,6 +184,7 @@ class VolumeWriter {
   WriterSettings settings_;
   Context context_;
   std::unique_ptr<ByteSink> sink_; // until the container takes it
+  JournalOptions journal_options_; // empty: no journal
   VolumeInfo initial_;             // what is known before the fit begins
   FitOptions fit_options_;
   State state_ = State::open;

@@ -16,6 +16,15 @@ void VolumeWriter::check_end() const {
   if (fits_.empty()) fail(Code::wrong_state, "writer: nothing was added");
   for (const auto& level : fits_) level->fit().check_end();
   check_times(settings_.dims[3]);
+  if (settings_.dims[3] == 0) require_no_fewer(added_.front());
+}
+
+// A series that goes on does not lose frames of the file.
+void VolumeWriter::require_no_fewer(uint64_t frames) const {
+  if (settings_.continuity != Continuity::append) return;
+  const uint32_t was = Bcc4Reader::open(open_file_source(settings_.path))->info().lattice.dims[3];
+  if (frames < was)
+    fail(Code::wrong_state, settings_.path, ": it has ", was, " frames already, ", frames, " were given");
 }
 
 void VolumeWriter::check_times(uint32_t frames) const {
@@ -66,10 +75,7 @@ WriteReport VolumeWriter::finish_short() {
     if (frames == 1 && (input_ == Input::layers || fit().has_begun()))
       fail(Code::wrong_state,
            "writer: one frame alone is a lattice without time, and layers in time are there");
-    if (settings_.continuity == Continuity::append)
-      if (const uint32_t was = Bcc4Reader::open(open_file_source(settings_.path))->info().lattice.dims[3];
-          frames < was)
-        fail(Code::wrong_state, settings_.path, ": it has ", was, " frames already, ", frames, " were given");
+    require_no_fewer(frames);
     check_times(frames);
     run_step([&] { shorten(frames); });
   }

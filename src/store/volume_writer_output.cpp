@@ -67,7 +67,8 @@ Bcc4WriterOptions VolumeWriter::container_options(const VolumeInfo& info) const 
     options.earlier_slabs = lasting_slabs(was.lattice, fit_options_, layer_use(), was.lattice.dims[3]);
   } else if (settings_.continuity != Continuity::none) {
     options.journal =
-        std::make_shared<Bcc4Journal>(settings_.path, settings_.continuity == Continuity::resume);
+        std::make_shared<Bcc4Journal>(settings_.path, settings_.continuity == Continuity::resume,
+                                      Bcc4Journal::default_interval, journal_options_);
     options.fingerprint = writer_checksum();
   }
   return options;

@@ -236,15 +236,15 @@ TEST_F(Append, RefusesWhatItCannotContinue) {
   other.uneven = true;
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "is at time");
   other = v, other.source = BCCSPLAT_TYPE_F32;
-  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the channels of its series");
+  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "channel 0 (density): its type");
   other = v, other.change = [](bccsplat_writer_options& o) { o.abs_error = 1; };
   refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "give all frames");
   other.change = coefficients;
-  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the kernels of coefficients");
+  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "it stores samples");
   other.change = [](bccsplat_writer_options& o) { o.scale = 1.5; };
-  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the lattices of its series");
+  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "planes along x");
   other.change = [](bccsplat_writer_options& o) { o.scales[1] = 1.5; };
-  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "the lattices of its series");
+  refused(other, 30, BCCSPLAT_ERROR_WRONG_STATE, "planes along y");
 }
 
 // What its coefficients were made of are stored samples, not those of its source.

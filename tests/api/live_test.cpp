@@ -350,12 +350,8 @@ TEST(Live, IsNotForPartsAndNothingIsAppendedToIt) {
   bccsplat_writer_release(writer); // without finish
   std::filesystem::rename(path + ".partial", left);
   o.partial = BCCSPLAT_PARTIAL_APPEND, o.live = 0;
-  ASSERT_EQ(bccsplat_writer_create(device.device, left.c_str(), &o, &writer), BCCSPLAT_OK);
-  bccsplat_status status = BCCSPLAT_OK;
-  for (uint32_t t = 0; t < 30 && status == BCCSPLAT_OK; ++t) status = add_frame(v, writer, t);
-  EXPECT_EQ(status, BCCSPLAT_ERROR_WRONG_STATE);
+  EXPECT_EQ(bccsplat_writer_create(device.device, left.c_str(), &o, &writer), BCCSPLAT_ERROR_WRONG_STATE);
   EXPECT_NE(std::string(bccsplat_last_error()).find("unfinished"), std::string::npos);
-  bccsplat_writer_release(writer);
 }
 
 } // namespace

@@ -258,10 +258,21 @@ TEST(Numbers, OfPictures) {
   o.set_mask = BCCSPLAT_RENDER_SET_ISO | BCCSPLAT_RENDER_SET_GRADIENT_NOISE;
   expect_ranges({{".sheet_step", &o.sheet_step, wrong({-1, 1e-4, 17}), {1e-3, 16}},
                  {".iso_value", &o.iso_value, wrong({4e38}), {-value, value}},
-                 {".opacity_stop", &o.opacity_stop, wrong({-1, 1.5}), {1}},
+                 {".opacity_stop", &o.opacity_stop, wrong({-1, 1e-300, 0.0009, 1.5}), {0, 0.001, 1}},
                  {".deep_tolerance", &o.deep_tolerance, wrong({-1, 1.5}), {1}},
                  {".gradient_noise", &o.gradient_noise, wrong({-1, 4e38}), {value}}},
                 [&] { return bccsplat_renderer_set_options(renderer.get(), &o); });
+  // Of several surfaces the one is named that has it, and one that is not there is checked like others.
+  bccsplat_iso_surface surfaces[2]{};
+  o.mode = BCCSPLAT_MODE_ISOSURFACE, o.surfaces = surfaces, o.surface_count = 2;
+  surfaces[1].use_color = 1;
+  expect_ranges({{"surfaces[1].value", &surfaces[1].value, wrong({4e38}), {-value, value}},
+                 {"surfaces[1].opacity", &surfaces[1].opacity, wrong({-0.1, 1.1}), {0, 1}},
+                 {"surfaces[1].color", &surfaces[1].color[2], wrong({-1, 2e9}), {0, 1e9}}},
+                [&] { return bccsplat_renderer_set_options(renderer.get(), &o); });
+  surfaces[0].reserved = 1;
+  EXPECT_EQ(bccsplat_renderer_set_options(renderer.get(), &o), BCCSPLAT_ERROR_INVALID_ARGUMENT);
+  EXPECT_NE(std::string(bccsplat_last_error()).find("surfaces[0].reserved"), std::string::npos);
   bccsplat_frame* f = nullptr;
   ASSERT_OK(bccsplat_frame_create(scene.device.get(), 4, 4, BCCSPLAT_FRAME_RGBA, &f));
   const Frame frame(f);

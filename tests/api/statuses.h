@@ -36,6 +36,19 @@ struct Scene {
   [[nodiscard]] Writer writer(const bccsplat_writer_options& o, const std::string& name = "new.bcc4") const {
     return make_writer(device, folder.file(name), o);
   }
+  // A writer that has written the series and finished.
+  [[nodiscard]] Writer finished(const bccsplat_writer_options& o) const {
+    Writer w = writer(o);
+    EXPECT_OK(add_frames(w.get(), series));
+    EXPECT_OK(bccsplat_writer_finish(w.get(), nullptr));
+    return w;
+  }
+  // Of the frame, 4 floats each.
+  [[nodiscard]] const float* pixels() const {
+    auto plane = sized<bccsplat_plane>();
+    EXPECT_OK(bccsplat_frame_get_channel(frame.get(), BCCSPLAT_FRAME_RGBA, &plane));
+    return plane.pixels;
+  }
   bccsplat_status create(const std::string& at, const bccsplat_writer_options& o) const {
     bccsplat_writer* w = nullptr;
     const bccsplat_status status = bccsplat_writer_create(device.get(), at.c_str(), &o, &w);

@@ -146,6 +146,44 @@ TEST(Unreadable, SalvagesWhatIsDamagedAndAsksAgainForTheRest) {
   }
 }
 
+// A stream whose end has moved since it was opened.
+struct Shortened {
+  FarFile& file;
+  uint64_t end;
+
+  static int64_t read_at(void* user, uint64_t offset, void* to, uint64_t size) {
+    const auto& s = *static_cast<Shortened*>(user);
+    const uint64_t there = offset < s.end ? std::min(size, s.end - offset) : 0;
+    return there == 0 ? 0 : FarFile::read_at(&s.file, offset, to, there);
+  }
+};
+
+// Cut before it is opened a file has no tables any more; cut later it has lost what is gone, and its host
+// hears that as of other damage.
+TEST(Unreadable, BytesThatAreGoneAreDamage) {
+  BadFile bad(samples);
+  for (const int32_t salvage : {0, 1, 2}) {
+    Shortened s{bad.file, bad.file.bytes.size()};
+    auto stream = bad.file.stream();
+    stream.read_at = Shortened::read_at, stream.user = &s;
+    auto o = sized<bccsplat_volume_options>();
+    o.salvage = salvage;
+    bccsplat_volume* v = nullptr;
+    ASSERT_OK(bccsplat_volume_open_stream(bad.device.get(), &stream, &o, &v));
+    const Volume volume(v);
+    s.end = std::max_element(bad.chunks.begin(), bad.chunks.end())->first + 10;
+    bool holes = false;
+    EXPECT_EQ(bad.cut(volume, 4.4, &holes), salvage == 0 ? BCCSPLAT_ERROR_TRUNCATED : BCCSPLAT_OK);
+    EXPECT_EQ(holes, salvage != 0);
+    const bccsplat_verify_report report = verified(volume, BCCSPLAT_OK);
+    EXPECT_GT(report.damages, 0u);
+    EXPECT_EQ(report.unreadable, 0u);
+    stream.size = s.end;
+    bccsplat_volume* cut = nullptr;
+    EXPECT_EQ(bccsplat_volume_open_stream(bad.device.get(), &stream, &o, &cut), BCCSPLAT_ERROR_TRUNCATED);
+  }
+}
+
 // The number of corrections is not that of those which could be read.
 TEST(Unreadable, CorrectionsAreNotCountedInPart) {
   BadFile bad([](bccsplat_writer_options& o) { o.abs_error = 3; });

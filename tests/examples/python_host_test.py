@@ -418,6 +418,39 @@ def live(device, folder):
         assert np.array_equal(volume.evaluate([[4, 4, 4, shown - 1.5]]), before)
 
 
+def goes_on(device, folder):
+    """A finished file, and an unfinished one, are continued by what fits them; what does not is refused at once."""
+    path = os.path.join(folder, "longer.bcc4")
+
+    def made(frames, partial, **others):
+        return Writer(device, path, (9, 9, 9, frames), partial=partial, **others)
+
+    def add(writer, frames):
+        for t in range(frames):
+            writer.add_frame(np.full((9, 9, 9), 1 + t, np.float32), t)
+
+    with made(12, abi.PARTIAL_DEFAULT) as writer:
+        add(writer, 12)
+    for others, text in (({"lattice": "CC"}, "lattice"), ({"channels": [Channel(air=3)]}, "air"),
+                         ({"store": "COEFFICIENTS"}, "stores samples")):
+        raises(Error, Status.WRONG_STATE, made, 15, abi.PARTIAL_APPEND, text=text, **others)
+    with made(15, abi.PARTIAL_APPEND) as writer:
+        add(writer, 15)
+    with Volume(device, path) as volume:
+        assert volume.info().dims[3] == 15
+    os.remove(path)
+    try:
+        with made(40, abi.PARTIAL_KEEP) as writer:
+            add(writer, 30)
+            raise KeyboardInterrupt
+    except KeyboardInterrupt:
+        pass
+    raises(Error, Status.WRONG_STATE, made, 40, abi.PARTIAL_RESUME, text="distances", time_scale=2.0)
+    with made(40, abi.PARTIAL_RESUME) as writer:
+        add(writer, 40)
+        assert writer.finish().slabs_reused > 0
+
+
 def fields(device, folder):
     """A function of space and time, with a bound that is kept at every source sample."""
     path = os.path.join(folder, "field.bcc4")
@@ -569,6 +602,7 @@ with Device(threads=2) as device:
     layers(device, scratch)
     refused_and_short(device, scratch)
     live(device, scratch)
+    goes_on(device, scratch)
     fields(device, scratch)
     parts(device, scratch)
 hooks(scratch)

@@ -83,7 +83,7 @@ class Render(ToolTest):
         self.refused(2, 'above 0', *go, '--deep', '--deep-tolerance', '0', '-o', 'x.exr', output='x.exr')
         surfaces = ('--time', 2, '--deep', '--iso', '20,60')
         self.assertGreater(len(self.picture(*surfaces, '--opacity-stop', 1, name='d.exr')), len(self.picture(*surfaces, name='d.exr')))
-        for wrong in (0, 1.5):
+        for wrong in (0, .0009, 1.5):
             self.refused(2, '--opacity-stop', *go, '--deep', '--opacity-stop', wrong, '-o', 'x.exr', output='x.exr')
         self.refused(2, 'composite and iso', *go, '--deep', '--mode', 'mip', '-o', 'x.exr', output='x.exr')
         self.refused(2, '--trail-mode', *go, '--deep', '--trail', 1, '--trail-mode', 'post', '-o', 'x.exr', output='x.exr')

@@ -149,11 +149,11 @@ class Resume(ToolTest):
         self.assertIn('--resume goes on from there', err)
         self.assertFalse(os.path.exists(self.path('x.bcc4')))
         # With other options or another source it is not the same import.
-        self.refused(2, 'made from other input or with other options', 'import', 'a.raw', *self.dims, '--filter',
-                     'kaiser6', '-o', 'x.bcc4', '--resume')
+        self.refused(2, 'made with other options (filter', 'import', 'a.raw', *self.dims, '--filter', 'kaiser6', '-o',
+                     'x.bcc4', '--resume')
         os.rename(self.path('a.raw'), self.path('b.raw'))
         self.write('a.raw', bytes(len(self.data)))
-        self.refused(2, 'made from other input or with other options', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4',
+        self.refused(2, 'the unfinished file was made', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4',
                      '--resume')
         os.rename(self.path('b.raw'), self.path('a.raw'))
         self.run_import('--resume', '--quiet')
@@ -191,7 +191,7 @@ class Resume(ToolTest):
         self.assertEqual(self.read('x.bcc4'), whole)
         # Samples are not appended to coefficients.
         self.write('x.bcc4', old)
-        self.refused(2, 'the kernels of coefficients', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--append')
+        self.refused(2, 'it stores coefficients of', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4', '--append')
         self.assertEqual(self.read('x.bcc4'), old)
 
     def test_append_reads_new_frames_and_the_last_ones_before(self):

@@ -53,6 +53,8 @@ class Writer(Child):
     exception finishes the file; one that ends with an exception leaves no file.
     target: a path, or write_at(offset, bytes); with it flush() is called where all so far is to be durable.
     scale: lattice distance in samples, one for x, y and z, or each of them, and time's.
+    partial: PARTIAL_KEEP lets unfinished work stay, PARTIAL_RESUME goes on with it, PARTIAL_APPEND with a finished
+    file (all of them of abi); where these do not fit the other arguments it is refused here, WRONG_STATE.
     live: after every so many slabs the file under way, target + ".partial", can be opened as it stands.
     part: (first, end) makes one file of several for join_parts: the frames of part_frames() are added. part_times are
     those of the whole series.

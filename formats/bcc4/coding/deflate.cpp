@@ -24,8 +24,9 @@ namespace {
 // 0.3 % of size and u16 0.99 for 0.6 %, with 1/8 0.90 and 0.88 for 1 and 5 % (tests/bench/notes/storage.md).
 constexpr size_t least_saved = 64;
 constexpr uint64_t table_bytes = 60; // about what the Huffman codes of a block take
-// Handed to zlib at a time where a caller may cancel: 3 ms of the slowest strategy. The stream is the same.
-constexpr size_t piece_bytes = size_t{1} << 15;
+// Handed to zlib at a time where a caller may cancel: the slowest strategy takes 10 ms for 32 KiB of
+// corrections. The stream is the same.
+constexpr size_t piece_bytes = size_t{1} << 12;
 
 [[nodiscard]] std::vector<std::byte> deflate_with(std::span<const std::byte> bytes, int level, int strategy,
                                                   Progress* progress = nullptr) {
