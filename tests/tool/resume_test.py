@@ -149,11 +149,11 @@ class Resume(ToolTest):
         self.assertIn('--resume goes on from there', err)
         self.assertFalse(os.path.exists(self.path('x.bcc4')))
         # With other options or another source it is not the same import.
-        self.refused(2, 'made from other input or with other options', 'import', 'a.raw', *self.dims, '--filter',
+        self.refused(2, 'made from other input, with other options or by a version', 'import', 'a.raw', *self.dims, '--filter',
                      'kaiser6', '-o', 'x.bcc4', '--resume')
         os.rename(self.path('a.raw'), self.path('b.raw'))
         self.write('a.raw', bytes(len(self.data)))
-        self.refused(2, 'made from other input or with other options', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4',
+        self.refused(2, 'made from other input, with other options or by a version', 'import', 'a.raw', *self.dims, '-o', 'x.bcc4',
                      '--resume')
         os.rename(self.path('b.raw'), self.path('a.raw'))
         self.run_import('--resume', '--quiet')
