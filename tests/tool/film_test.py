@@ -194,7 +194,7 @@ class Film(ToolTest):
                 self.assertAlmostEqual(first[c], want, delta=4)
             # The fourth picture of the film is that of frame 3.
             self.bcc4('render', 'v.bcc4', '-o', 'p.png', '--time', 3, '--index', '--size', '64x48', '--background', '.2,.4,.6',
-                      '--quiet', '--overwrite')
+                      '--quiet')
             shown = subprocess.run(['ffmpeg', '-v', 'error', '-i', out, '-vf', r'select=eq(n\,3)', '-vframes', '1', '-f', 'rawvideo',
                                     '-pix_fmt', 'rgb24', '-'], cwd=self.folder, capture_output=True, check=True).stdout
             drawn = bytes(c for row in read_png(self.path('p.png')) for pixel in row for c in pixel[:3])
