@@ -200,7 +200,7 @@ class Film(ToolTest):
             drawn = bytes(c for row in read_png(self.path('p.png')) for pixel in row for c in pixel[:3])
             self.assertEqual(len(shown), len(drawn))
             squares = sum((a - b) ** 2 for a, b in zip(shown, drawn)) / len(drawn)
-            self.assertGreater(10 * math.log10(255 ** 2 / squares), 32, out)
+            self.assertGreater(10 * math.log10(255 ** 2 / squares), 38, out)
 
 
 if __name__ == '__main__':
