@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// viewer FILE.bcc4 [SCREENSHOT.bmp]: looks around in a series. It shows drafts while something moves and a
-// fine picture at rest; the window stays responsive, for pictures are made and cancelled in a thread of their
-// own. With a second argument the window is saved there when it closes, and the counts of pictures are
-// printed.
+// viewer FILE.bcc4 [--iso V[:OPACITY[:#RRGGBB]],...] [SCREENSHOT.bmp]: looks around in a series. It shows
+// drafts while something moves and a fine picture at rest; the window stays responsive, for pictures are made
+// and cancelled in a thread of their own. With a screenshot the window is saved there when it closes, and the
+// counts of pictures are printed.
 #include "viewer/draw.h"
 #include "viewer/panel.h"
 #include "viewer/recorder.h"
@@ -15,6 +15,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
+#include <string_view>
 
 namespace {
 
@@ -97,12 +99,55 @@ class Player {
   int rounds_ = 0;
 };
 
-int run(const char* path, const char* screenshot) {
+struct Arguments {
+  const char* path = nullptr;
+  const char* screenshot = nullptr;
+  std::vector<Surface> surfaces; // of --iso
+};
+
+constexpr const char* help =
+    "usage: viewer FILE.bcc4 [--iso V[:OPACITY[:#RRGGBB]],...] [SCREENSHOT.bmp]\n"
+    "  --iso   begins with isosurfaces of these values; without it there is one, of the value that the "
+    "file's\n"
+    "          histogram says, and i shows it\n"
+    "keys: space plays, r records, i switches between isosurfaces and opacities, up and down move the\n"
+    "isosurfaces by a hundredth of the range, q quits; drag to orbit, wheel to zoom\n";
+
+// None when they make no sense.
+std::optional<Arguments> read_arguments(int argc, char** argv) {
+  Arguments a;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    if (word == "--iso" && i + 1 < argc)
+      a.surfaces = parse_surfaces(argv[++i]);
+    else if (word.starts_with("--"))
+      return std::nullopt;
+    else if (!a.path)
+      a.path = argv[i];
+    else if (!a.screenshot)
+      a.screenshot = argv[i];
+    else
+      return std::nullopt;
+  }
+  return a.path ? std::optional(a) : std::nullopt;
+}
+
+// Keys that change what is shown.
+void apply_key(SDL_Keycode key, Wish& wish, Play& play, const Facts& facts) {
+  if (key == SDLK_SPACE) play.on = !play.on;
+  if (key == SDLK_r) play.record = !play.record;
+  if (key == SDLK_i) wish.iso = !wish.iso;
+  if (wish.iso && key == SDLK_UP) move_surfaces(wish.surfaces, facts.range, 1);
+  if (wish.iso && key == SDLK_DOWN) move_surfaces(wish.surfaces, facts.range, -1);
+}
+
+int run(const Arguments& arguments) {
+  const char* const screenshot = arguments.screenshot;
   bccsplat_device* d = nullptr;
   check(bccsplat_device_create(nullptr, &d));
   const Handle<bccsplat_device> device(d);
   bccsplat_volume* v = nullptr;
-  check(bccsplat_volume_open_file(d, path, nullptr, &v));
+  check(bccsplat_volume_open_file(d, arguments.path, nullptr, &v));
   const Handle<bccsplat_volume> volume(v);
   const Facts facts = read_facts(v);
 
@@ -118,6 +163,8 @@ int run(const char* path, const char* screenshot) {
   Wish wish;
   wish.frame = facts.last_frame / 2;
   wish.opacity = facts.opacity;
+  wish.iso = !arguments.surfaces.empty();
+  wish.surfaces = wish.iso ? arguments.surfaces : std::vector{Surface{.value = facts.iso_value}};
   Worker worker(d, v, facts.range);
   std::unique_ptr<Picture> shown;
   Sdl<SDL_Texture> texture;
@@ -131,9 +178,7 @@ int run(const char* path, const char* screenshot) {
       ImGui_ImplSDL2_ProcessEvent(&event);
       const bool q = event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_q;
       if (event.type == SDL_QUIT || q) open = false;
-      if (event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_SPACE) player.play.on = !player.play.on;
-      if (event.type == SDL_KEYDOWN && event.key.keysym.sym == SDLK_r)
-        player.play.record = !player.play.record;
+      if (event.type == SDL_KEYDOWN) apply_key(event.key.keysym.sym, wish, player.play, facts);
     }
     bool fresh = false;
     if (auto newer = worker.take()) {
@@ -167,9 +212,10 @@ int run(const char* path, const char* screenshot) {
     SDL_RenderPresent(renderer.get());
   }
   if (screenshot)
-    std::printf("drafts %d fine %d cancelled %d rotate %.1f %.1f frame %.3f rounds %d\n",
+    std::printf("drafts %d fine %d cancelled %d rotate %.1f %.1f frame %.3f rounds %d iso %d value %.6g\n",
                 worker.counts().drafts.load(), worker.counts().fine.load(), worker.counts().cancelled.load(),
-                wish.rotate_x, wish.rotate_y, wish.frame, player.rounds());
+                wish.rotate_x, wish.rotate_y, wish.frame, player.rounds(), wish.iso ? 1 : 0,
+                wish.surfaces.front().value);
   ImGui_ImplSDL2_Shutdown();
   ImGui::DestroyContext();
   return 0;
@@ -178,14 +224,15 @@ int run(const char* path, const char* screenshot) {
 } // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2 || argc > 3) {
-    std::fprintf(stderr, "usage: viewer FILE.bcc4 [SCREENSHOT.bmp]\n");
-    return 2;
-  }
   int code = 1;
   try {
+    const std::optional<Arguments> arguments = read_arguments(argc, argv);
+    if (!arguments) {
+      std::fputs(help, stderr);
+      return 2;
+    }
     if (SDL_Init(SDL_INIT_VIDEO) != 0) throw std::runtime_error(SDL_GetError());
-    code = run(argv[1], argc == 3 ? argv[2] : nullptr);
+    code = run(*arguments);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s\n", e.what());
   }

@@ -94,6 +94,7 @@ Facts read_facts(const bccsplat_volume* volume) {
   f.last_frame = static_cast<double>(info.dims[3] - 1);
   const bccsplat_look look = made_look(volume);
   f.range = {look.range[0], look.range[1]};
+  f.iso_value = look.iso_value;
   if (!(f.range[0] < f.range[1])) f.range = {channel.kept_range[0], channel.kept_range[0] + 1};
   for (size_t i = 0; i < f.opacity.size(); ++i)
     f.opacity[i] = opacity_at(look, f.range[0] + static_cast<double>(i) / (curve_points - 1) *
@@ -141,6 +142,11 @@ void panel(Wish& wish, Play& play, const Facts& facts, const Picture* shown, con
   ImGui::Separator();
   ImGui::Checkbox("trail", &wish.trail);
   slider("frames back", wish.trail_frames, 0.5, std::max(1.0, facts.last_frame));
+  ImGui::Separator();
+  ImGui::Checkbox("isosurfaces (i; up and down move them)", &wish.iso);
+  for (size_t i = 0; wish.iso && i < wish.surfaces.size(); ++i)
+    slider(("value " + std::to_string(i + 1)).c_str(), wish.surfaces[i].value, facts.range[0],
+           facts.range[1]);
   ImGui::Separator();
   ImGui::Checkbox("play (space)", &play.on);
   ImGui::SameLine();

@@ -10,6 +10,7 @@ constexpr float panel_width = 330; // pixels
 
 struct Facts { // of the file, for labels and limits
   double last_frame = 0;
+  double iso_value = 0; // of the surface that the library would show
   std::array<double, 2> range{};
   std::array<float, curve_points> opacity{}; // over the range, as the library would have it
   std::string name, unit, time_unit;

@@ -168,12 +168,29 @@ void Worker::classify(const Wish& wish) {
   check(bccsplat_renderer_set_transfer_function(renderer_.get(), &function));
 }
 
+// The renderer copies the surfaces; the options without them say enough of what a picture needs.
+void Worker::set_options(const Wish& wish, bccsplat_render_options& options) {
+  std::vector<bccsplat_iso_surface> surfaces;
+  for (const Surface& s : wish.surfaces) {
+    bccsplat_iso_surface& made = surfaces.emplace_back();
+    made.value = s.value, made.opacity = s.opacity, made.use_color = s.colored ? 1 : 0;
+    std::copy(s.color.begin(), s.color.end(), made.color);
+  }
+  if (wish.iso && !surfaces.empty()) {
+    options.mode = BCCSPLAT_MODE_ISOSURFACE;
+    options.set_mask = BCCSPLAT_RENDER_SET_ISO, options.iso_value = surfaces.front().value;
+    options.surfaces = surfaces.data(), options.surface_count = static_cast<uint32_t>(surfaces.size());
+  }
+  check(bccsplat_renderer_set_options(renderer_.get(), &options));
+  options.surfaces = nullptr, options.surface_count = 0;
+}
+
 void Worker::draw(const Wish& wish, bool fine) {
   const bool time_slice = wish.tilt == std::array<double, 3>{};
   auto options = sized<bccsplat_render_options>();
   options.quality = fine ? BCCSPLAT_QUALITY_FINE : BCCSPLAT_QUALITY_DRAFT;
   options.cancel_token = token_.get();
-  check(bccsplat_renderer_set_options(renderer_.get(), &options));
+  set_options(wish, options);
   // A slice of any level and moment tells what the picture needs; the coarsest is there at once.
   if (!slice_is_made_ || wish.tilt != drawn_.tilt) cut(wish, time_slice ? coarsest_ : 0);
   const bccsplat_camera seen_by = camera(wish);

@@ -3,6 +3,8 @@
 // nothing moves.
 #pragma once
 
+#include "viewer/surfaces.h"
+
 #include <bccsplat.h>
 
 #include <array>
@@ -42,6 +44,8 @@ struct Wish {
   double rotate_x = 20, rotate_y = 30, zoom = 1;
   std::array<float, curve_points> opacity{};
   int palette = 0;
+  bool iso = false; // the surfaces instead of the transfer function's opacities
+  std::vector<Surface> surfaces;
   bool trail = false;
   double trail_frames = 4;
   bool playing = false; // drafts only, and what the next moment needs is made meanwhile
@@ -90,6 +94,7 @@ class Worker {
                                const bccsplat_render_options& options) const;
   void look_ahead(const Wish& wish);
   void classify(const Wish& wish);
+  void set_options(const Wish& wish, bccsplat_render_options& options);
 
   bccsplat_device* device_;
   const bccsplat_volume* volume_;

@@ -167,8 +167,8 @@ void Bcc4Journal::start(uint32_t fingerprint) {
   if (found_) {
     if (fingerprint != fingerprint_)
       fail(Code::wrong_state, path_,
-           ": the unfinished file was made from other input or with other options; "
-           "give the same ones, or start anew without resuming");
+           ": the unfinished file was made from other input, with other options or by a version that "
+           "resamples otherwise; give the same, or start anew without resuming");
     return;
   }
   ByteWriter out;

@@ -96,7 +96,7 @@ order_parts(std::vector<std::shared_ptr<const Bcc4Reader>> parts, std::span<cons
     const std::string why = difference(series, parts[i]->info());
     if (!why.empty() || part(i).series != series.part->series)
       fail(Code::invalid_argument, names[i], ": not a part of the same series as ", names[order[0]], ": ",
-           why.empty() ? "it was made with other options" : why);
+           why.empty() ? "it was made with other options or by a version that resamples otherwise" : why);
     if (part(i).first > end)
       fail(Code::invalid_argument, frames_text(end, part(i).first), " of ", series.lattice.dims[3],
            " are in none of the parts: the one before ", names[i], " is missing");

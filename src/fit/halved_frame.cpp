@@ -8,6 +8,7 @@
 
 #include "base/sizes.h"
 #include "fit/face_table.h"
+#include "fit/near_source.h"
 #include "fit/resample_tile.h"
 #include "fit/site_axis.h"
 
@@ -18,6 +19,10 @@ using Tables = FrameHalver::Tables;
 
 constexpr auto cell_edge = CellRanges::edge;
 constexpr int64_t run = 16; // samples of a brick along x, and of a cell
+// How far around a sample of the halved frame those of the frame are looked at, in its distances: two samples
+// to either side. What is left there is looked around once more when a level is resampled from it, so that
+// less than near_source suffices (tests/bench/notes/halos.md).
+constexpr double halved_reach = 1.25;
 
 Lattice4 grid_of(const std::array<int64_t, 3>& dims, const AxisFlags& halved, const AxisFlags& turning) {
   std::array<uint32_t, 4> n{1, 1, 1, 1};
@@ -36,11 +41,13 @@ Tables::Axis axis_of(const Lattice4& grid, size_t a, Filter filter, bool foretol
   axis.table =
       foretold ? face_table(grid, 0, a, filter, widening, noise) : filter_table(filter, widening, positions);
   const int64_t n = grid.dims[a];
+  axis.turns = grid.turns(a);
   for (size_t i = 0; i < positions.size(); ++i) {
-    axis.nearest.push_back(nearest_sample(positions[i], n));
+    axis.near.push_back(near_samples(positions[i], halved_reach * widening, axis.table, i,
+                                     nearest_sample(positions[i], n), axis.turns, n));
     std::array<int64_t, 2> inside{n, 0};
     for (int64_t k = axis.table.first[i]; k < axis.table.first[i] + axis.table.taps; ++k) {
-      const int64_t sample = end_index(k, n, grid.turns(a));
+      const int64_t sample = end_index(k, n, axis.turns);
       axis.sample.push_back(static_cast<int32_t>(sample));
       inside = {std::min(inside[0], sample), std::max(inside[1], sample + 1)};
     }
@@ -58,11 +65,9 @@ void add_bricks(Tables& t) {
     brick.base = axis.table.first[static_cast<size_t>(begin)];
     brick.weight.assign(taps * run, 0.0f);
     brick.inside = axis.inside[static_cast<size_t>(begin)];
-    brick.nearest_base = axis.nearest[static_cast<size_t>(begin)];
     for (int64_t i = 0; i < run; ++i) { // samples beyond the last: its place, no weight
       const auto at = static_cast<size_t>(std::min(begin + i, t.to[0] - 1));
       brick.index[static_cast<size_t>(i)] = static_cast<int32_t>(axis.table.first[at] - brick.base);
-      brick.nearest[static_cast<size_t>(i)] = static_cast<int32_t>(axis.nearest[at] - brick.nearest_base);
       brick.inside = {std::min(brick.inside[0], axis.inside[at][0]),
                       std::max(brick.inside[1], axis.inside[at][1])};
       for (size_t k = 0; begin + i < t.to[0] && k < taps; ++k)
@@ -90,12 +95,23 @@ struct Sum {
   }
 };
 
+// A bit for each sample that is not air.
+void set_bits(const float* row, size_t count, uint64_t* bits) {
+  for (size_t begin = 0; begin < count; begin += 64) {
+    uint64_t word = 0;
+    for (size_t i = 0; i < std::min<size_t>(64, count - begin); ++i)
+      word |= static_cast<uint64_t>(row[begin + i] != 0) << i;
+    bits[begin / 64] = word;
+  }
+}
+
 // What all threads read.
 struct Job {
   const Tables& tables;
   const Frame& frame;
   const CellRanges& cells;
-  float ringing, pivot; // pivot: what samples are filtered as their difference from
+  float ringing;
+  float pivot; // what samples are filtered as their difference from
   HalvedFrame& out;
 
   // Samples along x of a row of cells that are not air.
@@ -121,7 +137,8 @@ class Pass {
         planes_(job.planes_held()), rows_(cell_edge[1] * row_ + 32), filtered_(ny() * pitch_),
         extended_(static_cast<size_t>(job.tables.row_end - job.tables.row_begin) + row_ + 64),
         sum_row_(pitch_), empty_rows_(ny()), ring_(static_cast<size_t>(planes_) * my() * pitch_),
-        empty_(static_cast<size_t>(planes_) * my()), source_(empty_.size() * job.tables.x.size()) {}
+        empty_(static_cast<size_t>(planes_) * my()), words_(static_cast<size_t>(job.tables.from[0]) / 64 + 2),
+        plane_bits_(ny() * words_), held_bits_(empty_.size() * words_), near_(words_) {}
 
   static uint64_t bytes(const Job& job) {
     const Tables& t = job.tables;
@@ -151,9 +168,7 @@ class Pass {
   // A plane of the source along x, then along y into the ring.
   void filter_plane(int64_t z) {
     const Tables& t = job_.tables;
-    std::fill_n(source_.begin() + static_cast<std::ptrdiff_t>(held(z) * t.x.size()), my() * t.x.size(),
-                uint16_t{0});
-    next_row_ = 0;
+    std::fill(plane_bits_.begin(), plane_bits_.end(), uint64_t{0});
     for (int64_t y = 0; y < t.from[1]; y += cell_edge[1]) {
       const int64_t end = std::min(y + cell_edge[1], t.from[1]);
       const auto [low, high] = job_.span(y / cell_edge[1], z / cell_edge[2]);
@@ -169,7 +184,37 @@ class Pass {
           sum_.add(y, axis.table.weight[k]);
       empty_[held(z) + j] = sum_.rows.empty();
       if (!sum_.rows.empty()) sum_.write(filtered_.data(), pitch_, ring_.data() + (held(z) + j) * pitch_);
+      join(axis, j, t.from[1], &held_bits_[(held(z) + j) * words_],
+           [&](int64_t y) { return &plane_bits_[static_cast<size_t>(y) * words_]; });
     }
+  }
+
+  // Joins the bits of all rows that are around a sample along an axis of n. row: the bits of one.
+  template<class Row>
+  void join(const Tables::Axis& axis, size_t sample, int64_t n, uint64_t* to, const Row& row) const {
+    std::fill_n(to, words_, uint64_t{0});
+    for (int64_t i = axis.near[sample][0]; i <= axis.near[sample][1]; ++i) {
+      const uint64_t* from = row(end_index(i, n, axis.turns));
+      for (size_t w = 0; w < words_; ++w) to[w] |= from[w];
+    }
+  }
+
+  // Of sixteen samples of a row those around which one is not air, by near_.
+  [[nodiscard]] uint16_t near_bits(size_t brick) const {
+    const Tables::Axis& axis = job_.tables.axis[0];
+    const int64_t n = job_.tables.from[0];
+    const auto any = [&](int64_t first, int64_t last) {
+      return first <= last &&
+             TileBits::any(near_.data(), {static_cast<size_t>(first), static_cast<size_t>(last)});
+    };
+    uint32_t found = 0;
+    for (size_t i = 0; i < run && brick * run + i < axis.near.size(); ++i) {
+      const auto& [first, last] = axis.near[brick * run + i];
+      const bool here = any(std::max<int64_t>(first, 0), std::min(last, n - 1)) ||
+                        any(std::max(first + n, int64_t{0}), n - 1) || any(0, last - n);
+      found |= static_cast<uint32_t>(here) << i;
+    }
+    return static_cast<uint16_t>(found);
   }
 
   // Some rows of a plane along x; what is beyond their region is air.
@@ -181,9 +226,12 @@ class Pass {
                     pitch * cell_edge[1]);
     if (job_.pivot != 0) // then nothing is air
       for (float& v : rows_) v -= job_.pivot;
+    for (int64_t y = region.begin[1]; y < region.end[1]; ++y)
+      set_bits(rows_.data() + static_cast<size_t>(y - region.begin[1]) * row_,
+               static_cast<size_t>(job_.tables.from[0]), &plane_bits_[static_cast<size_t>(y) * words_]);
     constexpr float one = 1;
     constexpr int32_t first = 0;
-    const TileRow row{t.row_begin, t.row_end, 0, t.from[0], t.from[0], t.turning};
+    const TileRow row{t.row_begin, t.row_end, 0, t.from[0], t.from[0], t.axis[0].turns};
     for (int64_t y = region.begin[1]; y < region.end[1]; ++y) {
       float* out = filtered_.data() + static_cast<size_t>(y) * pitch_;
       bricks_.clear();
@@ -239,9 +287,10 @@ class Pass {
     }
     sum_.write(ring_.data(), pitch_, sum_row_.data());
     const CellRanges::Cell* ranges = &ranges_[static_cast<size_t>(j / cell_edge[1]) * t.x.size()];
-    const uint16_t* source = &source_[(held(axis.nearest[static_cast<size_t>(k)]) + row) * t.x.size()];
+    join(axis, static_cast<size_t>(k), t.from[2], near_.data(),
+         [&](int64_t z) { return &held_bits_[(held(z) + row) * words_]; });
     for (size_t b = 0; b < t.x.size(); ++b)
-      finish_run(sum_row_.data() + b * run, ranges[b], source[b],
+      finish_run(sum_row_.data() + b * run, ranges[b], job_.ringing > 0 ? near_bits(b) : uint16_t{0xffff},
                  static_cast<size_t>(std::min(run, t.to[0] - static_cast<int64_t>(b) * run)), out + b * run,
                  cells[b]);
   }
@@ -251,16 +300,16 @@ class Pass {
   }
 
   // Sixteen samples of a row: constants stay what they are, and ringing in air is air.
-  void finish_run(float* from, const CellRanges::Cell& range, uint16_t source, size_t count, float* out,
+  void finish_run(float* from, const CellRanges::Cell& range, uint16_t near, size_t count, float* out,
                   CellRanges::Cell& cell) const {
     if (!range.broken && range.low == range.high) {
       std::fill_n(from, run, range.low);
     } else if (!range.broken && (range.low > 0 || range.high < 0)) {
       for (int64_t x = 0; x < run; ++x) from[x] += job_.pivot;
-    } else if (source != 0xffff) {
+    } else {
       const float limit = job_.ringing * std::max({0.0f, -range.low, range.high});
       for (int64_t x = 0; x < run; ++x)
-        if ((source >> x & 1) == 0 && std::fabs(from[x]) <= limit) from[x] = 0;
+        if ((near >> x & 1) == 0 || std::fabs(from[x]) <= limit) from[x] = 0;
     }
     std::copy_n(from, count, out);
     std::array<float, run> low, high;
@@ -277,10 +326,9 @@ class Pass {
   std::vector<float> rows_, filtered_, extended_, sum_row_;
   std::vector<uint8_t> empty_rows_;
   std::vector<float> ring_;
-  std::vector<uint8_t> empty_;   // rows of the ring
-  std::vector<uint16_t> source_; // by row of the ring and brick: what is nearest to no air
-  size_t next_row_ = 0;          // that may be nearest to one of the plane
-  std::vector<TileNearestX> nearest_;
+  std::vector<uint8_t> empty_;                          // rows of the ring
+  size_t words_;                                        // of the bits of a row; the last one is 0
+  std::vector<uint64_t> plane_bits_, held_bits_, near_; // of a plane's rows, of the ring's, of a row's sites
   std::vector<CellRanges::Cell> ranges_; // of what a row of cells of the halved frame is made of
   std::vector<TileBrickX> bricks_;
   Sum sum_;
@@ -314,7 +362,7 @@ const Tables& FrameHalver::tables_of(const FaceLevels& faces) {
   const auto [found, is_new] = tables_.try_emplace(faces);
   Tables& t = found->second;
   if (!is_new) return t;
-  t.from = from_, t.to = dims(), t.turning = grid_.turns(0);
+  t.from = from_, t.to = dims();
   for (size_t a = 0; a < 3; ++a) t.axis[a] = axis_of(grid_, a, filter_, foretold_[a], end_noises[faces[a]]);
   add_bricks(t);
   return t;

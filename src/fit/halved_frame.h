@@ -39,10 +39,10 @@ class FrameHalver {
               Filter filter, const AxisFlags& turning = {});
 
   [[nodiscard]] std::array<int64_t, 3> dims() const;
-  // faces: how boldly samples are predicted. ringing: where the nearest sample of the frame is air, so is
-  // what the filter leaves up to this fraction of the largest departure from air in its reach. The result has
-  // the same bits for any number of threads and however the frame is divided into boxes; what is air costs
-  // next to nothing.
+  // faces: how boldly samples are predicted. ringing: what the filter leaves up to this fraction of the
+  // largest departure from air in its reach is air, and so is, unless this is 0, what it leaves where all of
+  // the frame around are air, whatever that is. The result has the same bits for any number of threads and
+  // however the frame is divided into boxes; what is air costs next to nothing.
   [[nodiscard]] HalvedFrame halve(const Frame& frame, const CellRanges& cells, const FaceLevels& faces,
                                   float ringing, const Context& context);
   // Takes back what a frame's samples were held in, for the next one.
@@ -50,11 +50,12 @@ class FrameHalver {
 
   // The filters along the axes.
   struct Tables {
-    // One axis: what the samples of the halved frame are made of, and which sample each is nearest to.
+    // One axis: what the samples of the halved frame are made of, and which samples are around each.
     struct Axis {
       FilterTable table;
-      std::vector<int32_t> sample; // by weight of the table
-      std::vector<int64_t> nearest;
+      bool turns = false;
+      std::vector<int32_t> sample;                // by weight of the table
+      std::vector<std::array<int64_t, 2>> near;   // first and last, counted on beyond ends that turn
       std::vector<std::array<int64_t, 2>> inside; // by sample of the halved frame: samples it depends on
     };
     // Sixteen samples along x (resample_tile.h).
@@ -63,14 +64,11 @@ class FrameHalver {
       std::array<int32_t, 16> index{};
       std::vector<float> weight;
       std::array<int64_t, 2> inside{};
-      int64_t nearest_base = 0; // and the samples nearest to them
-      std::array<int32_t, 16> nearest{};
     };
     std::array<int64_t, 3> from{}, to{}; // samples
     std::array<Axis, 3> axis;
     std::vector<BrickX> x;
     int64_t row_begin = 0, row_end = 0; // of a row with what is beyond its faces
-    bool turning = false;               // along x
   };
 
  private:

@@ -2,8 +2,20 @@
 #include "fit/near_source.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace bccsplat {
+
+std::array<int64_t, 2> near_samples(double position, double reach, const FilterTable& table, size_t site,
+                                    int64_t nearest, bool turns, int64_t n) {
+  reach = std::min(reach, 31.0);
+  std::array<int64_t, 2> near{
+      std::max(table.first[site], static_cast<int64_t>(std::ceil(position - reach))),
+      std::min(table.first[site] + table.taps - 1, static_cast<int64_t>(std::floor(position + reach)))};
+  for (int64_t& sample : near)
+    if (!turns) sample = std::clamp<int64_t>(sample, 0, n - 1);
+  return {std::min(near[0], nearest), std::max(near[1], nearest)};
+}
 
 void TileBits::clear(size_t width, size_t ny, size_t nz) {
   width_ = width, ny_ = ny, words_ = (width + 63) / 64;

@@ -7,10 +7,13 @@
 // is not missed (tests/bench/notes/halos.md).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "fit/filter.h"
 
 namespace bccsplat {
 
@@ -21,6 +24,11 @@ inline constexpr double near_source = 1.5;
 struct SampleSpan {
   size_t first = 0, last = 0;
 };
+
+// Returns the first and the last of the samples within `reach` of a site's position that the site takes, the
+// nearest one among them. Along an axis that turns they are counted on beyond its ends. A span is at most 64.
+[[nodiscard]] std::array<int64_t, 2> near_samples(double position, double reach, const FilterTable& table,
+                                                  size_t site, int64_t nearest, bool turns, int64_t n);
 
 // A bit for each sample of a tile.
 class TileBits {

@@ -27,18 +27,6 @@ std::array<int64_t, 2> samples_of(const std::array<int64_t, 2>& extended, int64_
   return {first, last + 1};
 }
 
-// Of the samples that a site takes those within near_source of it, the nearest one among them.
-std::array<int64_t, 2> near_samples(double position, double widening, const FilterTable& table, size_t site,
-                                    int64_t nearest, bool turns, int64_t n) {
-  const double reach = std::min(near_source * widening, 31.0); // a span is at most 64
-  std::array<int64_t, 2> near{
-      std::max(table.first[site], static_cast<int64_t>(std::ceil(position - reach))),
-      std::min(table.first[site] + table.taps - 1, static_cast<int64_t>(std::floor(position + reach)))};
-  for (int64_t& sample : near)
-    if (!turns) sample = std::clamp<int64_t>(sample, 0, n - 1);
-  return {std::min(near[0], nearest), std::max(near[1], nearest)};
-}
-
 } // namespace
 
 // A few bricks along x, of both cosets: those that see something, and all they see.
@@ -98,8 +86,8 @@ SpatialResampler::SpatialResampler(const Lattice4& lattice, Filter filter, const
       for (const double p : positions)
         axis.nearest.push_back(nearest_sample(p, n_[a] + (turning_[a] ? 1 : 0)));
       for (size_t i = 0; i < positions.size(); ++i)
-        axis.near.push_back(
-            near_samples(positions[i], widening, axis.table, i, axis.nearest[i], turning_[a], n_[a]));
+        axis.near.push_back(near_samples(positions[i], near_source * widening, axis.table, i, axis.nearest[i],
+                                         turning_[a], n_[a]));
       for (int32_t begin = 0; begin < coset.dims[a]; begin += brick_edge) {
         const auto last = static_cast<size_t>(std::min(begin + brick_edge, coset.dims[a]) - 1);
         axis.extended.push_back(

@@ -12,14 +12,14 @@
 namespace bccsplat {
 
 uint32_t options_checksum(const FitOptions& options, uint32_t levels, double abs_error,
-                          std::optional<double> psnr) {
-  std::string text =
-      concat(static_cast<int>(options.filter), " ", static_cast<int>(options.nonfinite), " ", abs_error);
+                          std::optional<double> psnr, int rules) {
+  std::string text = concat(static_cast<int>(options.filter), " ", static_cast<int>(options.nonfinite), " ",
+                            abs_error, " rules ", rules);
   if (options.lowpass) text += " lowpass";
   if (options.masks) text += " masks";
   if (psnr) text += concat(" psnr ", *psnr);
   if (options.lead > 0) text += concat(" lead ", options.lead);
-  if (levels > 0) text += " of halved frames"; // older versions resampled those of the source
+  if (levels > 0) text += " of halved frames";
   if (options.periodic) text += " periodic";
   for (size_t a = 0; a < 3; ++a)
     if (options.turning[a]) text += concat(" periodic ", a);

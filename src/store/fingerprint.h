@@ -6,14 +6,16 @@
 #include <optional>
 
 #include "fit/fit.h"
+#include "fit/resampling_rules.h"
 #include "formats/bcc4/info.h"
 
 namespace bccsplat {
 
 // Returns the checksum of every option that changes the samples but is not stored in the file. psnr: of a
-// part of a series, which is checked when the parts are joined. levels: the coarser ones.
+// part of a series, which is checked when the parts are joined. levels: the coarser ones. rules: those by
+// which a version resamples.
 [[nodiscard]] uint32_t options_checksum(const FitOptions& options, uint32_t levels, double abs_error,
-                                        std::optional<double> psnr);
+                                        std::optional<double> psnr, int rules = resampling_rules);
 
 // Returns the checksum of the same options for one part of the series.
 [[nodiscard]] uint32_t part_checksum(uint32_t options, const FitPart& part);

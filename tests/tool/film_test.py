@@ -178,7 +178,7 @@ class Film(ToolTest):
             self.assertEqual(f.read(), b'before')
         os.remove(next(self.path(n) for n in os.listdir(self.folder) if 'partial' in n))
 
-    @unittest.skipUnless(shutil.which('ffmpeg') and shutil.which('ffprobe'), 'ffmpeg is not here')
+    @unittest.skipUnless(shutil.which('ffmpeg') and shutil.which('ffprobe'), 'SKIPPED: no ffmpeg or no ffprobe here, so no real film was made')
     def test_real_films_are_tagged_and_show_the_pictures(self):
         for out, codec in (('f.mp4', 'h264'), ('f.webm', 'vp9')):
             self.bcc4('render', 'v.bcc4', '-o', out, '--fps', 12, '--size', '64x48', '--background', '.2,.4,.6', '--quiet')
@@ -192,6 +192,15 @@ class Film(ToolTest):
                                    cwd=self.folder, capture_output=True, check=True).stdout
             for c, want in enumerate((51, 102, 153)):
                 self.assertAlmostEqual(first[c], want, delta=4)
+            # The fourth picture of the film is that of frame 3.
+            self.bcc4('render', 'v.bcc4', '-o', 'p.png', '--time', 3, '--index', '--size', '64x48', '--background', '.2,.4,.6',
+                      '--quiet')
+            shown = subprocess.run(['ffmpeg', '-v', 'error', '-i', out, '-vf', r'select=eq(n\,3)', '-vframes', '1', '-f', 'rawvideo',
+                                    '-pix_fmt', 'rgb24', '-'], cwd=self.folder, capture_output=True, check=True).stdout
+            drawn = bytes(c for row in read_png(self.path('p.png')) for pixel in row for c in pixel[:3])
+            self.assertEqual(len(shown), len(drawn))
+            squares = sum((a - b) ** 2 for a, b in zip(shown, drawn)) / len(drawn)
+            self.assertGreater(10 * math.log10(255 ** 2 / squares), 38, out)
 
 
 if __name__ == '__main__':

@@ -151,6 +151,20 @@ class Look(ToolTest):
         outside = [g for row, m in zip(grey, mask) for g, hit in zip(row, m) if not hit]
         self.assertGreater(sum(inside) / len(inside), 4 * sum(outside) / len(outside))
 
+    def test_nothing_is_seen_beside_a_sharp_edge(self):
+        v = self.made(lambda x, y, z: 1 if radius(x, y, z) < 11 else 0)
+        mask = self.mask(v, [.49, 0, .51, 1])
+        near = 7  # pixels, three voxels and more
+        far = [(x, y) for y in range(PIXELS) for x in range(PIXELS)
+               if not any(mask[b][a] for b in range(max(0, y - near), min(PIXELS, y + near + 1))
+                          for a in range(max(0, x - near), min(PIXELS, x + near + 1)))]
+        self.assertGreater(len(far), PIXELS ** 2 // 4)
+        for options in ((), ('--mode', 'mip'), ('--mode', 'iso'), ('--range', '0,1'), ('--range', '0,1', '--no-shading')):
+            rows, _ = self.picture(v, *options)
+            self.assertLessEqual(max(rows[y][x][3] for x, y in far), 1, options)
+        rows, _ = self.picture(v, '--mode', 'xray')
+        self.assertLessEqual(max(rows[y][x][0] * rows[y][x][3] // 255 for x, y in far), 1)
+
     def test_looks_are_chosen_and_refused(self):
         v = self.made(lambda x, y, z: 100 * math.exp(-radius(x, y, z) ** 2 / 50))
         looks = ('auto', 'ct-bone', 'ct-soft', 'mr', 'fog', 'fire', 'signed')

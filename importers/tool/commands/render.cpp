@@ -128,6 +128,7 @@ struct Scene {
   std::optional<TransferFunction> trail_function;
   double open_ms;
   PictureOutput& output;
+  double least_background;              // of an X-ray
   std::optional<XrayExposure> exposure; // of the first picture
   std::optional<Annotation> annotation;
 
@@ -171,7 +172,7 @@ struct Scene {
       times.renders.push_back(stats);
     }
     if (a.mode == BCCSPLAT_MODE_XRAY && !lower(picture.path).ends_with(".exr"))
-      expose_xray(image, cut.camera, times.slice, exposure);
+      expose_xray(image.get(), cut.camera, times.slice, least_background, exposure);
     if (annotation)
       annotation->draw(image, number, cut.camera, cut.domain, exposure,
                        trail_bar(a, volume, picture.where, trail));
@@ -255,6 +256,7 @@ Exit run_render(RenderArguments a) {
   const bccsplat_look look =
       make_look(volume, channel, a.look, a.iso.size() > 1 ? BCCSPLAT_MODE_COMPOSITE : a.mode);
   tell_look(a, look);
+  const bccsplat_channel_info info = channel_info(volume, channel);
   const auto output = picture_output(a, device, {camera.size[0], camera.size[1]}, pictures.size());
   bccsplat_renderer* created = nullptr;
   check(bccsplat_renderer_create(device.get(), &created), "");
@@ -268,10 +270,10 @@ Exit run_render(RenderArguments a) {
               std::nullopt,
               open_ms,
               *output,
+              least_background(look, info.air),
               std::nullopt,
               std::nullopt};
   check(bccsplat_renderer_set_options(created, &scene.options), "render options");
-  const bccsplat_channel_info info = channel_info(volume, channel);
   std::vector<std::array<double, 4>> colors = colors_of(look);
   if (const auto f = transfer_function(slice_function(a), info, look)) {
     const bccsplat_transfer_function t = as_struct(*f);

@@ -175,7 +175,9 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("--colormap", a.colormap, concat("Built-in colours: ", join(colormap_names())))
       ->type_name("NAME");
   text("--range", "LO,HI",
-       "Values the colours and a ramp of opacity span (default: by --look; the file's own with --tf)",
+       "Values the colours and a ramp of opacity span, whose first fiftieth from air is transparent "
+       "(default: by "
+       "--look; the file's own with --tf)",
        [&a](const std::string& t) { a.range = option_numbers("--range", t, 2); });
   add_number(app, "--opacity", a.opacity, "Factor on all opacities");
   add_number(app, "--unit-distance", a.unit_distance,

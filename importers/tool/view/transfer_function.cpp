@@ -187,11 +187,12 @@ void rescale(TransferFunction& f, double low, double high) {
 }
 
 void add_default_opacity(TransferFunction& f, double low, double high, double air) {
-  constexpr double most = 0.25;
-  const double reach = std::max(std::abs(high - air), std::abs(low - air));
-  if (low < air) f.opacities.push_back({low, most * (air - low) / reach});
-  f.opacities.push_back({air, 0});
-  if (high > air) f.opacities.push_back({high, most * (high - air) / reach});
+  constexpr double most = 0.25, ringing = 0.02; // what a field rings three voxels from a sharp edge
+  const double reach = std::max(std::abs(high - air), std::abs(low - air)), none = ringing * reach;
+  if (low < air - none) f.opacities.push_back({low, most * (air - low) / reach});
+  if (low < air) f.opacities.push_back({air - none, 0});
+  if (high > air) f.opacities.push_back({air + none, 0});
+  if (high > air + none) f.opacities.push_back({high, most * (high - air) / reach});
 }
 
 void scale_opacity(TransferFunction& f, double factor) {

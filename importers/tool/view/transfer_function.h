@@ -30,7 +30,8 @@ struct TransferFunction {
 
 // Moves the values so that the colours (and opacities) span [low, high].
 void rescale(TransferFunction& function, double low, double high);
-// From 0 at air to a quarter at the farther end of [low, high], for colours that come without opacities.
+// From 0 near air, where fields ring, to a quarter at the farther end of [low, high], for colours that come
+// without opacities.
 void add_default_opacity(TransferFunction& function, double low, double high, double air);
 void scale_opacity(TransferFunction& function, double factor);
 

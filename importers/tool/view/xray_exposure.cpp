@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Computes the length of each pixel's ray in the domain; background is the mean value that 2 % of the rays
-// stay below, white the integral above it that 0.2 % exceed. Rays that only graze the domain do not count for
-// the background.
+// stay below, or air if that is more, white the integral above it that 0.2 % exceed. Rays that only graze the
+// domain do not count for the background.
 #include "tool/view/xray_exposure.h"
 
 #include <algorithm>
@@ -20,6 +20,8 @@ namespace {
 constexpr double kShortRay = 0.25;
 // Of the rays: as dark as this share is the background, as bright as all but this share is white.
 constexpr double kDark = 0.02, kBright = 0.002;
+// Of white: so much is black, and from twice as much on nothing is changed.
+constexpr double kToe = 1e-3;
 
 // Rays of a camera, and the world lengths that they have inside of a slice's domain.
 class RayLengths {
@@ -90,10 +92,17 @@ double at_share(std::vector<double>& values, double share) {
 
 } // namespace
 
-void expose_xray(const Image& image, const bccsplat_camera& camera, const bccsplat_slice_info& slice,
-                 std::optional<XrayExposure>& exposure) {
+double least_background(const bccsplat_look& look, double air) {
+  const bool nothing_below = std::isinf(look.empty[0]) && air <= look.empty[1];
+  const bool known = look.kind == BCCSPLAT_KIND_SOLID || look.kind == BCCSPLAT_KIND_FOG ||
+                     look.kind == BCCSPLAT_KIND_CONSTANT || look.kind == BCCSPLAT_KIND_LABELS;
+  return nothing_below && known ? air : -std::numeric_limits<double>::infinity();
+}
+
+void expose_xray(const bccsplat_frame* image, const bccsplat_camera& camera, const bccsplat_slice_info& slice,
+                 double least, std::optional<XrayExposure>& exposure) {
   auto plane = sized<bccsplat_plane>();
-  check(bccsplat_frame_get_channel(image.get(), BCCSPLAT_FRAME_RGBA, &plane), "X-ray");
+  check(bccsplat_frame_get_channel(image, BCCSPLAT_FRAME_RGBA, &plane), "X-ray");
   const RayLengths rays(camera, slice, plane.width, plane.height);
   const auto pixel = [&](size_t n) {
     const size_t row = n / plane.width * (plane.row_bytes / sizeof(float));
@@ -115,7 +124,8 @@ void expose_xray(const Image& image, const bccsplat_camera& camera, const bccspl
       if (lengths[n] > kShortRay * longest) densities.push_back(integral(n) / lengths[n]);
     if (densities.empty()) return;
     exposure.emplace();
-    const double dark = at_share(densities, kDark), bright = at_share(densities, 1 - kBright);
+    const double dark = std::max(at_share(densities, kDark), least),
+                 bright = at_share(densities, 1 - kBright);
     // A field that is the same everywhere has no background.
     if (bright - dark > 1e-3 * std::max(std::fabs(bright), std::fabs(dark))) exposure->background = dark;
     for (size_t n = 0; n < count; ++n)
@@ -124,8 +134,9 @@ void expose_xray(const Image& image, const bccsplat_camera& camera, const bccspl
   }
   if (!(exposure->white > 0)) return;
   for (size_t n = 0; n < count; ++n) {
-    const double v = std::max(0.0, integral(n) - exposure->background * lengths[n]) / exposure->white;
-    for (size_t c = 0; c < 3; ++c) pixel(n)[c] = static_cast<float>(v);
+    const double v = (integral(n) - exposure->background * lengths[n]) / exposure->white;
+    const double shown = std::max(0.0, std::min(v, 2 * (v - kToe)));
+    for (size_t c = 0; c < 3; ++c) pixel(n)[c] = static_cast<float>(shown);
   }
 }
 

@@ -14,9 +14,14 @@ struct XrayExposure {
   double white = 0;      // what a ray has beyond that
 };
 
-// Scales the integrals of a picture in place, to 0 for the background and 1 for white. Without an exposure it
-// is measured, and kept for the pictures that follow.
-void expose_xray(const Image& image, const bccsplat_camera& camera, const bccsplat_slice_info& slice,
-                 std::optional<XrayExposure>& exposure);
+// Returns the least that the background has: air, where its look says that nothing is to be seen below it.
+// What a field rings below air beside an edge is no darker background.
+[[nodiscard]] double least_background(const bccsplat_look& look, double air);
+
+// Scales the integrals of a picture in place, to 0 for the background and 1 for white; what has a thousandth
+// of white is black, too, since fields ring above air as well. Without an exposure it is measured, and kept
+// for the pictures that follow; its background is not below `least`.
+void expose_xray(const bccsplat_frame* image, const bccsplat_camera& camera, const bccsplat_slice_info& slice,
+                 double least, std::optional<XrayExposure>& exposure);
 
 } // namespace bcc4

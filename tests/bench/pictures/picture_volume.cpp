@@ -8,10 +8,17 @@
 #include <cstring>
 #include <numbers>
 
+#ifdef BCCSPLAT_BENCH_READERS
+#include "tool/view/xray_exposure.h"
+#endif
+
 namespace bccsplat::bench {
 namespace {
 
 using host::sized;
+
+// Of a voxel, as bcc4 render --range has it.
+constexpr double ramp_begin = 0.02, ramp_opacity = 0.25;
 
 int64_t write_bytes(void* user, uint64_t offset, const void* data, uint64_t size) {
   auto& bytes = *static_cast<std::vector<unsigned char>*>(user);
@@ -53,7 +60,7 @@ Handle<bccsplat_slice> sliced(const bccsplat_volume* volume, const std::array<ui
 }
 
 // World space is index space.
-void look_from_front(bccsplat_renderer* renderer, const std::array<uint32_t, 4>& dims, const Shot& shot) {
+bccsplat_camera front_camera(const std::array<uint32_t, 4>& dims, const Shot& shot) {
   auto camera = sized<bccsplat_camera>();
   camera.projection = shot.perspective ? BCCSPLAT_PROJECTION_PERSPECTIVE : BCCSPLAT_PROJECTION_ORTHOGRAPHIC;
   for (int a = 0; a < 3; ++a) camera.position[a] = camera.target[a] = 0.5 * (dims[a] - 1.0);
@@ -62,7 +69,7 @@ void look_from_front(bccsplat_renderer* renderer, const std::array<uint32_t, 4>&
   camera.ortho_height = dims[1];
   const double distance = camera.position[2] - shot.cut.value_or(dims[2] - 1.0);
   camera.fovy_degrees = 360 / std::numbers::pi * std::atan(0.5 * dims[1] / distance);
-  api(bccsplat_renderer_set_camera(renderer, &camera));
+  return camera;
 }
 
 } // namespace
@@ -100,18 +107,23 @@ Drawn PictureVolume::draw(const Shot& shot) const {
   Drawn out;
   out.width = shot.from_front ? static_cast<int>(shot.pixels * dims_[0]) : 512;
   out.height = shot.from_front ? static_cast<int>(shot.pixels * dims_[1]) : 512;
-  if (shot.from_front) look_from_front(r, dims_, shot);
-  if (shot.white) {
+  const bccsplat_camera camera = front_camera(dims_, shot);
+  if (shot.from_front) api(bccsplat_renderer_set_camera(r, &camera));
+  if (shot.white || shot.ramp != 0) {
     const double colors[] = {shot.middle, 0.8, 0.8, 0.8},
-                 opacities[] = {0.75 * shot.middle, 0, 1.25 * shot.middle, *shot.white};
+                 step[] = {0.75 * shot.middle, 0, 1.25 * shot.middle, shot.white.value_or(0)},
+                 ramp[] = {ramp_begin * shot.ramp, 0, shot.ramp, ramp_opacity};
+    const double* const opacities = shot.ramp != 0 ? ramp : step;
     auto function = sized<bccsplat_transfer_function>();
     function.colors = colors, function.color_count = 1;
     function.opacities = opacities, function.opacity_count = 2;
     api(bccsplat_renderer_set_transfer_function(r, &function));
   }
   auto options = sized<bccsplat_render_options>();
-  options.quality = shot.quality;
+  options.quality = shot.quality, options.mode = shot.mode;
   if (shot.any_gradient) options.set_mask = BCCSPLAT_RENDER_SET_GRADIENT_NOISE;
+  if (shot.mode == BCCSPLAT_MODE_ISOSURFACE)
+    options.iso_value = look().iso_value, options.set_mask |= BCCSPLAT_RENDER_SET_ISO;
   api(bccsplat_renderer_set_options(r, &options));
   out.rgba.resize(size_t{4} * static_cast<size_t>(out.width) * static_cast<size_t>(out.height));
   bccsplat_frame* f = nullptr;
@@ -119,13 +131,19 @@ Drawn PictureVolume::draw(const Shot& shot) const {
                           out.rgba.data(), 0, &f));
   const Handle<bccsplat_frame> frame(f);
   api(bccsplat_renderer_render(r, f));
+#ifdef BCCSPLAT_BENCH_READERS
+  if (shot.mode == BCCSPLAT_MODE_XRAY) {
+    std::optional<bcc4::XrayExposure> exposure;
+    bcc4::expose_xray(f, camera, info_of(slice.get()), bcc4::least_background(look(), 0), exposure);
+  }
+#endif
   return out;
 }
 
-std::array<double, 2> PictureVolume::empty() const {
-  auto look = sized<bccsplat_look>();
-  api(bccsplat_volume_get_look(volume_.get(), 0, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_COMPOSITE, &look));
-  return {look.empty[0], look.empty[1]};
+bccsplat_look PictureVolume::look() const {
+  auto made = sized<bccsplat_look>();
+  api(bccsplat_volume_get_look(volume_.get(), 0, BCCSPLAT_LOOK_DEFAULT, BCCSPLAT_MODE_COMPOSITE, &made));
+  return made;
 }
 
 std::vector<float> PictureVolume::field(const std::vector<std::array<double, 4>>& points) const {

@@ -27,9 +27,11 @@ struct Body {
 // The picture of a volume's first frame, or of a part of it, from a direction.
 struct Shot {
   int32_t quality = BCCSPLAT_QUALITY_NORMAL;
+  int32_t mode = BCCSPLAT_MODE_COMPOSITE;
   std::optional<double> cut;   // samples z <= this only
   std::optional<double> white; // one colour, of this opacity from the middle of the values on; none: the look
   double middle = 0;
+  double ramp = 0;        // not 0: opacity rises from air to this value, as --range of the tool has it
   bool from_front = true; // against z, x to the right and y up; else the fitted view
   double pixels = 2;      // a voxel, from the front; in perspective at the last voxels that are drawn
   bool perspective = false;
@@ -51,8 +53,7 @@ class PictureVolume {
   [[nodiscard]] Drawn draw(const Shot& shot) const;
   // The field at points in index space.
   [[nodiscard]] std::vector<float> field(const std::vector<std::array<double, 4>>& points) const;
-  // The values that its look takes for air.
-  [[nodiscard]] std::array<double, 2> empty() const;
+  [[nodiscard]] bccsplat_look look() const; // of composites; also its empty values and its iso value
 
  private:
   bccsplat_device* device_;

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "store/fingerprint.h"
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <set>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "fit/halved_frame.h"
+#include "tests/unit/fit/fit_series.h"
 
 namespace bccsplat {
 namespace {
@@ -45,6 +50,31 @@ TEST(Fingerprint, EveryOptionThatChangesSamplesAndIsNotInTheFileCounts) {
   }
   EXPECT_TRUE(seen.insert(options_checksum({}, 0, 0.25, {})).second) << "a bound";
   EXPECT_TRUE(seen.insert(options_checksum({}, 0, 0, 40.0)).second) << "a PSNR";
+  EXPECT_TRUE(seen.insert(options_checksum({}, 0, 0, {}, resampling_rules - 1)).second) << "an older version";
+}
+
+// What becomes of a ball, at level 0 and halved.
+TEST(Fingerprint, ANewRuleHasANewNumber) {
+  using test::Bench, test::Series;
+  const Series ball({40, 40, 40, 1}, [](double x, double y, double z, double) {
+    return std::hypot(x - 19.5, y - 19.5, z - 19.5) < 10 ? 1.0 : 0.0;
+  });
+  FitOptions options = test::options_for(ball);
+  options.channels[0].quantiser.type = ValueType::f32;
+  const uint64_t kept = test::run_fit(options, ball).report.channels[0].sites_kept;
+  Bench bench(1);
+  const FrameBox box = ball.box(0);
+  const Frame frame(std::span(&box, 1), {40, 40, 40}, 0, "frame");
+  const FrameScan scan = scan_frame(frame, 0, bench.context());
+  FrameHalver halver({40, 40, 40}, {true, true, true}, {}, Filter::kaiser8);
+  HalvedFrame halved = halver.halve(frame, scan.cells, usual_face_levels, 1.0f / 512, bench.context());
+  halved.memory = {};
+  const auto air = std::count(halved.values.begin(), halved.values.end(), 0.0f);
+  const char* const advice =
+      "The rules have changed: raise resampling_rules, and write it and the new counts here.";
+  EXPECT_EQ(resampling_rules, 2) << advice;
+  EXPECT_EQ(kept, 4599u) << advice;
+  EXPECT_EQ(air, 7928) << advice;
 }
 
 // Older versions made levels otherwise. How many there are is in the file.
