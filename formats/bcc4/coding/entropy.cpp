@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Estimates by frequencies of bytes, with a logarithm of integers.
 #include "formats/bcc4/coding/entropy.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Sums products in vectors, in double or, where they are small whole numbers, in single precision, and solves
+// the equations.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "formats/bcc4/coding/normal_equations.cpp"
 #include <hwy/foreach_target.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Predictors as weights of neighbours, checked, and handed to the loops over rows.
 #include "formats/bcc4/coding/predict.h"
 
 #include <algorithm>
