@@ -3,6 +3,7 @@
 #include "fit/histogram.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -73,6 +74,25 @@ void SampleHistogram::add(const Brick& brick) {
       count_value(v, ordered_key(v));
     }
   }
+}
+
+void SampleHistogram::add_codes(std::span<const uint32_t> codes) {
+  if (codes.empty()) return;
+  uint32_t low = UINT32_MAX, high = 0;
+  for (const uint32_t c : codes) low = std::min(low, c), high = std::max(high, c);
+  if (high < 256) {
+    // Several counts of each, as a count that has just been changed is slow to read.
+    constexpr size_t tables = 4;
+    std::array<std::array<uint32_t, 256>, tables> counts{};
+    for (size_t i = 0; i < codes.size(); ++i) ++counts[i % tables][codes[i]];
+    for (size_t c = low; c <= high; ++c)
+      for (const auto& table : counts) codes_[c] += table[c];
+  } else {
+    for (const uint32_t c : codes) ++codes_[c];
+  }
+  count_ += codes.size();
+  low_ = std::min(low_, ordered_key(relative_value(quantiser_, low)));
+  high_ = std::max(high_, ordered_key(relative_value(quantiser_, high)));
 }
 
 void SampleHistogram::merge(const SampleHistogram& other) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/bytes.h"
@@ -23,6 +24,8 @@ class SampleHistogram {
 
   // The sites of a brick that are kept and no holes; their values are representable in the stored type.
   void add(const Brick& brick);
+  // The same of all sites of a brick by their codes, which have one or two bytes.
+  void add_codes(std::span<const uint32_t> codes);
   void merge(const SampleHistogram& other); // of an equal quantiser and step
 
   void write(ByteWriter& out) const;

@@ -96,6 +96,7 @@ struct BrickTaps {
 struct BrickRoom {
   SiteValues sum;
   std::vector<std::unique_ptr<SiteValues>> unpacked; // where packed blocks meet others
+  std::vector<uint32_t> codes;
 };
 
 const float* floats_of(const SiteBlock* block, float unit, SiteValues& room) {
@@ -146,7 +147,13 @@ const float* without(const BrickMask& sites, const float* values, SiteValues& ro
 }
 
 // Counts the samples of a brick, those that fill holes excepted.
-void count_samples(Brick& brick, const BrickMask* fills, SampleHistogram& samples) {
+void count_samples(Brick& brick, const LayerCodes* codes, const BrickMask* fills, SampleHistogram& samples,
+                   std::vector<uint32_t>& room) {
+  if (codes && !fills && !brick.hole) {
+    room.clear();
+    codes->append_codes(room);
+    return samples.add_codes(room);
+  }
   if (!fills) return samples.add(brick);
   brick.hole = std::make_unique<BrickMask>(*fills);
   samples.add(brick);
@@ -225,8 +232,9 @@ SampleLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const
       counts->sites.holes += found.holes;
       if (!beyond) counts->sites.clamped += found.clamped;
       if (found.kept == 0) continue;
-      count_samples(*brick, masked ? holes_of(slot) : nullptr, counts->samples);
-      if (auto codes = LayerCodes::of(coder_, *brick))
+      auto codes = LayerCodes::of(coder_, *brick);
+      count_samples(*brick, codes.get(), masked ? holes_of(slot) : nullptr, counts->samples, room.codes);
+      if (codes)
         layer.set(slot, {nullptr, std::move(codes)});
       else
         layer.set(slot, {std::move(brick), nullptr});

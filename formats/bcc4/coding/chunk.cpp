@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "base/bytes.h"
+#include "formats/bcc4/coding/choose_predictor.h"
 #include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/deflate.h"
-#include "formats/bcc4/coding/entropy.h"
 #include "formats/bcc4/coding/predict.h"
 #include "formats/bcc4/coding/range.h"
 #include "formats/bcc4/coding/scratch.h"
@@ -23,9 +23,6 @@ namespace {
 
 constexpr uint8_t raw = 0, deflated = 1;
 
-// Weights with chains are chosen where they save more than 1/32. Without chains decoding takes 0.7 to 0.8 of
-// the time; files grow by 1 to 2 %, and by 3 to 9 % where values are coarse (tests/bench/notes/storage.md).
-constexpr uint64_t least_saved_by_chains = 32;
 // Chunks of fewer codes than that are also tried as one stream; larger ones only from exhaustive_level on.
 constexpr size_t few_codes = 1024;
 
@@ -127,33 +124,32 @@ void write_planes(ByteWriter& out, std::span<const uint32_t> values, uint32_t by
   return std::countr_zero(all);
 }
 
-// The bits that the byte planes need at their own frequencies, times 256.
-[[nodiscard]] uint64_t estimate_bits(std::span<const uint32_t> residuals, uint32_t bytes) {
-  uint64_t cost = 0;
-  for (uint32_t b = 0; b < bytes; ++b) {
-    std::array<uint32_t, 256> count{};
-    for (const uint32_t r : residuals) ++count[r >> (8 * b) & 255];
-    cost += entropy_bits_256(count);
-  }
-  return cost;
-}
-
 struct CodedValues {
   uint8_t coding = raw, predictor = 0;
   std::vector<std::byte> bytes;
 };
 
+// Codes as they are, without prediction.
+[[nodiscard]] std::vector<std::byte> write_patterns(std::span<const uint32_t> values,
+                                                    const ChunkCodes& codes) {
+  const size_t bytes = codes.bytes();
+  std::vector<std::byte> out(values.size() * bytes);
+  if (bytes == 1) {
+    for (size_t i = 0; i < values.size(); ++i) out[i] = static_cast<std::byte>(values[i]);
+    return out;
+  }
+  for (size_t i = 0; i < values.size(); ++i) {
+    const uint32_t p = pattern_of(values[i], codes);
+    std::memcpy(out.data() + i * bytes, &p, bytes);
+  }
+  return out;
+}
+
 [[nodiscard]] CodedValues write_values(const ChunkSites& sites, const ChunkCodes& codes, int level) {
   CodedValues best;
-  ByteWriter patterns;
-  for (const uint32_t c : sites.codes) {
-    const uint32_t p = pattern_of(c, codes);
-    patterns.write_bytes(std::as_bytes(std::span(&p, 1)).first(codes.bytes()));
-  }
-  best.bytes = patterns.release();
-  if (level == 0) return best;
-  const auto keep_smaller = [&best](Predictor predictor, std::vector<std::byte> stream) {
-    if (stream.size() < best.bytes.size())
+  const size_t raw_bytes = sites.codes.size() * codes.bytes();
+  const auto keep_smaller = [&](Predictor predictor, std::vector<std::byte> stream) {
+    if (stream.size() < (best.coding == raw ? raw_bytes : best.bytes.size()))
       best = {deflated, static_cast<uint8_t>(predictor), std::move(stream)};
   };
   const auto planes_of = [&](std::span<const int16_t> weights, std::span<const uint32_t> residuals) {
@@ -162,38 +158,22 @@ struct CodedValues {
     write_planes(planes, residuals, codes.bytes());
     return planes.release();
   };
-  // The predictor of the lowest estimate is coded. Unpredicted codes are coded as well, as values may repeat.
-  Predictor choice = Predictor::none;
-  std::vector<uint32_t> residuals = sites.codes;
-  std::vector<int16_t> weights;
-  uint64_t lowest = estimate_bits(residuals, codes.bytes());
-  const auto try_predictor = [&](Predictor predictor, std::vector<int16_t> w, uint64_t handicap) {
-    std::vector<uint32_t> r = predict(sites, codes, predictor, w);
-    const uint64_t cost = estimate_bits(r, codes.bytes()) + w.size() * 16 * 256;
-    if (cost + handicap >= lowest) return;
-    lowest = cost;
-    choice = predictor;
-    residuals = std::move(r);
-    weights = std::move(w);
-  };
-  for (uint8_t id = 1; id < predictor_count; ++id)
-    if (const auto predictor = static_cast<Predictor>(id); predictor != Predictor::fitted)
-      try_predictor(predictor, {}, 0);
-  // Rows without chains decode side by side, so that chains must save something, but at level 9, where only
-  // size counts.
-  FittedWeights fitted = fit_weights(sites, codes);
-  if (level < 9) try_predictor(Predictor::fitted, std::move(fitted.unchained), 0);
-  try_predictor(Predictor::fitted, std::move(fitted.chained), level < 9 ? lowest / least_saved_by_chains : 0);
-  const std::vector<std::byte> planes = planes_of(weights, residuals);
-  // One stream for all planes is smaller only where the tables of separate ones outweigh what they save.
-  if (codes.bytes() == 1 || sites.codes.size() < few_codes || level >= exhaustive_level)
-    keep_smaller(choice, deflate_bytes(planes, level, DeflateKind::noise));
-  std::vector<size_t> ends;
-  for (size_t b = 1; b <= codes.bytes(); ++b)
-    ends.push_back(weights.size() * sizeof(int16_t) + b * sites.codes.size());
-  if (ends.size() > 1) keep_smaller(choice, deflate_parts(planes, ends, level));
-  if (level >= exhaustive_level)
-    keep_smaller(Predictor::none, deflate_bytes(planes_of({}, sites.codes), level, DeflateKind::text));
+  if (level > 0) {
+    // The predictor of the lowest estimate is coded. Unpredicted codes are coded as well, as values may
+    // repeat.
+    const Choice choice = choose_predictor(sites, codes, level);
+    const std::vector<std::byte> planes = planes_of(choice.weights, choice.residuals);
+    // One stream for all planes is smaller only where the tables of separate ones outweigh what they save.
+    if (codes.bytes() == 1 || sites.codes.size() < few_codes || level >= exhaustive_level)
+      keep_smaller(choice.predictor, deflate_bytes(planes, level, DeflateKind::noise));
+    std::vector<size_t> ends;
+    for (size_t b = 1; b <= codes.bytes(); ++b)
+      ends.push_back(choice.weights.size() * sizeof(int16_t) + b * sites.codes.size());
+    if (ends.size() > 1) keep_smaller(choice.predictor, deflate_parts(planes, ends, level));
+    if (level >= exhaustive_level)
+      keep_smaller(Predictor::none, deflate_bytes(planes_of({}, sites.codes), level, DeflateKind::text));
+  }
+  if (best.coding == raw) best.bytes = write_patterns(sites.codes, codes);
   return best;
 }
 

@@ -3,6 +3,7 @@
 // not depend on the libm of a machine.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -17,6 +18,11 @@ namespace bccsplat {
 // The same for a Huffman code, in which no symbol has less than one bit: close to the best one, without its
 // table.
 [[nodiscard]] uint64_t huffman_bits_256(std::span<const uint32_t> counts);
+
+// How often each byte occurs.
+[[nodiscard]] std::array<uint32_t, 256> count_bytes(std::span<const std::byte> bytes);
+// The same of one byte of each number.
+[[nodiscard]] std::array<uint32_t, 256> count_bytes(std::span<const uint32_t> numbers, uint32_t shift);
 
 // The bits of bytes as deflate codes them, without tables: each byte by itself, and with runs of one byte as
 // matches (Z_HUFFMAN_ONLY and Z_RLE of zlib).

@@ -11,6 +11,7 @@
 #include "formats/bcc4/coding/normal_equations.h"
 #include "formats/bcc4/coding/predict.h"
 #include "formats/bcc4/coding/predict_walk.h"
+#include "points/runs.h"
 
 namespace bccsplat {
 namespace {
@@ -31,13 +32,14 @@ void leave_out_west(Fit& fit, size_t n) {
   e.b[0] = 0;
 }
 
-// Collects sites of one class with their neighbours and sums their products up, 64 sites at a time.
-class Samples {
+// Collects sites of one class with their neighbours and sums their products up, 64 sites at a time. Value is
+// float where cells are bytes.
+template<class Value> class Samples {
  public:
   template<class D> void add(const std::array<const D*, max_taps>& taps, size_t n, int x, D value) {
-    double* const to = room_.data() + held_ * width;
-    for (size_t i = 0; i < n; ++i) to[i] = static_cast<double>(taps[i][x]);
-    to[n] = static_cast<double>(value);
+    Value* const to = room_.data() + held_ * width;
+    for (size_t i = 0; i < n; ++i) to[i] = static_cast<Value>(taps[i][x]);
+    to[n] = static_cast<Value>(value);
     ++count_;
     if (++held_ == most) sum_up(n);
   }
@@ -55,36 +57,61 @@ class Samples {
  private:
   static constexpr size_t width = NormalEquations::columns, most = 64;
   void sum_up(size_t n) {
-    add_samples(equations_, std::span(room_).first(held_ * width), n);
+    add_samples(equations_, std::span<const Value>(room_).first(held_ * width), n);
     held_ = 0;
   }
 
   NormalEquations equations_;
-  std::array<double, most * width> room_{};
+  std::array<Value, most * width> room_{};
   size_t held_ = 0, count_ = 0;
 };
 
-template<class D> FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
-  const auto every = std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample_sites);
-  const auto samples = std::make_unique<std::array<Samples, classes>>();
+// Chooses one in `every` sites. The choice is scattered, as a regular one would meet the same columns in
+// every row.
+class Choose {
+ public:
+  explicit Choose(uint32_t every) : most_(UINT32_MAX / every), per_(most_ + 1) {}
+  // Bits of the chosen ones among the next sites.
+  [[nodiscard]] uint32_t next(int sites) {
+    uint32_t bits = 0;
+    // A number below 2^16 is a multiple of `every` where its product with 2^32 / every hardly goes beyond a
+    // multiple of 2^32 (Lemire, Kaser and Kurz 2019, "Faster remainder by direct computation").
+    for (int i = 0; i < sites; ++i, hash_ += 2654435761u)
+      bits |= static_cast<uint32_t>((hash_ >> 16) * per_ <= most_) << i;
+    return bits;
+  }
+
+ private:
+  uint32_t most_, per_, hash_ = 0;
+};
+
+// D: of cells; Value: of sums.
+template<class D, class Value>
+FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
+  Choose choose(std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample_sites));
+  std::array<std::unique_ptr<Samples<Value>>, classes> samples;
+  const unsigned present = classes_present(sites.shape);
+  for (size_t c = 0; c < classes; ++c)
+    if (present >> c & 1) samples[c] = std::make_unique<Samples<Value>>();
   const uint32_t* code = sites.codes.data();
-  uint32_t index = 0;
+  const auto air = static_cast<int64_t>(codes.air);
   CellRing<D> ring;
   walk_rows<D>(sites.shape, sites.kept, ring, [&](const Row<D>& row) {
-    unsigned bits = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
+    const unsigned kept = sites.kept[static_cast<size_t>(row.layer)][static_cast<size_t>(row.index)];
+    for (unsigned bits = kept; bits; bits &= bits - 1)
+      row.own[std::countr_zero(bits)] = static_cast<D>(static_cast<int64_t>(*code++) - air);
+    unsigned chosen = choose.next(std::popcount(kept));
+    if (kept != full_row) chosen = expand_bits(static_cast<uint16_t>(chosen), static_cast<uint16_t>(kept));
+    if (chosen == 0) return;
     std::array<const D*, max_taps> taps;
     const size_t n = gather_taps(row, taps);
-    Samples& chosen = (*samples)[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))];
-    for (; bits; bits &= bits - 1, ++code, ++index) {
-      const int x = std::countr_zero(bits);
-      const D value = static_cast<D>(*code) - static_cast<D>(codes.air);
-      // The choice is scattered, as a regular one would meet the same columns in every row.
-      if ((index * 2654435761u >> 16) % every == 0) chosen.add(taps, n, x, value);
-      row.own[x] = value;
+    Samples<Value>& of_class = *samples[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))];
+    for (; chosen; chosen &= chosen - 1) {
+      const int x = std::countr_zero(chosen);
+      of_class.add(taps, n, x, row.own[x]);
     }
   });
   FittedWeights weights;
-  const unsigned present = classes_present(sites.shape);
   for (int c = 0; c < classes; ++c) {
     if (!(present >> c & 1)) continue;
     const auto n = static_cast<size_t>(class_taps(c));
@@ -92,7 +119,7 @@ template<class D> FittedWeights fit_weights_of(const ChunkSites& sites, const Ch
       const Weights w = fit.rows >= 2 * n ? solve(fit.equations, n) : constant_weights(Predictor::cross, c);
       to.insert(to.end(), w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
     };
-    Fit fit = (*samples)[static_cast<size_t>(c)].fit(n);
+    Fit fit = samples[static_cast<size_t>(c)]->fit(n);
     append(weights.chained, fit);
     if (c & 1) leave_out_west(fit, n);
     append(weights.unchained, fit);
@@ -103,7 +130,9 @@ template<class D> FittedWeights fit_weights_of(const ChunkSites& sites, const Ch
 } // namespace
 
 FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes) {
-  return codes.bytes() == 4 ? fit_weights_of<int64_t>(sites, codes) : fit_weights_of<int32_t>(sites, codes);
+  if (codes.bytes() == 1) return fit_weights_of<float, float>(sites, codes);
+  if (codes.bytes() == 2) return fit_weights_of<int32_t, double>(sites, codes);
+  return fit_weights_of<int64_t, double>(sites, codes);
 }
 
 } // namespace bccsplat

@@ -9,31 +9,13 @@
 
 #include <hwy/cache_control.h>
 
+#include "formats/bcc4/coding/find_codes.h"
 #include "formats/bcc4/coding/spread.h"
 
 namespace bccsplat {
 namespace {
 
 constexpr size_t cache_line = 64;
-
-// The code whose value a number is, where there is one: faster than rounding to the nearest as a coder does.
-class CodeFinder {
- public:
-  explicit CodeFinder(const SampleCoder& coder)
-      : scale_(coder.scale()), bias_(coder.bias()), per_scale_(1 / coder.scale()),
-        most_(coder.codes().mask()) {}
-  bool find(float value, uint16_t& code) const {
-    const double steps = (static_cast<double>(value) - bias_) * per_scale_ + 0.5;
-    const double inside = steps > 0 ? (steps < most_ ? steps : most_) : 0;
-    const auto found = static_cast<int32_t>(inside);
-    code = static_cast<uint16_t>(found);
-    return std::bit_cast<uint32_t>(static_cast<float>(found * scale_ + bias_)) ==
-           std::bit_cast<uint32_t>(value);
-  }
-
- private:
-  double scale_, bias_, per_scale_, most_;
-};
 
 // Codes in as many bytes as they have there.
 template<class Code> void put_codes(std::span<const uint16_t> codes, std::byte* to) {
@@ -84,22 +66,11 @@ LayerCodes::LayerCodes(const SampleCoder& coder, const Brick& brick, std::span<c
 
 std::shared_ptr<const LayerCodes> LayerCodes::of(const SampleCoder& coder, const Brick& brick) {
   if (is_float(coder.codes().type) || coder.codes().bytes() > 2) return nullptr;
-  const CodeFinder finder(coder);
+  for (size_t row = 0; row < brick_rows && brick.hole; ++row)
+    if ((*brick.hole)[row] & ~brick.kept[row]) return nullptr;
   std::array<uint16_t, brick_sites> codes;
-  size_t count = 0;
-  bool same = true;
-  for (size_t row = 0; row < brick_rows && same; ++row) {
-    const float* values = brick.value.data() + row * brick_edge;
-    const unsigned kept = brick.kept[row];
-    if (brick.hole && ((*brick.hole)[row] & ~kept)) return nullptr;
-    if (kept == 0xffff)
-      for (size_t x = 0; x < brick_edge; ++x) same &= finder.find(values[x], codes[count + x]);
-    else
-      for (unsigned bits = kept, i = 0; bits; bits &= bits - 1, ++i)
-        same &= finder.find(values[std::countr_zero(bits)], codes[count + i]);
-    count += static_cast<size_t>(std::popcount(kept));
-  }
-  if (!same || count == 0) return nullptr;
+  const size_t count = find_codes(coder, brick, codes);
+  if (count == 0) return nullptr;
   return std::shared_ptr<const LayerCodes>(new LayerCodes(coder, brick, std::span(codes).first(count)));
 }
 

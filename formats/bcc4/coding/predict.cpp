@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Predictors as weights of neighbours, checked, and handed to the loops over rows.
 #include "formats/bcc4/coding/predict.h"
 
 #include <algorithm>
@@ -94,8 +95,20 @@ std::vector<uint32_t> predict(const ChunkSites& sites, const ChunkCodes& codes, 
   if (predictor == Predictor::none) return sites.codes;
   const ClassWeights w = class_weights(sites.shape, predictor, weights);
   std::vector<uint32_t> residuals(sites.codes.size());
-  predict_rows(sites, codes, w, residuals.data());
+  const Prediction wanted{&w, residuals.data()};
+  predict_rows(sites, codes, {&wanted, 1});
   return residuals;
+}
+
+FittedResiduals predict(const ChunkSites& sites, const ChunkCodes& codes, const FittedWeights& weights) {
+  const ClassWeights chained = class_weights(sites.shape, Predictor::fitted, weights.chained),
+                     unchained = class_weights(sites.shape, Predictor::fitted, weights.unchained);
+  FittedResiduals out;
+  out.chained.resize(sites.codes.size()), out.unchained.resize(sites.codes.size());
+  const std::array<Prediction, 2> wanted{
+      {{&chained, out.chained.data()}, {&unchained, out.unchained.data()}}};
+  predict_rows(sites, codes, wanted);
+  return out;
 }
 
 void unpredict(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,

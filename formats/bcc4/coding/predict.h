@@ -44,5 +44,11 @@ struct FittedWeights {
 // The weights of the other predictors, and of a class that has too few sites to fit any.
 [[nodiscard]] Weights constant_weights(Predictor predictor, int c);
 [[nodiscard]] FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes);
+// What `predict` returns for both of them, in less time.
+struct FittedResiduals {
+  std::vector<uint32_t> chained, unchained;
+};
+[[nodiscard]] FittedResiduals predict(const ChunkSites& sites, const ChunkCodes& codes,
+                                      const FittedWeights& weights);
 
 } // namespace bccsplat

@@ -10,9 +10,13 @@
 
 namespace bccsplat {
 
-// Writes one residual per kept site.
-void predict_rows(const ChunkSites& sites, const ChunkCodes& codes, const ClassWeights& weights,
-                  uint32_t* residuals);
+// Weights, and where one residual per kept site goes.
+struct Prediction {
+  const ClassWeights* weights;
+  uint32_t* residuals;
+};
+// One or two of them in one walk.
+void predict_rows(const ChunkSites& sites, const ChunkCodes& codes, std::span<const Prediction> wanted);
 // Does the reverse; the arguments are those of unpredict.
 void unpredict_rows(const ChunkShape& shape, std::span<const BrickMask> kept, const ChunkCodes& codes,
                     const ClassWeights& weights, std::span<const std::byte> planes, std::byte* packed,

@@ -108,6 +108,46 @@ HWY_INLINE void Sums(const Row<int64_t>& row, const Taps& taps, const Taps::List
   }
 }
 
+HWY_INLINE void Sums(const Row<float>& row, const Taps& taps, const Taps::List& own,
+                     float* HWY_RESTRICT sum) {
+  const hn::CappedTag<float, brick_edge> d;
+  for (size_t x = 0; x < brick_edge; x += hn::Lanes(d)) {
+    auto even = hn::Set(d, 1 << (fraction_bits - 1)), odd = hn::Zero(d); // which need not wait for each other
+    const auto add = [&](const Taps::List& list, const float* cells) HWY_ATTR {
+      const auto term = [&](size_t t, auto to) HWY_ATTR {
+        const auto weight = hn::Set(d, static_cast<float>(list.weight[t]));
+        return hn::MulAdd(hn::LoadU(d, cells + list.offset[t] + x), weight, to);
+      };
+      size_t t = 0;
+      for (; t + 2 <= list.count; t += 2) even = term(t, even), odd = term(t + 1, odd);
+      if (t < list.count) even = term(t, even);
+    };
+    add(own, row.own);
+    if (row.cross) add(taps.cross, row.cross);
+    if (row.previous) add(taps.previous, row.previous);
+    hn::StoreU(hn::Add(even, odd), d, sum + x);
+  }
+}
+
+// Sets the cells of the kept sites of a row, all of which may be kept.
+template<class D>
+HWY_INLINE const uint32_t* FillRow(D* HWY_RESTRICT own, const uint32_t* HWY_RESTRICT code, unsigned kept,
+                                   int64_t air) {
+  if (kept == full_row && sizeof(D) == 4) {
+    const auto low = static_cast<int32_t>(air);
+    for (size_t x = 0; x < brick_edge; ++x) own[x] = static_cast<D>(static_cast<int32_t>(code[x]) - low);
+    return code + brick_edge;
+  }
+  for (unsigned bits = kept; bits; bits &= bits - 1)
+    own[std::countr_zero(bits)] = static_cast<D>(static_cast<int64_t>(*code++) - air);
+  return code;
+}
+
+HWY_INLINE uint32_t Fold(uint32_t difference, uint32_t mask) {
+  const uint32_t d = difference & mask;
+  return (d > mask >> 1 ? 2 * (mask - d) + 1 : 2 * d) & mask;
+}
+
 template<class D> HWY_INLINE const Taps& TapsFor(const std::array<Taps, classes>& all, const Row<D>& row) {
   return all[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))];
 }

@@ -18,7 +18,8 @@ namespace bccsplat {
 // A layer of cells has a border of one: cell (x, y, z) is code minus air, x fastest, 0 where not kept. The
 // half row of room behind the last site of a row has no meaning.
 inline constexpr int stride_y = 24, stride_z = 18 * stride_y, layer_cells = 18 * stride_z;
-inline constexpr int fraction_bits = 12; // of weights
+inline constexpr int fraction_bits = 12;     // of weights
+inline constexpr unsigned full_row = 0xffff; // sites kept
 
 inline constexpr int own_taps = 10, cross_taps = 8, previous_taps = 7,
                      max_taps = own_taps + cross_taps + previous_taps;

@@ -45,6 +45,28 @@ TEST(QuantizeHistogram, PercentilesOfFloatsAreCloseWhateverTheirScale) {
   }
 }
 
+TEST(QuantizeHistogram, CodesCountAsTheirValues) {
+  std::mt19937 random(6);
+  for (const ValueType type : {ValueType::u8, ValueType::u16})
+    for (const uint32_t most : {255u, largest_code(type) + 0u}) {
+      const Quantiser quantiser{type, 0.37, -11, 5};
+      SampleHistogram values(quantiser), codes(quantiser);
+      for (int b = 0; b < 3; ++b) {
+        std::vector<uint32_t> c(1 + random() % brick_sites);
+        std::vector<float> v;
+        for (uint32_t& code : c) code = static_cast<uint32_t>(random()) % (most + 1);
+        for (const uint32_t code : c) v.push_back(relative_value(quantiser, code));
+        values.add(brick_of(v));
+        codes.add_codes(c);
+      }
+      codes.add_codes({});
+      ByteWriter expected, found;
+      values.write(expected), codes.write(found);
+      EXPECT_EQ(found.release(), expected.release());
+      EXPECT_EQ(codes.count(), values.count());
+    }
+}
+
 TEST(QuantizeHistogram, FloatsAreCountedInWholeSteps) {
   const std::array<float, 5> values{-1.2f, 0.1f, 0.3f, 2.49f, 2.51f};
   SampleHistogram h(quantiser_of_source(SourceType::f32, 0), 0.5);

@@ -30,12 +30,37 @@ TEST(NormalEquations, PlainSumsInOrder) {
     test::for_targets([&] {
       const auto equations = std::make_unique<NormalEquations>();
       for (const auto& [first, count] : {std::pair<size_t, size_t>{0, 64}, {64, 1}, {65, 0}, {65, 35}})
-        add_samples(*equations, std::span(samples).subspan(first * columns, count * columns), n);
+        add_samples(*equations, std::span<const double>(samples).subspan(first * columns, count * columns),
+                    n);
       for (size_t i = 0; i <= n; ++i)
         for (size_t j = 0; j <= i; ++j)
           ASSERT_EQ(std::bit_cast<uint64_t>(equations->sum[i][j]),
                     std::bit_cast<uint64_t>(expected->sum[i][j]))
               << i << " " << j;
+    });
+  }
+}
+
+// Whole numbers of a byte give the same sums in single precision, however many there are.
+TEST(NormalEquations, SmallNumbersAreSummedExactly) {
+  constexpr size_t columns = NormalEquations::columns;
+  std::mt19937 random(7);
+  for (const bool extreme : {false, true}) {
+    std::vector<double> samples(200 * columns);
+    for (size_t s = 0; s < 200; ++s)
+      for (size_t i = 0; i <= max_taps; ++i)
+        samples[s * columns + i] =
+            extreme ? (random() % 8 ? 255 : -255) : static_cast<int>(random() % 511) - 255;
+    const std::vector<float> small(samples.begin(), samples.end());
+    const auto expected = std::make_unique<NormalEquations>();
+    add_samples(*expected, std::span<const double>(samples), max_taps);
+    test::for_targets([&] {
+      const auto equations = std::make_unique<NormalEquations>();
+      for (const auto& [first, count] : {std::pair<size_t, size_t>{0, 65}, {65, 0}, {65, 135}})
+        add_samples(*equations, std::span<const float>(small).subspan(first * columns, count * columns),
+                    max_taps);
+      for (size_t i = 0; i <= max_taps; ++i)
+        for (size_t j = 0; j <= i; ++j) ASSERT_EQ(equations->sum[i][j], expected->sum[i][j]) << i << " " << j;
     });
   }
 }
