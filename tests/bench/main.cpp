@@ -16,6 +16,7 @@
 #include "tests/bench/moments/moments.h"
 #include "tests/bench/paper/paper.h"
 #include "tests/bench/pictures/pictures.h"
+#include "tests/bench/rays/rays.h"
 #include "tests/bench/render/render.h"
 #include "tests/bench/report.h"
 #include "tests/bench/scale/scale.h"
@@ -43,7 +44,8 @@ constexpr Suite suites[] = {
     {"splat", bccsplat::bench::run_splat_suite},       {"slice", bccsplat::bench::run_slice_suite},
     {"paper", bccsplat::bench::run_paper_suite},       {"import", bccsplat::bench::run_import_suite},
     {"moments", bccsplat::bench::run_moments_suite},   {"pictures", bccsplat::bench::run_pictures_suite},
-    {"stencils", bccsplat::bench::run_stencils_suite}, {"cancel", bccsplat::bench::run_cancel_suite}};
+    {"stencils", bccsplat::bench::run_stencils_suite}, {"cancel", bccsplat::bench::run_cancel_suite},
+    {"rays", bccsplat::bench::run_rays_suite}};
 
 int usage() {
   std::fprintf(stderr, "usage: bccsplat_bench SUITE [--json] [--quick] [--plots DIR] [options]\nsuites:");
