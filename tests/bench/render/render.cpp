@@ -13,11 +13,18 @@ struct Part {
   const char* option;
   void (*run)(const Report&);
 };
-constexpr std::array parts{Part{"--front", render_front},   Part{"--own", render_own},
-                           Part{"--ratios", render_ratios}, Part{"--interactive", render_interactive},
-                           Part{"--minify", render_minify}, Part{"--narrow", render_narrow},
-                           Part{"--coast", render_coast},   Part{"--edges", render_edges},
-                           Part{"--grain", render_grain},   Part{"--threads", render_threads}};
+constexpr std::array parts{Part{"--front", render_front},
+                           Part{"--equal", render_equal},
+                           Part{"--equal-series", render_equal_series},
+                           Part{"--own", render_own},
+                           Part{"--ratios", render_ratios},
+                           Part{"--interactive", render_interactive},
+                           Part{"--minify", render_minify},
+                           Part{"--narrow", render_narrow},
+                           Part{"--coast", render_coast},
+                           Part{"--edges", render_edges},
+                           Part{"--grain", render_grain},
+                           Part{"--threads", render_threads}};
 
 } // namespace
 
@@ -69,7 +76,9 @@ Method splat_method(const std::string& name, const Scene& scene, const RenderOpt
 
 Method march_method(const MarchScene& scene, const MarchOptions& options, BenchContext& context) {
   Method m;
-  m.name = "ray-marcher", m.lattice = "CC", m.kernel = "trilinear", m.gradient = "central";
+  const bool cubic = scene.grid->interpolation == Interpolation::tricubic;
+  m.name = "ray-marcher", m.lattice = "CC", m.kernel = cubic ? "tricubic" : "trilinear";
+  m.gradient = cubic ? "analytic" : "central";
   m.step = options.step;
   m.draw = [&scene, options, &context](Image& image) { ray_march(scene, options, context.get(), image); };
   return m;
