@@ -140,8 +140,13 @@ template<bool lane_by_lane> struct Skips {
   // before one of them does.
   HWY_INLINE M wanted(M open, float& k) {
     if (!rays.a.distance) return open;
-    if (!hn::AllFalse(d, hn::And(open, hn::Le(until, set(k))))) {
-      shows = rays.look(k, until);
+    const M stale = hn::Le(until, set(k));
+    if (!hn::AllFalse(d, hn::And(open, stale))) {
+      V next;
+      const M now = rays.look(k, next);
+      // What is known of the others still holds.
+      shows = hn::Or(hn::And(stale, now), hn::AndNot(stale, shows));
+      until = hn::IfThenElse(stale, next, until);
       if (!lane_by_lane) { // all of them as long as one
         const M counted = hn::And(open, shows);
         if (!hn::AllFalse(d, counted)) {

@@ -78,6 +78,29 @@ TEST_P(RayMarch, DrawsWhatItsReferenceDraws) {
   EXPECT_GT(compare(plain, fast).db(), c.mode == RenderMode::isosurface ? 40 : 90);
 }
 
+// A plane just before the end of a cell, that rays cross between the last sheet in it and the first one
+// behind.
+TEST(RayMarchCells, NoSurfaceIsLostOnTheWayOut) {
+  for (const Interpolation interpolation : {Interpolation::trilinear, tricubic})
+    for (const double iso : {7.2, 7.6, 7.95, 8.3}) {
+      const MarchGrid grid = make_march_grid(
+          {25, 25, 25}, [](double, double, double z) { return z; }, interpolation);
+      MarchOptions o;
+      o.mode = RenderMode::isosurface, o.iso_value = iso;
+      MarchScene scene;
+      scene.grid = &grid, scene.function = ramp_function(0, 24, 1);
+      scene.camera = fit_camera(grid_domain(grid), false, 3, 4, 64, 64);
+      const std::vector<uint8_t> distance = march_distances(grid, scene.function, o);
+      scene.distance = &distance;
+      ImageStorage picture(64, 64);
+      TestContext context(1);
+      ray_march(scene, o, context.get(), picture.image);
+      size_t covered = 0;
+      for (size_t p = 3; p < picture.rgba.size(); p += 4) covered += picture.rgba[p] > 0;
+      EXPECT_GT(covered, 1300u) << "iso value " << iso;
+    }
+}
+
 // Points everywhere in the grid, its corners and samples among them.
 std::vector<MarchPoint> points_in(const Int3& dims) {
   std::mt19937 random(3);
