@@ -12,10 +12,12 @@ namespace {
 struct Part {
   const char* option;
   void (*run)(const Report&);
+  bool unasked = true; // where nothing is asked for
 };
 constexpr std::array parts{Part{"--front", render_front},
                            Part{"--equal", render_equal},
                            Part{"--equal-series", render_equal_series},
+                           Part{"--equal-large", render_equal_large, false},
                            Part{"--own", render_own},
                            Part{"--ratios", render_ratios},
                            Part{"--interactive", render_interactive},
@@ -33,7 +35,7 @@ int run_render_suite(std::span<const std::string> args, const Report& report) {
     if (std::none_of(parts.begin(), parts.end(), [&](const Part& p) { return a == p.option; }))
       fail(Code::invalid_argument, "render: unknown option ", a);
   for (const Part& p : parts)
-    if (args.empty() || std::find(args.begin(), args.end(), p.option) != args.end()) p.run(report);
+    if (args.empty() ? p.unasked : std::find(args.begin(), args.end(), p.option) != args.end()) p.run(report);
   return 0;
 }
 

@@ -14,9 +14,10 @@
 
 namespace bccsplat::bench {
 
-//   render [--front] [--equal] [--equal-series] [--own] [--ratios] [--interactive] [--minify] [--narrow]
+//   render [--front] [--equal] [--equal-series] [--equal-large] [--own] [--ratios] [--interactive] [--minify]
+//   [--narrow]
 //          [--coast] [--edges] [--grain] [--threads]
-//   all of them without an option
+//   all of them but --equal-large without an option
 int run_render_suite(std::span<const std::string> args, const Report& report);
 
 // One way of drawing a picture.
@@ -41,7 +42,8 @@ struct Method {
 
 void render_front(const Report& report);        // error against the analytic field, and the plot
 void render_equal(const Report& report);        // time at equal error, error at equal time; and plots
-void render_equal_series(const Report& report); // the same of a moment of a series of 512^3
+void render_equal_series(const Report& report); // the same of a moment of a series of 256^3
+void render_equal_large(const Report& report);  // of 512^3, which takes minutes and 4 GiB
 void render_own(const Report& report);          // against the samples' own field: order, gradients
 void render_ratios(const Report& report);       // two methods in turn
 void render_interactive(const Report& report);  // turn the camera, play, jump

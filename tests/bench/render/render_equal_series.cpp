@@ -138,11 +138,9 @@ int chosen_level(const WrittenSeries& written, const MomentOptions& options) {
   return enough_level(level_options(volume, slice), {});
 }
 
-} // namespace
-
-void render_equal_series(const Report& report) {
+void equal_series(const Report& report, uint32_t edge, int coarser) {
   MomentOptions o;
-  o.edge = report.quick ? 48 : 512, o.frames = 8, o.levels = report.quick ? 1 : 3;
+  o.edge = edge, o.frames = 8, o.levels = coarser;
   MomentSeries series{.edge = o.edge, .frames = o.frames, .levels = o.levels, .measured = true};
   const double frame = moment_of(o);
   const auto everything = true_picture(series, frame, Lit::everything);
@@ -175,6 +173,16 @@ void render_equal_series(const Report& report) {
   report.table(concat("Equal error and equal time, one thread, ", machine_facts()), rows);
   report.table("Time of rays over time of the splatter at equal error",
                {ratio_row("any moment", ways), ratio_row("the same again", at_hand)});
+}
+
+} // namespace
+
+void render_equal_series(const Report& report) {
+  equal_series(report, report.quick ? 48 : 256, report.quick ? 1 : 2);
+}
+
+void render_equal_large(const Report& report) {
+  equal_series(report, report.quick ? 64 : 512, report.quick ? 1 : 3);
 }
 
 } // namespace bccsplat::bench
