@@ -61,17 +61,21 @@ Scene splat_scene(const FieldScene& scene, const SampledScene& sampled, const Ca
   return s;
 }
 
+Camera strided_camera(const Camera& camera, int size, int stride) {
+  if (stride == 1) return camera;
+  const WorldCamera world = resolve_camera(camera);
+  const Vec3 shift = 0.5 * camera.ortho_height / size * (world.right - world.up);
+  Camera out = camera;
+  out.position = camera.position + shift, out.target = camera.target + shift;
+  return out;
+}
+
 std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledScene& sampled,
                                          const Camera& camera, const RenderOptions& options, int size,
                                          int stride, bool own, double step) {
   BenchContext context(2);
   Scene s = splat_scene(scene, sampled, camera);
-  const WorldCamera world = resolve_camera(camera);
-  if (stride > 1) { // from the centre of a block of pixels to the pixel after it
-    const double half = 0.5 * camera.ortho_height / size;
-    const Vec3 shift = half * (world.right - world.up);
-    s.camera.position = camera.position + shift, s.camera.target = camera.target + shift;
-  }
+  s.camera = strided_camera(camera, size, stride);
   const Affine3& to_index = sampled.slice.lattice_to_slice;
   const Field field = [&](const Vec3& p, Vec3* gradient) {
     const double value = scene.field(to_index.point(p), gradient);

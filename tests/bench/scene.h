@@ -46,6 +46,10 @@ struct SampledScene {
 
 [[nodiscard]] Scene splat_scene(const FieldScene& scene, const SampledScene& sampled, const Camera& camera);
 
+// Sees the pixels (stride i + stride / 2, ...) of what the camera sees, as a picture of their own: from the
+// centre of a block of pixels to the pixel after it. Orthographic.
+[[nodiscard]] Camera strided_camera(const Camera& camera, int size, int stride);
+
 // Pixels (stride i + stride / 2, ...) of the picture, orthographic, integrated in double. `own`: the field
 // that the samples stand for; else the analytic one. step: T.
 [[nodiscard]] std::unique_ptr<ImageStorage> true_image(const FieldScene& scene, const SampledScene& sampled,

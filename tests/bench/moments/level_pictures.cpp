@@ -7,17 +7,23 @@
 #include <memory>
 
 #include "render/gradient_noise.h"
-#include "render/picture.h"
-#include "render/picture_needs.h"
 #include "tests/bench/image_error.h"
 #include "tests/bench/ray_march/ray_march.h"
 
 namespace bccsplat::bench {
 namespace {
 
-constexpr int size = 512;
+constexpr int size = level_picture_size;
 
-// Half transparent where values are high, and nothing below the middle of their range.
+RenderStats draw(const Slice& slice, Quality quality, Lit lit, const Context& context, Image& image) {
+  const CoarseLevels levels;
+  RenderOptions options;
+  options.quality = quality;
+  return render(scene_of_codes(slice, levels, lit), options, context, image);
+}
+
+} // namespace
+
 TransferFunction function_of_codes() {
   TransferFunction f;
   f.colors = {{100, {0.1, 0.2, 0.6}}, {170, {0.9, 0.8, 0.5}}, {255, {1, 1, 1}}};
@@ -25,17 +31,14 @@ TransferFunction function_of_codes() {
   return f;
 }
 
-RenderStats draw(const Slice& slice, Quality quality, Lit lit, const Context& context, Image& image) {
-  const CoarseLevels levels;
+Scene scene_of_codes(const Slice& slice, const CoarseLevels& levels, Lit lit) {
   Scene scene;
   scene.slice = &slice, scene.levels = &levels;
   scene.camera = fit_camera(slice, false, 20, 30, size, size);
   scene.function = function_of_codes();
   if (lit == Lit::surfaces)
     scene.lights.noise = gradient_noise(ValueSurvey{}, 1, 0), scene.noise_of_ripple = true;
-  RenderOptions options;
-  options.quality = quality;
-  return render(scene, options, context, image);
+  return scene;
 }
 
 double moment_of(const MomentOptions& options) { return 0.47 * options.frames; }
@@ -49,8 +52,6 @@ std::vector<LevelOption> level_options(const Opened& volume, const Slice& slice)
                        level_error(info, 0, static_cast<uint32_t>(l))});
   return options;
 }
-
-} // namespace
 
 std::unique_ptr<ImageStorage> best_picture(const WrittenSeries& series, const MomentOptions& options,
                                            Lit lit) {

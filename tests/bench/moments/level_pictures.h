@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "render/image.h"
+#include "render/picture.h"
+#include "render/picture_needs.h"
 #include "tests/bench/moments/moments_volume.h"
 #include "tests/bench/report.h"
 
@@ -12,6 +14,16 @@ namespace bccsplat::bench {
 
 // What gradients are lit as surfaces: those that are no noise of u8 (render/gradient_noise.h), or all.
 enum class Lit : uint8_t { surfaces, everything };
+
+inline constexpr int level_picture_size = 512;
+[[nodiscard]] double moment_of(const MomentOptions& options); // the one that is drawn, frames
+
+// Half transparent where values are high, and nothing below the middle of their range.
+[[nodiscard]] TransferFunction function_of_codes();
+// The slice as these pictures show it. `levels` must outlive it.
+[[nodiscard]] Scene scene_of_codes(const Slice& slice, const CoarseLevels& levels, Lit lit);
+// What is known of the levels of a volume for such a picture.
+[[nodiscard]] std::vector<LevelOption> level_options(const Opened& volume, const Slice& slice);
 
 // A moment in the middle of the series, 512 x 512, of level 0 at `best`.
 [[nodiscard]] std::unique_ptr<ImageStorage>

@@ -87,7 +87,25 @@ double bell(double distance, double width) {
   return std::exp(-std::numbers::ln2 * distance * distance / (width * width));
 }
 
+const std::vector<Wave>& plain_waves() {
+  static const std::vector<Wave> waves = make_waves(12, 8, 60, false);
+  return waves;
+}
+constexpr double wave_middle = 128, wave_height = 14;
+
 } // namespace
+
+double waves_at(const Vec3& p, double t, Vec3* gradient) {
+  double value = wave_middle;
+  if (gradient) *gradient = {};
+  for (const Wave& w : plain_waves()) {
+    const Vec3 k{w.x, w.y, w.z};
+    const double phase = dot(k, p) + w.t * t + w.phase;
+    value += wave_height * std::cos(phase);
+    if (gradient) *gradient = *gradient - (wave_height * std::sin(phase)) * k;
+  }
+  return value;
+}
 
 std::string name_of(Content content) {
   constexpr std::array names{"waves", "Marschner-Lobb", "turbulence", "thin shells", "a vessel"};
@@ -95,13 +113,13 @@ std::string name_of(Content content) {
 }
 
 std::vector<float> content_values(Content content, size_t n, double t) {
-  static const std::vector<Wave> waves = make_waves(12, 8, 60, false), swirls = make_waves(60, 6, 120, true);
-  std::vector<float> values = sum_of(content == Content::turbulence ? swirls : waves, t, n);
+  static const std::vector<Wave> swirls = make_waves(60, 6, 120, true);
+  std::vector<float> values = sum_of(content == Content::turbulence ? swirls : plain_waves(), t, n);
   const double half = 0.5 * static_cast<double>(n - 1); // voxels
   for_each(values, n, [&](double wave, const Point& p) {
     switch (content) {
     case Content::waves:
-      return 128 + 14 * wave;
+      return wave_middle + wave_height * wave;
     case Content::marschner_lobb:
       return 255 * marschner_lobb(p, t);
     case Content::turbulence:

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/vec.h"
+
 namespace bccsplat::bench {
 
 enum class Content {
@@ -20,5 +22,7 @@ inline constexpr int contents = 5;
 [[nodiscard]] std::string name_of(Content content);
 // n^3 values of 0 to 255, a little beyond at times, at a frame t.
 [[nodiscard]] std::vector<float> content_values(Content content, size_t n, double t);
+// The waves between voxels and frames, and their gradient per voxel unless null.
+[[nodiscard]] double waves_at(const Vec3& p, double t, Vec3* gradient);
 
 } // namespace bccsplat::bench

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/bench/ray_march/march_spline.h"
 #include "tests/bench/ray_march/ray_march.h"
 
 namespace bccsplat::bench {
@@ -16,10 +17,10 @@ int mirrored(int i, int n) {
 
 } // namespace
 
-MarchGrid make_march_grid(const Int3& dims,
-                          const std::function<double(double x, double y, double z)>& field) {
+MarchGrid make_march_grid(const Int3& dims, const std::function<double(double x, double y, double z)>& field,
+                          Interpolation interpolation) {
   MarchGrid g;
-  g.dims = dims;
+  g.dims = dims, g.interpolation = interpolation;
   const auto padded = [&](size_t a) { return static_cast<size_t>(dims[a] + 2 * MarchGrid::pad); };
   g.row = padded(0), g.plane = g.row * padded(1);
   g.origin = MarchGrid::pad * (g.plane + g.row + 1);
@@ -27,6 +28,7 @@ MarchGrid make_march_grid(const Int3& dims,
   for (int z = 0; z < dims[2]; ++z)
     for (int y = 0; y < dims[1]; ++y)
       for (int x = 0; x < dims[0]; ++x) g.value[g.at(x, y, z)] = static_cast<float>(field(x, y, z));
+  if (interpolation == Interpolation::tricubic) make_spline_coefficients(g);
   for (int z = -MarchGrid::pad; z < dims[2] + MarchGrid::pad; ++z)
     for (int y = -MarchGrid::pad; y < dims[1] + MarchGrid::pad; ++y)
       for (int x = -MarchGrid::pad; x < dims[0] + MarchGrid::pad; ++x) {
@@ -38,6 +40,11 @@ MarchGrid make_march_grid(const Int3& dims,
   for (int z = 0; z < g.cells[2]; ++z)
     for (int y = 0; y < g.cells[1]; ++y)
       for (int x = 0; x < g.cells[0]; ++x) {
+        if (interpolation == Interpolation::tricubic) {
+          const auto [low, high] = spline_bounds(g, {x, y, z});
+          g.low.push_back(low), g.high.push_back(high);
+          continue;
+        }
         float low = g.value[g.at(x * edge, y * edge, z * edge)], high = low;
         for (int k = z * edge; k <= std::min((z + 1) * edge, dims[2]); ++k)
           for (int j = y * edge; j <= std::min((y + 1) * edge, dims[1]); ++j)

@@ -18,8 +18,16 @@ struct MarchLight {
   std::array<float, 3> direction{}, color{};
 };
 
+// A point in index space; the value there and the gradient, of trilinear interpolation twice the gradient.
+using MarchPoint = std::array<float, 3>;
+struct MarchFieldValue {
+  float value = 0;
+  std::array<float, 3> gradient{};
+};
+
 struct MarchPacketArgs {
-  const float* value = nullptr;       // MarchGrid
+  bool cubic = false; // MarchGrid
+  const float* value = nullptr;
   int origin = 0, row = 0, plane = 0; // floats
   const uint8_t* distance = nullptr;  // per macro cell; null: no skipping
   Int3 cells{};

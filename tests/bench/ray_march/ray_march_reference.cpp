@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The marcher in double precision, by the formulae: sample by sample, ray by ray.
 #include <algorithm>
 #include <cmath>
 
@@ -8,44 +9,58 @@
 namespace bccsplat::bench {
 namespace {
 
-struct Sampler {
-  const MarchGrid& grid;
-
-  [[nodiscard]] double value(const Vec3& p) const {
-    std::array<int, 3> i;
-    Vec3 f;
-    for (size_t a = 0; a < 3; ++a) {
-      i[a] = static_cast<int>(std::floor(p[a]));
-      f[a] = p[a] - i[a];
-    }
-    double sum = 0;
-    for (int n = 0; n < 8; ++n) {
-      const int x = n & 1, y = n >> 1 & 1, z = n >> 2;
-      sum += (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]) *
-             static_cast<double>(grid.value[grid.at(i[0] + x, i[1] + y, i[2] + z)]);
-    }
-    return sum;
-  }
-  // Interpolated central differences are differences of the interpolation.
-  [[nodiscard]] Vec3 gradient(const Vec3& p) const {
-    Vec3 g;
-    for (size_t a = 0; a < 3; ++a) {
-      Vec3 low = p, high = p;
-      low[a] -= 1, high[a] += 1;
-      g[a] = 0.5 * (value(high) - value(low));
-    }
-    return g;
-  }
+// Taps around a coordinate: the first sample, and what each of four counts in the value and in its
+// derivative.
+struct Taps {
+  int first = 0;
+  std::array<double, 4> weight{}, slope{};
 };
 
+Taps taps(double x, Interpolation interpolation) {
+  const double whole = std::floor(x), t = x - whole, s = 1 - t;
+  if (interpolation == Interpolation::trilinear) return {static_cast<int>(whole), {s, t, 0, 0}, {}};
+  return {static_cast<int>(whole) - 1,
+          {s * s * s / 6, (4 - 6 * t * t + 3 * t * t * t) / 6, (4 - 6 * s * s + 3 * s * s * s) / 6,
+           t * t * t / 6},
+          {-s * s / 2, (3 * t * t - 4 * t) / 2, (4 * s - 3 * s * s) / 2, t * t / 2}};
+}
+
 } // namespace
+
+double march_value(const MarchGrid& grid, const Vec3& p, Vec3* gradient) {
+  std::array<Taps, 3> t;
+  for (size_t a = 0; a < 3; ++a) t[a] = taps(p[a], grid.interpolation);
+  const size_t count = grid.interpolation == Interpolation::trilinear ? 2 : 4;
+  double value = 0;
+  Vec3 g{};
+  for (size_t k = 0; k < count; ++k)
+    for (size_t j = 0; j < count; ++j)
+      for (size_t i = 0; i < count; ++i) {
+        const auto v = static_cast<double>(
+            grid.value[grid.at(t[0].first + static_cast<int>(i), t[1].first + static_cast<int>(j),
+                               t[2].first + static_cast<int>(k))]);
+        value += t[0].weight[i] * t[1].weight[j] * t[2].weight[k] * v;
+        g[0] += t[0].slope[i] * t[1].weight[j] * t[2].weight[k] * v;
+        g[1] += t[0].weight[i] * t[1].slope[j] * t[2].weight[k] * v;
+        g[2] += t[0].weight[i] * t[1].weight[j] * t[2].slope[k] * v;
+      }
+  if (!gradient) return value;
+  if (grid.interpolation == Interpolation::trilinear)
+    for (size_t a = 0; a < 3; ++a) { // interpolated central differences are differences of the interpolation
+      Vec3 low = p, high = p;
+      low[a] -= 1, high[a] += 1;
+      g[a] = 0.5 * (march_value(grid, high) - march_value(grid, low));
+    }
+  *gradient = g;
+  return value;
+}
 
 void ray_march_reference(const MarchScene& scene, const MarchOptions& options, Image& image) {
   const Slice domain = grid_domain(*scene.grid);
   const SheetView view =
       make_view(domain, resolve_camera(scene.camera), image.width, image.height, options.step);
   const double unit = scene.function.unit_distance > 0 ? scene.function.unit_distance : 1;
-  const Sampler field{*scene.grid};
+  const auto value_at = [&](const Vec3& p) { return march_value(*scene.grid, p); };
   const bool iso = options.mode == RenderMode::isosurface;
   for (int j = 0; j < image.height; ++j)
     for (int i = 0; i < image.width; ++i) {
@@ -61,15 +76,17 @@ void ray_march_reference(const MarchScene& scene, const MarchOptions& options, I
       };
       const auto lit = [&](const Vec3& p) {
         if (!options.shading) return Shading{{1, 1, 1}, {}};
-        return shade(scene.lights, field.gradient(p), to_viewer(view, i, j), 0); // no gradient is noise
+        Vec3 gradient;
+        (void)march_value(*scene.grid, p, &gradient);
+        return shade(scene.lights, gradient, to_viewer(view, i, j), 0); // no gradient is noise
       };
       Vec3 color{};
       double alpha = 0;
       const auto first = std::max(view.first_sheet(), static_cast<int64_t>(std::ceil(k0 - 0.5)));
-      double before = iso ? field.value(at(static_cast<double>(first) - 1)) : 0;
+      double before = iso ? value_at(at(static_cast<double>(first) - 1)) : 0;
       for (int64_t n = first; static_cast<double>(n) - (iso ? 1 : 0.5) < k1; ++n) {
         const auto k = static_cast<double>(n);
-        const double value = field.value(at(k));
+        const double value = value_at(at(k));
         if (iso) {
           const bool below = before < options.iso_value;
           if (below == (value < options.iso_value)) {
@@ -79,7 +96,7 @@ void ray_march_reference(const MarchScene& scene, const MarchOptions& options, I
           double a = std::clamp(k - 1, k0, k1), b = std::clamp(k, k0, k1);
           for (int bisection = 0; bisection < 50; ++bisection) {
             const double middle = 0.5 * (a + b);
-            (field.value(at(middle)) < options.iso_value) == below ? a = middle : b = middle;
+            (value_at(at(middle)) < options.iso_value) == below ? a = middle : b = middle;
           }
           const Shading s = lit(at(a));
           const Vec3 c = scene.function.color(options.iso_value);

@@ -12,12 +12,21 @@ namespace {
 struct Part {
   const char* option;
   void (*run)(const Report&);
+  bool unasked = true; // where nothing is asked for
 };
-constexpr std::array parts{Part{"--front", render_front},   Part{"--own", render_own},
-                           Part{"--ratios", render_ratios}, Part{"--interactive", render_interactive},
-                           Part{"--minify", render_minify}, Part{"--narrow", render_narrow},
-                           Part{"--coast", render_coast},   Part{"--edges", render_edges},
-                           Part{"--grain", render_grain},   Part{"--threads", render_threads}};
+constexpr std::array parts{Part{"--front", render_front},
+                           Part{"--equal", render_equal},
+                           Part{"--equal-series", render_equal_series},
+                           Part{"--equal-large", render_equal_large, false},
+                           Part{"--own", render_own},
+                           Part{"--ratios", render_ratios},
+                           Part{"--interactive", render_interactive},
+                           Part{"--minify", render_minify},
+                           Part{"--narrow", render_narrow},
+                           Part{"--coast", render_coast},
+                           Part{"--edges", render_edges},
+                           Part{"--grain", render_grain},
+                           Part{"--threads", render_threads}};
 
 } // namespace
 
@@ -26,7 +35,7 @@ int run_render_suite(std::span<const std::string> args, const Report& report) {
     if (std::none_of(parts.begin(), parts.end(), [&](const Part& p) { return a == p.option; }))
       fail(Code::invalid_argument, "render: unknown option ", a);
   for (const Part& p : parts)
-    if (args.empty() || std::find(args.begin(), args.end(), p.option) != args.end()) p.run(report);
+    if (args.empty() ? p.unasked : std::find(args.begin(), args.end(), p.option) != args.end()) p.run(report);
   return 0;
 }
 
@@ -69,7 +78,9 @@ Method splat_method(const std::string& name, const Scene& scene, const RenderOpt
 
 Method march_method(const MarchScene& scene, const MarchOptions& options, BenchContext& context) {
   Method m;
-  m.name = "ray-marcher", m.lattice = "CC", m.kernel = "trilinear", m.gradient = "central";
+  const bool cubic = scene.grid->interpolation == Interpolation::tricubic;
+  m.name = "ray-marcher", m.lattice = "CC", m.kernel = cubic ? "tricubic" : "trilinear";
+  m.gradient = cubic ? "analytic" : "central";
   m.step = options.step;
   m.draw = [&scene, options, &context](Image& image) { ray_march(scene, options, context.get(), image); };
   return m;

@@ -14,9 +14,10 @@
 
 namespace bccsplat::bench {
 
-//   render [--front] [--own] [--ratios] [--interactive] [--minify] [--narrow] [--coast] [--edges] [--grain]
-//          [--threads]
-//   all of them without an option
+//   render [--front] [--equal] [--equal-series] [--equal-large] [--own] [--ratios] [--interactive] [--minify]
+//   [--narrow]
+//          [--coast] [--edges] [--grain] [--threads]
+//   all of them but --equal-large without an option
 int run_render_suite(std::span<const std::string> args, const Report& report);
 
 // One way of drawing a picture.
@@ -39,15 +40,18 @@ struct Method {
 [[nodiscard]] const char* quality_name(Quality quality);
 [[nodiscard]] const char* gradient_name(GradientMethod gradient);
 
-void render_front(const Report& report);       // error against the analytic field, and the plot
-void render_own(const Report& report);         // against the samples' own field: order, gradients
-void render_ratios(const Report& report);      // two methods in turn
-void render_interactive(const Report& report); // turn the camera, play, jump
-void render_minify(const Report& report);      // pictures smaller than the data
-void render_narrow(const Report& report);      // transfer functions narrower than a step
-void render_coast(const Report& report);       // data with missing samples
-void render_edges(const Report& report);       // smooth edges of isosurfaces
-void render_grain(const Report& report);       // contours of the sheets on dense fields
-void render_threads(const Report& report);     // what dividing a frame adds to it
+void render_front(const Report& report);        // error against the analytic field, and the plot
+void render_equal(const Report& report);        // time at equal error, error at equal time; and plots
+void render_equal_series(const Report& report); // the same of a moment of a series of 256^3
+void render_equal_large(const Report& report);  // of 512^3, which takes minutes and 4 GiB
+void render_own(const Report& report);          // against the samples' own field: order, gradients
+void render_ratios(const Report& report);       // two methods in turn
+void render_interactive(const Report& report);  // turn the camera, play, jump
+void render_minify(const Report& report);       // pictures smaller than the data
+void render_narrow(const Report& report);       // transfer functions narrower than a step
+void render_coast(const Report& report);        // data with missing samples
+void render_edges(const Report& report);        // smooth edges of isosurfaces
+void render_grain(const Report& report);        // contours of the sheets on dense fields
+void render_threads(const Report& report);      // what dividing a frame adds to it
 
 } // namespace bccsplat::bench

@@ -3,6 +3,7 @@
 // they are drawn with ones in fine steps at the pixels.
 #include "tests/bench/trail/trail.h"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -163,17 +164,53 @@ void compare_fine(const char* name, TrailBench& bench, const Report& report, std
   bench.options = {};
 }
 
+// Stills and sheets against each other: which of them a trail's time is best spent on. The truth is what
+// compare_fine() compares 21 stills with.
+void compare_steps(const char* name, TrailBench& bench, const Report& report, std::vector<Row>& rows) {
+  const double span = 12;
+  for (const Shown& shown : functions()) {
+    bench.function = shown.function;
+    ImageStorage fine(bench.pixels, bench.pixels), out(bench.pixels, bench.pixels);
+    bench.options = {};
+    bench.options.sheet_step = 0.125, bench.options.preintegrate = Preintegrate::on;
+    bench.options.kernel_form = KernelForm::flat_form;
+    (void)bench.draw(bench.make(span, 84), fine.image);
+    for (const int stills : {12, 16, 21}) {
+      const Trail trail = bench.make(span, stills);
+      Row row{word("scene", name), word("function", shown.name), figure("stills", stills, 0)};
+      for (const double step : {0.5, 0.7, 1.0}) {
+        bench.options = {};
+        bench.options.sheet_step = step, bench.options.quality = step < 1 ? Quality::normal : Quality::draft;
+        double least = 1e300;
+        for (int r = 0; r < (report.quick ? 1 : 3); ++r)
+          least = std::min(least, cpu_seconds([&] { (void)bench.draw(trail, out.image); }));
+        row.push_back(figure(concat("step ", step, ": dB"), image_error(out.image, fine.image).psnr(), 1));
+        row.push_back(figure(concat("ms at ", step), 1000 * least, 0));
+      }
+      rows.push_back(row);
+    }
+  }
+  bench.options = {};
+}
+
 } // namespace
 
 int run_trail_suite(std::span<const std::string> args, const Report& report) {
   for (const std::string& a : args)
-    if (a != "--fine") fail(Code::invalid_argument, "trail: unknown option ", a);
-  std::vector<Row> against_fine;
+    if (a != "--fine" && a != "--steps") fail(Code::invalid_argument, "trail: unknown option ", a);
+  const auto asked = [&](const char* part) {
+    return args.empty() || std::find(args.begin(), args.end(), part) != args.end();
+  };
+  std::vector<Row> against_fine, by_steps;
   for (const bool of_rings : {false, true}) {
     TrailBench moving(report.quick ? 32 : 64, 24, report.quick ? 64 : 256, of_rings ? rings : balls);
-    compare_fine(of_rings ? "vortex rings" : "balls", moving, report, against_fine);
+    const char* const name = of_rings ? "vortex rings" : "balls";
+    if (asked("--fine")) compare_fine(name, moving, report, against_fine);
+    if (asked("--steps")) compare_steps(name, moving, report, by_steps);
   }
   report.table("Trails over 12 frames against four times as many stills and sheets", against_fine);
+  report.table("Trails over 12 frames: more stills or closer sheets, against 84 stills and sheets of 0.125 T",
+               by_steps);
   if (!args.empty()) return 0;
   TrailBench bench(report.quick ? 32 : 96, 24, report.quick ? 64 : 384);
   ImageStorage image(bench.pixels, bench.pixels);

@@ -9,7 +9,8 @@
 
 namespace bccsplat::bench {
 
-//   trail [--fine]: against finer trails alone. Returns the exit status; throws Error on wrong arguments.
+//   trail [--fine] [--steps]: against finer trails alone; more stills or closer sheets alone. Returns the
+//   exit status; throws Error on wrong arguments.
 int run_trail_suite(std::span<const std::string> args, const Report& report);
 
 } // namespace bccsplat::bench
