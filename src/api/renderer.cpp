@@ -34,6 +34,7 @@ struct bccsplat_renderer : Object<Kind::renderer> {
   bool has_trail = false;
   std::optional<Trail> trail; // made at the first picture, kept until slice or trail change
   KeptSheets kept;
+  KeptLatticeSums sums;
   bccsplat_progress_fn progress = nullptr;
   void* progress_user = nullptr;
   Token token;
@@ -318,6 +319,7 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.function = renderer->function ? *renderer->function : own_look(slice, renderer->options.mode);
     scene.lights = renderer->lights;
     scene.kept = &renderer->kept;
+    scene.sums = &renderer->sums;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
     const RenderOptions& options = renderer->options;
     scene.lights.noise = noise_of(slice, renderer->gradient_noise);

@@ -105,18 +105,34 @@ Vec3 LatticeSums::without_ripple(const Vec3& p, double value, const Vec3& gradie
 
 namespace {
 
-bool ripples(const Slice& slice) { return !slice.kernel.normalised && !slice.corrections; }
+bool same(const RadialKernel& a, const RadialKernel& b) {
+  return a.radius == b.radius && a.terms == b.terms && a.a == b.a;
+}
+
+std::shared_ptr<const LatticeSums> sums_of(const Slice& slice, const RadialKernel& kernel, size_t cells,
+                                           KeptLatticeSums* kept) {
+  if (slice.kernel.normalised || slice.corrections) return nullptr;
+  const bool bcc = slice.lattice.bcc;
+  return kept ? kept->find(kernel, bcc, cells) : std::make_shared<const LatticeSums>(kernel, bcc, cells);
+}
 
 } // namespace
 
-std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice) {
-  if (!ripples(slice)) return nullptr;
-  return std::make_shared<const LatticeSums>(slice.kernel.space, slice.lattice.bcc);
+std::shared_ptr<const LatticeSums> KeptLatticeSums::find(const RadialKernel& kernel, bool bcc, size_t cells) {
+  const std::lock_guard lock(mutex_);
+  Kept& kept = kept_[cells];
+  if (!kept.sums || kept.bcc != bcc || !same(kept.kernel, kernel))
+    kept = {kernel, bcc, std::make_shared<const LatticeSums>(kernel, bcc, cells)};
+  return kept.sums;
 }
 
-std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice, const RadialKernel& drawn) {
-  if (!ripples(slice)) return nullptr;
-  return std::make_shared<const LatticeSums>(drawn, slice.lattice.bcc, LatticeSums::coarse);
+std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice, KeptLatticeSums* kept) {
+  return sums_of(slice, slice.kernel.space, LatticeSums::fine, kept);
+}
+
+std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice, const RadialKernel& drawn,
+                                                KeptLatticeSums* kept) {
+  return sums_of(slice, drawn, LatticeSums::coarse, kept);
 }
 
 } // namespace bccsplat

@@ -9,7 +9,9 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "base/vec.h"
@@ -51,10 +53,28 @@ class LatticeSums {
   std::vector<std::array<float, 4>> table_;
 };
 
+// The tables that were made last, one fine and one coarse: a fine one takes as long as a tenth of a small
+// picture, and pictures of one series share their kernel. Any thread may ask.
+class KeptLatticeSums {
+ public:
+  [[nodiscard]] std::shared_ptr<const LatticeSums> find(const RadialKernel& kernel, bool bcc, size_t cells);
+
+ private:
+  struct Kept {
+    RadialKernel kernel;
+    bool bcc = false;
+    std::shared_ptr<const LatticeSums> sums;
+  };
+  std::mutex mutex_;
+  std::map<size_t, Kept> kept_; // by cells
+};
+
 // Those of a slice, fine, of its own kernel; null where its field has no ripple, or corrections that know of
-// it.
-[[nodiscard]] std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice);
+// it. kept: where they are looked for and left; null: they are made anew.
+[[nodiscard]] std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice,
+                                                              KeptLatticeSums* kept = nullptr);
 // The same, coarse, of the kernel that it is drawn with.
-[[nodiscard]] std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice, const RadialKernel& drawn);
+[[nodiscard]] std::shared_ptr<const LatticeSums> lattice_sums(const Slice& slice, const RadialKernel& drawn,
+                                                              KeptLatticeSums* kept = nullptr);
 
 } // namespace bccsplat

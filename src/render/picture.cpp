@@ -184,7 +184,9 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   if (scene.noise_of_ripple)
     lights.noise.of_value =
         ripple_noise(*slice, o.mode, o.kernel_form, o.without_ripple) / mean_voxel(*scene.slice);
-  const SplatScene s{slice, points, &view, &table, &lights};
+  KeptLatticeSums of_picture; // shared by surfaces and their edges
+  KeptLatticeSums* const sums = scene.sums ? scene.sums : &of_picture;
+  const SplatScene s{slice, points, &view, &table, &lights, sums};
   const bool with_trail = scene.trail && !scene.trail->moments.empty();
   if (o.mode == RenderMode::composite && needs_integrals(s, scene.function, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
@@ -219,7 +221,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
       const SheetView* of_source = &view;
       if (!same_place(*scene.slice, source.slice))
         of_source = &moved.emplace_back(move_view(view, *scene.slice, source.slice));
-      sources.push_back({&source.slice, &source.points, of_source, &tables.front(), &lights});
+      sources.push_back({&source.slice, &source.points, of_source, &tables.front(), &lights, sums});
       stats.points_total += source.points.count;
     }
     std::vector<TrailStill> stills;
@@ -382,7 +384,8 @@ namespace {
 
 RenderStats reference_picture(const Scene& scene, const RenderOptions& options, const Context& context,
                               Image& image) {
-  const auto sums = options.without_ripple && shaded(options) ? lattice_sums(*scene.slice) : nullptr;
+  const auto sums =
+      options.without_ripple && shaded(options) ? lattice_sums(*scene.slice, scene.sums) : nullptr;
   Scene lit = scene;
   if (scene.noise_of_ripple)
     lit.lights.noise.of_value =

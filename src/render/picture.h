@@ -62,6 +62,8 @@ struct Scene {
   TrailCombine combine = TrailCombine::physical;
   // Sheets of earlier pictures of this slice and these points; null: none are kept.
   KeptSheets* kept = nullptr;
+  // What the kernel makes of a constant, as earlier pictures looked it up; null: it is worked out anew.
+  KeptLatticeSums* sums = nullptr;
 };
 
 struct RenderStats {

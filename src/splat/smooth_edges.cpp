@@ -147,7 +147,7 @@ class Smoother {
   Smoother(const SplatScene& scene, const SplatOptions& options, SurfacePicture& picture,
            const EdgeFinder& edges)
       : scene_(scene), options_(options), picture_(picture), edges_(edges),
-        field_(*scene.slice, options.without_ripple ? lattice_sums(*scene.slice) : nullptr) {
+        field_(*scene.slice, options.without_ripple ? lattice_sums(*scene.slice, scene.sums) : nullptr) {
     for (const IsoSurface& s : options.surfaces)
       surfaces_.push_back({s.value - static_cast<double>(scene.slice->base), static_cast<float>(s.opacity),
                            surface_color(s, *scene.table)});

@@ -153,9 +153,9 @@ void plan_sheets(const SplatScene& scene, const SplatOptions& options, SplatPlan
 // Differences of composites see too little of the ripple to need them.
 std::shared_ptr<const LatticeSums> sums_of(const SplatScene& scene, const SplatOptions& options) {
   if (!options.without_ripple || !options.shading) return nullptr;
-  if (options.mode != RenderMode::composite) return lattice_sums(*scene.slice);
+  if (options.mode != RenderMode::composite) return lattice_sums(*scene.slice, scene.sums);
   if (options.gradient != GradientMethod::analytic) return nullptr;
-  return lattice_sums(*scene.slice, drawn_kernel(scene.slice->kernel.space, options.kernel_form));
+  return lattice_sums(*scene.slice, drawn_kernel(scene.slice->kernel.space, options.kernel_form), scene.sums);
 }
 
 // What is classified alike in all tiles.

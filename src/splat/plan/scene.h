@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "field/lattice_sums.h"
 #include "field/slice.h"
 #include "splat/loop/loops.h"
 #include "splat/points/points.h"
@@ -54,6 +55,7 @@ struct SplatScene {
   const SheetView* view = nullptr;
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;
+  KeptLatticeSums* sums = nullptr; // of earlier pictures; null: none are kept
 };
 
 } // namespace bccsplat

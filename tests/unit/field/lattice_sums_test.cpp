@@ -75,5 +75,18 @@ TEST(LatticeSums, ThatOfAConstantIsTakenOff) {
   EXPECT_LT(length(sums.without_ripple(p, 7 * sum.value, ripple)), 0.1 * length(ripple));
 }
 
+TEST(LatticeSums, TablesAreKeptUntilAnotherIsAskedFor) {
+  const RadialKernel one = make_kernel("default").space, other = make_kernel("fine").space;
+  KeptLatticeSums kept;
+  const auto first = kept.find(one, true, LatticeSums::fine);
+  EXPECT_EQ(kept.find(one, true, LatticeSums::coarse)->cells(), LatticeSums::coarse);
+  EXPECT_EQ(kept.find(one, true, LatticeSums::fine), first);
+  EXPECT_EQ(first->table(), LatticeSums(one, true).table());
+  const auto second = kept.find(other, true, LatticeSums::fine);
+  EXPECT_EQ(second->table(), LatticeSums(other, true).table());
+  EXPECT_EQ(kept.find(other, false, LatticeSums::fine)->table(), LatticeSums(other, false).table());
+  EXPECT_EQ(kept.find(one, true, LatticeSums::fine)->table(), first->table());
+}
+
 } // namespace
 } // namespace bccsplat
