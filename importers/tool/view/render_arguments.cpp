@@ -330,7 +330,7 @@ void check_arguments(const RenderArguments& a) {
       std::any_of(a.iso.begin(), a.iso.end(), [](const auto& s) { return s.opacity > 0 && s.opacity < 1; }))
     fail_usage("--trail goes with isosurfaces that are opaque; leave the opacities of --iso out");
   if (a.opacity_stop && !(*a.opacity_stop >= 1e-3 && *a.opacity_stop <= 1))
-    fail_usage("--opacity-stop ", *a.opacity_stop, ": .001 to 1");
+    fail_usage("--opacity-stop ", *a.opacity_stop, ": 0.001 to 1");
   if (a.look != BCCSPLAT_LOOK_DEFAULT && (!a.tf.empty() || a.range))
     fail_usage("--look makes the transfer function by itself; --tf and --range exclude it");
   if (a.deep_tolerance && !a.deep) fail_usage("--deep-tolerance goes with --deep");
