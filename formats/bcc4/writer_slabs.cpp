@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Brings a slab into the file: codes its chunks side by side, finds them in what an earlier writer left, or
+// copies them from an earlier file; and records in the journal what is safe on disk.
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "formats/bcc4/chunk_sites.h"
+#include "formats/bcc4/coding/chunk.h"
+#include "formats/bcc4/coding/codes.h"
+#include "formats/bcc4/writer_state.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr size_t batch_chunks = 256; // encoded together, which bounds the memory of a slab
+
+// Returns the slots of which any layer keeps a site.
+std::vector<uint32_t> kept_slots(const Lattice4& lattice, std::span<const SampleLayer> layers) {
+  const Int3 dims = slot_dims(lattice);
+  std::vector<uint32_t> slots;
+  for (uint32_t s = 0; s < slot_count(lattice); ++s)
+    if (std::any_of(layers.begin(), layers.end(), [&](const SampleLayer& l) {
+          return static_cast<bool>(brick_at(l, slot_brick(dims, s)));
+        }))
+      slots.push_back(s);
+  return slots;
+}
+
+struct CodedChunk {
+  std::optional<EncodedChunk> chunk; // none: all of it is air
+  uint64_t clamped = 0;
+};
+
+} // namespace
+
+WrittenSlab Bcc4Writer::State::encode_slab(int32_t slab, const ChannelLevel& at,
+                                           std::span<const SampleLayer> layers, const Context& context) {
+  const SampleCoder& coder = index->coder(at);
+  const StoredLattice& level = info.level(at.level);
+  const Int3 dims = slot_dims(level.lattice);
+  const auto encode = [&](uint32_t slot) {
+    const Int3 brick = slot_brick(dims, slot);
+    const ChunkShape shape =
+        chunk_shape(level.lattice, slab * level.slab_layers, static_cast<int32_t>(layers.size()), brick);
+    CodedChunk coded;
+    ChunkSites sites = collect_sites(shape, layers, brick, coder, coded.clamped);
+    keep_scattered_air(sites, coder.codes());
+    if (!sites.codes.empty()) coded.chunk = encode_chunk(std::move(sites), coder.codes(), options.level);
+    return coded;
+  };
+  WrittenSlab written{.slab = slab, .at = at, .chunks = {}};
+  const std::vector<uint32_t> slots = kept_slots(level.lattice, layers);
+  for (size_t first = 0; first < slots.size(); first += batch_chunks) {
+    std::vector<CodedChunk> batch(std::min(batch_chunks, slots.size() - first));
+    context.tasks.parallel_for(batch.size(), [&](uint64_t i) {
+      context.progress.check();
+      batch[i] = encode(slots[first + i]);
+    });
+    for (size_t i = 0; i < batch.size(); ++i) {
+      written.clamped += batch[i].clamped;
+      if (!batch[i].chunk) continue;
+      Bcc4Chunk& entry = batch[i].chunk->entry;
+      entry.slab = slab;
+      entry.slot = slots[first + i];
+      entry.offset = file.position();
+      file.append(batch[i].chunk->bytes);
+      index->enter_chunk(at, entry);
+      written.chunks.push_back(entry);
+    }
+  }
+  return written;
+}
+
+// Lists the chunks of an earlier writer, which are where they would go. Pages of the index come between.
+void Bcc4Writer::State::skip_chunks(const WrittenSlab& slab) {
+  for (const Bcc4Chunk& entry : slab.chunks) {
+    if (entry.offset != file.position())
+      fail(Code::wrong_state, "writer: the unfinished file has slab ", slab.slab, " at offset ", entry.offset,
+           " instead of ", file.position(), "; start anew without resuming");
+    file.skip(entry.stored());
+    index->enter_chunk(slab.at, entry);
+  }
+}
+
+// Takes a slab over from an earlier writer or an earlier file; none: it is to be coded.
+std::optional<WrittenSlab> Bcc4Writer::State::reuse_slab(int32_t slab, const ChannelLevel& at,
+                                                         int32_t layers) {
+  if (options.journal) {
+    const WrittenSlab* found = options.journal->find(slab, at);
+    if (found && found->layers == layers) {
+      skip_chunks(*found);
+      return *found;
+    }
+  }
+  if (!options.earlier || slab >= options.earlier_slabs || layers != info.level(at.level).slab_layers)
+    return std::nullopt;
+  return copy_chunks(slab, at, *options.earlier);
+}
+
+WrittenSlab Bcc4Writer::State::copy_chunks(int32_t slab, const ChannelLevel& at, const Bcc4Reader& from) {
+  WrittenSlab written{.slab = slab, .at = at, .chunks = from.chunks(at, slab)};
+  for (Bcc4Chunk& entry : written.chunks) {
+    const std::vector<std::byte> bytes = from.stored_bytes(entry);
+    entry.offset = file.position();
+    file.append(bytes);
+    index->enter_chunk(at, entry);
+  }
+  return written;
+}
+
+void Bcc4Writer::State::commit_pending() {
+  file.sync();
+  options.journal->commit();
+}
+
+void Bcc4Writer::State::keep() noexcept {
+  if (closed || !options.journal) return;
+  try {
+    commit_pending();
+  } catch (...) {
+  }
+}
+
+void Bcc4Writer::State::write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
+                                   const Context& context) {
+  const auto count = static_cast<int32_t>(layers.size());
+  std::optional<WrittenSlab> written = reuse_slab(slab, at, count);
+  const bool reused = written.has_value();
+  if (!written) written = encode_slab(slab, at, layers, context);
+  written->layers = count;
+  slabs_reused += reused;
+  if (options.journal && !options.journal->find(slab, at)) {
+    options.journal->add(*written);
+    if (options.journal->commit_is_due()) commit_pending();
+  }
+  index->enter_slab(slab, at, count, written->clamped);
+}
+
+} // namespace bccsplat
