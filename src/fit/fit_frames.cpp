@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames and layers on their way in: refuses what cannot come next, counts, clamps or fills what is missing,
+// low-passes, and resamples to the sites of the lattice.
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+#include <utility>
+
+#include "base/sizes.h"
+#include "fit/fit_state.h"
+
+namespace bccsplat {
+namespace {
+
+// Largest departure from air: filters and prefilters multiply it by up to some hundred in 32-bit floats.
+constexpr double largest_value = 1e36;
+
+} // namespace
+
+void Fit::State::Channel::check_range(double low, double high, const std::string& what) const {
+  const auto air = static_cast<double>(options.quantiser.air);
+  if (low - air < -largest_value || high - air > largest_value)
+    fail(Code::limit_exceeded, what, ": its values reach from ", low, " to ", high, ", further than ",
+         largest_value,
+         " from air, where filters in 32-bit floats overflow; declare fill values missing, or scale the "
+         "values");
+}
+
+void Fit::State::Channel::note_range(double low, double high) {
+  report.source_range.low = report.any_finite ? std::min(report.source_range.low, low) : low;
+  report.source_range.high = report.any_finite ? std::max(report.source_range.high, high) : high;
+  report.any_finite = true;
+}
+
+std::array<float, 2> Fit::State::clamp_range(const Channel& c) const {
+  if (!c.options.range && !c.report.any_finite) return {0, 0};
+  const Range range = c.options.range.value_or(c.report.source_range);
+  const auto relative = [&](double v) {
+    return static_cast<float>(
+        std::clamp(v - static_cast<double>(c.options.quantiser.air), -double{FLT_MAX}, double{FLT_MAX}));
+  };
+  return {relative(range.low), relative(range.high)};
+}
+
+Frame Fit::State::frame_of(const Channel& c, std::span<const FrameBox> boxes) const {
+  return {boxes, source_dims(), c.options.quantiser.air,
+          concat("channel '", c.options.name, "', frame ", c.given)};
+}
+
+FrameScan Fit::State::check_frame(int index, std::span<const FrameBox> boxes) const {
+  const Channel& c = channel(index);
+  if (c.given == INT32_MAX) fail(Code::limit_exceeded, "too many frames: at most 2147483647");
+  const std::string what = concat("channel '", c.options.name, "', frame ", c.given);
+  FrameScan scan = scan_frame(frame_of(c, boxes), c.options.threshold, context);
+  if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error)
+    fail(Code::nonfinite_value, what, ": ", scan.nonfinite,
+         " values are not finite, the first one at voxel (", scan.first_nonfinite[0], ", ",
+         scan.first_nonfinite[1], ", ", scan.first_nonfinite[2], "); treat them as holes, or clamp them");
+  if (!is_known(scan) && options.part && c.given > 0 && c.given == options.part->first_given)
+    fail(Code::wrong_state, what, ": it is missing altogether; a part begins with a frame that is not");
+  if (counts_frame(c.given) && scan.finite > 0) c.check_range(scan.low, scan.high, what);
+  return scan;
+}
+
+void Fit::State::count_frame(Channel& c, const FrameScan& scan) const {
+  if (!counts_frame(c.given)) return;
+  if (scan.finite > 0) c.note_range(scan.low, scan.high);
+  c.report.frames.push_back({scan.low, scan.high});
+  c.report.source_samples += checked_product({options.dims[0], options.dims[1], options.dims[2]});
+  c.report.cc_relevant += scan.relevant;
+  c.report.nonfinite += scan.nonfinite;
+}
+
+PreparedFrame Fit::State::prepare_frame(int index, std::span<const FrameBox> boxes, const FrameScan& scan) {
+  Channel& c = channel(index);
+  PreparedFrame made{frame_of(c, boxes), scan, {}, usual_face_levels};
+  count_frame(c, scan);
+  if (scan.nonfinite > 0 && options.nonfinite == NonFinite::clamp) {
+    const auto [low, high] = clamp_range(c);
+    made.frame.clamp(low, high);
+  }
+  if (options.nonfinite == NonFinite::hole)
+    made.holes = patch_holes(made.frame, scan, options.turning, context);
+  if (options.masks && !made.holes.missing.empty())
+    mask_sink(index, c.given, mask_runs(made.holes, made.frame.dims()));
+  if (!c.lowpass) made.faces = faces_of(made.frame);
+  return made;
+}
+
+FaceLevels Fit::State::faces_of(const Frame& frame) const {
+  return lattice.has_margins() ? choose_face_levels(frame, lattice) : usual_face_levels;
+}
+
+void Fit::State::add_frame(int index, const PreparedFrame& given, const FrameImage& image) {
+  Channel& c = channel(index);
+  ++c.given;
+  const bool known = is_known(given.scan);
+  if (!c.lowpass) return take_frame(c, image, known, given.holes);
+  c.lowpass->add(known ? &given.frame : nullptr, given.holes.copy(context.memory), filtered(c), context);
+  if (c.given == options.dims[3]) finish_lowpass(c);
+}
+
+void Fit::State::finish_lowpass(Channel& c) {
+  if (c.lowpass && !std::exchange(c.filtered, true)) c.lowpass->finish(filtered(c), context);
+}
+
+// Returns what takes a frame from the low-pass.
+Lowpass::Sink Fit::State::filtered(Channel& c) {
+  return [this, &c](const Frame& frame, const HoleMap& holes) {
+    const FrameScan scan = scan_frame(frame, 0, context);
+    take_frame(c, {frame, scan.cells, faces_of(frame)}, scan.finite > 0, holes);
+  };
+}
+
+void Fit::State::take_frame(Channel& c, const FrameImage& image, bool known, const HoleMap& holes) {
+  // A frame that is missing altogether holds what the one before holds, the first ones what follows them.
+  FrameSites sites;
+  if (!known && !c.window.empty())
+    sites.block = c.window.back().block;
+  else
+    sites = resampler_of(image).resample(image.frame, image.cells, c.options.unit, pool, context);
+  if (known && !c.any_known) {
+    for (FrameSites& earlier : c.head) earlier.block = sites.block;
+    for (FrameSites& earlier : c.window) earlier.block = sites.block;
+  }
+  c.any_known = c.any_known || known;
+  sites.holes = mark_sites(holes, lattice);
+  sites.masked = options.masks;
+  if (options.masks)
+    sites.deep =
+        mark_sites(deep_holes(holes, source_dims(), mask_reach(), options.turning, context), lattice);
+  c.window.push_back(std::move(sites));
+  ++c.frames;
+  make_layers(c);
+}
+
+const SpatialResampler& Fit::State::resampler_of(const FrameImage& image) {
+  const auto found = resamplers.find(image.faces);
+  if (found != resamplers.end()) return found->second;
+  const Lattice4 seen = lattice_over(image.frame.dims());
+  return resamplers.try_emplace(image.faces, seen, options.filter, image.faces).first->second;
+}
+
+Lattice4 Fit::State::lattice_over(const std::array<int64_t, 3>& dims) const {
+  Lattice4 seen = lattice;
+  for (size_t a = 0; a < 3; ++a) {
+    if (dims[a] == int64_t{lattice.dims[a]}) continue;
+    const double was = lattice.domain_end(a);
+    seen.dims[a] = static_cast<uint32_t>(dims[a]);
+    seen.space_step[a] *= seen.domain_end(a) / was;
+  }
+  return seen;
+}
+
+std::array<int64_t, 3> Fit::State::mask_reach() const {
+  std::array<int64_t, 3> reach;
+  for (size_t a = 0; a < 3; ++a)
+    reach[a] = static_cast<int64_t>(std::ceil(options.mask_reach * lattice.space_step[a] + 0.5));
+  return reach;
+}
+
+DirectLayerScan Fit::State::check_layer(int index, std::span<const float> samples) const {
+  const Channel& c = channel(index);
+  const int32_t layer = layers_given ? c.next_layer : 0;
+  const int coset = lattice.coset(layer);
+  if (samples.size() != static_cast<uint64_t>(lattice.space.sites(coset)))
+    fail(Code::invalid_argument, "layer ", layer, " has ", lattice.space.sites(coset), " sites, not ",
+         samples.size());
+  const DirectLayerScan scan = scan_layer(samples, c.options.quantiser.air);
+  const std::string what = concat("channel '", c.options.name, "', layer ", layer);
+  if (scan.nonfinite > 0 && options.nonfinite == NonFinite::error) {
+    const Int3 n = lattice.space.dims(coset);
+    const auto nx = static_cast<size_t>(n[0]), ny = static_cast<size_t>(n[1]), first = scan.first_nonfinite;
+    fail(Code::nonfinite_value, what, ": ", scan.nonfinite, " values are not finite, the first one at site (",
+         first % nx, ", ", first / nx % ny, ", ", first / nx / ny, "); treat them as holes, or clamp them");
+  }
+  if (scan.finite > 0) c.check_range(scan.low, scan.high, what);
+  return scan;
+}
+
+void Fit::State::add_layer(int index, std::span<const float> samples, const DirectLayerScan& scan) {
+  Channel& c = channel(index);
+  if (!std::exchange(layers_given, true)) {
+    turn.first_layer = 0;
+    for (const auto& each : channels) each->next_layer = each->slab_index = 0;
+  }
+  const int32_t layer = c.next_layer;
+  const BrickLayer shape(lattice.space, lattice.coset(layer));
+  if (scan.finite > 0) c.note_range(scan.low, scan.high);
+  c.report.source_samples += samples.size();
+  c.report.nonfinite += scan.nonfinite;
+  const FrameSites sites =
+      layer_sites(shape, samples, c.options.quantiser.air, options.nonfinite, clamp_range(c), pool, context);
+  const LayerTap tap{&sites, 1};
+  ++c.next_layer;
+  emit(c, layer, {&tap, 1}, 0);
+}
+
+} // namespace bccsplat
