@@ -92,7 +92,7 @@ struct BrickTaps {
   }
 };
 
-// Room of a task for the values of one brick.
+// Room for the values of one brick.
 struct BrickRoom {
   SiteValues sum;
   std::vector<std::unique_ptr<SiteValues>> unpacked; // where packed blocks meet others
@@ -127,17 +127,6 @@ const float* combine(const BrickTaps& taps, const Int3& size, float unit, BrickR
   return room.sum.data();
 }
 
-// The sites of a brick that are missing far from all data in every frame of the taps; false: there are none.
-bool deep_sites(std::span<const LayerTap> taps, size_t coset, size_t slot, BrickMask& deep) {
-  deep.fill(0xffff);
-  for (const LayerTap& tap : taps) {
-    const auto& masks = tap.frame->deep[coset];
-    if (masks.empty() || !masks[slot]) return false;
-    for (size_t r = 0; r < brick_rows; ++r) deep[r] &= (*masks[slot])[r];
-  }
-  return deep != BrickMask{};
-}
-
 // Makes these sites of a brick air; returns the values, in `room` where they have changed.
 const float* without(const BrickMask& sites, const float* values, SiteValues& room) {
   if (values != room.data()) std::copy_n(values, room.size(), room.data());
@@ -160,87 +149,139 @@ void count_samples(Brick& brick, const LayerCodes* codes, const BrickMask* fills
   brick.hole.reset();
 }
 
+// Adds the distances of stored values from those made.
+void compare(const float* made, const Brick& stored, const Int3& size, CodingError& error) {
+  std::array<double, 16> squares{};
+  std::array<float, 16> largest{};
+  HWY_DYNAMIC_DISPATCH(Compare)
+  (made, stored.value.data(), static_cast<size_t>(size[2]), static_cast<size_t>(size[1]),
+   static_cast<size_t>(size[0]), squares.data(), largest.data());
+  for (size_t x = 0; x < 16; ++x) {
+    error.squares += squares[x];
+    error.largest = std::max(error.largest, static_cast<double>(largest[x]));
+  }
+}
+
 } // namespace
+
+struct LayerMaker::Frames {
+  std::span<const LayerTap> taps;
+  size_t nearest;
+  size_t coset;
+
+  [[nodiscard]] bool masked() const { return taps[nearest].frame->masked; }
+  [[nodiscard]] const SiteBlock* block(size_t tap, size_t slot) const {
+    return taps[tap].frame->block[coset][slot].get();
+  }
+  [[nodiscard]] const BrickMask* holes(size_t slot) const {
+    const auto& holes = taps[nearest].frame->holes[coset];
+    return holes.empty() ? nullptr : holes[slot].get();
+  }
+  // Returns the slots, of so many, that have sites or holes.
+  [[nodiscard]] std::vector<size_t> used_slots(size_t count) const {
+    std::vector<size_t> slots;
+    for (size_t slot = 0; slot < count; ++slot) {
+      bool any = !masked() && holes(slot) != nullptr;
+      for (size_t k = 0; k < taps.size(); ++k) any = any || block(k, slot);
+      if (any) slots.push_back(slot);
+    }
+    return slots;
+  }
+  // Finds the blocks of a brick that differ from that of the nearest frame.
+  void find_taps(size_t slot, BrickTaps& out) const {
+    out.center = block(nearest, slot);
+    out.blocks.clear(), out.weights.clear();
+    for (size_t k = 0; k < taps.size(); ++k) {
+      if (k == nearest || taps[k].weight == 0 || block(k, slot) == out.center) continue;
+      out.blocks.push_back(block(k, slot));
+      out.weights.push_back(taps[k].weight);
+    }
+  }
+  // Finds the sites of a brick that are missing far from all data in every frame; false: there are none.
+  [[nodiscard]] bool deep_sites(size_t slot, BrickMask& deep) const {
+    deep.fill(0xffff);
+    for (const LayerTap& tap : taps) {
+      const auto& masks = tap.frame->deep[coset];
+      if (masks.empty() || !masks[slot]) return false;
+      for (size_t r = 0; r < brick_rows; ++r) deep[r] &= (*masks[slot])[r];
+    }
+    return deep != BrickMask{};
+  }
+};
+
+struct LayerMaker::Room {
+  BrickTaps taps;
+  BrickRoom values;
+  SiteCounts& counts;
+};
+
+SiteEvidence LayerMaker::evidence_of(const Frames& frames, size_t slot, BrickMask& near) const {
+  SiteEvidence evidence{frames.masked() ? nullptr : frames.holes(slot), &no_source, 0};
+  if (const SiteBlock* b = frames.block(frames.nearest, slot)) evidence.source = &b->source;
+  if (ringing_ > 0) evidence.near = &near;
+  for (size_t k = 0; k < frames.taps.size(); ++k)
+    if (const SiteBlock* b = frames.block(k, slot)) {
+      evidence.ringing = std::max(evidence.ringing, ringing_ * b->largest);
+      for (size_t r = 0; r < brick_rows; ++r) near[r] |= b->near[r];
+    }
+  return evidence;
+}
+
+SampleBrick LayerMaker::make_brick(const Frames& frames, size_t slot, const Int3& size, bool beyond,
+                                   Room& room, CodingError& coding) const {
+  frames.find_taps(slot, room.taps);
+  const float* values = combine(room.taps, size, unit_, room.values);
+  if (BrickMask deep; frames.deep_sites(slot, deep)) values = without(deep, values, room.values.sum);
+  BrickMask near{};
+  const SiteEvidence evidence = evidence_of(frames, slot, near);
+  auto brick = std::make_shared_for_overwrite<Brick>();
+  const KeptCounts found = relevance_.select(values, size, evidence, *brick);
+  if (!beyond) compare(values, *brick, size, coding);
+  room.counts.sites.kept += found.kept;
+  room.counts.sites.holes += found.holes;
+  if (!beyond) room.counts.sites.clamped += found.clamped;
+  if (found.kept == 0) return {};
+  auto codes = LayerCodes::of(coder_, *brick);
+  count_samples(*brick, codes.get(), frames.masked() ? frames.holes(slot) : nullptr, room.counts.samples,
+                room.values.codes);
+  if (codes) return {nullptr, std::move(codes)};
+  return {std::move(brick), nullptr};
+}
+
+std::unique_ptr<SiteCounts> LayerMaker::take_counts() {
+  const std::scoped_lock lock(mutex_);
+  if (counts_.empty())
+    return std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_, step_)});
+  auto counts = std::move(counts_.back());
+  counts_.pop_back();
+  return counts;
+}
+
+void LayerMaker::give_back(std::unique_ptr<SiteCounts> counts) {
+  const std::scoped_lock lock(mutex_);
+  counts_.push_back(std::move(counts));
+}
 
 SampleLayer LayerMaker::make(const Lattice3& lattice, int coset, std::span<const LayerTap> taps,
                              size_t nearest, bool beyond, const Context& context) {
   SampleLayer layer(lattice, coset);
-  const auto c = static_cast<size_t>(coset);
-  const bool masked = taps[nearest].frame->masked;
-  const auto holes_of = [&](size_t slot) -> const BrickMask* {
-    const auto& holes = taps[nearest].frame->holes[c];
-    return holes.empty() ? nullptr : holes[slot].get();
-  };
-  std::vector<size_t> slots;
-  for (size_t slot = 0; slot < layer.brick_slots(); ++slot) {
-    bool any = !masked && holes_of(slot) != nullptr;
-    for (const LayerTap& tap : taps) any = any || tap.frame->block[c][slot];
-    if (any) slots.push_back(slot);
-  }
+  const Frames frames{taps, nearest, static_cast<size_t>(coset)};
+  const std::vector<size_t> slots = frames.used_slots(layer.brick_slots());
   std::vector<CodingError> coding(slots.size());
   constexpr size_t group = 4; // bricks of a task
   context.tasks.parallel_for((slots.size() + group - 1) / group, [&](uint64_t g) {
     context.progress.check();
-    std::unique_ptr<SiteCounts> counts;
-    {
-      const std::scoped_lock lock(mutex_);
-      if (!counts_.empty()) {
-        counts = std::move(counts_.back());
-        counts_.pop_back();
-      }
-    }
-    if (!counts) counts = std::make_unique<SiteCounts>(SiteCounts{{}, SampleHistogram(quantiser_, step_)});
-    BrickTaps brick_taps;
-    BrickRoom room;
+    auto counts = take_counts();
+    Room room{{}, {}, *counts};
     for (size_t s = g * group; s < std::min(slots.size(), (g + 1) * group); ++s) {
-      const size_t slot = slots[s];
-      const auto block = [&](size_t k) { return taps[k].frame->block[c][slot].get(); };
-      brick_taps.center = block(nearest);
-      brick_taps.blocks.clear(), brick_taps.weights.clear();
-      for (size_t k = 0; k < taps.size(); ++k) {
-        if (k == nearest || taps[k].weight == 0 || block(k) == block(nearest)) continue;
-        brick_taps.blocks.push_back(block(k));
-        brick_taps.weights.push_back(taps[k].weight);
-      }
-      const Int3 position = layer.slot_position(slot);
+      const Int3 position = layer.slot_position(slots[s]);
       Int3 size;
       for (size_t a = 0; a < 3; ++a)
         size[a] = std::min(brick_edge, layer.dims()[a] - position[a] * brick_edge);
-      const float* values = combine(brick_taps, size, unit_, room);
-      if (BrickMask deep; deep_sites(taps, c, slot, deep)) values = without(deep, values, room.sum);
-      SiteEvidence evidence{masked ? nullptr : holes_of(slot), &no_source, 0};
-      if (const SiteBlock* b = brick_taps.center) evidence.source = &b->source;
-      BrickMask near{};
-      if (ringing_ > 0) evidence.near = &near;
-      for (size_t k = 0; k < taps.size(); ++k)
-        if (const SiteBlock* b = block(k)) {
-          evidence.ringing = std::max(evidence.ringing, ringing_ * b->largest);
-          for (size_t r = 0; r < brick_rows; ++r) near[r] |= b->near[r];
-        }
-      auto brick = std::make_shared_for_overwrite<Brick>();
-      const KeptCounts found = relevance_.select(values, size, evidence, *brick);
-      std::array<double, 16> squares{};
-      std::array<float, 16> largest{};
-      HWY_DYNAMIC_DISPATCH(Compare)
-      (values, brick->value.data(), static_cast<size_t>(size[2]), static_cast<size_t>(size[1]),
-       static_cast<size_t>(size[0]), squares.data(), largest.data());
-      for (size_t x = 0; x < 16 && !beyond; ++x) {
-        coding[s].squares += squares[x];
-        coding[s].largest = std::max(coding[s].largest, static_cast<double>(largest[x]));
-      }
-      counts->sites.kept += found.kept;
-      counts->sites.holes += found.holes;
-      if (!beyond) counts->sites.clamped += found.clamped;
-      if (found.kept == 0) continue;
-      auto codes = LayerCodes::of(coder_, *brick);
-      count_samples(*brick, codes.get(), masked ? holes_of(slot) : nullptr, counts->samples, room.codes);
-      if (codes)
-        layer.set(slot, {nullptr, std::move(codes)});
-      else
-        layer.set(slot, {std::move(brick), nullptr});
+      if (SampleBrick brick = make_brick(frames, slots[s], size, beyond, room, coding[s]))
+        layer.set(slots[s], std::move(brick));
     }
-    const std::scoped_lock lock(mutex_);
-    counts_.push_back(std::move(counts));
+    give_back(std::move(counts));
   });
   for (const CodingError& e : coding) {
     coding_.squares += e.squares;

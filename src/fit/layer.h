@@ -59,6 +59,16 @@ class LayerMaker {
       : quantiser_(quantiser), coder_(quantiser), relevance_(relevance), ringing_(ringing), unit_(unit),
         step_(step) {}
 
+  struct Frames; // those of a layer
+  struct Room;   // of a task, for one brick after the other
+  // Makes one brick, of `size` sites inside the domain; empty: all of it is air.
+  [[nodiscard]] SampleBrick make_brick(const Frames& frames, size_t slot, const Int3& size, bool beyond,
+                                       Room& room, CodingError& coding) const;
+  // Which sites of a brick are holes, near the source's samples, or within reach of ringing.
+  [[nodiscard]] SiteEvidence evidence_of(const Frames& frames, size_t slot, BrickMask& near) const;
+  [[nodiscard]] std::unique_ptr<SiteCounts> take_counts();
+  void give_back(std::unique_ptr<SiteCounts> counts);
+
   Quantiser quantiser_;
   SampleCoder coder_;
   Relevance relevance_;
