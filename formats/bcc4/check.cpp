@@ -148,6 +148,105 @@ void check_errors(const VolumeInfo& info, Code code) {
   }
 }
 
+void check_affine(const Affine3& affine, Code code) {
+  for (const Vec3& row : affine.linear)
+    for (const double v : row)
+      if (!std::isfinite(v)) fail(code, "affine: not finite");
+  for (const double v : affine.offset)
+    if (!std::isfinite(v)) fail(code, "affine: not finite");
+  if (affine.determinant() == 0) fail(code, "affine: determinant 0");
+}
+
+void check_times(const TimeMap& t, uint32_t frames, Code code) {
+  if (t.uniform) {
+    if (!std::isfinite(t.first) || !positive(t.step) || !t.times.empty())
+      fail(code, "times: first ", t.first, ", step ", t.step);
+    return;
+  }
+  if (t.times.size() != frames) fail(code, "times: ", t.times.size(), " for ", frames, " frames");
+  for (size_t i = 0; i < t.times.size(); ++i)
+    if (!std::isfinite(t.times[i]) || (i > 0 && !(t.times[i] > t.times[i - 1])))
+      fail(code, "times: time ", t.times[i], " of frame ", i, " does not rise");
+}
+
+void check_text(const std::string& s, Code code) {
+  if (!is_utf8(s)) fail(code, "text is not UTF-8: ", to_utf8(s));
+}
+
+void check_attributes(const VolumeInfo& info, Code code) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : info.attributes) {
+    check_text(key, code), check_text(value, code);
+    if (key.empty() || !keys.insert(key).second)
+      fail(code, "attribute key \"", key, "\" is empty or stands twice");
+  }
+}
+
+// Texts and parameters of the whole series.
+void check_description(const VolumeInfo& info, Code code) {
+  for (const auto* s : {&info.spatial_unit, &info.time.unit, &info.time.epoch, &info.coefficient_kernel,
+                        &info.recommended_kernel})
+    check_text(*s, code);
+  for (const SourceInfo& s : info.sources) check_text(s.name, code);
+  for (const double v : info.coefficient_parameters)
+    if (!std::isfinite(v) || info.coefficient_kernel.empty())
+      fail(code, "parameter ", v, " of the kernel of the coefficients");
+  check_attributes(info, code);
+}
+
+void check_tail(const VolumeInfo& info, Code code) {
+  if (info.tail->slabs < 0 || info.tail->slabs > info.slabs())
+    fail(code, "the tail counts ", info.tail->slabs, " slabs of ", info.slabs());
+  const size_t channels = info.channels.size();
+  for (size_t i = 0; i < channels * static_cast<size_t>(info.level_count()); ++i) {
+    const uint64_t all = i < channels ? info.channels[i].clamped
+                                      : info.levels[i / channels - 1].channels[i % channels].clamped;
+    if (info.tail->clamped.at(i) > all)
+      fail(code, "the tail counts ", info.tail->clamped[i], " clamped samples of ", all);
+  }
+}
+
+// What writers that go on need: of a part its writes, of a series counts and tail.
+void check_progress(const VolumeInfo& info, Code code) {
+  if (info.part)
+    for (const PartWrite& w : info.part->writes)
+      if (const int32_t slabs = info.level(w.level).slabs(); w.slab >= slabs)
+        fail(code, "part: a write of slab ", w.slab, " of ", slabs);
+  if (info.counts && (info.counts->slabs < 0 || info.counts->slabs > info.slabs()))
+    fail(code, "the counts are of ", info.counts->slabs, " slabs of ", info.slabs());
+  if (info.tail) check_tail(info, code);
+}
+
+// Ranges, histogram and percentiles of a channel.
+void check_values(const ChannelInfo& c, uint32_t frames, Code code) {
+  const auto bad = [&](const auto&... why) { fail(code, "channel ", c.name, ": ", why...); };
+  for (const auto* s : {&c.name, &c.quantity, &c.unit}) check_text(*s, code);
+  for (const Range* r : {&c.source_range, &c.kept_range, &c.histogram_range})
+    if (!is_range(*r)) bad("range from ", r->low, " to ", r->high);
+  if (!c.histogram.empty() && c.histogram.size() != 256) bad("a histogram of ", c.histogram.size(), " bins");
+  for (size_t i = 0; i < c.percentiles.size(); ++i) {
+    const Percentile& p = c.percentiles[i];
+    if (!(p.percent >= 0 && p.percent <= 100) || !std::isfinite(p.value) ||
+        (i > 0 && (p.percent <= c.percentiles[i - 1].percent || p.value < c.percentiles[i - 1].value)))
+      bad("percentiles do not rise");
+  }
+  if (!c.frames.empty() && c.frames.size() != frames) bad("ranges of ", c.frames.size(), " frames");
+  for (const Range& r : c.frames)
+    if (!is_range(r)) bad("range of a frame from ", r.low, " to ", r.high);
+}
+
+void check_corrections(const ChannelInfo& c, uint32_t frames, Code code) {
+  const auto bad = [&](const auto&... why) { fail(code, "channel ", c.name, ": corrections ", why...); };
+  const ResidualInfo& fix = c.residuals;
+  if (!(fix.step >= 0 && fix.bound >= 0) || !std::isfinite(fix.step) || !std::isfinite(fix.bound))
+    bad("in steps of ", fix.step, ", bound ", fix.bound);
+  if (fix.base && !std::isfinite(*fix.base)) bad("of a field above ", *fix.base);
+  for (const auto* blocks : {&fix.frames, &fix.tables})
+    if (!blocks->empty() && (blocks->size() != frames || fix.step == 0))
+      bad("of ", blocks->size(), " frames");
+  if (fix.shape > CorrectionShape::smooth) bad("of shape ", static_cast<int>(fix.shape));
+}
+
 } // namespace
 
 void check_fixed(const VolumeInfo& info, Code code) {
@@ -167,87 +266,19 @@ void check_fixed(const VolumeInfo& info, Code code) {
 void check_info(const VolumeInfo& info, Code code) {
   check_fixed(info, code);
   if (info.part && info.lattice.periodic) fail(code, "a part of a periodic series");
-  for (const Vec3& row : info.affine.linear)
-    for (const double v : row)
-      if (!std::isfinite(v)) fail(code, "affine: not finite");
-  for (const double v : info.affine.offset)
-    if (!std::isfinite(v)) fail(code, "affine: not finite");
-  if (info.affine.determinant() == 0) fail(code, "affine: determinant 0");
-  const TimeMap& t = info.time;
-  if (t.uniform) {
-    if (!std::isfinite(t.first) || !positive(t.step) || !t.times.empty())
-      fail(code, "times: first ", t.first, ", step ", t.step);
-  } else {
-    if (t.times.size() != info.lattice.dims[3])
-      fail(code, "times: ", t.times.size(), " for ", info.lattice.dims[3], " frames");
-    for (size_t i = 0; i < t.times.size(); ++i)
-      if (!std::isfinite(t.times[i]) || (i > 0 && !(t.times[i] > t.times[i - 1])))
-        fail(code, "times: time ", t.times[i], " of frame ", i, " does not rise");
-  }
-  const auto text = [&](const std::string& s) {
-    if (!is_utf8(s)) fail(code, "text is not UTF-8: ", to_utf8(s));
-  };
-  for (const auto* s :
-       {&info.spatial_unit, &t.unit, &t.epoch, &info.coefficient_kernel, &info.recommended_kernel})
-    text(*s);
-  for (const SourceInfo& s : info.sources) text(s.name);
-  for (const double v : info.coefficient_parameters)
-    if (!std::isfinite(v) || info.coefficient_kernel.empty())
-      fail(code, "parameter ", v, " of the kernel of the coefficients");
-  std::set<std::string> keys;
-  for (const auto& [key, value] : info.attributes) {
-    text(key), text(value);
-    if (key.empty() || !keys.insert(key).second)
-      fail(code, "attribute key \"", key, "\" is empty or stands twice");
-  }
-  if (info.part)
-    for (const PartWrite& w : info.part->writes)
-      if (const int32_t slabs = info.level(w.level).slabs(); w.slab >= slabs)
-        fail(code, "part: a write of slab ", w.slab, " of ", slabs);
-  if (info.counts && (info.counts->slabs < 0 || info.counts->slabs > info.slabs()))
-    fail(code, "the counts are of ", info.counts->slabs, " slabs of ", info.slabs());
-  if (info.tail) {
-    if (info.tail->slabs < 0 || info.tail->slabs > info.slabs())
-      fail(code, "the tail counts ", info.tail->slabs, " slabs of ", info.slabs());
-    const size_t channels = info.channels.size();
-    for (size_t i = 0; i < channels * static_cast<size_t>(info.level_count()); ++i) {
-      const uint64_t all = i < channels ? info.channels[i].clamped
-                                        : info.levels[i / channels - 1].channels[i % channels].clamped;
-      if (info.tail->clamped.at(i) > all)
-        fail(code, "the tail counts ", info.tail->clamped[i], " clamped samples of ", all);
-    }
-  }
+  const uint32_t frames = info.lattice.dims[3];
+  check_affine(info.affine, code);
+  check_times(info.time, frames, code);
+  check_description(info, code);
+  check_progress(info, code);
   check_errors(info, code);
   for (int l = 1; l < info.level_count(); ++l) check_level_counts(info, l, code);
+  const auto sites = static_cast<uint64_t>(info.lattice.sites());
   for (const ChannelInfo& c : info.channels) {
-    for (const auto* s : {&c.name, &c.quantity, &c.unit}) text(*s);
-    for (const Range* r : {&c.source_range, &c.kept_range, &c.histogram_range})
-      if (!is_range(*r)) fail(code, "channel ", c.name, ": range from ", r->low, " to ", r->high);
-    if (!c.histogram.empty() && c.histogram.size() != 256)
-      fail(code, "channel ", c.name, ": a histogram of ", c.histogram.size(), " bins");
-    for (size_t i = 0; i < c.percentiles.size(); ++i) {
-      const Percentile& p = c.percentiles[i];
-      if (!(p.percent >= 0 && p.percent <= 100) || !std::isfinite(p.value) ||
-          (i > 0 && (p.percent <= c.percentiles[i - 1].percent || p.value < c.percentiles[i - 1].value)))
-        fail(code, "channel ", c.name, ": percentiles do not rise");
-    }
-    if (!c.frames.empty() && c.frames.size() != info.lattice.dims[3])
-      fail(code, "channel ", c.name, ": ranges of ", c.frames.size(), " frames");
-    for (const Range& r : c.frames)
-      if (!is_range(r)) fail(code, "channel ", c.name, ": range of a frame from ", r.low, " to ", r.high);
-    const ResidualInfo& fix = c.residuals;
-    if (!(fix.step >= 0 && fix.bound >= 0) || !std::isfinite(fix.step) || !std::isfinite(fix.bound))
-      fail(code, "channel ", c.name, ": corrections in steps of ", fix.step, ", bound ", fix.bound);
-    if (fix.base && !std::isfinite(*fix.base))
-      fail(code, "channel ", c.name, ": corrections of a field above ", *fix.base);
-    for (const auto* frames : {&fix.frames, &fix.tables})
-      if (!frames->empty() && (frames->size() != info.lattice.dims[3] || fix.step == 0))
-        fail(code, "channel ", c.name, ": corrections of ", frames->size(), " frames");
-    if (fix.shape > CorrectionShape::smooth)
-      fail(code, "channel ", c.name, ": corrections of shape ", static_cast<int>(fix.shape));
-    if (!c.masks.empty() && c.masks.size() != info.lattice.dims[3])
+    check_values(c, frames, code);
+    check_corrections(c, frames, code);
+    if (!c.masks.empty() && c.masks.size() != frames)
       fail(code, "channel ", c.name, ": masks of ", c.masks.size(), " frames");
-    const auto sites = static_cast<uint64_t>(info.lattice.sites());
     if (c.sites_kept > sites || c.holes > c.sites_kept)
       fail(code, "channel ", c.name, ": ", c.sites_kept, " kept sites of ", sites, ", ", c.holes, " holes");
   }
