@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parses the XML of a .vti file up to its appended data and decodes its arrays, written as text, base64 or
-// raw bytes, in one piece or in zlib blocks.
+// Parses the XML of a .vti file up to its appended data, and finds there or behind it what arrays hold.
 #include "readers/vti/vti_file.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 #include <ranges>
 
-#include "readers/decoders.h"
 #include "readers/error.h"
-#include "readers/vti/base64.h"
 #include "readers/vti/xml.h"
 
 namespace bcc4 {
@@ -39,28 +35,6 @@ std::string read_header_text(InputFile& file, uint64_t& appended) {
     if (got < chunk) return text;
   }
 }
-
-// Where the bytes of an array come from: the file or base64 text.
-struct Source {
-  const std::string& path;
-  InputFile* file = nullptr;
-  uint64_t offset = 0;
-  std::string_view base64{};
-
-  [[nodiscard]] uint64_t left() const {
-    if (!file) return base64.size() / 4 * 3 + 3;
-    return offset < file->size() ? file->size() - offset : 0;
-  }
-  Bytes take(uint64_t bytes) {
-    if (bytes > left())
-      fail_input(path, ": ", bytes, " bytes of data are declared where ", left(), " are left");
-    if (!file) return take_base64(base64, bytes, path);
-    Bytes out(bytes);
-    file->read(offset, out);
-    offset += bytes;
-    return out;
-  }
-};
 
 // "" where there is none.
 std::string_view attribute(pugi::xml_node e, const char* key) { return e.attribute(key).value(); }
@@ -97,11 +71,11 @@ VtiFile::VtiFile(const std::string& path)
   if (root.name() != std::string_view("VTKFile") || attribute(root, "type") != "ImageData")
     fail_input(path, ": not a VTK ImageData file (.vti)");
   const std::string_view compressor = attribute(root, "compressor");
-  compressed_ = !compressor.empty();
-  if (compressed_ && compressor != "vtkZLibDataCompressor")
+  coding_.compressed = !compressor.empty();
+  if (coding_.compressed && compressor != "vtkZLibDataCompressor")
     fail_input(path, ": compressed with ", compressor, ", which cannot be read; vtkZLibDataCompressor can");
-  swap_ = needs_swap(attribute(root, "byte_order") == "BigEndian");
-  count_size_ = attribute(root, "header_type") == "UInt64" ? 8 : 4;
+  coding_.swap = needs_swap(attribute(root, "byte_order") == "BigEndian");
+  coding_.count_size = attribute(root, "header_type") == "UInt64" ? 8 : 4;
   if (!image) fail_input(path, ": no ImageData element");
   const auto pieces = std::ranges::distance(image.children("Piece"));
   if (pieces != 1) fail_input(path, ": ", pieces, " pieces; files of one piece can be read");
@@ -179,108 +153,38 @@ void VtiFile::find_arrays(pugi::xml_node piece) {
 
 std::string VtiFile::storage(const VtiArray& array) const {
   return concat(type_name(array.type), ", ", attribute(array.element, "format"),
-                compressed_ ? ", zlib blocks" : "");
+                coding_.compressed ? ", zlib blocks" : "");
 }
 
-uint64_t VtiFile::load_count(std::span<const std::byte> at) const {
-  std::byte bytes[8]{};
-  std::copy_n(at.begin(), count_size_, bytes);
-  if (swap_) std::reverse(bytes, bytes + count_size_);
-  uint64_t value = 0;
-  if (count_size_ == 4) {
-    uint32_t narrow = 0;
-    std::memcpy(&narrow, bytes, 4);
-    value = narrow;
-  } else {
-    std::memcpy(&value, bytes, 8);
+VtiSource VtiFile::source_of(pugi::xml_node e, const VtiContent& content, std::string& text) {
+  VtiSource source{path_};
+  const std::string_view format = attribute(e, "format");
+  if (format == "binary") {
+    source.base64 = e.child_value();
+    return source;
   }
-  return value;
+  if (format != "appended") content.refuse(" has the unknown format \"", format, "\"");
+  const auto offset = parse_number<uint64_t>(attribute(e, "offset"));
+  if (!offset || appended_ == 0 || *offset > file_.size() - appended_)
+    content.refuse(" has no data at offset ", attribute(e, "offset"));
+  if (appended_base64_) {
+    text.resize(file_.size() - appended_ - *offset);
+    file_.read(appended_ + *offset, std::as_writable_bytes(std::span(text)));
+    text.resize(std::min(text.find('<'), text.size()));
+    source.base64 = text;
+  } else {
+    source.file = &file_;
+    source.offset = appended_ + *offset;
+  }
+  return source;
 }
 
 Bytes VtiFile::decode(pugi::xml_node e, Type type, uint64_t count) {
-  const uint64_t expected = count * type_size(type);
-  const std::string_view format = attribute(e, "format");
-  const auto refuse_size = [&](uint64_t bytes) {
-    fail_input(path_, ": array ", attribute(e, "Name"), " holds ", bytes, " bytes, but ", count, " values x ",
-               type_size(type), " bytes = ", expected, " are expected");
-  };
-  if (format == "ascii") {
-    const auto words = split(e.child_value());
-    if (words.size() != count) refuse_size(words.size() * type_size(type));
-    Bytes out(expected);
-    for (size_t i = 0; i < count; ++i)
-      if (!parse_value(words[i], type, out.data() + i * type_size(type)))
-        fail_input(path_, ": \"", words[i].substr(0, 40), "\" in array ", attribute(e, "Name"), " is no ",
-                   type_name(type));
-    return out;
-  }
-  Source source{path_};
-  std::string appended_text;
-  if (format == "appended") {
-    const auto offset = parse_number<uint64_t>(attribute(e, "offset"));
-    if (!offset || appended_ == 0 || *offset > file_.size() - appended_)
-      fail_input(path_, ": array ", attribute(e, "Name"), " has no data at offset ", attribute(e, "offset"));
-    if (appended_base64_) {
-      appended_text.resize(file_.size() - appended_ - *offset);
-      file_.read(appended_ + *offset, std::as_writable_bytes(std::span(appended_text)));
-      appended_text.resize(std::min(appended_text.find('<'), appended_text.size()));
-      source.base64 = appended_text;
-    } else {
-      source.file = &file_;
-      source.offset = appended_ + *offset;
-    }
-  } else if (format == "binary") {
-    source.base64 = e.child_value();
-  } else {
-    fail_input(path_, ": array ", attribute(e, "Name"), " has the unknown format \"", format, "\"");
-  }
-
-  Bytes out;
-  if (!compressed_) { // one count, then the bytes, in one base64 run
-    if (expected > source.left()) refuse_size(source.left());
-    const Bytes all = source.take(count_size_ + expected);
-    if (load_count(all) != expected) refuse_size(load_count(all));
-    out.assign(all.begin() + static_cast<std::ptrdiff_t>(count_size_), all.end());
-  } else { // block count, block size, size of the last block, compressed sizes; then the blocks
-    std::string_view rewind = source.base64;
-    const Bytes head = source.take(3 * count_size_);
-    const uint64_t blocks = load_count(head), block = load_count(std::span(head).subspan(count_size_)),
-                   last = load_count(std::span(head).subspan(2 * count_size_));
-    if (blocks > source.left() / count_size_ || block > largest_inflated(file_.size()) ||
-        (blocks > 0 && (blocks - 1) * block + (last ? last : block) != expected) ||
-        (blocks == 0 && expected != 0))
-      fail_input(path_, ": array ", attribute(e, "Name"), " declares ", blocks, " blocks of ", block,
-                 " bytes, but ", expected, " bytes are expected");
-    if (expected > largest_inflated(source.left()))
-      fail_input(path_, ": ", source.left(), " compressed bytes cannot hold ", expected);
-    Bytes sizes;
-    if (source.file) {
-      sizes = source.take(blocks * count_size_);
-    } else { // the whole head is one base64 run
-      source.base64 = rewind;
-      const Bytes whole = source.take((3 + blocks) * count_size_);
-      sizes.assign(whole.begin() + static_cast<std::ptrdiff_t>(3 * count_size_), whole.end());
-    }
-    uint64_t compressed = 0;
-    for (uint64_t b = 0; b < blocks; ++b) {
-      const uint64_t size = load_count(std::span(sizes).subspan(b * count_size_));
-      if (size > source.left())
-        fail_input(path_, ": block ", b, " of array ", attribute(e, "Name"), " is cut off");
-      compressed += size;
-    }
-    const Bytes data = source.take(compressed);
-    out.resize(expected);
-    uint64_t from = 0, to = 0;
-    for (uint64_t b = 0; b < blocks; ++b) {
-      const uint64_t size = load_count(std::span(sizes).subspan(b * count_size_));
-      const uint64_t room = b + 1 == blocks && last ? last : block;
-      if (!inflate_block(std::span(data).subspan(from, size), std::span(out).subspan(to, room)))
-        fail_input(path_, ": block ", b, " of array ", attribute(e, "Name"), " is damaged");
-      from += size;
-      to += room;
-    }
-  }
-  if (swap_) swap_bytes(out, type_size(type));
+  const VtiContent content{path_, attribute(e, "Name"), type, count, file_.size()};
+  if (attribute(e, "format") == "ascii") return decode_text(e.child_value(), content);
+  std::string text; // appended base64
+  Bytes out = decode_bytes(source_of(e, content, text), coding_, content);
+  if (coding_.swap) swap_bytes(out, type_size(type));
   return out;
 }
 

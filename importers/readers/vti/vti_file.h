@@ -16,6 +16,7 @@
 #include "readers/affine.h"
 #include "readers/byte_stream.h"
 #include "readers/frame_reader.h"
+#include "readers/vti/vti_data.h"
 
 namespace bcc4 {
 
@@ -50,8 +51,9 @@ class VtiFile {
   void find_appended(pugi::xml_node element);
   void find_time(pugi::xml_node fields);
   void find_arrays(pugi::xml_node piece);
+  // Finds where the bytes of an array are; `text` is room for appended base64.
+  [[nodiscard]] VtiSource source_of(pugi::xml_node element, const VtiContent& content, std::string& text);
   [[nodiscard]] Bytes decode(pugi::xml_node element, Type type, uint64_t count);
-  [[nodiscard]] uint64_t load_count(std::span<const std::byte> at) const;
 
   std::string path_;
   InputFile file_;
@@ -59,8 +61,7 @@ class VtiFile {
   std::string text_;      // what the document stands in, without appended data
   pugi::xml_document document_;
   bool appended_base64_ = false;
-  bool swap_ = false, compressed_ = false;
-  size_t count_size_ = 4; // bytes of a block count or size
+  VtiCoding coding_;
   std::array<uint64_t, 3> dims_{};
   Affine affine_{};
   bool cell_data_ = false;
