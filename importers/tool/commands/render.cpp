@@ -235,6 +235,67 @@ Volume open_for_pictures(const Device& device, const RenderArguments& a) {
   return smooth ? open_volume(device, a.file, "default") : std::move(volume);
 }
 
+// Gives the renderer its transfer function, which `look` makes where nobody chose one, and writes it where
+// that is asked for. Returns its colours.
+std::vector<std::array<double, 4>> set_function(const Scene& scene, const bccsplat_look& look,
+                                                const bccsplat_channel_info& info) {
+  const RenderArguments& a = scene.a;
+  const auto f = transfer_function(slice_function(a), info, look);
+  if (!f) return colors_of(look);
+  const bccsplat_transfer_function t = as_struct(*f);
+  check(bccsplat_renderer_set_transfer_function(scene.renderer.get(), &t),
+        a.tf.empty() ? "transfer function" : a.tf);
+  if (!a.dump_tf.empty()) write_text(a.dump_tf, paraview_json(*f, a.colormap.empty() ? "bcc4" : a.colormap));
+  return f->colors;
+}
+
+std::vector<RenderTimes> draw_pictures(Scene& scene, const std::vector<Picture>& pictures) {
+  Progress progress("render", pictures.size(), false, scene.a.common.quiet);
+  std::vector<RenderTimes> times;
+  for (size_t i = 0; i < pictures.size(); ++i) {
+    stop_if_interrupted();
+    times.push_back(scene.draw(pictures[i], i));
+    progress.update(i + 1, concat(pictures[i].path, "  ", i + 1, " of ", pictures.size()));
+  }
+  scene.output.finish();
+  progress.clear();
+  return times;
+}
+
+void write_stats(const Scene& scene, const std::vector<RenderTimes>& times) {
+  const bccsplat_volume_info info = volume_info(scene.volume);
+  Json json = stats_json(times.front(), info);
+  if (scene.a.frames || times.size() > 1) {
+    json["frames"] = Json::array();
+    for (const RenderTimes& t : times) json["frames"].push_back(stats_json(t, info));
+  }
+  write_text(scene.a.stats, json.dump(2) + "\n");
+}
+
+void print_times(const Scene& scene, const RenderTimes& times) {
+  const bccsplat_render_stats s = median_stats(times);
+  std::printf("%s: %u x %u, %s ms after %s ms of slicing, %llu of %llu points, %llu sheets%s\n",
+              scene.a.output.c_str(), scene.camera.size[0], scene.camera.size[1],
+              short_number(s.ms_total, 3).c_str(), short_number(times.slice.milliseconds, 3).c_str(),
+              static_cast<unsigned long long>(s.points_after_cull),
+              static_cast<unsigned long long>(s.points_total), static_cast<unsigned long long>(s.sheets),
+              scene.output.in_words().c_str());
+}
+
+void refuse_outputs(const RenderArguments& a, const std::vector<Picture>& pictures) {
+  for (const Picture& p : pictures) refuse_existing(p.path, true);
+  for (const std::string* out : {&a.stats, &a.dump_tf})
+    if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
+}
+
+Renderer create_renderer(const Device& device, const bccsplat_render_options& options) {
+  bccsplat_renderer* created = nullptr;
+  check(bccsplat_renderer_create(device.get(), &created), "");
+  Renderer renderer(created);
+  check(bccsplat_renderer_set_options(created, &options), "render options");
+  return renderer;
+}
+
 Exit run_render(RenderArguments a) {
   check_arguments(a);
   const CameraChoice camera = choose_camera(a);
@@ -247,9 +308,7 @@ Exit run_render(RenderArguments a) {
   const size_t cameras = camera.file ? camera.file->cameras.size() : 1;
   choose_moment(volume, a, cameras > 1);
   const std::vector<Picture> pictures = picture_sequence(volume, a, cameras);
-  for (const Picture& p : pictures) refuse_existing(p.path, true);
-  for (const std::string* out : {&a.stats, &a.dump_tf})
-    if (!out->empty()) refuse_existing(*out, true), refuse_source_as_output(*out, a.file);
+  refuse_outputs(a, pictures);
 
   if (!a.iso.empty() && a.mode == BCCSPLAT_MODE_DEFAULT) a.mode = BCCSPLAT_MODE_ISOSURFACE;
   // Several surfaces are told apart by the colours of their values; one has one.
@@ -258,63 +317,29 @@ Exit run_render(RenderArguments a) {
   tell_look(a, look);
   const bccsplat_channel_info info = channel_info(volume, channel);
   const auto output = picture_output(a, device, {camera.size[0], camera.size[1]}, pictures.size());
-  bccsplat_renderer* created = nullptr;
-  check(bccsplat_renderer_create(device.get(), &created), "");
-  Scene scene{a,
-              device,
-              volume,
-              channel,
-              camera,
-              render_options(a, look),
-              Renderer(created),
-              std::nullopt,
-              open_ms,
-              *output,
-              least_background(look, info.air),
-              std::nullopt,
-              std::nullopt};
-  check(bccsplat_renderer_set_options(created, &scene.options), "render options");
-  std::vector<std::array<double, 4>> colors = colors_of(look);
-  if (const auto f = transfer_function(slice_function(a), info, look)) {
-    const bccsplat_transfer_function t = as_struct(*f);
-    colors = f->colors;
-    check(bccsplat_renderer_set_transfer_function(scene.renderer.get(), &t),
-          a.tf.empty() ? "transfer function" : a.tf);
-    if (!a.dump_tf.empty())
-      write_text(a.dump_tf, paraview_json(*f, a.colormap.empty() ? "bcc4" : a.colormap));
-  }
+  const bccsplat_render_options options = render_options(a, look);
+  Scene scene{.a = a,
+              .device = device,
+              .volume = volume,
+              .channel = channel,
+              .camera = camera,
+              .options = options,
+              .renderer = create_renderer(device, options),
+              .trail_function = std::nullopt,
+              .open_ms = open_ms,
+              .output = *output,
+              .least_background = least_background(look, info.air),
+              .exposure = std::nullopt,
+              .annotation = std::nullopt};
+  std::vector<std::array<double, 4>> colors = set_function(scene, look, info);
   if (const FunctionChoice choice = trail_function(a); choice.always)
     scene.trail_function = transfer_function(choice, info, look);
-
   if (a.annotate)
-    scene.annotation.emplace(a, volume, channel, std::move(colors), scene.options.iso_value, pictures);
+    scene.annotation.emplace(a, volume, channel, std::move(colors), options.iso_value, pictures);
 
-  Progress progress("render", pictures.size(), false, a.common.quiet);
-  std::vector<RenderTimes> times;
-  for (size_t i = 0; i < pictures.size(); ++i) {
-    stop_if_interrupted();
-    times.push_back(scene.draw(pictures[i], i));
-    progress.update(i + 1, concat(pictures[i].path, "  ", i + 1, " of ", pictures.size()));
-  }
-  output->finish();
-  progress.clear();
-  if (!a.stats.empty()) {
-    Json json = stats_json(times.front(), volume_info(volume));
-    if (a.frames || pictures.size() > 1) {
-      json["frames"] = Json::array();
-      for (const RenderTimes& t : times) json["frames"].push_back(stats_json(t, volume_info(volume)));
-    }
-    write_text(a.stats, json.dump(2) + "\n");
-  }
-  if (!a.common.quiet) {
-    const bccsplat_render_stats s = median_stats(times.back());
-    std::printf("%s: %u x %u, %s ms after %s ms of slicing, %llu of %llu points, %llu sheets%s\n",
-                a.output.c_str(), camera.size[0], camera.size[1], short_number(s.ms_total, 3).c_str(),
-                short_number(times.back().slice.milliseconds, 3).c_str(),
-                static_cast<unsigned long long>(s.points_after_cull),
-                static_cast<unsigned long long>(s.points_total), static_cast<unsigned long long>(s.sheets),
-                output->in_words().c_str());
-  }
+  const std::vector<RenderTimes> times = draw_pictures(scene, pictures);
+  if (!a.stats.empty()) write_stats(scene, times);
+  if (!a.common.quiet) print_times(scene, times.back());
   return Exit::ok;
 }
 

@@ -173,7 +173,7 @@ double air_of(const Channel& channel, const WriterSettings& settings) {
 
 namespace {
 
-// Unless one is asked for: that which gives the frames back that a Cartesian lattice keeps.
+// Returns the kernel that gives the frames back that a Cartesian lattice keeps, unless one is asked for.
 std::string kernel_of(const WriterSettings& s) {
   const auto distance = [&](size_t axis) {
     const double otherwise = axis == 3 ? s.time_scale : s.scale;
@@ -184,81 +184,103 @@ std::string kernel_of(const WriterSettings& s) {
   return s.kernel.empty() && whole && s.store != BCCSPLAT_STORE_COEFFICIENTS ? "exact" : s.kernel;
 }
 
-} // namespace
+void set_range(bccsplat_channel_options& options, double low, double high) {
+  options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
+  options.range[0] = low, options.range[1] = high;
+}
 
-Writer create_writer(const Device& device, const std::string& path, const SeriesDescription& series,
-                     const WriterSettings& settings, const std::vector<ChannelScan>& scans, uint64_t frames,
-                     const bccsplat_series_part* part, const bccsplat_write_stream* stream) {
+// The texts are those of `channel`. scan: of a channel whose range is needed.
+bccsplat_channel_options channel_options(const Channel& channel, const WriterSettings& settings,
+                                         const StepCoding& coding, const ChannelScan* scan) {
+  auto options = sized<bccsplat_channel_options>();
+  options.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
+  options.name = channel.name.c_str();
+  options.unit = channel.unit.empty() ? nullptr : channel.unit.c_str();
+  // Scaled integers are no whole numbers: who gives them back gives floats.
+  options.source_type = channel.scaled() ? BCCSPLAT_TYPE_F32 : library_type(channel.precision);
+  options.value_type = settings.quantize;
+  options.air = air_of(channel, settings);
+  options.air_threshold = settings.air_threshold;
+  if (coding.step > 0) {
+    options.value_type = BCCSPLAT_TYPE_U16;
+    options.value_step = coding.step;
+    set_range(options, coding.range[0], coding.range[1]);
+  } else if (const auto scaled = scaled_coding(channel, settings)) {
+    options.value_type = scaled->type;
+    options.value_step = scaled->step;
+    set_range(options, scaled->range[0], scaled->range[1]);
+  } else if (needs_range(channel, settings)) {
+    // Air must have a code of its own, and a range some width.
+    const double low = scan->empty() ? options.air : std::min(scan->min, options.air);
+    const double high = scan->empty() ? options.air : std::max(scan->max, options.air);
+    set_range(options, low, high > low ? high : low + 1);
+  }
+  return options;
+}
+
+// The options of a writer and the texts that they point to.
+struct SeriesOptions {
+  SeriesOptions(const SeriesDescription& series, const WriterSettings& settings,
+                const std::vector<ChannelScan>& scans);
+  SeriesOptions(const SeriesOptions&) = delete;
+  SeriesOptions& operator=(const SeriesOptions&) = delete;
+
   std::vector<bccsplat_channel_options> channels;
+  std::string spatial_unit, time_unit, kernel;
+  bccsplat_writer_options options = sized<bccsplat_writer_options>();
+};
+
+const char* text_or_null(const std::string& text) { return text.empty() ? nullptr : text.c_str(); }
+
+SeriesOptions::SeriesOptions(const SeriesDescription& series, const WriterSettings& settings,
+                             const std::vector<ChannelScan>& scans)
+    : spatial_unit(utf8_of(series.spatial_unit)), time_unit(utf8_of(series.times.unit)),
+      kernel(kernel_of(settings)) {
   bool has_fill = false;
   for (size_t c = 0; c < series.channels.size(); ++c) {
-    const Channel& channel = series.channels[c];
-    auto options = sized<bccsplat_channel_options>();
-    options.set_mask = BCCSPLAT_CHANNEL_SET_AIR;
-    options.name = channel.name.c_str();
-    options.unit = channel.unit.empty() ? nullptr : channel.unit.c_str();
-    // Scaled integers are no whole numbers: who gives them back gives floats.
-    options.source_type = channel.scaled() ? BCCSPLAT_TYPE_F32 : library_type(channel.precision);
-    options.value_type = settings.quantize;
-    options.air = air_of(channel, settings);
-    options.air_threshold = settings.air_threshold;
-    if (step_of(settings, c) > 0) {
-      const StepCoding& coding = settings.steps[c];
-      options.value_type = BCCSPLAT_TYPE_U16;
-      options.value_step = coding.step;
-      options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
-      options.range[0] = coding.range[0], options.range[1] = coding.range[1];
-    } else if (const auto scaled = scaled_coding(channel, settings)) {
-      options.value_type = scaled->type;
-      options.value_step = scaled->step;
-      options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
-      options.range[0] = scaled->range[0], options.range[1] = scaled->range[1];
-    } else if (needs_range(channel, settings)) {
-      const ChannelScan& scan = scans[c];
-      // Air must have a code of its own, and a range some width.
-      const double low = scan.empty() ? options.air : std::min(scan.min, options.air);
-      double high = scan.empty() ? options.air : std::max(scan.max, options.air);
-      if (!(high > low)) high = low + 1;
-      options.set_mask |= BCCSPLAT_CHANNEL_SET_RANGE;
-      options.range[0] = low;
-      options.range[1] = high;
-    }
-    has_fill |= channel.has_fill;
-    channels.push_back(options);
+    channels.push_back(channel_options(series.channels[c], settings,
+                                       c < settings.steps.size() ? settings.steps[c] : StepCoding{},
+                                       c < scans.size() ? &scans[c] : nullptr));
+    has_fill |= series.channels[c].has_fill;
   }
-
-  auto options = sized<bccsplat_writer_options>();
+  options.channel_count = static_cast<uint32_t>(channels.size());
+  options.channels = channels.data();
   for (size_t a = 0; a < 3; ++a) options.dims[a] = static_cast<uint32_t>(series.dims[a]);
-  options.dims[3] = static_cast<uint32_t>(frames);
+  std::copy(series.affine.begin(), series.affine.end(), options.affine);
+  options.spatial_unit = text_or_null(spatial_unit);
+  options.time_unit = text_or_null(time_unit);
   options.lattice = settings.lattice;
   options.filter = settings.filter;
   options.lowpass = settings.lowpass ? 1 : 0;
   options.ends = settings.ends;
   options.faces = settings.faces;
   options.periodic_axes = static_cast<uint32_t>(settings.periodic);
-  options.store = settings.store;
-  options.levels = stream ? 0 : settings.levels; // who compares files of a stream looks at level 0
-  options.nonfinite = settings.nonfinite;
-  if (has_fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT)
-    options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
-  options.overwrite = settings.overwrite;
-  options.channel_count = static_cast<uint32_t>(channels.size());
-  options.channels = channels.data();
-  std::copy(series.affine.begin(), series.affine.end(), options.affine);
-  const std::string spatial_unit = utf8_of(series.spatial_unit), time_unit = utf8_of(series.times.unit);
-  options.spatial_unit = spatial_unit.empty() ? nullptr : spatial_unit.c_str();
-  options.time_unit = time_unit.empty() ? nullptr : time_unit.c_str();
   options.scale = settings.scale;
   options.time_scale = settings.time_scale;
   std::copy(settings.scales.begin(), settings.scales.end(), options.scales);
+  options.store = settings.store;
+  options.levels = settings.levels;
+  options.nonfinite = settings.nonfinite;
+  if (has_fill && settings.nonfinite == BCCSPLAT_NONFINITE_DEFAULT)
+    options.nonfinite = BCCSPLAT_NONFINITE_HOLE;
   options.abs_error = settings.abs_error;
   options.psnr = settings.psnr;
   options.measure = settings.measure;
-  const std::string kernel = kernel_of(settings);
-  options.recommended_kernel = kernel.empty() ? nullptr : kernel.c_str();
+  options.recommended_kernel = text_or_null(kernel);
+  options.overwrite = settings.overwrite;
   options.cancel_token = interrupt_token();
-  options.part = part;
+}
 
+} // namespace
+
+Writer create_writer(const Device& device, const std::string& path, const SeriesDescription& series,
+                     const WriterSettings& settings, const std::vector<ChannelScan>& scans, uint64_t frames,
+                     const bccsplat_series_part* part, const bccsplat_write_stream* stream) {
+  SeriesOptions made(series, settings, scans);
+  bccsplat_writer_options& options = made.options;
+  options.dims[3] = static_cast<uint32_t>(frames);
+  options.part = part;
+  if (stream) options.levels = 0; // who compares files of a stream looks at level 0
   bccsplat_writer* writer = nullptr;
   if (path.empty()) {
     auto nowhere = sized<bccsplat_write_stream>();
