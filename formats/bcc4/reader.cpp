@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opens a file, finds the chunks of a slab in its index, reads and decodes them; when salvaging, what is
-// damaged becomes holes.
+// Finds the chunks of a slab in the index of a file, reads and decodes them; when salvaging, what is damaged
+// becomes holes.
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <numeric>
-#include <tuple>
 
 #include "base/would_block.h"
 #include "formats/bcc4/bcc4.h"
@@ -13,7 +10,6 @@
 #include "formats/bcc4/coding/layer_codes.h"
 #include "formats/bcc4/coding/spread.h"
 #include "formats/bcc4/field_base.h"
-#include "formats/bcc4/metadata.h"
 #include "formats/bcc4/reader_state.h"
 
 namespace bccsplat {
@@ -45,70 +41,6 @@ std::vector<std::byte> Bcc4Reader::State::read_block(const BlockRef& ref, std::s
   std::vector<std::byte> stored(ref.padded());
   read(ref.offset, stored);
   return unpack_block(ref, stored, what);
-}
-
-// The series as far as an unfinished file can be looked at: of fewer frames, on the layers that are there.
-VolumeInfo Bcc4Reader::State::shown_part(const std::string& name, uint16_t lowest_version) const {
-  const uint32_t frames = root.frames;
-  if (lowest_version < 3)
-    fail(Code::corrupt, name, ": it says that readers of version ", lowest_version,
-         " can read it, but is unfinished, which came with version 3");
-  if (frames > info.lattice.dims[3])
-    fail(Code::corrupt, name, ": the root says that ", frames, " frames can be looked at, the series has ",
-         info.lattice.dims[3]);
-  VolumeInfo part = info;
-  part.unfinished = true;
-  part.lattice.dims[3] = frames;
-  for (LevelInfo& level : part.levels) level.lattice.dims[3] = frames;
-  const auto cut = [&](auto& list) {
-    if (!list.empty()) list.resize(frames);
-  };
-  cut(part.time.times);
-  for (ChannelInfo& c : part.channels)
-    cut(c.frames), cut(c.residuals.frames), cut(c.residuals.tables), cut(c.masks);
-  return part;
-}
-
-void Bcc4Reader::State::open() {
-  const std::string& name = source->name();
-  std::vector<std::byte> head(std::min(source->size(), preamble_bytes));
-  read(0, head);
-  Preamble preamble = read_preamble(head, name);
-  root = *preamble.root;
-  root_damaged = preamble.root_damaged;
-  if (root.file_bytes > source->size() && !limits.salvage)
-    fail(Code::truncated, name, ": ", source->size(), " bytes of ", root.file_bytes, "; it was cut short");
-  if (root.metadata.decoded > limits.metadata_bytes)
-    fail(Code::limit_exceeded, name, ": metadata of ", root.metadata.decoded, " bytes, the limit is ",
-         limits.metadata_bytes);
-  if (root.directory.decoded > limits.directory_bytes)
-    fail(Code::limit_exceeded, name, ": index directory of ", root.directory.decoded, " bytes, the limit is ",
-         limits.directory_bytes);
-  std::vector<std::byte> metadata, directory;
-  Attempts attempts; // both before an opening that has to wait gives up
-  attempts.attempt([&] { metadata = read_block(root.metadata, "metadata"); });
-  if (attempts.waits()) attempts.attempt([&] { directory = read_block(root.directory, "index directory"); });
-  attempts.throw_if_waiting();
-  info = read_metadata(metadata, root.metadata.offset, limits);
-  if (lowest_reader(info) > preamble.lowest_reader)
-    fail(Code::corrupt, name, ": it says that readers of version ", preamble.lowest_reader,
-         " can read it, but holds what came with version ", lowest_reader(info));
-  if (root.unfinished) shown = shown_part(name, preamble.lowest_reader);
-  directory = read_block(root.directory, "index directory");
-  pages = read_directory(directory, info, root, root.directory.offset);
-  for (const ChannelInfo& c : info.channels) bases.push_back(field_base(info, c));
-  for (int level = 0; level < info.level_count(); ++level) {
-    slots.push_back(slot_dims(info.level(level).lattice));
-    for (size_t c = 0; c < bases.size(); ++c) {
-      const Quantiser coding = info.coding({static_cast<int>(c), level});
-      coders.emplace_back(coding);
-      const float zero = stored_base(coding.air, bases[c].value, info.lattice, info.coefficient_kernel);
-      from_base.push_back(zero == coding.air ? coders.back() : SampleCoder(coding, zero));
-    }
-  }
-  bytes.file = root.file_bytes;
-  bytes.runs = root.runs_bytes, bytes.values = root.values_bytes, bytes.index = root.index_bytes;
-  bytes.unused = root.file_bytes - root.runs_bytes - root.values_bytes - root.index_bytes;
 }
 
 std::shared_ptr<const Page> Bcc4Reader::State::load_page(size_t index) const {
@@ -199,12 +131,6 @@ std::vector<ChunkGroup> group_chunks(std::span<const Bcc4Chunk> chunks, uint64_t
 
 Bcc4Reader::Bcc4Reader(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Bcc4Reader::~Bcc4Reader() = default;
-
-std::shared_ptr<Bcc4Reader> Bcc4Reader::open(std::unique_ptr<ByteSource> source, const Bcc4Limits& limits) {
-  auto state = std::make_unique<State>(std::move(source), limits);
-  state->in_file([&] { state->open(); });
-  return std::shared_ptr<Bcc4Reader>(new Bcc4Reader(std::move(state)));
-}
 
 const VolumeInfo& Bcc4Reader::info() const { return state_->shown ? *state_->shown : state_->info; }
 const Bcc4Bytes& Bcc4Reader::bytes() const { return state_->bytes; }
@@ -304,91 +230,6 @@ std::vector<std::shared_ptr<const ChunkData>> Bcc4Reader::read_chunks(const Chan
   auto out = read_chunks(at, chunks, context, attempts);
   attempts.throw_if_waiting();
   return out;
-}
-
-namespace {
-
-// The block of a frame; null where it has none.
-const BlockRef* block_of(const std::vector<BlockRef>& frames, uint64_t frame) {
-  return frame < frames.size() && frames[frame].stored > 0 ? &frames[frame] : nullptr;
-}
-
-} // namespace
-
-FrameResiduals Bcc4Reader::State::residuals(int channel, uint64_t frame) const {
-  const ResidualInfo& fix = info.channels.at(static_cast<size_t>(channel)).residuals;
-  const BlockRef* ref = block_of(fix.frames, frame);
-  if (!ref) return {};
-  check_block_ref(*ref, "corrections", root.file_bytes);
-  const auto& n = info.lattice.dims;
-  FrameResiduals all =
-      read_residuals(read_block(*ref, "corrections"), uint64_t{n[0]} * n[1] * n[2], ref->offset);
-  if (fix.local && !all.add.empty())
-    fail(Code::corrupt, "corrections at offset ", ref->offset, ": some to add, which stand in bricks");
-  return all;
-}
-
-std::vector<CorrectionBrick> Bcc4Reader::State::correction_bricks(int channel, uint64_t frame) const {
-  const BlockRef* ref = block_of(info.channels.at(static_cast<size_t>(channel)).residuals.tables, frame);
-  if (!ref) return {};
-  check_block_ref(*ref, "table of corrections", root.file_bytes);
-  return read_correction_table(read_block(*ref, "table of corrections"), CorrectionBricks(info.lattice.dims),
-                               ref->offset, root.file_bytes);
-}
-
-ResidualList Bcc4Reader::State::corrections(int channel, const CorrectionBrick& brick) const {
-  constexpr auto edge = static_cast<uint64_t>(correction_edge);
-  ResidualList list =
-      read_corrections(read_block(brick.block, "corrections"), edge * edge * edge, brick.block.offset);
-  CorrectionBricks(info.lattice.dims)
-      .check(brick, list, info.channels.at(static_cast<size_t>(channel)).residuals.step);
-  return list;
-}
-
-namespace {
-
-// What read() returns; nothing where it fails on what a salvaged file goes without.
-template<class Read> auto read_or_leave(const Bcc4Reader& reader, const Read& read) -> decltype(read()) {
-  try {
-    return read();
-  } catch (const Error& e) {
-    if (!reader.goes_without(e)) throw;
-    return {};
-  }
-}
-
-} // namespace
-
-FrameResiduals Bcc4Reader::residuals(int channel, uint64_t frame) const {
-  return read_or_leave(*this,
-                       [&] { return state_->in_file([&] { return state_->residuals(channel, frame); }); });
-}
-std::vector<CorrectionBrick> Bcc4Reader::correction_bricks(int channel, uint64_t frame) const {
-  return read_or_leave(
-      *this, [&] { return state_->in_file([&] { return state_->correction_bricks(channel, frame); }); });
-}
-ResidualList Bcc4Reader::corrections(int channel, const CorrectionBrick& brick) const {
-  return read_or_leave(*this,
-                       [&] { return state_->in_file([&] { return state_->corrections(channel, brick); }); });
-}
-
-void Bcc4Reader::mask_runs(int channel, uint64_t frame, const MaskRunBody& body) const {
-  const BlockRef* ref = block_of(info().channels.at(static_cast<size_t>(channel)).masks, frame);
-  if (!ref) return;
-  const auto& n = info().lattice.dims;
-  state_->in_file([&] {
-    check_block_ref(*ref, "mask", state_->root.file_bytes);
-    read_mask_runs(state_->read_block(*ref, "mask"), uint64_t{n[0]} * n[1] * n[2], ref->offset, body);
-  });
-}
-
-std::vector<std::byte> Bcc4Reader::stored_block(const BlockRef& block, std::string_view what) const {
-  check_block_ref(block, what, state_->root.file_bytes);
-  std::vector<std::byte> stored(block.padded());
-  state_->read(block.offset, stored);
-  if (crc32_of(stored) != block.crc)
-    fail(Code::checksum_mismatch, what, " at offset ", block.offset, ": bad checksum");
-  return stored;
 }
 
 float Bcc4Reader::base(int channel) const { return state_->bases.at(static_cast<size_t>(channel)).value; }

@@ -45,7 +45,10 @@ struct Bcc4Reader::State {
   mutable std::atomic<uint64_t> bytes_read{0};
 
   void open();
-  [[nodiscard]] VolumeInfo shown_part(const std::string& name, uint16_t lowest_version) const;
+  void check_root() const;
+  void read_description(uint16_t lowest_version);
+  void prepare_coders();
+  [[nodiscard]] VolumeInfo shown_part(uint16_t lowest_version) const;
   // Throws unless there are such a channel and level.
   void require(const ChannelLevel& at) const;
   [[nodiscard]] const SampleCoder& coder(const ChannelLevel& at, RelativeTo to = RelativeTo::air) const {
