@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tells a host what a file says of itself: lattice, levels, channels, times, attributes and sources.
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "api/handles.h"
+#include "api/structs.h"
+#include "formats/bcc4/level_error.h"
+
+using namespace bccsplat;
+using namespace bccsplat::api;
+
+extern "C" {
+
+bccsplat_status bccsplat_volume_get_info(const bccsplat_volume* volume, bccsplat_volume_info* info) {
+  return guard([&] {
+    require(volume, "volume");
+    const VolumeInfo& v = volume->info();
+    bccsplat_volume_info out{};
+    out.lattice = static_cast<int32_t>(v.lattice.kind);
+    std::copy(v.lattice.dims.begin(), v.lattice.dims.end(), out.dims);
+    out.cc_samples = v.cc_samples();
+    out.sites_outside = static_cast<uint64_t>(v.lattice.sites_outside(0, v.lattice.layers()));
+    out.sites_total = static_cast<uint64_t>(v.lattice.sites()) - out.sites_outside;
+    out.layer_count = static_cast<uint64_t>(v.lattice.layers());
+    out.scale = v.scale, out.time_scale = v.time_scale;
+    const LatticeScales scales = v.lattice.scales();
+    std::copy(scales.begin(), scales.end(), out.scales);
+    std::copy(v.lattice.before.begin(), v.lattice.before.end(), out.planes_before);
+    std::copy(v.lattice.behind.begin(), v.lattice.behind.end(), out.planes_behind);
+    for (size_t r = 0; r < 3; ++r) {
+      for (size_t c = 0; c < 3; ++c) out.affine[4 * r + c] = v.affine.linear[r][c];
+      out.affine[4 * r + 3] = v.affine.offset[r];
+    }
+    out.affine[15] = 1;
+    out.time_first = v.time.at(0), out.time_last = v.time.at(v.lattice.dims[3] - 1);
+    out.time_periodic = v.lattice.periodic;
+    for (size_t a = 0; a < 3; ++a)
+      if (v.lattice.turns(a)) out.periodic_axes |= 1u << a;
+    out.time_end = volume->times.last();
+    out.mean_voxel = std::cbrt(std::fabs(v.affine.determinant()));
+    out.spatial_unit = v.spatial_unit.c_str(), out.time_unit = v.time.unit.c_str();
+    out.kernel = volume->kernel.name.c_str(), out.recommended_kernel = volume->recommended_kernel.c_str();
+    out.channel_count = static_cast<uint32_t>(v.channels.size());
+    out.time_uniform = v.time.uniform;
+    out.store = v.coefficient_kernel.empty() ? BCCSPLAT_STORE_SAMPLES : BCCSPLAT_STORE_COEFFICIENTS;
+    for (const ChannelInfo& c : v.channels) out.has_holes |= c.holes > 0 || !c.masks.empty();
+    const Bcc4Bytes& bytes = volume->reader->bytes();
+    out.bytes_file = bytes.file, out.bytes_runs = bytes.runs, out.bytes_values = bytes.values,
+    out.bytes_index = bytes.index;
+    out.bytes_read = volume->reader->bytes_read();
+    out.attribute_count = v.attributes.size();
+    if (v.part) out.part_first = v.part->first, out.part_end = v.part->end;
+    out.level_count = static_cast<uint32_t>(v.levels.size());
+    if (v.unfinished) out.frames_expected = std::max(v.expected_frames, v.lattice.dims[3]);
+    write_struct(info, out, "info");
+  });
+}
+
+bccsplat_status bccsplat_volume_get_level_info(const bccsplat_volume* volume, uint32_t level,
+                                               bccsplat_level_info* info) {
+  return guard([&] {
+    require(volume, "volume");
+    const VolumeInfo& v = volume->info();
+    if (level > v.levels.size())
+      fail(Code::not_found, "level ", level, " of a file whose last one is ", v.levels.size());
+    const Lattice4& lattice = v.level(static_cast<int>(level)).lattice;
+    bccsplat_level_info out{};
+    const LatticeScales scales = lattice.scales();
+    std::copy(scales.begin(), scales.end(), out.scales);
+    out.layer_count = static_cast<uint64_t>(lattice.layers());
+    out.sites_total = static_cast<uint64_t>(lattice.sites() - lattice.sites_outside(0, lattice.layers()));
+    for (size_t c = 0; c < v.channels.size(); ++c)
+      out.sites_kept += level == 0 ? v.channels[c].sites_kept : v.levels[level - 1].channels[c].sites_kept;
+    out.bytes = volume->reader->level_bytes(static_cast<int>(level));
+    for (uint32_t c = 0; c < v.channels.size(); ++c)
+      if (const MeasuredError* const e = find_error(v, c, level))
+        out.relative_rmse = std::max(out.relative_rmse, e->rmse / e->range);
+    write_struct(info, out, "info");
+  });
+}
+
+bccsplat_status bccsplat_volume_get_channel_info(const bccsplat_volume* volume, uint32_t channel,
+                                                 bccsplat_channel_info* info) {
+  return guard([&] {
+    require(volume, "volume");
+    const ChannelInfo& c = volume->channel(channel);
+    bccsplat_channel_info out{};
+    // The numbers of the header and of files differ for what only coefficients have.
+    out.value_type = c.type == ValueType::i32 ? BCCSPLAT_TYPE_I32 : static_cast<int32_t>(c.type);
+    out.source_type = static_cast<int32_t>(c.source_type);
+    out.name = c.name.c_str(), out.unit = c.unit.c_str();
+    out.air = c.air, out.air_threshold = c.threshold;
+    out.value_scale = c.scale, out.value_offset = c.offset;
+    out.range[0] = c.source_range.low, out.range[1] = c.source_range.high;
+    out.kept_range[0] = c.kept_range.low, out.kept_range[1] = c.kept_range.high;
+    out.percentile_2 = c.kept_range.low, out.percentile_998 = c.kept_range.high;
+    for (const Percentile& p : c.percentiles) {
+      if (p.percent == 2) out.percentile_2 = p.value;
+      if (p.percent == 99.8) out.percentile_998 = p.value;
+    }
+    out.sites_kept = c.sites_kept, out.cc_relevant = c.cc_relevant, out.holes = c.holes;
+    out.error_bound = c.residuals.bound;
+    if (c.residuals.bound > 0) {
+      const auto error = [&](MeasuredError::Kind kind) {
+        const MeasuredError* const e = find_error(volume->info(), channel, 0, kind);
+        return e ? std::pair(e->rmse, e->largest) : std::pair(0.0, 0.0);
+      };
+      std::tie(out.lattice_rmse, out.lattice_max_abs) = error(MeasuredError::stored);
+      std::tie(out.rmse, out.max_abs) = error(MeasuredError::corrected);
+    }
+    if (const auto& fix = volume->corrections_of[channel]) out.corrections = fix->count();
+    if (const auto& masks = volume->masks_of[channel]) out.missing = masks->count();
+    std::copy_n(c.histogram.begin(), std::min<size_t>(c.histogram.size(), 256), out.histogram);
+    write_struct(info, out, "info");
+  });
+}
+
+bccsplat_status bccsplat_volume_find_channel(const bccsplat_volume* volume, const char* name,
+                                             uint32_t* channel) {
+  return guard([&] {
+    require(volume, "volume"), require(name, "name"), require(channel, "channel");
+    const auto& channels = volume->info().channels;
+    const auto it =
+        std::find_if(channels.begin(), channels.end(), [&](const ChannelInfo& c) { return c.name == name; });
+    if (it == channels.end()) fail(Code::not_found, "no channel named ", name, " in the file");
+    *channel = static_cast<uint32_t>(it - channels.begin());
+  });
+}
+
+bccsplat_status bccsplat_volume_get_times(const bccsplat_volume* volume, double* times, uint64_t capacity,
+                                          uint64_t* count) {
+  return guard([&] {
+    require(volume, "volume");
+    if (capacity > 0) require(times, "times");
+    const uint64_t frames = volume->info().lattice.dims[3];
+    for (uint64_t i = 0; i < std::min(capacity, frames); ++i) times[i] = volume->info().time.at(i);
+    if (count) *count = frames;
+  });
+}
+
+bccsplat_status bccsplat_volume_get_frame_ranges(const bccsplat_volume* volume, uint32_t channel,
+                                                 double* ranges, uint64_t capacity, uint64_t* count) {
+  return guard([&] {
+    require(volume, "volume");
+    const std::vector<Range>& frames = volume->channel(channel).frames;
+    if (capacity > 0) require(ranges, "ranges");
+    for (size_t i = 0; i < std::min<uint64_t>(capacity, frames.size()); ++i)
+      ranges[2 * i] = frames[i].low, ranges[2 * i + 1] = frames[i].high;
+    if (count) *count = frames.size();
+  });
+}
+
+bccsplat_status bccsplat_volume_time_to_index(const bccsplat_volume* volume, double time, double* index) {
+  return guard([&] {
+    require(volume, "volume"), require(index, "index");
+    *index = volume->times.index_of(time);
+  });
+}
+
+bccsplat_status bccsplat_volume_index_to_time(const bccsplat_volume* volume, double index, double* time) {
+  return guard([&] {
+    require(volume, "volume"), require(time, "time");
+    *time = volume->times.time_of(index);
+  });
+}
+
+bccsplat_status bccsplat_volume_get_attribute(const bccsplat_volume* volume, uint64_t index, const char** key,
+                                              const char** value) {
+  return guard([&] {
+    require(volume, "volume"), require(key, "key"), require(value, "value");
+    const auto& attributes = volume->info().attributes;
+    if (index >= attributes.size()) fail(Code::not_found, "attribute ", index, " of ", attributes.size());
+    *key = attributes[index].first.c_str();
+    *value = attributes[index].second.c_str();
+  });
+}
+
+bccsplat_status bccsplat_volume_get_source(const bccsplat_volume* volume, uint64_t index, const char** name,
+                                           uint64_t* bytes, uint32_t* crc32) {
+  return guard([&] {
+    require(volume, "volume");
+    const auto& sources = volume->info().sources;
+    if (index >= sources.size()) fail(Code::not_found, "source ", index, " of ", sources.size());
+    if (name) *name = sources[index].name.c_str();
+    if (bytes) *bytes = sources[index].bytes;
+    if (crc32) *crc32 = sources[index].crc32;
+  });
+}
+
+bccsplat_status bccsplat_volume_find_attribute(const bccsplat_volume* volume, const char* key,
+                                               const char** value) {
+  return guard([&] {
+    require(volume, "volume"), require(key, "key"), require(value, "value");
+    for (const auto& [k, v] : volume->info().attributes)
+      if (k == key) {
+        *value = v.c_str();
+        return;
+      }
+    fail(Code::not_found, "no attribute named ", key);
+  });
+}
+
+} // extern "C"
