@@ -419,7 +419,7 @@ enum {
 typedef int32_t bccsplat_ends;
 enum {
   BCCSPLAT_ENDS_DEFAULT = 0,
-  /* As the frames next to the end foretell, no bolder than these bear out: what moves is nearly as
+  /* As the frames next to the end predict, no bolder than these bear out: what moves is nearly as
    * accurate there as elsewhere. Two more layers stand at each end of the file. Of layers and
    * fields that are given four stand there, and hold what the host knows: frames below 0 and beyond
    * the last are asked for. dims[3] may be unknown. Readers need version 2. */
@@ -440,7 +440,7 @@ enum {
 typedef int32_t bccsplat_faces;
 enum {
   BCCSPLAT_FACES_DEFAULT = 0,
-  /* As the samples next to the face foretell: two more planes of the lattice stand outside each
+  /* As the samples next to the face predict: two more planes of the lattice stand outside each
    * face of the file, but along axes of which they would be more than a fifth. Of layers and fields
    * that are given four stand there, and hold what the host knows: bccsplat_layer_geometry begins
    * outside. Readers need version 3. */

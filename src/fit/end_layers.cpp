@@ -12,7 +12,7 @@ namespace {
 
 constexpr int64_t sites_tried = 1 << 17; // of a frame, about
 // Bolder predictions keep the source frames better (tests/bench/notes/ends.md), and are taken where they
-// foretell as well to a decibel.
+// predict as well to a decibel.
 constexpr double as_good = 1.26;
 
 // Sums positions of a table, each with its factor, into one.

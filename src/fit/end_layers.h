@@ -24,7 +24,7 @@ namespace bccsplat {
 [[nodiscard]] FilterTable layer_table(const Lattice4& lattice, int32_t layer, bool end_known, Filter filter,
                                       double widening);
 
-// Which of the end_noises foretells a frame best of those behind it, at some of the sites. frames: from the
+// Which of the end_noises predicts a frame best of those behind it, at some of the sites. frames: from the
 // end inwards. unit: of packed values.
 [[nodiscard]] uint8_t choose_end_level(const std::vector<const FrameSites*>& frames, const Lattice3& lattice,
                                        float unit, double widening);

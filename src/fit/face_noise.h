@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well the samples next to the faces of a frame are foretold by those inside: what lies outside should be
-// predicted no bolder than that.
+// How well the samples next to the faces of a frame are predicted by those inside: what lies outside should
+// be predicted no bolder than that.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace bccsplat {
 
-// By axis a number of end_noises: the one that foretells the samples on both faces best of those behind
+// By axis a number of end_noises: the one that predicts the samples on both faces best of those behind
 // them.
 using FaceLevels = std::array<uint8_t, 3>;
 inline constexpr FaceLevels usual_face_levels{usual_noise_level, usual_noise_level, usual_noise_level};

@@ -124,7 +124,7 @@ struct PreparedFrame {
   Frame frame; // clamped, or filled in
   const FrameScan& scan;
   HoleMap holes;
-  FaceLevels faces; // how samples beyond its faces are foretold, at all levels
+  FaceLevels faces; // how samples beyond its faces are predicted, at all levels
 };
 // What a fit resamples: a prepared frame, or what it was halved to (halved_frame.h).
 struct FrameImage {

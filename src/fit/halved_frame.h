@@ -32,10 +32,10 @@ struct HalvedFrame {
 
 class FrameHalver {
  public:
-  // dims: of the frames. halved: the axes along which they are. foretold: those beyond whose faces samples
+  // dims: of the frames. halved: the axes along which they are. predicted: those beyond whose faces samples
   // are predicted (face_table.h); beyond the others they are mirror images, or along `turning` axes the
   // samples at the other face.
-  FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& halved, const AxisFlags& foretold,
+  FrameHalver(const std::array<int64_t, 3>& dims, const AxisFlags& halved, const AxisFlags& predicted,
               Filter filter, const AxisFlags& turning = {});
 
   [[nodiscard]] std::array<int64_t, 3> dims() const;
@@ -75,7 +75,7 @@ class FrameHalver {
   [[nodiscard]] const Tables& tables_of(const FaceLevels& faces);
 
   std::array<int64_t, 3> from_;
-  AxisFlags foretold_;
+  AxisFlags predicted_;
   Filter filter_;
   Lattice4 grid_; // of the halved samples
   std::map<FaceLevels, Tables> tables_;

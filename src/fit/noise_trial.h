@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well samples are foretold by those behind them: what lies beyond an end should be predicted no bolder
+// How well samples are predicted by those behind them: what lies beyond an end should be predicted no bolder
 // than that.
 #pragma once
 

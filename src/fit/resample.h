@@ -23,7 +23,7 @@ namespace bccsplat {
 
 class SpatialResampler {
  public:
-  // faces: how samples beyond the faces are foretold, where planes lie outside.
+  // faces: how samples beyond the faces are predicted, where planes lie outside.
   SpatialResampler(const Lattice4& lattice, Filter filter, const FaceLevels& faces = usual_face_levels);
 
   // Returns null for a brick where all samples within its reach are air. The result has the same bits for any

@@ -22,14 +22,14 @@ LevelFrames::LevelFrames(const std::vector<FitOptions>& levels, const Context& c
   used_.push_back(0);
   for (int level = 1; level < static_cast<int>(levels.size()); ++level) {
     const FitOptions& options = levels[static_cast<size_t>(level)];
-    AxisFlags halved{}, foretold{};
+    AxisFlags halved{}, predicted{};
     for (size_t a = 0; a < 3 && !options.lowpass; ++a) {
       halved[a] = dims[a] > 2 && halvings(options, level, a) > done[a];
       done[a] += halved[a] ? 1 : 0;
-      foretold[a] = halved[a] && options.margins[a] > 0;
+      predicted[a] = halved[a] && options.margins[a] > 0;
     }
     if (halved != AxisFlags{}) {
-      halvers_.emplace_back(dims, halved, foretold, options.filter, options.turning);
+      halvers_.emplace_back(dims, halved, predicted, options.filter, options.turning);
       dims = halvers_.back().dims();
     }
     used_.push_back(halvers_.size());

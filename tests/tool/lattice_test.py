@@ -1,4 +1,4 @@
-"""The lattice that import chooses: it fits the spectrum axis by axis, its error is foretold, its values are rounded where
+"""The lattice that import chooses: it fits the spectrum axis by axis, its error is predicted, its values are rounded where
 that adds next to nothing, and all of it is settled before the first chunk."""
 import array
 import math
@@ -31,9 +31,9 @@ class LatticeTest(ToolTest):
         with open(self.path(name), 'rb') as f:
             return f.read()
 
-    def assert_foretold(self, report):
-        foretold, reached = report['plan']['choice']['rounded']['rmse'][0], report['error']['channels'][0]['rmse']
-        self.assertLess(abs(20 * math.log10(foretold / reached)), 1.5, (foretold, reached))
+    def assert_predicted(self, report):
+        predicted, reached = report['plan']['choice']['rounded']['rmse'][0], report['error']['channels'][0]['rmse']
+        self.assertLess(abs(20 * math.log10(predicted / reached)), 1.5, (predicted, reached))
 
     def test_distances_follow_the_spectrum(self):
         for f, coarse in ((slow, True), (fast, False)):
@@ -47,22 +47,23 @@ class LatticeTest(ToolTest):
             self.assertLess(chosen['density'], .62)
             self.assertGreater(chosen['psnr'], cubic['psnr'] + 10)
             self.assertTrue(cubic['tried'])
-            self.assert_foretold(report)
+            self.assert_predicted(report)
             info = self.json('info', 'v.bcc4')
             self.assertEqual((info['lattice'], [round(s, 6) for s in info['scales']]),
                              (chosen['lattice'], [round(s, 6) for s in chosen['distances']]))
             forced = self.imported(args, '--lattice', 'd4star')
             self.assertGreater(forced['error']['channels'][0]['rmse'], 3 * report['error']['channels'][0]['rmse'])
-            self.assert_foretold(forced)
+            self.assert_predicted(forced)
 
-    def assert_all_foretold(self, args):
+    def assert_all_predicted(self, args):
         """What the report says of each candidate is what it gives; of those that were not tried it says nothing."""
         choice = self.imported(args)['plan']['choice']
         for c in choice['candidates']:
             self.assertEqual(c['tried'], c['psnr'] is not None, c['name'])
             if not c['tried']:
-                self.assertFalse({'bytes', 'rmse', 'foretold'} & set(c), c['name'])
+                self.assertFalse({'bytes', 'rmse', 'predicted', 'foretold'} & set(c), c['name'])
                 continue
+            self.assertEqual(c['predicted'], c['foretold'], c['name'])
             given = self.imported(args, '--lattice', c['lattice'], '--scale', ','.join(map(repr, c['scales'])), '--exact',
                                   '--faces', c['faces_predicted'] or 'mirror', '--ends', 'predict' if c['ends_predicted'] else 'mirror')
             reached = given['error']['channels'][0]['psnr']
@@ -80,27 +81,27 @@ class LatticeTest(ToolTest):
                                   for x in range(dims[0]))
         return self.write(name, values), '--dims', ','.join(map(str, dims)), '--dtype', 'f32'
 
-    def test_what_moves_in_a_few_frames_only_is_foretold(self):
+    def test_what_moves_in_a_few_frames_only_is_predicted(self):
         # A jolt in the first frames, in a corner.
         def of_frame(t):
             return 2.3 * t, 20 if t < 4 else .01
 
         def of_row(y, z):
             return .2 * y - .15 * z, math.exp(-((y - 20) / 8) ** 2)
-        self.assert_all_foretold(self.long_series('jolt.raw', (160, 160, 8, 20), of_frame, of_row))
+        self.assert_all_predicted(self.long_series('jolt.raw', (160, 160, 8, 20), of_frame, of_row))
 
-    def test_series_that_end_in_full_swing_are_foretold(self):
+    def test_series_that_end_in_full_swing_are_predicted(self):
         def of_frame(t):
             return .9 * t, 4 + .1 * t
 
         def of_row(y, z):
             return .25 * y + .3 * z, 1
-        self.assert_all_foretold(self.long_series('swing.raw', (48, 48, 40, 48), of_frame, of_row))
+        self.assert_all_predicted(self.long_series('swing.raw', (48, 48, 40, 48), of_frame, of_row))
 
     def test_the_report_says_what_was_chosen(self):
         args = self.raw('a.raw', (24, 22, 20, 18), slow)
         out, _ = self.bcc4('import', *args, '-o', 'v.bcc4')
-        for text in ('foretold', 'instead of d4star, distances ', 'every second frame, blended', 'lossy: values in steps of',
+        for text in (' of the sampled range predicted', 'instead of d4star, distances ', 'every second frame, blended', 'lossy: values in steps of',
                      '--exact keeps'):
             self.assertIn(text, out)
 
@@ -110,7 +111,7 @@ class LatticeTest(ToolTest):
         values = [noise.uniform(0, 9) for _ in range(n[0] * n[1] * n[2] * n[3])]
         at = iter(values)
         args = self.raw('a.raw', n, lambda *_: next(at), 'f64')
-        foretold = self.json('import', *args, '-o', 'v.bcc4')['plan']['choice']['half_the_frames']
+        predicted = self.json('import', *args, '-o', 'v.bcc4')['plan']['choice']['half_the_frames']
         frame, squares = n[0] * n[1] * n[2], 0
         for t in range(1, n[3], 2):
             for i in range(frame):
@@ -118,7 +119,7 @@ class LatticeTest(ToolTest):
                 after = values[(t + 1) * frame + i] if t + 1 < n[3] else before
                 squares += ((before + after) / 2 - values[t * frame + i]) ** 2
         peak = max(values) - min(values)
-        self.assertAlmostEqual(foretold, 20 * math.log10(peak / math.sqrt(squares / len(values))), places=3)
+        self.assertAlmostEqual(predicted, 20 * math.log10(peak / math.sqrt(squares / len(values))), places=3)
 
     def test_short_axes_are_measured(self):
         args = self.raw('a.raw', (20, 19, 12, 10), lambda x, y, z, t: math.cos(math.pi * z * 7 / 11) + .5 * math.cos(math.pi * t * 4 / 9))
@@ -185,7 +186,7 @@ class LatticeTest(ToolTest):
         # Across the axes that are named, whatever it costs.
         self.imported(args, '--faces', 'xz')
         self.assertEqual(self.json('info', 'v.bcc4')['planes_outside']['before'], [2, 0, 2])
-        # Of noise nothing can be foretold: the planes would be in vain.
+        # Of noise nothing can be predicted: the planes would be in vain.
         noise = random.Random(1)
         report = self.imported(self.raw('a.raw', (20, 18, 16, 8), lambda *_: noise.uniform(0, 9)))
         self.assertEqual(self.json('info', 'v.bcc4')['planes_outside']['before'], [0, 0, 0])
@@ -260,12 +261,12 @@ class LatticeTest(ToolTest):
         for c in report['error']['channels']:
             self.assertGreater(c['psnr'], 15)
 
-    def test_real_series_are_foretold(self):
+    def test_real_series_are_predicted(self):
         for name in ('pcasl_52x68x20x10_f32.nii.gz', 'isabel_windspeed_125x125x25x12_u16.nrrd', 'cardiac_cine_256x256x19x20_i16.nii.gz'):
             path = os.path.join(DATA, name)
             if not os.path.exists(path):
                 self.skipTest(path)
-            self.assert_foretold(self.imported([path]))
+            self.assert_predicted(self.imported([path]))
 
 
 if __name__ == '__main__':

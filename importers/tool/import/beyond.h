@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies beyond the faces of a field and the ends of a series, as a writer does it: mirrored, or foretold
+// What lies beyond the faces of a field and the ends of a series, as a writer does it: mirrored, or predicted
 // on planes and layers of the file's own, which are sites, too.
 #pragma once
 

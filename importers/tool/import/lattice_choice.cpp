@@ -52,7 +52,7 @@ std::vector<LatticeCandidate> find_candidates(const Spectra& spectra, const Latt
     for (const LatticeCandidate& c : found)
       if (c.shape == shape) return;
     found.push_back(
-        {name, shape, beyond, decibels(foretold_error(spectra.of(beyond), shape, series.dims)), {}});
+        {name, shape, beyond, decibels(predicted_error(spectra.of(beyond), shape, series.dims)), {}});
   };
   // In all ways to go on beyond the ends that are not the same, sites outside being sites.
   const auto add_all = [&](const std::string& name, const auto& shape_of) {
@@ -100,7 +100,7 @@ std::vector<size_t> by_promise(const std::vector<LatticeCandidate>& candidates, 
   std::vector<size_t> order;
   for (size_t i = 0; i < candidates.size(); ++i) order.push_back(i);
   std::stable_sort(order.begin() + 1, order.end(), [&](size_t a, size_t b) {
-    return worth(candidates[a].foretold, candidates[a]) > worth(candidates[b].foretold, candidates[b]);
+    return worth(candidates[a].predicted, candidates[a]) > worth(candidates[b].predicted, candidates[b]);
   });
   return order;
 }
@@ -119,7 +119,7 @@ LatticeChoice choose_lattice(Trier& trier, const Spectra& spectra, const Lattice
   double best = -HUGE_VAL;
   for (const size_t i : by_promise(choice.candidates, worth)) {
     LatticeCandidate& c = choice.candidates[i];
-    if (worth(c.foretold, c) + kTooLow[static_cast<size_t>(c.beyond)] < best) continue;
+    if (worth(c.predicted, c) + kTooLow[static_cast<size_t>(c.beyond)] < best) continue;
     const double least = i == 0 ? -HUGE_VAL : best + handicap(c, wish.density, series);
     const std::optional<size_t> trial = trier.try_above({c.shape, {}, 0}, least);
     if (!trial) continue;
@@ -147,7 +147,7 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
     return std::isinf(psnr) ? std::string("exact") : short_number(psnr, 3) + " dB";
   };
   lines.push_back(concat(shape_text(choice.chosen().shape, series.dims), ": ",
-                         dB(choice.chosen().trial->psnr), " of the sampled range foretold"));
+                         dB(choice.chosen().trial->psnr), " of the sampled range predicted"));
   std::string others, labels;
   for (size_t c = 0; c < choice.labels.size(); ++c)
     if (choice.labels[c]) labels += concat(labels.empty() ? "" : ", ", series.channels[c].name);
@@ -182,7 +182,8 @@ Json choice_json(const LatticeChoice& choice, const SeriesDescription& series) {
     Json one = shape_json(c.shape, series);
     if (c.trial) {
       one.update(trial_json(*c.trial, series));
-      one["foretold"] = c.foretold;
+      one["predicted"] = c.predicted;
+      one["foretold"] = c.predicted; // the key that older versions wrote alone
     }
     one["name"] = c.name;
     if (!c.trial) one["psnr"] = nullptr;

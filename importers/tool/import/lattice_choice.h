@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lattice that a series is stored on where nobody says it, and the precision of its values: what its
-// spectrum foretells, proved on a sample.
+// spectrum predicts, proved on a sample.
 #pragma once
 
 #include <optional>
@@ -28,7 +28,7 @@ struct LatticeCandidate {
   std::string name; // "d4star, cubic"
   LatticeShape shape;
   Beyond beyond = Beyond::plain;
-  double foretold = 0;              // dB, by the spectrum alone
+  double predicted = 0;             // dB, by the spectrum alone
   std::optional<CodingTrial> trial; // on the sample, values as exact as the source's; none: it cannot be best
 };
 

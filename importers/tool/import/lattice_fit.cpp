@@ -247,8 +247,8 @@ class ShapeSearch {
 
 } // namespace
 
-double foretold_error(const Spectrum& spectrum, const LatticeShape& shape,
-                      const std::array<uint64_t, 4>& dims) {
+double predicted_error(const Spectrum& spectrum, const LatticeShape& shape,
+                       const std::array<uint64_t, 4>& dims) {
   return error_of(spectrum, spectrum.bins(), shape, dims, HUGE_VAL);
 }
 

@@ -18,12 +18,12 @@ struct Spectra {
   }
 };
 
-// Mean square error, over the square of the range, that a spectrum foretells for the default kernel and
+// Mean square error, over the square of the range, that a spectrum predicts for the default kernel and
 // filter.
-[[nodiscard]] double foretold_error(const Spectrum& spectrum, const LatticeShape& shape,
-                                    const std::array<uint64_t, 4>& dims);
+[[nodiscard]] double predicted_error(const Spectrum& spectrum, const LatticeShape& shape,
+                                     const std::array<uint64_t, 4>& dims);
 
-// The lattice of about `density` sites per source sample with the least error foretold.
+// The lattice of about `density` sites per source sample with the least error predicted.
 [[nodiscard]] LatticeShape fit_lattice(const Spectrum& spectrum, int32_t lattice, double density,
                                        const std::array<uint64_t, 4>& dims);
 

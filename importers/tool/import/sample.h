@@ -44,7 +44,7 @@ struct SeriesSample {
   [[nodiscard]] double filled() const;
 };
 
-// A larger sample takes longer, a smaller one is less like the file (what it foretold of real series:
+// A larger sample takes longer, a smaller one is less like the file (what it predicted of real series:
 // tests/bench/notes/lattice-fit.md).
 struct SampleSize {
   uint64_t samples = uint64_t{5} << 19; // per channel, or a little more; a series of that size is taken whole

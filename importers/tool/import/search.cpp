@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Begins each lattice at the density that its spectrum foretells, goes denser, then coarser while the sample
+// Begins each lattice at the density that its spectrum predicts, goes denser, then coarser while the sample
 // takes fewer bytes, and gives each shape the steps that use up the error accepted. What no coding reaches is
 // left to corrections.
 #include "tool/import/search.h"
@@ -210,13 +210,13 @@ class BoundSearch {
     }
   }
 
-  // The density at which the spectrum foretells the share of the lattice, of shapes like one of density 1/2.
+  // The density at which the spectrum predicts the share of the lattice, of shapes like one of density 1/2.
   [[nodiscard]] double first_density(const LatticeShape& half, const Spectrum& spectrum) const {
     const double goal = kLatticeShare * allowed_part();
     double density = kMostDensity;
     for (double d = kMostDensity; d > kLeastDensity; d /= kDenser) {
       const LatticeShape shape = scaled_shape(half, 0.5 / d, series_.dims);
-      if (foretold_error(spectrum, shape, series_.dims) > goal) break;
+      if (predicted_error(spectrum, shape, series_.dims) > goal) break;
       density = d;
     }
     return density;
@@ -253,7 +253,7 @@ class BoundSearch {
       return bytes != other.bytes ? bytes < other.bytes : merit > other.merit;
     }
   };
-  // The density that the spectrum foretells, and lower as long as the sample, which knows better, allows.
+  // The density that the spectrum predicts, and lower as long as the sample, which knows better, allows.
   Start start_of(int32_t lattice, Beyond beyond) {
     double density = first_density(fitted(lattice, 0.5, beyond), spectra_.of(beyond));
     while (density / kDenser > kLeastDensity &&
@@ -338,18 +338,18 @@ CodingSearch search_coding(Trier& trier, const Spectra& spectra, const SeriesDes
 double prove_time_scale(Trier& trier, const Spectrum& spectrum, const SeriesDescription& series,
                         const WriterSettings& settings) {
   LatticeShape shape = shape_of(settings, series);
-  const auto foretold = [&](double x) {
+  const auto predicted = [&](double x) {
     shape.scales[3] = x;
-    return -10 * std::log10(std::max(1e-30, foretold_error(spectrum, shape, series.dims)));
+    return -10 * std::log10(std::max(1e-30, predicted_error(spectrum, shape, series.dims)));
   };
   const auto psnr = [&](double x) {
     shape.scales[3] = x;
     return trier.tried()[trier.try_coding({shape, {}, 0})].psnr;
   };
-  const double hoped = std::min(kGoodPsnr, foretold(1) - kLostPsnr) - kLostPsnr;
+  const double hoped = std::min(kGoodPsnr, predicted(1) - kLostPsnr) - kLostPsnr;
   double enough = 0;
   for (const double x : kTimeScales) {
-    if ((static_cast<double>(series.dims[3]) - 1) / x < kFewestSteps || foretold(x) < hoped) continue;
+    if ((static_cast<double>(series.dims[3]) - 1) / x < kFewestSteps || predicted(x) < hoped) continue;
     if (enough == 0) enough = std::min(kGoodPsnr, psnr(1) - kLostPsnr);
     if (psnr(x) >= enough) return x;
   }

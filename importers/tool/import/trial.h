@@ -27,7 +27,7 @@ struct Coding {
 struct CodingTrial {
   Coding coding;
   uint64_t bytes = 0;               // of the sample's files, corrections included
-  std::vector<double> mean_squares; // errors by channel, foretold for the series
+  std::vector<double> mean_squares; // errors by channel, predicted for the series
   double max_abs = 0;
   double psnr = 0;   // dB of the channel that has the lowest, peak: its range
   bool holds = true; // no bound was out of reach

@@ -69,8 +69,8 @@ std::vector<RealSet> all_sets(const std::string& folder, bool quick) {
 
 // One run of the tool.
 struct Imported {
-  double psnr = 0, foretold = 0; // dB
-  double bytes = 0, sites = 0;   // per source sample
+  double psnr = 0, predicted = 0; // dB
+  double bytes = 0, sites = 0;    // per source sample
   double lattice_psnr = 0;
   std::string lattice;
 };
@@ -93,7 +93,7 @@ Imported import(const ToolImport& tool, const std::string& options) {
   const auto& plan = j.at("plan");
   const auto& chosen =
       plan.contains("choice") ? plan.at("choice").at("rounded") : plan.at("coding").at("chosen");
-  out.foretold = 20 * std::log10(error.at("peak").get<double>() / chosen.at("rmse").at(0).get<double>());
+  out.predicted = 20 * std::log10(error.at("peak").get<double>() / chosen.at("rmse").at(0).get<double>());
   out.lattice = distances(chosen);
   return out;
 }
@@ -113,16 +113,16 @@ void add_equal_samples(std::vector<Row>& rows, const RealSet& set, const ToolImp
   const Imported chosen = import(tool, "");
   double best = 0;
   const auto row = [&](const std::string& way, double psnr, double bytes, double sites,
-                       const std::string& lattice, double foretold) {
+                       const std::string& lattice, double predicted) {
     rows.push_back({word("series", set.source.name), word("kept", way), word("lattice", lattice),
                     figure("sites / samples", sites, 3), figure("PSNR dB", psnr, 2),
-                    std::isfinite(foretold) ? figure("foretold off by", foretold - psnr, 2)
-                                            : word("foretold off by", "-"),
+                    std::isfinite(predicted) ? figure("prediction off by", predicted - psnr, 2)
+                                             : word("prediction off by", "-"),
                     word("KiB", kib(bytes)), figure("dB behind the best", 0, 2)});
   };
   const size_t first = rows.size();
   const auto add = [&](const std::string& way, const Imported& i) {
-    row(way, i.psnr, i.bytes, i.sites, i.lattice, i.foretold);
+    row(way, i.psnr, i.bytes, i.sites, i.lattice, i.predicted);
   };
   add("as chosen", chosen);
   add("D4*, fitted", import(tool, "--lattice d4star --density .5"));

@@ -215,7 +215,7 @@ double mean_square(const std::vector<float>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-// What is foretold well is continued boldly, what is not with care, each end by its own frames.
+// What is predicted well is continued boldly, what is not with care, each end by its own frames.
 TEST(FitEnds, PredictionsAreAsBoldAsTheSeries) {
   Series s = noise({20, 20, 20, 24}, 5);
   const PlaneWaves waves(30, 0.4, 3);

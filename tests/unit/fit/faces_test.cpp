@@ -50,7 +50,7 @@ TEST(FaceTable, TakesNoSampleFromOutside) {
 
 // What the planes outside hold of a slow wave: it, but for the outermost of two on BCC, which makes up for
 // the mirrors.
-TEST(FaceTable, ForetellsASlowWave) {
+TEST(FaceTable, PredictsASlowWave) {
   const auto wave = [](double x) { return std::cos(.3 * x + .5); };
   for (const LatticeKind kind : {LatticeKind::d4star, LatticeKind::cc}) {
     const Lattice4 lattice = lattice_with_margins(kind);

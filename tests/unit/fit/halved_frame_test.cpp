@@ -37,13 +37,13 @@ std::vector<float> noise_in_ball(double radius) {
 }
 
 HalvedFrame halve(const std::vector<float>& values, std::span<const FrameBox> boxes, int threads,
-                  float ringing = 0, const AxisFlags& foretold = {}) {
+                  float ringing = 0, const AxisFlags& predicted = {}) {
   Bench bench(threads);
   FrameBox whole;
   whole.data = values.data(), whole.dims = dims;
   const Frame frame(boxes.empty() ? std::span(&whole, 1) : boxes, dims, 0, "frame");
   const FrameScan scan = scan_frame(frame, 0, bench.context());
-  FrameHalver halver(dims, {true, true, true}, foretold, Filter::kaiser8);
+  FrameHalver halver(dims, {true, true, true}, predicted, Filter::kaiser8);
   HalvedFrame made = halver.halve(frame, scan.cells, usual_face_levels, ringing, bench.context());
   made.memory = {}; // of a budget that ends here
   return made;
@@ -193,15 +193,15 @@ TEST(HalvedFrame, AirIsFoundBeyondEndsThatTurn) {
   EXPECT_GT(air, middle.values.size() / 2);
 }
 
-// A constant stays one, bit for bit; a ramp has no bend at faces beyond which samples are foretold.
+// A constant stays one, bit for bit; a ramp has no bend at faces beyond which samples are predicted.
 TEST(HalvedFrame, ConstantsAndRampsStayWhatTheyAre) {
   for (const float v : halve(std::vector<float>(at(dims, 0, 0, dims[2]), 70.1f), {}, 2).values)
     ASSERT_EQ(v, 70.1f);
   std::vector<float> ramp(at(dims, 0, 0, dims[2]));
   for (size_t i = 0; i < ramp.size(); ++i)
     ramp[i] = 10 + static_cast<float>(i % static_cast<size_t>(dims[0]));
-  const auto bend = [&](const AxisFlags& foretold) {
-    const HalvedFrame made = halve(ramp, {}, 2, 0, foretold);
+  const auto bend = [&](const AxisFlags& predicted) {
+    const HalvedFrame made = halve(ramp, {}, 2, 0, predicted);
     return std::fabs(made.values[0] - 10);
   };
   EXPECT_GT(bend({}), 0.3f);

@@ -50,7 +50,7 @@ size_t deflated(const std::vector<std::byte>& bytes, int strategy) {
 }
 
 // Two-sided geometric residuals of several widths, with and without runs of zeros.
-TEST(Bcc4Entropy, ForetellsDeflate) {
+TEST(Bcc4Entropy, PredictsDeflate) {
   std::mt19937 random(9);
   for (const double width : {0.02, 0.3, 2.0, 20.0, 1000.0})
     for (const uint32_t run : {0u, 5u, 60u, 2000u}) {
