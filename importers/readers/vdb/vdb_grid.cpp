@@ -4,15 +4,26 @@
 #include "readers/vdb/vdb_grid.h"
 
 #include <openvdb/openvdb.h>
+#ifndef OPENVDB_USE_EXPLICIT_INSTANTIATION
 #include <openvdb/tools/LevelSetUtil.h>
+#endif
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "readers/byte_stream.h"
 #include "readers/error.h"
 #include "readers/vdb/block_boxes.h"
 #include "readers/vdb/vdb_reader.h"
+
+#ifdef OPENVDB_USE_EXPLICIT_INSTANTIATION
+// The library holds this function for the grids of floats: it is declared here, because the header that
+// defines it takes as long to compile as the rest of this file.
+namespace openvdb::OPENVDB_VERSION_NAME::tools {
+template<class GridType> void sdfToFogVolume(GridType& grid, typename GridType::ValueType cutoffDistance);
+} // namespace openvdb::OPENVDB_VERSION_NAME::tools
+#endif
 
 namespace bcc4 {
 namespace {
@@ -323,8 +334,10 @@ Frame VdbFile::read_frame(const std::string& name, const std::array<int32_t, 3>&
   const openvdb::GridBase::Ptr grid = archive_->grid(name);
   Frame frame;
   const bool known = grid->apply<Scalars>([&](auto& g) {
-    if constexpr (std::is_floating_point_v<typename std::decay_t<decltype(g)>::ValueType>)
-      if (fog && g.getGridClass() == openvdb::GRID_LEVEL_SET) openvdb::tools::sdfToFogVolume(g);
+    using Value = typename std::decay_t<decltype(g)>::ValueType;
+    if constexpr (std::is_floating_point_v<Value>)
+      if (fog && g.getGridClass() == openvdb::GRID_LEVEL_SET)
+        openvdb::tools::sdfToFogVolume(g, std::numeric_limits<Value>::max()); // a ramp through all the band
     const auto own = static_cast<double>(g.background());
     if (own != background)
       fail_input(path, ": grid \"", name, "\" has background ", own, ", in the first frame ", background);
