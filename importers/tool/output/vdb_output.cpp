@@ -22,8 +22,16 @@ bool is_level_set(const VdbOutput& o) {
   return openvdb::GridBase::stringToGridClass(o.grid_class) == openvdb::GRID_LEVEL_SET;
 }
 
+// The grid is made by name, in OpenVDB: made here it has all of the tree's code compiled once more.
+openvdb::FloatGrid::Ptr empty_grid(float background) {
+  auto grid =
+      openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb::GridBase::createGrid(openvdb::FloatGrid::gridType()));
+  grid->tree().root().setBackground(background, false);
+  return grid;
+}
+
 openvdb::FloatGrid::Ptr make_grid(const VdbOutput& o, std::span<const float> values) {
-  openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(o.air);
+  openvdb::FloatGrid::Ptr grid = empty_grid(o.air);
   auto accessor = grid->getAccessor();
   const auto nx = static_cast<int32_t>(o.dims[0]), ny = static_cast<int32_t>(o.dims[1]),
              nz = static_cast<int32_t>(o.dims[2]);
