@@ -69,10 +69,10 @@ class Bcc4Writer {
   Bcc4Writer(const Bcc4Writer&) = delete;
   Bcc4Writer& operator=(const Bcc4Writer&) = delete;
 
-  // Writes the layers of one slab of one channel at a level, in order: slab_layers of them, fewer only at the
-  // end of the series. Bricks hold values minus air; a hole counts as kept. The slabs of a channel at a level
-  // come in rising order, of a periodic series from any one on and those before it last; one left out is air.
-  // Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value).
+  // Writes the layers of one slab of one channel at a level: slab_layers of them, fewer only at the end of
+  // the series. Bricks hold values minus air; a hole counts as kept. The slabs of a channel at a level rise;
+  // those of a periodic series may begin with any, and end with those before it. A slab that is left out is
+  // air. Integer types round to nearest and clamp. Values must be finite (Code::nonfinite_value).
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const SampleLayer> layers,
                   const Context& context);
   void write_slab(int32_t slab, const ChannelLevel& at, std::span<const BrickLayer> layers,
@@ -88,7 +88,7 @@ class Bcc4Writer {
   // Write which samples of one frame are missing, as MaskRunWriter has it; empty: none.
   void write_mask(int channel, uint32_t frame, std::span<const std::byte> runs, const Context& context);
   void copy_mask(int channel, uint32_t frame, const Bcc4Reader& from);
-  // Slabs that every channel has at every level; 0 where some have more than others.
+  // Returns how many slabs every channel has at every level; 0 where some have more than others.
   [[nodiscard]] int32_t common_slabs() const;
   // Lets readers see an unfinished series: puts index, metadata and a root of it behind what is written,
   // durable before the root, and goes on. info: what is said of the series, a whole one of dims[3] frames and
@@ -112,10 +112,10 @@ struct Bcc4Limits {
   uint64_t bricks_per_layer = 16 << 20; // a layer holds 16 bytes for each
   uint32_t channels = 1024;
   uint32_t cached_pages = 64; // decoded index pages kept, each up to 3 MiB
-  // Chunks that do not check out read as holes, and so do all that a damaged index page may have listed,
-  // instead of failing.
+  // Damaged chunks, and all chunks that a damaged index page may have listed, read as holes instead of
+  // failing.
   bool salvage = false;
-  // And so does what cannot be read.
+  // So does what cannot be read.
   bool salvage_unreadable = false;
 };
 
@@ -157,13 +157,13 @@ class Bcc4Reader {
   [[nodiscard]] const VolumeInfo& info() const;
   [[nodiscard]] const Bcc4Bytes& bytes() const;
   [[nodiscard]] uint64_t chunk_count() const;
-  // Bytes read from the source so far.
+  // Returns the bytes read from the source so far.
   [[nodiscard]] uint64_t bytes_read() const;
-  // Up to so many unwanted bytes between two wanted ones are read along.
+  // Returns up to how many unwanted bytes between two wanted ones are read with them.
   [[nodiscard]] uint64_t merge_gap() const;
   // Whether it was opened to salvage what can be decoded.
   [[nodiscard]] bool salvages() const;
-  // Whether it goes on without what failed so: damage, and as the limits say what cannot be read.
+  // Whether it goes on without what failed in this way: damage, or, if the limits say so, unreadable bytes.
   [[nodiscard]] bool goes_without(const Error& failure) const;
   // Whether a root record is damaged, by an interrupted append or otherwise; verify_all tells.
   [[nodiscard]] bool root_damaged() const;
@@ -172,7 +172,7 @@ class Bcc4Reader {
   // cached.
   [[nodiscard]] std::vector<Bcc4Chunk> chunks(const ChannelLevel& at, int32_t slab,
                                               const BrickBox& region = {}) const;
-  // Where the index of a slab stands.
+  // Returns where in the file the index of a slab is.
   [[nodiscard]] std::vector<ByteRange> index_pages(const ChannelLevel& at, int32_t slab) const;
   // The position of a slot in bricks, as in a BrickLayer of coset 0.
   [[nodiscard]] Int3 brick_position(uint32_t slot, int level = 0) const;
@@ -191,21 +191,21 @@ class Bcc4Reader {
                                                                           std::span<const Bcc4Chunk> chunks,
                                                                           const Context& context,
                                                                           Attempts& attempts) const;
-  // The corrections at the samples of a source frame that stand in one block, empty where there are none.
-  // Neither they nor those below are cached; when salvaging, damaged ones are left out.
+  // Returns the corrections of a source frame that are in one block; empty where there are none. Neither
+  // these nor those below are cached; when salvaging, damaged ones are left out.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
-  // Those in bricks: the table of a frame, by rising brick, and one of its bricks (voxels are the brick's).
+  // Those in bricks: the table of a frame, by rising brick, and one of its bricks, with voxels of the brick.
   [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
   [[nodiscard]] ResidualList corrections(int channel, const CorrectionBrick& brick) const;
-  // Calls body for each run of samples that are missing in a source frame. Damage throws, when salvaging,
-  // too.
+  // Calls body for each run of samples that are missing in a source frame. Damage throws, also when
+  // salvaging.
   void mask_runs(int channel, uint64_t frame, const MaskRunBody& body) const;
   // A block of corrections, or a mask, as the file holds it, with zeros up to a multiple of 8; its checksum
   // is right. `what` names it in error texts.
   [[nodiscard]] std::vector<std::byte> stored_block(const BlockRef& block, std::string_view what) const;
   // The base of a channel's field (field_base.h), at all levels.
   [[nodiscard]] float base(int channel) const;
-  // What sites that are not stored hold relative to it.
+  // Returns what sites that are not stored hold, relative to that base.
   [[nodiscard]] float absent(int channel) const;
   // The brick of one layer of a chunk, 0 .. slab_layers - 1; null where all of it is air.
   [[nodiscard]] std::shared_ptr<const Brick> brick(const ChannelLevel& at, const ChunkData& data,
@@ -237,8 +237,8 @@ class Bcc4Samples final : public SampleSource {
   int channels() const override;
   float air(int channel) const override;
   float base(int channel) const override;
-  // Of a channel whose error is bounded nothing may be rounded: its corrections are for what they were made
-  // of.
+  // Nothing of a channel whose error is bounded may be rounded: its corrections fit only the values that they
+  // were made of.
   double sample_step(int channel) const override;
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
@@ -248,8 +248,8 @@ class Bcc4Samples final : public SampleSource {
                     const Context& context, const TakeLayer<SampleLayer>& take) const override;
   const std::string& coefficient_kernel() const override;
 
-  // Appends where the bytes stand that reading a layer takes, unmerged; missing: but those of chunks that are
-  // cached, and of the index. Reads the index.
+  // Appends where the bytes are that reading a layer takes, unmerged; missing: without those of cached chunks
+  // and of the index. It reads the index.
   void list_reads(int channel, int32_t layer, const BrickBox& region, bool missing,
                   std::vector<ByteRange>& out) const;
   [[nodiscard]] const Bcc4Reader& reader() const;

@@ -81,7 +81,7 @@ void check_lattice(const StoredLattice& info, const std::string& name, Code code
   if (4096 * bricks * static_cast<unsigned>(l.layers()) > INT64_MAX) bad("more than 2^63 sites");
 }
 
-// The same series, on a lattice that is coarser than the one before.
+// Refuses a level that is not the same series on a lattice coarser than the one before.
 void check_level(const VolumeInfo& info, int number, Code code) {
   const auto& level = static_cast<const LevelInfo&>(info.level(number));
   const std::string name = concat("level ", number);
@@ -108,7 +108,7 @@ void check_level(const VolumeInfo& info, int number, Code code) {
   }
 }
 
-// What was counted at a level.
+// Refuses counts of a level that cannot be.
 void check_level_counts(const VolumeInfo& info, int number, Code code) {
   const LevelInfo& level = info.levels[static_cast<size_t>(number) - 1];
   const auto sites = static_cast<uint64_t>(level.lattice.sites());
@@ -182,7 +182,7 @@ void check_attributes(const VolumeInfo& info, Code code) {
   }
 }
 
-// Texts and parameters of the whole series.
+// Checks texts and parameters of the whole series.
 void check_description(const VolumeInfo& info, Code code) {
   for (const auto* s : {&info.spatial_unit, &info.time.unit, &info.time.epoch, &info.coefficient_kernel,
                         &info.recommended_kernel})
@@ -206,7 +206,7 @@ void check_tail(const VolumeInfo& info, Code code) {
   }
 }
 
-// What writers that go on need: of a part its writes, of a series counts and tail.
+// Checks what writers that go on need: the writes of a part, the counts and the tail of a series.
 void check_progress(const VolumeInfo& info, Code code) {
   if (info.part)
     for (const PartWrite& w : info.part->writes)
@@ -217,7 +217,7 @@ void check_progress(const VolumeInfo& info, Code code) {
   if (info.tail) check_tail(info, code);
 }
 
-// Ranges, histogram and percentiles of a channel.
+// Checks texts, ranges, histogram and percentiles of a channel.
 void check_values(const ChannelInfo& c, uint32_t frames, Code code) {
   const auto bad = [&](const auto&... why) { fail(code, "channel ", c.name, ": ", why...); };
   for (const auto* s : {&c.name, &c.quantity, &c.unit}) check_text(*s, code);

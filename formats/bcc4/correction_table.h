@@ -36,11 +36,11 @@ class CorrectionBricks {
   [[nodiscard]] static float value(int64_t steps, double step) {
     return static_cast<float>(static_cast<double>(steps) * step);
   }
-  // A frame's list (rising voxels of the frame) or a part of it, brick by brick: voxels of the brick. Throws
-  // Code::cancelled soon after a cancel.
+  // Returns a frame's list (rising voxels of the frame), or a part of it, brick by brick, with voxels of the
+  // brick. Throws Code::cancelled soon after a cancel.
   [[nodiscard]] std::vector<std::pair<uint32_t, ResidualList>> split(std::span<const ResidualSample> frame,
                                                                      Progress& progress) const;
-  // The first voxel of a frame behind the plane of bricks that a voxel is in.
+  // Returns the first voxel of a frame behind the plane of bricks that a voxel is in.
   [[nodiscard]] uint64_t plane_end(uint64_t voxel) const;
   // Throws corrupt where the list of a brick has voxels beyond the frame, or values beyond the bounds.
   void check(const CorrectionBrick& brick, std::span<const ResidualSample> list, double step) const;

@@ -9,7 +9,7 @@
 namespace bccsplat {
 namespace {
 
-// The file's own kernel; one that this version does not know counts as the default one.
+// Returns the file's own kernel, or the default one where this version does not know it.
 Kernel kernel_of(const VolumeInfo& info) {
   try {
     return make_kernel(info.coefficient_kernel.empty() ? info.recommended_kernel : info.coefficient_kernel);
@@ -18,8 +18,8 @@ Kernel kernel_of(const VolumeInfo& info) {
   }
 }
 
-// The number of layers on either side of an instant that show what is lost: those that the kernel reads; of
-// coefficients no prefilter, but the layers beside as well (near_loss.h).
+// Returns how many layers on either side of an instant show what is lost: those that the kernel reads.
+// Coefficients need no prefilter, but lose the layers beside as well (near_loss.h).
 int reach_of(const VolumeInfo& info) {
   const Kernel kernel = kernel_of(info);
   if (info.coefficient_kernel.empty()) return kernel.reach_layers();

@@ -4,8 +4,8 @@
 // A kernel's sum over the sites ripples about 1, and so does a constant, by a share of its distance from the
 // base of the field: base + sum of (c - base) K. The sum is linear: where no site is left out any base gives
 // the same field but for that ripple, and a base among the values does away with it. Where many sites are
-// left out they are the air that the base is then, exactly; of a few the sum takes air like a value that is
-// stored.
+// left out, the base is air, and they are exactly that. Where few are, the sum takes them like stored values
+// of air.
 #pragma once
 
 #include <array>
@@ -16,14 +16,14 @@
 
 namespace bccsplat {
 
-// The per cent of the stored samples between which nine tenths lie, and their middle, which samples beside a
-// gap do not move.
+// The percentiles of the stored samples between which nine tenths of them lie, and the median, which samples
+// beside a gap do not move.
 inline constexpr std::array<double, 3> most_percent{5, 50, 95};
 struct StoredValues {
   Range all, most; // most: nine tenths
   float median = 0;
 };
-// Whether air is further from all of them than these from each other, or eight times as far from most.
+// Whether air is further from all values than they are from each other, or eight times as far from most.
 [[nodiscard]] bool is_far(float air, const StoredValues& values);
 
 // Whether nearly all sites are stored, so that a base among them is worth more than air that is exact.
@@ -35,14 +35,15 @@ struct FieldBase {
   bool absent_is_air = false;
 };
 
-// Air, but where it is far from most samples and hardly any site is air: then the median. All sites
-// are stored then, or a few are not, which are air still, or those that are left out are missing data, as no
-// source sample is near air and masks tell what is missing. Corrections are differences from the field above
-// the base that is stored with them, else above air: it stays theirs.
+// Returns air, or the median where air is far from most samples and hardly any site is air: where all sites
+// are stored, or all but a few, which stay air, or all but missing data, which masks tell while no source
+// sample is near air. Corrections are differences from the field above the base that is stored with them,
+// else above air; then that is the base.
 [[nodiscard]] FieldBase field_base(const VolumeInfo& info, const ChannelInfo& channel);
 
-// The value that stored numbers are relative to where the field is relative to `base`: coefficients of a
-// Cartesian kernel of a constant are not quite it, and those are moved by as much.
+// Returns the value that stored numbers are relative to where the field is relative to `base`. The
+// coefficients that a Cartesian kernel has of a constant differ a little from it, and stored ones are moved
+// by as much.
 [[nodiscard]] float stored_base(float air, float base, const Lattice4& lattice,
                                 const std::string& coefficient_kernel);
 

@@ -132,7 +132,7 @@ struct StoredLattice {
 
 inline constexpr int most_levels = 15; // beside level 0
 
-// What is said of a channel at a level; the writer of the file counts, but for what was clamped before.
+// What is said of a channel at a level. The writer counts all but what was clamped before it.
 struct LevelChannel {
   double scale = 1; // of i32 that of the level, else that of the channel
   uint64_t sites_kept = 0, holes = 0, clamped = 0;

@@ -38,15 +38,15 @@ using JournalOptions = std::vector<std::pair<std::string, std::string>>;
 class Bcc4Journal {
  public:
   // Throws wrong_state, and tells the first that differs, where the journal of `path` has other options.
-  // Where there is none, or nothing of it counts, nothing is taken over, and nothing has to agree. Reads
-  // alone.
+  // Where there is none, or nothing of it counts, nothing is taken over, and nothing has to agree. It only
+  // reads.
   static void require_options(const std::string& path, const JournalOptions& options);
 
   // A commit is due after so many bytes of chunks, or after a second: a crash loses no more than that, and
   // the cost of waiting for the disk is spread over as much.
   static constexpr uint64_t default_interval = 1u << 18;
-  // Of the file that is to be `path`. With `take_over` the records of an earlier writer are read, if there is
-  // a journal, and the chunks of theirs in the unfinished file.
+  // The journal of the file that is to be `path`. With `take_over` it reads the records of an earlier writer,
+  // if there is a journal, and their chunks in the unfinished file.
   Bcc4Journal(const std::string& path, bool take_over, uint64_t interval = default_interval,
               JournalOptions options = {});
 

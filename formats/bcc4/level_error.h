@@ -8,8 +8,8 @@
 
 namespace bccsplat {
 
-// Returns the error of a kind that was measured of a level; null where it was not, or the source has no
-// range.
+// Returns the error of a kind that was measured of a level; null where it was not measured, or where the
+// source has no range.
 [[nodiscard]] const MeasuredError* find_error(const VolumeInfo& info, uint32_t channel, uint32_t level,
                                               MeasuredError::Kind kind = MeasuredError::stored);
 

@@ -58,8 +58,8 @@ std::shared_ptr<const Brick> with_holes(const Brick* brick, const BrickMask& hol
 
 } // namespace
 
-// The site nearest to a point is at most a plane from it along any axis (on CC half of one), and at most a
-// layer.
+// The site nearest to a point is at most one plane from it along any axis (half of one on CC), and at most
+// one layer.
 NearLoss::NearLoss(const std::string& coefficient_kernel, const Lattice4& lattice) {
   const bool bcc = lattice.space.bcc;
   const Kernel kernel = bcc ? make_kernel(coefficient_kernel) : make_cc_kernel(coefficient_kernel).kernel;

@@ -16,7 +16,7 @@ namespace bccsplat {
 namespace {
 
 constexpr uint64_t group_bytes = 256 << 10; // of chunks that one task reads and decodes
-// Of a read, where reads cost so much that gaps this wide are read along.
+// A read takes so many gaps at most, where reads cost so much that wide gaps are read with them.
 constexpr uint64_t gaps_per_group = 16;
 constexpr size_t most_lost = 1 << 20; // chunks that one damaged page may have listed
 

@@ -65,7 +65,7 @@ struct Bcc4Reader::State {
     return limits.salvage &&
            (is_damage(failure.code()) || (limits.salvage_unreadable && is_unreadable(failure.code())));
   }
-  // Runs a step; what that finds wrong with the bytes says in which file.
+  // Runs a step; errors about the bytes of the file name it.
   template<class Step> auto in_file(const Step& step) const -> decltype(step()) {
     try {
       return step();
@@ -79,7 +79,7 @@ struct Bcc4Reader::State {
   // The same; returns false for bytes that a salvaged file goes without.
   [[nodiscard]] bool read_or_lose(uint64_t offset, std::span<std::byte> out) const;
   [[nodiscard]] std::vector<std::byte> read_block(const BlockRef& ref, std::string_view what) const;
-  // As the reader's calls of these names, and refuse damage when salvaging, too.
+  // These are the reader's calls of the same names, but refuse damage also when salvaging.
   [[nodiscard]] FrameResiduals residuals(int channel, uint64_t frame) const;
   [[nodiscard]] std::vector<CorrectionBrick> correction_bricks(int channel, uint64_t frame) const;
   [[nodiscard]] ResidualList corrections(int channel, const CorrectionBrick& brick) const;

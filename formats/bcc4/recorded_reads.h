@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stands in for the samples of a file and notes what of it is asked for: whoever goes through the motions of
-// his work with it learns which bytes that takes.
+// Stands in for the samples of a file and notes which of them are asked for: a rehearsal with it tells which
+// bytes the work will take.
 #pragma once
 
 #include <array>
@@ -29,8 +29,7 @@ class RecordedReads final : public SampleSource {
   BrickLayer read_layer(int channel, int32_t layer, const BrickBox& region,
                         const Context& context) const override;
 
-  // Appends where the bytes stand that what was asked for takes, unmerged; missing: as
-  // Bcc4Samples::list_reads.
+  // Appends where the bytes are that these samples take, unmerged; missing: as in Bcc4Samples::list_reads.
   void list(bool missing, std::vector<ByteRange>& out) const;
 
  private:

@@ -6,8 +6,8 @@
 
 namespace bccsplat {
 
-// 0 where nothing may be rounded: of a channel whose error is bounded corrections are for what they were made
-// of, and floats have no step.
+// Returns 0 where nothing may be rounded: floats have no step, and the corrections of a channel whose error
+// is bounded fit only the values that they were made of.
 [[nodiscard]] inline double sample_step(const ChannelInfo& channel) {
   const bool whole = channel.type == ValueType::u8 || channel.type == ValueType::u16;
   const ResidualInfo& corrections = channel.residuals;

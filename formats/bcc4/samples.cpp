@@ -38,7 +38,7 @@ uint32_t layer_bit(const StoredLattice& info, int32_t layer) {
   return uint32_t{1} << (layer % info.slab_layers);
 }
 
-// What a brick that is read takes at most.
+// The bytes that a brick takes at most when it is read.
 uint64_t brick_bytes(const ChannelInfo& channel, bool as_codes) {
   constexpr uint64_t overhead = 1400; // which sites are kept, where rows start, allocations
   if (!as_codes || is_float(channel.type) || channel.type == ValueType::i32) return sizeof(Brick);
@@ -195,7 +195,7 @@ std::set<int32_t> Bcc4Samples::slabs_beside(int32_t layer) const {
   return slabs;
 }
 
-// Of coefficients, what lies beside a lost chunk is lost as well.
+// Where a chunk of coefficients is lost, what lies beside it is lost as well.
 void Bcc4Samples::lose_neighbours(int channel, int32_t layer, const BrickBox& region, const Context& context,
                                   BrickLayer& out) const {
   const NearLoss near(coefficient_kernel(), lattice());
