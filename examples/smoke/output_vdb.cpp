@@ -20,7 +20,9 @@ void write_vdb(const std::filesystem::path& path, const Grid& grid, double voxel
   const openvdb::CoordBBox box({0, 0, 0}, {grid.nx - 1, grid.ny - 1, grid.nz - 1});
   const openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(
       box, const_cast<float*>(grid.samples.data()));
-  const auto fog = openvdb::FloatGrid::create(0.0f);
+  // Made by name, in OpenVDB: create() has the code of the whole tree compiled here once more.
+  const auto fog =
+      openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb::GridBase::createGrid(openvdb::FloatGrid::gridType()));
   openvdb::tools::copyFromDense(dense, *fog, 0.0f);
   fog->setName("density");
   fog->setGridClass(openvdb::GRID_FOG_VOLUME);

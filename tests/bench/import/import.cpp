@@ -92,7 +92,9 @@ void write_gzip(const Plume& plume, Written& out) {
 void write_vdb(const Plume& plume, Written& out) {
   openvdb::initialize();
   for (int t = 0; t < plume.frames; ++t) {
-    const auto grid = openvdb::FloatGrid::create(0);
+    // Made by name, in OpenVDB: create() has the code of the whole tree compiled here once more.
+    const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(
+        openvdb::GridBase::createGrid(openvdb::FloatGrid::gridType()));
     grid->setName("density");
     auto at = grid->getAccessor();
     for (int z = 0; z < plume.n; ++z)
