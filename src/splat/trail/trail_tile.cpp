@@ -344,15 +344,19 @@ class TrailTile {
   void absorb_sheet(const Drawn& d, const TrailObject& object, const PixelPlanes& rays, int64_t k,
                     const MatterPlanes& out) {
     const SplatScene& scene = *object.scene;
-    SheetArgs a;
-    a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = pitch_;
-    a.plane_pitch = plane_pitch_;
-    a.shading = options_.shading;
-    a.base = scene.slice->base;
-    if (!sees_base(d, a.base)) a.seen = touched(d, k);
-    a.stop = stop();
-    a.table = d.table, a.lights = scene.lights, a.ripple.sums = object.plan.sums.get();
-    a.pixel = rays;
+    const float base = scene.slice->base;
+    SheetArgs a{.tile = {.x = tile_.x,
+                         .y = tile_.y,
+                         .width = tile_.width,
+                         .height = tile_.height,
+                         .pitch = pitch_,
+                         .plane_pitch = plane_pitch_,
+                         .seen = sees_base(d, base) ? all_pixels : touched(d, k)},
+                .field = {.base = base},
+                .analytic = {.ripple = {.sums = object.plan.sums.get()}},
+                .classes = {.table = d.table, .stop = stop()},
+                .shading = {.on = options_.shading, .lights = scene.lights},
+                .pixel = rays};
     set_sheet(a, *scene.slice, *scene.view, k, analytic_, differences_,
               [&](int64_t sheet, size_t quantity) { return plane(d, sheet, quantity); });
     if (!d.table->integrals.empty())
