@@ -17,6 +17,7 @@
 
 #include <algorithm>
 
+#include "base/grid.h"
 #include "splat/loop/splat_weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -78,7 +79,7 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
         const int v0 = p.x >= 0 ? 0 : (-p.x) / vp * vp, v1 = std::min(s.columns, s.width - p.x);
         const Weights<kForm> weights(*s.kernel, p.c);
         const V fx = hn::Set(d, p.fx), z = hn::Set(d, p.z);
-        float* const start = s.ring[0] + (static_cast<std::ptrdiff_t>(p.y + from) * s.pitch + p.x) * 4;
+        float* const start = s.ring[0] + plane_offset(p.x, p.y + from, s.pitch) * 4;
         const auto add = [&](V level, V row_u, float* sum) HWY_ATTR {
           const V u = hn::Max(hn::Sub(level, row_u), zero);
           hn::StoreU(weights.add(u, hn::LoadU(d, sum)), d, sum);
@@ -160,8 +161,8 @@ template<KernelPolynomial::Form kForm, bool kGradient> struct BlockRows {
         r0 = std::max<int>(r0, s.lanes->group_rows[2 * g]);
         r1 = std::min<int>(r1, s.lanes->group_rows[2 * g + 1]);
       }
-      const std::ptrdiff_t at = g * static_cast<std::ptrdiff_t>(s.group_floats) +
-                                (static_cast<std::ptrdiff_t>(p.y + r0) * s.pitch + column) * 4;
+      const std::ptrdiff_t at =
+          g * static_cast<std::ptrdiff_t>(s.group_floats) + plane_offset(column, p.y + r0, s.pitch) * 4;
       float* sum = s.ring[0] + at;
       for (int r = r0; r < r1; ++r, sum += step) {
         const V row = hn::Set(d, row_u[r]);
@@ -248,7 +249,7 @@ template<KernelPolynomial::Form kForm, bool kPair, int kRows> void SplatSmallRow
       const V z = hn::Set(d, p.z), di = hn::Sub(pixel, hn::Set(d, p.fx)),
               across = hn::Mul(hn::Mul(di, metric), di);
       const V di_next = hn::Add(di, next), across_next = hn::Mul(hn::Mul(di_next, metric), di_next);
-      float* start = ring + (static_cast<std::ptrdiff_t>(p.y) * s.pitch + p.x) * 4;
+      float* start = ring + plane_offset(p.x, p.y, s.pitch) * 4;
       const auto add = [&](V level, V row, float* sum) HWY_ATTR {
         const V u = hn::Max(hn::Sub(level, row), zero);
         hn::StoreU(weights.add(u, hn::LoadU(d, sum)), d, sum);

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 
+#include "base/grid.h"
 #include "splat/shade/absorption.h"
 #include "splat/shade/surface.h"
 #include "splat/sheet/sheet.h"
@@ -68,7 +69,7 @@ class Tile {
     const TileRays rays =
         make_rays(*scene_.slice, view_, tile_, m_.pixel_pitch, m_.pixel_plane(n, tile_.height), pixel_);
     open_ = rays.open;
-    const size_t pixels = static_cast<size_t>(m_.pixel_pitch) * static_cast<size_t>(tile_.height);
+    const size_t pixels = plane_size(m_.pixel_pitch, tile_.height);
     std::fill_n(pixel_.depth, pixels, infinity);
     if (options_.mode == RenderMode::maximum) std::fill_n(pixel_.red, pixels, -infinity);
     if (options_.with_deep)
@@ -258,9 +259,7 @@ class Tile {
     pixel_.alpha[p] = inside ? 1.0f : 0.0f;
   }
 
-  [[nodiscard]] size_t pixel(int x, int y) const {
-    return static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
-  }
+  [[nodiscard]] size_t pixel(int x, int y) const { return plane_index(x, y, m_.pixel_pitch); }
 
   // Returns the gradients in world space where the largest values of a row's pixels are, computed together.
   [[nodiscard]] std::vector<Vec3> maximum_gradients(int y) const {
