@@ -8,6 +8,13 @@
 #include "base/error.h"
 
 namespace bccsplat {
+namespace {
+
+constexpr double half_turn = 180; // degrees
+// The sine of the angle between up and the view direction, below which nothing tells right from left.
+constexpr double least_sine = 1e-12;
+
+} // namespace
 
 WorldCamera resolve_camera(const Camera& camera) {
   const auto finite = [](const Vec3& v) {
@@ -22,14 +29,14 @@ WorldCamera resolve_camera(const Camera& camera) {
   w.position = camera.position;
   w.forward = normalized(view);
   const Vec3 right = cross(w.forward, camera.up);
-  if (!(length(right) > 1e-12 * length(camera.up)))
+  if (!(length(right) > least_sine * length(camera.up)))
     fail(Code::invalid_argument, "camera: up is zero or parallel to the view direction");
   w.right = normalized(right);
   w.up = cross(w.right, w.forward);
   if (camera.perspective) {
-    if (!(camera.fovy_degrees > 0 && camera.fovy_degrees < 180))
+    if (!(camera.fovy_degrees > 0 && camera.fovy_degrees < half_turn))
       fail(Code::invalid_argument, "camera: fovy ", camera.fovy_degrees, " degrees is outside (0, 180)");
-    w.height = 2 * std::tan(camera.fovy_degrees * std::numbers::pi / 360);
+    w.height = 2 * std::tan(camera.fovy_degrees * std::numbers::pi / (2 * half_turn));
   } else {
     if (!(camera.ortho_height > 0 && std::isfinite(camera.ortho_height)))
       fail(Code::invalid_argument, "camera: ortho_height must be positive and finite");
@@ -43,9 +50,9 @@ PictureMatrices picture_matrices(const WorldCamera& camera, int width, int heigh
   const std::array<Vec3, 3> axes{camera.right, camera.up, camera.forward};
   for (size_t c = 0; c < 3; ++c) {
     for (size_t r = 0; r < 3; ++r) m.world_to_camera[4 * r + c] = axes[c][r];
-    m.world_to_camera[12 + c] = -dot(axes[c], camera.position);
+    m.world_to_camera[4 * 3 + c] = -dot(axes[c], camera.position);
   }
-  m.world_to_camera[15] = 1;
+  m.world_to_camera.back() = 1;
   // In each row x and y are scaled to the picture and moved to its corner, in perspective before the division
   // by z.
   const double sx = height / (camera.height * width), sy = -1 / camera.height;

@@ -9,23 +9,27 @@
 
 namespace bccsplat {
 
+// The angle that a host's or a file's perspective camera spans unless it says so, degrees.
+inline constexpr double default_fovy = 30;
+
 struct Camera {
   bool perspective = false;
   Vec3 position{}, target{}, up{};
-  double fovy_degrees = 30; // perspective: the angle the image's height spans, in (0, 180)
-  double ortho_height = 1;  // orthographic: the image's height, world units
+  double fovy_degrees = default_fovy; // perspective: the angle the image's height spans, in (0, 180)
+  double ortho_height = 1;            // orthographic: the image's height, world units
 };
 
 // Throws invalid_argument when position meets target, up is parallel to the view, or a size is senseless.
 [[nodiscard]] WorldCamera resolve_camera(const Camera& camera);
 
 // Matrices from the world to a picture, for row vectors: x' = x M, and M[r][c] is entry 4 r + c.
+using Matrix4 = std::array<double, size_t{4} * 4>;
 struct PictureMatrices {
   // x to the right, y up, z along the view direction (left-handed), origin at the camera.
-  std::array<double, 16> world_to_camera{};
+  Matrix4 world_to_camera{};
   // After division by the fourth part: (0, 0) the upper left, (1, 1) the lower right corner of the picture.
   // z rises with the distance d from the camera: d, in perspective -1 / d.
-  std::array<double, 16> world_to_ndc{};
+  Matrix4 world_to_ndc{};
 };
 [[nodiscard]] PictureMatrices picture_matrices(const WorldCamera& camera, int width, int height);
 

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 
+#include "base/grid.h"
+
 namespace bccsplat {
 
 EdgeSmoother::EdgeSmoother(bool wanted, const Context& context, const Image& image, SplatOptions& options)
     : budget_(context.memory) {
   if (!wanted || options.mode != RenderMode::isosurface || options.surfaces.empty()) return;
-  const size_t pixels = static_cast<size_t>(image.width) * static_cast<size_t>(image.height);
+  const size_t pixels = plane_size(image.width, image.height);
   layered_ = options.with_hits = options.surfaces.size() > 1 || sees_through(options.surfaces);
   memory_ = Reservation(budget_, pixels * (layered_ ? sizeof(size_t) : sizeof(float)),
                         "the depths of a surface's edges");
@@ -31,8 +33,8 @@ void EdgeSmoother::add(const TilePixels& tile) {
     parts_.push_back(std::move(part));
   } else if (!picture_.k.empty()) {
     for (int y = 0; y < tile.height; ++y)
-      std::copy_n(tile.depth + static_cast<std::ptrdiff_t>(y) * tile.pitch, tile.width,
-                  picture_.k.begin() + static_cast<std::ptrdiff_t>(tile.y + y) * picture_.width + tile.x);
+      std::copy_n(tile.depth + plane_offset(0, y, tile.pitch), tile.width,
+                  picture_.k.begin() + plane_offset(tile.x, tile.y + y, picture_.width));
   }
 }
 

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/grid.h"
+
 namespace bccsplat {
 
 // One plane, whose pixels belong to somebody else; row_floats >= components * width.
@@ -15,8 +17,7 @@ struct Plane {
   int components = 0;
 
   [[nodiscard]] float* at(int x, int y) const {
-    return pixels + static_cast<size_t>(y) * row_floats +
-           static_cast<size_t>(x) * static_cast<size_t>(components);
+    return pixels + static_cast<size_t>(y) * row_floats + plane_index(0, x, components);
   }
 };
 
@@ -38,11 +39,11 @@ struct ImageStorage {
 
   ImageStorage(int width, int height, bool with_depth = false, bool with_value = false,
                bool with_time = false) {
-    const size_t n = static_cast<size_t>(width) * static_cast<size_t>(height);
+    const size_t n = plane_size(width, height);
     image.width = width, image.height = height;
     const auto plane = [&](std::vector<float>& pixels, int components) {
       pixels.resize(n * static_cast<size_t>(components));
-      return Plane{pixels.data(), static_cast<size_t>(width) * static_cast<size_t>(components), components};
+      return Plane{pixels.data(), plane_size(width, components), components};
     };
     image.rgba = plane(rgba, 4);
     if (with_depth) image.depth = plane(depth, 1);

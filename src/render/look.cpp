@@ -22,6 +22,17 @@ constexpr size_t most_windows = 8; // of four points each
 
 constexpr Vec3 ivory{0.68, 0.60, 0.47};
 
+// Of the distance to the farthest value: the parts of a side are no nearer to its edge.
+constexpr double least_mean = 0.05, least_object = 0.1, least_boundary = 0.02;
+// Ranges of values are taken for no narrower than this part of the values themselves.
+constexpr double least_range = 1e-6, least_value = 1e-30;
+// Of a solid's depth: halfway to its boundary, and at it.
+constexpr double depth_before = 0.05, depth_at_boundary = 0.4;
+constexpr double level_set_rise = 0.02; // of the way to the farthest distance, to the surface's depth
+constexpr double of_maximum = 0.25;     // of the mean's distance: what is farther is opaque in a maximum
+// Between labels: half the width of a window, alone and among narrow ones, and of the slopes beside it.
+constexpr double half_window = 0.5, half_narrow_window = 0.2, half_slope = 0.05;
+
 // Distance from the end of the empty values, and extinction of a voxel.
 struct ProfilePoint {
   double distance, depth;
@@ -39,11 +50,12 @@ Side side_of(const ValueSurvey& s, bool above) {
   e.edge = above ? s.empty.high : s.empty.low;
   if (!std::isfinite(e.edge)) e.edge = above ? s.colors.low : s.colors.high;
   if (s.empty.low > s.empty.high) e.edge = s.background;
-  const double tiny = 1e-6 * std::max({std::fabs(s.colors.high), std::fabs(s.colors.low), 1e-30});
+  const double tiny =
+      least_range * std::max({std::fabs(s.colors.high), std::fabs(s.colors.low), least_value});
   e.far = std::max(e.sign * ((above ? s.colors.high : s.colors.low) - e.edge), tiny);
-  e.mean = std::clamp(s.mean - std::fabs(e.edge - s.background), 0.05 * e.far, e.far);
-  e.object = std::clamp(e.sign * (s.object - e.edge), 0.1 * e.far, e.far);
-  e.boundary = std::clamp(e.sign * (s.boundary - e.edge), 0.02 * e.far, e.object);
+  e.mean = std::clamp(s.mean - std::fabs(e.edge - s.background), least_mean * e.far, e.far);
+  e.object = std::clamp(e.sign * (s.object - e.edge), least_object * e.far, e.far);
+  e.boundary = std::clamp(e.sign * (s.boundary - e.edge), least_boundary * e.far, e.object);
   return e;
 }
 
@@ -55,8 +67,8 @@ Profile ramp(const Side& e, double depth) {
 // the object is seen in it.
 Profile surface(const Side& e, double depth) {
   return {{0, 0},
-          {0.5 * e.boundary, 0.05 * depth},
-          {e.boundary, 0.4 * depth},
+          {0.5 * e.boundary, depth_before * depth},
+          {e.boundary, depth_at_boundary * depth},
           {e.object, depth},
           {e.far, 3 * depth}};
 }
@@ -77,7 +89,7 @@ Profile profile_of(const ValueSurvey& s, const Side& e) {
   case ValueKind::constant:
     return {{0, 0}, {0.5 * e.far, std::max(solid_depth / s.crossing, least_solid)}};
   case ValueKind::level_set:
-    return {{0, 0}, {0.02 * e.far, surface_depth}};
+    return {{0, 0}, {level_set_rise * e.far, surface_depth}};
   case ValueKind::dense:
     return rising(e, box_depth / s.crossing);
   case ValueKind::empty:
@@ -103,7 +115,7 @@ void add_opacities(TransferFunction& f, const Side& e, const Profile& profile, b
 }
 
 void add_colors(TransferFunction& f, double low, double high, const std::vector<Vec3>& stops) {
-  if (!(high > low)) high = low + std::max(1e-6, 1e-6 * std::fabs(low));
+  if (!(high > low)) high = low + std::max(least_range, least_range * std::fabs(low));
   for (size_t i = 0; i < stops.size(); ++i)
     f.colors.push_back(
         {low + (high - low) * static_cast<double>(i) / static_cast<double>(stops.size() - 1), stops[i]});
@@ -151,14 +163,21 @@ TransferFunction label_function(const ValueSurvey& s, bool opaque) {
   // Beside a label the field passes values of others: shells, which are thin where windows are narrow.
   const double opacity = opaque ? 1.0 : opacity_of(label_depth);
   const bool narrow = !opaque && l.size() <= most_windows;
-  const double half = narrow ? 0.2 : 0.5;
+  const double half = narrow ? half_narrow_window : half_window;
   for (size_t i = 0; i < (narrow ? l.size() : 1); ++i) {
-    f.opacities.insert(f.opacities.end(), {{l[i] - half - 0.05, 0}, {l[i] - half + 0.05, opacity}});
+    f.opacities.insert(f.opacities.end(),
+                       {{l[i] - half - half_slope, 0}, {l[i] - half + half_slope, opacity}});
     if (narrow && i + 1 < l.size())
-      f.opacities.insert(f.opacities.end(), {{l[i] + half - 0.05, opacity}, {l[i] + half + 0.05, 0}});
+      f.opacities.insert(f.opacities.end(),
+                         {{l[i] + half - half_slope, opacity}, {l[i] + half + half_slope, 0}});
   }
   return f;
 }
+
+constexpr std::array<Vec3, 5> ct_colors{
+    {{0.60, 0.30, 0.20}, {0.70, 0.33, 0.22}, {0.62, 0.36, 0.22}, {0.80, 0.70, 0.55}, {0.95, 0.93, 0.88}}};
+constexpr double skin_begins = 0.35;                // on the way from air to soft tissue
+constexpr double hard_depth = 0.3, end_depth = 0.6; // of bone, per voxel
 
 // Values of tissues by their distance from air in units of soft tissue's: bone begins well above it.
 TransferFunction ct_function(const ValueSurvey& s, bool soft, bool opaque) {
@@ -168,14 +187,11 @@ TransferFunction ct_function(const ValueSurvey& s, bool soft, bool opaque) {
   const double skin = soft ? tissue_depth / s.crossing : 0;
   const auto opacity = [&](double depth) { return opaque && depth > 0 ? 1.0 : opacity_of(depth); };
   TransferFunction f;
-  f.colors = {{air, {0.60, 0.30, 0.20}},
-              {tissue, {0.70, 0.33, 0.22}},
-              {bone, {0.62, 0.36, 0.22}},
-              {hard, {0.80, 0.70, 0.55}},
-              {end, {0.95, 0.93, 0.88}}};
-  f.opacities = {{air + 0.35 * unit, 0},  {air + 0.5 * unit, opacity(0.5 * skin)},
-                 {tissue, opacity(skin)}, {bone, opacity(0.5 * skin)},
-                 {hard, opacity(0.3)},    {end, opacity(0.6)}};
+  const std::array<double, 5> values{air, tissue, bone, hard, end};
+  for (size_t n = 0; n < values.size(); ++n) f.colors.push_back({values[n], ct_colors[n]});
+  f.opacities = {{air + skin_begins * unit, 0}, {air + 0.5 * unit, opacity(0.5 * skin)},
+                 {tissue, opacity(skin)},       {bone, opacity(0.5 * skin)},
+                 {hard, opacity(hard_depth)},   {end, opacity(end_depth)}};
   return f;
 }
 
@@ -224,7 +240,7 @@ TransferFunction look_function(const ValueSurvey& s, Look look, RenderMode mode)
       if (look == Look::mr) p = ramp(e, tissue_depth / s.crossing);
       if (look == Look::fog || look == Look::fire) p = ramp(e, fog_depth / s.crossing);
       // Of a maximum, what is not nearly air is opaque.
-      if (opaque) p = {{0, 0}, {s.kind == ValueKind::solid ? e.boundary : 0.25 * e.mean, 1}};
+      if (opaque) p = {{0, 0}, {s.kind == ValueKind::solid ? e.boundary : of_maximum * e.mean, 1}};
       add_opacities(f, e, p, opaque);
     }
     if (f.opacities.empty()) f.opacities = {{s.background, 0}};

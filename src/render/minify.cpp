@@ -26,10 +26,11 @@ int minification_level(const Slice& slice, const Camera& camera, int width, int 
   // The size of a pixel at the centre of the domain, in the direction where it is smallest; it is negative
   // with the centre behind the eye.
   const double pixel = view.scale(0) * SheetMetric(view).extremes()[0];
+  constexpr double rounding = 1e-9; // of the size of a pixel, which is often meant to be a power of two
   constexpr int32_t fewest = 4;
   const int32_t planes = *std::min_element(slice.lattice.last.begin(), slice.lattice.last.end());
   int level = 0;
-  while (pixel >= std::ldexp(1 - 1e-9, level + 1) && planes >> (level + 1) >= fewest) ++level;
+  while (pixel >= std::ldexp(1 - rounding, level + 1) && planes >> (level + 1) >= fewest) ++level;
   return level;
 }
 

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws a picture: chooses the slice's level, sheet distance, gradient, kernel form and raising by the
 // quality asked for, makes the table of the transfer function, and has the splatter draw, with a trail or
-// without. quality_settings() holds what each quality means.
+// without.
 #include "render/picture.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <limits>
 
 #include "base/error.h"
+#include "base/grid.h"
 #include "render/deep.h"
 #include "render/edge_smoother.h"
 #include "render/gradient_noise.h"
@@ -24,7 +26,7 @@ namespace {
 
 void write_tile(const TilePixels& tile, const SheetView& view, Image& image) {
   for (int y = 0; y < tile.height; ++y) {
-    const size_t row = static_cast<size_t>(y) * static_cast<size_t>(tile.pitch);
+    const size_t row = plane_index(0, y, tile.pitch);
     const int py = tile.y + y;
     float* rgba = image.rgba.at(tile.x, py);
     const float *const red = tile.red + row, *const green = tile.green + row, *const blue = tile.blue + row,
@@ -74,6 +76,9 @@ double samples_per_unit(const Scene& scene, const Slice& drawn, int width, int h
   const SheetView view = make_view(drawn, resolve_camera(scene.camera), width, height, 1);
   return std::max(1.0, length(drawn.lattice_to_slice.vector(view.normal)));
 }
+
+// Pixels per side of an image: the number of any pixel fits 32 bits (SurfaceHit).
+constexpr int most_pixels = 65536;
 
 // Pixels per unit: from as near as this their differences drown in the rounding of floats.
 constexpr double analytic_above = 4096;
@@ -137,26 +142,10 @@ Drawn drawn_slice(const Scene& scene, const RenderOptions& options, const Contex
   return d;
 }
 
-RenderStats splat_picture(const Scene& scene, const RenderOptions& options, const Context& context,
-                          Image& image) {
+// The splatter's options that follow from those of the picture.
+SplatOptions splat_options(const Scene& scene, const RenderOptions& options, const Drawn& drawn,
+                           const SheetView& view, const Image& image) {
   const QualitySettings quality = quality_settings(options.quality);
-  const Drawn drawn = drawn_slice(scene, options, context, image);
-  const int level = drawn.level;
-  const double step = drawn.step;
-  const Slice* slice = drawn.slice;
-  const SplatPoints* points = drawn.points;
-  SplatPoints made;
-  if (!points) {
-    made = make_points(*slice, context);
-    points = &made;
-  }
-
-  const SheetView view = make_view(*slice, resolve_camera(scene.camera), image.width, image.height, step);
-  const double unit =
-      scene.function.unit_distance > 0 ? scene.function.unit_distance : mean_voxel(*scene.slice);
-  ClassTable table = make_class_table(scene.function, slice->bounds[0], slice->bounds[1], slice->base, unit,
-                                      quality.table_entries);
-
   SplatOptions o;
   o.mode = options.mode;
   o.shading = shaded(options);
@@ -165,9 +154,10 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
                                              ? GradientMethod::analytic
                                              : GradientMethod::fourth_order);
   // The analytic sums know nothing of the lattice sum that such kernels divide by, nor of corrections.
-  if ((scene.slice->kernel.normalised || corrected(scene, *slice)) && o.gradient == GradientMethod::analytic)
+  if ((scene.slice->kernel.normalised || corrected(scene, *drawn.slice)) &&
+      o.gradient == GradientMethod::analytic)
     o.gradient = GradientMethod::fourth_order;
-  o.kernel_form = options.kernel_form.value_or(kernel_form(o, quality, step));
+  o.kernel_form = options.kernel_form.value_or(kernel_form(o, quality, drawn.step));
   o.raise = options.raise.value_or(o.mode == RenderMode::isosurface               ? quality.raise_surface
                                    : o.mode == RenderMode::composite && o.shading ? quality.raise
                                                                                   : quality.raise_unshaded);
@@ -178,6 +168,57 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   o.tile_size = options.tile_size;
   o.with_value = image.value.pixels, o.with_time = image.time.pixels;
   o.with_deep = image.deep, o.deep_tolerance = options.deep_tolerance;
+  return o;
+}
+
+// Returns the table of a transfer function over values `bounds`, in the units of the scene's own slice.
+ClassTable table_of(const Scene& scene, const TransferFunction& function, const std::array<double, 2>& bounds,
+                    float base, int entries) {
+  const double unit = function.unit_distance > 0 ? function.unit_distance : mean_voxel(*scene.slice);
+  return make_class_table(function, bounds[0], bounds[1], base, unit, entries);
+}
+
+// Draws the scene's slice, which `of_slice` is, with its trail.
+void draw_with_trail(const Scene& scene, const SplatScene& of_slice, const RenderOptions& options,
+                     SplatOptions& o, const Context& context,
+                     const std::function<void(const TilePixels&)>& emit, RenderStats& stats) {
+  const Trail& trail = *scene.trail;
+  const int entries = quality_settings(options.quality).table_entries;
+  std::vector<ClassTable> tables;
+  for (const TransferFunction& f : scene.trail_functions)
+    tables.push_back(table_of(scene, f, trail.bounds, scene.slice->base, entries));
+  add_integrals(scene, of_slice, options.preintegrate, tables);
+  for (const ClassTable& t : tables) o.preintegrate = o.preintegrate || !t.integrals.empty();
+  std::vector<SplatScene> sources;
+  std::deque<SheetView> moved; // of sources with a domain of their own
+  for (const TrailSource& source : trail.sources) {
+    const SheetView* of_source = of_slice.view;
+    if (!same_place(*scene.slice, source.slice))
+      of_source = &moved.emplace_back(move_view(*of_slice.view, *scene.slice, source.slice));
+    sources.push_back(
+        {&source.slice, &source.points, of_source, &tables.front(), of_slice.lights, of_slice.sums});
+    stats.points_total += source.points.count;
+  }
+  std::vector<TrailStill> stills;
+  for (const TrailMoment& m : trail.moments)
+    stills.push_back({m.shares, &tables[std::min(static_cast<size_t>(m.interval), tables.size() - 1)],
+                      static_cast<float>(m.weight), m.frame});
+  stats.drawn = splat_with_trail(of_slice, sources, stills, scene.combine, o, context, emit);
+}
+
+RenderStats splat_picture(const Scene& scene, const RenderOptions& options, const Context& context,
+                          Image& image) {
+  const Drawn drawn = drawn_slice(scene, options, context, image);
+  const Slice* slice = drawn.slice;
+  SplatPoints made;
+  if (!drawn.points) made = make_points(*slice, context);
+  const SplatPoints* const points = drawn.points ? drawn.points : &made;
+
+  const SheetView view =
+      make_view(*slice, resolve_camera(scene.camera), image.width, image.height, drawn.step);
+  ClassTable table = table_of(scene, scene.function, slice->bounds, slice->base,
+                              quality_settings(options.quality).table_entries);
+  SplatOptions o = splat_options(scene, options, drawn, view, image);
   DeepCollector deep(context.memory);
   Lights lights = scene.lights;
   // Of the volume's own voxels at every level, so that levels are lit alike.
@@ -185,8 +226,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
     lights.noise.of_value =
         ripple_noise(*slice, o.mode, o.kernel_form, o.without_ripple) / mean_voxel(*scene.slice);
   KeptLatticeSums of_picture; // shared by surfaces and their edges
-  KeptLatticeSums* const sums = scene.sums ? scene.sums : &of_picture;
-  const SplatScene s{slice, points, &view, &table, &lights, sums};
+  const SplatScene s{slice, points, &view, &table, &lights, scene.sums ? scene.sums : &of_picture};
   const bool with_trail = scene.trail && !scene.trail->moments.empty();
   if (o.mode == RenderMode::composite && needs_integrals(s, scene.function, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
@@ -201,39 +241,18 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   };
   RenderStats stats;
   stats.points_total = points->count;
-  if (!with_trail) {
+  if (with_trail) {
+    draw_with_trail(scene, s, options, o, context, emit, stats);
+  } else {
     stats.drawn = splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
     const EdgeStats smoothed = edges.smooth(s, o, context);
     stats.edge_pixels = smoothed.pixels;
     stats.drawn.ms_shade += smoothed.ms;
-  } else {
-    const Trail& trail = *scene.trail;
-    std::vector<ClassTable> tables;
-    for (const TransferFunction& f : scene.trail_functions)
-      tables.push_back(make_class_table(f, trail.bounds[0], trail.bounds[1], scene.slice->base,
-                                        f.unit_distance > 0 ? f.unit_distance : mean_voxel(*scene.slice),
-                                        quality.table_entries));
-    add_integrals(scene, s, options.preintegrate, tables);
-    for (const ClassTable& t : tables) o.preintegrate = o.preintegrate || !t.integrals.empty();
-    std::vector<SplatScene> sources;
-    std::deque<SheetView> moved; // of sources with a domain of their own
-    for (const TrailSource& source : trail.sources) {
-      const SheetView* of_source = &view;
-      if (!same_place(*scene.slice, source.slice))
-        of_source = &moved.emplace_back(move_view(view, *scene.slice, source.slice));
-      sources.push_back({&source.slice, &source.points, of_source, &tables.front(), &lights, sums});
-      stats.points_total += source.points.count;
-    }
-    std::vector<TrailStill> stills;
-    for (const TrailMoment& m : trail.moments)
-      stills.push_back({m.shares, &tables[std::min(static_cast<size_t>(m.interval), tables.size() - 1)],
-                        static_cast<float>(m.weight), m.frame});
-    stats.drawn = splat_with_trail(s, sources, stills, scene.combine, o, context, emit);
   }
   if (image.deep) *image.deep = deep.collect(image.width, image.height, context.progress);
 
-  stats.sheet_step = std::ldexp(step, level);
-  stats.level = level;
+  stats.sheet_step = std::ldexp(drawn.step, drawn.level);
+  stats.level = drawn.level;
   stats.preintegrated = o.preintegrate;
   return stats;
 }
@@ -247,75 +266,6 @@ int drawn_level(const Scene& scene, const RenderOptions& options, int width, int
     return 0;
   if (!quality_settings(options.quality).coarse_levels && options.mode != RenderMode::xray) return 0;
   return minification_level(*scene.slice, scene.camera, width, height);
-}
-
-// The settings are points of the front of error against time, `bccsplat_bench render --front --own`
-// (tests/bench/notes/render.md). Differences span pixels: they know less of the field the larger a pixel is,
-// but cost a twentieth of the picture where the kernel's gradient doubles it, and smooth its ripple. Each
-// limit is where the two meet against the truth. The short kernel saves time and loses accuracy on fields
-// near the band limit, so that the two accurate settings do without. Coarser levels lose what classification
-// makes of fine detail, so that these settings do without them, too; and the shading of coarser levels shows
-// the ripple of the exact kernel.
-//
-// Shaded pictures of raised sheets are as near to the truth as those of sheets at the pixels: just below 1.5
-// samples per T the window of a kernel of radius 2 is 6 x 6. They pay as soon as windows at the pixels would
-// be larger than 8 x 8. Unshaded pictures and rays that graze an isosurface show the filter's error: they are
-// raised with more taps, from more samples, or not at all. Two sheets per T hold what finer sheets of shaded
-// pictures need.
-QualitySettings quality_settings(Quality quality) {
-  constexpr RaiseFilter coarse{.taps = 6, .density = 1.49, .from = 1.35, .from_general = 1.2};
-  constexpr RaiseFilter middle{.taps = 6, .density = 1.74, .from = 1.25, .from_general = 1.2};
-  constexpr RaiseFilter dense{.taps = 8, .density = 1.99, .from = 1.35, .from_general = 1.2};
-  constexpr RaiseFilter close{.taps = 8, .density = 1.99, .from = 1.35, .from_general = 1.2, .depth = 2};
-  constexpr RaiseFilter long_taps{.taps = 8, .density = 1.49, .from = 1.35, .from_general = 1.2};
-  constexpr double never = 1e30; // T
-  switch (quality) {
-  case Quality::draft:
-    return {.sheet_step = 1,
-            .table_entries = 1024,
-            .analytic_below = 1.1,
-            .coarse_levels = true,
-            .flat_kernel = 0.5,
-            .short_kernel = 0.5,
-            .raise = coarse,
-            .raise_unshaded = middle,
-            .raise_surface = long_taps,
-            .smooth_edges = false};
-  case Quality::normal:
-    return {.sheet_step = 0.5,
-            .table_entries = 2048,
-            .analytic_below = 1.1,
-            .coarse_levels = true,
-            .flat_kernel = 0.5,
-            .short_kernel = 0.5,
-            .raise = coarse,
-            .raise_unshaded = dense,
-            .raise_surface = dense,
-            .smooth_edges = true};
-  case Quality::fine:
-    return {.sheet_step = 0.25,
-            .table_entries = 4096,
-            .analytic_below = 1.1,
-            .coarse_levels = false,
-            .flat_kernel = 0,
-            .short_kernel = never,
-            .raise = close,
-            .raise_unshaded = {},
-            .raise_surface = {},
-            .smooth_edges = true};
-  case Quality::best:
-    break;
-  }
-  return {.sheet_step = 0.125,
-          .table_entries = 8192,
-          .analytic_below = 1.25,
-          .coarse_levels = false,
-          .flat_kernel = 0,
-          .short_kernel = never,
-          .raise = close,
-          .raise_unshaded = {},
-          .raise_surface = {},
-          .smooth_edges = true};
 }
 
 double pixels_per_unit(const SheetView& view) {
@@ -359,9 +309,10 @@ void check_options(const Scene& scene, const RenderOptions& options, const Image
   if (!(options.deep_tolerance >= 0 && options.deep_tolerance <= 1))
     fail(Code::invalid_argument, "render: deep_tolerance ", options.deep_tolerance, " is outside [0, 1]");
   if (!scene.slice) fail(Code::wrong_state, "render: no slice is set");
-  if (image.width < 1 || image.height < 1 || image.width > 65536 || image.height > 65536 ||
+  if (image.width < 1 || image.height < 1 || image.width > most_pixels || image.height > most_pixels ||
       !image.rgba.pixels)
-    fail(Code::invalid_argument, "render: the image needs 1 to 65536 pixels per side and an RGBA plane");
+    fail(Code::invalid_argument, "render: the image needs 1 to ", most_pixels,
+         " pixels per side and an RGBA plane");
   if (!(options.sheet_step >= 0 && std::isfinite(options.sheet_step)))
     fail(Code::invalid_argument, "render: sheet_step must be finite and not negative");
   if (!(options.opacity_stop > 0 && options.opacity_stop <= 1))

@@ -11,14 +11,13 @@
 #include "render/image.h"
 #include "render/minify.h"
 #include "render/preintegrate.h"
+#include "render/quality.h"
 #include "render/trail.h"
 #include "render/transfer_function.h"
 #include "splat/splat.h"
 #include "splat/tile/kept_sheets.h"
 
 namespace bccsplat {
-
-enum class Quality : uint8_t { draft = 1, normal = 2, fine = 3, best = 4 };
 
 // One more bit of disable_skips: detail finer than half a pixel, by a coarser level of the slice.
 inline constexpr uint32_t skip_fine_detail = 16;
@@ -35,7 +34,7 @@ struct RenderOptions {
   std::optional<KernelForm> kernel_form;  // none: by quality, shading and sheet_step
   double iso_value = 0;
   std::vector<IsoSurface> surfaces;                    // of mode isosurface; empty: one, opaque, at iso_value
-  double opacity_stop = 0.995;                         // 1: never
+  double opacity_stop = default_opacity_stop;          // 1: never
   uint32_t disable_skips = 0;                          // SkipBits, skip_fine_detail
   int tile_size = 0;                                   // pixels; 0: chosen
   Preintegrate preintegrate = Preintegrate::automatic; // of mode composite and trails
@@ -76,23 +75,6 @@ struct RenderStats {
   bool preintegrated = false;
   uint64_t edge_pixels = 0; // that were smoothed
 };
-
-// What a quality means; the measurements behind it are in tests/bench/notes/render.md.
-struct QualitySettings {
-  double sheet_step; // T
-  int table_entries;
-  // Pixels per T: below it gradients are the kernel's own, from there on fourth-order differences.
-  double analytic_below;
-  // Whether pictures with pixels of 2 T and more are drawn from coarser levels; X-rays always are.
-  bool coarse_levels;
-  // Steps of this many T and more are drawn with flat_polynomial() in shaded composites; and with
-  // short_polynomial() elsewhere, without shading from twice that on.
-  double flat_kernel, short_kernel;
-  // How sheets are raised where samples are shaded, where they are not, and in isosurfaces.
-  RaiseFilter raise, raise_unshaded, raise_surface;
-  bool smooth_edges; // of isosurfaces
-};
-[[nodiscard]] QualitySettings quality_settings(Quality quality);
 
 // Returns the pixels per lattice unit at the centre of the domain, in the direction in which pixels are
 // largest.

@@ -86,7 +86,8 @@ std::vector<Crossed> crossed(const Ray& ray, std::span<const IsoSurface> surface
     const bool below = value_from < s.value;
     if (below == (value_to < s.value)) continue;
     double a = from, b = to;
-    for (int bisection = 0; bisection < 60; ++bisection) {
+    constexpr int bisections = 60; // more halve nothing that a double holds
+    for (int bisection = 0; bisection < bisections; ++bisection) {
       const double middle = 0.5 * (a + b);
       (ray.field(ray.at(middle), nullptr) < s.value) == below ? a = middle : b = middle;
     }
@@ -177,7 +178,8 @@ double reference_step(const TransferFunction& function, const std::array<double,
     const double width = (b.value - a.value) / (bounds[1] - bounds[0]);
     steepest = std::max(steepest, width > 0 ? std::fabs(b.opacity - a.opacity) / width : infinity);
   }
-  return steepest > 0 ? std::clamp(largest / steepest, 1.0 / 128, 1.0 / 16) : 1.0 / 16;
+  return steepest > 0 ? std::clamp(largest / steepest, finest_reference_step, default_reference_step)
+                      : default_reference_step;
 }
 
 RenderStats render_reference(const Scene& scene, const RenderOptions& options, const Field& field,

@@ -18,8 +18,11 @@ using Field = std::function<double(const Vec3& point, Vec3* gradient)>;
 // That of a slice; gradients are without the ripple of its kernel where its lattice sums are given.
 [[nodiscard]] Field slice_field(const Slice& slice, std::shared_ptr<const LatticeSums> sums = nullptr);
 
+// Lattice units: of smooth functions, and of the steepest.
+inline constexpr double default_reference_step = 1.0 / 16, finest_reference_step = 1.0 / 128;
+
 struct ReferenceOptions {
-  double step = 1.0 / 16; // lattice units along the view direction
+  double step = default_reference_step; // lattice units along the view direction
 };
 
 // Returns the step for pictures of mode composite: 1/16, finer down to 1/128 where the opacity rises over

@@ -19,6 +19,8 @@ namespace {
 // lattice unit where that is less, within these limits. Few would show as separate pictures, many cost time
 // (tests/bench/notes/trail.md). No measurement of the limits is noted.
 constexpr int fewest_stills = 4, most_stills = 64;
+// What a caller may ask for: more are taken for a mistake.
+constexpr int most_samples = 4096, most_intervals = 256;
 
 // Adds a moment that is a slice of its own.
 void add_slice(Trail& trail, Slice&& slice, const Moment& m, const Context& context) {
@@ -140,8 +142,10 @@ Trail make_trail(const Coefficients& coefficients, const Slice& slice, const Tra
   if (!(options.interval[0] <= options.interval[1]) || !std::isfinite(options.interval[0]) ||
       !std::isfinite(options.interval[1]))
     fail(Code::invalid_argument, "trail: the interval must be finite and ordered");
-  if (options.samples < 0 || options.samples > 4096 || options.intervals < 1 || options.intervals > 256)
-    fail(Code::invalid_argument, "trail: at most 4096 samples in each of 1 .. 256 sub-intervals");
+  if (options.samples < 0 || options.samples > most_samples || options.intervals < 1 ||
+      options.intervals > most_intervals)
+    fail(Code::invalid_argument, "trail: at most ", most_samples, " samples in each of 1 .. ", most_intervals,
+         " sub-intervals");
   Trail trail;
   const bool own_lattice = like.spacing == 0 && !like.target && !like.axes && like.thickness.length == 0;
   if (slice.is_time_slice() && own_lattice)

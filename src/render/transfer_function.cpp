@@ -72,8 +72,9 @@ double TransferFunction::opacity(double value) const {
 }
 
 double extinction(double opacity, double unit_distance) {
-  // exp(-1e9 x) is 0 for any path x longer than 1e-7 unit distances.
-  return (opacity < 1 ? -std::log1p(-opacity) : 1e9) / unit_distance;
+  // exp(-opaque x) is 0 for any path x longer than 1e-7 unit distances.
+  constexpr double opaque = 1e9;
+  return (opacity < 1 ? -std::log1p(-opacity) : opaque) / unit_distance;
 }
 
 ClassTable make_class_table(const TransferFunction& function, double low, double high, double anchor,
@@ -112,19 +113,33 @@ ClassTable make_class_table(const TransferFunction& function, double low, double
   return table;
 }
 
+namespace {
+
+// IEC 61966-2-1.
+double linear_of_srgb(double s) {
+  constexpr double straight = 0.04045, slope = 12.92; // up to here
+  constexpr double offset = 0.055, power = 2.4;       // and beyond
+  return s <= straight ? s / slope : std::pow((s + offset) / (1 + offset), power);
+}
+
+} // namespace
+
 Vec3 viridis(double x) {
   // The map has ten stops in 8-bit sRGB, with straight lines between them.
   static constexpr uint32_t stops[] = {0x440154, 0x482878, 0x3e4a89, 0x31688e, 0x26828e,
                                        0x1f9e89, 0x35b779, 0x6dcd59, 0xb4de2c, 0xfde725};
   constexpr size_t last = std::size(stops) - 1;
+  constexpr uint32_t channel_bits = 8, red_bit = 16, full = 255;
   const double t = std::clamp(x, 0.0, 1.0) * last;
   const size_t n = std::min(static_cast<size_t>(t), last - 1);
   Vec3 linear;
   for (size_t a = 0; a < 3; ++a) {
-    const auto channel = [&](uint32_t rgb) { return (rgb >> (16 - 8 * a) & 255u) / 255.0; };
+    const auto channel = [&](uint32_t rgb) {
+      return (rgb >> (red_bit - channel_bits * a) & full) / double{full};
+    };
     const double f = t - static_cast<double>(n);
     const double s = (1 - f) * channel(stops[n]) + f * channel(stops[n + 1]);
-    linear[a] = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+    linear[a] = linear_of_srgb(s);
   }
   return linear;
 }

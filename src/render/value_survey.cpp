@@ -10,14 +10,19 @@
 #include <cstddef>
 #include <numeric>
 
+#include "render/value_histogram.h"
+
 namespace bccsplat {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr int working_bins = 256;
 constexpr size_t most_labels = 32;
 // A peak is a background if no wider than this share of the range, and with so many of the samples in it.
 constexpr double widest_background = 0.12, least_background = 0.15;
+// Of all samples at either end, those that do not tell how wide the range is; it counts no fewer bins.
+constexpr double outliers = 0.002, narrowest_spread = 4;
+constexpr double mode_over_width = 1.5; // half the width of what a background's samples are counted in
+constexpr double slope_beyond = 8;      // bins farther than twice the noise, where the slope ends
 constexpr double sigma_per_half_width = 1 / 1.1774; // of a normal distribution
 constexpr double noise_sigmas = 3;
 constexpr double smoothing = 1;    // bins that smoothing adds to the half-width of a peak
@@ -27,6 +32,15 @@ constexpr double single_bin = 1.5; // half-width that it gives to a peak of one 
 constexpr double least_side = 0.1, least_side_range = 0.25;
 // A pile is this much higher than the valley before it, and above its counting noise.
 constexpr double pile_over_valley = 1.5, pile_sigmas = 4, least_pile = 0.1;
+constexpr double least_of_all = 1e-4; // of all samples, in the bin of a pile
+constexpr double widest_labels = 255; // those of 8 bits
+// Of a level set: how much farther one end is from 0 than the other, and the samples at either end.
+constexpr double lopsided = 0.1, least_cut_off = 0.002;
+// Of values of both signs: the range of the lesser sign, how far the mode is from 0, what counts as 0, all as
+// shares of the farthest; and the share of the samples that have either sign.
+constexpr double least_sign = 0.2, farthest_mode = 0.1, near_zero = 0.02, least_of_sign = 0.02;
+// Of dense values those above the median are shown, unless the range below it is this much longer.
+constexpr double longer_side = 1.5;
 // Of values of both signs, those near 0 are not shown: so many standard deviations, told by the median, but
 // at most this share of the farthest.
 constexpr double sign_sigmas = 2.5, sigma_per_median = 1.4826, most_near_zero = 0.2;
@@ -34,85 +48,6 @@ constexpr double sign_sigmas = 2.5, sigma_per_median = 1.4826, most_near_zero = 
 constexpr double of_boundary = 0.4;
 // Of the samples beyond the noise that are left out of the range of colours, at either end.
 constexpr double color_tail = 0.002;
-
-// Counts over one range, with air among them and ringing in the outermost bins.
-struct Histogram {
-  Range range;
-  std::vector<double> all, stored; // with and without the sites that are not stored
-  [[nodiscard]] double width() const { return (range.high - range.low) / static_cast<double>(all.size()); }
-  [[nodiscard]] double value(double bin) const { return range.low + (bin + 0.5) * width(); }
-  [[nodiscard]] size_t bin(double v) const {
-    return static_cast<size_t>(
-        std::clamp((v - range.low) / width(), 0.0, static_cast<double>(all.size()) - 1));
-  }
-  [[nodiscard]] double total() const { return std::accumulate(all.begin(), all.end(), 0.0); }
-  // Samples in [low, high].
-  [[nodiscard]] double mass(double low, double high) const {
-    double sum = 0;
-    for (size_t i = 0; i < all.size(); ++i)
-      if (const double v = value(static_cast<double>(i)); v >= low && v <= high) sum += all[i];
-    return sum;
-  }
-};
-
-Histogram working_histogram(const ValueCounts& c) {
-  Histogram h;
-  h.range = c.source;
-  if (c.air_sites > 0) h.range = {std::min(h.range.low, c.air), std::max(h.range.high, c.air)};
-  // What a damaged file says may have no width, or none that is a number.
-  const auto wide = [](const Range& r) {
-    const double width = (r.high - r.low) / working_bins;
-    return width > 0 && std::isfinite(width) && std::isfinite(r.low);
-  };
-  if (!wide(h.range)) return h;
-  h.all.resize(working_bins);
-  const double step =
-      wide(c.stored) ? (c.stored.high - c.stored.low) / static_cast<double>(c.bins.size()) : 0;
-  for (size_t i = 0; i < c.bins.size(); ++i)
-    h.all[h.bin(c.stored.low + (static_cast<double>(i) + 0.5) * step)] += static_cast<double>(c.bins[i]);
-  h.stored = h.all;
-  h.all[h.bin(c.air)] += static_cast<double>(c.air_sites);
-  return h;
-}
-
-// A mean over 2 * reach + 1 bins, twice: what is left are peaks wider than combs of quantisation.
-std::vector<double> smoothed(const std::vector<double>& bins, int reach) {
-  std::vector<double> from = bins, to(bins.size());
-  const auto n = static_cast<int>(bins.size());
-  for (int pass = 0; pass < 2; ++pass, from.swap(to))
-    for (int i = 0; i < n; ++i) {
-      const int a = std::max(0, i - reach), b = std::min(n - 1, i + reach);
-      to[static_cast<size_t>(i)] = std::accumulate(from.begin() + a, from.begin() + b + 1, 0.0) / (b - a + 1);
-    }
-  return from;
-}
-
-// Where a smoothed count falls to half the peak's, in bins from it, on the side of `step`; the number of bins
-// where it does not.
-double half_width(const std::vector<double>& bins, size_t peak, int step) {
-  double n = 0;
-  for (auto i = static_cast<std::ptrdiff_t>(peak); bins[static_cast<size_t>(i)] > 0.5 * bins[peak]; ++n) {
-    i += step;
-    if (i < 0 || i >= static_cast<std::ptrdiff_t>(bins.size())) return static_cast<double>(bins.size());
-  }
-  return n - 0.5;
-}
-
-// The bin farthest below the line from the peak to the last bin on the side of `step` that has samples.
-double triangle_knee(const std::vector<double>& bins, size_t peak, int step) {
-  const auto at = [&](std::ptrdiff_t i) { return bins[static_cast<size_t>(i)]; };
-  const auto from = static_cast<std::ptrdiff_t>(peak);
-  std::ptrdiff_t end = step > 0 ? static_cast<std::ptrdiff_t>(bins.size()) - 1 : 0;
-  while (end != from && at(end) == 0) end -= step;
-  double deepest = 0;
-  std::ptrdiff_t knee = from;
-  for (std::ptrdiff_t i = from; i != end; i += step) {
-    const double f = static_cast<double>(i - from) / static_cast<double>(end - from);
-    const double depth = (1 - f) * at(from) + f * at(end) - at(i);
-    if (depth > deepest) deepest = depth, knee = i;
-  }
-  return static_cast<double>(knee);
-}
 
 struct Background {
   bool found = false;
@@ -131,13 +66,14 @@ Background find_background(const Histogram& h, const ValueCounts& c) {
       if ((left -= h.all[i]) <= 0) return static_cast<double>(i);
     return static_cast<double>(h.all.size());
   };
-  const double spread = std::max(robust(0.998) - robust(0.002), 1.0), total = h.total();
+  const double spread = std::max(robust(1 - outliers) - robust(outliers), 1.0), total = h.total();
   const std::vector<double> all = smoothed(h.all, 1);
   const auto peak = static_cast<size_t>(std::max_element(all.begin(), all.end()) - all.begin());
   const double left = half_width(all, peak, -1), right = half_width(all, peak, 1);
   const double full = std::min(left, 2 * right) + std::min(right, 2 * left);
-  const double reach = 1.5 * std::max(full, 1.0) * h.width(), at = h.value(static_cast<double>(peak));
-  if (full > std::max(widest_background * spread, 4.0) ||
+  const double reach = mode_over_width * std::max(full, 1.0) * h.width(),
+               at = h.value(static_cast<double>(peak));
+  if (full > std::max(widest_background * spread, narrowest_spread) ||
       h.mass(at - reach, at + reach) < least_background * total)
     return b;
   b.found = true;
@@ -160,7 +96,7 @@ Background find_background(const Histogram& h, const ValueCounts& c) {
     return h.value(std::min(middle - away, std::max(knee_below, most)) - 0.5);
   };
   b.noise = {below(middle - 2 * away - 1), above(middle + 2 * away + 1)};
-  b.slope = {below(middle - 4 * away - 8), above(middle + 4 * away + 8)};
+  b.slope = {below(middle - 4 * away - slope_beyond), above(middle + 4 * away + slope_beyond)};
   return b;
 }
 
@@ -187,7 +123,7 @@ Pile find_pile(const Histogram& h, double from, int step) {
     } else if (rising && here < s[tops.back()] / pile_over_valley) {
       rising = false, least = here;
     } else if (!rising && here > pile_over_valley * least && here > least + noise &&
-               here > 1e-4 * h.total()) {
+               here > least_of_all * h.total()) {
       rising = true, tops.push_back(at);
     }
   }
@@ -212,7 +148,9 @@ double pile_noise(const Histogram& h, double top) {
 }
 
 bool find_labels(const ValueCounts& c, std::vector<double>& labels) {
-  if (!c.integers || c.source.high - c.source.low > 255 || c.stored.high - c.stored.low > 255) return false;
+  if (!c.integers || c.source.high - c.source.low > widest_labels ||
+      c.stored.high - c.stored.low > widest_labels)
+    return false;
   const double step = (c.stored.high - c.stored.low) / static_cast<double>(c.bins.size());
   for (size_t i = 0; i < c.bins.size(); ++i) {
     if (c.bins[i] == 0) continue;
@@ -228,10 +166,10 @@ bool find_labels(const ValueCounts& c, std::vector<double>& labels) {
 // Distances are floats, cut off at the same distance inside and outside, and most samples lie there.
 bool is_level_set(const Histogram& h, const ValueCounts& c) {
   const Range& r = h.range;
-  if (c.integers || !(r.low < 0 && r.high > 0) || std::fabs(r.low + r.high) > 0.1 * r.high) return false;
+  if (c.integers || !(r.low < 0 && r.high > 0) || std::fabs(r.low + r.high) > lopsided * r.high) return false;
   const double edge = 0.04 * (r.high - r.low), total = h.total();
   const double inside = h.mass(-infinity, r.low + edge), outside = h.mass(r.high - edge, infinity);
-  return inside + outside > 0.5 * total && inside > 0.002 * total && outside > 0.002 * total;
+  return inside + outside > 0.5 * total && inside > least_cut_off * total && outside > least_cut_off * total;
 }
 
 // Most are near 0, and what is not is on both sides, less of it the farther.
@@ -239,29 +177,16 @@ bool has_both_signs(const Histogram& h) {
   const Range& r = h.range;
   if (!(r.low < 0 && r.high > 0)) return false;
   const double reach = std::max(-r.low, r.high);
-  if (std::min(-r.low, r.high) < 0.2 * reach) return false;
+  if (std::min(-r.low, r.high) < least_sign * reach) return false;
   const std::vector<double> s = smoothed(h.all, 3);
   const auto mode = static_cast<double>(std::max_element(s.begin(), s.end()) - s.begin());
-  if (std::fabs(h.value(mode)) > 0.1 * reach) return false;
-  const double total = h.total(), small = 0.02 * reach;
-  if (h.mass(-infinity, -small) < 0.02 * total || h.mass(small, infinity) < 0.02 * total) return false;
-  return h.mass(-infinity, 0.75 * r.low) <= h.mass(0.5 * r.low, 0.25 * r.low) &&
-         h.mass(0.75 * r.high, infinity) <= h.mass(0.25 * r.high, 0.5 * r.high);
-}
-
-// The distance from 0 that half of the stored samples do not exceed.
-double median_size(const Histogram& h) {
-  std::vector<double> by_size(h.all.size());
-  const double reach = std::max(-h.range.low, h.range.high),
-               step = reach / static_cast<double>(by_size.size());
-  for (size_t i = 0; i < h.all.size(); ++i) {
-    const auto at = static_cast<size_t>(std::fabs(h.value(static_cast<double>(i))) / step);
-    by_size[std::min(at, by_size.size() - 1)] += h.stored[i];
-  }
-  double left = 0.5 * std::accumulate(by_size.begin(), by_size.end(), 0.0);
-  for (size_t i = 0; i < by_size.size(); ++i)
-    if ((left -= by_size[i]) <= 0) return (static_cast<double>(i) + 1) * step;
-  return reach;
+  if (std::fabs(h.value(mode)) > farthest_mode * reach) return false;
+  const double total = h.total(), small = near_zero * reach;
+  if (h.mass(-infinity, -small) < least_of_sign * total || h.mass(small, infinity) < least_of_sign * total)
+    return false;
+  // The last quarter of either side holds less than the second.
+  return h.mass(-infinity, 3 * r.low / 4) <= h.mass(r.low / 2, r.low / 4) &&
+         h.mass(3 * r.high / 4, infinity) <= h.mass(r.high / 4, r.high / 2);
 }
 
 // Completes a survey by what the samples outside its empty values are.
@@ -317,7 +242,7 @@ ValueSurvey survey_dense(const Histogram& h, const ValueCounts& c) {
   while (middle + 1 < h.all.size() && (left -= h.all[middle]) > 0) ++middle;
   const double median = h.value(static_cast<double>(middle));
   s.background = median;
-  s.below = median - s.colors.low > 1.5 * (s.colors.high - median);
+  s.below = median - s.colors.low > longer_side * (s.colors.high - median);
   s.above = !s.below;
   s.empty = s.above ? Range{-infinity, median} : Range{median, infinity};
   const Range colors = s.colors;
@@ -359,24 +284,6 @@ ValueSurvey survey_object(const Histogram& h, const ValueCounts& c, const Backgr
 }
 
 } // namespace
-
-double otsu_threshold(const std::vector<double>& bins, const Range& range, double low) {
-  const double width = (range.high - range.low) / static_cast<double>(bins.size());
-  const auto middle = [&](size_t i) { return range.low + (static_cast<double>(i) + 0.5) * width; };
-  double count = 0, sum = 0;
-  for (size_t i = 0; i < bins.size(); ++i)
-    if (middle(i) >= low) count += bins[i], sum += bins[i] * middle(i);
-  double below = 0, sum_below = 0, best = 0, threshold = low + 0.5 * (range.high - low);
-  for (size_t i = 0; i < bins.size(); ++i) {
-    if (middle(i) < low) continue;
-    below += bins[i], sum_below += bins[i] * middle(i);
-    if (below == 0 || below >= count) continue;
-    const double apart = sum_below / below - (sum - sum_below) / (count - below);
-    const double between = below * (count - below) * apart * apart;
-    if (between > best) best = between, threshold = middle(i) + 0.5 * width;
-  }
-  return threshold;
-}
 
 ValueSurvey survey_values(const ValueCounts& c, std::optional<ValueKind> as) {
   ValueSurvey s;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/context.h"
+#include "base/grid.h"
 #include "splat/plan/scene.h"
 #include "splat/tile/surface_hit.h"
 
@@ -24,9 +25,7 @@ struct SurfacePicture {
   float* rgba = nullptr;        // premultiplied
   size_t row_floats = 0;        // of rgba
 
-  [[nodiscard]] size_t pixel(int i, int j) const {
-    return static_cast<size_t>(j) * static_cast<size_t>(width) + static_cast<size_t>(i);
-  }
+  [[nodiscard]] size_t pixel(int i, int j) const { return plane_index(i, j, width); }
   [[nodiscard]] bool layered() const { return !first.empty(); }
   [[nodiscard]] float depth(int i, int j) const { return k[pixel(i, j)]; }
   [[nodiscard]] std::span<const SurfaceHit> layers(int i, int j) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/grid.h"
 #include "splat/loop/loops.h"
 
 namespace bccsplat {
@@ -29,10 +30,7 @@ void splat(const SplatArgs& s) {
                             s.lanes->yy[slot] * dj * dj;
             if (!(u > 0)) continue;
             const size_t at = static_cast<size_t>(g) * s.group_floats +
-                              (static_cast<size_t>(p.y + row) * static_cast<size_t>(s.pitch) +
-                               static_cast<size_t>(p.x + column)) *
-                                  4 +
-                              static_cast<size_t>(l);
+                              plane_index(p.x + column, p.y + row, s.pitch) * 4 + static_cast<size_t>(l);
             s.ring[0][at] += p.c * polynomial(s.kernel->a, s.kernel->terms, u);
             if (!s.ring[1]) continue;
             const float slope = p.c * polynomial(s.kernel->slope, s.kernel->terms - 1, u);
@@ -118,10 +116,8 @@ TransformCounts transform(const TransformArgs& t) {
 void extract(const ExtractArgs& e) {
   for (int y = 0; y < e.height; ++y)
     for (int x = 0; x < e.width; ++x) {
-      float& sum =
-          e.ring[(static_cast<size_t>(y) * static_cast<size_t>(e.pitch) + static_cast<size_t>(x)) * 4 +
-                 static_cast<size_t>(e.lane)];
-      e.plane[static_cast<size_t>(y) * static_cast<size_t>(e.plane_pitch) + static_cast<size_t>(x)] = sum;
+      float& sum = e.ring[plane_index(x, y, e.pitch) * 4 + static_cast<size_t>(e.lane)];
+      e.plane[plane_index(x, y, e.plane_pitch)] = sum;
       sum = 0;
     }
 }

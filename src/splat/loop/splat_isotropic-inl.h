@@ -17,6 +17,7 @@
 
 #include <algorithm>
 
+#include "base/grid.h"
 #include "splat/loop/splat_weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -26,6 +27,31 @@ namespace {
 
 #if HWY_TARGET != HWY_SCALAR
 
+// Writes for rows `from` on of a point's window the part of 1 - u that the distance dj from its foot makes,
+// and dj itself unless `distance` is null, in whole vectors.
+HWY_INLINE void MeasureRows(const SplatRecord& p, V metric, int from, int rows, float* part,
+                            float* distance) {
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const V count = hn::Iota(d, 0);
+  for (int r = 0; r < rows; r += lanes) {
+    const V dj = hn::Sub(hn::Add(count, hn::Set(d, static_cast<float>(from + r))), hn::Set(d, p.fy));
+    hn::Store(hn::Mul(hn::Mul(dj, dj), metric), d, part + r);
+    if (distance) hn::Store(dj, d, distance + r);
+  }
+}
+
+// Rows begin .. end, as far as the sheets of group g reach them at column v of a large window and, with
+// `both`, at the next vector's.
+HWY_INLINE std::array<int, 2> ReachedRows(const GapLanes& lanes, int g, int v, bool both, int from, int begin,
+                                          int end) {
+  if (!lanes.row_range) return {begin, end};
+  const int16_t* range = lanes.row_range + 2 * (g * lanes.row_columns + v / 4);
+  const int16_t* next =
+      both ? lanes.row_range + 2 * (g * lanes.row_columns + (v + PixelsPerVector()) / 4) : range;
+  return {std::max<int>(begin, std::min(range[0], next[0]) - from),
+          std::min<int>(end, std::max(range[1], next[1]) - from)};
+}
+
 template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIsotropic(const SplatArgs& s) {
   constexpr size_t batch = kLarge ? 1 : 8;
   constexpr int chunk = kLarge ? 64 : 16; // rows at a time
@@ -34,23 +60,16 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
   };
   std::array<PointRows, batch> prepared;
   alignas(64) float heights[16 * max_ring_sheets / 4];
-  const int vp = PixelsPerVector(), lanes = static_cast<int>(hn::Lanes(d));
+  const int vp = PixelsPerVector();
   const auto step = static_cast<std::ptrdiff_t>(s.pitch) * 4;
   const V pixel = hn::Load(d, lane_pixel), one = hn::Set(d, 1.0f), zero = hn::Zero(d),
-          depth2 = hn::Set(d, s.depth2);
-  const V metric = hn::Set(d, s.lanes->xx[0]), count = hn::Iota(d, 0);
+          depth2 = hn::Set(d, s.depth2), metric = hn::Set(d, s.lanes->xx[0]);
   for (size_t first = 0; first < s.count; first += batch) {
     const size_t points = std::min(batch, s.count - first);
     for (int from = 0; from < s.rows; from += chunk) {
-      for (size_t n = 0; n < points; ++n) {
-        const SplatRecord& p = s.record[first + n];
-        PointRows& rows = prepared[n];
-        for (int r = 0; r < chunk; r += lanes) {
-          const V dj = hn::Sub(hn::Add(count, hn::Set(d, static_cast<float>(from + r))), hn::Set(d, p.fy));
-          hn::Store(hn::Mul(hn::Mul(dj, dj), metric), d, rows.u.data() + r);
-          if constexpr (kGradient) hn::Store(dj, d, rows.j.data() + r);
-        }
-      }
+      for (size_t n = 0; n < points; ++n)
+        MeasureRows(s.record[first + n], metric, from, chunk, prepared[n].u.data(),
+                    kGradient ? prepared[n].j.data() : nullptr);
       for (size_t n = 0; n < points; ++n) {
         const SplatRecord& p = s.record[first + n];
         const PointRows& rows = prepared[n];
@@ -60,7 +79,7 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
         const int v0 = p.x >= 0 ? 0 : (-p.x) / vp * vp, v1 = std::min(s.columns, s.width - p.x);
         const Weights<kForm> weights(*s.kernel, p.c);
         const V fx = hn::Set(d, p.fx), z = hn::Set(d, p.z);
-        float* const start = s.ring[0] + (static_cast<std::ptrdiff_t>(p.y + from) * s.pitch + p.x) * 4;
+        float* const start = s.ring[0] + plane_offset(p.x, p.y + from, s.pitch) * 4;
         const auto add = [&](V level, V row_u, float* sum) HWY_ATTR {
           const V u = hn::Max(hn::Sub(level, row_u), zero);
           hn::StoreU(weights.add(u, hn::LoadU(d, sum)), d, sum);
@@ -86,14 +105,8 @@ template<KernelPolynomial::Form kForm, bool kGradient, bool kLarge> void SplatIs
           const V di_next = hn::Sub(hn::Add(pixel, hn::Set(d, static_cast<float>(v + vp))), fx);
           const V across_next = hn::Mul(hn::Mul(di_next, metric), di_next);
           for (int g = 0; g < s.groups; ++g) {
-            int r0 = begin, r1 = end;
-            if (s.lanes->row_range) {
-              const int16_t* range = s.lanes->row_range + 2 * (g * s.lanes->row_columns + v / 4);
-              const int16_t* next =
-                  both ? s.lanes->row_range + 2 * (g * s.lanes->row_columns + (v + vp) / 4) : range;
-              r0 = std::max<int>(r0, std::min(range[0], next[0]) - from),
-              r1 = std::min<int>(r1, std::max(range[1], next[1]) - from);
-            }
+            const std::array<int, 2> reached = ReachedRows(*s.lanes, g, v, both, from, begin, end);
+            const int r0 = reached[0], r1 = reached[1];
             const V height = hn::Load(d, heights + 16 * g), level = hn::Sub(height, across);
             float* sum = start + g * static_cast<std::ptrdiff_t>(s.group_floats) + 4 * v + r0 * step;
             if (both) {
@@ -148,8 +161,8 @@ template<KernelPolynomial::Form kForm, bool kGradient> struct BlockRows {
         r0 = std::max<int>(r0, s.lanes->group_rows[2 * g]);
         r1 = std::min<int>(r1, s.lanes->group_rows[2 * g + 1]);
       }
-      const std::ptrdiff_t at = g * static_cast<std::ptrdiff_t>(s.group_floats) +
-                                (static_cast<std::ptrdiff_t>(p.y + r0) * s.pitch + column) * 4;
+      const std::ptrdiff_t at =
+          g * static_cast<std::ptrdiff_t>(s.group_floats) + plane_offset(column, p.y + r0, s.pitch) * 4;
       float* sum = s.ring[0] + at;
       for (int r = r0; r < r1; ++r, sum += step) {
         const V row = hn::Set(d, row_u[r]);
@@ -177,19 +190,15 @@ template<KernelPolynomial::Form kForm, bool kGradient> void SplatBlocks(const Sp
   constexpr size_t batch = 8;
   constexpr int most = 16; // rows
   alignas(64) float row_u[batch][most];
-  const int lanes = static_cast<int>(hn::Lanes(d)), vp = PixelsPerVector();
-  const V metric = hn::Set(d, s.lanes->xx[0]), count = hn::Iota(d, 0);
+  const int vp = PixelsPerVector();
+  const V metric = hn::Set(d, s.lanes->xx[0]);
   const float half = s.half + 1e-3f;
   const BlockRows<kForm, kGradient> rows{s, static_cast<std::ptrdiff_t>(s.pitch) * 4, metric,
                                          hn::Set(d, s.depth2)};
   for (size_t first = 0; first < s.count; first += batch) {
     const size_t points = std::min(batch, s.count - first);
     for (size_t n = 0; n < points; ++n)
-      for (int r = 0; r < s.rows; r += lanes) {
-        const V dj =
-            hn::Sub(hn::Add(count, hn::Set(d, static_cast<float>(r))), hn::Set(d, s.record[first + n].fy));
-        hn::Store(hn::Mul(hn::Mul(dj, dj), metric), d, row_u[n] + r);
-      }
+      MeasureRows(s.record[first + n], metric, 0, s.rows, row_u[n], nullptr);
     for (size_t n = 0; n < points; ++n) {
       const SplatRecord& p = s.record[first + n];
       const int begin = std::max(0, -p.y), end = std::min(s.rows, s.height - p.y);
@@ -222,31 +231,25 @@ template<KernelPolynomial::Form kForm, bool kGradient> void SplatBlocks(const Sp
 template<KernelPolynomial::Form kForm, bool kPair, int kRows> void SplatSmallRows(const SplatArgs& s) {
   constexpr size_t batch = 8;
   alignas(64) float row_u[batch][16];
-  const int lanes = static_cast<int>(hn::Lanes(d)), rows = kRows ? kRows : s.rows, groups = s.groups;
+  const int rows = kRows ? kRows : s.rows, groups = s.groups;
   const auto step = static_cast<std::ptrdiff_t>(s.pitch) * 4,
              group_floats = static_cast<std::ptrdiff_t>(s.group_floats);
   const V pixel = hn::Load(d, lane_pixel), one = hn::Set(d, 1.0f), zero = hn::Zero(d),
-          depth2 = hn::Set(d, s.depth2);
-  const V metric = hn::Set(d, s.lanes->xx[0]), count = hn::Iota(d, 0);
+          depth2 = hn::Set(d, s.depth2), metric = hn::Set(d, s.lanes->xx[0]);
   const V next = hn::Set(d, static_cast<float>(PixelsPerVector()));
   const float* const offset = s.lanes->offset;
   float* const ring = s.ring[0];
   const KernelPolynomial kernel = *s.kernel;
   for (size_t first = 0; first < s.count; first += batch) {
     const size_t points = std::min(batch, s.count - first);
-    for (size_t n = 0; n < points; ++n)
-      for (int r = 0; r < rows; r += lanes) {
-        const V dj =
-            hn::Sub(hn::Add(count, hn::Set(d, static_cast<float>(r))), hn::Set(d, s.record[first + n].fy));
-        hn::Store(hn::Mul(hn::Mul(dj, dj), metric), d, row_u[n] + r);
-      }
+    for (size_t n = 0; n < points; ++n) MeasureRows(s.record[first + n], metric, 0, rows, row_u[n], nullptr);
     for (size_t n = 0; n < points; ++n) {
       const SplatRecord& p = s.record[first + n];
       const Weights<kForm> weights(kernel, p.c);
       const V z = hn::Set(d, p.z), di = hn::Sub(pixel, hn::Set(d, p.fx)),
               across = hn::Mul(hn::Mul(di, metric), di);
       const V di_next = hn::Add(di, next), across_next = hn::Mul(hn::Mul(di_next, metric), di_next);
-      float* start = ring + (static_cast<std::ptrdiff_t>(p.y) * s.pitch + p.x) * 4;
+      float* start = ring + plane_offset(p.x, p.y, s.pitch) * 4;
       const auto add = [&](V level, V row, float* sum) HWY_ATTR {
         const V u = hn::Max(hn::Sub(level, row), zero);
         hn::StoreU(weights.add(u, hn::LoadU(d, sum)), d, sum);

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 
+#include "base/grid.h"
 #include "splat/loop/loops.h"
 #include "splat/loop/splat_isotropic-inl.h"
 #include "splat/loop/splat_weights-inl.h"
@@ -36,7 +37,7 @@ void SplatGeneral(const SplatArgs& s) {
     const int v0 = p.x >= 0 ? 0 : (-p.x) / vp * vp, v1 = std::min(s.columns, s.width - p.x);
     const V fx = hn::Set(d, p.fx), z = hn::Set(d, p.z);
     const Weights<kForm> weights(*s.kernel, p.c);
-    const std::ptrdiff_t start = (static_cast<std::ptrdiff_t>(p.y + r0) * s.pitch + p.x) * 4;
+    const std::ptrdiff_t start = plane_offset(p.x, p.y + r0, s.pitch) * 4;
     for (int g = 0; g < s.groups; ++g) {
       const V dk = hn::Sub(Repeat4(lanes.offset + 4 * g), z);
       const V height = hn::NegMulAdd(hn::Mul(dk, depth2), dk, one);

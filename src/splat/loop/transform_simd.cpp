@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/grid.h"
 #include "splat/loop/loops.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -225,8 +226,8 @@ void Extract(const ExtractArgs& e) {
   const V keep = hn::BitCast(d, hn::Load(hn::RebindToUnsigned<D>(), others));
   const auto rows = [&](auto pick) HWY_ATTR {
     for (int y = 0; y < e.height; ++y) {
-      float* from = e.ring + static_cast<std::ptrdiff_t>(y) * e.pitch * 4;
-      float* to = e.plane + static_cast<std::ptrdiff_t>(y) * e.plane_pitch;
+      float* from = e.ring + plane_offset(0, y, e.pitch) * 4;
+      float* to = e.plane + plane_offset(0, y, e.plane_pitch);
       for (int x = 0; x < e.width; x += lanes, from += 4 * lanes) {
         V v0, v1, v2, v3;
         hn::LoadInterleaved4(d, from, v0, v1, v2, v3);

@@ -87,7 +87,7 @@ struct SplatPlan {
   // Of what is drawn, whose ripple surfaces, maxima and analytic gradients are lit without; null: with it.
   std::shared_ptr<const LatticeSums> sums;
   bool base_visible = false;
-  // Orthographic composites: SheetArgs::whole.
+  // Orthographic composites: SheetClasses::whole.
   std::vector<std::array<float, 4>> whole_sheet;
 
   // Isosurfaces: samples here, beyond all of them, may lack points, and are taken for what they are known to

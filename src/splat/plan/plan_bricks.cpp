@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 
+#include "splat/plan/plan_bounds.h"
 #include "splat/plan/plan_cells.h"
 #include "splat/plan/plan_fan.h"
 #include "splat/plan/plan_points.h"
@@ -15,6 +16,9 @@
 
 namespace bccsplat {
 namespace {
+
+// Sheets: floats tell the depths of a brick's points no finer, so that one may fall into the next gap.
+constexpr double depth_rounding = 1e-4;
 
 BrickAxes brick_axes(const SplatScene& scene, const SplatPlan& plan, const SplatBrick& brick) {
   const SheetView& v = *scene.view;
@@ -63,18 +67,17 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
   Vec3 low, high;
   for (size_t a = 0; a < 3; ++a)
     low[a] = d * (brick.plane[a] + brick.low[a]), high[a] = d * (brick.plane[a] + brick.high[a]);
-  double near = 1e300, far = -1e300;
-  double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300; // of X and Y
+  Bounds sheets, across, down; // the latter of X and Y
   const auto [drift_x, drift_y] = drift(v);
   for (const Vec3& c : box_corners(low, high)) {
     const double k = v.sheet(c);
-    near = std::min(near, k), far = std::max(far, k);
+    sheets.include(k);
     const double shift = v.perspective ? 0 : k;
-    const double x = dot(v.gx, c - v.eye) - shift * drift_x, y = dot(v.gy, c - v.eye) - shift * drift_y;
-    x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+    across.include(dot(v.gx, c - v.eye) - shift * drift_x);
+    down.include(dot(v.gy, c - v.eye) - shift * drift_y);
   }
-  out.first_gap = static_cast<int64_t>(std::floor(near - 1e-4));
-  out.last_gap = static_cast<int64_t>(std::floor(far + 1e-4));
+  out.first_gap = static_cast<int64_t>(std::floor(sheets.low - depth_rounding));
+  out.last_gap = static_cast<int64_t>(std::floor(sheets.high + depth_rounding));
   const int64_t from = std::max(out.first_gap, plan.gaps.first), to = std::min(out.last_gap, plan.gaps.last);
   if (from > to) return false;
   double half_x = 0, half_y = 0;
@@ -86,15 +89,16 @@ bool bound_brick(const SplatScene& scene, const SplatPlan& plan, const SplatBric
     // Feet are X m, with m between the values at the first and the last gap.
     const double m0 = 1 / base_depth(v, from), m1 = 1 / base_depth(v, to);
     const double foot_x = dot(v.gx, v.ez), foot_y = dot(v.gy, v.ez);
-    const double fx0 = std::min(x0 * m0, x0 * m1) - foot_x, fx1 = std::max(x1 * m0, x1 * m1) - foot_x;
-    const double fy0 = std::min(y0 * m0, y0 * m1) - foot_y, fy1 = std::max(y1 * m0, y1 * m1) - foot_y;
-    x0 = fx0, x1 = fx1, y0 = fy0, y1 = fy1;
+    across = {std::min(across.low * m0, across.low * m1) - foot_x,
+              std::max(across.high * m0, across.high * m1) - foot_x};
+    down = {std::min(down.low * m0, down.low * m1) - foot_y,
+            std::max(down.high * m0, down.high * m1) - foot_y};
   } else {
     half_x += std::fabs(drift_x), half_y += std::fabs(drift_y); // the foot on the sheet before the point
   }
-  const auto pixel = [](double p) { return static_cast<int>(std::clamp(p, -1e8, 1e8)); };
-  out.rect = {pixel(std::floor(x0 - half_x) - 1), pixel(std::floor(y0 - half_y) - 1),
-              pixel(std::ceil(x1 + half_x) + 2), pixel(std::ceil(y1 + half_y) + 2)};
+  out.rect = {
+      pixel_number(std::floor(across.low - half_x) - 1), pixel_number(std::floor(down.low - half_y) - 1),
+      pixel_number(std::ceil(across.high + half_x) + 2), pixel_number(std::ceil(down.high + half_y) + 2)};
   return true;
 }
 

@@ -4,13 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "splat/plan/plan_bounds.h"
+
 namespace bccsplat {
 namespace {
 
 double magnitudes(const Vec3& v) { return std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]); }
 
+constexpr double farthest_sheet = 1e15; // doubles tell all sheets up to here apart
+
 // Corrections end one point beyond those of their brick, on either side.
-std::array<Vec3, 8> corners_of(const SparseGrid::Brick& brick) {
+auto corners_of(const SparseGrid::Brick& brick) {
   Vec3 low, high;
   for (size_t a = 0; a < 3; ++a) {
     low[a] = brick.begin[a] - 1.0;
@@ -23,21 +27,22 @@ std::array<Vec3, 8> corners_of(const SparseGrid::Brick& brick) {
 bool bound_brick(const SplatScene& scene, const CorrectionView& at, const SparseGrid::Brick& brick,
                  PlannedCorrections& out) {
   const auto corners = corners_of(brick);
-  double near = 1e300, far = -1e300;
-  for (const Vec3& c : corners) near = std::min(near, at.sheet(c)), far = std::max(far, at.sheet(c));
-  const auto sheet = [](double k) { return static_cast<int64_t>(std::clamp(k, -1e15, 1e15)); };
-  out.first_sheet = std::max(sheet(std::ceil(near)), scene.view->first_sheet());
-  out.last_sheet = sheet(std::floor(far));
+  Bounds sheets;
+  for (const Vec3& c : corners) sheets.include(at.sheet(c));
+  const auto sheet = [](double k) {
+    return static_cast<int64_t>(std::clamp(k, -farthest_sheet, farthest_sheet));
+  };
+  out.first_sheet = std::max(sheet(std::ceil(sheets.low)), scene.view->first_sheet());
+  out.last_sheet = sheet(std::floor(sheets.high));
   if (out.first_sheet > out.last_sheet) return false;
-  double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300;
+  Bounds across, down;
   for (const Vec3& c : corners)
     for (const int64_t k : {out.first_sheet, out.last_sheet}) {
       const auto [x, y] = at.pixel(c, static_cast<double>(k));
-      x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
+      across.include(x), down.include(y);
     }
-  const auto pixel = [](double p) { return static_cast<int>(std::clamp(p, -1e8, 1e8)); };
-  out.rect = {pixel(std::floor(x0)), pixel(std::floor(y0)), pixel(std::ceil(x1)) + 1,
-              pixel(std::ceil(y1)) + 1};
+  out.rect = {pixel_number(std::floor(across.low)), pixel_number(std::floor(down.low)),
+              pixel_number(std::ceil(across.high)) + 1, pixel_number(std::ceil(down.high)) + 1};
   return true;
 }
 

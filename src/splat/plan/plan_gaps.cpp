@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
+#include "splat/plan/plan_bounds.h"
 #include "splat/plan/sheet_metric.h"
 
 namespace bccsplat {
@@ -43,6 +45,8 @@ constexpr int most_table_rows = 4096;
 // Windows of up to this many pixels a side are not clipped: room around the ring, which is larger for it,
 // takes what they would lose. No measurement of the limit is noted.
 constexpr int most_unclipped = 8;
+// At most 7 columns to the left, 7 and the rest of a vector to the right.
+constexpr int spare_columns = 12;
 // The offset of a sheet behind the eye, which is out of reach of everything.
 constexpr float out_of_reach = 1e6f;
 
@@ -128,8 +132,8 @@ class GapPlanner {
       gaps_.lateral[n] =
           static_cast<float>(view_.perspective ? 1 / base_depth(view_, s) : static_cast<double>(n));
       gaps_.half_x[n] = static_cast<float>(half_x), gaps_.half_y[n] = static_cast<float>(half_y);
-      gaps_.columns[n] = static_cast<int32_t>(std::clamp(std::ceil(2 * half_x), 1.0, 1e8));
-      gaps_.rows[n] = static_cast<int32_t>(std::clamp(std::ceil(2 * half_y), 1.0, 1e8));
+      gaps_.columns[n] = static_cast<int32_t>(std::clamp(std::ceil(2 * half_x), 1.0, farthest_pixel));
+      gaps_.rows[n] = static_cast<int32_t>(std::clamp(std::ceil(2 * half_y), 1.0, farthest_pixel));
     }
   }
 
@@ -186,7 +190,7 @@ class GapPlanner {
 
   // Returns the sheets between a gap and the nearest sheet of a group.
   [[nodiscard]] static double nearest_sheet(const float* offset) {
-    double near = 1e30;
+    double near = std::numeric_limits<double>::infinity();
     for (int l = 0; l < 4; ++l) {
       const auto k = static_cast<double>(offset[l]);
       near = std::min(near, std::max({0.0, -k, k - 1}));
@@ -199,7 +203,7 @@ class GapPlanner {
     ring_.whole_windows =
         gaps_.isotropic && gaps_.columns[0] <= most_unclipped && gaps_.rows[0] <= most_unclipped;
     if (!ring_.whole_windows) return;
-    ring_.spare_columns = 12; // at most 7 columns to the left, 7 and the rest of a vector to the right
+    ring_.spare_columns = spare_columns;
     ring_.spare_rows = gaps_.rows[0];
   }
 };

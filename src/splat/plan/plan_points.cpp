@@ -5,30 +5,37 @@
 #include "splat/plan/plan_points.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "splat/points/point_sizes.h"
 
 namespace bccsplat {
 namespace {
 
+constexpr size_t fine_edge = std::tuple_size_v<FineCells>; // fine cells along an edge of a brick
+
 // Whether some bit is set in every block of 2^3 cells of a brick of 8^3.
 bool fills_every_block(const FineCells& cells) {
-  for (size_t z = 0; z < 8; z += 2) {
+  constexpr uint64_t first_of_blocks = 0x0055005500550055; // in two planes, put together
+  for (size_t z = 0; z < fine_edge; z += 2) {
     uint64_t any = cells[z] | cells[z + 1];
-    any |= any >> 8;
+    any |= any >> fine_edge;
     any |= any >> 1;
-    if ((any & 0x0055005500550055u) != 0x0055005500550055u) return false;
+    if ((any & first_of_blocks) != first_of_blocks) return false;
   }
   return true;
 }
 
 // Takes out what the cells of 4^3 planes leave out.
 void cut_cells(FineCells& fine, uint64_t cells) {
-  for (size_t z = 0; z < 8; ++z)
-    for (size_t y = 0; y < 8; ++y) {
-      const uint64_t four = cells >> (16 * (z / 2) + 4 * (y / 2)) & 15;
-      const uint64_t spread = (four & 1) | (four & 2) << 1 | (four & 4) << 2 | (four & 8) << 3;
-      fine[z] &= ~(uint64_t{255} << (8 * y)) | (spread * 3) << (8 * y);
+  constexpr uint64_t row_of_fine = 255, row_of_cells = 15;
+  constexpr size_t cells_per_plane = 16, cells_per_row = 4;
+  for (size_t z = 0; z < fine_edge; ++z)
+    for (size_t y = 0; y < fine_edge; ++y) {
+      const uint64_t row = cells >> (cells_per_plane * (z / 2) + cells_per_row * (y / 2)) & row_of_cells;
+      uint64_t spread = 0; // each bit at twice its place
+      for (size_t x = 0; x < cells_per_row; ++x) spread |= (row & uint64_t{1} << x) << x;
+      fine[z] &= ~(row_of_fine << (fine_edge * y)) | (spread * 3) << (fine_edge * y);
     }
 }
 

@@ -30,12 +30,15 @@ enum SkipBits : uint32_t {    // of SplatOptions::disable_skips
   skip_cells = 64,     // invisible parts of bricks that are visible
 };
 
+// A pixel this opaque is taken for finished: what is behind would add at most 0.005 of its light.
+inline constexpr double default_opacity_stop = 0.995;
+
 struct SplatOptions {
   RenderMode mode = RenderMode::composite;
   bool shading = true;
   GradientMethod gradient = GradientMethod::analytic;
-  std::vector<IsoSurface> surfaces; // mode isosurface: those with an opacity; none are alike
-  double opacity_stop = 0.995;      // a pixel this opaque is finished; 1: never
+  std::vector<IsoSurface> surfaces;           // mode isosurface: those with an opacity; none are alike
+  double opacity_stop = default_opacity_stop; // a pixel this opaque is finished; 1: never
   uint32_t disable_skips = 0;
   int tile_size = 0; // pixels; 0: chosen
   bool with_value = false, with_time = false;

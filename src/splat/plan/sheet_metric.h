@@ -34,14 +34,18 @@ struct SheetMetric {
   return {dot(v.gx, v.ez), dot(v.gy, v.ez)};
 }
 
+// What rounding leaves of zero: of the entries of a metric beside the largest, and of drifts, pixels per
+// sheet.
+inline constexpr double metric_rounding = 1e-12, drift_rounding = 1e-9;
+
 // Whether a sheet's metric is a multiple of the identity and rays run along its normal.
 [[nodiscard]] inline bool isotropic(const SheetView& v) {
   const SheetMetric metric(v);
   const auto [drift_x, drift_y] = drift(v);
   const double largest = std::max(metric.xx, metric.yy);
-  return !v.perspective && std::fabs(metric.xy) < 1e-12 * largest &&
-         std::fabs(metric.xx - metric.yy) < 1e-12 * largest && std::fabs(drift_x) < 1e-9 &&
-         std::fabs(drift_y) < 1e-9;
+  return !v.perspective && std::fabs(metric.xy) < metric_rounding * largest &&
+         std::fabs(metric.xx - metric.yy) < metric_rounding * largest &&
+         std::fabs(drift_x) < drift_rounding && std::fabs(drift_y) < drift_rounding;
 }
 
 // Depth of a gap's first sheet, in sheet steps from the eye: never behind the first sheet.

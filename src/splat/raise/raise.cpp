@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "base/grid.h"
+
 namespace bccsplat {
 namespace {
 
@@ -95,9 +97,8 @@ void blend_reference(const BlendArgs& a) {
   for (int y = a.y0; y < a.y1; ++y)
     for (int x = a.x0; x < a.x1; ++x) {
       float sum = 0;
-      for (int t = 0; t < a.taps; ++t)
-        sum += a.weight[t] * a.plane[t][static_cast<std::ptrdiff_t>(y) * a.pitch + x];
-      a.out[static_cast<std::ptrdiff_t>(y) * a.out_pitch + x] = sum;
+      for (int t = 0; t < a.taps; ++t) sum += a.weight[t] * a.plane[t][plane_offset(x, y, a.pitch)];
+      a.out[plane_offset(x, y, a.out_pitch)] = sum;
     }
 }
 
@@ -114,7 +115,7 @@ void raise_reference(const RaiseArgs& a) {
         }
         sum += a.weight_x[static_cast<size_t>(i) * a.weight_pitch_x + static_cast<size_t>(x)] * down;
       }
-      a.plane[static_cast<std::ptrdiff_t>(y) * a.plane_pitch + x] = sum;
+      a.plane[plane_offset(x, y, a.plane_pitch)] = sum;
     }
 }
 

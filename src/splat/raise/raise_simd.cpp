@@ -9,6 +9,7 @@
 
 #include <algorithm>
 
+#include "base/grid.h"
 #include "splat/raise/raise.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -30,15 +31,15 @@ constexpr hn::RebindToSigned<D> di;
 template<int kTaps> HWY_INLINE void RaiseRows(const RaiseArgs& a, int y, int end, int first, int last) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int r = y; r < end; ++r) {
-    const float* from = a.sheet + static_cast<std::ptrdiff_t>(a.sample_y[r] - a.origin_y) * a.sheet_pitch;
-    float* to = a.scratch + static_cast<std::ptrdiff_t>(r - y) * a.scratch_pitch;
+    const float* from = a.sheet + plane_offset(0, a.sample_y[r] - a.origin_y, a.sheet_pitch);
+    float* to = a.scratch + plane_offset(0, r - y, a.scratch_pitch);
     V w[kTaps];
     for (int t = 0; t < kTaps; ++t)
       w[t] = hn::Set(d, a.weight_y[static_cast<size_t>(t) * a.weight_pitch_y + static_cast<size_t>(r)]);
     for (int c = first; c < last; c += lanes) {
       V sum = hn::Mul(w[0], hn::LoadU(d, from + c));
       for (int t = 1; t < kTaps; ++t)
-        sum = hn::MulAdd(w[t], hn::LoadU(d, from + static_cast<std::ptrdiff_t>(t) * a.sheet_pitch + c), sum);
+        sum = hn::MulAdd(w[t], hn::LoadU(d, from + plane_offset(c, t, a.sheet_pitch)), sum);
       hn::StoreU(sum, d, to + (c - first));
     }
   }
@@ -61,7 +62,7 @@ template<int kTaps> void RaiseTaps(const RaiseArgs& a) {
       for (int t = 0; t < kTaps; ++t)
         w[t] = hn::LoadU(d, a.weight_x + static_cast<size_t>(t) * a.weight_pitch_x + static_cast<size_t>(x));
       const float* from = a.scratch + (base - a.origin_x - first);
-      float* to = a.plane + static_cast<std::ptrdiff_t>(y) * a.plane_pitch + x;
+      float* to = a.plane + plane_offset(x, y, a.plane_pitch);
       const auto rows = [&](auto pick) HWY_ATTR {
         for (int r = y; r < end; ++r, from += a.scratch_pitch, to += a.plane_pitch) {
           V sum = hn::Mul(w[0], pick(from));
@@ -83,8 +84,8 @@ template<int kTaps> void RaiseTaps(const RaiseArgs& a) {
 void Blend(const BlendArgs& a) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   for (int y = a.y0; y < a.y1; ++y) {
-    float* const out = a.out + static_cast<std::ptrdiff_t>(y) * a.out_pitch;
-    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * a.pitch;
+    float* const out = a.out + plane_offset(0, y, a.out_pitch);
+    const std::ptrdiff_t row = plane_offset(0, y, a.pitch);
     for (int x = a.x0; x < a.x1; x += lanes) {
       V sum = hn::Zero(d);
       for (int t = 0; t < a.taps; ++t)

@@ -12,12 +12,12 @@ namespace {
 
 // Of the analytic sums gi, gj and gk at a pixel of the tile.
 void take_ripple_off(const SheetArgs& s, int x, int y, float value, float& gi, float& gj, float& gk) {
-  const SheetRipple& r = s.ripple;
+  const SheetRipple& r = s.analytic.ripple;
   if (!r.sums) return;
   Vec3 place;
   for (size_t a = 0; a < 3; ++a)
-    place[a] = static_cast<double>(static_cast<float>(s.x + x) * r.per_x[a] +
-                                   (r.at[a] + static_cast<float>(s.y + y) * r.per_y[a]));
+    place[a] = static_cast<double>(static_cast<float>(s.tile.x + x) * r.per_x[a] +
+                                   (r.at[a] + static_cast<float>(s.tile.y + y) * r.per_y[a]));
   const Vec3 ripple = r.sums->nearest_gradient(place);
   for (size_t a = 0; a < 3; ++a) {
     const float of_value = value * static_cast<float>(ripple[a]);
@@ -28,26 +28,28 @@ void take_ripple_off(const SheetArgs& s, int x, int y, float value, float& gi, f
 } // namespace
 
 float segment_weight(const SheetArgs& s, size_t p) {
-  const float w = std::min(s.k + 0.5f, s.pixel.leave[p]) - std::max(s.k - s.front, s.pixel.enter[p]);
+  const float w = std::min(s.segment.end(), s.pixel.leave[p]) - std::max(s.segment.begin(), s.pixel.enter[p]);
   return std::max(w, 0.0f);
 }
 
 Vec3 world_gradient(const SheetArgs& s, int x, int y) {
-  const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x;
+  const std::ptrdiff_t at = s.tile.sample(x, y);
+  const SheetDifferences& by = s.differences;
   float gi, gj, gk;
-  if (s.central || s.fourth_order) {
+  if (by.neighbours > 0) {
     const auto slope = [&](std::ptrdiff_t step) {
-      const float near = s.value[at + step] - s.value[at - step];
-      return s.fourth_order ? (8 * near - (s.value[at + 2 * step] - s.value[at - 2 * step])) / 12 : near / 2;
+      const float* v = s.field.value + at;
+      const float near = v[step] - v[-step];
+      return by.neighbours == 2 ? (8 * near - (v[2 * step] - v[-2 * step])) / 12 : near / 2;
     };
-    gi = slope(1), gj = slope(s.plane_pitch);
-    const float slant_x = s.basis.slant_x + static_cast<float>(s.x + x) * s.basis.slant_per_x;
-    const float slant_y = s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y;
-    gk = s.depth_scale * (s.after[at] - s.before[at]) - slant_x * gi - slant_y * gj;
-    if (s.fourth_order) gk += s.depth_scale2 * (s.after2[at] - s.before2[at]);
+    gi = slope(1), gj = slope(s.tile.plane_pitch);
+    const float slant_x = s.basis.slant_x + static_cast<float>(s.tile.x + x) * s.basis.slant_per_x;
+    const float slant_y = s.basis.slant_y + static_cast<float>(s.tile.y + y) * s.basis.slant_per_y;
+    gk = by.depth_scale * (by.after[at] - by.before[at]) - slant_x * gi - slant_y * gj;
+    if (by.neighbours == 2) gk += by.depth_scale2 * (by.after2[at] - by.before2[at]);
   } else {
-    gi = s.sum_i[at], gj = s.sum_j[at], gk = s.sum_k[at];
-    take_ripple_off(s, x, y, s.value[at], gi, gj, gk);
+    gi = s.analytic.i[at], gj = s.analytic.j[at], gk = s.analytic.k[at];
+    take_ripple_off(s, x, y, s.field.value[at], gi, gj, gk);
   }
   gi *= s.basis.unit, gj *= s.basis.unit, gk *= s.basis.unit;
   Vec3 g;
@@ -59,37 +61,37 @@ Vec3 world_gradient(const SheetArgs& s, int x, int y) {
 
 Segment classify_pixel(const SheetArgs& s, size_t p, std::ptrdiff_t at, float share) {
   Segment out;
-  out.begin = std::max(s.k - s.front, s.pixel.enter[p]);
+  out.begin = std::max(s.segment.begin(), s.pixel.enter[p]);
   out.weight = segment_weight(s, p);
-  out.value = s.base + s.value[at];
+  out.value = s.field.base + s.field.value[at];
+  const ClassTable& table = *s.classes.table;
   const float path = share * s.pixel.path[p];
-  if (!s.preintegrated) {
-    const auto& [red, green, blue, extinction] =
-        s.table->entry[static_cast<size_t>(s.table->index(out.value))];
+  if (!s.halves.preintegrated) {
+    const auto& [red, green, blue, extinction] = table.entry[static_cast<size_t>(table.index(out.value))];
     out.color = {red, green, blue};
     out.depth = extinction * out.weight * path, out.absorbed = absorbed(out.depth);
     return out;
   }
   if (!(out.weight > 0)) return out;
   const auto halfway = [&](const Halfway& h, bool known) {
-    if (!known) return s.value[at];
+    if (!known) return s.field.value[at];
     return h.weight[0] * h.plane[0][at] +
            (h.weight[1] * h.plane[1][at] + (h.weight[2] * h.plane[2][at] + h.weight[3] * h.plane[3][at]));
   };
-  const float front = halfway(s.front_half, s.k - 1 >= s.pixel.enter[p] - s.known),
-              back = halfway(s.back_half, s.k + 1 <= s.pixel.leave[p] + s.known);
-  const auto entry = [&](float value) { return (s.base + value - s.table->low) * s.table->scale; };
-  const float e = entry(s.value[at]), e_front = entry(front), e_back = entry(back);
+  const float front = halfway(s.halves.front, s.segment.k - 1 >= s.pixel.enter[p] - s.halves.known),
+              back = halfway(s.halves.back, s.segment.k + 1 <= s.pixel.leave[p] + s.halves.known);
+  const auto entry = [&](float value) { return (s.field.base + value - table.low) * table.scale; };
+  const float e = entry(s.field.value[at]), e_front = entry(front), e_back = entry(back);
   // Where the segment begins and ends, and the border of its halves, in sheets from k.
-  const float t0 = out.begin - s.k, t1 = t0 + out.weight, tm = std::clamp(0.0f, t0, t1);
+  const float t0 = out.begin - s.segment.k, t1 = t0 + out.weight, tm = std::clamp(0.0f, t0, t1);
   const auto value = [&](float t) {
     if (t <= -0.5f) return e_front;
     if (t >= 0.5f) return e_back;
     return t < 0 ? e + 2 * t * (e - e_front) : e + 2 * t * (e_back - e);
   };
   out.front_weight = tm - t0;
-  const SegmentClass c = classify_segment(*s.table, {value(t0), value(tm), value(t1)},
-                                          {out.front_weight * path, (t1 - tm) * path});
+  const SegmentClass c =
+      classify_segment(table, {value(t0), value(tm), value(t1)}, {out.front_weight * path, (t1 - tm) * path});
   out.color = c.color, out.absorbed = c.absorbed, out.front = c.front, out.depth = c.depth;
   if (c.absorbed > 0) out.value = c.value;
   return out;
@@ -99,21 +101,21 @@ namespace {
 
 int composite_sheet(const SheetArgs& s) {
   int closed = 0;
-  for (int y = 0; y < s.height; ++y)
-    for (int x = 0; x < s.width; ++x) {
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+  for (int y = 0; y < s.tile.height; ++y)
+    for (int x = 0; x < s.tile.width; ++x) {
+      const size_t p = s.tile.pixel(x, y);
       float& alpha = s.pixel.alpha[p];
-      if (alpha >= s.stop || (s.hole && s.hole[p])) continue;
-      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x;
+      if (alpha >= s.classes.stop || (s.hole && s.hole[p])) continue;
+      const std::ptrdiff_t at = s.tile.sample(x, y);
       const Segment segment = classify_pixel(s, p, at);
       if (!(segment.absorbed > 0)) continue;
       const float f = (1 - alpha) * segment.absorbed;
       Shading lit{{1, 1, 1}, {}};
-      if (s.shading)
-        lit = shade(*s.lights, world_gradient(s, x, y),
+      if (s.shading.on)
+        lit = shade(*s.shading.lights, world_gradient(s, x, y),
                     {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
                      static_cast<double>(s.pixel.view_z[p])},
-                    static_cast<double>(s.value[at]));
+                    static_cast<double>(s.field.value[at]));
       s.pixel.red[p] +=
           f * (segment.color[0] * static_cast<float>(lit.scale[0]) + static_cast<float>(lit.highlight[0]));
       s.pixel.green[p] +=
@@ -127,18 +129,16 @@ int composite_sheet(const SheetArgs& s) {
         // its halves where the opacity passes 1/2.
         const float middle = before + (1 - before) * segment.front;
         float from = before, to = alpha, begin = segment.begin, weight = segment.weight;
-        if (s.preintegrated && middle >= 0.5f)
+        if (s.halves.preintegrated && middle >= 0.5f)
           to = middle, weight = segment.front_weight;
-        else if (s.preintegrated)
+        else if (s.halves.preintegrated)
           from = middle, begin += segment.front_weight, weight -= segment.front_weight;
         const float part = to < 1 ? std::log(0.5f / (1 - from)) / std::log((1 - to) / (1 - from)) : 0.0f;
         s.pixel.depth[p] = begin + part * weight;
       }
       if (s.pixel.value) s.pixel.value[p] += f * segment.value;
-      if (s.pixel.time)
-        s.pixel.time[p] += f * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
-                                s.time[2] * static_cast<float>(s.y + y));
-      if (alpha >= s.stop) ++closed;
+      if (s.pixel.time) s.pixel.time[p] += f * s.time_at(x, y);
+      if (alpha >= s.classes.stop) ++closed;
     }
   return closed;
 }
@@ -150,17 +150,16 @@ int composite(std::span<const SheetArgs> sheets) {
 }
 
 void integrate(const SheetArgs& s) {
-  for (int y = 0; y < s.height; ++y)
-    for (int x = 0; x < s.width; ++x) {
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+  for (int y = 0; y < s.tile.height; ++y)
+    for (int x = 0; x < s.tile.width; ++x) {
+      const size_t p = s.tile.pixel(x, y);
       if (s.hole && s.hole[p]) continue;
-      const float value = s.above_air + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      const float value = s.field.above_air + s.field.value[s.tile.sample(x, y)];
       const float part = value * segment_weight(s, p) * s.pixel.path[p];
       s.pixel.red[p] += part;
       if (!s.pixel.time) continue;
       s.pixel.alpha[p] += std::fabs(part);
-      s.pixel.time[p] += std::fabs(part) * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
-                                            s.time[2] * static_cast<float>(s.y + y));
+      s.pixel.time[p] += std::fabs(part) * s.time_at(x, y);
     }
 }
 
@@ -176,8 +175,8 @@ size_t crossings(const CrossingArgs& c) {
   size_t count = 0;
   for (int y = 0; y < c.height; ++y)
     for (int x = 0; x < c.width; ++x) {
-      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
+      const std::ptrdiff_t at = plane_offset(x, y, c.plane_pitch);
+      const size_t p = plane_index(x, y, c.pitch);
       if (!(c.alpha[p] < c.stop)) continue;
       for (int n = 0; n < c.count; ++n) {
         const float k = c.k + static_cast<float>(n);
@@ -194,14 +193,14 @@ size_t crossings(const CrossingArgs& c) {
 }
 
 void maximum(const SheetArgs& s) {
-  for (int y = 0; y < s.height; ++y)
-    for (int x = 0; x < s.width; ++x) {
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
+  for (int y = 0; y < s.tile.height; ++y)
+    for (int x = 0; x < s.tile.width; ++x) {
+      const size_t p = s.tile.pixel(x, y);
       if ((s.hole && s.hole[p]) || !(segment_weight(s, p) > 0)) continue;
-      const float value = s.base + s.value[static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x];
+      const float value = s.field.base + s.field.value[s.tile.sample(x, y)];
       if (!(value > s.pixel.red[p])) continue;
       s.pixel.red[p] = value;
-      s.pixel.depth[p] = s.k;
+      s.pixel.depth[p] = s.segment.k;
     }
 }
 

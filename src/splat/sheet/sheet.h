@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <span>
 
+#include "base/grid.h"
 #include "field/lattice_sums.h"
 #include "splat/shade/class_table.h"
 #include "splat/shade/light.h"
@@ -40,6 +41,42 @@ struct GradientBasis {
   float slant_per_x = 0, slant_per_y = 0; // more per pixel (perspective)
 };
 
+// The segments that a sheet stands for, in steps of the sheets.
+struct SheetSegments {
+  float k = 0;        // sheet number
+  float front = 0.5f; // they begin this much before k, those of the first sheet at the eye
+  [[nodiscard]] float begin() const { return k - front; }
+  [[nodiscard]] float end() const { return k + 0.5f; }
+};
+
+// The tile's place in the picture and the shapes of its planes.
+struct SheetTile {
+  int x = 0, y = 0, width = 0, height = 0;
+  int pitch = 0;               // of PixelPlanes and holes
+  int plane_pitch = 0;         // of the planes of sheets, which have a border
+  PixelRect seen = all_pixels; // pixels of the tile outside of it are the base, which is invisible
+  // Where pixel (x, y) of the tile is in a plane of pixels, and in a plane of sheets from its first pixel on.
+  [[nodiscard]] size_t pixel(int column, int row) const { return plane_index(column, row, pitch); }
+  [[nodiscard]] std::ptrdiff_t sample(int column, int row) const {
+    return plane_offset(column, row, plane_pitch);
+  }
+};
+
+struct SheetField {
+  // Values relative to the base of the field, from the tile's first pixel on, inside a plane with a border.
+  const float* value = nullptr;
+  float base = 0;
+  float above_air = 0; // the base less air, which mode xray integrates from
+};
+
+// Gradients by differences: the sheets k - 1 and k + 1, k - 2 and k + 2, and the factor of each pair's
+// difference.
+struct SheetDifferences {
+  int neighbours = 0; // on either side that are looked at, 1 or 2; 0: gradients are analytic
+  const float *before = nullptr, *after = nullptr, *before2 = nullptr, *after2 = nullptr;
+  float depth_scale = 0, depth_scale2 = 0;
+};
+
 // Where the samples of a sheet lie in the cells of the lattice, whose ripple is taken off analytic gradients.
 struct SheetRipple {
   const LatticeSums* sums = nullptr; // null: it is left in them
@@ -50,50 +87,62 @@ struct SheetRipple {
   std::array<float, 3> sum_i{}, sum_j{}, sum_k{};
 };
 
+// Gradients by the sums of the kernel's own gradient.
+struct SheetSums {
+  const float *i = nullptr, *j = nullptr, *k = nullptr;
+  SheetRipple ripple{};
+};
+
+// How values become colours and opacities.
+struct SheetClasses {
+  const ClassTable* table = nullptr;
+  // The table's entries, in an orthographic view, with the opacity of a whole sheet in place of the
+  // extinction; null: none.
+  const std::array<float, 4>* whole = nullptr;
+  float stop = 1; // a pixel this opaque is finished
+};
+
+struct SheetShading {
+  bool on = false;
+  // Orthographic: the direction to the viewer that all rays share.
+  bool alike = false;
+  Vec3 to_viewer{};
+  const Lights* lights = nullptr;
+  float noise = 0, noise_of_value = 0; // of the lights, enlarged as gradients are
+};
+
 // A value between sheets: the weighted sum of four planes.
 struct Halfway {
   std::array<const float*, 4> plane{};
   std::array<float, 4> weight{};
 };
 
-struct SheetArgs {
-  float k = 0;        // sheet number
-  float front = 0.5f; // the segment begins this much before k, that of the first sheet at the eye
-  int x = 0, y = 0;   // of the tile in the picture
-  int width = 0, height = 0, pitch = 0;
-  PixelRect seen = all_pixels; // pixels of the tile outside of it are the base, which is invisible
-  // Values relative to the base of the field, from the tile's first pixel on, inside a plane with a border.
-  const float* value = nullptr;
-  // For differences: the sheets k - 1 and k + 1, k - 2 and k + 2, and the factor of each pair's difference.
-  const float *before = nullptr, *after = nullptr, *before2 = nullptr, *after2 = nullptr;
-  float depth_scale = 0, depth_scale2 = 0;
-  const float *sum_i = nullptr, *sum_j = nullptr, *sum_k = nullptr; // analytic
-  int plane_pitch = 0;
-  bool central = false;      // differences over one neighbour
-  bool fourth_order = false; // and over two
-  bool shading = false;
-  float base = 0, stop = 1;
-  float above_air = 0; // the base less air, which mode xray integrates from
-  const ClassTable* table = nullptr;
-  const Lights* lights = nullptr;
-  GradientBasis basis;
-  SheetRipple ripple;
-  float noise = 0, noise_of_value = 0; // of the lights, enlarged as gradients are
-  // Segments are classified by the table's integrals, the value running linearly from half a sheet before k
-  // to k and on to half a sheet behind it. Samples more than `known` sheets outside the domain are not looked
-  // at.
-  bool preintegrated = false;
-  Halfway front_half, back_half;
+// Segments are classified by the table's integrals, the value running linearly from half a sheet before k to
+// k and on to half a sheet behind it. Samples more than `known` sheets outside the domain are not looked at.
+struct SheetHalves {
+  bool preintegrated = false; // false: by the entry of the value at k
   float known = 0;
-  // Orthographic: the direction to the viewer that all rays share.
-  bool alike = false;
-  Vec3 to_viewer{};
-  // The table's entries, in an orthographic view, with the opacity of a whole sheet in place of the
-  // extinction; null: none.
-  const std::array<float, 4>* whole = nullptr;
+  Halfway front{}, back{};
+};
+
+struct SheetArgs {
+  SheetSegments segment{};
+  SheetTile tile{};
+  SheetField field{};
+  SheetDifferences differences{};
+  SheetSums analytic{};
+  GradientBasis basis{}; // of the gradients of either kind
+  SheetClasses classes{};
+  SheetShading shading{};
+  SheetHalves halves{};
   const uint8_t* hole = nullptr; // per pixel, `pitch` per row; null: none
   std::array<float, 4> time{};   // frame index at (i, j): [0] + [1] i + [2] j
-  PixelPlanes pixel;
+  PixelPlanes pixel{};
+  // Pixels are those of the tile.
+  [[nodiscard]] float time_at(int column, int row) const {
+    return time[0] + time[1] * static_cast<float>(tile.x + column) +
+           time[2] * static_cast<float>(tile.y + row);
+  }
 };
 
 // A pixel of the tile whose field passes the target between two sheets, or may pass it twice there, which

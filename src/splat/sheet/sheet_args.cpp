@@ -46,8 +46,7 @@ GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t 
   return basis;
 }
 
-void set_ripple(const SheetView& view, int64_t k, double radius, SheetArgs& a) {
-  SheetRipple& r = a.ripple;
+void set_ripple(const SheetView& view, int64_t k, double radius, SheetRipple& r) {
   const auto sheet = static_cast<double>(k);
   const double cell = r.sums->cell(), scale = view.scale(sheet);
   const Vec3 first = view.sample(0, 0, sheet);

@@ -16,9 +16,9 @@ namespace bccsplat {
 [[nodiscard]] GradientBasis gradient_basis(const Slice& slice, const SheetView& view, int64_t k,
                                            int differences);
 
-// Sets where the samples of sheet k lie in the cells of the lattice, of args with a tile and lattice sums.
-// radius: of the kernel.
-void set_ripple(const SheetView& view, int64_t k, double radius, SheetArgs& a);
+// Sets where the samples of sheet k lie in the cells of the lattice, whose sums are set. radius: of the
+// kernel.
+void set_ripple(const SheetView& view, int64_t k, double radius, SheetRipple& ripple);
 
 // The field is known this far outside the domain (make_points), lattice units.
 inline constexpr double samples_beyond = 2;
@@ -34,12 +34,13 @@ inline constexpr double samples_beyond = 2;
 // Sets what segments are classified from by integrals. `plane(k)` is as SheetSource's of values.
 template<class Plane>
 void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, const Plane& plane) {
+  const float* const here = a.field.value;
   // From k in the direction of the half; nothing is sampled before the first sheet in front of an eye.
   const auto make = [&](int64_t toward) {
     const int64_t first = view.first_sheet();
     const auto exists = [&](int64_t n) { return k + n * toward >= first; };
-    const auto at = [&](int64_t n) { return exists(n) ? plane(k + n * toward) : a.value; };
-    Halfway h{{a.value, at(1), sheets == 1 ? a.value : at(-1), sheets == 1 ? a.value : at(2)}, {}};
+    const auto at = [&](int64_t n) { return exists(n) ? plane(k + n * toward) : here; };
+    Halfway h{{here, at(1), sheets == 1 ? here : at(-1), sheets == 1 ? here : at(2)}, {}};
     if (!exists(1))
       h.weight = {1, 0, 0, 0};
     else if (sheets == 1)
@@ -56,9 +57,10 @@ void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, con
     }
     return h;
   };
-  a.preintegrated = true;
-  a.front_half = make(-1), a.back_half = make(1);
-  a.known = static_cast<float>(samples_beyond / view.step);
+  a.halves = {.preintegrated = true,
+              .known = static_cast<float>(samples_beyond / view.step),
+              .front = make(-1),
+              .back = make(1)};
 }
 
 // Sets number, planes and gradient of sheet k, whose tile, lights and lattice sums are set. `plane(k,
@@ -66,28 +68,32 @@ void set_halfway(SheetArgs& a, const SheetView& view, int64_t k, int sheets, con
 template<class Plane>
 void set_sheet(SheetArgs& a, const Slice& slice, const SheetView& view, int64_t k, bool analytic,
                int differences, const Plane& plane) {
-  a.k = static_cast<float>(k);
-  a.front = k == view.first_sheet() ? 2 : 0.5f;
-  a.alike = !view.perspective;
-  if (a.alike) a.to_viewer = to_viewer(view, 0, 0);
-  a.value = plane(k, size_t{0});
-  a.central = differences == 1, a.fourth_order = differences == 2;
+  a.segment = {.k = static_cast<float>(k), .front = k == view.first_sheet() ? 2 : 0.5f};
+  a.shading.alike = !view.perspective;
+  if (a.shading.alike) a.shading.to_viewer = to_viewer(view, 0, 0);
+  a.field.value = plane(k, size_t{0});
   if (differences > 0) {
     // Nothing is sampled before the first sheet in front of an eye, so that there are fewer neighbours.
     const auto front = std::min<int64_t>(k - view.first_sheet(), differences);
-    a.after = plane(k + 1, size_t{0}), a.before = front > 0 ? plane(k - 1, size_t{0}) : a.value;
-    a.depth_scale = front == 2 ? 8.0f / 12 : front == 1 ? 0.5f : 1.0f;
-    a.after2 = a.before2 = a.value, a.depth_scale2 = 0;
-    if (front == 2)
-      a.after2 = plane(k + 2, size_t{0}), a.before2 = plane(k - 2, size_t{0}), a.depth_scale2 = -1.0f / 12;
+    const float* const here = a.field.value;
+    a.differences = {.neighbours = differences,
+                     .before = front > 0 ? plane(k - 1, size_t{0}) : here,
+                     .after = plane(k + 1, size_t{0}),
+                     .before2 = front == 2 ? plane(k - 2, size_t{0}) : here,
+                     .after2 = front == 2 ? plane(k + 2, size_t{0}) : here,
+                     .depth_scale = front == 2   ? 8.0f / 12
+                                    : front == 1 ? 0.5f
+                                                 : 1.0f,
+                     .depth_scale2 = front == 2 ? -1.0f / 12 : 0.0f};
   } else if (analytic) {
-    a.sum_i = plane(k, size_t{1}), a.sum_j = plane(k, size_t{2}), a.sum_k = plane(k, size_t{3});
-    if (a.ripple.sums) set_ripple(view, k, slice.kernel.space.radius, a);
+    a.analytic.i = plane(k, size_t{1}), a.analytic.j = plane(k, size_t{2}),
+    a.analytic.k = plane(k, size_t{3});
+    if (a.analytic.ripple.sums) set_ripple(view, k, slice.kernel.space.radius, a.analytic.ripple);
   }
   if (differences == 0 && !analytic) return;
   a.basis = gradient_basis(slice, view, k, differences);
-  a.noise = static_cast<float>(a.lights->noise.constant * a.basis.enlarged);
-  a.noise_of_value = static_cast<float>(a.lights->noise.of_value * a.basis.enlarged);
+  a.shading.noise = static_cast<float>(a.shading.lights->noise.constant * a.basis.enlarged);
+  a.shading.noise_of_value = static_cast<float>(a.shading.lights->noise.of_value * a.basis.enlarged);
 }
 
 } // namespace bccsplat

@@ -50,14 +50,14 @@ struct ByEntry {
     const auto index =
         hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(out.value, low), scale), hn::Zero(d)), top));
     const M visible = hn::RebindMask(d, hn::And(hn::Gt(index, first), hn::Lt(index, last)));
-    extent.begin = hn::Max(Set(s.k - s.front), enter);
-    extent.weight = hn::Max(hn::Sub(hn::Min(Set(s.k + 0.5f), leave), extent.begin), hn::Zero(d));
+    extent.begin = hn::Max(Set(s.segment.begin()), enter);
+    extent.weight = hn::Max(hn::Sub(hn::Min(Set(s.segment.end()), leave), extent.begin), hn::Zero(d));
     active = hn::And(hn::And(visible, hn::Lt(alpha, stop)), hn::Gt(extent.weight, hn::Zero(d)));
     if (s.hole) active = hn::And(active, px.solid());
     if (hn::AllFalse(d, active)) return false;
     const V one = Set(1.0f);
-    const M whole = s.whole ? hn::And(active, hn::Eq(extent.weight, one)) : hn::Lt(one, one);
-    if (!hn::AllFalse(d, whole)) LookUp(s.whole, index, out.red, out.green, out.blue, out.absorbed);
+    const M whole = s.classes.whole ? hn::And(active, hn::Eq(extent.weight, one)) : hn::Lt(one, one);
+    if (!hn::AllFalse(d, whole)) LookUp(s.classes.whole, index, out.red, out.green, out.blue, out.absorbed);
     const M partial = hn::AndNot(whole, active);
     if (!hn::AllFalse(d, partial)) {
       V extinction;
@@ -167,13 +167,13 @@ struct ByIntegrals {
 
   HWY_INLINE bool operator()(const SheetArgs& s, const Pixels& px, V alpha, V enter, V leave, V stop,
                              Extent& extent, SegmentColor& out, M& active) const {
-    const V zero = hn::Zero(d), half = Set(0.5f), k = Set(s.k);
-    extent.begin = hn::Max(Set(s.k - s.front), enter);
-    extent.weight = hn::Max(hn::Sub(hn::Min(Set(s.k + 0.5f), leave), extent.begin), zero);
+    const V zero = hn::Zero(d), half = Set(0.5f), k = Set(s.segment.k);
+    extent.begin = hn::Max(Set(s.segment.begin()), enter);
+    extent.weight = hn::Max(hn::Sub(hn::Min(Set(s.segment.end()), leave), extent.begin), zero);
     active = hn::And(hn::Lt(alpha, stop), hn::Gt(extent.weight, zero));
     if (s.hole) active = hn::And(active, px.solid());
     if (hn::AllFalse(d, active)) return false;
-    const V sample = hn::LoadU(d, s.value + px.at);
+    const V sample = hn::LoadU(d, s.field.value + px.at);
     const auto halfway = [&](const Halfway& h, M known) HWY_ATTR {
       const auto term = [&](size_t n) HWY_ATTR { return hn::LoadU(d, h.plane[n] + px.at); };
       const V sum =
@@ -182,11 +182,12 @@ struct ByIntegrals {
                                 hn::MulAdd(Set(h.weight[2]), term(2), hn::Mul(Set(h.weight[3]), term(3)))));
       return hn::IfThenElse(known, sum, sample);
     };
-    const V known = Set(s.known);
-    const V before = halfway(s.front_half, hn::Ge(Set(s.k - 1), hn::Sub(enter, known))),
-            behind = halfway(s.back_half, hn::Le(Set(s.k + 1), hn::Add(leave, known)));
-    const auto entry = [&](V value)
-                           HWY_ATTR { return hn::Mul(hn::Sub(hn::Add(Set(s.base), value), low), scale); };
+    const V known = Set(s.halves.known);
+    const V before = halfway(s.halves.front, hn::Ge(Set(s.segment.k - 1), hn::Sub(enter, known))),
+            behind = halfway(s.halves.back, hn::Le(Set(s.segment.k + 1), hn::Add(leave, known)));
+    const auto entry = [&](V value) HWY_ATTR {
+      return hn::Mul(hn::Sub(hn::Add(Set(s.field.base), value), low), scale);
+    };
     const V e = entry(sample), e_front = entry(before), e_back = entry(behind);
     // Beside the domain a ray begins at infinity.
     const V t0 = hn::IfThenElseZero(active, hn::Sub(extent.begin, k)),

@@ -145,11 +145,11 @@ struct Pixels {
 
   HWY_INLINE V load(const float* plane) const { return hn::LoadU(d, plane + p); }
   HWY_INLINE V weight() const {
-    const V end = hn::Min(Set(s.k + 0.5f), load(s.pixel.leave));
-    return hn::Max(hn::Sub(end, hn::Max(Set(s.k - s.front), load(s.pixel.enter))), hn::Zero(d));
+    const V end = hn::Min(Set(s.segment.end()), load(s.pixel.leave));
+    return hn::Max(hn::Sub(end, hn::Max(Set(s.segment.begin()), load(s.pixel.enter))), hn::Zero(d));
   }
-  HWY_INLINE V value() const { return hn::Add(Set(s.base), hn::LoadU(d, s.value + at)); }
-  HWY_INLINE V column() const { return hn::Add(Set(static_cast<float>(s.x + x)), hn::Iota(d, 0)); }
+  HWY_INLINE V value() const { return hn::Add(Set(s.field.base), hn::LoadU(d, s.field.value + at)); }
+  HWY_INLINE V column() const { return hn::Add(Set(static_cast<float>(s.tile.x + x)), hn::Iota(d, 0)); }
   // Pixels that are not holes.
   HWY_INLINE M solid() const {
     if (!s.hole) return hn::Eq(hn::Zero(d), hn::Zero(d));
@@ -157,18 +157,19 @@ struct Pixels {
     return hn::RebindMask(d, hn::Eq(hole, hn::Zero(di)));
   }
   HWY_INLINE V time() const {
-    return hn::MulAdd(Set(s.time[1]), column(), Set(s.time[0] + s.time[2] * static_cast<float>(s.y + y)));
+    return hn::MulAdd(Set(s.time[1]), column(),
+                      Set(s.time[0] + s.time[2] * static_cast<float>(s.tile.y + y)));
   }
 
   // Takes the kernel's ripple off the sums of the analytic gradient, as far as the nearest entry of the table
   // has it.
   HWY_INLINE void take_ripple_off(V& gi, V& gj, V& gk) const {
-    const SheetRipple& r = s.ripple;
+    const SheetRipple& r = s.analytic.ripple;
     const auto cells = static_cast<int32_t>(r.sums->cells());
-    const V across = column(), value = hn::LoadU(d, s.value + at);
+    const V across = column(), value = hn::LoadU(d, s.field.value + at);
     const auto from_site = [&](size_t a) HWY_ATTR {
       const V t =
-          hn::MulAdd(across, Set(r.per_x[a]), Set(r.at[a] + static_cast<float>(s.y + y) * r.per_y[a]));
+          hn::MulAdd(across, Set(r.per_x[a]), Set(r.at[a] + static_cast<float>(s.tile.y + y) * r.per_y[a]));
       return hn::Sub(t, hn::Round(t));
     };
     const V t0 = from_site(0), t1 = from_site(1), t2 = from_site(2);
@@ -189,27 +190,29 @@ struct Pixels {
 
   // The parts of the world gradient along the vectors of the sheet's basis.
   HWY_INLINE void gradient_parts(V& gi, V& gj, V& gk) const {
-    if (s.central || s.fourth_order) {
-      const float* v = s.value + at;
+    const SheetDifferences& by = s.differences;
+    if (by.neighbours > 0) {
+      const float* v = s.field.value + at;
       const auto slope = [&](std::ptrdiff_t step) HWY_ATTR {
         const V near = hn::Sub(hn::LoadU(d, v + step), hn::LoadU(d, v - step));
-        if (!s.fourth_order) return hn::Mul(Set(0.5f), near);
+        if (by.neighbours != 2) return hn::Mul(Set(0.5f), near);
         const V far = hn::Sub(hn::LoadU(d, v + 2 * step), hn::LoadU(d, v - 2 * step));
         return hn::MulSub(Set(8.0f / 12), near, hn::Mul(Set(1.0f / 12), far));
       };
-      gi = slope(1), gj = slope(s.plane_pitch);
-      gk = hn::Mul(Set(s.depth_scale), hn::Sub(hn::LoadU(d, s.after + at), hn::LoadU(d, s.before + at)));
-      if (s.fourth_order)
-        gk = hn::MulAdd(Set(s.depth_scale2),
-                        hn::Sub(hn::LoadU(d, s.after2 + at), hn::LoadU(d, s.before2 + at)), gk);
-      if (!s.alike || s.basis.slant_x != 0 || s.basis.slant_y != 0) {
+      gi = slope(1), gj = slope(s.tile.plane_pitch);
+      gk = hn::Mul(Set(by.depth_scale), hn::Sub(hn::LoadU(d, by.after + at), hn::LoadU(d, by.before + at)));
+      if (by.neighbours == 2)
+        gk = hn::MulAdd(Set(by.depth_scale2),
+                        hn::Sub(hn::LoadU(d, by.after2 + at), hn::LoadU(d, by.before2 + at)), gk);
+      if (!s.shading.alike || s.basis.slant_x != 0 || s.basis.slant_y != 0) {
         const V slant_x = hn::MulAdd(Set(s.basis.slant_per_x), column(), Set(s.basis.slant_x));
-        const V slant_y = Set(s.basis.slant_y + static_cast<float>(s.y + y) * s.basis.slant_per_y);
+        const V slant_y = Set(s.basis.slant_y + static_cast<float>(s.tile.y + y) * s.basis.slant_per_y);
         gk = hn::NegMulAdd(slant_x, gi, hn::NegMulAdd(slant_y, gj, gk));
       }
     } else {
-      gi = hn::LoadU(d, s.sum_i + at), gj = hn::LoadU(d, s.sum_j + at), gk = hn::LoadU(d, s.sum_k + at);
-      if (s.ripple.sums) take_ripple_off(gi, gj, gk);
+      gi = hn::LoadU(d, s.analytic.i + at), gj = hn::LoadU(d, s.analytic.j + at),
+      gk = hn::LoadU(d, s.analytic.k + at);
+      if (s.analytic.ripple.sums) take_ripple_off(gi, gj, gk);
     }
     const V unit = Set(s.basis.unit);
     gi = hn::Mul(unit, gi), gj = hn::Mul(unit, gj), gk = hn::Mul(unit, gk);
@@ -218,8 +221,9 @@ struct Pixels {
   // The weight of a surface, 0 to 1, as surface_weight(); square, inverse: of the length of the gradient.
   HWY_INLINE V surface(V square, V inverse) const {
     constexpr auto steepness = static_cast<float>(surface_over_noise / (surface_over_noise - 1));
-    const V above_base = hn::Abs(hn::LoadU(d, s.value + at));
-    const V ratio = hn::Mul(hn::MulAdd(above_base, Set(s.noise_of_value), Set(s.noise)), inverse);
+    const V above_base = hn::Abs(hn::LoadU(d, s.field.value + at));
+    const V ratio =
+        hn::Mul(hn::MulAdd(above_base, Set(s.shading.noise_of_value), Set(s.shading.noise)), inverse);
     const V rise = hn::NegMulAdd(ratio, Set(steepness), Set(steepness));
     const V t = hn::Min(hn::Max(rise, hn::Zero(d)), Set(1.0f));
     const V weight = hn::Mul(hn::Mul(t, t), hn::NegMulAdd(Set(2.0f), t, Set(3.0f)));
@@ -245,8 +249,9 @@ struct Pixels {
     const V square = Dot(gx, gy, gz, gx, gy, gz);
     const V inverse = InverseRoot(hn::Max(square, Set(least_square)));
     const V weight = surface(square, inverse);
-    Lit lit(static_cast<float>(s.lights->ambient));
-    for (const Light& l : s.lights->lights) {
+    const Lights& lights = *s.shading.lights;
+    Lit lit(static_cast<float>(lights.ambient));
+    for (const Light& l : lights.lights) {
       const bool headlight = dot(l.direction, l.direction) == 0;
       V facing, shine;
       if (headlight) {
@@ -265,8 +270,8 @@ struct Pixels {
         shine = hn::IfThenElseZero(some, shine);
       }
       lit.add(
-          facing, shine, weight, static_cast<float>(s.lights->diffuse),
-          static_cast<float>(s.lights->specular), static_cast<float>(s.lights->shininess),
+          facing, shine, weight, static_cast<float>(lights.diffuse), static_cast<float>(lights.specular),
+          static_cast<float>(lights.shininess),
           {static_cast<float>(l.color[0]), static_cast<float>(l.color[1]), static_cast<float>(l.color[2])});
     }
     lit.apply(red, green, blue);
@@ -288,10 +293,11 @@ struct AlikeLights {
   float ambient = 0, diffuse = 0, specular = 0, shininess = 0;
 
   [[nodiscard]] static bool fits(const SheetArgs& s) {
-    return s.alike && s.shading && s.lights->lights.size() <= most;
+    return s.shading.alike && s.shading.on && s.shading.lights->lights.size() <= most;
   }
-  explicit AlikeLights(const SheetArgs& s) : count(s.lights->lights.size()) {
+  explicit AlikeLights(const SheetArgs& s) : count(s.shading.lights->lights.size()) {
     const GradientBasis& b = s.basis;
+    const Lights& lights = *s.shading.lights;
     const auto vector = [](const std::array<float, 3>& of) {
       return Vec3{static_cast<double>(of[0]), static_cast<double>(of[1]), static_cast<double>(of[2])};
     };
@@ -304,11 +310,11 @@ struct AlikeLights {
     for (const size_t mixed : {1u, 2u, 4u})
       if (std::fabs(square[mixed]) < 1e-6f * largest) square[mixed] = 0;
     for (size_t l = 0; l < count; ++l) {
-      const Light& from = s.lights->lights[l];
+      const Light& from = lights.lights[l];
       Parts& to = light[l];
       to.headlight = dot(from.direction, from.direction) == 0;
-      const Vec3 direction = to.headlight ? s.to_viewer : normalized(from.direction);
-      const Vec3 between = direction + s.to_viewer;
+      const Vec3 direction = to.headlight ? s.shading.to_viewer : normalized(from.direction);
+      const Vec3 between = direction + s.shading.to_viewer;
       const double size = length(between);
       for (size_t a = 0; a < 3; ++a) {
         to.facing[a] = static_cast<float>(dot(v[a], direction));
@@ -316,8 +322,8 @@ struct AlikeLights {
         to.color[a] = static_cast<float>(from.color[a]);
       }
     }
-    ambient = static_cast<float>(s.lights->ambient), diffuse = static_cast<float>(s.lights->diffuse);
-    specular = static_cast<float>(s.lights->specular), shininess = static_cast<float>(s.lights->shininess);
+    ambient = static_cast<float>(lights.ambient), diffuse = static_cast<float>(lights.diffuse);
+    specular = static_cast<float>(lights.specular), shininess = static_cast<float>(lights.shininess);
   }
 
   // As Pixels::light.
@@ -366,7 +372,7 @@ struct LightAlike {
 
 // Calls body(shade) with what lights the colours of the sheet's pixels.
 template<class Body> HWY_INLINE auto WithLight(const SheetArgs& s, const Body& body) {
-  if (!s.shading) return body(NoLight{});
+  if (!s.shading.on) return body(NoLight{});
   if (!AlikeLights::fits(s)) return body(LightPixels{});
   return body(LightAlike{AlikeLights(s)});
 }
@@ -374,10 +380,9 @@ template<class Body> HWY_INLINE auto WithLight(const SheetArgs& s, const Body& b
 // Calls body(Pixels) for every vector of the tile. The rays of pixels beside the tile are empty.
 template<class Body> HWY_INLINE void ForPixels(const SheetArgs& s, const Body& body) {
   const int lanes = static_cast<int>(hn::Lanes(d));
-  for (int y = 0; y < s.height; ++y)
-    for (int x = 0; x < s.width; x += lanes)
-      body(Pixels{s, x, y, static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x),
-                  static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x});
+  for (int y = 0; y < s.tile.height; ++y)
+    for (int x = 0; x < s.tile.width; x += lanes)
+      body(Pixels{s, x, y, s.tile.pixel(x, y), s.tile.sample(x, y)});
 }
 
 } // namespace

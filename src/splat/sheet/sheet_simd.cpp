@@ -25,17 +25,17 @@ template<class Classify, class Shade>
 int CompositeWith(std::span<const SheetArgs> sheets, const Classify& classify, const Shade& shade) {
   const SheetArgs& front = sheets.front();
   const PixelPlanes& plane = front.pixel;
-  const V one = Set(1.0f), half = Set(0.5f), stop = Set(front.stop), none = hn::Zero(d);
-  const V begins = Set(front.k - front.front), ends = Set(sheets.back().k + 0.5f);
+  const V one = Set(1.0f), half = Set(0.5f), stop = Set(front.classes.stop), none = hn::Zero(d);
+  const V begins = Set(front.segment.begin()), ends = Set(sheets.back().segment.end());
   const int lanes = static_cast<int>(hn::Lanes(d));
   PixelRect seen;
-  for (const SheetArgs& s : sheets) seen.include(s.seen);
-  seen = seen.within(front.width, front.height);
+  for (const SheetArgs& s : sheets) seen.include(s.tile.seen);
+  seen = seen.within(front.tile.width, front.tile.height);
   int closed = 0;
   for (int y = seen.y0; y < seen.y1; ++y)
     for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(front.pitch) + static_cast<size_t>(x);
-      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * front.plane_pitch + x;
+      const size_t p = front.tile.pixel(x, y);
+      const std::ptrdiff_t at = front.tile.sample(x, y);
       V alpha = hn::LoadU(d, plane.alpha + p);
       const V enter = hn::LoadU(d, plane.enter + p), leave = hn::LoadU(d, plane.leave + p);
       // Nothing happens where pixels are finished or their rays miss all of the sheets.
@@ -90,15 +90,15 @@ template<class Classify> int CompositeBy(std::span<const SheetArgs> sheets, cons
 
 int Composite(std::span<const SheetArgs> sheets) {
   const SheetArgs& front = sheets.front();
-  if (!front.preintegrated) return CompositeBy(sheets, ByEntry(*front.table));
-  return CompositeBy(sheets, ByIntegrals(*front.table, front.pixel.value != nullptr));
+  if (!front.halves.preintegrated) return CompositeBy(sheets, ByEntry(*front.classes.table));
+  return CompositeBy(sheets, ByIntegrals(*front.classes.table, front.pixel.value != nullptr));
 }
 
 void Integrate(const SheetArgs& s) {
   ForPixels(s, [&](const Pixels& px) HWY_ATTR {
     // Beside the tile and outside the domain the weight is 0, and the planes may hold anything finite.
     const V weight = hn::IfThenElseZero(px.solid(), px.weight());
-    const V value = hn::Add(Set(s.above_air), hn::LoadU(d, s.value + px.at));
+    const V value = hn::Add(Set(s.field.above_air), hn::LoadU(d, s.field.value + px.at));
     const V part = hn::Mul(hn::Mul(value, weight), px.load(s.pixel.path));
     hn::StoreU(hn::Add(px.load(s.pixel.red), part), d, s.pixel.red + px.p);
     if (!s.pixel.time) return;
@@ -114,7 +114,7 @@ void Maximum(const SheetArgs& s) {
     const M larger = hn::And(hn::And(px.solid(), hn::Gt(px.weight(), hn::Zero(d))), hn::Gt(value, before));
     if (hn::AllFalse(d, larger)) return;
     hn::StoreU(hn::IfThenElse(larger, value, before), d, s.pixel.red + px.p);
-    hn::StoreU(hn::IfThenElse(larger, Set(s.k), px.load(s.pixel.depth)), d, s.pixel.depth + px.p);
+    hn::StoreU(hn::IfThenElse(larger, Set(s.segment.k), px.load(s.pixel.depth)), d, s.pixel.depth + px.p);
   });
 }
 
@@ -127,8 +127,8 @@ size_t Crossings(const CrossingArgs& c) {
   const PixelRect seen = c.seen.within(c.width, c.height);
   for (int y = seen.y0; y < seen.y1; ++y)
     for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
-      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * c.plane_pitch + x;
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(c.pitch) + static_cast<size_t>(x);
+      const std::ptrdiff_t at = plane_offset(x, y, c.plane_pitch);
+      const size_t p = plane_index(x, y, c.pitch);
       const V enter = hn::LoadU(d, c.enter + p), leave = hn::LoadU(d, c.leave + p);
       const M open = hn::And(hn::Lt(hn::LoadU(d, c.alpha + p), stop),
                              hn::And(hn::Le(enter, last), hn::Le(first, leave)));

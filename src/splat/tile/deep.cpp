@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/grid.h"
+
 namespace bccsplat {
 namespace {
 
@@ -30,7 +32,7 @@ std::array<float, 3> colors(const DeepSample& s) { return {s.red, s.green, s.blu
 void DeepTile::begin_tile(int width, int height, int pitch, double tolerance, bool never_finished) {
   width_ = width, height_ = height, pitch_ = pitch;
   tolerance_ = static_cast<float>(tolerance);
-  runs_.assign(static_cast<size_t>(pitch) * static_cast<size_t>(height), {});
+  runs_.assign(plane_size(pitch, height), {});
   fronts_.assign(never_finished ? runs_.size() : 0, {});
   entries_.clear();
 }
@@ -84,7 +86,7 @@ void DeepTile::add_segment(const PixelPlanes& planes, float front, float back, c
   const PixelRect rect = seen.within(width_, height_);
   for (int y = rect.y0; y < rect.y1; ++y)
     for (int x = rect.x0; x < rect.x1; ++x) {
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x);
+      const size_t p = plane_index(x, y, pitch_);
       Run& run = runs_[p];
       if (!(planes.alpha[p] > run.after[3])) continue;
       const Sum now = sum_of(planes, p);
@@ -153,7 +155,7 @@ void DeepTile::finish_tile(Progress& progress) {
     const auto pitch = static_cast<size_t>(pitch_);
     return p / pitch * static_cast<size_t>(width_) + p % pitch;
   };
-  counts_.assign(static_cast<size_t>(width_) * static_cast<size_t>(height_), 0);
+  counts_.assign(plane_size(width_, height_), 0);
   for (const Entry& e : entries_) ++counts_[place(e.pixel)];
   std::vector<size_t> next(counts_.size());
   size_t sum = 0;

@@ -42,7 +42,7 @@ class DeepTile {
   // Pixels of `pitch` per row, of which width x height belong to the tile; the planes are still clear.
   void begin_tile(int width, int height, int pitch, double tolerance, bool never_finished);
   // Takes the planes after all that lies between two sheet numbers was composited; `seen` is as
-  // SheetArgs::seen.
+  // SheetTile::seen.
   void add_segment(const PixelPlanes& planes, float front, float back, const PixelRect& seen);
   // Takes the planes of one pixel after a surface at sheet number k. Returns whether that ends the ray: by
   // its opacity, or as the last that a ray may have.

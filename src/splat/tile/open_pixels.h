@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/grid.h"
 #include "splat/plan/plan.h"
 
 namespace bccsplat {
@@ -30,7 +31,7 @@ class OpenPixels {
     const int columns = ring_width_ + 1;
     sum_.assign(static_cast<size_t>(columns * (ring_height_ + 1)), 0);
     for (int y = 0; y < height_; ++y) {
-      const size_t first = static_cast<size_t>(y) * static_cast<size_t>(pitch);
+      const size_t first = plane_index(0, y, pitch);
       int32_t* const before = before_.data() + 1;
       for (int x = 0; x < width_; ++x) before[x] = open(first + static_cast<size_t>(x)) ? 1 : 0;
       for (int x = 0; x < width_; ++x) before[x] += before[x - 1];

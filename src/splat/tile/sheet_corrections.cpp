@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/grid.h"
+
 namespace bccsplat {
 
 // Pixel (i, j) of a sheet is the point origin + i per_i + j per_j of the corrections' grid.
@@ -74,7 +76,7 @@ void SheetCorrections::add_point(const Sheet& sheet, const Int3& at, float value
       q[a] = static_cast<float>(start[a] + first * sheet.per_i[a]);
       step[a] = static_cast<float>(sheet.per_i[a]);
     }
-    float* out = plane.first + static_cast<std::ptrdiff_t>(j - plane.y) * plane.pitch - plane.x;
+    float* out = plane.first + plane_offset(0, j - plane.y, plane.pitch) - plane.x;
     for (int i = begin; i < end; ++i) {
       const auto n = static_cast<float>(i - first);
       out[i] += value * (fall_.value(q[0] + n * step[0]) * fall_.value(q[1] + n * step[1]) *

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/grid.h"
 #include "kernel/cc_kernel.h"
 
 namespace bccsplat {
@@ -20,7 +21,7 @@ void add_lap(StageClock::time_point& from, double& sum) {
 void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch) {
   for (int y = before.y0; y < before.y1; ++y) {
     const bool again = y >= now.y0 && y < now.y1;
-    const auto clear = [row = plane + static_cast<std::ptrdiff_t>(y) * pitch](int x0, int x1) {
+    const auto clear = [row = plane + plane_offset(0, y, pitch)](int x0, int x1) {
       if (x0 < x1) std::fill(row + x0, row + x1, 0.0f);
     };
     clear(before.x0, again ? std::min(before.x1, now.x0) : before.x1);
@@ -244,15 +245,15 @@ void SheetSource::extract_plane(int64_t k, size_t quantity, float* plane, int pi
     const float* from_kept = kept_->sheet(k).samples[quantity].get();
     const auto width = static_cast<size_t>(now.x1 - now.x0);
     for (int y = now.y0; y < now.y1; ++y, from_kept += width)
-      std::copy_n(from_kept, width, plane + static_cast<std::ptrdiff_t>(y) * pitch + now.x0);
+      std::copy_n(from_kept, width, plane + plane_offset(now.x0, y, pitch));
     return;
   }
   ExtractArgs e;
   e.lane = static_cast<int>(from & 3);
   e.pitch = m_.ring_pitch, e.width = now.x1 - now.x0, e.height = now.y1 - now.y0;
   e.ring = m_.ring_origin(quantity) + (from >> 2) * m_.group_floats +
-           (static_cast<std::ptrdiff_t>(now.y0) * m_.ring_pitch + now.x0) * 4;
-  e.plane = plane + static_cast<std::ptrdiff_t>(now.y0) * pitch + now.x0;
+           plane_offset(now.x0, now.y0, m_.ring_pitch) * 4;
+  e.plane = plane + plane_offset(now.x0, now.y0, pitch);
   e.plane_pitch = pitch;
   loops_.extract(e);
   if (use_ == KeptSheets::Use::keep) keep_plane(k, quantity, plane, pitch, now);
@@ -266,7 +267,7 @@ void SheetSource::keep_plane(int64_t k, size_t quantity, const float* plane, int
   if (!samples) return;
   float* to = samples.get();
   for (int y = rect.y0; y < rect.y1; ++y, to += width)
-    std::copy_n(plane + static_cast<std::ptrdiff_t>(y) * pitch + rect.x0, width, to);
+    std::copy_n(plane + plane_offset(rect.x0, y, pitch), width, to);
 }
 
 // Takes a finished sheet out of the ring: to the stack it is blended from, to samples that are raised, or to

@@ -24,8 +24,6 @@ void add_lap(StageClock::time_point& from, double& sum);
 // Sets to zero what is inside `before` and outside of `now`.
 void clear_around(const PixelRect& before, const PixelRect& now, float* plane, int pitch);
 
-// A tile asks once in so many sheets whether the picture was cancelled.
-
 struct SheetSourceArgs {
   const SplatScene* scene = nullptr;
   const SplatPlan* plan = nullptr;

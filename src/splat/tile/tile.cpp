@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 
+#include "base/grid.h"
 #include "splat/shade/absorption.h"
 #include "splat/shade/surface.h"
 #include "splat/sheet/sheet.h"
@@ -68,7 +69,7 @@ class Tile {
     const TileRays rays =
         make_rays(*scene_.slice, view_, tile_, m_.pixel_pitch, m_.pixel_plane(n, tile_.height), pixel_);
     open_ = rays.open;
-    const size_t pixels = static_cast<size_t>(m_.pixel_pitch) * static_cast<size_t>(tile_.height);
+    const size_t pixels = plane_size(m_.pixel_pitch, tile_.height);
     std::fill_n(pixel_.depth, pixels, infinity);
     if (options_.mode == RenderMode::maximum) std::fill_n(pixel_.red, pixels, -infinity);
     if (options_.with_deep)
@@ -159,16 +160,21 @@ class Tile {
   [[nodiscard]] float stop() const { return static_cast<float>(options_.opacity_stop); }
 
   void classify_sheet(int64_t k) {
-    SheetArgs a;
-    a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
-    a.plane_pitch = source_.plane_pitch();
-    a.shading = options_.shading;
-    if (options_.mode == RenderMode::composite && !sees_base()) a.seen = touched(k);
-    a.base = scene_.slice->base, a.above_air = scene_.slice->base - scene_.slice->air;
-    a.stop = options_.opacity_stop < 1 ? stop() : 2.0f;
-    a.table = scene_.table, a.lights = scene_.lights, a.ripple.sums = plan_.sums.get();
-    a.pixel = pixel_;
-    a.whole = plan_.whole_sheet.empty() ? nullptr : plan_.whole_sheet.data();
+    const bool all_seen = options_.mode != RenderMode::composite || sees_base();
+    SheetArgs a{.tile = {.x = tile_.x,
+                         .y = tile_.y,
+                         .width = tile_.width,
+                         .height = tile_.height,
+                         .pitch = m_.pixel_pitch,
+                         .plane_pitch = source_.plane_pitch(),
+                         .seen = all_seen ? all_pixels : touched(k)},
+                .field = {.base = scene_.slice->base, .above_air = scene_.slice->base - scene_.slice->air},
+                .analytic = {.ripple = {.sums = plan_.sums.get()}},
+                .classes = {.table = scene_.table,
+                            .whole = plan_.whole_sheet.empty() ? nullptr : plan_.whole_sheet.data(),
+                            .stop = options_.opacity_stop < 1 ? stop() : 2.0f},
+                .shading = {.on = options_.shading, .lights = scene_.lights},
+                .pixel = pixel_};
     set_sheet(a, *scene_.slice, view_, k, analytic_, differences_,
               [&](int64_t sheet, size_t quantity) { return source_.plane(sheet, quantity); });
     if (options_.preintegrate)
@@ -195,9 +201,9 @@ class Tile {
     closed_ += closed, open_ -= closed;
     if (!options_.with_deep) return;
     PixelRect seen;
-    for (const SheetArgs& s : sheets_) seen.include(s.seen);
+    for (const SheetArgs& s : sheets_) seen.include(s.tile.seen);
     const SheetArgs& front = sheets_.front();
-    m_.deep.add_segment(pixel_, front.k - front.front, sheets_.back().k + 0.5f, seen);
+    m_.deep.add_segment(pixel_, front.segment.begin(), sheets_.back().segment.end(), seen);
   }
 
   // above_base: the value there, relative to the base.
@@ -253,9 +259,7 @@ class Tile {
     pixel_.alpha[p] = inside ? 1.0f : 0.0f;
   }
 
-  [[nodiscard]] size_t pixel(int x, int y) const {
-    return static_cast<size_t>(y) * static_cast<size_t>(m_.pixel_pitch) + static_cast<size_t>(x);
-  }
+  [[nodiscard]] size_t pixel(int x, int y) const { return plane_index(x, y, m_.pixel_pitch); }
 
   // Returns the gradients in world space where the largest values of a row's pixels are, computed together.
   [[nodiscard]] std::vector<Vec3> maximum_gradients(int y) const {

@@ -13,7 +13,7 @@ constexpr int smallest_rectangle = 4; // pixels along an edge
 class HolesOfSheet {
  public:
   HolesOfSheet(const Slice& slice, const SheetView& view, const SheetArgs& s, uint8_t* hole)
-      : slice_(slice), view_(view), s_(s), hole_(hole), k_(static_cast<double>(s.k)) {
+      : slice_(slice), view_(view), s_(s), hole_(hole), k_(static_cast<double>(s.segment.k)) {
     const double scale = view.scale(k_);
     const Affine3& to = slice.lattice_to_slice;
     if (slice.mask)
@@ -23,8 +23,9 @@ class HolesOfSheet {
 
   // What is missing in a rectangle of the tile, as far as it is told without a look at each pixel.
   [[nodiscard]] Missing within(const PixelRect& r) const {
-    const std::array<double, 2> i{static_cast<double>(s_.x + r.x0), static_cast<double>(s_.x + r.x1 - 1)},
-        j{static_cast<double>(s_.y + r.y0), static_cast<double>(s_.y + r.y1 - 1)};
+    const std::array<double, 2> i{static_cast<double>(s_.tile.x + r.x0),
+                                  static_cast<double>(s_.tile.x + r.x1 - 1)},
+        j{static_cast<double>(s_.tile.y + r.y0), static_cast<double>(s_.tile.y + r.y1 - 1)};
     const Missing masked = mask_ ? mask_->within(i, j) : Missing::none;
     return masked == Missing::none && !slice_.holes_by_mask ? sites_within(i, j) : masked;
   }
@@ -43,19 +44,15 @@ class HolesOfSheet {
   }
 
  private:
-  [[nodiscard]] size_t pixel(int x, int y) const {
-    return static_cast<size_t>(y) * static_cast<size_t>(s_.pitch) + static_cast<size_t>(x);
-  }
-
   void fill(const PixelRect& r, uint8_t value) {
-    for (int y = r.y0; y < r.y1; ++y) std::fill_n(hole_ + pixel(r.x0, y), r.x1 - r.x0, value);
+    for (int y = r.y0; y < r.y1; ++y) std::fill_n(hole_ + s_.tile.pixel(r.x0, y), r.x1 - r.x0, value);
   }
 
   void mark_pixels(const PixelRect& r) {
     for (int y = r.y0; y < r.y1; ++y)
       for (int x = r.x0; x < r.x1; ++x) {
-        const double i = s_.x + x, j = s_.y + y;
-        const size_t p = pixel(x, y);
+        const double i = s_.tile.x + x, j = s_.tile.y + y;
+        const size_t p = s_.tile.pixel(x, y);
         hole_[p] =
             segment_weight(s_, p) > 0 && ((mask_ && mask_->missing(i, j)) ||
                                           (!slice_.holes_by_mask && slice_.is_hole(view_.sample(i, j, k_))));
@@ -109,7 +106,7 @@ class HolesOfSheet {
 } // namespace
 
 Missing find_holes(const Slice& slice, const SheetView& view, const SheetArgs& s, uint8_t* hole) {
-  const PixelRect seen = s.seen.within(s.width, s.height);
+  const PixelRect seen = s.tile.seen.within(s.tile.width, s.tile.height);
   if (seen.empty()) return Missing::none;
   HolesOfSheet holes(slice, view, s, hole);
   const Missing missing = holes.within(seen);

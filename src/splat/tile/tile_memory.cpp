@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "base/grid.h"
+
 namespace bccsplat {
 
 void TileMemory::prepare(const SplatPlan& plan, const PlannedTile& tile, bool gradients) {
@@ -25,10 +27,9 @@ void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, 
   // Whole vectors are extracted, which must not reach into the next row.
   ring_pitch = (ring_width + 15) / 16 * 16 + 2 * plan.ring.spare_columns;
   ring_start = static_cast<size_t>(plan.ring.spare_rows * ring_pitch + plan.ring.spare_columns) * 4;
-  group_floats =
-      static_cast<size_t>(ring_pitch) * static_cast<size_t>(ring_height + 2 * plan.ring.spare_rows) * 4 + 64;
+  group_floats = plane_size(ring_pitch, ring_height + 2 * plan.ring.spare_rows) * 4 + 64;
   sample_pitch = (ring_width + 15) / 16 * 16 + 16;
-  const size_t sample_floats = static_cast<size_t>(sample_pitch) * static_cast<size_t>(ring_height) + 16;
+  const size_t sample_floats = plane_size(sample_pitch, ring_height) + 16;
   const auto clear = [&](AlignedArray<float>& a) {
     a.reserve(sample_floats);
     std::fill_n(a.data(), sample_floats, 0.0f);
@@ -62,7 +63,7 @@ void TileMemory::prepare_sheets(const SplatPlan& plan, const PlannedTile& tile, 
 
 void TileMemory::prepare_pixels(int tile_width, int tile_height) {
   pixel_pitch = (tile_width + 15) / 16 * 16;
-  const size_t pixel_floats = static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
+  const size_t pixel_floats = plane_size(pixel_pitch, tile_height);
   pixels.reserve(pixel_planes * pixel_floats);
   std::fill_n(pixels.data(), pixel_planes * pixel_floats, 0.0f);
   hole.reserve(most_sheets_at_once * pixel_floats);

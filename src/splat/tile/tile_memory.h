@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/aligned.h"
+#include "base/grid.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/plan.h"
 #include "splat/sheet/sheet.h"
@@ -71,7 +72,7 @@ struct TileMemory {
   void prepare_pixels(int tile_width, int tile_height);
 
   [[nodiscard]] size_t plane_floats() const {
-    return static_cast<size_t>(plane_pitch) * static_cast<size_t>(height) + 2 * plane_margin + 16;
+    return plane_size(plane_pitch, height) + 2 * plane_margin + 16;
   }
   [[nodiscard]] float* ring_origin(size_t quantity) const { return ring[quantity].data() + ring_start; }
   // First pixel of the tile with its border.
@@ -79,10 +80,10 @@ struct TileMemory {
     return plane[sheet][quantity].data() + plane_margin;
   }
   [[nodiscard]] float* pixel_plane(size_t n, int tile_height) const {
-    return pixels.data() + n * static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
+    return pixels.data() + n * plane_size(pixel_pitch, tile_height);
   }
   [[nodiscard]] uint8_t* hole_plane(size_t n, int tile_height) {
-    return hole.data() + n * static_cast<size_t>(pixel_pitch) * static_cast<size_t>(tile_height);
+    return hole.data() + n * plane_size(pixel_pitch, tile_height);
   }
 };
 

@@ -8,6 +8,8 @@
 #include <limits>
 #include <vector>
 
+#include "base/grid.h"
+
 namespace bccsplat {
 
 namespace {
@@ -92,7 +94,7 @@ class RowCuts {
 TileRays make_rays(const Slice& slice, const SheetView& view, const PlannedTile& tile, int pitch,
                    float* planes, PixelPlanes& out) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
-  const auto count = static_cast<size_t>(pitch) * static_cast<size_t>(tile.height);
+  const auto count = plane_size(pitch, tile.height);
   float *const enter = planes, *const leave = planes + count, *const path = planes + 2 * count;
   float *const vx = planes + 3 * count, *const vy = planes + 4 * count, *const vz = planes + 5 * count;
   out.enter = enter, out.leave = leave, out.path = path;

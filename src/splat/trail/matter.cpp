@@ -11,21 +11,21 @@ namespace bccsplat {
 namespace {
 
 void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
-  const PixelRect seen = s.seen.within(s.width, s.height);
+  const PixelRect seen = s.tile.seen.within(s.tile.width, s.tile.height);
   for (int y = seen.y0; y < seen.y1; ++y)
     for (int x = seen.x0; x < seen.x1; ++x) {
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x);
-      if (s.pixel.alpha[p] >= s.stop || (s.hole && s.hole[p])) continue;
-      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x;
+      const size_t p = s.tile.pixel(x, y);
+      if (s.pixel.alpha[p] >= s.classes.stop || (s.hole && s.hole[p])) continue;
+      const std::ptrdiff_t at = s.tile.sample(x, y);
       const Segment segment = classify_pixel(s, p, at, weight);
       const float depth = segment.depth;
       if (!(depth > 0)) continue;
       Shading lit{{1, 1, 1}, {}};
-      if (s.shading)
-        lit = shade(*s.lights, world_gradient(s, x, y),
+      if (s.shading.on)
+        lit = shade(*s.shading.lights, world_gradient(s, x, y),
                     {static_cast<double>(s.pixel.view_x[p]), static_cast<double>(s.pixel.view_y[p]),
                      static_cast<double>(s.pixel.view_z[p])},
-                    static_cast<double>(s.value[at]));
+                    static_cast<double>(s.field.value[at]));
       const auto light = [&](float color, size_t c) {
         return depth * (color * static_cast<float>(lit.scale[c]) + static_cast<float>(lit.highlight[c]));
       };
@@ -33,9 +33,7 @@ void absorb(const SheetArgs& s, float weight, const MatterPlanes& out) {
       out.blue[p] += light(segment.color[2], 2);
       out.depth[p] += depth;
       if (out.value) out.value[p] += depth * segment.value;
-      if (out.time)
-        out.time[p] += depth * (s.time[0] + s.time[1] * static_cast<float>(s.x + x) +
-                                s.time[2] * static_cast<float>(s.y + y));
+      if (out.time) out.time[p] += depth * s.time_at(x, y);
     }
 }
 
@@ -52,7 +50,7 @@ int join(const JoinArgs& j) {
   int closed = 0;
   for (int y = 0; y < j.height; ++y)
     for (int x = 0; x < j.width; ++x) {
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(j.pitch) + static_cast<size_t>(x);
+      const size_t p = plane_index(x, y, j.pitch);
       const float before = j.pixel.alpha[p];
       const auto of = [&](float* MatterPlanes::*plane, size_t group) {
         return j.group[group] ? (j.group[group]->*plane)[p] : 0.0f;
@@ -85,7 +83,7 @@ std::array<float, 2> mix(const MixArgs& m) {
   std::array<float, 2> range{0, 0};
   for (int y = 0; y < m.height; ++y)
     for (int x = 0; x < m.width; ++x) {
-      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * m.pitch + x;
+      const std::ptrdiff_t at = plane_offset(x, y, m.pitch);
       float sum = 0;
       for (size_t i = 0; i < m.plane.size(); ++i) sum += m.weight[i] * m.plane[i][at];
       m.out[at] = sum;

@@ -25,16 +25,15 @@ std::array<float, 2> Mix(const MixArgs& m) { return reference_matter_loops().mix
 
 template<class Shade>
 void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const Shade& shade) {
-  const ClassTable& table = *s.table;
+  const ClassTable& table = *s.classes.table;
   const V low = Set(table.low), scale = Set(table.scale), top = Set(static_cast<float>(table.size() - 1));
   const auto first = hn::Set(di, table.first_visible - 1), last = hn::Set(di, table.last_visible + 1);
-  const V stop = Set(s.stop);
+  const V stop = Set(s.classes.stop);
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const PixelRect seen = s.seen.within(s.width, s.height);
+  const PixelRect seen = s.tile.seen.within(s.tile.width, s.tile.height);
   for (int y = seen.y0; y < seen.y1; ++y)
     for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
-      const Pixels px{s, x, y, static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x),
-                      static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x};
+      const Pixels px{s, x, y, s.tile.pixel(x, y), s.tile.sample(x, y)};
       const V value = px.value();
       const auto index =
           hn::NearestInt(hn::Min(hn::Max(hn::Mul(hn::Sub(value, low), scale), hn::Zero(d)), top));
@@ -62,14 +61,13 @@ void AbsorbWith(const SheetArgs& s, float share, const MatterPlanes& out, const 
 // The same by the table's integrals.
 template<class Shade>
 void AbsorbIntegrals(const SheetArgs& s, float share, const MatterPlanes& out, const Shade& shade) {
-  const ByIntegrals classify(*s.table, out.value != nullptr, share);
-  const V stop = Set(s.stop);
+  const ByIntegrals classify(*s.classes.table, out.value != nullptr, share);
+  const V stop = Set(s.classes.stop);
   const int lanes = static_cast<int>(hn::Lanes(d));
-  const PixelRect seen = s.seen.within(s.width, s.height);
+  const PixelRect seen = s.tile.seen.within(s.tile.width, s.tile.height);
   for (int y = seen.y0; y < seen.y1; ++y)
     for (int x = seen.x0 & -lanes; x < seen.x1; x += lanes) {
-      const Pixels px{s, x, y, static_cast<size_t>(y) * static_cast<size_t>(s.pitch) + static_cast<size_t>(x),
-                      static_cast<std::ptrdiff_t>(y) * s.plane_pitch + x};
+      const Pixels px{s, x, y, s.tile.pixel(x, y), s.tile.sample(x, y)};
       Extent extent;
       SegmentColor segment;
       M active;
@@ -91,7 +89,7 @@ void AbsorbIntegrals(const SheetArgs& s, float share, const MatterPlanes& out, c
 
 void Absorb(const SheetArgs& s, float share, const MatterPlanes& out) {
   WithLight(s, [&](const auto& shade) {
-    if (s.preintegrated)
+    if (s.halves.preintegrated)
       AbsorbIntegrals(s, share, out, shade);
     else
       AbsorbWith(s, share, out, shade);
@@ -105,7 +103,7 @@ int Join(const JoinArgs& j) {
   int closed = 0;
   for (int y = 0; y < j.height; ++y)
     for (int x = 0; x < j.width; x += lanes) {
-      const size_t p = static_cast<size_t>(y) * static_cast<size_t>(j.pitch) + static_cast<size_t>(x);
+      const size_t p = plane_index(x, y, j.pitch);
       const V before = hn::LoadU(d, j.pixel.alpha + p);
       const V a = slice ? hn::LoadU(d, slice->depth + p) : zero;
       const V b = trail ? hn::LoadU(d, trail->depth + p) : zero;
@@ -173,7 +171,7 @@ std::array<float, 2> Mix(const MixArgs& m) {
   const int lanes = static_cast<int>(hn::Lanes(d));
   V low = hn::Zero(d), high = low;
   for (int y = 0; y < m.height; ++y) {
-    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * m.pitch;
+    const std::ptrdiff_t row = plane_offset(0, y, m.pitch);
     int x = 0;
     for (; x + (most - 1) * lanes < m.width; x += most * lanes) MixVectors<most>(m, row + x, low, high);
     for (; x < m.width; x += lanes) MixVectors<1>(m, row + x, low, high);

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 
+#include "base/grid.h"
 #include "splat/tile/tile.h"
 #include "splat/trail/trail_memory.h"
 
@@ -54,8 +55,8 @@ TilePixels lay_over(const TilePixels& front, const TilePixels& back, TrailMemory
   float *const alpha = writable(back.alpha), *const depth = writable(back.depth);
   for (int y = 0; y < back.height; ++y)
     for (int x = 0; x < back.width; ++x) {
-      const auto p = static_cast<size_t>(y) * static_cast<size_t>(back.pitch) + static_cast<size_t>(x);
-      const auto f = static_cast<size_t>(y) * static_cast<size_t>(front.pitch) + static_cast<size_t>(x);
+      const auto p = plane_index(x, y, back.pitch);
+      const auto f = plane_index(x, y, front.pitch);
       const float a = front.alpha[f], b = (1 - a) * back.alpha[p], sum = a + b;
       const auto mean = [&](float* plane, const float* of) { // NaN where a picture has nothing
         if (plane) plane[p] = sum > 0 ? ((a > 0 ? a * of[f] : 0) + (b > 0 ? b * plane[p] : 0)) / sum : of[f];

@@ -10,10 +10,11 @@
 #include <limits>
 #include <utility>
 
+#include "base/grid.h"
 #include "splat/sheet/sheet_args.h"
-#include "splat/tile/sheet_source.h"
 #include "splat/tile/tile_holes.h"
 #include "splat/tile/tile_rays.h"
+#include "splat/trail/trail_sheets.h"
 
 namespace bccsplat {
 namespace {
@@ -24,17 +25,10 @@ constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 // The slice or a still of the trail: what is classified.
 struct Drawn {
   std::vector<SheetShare> shares; // of objects
-  size_t group = 0;
   const ClassTable* table = nullptr;
+  size_t group = 0;
   float weight = 1;
   TimeField time;
-  float* mixed = nullptr; // planes of the weighted sum, where there are several shares
-  // For the mixed sheets: the smallest and largest value, relative to the base; where they are not zero, in
-  // pixels of the whole plane; and whether anything is on them.
-  FinishedSheets<std::array<float, 2>> range{};
-  FinishedSheets<PixelRect> touched{};
-  FinishedSheets<bool> filled{};
-  PixelRect gradients_touched{}; // of the planes of gradients
 };
 
 class TrailTile {
@@ -44,13 +38,12 @@ class TrailTile {
       : job_(job), options_(*job.options), tile_(tile), surface_(surface), m_(memory), stats_(stats),
         view_(*job.main->view),
         loops_(options_.reference_loops ? reference_matter_loops() : simd_matter_loops()),
-        pitch_((tile.width + 15) / 16 * 16),
-        pixels_(static_cast<size_t>(pitch_) * static_cast<size_t>(tile.height)) {
+        pitch_((tile.width + 15) / 16 * 16), pixels_(plane_size(pitch_, tile.height)) {
     if (job.slice) objects_.push_back(job.slice);
     for (const TrailObject& o : job.sources) objects_.push_back(&o);
     analytic_ = options_.shading && options_.gradient == GradientMethod::analytic;
     const SplatPlan& plan = objects_.front()->plan;
-    border_ = plan.sheets.border, differences_ = options_.shading && !analytic_ ? plan.sheets.border : 0;
+    differences_ = options_.shading && !analytic_ ? plan.sheets.border : 0;
     halfway_ = plan.sheets.halfway, around_ = std::max(differences_, halfway_);
     m_.sheets.resize(std::max(m_.sheets.size(), objects_.size()));
     sources_.reserve(objects_.size());
@@ -60,11 +53,20 @@ class TrailTile {
                             o.plan.tiles[n], m_.sheets[i], stats);
       touched_.push_back(!o.plan.tiles[n].empty());
     }
-    plane_pitch_ = sources_.front().plane_pitch();
+    sheet_sources_ = {.object = sources_,
+                      .loops = &loops_,
+                      .first_sheet = view_.first_sheet(),
+                      .height = tile.height,
+                      .border = plan.sheets.border,
+                      .plane_pitch = sources_.front().plane_pitch(),
+                      .halfway = halfway_,
+                      .gradients = analytic_,
+                      .skip_empty = !(options_.disable_skips & skip_empty_sheets)};
     open_pixels_.prepare(plan.tiles[n], plan);
     prepare_pixels();
     prepare_rays();
-    prepare_drawn();
+    list_drawn();
+    prepare_sheets();
   }
 
   TilePixels draw() {
@@ -104,38 +106,48 @@ class TrailTile {
   // then run where any object is; a surface ends all rays.
   void prepare_rays() {
     m_.rays.reserve((objects_.size() + 1) * ray_planes * pixels_);
-    TileRays main = make_rays(*job_.main->slice, view_, tile_, pitch_, m_.rays.data(), pixel_);
+    TileRays main = make_rays(*job_.main->slice, view_, tile_, pitch_, ray_plane(0, 0), pixel_);
     double low = main.low, high = main.high;
     rays_.assign(objects_.size(), pixel_);
-    float* const enter = m_.rays.data();
-    float* const leave = enter + pixels_;
+    float *const enter = ray_plane(0, 0), *const leave = ray_plane(0, 1);
     for (size_t i = 0; i < objects_.size(); ++i) {
       const TrailObject& o = *objects_[i];
       if (!o.own_rays) continue;
-      float* const own = m_.rays.data() + (i + 1) * ray_planes * pixels_;
-      const TileRays r = make_rays(*o.scene->slice, *o.scene->view, tile_, pitch_, own, rays_[i]);
+      const float *const own_enter = ray_plane(i + 1, 0), *const own_leave = ray_plane(i + 1, 1);
+      const TileRays r =
+          make_rays(*o.scene->slice, *o.scene->view, tile_, pitch_, ray_plane(i + 1, 0), rays_[i]);
       if (r.open == 0) continue;
       low = low <= high ? std::min(low, r.low) : r.low, high = std::max(high, r.high);
       for (size_t p = 0; p < pixels_; ++p)
-        enter[p] = std::min(enter[p], own[p]), leave[p] = std::max(leave[p], own[pixels_ + p]);
+        enter[p] = std::min(enter[p], own_enter[p]), leave[p] = std::max(leave[p], own_leave[p]);
     }
     if (surface_) {
-      const auto end_at_surface = [&](float* leaves) {
-        for (int y = 0; y < tile_.height; ++y)
-          for (int x = 0; x < tile_.width; ++x)
-            if (const float hit = surface_hit(x, y); hit < infinity) {
-              float& at =
-                  leaves[static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x)];
-              at = std::min(at, hit);
-            }
-      };
       end_at_surface(leave);
       for (size_t i = 0; i < objects_.size(); ++i)
-        if (objects_[i]->own_rays) end_at_surface(m_.rays.data() + ((i + 1) * ray_planes + 1) * pixels_);
+        if (objects_[i]->own_rays) end_at_surface(ray_plane(i + 1, 1));
     }
     for (size_t p = 0; p < pixels_; ++p) open_ += enter[p] < leave[p];
-    if (!(low <= high)) return;
-    int64_t first = INT64_MAX, last = INT64_MIN; // that some object was planned for
+    if (low <= high) set_sheets(low, high);
+  }
+
+  // Plane `n` of a set of rays: 0 where they enter, 1 where they leave.
+  [[nodiscard]] float* ray_plane(size_t set, size_t n) const {
+    return m_.rays.data() + (set * ray_planes + n) * pixels_;
+  }
+
+  void end_at_surface(float* leaves) const {
+    for (int y = 0; y < tile_.height; ++y)
+      for (int x = 0; x < tile_.width; ++x)
+        if (const float hit = surface_hit(x, y); hit < infinity) {
+          float& at = leaves[plane_index(x, y, pitch_)];
+          at = std::min(at, hit);
+        }
+  }
+
+  // Sets the sheets to be drawn: those that rays are in, from `low` to `high`, and some object was planned
+  // for.
+  void set_sheets(double low, double high) {
+    int64_t first = INT64_MAX, last = INT64_MIN;
     for (const TrailObject* o : objects_) {
       first = std::min(first, o->plan.sheets.first - o->plan.sheets.lead);
       last = std::max(last, o->plan.sheets.last + o->plan.sheets.lead);
@@ -144,36 +156,36 @@ class TrailTile {
     last_ = std::min(static_cast<int64_t>(std::floor(high + 0.5)), last);
   }
 
-  void prepare_drawn() {
+  void list_drawn() {
     const auto first_source = static_cast<uint32_t>(job_.slice ? 1 : 0);
     if (job_.slice)
-      drawn_.push_back({{{0, 1.0f}}, 0, job_.slice->scene->table, 1, TimeField(*job_.slice->scene->slice)});
+      drawn_.push_back({{{0, 1.0f}}, job_.slice->scene->table, 0, 1, TimeField(*job_.slice->scene->slice)});
     for (const TrailStill& s : job_.stills) {
-      Drawn d{s.shares, 1, s.table, s.weight, TimeField(*job_.sources[s.shares.front().source].scene->slice)};
+      Drawn d{s.shares, s.table, 1, s.weight, TimeField(*job_.sources[s.shares.front().source].scene->slice)};
       for (SheetShare& share : d.shares) share.source += first_source;
       if (d.shares.size() > 1) d.time.offset = s.frame, d.time.gradient = {};
       drawn_.push_back(std::move(d));
     }
-    // Whole vectors are read, so that numbers must lie between the planes, too.
-    const size_t plane = sources_.front().plane_floats(),
-                 planes = finished_sheets + (analytic_ ? gradient_planes : 0);
+  }
+
+  void prepare_sheets() {
     size_t mixed = 0;
     for (const Drawn& d : drawn_) mixed += d.shares.size() > 1 ? 1u : 0u;
-    if (m_.mixed.capacity() < mixed * planes * plane) {
-      m_.mixed.reserve(mixed * planes * plane);
+    const size_t floats = sheet_sources_.mixed_floats();
+    if (m_.mixed.capacity() < mixed * floats) {
+      m_.mixed.reserve(mixed * floats);
       std::fill_n(m_.mixed.data(), m_.mixed.capacity(), 0.0f);
     }
     float* next = m_.mixed.data();
-    for (Drawn& d : drawn_) {
-      if (d.shares.size() == 1) continue;
-      d.mixed = std::exchange(next, next + planes * plane);
-      // The planes may hold anything of the tile before.
-      d.touched.slot.fill(d.gradients_touched = {0, 0, plane_pitch_, tile_.height + 2 * border_});
+    sheets_.reserve(drawn_.size());
+    for (const Drawn& d : drawn_) {
+      sheets_.emplace_back(sheet_sources_, d.shares, *d.table, next);
+      if (d.shares.size() > 1) next += floats;
     }
   }
 
   [[nodiscard]] float surface_hit(int x, int y) const {
-    const auto at = static_cast<size_t>(y) * static_cast<size_t>(surface_->pitch) + static_cast<size_t>(x);
+    const size_t at = plane_index(x, y, surface_->pitch);
     return surface_->alpha[at] > 0 ? surface_->depth[at] : infinity;
   }
 
@@ -187,15 +199,14 @@ class TrailTile {
       const int64_t end = std::min(k + sheets_together, last_ + 1), through = end - 1 + around_;
       const OpenPixels* open = open_pixels(k);
       used_ = {};
-      for (Drawn& d : drawn_) {
-        for (const SheetShare& s : d.shares)
+      for (size_t n = 0; n < drawn_.size(); ++n) {
+        for (const SheetShare& s : drawn_[n].shares)
           if (touched_[s.source]) {
             job_.context->progress.check();
             sources_[s.source].complete_sheets(through, open, clock);
           }
-        if (d.mixed)
-          for (int64_t sheet = next_mixed_; sheet <= through; ++sheet) mix_sheet(d, sheet);
-        for (int64_t sheet = k; sheet < end; ++sheet) add_sheet(d, sheet, sheet - k);
+        sheets_[n].mix(next_mixed_, through);
+        for (int64_t sheet = k; sheet < end; ++sheet) add_sheet(drawn_[n], sheets_[n], sheet, sheet - k);
         add_lap(clock, stats_.ms_shade);
       }
       next_mixed_ = through + 1;
@@ -219,111 +230,19 @@ class TrailTile {
     return &open_pixels_;
   }
 
-  [[nodiscard]] float* mixed_plane(const Drawn& d, int64_t k, size_t quantity) const {
-    const size_t n = quantity == 0 ? finished_slot(k) : finished_sheets + quantity - 1;
-    return d.mixed + n * sources_.front().plane_floats() + plane_margin;
-  }
-  [[nodiscard]] std::ptrdiff_t border_floats() const { return border_ * plane_pitch_ + border_; }
-
-  // Makes the weighted sum of one quantity of sheet k, in a plane that holds nothing outside of `before`.
-  std::array<float, 2> mix_plane(const Drawn& d, int64_t k, size_t quantity, const PixelRect& before) {
-    const PixelRect& rect = d.touched[k];
-    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(rect.y0) * plane_pitch_ + rect.x0;
-    mixed_from_.clear(), mixed_weights_.clear();
-    for (const SheetShare& s : d.shares)
-      if (sources_[s.source].filled(k)) {
-        mixed_from_.push_back(sources_[s.source].plane(k, quantity) - border_floats() + first);
-        mixed_weights_.push_back(s.weight);
-      }
-    float* const out = mixed_plane(d, k, quantity);
-    clear_around(before, rect, out, plane_pitch_);
-    return loops_.mix(
-        {mixed_from_, mixed_weights_, out + first, rect.x1 - rect.x0, rect.y1 - rect.y0, plane_pitch_});
-  }
-
-  void mix_sheet(Drawn& d, int64_t k) {
-    d.filled[k] = false, d.range[k] = {0, 0};
-    PixelRect touched;
-    for (const SheetShare& s : d.shares) {
-      d.filled[k] = d.filled[k] || sources_[s.source].filled(k);
-      if (const PixelRect r = sources_[s.source].plane_touched(k); !r.empty()) touched.include(r);
-    }
-    if (!d.filled[k]) return;
-    if (touched.empty()) touched = {0, 0, 0, 0};
-    const PixelRect before = std::exchange(d.touched[k], touched);
-    d.range[k] = mix_plane(d, k, 0, before);
-  }
-
-  [[nodiscard]] const float* plane(const Drawn& d, int64_t k, size_t quantity) const {
-    if (!d.mixed) return sources_[d.shares.front().source].plane(k, quantity);
-    if (!d.filled[k]) return sources_.front().zero_plane();
-    return mixed_plane(d, k, quantity) + border_floats();
-  }
-
-  // The sheets that the segments of sheet k are classified by.
-  [[nodiscard]] std::array<int64_t, 2> looked_at(const Drawn& d, int64_t k) const {
-    const int halfway = d.table->integrals.empty() ? 0 : halfway_;
-    return {std::max(k - halfway, view_.first_sheet()), k + halfway};
-  }
-
-  // Returns the pixels of the tile outside of which the segments of sheet k are nothing but the base of the
-  // field.
-  [[nodiscard]] PixelRect touched(const Drawn& d, int64_t k) const {
-    PixelRect rect{};
-    const auto [first, last] = looked_at(d, k);
-    for (int64_t sheet = first; sheet <= last; ++sheet) {
-      if (!d.mixed) {
-        rect.include(sources_[d.shares.front().source].touched(sheet));
-      } else if (d.filled[sheet]) {
-        const PixelRect& r = d.touched[sheet];
-        rect.include({r.x0 - border_, r.y0 - border_, r.x1 - border_, r.y1 - border_});
-      }
-    }
-    return rect;
-  }
-
-  // Whether samples that no point reaches are looked at.
-  [[nodiscard]] bool sees_base(const Drawn& d, float base) const {
-    return (options_.disable_skips & skip_empty_sheets) || d.table->visible(base, base);
-  }
-
-  // Whether anything of `d` may absorb on sheet k.
-  [[nodiscard]] bool seen(const Drawn& d, float base, int64_t k) const {
-    if (sees_base(d, base)) return true;
-    const auto [first, last] = looked_at(d, k);
-    bool filled = false;
-    std::array<float, 2> range{0, 0};
-    for (int64_t sheet = first; sheet <= last; ++sheet) {
-      if (!d.mixed) {
-        filled = filled || sources_[d.shares.front().source].filled(sheet);
-      } else if (d.filled[sheet]) {
-        filled = true;
-        range = {std::min(range[0], d.range[sheet][0]), std::max(range[1], d.range[sheet][1])};
-      }
-    }
-    if (!d.mixed || !filled) return filled;
-    // Between sheets the cubic reaches beyond its samples by up to an eighth of their range.
-    const float beyond = first < last ? 0.125f * (range[1] - range[0]) : 0.0f;
-    return d.table->crossed(static_cast<double>(base + (range[0] - beyond)),
-                            static_cast<double>(base + (range[1] + beyond)));
-  }
-
   // Adds what `d` absorbs on sheet k, which is number n of those under way.
-  void add_sheet(Drawn& d, int64_t k, int64_t n) {
-    const size_t object = d.shares.front().source, at = static_cast<size_t>(n);
+  void add_sheet(const Drawn& d, TrailSheets& sheets, int64_t k, int64_t n) {
+    const size_t object = sheets.object(), at = static_cast<size_t>(n);
     const SplatScene& scene = *objects_[object]->scene;
-    if (!seen(d, scene.slice->base, k)) {
+    if (!sheets.seen(scene.slice->base, k)) {
       ++stats_.sheets_skipped;
       return;
     }
     const MatterPlanes& matter = matter_[at][d.group];
     if (!used_[at][d.group]) std::fill_n(matter.red, group_planes * pixels_, 0.0f);
     used_[at][d.group] = true;
-    if (d.mixed && analytic_ && d.filled[k]) {
-      for (size_t q = 1; q < 4; ++q) (void)mix_plane(d, k, q, d.gradients_touched);
-      d.gradients_touched = d.touched[k];
-    }
-    absorb_sheet(d, *objects_[object], rays_[object], k, matter);
+    sheets.mix_gradients(k);
+    absorb_sheet(d, sheets, *objects_[object], rays_[object], k, matter);
   }
 
   void join_sheet(int64_t k, int64_t n) {
@@ -341,22 +260,26 @@ class TrailTile {
     if (options_.with_deep) m_.deep.add_segment(pixel_, j.k - j.front, j.k + 0.5f, all_pixels);
   }
 
-  void absorb_sheet(const Drawn& d, const TrailObject& object, const PixelPlanes& rays, int64_t k,
-                    const MatterPlanes& out) {
+  void absorb_sheet(const Drawn& d, const TrailSheets& sheets, const TrailObject& object,
+                    const PixelPlanes& rays, int64_t k, const MatterPlanes& out) {
     const SplatScene& scene = *object.scene;
-    SheetArgs a;
-    a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = pitch_;
-    a.plane_pitch = plane_pitch_;
-    a.shading = options_.shading;
-    a.base = scene.slice->base;
-    if (!sees_base(d, a.base)) a.seen = touched(d, k);
-    a.stop = stop();
-    a.table = d.table, a.lights = scene.lights, a.ripple.sums = object.plan.sums.get();
-    a.pixel = rays;
+    const float base = scene.slice->base;
+    SheetArgs a{.tile = {.x = tile_.x,
+                         .y = tile_.y,
+                         .width = tile_.width,
+                         .height = tile_.height,
+                         .pitch = pitch_,
+                         .plane_pitch = sheet_sources_.plane_pitch,
+                         .seen = sheets.sees_base(base) ? all_pixels : sheets.touched(k)},
+                .field = {.base = base},
+                .analytic = {.ripple = {.sums = object.plan.sums.get()}},
+                .classes = {.table = d.table, .stop = stop()},
+                .shading = {.on = options_.shading, .lights = scene.lights},
+                .pixel = rays};
     set_sheet(a, *scene.slice, *scene.view, k, analytic_, differences_,
-              [&](int64_t sheet, size_t quantity) { return plane(d, sheet, quantity); });
+              [&](int64_t sheet, size_t quantity) { return sheets.plane(sheet, quantity); });
     if (!d.table->integrals.empty())
-      set_halfway(a, *scene.view, k, halfway_, [&](int64_t sheet) { return plane(d, sheet, 0); });
+      set_halfway(a, *scene.view, k, halfway_, [&](int64_t sheet) { return sheets.plane(sheet, 0); });
     if (scene.slice->has_holes) {
       const Missing missing = find_holes(*scene.slice, *scene.view, a, m_.hole.data());
       if (missing == Missing::all) return;
@@ -373,13 +296,13 @@ class TrailTile {
   void finish_pixels() {
     for (int y = 0; y < (surface_ ? tile_.height : 0); ++y)
       for (int x = 0; x < tile_.width; ++x) {
-        const auto p = static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x);
+        const size_t p = plane_index(x, y, pitch_);
         if (surface_hit(x, y) < infinity && pixel_.alpha[p] < stop()) add_surface(x, y, p);
       }
     if (options_.with_deep) m_.deep.put_fronts_back(pixel_);
     for (int y = 0; y < tile_.height; ++y)
       for (int x = 0; x < tile_.width; ++x) {
-        const auto p = static_cast<size_t>(y) * static_cast<size_t>(pitch_) + static_cast<size_t>(x);
+        const size_t p = plane_index(x, y, pitch_);
         const float alpha = pixel_.alpha[p];
         if (pixel_.value) pixel_.value[p] = alpha > 0 ? pixel_.value[p] / alpha : nan_value;
         if (pixel_.time) pixel_.time[p] = alpha > 0 ? pixel_.time[p] / alpha : nan_value;
@@ -387,7 +310,7 @@ class TrailTile {
   }
 
   void add_surface(int x, int y, size_t p) {
-    const auto at = static_cast<size_t>(y) * static_cast<size_t>(surface_->pitch) + static_cast<size_t>(x);
+    const size_t at = plane_index(x, y, surface_->pitch);
     const float open = 1 - pixel_.alpha[p];
     pixel_.red[p] += open * surface_->red[at], pixel_.green[p] += open * surface_->green[at];
     pixel_.blue[p] += open * surface_->blue[at];
@@ -413,10 +336,10 @@ class TrailTile {
   std::vector<bool> touched_;        // per object: it has points in this tile
   std::vector<PixelPlanes> rays_;    // per object
   std::vector<Drawn> drawn_;
-  std::vector<const float*> mixed_from_;
-  std::vector<float> mixed_weights_;
+  TrailSheetSources sheet_sources_;
+  std::vector<TrailSheets> sheets_; // per drawn
   bool analytic_ = false;
-  int differences_ = 0, halfway_ = 0, border_ = 0, plane_pitch_ = 0;
+  int differences_ = 0, halfway_ = 0;
   int around_ = 0; // sheets on either side that gradients or segments look at
   PixelPlanes pixel_;
   std::array<std::array<MatterPlanes, 2>, sheets_together> matter_; // of the sheets under way, by group

@@ -8,6 +8,7 @@
 #include "splat/plan/plan.h"
 #include "splat/tile/tile_memory.h"
 #include "splat/trail/trail.h"
+#include "splat/trail/trail_sheets.h"
 
 namespace bccsplat {
 
@@ -28,9 +29,6 @@ struct TrailObject {
 // (tests/bench/notes/trail.md).
 inline constexpr int sheets_together = 4;
 inline constexpr uint64_t group_planes = 6, matter_planes = sheets_together * 2 * group_planes;
-
-// Planes of a mixed gradient, which serve one sheet at a time.
-inline constexpr size_t gradient_planes = 3;
 
 // The memory that a tile of a trail works in, which is kept from tile to tile.
 struct TrailMemory {

@@ -143,21 +143,24 @@ class StencilTile {
 
   SheetArgs sheet_args(int64_t k) const {
     const Slice& slice = *shot_.scene.slice;
-    SheetArgs a;
-    a.x = tile_.x, a.y = tile_.y, a.width = tile_.width, a.height = tile_.height, a.pitch = m_.pixel_pitch;
-    a.plane_pitch = pitch_;
-    a.shading = true;
-    a.base = slice.base, a.above_air = slice.base - slice.air;
-    a.stop = static_cast<float>(shot_.opacity_stop);
-    a.table = &shot_.table, a.lights = &shot_.scene.lights;
-    a.pixel = pixel_;
-    a.whole = shot_.whole.data();
+    SheetArgs a{.tile = {.x = tile_.x,
+                         .y = tile_.y,
+                         .width = tile_.width,
+                         .height = tile_.height,
+                         .pitch = m_.pixel_pitch,
+                         .plane_pitch = pitch_},
+                .field = {.base = slice.base, .above_air = slice.base - slice.air},
+                .classes = {.table = &shot_.table,
+                            .whole = shot_.whole.data(),
+                            .stop = static_cast<float>(shot_.opacity_stop)},
+                .shading = {.on = true, .lights = &shot_.scene.lights},
+                .pixel = pixel_};
     const auto values = [&](int64_t sheet) { return plane(sheet) + border * pitch_ + border; };
     set_sheet(a, slice, view_, k, false, border, [&](int64_t sheet, size_t) { return values(sheet); });
     // The slant is a part of the basis, so that no pixel has to take it off.
     GradientBasis& b = a.basis;
     const Differences& fit = shot_.differences;
-    if (fit.fitted) a.depth_scale = fit.near, a.depth_scale2 = fit.far;
+    if (fit.fitted) a.differences.depth_scale = fit.near, a.differences.depth_scale2 = fit.far;
     for (size_t n = 0; n < 3; ++n) {
       b.x[n] = fit.across * (b.x[n] - b.slant_x * b.z[n]);
       b.y[n] = fit.down * (b.y[n] - b.slant_y * b.z[n]);

@@ -121,23 +121,29 @@ struct Sheets {
     return closed;
   }
   SheetArgs sheet(int k) {
-    SheetArgs a;
-    a.k = static_cast<float>(k);
-    a.width = width, a.height = height, a.pitch = a.plane_pitch = pitch;
     const auto at = [&](int n) { return plane[static_cast<size_t>(n + 2)].data(); };
-    a.value = at(k);
-    a.table = table, a.stop = stop;
-    a.preintegrated = true, a.known = 2;
-    a.front_half = {{at(k), at(k - 1), at(k + 1), at(k - 2)}, {0.5625f, 0.5625f, -0.0625f, -0.0625f}};
-    a.back_half = {{at(k), at(k + 1), at(k - 1), at(k + 2)}, {0.5625f, 0.5625f, -0.0625f, -0.0625f}};
-    a.hole = hole.data();
-    float* const o[6] = {out[0].data(), out[1].data(), out[2].data(),
-                         out[3].data(), out[4].data(), out[5].data()};
-    a.pixel.red = o[0], a.pixel.green = o[1], a.pixel.blue = o[2], a.pixel.alpha = o[3];
-    a.pixel.depth = o[4], a.pixel.value = o[5];
-    a.pixel.enter = enter.data(), a.pixel.leave = leave.data(), a.pixel.path = path.data();
-    a.pixel.view_x = a.pixel.view_y = a.pixel.view_z = zero.data();
-    return a;
+    constexpr std::array cubic{0.5625f, 0.5625f, -0.0625f, -0.0625f};
+    return {.segment = {.k = static_cast<float>(k)},
+            .tile = {.width = width, .height = height, .pitch = pitch, .plane_pitch = pitch},
+            .field = {.value = at(k)},
+            .classes = {.table = table, .stop = stop},
+            .halves = {.preintegrated = true,
+                       .known = 2,
+                       .front = {{at(k), at(k - 1), at(k + 1), at(k - 2)}, cubic},
+                       .back = {{at(k), at(k + 1), at(k - 1), at(k + 2)}, cubic}},
+            .hole = hole.data(),
+            .pixel = {.red = out[0].data(),
+                      .green = out[1].data(),
+                      .blue = out[2].data(),
+                      .alpha = out[3].data(),
+                      .depth = out[4].data(),
+                      .value = out[5].data(),
+                      .enter = enter.data(),
+                      .leave = leave.data(),
+                      .path = path.data(),
+                      .view_x = zero.data(),
+                      .view_y = zero.data(),
+                      .view_z = zero.data()}};
   }
 };
 

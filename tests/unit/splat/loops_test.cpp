@@ -240,15 +240,22 @@ TEST(Loops, AbsorptionIsExactForThinAndThickSegments) {
     table.entry = {{1, 1, 1, x}};
     index_visible(table);
     std::vector<float> planes(16 * 11, 0.0f), value(48, 0.0f);
-    SheetArgs s;
-    s.width = 16, s.height = 1, s.pitch = 16, s.plane_pitch = 48;
-    s.value = value.data() + 16, s.stop = 2, s.table = &table;
     float* p = planes.data();
-    s.pixel.red = p, s.pixel.green = p + 16, s.pixel.blue = p + 32, s.pixel.alpha = p + 48,
-    s.pixel.depth = p + 64;
     std::fill_n(p + 80, 16, -10.0f), std::fill_n(p + 96, 16, 10.0f), std::fill_n(p + 112, 16, 1.0f);
-    s.pixel.enter = p + 80, s.pixel.leave = p + 96, s.pixel.path = p + 112;
-    s.pixel.view_x = s.pixel.view_y = s.pixel.view_z = p + 128;
+    const SheetArgs s{.tile = {.width = 16, .height = 1, .pitch = 16, .plane_pitch = 48},
+                      .field = {.value = value.data() + 16},
+                      .classes = {.table = &table, .stop = 2},
+                      .pixel = {.red = p,
+                                .green = p + 16,
+                                .blue = p + 32,
+                                .alpha = p + 48,
+                                .depth = p + 64,
+                                .enter = p + 80,
+                                .leave = p + 96,
+                                .path = p + 112,
+                                .view_x = p + 128,
+                                .view_y = p + 128,
+                                .view_z = p + 128}};
     const double exact = -std::expm1(-static_cast<double>(x));
     for_targets([&] {
       std::fill_n(p, 80, 0.0f);

@@ -50,6 +50,19 @@ struct Sheet {
     for (size_t i = 0; i < 6; ++i) *ray[i] = rays.data() + i * n;
     return p;
   }
+  // Of a sheet whose gradients are differences over one neighbour.
+  SheetArgs args(bool shading) {
+    const float* const v = value.data() + plane_pitch + margin;
+    return {.segment = {.k = 5},
+            .tile = {.width = width, .height = height, .pitch = pitch, .plane_pitch = plane_pitch},
+            .field = {.value = v},
+            .differences = {.neighbours = 1, .before = v, .after = v},
+            .basis = {.x = {1, 0, 0}, .y = {0, 1, 0}, .z = {0, 0, 1}},
+            .classes = {.table = &table, .stop = 0.995f},
+            .shading = {.on = shading, .lights = &lights},
+            .time = {3, 0.25f, -0.5f, 0},
+            .pixel = planes()};
+  }
   MatterPlanes group(size_t g) {
     const size_t n = size_t{pitch} * height;
     float* at = matter.data() + g * 6 * n;
@@ -66,17 +79,8 @@ TEST(Matter, AbsorbingIsTheSameInVectors) {
     Sheet reference, vectors;
     for (Sheet* s : {&reference, &vectors}) {
       s->lights.noise = {noise, noise};
-      SheetArgs a;
-      a.k = 5, a.width = Sheet::width, a.height = Sheet::height, a.pitch = Sheet::pitch;
-      a.plane_pitch = Sheet::plane_pitch;
-      a.value = s->value.data() + Sheet::plane_pitch + Sheet::margin;
-      a.before = a.after = a.value;
-      a.shading = shading, a.central = true;
-      a.basis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-      a.noise = a.noise_of_value = static_cast<float>(noise);
-      a.stop = 0.995f, a.table = &s->table, a.lights = &s->lights;
-      a.time = {3, 0.25f, -0.5f, 0};
-      a.pixel = s->planes();
+      SheetArgs a = s->args(shading);
+      a.shading.noise = a.shading.noise_of_value = static_cast<float>(noise);
       (s == &reference ? reference_matter_loops() : simd_matter_loops()).absorb(a, 0.3f, s->group(1));
     }
     expect_near(vectors.matter, reference.matter, 1e-5f);
@@ -94,19 +98,12 @@ TEST(Matter, AbsorbingByIntegralsIsTheSameInVectors) {
     for (Sheet* s : {&reference, &vectors}) {
       s->table = make_class_table(function, 0, 1, 0, 1, 64);
       s->table.integrals = integrate_values(function, s->table);
-      SheetArgs a;
-      a.k = 5, a.width = Sheet::width, a.height = Sheet::height, a.pitch = Sheet::pitch;
-      a.plane_pitch = Sheet::plane_pitch;
-      a.value = s->value.data() + Sheet::plane_pitch + Sheet::margin;
-      a.before = a.after = a.value;
-      a.shading = shading, a.central = true;
-      a.basis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-      a.stop = 0.995f, a.table = &s->table, a.lights = &s->lights;
-      a.time = {3, 0.25f, -0.5f, 0};
-      a.pixel = s->planes();
-      a.preintegrated = true, a.known = 100;
-      a.front_half = {{a.value, a.value + 3, a.value - 2, a.value + 5}, {0.5f, 0.5f, 0, 0}};
-      a.back_half = {{a.value, a.value - 1, a.value + 7, a.value}, {0.5625f, 0.5f, -0.0625f, 0}};
+      SheetArgs a = s->args(shading);
+      const float* const v = a.field.value;
+      a.halves = {.preintegrated = true,
+                  .known = 100,
+                  .front = {{v, v + 3, v - 2, v + 5}, {0.5f, 0.5f, 0, 0}},
+                  .back = {{v, v - 1, v + 7, v}, {0.5625f, 0.5f, -0.0625f, 0}}};
       (s == &reference ? reference_matter_loops() : simd_matter_loops()).absorb(a, 0.3f, s->group(1));
     }
     expect_near(vectors.matter, reference.matter, 1e-4f);

@@ -41,9 +41,10 @@ std::array<size_t, 3> compare(const Slice& slice, bool perspective) {
   const auto [first, last] = sheet_range(slice, view);
   std::array<size_t, 3> sheets{};
   for (int64_t k = first; k <= last; ++k) {
-    SheetArgs s;
-    s.k = static_cast<float>(k), s.x = tile.x, s.y = tile.y;
-    s.width = tile.width, s.height = tile.height, s.pitch = pitch, s.pixel = rays;
+    const SheetArgs s{
+        .segment = {.k = static_cast<float>(k)},
+        .tile = {.x = tile.x, .y = tile.y, .width = tile.width, .height = tile.height, .pitch = pitch},
+        .pixel = rays};
     std::vector<uint8_t> hole(pitch * 53, 7);
     const Missing missing = find_holes(slice, view, s, hole.data());
     ++sheets[static_cast<size_t>(missing)];
