@@ -45,6 +45,15 @@ struct Lights {
   return t * t * (3 - 2 * t);
 }
 
+// Highlights below this are taken as 0. Less is soon no normal float, which many processors multiply a hundred
+// times as slowly; the square of this still is one.
+inline constexpr double least_highlight = 0x1p-60;
+
+// Returns the cosine whose highlight is the least.
+[[nodiscard]] inline float least_cosine(double shininess) {
+  return shininess > 0 ? static_cast<float>(std::pow(least_highlight, 1 / shininess)) : 0.0f;
+}
+
 // What multiplies the colour, per channel, and what is added to it.
 struct Shading {
   Vec3 scale{}, highlight{};
@@ -65,6 +74,7 @@ struct Shading {
       const Vec3 half = to_light + to_viewer;
       const double h = length(half);
       if (h > 0) shine = std::pow(std::fabs(dot(gradient, half)) / (norm * h), lights.shininess);
+      if (shine < least_highlight) shine = 0;
     }
     s.scale = s.scale + (lights.diffuse * (weight * facing + (1 - weight))) * light.color;
     s.highlight = s.highlight + (lights.specular * (weight * shine)) * light.color;

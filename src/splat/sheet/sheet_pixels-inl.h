@@ -81,6 +81,21 @@ HWY_INLINE V Dot(V ax, V ay, V az, V bx, V by, V bz) {
 // highlight.
 constexpr float least_square = 1e-36f;
 
+// How much light a surface sends on by the cosine of facing it and of mirroring it.
+struct Gloss {
+  float ambient = 0, diffuse = 0, specular = 0, shininess = 0, least = 0; // least_cosine()
+  Gloss() = default;
+  explicit Gloss(const Lights& l)
+      : ambient(static_cast<float>(l.ambient)), diffuse(static_cast<float>(l.diffuse)),
+        specular(static_cast<float>(l.specular)), shininess(static_cast<float>(l.shininess)),
+        least(least_cosine(l.shininess)) {}
+
+  HWY_INLINE V highlight(V cosine) const {
+    const V least_v = Set(least);
+    return hn::IfThenElseZero(hn::Ge(cosine, least_v), Power(hn::Max(cosine, least_v), shininess));
+  }
+};
+
 // What lights do to a colour: a factor and a highlight for each part.
 struct Lit {
   V scale_r, scale_g, scale_b, shine_r, shine_g, shine_b;
@@ -89,10 +104,9 @@ struct Lit {
         shine_b(shine_r) {}
 
   // Adds a light of which the surface sees `facing` and mirrors `shine` (cosines), as far as there is one.
-  HWY_INLINE void add(V facing, V shine, V surface, float diffuse, float specular, float shininess,
-                      const std::array<float, 3>& color) {
-    facing = hn::Mul(hn::MulAdd(surface, facing, hn::Sub(Set(1.0f), surface)), Set(diffuse));
-    shine = hn::Mul(hn::Mul(surface, Power(shine, shininess)), Set(specular));
+  HWY_INLINE void add(V facing, V shine, V surface, const Gloss& gloss, const std::array<float, 3>& color) {
+    facing = hn::Mul(hn::MulAdd(surface, facing, hn::Sub(Set(1.0f), surface)), Set(gloss.diffuse));
+    shine = hn::Mul(hn::Mul(surface, gloss.highlight(shine)), Set(gloss.specular));
     const V r = Set(color[0]), g = Set(color[1]), b = Set(color[2]);
     scale_r = hn::MulAdd(facing, r, scale_r), scale_g = hn::MulAdd(facing, g, scale_g),
     scale_b = hn::MulAdd(facing, b, scale_b);
@@ -250,7 +264,8 @@ struct Pixels {
     const V inverse = InverseRoot(hn::Max(square, Set(least_square)));
     const V weight = surface(square, inverse);
     const Lights& lights = *s.shading.lights;
-    Lit lit(static_cast<float>(lights.ambient));
+    const Gloss gloss(lights);
+    Lit lit(gloss.ambient);
     for (const Light& l : lights.lights) {
       const bool headlight = dot(l.direction, l.direction) == 0;
       V facing, shine;
@@ -270,8 +285,7 @@ struct Pixels {
         shine = hn::IfThenElseZero(some, shine);
       }
       lit.add(
-          facing, shine, weight, static_cast<float>(lights.diffuse), static_cast<float>(lights.specular),
-          static_cast<float>(lights.shininess),
+          facing, shine, weight, gloss,
           {static_cast<float>(l.color[0]), static_cast<float>(l.color[1]), static_cast<float>(l.color[2])});
     }
     lit.apply(red, green, blue);
@@ -290,12 +304,13 @@ struct AlikeLights {
   size_t count = 0;
   std::array<Parts, most> light{};
   std::array<float, 6> square{}; // of the gradient: ii ij ik jj jk kk
-  float ambient = 0, diffuse = 0, specular = 0, shininess = 0;
+  Gloss gloss;
 
   [[nodiscard]] static bool fits(const SheetArgs& s) {
     return s.shading.alike && s.shading.on && s.shading.lights->lights.size() <= most;
   }
-  explicit AlikeLights(const SheetArgs& s) : count(s.shading.lights->lights.size()) {
+  explicit AlikeLights(const SheetArgs& s)
+      : count(s.shading.lights->lights.size()), gloss(*s.shading.lights) {
     const GradientBasis& b = s.basis;
     const Lights& lights = *s.shading.lights;
     const auto vector = [](const std::array<float, 3>& of) {
@@ -322,8 +337,6 @@ struct AlikeLights {
         to.color[a] = static_cast<float>(from.color[a]);
       }
     }
-    ambient = static_cast<float>(lights.ambient), diffuse = static_cast<float>(lights.diffuse);
-    specular = static_cast<float>(lights.specular), shininess = static_cast<float>(lights.shininess);
   }
 
   // As Pixels::light.
@@ -343,11 +356,11 @@ struct AlikeLights {
       const V cosine = hn::Abs(Dot(Set(to[0]), Set(to[1]), Set(to[2]), gi, gj, gk));
       return hn::Min(hn::Mul(cosine, inverse), Set(1.0f));
     };
-    Lit lit(ambient);
+    Lit lit(gloss.ambient);
     for (size_t n = 0; n < count; ++n) {
       const Parts& l = light[n];
       const V facing = along(l.facing);
-      lit.add(facing, l.headlight ? facing : along(l.half), weight, diffuse, specular, shininess, l.color);
+      lit.add(facing, l.headlight ? facing : along(l.half), weight, gloss, l.color);
     }
     lit.apply(red, green, blue);
   }

@@ -64,9 +64,11 @@ HWY_INLINE void light(const MarchPacketArgs& a, const Vector3& g, const Vector3&
       const V over = InverseRoot(hn::Max(Dot(hx, hy, hz, hx, hy, hz), set(1e-12f)));
       glint = hn::Mul(hn::Mul(hn::Abs(Dot(g.x, g.y, g.z, hx, hy, hz)), inverse), over);
     }
-    const V one = set(1.0f);
+    const V one = set(1.0f), least = set(a.least_cosine);
+    glint = hn::Min(glint, one);
+    const M shines = hn::And(surface, hn::Ge(glint, least));
     facing = hn::Mul(hn::IfThenElse(surface, hn::Min(facing, one), one), set(a.diffuse));
-    glint = hn::Mul(hn::IfThenElseZero(surface, Power(hn::Min(glint, one), a.shininess)), set(a.specular));
+    glint = hn::Mul(hn::IfThenElseZero(shines, Power(hn::Max(glint, least), a.shininess)), set(a.specular));
     scale.x = hn::MulAdd(facing, set(l.color[0]), scale.x),
     shine.x = hn::MulAdd(glint, set(l.color[0]), shine.x);
     scale.y = hn::MulAdd(facing, set(l.color[1]), scale.y),

@@ -230,6 +230,7 @@ void ray_march(const MarchScene& scene, const MarchOptions& options, const Conte
   a.ambient = static_cast<float>(scene.lights.ambient), a.diffuse = static_cast<float>(scene.lights.diffuse);
   a.specular = static_cast<float>(scene.lights.specular),
   a.shininess = static_cast<float>(scene.lights.shininess);
+  a.least_cosine = least_cosine(scene.lights.shininess);
   for (const Light& l : scene.lights.lights) {
     const bool headlight = dot(l.direction, l.direction) == 0;
     a.lights[static_cast<size_t>(a.light_count++)] = {

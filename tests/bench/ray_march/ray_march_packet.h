@@ -45,7 +45,7 @@ struct MarchPacketArgs {
   float iso_value = 0, stop = 1;
   std::array<float, 3> iso_color{};
   int refinements = 6; // of a hit; the last one only places it
-  float ambient = 0, diffuse = 0, specular = 0, shininess = 0;
+  float ambient = 0, diffuse = 0, specular = 0, shininess = 0, least_cosine = 0;
   int light_count = 0;
   std::array<MarchLight, 8> lights{};
 };

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cfenv>
 #include <cmath>
 #include <random>
 
@@ -231,6 +232,54 @@ TEST(Loops, PicturesAgreeOnEveryTarget) {
           }
         });
       }
+}
+
+// Surfaces seen at cosines whose powers are no normal floats have no highlight, and nothing underflows.
+TEST(Loops, LightThatGrazesDoesNotUnderflow) {
+  ClassTable table;
+  table.entry = {{1, 1, 1, 1}};
+  index_visible(table);
+  std::vector<float> planes(16 * 11, 0.0f), value(48, 0.0f), across(48, 0.5f), along(48);
+  for (int n = 0; n < 48; ++n)
+    along[static_cast<size_t>(n)] = 0.5f * std::pow(10.0f, -static_cast<float>(n % 16) / 3);
+  float* p = planes.data();
+  Lights lights;
+  lights.lights = {Light{}, Light{{0, 1, 1}, {1, 1, 1}}};
+  SheetArgs s{.tile = {.width = 16, .height = 1, .pitch = 16, .plane_pitch = 48},
+              .field = {.value = value.data() + 16},
+              .analytic = {.i = across.data() + 16, .j = value.data() + 16, .k = along.data() + 16},
+              .basis = {.x = {1, 0, 0}, .y = {0, 1, 0}, .z = {0, 0, 1}},
+              .classes = {.table = &table, .stop = 2},
+              .shading = {.on = true, .to_viewer = {0, 0, 1}, .lights = &lights},
+              .pixel = {.red = p,
+                        .green = p + 16,
+                        .blue = p + 32,
+                        .alpha = p + 48,
+                        .depth = p + 64,
+                        .enter = p + 80,
+                        .leave = p + 96,
+                        .path = p + 112,
+                        .view_x = p + 128,
+                        .view_y = p + 128,
+                        .view_z = p + 144}};
+  std::fill_n(p + 80, 16, -10.0f), std::fill_n(p + 96, 16, 10.0f), std::fill_n(p + 112, 16, 1.0f);
+  std::fill_n(p + 144, 16, 1.0f);
+  for (const double shininess : {0.5, 7.5, 20.0, 1000.0})
+    for (const bool alike : {false, true}) {
+      lights.shininess = shininess, s.shading.alike = alike;
+      const auto draw = [&](const SheetLoops& loops) {
+        std::fill_n(p, 80, 0.0f);
+        loops.composite({&s, 1});
+        return std::vector<float>(p, p + 16);
+      };
+      const auto expected = draw(reference_sheet_loops());
+      for_targets([&] {
+        std::feclearexcept(FE_ALL_EXCEPT);
+        const auto got = draw(simd_sheet_loops());
+        EXPECT_FALSE(std::fetestexcept(FE_UNDERFLOW)) << shininess << " " << alike;
+        for (size_t n = 0; n < 16; ++n) EXPECT_NEAR(got[n], expected[n], 1e-5) << n;
+      });
+    }
 }
 
 TEST(Loops, AbsorptionIsExactForThinAndThickSegments) {
