@@ -17,6 +17,7 @@ struct Way {
   bool at_any_step = true;      // else only those of `methods` can be had
   bool rays = false;            // else the splatter
   double before_ms = 0;         // what a picture needs before it that no other shares
+  double held_mib = 0;          // memory between pictures, without the picture
   std::vector<double> ms, psnr; // of each method
 };
 

@@ -69,6 +69,8 @@ void forget_scenes(std::vector<Way>& ways) {
     for (Method& m : w.methods) m.draw = nullptr;
 }
 
+double mib(size_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
+
 // Rays through the moment. The grid and its macro cells are made beforehand.
 Way ray_way(const MomentSeries& series, double frame, Interpolation interpolation, int frames,
             const Image& truth) {
@@ -91,6 +93,8 @@ Way ray_way(const MomentSeries& series, double frame, Interpolation interpolatio
                         frames, " frames");
   ways[0].rays = true;
   ways[0].before_ms = mixed.ms;
+  ways[0].held_mib = mib(mixed.values.size() * static_cast<size_t>(frames) + distance.size() +
+                         (grid.value.size() + grid.low.size() + grid.high.size()) * sizeof(float));
   for (const double step : {5.6, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7, 0.5}) {
     m.step = step;
     ways[0].methods.push_back(march_method(march, m, one));
@@ -125,7 +129,7 @@ std::vector<Way> level_ways(const WrittenSeries& written, const MomentOptions& o
   for (const double step : {2.8, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25}) { // of the level's own distances
     ways[1].methods.push_back(splat_method("splat", scene, options_at(step), one));
   }
-  for (Way& w : ways) w.before_ms = before;
+  for (Way& w : ways) w.before_ms = before, w.held_mib = mib(volume.context.memory.used());
   measure_ways(ways, size, 2, truth, stride);
   forget_scenes(ways);
   return ways;
@@ -160,10 +164,13 @@ void equal_series(const Report& report, uint32_t edge, int coarser) {
   std::vector<Row> before;
   std::vector<Way> at_hand = ways;
   for (Way& w : at_hand) {
-    before.push_back({word("way", w.name), figure("before the picture, ms", w.before_ms, 1)});
+    before.push_back({word("way", w.name), figure("before the picture, ms", w.before_ms, 1),
+                      figure("held, MiB", w.held_mib, 0)});
     for (double& ms : w.ms) ms -= w.before_ms;
   }
-  report.table(concat(name, ", the moment: from an opened file (slice and points), or of frames in memory"),
+  report.table(concat(name,
+                      ", the moment: from an opened file (slice and points), or of frames in memory with "
+                      "the grid that rays go through"),
                before);
   report_ways(report, concat(name, ", any moment and its picture, shaded, ", size, "^2"),
               ", against the waves themselves; CPU ms of one thread, least of 2", "series", ways);
