@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstring>
 #include <utility>
 
 #include "formats/bcc4/coding/predict.h"
@@ -133,7 +135,37 @@ class Rounder {
   return shift;
 }
 
+template<class Code> void pack(std::span<const uint32_t> ordered, const ChunkCodes& coded, std::byte* to) {
+  for (const uint32_t code : ordered) {
+    const auto narrow = static_cast<Code>(coded.of_ordered(code));
+    std::memcpy(to, &narrow, sizeof narrow);
+    to += sizeof narrow;
+  }
+}
+
 } // namespace
+
+ChunkData packed(const CoefficientChunk& chunk) {
+  const ChunkSites& sites = chunk.sites;
+  ChunkData data;
+  data.shape = sites.shape, data.kept = sites.kept, data.hole = sites.hole;
+  uint32_t count = 0;
+  for (const BrickMask& mask : sites.kept) {
+    data.first.push_back(count);
+    for (const uint16_t row : mask) count += static_cast<uint32_t>(std::popcount(row));
+  }
+  data.first.push_back(count);
+  const auto [low, high] = std::minmax_element(sites.codes.begin(), sites.codes.end());
+  data.coded = count == 0 ? i32_codes : codes_of_chunk(i32_codes, *low, *high, chunk.shift);
+  data.codes.resize(size_t{count} * data.coded.bytes());
+  if (data.coded.bytes() == 1)
+    pack<uint8_t>(sites.codes, data.coded, data.codes.data());
+  else if (data.coded.bytes() == 2)
+    pack<uint16_t>(sites.codes, data.coded, data.codes.data());
+  else
+    pack<uint32_t>(sites.codes, data.coded, data.codes.data());
+  return data;
+}
 
 CoefficientChunk round_coefficients(const ChunkShape& shape, std::span<const Brick* const> bricks,
                                     const CoefficientCoding& coding) {
