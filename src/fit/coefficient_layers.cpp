@@ -2,12 +2,18 @@
 #include "fit/coefficient_layers.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "base/error.h"
 #include "fit/round_layer.h"
 
 namespace bccsplat {
 namespace {
+
+// Layers that are made together, as a slab has them (slab_layers_for), and of the memory that is left the
+// part that each of them may take if nothing is air.
+constexpr int32_t together = 4;
+constexpr uint64_t memory_parts = 8;
 
 // Coefficients up to this far from air are dropped: those that are rounded to it, and those that a reader of
 // samples would drop.
@@ -49,24 +55,45 @@ int32_t CoefficientLayers::turn_from(int32_t first, int32_t slab_layers) {
   return next_;
 }
 
+// How many of the next layers, at most `most`, depend on none that is still to come.
+int32_t CoefficientLayers::ready(int32_t most) const {
+  const Lattice4& lattice = window_.lattice();
+  const auto needed = [&](int32_t m) {
+    if (lattice.is_static()) return lattice.layers();
+    return lattice.periodic && m == 0 ? complete_ : std::min(m + reach_ + 1, complete_);
+  };
+  int32_t count = 0;
+  while (count < most && next_ + count < end_ && window_.end() >= needed(next_ + count)) ++count;
+  return count;
+}
+
+// How many layers may be made at once: they share stages, and take memory.
+int32_t CoefficientLayers::most_at_once(const Context& context) const {
+  const uint64_t room = context.memory.limit() - context.memory.used(),
+                 layer = uint64_t{BrickLayer(window_.lattice().space, 0).brick_slots()} * sizeof(Brick);
+  return static_cast<int32_t>(std::clamp<uint64_t>(room / (memory_parts * layer), 1, together));
+}
+
 std::vector<BrickLayer> CoefficientLayers::add(std::span<const SampleLayer> samples, const Context& context) {
   for (const SampleLayer& layer : samples) window_.push(layer);
-  const int32_t layers = window_.lattice().layers();
+  const Lattice4& lattice = window_.lattice();
   std::vector<BrickLayer> out;
-  const bool turns = window_.lattice().periodic;
-  for (; next_ < end_; ++next_) {
-    const int32_t needed = turns && next_ == 0 ? complete_ : std::min(next_ + reach_ + 1, complete_);
-    if (window_.end() < (window_.lattice().is_static() ? layers : needed)) break;
-    const auto made = field_->layer(next_, context);
+  while (const int32_t count = ready(most_at_once(context))) {
+    std::vector<int32_t> numbers(static_cast<size_t>(count));
+    std::iota(numbers.begin(), numbers.end(), next_);
     uint64_t clamped = 0; // the container counts none either: it gets what fits
-    out.push_back(quantiser_.type == ValueType::f16 ? round_layer(*made, quantiser_, 0, clamped, context)
-                                                    : *made);
-    if (!window_.lattice().is_static() && next_ < layers) field_->forget(next_ + 1, next_ + 1);
+    for (const auto& made : field_->layers(numbers, context))
+      out.push_back(quantiser_.type == ValueType::f16 ? round_layer(*made, quantiser_, 0, clamped, context)
+                                                      : *made);
+    if (const int32_t next = std::min(next_ + count, lattice.layers());
+        !lattice.is_static() && next_ < lattice.layers())
+      field_->forget(next, next);
+    next_ += count;
   }
   // A layer beyond the end mirrors one as far before it.
-  if (turns && window_.end() >= complete_)
+  if (lattice.periodic && window_.end() >= complete_)
     window_.forget_all();
-  else if (!window_.lattice().is_static())
+  else if (!lattice.is_static())
     window_.forget(next_ - reach_ - 1);
   return out;
 }

@@ -43,6 +43,8 @@ class CoefficientLayers {
 
  private:
   void make_field();
+  [[nodiscard]] int32_t ready(int32_t most) const;
+  [[nodiscard]] int32_t most_at_once(const Context& context) const;
 
   LayerWindow window_;
   std::string kernel_;

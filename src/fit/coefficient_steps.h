@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "base/context.h"
+#include "formats/bcc4/coding/codes.h"
 #include "formats/bcc4/coding/coefficient_codes.h"
+#include "points/sample_layer.h"
 #include "points/values.h"
 
 namespace bccsplat {
@@ -17,12 +19,14 @@ class CoefficientSteps {
   // steps: of type i32. kernel: of the coefficients.
   CoefficientSteps(const Lattice4& lattice, const Quantiser& steps, const std::string& kernel);
 
-  // Rounds the layers from `first` on, all of one slab; what comes out is stored as it is.
-  [[nodiscard]] std::vector<BrickLayer> round(int32_t first, std::span<const BrickLayer> layers,
-                                              const Context& context) const;
+  // Rounds the layers from `first` on, all of one slab; what comes out is stored as it is: codes, where these
+  // take two bytes or less, which the container need not find again.
+  [[nodiscard]] std::vector<SampleLayer> round(int32_t first, std::span<const BrickLayer> layers,
+                                               const Context& context) const;
 
  private:
   Lattice4 lattice_;
+  SampleCoder coder_;
   CoefficientCoding coding_;
 };
 

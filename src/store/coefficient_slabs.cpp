@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "store/coefficient_slabs.h"
 
+#include <utility>
+
 namespace bccsplat {
 
 CoefficientSlabs::CoefficientSlabs(const Lattice4& lattice, const VolumeInfo& info, const SeriesPart* part)
@@ -31,9 +33,14 @@ void CoefficientSlabs::add_layers(int channel, int32_t first, const SlabLayers& 
     c.slab.push_back(std::move(layer));
     const auto count = static_cast<int32_t>(c.slab.size());
     if (count < slab_layers_ && c.next_slab * slab_layers_ + count < layers_) continue;
-    if (c.steps) c.slab = c.steps->round(c.next_slab * slab_layers_, c.slab, context);
-    store(c.next_slab++, channel, c.slab);
-    c.slab.clear();
+    const int32_t number = c.next_slab++;
+    if (c.steps) {
+      const auto rounded = c.steps->round(number * slab_layers_, std::exchange(c.slab, {}), context);
+      store(number, channel, rounded);
+    } else {
+      store(number, channel, c.slab);
+      c.slab.clear();
+    }
     if (periodic_ && c.next_slab * slab_layers_ >= layers_) c.next_slab = 0;
   }
 }

@@ -94,18 +94,18 @@ class Layers {
 };
 
 // What is stored of layers that stay samples, become samples, or stay coefficients.
-std::vector<BrickLayer> rounded(std::vector<BrickLayer> slab, int32_t first, const VolumeInfo& info,
-                                int channel, const VolumeInfo& was, uint64_t& clamped,
-                                const Context& context) {
+std::vector<SampleLayer> rounded(std::vector<BrickLayer> slab, int32_t first, const VolumeInfo& info,
+                                 int channel, const VolumeInfo& was, uint64_t& clamped,
+                                 const Context& context) {
   const auto c = static_cast<size_t>(channel);
   const ChannelInfo& to = info.channels[c];
   const bool kept = info.coefficient_kernel == was.coefficient_kernel;
   if (kept && static_cast<const Quantiser&>(to) == static_cast<const Quantiser&>(was.channels[c]))
-    return slab;
+    return {slab.begin(), slab.end()};
   if (to.type == ValueType::i32)
     return CoefficientSteps(info.lattice, to, info.coefficient_kernel).round(first, slab, context);
   for (BrickLayer& layer : slab) layer = round_layer(layer, to, kept ? 0 : to.threshold, clamped, context);
-  return slab;
+  return {slab.begin(), slab.end()};
 }
 
 bool has_masks(const VolumeInfo& info) {
@@ -151,15 +151,14 @@ WriteReport recode(const Bcc4Samples& samples, const RecodeSettings& settings,
       for (int32_t m = first; m < std::min(first + info.slab_layers, all); ++m) {
         slab.push_back(layers.read(c, m, context));
       }
-      if (!slabs)
-        slab = rounded(std::move(slab), first, info, c, was, clamped[static_cast<size_t>(c)], context);
-      const auto store = [&](int32_t number, int of, std::span<const BrickLayer> made) {
-        writer.write_slab(number, of, made, context);
+      const auto store = [&](int32_t number, int of, const SlabLayers& made) {
+        writer.write_slab(number, of, made.compact(), context);
       };
       if (slabs)
         slabs->add_layers(c, first, slab, context, store);
       else
-        store(first / info.slab_layers, c, slab);
+        store(first / info.slab_layers, c,
+              rounded(std::move(slab), first, info, c, was, clamped[static_cast<size_t>(c)], context));
       context.progress.report(0.99 * (first + 1) / all);
       context.progress.check();
     }

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rounds a chunk row by row in coding order, each site with what its predecessors' errors leave it, and keeps
-// what does not become air. Whether coarser units pay is seen from a first rounding in single steps: by how
-// far its codes are from their predictions.
+// Rounds a chunk, each site with what its predecessors' errors leave it, and keeps what does not become air.
+// Whether coarser units pay is seen from a first rounding in single steps: by how far its codes are from
+// their predictions.
 #include "formats/bcc4/coding/coefficient_codes.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
-#include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "formats/bcc4/coding/predict.h"
+#include "formats/bcc4/coding/round_units.h"
 
 namespace bccsplat {
 namespace {
@@ -20,120 +22,101 @@ constexpr size_t longest_gap = 4;
 // (tests/bench/notes/coefficient-codes.md).
 constexpr double least_error = 0.6;
 
-// Calls body(x) for the sites of a row in `bits`.
-template<class Body> void for_bits(unsigned bits, const Body& body) {
-  for (; bits; bits &= bits - 1) body(std::countr_zero(bits));
-}
+// Keeps holes, sites that are not air, and the gaps between them that are short.
+class Keeper {
+ public:
+  // sites: the shape, holes, and masks of kept sites that are empty.
+  explicit Keeper(ChunkSites& sites) : sites_(sites) {}
+
+  // The next row of a layer, in coding order; `units` are of its sites.
+  void take_row(size_t layer, size_t row, int width, const int32_t* units, int shift) {
+    const auto full = static_cast<uint16_t>((1u << width) - 1);
+    unsigned other = 0; // than air
+    for (int x = 0; x < width; ++x) other |= static_cast<unsigned>(units[x] != 0) << x;
+    if (!sites_.hole.empty()) other |= sites_.hole[layer][row] & full;
+    if (other == full) {
+      keep_gap();
+      sites_.kept[layer][row] = full;
+      for (int x = 0; x < width; ++x) sites_.codes.push_back(code_of(units[x], shift));
+    } else if (other == 0 && width > static_cast<int>(longest_gap)) {
+      gap_ = longest_gap + 1;
+    } else {
+      for (int x = 0; x < width; ++x)
+        if (other >> x & 1)
+          keep_gap(), keep({layer, row, x}, code_of(units[x], shift));
+        else
+          leave_out({layer, row, x});
+    }
+  }
+
+ private:
+  struct Site {
+    size_t layer, row;
+    int x;
+  };
+  static uint32_t code_of(int32_t units, int shift) {
+    return i32_air + (static_cast<uint32_t>(units) << shift);
+  }
+  void keep(const Site& s, uint32_t code) {
+    uint16_t& row = sites_.kept[s.layer][s.row];
+    row = static_cast<uint16_t>(row | 1u << s.x);
+    sites_.codes.push_back(code);
+  }
+  void leave_out(const Site& s) {
+    if (gap_ < longest_gap) left_out_[gap_] = s;
+    gap_ = std::min(gap_ + 1, longest_gap + 1);
+  }
+  void keep_gap() {
+    for (size_t i = 0; i < gap_ && gap_ <= longest_gap; ++i) keep(left_out_[i], i32_air);
+    gap_ = 0;
+  }
+
+  ChunkSites& sites_;
+  std::array<Site, longest_gap> left_out_{};
+  size_t gap_ = longest_gap + 1; // sites since the last that was kept, of those that are too many the least
+};
 
 // Rounds all sites that are not 0 and keeps those whose code is not that of air.
 class Rounder {
  public:
   Rounder(const ChunkShape& shape, std::span<const Brick* const> bricks, const CoefficientCoding& coding)
-      : shape_(shape), bricks_(bricks), coding_(coding), given_(bricks.size()) {
-    for (size_t m = 0; m < bricks.size(); ++m)
-      if (bricks[m]) find_given(*bricks[m], shape.box[m], given_[m]);
-  }
+      : shape_(shape), bricks_(bricks), coding_(coding), units_(bricks.size()) {}
 
-  [[nodiscard]] CoefficientChunk round(int shift) const {
-    CoefficientChunk chunk;
-    chunk.shift = shift;
-    chunk.sites.shape = shape_;
-    chunk.sites.kept.resize(bricks_.size());
-    take_holes(chunk.sites);
-    const double step = coding_.step * (1 << shift);
+  [[nodiscard]] CoefficientChunk round(int shift) {
     // Steps stay within 2^30, far beyond what a float holds exactly.
-    const double most = (1 << 30) >> shift;
-    const bool shaped = shift > 0 || coding_.shape_all;
-    std::vector<uint32_t> codes; // of all given sites
-    std::vector<Weights> weights;
-    for (int m = 0; m < shape_.layers; ++m) weights.push_back(taps_of_layer(coding_.shape, shape_, m));
-    for_rows([&](const Row<double>& row) {
-      std::array<const double*, max_taps> taps;
-      const size_t n = shaped ? gather_taps(row, taps) : 0;
-      const Weights& w = weights[static_cast<size_t>(row.layer)];
-      const auto m = static_cast<size_t>(row.layer), r = static_cast<size_t>(row.index);
-      const float* values = bricks_[m]->value.data() + r * brick_edge;
-      for_bits(given_[m][r], [&](int x) {
-        double wanted = 0;
-        for (size_t i = 0; i < n; ++i) wanted += w[i] * taps[i][x];
-        wanted = wanted / (1 << fraction_bits) + static_cast<double>(values[x]);
-        const double units = std::clamp(std::floor(wanted / step + 0.5), -most, most);
-        row.own[x] = units * step - wanted;
-        codes.push_back(i32_air + (static_cast<uint32_t>(static_cast<int32_t>(units)) << shift));
-      });
-    });
-    keep(chunk.sites, codes);
-    return chunk;
+    UnitRounding how{
+        .unit = coding_.step * (1 << shift), .most = static_cast<double>((1 << 30) >> shift), .weights = {}};
+    if (shift > 0 || coding_.shape_all)
+      for (int m = 0; m < shape_.layers; ++m) how.weights.push_back(taps_of_layer(coding_.shape, shape_, m));
+    round_units(shape_, bricks_, how, units_);
+    return {.sites = kept_sites(shift), .shift = shift};
   }
 
  private:
-  // Calls body for the rows that have given sites, in coding order, with cells for the errors of their sites.
-  // Beyond the chunk there are none: other chunks are rounded on their own.
-  template<class Body> void for_rows(const Body& body) const {
-    std::vector<double> cells(3 * layer_cells);
-    const auto layer_at = [&](int m) { return cells.data() + (m % 3) * layer_cells; };
-    for (int m = 0; m < shape_.layers; ++m) {
-      std::fill_n(layer_at(m), layer_cells, 0.0);
-      const BrickMask& given = given_[static_cast<size_t>(m)];
-      const std::ptrdiff_t lowest = shape_.coset(m) == 1 ? 0 : -1 - stride_y - stride_z;
-      for (int r = 0; r < brick_rows; ++r) {
-        if (given[static_cast<size_t>(r)] == 0) continue;
-        const std::ptrdiff_t at = (r / brick_edge + 1) * stride_z + (r % brick_edge + 1) * stride_y + 1;
-        body(Row<double>{m, r, shape_.box[static_cast<size_t>(m)][0], layer_at(m) + at,
-                         shape_.has_cross(m) ? layer_at(m - 1) + at + lowest : nullptr,
-                         shape_.has_previous(m) ? layer_at(m - shape_.period) + at : nullptr});
-      }
-    }
-  }
-  static void find_given(const Brick& brick, const Int3& box, BrickMask& given) {
-    for (size_t r = 0; r < brick_rows; ++r)
-      for (size_t x = 0; x < static_cast<size_t>(box[0]); ++x)
-        if (brick.value[r * brick_edge + x] != 0) given[r] = static_cast<uint16_t>(given[r] | 1u << x);
-  }
-  void take_holes(ChunkSites& sites) const {
+  [[nodiscard]] ChunkSites kept_sites(int shift) const {
+    ChunkSites sites;
+    sites.shape = shape_;
+    sites.kept.resize(bricks_.size());
+    sites.codes.reserve(shape_.sites());
     for (size_t m = 0; m < bricks_.size(); ++m) {
       if (!bricks_[m] || !bricks_[m]->hole) continue;
       sites.hole.resize(bricks_.size());
       sites.hole[m] = *bricks_[m]->hole;
     }
-  }
-  // Keeps holes, sites that are not air, and the gaps between them that are short.
-  void keep(ChunkSites& sites, const std::vector<uint32_t>& codes) const {
-    struct Site {
-      size_t layer, row;
-      int x;
-    };
-    std::vector<Site> gap;
-    bool after_kept = false;
-    size_t next = 0;
-    const auto keep_one = [&](const Site& s, uint32_t code) {
-      uint16_t& row = sites.kept[s.layer][s.row];
-      row = static_cast<uint16_t>(row | 1u << s.x);
-      sites.codes.push_back(code);
-    };
+    Keeper keeper(sites);
     for (size_t m = 0; m < bricks_.size(); ++m)
       for (int z = 0; z < shape_.box[m][2]; ++z)
-        for (int y = 0; y < shape_.box[m][1]; ++y)
-          for (int x = 0; x < shape_.box[m][0]; ++x) {
-            const Site site{m, static_cast<size_t>(z * brick_edge + y), x};
-            const uint32_t code = given_[m][site.row] >> x & 1 ? codes[next++] : i32_air;
-            const bool hole = !sites.hole.empty() && (sites.hole[m][site.row] >> x & 1);
-            if (code == i32_air && !hole) {
-              if (after_kept && gap.size() <= longest_gap) gap.push_back(site);
-              continue;
-            }
-            if (gap.size() <= longest_gap)
-              for (const Site& s : gap) keep_one(s, i32_air);
-            gap.clear();
-            keep_one(site, code);
-            after_kept = true;
-          }
+        for (int y = 0; y < shape_.box[m][1]; ++y) {
+          const auto row = static_cast<size_t>(z * brick_edge + y);
+          keeper.take_row(m, row, shape_.box[m][0], units_[m].data() + row * brick_edge, shift);
+        }
+    return sites;
   }
 
   const ChunkShape& shape_;
   std::span<const Brick* const> bricks_;
   const CoefficientCoding& coding_;
-  std::vector<BrickMask> given_;
+  std::vector<LayerUnits> units_; // those of layers without a brick stay 0
 };
 
 // The shift that pays, by the errors of prediction at shift 0.
@@ -152,11 +135,41 @@ class Rounder {
   return shift;
 }
 
+template<class Code> void pack(std::span<const uint32_t> ordered, const ChunkCodes& coded, std::byte* to) {
+  for (const uint32_t code : ordered) {
+    const auto narrow = static_cast<Code>(coded.of_ordered(code));
+    std::memcpy(to, &narrow, sizeof narrow);
+    to += sizeof narrow;
+  }
+}
+
 } // namespace
+
+ChunkData packed(const CoefficientChunk& chunk) {
+  const ChunkSites& sites = chunk.sites;
+  ChunkData data;
+  data.shape = sites.shape, data.kept = sites.kept, data.hole = sites.hole;
+  uint32_t count = 0;
+  for (const BrickMask& mask : sites.kept) {
+    data.first.push_back(count);
+    for (const uint16_t row : mask) count += static_cast<uint32_t>(std::popcount(row));
+  }
+  data.first.push_back(count);
+  const auto [low, high] = std::minmax_element(sites.codes.begin(), sites.codes.end());
+  data.coded = count == 0 ? i32_codes : codes_of_chunk(i32_codes, *low, *high, chunk.shift);
+  data.codes.resize(size_t{count} * data.coded.bytes());
+  if (data.coded.bytes() == 1)
+    pack<uint8_t>(sites.codes, data.coded, data.codes.data());
+  else if (data.coded.bytes() == 2)
+    pack<uint16_t>(sites.codes, data.coded, data.codes.data());
+  else
+    pack<uint32_t>(sites.codes, data.coded, data.codes.data());
+  return data;
+}
 
 CoefficientChunk round_coefficients(const ChunkShape& shape, std::span<const Brick* const> bricks,
                                     const CoefficientCoding& coding) {
-  const Rounder rounder(shape, bricks, coding);
+  Rounder rounder(shape, bricks, coding);
   CoefficientChunk chunk = rounder.round(0);
   if (coding.most_shift == 0) return chunk;
   const int shift = choose_shift(chunk.sites, coding);

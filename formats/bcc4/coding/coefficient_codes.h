@@ -34,6 +34,9 @@ struct CoefficientChunk {
                                                   std::span<const Brick* const> bricks,
                                                   const CoefficientCoding& coding);
 
+// The chunk as it will be read again.
+[[nodiscard]] ChunkData packed(const CoefficientChunk& chunk);
+
 // The value of a code, relative to air.
 [[nodiscard]] inline double coefficient_of(uint32_t code, const CoefficientCoding& coding) {
   return static_cast<double>(static_cast<int32_t>(code - i32_air)) * coding.step;

@@ -11,6 +11,7 @@
 #include "formats/bcc4/coding/normal_equations.h"
 #include "formats/bcc4/coding/predict.h"
 #include "formats/bcc4/coding/predict_walk.h"
+#include "formats/bcc4/coding/tap_rows.h"
 #include "points/runs.h"
 
 namespace bccsplat {
@@ -32,37 +33,62 @@ void leave_out_west(Fit& fit, size_t n) {
   e.b[0] = 0;
 }
 
-// Collects sites of one class with their neighbours and sums their products up, 64 sites at a time. Value is
-// float where cells are bytes.
-template<class Value> class Samples {
- public:
-  template<class D> void add(const std::array<const D*, max_taps>& taps, size_t n, int x, D value) {
-    Value* const to = room_.data() + held_ * width;
-    for (size_t i = 0; i < n; ++i) to[i] = static_cast<Value>(taps[i][x]);
-    to[n] = static_cast<Value>(value);
-    ++count_;
-    if (++held_ == most) sum_up(n);
+[[nodiscard]] Fit fit_of(const NormalEquations& sums, size_t sites, size_t n) {
+  Fit fit;
+  fit.rows = sites;
+  for (size_t i = 0; i < n; ++i) {
+    std::copy_n(sums.sum[i].begin(), i + 1, fit.equations.a[i].begin());
+    fit.equations.b[i] = sums.sum[n][i];
   }
-  [[nodiscard]] Fit fit(size_t n) {
-    sum_up(n);
-    Fit fit;
-    fit.rows = count_;
-    for (size_t i = 0; i < n; ++i) {
-      std::copy_n(equations_.sum[i].begin(), i + 1, fit.equations.a[i].begin());
-      fit.equations.b[i] = equations_.sum[n][i];
+  return fit;
+}
+
+// Collects sites of one class with their neighbours and sums their products up, of cells of at most two
+// bytes.
+class NarrowSamples {
+ public:
+  using Cell = float;
+  NarrowSamples(size_t n, const ChunkCodes& codes) : n_(n), rows_(n, codes.bytes() == 1) {}
+  void add(const std::array<const float*, max_taps>& taps, const float* own, unsigned chosen) {
+    rows_.add(taps, own, chosen);
+  }
+  [[nodiscard]] Fit fit() { return fit_of(rows_.sums(), rows_.count(), n_); }
+
+ private:
+  size_t n_;
+  TapRows rows_;
+};
+
+// The same of cells of four bytes, 64 sites at a time.
+class WideSamples {
+ public:
+  using Cell = int64_t;
+  WideSamples(size_t n, const ChunkCodes&) : n_(n) {}
+  void add(const std::array<const int64_t*, max_taps>& taps, const int64_t* own, unsigned chosen) {
+    for (; chosen; chosen &= chosen - 1) {
+      const int x = std::countr_zero(chosen);
+      double* const to = room_.data() + held_ * width;
+      for (size_t i = 0; i < n_; ++i) to[i] = static_cast<double>(taps[i][x]);
+      to[n_] = static_cast<double>(own[x]);
+      ++count_;
+      if (++held_ == most) sum_up();
     }
-    return fit;
+  }
+  [[nodiscard]] Fit fit() {
+    sum_up();
+    return fit_of(equations_, count_, n_);
   }
 
  private:
   static constexpr size_t width = NormalEquations::columns, most = 64;
-  void sum_up(size_t n) {
-    add_samples(equations_, std::span<const Value>(room_).first(held_ * width), n);
+  void sum_up() {
+    add_samples(equations_, std::span<const double>(room_).first(held_ * width), n_);
     held_ = 0;
   }
 
+  size_t n_;
   NormalEquations equations_;
-  std::array<Value, most * width> room_{};
+  std::array<double, most * width> room_{};
   size_t held_ = 0, count_ = 0;
 };
 
@@ -85,14 +111,14 @@ class Choose {
   uint32_t most_, per_, hash_ = 0;
 };
 
-// D: of cells; Value: of sums.
-template<class D, class Value>
-FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
+template<class Samples> FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
   Choose choose(std::max<uint32_t>(1, static_cast<uint32_t>(sites.codes.size()) / sample_sites));
-  std::array<std::unique_ptr<Samples<Value>>, classes> samples;
+  using D = typename Samples::Cell;
+  std::array<std::unique_ptr<Samples>, classes> samples;
   const unsigned present = classes_present(sites.shape);
-  for (size_t c = 0; c < classes; ++c)
-    if (present >> c & 1) samples[c] = std::make_unique<Samples<Value>>();
+  for (int c = 0; c < classes; ++c)
+    if (present >> c & 1)
+      samples[static_cast<size_t>(c)] = std::make_unique<Samples>(static_cast<size_t>(class_taps(c)), codes);
   const uint32_t* code = sites.codes.data();
   const auto air = static_cast<int64_t>(codes.air);
   CellRing<D> ring;
@@ -104,12 +130,8 @@ FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
     if (kept != full_row) chosen = expand_bits(static_cast<uint16_t>(chosen), static_cast<uint16_t>(kept));
     if (chosen == 0) return;
     std::array<const D*, max_taps> taps;
-    const size_t n = gather_taps(row, taps);
-    Samples<Value>& of_class = *samples[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))];
-    for (; chosen; chosen &= chosen - 1) {
-      const int x = std::countr_zero(chosen);
-      of_class.add(taps, n, x, row.own[x]);
-    }
+    gather_taps(row, taps);
+    samples[static_cast<size_t>((row.cross ? 1 : 0) | (row.previous ? 2 : 0))]->add(taps, row.own, chosen);
   });
   FittedWeights weights;
   for (int c = 0; c < classes; ++c) {
@@ -119,7 +141,7 @@ FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
       const Weights w = fit.rows >= 2 * n ? solve(fit.equations, n) : constant_weights(Predictor::cross, c);
       to.insert(to.end(), w.begin(), w.begin() + static_cast<std::ptrdiff_t>(n));
     };
-    Fit fit = samples[static_cast<size_t>(c)]->fit(n);
+    Fit fit = samples[static_cast<size_t>(c)]->fit();
     append(weights.chained, fit);
     if (c & 1) leave_out_west(fit, n);
     append(weights.unchained, fit);
@@ -130,9 +152,8 @@ FittedWeights fit_weights_of(const ChunkSites& sites, const ChunkCodes& codes) {
 } // namespace
 
 FittedWeights fit_weights(const ChunkSites& sites, const ChunkCodes& codes) {
-  if (codes.bytes() == 1) return fit_weights_of<float, float>(sites, codes);
-  if (codes.bytes() == 2) return fit_weights_of<int32_t, double>(sites, codes);
-  return fit_weights_of<int64_t, double>(sites, codes);
+  if (codes.bytes() <= 2) return fit_weights_of<NarrowSamples>(sites, codes);
+  return fit_weights_of<WideSamples>(sites, codes);
 }
 
 } // namespace bccsplat

@@ -82,7 +82,7 @@ void LayerCodes::append_codes(std::vector<uint32_t>& to) const {
     append<uint8_t>(from, count, to);
   else
     append<uint16_t>(from, count, to);
-  if (coded_.type != ValueType::i32) return;
+  if (coder_.codes().type != ValueType::i32) return;
   for (size_t i = first; i < to.size(); ++i) to[i] = coded_.ordered(to[i]);
 }
 

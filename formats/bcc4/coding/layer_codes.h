@@ -29,8 +29,8 @@ class LayerCodes final : public CodedBrick {
   uint64_t bytes() const override;
   // Whether this coder gives its values these codes.
   [[nodiscard]] bool coded_as(const SampleCoder& coder) const {
-    return coded_.type == coder.codes().type && coded_.type != ValueType::i32 &&
-           coder_.scale() == coder.scale() && coder_.bias() == coder.bias();
+    return coder_.codes().type == coder.codes().type && coder_.scale() == coder.scale() &&
+           coder_.bias() == coder.bias();
   }
   // Appends the ordered codes of the kept sites.
   void append_codes(std::vector<uint32_t>& to) const;

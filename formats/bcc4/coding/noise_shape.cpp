@@ -25,18 +25,11 @@ struct Step {
           a.layers - b.layers};
 }
 
-// Of an offset between cells of one layer, in sites, each -1 .. 1.
-[[nodiscard]] Int3 sites_of(int offset) {
-  const auto nearest = [](int v, int unit) { return (v + 2 * unit + unit / 2) / unit - 2; };
-  const int z = nearest(offset, stride_z), y = nearest(offset - z * stride_z, stride_y);
-  return {offset - z * stride_z - y * stride_y, y, z};
-}
-
 // In the order of gather_taps.
 [[nodiscard]] std::vector<Step> steps_to_taps(int c) {
   std::vector<Step> steps;
   const auto add_own = [&](int offset, int layers) {
-    const Int3 s = sites_of(offset);
+    const Int3 s = sites_of_offset(offset);
     steps.push_back({{2 * s[0], 2 * s[1], 2 * s[2]}, layers});
   };
   for (const int o : own_offset) add_own(o, 0);

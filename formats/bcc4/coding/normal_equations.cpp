@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums products in vectors, in double or, where they are small whole numbers, in single precision, and solves
-// the equations.
+// Sums products in vectors and solves the equations.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "formats/bcc4/coding/normal_equations.cpp"
 #include <hwy/foreach_target.h>
@@ -41,33 +40,6 @@ void AddSamples(NormalEquations& equations, std::span<const double> samples, siz
   }
 }
 
-// The same for up to 64 samples of small whole numbers, whose sums single precision holds.
-void AddSmallSamples(NormalEquations& equations, std::span<const float> samples, size_t n) {
-  constexpr size_t columns = NormalEquations::columns;
-  const hn::CappedTag<float, columns> d;
-  const float* const begin = samples.data();
-  const float* const end = begin + samples.size();
-  for (size_t i = 0; i <= n; i += 4)
-    for (size_t j = 0; j < i + 4; j += hn::Lanes(d)) {
-      auto s0 = hn::Zero(d), s1 = s0, s2 = s0, s3 = s0;
-      for (const float* v = begin; v != end; v += columns) {
-        const auto other = hn::LoadU(d, v + j);
-        s0 = hn::MulAdd(other, hn::Set(d, v[i]), s0);
-        s1 = hn::MulAdd(other, hn::Set(d, v[i + 1]), s1);
-        s2 = hn::MulAdd(other, hn::Set(d, v[i + 2]), s2);
-        s3 = hn::MulAdd(other, hn::Set(d, v[i + 3]), s3);
-      }
-      float sum[4][columns];
-      hn::StoreU(s0, d, sum[0]);
-      hn::StoreU(s1, d, sum[1]);
-      hn::StoreU(s2, d, sum[2]);
-      hn::StoreU(s3, d, sum[3]);
-      for (size_t row = 0; row < 4; ++row)
-        for (size_t k = 0; k < hn::Lanes(d); ++k)
-          equations.sum[i + row][j + k] += static_cast<double>(sum[row][k]);
-    }
-}
-
 } // namespace HWY_NAMESPACE
 } // namespace bccsplat
 HWY_AFTER_NAMESPACE();
@@ -79,7 +51,6 @@ HWY_AFTER_NAMESPACE();
 namespace bccsplat {
 
 HWY_EXPORT(AddSamples);
-HWY_EXPORT(AddSmallSamples);
 
 namespace {
 
@@ -90,12 +61,6 @@ constexpr double ridge = 1e-4;
 
 void add_samples(NormalEquations& equations, std::span<const double> samples, size_t n) {
   HWY_DYNAMIC_DISPATCH(AddSamples)(equations, samples, n);
-}
-
-void add_samples(NormalEquations& equations, std::span<const float> samples, size_t n) {
-  constexpr size_t most = 64 * NormalEquations::columns; // 64 products of 255 and 255 are less than 2^24
-  for (; !samples.empty(); samples = samples.subspan(std::min(most, samples.size())))
-    HWY_DYNAMIC_DISPATCH(AddSmallSamples)(equations, samples.first(std::min(most, samples.size())), n);
 }
 
 // Cholesky's method.

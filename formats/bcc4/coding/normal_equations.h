@@ -20,8 +20,6 @@ struct NormalEquations {
 // `samples` are rows of NormalEquations::columns doubles, 0 behind v[n]. Each sum is made in the order of the
 // samples and without fused operations, so that every target gets the same bits.
 void add_samples(NormalEquations& equations, std::span<const double> samples, size_t n);
-// The same of whole numbers from -255 to 255: each sum is exact.
-void add_samples(NormalEquations& equations, std::span<const float> samples, size_t n);
 
 // Equations a w = b, of which a is symmetric and its lower half is given.
 struct LeastSquares {

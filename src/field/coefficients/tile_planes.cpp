@@ -22,6 +22,24 @@ void copy_sites(const float* from, int count, float* to) {
     std::copy_n(from, count, to);
 }
 
+struct RowSpan {
+  int first = 0, end = 0;
+};
+
+// Of `count` rows of a plane of a brick, from row y on, those from the first to the last that have sites.
+RowSpan filled_rows(const SampleBrick& brick, int plane, int y, int count) {
+  const BrickMask* kept = brick.kept();
+  const BrickMask* hole = brick.hole();
+  if (!kept) return {0, count};
+  RowSpan rows{count, 0};
+  for (int j = 0; j < count; ++j) {
+    const auto row = static_cast<size_t>(plane * brick_edge + y + j);
+    if ((*kept)[row] == 0 && (!hole || (*hole)[row] == 0)) continue;
+    rows = {std::min(rows.first, j), j + 1};
+  }
+  return rows;
+}
+
 // The bricks along an axis of a region that are near a brick: it, those beside it, and of a periodic axis,
 // whose last brick may be narrow, those that are so beyond its ends.
 class NearAxis {
@@ -109,18 +127,35 @@ TilePlanes::TilePlanes(const StagePlan& plan, const TileSize& size, const Lattic
 }
 
 float* TilePlanes::at(const Ring& ring, int z) const {
-  const int turn = ((z % ring.depth) + ring.depth) % ring.depth;
-  return memory_ + static_cast<std::ptrdiff_t>(ring.first + static_cast<size_t>(turn)) * size_.plane -
-         first(size_.margin);
+  return memory_ + static_cast<std::ptrdiff_t>(plane_number(ring, z)) * size_.plane +
+         size_.margin * (size_.stride + 1);
 }
 
-PlaneBox TilePlanes::around(int margin) const {
-  return {end_[0] - begin_[0] + 2 * margin, end_[1] - begin_[1] + 2 * margin, size_.stride};
+FilledBox TilePlanes::around(int margin) const {
+  return {-margin, end_[0] - begin_[0] + margin, -margin, end_[1] - begin_[1] + margin};
+}
+
+void TilePlanes::fill_only(const FilledBox& box, const Ring& ring, int z) {
+  FilledBox& was = filled(ring, z);
+  const auto clear = [&](int y, int begin, int end) {
+    if (begin < end) std::fill_n(at(ring, z) + y * size_.stride + begin, end - begin, 0.0f);
+  };
+  for (int y = was.first_y; y < was.end_y && !was.empty(); ++y) {
+    if (box.empty() || y < box.first_y || y >= box.end_y) {
+      clear(y, was.first_x, was.end_x);
+      continue;
+    }
+    clear(y, was.first_x, std::min(was.end_x, box.first_x));
+    clear(y, std::max(was.first_x, box.end_x), was.end_x);
+  }
+  was = box;
 }
 
 void TilePlanes::make(const std::map<int32_t, const SampleLayer*>& samples,
                       std::span<const TileLayer> outputs, const CoefficientForm& form,
                       const Progress& progress) {
+  // The memory may hold planes of another tile.
+  filled_.assign(plan_.planes(), around(size_.margin));
   const int ahead = plan_.margin();
   const auto& nodes = plan_.nodes();
   const size_t first_wanted = nodes.size() - plan_.wanted();
@@ -128,7 +163,7 @@ void TilePlanes::make(const std::map<int32_t, const SampleLayer*>& samples,
     // Tiles of many layers take longer than a host wants to wait; it is asked between them.
     progress.throw_if_cancelled();
     if (z + ahead >= begin_[2] - ahead)
-      for (const auto& [m, ring] : plan_.samples()) load(*samples.at(m), z + ahead, at(ring, z + ahead));
+      for (const auto& [m, ring] : plan_.samples()) load(*samples.at(m), ring, z + ahead);
     for (size_t i = 0; i < nodes.size(); ++i) {
       step(nodes[i], z + nodes[i].margin);
       if (i >= first_wanted && z >= begin_[2])
@@ -156,13 +191,26 @@ std::vector<TilePlanes::Run> TilePlanes::runs_of(size_t axis, int coset) const {
 }
 
 // The samples of plane z of the tile and its margins.
-void TilePlanes::load(const SampleLayer& layer, int z, float* to) const {
+void TilePlanes::load(const SampleLayer& layer, size_t ring, int z) {
   const int plane = space_.mirror(2, layer.coset(), z);
   const auto& [along_x, along_y] = runs_[static_cast<size_t>(layer.coset())];
+  const auto brick_of = [&](const Run& x, const Run& y) -> const SampleBrick& {
+    return layer.brick(x.brick, y.brick, plane / brick_edge);
+  };
+  FilledBox box;
   for (const Run& y : along_y)
     for (const Run& x : along_x)
-      load_run(layer.brick(x.brick, y.brick, plane / brick_edge),
-               {plane % brick_edge, x.site, y.site, x.count, y.count}, to + y.to * size_.stride + x.to);
+      if (const SampleBrick& brick = brick_of(x, y)) {
+        const RowSpan rows = filled_rows(brick, plane % brick_edge, y.site, y.count);
+        box.add({x.to, x.to + x.count, y.to + rows.first, y.to + rows.end});
+      }
+  fill_only(box, plan_.ring(ring), z);
+  float* const to = at(ring, z);
+  for (const Run& y : along_y)
+    for (const Run& x : along_x)
+      if (box.meets({x.to, x.to + x.count, y.to, y.to + y.count}))
+        load_run(brick_of(x, y), {plane % brick_edge, x.site, y.site, x.count, y.count},
+                 to + y.to * size_.stride + x.to);
 }
 
 // Bricks are far apart in memory, the rows of a plane of one are not.
@@ -186,7 +234,17 @@ void TilePlanes::step(const Node& node, int z) {
   const int furthest = z + node.shift + node.span;
   if (!node.cross.empty() && furthest >= lowest + node.shift) sum_cross(node, furthest);
   if (z < lowest) return;
-  const std::ptrdiff_t offset = first(node.margin);
+  FilledBox box;
+  for (const Node::Input& i : node.inputs)
+    if (i.centre != 0) box.add(filled(i.ring, z));
+  for (int k = -1; k <= 1 && node.neighbour_inputs > 0; ++k)
+    box.add(k == 0 ? filled(node.neighbours, z).seen(-1, 1) : filled(node.neighbours, z + k));
+  if (!node.cross.empty())
+    box.add(filled(node.corners, z + node.shift)), box.add(filled(node.corners, furthest));
+  box = box.within(around(node.margin));
+  fill_only(box, plan_.ring(node.ring), z);
+  if (box.empty()) return;
+  const std::ptrdiff_t offset = first(box);
   StagePlane plane;
   for (const Node::Input& i : node.inputs)
     if (i.centre != 0) plane.centre.add(at(i.ring, z) + offset, i.centre);
@@ -198,22 +256,31 @@ void TilePlanes::step(const Node& node, int z) {
     plane.corners = {at(node.corners, z + node.shift) + offset, at(node.corners, furthest) + offset};
     plane.cross = node.cross_weight;
   }
-  sum_stage(plane, around(node.margin), at(node.ring, z) + offset);
+  sum_stage(plane, plane_box(box), at(node.ring, z) + offset);
 }
 
 void TilePlanes::sum_neighbours(const Node& node, int z) {
-  const std::ptrdiff_t offset = first(node.margin + 1);
+  FilledBox box;
+  for (size_t i = 0; i < node.neighbour_inputs; ++i) box.add(filled(node.inputs[i].ring, z));
+  box = box.within(around(node.margin + 1));
+  fill_only(box, node.neighbours, z);
+  if (box.empty()) return;
+  const std::ptrdiff_t offset = first(box);
   PlaneTerms terms;
   for (size_t i = 0; i < node.neighbour_inputs; ++i)
     terms.add(at(node.inputs[i].ring, z) + offset, node.inputs[i].neighbours);
-  sum_planes(terms, around(node.margin + 1), at(node.neighbours, z) + offset);
+  sum_planes(terms, plane_box(box), at(node.neighbours, z) + offset);
 }
 
 void TilePlanes::sum_cross(const Node& node, int z) {
-  const std::ptrdiff_t offset = first(node.margin), corner = node.shift * (size_.stride + 1) + offset;
+  FilledBox box;
+  for (const size_t ring : node.cross) box.add(filled(ring, z).seen(node.shift, node.shift + node.span));
+  box = box.within(around(node.margin));
+  fill_only(box, node.corners, z);
+  if (box.empty()) return;
+  const std::ptrdiff_t offset = first(box), corner = node.shift * (size_.stride + 1) + offset;
   const float* second = node.cross.size() == 2 ? at(node.cross[1], z) + corner : nullptr;
-  sum_corners(at(node.cross[0], z) + corner, second, node.span, around(node.margin),
-              at(node.corners, z) + offset);
+  sum_corners(at(node.cross[0], z) + corner, second, node.span, plane_box(box), at(node.corners, z) + offset);
 }
 
 // Writes plane z of what a node made to the bricks of the tile, and hands over those that are complete.
@@ -222,32 +289,40 @@ void TilePlanes::keep(const Node& node, size_t output, const TileLayer& layer, i
   const Int3& sites = layer.made->dims();
   const Int3& bricks = layer.made->brick_dims(); // the other coset may have one more
   Making* making = bricks_.data() + output * (bricks_.size() / plan_.wanted());
+  const FilledBox& box = filled(node.ring, z);
   const int in_brick = z % brick_edge, bz = z / brick_edge;
   const bool last = z + 1 == end_[2] || in_brick + 1 == brick_edge;
   for (int by = tile_.begin[1]; by < std::min(tile_.end[1], bricks[1]); ++by)
     for (int bx = tile_.begin[0]; bx < std::min(tile_.end[0], bricks[0]) && bz < bricks[2]; ++bx, ++making) {
       if (in_brick == 0) {
         if (!making->brick) making->brick = std::make_shared_for_overwrite<Brick>();
-        making->any = false;
+        making->any = false, making->planes = 0;
       }
-      PlaneBox box{sites[0] - bx * brick_edge, sites[1] - by * brick_edge, size_.stride};
-      if (z >= sites[2]) box.height = 0;
-      const float* from =
-          at(node.ring, z) + (by * brick_edge - begin_[1]) * size_.stride + bx * brick_edge - begin_[0];
-      making->any |= keep_plane(from, box, form.prune, making->brick->value.data() + in_brick * brick_rows,
-                                making->brick->kept.data() + in_brick * brick_edge);
-      if (last) hand_over(*making, layer, layer.made->slot(bx, by, bz), in_brick + 1, form.coarsest);
+      const int x = bx * brick_edge - begin_[0], y = by * brick_edge - begin_[1];
+      if (box.meets({x, x + brick_edge, y, y + brick_edge}) && z < sites[2]) {
+        making->fill_to(in_brick);
+        making->any |= keep_plane(at(node.ring, z) + y * size_.stride + x,
+                                  {sites[0] - bx * brick_edge, sites[1] - by * brick_edge, size_.stride},
+                                  form.prune, making->brick->value.data() + in_brick * brick_rows,
+                                  making->brick->kept.data() + in_brick * brick_edge);
+        making->planes = in_brick + 1;
+      }
+      if (last) hand_over(*making, layer, layer.made->slot(bx, by, bz), form.coarsest);
     }
 }
 
-// planes: those that have been written.
-void TilePlanes::hand_over(Making& making, const TileLayer& layer, size_t slot, int planes, float coarsest) {
+// Planes up to `end` that have not been written are 0.
+void TilePlanes::Making::fill_to(int end) {
+  std::fill(brick->value.begin() + planes * brick_rows, brick->value.begin() + end * brick_rows, 0.0f);
+  std::fill(brick->kept.begin() + planes * brick_edge, brick->kept.begin() + end * brick_edge, uint16_t{0});
+}
+
+void TilePlanes::hand_over(Making& making, const TileLayer& layer, size_t slot, float coarsest) {
   Brick& brick = *making.brick;
-  std::fill(brick.value.begin() + planes * brick_rows, brick.value.end(), 0.0f);
-  std::fill(brick.kept.begin() + planes * brick_edge, brick.kept.end(), uint16_t{0});
   const BrickMask* hole = layer.samples->brick(slot).hole();
-  brick.hole = hole ? std::make_unique<BrickMask>(*hole) : nullptr;
   if (!making.any && !hole) return;
+  making.fill_to(brick_edge);
+  brick.hole = hole ? std::make_unique<BrickMask>(*hole) : nullptr;
   if (coarsest > 0)
     if (auto rounded = RoundedBrick::round(brick, coarsest))
       return layer.made->set(slot, {nullptr, std::move(rounded)});

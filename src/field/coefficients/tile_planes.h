@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A box of bricks through all stages of a prefilter, plane by plane along z.
+// A box of bricks through all stages of a prefilter, plane by plane along z. Of each plane the rectangle is
+// known outside which all is 0, and nothing is done there.
 #pragma once
 
 #include <array>
@@ -8,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "field/coefficients/filled_box.h"
 #include "field/coefficients/stage_plan.h"
 #include "points/brick.h"
 #include "points/sample_source.h"
@@ -69,9 +71,23 @@ class TilePlanes {
   // The first site of the tile in plane z of a ring.
   [[nodiscard]] float* at(const Ring& ring, int z) const;
   [[nodiscard]] float* at(size_t ring, int z) const { return at(plan_.ring(ring), z); }
-  // The sites of the tile and `margin` around; `first` becomes the first of them instead of the tile's.
-  [[nodiscard]] PlaneBox around(int margin) const;
-  [[nodiscard]] std::ptrdiff_t first(int margin) const { return -margin * (size_.stride + 1); }
+  // What is filled of plane z of a ring.
+  [[nodiscard]] FilledBox& filled(const Ring& ring, int z) { return filled_[plane_number(ring, z)]; }
+  [[nodiscard]] FilledBox& filled(size_t ring, int z) { return filled(plan_.ring(ring), z); }
+  [[nodiscard]] static size_t plane_number(const Ring& ring, int z) {
+    return ring.first + static_cast<size_t>(((z % ring.depth) + ring.depth) % ring.depth);
+  }
+  // The sites of the tile and `margin` around.
+  [[nodiscard]] FilledBox around(int margin) const;
+  // From the first site of the tile to that of a box.
+  [[nodiscard]] std::ptrdiff_t first(const FilledBox& box) const {
+    return box.first_y * size_.stride + box.first_x;
+  }
+  [[nodiscard]] PlaneBox plane_box(const FilledBox& box) const {
+    return {box.end_x - box.first_x, box.end_y - box.first_y, size_.stride};
+  }
+  // Makes the plane that z takes the place of 0 outside a box, and notes the box.
+  void fill_only(const FilledBox& box, const Ring& ring, int z);
 
   // Sites that follow each other in a brick.
   struct Run {
@@ -80,16 +96,19 @@ class TilePlanes {
     int count;
   };
   [[nodiscard]] std::vector<Run> runs_of(size_t axis, int coset) const;
-  void load(const SampleLayer& layer, int z, float* to) const;
+  void load(const SampleLayer& layer, size_t ring, int z);
   void load_run(const SampleBrick& brick, const PlanePart& part, float* to) const;
   void step(const Node& node, int z);
   void sum_neighbours(const Node& node, int z);
   void sum_cross(const Node& node, int z);
   struct Making {
     std::shared_ptr<Brick> brick; // stays for the next one where it was handed over rounded
+    int planes = 0;               // that have been written; those behind them are 0
     bool any = false;
+
+    void fill_to(int end);
   };
-  static void hand_over(Making& making, const TileLayer& layer, size_t slot, int planes, float coarsest);
+  static void hand_over(Making& making, const TileLayer& layer, size_t slot, float coarsest);
   void keep(const Node& node, size_t output, const TileLayer& layer, int z, const CoefficientForm& form);
 
   const StagePlan& plan_;
@@ -99,7 +118,8 @@ class TilePlanes {
   Int3 begin_{}, end_{};                                // sites
   std::array<std::array<std::vector<Run>, 2>, 2> runs_; // per coset, along x and y
   float* memory_;
-  std::vector<Making> bricks_; // of one plane of bricks, per output
+  std::vector<FilledBox> filled_; // per plane
+  std::vector<Making> bricks_;    // of one plane of bricks, per output
 };
 
 } // namespace bccsplat

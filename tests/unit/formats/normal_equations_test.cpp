@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "formats/bcc4/coding/tap_rows.h"
 #include "tests/support/targets.h"
 
 namespace bccsplat {
@@ -41,28 +42,47 @@ TEST(NormalEquations, PlainSumsInOrder) {
   }
 }
 
-// Whole numbers of a byte give the same sums in single precision, however many there are.
-TEST(NormalEquations, SmallNumbersAreSummedExactly) {
+// Rows of cells, of which some sites are chosen, give the sums of these sites, exactly, however many there
+// are.
+TEST(NormalEquations, RowsOfWholeNumbersAreSummedExactly) {
   constexpr size_t columns = NormalEquations::columns;
   std::mt19937 random(7);
-  for (const bool extreme : {false, true}) {
-    std::vector<double> samples(200 * columns);
-    for (size_t s = 0; s < 200; ++s)
-      for (size_t i = 0; i <= max_taps; ++i)
-        samples[s * columns + i] =
-            extreme ? (random() % 8 ? 255 : -255) : static_cast<int>(random() % 511) - 255;
-    const std::vector<float> small(samples.begin(), samples.end());
-    const auto expected = std::make_unique<NormalEquations>();
-    add_samples(*expected, std::span<const double>(samples), max_taps);
-    test::for_targets([&] {
-      const auto equations = std::make_unique<NormalEquations>();
-      for (const auto& [first, count] : {std::pair<size_t, size_t>{0, 65}, {65, 0}, {65, 135}})
-        add_samples(*equations, std::span<const float>(small).subspan(first * columns, count * columns),
-                    max_taps);
-      for (size_t i = 0; i <= max_taps; ++i)
-        for (size_t j = 0; j <= i; ++j) ASSERT_EQ(equations->sum[i][j], expected->sum[i][j]) << i << " " << j;
-    });
-  }
+  for (const int largest : {255, 65535})
+    for (const size_t n : {size_t{own_taps}, size_t{own_taps + cross_taps}, size_t{max_taps}})
+      for (const bool extreme : {false, true}) {
+        constexpr size_t rows = 90; // of 16 sites
+        std::vector<float> cells((n + 1) * rows * brick_edge);
+        for (float& v : cells)
+          v = static_cast<float>(
+              extreme ? (random() % 8 ? largest : -largest)
+                      : static_cast<int>(random() % (2u * static_cast<unsigned>(largest) + 1)) - largest);
+        std::vector<unsigned> chosen(rows);
+        for (size_t r = 0; r < rows; ++r) chosen[r] = r < 60 && extreme ? full_row : random() & full_row;
+        chosen[3] = 1, chosen[4] = 0x8000, chosen[5] = 0;
+        const auto at = [&](size_t tap, size_t r) { return &cells[(tap * rows + r) * brick_edge]; };
+        std::vector<double> samples;
+        for (size_t r = 0; r < rows; ++r)
+          for (size_t x = 0; x < brick_edge; ++x) {
+            if (!(chosen[r] >> x & 1)) continue;
+            samples.resize(samples.size() + columns);
+            for (size_t i = 0; i <= n; ++i)
+              samples[samples.size() - columns + i] = static_cast<double>(at(i, r)[x]);
+          }
+        const auto expected = std::make_unique<NormalEquations>();
+        add_samples(*expected, std::span<const double>(samples), n);
+        test::for_targets([&] {
+          TapRows sums(n, largest == 255);
+          for (size_t r = 0; r < rows; ++r) {
+            std::array<const float*, max_taps> taps{};
+            for (size_t i = 0; i < n; ++i) taps[i] = at(i, r);
+            sums.add(taps, at(n, r), chosen[r]);
+          }
+          EXPECT_EQ(sums.count(), samples.size() / columns);
+          const NormalEquations& got = sums.sums();
+          for (size_t i = 0; i <= n; ++i)
+            for (size_t j = 0; j <= i; ++j) ASSERT_EQ(got.sum[i][j], expected->sum[i][j]) << i << " " << j;
+        });
+      }
 }
 
 // A reader refuses weights that could overflow its sums; however large the solution, what is written is read.
