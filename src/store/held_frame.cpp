@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Copies what a grid has of each box of a frame, packed in the box's own type, and widens rows when they are
+// asked for.
 #include "store/held_frame.h"
 
 #include <algorithm>
