@@ -408,8 +408,9 @@ typedef int32_t bccsplat_measure;
 enum {
   /* All with a bound, else none. */
   BCCSPLAT_MEASURE_DEFAULT = 0,
-  /* At most 3, evenly spread, where dims[3] is known; none when the memory budget is short of
-   * it. */
+  /* At most 3, evenly spread, where dims[3] is known; of large frames some boxes that stand for
+   * them: counts and the largest difference are those of the boxes. None when the memory budget is
+   * short of it. */
   BCCSPLAT_MEASURE_SOME = 1,
   BCCSPLAT_MEASURE_ALL = 2
 };

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Copies what a grid has of each box of a frame, packed in the box's own type, and widens rows when they are
+// asked for.
 #include "store/held_frame.h"
 
 #include <algorithm>
@@ -56,15 +58,20 @@ std::array<int64_t, 3> packed_strides(const FrameBox& b) {
   return {size, size * b.dims[0], size * b.dims[0] * b.dims[1]};
 }
 
-// The samples of a box whose indices `every` divides, in units of `every`; its dims may be 0.
-FrameBox thinned(FrameBox box, int64_t every) {
+// The number of the first sample at or behind i whose index `every` divides.
+int64_t number_from(int64_t i, int64_t every) { return (i + every - 1) / every; }
+
+// The samples of a box that the grid has, counted in it; its dims may be 0.
+FrameBox thinned(FrameBox box, const HeldGrid& grid) {
   const auto stride = box.stride == std::array<int64_t, 3>{} ? packed_strides(box) : box.stride;
   const auto* data = static_cast<const std::byte*>(box.data);
   for (size_t a = 0; a < 3; ++a) {
-    const int64_t end = box.begin[a] + box.dims[a], first = (box.begin[a] + every - 1) / every;
-    data += (first * every - box.begin[a]) * stride[a];
-    box.begin[a] = first, box.dims[a] = std::max<int64_t>((end + every - 1) / every - first, 0);
-    box.stride[a] = stride[a] * every;
+    const int64_t first = std::max(number_from(box.begin[a], grid.every), grid.begin[a]);
+    const int64_t end =
+        std::min(number_from(box.begin[a] + box.dims[a], grid.every), grid.begin[a] + grid.dims[a]);
+    data += (first * grid.every - box.begin[a]) * stride[a];
+    box.begin[a] = first - grid.begin[a], box.dims[a] = std::max<int64_t>(end - first, 0);
+    box.stride[a] = stride[a] * grid.every;
   }
   box.data = data;
   return box;
@@ -72,12 +79,22 @@ FrameBox thinned(FrameBox box, int64_t every) {
 
 } // namespace
 
-HeldFrame::HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& memory, int64_t every)
-    : air_(air) {
+HeldGrid held_grid(const Region& region, int64_t every) {
+  HeldGrid grid;
+  grid.every = every;
+  for (size_t a = 0; a < 3; ++a) {
+    grid.begin[a] = number_from(region.begin[a], every);
+    grid.dims[a] = number_from(region.end[a], every) - grid.begin[a];
+  }
+  return grid;
+}
+
+HeldFrame::HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& memory, const HeldGrid& grid)
+    : grid_(grid), air_(air) {
   std::vector<FrameBox> held;
   uint64_t bytes = 0;
   for (const FrameBox& whole : boxes) {
-    const FrameBox b = thinned(whole, every);
+    const FrameBox b = thinned(whole, grid);
     const auto samples = static_cast<uint64_t>(b.dims[0] * b.dims[1] * b.dims[2]);
     if (samples == 0) continue;
     held.push_back(b);
@@ -104,7 +121,8 @@ HeldFrame::HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& 
   }
 }
 
-void HeldFrame::plane(int64_t z, int64_t nx, int64_t ny, double* out) const {
+void HeldFrame::plane(int64_t z, double* out) const {
+  const int64_t nx = grid_.dims[0], ny = grid_.dims[1];
   std::fill_n(out, nx * ny, air_);
   for (const Box& b : boxes_) {
     if (z < b.begin[2] || z >= b.begin[2] + b.dims[2]) continue;

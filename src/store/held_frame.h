@@ -2,7 +2,9 @@
 // A source frame kept for comparison, in the precision in which it came.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -11,14 +13,28 @@
 
 namespace bccsplat {
 
+// Samples whose indices `every` divides, from number `begin` of these on along each axis.
+struct HeldGrid {
+  std::array<int64_t, 3> begin{}, dims{};
+  int64_t every = 1;
+  // The index in the frame of one of them, counted from `begin`.
+  [[nodiscard]] std::array<uint64_t, 3> sample(const std::array<int64_t, 3>& i) const {
+    std::array<uint64_t, 3> at{};
+    for (size_t a = 0; a < 3; ++a) at[a] = static_cast<uint64_t>((begin[a] + i[a]) * every);
+    return at;
+  }
+};
+// Those of a region.
+[[nodiscard]] HeldGrid held_grid(const Region& region, int64_t every);
+
 class HeldFrame {
  public:
-  // Copies the samples, or those whose indices `every` divides. air: what no box covers.
-  HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& memory, int64_t every = 1);
+  // Copies the samples of the grid. air: what no box covers.
+  HeldFrame(std::span<const FrameBox> boxes, double air, MemoryBudget& memory, const HeldGrid& grid);
 
-  // Absolute values of plane z of the samples held, `nx` x `ny` of them, x fastest; NaN and infinities as
-  // they are.
-  void plane(int64_t z, int64_t nx, int64_t ny, double* out) const;
+  [[nodiscard]] const HeldGrid& grid() const { return grid_; }
+  // Absolute values of plane z of the grid, x fastest; NaN and infinities as they are.
+  void plane(int64_t z, double* out) const;
 
  private:
   struct Box {
@@ -26,6 +42,7 @@ class HeldFrame {
     std::array<int64_t, 3> begin, dims;
     std::vector<std::byte> data; // packed
   };
+  HeldGrid grid_;
   std::vector<Box> boxes_;
   double air_;
   Reservation memory_;

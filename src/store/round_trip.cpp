@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holds source frames until the stored layers around them are there, makes the time slice that a reader
-// would, and compares plane by plane; where a bound is missed it counts the steps of a correction. Layers
-// that no later frame needs are let go.
+// would, and has it compared. Layers that no later frame needs are let go. Of boxes the layers of a frame are
+// made at once, of a whole frame one by one: all of it at once takes several times the memory.
 #include "store/round_trip.h"
 
 #include <algorithm>
@@ -9,132 +9,11 @@
 #include <limits>
 #include <optional>
 
-#include "base/error.h"
-#include "field/sample_grid.h"
 #include "slice/time_slice.h"
 #include "store/based_layers.h"
+#include "store/measured_boxes.h"
 
 namespace bccsplat {
-namespace {
-
-constexpr int64_t samples_at_a_time = 1 << 22;
-// Other ways to the same sample (evaluate at a point) round differently by a few units in the last place.
-constexpr double rounding = 0x1p-21;
-
-// What one plane of a frame adds.
-struct PlaneErrors {
-  SampleErrors errors;
-  FrameResiduals residuals;
-};
-
-struct PlaneJob {
-  const RoundTripChannel& channel;
-  const HeldFrame& source;
-  std::array<int64_t, 3> n; // samples that are compared
-  int64_t every;            // of the source's
-  uint32_t frame;
-
-  void compare(int64_t z, const float* got, PlaneErrors& out) const;
-
- private:
-  [[noreturn]] void refuse(int64_t z, int64_t i, double expected, double reached) const {
-    fail(Code::bound_not_met, "channel '", channel.name, "', frame ", frame, ", voxel (", i % n[0], ", ",
-         i / n[0], ", ", z, "): the source has ", expected, ", the file would give ", reached,
-         ", more than the bound of ", channel.bound,
-         " away even with a correction: values near that magnitude are read as 32-bit floats, which hold ",
-         "errors down to about ", std::fabs(expected) * rounding * 2, "; accept that much");
-  }
-};
-
-void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
-  std::vector<double> expected(static_cast<size_t>(n[0] * n[1]));
-  source.plane(z, n[0], n[1], expected.data());
-  const double bound = channel.bound, step = RoundTrip::step(bound);
-  const auto air = static_cast<double>(channel.air);
-  SampleErrors& e = out.errors;
-  for (int64_t i = 0; i < n[0] * n[1]; ++i) {
-    const double want = expected[static_cast<size_t>(i)];
-    if (!std::isfinite(want)) continue;
-    const auto voxel = static_cast<uint64_t>(z * n[0] * n[1] + i);
-    float value = got[i];
-    const bool lost = std::isnan(value);
-    if (lost && bound == 0) {
-      ++e.lost;
-      continue;
-    }
-    if (!lost) e.bare.add(static_cast<double>(value) - want);
-    const double from = lost ? air : static_cast<double>(value), off = want - from;
-    const double margin = rounding * std::max({std::fabs(want), std::fabs(from), std::fabs(air)});
-    if (bound > 0 && (lost || (off != 0 && !(std::fabs(off) <= bound - margin)))) {
-      const double steps = std::nearbyint(off / step);
-      if (!(std::fabs(steps) < 0x1p53)) refuse(z, i, want, from);
-      // As the reader computes it.
-      value = static_cast<float>(from) + static_cast<float>(steps * step);
-      if (!(std::fabs(static_cast<double>(value) - want) <= bound))
-        refuse(z, i, want, static_cast<double>(value));
-      (lost ? out.residuals.set : out.residuals.add).push_back({voxel, static_cast<int64_t>(steps)});
-      ++e.corrected;
-    }
-    const double difference = static_cast<double>(value) - want;
-    if (e.all.count == 0 || std::fabs(difference) > e.all.largest) {
-      e.frame = frame;
-      e.voxel = {static_cast<uint64_t>(i % n[0] * every), static_cast<uint64_t>(i / n[0] * every),
-                 static_cast<uint64_t>(z * every)};
-      e.expected = want, e.got = static_cast<double>(value);
-    }
-    e.all.add(difference);
-    if (std::fabs(want - air) > static_cast<double>(channel.threshold)) e.non_air.add(difference);
-  }
-}
-
-} // namespace
-
-void ErrorSum::add(double difference) {
-  largest = std::max(largest, std::fabs(difference));
-  squares += difference * difference;
-  ++count;
-}
-
-void ErrorSum::add(const ErrorSum& other) {
-  largest = std::max(largest, other.largest);
-  squares += other.squares;
-  count += other.count;
-}
-
-double ErrorSum::rms() const { return count ? std::sqrt(squares / static_cast<double>(count)) : 0; }
-
-double ErrorSum::psnr(double peak) const {
-  if (count == 0) return std::numeric_limits<double>::quiet_NaN();
-  return squares == 0 ? std::numeric_limits<double>::infinity() : 20 * std::log10(peak / rms());
-}
-
-void SampleErrors::add(const SampleErrors& other) {
-  if (other.all.count > 0 && (all.count == 0 || other.all.largest > all.largest))
-    frame = other.frame, voxel = other.voxel, expected = other.expected, got = other.got;
-  all.add(other.all), non_air.add(other.non_air), bare.add(other.bare);
-  lost += other.lost, corrected += other.corrected;
-}
-
-void require_psnr(const std::string& channel, const SampleErrors& e, const Range& range, double psnr) {
-  const double peak = range.high - range.low, reached = e.all.psnr(peak);
-  if (peak == 0 && e.all.squares > 0)
-    fail(Code::bound_not_met, "channel '", channel, "': the source is ", range.low,
-         " everywhere, so that no PSNR can be told; make that its air, or bound the error itself");
-  if (!(reached < psnr)) return;
-  // Corrections within a bound leave two thirds of it in the mean.
-  const double bound = 1.5 * peak * std::pow(10, -psnr / 20),
-               magnitude = std::max(std::fabs(range.low), std::fabs(range.high)),
-               held = 2 * rounding * magnitude;
-  const std::string advice =
-      bound >= held
-          ? concat("a smaller scale, lattice CC, more bits, or abs_error ", bound, " would do")
-          : concat("values near ", magnitude, " are read as 32-bit floats, which hold errors down to about ",
-                   held, "; ask for at most ", 20 * std::log10(1.5 * peak / held), " dB");
-  fail(Code::bound_not_met, "channel '", channel, "': ", reached, " dB reached, ", psnr,
-       " asked for; the largest difference is at frame ", e.frame, ", voxel (", e.voxel[0], ", ", e.voxel[1],
-       ", ", e.voxel[2], "): ", e.got, " instead of ", e.expected, "; ", advice);
-}
-
 namespace {
 
 // Of a periodic series in numbers that count on beyond its ends.
@@ -163,6 +42,10 @@ class MeasuredField {
   // Makes its coefficients anew, of layers that end elsewhere.
   void renew() { field_.emplace(layers_, 0, make_kernel(kernel_), prune_, cache_bytes_); }
   [[nodiscard]] const Coefficients& field() const { return *field_; }
+  // Those of some bricks alone.
+  [[nodiscard]] Coefficients part(const BrickBox& bricks) const {
+    return {layers_, 0, make_kernel(kernel_), prune_, cache_bytes_, bricks};
+  }
 
   SampleErrors total;
   std::vector<SampleErrors> each; // by frame to be measured
@@ -173,6 +56,12 @@ class MeasuredField {
   float prune_;
   uint64_t cache_bytes_;
   std::optional<Coefficients> field_;
+};
+
+// A box of a frame and its samples.
+struct HeldBox {
+  MeasuredBox box;
+  HeldFrame samples;
 };
 
 struct RoundTrip::Channel {
@@ -194,9 +83,9 @@ struct RoundTrip::Channel {
   // Beside it where readers will take a base other than air, as far as is known; in its place where
   // corrections keep a bound, as these tell the base.
   std::unique_ptr<MeasuredField> above_base;
-  bool base_chosen = false;             // or air
-  std::map<uint32_t, HeldFrame> frames; // to be measured
-  size_t next = 0;                      // of the frames to be measured
+  bool base_chosen = false;                        // or air
+  std::map<uint32_t, std::vector<HeldBox>> frames; // to be measured
+  size_t next = 0;                                 // of the frames to be measured
   // Of a periodic series, whose layers come from one of them on until they are complete: the frame that is
   // measured first. Those before it wait for the last layers, or all do.
   bool begun = false, all_wait = false;
@@ -258,12 +147,12 @@ void make_layers(const Coefficients& field, const LayerSpan& span, const Context
 
 RoundTrip::RoundTrip(const Lattice4& lattice, const std::vector<RoundTripChannel>& channels,
                      std::string kernel, bool coefficients, std::vector<uint32_t> frames, ResidualSink sink,
-                     const Context& context, int32_t first_layer, int32_t every)
+                     const Context& context, const RoundTripScope& scope)
     : lattice_(lattice), kernel_(std::move(kernel)), frames_(std::move(frames)), sink_(std::move(sink)),
-      context_(context), every_(every) {
+      context_(context), scope_(scope) {
   for (const RoundTripChannel& c : channels)
-    channels_.push_back(std::make_unique<Channel>(lattice_, c, kernel_, coefficients,
-                                                  context.memory.limit() / 4 / channels.size(), first_layer));
+    channels_.push_back(std::make_unique<Channel>(
+        lattice_, c, kernel_, coefficients, context.memory.limit() / 4 / channels.size(), scope.first_layer));
 }
 
 RoundTrip::~RoundTrip() = default;
@@ -277,7 +166,14 @@ void RoundTrip::set_lattice(const Lattice4& lattice) {
 void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes) {
   if (!std::binary_search(frames_.begin(), frames_.end(), frame)) return;
   Channel& c = *channels_[static_cast<size_t>(channel)];
-  c.frames.emplace(frame, HeldFrame(boxes, static_cast<double>(c.options.air), context_.memory, every_));
+  const std::vector<MeasuredBox> chosen = scope_.in_boxes
+                                              ? choose_measured_boxes(lattice_, frame, boxes, c.options.air)
+                                              : std::vector{whole_frame(lattice_)};
+  std::vector<HeldBox>& held = c.frames[frame];
+  for (const MeasuredBox& box : chosen) {
+    const HeldGrid grid = held_grid(box.samples, scope_.every);
+    held.push_back({box, HeldFrame(boxes, static_cast<double>(c.options.air), context_.memory, grid)});
+  }
 }
 
 // What the frames need that wait for the last layers of a periodic series is kept until then.
@@ -337,7 +233,7 @@ void RoundTrip::measure(Channel& c, int index, size_t at) {
   FrameResiduals residuals;
   const auto add = [&](MeasuredField& to) {
     to.each.resize(frames_.size());
-    to.each[at] = compare(c, to.field(), frame, residuals);
+    to.each[at] = compare(c, to, frame, residuals);
     to.total.add(to.each[at]);
   };
   if (c.above_base) add(*c.above_base);
@@ -346,56 +242,22 @@ void RoundTrip::measure(Channel& c, int index, size_t at) {
   if (!residuals.empty() && sink_) sink_(index, frame, residuals);
 }
 
-namespace {
-
-// Appends the lists of planes, the first of so many that are left of a frame; room is made for all of them as
-// if the others had as many corrections, so that what is there moves once or not at all.
-void append(std::span<const PlaneErrors> planes, ResidualList FrameResiduals::*list, int64_t left,
-            FrameResiduals& to, Progress& progress) {
-  size_t count = 0;
-  for (const PlaneErrors& p : planes) count += (p.residuals.*list).size();
-  ResidualList& all = to.*list;
-  if (all.size() + count > all.capacity())
-    all.reserve(all.size() + count * static_cast<size_t>(left) / planes.size() + count);
-  for (const PlaneErrors& p : planes) {
-    progress.check();
-    const ResidualList& plane = p.residuals.*list;
-    all.insert(all.end(), plane.begin(), plane.end());
-  }
-}
-
-} // namespace
-
-SampleErrors RoundTrip::compare(const Channel& c, const Coefficients& field, uint32_t frame,
+SampleErrors RoundTrip::compare(const Channel& c, const MeasuredField& field, uint32_t frame,
                                 FrameResiduals& residuals) const {
-  make_layers(field, layers_of(field, frame), context_);
-  const Slice slice = time_slice(field, frame, {0, 0}, {}, context_);
-  std::array<int64_t, 3> n;
-  for (size_t a = 0; a < 3; ++a) n[a] = (lattice_.dims[a] + every_ - 1) / every_;
-  const PlaneJob job{c.options, c.frames.at(frame), n, every_, frame};
-  const int64_t planes = std::clamp<int64_t>(samples_at_a_time / (n[0] * n[1]), 1, n[2]);
-  const Reservation memory(context_.memory, static_cast<uint64_t>(planes * n[0] * n[1]) * sizeof(float),
-                           "samples of a frame to measure the error");
-  std::vector<float> values(static_cast<size_t>(planes * n[0] * n[1]));
-  SampleErrors errors;
-  for (int64_t z = 0; z < n[2]; z += planes) {
-    const int64_t count = std::min(planes, n[2] - z);
-    Grid grid;
-    grid.origin[2] = static_cast<double>(z * every_);
-    grid.step.fill(static_cast<double>(every_));
-    grid.dims = {static_cast<int32_t>(n[0]), static_cast<int32_t>(n[1]), static_cast<int32_t>(count)};
-    sample_grid(slice, grid, values.data(), context_);
-    std::vector<PlaneErrors> parts(static_cast<size_t>(count));
-    context_.tasks.parallel_for(parts.size(), [&](uint64_t p) {
-      context_.progress.check();
-      job.compare(z + static_cast<int64_t>(p), values.data() + static_cast<int64_t>(p) * n[0] * n[1],
-                  parts[p]);
-    });
-    for (const PlaneErrors& p : parts) errors.add(p.errors); // in order: the same sums for any thread count
-    append(parts, &FrameResiduals::add, n[2] - z, residuals, context_.progress);
-    append(parts, &FrameResiduals::set, n[2] - z, residuals, context_.progress);
+  const std::vector<HeldBox>& boxes = c.frames.at(frame);
+  if (boxes.size() == 1 && boxes.front().box.is_whole()) {
+    const Coefficients& all = field.field();
+    make_layers(all, layers_of(all, frame), context_);
+    const Slice slice = time_slice(all, frame, {0, 0}, {}, context_);
+    return compare_samples(slice, c.options, {boxes.front().samples, frame}, residuals, context_);
   }
-  return errors;
+  BoxErrors sum;
+  for (const HeldBox& held : boxes) {
+    const Coefficients part = field.part(held.box.bricks);
+    const Slice slice = time_slice(part, frame, {0, 0}, {}, context_);
+    sum.add(compare_samples(slice, c.options, {held.samples, frame}, residuals, context_), held.box.weight);
+  }
+  return sum.of_frame();
 }
 
 std::optional<float> RoundTrip::base(int channel) const {

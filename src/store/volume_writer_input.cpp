@@ -290,7 +290,8 @@ void VolumeWriter::begin_measuring(bool frames_known) {
         [this](int channel, uint32_t frame, const FrameResiduals& residuals) {
           store_residuals(channel, frame, residuals);
         },
-        context_, part ? part->first_layer : 0));
+        context_,
+        RoundTripScope{.first_layer = part ? part->first_layer : 0, .in_boxes = !measuring_.required()}));
   });
   begin_measuring_levels();
 }
@@ -308,7 +309,10 @@ void VolumeWriter::begin_measuring_levels() {
     measuring_.begin_level(level, [&] {
       return std::make_unique<RoundTrip>(initial_.levels[static_cast<size_t>(level) - 1].lattice, channels,
                                          initial_.recommended_kernel, settings_.coefficients, frames, nullptr,
-                                         context_, part_ ? part_->first_layer : 0, every);
+                                         context_,
+                                         RoundTripScope{.first_layer = part_ ? part_->first_layer : 0,
+                                                        .every = every,
+                                                        .in_boxes = !measuring_.required()});
     });
   }
 }

@@ -274,11 +274,27 @@ class Import(ToolTest):
 
     def test_the_report_says_what_it_is_of(self):
         out, _ = self.bcc4('import', *self.raw('a.raw', (12, 11, 10, 20), bump), '-o', 'a.bcc4')
-        self.assertIn('measured on 3 of 20 frames', out)
+        self.assertIn('measured on 3 of 20 frames: ', out)
         out, _ = self.bcc4('import', '--help')
         words = ' '.join(out.split())
         self.assertIn("floats within 1/512 of what is near, the filter's ringing", words)
         self.assertNotIn('default 0: exact', words)
+
+    def test_large_frames_are_measured_in_boxes(self):
+        data = random.Random(1).randbytes(128 * 128 * 100 * 2)
+        self.write('a.raw', data)
+        args = ('a.raw', '--dims', '128,128,100,2', '--dtype', 'u8', '--lattice', 'd4star', '--exact', '-o', 'a.bcc4',
+                '--overwrite')
+        out, _ = self.bcc4('import', *args)
+        self.assertRegex(out, r'measured on 2 of 2 frames, in boxes with \d+ % of their samples: max')
+        boxes = self.json('import', *args)['error']['channels'][0]
+        self.assertTrue(0.1 < boxes['compared_part'] < 0.35, boxes['compared_part'])
+        self.assertNotIn('in boxes', self.bcc4('import', *args, '--measure', 'all')[0])
+        whole = self.json('import', *args, '--measure', 'all')['error']['channels'][0]
+        self.assertEqual(whole['compared_part'], 1)
+        self.assertAlmostEqual(boxes['rmse'] / whole['rmse'], 1, delta=0.06)
+        for frame in boxes['frames']:
+            self.assertLessEqual(frame['max_abs'], whole['max_abs'])
 
     def test_channels(self):
         nrrd = b'NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 5 5 5\nkinds: 2-vector space space space\nencoding: raw\n\n'

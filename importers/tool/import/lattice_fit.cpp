@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <vector>
@@ -159,14 +160,38 @@ std::vector<double> errors_of(const Spectrum& spectrum, const SpectrumBins& bins
 }
 
 // Bins that a shape loses most of first: what is worse than it is soon seen to be.
-SpectrumBins by_error(const Spectrum& spectrum, const LatticeShape& shape,
+SpectrumBins by_error(const Spectrum& spectrum, const SpectrumBins& of, const LatticeShape& shape,
                       const std::array<uint64_t, 4>& dims) {
-  const std::vector<double> errors = errors_of(spectrum, spectrum.bins(), shape, dims);
+  const std::vector<double> errors = errors_of(spectrum, of, shape, dims);
   std::vector<size_t> order(errors.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return errors[a] > errors[b]; });
   SpectrumBins bins;
-  for (const size_t i : order) bins.push_back(spectrum.bins()[i]);
+  for (const size_t i : order) bins.push_back(of[i]);
+  return bins;
+}
+
+// Neighbours along each axis as one, but for the first of them: with a fifteenth of the bins, or more, a
+// search takes as much less time.
+SpectrumBins merged_bins(const Spectrum& spectrum) {
+  struct Sum {
+    double energy = 0;
+    std::array<double, 4> at{};
+  };
+  std::map<std::array<uint8_t, 4>, Sum> sums;
+  for (const Spectrum::Bin& b : spectrum.bins()) {
+    std::array<uint8_t, 4> place{};
+    for (size_t a = 0; a < 4; ++a) place[a] = static_cast<uint8_t>((b.at[a] + 1) / 2);
+    Sum& sum = sums[place];
+    sum.energy += b.energy;
+    for (size_t a = 0; a < 4; ++a) sum.at[a] += b.energy * b.at[a];
+  }
+  SpectrumBins bins;
+  for (const auto& [place, sum] : sums) {
+    Spectrum::Bin& bin = bins.emplace_back();
+    bin.energy = sum.energy;
+    for (size_t a = 0; a < 4; ++a) bin.at[a] = static_cast<uint8_t>(std::lround(sum.at[a] / sum.energy));
+  }
   return bins;
 }
 
@@ -177,7 +202,7 @@ class ShapeSearch {
       : spectrum_(spectrum), density_(density), dims_(dims) {}
 
   [[nodiscard]] LatticeShape descend(LatticeShape best) {
-    bins_ = by_error(spectrum_, best, dims_);
+    bins_ = by_error(spectrum_, merged_bins(spectrum_), best, dims_);
     for (size_t i = kGlance / 2; i < bins_.size(); i += kGlance) few_.push_back(bins_[i]);
     double least = cost(best, HUGE_VAL);
     std::vector<double> glance = glance_at(best);

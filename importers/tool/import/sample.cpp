@@ -239,6 +239,13 @@ uint64_t SeriesSample::frames() const {
   return count;
 }
 
+SampleSize size_to_choose(const std::array<uint64_t, 4>& dims) {
+  constexpr uint64_t part = 128, fewest = uint64_t{1} << 18;
+  SampleSize size;
+  size.samples = std::clamp(dims[0] * dims[1] * dims[2] * dims[3] / part, fewest, size.samples);
+  return size;
+}
+
 SeriesSample sample_series(FrameReader& reader, const std::vector<double>& air, const SampleSize& size) {
   const SeriesDescription& s = reader.description();
   const bool whole = s.dims[0] * s.dims[1] * s.dims[2] * s.dims[3] <= size.samples + size.samples / 4;

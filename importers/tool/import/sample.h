@@ -45,12 +45,16 @@ struct SeriesSample {
 };
 
 // A larger sample takes longer, a smaller one is less like the file (what it predicted of real series:
-// tests/bench/notes/lattice-fit.md).
+// tests/bench/notes/lattice-fit.md). The default is for what must hold, the error that somebody accepts.
 struct SampleSize {
   uint64_t samples = uint64_t{5} << 19; // per channel, or a little more; a series of that size is taken whole
   uint64_t edge = 26;                   // of a box, at most, along x, y, z
   uint64_t frames = 32;                 // of a stretch
 };
+
+// A 128th of a series, between limits: enough to tell which lattice is better, in a part of the time that the
+// import takes.
+[[nodiscard]] SampleSize size_to_choose(const std::array<uint64_t, 4>& dims);
 
 // Reads the frames it needs. air: by channel.
 [[nodiscard]] SeriesSample sample_series(FrameReader& reader, const std::vector<double>& air,

@@ -80,7 +80,7 @@ void settle_import(FrameReader& reader, const Device& device, const Unsettled& u
 
   std::vector<double> air;
   for (const Channel& c : s.channels) air.push_back(air_of(c, settings));
-  const SeriesSample sample = sample_series(reader, air, {});
+  const SeriesSample sample = sample_series(reader, air, bound.any() ? SampleSize{} : size_to_choose(s.dims));
   const std::vector<bool> labels = find_labels(s, sample, air);
   if (levels && std::find(labels.begin(), labels.end(), true) != labels.end())
     plan.levels.labels = true, settings.levels = 0;

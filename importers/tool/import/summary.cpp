@@ -34,15 +34,26 @@ uint64_t value_bytes(const SeriesDescription& s, const bccsplat_writer_report& r
   return bytes;
 }
 
+// Of the samples of measured frames, the part that was compared; all where the others may have no value.
+double compared_part(const bccsplat_writer_report& r, const SeriesDescription& s,
+                     const bccsplat_error_report& e) {
+  const uint64_t frame = s.dims[0] * s.dims[1] * s.dims[2], all = frame * r.frames_measured;
+  const uint64_t seen = e.samples + e.lost + r.nonfinite;
+  return all == 0 || seen >= all ? 1 : static_cast<double>(e.samples) / static_cast<double>(all);
+}
+
 void print_errors(const SeriesDescription& s, const ImportResult& import) {
   const bccsplat_writer_report& r = import.report;
   std::printf("  coding error (stored sites): max %s, RMSE %s\n", short_number(r.coding_max).c_str(),
               short_number(r.coding_rmse).c_str());
   for (size_t c = 0; c < import.errors.series.size(); ++c) {
     const bccsplat_error_report& e = import.errors.series[c];
-    std::printf("  error at the source samples, %s, measured on %llu of %llu frames: %s\n",
+    const double part = compared_part(r, s, e);
+    const std::string boxes =
+        part < 1 ? concat(", in boxes with ", short_number(100 * part, 2), " % of their samples") : "";
+    std::printf("  error at the source samples, %s, measured on %llu of %llu frames%s: %s\n",
                 s.channels[c].name.c_str(), static_cast<unsigned long long>(r.frames_measured),
-                static_cast<unsigned long long>(r.frames), error_text(e).c_str());
+                static_cast<unsigned long long>(r.frames), boxes.c_str(), error_text(e).c_str());
     if (e.samples == 0) continue;
     if (e.non_air_samples > 0 && e.non_air_samples < e.samples) {
       bccsplat_error_report inside = e;
@@ -70,7 +81,8 @@ Json errors_json(const SeriesDescription& s, const ImportResult& import) {
          {"coding", {{"max_abs", import.report.coding_max}, {"rmse", import.report.coding_rmse}}}};
   j["channels"] = Json::array();
   for (size_t c = 0; c < import.errors.series.size(); ++c) {
-    Json entry{{"name", s.channels[c].name}};
+    Json entry{{"name", s.channels[c].name},
+               {"compared_part", compared_part(import.report, s, import.errors.series[c])}};
     entry.update(error_json(import.errors.series[c]));
     entry["frames"] = Json::array();
     for (const bccsplat_error_report& e : import.errors.frames[c])

@@ -100,7 +100,20 @@ template<class Body> void each_sample(const SampleStretch& s, const SampleBox& p
     }
 }
 
+// Makes the layers of all frames that count at once, which costs a fraction of making them one by one.
+void make_layers(const Volume& volume, const SampleStretch& s, uint32_t channel) {
+  const auto first = static_cast<double>(s.counts.first - s.first);
+  const auto last = static_cast<double>(s.counts.end - 1 - s.first);
+  auto hyperplane = sized<bccsplat_hyperplane>();
+  hyperplane.d = 1, hyperplane.e = -first;
+  auto options = sized<bccsplat_slice_options>();
+  options.channel = channel, options.interval[1] = last - first;
+  options.cancel_token = interrupt_token();
+  check(bccsplat_volume_prefetch(volume.get(), &hyperplane, &options), "sample");
+}
+
 Squares compare_channel(const Volume& volume, const SampleStretch& s, uint32_t channel) {
+  make_layers(volume, s, channel);
   Squares squares;
   const SampleBox part = inner_part(s);
   std::vector<float> got(part.samples());

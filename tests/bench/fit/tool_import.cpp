@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/fit/tool_import.h"
 
+#include <sys/resource.h>
+
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -43,7 +45,7 @@ ToolImport::ToolImport(const FitSource& source)
   if (!file) fail(Code::io_error, raw, ": cannot write the source");
   const auto& d = source.dims;
   arguments_ = concat("'", raw, "' --dims ", d[0], ",", d[1], ",", d[2], ",", d[3], " --dtype ",
-                      type_name(source.type), " -o '", this->file(), "' --overwrite --measure all --json ");
+                      type_name(source.type), " -o '", this->file(), "' --overwrite ");
 }
 
 ToolImport::~ToolImport() {
@@ -52,7 +54,7 @@ ToolImport::~ToolImport() {
 }
 
 std::string ToolImport::run(const std::string& options) const {
-  const std::string command = concat("'", tool, "' import ", arguments_, options);
+  const std::string command = concat("'", tool, "' import ", arguments_, "--measure all --json ", options);
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
   if (!pipe) fail(Code::io_error, "cannot run ", command);
   std::string text;
@@ -61,6 +63,19 @@ std::string ToolImport::run(const std::string& options) const {
     text.append(part.data(), got);
   if (text.empty()) fail(Code::io_error, "no report of ", command);
   return text;
+}
+
+double ToolImport::seconds(const std::string& options) const {
+  const auto spent = [] {
+    rusage usage{};
+    getrusage(RUSAGE_CHILDREN, &usage);
+    return static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+           1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+  };
+  const std::string command = concat("'", tool, "' import ", arguments_, "--threads 1 --quiet ", options);
+  const double before = spent();
+  if (std::system(command.c_str()) != 0) fail(Code::io_error, "cannot run ", command);
+  return spent() - before;
 }
 
 } // namespace bccsplat::bench

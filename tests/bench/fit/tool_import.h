@@ -21,6 +21,9 @@ class ToolImport {
 
   // Runs the tool with these options and every frame measured; its report, which is JSON.
   [[nodiscard]] std::string run(const std::string& options) const;
+  // The same without a report, and what is measured as the options say: CPU seconds of the tool, on one
+  // thread.
+  [[nodiscard]] double seconds(const std::string& options) const;
   [[nodiscard]] std::string file() const { return folder_ + "/out.bcc4"; }
 
  private:

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 
 #include "base/error.h"
 #include "field/sample_grid.h"
 #include "slice/hyperslice.h"
+#include "tests/bench/fit/tool_import.h"
 #include "tests/bench/moments/level_pictures.h"
 #include "tests/bench/moments/moments_volume.h"
 
@@ -25,6 +27,25 @@ Row import_row(Row row, const MomentSeries& s, const WrittenSeries& w, double gz
   row.push_back(figure("import / gzip, time", w.seconds / (gzip * s.frames), 2));
   row.push_back(figure("MiB held", static_cast<double>(w.peak) / mebibyte, 0));
   row.push_back(figure("bytes a voxel of a frame", static_cast<double>(w.peak) / bytes * s.frames, 1));
+  return row;
+}
+
+// What the tool takes that is told nothing but what the bytes are, beside one that is told all there is to
+// decide; one run each.
+Row tool_row(Row row, const MomentSeries& s, double gzip) {
+  FitSource source;
+  source.dims = {s.edge, s.edge, s.edge, s.frames}, source.type = SourceType::u8;
+  for (uint32_t t = 0; t < s.frames; ++t) {
+    const std::vector<uint8_t> frame = s.frame(t);
+    const auto bytes = std::as_bytes(std::span(frame));
+    source.bytes.insert(source.bytes.end(), bytes.begin(), bytes.end());
+  }
+  const ToolImport tool(source);
+  const double given = tool.seconds("--lattice d4star --exact --measure none"), none = tool.seconds("");
+  row.push_back(figure("no options, CPU s", none, 2));
+  row.push_back(figure("all given, CPU s", given, 2));
+  row.push_back(figure("none / given", none / given, 2));
+  row.push_back(figure("none / gzip, time", none / (gzip * s.frames), 2));
   return row;
 }
 
@@ -231,10 +252,14 @@ void report_contents(const MomentOptions& o, const Report& report) {
 int run_moments_suite(std::span<const std::string> args, const Report& report) {
   const MomentOptions o = read_options(args, report.quick);
   if (o.contents) return report_contents(o, report), 0;
-  std::vector<Row> imports, moments, playing, boxes, cuts, levels, pictures;
+  std::vector<Row> imports, tools, moments, playing, boxes, cuts, levels, pictures;
   for (const bool sparse : o.sparse) {
     MomentSeries series{.edge = o.edge, .frames = o.frames, .sparse = sparse};
     const double blend = blend_seconds(series), gzip = gzip_seconds(series);
+    if (has_tool() && !o.pictures)
+      tools.push_back(tool_row(
+          {word("series", concat(o.edge, "^3 x ", o.frames, " u8, ", sparse ? "an eighth filled" : "dense"))},
+          series, gzip));
     for (const bool coefficients : o.coefficients) {
       series.coefficients = coefficients;
       const Row head{
@@ -261,6 +286,7 @@ int run_moments_suite(std::span<const std::string> args, const Report& report) {
     }
   }
   report.table("import, one thread", imports);
+  report.table("import by the tool, one thread", tools);
   report.table("a random moment, one thread", moments);
   report.table("levels against level 0", levels);
   report.table("pictures of levels, one thread", pictures);

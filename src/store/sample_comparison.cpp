@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples the slice some planes at a time and compares plane by plane; where a bound is missed it counts the
+// steps of a correction.
+#include "store/sample_comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/error.h"
+#include "field/sample_grid.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr int64_t samples_at_a_time = 1 << 22;
+// Other ways to the same sample (evaluate at a point) round differently by a few units in the last place.
+constexpr double rounding = 0x1p-21;
+
+// What one plane of a frame adds.
+struct PlaneErrors {
+  SampleErrors errors;
+  FrameResiduals residuals;
+};
+
+struct PlaneJob {
+  const RoundTripChannel& channel;
+  const HeldFrame& source;
+  HeldGrid grid;
+  std::array<int64_t, 3> n; // of it
+  uint32_t frame;
+
+  void compare(int64_t z, const float* got, PlaneErrors& out) const;
+
+ private:
+  [[noreturn]] void refuse(int64_t z, int64_t i, double expected, double reached) const {
+    fail(Code::bound_not_met, "channel '", channel.name, "', frame ", frame, ", voxel (", i % n[0], ", ",
+         i / n[0], ", ", z, "): the source has ", expected, ", the file would give ", reached,
+         ", more than the bound of ", channel.bound,
+         " away even with a correction: values near that magnitude are read as 32-bit floats, which hold ",
+         "errors down to about ", std::fabs(expected) * rounding * 2, "; accept that much");
+  }
+};
+
+void PlaneJob::compare(int64_t z, const float* got, PlaneErrors& out) const {
+  std::vector<double> expected(static_cast<size_t>(n[0] * n[1]));
+  source.plane(z, expected.data());
+  const double bound = channel.bound, step = correction_step(bound);
+  const auto air = static_cast<double>(channel.air);
+  SampleErrors& e = out.errors;
+  for (int64_t i = 0; i < n[0] * n[1]; ++i) {
+    const double want = expected[static_cast<size_t>(i)];
+    if (!std::isfinite(want)) continue;
+    const auto voxel = static_cast<uint64_t>(z * n[0] * n[1] + i);
+    float value = got[i];
+    const bool lost = std::isnan(value);
+    if (lost && bound == 0) {
+      ++e.lost;
+      continue;
+    }
+    if (!lost) e.bare.add(static_cast<double>(value) - want);
+    const double from = lost ? air : static_cast<double>(value), off = want - from;
+    const double margin = rounding * std::max({std::fabs(want), std::fabs(from), std::fabs(air)});
+    if (bound > 0 && (lost || (off != 0 && !(std::fabs(off) <= bound - margin)))) {
+      const double steps = std::nearbyint(off / step);
+      if (!(std::fabs(steps) < 0x1p53)) refuse(z, i, want, from);
+      // As the reader computes it.
+      value = static_cast<float>(from) + static_cast<float>(steps * step);
+      if (!(std::fabs(static_cast<double>(value) - want) <= bound))
+        refuse(z, i, want, static_cast<double>(value));
+      (lost ? out.residuals.set : out.residuals.add).push_back({voxel, static_cast<int64_t>(steps)});
+      ++e.corrected;
+    }
+    const double difference = static_cast<double>(value) - want;
+    if (e.all.count == 0 || std::fabs(difference) > e.all.largest) {
+      e.frame = frame;
+      e.voxel = grid.sample({i % n[0], i / n[0], z});
+      e.expected = want, e.got = static_cast<double>(value);
+    }
+    e.all.add(difference);
+    if (std::fabs(want - air) > static_cast<double>(channel.threshold)) e.non_air.add(difference);
+  }
+}
+
+// Appends the lists of planes, the first of so many that are left of a frame; room is made for all of them as
+// if the others had as many corrections, so that what is there moves once or not at all.
+void append(std::span<const PlaneErrors> planes, ResidualList FrameResiduals::*list, int64_t left,
+            FrameResiduals& to, Progress& progress) {
+  size_t count = 0;
+  for (const PlaneErrors& p : planes) count += (p.residuals.*list).size();
+  ResidualList& all = to.*list;
+  if (all.size() + count > all.capacity())
+    all.reserve(all.size() + count * static_cast<size_t>(left) / planes.size() + count);
+  for (const PlaneErrors& p : planes) {
+    progress.check();
+    const ResidualList& plane = p.residuals.*list;
+    all.insert(all.end(), plane.begin(), plane.end());
+  }
+}
+
+} // namespace
+
+SampleErrors compare_samples(const Slice& slice, const RoundTripChannel& channel, const ComparedPart& part,
+                             FrameResiduals& residuals, const Context& context) {
+  const HeldGrid& held = part.samples.grid();
+  const std::array<int64_t, 3>& n = held.dims;
+  const PlaneJob job{channel, part.samples, held, n, part.frame};
+  const int64_t plane = n[0] * n[1], planes = std::clamp<int64_t>(samples_at_a_time / plane, 1, n[2]);
+  const Reservation memory(context.memory, static_cast<uint64_t>(planes * plane) * sizeof(float),
+                           "samples of a frame to measure the error");
+  std::vector<float> values(static_cast<size_t>(planes * plane));
+  SampleErrors errors;
+  for (int64_t z = 0; z < n[2]; z += planes) {
+    const int64_t count = std::min(planes, n[2] - z);
+    Grid grid;
+    for (size_t a = 0; a < 3; ++a) grid.origin[a] = static_cast<double>(held.begin[a] * held.every);
+    grid.origin[2] += static_cast<double>(z * held.every);
+    grid.step.fill(static_cast<double>(held.every));
+    grid.dims = {static_cast<int32_t>(n[0]), static_cast<int32_t>(n[1]), static_cast<int32_t>(count)};
+    sample_grid(slice, grid, values.data(), context);
+    std::vector<PlaneErrors> parts(static_cast<size_t>(count));
+    context.tasks.parallel_for(parts.size(), [&](uint64_t p) {
+      context.progress.check();
+      job.compare(z + static_cast<int64_t>(p), values.data() + static_cast<int64_t>(p) * plane, parts[p]);
+    });
+    for (const PlaneErrors& p : parts) errors.add(p.errors); // in order: the same sums for any thread count
+    append(parts, &FrameResiduals::add, n[2] - z, residuals, context.progress);
+    append(parts, &FrameResiduals::set, n[2] - z, residuals, context.progress);
+  }
+  return errors;
+}
+
+} // namespace bccsplat
