@@ -17,6 +17,7 @@
 #include "render/reference.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/sheet_metric.h"
+#include "splat/rays/rays.h"
 #include "splat/trail/trail.h"
 
 namespace bccsplat {
@@ -144,12 +145,6 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   const int level = drawn.level;
   const double step = drawn.step;
   const Slice* slice = drawn.slice;
-  const SplatPoints* points = drawn.points;
-  SplatPoints made;
-  if (!points) {
-    made = make_points(*slice, context);
-    points = &made;
-  }
 
   const SheetView view = make_view(*slice, resolve_camera(scene.camera), image.width, image.height, step);
   const double unit =
@@ -176,6 +171,7 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   o.opacity_stop = options.opacity_stop;
   o.disable_skips = options.disable_skips;
   o.tile_size = options.tile_size;
+  o.rays = options.rays;
   o.with_value = image.value.pixels, o.with_time = image.time.pixels;
   o.with_deep = image.deep, o.deep_tolerance = options.deep_tolerance;
   DeepCollector deep(context.memory);
@@ -184,10 +180,17 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   if (scene.noise_of_ripple)
     lights.noise.of_value =
         ripple_noise(*slice, o.mode, o.kernel_form, o.without_ripple) / mean_voxel(*scene.slice);
+  const bool with_trail = scene.trail && !scene.trail->moments.empty();
+  const bool by_rays = !scene.trail && rays_cover(*slice, view, o);
+  const SplatPoints* points = by_rays ? nullptr : drawn.points;
+  SplatPoints made;
+  if (!points && !by_rays) {
+    made = make_points(*slice, context);
+    points = &made;
+  }
   KeptLatticeSums of_picture; // shared by surfaces and their edges
   KeptLatticeSums* const sums = scene.sums ? scene.sums : &of_picture;
-  const SplatScene s{slice, points, &view, &table, &lights, sums};
-  const bool with_trail = scene.trail && !scene.trail->moments.empty();
+  const SplatScene s{slice, points, &view, &table, &lights, sums, scene.cells};
   if (o.mode == RenderMode::composite && needs_integrals(s, scene.function, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
   o.preintegrate = !table.integrals.empty();
@@ -200,9 +203,11 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
     if (tile.deep) deep.add(tile, view, context.progress);
   };
   RenderStats stats;
-  stats.points_total = points->count;
+  // Of rays the sites are counted, without mirror images.
+  stats.points_total = points ? points->count : static_cast<uint64_t>(slice->points());
   if (!with_trail) {
-    stats.drawn = splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
+    stats.drawn = by_rays ? draw_rays(s, o, context, emit)
+                          : splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
     const EdgeStats smoothed = edges.smooth(s, o, context);
     stats.edge_pixels = smoothed.pixels;
     stats.drawn.ms_shade += smoothed.ms;
@@ -399,6 +404,18 @@ RenderStats reference_picture(const Scene& scene, const RenderOptions& options, 
 }
 
 } // namespace
+
+bool drawn_by_rays(const Scene& scene, const RenderOptions& options, const Context& context,
+                   const Image& image) {
+  if (scene.trail || options.reference || options.mode != RenderMode::isosurface) return false;
+  const Drawn drawn = drawn_slice(scene, options, context, image);
+  SplatOptions o;
+  o.mode = options.mode, o.rays = options.rays, o.with_deep = image.deep;
+  o.surfaces = drawn_surfaces(options);
+  return rays_cover(
+      *drawn.slice,
+      make_view(*drawn.slice, resolve_camera(scene.camera), image.width, image.height, drawn.step), o);
+}
 
 void check_picture(const Scene& scene, const RenderOptions& options, const Context& context,
                    const Image& image) {
