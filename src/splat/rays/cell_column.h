@@ -19,25 +19,22 @@ inline constexpr int stretch_lanes = 16;
 // Rows of sites across a column, both cosets: from the site before its first plane on.
 inline constexpr int column_sites = column_edge / 2 + 3;
 
-// A site that corners of a row look at, floats from the site of their own lane, and what it weighs for the
-// first and the second of two corners half a plane apart.
+// Corners are half planes apart along every axis: a lane has four, 0, 1/2, 1 and 3/2 planes from its site.
+inline constexpr size_t lane_corners = 4;
+
+// Two sites that a row of corners looks at, floats from the site of their own lane: what the first weighs for
+// corners 0 and 1, the second for corners 2 and 3.
 struct CornerTap {
-  std::ptrdiff_t site;
-  std::array<float, 2> weight;
-};
-// Taps that both corners have, then those of either.
-struct CornerStencil {
-  std::vector<CornerTap> taps;
-  size_t both = 0, first = 0;
+  std::array<std::ptrdiff_t, 2> site{};
+  std::array<float, lane_corners> weight{};
 };
 
-// Corners are half planes apart along every axis: stencils by where they stand between two planes of a coset.
-// Those of a lane are 0, 1/2 and 1, 3/2 planes from its site.
+// Stencils by where a row stands between two planes of a coset; their taps are even in number.
 inline constexpr size_t corner_phases = 4;
 struct CornerStencils {
-  std::array<CornerStencil, corner_phases * corner_phases * 2> all;
-  [[nodiscard]] const CornerStencil& at(int z, int y, size_t pair) const {
-    return all[(static_cast<size_t>(z % 4) * corner_phases + static_cast<size_t>(y % 4)) * 2 + pair];
+  std::array<std::vector<CornerTap>, corner_phases * corner_phases> all;
+  [[nodiscard]] const std::vector<CornerTap>& at(int z, int y) const {
+    return all[static_cast<size_t>(z % 4) * corner_phases + static_cast<size_t>(y % 4)];
   }
 };
 

@@ -12,7 +12,9 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <vector>
 
 #include "splat/rays/cell_column.h"
 
@@ -86,9 +88,8 @@ HWY_INLINE Reach ReachOf(const ColumnSites& s, int y, int z, std::ptrdiff_t lane
           hn::Max(hn::LoadU(d, s.high.data() + even_site), hn::LoadU(d, s.high.data() + odd_site))};
 }
 
-// Whether a row of blocks may hold the value in a stretch: the field lies between the coefficients in reach,
-// give or take the ripple of their weights' sum.
-bool MayHold(const ColumnArgs& a, int block_y, int block_z, std::ptrdiff_t lane) {
+// Whether a row of blocks may hold the value in a stretch, lane by lane.
+bool RowMayHold(const ColumnArgs& a, int block_y, int block_z, std::ptrdiff_t lane) {
   const V target = hn::Set(d, a.target), more = hn::Set(d, a.site_sum - 1);
   const auto n = static_cast<std::ptrdiff_t>(hn::Lanes(d));
   for (std::ptrdiff_t i = lane; i < lane + stretch_lanes; i += n) {
@@ -108,41 +109,42 @@ bool MayHold(const ColumnArgs& a, int block_y, int block_z, std::ptrdiff_t lane)
   return false;
 }
 
-// Two corners of each lane: sums of sites.
-void FillPair(const float* sites, const CornerStencil& s, float* first, float* second) {
+// The four corners of each lane: sums of sites. Taps go in pairs, so that sums do not wait for each other.
+void SumTaps(const float* sites, const std::vector<CornerTap>& taps, Stretch& t) {
   const auto n = static_cast<std::ptrdiff_t>(hn::Lanes(d));
-  const CornerTap* const begin = s.taps.data();
-  const CornerTap *const both = begin + s.both, *const one = both + s.first,
-                         *const end = begin + s.taps.size();
+  const CornerTap* const end = taps.data() + taps.size();
   for (std::ptrdiff_t i = 0; i < stretch_lanes; i += n) {
-    V a = hn::Zero(d), b = hn::Zero(d);
-    const CornerTap* tap = begin;
-    for (; tap != both; ++tap) {
-      const V c = hn::LoadU(d, sites + tap->site + i);
-      a = hn::MulAdd(hn::Set(d, tap->weight[0]), c, a), b = hn::MulAdd(hn::Set(d, tap->weight[1]), c, b);
+    V a0 = hn::Zero(d), a1 = a0, a2 = a0, a3 = a0, b0 = a0, b1 = a0, b2 = a0, b3 = a0;
+    for (const CornerTap* tap = taps.data(); tap != end; tap += 2) {
+      const V p = hn::LoadU(d, sites + tap[0].site[0] + i), q = hn::LoadU(d, sites + tap[0].site[1] + i);
+      a0 = hn::MulAdd(hn::Set(d, tap[0].weight[0]), p, a0),
+      a1 = hn::MulAdd(hn::Set(d, tap[0].weight[1]), p, a1);
+      a2 = hn::MulAdd(hn::Set(d, tap[0].weight[2]), q, a2),
+      a3 = hn::MulAdd(hn::Set(d, tap[0].weight[3]), q, a3);
+      const V r = hn::LoadU(d, sites + tap[1].site[0] + i), s = hn::LoadU(d, sites + tap[1].site[1] + i);
+      b0 = hn::MulAdd(hn::Set(d, tap[1].weight[0]), r, b0),
+      b1 = hn::MulAdd(hn::Set(d, tap[1].weight[1]), r, b1);
+      b2 = hn::MulAdd(hn::Set(d, tap[1].weight[2]), s, b2),
+      b3 = hn::MulAdd(hn::Set(d, tap[1].weight[3]), s, b3);
     }
-    for (; tap != one; ++tap)
-      a = hn::MulAdd(hn::Set(d, tap->weight[0]), hn::LoadU(d, sites + tap->site + i), a);
-    for (; tap != end; ++tap)
-      b = hn::MulAdd(hn::Set(d, tap->weight[1]), hn::LoadU(d, sites + tap->site + i), b);
-    hn::StoreU(a, d, first + i), hn::StoreU(b, d, second + i);
+    hn::StoreU(hn::Add(a0, b0), d, t.corner[0] + i), hn::StoreU(hn::Add(a1, b1), d, t.corner[1] + i);
+    hn::StoreU(hn::Add(a2, b2), d, t.corner[2] + i), hn::StoreU(hn::Add(a3, b3), d, t.corner[3] + i);
   }
 }
 
 // The first corner of one lane.
-float FirstCorner(const float* sites, const CornerStencil& s) {
+float FirstCorner(const float* sites, const std::vector<CornerTap>& taps) {
   float sum = 0;
-  for (size_t n = 0; n < s.both + s.first; ++n) sum += s.taps[n].weight[0] * sites[s.taps[n].site];
+  for (const CornerTap& tap : taps) sum += tap.weight[0] * sites[tap.site[0]];
   return sum;
 }
 
 // Makes a row of corners, numbers of half planes from the column's beginning on.
 void FillCorners(const ColumnArgs& a, int y, int z, std::ptrdiff_t lane, Stretch& t) {
   const float* const sites = a.sites->value.data() + a.sites->at(0, y / 4 + 1, z / 4 + 1) + lane;
-  const CornerStencil& first = a.stencils->at(z, y, 0);
-  FillPair(sites, first, t.corner[0], t.corner[1]);
-  FillPair(sites, a.stencils->at(z, y, 1), t.corner[2], t.corner[3]);
-  t.corner[0][stretch_lanes] = t.known[z][y] ? t.next[z][y] : FirstCorner(sites + stretch_lanes, first);
+  const std::vector<CornerTap>& taps = a.stencils->at(z, y);
+  SumTaps(sites, taps, t);
+  t.corner[0][stretch_lanes] = t.known[z][y] ? t.next[z][y] : FirstCorner(sites + stretch_lanes, taps);
   t.next[z][y] = t.corner[0][0], t.known[z][y] = true;
 }
 
@@ -231,21 +233,53 @@ void MarkStretch(const ColumnArgs& a, int stretch, Stretch& t) {
   }
 }
 
+// Whether a field of coefficients in a range may hold the value, give or take the ripple of their weights'
+// sum.
+bool MayHold(const ColumnArgs& a, float low, float high) {
+  const float size = std::max(std::fabs(low), std::fabs(high)), slack = (a.site_sum - 1) * size;
+  return size > 0 && low - slack <= a.target && high + slack >= a.target;
+}
+
+// The stretches whose coefficients in reach may hold the value, and one more that is none.
+std::vector<uint8_t> FindStretches(const ColumnArgs& a) {
+  const ColumnSites& s = *a.sites;
+  const auto count = static_cast<size_t>(s.stretches);
+  const auto n = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  std::vector<float> low(count + 2, 0.0f), high(count + 2, 0.0f); // of the stretch before
+  for (size_t part = 0; part <= count; ++part) {
+    if (!a.present[part] && (part == 0 || !a.present[part - 1])) continue;
+    V least = hn::Zero(d), most = hn::Zero(d);
+    const float* row = s.value.data() + s.at(0, 0, 0) + static_cast<std::ptrdiff_t>(part) * stretch_lanes;
+    for (int r = 0; r < 2 * column_sites * column_sites; ++r, row += s.pitch)
+      for (std::ptrdiff_t i = 0; i < stretch_lanes; i += n) {
+        const V c = hn::LoadU(d, row + i);
+        least = hn::Min(least, c), most = hn::Max(most, c);
+      }
+    low[part + 1] = hn::GetLane(hn::MinOfLanes(d, least)),
+               high[part + 1] = hn::GetLane(hn::MaxOfLanes(d, most));
+  }
+  std::vector<uint8_t> may(count + 1, 0);
+  for (size_t m = 0; m < count; ++m)
+    may[m] = a.present[m] && MayHold(a, std::min({low[m], low[m + 1], low[m + 2]}),
+                                     std::max({high[m], high[m + 1], high[m + 2]}));
+  return may;
+}
+
 void MarkColumn(const ColumnArgs& a) {
   const ColumnSites& s = *a.sites;
+  const std::vector<uint8_t> may = FindStretches(a);
   // Ranges are asked for a lane beyond each stretch.
-  for (int stretch = 0; stretch <= s.stretches; ++stretch)
-    if (a.present[stretch] || (stretch > 0 && a.present[stretch - 1]))
-      Widen(s, std::ptrdiff_t{stretch} * stretch_lanes);
+  for (size_t m = 0; m < may.size(); ++m)
+    if (may[m] != 0 || (m > 0 && may[m - 1] != 0)) Widen(s, static_cast<std::ptrdiff_t>(m) * stretch_lanes);
   Stretch t{};
   bool fresh = true;
   // From the last on: a stretch needs the first corners of the one behind it.
   for (int stretch = s.stretches; stretch-- > 0;) {
     bool any = false;
-    for (int z = 0; a.present[stretch] && 4 * z < a.depth; ++z) {
+    for (int z = 0; may[static_cast<size_t>(stretch)] != 0 && 4 * z < a.depth; ++z) {
       t.active[z] = 0;
       for (int y = 0; 4 * y < a.height; ++y)
-        if (MayHold(a, y, z, std::ptrdiff_t{stretch} * stretch_lanes)) t.active[z] |= 1u << y;
+        if (RowMayHold(a, y, z, std::ptrdiff_t{stretch} * stretch_lanes)) t.active[z] |= 1u << y;
       any |= t.active[z] != 0;
     }
     if (any) {

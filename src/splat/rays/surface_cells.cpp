@@ -22,94 +22,136 @@ constexpr double rounding = 4e-6;
 // A little more than any kernel's ripple makes of a constant.
 constexpr float site_sum = 1.02f;
 
-CornerStencil make_stencil(const RadialKernel& kernel, const ColumnSites& sites, const Vec3& first) {
+// The sites in reach of two corners half a plane apart, `first` being planes from a lane's site.
+std::vector<CornerTap> pair_taps(const RadialKernel& kernel, const ColumnSites& sites, const Vec3& first) {
   constexpr int reach = 4; // sites of a coset
   const double square = kernel.radius * kernel.radius;
-  std::array<std::vector<CornerTap>, 3> taps; // of both corners, of either
+  std::vector<CornerTap> taps;
   for (size_t c = 0; c < 2; ++c)
     for (int w = -reach; w <= reach; ++w)
       for (int v = -reach; v <= reach; ++v)
         for (int u = -reach; u <= reach; ++u) {
-          CornerTap tap{sites.at(c, v, w) - sites.at(0, 0, 0) + u, {}};
-          std::array<bool, 2> in{};
+          CornerTap tap;
+          tap.site[0] = sites.at(c, v, w) - sites.at(0, 0, 0) + u;
+          bool any = false;
           for (size_t n = 0; n < 2; ++n) {
-            const Vec3 site{2.0 * u, 2.0 * v, 2.0 * w}, half{0.5 * static_cast<double>(n), 0, 0};
             const auto coset = static_cast<double>(c);
-            const Vec3 to = site + Vec3{coset, coset, coset} - first - half;
+            const Vec3 site{2.0 * u + coset, 2.0 * v + coset, 2.0 * w + coset};
+            const Vec3 to = site - first - Vec3{0.5 * static_cast<double>(n), 0, 0};
             const double r2 = 0.5 * dot(to, to);
-            in[n] = r2 < square;
-            if (in[n]) tap.weight[n] = static_cast<float>(kernel.value(r2));
+            if (r2 >= square) continue;
+            tap.weight[n] = static_cast<float>(kernel.value(r2));
+            any = true;
           }
-          if (in[0] || in[1]) taps[in[0] && in[1] ? 0 : in[0] ? 1 : 2].push_back(tap);
+          if (any) taps.push_back(tap);
         }
-  CornerStencil s;
-  s.both = taps[0].size(), s.first = taps[1].size();
-  for (const auto& part : taps) s.taps.insert(s.taps.end(), part.begin(), part.end());
-  return s;
+  return taps;
 }
 
 CornerStencils make_stencils(const RadialKernel& kernel, const ColumnSites& sites) {
   CornerStencils s;
-  auto to = s.all.begin();
   for (size_t z = 0; z < corner_phases; ++z)
-    for (size_t y = 0; y < corner_phases; ++y)
-      for (const double x : {0.0, 1.0})
-        *to++ = make_stencil(kernel, sites, {x, 0.5 * static_cast<double>(y), 0.5 * static_cast<double>(z)});
+    for (size_t y = 0; y < corner_phases; ++y) {
+      const double at_y = 0.5 * static_cast<double>(y), at_z = 0.5 * static_cast<double>(z);
+      const auto first = pair_taps(kernel, sites, {0, at_y, at_z}),
+                 second = pair_taps(kernel, sites, {1, at_y, at_z});
+      auto& taps = s.all[z * corner_phases + y];
+      taps.resize((std::max(first.size(), second.size()) + 1) / 2 * 2); // what is left weighs nothing
+      for (size_t n = 0; n < first.size(); ++n) {
+        taps[n].site[0] = first[n].site[0];
+        taps[n].weight[0] = first[n].weight[0], taps[n].weight[1] = first[n].weight[1];
+      }
+      for (size_t n = 0; n < second.size(); ++n) {
+        taps[n].site[1] = second[n].site[0];
+        taps[n].weight[2] = second[n].weight[0], taps[n].weight[3] = second[n].weight[1];
+      }
+    }
   return s;
 }
 
 // Reads the coefficients of columns.
 class ColumnReader {
  public:
-  ColumnReader(const Slice& slice, int stretches) : slice_(slice), stretches_(stretches) {}
+  ColumnReader(const Slice& slice, int stretches) : slice_(slice), stretches_(stretches) {
+    for (size_t c = 0; c < 2; ++c) {
+      const int count = slice.coset[c].dims()[0];
+      for (int i = 1; i <= beyond; ++i) {
+        ends_[c].push_back({-i, slice.lattice.mirror(0, static_cast<int>(c), -i)});
+        ends_[c].push_back({count - 1 + i, slice.lattice.mirror(0, static_cast<int>(c), count - 1 + i)});
+      }
+    }
+  }
 
-  // Fills the sites of the column at (y, z), columns, and says which stretches have any brick in reach;
-  // returns false where none has.
+  // Fills the sites of the column at (y, z), columns, in the stretches that have any brick in reach and
+  // beside these, and says which they are; returns false where there is none.
   bool read(int y, int z, ColumnSites& sites, std::vector<uint8_t>& present) const {
+    std::array<std::array<std::array<int, column_sites>, 2>, 2> at; // by coset and axis
+    for (int c = 0; c < 2; ++c)
+      for (int v = 0; v < column_sites; ++v) {
+        auto& of = at[static_cast<size_t>(c)];
+        of[0][static_cast<size_t>(v)] = slice_.lattice.mirror(1, c, column_edge / 2 * y - 1 + v);
+        of[1][static_cast<size_t>(v)] = slice_.lattice.mirror(2, c, column_edge / 2 * z - 1 + v);
+      }
     present.assign(static_cast<size_t>(stretches_) + 2, 0);
-    bool any = false;
+    for (size_t c = 0; c < 2; ++c) find_bricks(slice_.coset[c], at[c], present);
+    if (std::find(present.begin(), present.end(), 1) == present.end()) return false;
+    spread(present);
+    std::vector<uint8_t> filled = present;
+    spread(filled);
     for (size_t c = 0; c < 2; ++c)
       for (int w = 0; w < column_sites; ++w)
-        for (int v = 0; v < column_sites; ++v) {
-          const int j = slice_.lattice.mirror(1, static_cast<int>(c), column_edge / 2 * y - 1 + v),
-                    k = slice_.lattice.mirror(2, static_cast<int>(c), column_edge / 2 * z - 1 + w);
-          any |= read_row(c, j, k, sites.value.data() + sites.at(c, v, w), present);
-        }
-    // A stretch looks at the bricks beside it, too.
-    std::vector<uint8_t> near(present.size(), 0);
-    for (size_t s = 0; s + 1 < present.size(); ++s)
-      near[s] = static_cast<uint8_t>((s > 0 && present[s - 1]) || present[s] || present[s + 1]);
-    present.swap(near);
-    return any;
+        for (int v = 0; v < column_sites; ++v)
+          read_row(c, at[c][0][static_cast<size_t>(v)], at[c][1][static_cast<size_t>(w)],
+                   sites.value.data() + sites.at(c, v, w), filled);
+    return true;
   }
 
  private:
-  bool read_row(size_t c, int j, int k, float* to, std::vector<uint8_t>& present) const {
+  static constexpr int beyond = 4; // sites that stretches look at
+
+  // Marks the stretches that a brick of the column's rows is in.
+  static void find_bricks(const BrickLayer& layer, const std::array<std::array<int, column_sites>, 2>& at,
+                          std::vector<uint8_t>& present) {
+    int last = -1;
+    for (const int k : at[1])
+      for (const int j : at[0]) {
+        const int place = k / brick_edge * layer.brick_dims()[1] + j / brick_edge;
+        if (place == last) continue;
+        last = place;
+        const size_t slot = layer.slot(0, j / brick_edge, k / brick_edge);
+        for (size_t b = 0; b < layer.row_slots(); ++b)
+          if (layer.brick(slot + b)) present[b] = 1;
+      }
+  }
+  // Marks what is beside the stretches that are marked, too.
+  static void spread(std::vector<uint8_t>& stretches) {
+    uint8_t before = 0;
+    for (size_t s = 0; s < stretches.size(); ++s) {
+      const uint8_t here = stretches[s];
+      const uint8_t behind = s + 1 < stretches.size() ? stretches[s + 1] : uint8_t{0};
+      stretches[s] = before | here | behind;
+      before = here;
+    }
+  }
+
+  void read_row(size_t c, int j, int k, float* to, const std::vector<uint8_t>& filled) const {
     const BrickLayer& layer = slice_.coset[c];
-    const int count = layer.dims()[0], bricks = layer.brick_dims()[0];
     const size_t slot = layer.slot(0, j / brick_edge, k / brick_edge),
                  from = static_cast<size_t>((k % brick_edge * brick_edge + j % brick_edge) * brick_edge);
-    bool any = false;
-    for (int b = 0; b < bricks; ++b) {
+    for (size_t b = 0; b < layer.row_slots(); ++b) {
+      if (filled[b] == 0) continue;
       float* const part = to + static_cast<std::ptrdiff_t>(b) * brick_edge;
-      if (const Brick* const brick = layer.brick(slot + static_cast<size_t>(b))) {
+      if (const Brick* const brick = layer.brick(slot + b))
         std::memcpy(part, brick->value.data() + from, brick_edge * sizeof(float));
-        present[static_cast<size_t>(std::min(b, stretches_))] = 1;
-        any = true;
-      } else {
+      else
         std::memset(part, 0, brick_edge * sizeof(float));
-      }
     }
-    constexpr int beyond = 4; // sites
-    for (int i = 1; i <= beyond; ++i) {
-      to[-i] = to[slice_.lattice.mirror(0, static_cast<int>(c), -i)];
-      to[count - 1 + i] = to[slice_.lattice.mirror(0, static_cast<int>(c), count - 1 + i)];
-    }
-    return any;
+    for (const auto& [beyond_end, inside] : ends_[c]) to[beyond_end] = to[inside];
   }
 
   const Slice& slice_;
   int stretches_;
+  std::array<std::vector<std::array<int, 2>>, 2> ends_; // by coset: sites beyond the ends, and their mirrors
 };
 
 SurfaceCells empty_cells(const Slice& slice, const Context& context) {
