@@ -87,6 +87,25 @@ TEST(Rays, CloseUpsAreThoseOfASearch) {
   }
 }
 
+// A speck that fills no block: the squares of pixels that its block's picture touches are all looked at.
+TEST(Rays, SpecksAreSeenWhole) {
+  for (int n = 0; n < 12; ++n) {
+    const Slice s = make_slice({24, 24, 24}, [&](double x, double y, double z) {
+      return std::max(0.0, 1 - std::hypot(x - 9 - 0.4 * n, y - 12, z - 13 + 0.3 * n) / 2);
+    });
+    Camera camera = fit_camera(s, false, 20 + 25 * n, 30 * n, 120, 120);
+    camera.ortho_height /= 5;
+    const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), camera);
+    RenderOptions o = surface_options(0.05, 0.5);
+    ImageStorage some(120, 120), all(120, 120);
+    (void)draw(scene, o, some);
+    o.disable_skips = skip_transfer_function;
+    (void)draw(scene, o, all);
+    EXPECT_TRUE(same_bits(some, all)) << n;
+    EXPECT_GT(covered(all), 100u) << n;
+  }
+}
+
 TEST(Rays, LookAtFewSamples) {
   const Slice s = make_slice({44, 40, 36}, two_balls());
   const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 30, 90, 90));

@@ -126,23 +126,92 @@ size_t count_marked(const SurfaceCells& cells) {
 
 TEST(SurfaceCells, HoldWhereTheFieldPassesTheValue) {
   TestContext context(2);
-  // Longer than a stretch of lanes, thinner than a column, and of a few planes.
+  const auto expect_held = [&](const Slice& s, double target) {
+    const auto passed = passed_cells(s, target, 24);
+    EXPECT_GT(passed.size(), 20u);
+    for_targets([&] {
+      const SurfaceCells cells = mark_cells(s, target, context.get());
+      size_t missed = 0;
+      for (const Int3& c : passed) missed += cells.marked(c) ? 0 : 1;
+      EXPECT_EQ(missed, 0u) << s.kernel.name << ' ' << target << " of " << passed.size();
+    });
+  };
+  // Longer than a stretch of lanes, thinner than a column, and of a few planes; smooth up to the faces.
   for (const std::array<uint32_t, 3>& dims :
        {std::array<uint32_t, 3>{52, 13, 17}, std::array<uint32_t, 3>{9, 30, 14},
         std::array<uint32_t, 3>{3, 2, 40}})
     for (const char* kernel : kernels) {
       const Slice s = noise(dims, kernel, dims[0]);
-      for (const double target : {-0.4, 0.02, 0.5}) {
-        const auto passed = passed_cells(s, target, 24);
-        EXPECT_GT(passed.size(), 20u);
-        for_targets([&] {
-          const SurfaceCells cells = mark_cells(s, target, context.get());
-          size_t missed = 0;
-          for (const Int3& c : passed) missed += cells.marked(c) ? 0 : 1;
-          EXPECT_EQ(missed, 0u) << kernel << ' ' << target << " of " << passed.size();
-        });
-      }
+      for (const double target : {-0.4, 0.02, 0.5}) expect_held(s, target);
+      const Slice smooth = make_slice(
+          dims,
+          [](double x, double y, double z) {
+            return std::cos(0.5 * x) * std::cos(0.4 * y) * std::cos(0.3 * z);
+          },
+          kernel);
+      for (const double target : {-0.3, 0.2, 0.6}) expect_held(smooth, target);
     }
+}
+
+// The largest value of the field in a cell, and how far it lies above the corners of the cell's eighths.
+struct Peak {
+  Int3 cell;
+  double value, above;
+};
+Peak find_peak(const Slice& s, const Int3& cell) {
+  constexpr int edge = 8; // points along it
+  std::vector<Vec3> p;
+  size_t corners = 0;
+  for (const int steps : {cell_parts, edge}) {
+    for (int n = 0; n < (steps + 1) * (steps + 1) * (steps + 1); ++n) {
+      const Int3 at{n % (steps + 1), n / (steps + 1) % (steps + 1), n / (steps + 1) / (steps + 1)};
+      Vec3 place;
+      for (size_t a = 0; a < 3; ++a)
+        place[a] = (cell[a] + static_cast<double>(at[a]) / steps) * s.lattice.plane_distance();
+      p.push_back(place);
+    }
+    if (corners == 0) corners = p.size();
+  }
+  std::vector<float> value(p.size());
+  evaluate(s, p, value, {});
+  const auto inner = value.begin() + static_cast<std::ptrdiff_t>(corners);
+  const auto corner = static_cast<double>(*std::max_element(value.begin(), inner)),
+             most = static_cast<double>(*std::max_element(inner, value.end()));
+  return {cell, most, most - corner};
+}
+
+// A value that a cell reaches at one place alone, above all corners, in the domain's middle and at its faces.
+TEST(SurfaceCells, HoldPeaksBetweenCorners) {
+  TestContext context(2);
+  constexpr size_t most = 60;
+  for (const char* kernel : kernels) {
+    // A wave of 0.6 of the band limit: its crests stand differently to the cells along every axis.
+    const Slice s = make_slice(
+        {40, 9, 10}, [](double x, double y, double z) { return std::cos(1.9 * x + 0.11 * y - 0.13 * z); },
+        kernel);
+    std::vector<Peak> inside, at_faces;
+    Int3 c;
+    for (c[2] = 0; c[2] < s.lattice.last[2]; ++c[2])
+      for (c[1] = 0; c[1] < s.lattice.last[1]; ++c[1])
+        for (c[0] = 0; c[0] < s.lattice.last[0]; ++c[0]) {
+          bool face = false;
+          for (size_t a = 0; a < 3; ++a) face |= c[a] < 1 || c[a] + 1 >= s.lattice.last[a];
+          (face ? at_faces : inside).push_back(find_peak(s, c));
+        }
+    // Crests at the faces are highest there.
+    std::sort(inside.begin(), inside.end(), [](const Peak& a, const Peak& b) { return a.above > b.above; });
+    std::sort(at_faces.begin(), at_faces.end(),
+              [](const Peak& a, const Peak& b) { return a.value > b.value; });
+    EXPECT_GT(inside[most].above, 0.01);
+    for (const auto* peaks : {&inside, &at_faces}) {
+      int missed = 0;
+      for (size_t n = 0; n < most; ++n) {
+        const Peak& peak = (*peaks)[n];
+        missed += mark_cells(s, peak.value - 1e-5, context.get()).marked(peak.cell) ? 0 : 1;
+      }
+      EXPECT_EQ(missed, 0) << kernel << (peaks == &inside ? " inside" : " at faces");
+    }
+  }
 }
 
 // Of a smooth field hardly more is marked than is passed, and nothing in air.
