@@ -309,13 +309,11 @@ Exit run_render(RenderArguments a) {
   if (!a.common.quiet) {
     const bccsplat_render_stats s = median_stats(times.back());
     // Rays draw without points.
-    const std::string drawn = s.bricks_total == 0 && s.points_after_cull == 0
-                                  ? ""
-                                  : std::to_string(s.points_after_cull) + " of ";
-    std::printf("%s: %u x %u, %s ms after %s ms of slicing, %s%llu points, %llu sheets%s\n",
-                a.output.c_str(), camera.size[0], camera.size[1], short_number(s.ms_total, 3).c_str(),
-                short_number(times.back().slice.milliseconds, 3).c_str(),
-                drawn.c_str(),
+    const std::string drawn =
+        s.bricks_total == 0 && s.points_after_cull == 0 ? "" : std::to_string(s.points_after_cull) + " of ";
+    std::printf("%s: %u x %u, %s ms after %s ms of slicing, %s%llu points, %llu sheets%s\n", a.output.c_str(),
+                camera.size[0], camera.size[1], short_number(s.ms_total, 3).c_str(),
+                short_number(times.back().slice.milliseconds, 3).c_str(), drawn.c_str(),
                 static_cast<unsigned long long>(s.points_total), static_cast<unsigned long long>(s.sheets),
                 output->in_words().c_str());
   }

@@ -119,8 +119,7 @@ void add_scene(const FieldScene& field, int size, int rounds, std::vector<Row>& 
          figure("samples per hit",
                 static_cast<double>(counts.samples) / static_cast<double>(std::max(counts.hits, uint64_t{1})),
                 2),
-         figure("cells MiB", static_cast<double>(cells->bits.size()) * sizeof(uint64_t) / 1048576, 2),
-         figure("points MiB", static_cast<double>(d.sampled.points.memory.bytes()) / 1048576, 1)});
+         figure("cells MiB", static_cast<double>(cells->bits.size()) * sizeof(uint64_t) / 1048576, 2)});
   }
 }
 
