@@ -35,6 +35,7 @@ struct bccsplat_renderer : Object<Kind::renderer> {
   std::optional<Trail> trail; // made at the first picture, kept until slice or trail change
   KeptSheets kept;
   KeptLatticeSums sums;
+  KeptSurfaceCells cells;
   bccsplat_progress_fn progress = nullptr;
   void* progress_user = nullptr;
   Token token;
@@ -187,6 +188,7 @@ bccsplat_status bccsplat_renderer_set_slice(bccsplat_renderer* renderer, const b
     if (slice && renderer->slice.get() == slice) return;
     renderer->trail.reset();
     renderer->kept.forget();
+    renderer->cells.forget();
     renderer->slice = slice ? Ref(const_cast<bccsplat_slice*>(slice)) : Ref<bccsplat_slice>();
   });
 }
@@ -320,11 +322,13 @@ bccsplat_status bccsplat_renderer_render(bccsplat_renderer* renderer, bccsplat_f
     scene.lights = renderer->lights;
     scene.kept = &renderer->kept;
     scene.sums = &renderer->sums;
+    scene.cells = &renderer->cells;
     if (renderer->has_trail) add_trail(*renderer, scene, context);
     const RenderOptions& options = renderer->options;
     scene.lights.noise = noise_of(slice, renderer->gradient_noise);
     scene.noise_of_ripple = !renderer->gradient_noise;
-    if (!options.reference && drawn_level(scene, options, frame->image.width, frame->image.height) == 0)
+    if (!options.reference && drawn_level(scene, options, frame->image.width, frame->image.height) == 0 &&
+        !drawn_by_rays(scene, options, context, frame->image))
       scene.points = &slice.points(context);
     check_picture(scene, options, context, frame->image); // refused, a frame stays as it was
     frame->deep = {};                                     // gives its memory back first

@@ -19,6 +19,7 @@
 #include "render/reference.h"
 #include "splat/loop/loops.h"
 #include "splat/plan/sheet_metric.h"
+#include "splat/rays/rays.h"
 #include "splat/trail/trail.h"
 
 namespace bccsplat {
@@ -166,6 +167,7 @@ SplatOptions splat_options(const Scene& scene, const RenderOptions& options, con
   o.opacity_stop = options.opacity_stop;
   o.disable_skips = options.disable_skips;
   o.tile_size = options.tile_size;
+  o.rays = options.rays;
   o.with_value = image.value.pixels, o.with_time = image.time.pixels;
   o.with_deep = image.deep, o.deep_tolerance = options.deep_tolerance;
   return o;
@@ -210,10 +212,6 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
                           Image& image) {
   const Drawn drawn = drawn_slice(scene, options, context, image);
   const Slice* slice = drawn.slice;
-  SplatPoints made;
-  if (!drawn.points) made = make_points(*slice, context);
-  const SplatPoints* const points = drawn.points ? drawn.points : &made;
-
   const SheetView view =
       make_view(*slice, resolve_camera(scene.camera), image.width, image.height, drawn.step);
   ClassTable table = table_of(scene, scene.function, slice->bounds, slice->base,
@@ -225,9 +223,22 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
   if (scene.noise_of_ripple)
     lights.noise.of_value =
         ripple_noise(*slice, o.mode, o.kernel_form, o.without_ripple) / mean_voxel(*scene.slice);
-  KeptLatticeSums of_picture; // shared by surfaces and their edges
-  const SplatScene s{slice, points, &view, &table, &lights, scene.sums ? scene.sums : &of_picture};
   const bool with_trail = scene.trail && !scene.trail->moments.empty();
+  const bool by_rays = !scene.trail && rays_cover(*slice, view, o);
+  const SplatPoints* points = by_rays ? nullptr : drawn.points;
+  SplatPoints made;
+  if (!points && !by_rays) {
+    made = make_points(*slice, context);
+    points = &made;
+  }
+  KeptLatticeSums of_picture; // shared by surfaces and their edges
+  const SplatScene s{.slice = slice,
+                     .points = points,
+                     .view = &view,
+                     .table = &table,
+                     .lights = &lights,
+                     .sums = scene.sums ? scene.sums : &of_picture,
+                     .cells = scene.cells};
   if (o.mode == RenderMode::composite && needs_integrals(s, scene.function, options.preintegrate))
     table.integrals = integrate_values(scene.function, table);
   o.preintegrate = !table.integrals.empty();
@@ -240,11 +251,13 @@ RenderStats splat_picture(const Scene& scene, const RenderOptions& options, cons
     if (tile.deep) deep.add(tile, view, context.progress);
   };
   RenderStats stats;
-  stats.points_total = points->count;
+  // Of rays the sites are counted, without mirror images.
+  stats.points_total = points ? points->count : static_cast<uint64_t>(slice->points());
   if (with_trail) {
     draw_with_trail(scene, s, options, o, context, emit, stats);
   } else {
-    stats.drawn = splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
+    stats.drawn = by_rays ? draw_rays(s, o, context, emit)
+                          : splat(s, o, context, emit, points == &made ? nullptr : scene.kept);
     const EdgeStats smoothed = edges.smooth(s, o, context);
     stats.edge_pixels = smoothed.pixels;
     stats.drawn.ms_shade += smoothed.ms;
@@ -350,6 +363,15 @@ RenderStats reference_picture(const Scene& scene, const RenderOptions& options, 
 }
 
 } // namespace
+
+bool drawn_by_rays(const Scene& scene, const RenderOptions& options, const Context& context,
+                   const Image& image) {
+  if (scene.trail || options.reference || options.mode != RenderMode::isosurface) return false;
+  const Drawn drawn = drawn_slice(scene, options, context, image);
+  const SheetView view =
+      make_view(*drawn.slice, resolve_camera(scene.camera), image.width, image.height, drawn.step);
+  return rays_cover(*drawn.slice, view, splat_options(scene, options, drawn, view, image));
+}
 
 void check_picture(const Scene& scene, const RenderOptions& options, const Context& context,
                    const Image& image) {

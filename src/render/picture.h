@@ -14,6 +14,7 @@
 #include "render/quality.h"
 #include "render/trail.h"
 #include "render/transfer_function.h"
+#include "splat/rays/surface_cells.h"
 #include "splat/splat.h"
 #include "splat/tile/kept_sheets.h"
 
@@ -41,6 +42,7 @@ struct RenderOptions {
   std::optional<RaiseFilter> raise;                    // none: by quality
   // Surfaces, maxima, analytic gradients and references are lit without that of the kernel.
   bool without_ripple = true;
+  bool rays = true;                               // isosurfaces without sheets, where they can (rays.h)
   bool reference = false;                         // render/reference.h instead of the splatter
   double deep_tolerance = default_deep_tolerance; // of deep pictures, see DeepTile
   // Of isosurfaces without a trail that are not deep: four samples on edge pixels. Pictures are compared
@@ -63,6 +65,8 @@ struct Scene {
   KeptSheets* kept = nullptr;
   // What the kernel makes of a constant, as earlier pictures looked it up; null: it is worked out anew.
   KeptLatticeSums* sums = nullptr;
+  // The cells that rays look at, of earlier pictures of this slice and its levels; null: none are kept.
+  KeptSurfaceCells* cells = nullptr;
 };
 
 struct RenderStats {
@@ -82,6 +86,10 @@ struct RenderStats {
 
 // Returns the level of the slice that render() draws; above 0 it does not need the scene's points.
 [[nodiscard]] int drawn_level(const Scene& scene, const RenderOptions& options, int width, int height);
+
+// Whether render() draws by rays, for which the scene needs no points.
+[[nodiscard]] bool drawn_by_rays(const Scene& scene, const RenderOptions& options, const Context& context,
+                                 const Image& image);
 
 // Refuses what render() would refuse before it draws anything.
 void check_picture(const Scene& scene, const RenderOptions& options, const Context& context,

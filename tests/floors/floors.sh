@@ -21,7 +21,7 @@ BEGIN {
   ladder("formats", "bcc4 / image")
   ladder("formats/bcc4", "coding < .")
   ladder("field", "footprint < coefficients < .")
-  ladder("splat", "view | raise | points | loop < shade < sheet < plan < tile < . < trail")
+  ladder("splat", "view | raise | points | loop < shade < sheet < plan < tile < rays < . < trail")
 }
 function ladder(place, rungs, levels, rooms, i, j) {
   order[place] = rungs

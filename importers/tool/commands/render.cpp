@@ -274,12 +274,14 @@ void write_stats(const Scene& scene, const std::vector<RenderTimes>& times) {
 
 void print_times(const Scene& scene, const RenderTimes& times) {
   const bccsplat_render_stats s = median_stats(times);
-  std::printf("%s: %u x %u, %s ms after %s ms of slicing, %llu of %llu points, %llu sheets%s\n",
+  // Rays draw without points.
+  const bool by_rays = s.bricks_total == 0 && s.points_after_cull == 0;
+  const std::string drawn = by_rays ? "" : concat(s.points_after_cull, " of ");
+  std::printf("%s: %u x %u, %s ms after %s ms of slicing, %s%llu points, %llu sheets%s\n",
               scene.a.output.c_str(), scene.camera.size[0], scene.camera.size[1],
               short_number(s.ms_total, 3).c_str(), short_number(times.slice.milliseconds, 3).c_str(),
-              static_cast<unsigned long long>(s.points_after_cull),
-              static_cast<unsigned long long>(s.points_total), static_cast<unsigned long long>(s.sheets),
-              scene.output.in_words().c_str());
+              drawn.c_str(), static_cast<unsigned long long>(s.points_total),
+              static_cast<unsigned long long>(s.sheets), scene.output.in_words().c_str());
 }
 
 void refuse_outputs(const RenderArguments& a, const std::vector<Picture>& pictures) {

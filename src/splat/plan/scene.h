@@ -17,6 +17,8 @@
 
 namespace bccsplat {
 
+class KeptSurfaceCells;
+
 enum class RenderMode : uint8_t { composite = 1, isosurface = 2, xray = 3, maximum = 4 };
 // The kernel's own gradient, or differences of the sheets' samples over one or two neighbours on either side.
 enum class GradientMethod : uint8_t { analytic, central, fourth_order };
@@ -49,16 +51,18 @@ struct SplatOptions {
   bool preintegrate = false;                  // mode composite: by the table's integrals, which are there
   bool without_ripple = false;  // lit without that of the kernel: surfaces, maxima, analytic gradients
   RaiseFilter raise;            // where sheets need fewer samples than the picture has pixels
+  bool rays = true;             // where rays_cover() holds; else sheets
   bool reference_loops = false; // slow ones that read like the formulae
 };
 
 struct SplatScene {
   const Slice* slice = nullptr;
-  const SplatPoints* points = nullptr;
+  const SplatPoints* points = nullptr; // null where rays draw
   const SheetView* view = nullptr;
   const ClassTable* table = nullptr;
   const Lights* lights = nullptr;
-  KeptLatticeSums* sums = nullptr; // of earlier pictures; null: none are kept
+  KeptLatticeSums* sums = nullptr;   // of earlier pictures; null: none are kept
+  KeptSurfaceCells* cells = nullptr; // the same of rays
 };
 
 } // namespace bccsplat

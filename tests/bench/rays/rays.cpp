@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+// First pictures make what a slice needs: points and sheets, or the cells that rays look at. Later ones are
+// of another view: points and cells are kept. A new value asks for other cells of the same slice.
 #include "tests/bench/rays/rays.h"
 
 #include <algorithm>
 #include <cstring>
 
 #include "base/error.h"
-#include "tests/bench/rays/ray_picture.h"
+#include "splat/rays/cell_bound.h"
+#include "splat/rays/rays.h"
 #include "tests/bench/render/render.h"
 
 namespace bccsplat::bench {
@@ -17,56 +20,106 @@ uint64_t pixels_off(const ImageStorage& a, const ImageStorage& b) {
   return off;
 }
 
-void add_scene(const FieldScene& field, int size, int rounds, std::vector<Row>& rows) {
-  constexpr int stride = 8;
-  BenchContext one(1);
-  const Camera camera = scene_camera(field, size, 0);
-  const SampledScene sampled = sample_scene(field, LatticeKind::bcc, "default");
-  const Scene scene = splat_scene(field, sampled, camera);
-  const MarchGrid grid =
-      make_march_grid({field.samples, field.samples, field.samples}, [&](double x, double y, double z) {
-        return field.field({x, y, z}, nullptr);
-      });
-  MarchOptions m;
-  m.mode = RenderMode::isosurface, m.iso_value = field.iso_value;
-  const auto distance = march_distances(grid, field.function, m);
+// What one scene is drawn from.
+struct Drawn {
+  static constexpr int stride = 8; // pixels that errors are sampled at
+  BenchContext one{1};
+  const FieldScene& field;
+  int size;
+  SampledScene sampled;
+  MarchGrid grid;
+  std::vector<uint8_t> distance;
+  Scene scene; // keeps what a renderer keeps
   MarchScene march;
-  march.grid = &grid, march.distance = &distance, march.camera = camera, march.function = field.function;
-  RenderOptions o;
-  o.mode = RenderMode::isosurface, o.iso_value = field.iso_value;
-  const auto truth = true_image(field, sampled, camera, o, size, stride);
-  for (const int parts : {1, 2}) {
-    const CellBound bound = cell_bound(sampled.slice.kernel.space, parts);
-    CellRanges ranges;
-    const double prepare = cpu_seconds([&] { ranges = make_cell_ranges(sampled.slice, parts, bound); });
-    RayPicture rays(scene, ranges, field.iso_value), everywhere(scene, ranges, field.iso_value, true);
-    for (const Quality quality : {Quality::draft, Quality::normal}) {
-      o.quality = quality;
-      const double step = quality_settings(quality).sheet_step;
-      m.step = step;
-      Method anew, kept;
-      anew.draw = [&](Image& image) { rays.draw(step, false, image); };
-      kept.draw = [&](Image& image) { rays.draw(step, true, image); };
-      const Method sheets = splat_method("sheets", scene, o, one), marcher = march_method(march, m, one);
-      const auto ms = least_ms(std::array{sheets, kept, anew, marcher}, size, rounds);
-      ImageStorage out(size, size), reference(size, size);
-      everywhere.draw(step, false, reference.image);
-      rays.draw(step, false, out.image);
-      const auto hits = static_cast<double>(std::max(rays.counts().hits, uint64_t{1}));
-      rows.push_back(
-          {word("scene", field.name), figure("parts", parts, 0), word("quality", quality_name(quality)),
-           figure("marcher ms", ms[3], 1), figure("sheets ms", ms[0], 1), figure("rays ms", ms[1], 1),
-           figure("rays, bits made anew ms", ms[2], 1), figure("marcher / sheets", ms[3] / ms[0], 2),
-           figure("marcher / rays", ms[3] / ms[1], 2), figure("marcher / rays, anew", ms[3] / ms[2], 2),
-           figure("sheets / rays", ms[0] / ms[1], 2),
-           figure("samples per hit", static_cast<double>(rays.counts().samples) / hits, 2),
-           figure("hits", hits, 0), figure("pixels off", static_cast<double>(pixels_off(out, reference)), 0),
-           figure("marcher dB", method_error(marcher, size, truth->image, stride).psnr(), 1),
-           figure("sheets dB", method_error(sheets, size, truth->image, stride).psnr(), 1),
-           figure("rays dB", method_error(kept, size, truth->image, stride).psnr(), 1),
-           figure("ranges made, once a slice, ms", 1e3 * prepare, 1),
-           figure("MiB", static_cast<double>(ranges.bytes()) / 1048576, 1)});
-    }
+  MarchOptions march_options;
+  KeptLatticeSums sums;
+  KeptSurfaceCells cells;
+  std::unique_ptr<ImageStorage> truth;
+
+  Drawn(const FieldScene& of, int edge) : field(of), size(edge) {
+    const Camera camera = scene_camera(field, size, 0);
+    sampled = sample_scene(field, LatticeKind::bcc, "default");
+    scene = splat_scene(field, sampled, camera);
+    scene.sums = &sums, scene.cells = &cells;
+    grid = make_march_grid({field.samples, field.samples, field.samples}, [&](double x, double y, double z) {
+      return field.field({x, y, z}, nullptr);
+    });
+    march_options.mode = RenderMode::isosurface, march_options.iso_value = field.iso_value;
+    distance = march_distances(grid, field.function, march_options);
+    march.grid = &grid, march.distance = &distance, march.camera = camera, march.function = field.function;
+    truth = true_image(field, sampled, camera, options(Quality::draft, true), size, stride);
+  }
+  [[nodiscard]] RenderOptions options(Quality quality, bool rays) const {
+    RenderOptions o;
+    o.mode = RenderMode::isosurface, o.iso_value = field.iso_value, o.quality = quality, o.rays = rays;
+    return o;
+  }
+  [[nodiscard]] double db(const Method& method) const {
+    return method_error(method, size, truth->image, stride).psnr();
+  }
+};
+
+// The first picture of a slice: nothing is there but its coefficients.
+Method first_picture(Drawn& d, const RenderOptions& options) {
+  Method m;
+  m.draw = [&d, options](Image& image) {
+    Scene s = d.scene;
+    s.points = nullptr, s.sums = nullptr, s.cells = nullptr;
+    (void)render(s, options, d.one.get(), image);
+  };
+  return m;
+}
+
+RayCounts count_samples(Drawn& d, const RenderOptions& options) {
+  const SheetView view = make_view(*d.scene.slice, resolve_camera(d.scene.camera), d.size, d.size,
+                                   quality_settings(options.quality).sheet_step);
+  const ClassTable table = make_class_table(d.scene.function, 0, 1, 0, 1, 16);
+  SplatOptions o;
+  o.mode = options.mode, o.surfaces = drawn_surfaces(options);
+  RayCounts counts;
+  (void)draw_rays(
+      {d.scene.slice, nullptr, &view, &table, &d.scene.lights, &d.sums, &d.cells}, o, d.one.get(),
+      [](const TilePixels&) {}, &counts);
+  return counts;
+}
+
+void add_scene(const FieldScene& field, int size, int rounds, std::vector<Row>& times,
+               std::vector<Row>& others) {
+  Drawn d(field, size);
+  for (const Quality quality : {Quality::draft, Quality::normal}) {
+    RenderOptions by_rays = d.options(quality, true), by_sheets = d.options(quality, false);
+    MarchOptions m = d.march_options;
+    m.step = quality_settings(quality).sheet_step;
+    const std::array methods{march_method(d.march, m, d.one),
+                             splat_method("sheets", d.scene, by_sheets, d.one),
+                             splat_method("rays", d.scene, by_rays, d.one), first_picture(d, by_sheets),
+                             first_picture(d, by_rays)};
+    const auto ms = least_ms(methods, size, rounds);
+    times.push_back({word("scene", field.name), word("quality", quality_name(quality)),
+                     figure("marcher ms", ms[0], 1), figure("sheets ms", ms[1], 1),
+                     figure("rays ms", ms[2], 1), figure("sheets / rays", ms[1] / ms[2], 2),
+                     figure("marcher / rays", ms[0] / ms[2], 2),
+                     figure("first, points and sheets ms", ms[3], 1), figure("first, rays ms", ms[4], 1),
+                     figure("first, sheets / rays", ms[3] / ms[4], 2)});
+
+    ImageStorage some(size, size), all(size, size), sheets(size, size);
+    methods[2].draw(some.image), methods[1].draw(sheets.image);
+    by_rays.disable_skips = skip_transfer_function;
+    (void)render(d.scene, by_rays, d.one.get(), all.image);
+    const RayCounts counts = count_samples(d, by_rays);
+    const auto cells =
+        d.cells.find(*d.scene.slice, field.iso_value - static_cast<double>(d.scene.slice->base), d.one.get());
+    others.push_back(
+        {word("scene", field.name), word("quality", quality_name(quality)),
+         figure("marcher dB", d.db(methods[0]), 1), figure("sheets dB", d.db(methods[1]), 1),
+         figure("rays dB", d.db(methods[2]), 1),
+         figure("rays against sheets dB", image_error(some.image, sheets.image).psnr(), 1),
+         figure("pixels off", static_cast<double>(pixels_off(some, all)), 0),
+         figure("hits", static_cast<double>(counts.hits), 0),
+         figure("samples per hit",
+                static_cast<double>(counts.samples) / static_cast<double>(std::max(counts.hits, uint64_t{1})),
+                2),
+         figure("cells MiB", static_cast<double>(cells->bits.size()) * sizeof(uint64_t) / 1048576, 2)});
   }
 }
 
@@ -74,19 +127,20 @@ void add_scene(const FieldScene& field, int size, int rounds, std::vector<Row>& 
 
 int run_rays_suite(std::span<const std::string> args, const Report& report) {
   if (!args.empty()) fail(Code::invalid_argument, "rays: unknown option ", args.front());
-  std::vector<Row> bounds, rows;
+  std::vector<Row> bounds, times, others;
   for (const char* name : {"radial16+b2", "radial18+b3", "radial20+b3", "radial24+b4"})
     for (const int parts : {1, 2, 4}) {
-      const CellBound b = cell_bound(make_kernel(name).space, parts);
+      const CellBound b = prove_cell_bound(make_kernel(name).space, parts);
       bounds.push_back({word("kernel", name), figure("parts", parts, 0),
                         figure("of half the range", b.of_range, 4), figure("of the middle", b.of_middle, 5)});
     }
   report.table("bounds of a field between the corners of a cell, 0.71 T, or of its parts", bounds);
   const int n = report.quick ? 40 : 128, size = report.quick ? 160 : 512, rounds = report.quick ? 1 : 7;
   for (const FieldScene& field : {marschner_lobb_scene(n), bessel_scene(n), smoke_scene(2 * n)})
-    add_scene(field, size, rounds, rows);
+    add_scene(field, size, rounds, times, others);
   report.table(concat("isosurfaces, shaded, ", size, "^2, CPU ms of one thread, in turn, least of ", rounds),
-               rows);
+               times);
+  report.table("the same: errors, pixels that differ from a search of all cells, memory", others);
   return 0;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Suite `rays`: a prototype of isosurfaces by rays with a proven bound, beside sheets and the ray-marcher.
+// Suite `rays`: isosurfaces by rays beside sheets and the ray-marcher, first pictures of a slice and later
+// ones.
 #pragma once
 
 #include <span>

@@ -59,6 +59,7 @@ int run_skip_suite(std::span<const std::string> args, const Report& report) {
                      sparse = sample_scene(smoke, LatticeKind::bcc, "default");
   const Camera all = scene_camera(field, size, 0), near = scene_camera(field, size, report.quick ? 8 : 6);
   RenderOptions semi, iso;
+  iso.rays = false; // they count no points
   iso.mode = RenderMode::isosurface, iso.iso_value = field.iso_value;
   one_scene("Marschner-Lobb, semi-transparent", splat_scene(field, dense, all), semi, size, rounds, rows);
   one_scene("Marschner-Lobb, isosurface", splat_scene(field, dense, all), iso, size, rounds, rows);

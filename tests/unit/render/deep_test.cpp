@@ -312,6 +312,7 @@ TEST_F(DeepPicture, IsLitLikeThePlainOneWhereGradientsAreNoise) {
     scene.lights.noise = noise;
     for (const RenderMode mode : {RenderMode::composite, RenderMode::isosurface}) {
       options.mode = mode, options.iso_value = 0.5, options.smooth_edges = false;
+      options.rays = false; // which draw nothing deep
       ImageStorage plain(width, height);
       (void)draw(scene, options, plain);
       Deep deep;

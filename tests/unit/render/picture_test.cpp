@@ -346,6 +346,7 @@ TEST(Render, SkipsChangeNothing) {
     RenderOptions o;
     o.mode = mode;
     o.iso_value = 0.5;
+    o.rays = false;
     o.gradient = GradientMethod::analytic;
     o.tile_size = 16;
     ImageStorage all(80, 80, true, true, true);
@@ -387,7 +388,7 @@ TEST(Render, PointsBeyondASurfaceAreLeftOut) {
           const Scene scene =
               make_scene(slice, ramp_function(0, 1, 1), fit_camera(slice, perspective, 20, turn, 72, 60));
           RenderOptions o;
-          o.mode = RenderMode::isosurface;
+          o.mode = RenderMode::isosurface, o.rays = false;
           o.iso_value = iso, o.sheet_step = step;
           ImageStorage all(72, 60, true, true, true), other(72, 60, true, true, true);
           o.disable_skips = 79;

@@ -96,8 +96,10 @@ TEST(SeveralSurfaces, OneOpaqueIsTheSingleValueBitForBit) {
 
 TEST(SeveralSurfaces, OfTwoOpaqueOnesTheNearerIsSeen) {
   const Slice s = balls();
+  RenderOptions by_sheets;
+  by_sheets.rays = false; // which draw no two surfaces
   for (const double side : {30.0, 210.0}) {
-    const Drawn low(s, {{0.3, 1, {}}}, {}, side), high(s, {{-0.2, 1, {}}}, {}, side),
+    const Drawn low(s, {{0.3, 1, {}}}, by_sheets, side), high(s, {{-0.2, 1, {}}}, by_sheets, side),
         both(s, {{0.3, 1, {}}, {-0.2, 1, {}}}, {}, side);
     int of_low = 0, of_high = 0;
     for (int p = 0; p < size * size; ++p) {
@@ -130,6 +132,7 @@ TEST(SeveralSurfaces, WithoutOpacityThereIsNone) {
 TEST(SeveralSurfaces, FollowEachOtherInDepthFromEitherSide) {
   const Slice s = balls();
   RenderOptions o;
+  o.rays = false; // which draw no two surfaces
   o.shading = false;
   const Vec3 red{1, 0, 0}, blue{0, 0, 1};
   for (const double side : {0.0, 180.0}) {

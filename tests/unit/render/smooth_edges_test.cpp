@@ -184,11 +184,12 @@ TEST(SmoothEdges, OtherPlanesAreThoseOfPixelCentres) {
 
 TEST(SmoothEdges, DeepPicturesHaveOneDepthPerPixel) {
   const Slice s = one_ball();
-  Pair p(s, camera_of(s));
+  RenderOptions o;
+  o.rays = false; // which draw nothing deep
+  Pair p(s, camera_of(s), o);
   test::TestContext context;
   DeepImage deep;
   p.smooth.image.deep = &deep;
-  RenderOptions o;
   o.mode = RenderMode::isosurface, o.iso_value = 0.5, o.smooth_edges = true;
   const RenderStats stats = render(test::make_scene(s, test::ramp_function(0, 1, 0.5), camera_of(s)), o,
                                    context.get(), p.smooth.image);

@@ -81,6 +81,7 @@ TEST_P(KeptSheetsOf, PicturesAreTheSame) {
   const Volume volume;
   Scene scene = volume.scene(way.perspective);
   RenderOptions options;
+  options.rays = false;
   options.mode = way.mode, options.quality = way.quality, options.shading = way.shading;
   options.gradient = way.gradient, options.preintegrate = way.preintegrate;
   test::TestContext context(2);
@@ -111,6 +112,7 @@ TEST(KeptSheets, EveryChangeOfTheViewDrawsAnew) {
   KeptSheets kept;
   scene.kept = &kept;
   RenderOptions options;
+  options.rays = false;
   ImageStorage image(size, size), smaller(size - 20, size);
   const auto taken = [&](ImageStorage& out) {
     return draw(context, scene, options, out).drawn.sheets_taken > 0;
@@ -151,6 +153,7 @@ TEST(KeptSheets, StayWithinTheBudget) {
   const Volume volume;
   Scene scene = volume.scene();
   RenderOptions options;
+  options.rays = false;
   options.tile_size = 30; // else smaller where there is little memory
   ImageStorage fresh(size, size, true), image(size, size, true);
   test::TestContext context(2);
@@ -181,6 +184,7 @@ TEST(KeptSheets, CancelledPicturesKeepNothing) {
   const Volume volume;
   Scene scene = volume.scene();
   RenderOptions options;
+  options.rays = false;
   options.tile_size = 30;
   ImageStorage fresh(size, size, true), image(size, size, true);
   test::TestContext context(2);

@@ -167,6 +167,7 @@ TEST(PointSizes, FarPointsChangeNothing) {
       for (const RenderMode mode : {RenderMode::composite, RenderMode::isosurface}) {
         const Scene scene = make_scene(slice, f, fit_camera(slice, perspective, 20, 30, 60, 60));
         RenderOptions o;
+        o.rays = false;
         o.mode = mode, o.iso_value = 0.4, o.raise = RaiseFilter{};
         o.gradient = GradientMethod::fourth_order, o.sheet_step = 0.5;
         ImageStorage few(60, 60, true, true, true), all(60, 60, true, true, true);

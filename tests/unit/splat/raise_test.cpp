@@ -221,6 +221,7 @@ TEST(Raise, NeitherThreadsNorTilesChangeABit) {
                                                         {eight, 0.25, false, RenderMode::isosurface}}) {
     const Magnified m(perspective);
     RenderOptions o;
+    o.rays = false;
     o.mode = mode, o.iso_value = 0.5, o.raise = filter, o.sheet_step = step;
     o.tile_size = 64;
     ImageStorage first(150, 140, true, true, true);
@@ -239,6 +240,7 @@ TEST(Raise, SurfacesAreThoseOfTheReference) {
   const Magnified m(false);
   ImageStorage exact(150, 140), raised(150, 140);
   RenderOptions o;
+  o.rays = false;
   o.mode = RenderMode::isosurface, o.iso_value = 0.5;
   const RenderStats few = draw(m.scene, o, raised);
   o.raise = none;
@@ -266,6 +268,7 @@ TEST(Raise, SkipsChangeNothing) {
                                                  {&perspective, eight, 0.25, RenderMode::composite}}) {
     const Scene& scene = *view;
     RenderOptions o;
+    o.rays = false;
     o.mode = mode, o.iso_value = 0.5, o.raise = filter, o.sheet_step = step;
     o.tile_size = 40;
     ImageStorage all(200, 200, true, true, true);

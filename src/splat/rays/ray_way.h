@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where rays may meet a value: the cells that may hold it, a bit each, and the way of parallel rays through
-// them.
+// The way of parallel rays through the cells that may hold a value.
 #pragma once
 
 #include <array>
@@ -8,29 +7,16 @@
 #include <cstdint>
 #include <vector>
 
+#include "splat/rays/surface_cells.h"
 #include "splat/view/view.h"
-#include "tests/bench/rays/cell_ranges.h"
 
-namespace bccsplat::bench {
-
-// Blocks of cells along the axis that rays run along most: `w`; across it u and v. Bit (w 4 + v) 4 + u.
-struct BlockBits {
-  std::array<size_t, 3> axes{0, 1, 2}; // u, v, w
-  Int3 blocks{};                       // along u, v, w
-  std::vector<uint64_t> bits;          // of a block: u fastest
-  [[nodiscard]] size_t at(int u, int v, int w) const {
-    return static_cast<size_t>((w * blocks[1] + v) * blocks[0] + u);
-  }
-};
-
-// all: every cell may hold it.
-[[nodiscard]] BlockBits make_block_bits(const CellRanges& ranges, size_t along, double target, bool all);
+namespace bccsplat {
 
 // The way of orthographic rays: a slab of blocks after the other, whole layers of cells at a time. Slabs are
 // numbered along the rays.
-class BlockWay {
+class RayWay {
  public:
-  BlockWay(const BlockBits& bits, const Slice& slice, const SheetView& view);
+  RayWay(const SurfaceCells& cells, const Slice& slice, const SheetView& view, const Context& context);
 
   struct Ray {
     double u = 0, v = 0, w = 0; // planes, at sheet 0
@@ -38,7 +24,7 @@ class BlockWay {
     const uint64_t* slabs = nullptr; // that may hold something
     int slab = 0, end = 0;           // the next slab, and that after the last
   };
-  // False where nothing can be met in a square of pixels that begins at multiples of `square`.
+  // False where nothing can be met in the square of pixels around it.
   [[nodiscard]] bool any(int i, int j) const { return any_[square_at(i, j)] != 0; }
   // False where it misses the domain.
   bool begin(const Slice& slice, const SheetView& view, int i, int j, Ray& ray) const;
@@ -61,26 +47,35 @@ class BlockWay {
     return static_cast<size_t>(block_edge * std::fabs(per_plane_)) + 3;
   }
 
-  static constexpr int square = 8; // pixels
-
  private:
   static constexpr int parts = 8; // of a cell, that masks are for
   using Masks = std::array<uint64_t, 2 * block_edge * parts>;
-  void make_masks(double slope, int shift, Masks& masks) const;
-  void find_slabs(const Slice& slice, const SheetView& view);
+  void make_masks(double slope, size_t across, Masks& masks) const;
+  void find_slabs(const Slice& slice, const SheetView& view, const Context& context);
   [[nodiscard]] size_t square_at(int i, int j) const {
-    return static_cast<size_t>(j / square * squares_ + i / square);
+    return static_cast<size_t>(j >> shift_) * static_cast<size_t>(squares_) +
+           static_cast<size_t>(i >> shift_);
   }
-  [[nodiscard]] int along(int slab) const { return direction_ > 0 ? slab : bits_.blocks[2] - 1 - slab; }
+  [[nodiscard]] size_t at(int u, int v, int w) const {
+    return static_cast<size_t>(u) * stride_[0] + static_cast<size_t>(v) * stride_[1] +
+           static_cast<size_t>(w) * stride_[2];
+  }
+  [[nodiscard]] int along(int slab) const { return direction_ > 0 ? slab : blocks_[2] - 1 - slab; }
 
-  const BlockBits& bits_;
-  double slope_u_ = 0, slope_v_ = 0; // planes per plane
-  double per_plane_ = 1;             // sheets
+  const SurfaceCells& cells_;
+  std::array<size_t, 3> axes_{0, 1, 2};      // u, v across the rays, w along them
+  Int3 blocks_{};                            // along u, v, w
+  std::array<size_t, 3> stride_{};           // words from block to block
+  std::array<uint64_t, block_edge> layer_{}; // the bits of a layer of cells along w
+  double slope_u_ = 0, slope_v_ = 0;         // planes per plane
+  double per_plane_ = 1;                     // sheets
   int direction_ = 1;
+  int shift_ = 3;               // squares have 2^shift pixels a side
   int squares_ = 0, words_ = 0; // squares in a row; words of a square's slabs
+  Reservation memory_;
   std::vector<uint64_t> slabs_;
   std::vector<uint8_t> any_;
   Masks mask_u_{}, mask_v_{};
 };
 
-} // namespace bccsplat::bench
+} // namespace bccsplat

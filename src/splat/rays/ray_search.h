@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the parallel rays of a square of pixels meet an opaque isosurface first.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "splat/rays/ray_way.h"
+#include "splat/shade/surface.h"
+#include "splat/view/view.h"
+
+namespace bccsplat {
+
+// What the rays of a picture search, all of which must outlive them.
+struct RayField {
+  const SurfaceField* field = nullptr;
+  const SheetView* view = nullptr;
+  const RayWay* way = nullptr;
+  double target = 0; // relative to the base
+};
+
+struct RayHit {
+  int i = 0, j = 0; // pixel
+  SurfacePoint point;
+};
+
+struct RayCounts {
+  uint64_t samples = 0, grazes = 0, hits = 0;
+  RayCounts& operator+=(const RayCounts& part) {
+    samples += part.samples, grazes += part.grazes, hits += part.hits;
+    return *this;
+  }
+};
+
+// One thread's memory.
+class RaySearch {
+ public:
+  static constexpr int square = 16; // pixels a side of those that go on together
+
+  explicit RaySearch(const RayField& of);
+
+  // Returns the first hits of the rays through width x height pixels from (x, y) on, at most a square, in any
+  // order; they are good until the next call.
+  [[nodiscard]] std::span<const RayHit> find(int x, int y, int width, int height);
+  [[nodiscard]] const RayCounts& counts() const { return counts_; } // of all calls
+
+ private:
+  // The last sample of a ray.
+  struct Station {
+    int k = -(1 << 30);          // none
+    double value = 0, slope = 0; // per sheet
+  };
+  // The samples of one ray in a slab: [next, end) of all are to be looked at.
+  struct Part {
+    uint32_t ray, next, end;
+  };
+
+  void begin(int width, int height);
+  void ask(uint32_t r);
+  void search();
+  void scan(uint32_t p);
+  void settle();
+
+  const RayField& f_;
+  const Slice& slice_;
+  const SheetView& view_;
+  const RayWay& way_;
+  RayCounts counts_;
+  int x_ = 0, y_ = 0;
+  static constexpr size_t pixels = square * square;
+  std::array<RayWay::Ray, pixels> ray_;
+  std::array<Station, pixels> last_;
+  std::array<uint32_t, pixels> layers_{};
+  std::array<Vec3, pixels> origin_; // at sheet 0
+  std::vector<uint32_t> open_;      // rays
+  uint32_t count_ = 0;              // of the samples of a slab
+  std::vector<int> samples_;        // sheets
+  std::vector<Vec4> places_;
+  std::vector<float> values_;
+  std::vector<std::array<float, 4>> gradients_;
+  std::vector<Part> parts_;
+  std::vector<uint32_t> scanned_; // parts that are to be scanned
+  std::vector<Crossing> crossings_, grazes_;
+  std::vector<uint8_t> passed_; // by part
+  std::vector<RayHit> hits_;
+};
+
+} // namespace bccsplat

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tiles of a picture by rays: all threads draw them square by square of pixels, light what their rays hit,
+// and hand on the planes that tiles of sheets have.
+#include "splat/rays/rays.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "splat/rays/cell_bound.h"
+#include "splat/rays/surface_cells.h"
+
+namespace bccsplat {
+namespace {
+
+constexpr int tile_edge = 4 * RaySearch::square; // pixels
+// Sheet numbers that rays count by stay well below 2^24.
+constexpr int64_t most_sheets = 1 << 23;
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
+
+// Whether the lattice has a field, and cells, all over what is drawn.
+bool covers_domain(const Slice& slice) {
+  const DrawnBox box = drawn_box(slice);
+  for (size_t a = 0; a < 3; ++a) {
+    const double end = slice.lattice.plane_distance() * slice.lattice.last[a];
+    if (box.begin[a] < -domain_tolerance(end) || box.end[a] > end + domain_tolerance(end)) return false;
+  }
+  return !slice.empty();
+}
+
+// The pixels of a tile.
+class TilePlanes {
+ public:
+  TilePlanes(const SplatOptions& options, int x, int y, int width, int height)
+      : value_(options.with_value), time_(options.with_time) {
+    tile.x = x, tile.y = y, tile.width = width, tile.height = height, tile.pitch = tile_edge;
+    tile.red = plane(0), tile.green = plane(1), tile.blue = plane(2), tile.alpha = plane(3);
+    tile.depth = plane(4);
+    if (value_) tile.value = plane(5);
+    if (time_) tile.time = plane(6);
+    std::fill_n(plane(0), 4 * pixels, 0.0f);
+    std::fill_n(plane(4), pixels, infinity);
+    std::fill_n(plane(5), 2 * pixels, nan_value);
+  }
+  void set(size_t p, const std::array<float, 3>& color, float depth, float value, float time) {
+    for (size_t c = 0; c < 3; ++c) plane(c)[p] = color[c];
+    plane(3)[p] = 1, plane(4)[p] = depth;
+    if (value_) plane(5)[p] = value;
+    if (time_) plane(6)[p] = time;
+  }
+
+  TilePixels tile;
+
+ private:
+  static constexpr size_t pixels = size_t{tile_edge} * tile_edge;
+  [[nodiscard]] float* plane(size_t n) { return floats_.data() + n * pixels; }
+  bool value_, time_;
+  std::array<float, 7 * pixels> floats_;
+};
+
+class Picture {
+ public:
+  Picture(const SplatScene& scene, const SplatOptions& options, const RayField& rays)
+      : scene_(scene), options_(options), rays_(rays), view_(*scene.view), time_(*scene.slice),
+        value_(static_cast<float>(options.surfaces.front().value)),
+        color_(surface_color(options.surfaces.front(), *scene.table)) {}
+
+  void draw_tile(RaySearch& search, TilePlanes& planes, Progress& progress) const {
+    const TilePixels& t = planes.tile;
+    constexpr int square = RaySearch::square;
+    for (int y = 0; y < t.height; y += square)
+      for (int x = 0; x < t.width; x += square) {
+        progress.check();
+        for (const RayHit& hit :
+             search.find(t.x + x, t.y + y, std::min(square, t.width - x), std::min(square, t.height - y)))
+          set_pixel(hit, planes);
+      }
+  }
+
+ private:
+  void set_pixel(const RayHit& hit, TilePlanes& planes) const {
+    const TilePixels& t = planes.tile;
+    Shading lit{{1, 1, 1}, {}};
+    if (options_.shading)
+      lit = shade(*scene_.lights, hit.point.gradient, to_viewer(view_, hit.i, hit.j), rays_.target);
+    planes.set(static_cast<size_t>(hit.j - t.y) * static_cast<size_t>(t.pitch) +
+                   static_cast<size_t>(hit.i - t.x),
+               lit_color(color_, lit), static_cast<float>(hit.point.k), value_,
+               static_cast<float>(time_.at(hit.point.position)));
+  }
+
+  const SplatScene& scene_;
+  const SplatOptions& options_;
+  const RayField& rays_;
+  const SheetView& view_;
+  TimeField time_;
+  float value_;
+  std::array<float, 4> color_;
+};
+
+std::shared_ptr<const SurfaceCells> find_cells(const SplatScene& scene, const SplatOptions& options,
+                                               double target, const Context& context) {
+  const Slice& slice = *scene.slice;
+  if (options.disable_skips & skip_transfer_function)
+    return std::make_shared<const SurfaceCells>(mark_all_cells(slice, context));
+  if (scene.cells && !(options.disable_skips & skip_unchanged))
+    return scene.cells->find(slice, target, context);
+  return std::make_shared<const SurfaceCells>(mark_cells(slice, target, context));
+}
+
+double ms_since(std::chrono::steady_clock::time_point from) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - from).count();
+}
+
+} // namespace
+
+bool rays_cover(const Slice& slice, const SheetView& view, const SplatOptions& options) {
+  if (!options.rays || options.reference_loops || options.mode != RenderMode::isosurface) return false;
+  if (options.with_deep || options.surfaces.size() != 1 || options.surfaces.front().opacity < 1) return false;
+  if (view.perspective || !slice.is_time_slice() || !slice.lattice.bcc || slice.lattice.any_periodic())
+    return false;
+  if (slice.kernel.normalised || !cell_bound(slice.kernel)) return false;
+  if (slice.has_holes || slice.mask || slice.corrections || !slice.clip.empty()) return false;
+  if (!covers_domain(slice)) return false;
+  const auto [first, last] = sheet_range(slice, view);
+  return first > -most_sheets && last < most_sheets;
+}
+
+SplatStats draw_rays(const SplatScene& scene, const SplatOptions& options, const Context& context,
+                     const std::function<void(const TilePixels&)>& emit, RayCounts* counts) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Slice& slice = *scene.slice;
+  const SheetView& view = *scene.view;
+  SplatStats stats;
+  const auto [first, last] = sheet_range(slice, view);
+  stats.sheets = static_cast<uint64_t>(std::max(last - first + 1, int64_t{0}));
+  const double target = options.surfaces.front().value - static_cast<double>(slice.base);
+  const auto cells = find_cells(scene, options, target, context);
+  const RayWay way(*cells, slice, view, context);
+  const SurfaceField field(slice, options.without_ripple && options.shading ? lattice_sums(slice, scene.sums)
+                                                                            : nullptr);
+  const RayField rays{&field, &view, &way, target};
+  const Picture picture(scene, options, rays);
+  stats.ms_shade = ms_since(begin);
+
+  const auto tiles = [](int pixels) { return static_cast<uint64_t>((pixels + tile_edge - 1) / tile_edge); };
+  const uint64_t columns = tiles(view.width);
+  stats.tiles = columns * tiles(view.height);
+  std::mutex mutex;
+  std::vector<std::unique_ptr<RaySearch>> idle;
+  uint64_t done = 0;
+  context.tasks.parallel_for(stats.tiles, [&](uint64_t n) {
+    context.progress.check();
+    const auto start = std::chrono::steady_clock::now();
+    std::unique_ptr<RaySearch> search;
+    {
+      const std::scoped_lock lock(mutex);
+      if (!idle.empty()) {
+        search = std::move(idle.back());
+        idle.pop_back();
+      }
+    }
+    if (!search) search = std::make_unique<RaySearch>(rays);
+    const int x = static_cast<int>(n % columns) * tile_edge, y = static_cast<int>(n / columns) * tile_edge;
+    const auto planes = std::make_unique<TilePlanes>(options, x, y, std::min(tile_edge, view.width - x),
+                                                     std::min(tile_edge, view.height - y));
+    picture.draw_tile(*search, *planes, context.progress);
+    emit(planes->tile);
+    double fraction;
+    {
+      const std::scoped_lock lock(mutex);
+      idle.push_back(std::move(search));
+      stats.ms_shade += ms_since(start);
+      fraction = static_cast<double>(++done) / static_cast<double>(stats.tiles);
+    }
+    context.progress.report(fraction);
+  });
+  for (const auto& search : idle)
+    if (counts) *counts += search->counts();
+  return stats;
+}
+
+} // namespace bccsplat

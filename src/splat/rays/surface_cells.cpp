@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cuts the plane grid into columns of 16 x 16 cells along x, reads the coefficients that each depends on, and
+// has the loop of cell_column.h mark its cells.
+#include "splat/rays/surface_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "base/error.h"
+#include "splat/rays/cell_bound.h"
+#include "splat/rays/cell_column.h"
+
+namespace bccsplat {
+namespace {
+
+// What sums of floats are off by at most, of the largest coefficient in reach: here and where rays sample.
+constexpr double rounding = 4e-6;
+// A little more than any kernel's ripple makes of a constant.
+constexpr float site_sum = 1.02f;
+
+// The sites in reach of two corners half a plane apart, `first` being planes from a lane's site.
+std::vector<CornerTap> pair_taps(const RadialKernel& kernel, const ColumnSites& sites, const Vec3& first) {
+  constexpr int reach = 4; // sites of a coset
+  const double square = kernel.radius * kernel.radius;
+  std::vector<CornerTap> taps;
+  for (size_t c = 0; c < 2; ++c)
+    for (int w = -reach; w <= reach; ++w)
+      for (int v = -reach; v <= reach; ++v)
+        for (int u = -reach; u <= reach; ++u) {
+          CornerTap tap;
+          tap.site[0] = sites.at(c, v, w) - sites.at(0, 0, 0) + u;
+          bool any = false;
+          for (size_t n = 0; n < 2; ++n) {
+            const auto coset = static_cast<double>(c);
+            const Vec3 site{2.0 * u + coset, 2.0 * v + coset, 2.0 * w + coset};
+            const Vec3 to = site - first - Vec3{0.5 * static_cast<double>(n), 0, 0};
+            const double r2 = 0.5 * dot(to, to);
+            if (r2 >= square) continue;
+            tap.weight[n] = static_cast<float>(kernel.value(r2));
+            any = true;
+          }
+          if (any) taps.push_back(tap);
+        }
+  return taps;
+}
+
+CornerStencils make_stencils(const RadialKernel& kernel, const ColumnSites& sites) {
+  CornerStencils s;
+  for (size_t z = 0; z < corner_phases; ++z)
+    for (size_t y = 0; y < corner_phases; ++y) {
+      const double at_y = 0.5 * static_cast<double>(y), at_z = 0.5 * static_cast<double>(z);
+      const auto first = pair_taps(kernel, sites, {0, at_y, at_z}),
+                 second = pair_taps(kernel, sites, {1, at_y, at_z});
+      auto& taps = s.all[z * corner_phases + y];
+      taps.resize((std::max(first.size(), second.size()) + 1) / 2 * 2); // what is left weighs nothing
+      for (size_t n = 0; n < first.size(); ++n) {
+        taps[n].site[0] = first[n].site[0];
+        taps[n].weight[0] = first[n].weight[0], taps[n].weight[1] = first[n].weight[1];
+      }
+      for (size_t n = 0; n < second.size(); ++n) {
+        taps[n].site[1] = second[n].site[0];
+        taps[n].weight[2] = second[n].weight[0], taps[n].weight[3] = second[n].weight[1];
+      }
+    }
+  return s;
+}
+
+// Reads the coefficients of columns.
+class ColumnReader {
+ public:
+  ColumnReader(const Slice& slice, int stretches) : slice_(slice), stretches_(stretches) {
+    for (size_t c = 0; c < 2; ++c) {
+      const int count = slice.coset[c].dims()[0];
+      for (int i = 1; i <= beyond; ++i) {
+        ends_[c].push_back({-i, slice.lattice.mirror(0, static_cast<int>(c), -i)});
+        ends_[c].push_back({count - 1 + i, slice.lattice.mirror(0, static_cast<int>(c), count - 1 + i)});
+      }
+    }
+  }
+
+  // Fills the sites of the column at (y, z), columns, in the stretches that have any brick in reach and
+  // beside these, and says which they are; returns false where there is none.
+  bool read(int y, int z, ColumnSites& sites, std::vector<uint8_t>& present) const {
+    std::array<std::array<std::array<int, column_sites>, 2>, 2> at; // by coset and axis
+    for (int c = 0; c < 2; ++c)
+      for (int v = 0; v < column_sites; ++v) {
+        auto& of = at[static_cast<size_t>(c)];
+        of[0][static_cast<size_t>(v)] = slice_.lattice.mirror(1, c, column_edge / 2 * y - 1 + v);
+        of[1][static_cast<size_t>(v)] = slice_.lattice.mirror(2, c, column_edge / 2 * z - 1 + v);
+      }
+    present.assign(static_cast<size_t>(stretches_) + 2, 0);
+    for (size_t c = 0; c < 2; ++c) find_bricks(slice_.coset[c], at[c], present);
+    if (std::find(present.begin(), present.end(), 1) == present.end()) return false;
+    spread(present);
+    std::vector<uint8_t> filled = present;
+    spread(filled);
+    for (size_t c = 0; c < 2; ++c)
+      for (int w = 0; w < column_sites; ++w)
+        for (int v = 0; v < column_sites; ++v)
+          read_row(c, at[c][0][static_cast<size_t>(v)], at[c][1][static_cast<size_t>(w)],
+                   sites.value.data() + sites.at(c, v, w), filled);
+    return true;
+  }
+
+ private:
+  static constexpr int beyond = 4; // sites that stretches look at
+
+  // Marks the stretches that a brick of the column's rows is in.
+  static void find_bricks(const BrickLayer& layer, const std::array<std::array<int, column_sites>, 2>& at,
+                          std::vector<uint8_t>& present) {
+    int last = -1;
+    for (const int k : at[1])
+      for (const int j : at[0]) {
+        const int place = k / brick_edge * layer.brick_dims()[1] + j / brick_edge;
+        if (place == last) continue;
+        last = place;
+        const size_t slot = layer.slot(0, j / brick_edge, k / brick_edge);
+        for (size_t b = 0; b < layer.row_slots(); ++b)
+          if (layer.brick(slot + b)) present[b] = 1;
+      }
+  }
+  // Marks what is beside the stretches that are marked, too.
+  static void spread(std::vector<uint8_t>& stretches) {
+    uint8_t before = 0;
+    for (size_t s = 0; s < stretches.size(); ++s) {
+      const uint8_t here = stretches[s];
+      const uint8_t behind = s + 1 < stretches.size() ? stretches[s + 1] : uint8_t{0};
+      stretches[s] = before | here | behind;
+      before = here;
+    }
+  }
+
+  void read_row(size_t c, int j, int k, float* to, const std::vector<uint8_t>& filled) const {
+    const BrickLayer& layer = slice_.coset[c];
+    const size_t slot = layer.slot(0, j / brick_edge, k / brick_edge),
+                 from = static_cast<size_t>((k % brick_edge * brick_edge + j % brick_edge) * brick_edge);
+    for (size_t b = 0; b < layer.row_slots(); ++b) {
+      if (filled[b] == 0) continue;
+      float* const part = to + static_cast<std::ptrdiff_t>(b) * brick_edge;
+      if (const Brick* const brick = layer.brick(slot + b))
+        std::memcpy(part, brick->value.data() + from, brick_edge * sizeof(float));
+      else
+        std::memset(part, 0, brick_edge * sizeof(float));
+    }
+    for (const auto& [beyond_end, inside] : ends_[c]) to[beyond_end] = to[inside];
+  }
+
+  const Slice& slice_;
+  int stretches_;
+  std::array<std::vector<std::array<int, 2>>, 2> ends_; // by coset: sites beyond the ends, and their mirrors
+};
+
+SurfaceCells empty_cells(const Slice& slice, const Context& context) {
+  SurfaceCells cells;
+  uint64_t words = 1;
+  for (size_t a = 0; a < 3; ++a) {
+    cells.cells[a] = slice.lattice.last[a];
+    cells.blocks[a] = (cells.cells[a] + block_edge - 1) / block_edge;
+    words *= static_cast<uint64_t>(cells.blocks[a]);
+  }
+  cells.memory = Reservation(context.memory, words * sizeof(uint64_t), "the cells of a surface");
+  cells.bits.assign(words, 0);
+  return cells;
+}
+
+// What the columns of one thread work in.
+struct ColumnMemory {
+  Reservation memory;
+  ColumnSites sites;
+  std::vector<uint8_t> present;
+};
+
+} // namespace
+
+SurfaceCells mark_all_cells(const Slice& slice, const Context& context) {
+  SurfaceCells cells = empty_cells(slice, context);
+  std::fill(cells.bits.begin(), cells.bits.end(), ~uint64_t{0});
+  return cells;
+}
+
+SurfaceCells mark_cells(const Slice& slice, double target, const Context& context) {
+  const std::optional<CellBound> bound = cell_bound(slice.kernel);
+  if (!bound) fail(Code::internal, "mark_cells: kernel ", slice.kernel.name, " has no bound");
+  SurfaceCells cells = empty_cells(slice, context);
+  const int lanes = cells.cells[0] / 2 + 1, stretches = (lanes + stretch_lanes - 1) / stretch_lanes;
+  ColumnSites shape;
+  shape.set_size(stretches);
+  const CornerStencils stencils = make_stencils(slice.kernel.space, shape);
+  const ColumnReader reader(slice, stretches);
+  ColumnArgs args;
+  args.stencils = &stencils;
+  args.target = static_cast<float>(target);
+  args.of_range = static_cast<float>(0.5 * (bound->of_range + rounding));
+  args.of_middle = static_cast<float>(0.5 * (bound->of_middle + rounding));
+  args.site_sum = site_sum;
+  args.blocks = cells.blocks[0];
+  args.row = cells.blocks[0], args.layer = args.row * cells.blocks[1];
+  const auto columns = [&](size_t a) { return (cells.cells[a] + column_edge - 1) / column_edge; };
+  const auto count = static_cast<uint64_t>(columns(1)) * static_cast<uint64_t>(columns(2));
+  constexpr int blocks = column_edge / block_edge;
+  std::mutex mutex;
+  std::vector<std::unique_ptr<ColumnMemory>> idle;
+  context.tasks.parallel_for(count, [&](uint64_t n) {
+    context.progress.check();
+    std::unique_ptr<ColumnMemory> memory;
+    {
+      const std::scoped_lock lock(mutex);
+      if (!idle.empty()) memory = std::move(idle.back()), idle.pop_back();
+    }
+    if (!memory) {
+      memory = std::make_unique<ColumnMemory>();
+      memory->memory = Reservation(context.memory, 3 * shape.floats() * sizeof(float), "a surface's corners");
+      memory->sites.prepare(stretches);
+    }
+    const int y = static_cast<int>(n) % columns(1), z = static_cast<int>(n) / columns(1);
+    if (reader.read(y, z, memory->sites, memory->present)) {
+      ColumnArgs column = args;
+      column.sites = &memory->sites, column.present = memory->present.data();
+      column.height = std::min(column_edge, cells.cells[1] - y * column_edge);
+      column.depth = std::min(column_edge, cells.cells[2] - z * column_edge);
+      column.bits = cells.bits.data() + cells.at({0, y * blocks, z * blocks});
+      mark_column(column);
+    }
+    const std::scoped_lock lock(mutex);
+    idle.push_back(std::move(memory));
+  });
+  return cells;
+}
+
+std::shared_ptr<const SurfaceCells> KeptSurfaceCells::find(const Slice& slice, double target,
+                                                           const Context& context) {
+  const auto is = [&](const Kept& k) { return k.slice == &slice && k.target == target && k.cells; };
+  if (is(kept_[1])) std::swap(kept_[0], kept_[1]);
+  if (is(kept_[0])) return kept_[0].cells;
+  // The older one gives its memory back first.
+  kept_[1] = std::exchange(kept_[0], {});
+  kept_[0] = {&slice, target, std::make_shared<const SurfaceCells>(mark_cells(slice, target, context))};
+  return kept_[0].cells;
+}
+
+} // namespace bccsplat

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which cells of the plane grid (edge 1/sqrt2) of a slice on BCC may hold a value, proven: rays pass over the
+// others. They depend on the slice and the value alone, so that they are kept while a camera moves.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/context.h"
+#include "field/slice.h"
+
+namespace bccsplat {
+
+inline constexpr int block_edge = 4; // cells
+
+// Blocks of 4^3 cells, x fastest, a bit for each cell: x + 4 y + 16 z.
+struct SurfaceCells {
+  Int3 cells{}, blocks{};
+  std::vector<uint64_t> bits; // of a block
+  Reservation memory;
+
+  [[nodiscard]] size_t at(const Int3& block) const {
+    return (static_cast<size_t>(block[2]) * static_cast<size_t>(blocks[1]) + static_cast<size_t>(block[1])) *
+               static_cast<size_t>(blocks[0]) +
+           static_cast<size_t>(block[0]);
+  }
+  [[nodiscard]] bool marked(const Int3& cell) const {
+    const uint64_t word = bits[at({cell[0] / block_edge, cell[1] / block_edge, cell[2] / block_edge})];
+    return (word >> ((cell[0] & 3) + 4 * (cell[1] & 3) + 16 * (cell[2] & 3)) & 1) != 0;
+  }
+};
+
+// Marks the cells in which the field may be `target`, relative to its base. The slice's kernel has a bound
+// (cell_bound.h); where all coefficients in reach are 0 nothing is marked, for the field does not pass there.
+// Throws memory_budget, cancelled.
+[[nodiscard]] SurfaceCells mark_cells(const Slice& slice, double target, const Context& context);
+// Marks all.
+[[nodiscard]] SurfaceCells mark_all_cells(const Slice& slice, const Context& context);
+
+// The cells of the last two surfaces, from picture to picture: of a draft by a coarser level and of the
+// accurate picture after it, or of two values.
+class KeptSurfaceCells {
+ public:
+  // The slices of earlier calls must be alive, or forget() have been called.
+  [[nodiscard]] std::shared_ptr<const SurfaceCells> find(const Slice& slice, double target,
+                                                         const Context& context);
+  void forget() { kept_ = {}; }
+
+ private:
+  struct Kept {
+    const Slice* slice = nullptr;
+    double target = 0;
+    std::shared_ptr<const SurfaceCells> cells;
+  };
+  std::array<Kept, 2> kept_; // the latest first
+};
+
+} // namespace bccsplat

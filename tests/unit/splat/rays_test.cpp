@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+// Isosurfaces by rays: passing over cells changes no pixel, pictures are those of the reference and of
+// sheets, and whatever rays do not cover is left to sheets.
+#include "splat/rays/rays.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+
+#include "base/error.h"
+#include "render/deep.h"
+#include "tests/support/splat_scene.h"
+
+namespace bccsplat {
+namespace {
+
+using namespace test;
+
+RenderOptions surface_options(double iso, double step = 0) {
+  RenderOptions o;
+  o.mode = RenderMode::isosurface, o.iso_value = iso, o.sheet_step = step;
+  return o;
+}
+
+bool same_bits(const ImageStorage& a, const ImageStorage& b) {
+  const auto same = [](const std::vector<float>& x, const std::vector<float>& y) {
+    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0;
+  };
+  return same(a.rgba, b.rgba) && same(a.depth, b.depth) && same(a.value, b.value) && same(a.time, b.time);
+}
+
+size_t covered(const ImageStorage& image) {
+  size_t count = 0;
+  for (size_t p = 3; p < image.rgba.size(); p += 4) count += image.rgba[p] > 0 ? 1 : 0;
+  return count;
+}
+
+Field3 two_balls() {
+  return [](double x, double y, double z) {
+    return std::max(0.0, 1 - std::hypot(x - 30, y - 22, z - 9) / 11) +
+           std::max(0.0, 1 - std::hypot(x - 8, y - 9, z - 28) / 9);
+  };
+}
+
+// From all sides, near and far, with and without air, by one thread and by three.
+TEST(Rays, PassingOverCellsChangesNoPixel) {
+  for (const char* kernel : {"radial16+b2", "radial18+b3", "radial20+b3"}) {
+    const Slice dense = make_slice({30, 26, 33}, marschner_lobb(30, 5), kernel);
+    const Slice sparse = make_slice({44, 40, 36}, two_balls(), kernel);
+    for (const Slice* s : {&dense, &sparse})
+      for (const auto& [x, y] : {std::pair{20.0, 30.0}, std::pair{0.0, 0.0}, std::pair{90.0, 0.0},
+                                 std::pair{200.0, 75.0}, std::pair{-80.0, 140.0}})
+        for (const int size : {37, 110}) {
+          const Scene scene =
+              make_scene(*s, ramp_function(0, 1, 0.5), fit_camera(*s, false, x, y, size, size));
+          for (const double step : {3.0, 1.0, 0.3}) {
+            RenderOptions o = surface_options(0.4, step);
+            ImageStorage some(size, size, true, true, true), all(size, size, true, true, true);
+            const RenderStats stats = draw(scene, o, some, 1);
+            o.disable_skips = skip_transfer_function;
+            (void)draw(scene, o, all, 3);
+            EXPECT_TRUE(same_bits(some, all)) << kernel << ' ' << x << ' ' << y << ' ' << step;
+            EXPECT_GT(covered(all), 20u);
+            EXPECT_EQ(stats.drawn.bricks_total, 0u); // of sheets
+          }
+        }
+  }
+}
+
+// Near enough that a cell is larger than a tile of pixels.
+TEST(Rays, CloseUpsAreThoseOfASearch) {
+  const Slice s = make_slice({30, 26, 33}, marschner_lobb(30, 5));
+  for (const double zoom : {20.0, 3000.0}) {
+    Camera camera = fit_camera(s, false, 35, 20, 130, 90);
+    camera.ortho_height /= zoom;
+    const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), camera);
+    RenderOptions o = surface_options(0.5, 0.5);
+    ImageStorage some(130, 90), all(130, 90);
+    (void)draw(scene, o, some);
+    o.disable_skips = skip_transfer_function;
+    (void)draw(scene, o, all);
+    EXPECT_TRUE(same_bits(some, all)) << zoom;
+    EXPECT_GT(covered(all), 100u);
+  }
+}
+
+// A speck that fills no block: the squares of pixels that its block's picture touches are all looked at.
+TEST(Rays, SpecksAreSeenWhole) {
+  for (int n = 0; n < 12; ++n) {
+    const Slice s = make_slice({24, 24, 24}, [&](double x, double y, double z) {
+      return std::max(0.0, 1 - std::hypot(x - 9 - 0.4 * n, y - 12, z - 13 + 0.3 * n) / 2);
+    });
+    Camera camera = fit_camera(s, false, 20 + 25 * n, 30 * n, 120, 120);
+    camera.ortho_height /= 5;
+    const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), camera);
+    RenderOptions o = surface_options(0.05, 0.5);
+    ImageStorage some(120, 120), all(120, 120);
+    (void)draw(scene, o, some);
+    o.disable_skips = skip_transfer_function;
+    (void)draw(scene, o, all);
+    EXPECT_TRUE(same_bits(some, all)) << n;
+    EXPECT_GT(covered(all), 100u) << n;
+  }
+}
+
+TEST(Rays, LookAtFewSamples) {
+  const Slice s = make_slice({44, 40, 36}, two_balls());
+  const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 30, 90, 90));
+  const SheetView view = make_view(s, resolve_camera(scene.camera), 90, 90, 1);
+  const ClassTable table = make_class_table(scene.function, 0, 1, 0, 1, 256);
+  SplatOptions o;
+  o.mode = RenderMode::isosurface, o.surfaces = {{0.5, 1, {}}};
+  ASSERT_TRUE(rays_cover(s, view, o));
+  const SplatScene of{&s, nullptr, &view, &table, &scene.lights};
+  TestContext context(2);
+  RayCounts some, all;
+  (void)draw_rays(
+      of, o, context.get(), [](const TilePixels&) {}, &some);
+  o.disable_skips = skip_transfer_function;
+  (void)draw_rays(
+      of, o, context.get(), [](const TilePixels&) {}, &all);
+  EXPECT_EQ(some.hits, all.hits);
+  EXPECT_GT(some.hits, 100u);
+  EXPECT_LT(some.samples, all.samples / 4);
+  EXPECT_LT(some.samples, 8 * some.hits);
+}
+
+// What the reference and sheets draw, but where rays graze.
+TEST(Rays, PicturesAreThoseOfTheReference) {
+  constexpr int n = 36, size = 124;
+  const Slice s = make_slice({n, n, n}, marschner_lobb(n, 5));
+  const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 30, size, size));
+  RenderOptions o = surface_options(0.5);
+  ImageStorage exact(size, size), rays(size, size), sheets(size, size);
+  (void)draw(scene, o, rays);
+  o.rays = false;
+  const RenderStats by_sheets = draw(scene, o, sheets);
+  EXPECT_GT(by_sheets.drawn.points_after_cull, 0u);
+  o.reference = true;
+  (void)draw(scene, o, exact);
+  EXPECT_GT(compare(rays, exact).db(), 41);
+  EXPECT_GT(compare(rays, sheets).db(), 38);
+}
+
+// Every plane holds what that of sheets does: of a smooth surface, shaded and not, with a colour of its own.
+TEST(Rays, PlanesMeanWhatThoseOfSheetsDo) {
+  constexpr int size = 100;
+  const Slice s = make_slice({44, 40, 36}, two_balls());
+  Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 30, size, size));
+  scene.lights.lights = {{{0.3, 1, -0.4}, {1, 0.8, 0.5}}};
+  for (const bool shading : {true, false})
+    for (const bool own_color : {false, true})
+      for (const bool smooth : {false, true}) {
+        RenderOptions o = surface_options(0.5, 0.25);
+        o.shading = shading, o.smooth_edges = smooth;
+        if (own_color) o.surfaces = {{0.5, 1, Vec3{0.1, 0.7, 0.4}}};
+        ImageStorage rays(size, size, true, true, true), sheets(size, size, true, true, true);
+        const RenderStats by_rays = draw(scene, o, rays);
+        o.rays = false;
+        const RenderStats by_sheets = draw(scene, o, sheets);
+        EXPECT_GT(compare(rays, sheets).db(), 45);
+        EXPECT_EQ(by_rays.edge_pixels > 0, smooth);
+        EXPECT_EQ(by_rays.drawn.sheets, by_sheets.drawn.sheets);
+        EXPECT_EQ(by_rays.points_total, static_cast<uint64_t>(s.points()));
+        EXPECT_EQ(by_rays.drawn.points_after_cull, 0u);
+        size_t seen = 0, other = 0;
+        for (size_t p = 0; p < rays.depth.size(); ++p) {
+          if (std::isfinite(rays.depth[p]) != std::isfinite(sheets.depth[p])) {
+            ++other;
+            continue;
+          }
+          EXPECT_EQ(std::isnan(rays.value[p]), std::isnan(sheets.value[p]));
+          EXPECT_EQ(std::isnan(rays.time[p]), std::isnan(sheets.time[p]));
+          if (!std::isfinite(rays.depth[p])) {
+            EXPECT_EQ(rays.depth[p], sheets.depth[p]);
+            continue;
+          }
+          ++seen;
+          EXPECT_NEAR(rays.depth[p], sheets.depth[p], 0.02);
+          EXPECT_EQ(rays.value[p], sheets.value[p]);
+          EXPECT_EQ(rays.time[p], sheets.time[p]);
+        }
+        EXPECT_GT(seen, 200u);
+        EXPECT_LT(other, seen / 50);
+      }
+}
+
+// A scene that rays cover, and one change after the other that they do not.
+TEST(Rays, LeaveTheRestToSheets) {
+  constexpr int size = 24;
+  Slice s = make_slice({12, 12, 12}, marschner_lobb(12, 1));
+  const Slice cartesian = make_slice({12, 12, 12}, marschner_lobb(12, 1), "default", {}, 0, LatticeKind::cc);
+  const Slice wide = make_slice({12, 12, 12}, marschner_lobb(12, 1), "fine");
+  const Slice paper = make_slice({12, 12, 12}, marschner_lobb(12, 1), "paper");
+  SplatOptions o;
+  o.mode = RenderMode::isosurface, o.surfaces = {{0.5, 1, {}}};
+  const auto covers = [&](const Slice& slice, bool perspective = false, double step = 0.5) {
+    const Camera camera = fit_camera(slice, perspective, 20, 30, size, size);
+    return rays_cover(slice, make_view(slice, resolve_camera(camera), size, size, step), o);
+  };
+  ASSERT_TRUE(covers(s));
+  EXPECT_FALSE(covers(s, true));
+  EXPECT_FALSE(covers(s, false, 5e-7));
+  EXPECT_FALSE(covers(cartesian));
+  EXPECT_FALSE(covers(wide));
+  EXPECT_FALSE(covers(paper));
+  const auto without = [&](const char* what, auto change) {
+    const auto options = std::make_unique<SplatOptions>(o);
+    Slice changed = s;
+    change(changed, o);
+    EXPECT_FALSE(covers(changed)) << what;
+    o = *options;
+    EXPECT_TRUE(covers(s)) << what;
+  };
+  without("switched off", [](Slice&, SplatOptions& p) { p.rays = false; });
+  without("reference loops", [](Slice&, SplatOptions& p) { p.reference_loops = true; });
+  without("composite", [](Slice&, SplatOptions& p) { p.mode = RenderMode::composite; });
+  without("deep", [](Slice&, SplatOptions& p) { p.with_deep = true; });
+  without("no surface", [](Slice&, SplatOptions& p) { p.surfaces.clear(); });
+  without("two surfaces", [](Slice&, SplatOptions& p) { p.surfaces.push_back({0.7, 1, {}}); });
+  without("transparent", [](Slice&, SplatOptions& p) { p.surfaces[0].opacity = 0.5; });
+  without("another hyperplane", [](Slice& c, SplatOptions&) { c.hyperplane = Hyperplane{1, 0, 0, 0, 0}; });
+  without("periodic", [](Slice& c, SplatOptions&) { c.lattice.periodic[1] = true; });
+  without("normalised", [](Slice& c, SplatOptions&) { c.kernel.normalised = true; });
+  without("holes", [](Slice& c, SplatOptions&) { c.has_holes = true; });
+  without("a mask", [](Slice& c, SplatOptions&) {
+    c.mask = std::shared_ptr<const SliceMask>(std::shared_ptr<int>(), reinterpret_cast<const SliceMask*>(&c));
+  });
+  without("corrections", [](Slice& c, SplatOptions&) {
+    c.corrections = std::shared_ptr<const SliceCorrections>(std::shared_ptr<int>(),
+                                                            reinterpret_cast<const SliceCorrections*>(&c));
+  });
+  without("a clip", [](Slice& c, SplatOptions&) { c.clip.push_back({{1, 0, 0}, -1}); });
+  without("a plane without thickness", [](Slice& c, SplatOptions&) { c.domain_begin[2] = c.domain_end[2]; });
+  without("nothing", [](Slice& c, SplatOptions&) { c.domain_end = {-1, -1, -1}; });
+}
+
+TEST(Rays, DrawNoTrailAndNothingDeep) {
+  constexpr int size = 24;
+  const Slice s = make_slice({12, 12, 12}, marschner_lobb(12, 1));
+  const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 30, size, size));
+  TestContext context(2);
+  RenderOptions o = surface_options(0.5);
+  ImageStorage image(size, size);
+  EXPECT_TRUE(drawn_by_rays(scene, o, context.get(), image.image));
+  Scene with_trail = scene;
+  const Trail trail;
+  with_trail.trail = &trail;
+  EXPECT_FALSE(drawn_by_rays(with_trail, o, context.get(), image.image));
+  DeepImage deep;
+  image.image.deep = &deep;
+  EXPECT_FALSE(drawn_by_rays(scene, o, context.get(), image.image));
+  image.image.deep = nullptr;
+  o.reference = true;
+  EXPECT_FALSE(drawn_by_rays(scene, o, context.get(), image.image));
+}
+
+// A camera that moves looks at the same cells; pictures are those without any that are kept.
+TEST(Rays, KeepCellsAcrossViews) {
+  constexpr int size = 60;
+  const Slice s = make_slice({30, 26, 33}, marschner_lobb(30, 5));
+  KeptSurfaceCells kept;
+  TestContext context(2);
+  for (const double turn : {0.0, 50.0, 100.0, 230.0})
+    for (const double iso : {0.5, 0.3}) {
+      Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, turn, size, size));
+      const RenderOptions o = surface_options(iso);
+      ImageStorage anew(size, size), with(size, size);
+      (void)draw(scene, o, anew);
+      scene.cells = &kept;
+      (void)render(scene, o, context.get(), with.image);
+      EXPECT_TRUE(same_bits(anew, with)) << turn << ' ' << iso;
+    }
+  const auto cells = kept.find(s, 0.5 - static_cast<double>(s.base), context.get());
+  EXPECT_EQ(cells.use_count(), 2); // it had been kept
+  const uint64_t used = context.memory.used();
+  Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 77, size, size));
+  scene.cells = &kept;
+  ImageStorage out(size, size);
+  (void)render(scene, surface_options(0.5), context.get(), out.image);
+  EXPECT_EQ(kept.find(s, 0.5 - static_cast<double>(s.base), context.get()), cells);
+  EXPECT_EQ(context.memory.used(), used);
+}
+
+TEST(Rays, HearCancelsAndTakeMemory) {
+  const Slice s = make_slice({40, 40, 40}, marschner_lobb(40, 5));
+  const Scene scene = make_scene(s, ramp_function(0, 1, 0.5), fit_camera(s, false, 20, 30, 200, 200));
+  ImageStorage out(200, 200);
+  const auto code = [&](const Context& context) {
+    try {
+      (void)render(scene, surface_options(0.5), context, out.image);
+    } catch (const Error& e) {
+      return e.code();
+    }
+    return Code::internal;
+  };
+  // After some tiles.
+  int calls = 0;
+  Progress stops([&](double fraction) {
+    ++calls;
+    return fraction > 0 ? 1 : 0;
+  });
+  TestContext context(1), small(2, 2000);
+  EXPECT_EQ(code(context.get().with(stops)), Code::cancelled);
+  EXPECT_LE(calls, 3);
+  EXPECT_EQ(context.memory.used(), 0u);
+  EXPECT_EQ(code(small.get()), Code::memory_budget);
+  EXPECT_EQ(small.memory.used(), 0u);
+}
+
+} // namespace
+} // namespace bccsplat
