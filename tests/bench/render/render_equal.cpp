@@ -25,10 +25,11 @@ void equal(const Report& report, const FieldScene& field, RenderMode mode, const
   const Camera camera = scene_camera(field, sizes.size, 0);
   std::deque<SampledScene> sampled; // stay where they are
   std::deque<Scene> scenes;
+  KeptSurfaceCells cells;
   RenderOptions options;
   options.mode = mode, options.iso_value = field.iso_value;
-  const auto settings = [&] {
-    Way way{.name = "splatter, settings", .methods = {}, .at_any_step = false, .ms = {}, .psnr = {}};
+  const auto settings = [&](const std::string& name) {
+    Way way{.name = name, .methods = {}, .at_any_step = false, .ms = {}, .psnr = {}};
     for (const Quality q : {Quality::draft, Quality::normal, Quality::fine, Quality::best}) {
       RenderOptions o = options;
       o.quality = q;
@@ -52,11 +53,16 @@ void equal(const Report& report, const FieldScene& field, RenderMode mode, const
   };
   std::vector<Way> ways;
   sample("default");
-  ways.push_back(settings());
+  ways.push_back(settings("splatter, settings"));
   ways.push_back(splatter("splatter", all_steps));
-  if (!iso) // whose gradients are the kernel's own anyway
+  if (iso) { // whose cells a renderer keeps from picture to picture of a value
+    scenes.push_back(scenes.back());
+    scenes.back().cells = &cells;
+    ways.push_back(settings("splatter, settings, again"));
+  } else { // isosurfaces have the kernel's own gradients anyway
     ways.push_back(splatter("splatter, kernel's gradient", std::array{5.6, 4.0, 2.8, 2.0, 1.4, 1.0, 0.7},
                             GradientMethod::analytic));
+  }
   sample("fine");
   ways.push_back(splatter("splatter, wider kernel", std::array{1.4, 1.0, 0.7, 0.5}));
 
