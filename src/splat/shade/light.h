@@ -45,8 +45,8 @@ struct Lights {
   return t * t * (3 - 2 * t);
 }
 
-// Highlights below this are taken as 0. Less is soon no normal float, which many processors multiply a hundred
-// times as slowly; the square of this still is one.
+// Highlights below this are taken as 0. Less is soon no normal float, which many processors multiply a
+// hundred times as slowly; the square of this still is one.
 inline constexpr double least_highlight = 0x1p-60;
 
 // Returns the cosine whose highlight is the least.
