@@ -27,7 +27,8 @@ RenderOptions surface_options(double iso, double step = 0) {
 
 bool same_bits(const ImageStorage& a, const ImageStorage& b) {
   const auto same = [](const std::vector<float>& x, const std::vector<float>& y) {
-    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0;
+    return x.size() == y.size() &&
+           (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(float)) == 0);
   };
   return same(a.rgba, b.rgba) && same(a.depth, b.depth) && same(a.value, b.value) && same(a.time, b.time);
 }
