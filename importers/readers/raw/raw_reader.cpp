@@ -28,6 +28,13 @@ std::string arithmetic(const DenseLayout& layout, uint64_t frames) {
   return concat(text, type_size(layout.type), " bytes (", type_name(layout.type), ")");
 }
 
+// What to say where a file holds another number of frames than was told.
+std::string frames_hint(const DenseLayout& layout, uint64_t frames) {
+  return concat("the file would fit ", frames, frames == 1 ? " frame" : " frames", ": --dims ",
+                layout.size_of(AxisRole::x), ",", layout.size_of(AxisRole::y), ",",
+                layout.size_of(AxisRole::z), ",", frames);
+}
+
 void check_file(const Segment& s, const DenseLayout& layout, uint64_t frames) {
   const uint64_t size = file_size(s.path);
   if (s.encoding != Encoding::raw || size == s.offset + s.bytes) return;
@@ -36,7 +43,7 @@ void check_file(const Segment& s, const DenseLayout& layout, uint64_t frames) {
   if (read_start(s.path, 2).gzip)
     hint = "it is packed with gzip: name it .gz, or unpack it";
   else if (size > s.offset && (size - s.offset) % frame == 0)
-    hint = concat("the file would fit ", (size - s.offset) / frame, " frame(s)");
+    hint = frames_hint(layout, (size - s.offset) / frame);
   fail_input(s.path, ": ", size, " bytes, but ", arithmetic(layout, frames),
              s.offset > 0 ? concat(" + ", s.offset, " skipped") : "", " = ", s.offset + s.bytes, "; ", hint);
 }

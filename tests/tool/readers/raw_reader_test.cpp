@@ -204,7 +204,7 @@ TEST(RawReader, ShowsTheArithmeticOfAWrongSize) {
   EXPECT_REFUSED(refusal(raw(path, Type::u16)), Exit::bad_input,
                  "719 bytes, but 3 x 4 x 5 x 6 frames x 2 bytes (u16) = 720");
   s.file("a.raw", std::string(3 * 4 * 5 * 7 * 2, 'x'));
-  EXPECT_REFUSED(refusal(raw(path, Type::u16)), Exit::bad_input, "would fit 7 frame(s)");
+  EXPECT_REFUSED(refusal(raw(path, Type::u16)), Exit::bad_input, "would fit 7 frames: --dims 3,4,5,7");
   s.file("a.raw", "");
   EXPECT_REFUSED(refusal(raw(path, Type::u16)), Exit::bad_input, "0 bytes");
 }
