@@ -105,6 +105,15 @@ class LatticeTest(ToolTest):
                      '--exact keeps'):
             self.assertIn(text, out)
 
+    def test_what_fits_no_lattice_is_said_with_what_keeps_it(self):
+        noise = random.Random(5)
+        args = self.raw('noise.raw', (20, 20, 20, 6), lambda x, y, z, t: noise.uniform(-1, 1))
+        far = 'far from the source'
+        self.assertIn(far, self.bcc4('import', *args, '-o', 'far.bcc4')[0])
+        self.assertNotIn(far, self.bcc4('import', *args, '-o', 'all.bcc4', '--lattice', 'cc')[0])
+        self.assertGreater(self.imported(args, '--lattice', 'cc')['error']['channels'][0]['psnr'], 60)
+        self.assertNotIn(far, self.bcc4('import', *self.raw('b.raw', (20, 20, 20, 6), mild), '-o', 'near.bcc4')[0])
+
     def test_half_the_frames_blended_is_what_it_says(self):
         n = (9, 8, 7, 10)
         noise = random.Random(3)

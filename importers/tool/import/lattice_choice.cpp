@@ -23,6 +23,7 @@ constexpr double kSpread = 12;
 constexpr double kMostSites = 1.25;    // of those wished for
 constexpr int kOutsideSteps = 3;       // to the density at which all sites are as many as wished for
 constexpr double kSameDensity = 0.005; // in parts: a shape fits it, too
+constexpr double kFarOff = 30;         // dB below which the report says what keeps more
 
 double decibels(double mean_square) { return mean_square > 0 ? -10 * std::log10(mean_square) : HUGE_VAL; }
 
@@ -148,6 +149,9 @@ std::vector<std::string> choice_lines(const LatticeChoice& choice, const SeriesD
   };
   lines.push_back(concat(shape_text(choice.chosen().shape, series.dims), ": ",
                          dB(choice.chosen().trial->psnr), " of the sampled range predicted"));
+  if (choice.chosen().trial->psnr < kFarOff && !is_source_grid(choice.chosen().shape))
+    lines.push_back("far from the source, which has detail as fine as its samples: --lattice cc keeps "
+                    "them all, --psnr or --abs the error you say");
   std::string others, labels;
   for (size_t c = 0; c < choice.labels.size(); ++c)
     if (choice.labels[c]) labels += concat(labels.empty() ? "" : ", ", series.channels[c].name);
