@@ -233,6 +233,16 @@ bool LookUpBricks(const FootprintPlan& plan, const FootprintPlan::Coset& coset, 
   return any;
 }
 
+// Which bodies there are, of those that take half a minute to be compiled:
+//
+//   kernel      points at one instant    a patch for all lanes    several patches
+//   contact     copies of sites          rows to all lanes        patches to lanes
+//   Gaussians   copies of sites          as several patches       patches to lanes
+//
+// Gaussians win 1.5 to 1.9 times by copies (grids, values) and nothing by rows of their own. Scalar code, for
+// machines older than SSSE3, has the last body alone, for all kernels.
+inline constexpr bool copying = HWY_TARGET != HWY_SCALAR;
+
 template<int edge, bool slopes, bool timed, bool contact, bool dense>
 void SumRange(const FootprintPlan& plan, const DenseScratch& copies, LookUp& bricks,
               const std::array<Spans, 2>& spans, std::span<const Vec4> points, const Range& range,
@@ -261,13 +271,16 @@ void SumRange(const FootprintPlan& plan, const DenseScratch& copies, LookUp& bri
         if (const size_t next = n + 2 * lanes - 1;
             next < range.end && spans[c].patch(next) != spans[c].patch(n + lanes - 1))
           fetch_patch(plan, coset, spans[c].patch(next));
-        if (count == 1) {
-          find_patch(plan, coset, spans[c].patch(n), bricks.patch[c]);
-          if (bricks.patch[c].layers == 0) continue;
-          const RunRows<edge, timed> rows{bricks.patch[c], weights, !plan.timeless};
-          AddPatches<edge, slopes, timed>(plan, curve, rows, place, sums);
-        } else if (LookUpBricks<edge, timed>(plan, coset, spans[c], n, weights, std::span(runs).first(count),
-                                             bricks.patch[c], bricks.single, sites)) {
+        if constexpr (contact)
+          if (count == 1) {
+            find_patch(plan, coset, spans[c].patch(n), bricks.patch[c]);
+            if (bricks.patch[c].layers == 0) continue;
+            const RunRows<edge, timed> rows{bricks.patch[c], weights, !plan.timeless};
+            AddPatches<edge, slopes, timed>(plan, curve, rows, place, sums);
+            continue;
+          }
+        if (LookUpBricks<edge, timed>(plan, coset, spans[c], n, weights, std::span(runs).first(count),
+                                      bricks.patch[c], bricks.single, sites)) {
           AddPatches<edge, slopes, timed>(plan, curve, StoredRows<edge, timed>{sites}, place, sums);
         }
       }
@@ -301,13 +314,14 @@ void SumBatches(const FootprintPlan& plan, std::span<const Vec4> points, float* 
     for (int c = 0; c < plan.cosets; ++c)
       FindSpans(plan, plan.coset[static_cast<size_t>(c)], batch, spans[static_cast<size_t>(c)]);
     const auto sum = [&](const Range& range, bool dense) {
-      const auto body = dense ? SumRange<edge, slopes, timed, contact, true>
-                              : SumRange<edge, slopes, timed, contact, false>;
+      auto body = SumRange<edge, slopes, timed, contact, false>;
+      if constexpr (copying)
+        if (dense) body = SumRange<edge, slopes, timed, contact, true>;
       body(plan, copies, bricks, spans, batch, range, values + begin, slopes ? gradients + begin : nullptr);
     };
     const Range all{0, batch.size()};
     constexpr size_t fewest = 8; // points worth a copy
-    if (batch.size() < fewest) {
+    if (!copying || batch.size() < fewest) {
       sum(all, false);
       continue;
     }
@@ -332,7 +346,9 @@ void SumFootprints(const FootprintPlan& plan, std::span<const Vec4> points, floa
     return plan.timeless ? SumBatches<edge, true, false, contact> : SumBatches<edge, true, true, contact>;
   };
   const auto of = [&](auto edge) {
-    return plan.contact ? choose(edge, std::true_type()) : choose(edge, std::false_type());
+    if constexpr (copying)
+      if (plan.contact) return choose(edge, std::true_type());
+    return choose(edge, std::false_type());
   };
   const auto sum =
       plan.edge == 3 ? of(std::integral_constant<int, 3>()) : of(std::integral_constant<int, 4>());

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Adds points to the ring through Highway: one body is compiled for every target, and the best is chosen at
 // run time. SplatForm() chooses the loop for a window; the loops for isotropic windows are in
-// splat_isotropic-inl.h.
+// splat_isotropic-inl.h. SSE4 has nothing that these loops use and SSSE3 has not
+// (tests/bench/notes/splat.md).
+#ifndef HWY_DISABLED_TARGETS
+#define HWY_DISABLED_TARGETS HWY_SSE4
+#endif
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "splat/loop/splat_simd.cpp"
 #include <hwy/foreach_target.h>
