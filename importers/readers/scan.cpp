@@ -42,4 +42,21 @@ void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 
   }
 }
 
+uint64_t count_nonfinite(const Frame& frame) {
+  uint64_t count = 0;
+  for (const Box& box : frame.boxes) {
+    if (!is_float(box.type)) continue;
+    visit_type(box.type, [&](auto zero) {
+      for (uint64_t k = 0; k < box.dims[2]; ++k)
+        for (uint64_t j = 0; j < box.dims[1]; ++j) {
+          const std::byte* row = box.data + j * box.stride_bytes[1] + k * box.stride_bytes[2];
+          for (uint64_t i = 0; i < box.dims[0]; ++i)
+            count +=
+                !std::isfinite(static_cast<float>(load_as<decltype(zero)>(row + i * box.stride_bytes[0])));
+        }
+    });
+  }
+  return count;
+}
+
 } // namespace bcc4

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One pass over all frames: ranges and how much of a series is air.
+// Passes over frames: ranges, how much of a series is air, and what is missing.
 #pragma once
 
 #include <cstdint>
@@ -27,5 +27,8 @@ struct ChannelScan {
 // Adds a frame. Values that no box covers count as air.
 void scan_frame(const Frame& frame, uint64_t number, const std::array<uint64_t, 4>& dims, double air,
                 double air_threshold, ChannelScan& scan);
+
+// Values of a frame that are not finite as 32-bit floats, which is what the library reads them as.
+[[nodiscard]] uint64_t count_nonfinite(const Frame& frame);
 
 } // namespace bcc4

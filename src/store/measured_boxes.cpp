@@ -3,16 +3,23 @@
 #include "store/measured_boxes.h"
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 namespace bccsplat {
 namespace {
 
-constexpr int wanted_boxes = 6;        // of a frame
+constexpr size_t fewest_boxes = 6;     // of a frame
+constexpr size_t most_boxes = 9;       // of one of several frames
+constexpr size_t most_of_still = 20;   // of the only one
+constexpr size_t cells_a_box = 5;      // in between
 constexpr size_t fewest_cells = 12;    // of a frame that is not taken whole
 constexpr int cell_bricks = 2;         // along an axis, or one more
 constexpr int kernel_sites = 4;        // a kernel takes at most so many in a row
-constexpr int64_t planes_apart = 8;    // of those that are looked at
+constexpr int64_t least_edge = 8;      // of a box, in samples
+constexpr int64_t planes_apart = 8;    // of those that are looked at for bends
 constexpr int64_t rows_apart = 2;      // likewise
 constexpr double golden = 0.618033989; // the fractions of its multiples are spread evenly
 constexpr double even_share = 0.05;    // of the picks: anywhere
@@ -25,7 +32,8 @@ struct CellAxis {
   };
   std::vector<Cell> cells;
 
-  CellAxis(const Lattice4& lattice, size_t axis) {
+  // later: all cells but the first begin so many bricks later than they do by themselves.
+  CellAxis(const Lattice4& lattice, size_t axis, int later) {
     const int sites = lattice.space.dims(0)[axis], bricks = (sites + brick_edge - 1) / brick_edge;
     const int count = std::max(1, (2 * sites + cell_bricks * brick_edge) / (2 * cell_bricks * brick_edge));
     const int64_t n = lattice.dims[axis];
@@ -35,26 +43,27 @@ struct CellAxis {
       return std::clamp(static_cast<int64_t>(std::ceil(position)), int64_t{0}, n);
     };
     for (int i = 0; i < count; ++i) {
+      const auto boundary = [&](int at) {
+        return std::min(bricks * at / count + (at > 0 ? later : 0), bricks);
+      };
       Cell c;
-      c.first_brick = bricks * i / count, c.end_brick = bricks * (i + 1) / count;
+      c.first_brick = boundary(i), c.end_brick = boundary(i + 1);
       c.begin = i == 0 ? 0 : sample(c.first_brick * brick_edge + kernel_sites);
       c.end = i + 1 == count ? n : sample(c.end_brick * brick_edge - kernel_sites);
       cells.push_back(c);
     }
   }
-  // The number of the box that a sample is in, or `between`.
-  static constexpr size_t between = SIZE_MAX;
-  [[nodiscard]] std::vector<size_t> numbers(int64_t samples) const {
-    std::vector<size_t> of(static_cast<size_t>(samples), between);
+  // The number of the box that a sample is in; none: it is between boxes.
+  [[nodiscard]] std::optional<size_t> box_of(int64_t sample) const {
     for (size_t i = 0; i < cells.size(); ++i)
-      for (int64_t s = cells[i].begin; s < cells[i].end; ++s) of[static_cast<size_t>(s)] = i;
-    return of;
+      if (sample >= cells[i].begin && sample < cells[i].end) return i;
+    return std::nullopt;
   }
 };
 
 // What was seen of samples, or the part of it that a box has.
 struct Content {
-  double bends = 0, filled = 0, samples = 0;
+  double bends = 0, changes = 0, filled = 0, samples = 0;
 };
 
 struct Cell {
@@ -64,79 +73,130 @@ struct Cell {
   double times = 0;       // what is in the box, so often
 };
 
-// Sums over a frame and over its boxes, from three planes at a time.
+// A frame cut into cells.
+struct Division {
+  std::array<CellAxis, 3> axes;
+  std::vector<Cell> cells; // x fastest
+
+  Division(const Lattice4& lattice, int later)
+      : axes{CellAxis(lattice, 0, later), CellAxis(lattice, 1, later), CellAxis(lattice, 2, later)} {
+    for (const CellAxis::Cell& z : axes[2].cells)
+      for (const CellAxis::Cell& y : axes[1].cells)
+        for (const CellAxis::Cell& x : axes[0].cells) {
+          const std::array<const CellAxis::Cell*, 3> along{&x, &y, &z};
+          MeasuredBox& box = cells.emplace_back().box;
+          for (size_t a = 0; a < 3; ++a) {
+            const CellAxis::Cell& c = *along[a];
+            box.samples.begin[a] = c.begin, box.samples.end[a] = c.end;
+            box.bricks.begin[a] = c.first_brick, box.bricks.end[a] = c.end_brick;
+          }
+          box.bricks = go_round(box.bricks, lattice.space);
+        }
+  }
+  // The cells whose boxes have a row; none where it is between boxes.
+  [[nodiscard]] std::span<Cell> cells_of_row(int64_t y, int64_t z) {
+    const std::optional<size_t> iy = axes[1].box_of(y), iz = axes[2].box_of(z);
+    if (!iy || !iz) return {};
+    const size_t row = axes[0].cells.size();
+    return std::span(cells).subspan((*iz * axes[1].cells.size() + *iy) * row, row);
+  }
+};
+
+// Sums over a frame and over the boxes of its divisions, from some of its planes.
 class ContentSums {
  public:
-  ContentSums(const std::array<CellAxis, 3>& axes, const std::array<int64_t, 3>& n, std::vector<Cell>& cells)
-      : x_(axes[0].numbers(n[0])), y_(axes[1].numbers(n[1])), z_(axes[2].numbers(n[2])), n_(n),
-        row_cells_(axes[0].cells.size()), plane_cells_(row_cells_ * axes[1].cells.size()), cells_(cells) {}
+  ContentSums(const std::array<int64_t, 3>& n, std::vector<Division>& divisions)
+      : n_(n), divisions_(divisions), bends_(static_cast<size_t>(n[0])), filled_(static_cast<size_t>(n[0])) {}
 
   void look_at(const Frame& frame) {
     for (auto& p : planes_) p.resize(static_cast<size_t>(n_[0] * n_[1]));
-    for (int64_t z = std::min(planes_apart, n_[2]) / 2; z < n_[2]; z += planes_apart) {
-      for (int64_t i = 0; i < 3; ++i) {
-        const int64_t at = std::clamp<int64_t>(z + i - 1, 0, n_[2] - 1);
-        const Region plane{{0, 0, at}, {n_[0], n_[1], at + 1}};
-        frame.read(frame.boxes_in(plane), plane, planes_[static_cast<size_t>(i)].data(), n_[0],
-                   n_[0] * n_[1]);
-      }
+    for (int64_t z = SeenPlanes{planes_apart, n_[2]}.first(); z < n_[2]; z += planes_apart) {
+      for (int64_t i = 0; i < 3; ++i)
+        read_plane(frame, std::clamp<int64_t>(z + i - 1, 0, n_[2] - 1), planes_[static_cast<size_t>(i)]);
       for (int64_t y = 0; y < n_[1]; y += rows_apart) add_row(y, z);
+    }
+  }
+  void look_at_changes(const Frame& frame, EarlierFrames& earlier) {
+    constexpr int64_t apart = EarlierFrames::planes_apart;
+    for (int64_t z = SeenPlanes{apart, n_[2]}.first(); z < n_[2]; z += apart) {
+      read_plane(frame, z, planes_[1]);
+      const std::span<const float> expected = earlier.expect(z);
+      for (int64_t y = 0; y < n_[1]; ++y) add_changes(y, z, expected.data() + y * n_[0]);
     }
   }
   [[nodiscard]] const Content& frame() const { return frame_; }
 
  private:
+  void read_plane(const Frame& frame, int64_t z, std::vector<float>& to) const {
+    const Region plane{{0, 0, z}, {n_[0], n_[1], z + 1}};
+    frame.read(frame.boxes_in(plane), plane, to.data(), n_[0], n_[0] * n_[1]);
+  }
   void add_row(int64_t y, int64_t z) {
     const int64_t nx = n_[0], up = y > 0 ? -nx : 0, down = y + 1 < n_[1] ? nx : 0;
     const float* const here = planes_[1].data() + y * nx;
     const float* const above = planes_[0].data() + y * nx;
     const float* const below = planes_[2].data() + y * nx;
-    const size_t cell_y = y_[static_cast<size_t>(y)], cell_z = z_[static_cast<size_t>(z)];
-    const bool in_boxes = cell_y != CellAxis::between && cell_z != CellAxis::between;
-    const size_t row = in_boxes ? cell_z * plane_cells_ + cell_y * row_cells_ : 0;
-    for (int64_t x = 0; x < nx; ++x) {
+    const auto add = [&](int64_t x, int64_t west, int64_t east) {
       const float v = here[x];
-      const float along = here[std::max<int64_t>(x - 1, 0)] + here[std::min(x + 1, nx - 1)] - 2 * v;
+      const float along = here[west] + here[east] - 2 * v;
       const float across = here[x + up] + here[x + down] - 2 * v, depth = above[x] + below[x] - 2 * v;
-      const float bend = along * along + across * across + depth * depth;
-      const Content seen{std::isfinite(bend) ? static_cast<double>(bend) : 0, v != 0 ? 1.0 : 0.0, 1};
-      add(seen, frame_);
-      const size_t cell_x = x_[static_cast<size_t>(x)];
-      if (in_boxes && cell_x != CellAxis::between) add(seen, cells_[row + cell_x].content);
-    }
+      const auto i = static_cast<size_t>(x);
+      bends_[i] = finite(along * along + across * across + depth * depth), filled_[i] = v != 0 ? 1.0f : 0.0f;
+    };
+    add(0, 0, std::min<int64_t>(1, nx - 1));
+    for (int64_t x = 1; x + 1 < nx; ++x) add(x, x - 1, x + 1);
+    add(nx - 1, std::max<int64_t>(nx - 2, 0), nx - 1);
+    add_to_cells(y, z, [&](const Samples& in, Content& to) {
+      to.bends += sum(bends_, in), to.filled += sum(filled_, in);
+      to.samples += static_cast<double>(in.end - in.begin);
+    });
   }
-  static void add(const Content& seen, Content& to) {
-    to.bends += seen.bends, to.filled += seen.filled, to.samples += seen.samples;
+  // Of a row what differs from what is expected of it.
+  void add_changes(int64_t y, int64_t z, const float* expected) {
+    const float* const here = planes_[1].data() + y * n_[0];
+    for (size_t x = 0; x < bends_.size(); ++x) {
+      const float change = here[x] - expected[x];
+      bends_[x] = finite(change * change);
+    }
+    add_to_cells(y, z, [&](const Samples& in, Content& to) { to.changes += sum(bends_, in); });
   }
 
-  std::vector<size_t> x_, y_, z_; // numbers of boxes along each axis
+  // Samples of a row.
+  struct Samples {
+    int64_t begin, end;
+  };
+  // Calls add(samples, content) for all of a row, and for what each box has of it.
+  template<class Add> void add_to_cells(int64_t y, int64_t z, const Add& add) {
+    add({0, n_[0]}, frame_);
+    for (Division& d : divisions_)
+      for (Cell& c : d.cells_of_row(y, z)) add({c.box.samples.begin[0], c.box.samples.end[0]}, c.content);
+  }
+  static float finite(float v) { return v <= FLT_MAX ? v : 0; }
+  // In eight sums, which the compiler makes side by side.
+  static double sum(const std::vector<float>& values, const Samples& in) {
+    std::array<double, 8> sums{};
+    int64_t x = in.begin;
+    for (; x + 8 <= in.end; x += 8)
+      for (int64_t i = 0; i < 8; ++i)
+        sums[static_cast<size_t>(i)] += static_cast<double>(values[static_cast<size_t>(x + i)]);
+    for (; x < in.end; ++x) sums[0] += static_cast<double>(values[static_cast<size_t>(x)]);
+    return ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
+  }
+
   std::array<int64_t, 3> n_;
-  size_t row_cells_, plane_cells_;
-  std::vector<Cell>& cells_;
+  std::vector<Division>& divisions_;
   std::array<std::vector<float>, 3> planes_;
+  std::vector<float> bends_, filled_; // of a row
   Content frame_;
 };
 
-std::vector<Cell> cells_of(const Lattice4& lattice, const std::array<CellAxis, 3>& axes) {
-  std::vector<Cell> cells;
-  for (const CellAxis::Cell& z : axes[2].cells)
-    for (const CellAxis::Cell& y : axes[1].cells)
-      for (const CellAxis::Cell& x : axes[0].cells) {
-        const std::array<const CellAxis::Cell*, 3> along{&x, &y, &z};
-        MeasuredBox& box = cells.emplace_back().box;
-        for (size_t a = 0; a < 3; ++a) {
-          const CellAxis::Cell& c = *along[a];
-          box.samples.begin[a] = c.begin, box.samples.end[a] = c.end;
-          box.bricks.begin[a] = c.first_brick, box.bricks.end[a] = c.end_brick;
-        }
-        box.bricks = go_round(box.bricks, lattice.space);
-      }
-  return cells;
+[[nodiscard]] bool is_thin(const Region& box) {
+  return std::min({box.length(0), box.length(1), box.length(2)}) < least_edge;
 }
 
 // Makes what the boxes have parts of what the frame has.
 void make_parts(const Content& frame, std::vector<Cell>& cells) {
-  for (double Content::*kind : {&Content::bends, &Content::filled, &Content::samples})
+  for (double Content::*kind : {&Content::bends, &Content::changes, &Content::filled, &Content::samples})
     for (Cell& c : cells) c.content.*kind = frame.*kind > 0 ? c.content.*kind / (frame.*kind) : 0;
 }
 
@@ -144,24 +204,29 @@ void find_probabilities(std::vector<Cell>& cells) {
   double sum = 0;
   for (Cell& c : cells) {
     const Content& in = c.content;
-    c.probability = (1 - even_share) / 2 * (in.bends + in.filled) + even_share * in.samples;
+    c.probability = (1 - even_share) / 3 * (in.bends + in.changes + in.filled) + even_share * in.samples;
     sum += c.probability;
   }
   for (Cell& c : cells) c.probability = sum > 0 ? c.probability / sum : 1 / static_cast<double>(cells.size());
 }
 
-// In even steps, the first one `offset` of a step behind the beginning.
-std::vector<Cell> pick_cells(const std::vector<Cell>& cells, double offset) {
+// In even steps, the first one `offset` of a step behind the beginning. Cells stand by what part of them
+// changes, so that even steps take all parts of it.
+std::vector<Cell> pick_cells(std::vector<Cell> cells, double offset, size_t most) {
+  const auto wanted = static_cast<int>(std::clamp(cells.size() / 2 / cells_a_box, fewest_boxes, most));
+  std::stable_sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) {
+    return a.content.changes * b.probability < b.content.changes * a.probability;
+  });
   std::vector<Cell> picks;
   double sum = 0;
   int taken = 0;
   for (const Cell& c : cells) {
     sum += c.probability;
     int times = 0;
-    for (; taken < wanted_boxes && (taken + offset) / wanted_boxes < sum; ++taken) ++times;
+    for (; taken < wanted && (taken + offset) / wanted < sum; ++taken) ++times;
     if (times == 0) continue;
     picks.push_back(c);
-    picks.back().times = times / (wanted_boxes * c.probability);
+    picks.back().times = times / (wanted * c.probability);
   }
   return picks;
 }
@@ -181,7 +246,7 @@ void calibrate(std::vector<Cell>& picks) {
     const double step = std::clamp((1 - sum) / (count * slope), -0.5, 0.5) / 2;
     for (Cell& c : picks) c.times *= std::exp(step * count * (c.content.*kind));
   };
-  for (int i = 0; i < rounds; ++i) fit(&Content::bends), fit(&Content::filled);
+  for (int i = 0; i < rounds; ++i) fit(&Content::bends), fit(&Content::changes), fit(&Content::filled);
 }
 
 } // namespace
@@ -193,16 +258,24 @@ MeasuredBox whole_frame(const Lattice4& lattice) {
 }
 
 std::vector<MeasuredBox> choose_measured_boxes(const Lattice4& lattice, uint32_t frame,
-                                               std::span<const FrameBox> boxes, float air) {
-  const std::array<CellAxis, 3> axes{CellAxis(lattice, 0), CellAxis(lattice, 1), CellAxis(lattice, 2)};
-  std::vector<Cell> cells = cells_of(lattice, axes);
-  if (cells.size() < fewest_cells) return {whole_frame(lattice)};
+                                               std::span<const FrameBox> boxes, float air,
+                                               EarlierFrames* earlier) {
   const std::array<int64_t, 3> n{lattice.dims[0], lattice.dims[1], lattice.dims[2]};
-  ContentSums sums(axes, n, cells);
-  sums.look_at(Frame(boxes, n, air, "a frame to be measured"));
+  std::vector<Division> divisions{Division(lattice, 0)};
+  if (divisions.front().cells.size() < fewest_cells) return {whole_frame(lattice)};
+  divisions.emplace_back(lattice, 1);
+  const Frame samples(boxes, n, air, "a frame to be measured");
+  ContentSums sums(n, divisions);
+  sums.look_at(samples);
+  if (earlier && earlier->knows(frame)) sums.look_at_changes(samples, *earlier);
+  std::vector<Cell> cells;
+  for (const Division& d : divisions)
+    std::copy_if(d.cells.begin(), d.cells.end(), std::back_inserter(cells),
+                 [](const Cell& c) { return !is_thin(c.box.samples); });
   make_parts(sums.frame(), cells);
   find_probabilities(cells);
-  std::vector<Cell> picks = pick_cells(cells, std::fmod(golden * (frame + 1.0), 1.0));
+  std::vector<Cell> picks = pick_cells(cells, std::fmod(golden * (frame + 1.0), 1.0),
+                                       lattice.is_static() ? most_of_still : most_boxes);
   calibrate(picks);
   std::vector<MeasuredBox> chosen;
   for (const Cell& c : picks) {

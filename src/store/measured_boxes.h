@@ -3,8 +3,10 @@
 // what they are off by becomes that of the frame.
 //
 // Coefficients are made by bricks, so boxes are cut from cells of whole bricks, and end where a kernel would
-// reach beyond their cell. Cells are picked in even steps along the sum of what they have: half of it is how
-// much the frame bends there, which the errors of a lattice rise with, and half how much of the frame is not
+// reach beyond their cell. The cells are those of two divisions of the frame, one brick apart, as no box of
+// one division has what lies between its cells. They are picked in even steps along the sum of what they
+// have: a third of it is how much the frame bends there and a third how much it differs from what the frames
+// before it let expect, which the errors of a lattice rise with, and a third how much of the frame is not
 // air, which those of rounding rise with. What a box stands for is calibrated so that the boxes together have
 // the sums of the frame.
 #pragma once
@@ -16,6 +18,7 @@
 #include "fit/frame.h"
 #include "lattice/lattice.h"
 #include "points/sample_source.h"
+#include "store/earlier_frames.h"
 #include "store/sample_errors.h"
 
 namespace bccsplat {
@@ -29,9 +32,11 @@ struct MeasuredBox {
 
 // The one box that is all of a frame.
 [[nodiscard]] MeasuredBox whole_frame(const Lattice4& lattice);
-// Boxes of the frame of that number: others of another one. A frame of few cells is taken whole.
+// Boxes of the frame of that number: others of another one. A frame of few cells is taken whole. earlier:
+// frames before it, where any are known.
 [[nodiscard]] std::vector<MeasuredBox> choose_measured_boxes(const Lattice4& lattice, uint32_t frame,
-                                                             std::span<const FrameBox> boxes, float air);
+                                                             std::span<const FrameBox> boxes, float air,
+                                                             EarlierFrames* earlier = nullptr);
 
 // Errors of the boxes of a frame. Numbers of samples and the largest difference are those of the boxes, sums
 // of squares are such that mean squares are those of the frame.

@@ -85,6 +85,7 @@ struct RoundTrip::Channel {
   std::unique_ptr<MeasuredField> above_base;
   bool base_chosen = false;                        // or air
   std::map<uint32_t, std::vector<HeldBox>> frames; // to be measured
+  std::optional<EarlierFrames> earlier;            // before the next of them, where it is compared in boxes
   size_t next = 0;                                 // of the frames to be measured
   // Of a periodic series, whose layers come from one of them on until they are complete: the frame that is
   // measured first. Those before it wait for the last layers, or all do.
@@ -164,15 +165,28 @@ void RoundTrip::set_lattice(const Lattice4& lattice) {
 }
 
 void RoundTrip::add_frame(int channel, uint32_t frame, std::span<const FrameBox> boxes) {
-  if (!std::binary_search(frames_.begin(), frames_.end(), frame)) return;
+  const auto measured = [&](uint32_t f) { return std::binary_search(frames_.begin(), frames_.end(), f); };
   Channel& c = *channels_[static_cast<size_t>(channel)];
-  const std::vector<MeasuredBox> chosen = scope_.in_boxes
-                                              ? choose_measured_boxes(lattice_, frame, boxes, c.options.air)
-                                              : std::vector{whole_frame(lattice_)};
-  std::vector<HeldBox>& held = c.frames[frame];
-  for (const MeasuredBox& box : chosen) {
-    const HeldGrid grid = held_grid(box.samples, scope_.every);
-    held.push_back({box, HeldFrame(boxes, static_cast<double>(c.options.air), context_.memory, grid)});
+  const float air = c.options.air;
+  if (measured(frame)) {
+    const std::vector<MeasuredBox> chosen =
+        scope_.in_boxes
+            ? choose_measured_boxes(lattice_, frame, boxes, air, c.earlier ? &*c.earlier : nullptr)
+            : std::vector{whole_frame(lattice_)};
+    std::vector<HeldBox>& held = c.frames[frame];
+    for (const MeasuredBox& box : chosen) {
+      const HeldGrid grid = held_grid(box.samples, scope_.every);
+      held.push_back({box, HeldFrame(boxes, static_cast<double>(air), context_.memory, grid)});
+    }
+  }
+  // A level errs in space far more than in time.
+  if (!scope_.in_boxes || scope_.every > 1) return;
+  if (measured(frame + 1) || measured(frame + 2)) {
+    const std::array<int64_t, 3> dims{lattice_.dims[0], lattice_.dims[1], lattice_.dims[2]};
+    if (!c.earlier) c.earlier.emplace(dims, air, context_.memory);
+    c.earlier->see(frame, boxes);
+  } else {
+    c.earlier.reset();
   }
 }
 

@@ -296,6 +296,19 @@ class Import(ToolTest):
         for frame in boxes['frames']:
             self.assertLessEqual(frame['max_abs'], whole['max_abs'])
 
+    def test_frames_with_gaps_are_measured_in_boxes(self):
+        # More values are missing in all frames than the boxes leave out of the measured ones.
+        plane = array.array('f', [math.nan] * (128 * 60) + [float(i % 97) for i in range(128 * 68)])
+        self.write('a.raw', plane.tobytes() * 100 * 6)
+        args = ('a.raw', '--dims', '128,128,100,6', '--dtype', 'f32', '--lattice', 'd4star', '--on-nonfinite', 'hole',
+                '--store', 'samples', '--quantize', 'u8', '-o', 'a.bcc4', '--overwrite')
+        out, _ = self.bcc4('import', *args)
+        self.assertRegex(out, r'measured on 3 of 6 frames, in boxes with \d+ % of their samples: max')
+        self.assertLess(self.json('import', *args)['error']['channels'][0]['compared_part'], .35)
+        whole = self.json('import', *args, '--measure', 'all')['error']['channels'][0]
+        self.assertEqual(whole['compared_part'], 1)
+        self.assertEqual(whole['samples_compared'] + whole['lost'], 128 * 68 * 100 * 6)
+
     def test_channels(self):
         nrrd = b'NRRD0004\ntype: uint8\ndimension: 4\nsizes: 2 5 5 5\nkinds: 2-vector space space space\nencoding: raw\n\n'
         self.write('a.nrrd', nrrd + bytes(v for i in range(125) for v in (10, 200)))

@@ -34,11 +34,16 @@ uint64_t value_bytes(const SeriesDescription& s, const bccsplat_writer_report& r
   return bytes;
 }
 
-// Of the samples of measured frames, the part that was compared; all where the others may have no value.
-double compared_part(const bccsplat_writer_report& r, const SeriesDescription& s,
-                     const bccsplat_error_report& e) {
-  const uint64_t frame = s.dims[0] * s.dims[1] * s.dims[2], all = frame * r.frames_measured;
-  const uint64_t seen = e.samples + e.lost + r.nonfinite;
+// Of the samples of a channel in measured frames, the part that was compared; 1 where all were that have a
+// value.
+double compared_part(const SeriesDescription& s, const ImportResult& import, size_t channel) {
+  const bccsplat_error_report& e = import.errors.series[channel];
+  const uint64_t all = s.dims[0] * s.dims[1] * s.dims[2] * import.report.frames_measured;
+  uint64_t seen = e.samples + e.lost;
+  for (const bccsplat_error_report& f : import.errors.frames[channel]) {
+    const auto missing = import.nonfinite[channel].find(f.frame);
+    if (missing != import.nonfinite[channel].end()) seen += missing->second;
+  }
   return all == 0 || seen >= all ? 1 : static_cast<double>(e.samples) / static_cast<double>(all);
 }
 
@@ -48,7 +53,7 @@ void print_errors(const SeriesDescription& s, const ImportResult& import) {
               short_number(r.coding_rmse).c_str());
   for (size_t c = 0; c < import.errors.series.size(); ++c) {
     const bccsplat_error_report& e = import.errors.series[c];
-    const double part = compared_part(r, s, e);
+    const double part = compared_part(s, import, c);
     const std::string boxes =
         part < 1 ? concat(", in boxes with ", short_number(100 * part, 2), " % of their samples") : "";
     std::printf("  error at the source samples, %s, measured on %llu of %llu frames%s: %s\n",
@@ -81,8 +86,7 @@ Json errors_json(const SeriesDescription& s, const ImportResult& import) {
          {"coding", {{"max_abs", import.report.coding_max}, {"rmse", import.report.coding_rmse}}}};
   j["channels"] = Json::array();
   for (size_t c = 0; c < import.errors.series.size(); ++c) {
-    Json entry{{"name", s.channels[c].name},
-               {"compared_part", compared_part(import.report, s, import.errors.series[c])}};
+    Json entry{{"name", s.channels[c].name}, {"compared_part", compared_part(s, import, c)}};
     entry.update(error_json(import.errors.series[c]));
     entry["frames"] = Json::array();
     for (const bccsplat_error_report& e : import.errors.frames[c])

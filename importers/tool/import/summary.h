@@ -2,7 +2,10 @@
 // What an import tells when it is done, in words and as JSON with stable keys.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "readers/frame_reader.h"
 #include "tool/import/part.h"
@@ -15,6 +18,7 @@ struct ImportResult {
   bccsplat_writer_report report = sized<bccsplat_writer_report>();
   FrameSpan given; // frames read: of a part more than its own
   MeasuredErrors errors;
+  std::vector<std::map<uint64_t, uint64_t>> nonfinite; // values, by channel, of frames that have any
 };
 
 void print_summary(const SeriesDescription& s, const ImportResult& import, double seconds,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "readers/scan.h"
 #include "readers/utf8.h"
 #include "tool/import/read_series.h"
 #include "tool/import/resume.h"
@@ -71,9 +72,11 @@ ImportResult write_file(FrameReader& reader, const Device& device, const WriterS
 
   ImportResult result;
   result.given = wanted_frames(writer);
+  result.nonfinite.resize(s.channels.size());
   read_series(reader, result.given, "import", common.prints_text(),
               [&](uint64_t f, uint32_t c, const Frame& values) {
                 add_frame(writer, c, s.times.values[f], values, reader.frame_name(f));
+                if (const uint64_t count = count_nonfinite(values)) result.nonfinite[c][f] = count;
               });
   check(bccsplat_writer_finish(writer.get(), &result.report), scope.output);
   result.errors = measured_errors(writer, s.channels.size(), result.report.frames_measured);
